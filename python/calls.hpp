@@ -83,7 +83,7 @@ struct argument {
     return "expected (…, " + std::to_string(columns) + "): " + numbers;
   }
 
-  /// Of numbers, at least one axis; one number, an array with named fields, and what is no number (dates, texts, objects) is converted
+  /// An array of numbers with at least one axis; one number, an array with named fields, and what is no number (dates, texts, objects) is converted
   /// or refused by Python.
   bool is_array() const {
     if (!PyArray_CheckExact(object.ptr()))

@@ -26,7 +26,7 @@ nb::bytes file_bytes(const nb::bytes &path) {
   return nb::bytes(bytes.data(), bytes.size());
 }
 
-/// Of a text in memory, whose encoding is found out as that of files; `name` stands for the file in messages.
+/// Reads a robot from a text in memory.  Its encoding is found as that of files; `name` stands for the file in messages.
 ksl::model load_text(const nb::bytes &text, const nb::bytes &name, bool floating_base, bool mimic_independent,
                      bool strict, std::optional<std::array<double, 3>> gravity,
                      const building::payloads_given &payloads, bool masses_optional, const std::string &model_name,

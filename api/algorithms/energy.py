@@ -10,9 +10,9 @@ ROWS = (
         results=(Result("kinetic", (), "kinetic energy, J"), Result("potential", (), "potential energy, J")),
         summary="Kinetic and potential energy, J, each (…), for q (…, nq), v (…, nv).",
         text="{kinetic} and {potential} energy, J, for {q} and {v}; that of gravity is zero with every centroid at the world's origin.  "
-        "Armature and rotors, and springs, are included where the model's options name them.  O(bodies).",
+        "Armature, rotors and springs are included if the model's options name them.  O(bodies).",
         python="""
-Potential energy is that of gravity, zero with every centroid at the world's origin.  Where `physics=` of :func:`ksl.load` names them, kinetic energy
+Potential energy is that of gravity, zero with every centroid at the world's origin.  If `physics=` of :func:`ksl.load` names them, kinetic energy
 includes armature and rotors, and potential energy springs, ½ stiffness (q − rest)².
 out: two arrays, for the one and for the other.  q, v, threads: as in :meth:`inverse_dynamics`.  O(bodies).
 """,

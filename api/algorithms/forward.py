@@ -19,7 +19,7 @@ ROWS = (
 The inverse of :meth:`inverse_dynamics`, same conventions.  Articulated-body algorithm (Featherstone, RBDA 2008,
 table 7.1); O(bodies).
 
-Raises ValueError where a joint can move without moving any mass, at an end of the mechanism whose links have none, say: its
+Raises ValueError if a joint can move without moving any mass, for example at an end of the mechanism whose links have none: its
 acceleration is not determined.
 """,
     ),
@@ -36,8 +36,8 @@ acceleration is not determined.
         text="Accelerations {a} for {q}, {v} and joint efforts {tau}, under gravity and external wrenches, by the mass matrix, its factors and "
         "the bias (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).",
         python="""
-For checks of :meth:`forward_dynamics`, with which it shares no step; it is slower, except for very small mechanisms.  Composite-rigid-body
-algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv × depth²).
+It serves to check :meth:`forward_dynamics`, with which it has no step in common.  It is slower, except for very small mechanisms.
+Composite-rigid-body algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv × depth²).
 """,
     ),
     Algorithm(
@@ -55,9 +55,9 @@ algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv
         "carry the links named, the accelerations {a} are given, and of the others the efforts {tau} (Featherstone, RBDA 2008, section 9.2).  "
         "O(bodies).",
         python="""
-names: the joints (or the links that they carry) whose accelerations are given in a (…, nv); by default all.  Of the others, the efforts
-are given in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint that is
-named stands for its leader.
+names: the joints (or the links that they carry) whose accelerations are given, in a (…, nv); by default all.  For the other joints the
+efforts are given, in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint
+that is named stands for its leader.
 q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm (Featherstone, RBDA 2008, section 9.2); O(bodies).
 """,
     ),

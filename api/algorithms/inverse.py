@@ -16,18 +16,18 @@ ROWS = (
 q (…, nq), v and a (…, nv) → (…, nv); rad, m, N m, N.  Leading shapes are broadcast.
 external: {link name: (…, 6)}, the wrench that the environment exerts on the link: force first, about the
 link's origin, in the link's axes, or with external_axes="world" in the world's.  Gravity is included.  Damping, friction,
-rotors and springs of joints are where `physics=` of :func:`ksl.load` names them; :meth:`effort_parts` gives each.
+rotors and springs of joints are included if `physics=` of :func:`ksl.load` names them; :meth:`effort_parts` gives each.
 
 A floating base is the first joint: q = [x y z qx qy qz qw] in the world, v = [linear, angular] in the body's
 frame, a = dv/dt componentwise; its effort is the wrench on the body in the same frame.
 
-Arrays, sequences and whatever has the array, buffer or DLPack protocol; no copy where the numbers of a row are
-neighbours and rows lie at one distance, a negative one too.  float32 stays float32 where every argument is.
+q, v and a are arrays, sequences, or objects with the array, buffer or DLPack protocol.  They are not copied if the numbers of a row
+are neighbours and the rows are at equal distances, also negative ones.  The result is float32 if all arguments are.
 One number stands for each coordinate: v=0.  Tables (pandas, polars, pyarrow, structured arrays, mappings) whose columns have
 names are taken by name: those of joints, `elbow`, `elbow.v`, `elbow.a`, as in motions.  external takes :class:`ksl.Wrench`, too.
 out: a C-contiguous array for the result; it may be one of the arguments, but not overlap one otherwise.
-threads: at most so many for large batches; None or 0: all cores that the process may use, by affinity and quotas of containers;
-never more than these.  Results don't depend on it.  The interpreter's lock is released from 32 states on.
+threads: the most threads for large batches.  None or 0 is all cores that the process may use, by affinity and quotas of containers;
+more are never used.  Results don't depend on it.  The interpreter's lock is released from 32 states on.
 
 Recursive Newton–Euler (Featherstone, RBDA 2008, table 5.1); O(bodies).
 Raises ValueError for shapes that don't fit and numbers that are complex or not finite.
@@ -63,7 +63,7 @@ Raises ValueError for shapes that don't fit and numbers that are complex or not 
         python="""
 q, v, a, external: as in :meth:`inverse_dynamics`.  Returns (…, joints, 6); N and N m.
 joints: names in the order wanted, mimic joints, fixed ones and `base` too; by default the moving joints in the order of q.
-on: the side the wrench acts on; "parent" is the negative.
+on: the side that the wrench acts on; "parent" gives the negative.
 at: the point that moments are about: "joint" (the joint's origin), "world" (its origin), a link's name (its
 origin), or three numbers, an offset from the joint's origin in the joint's axes, m.
 axes: "joint" (those of the joint's frame on the child side: the child link's), "world", or a link's name.
@@ -101,8 +101,8 @@ O(bodies).
         summary="Efforts (…, nv) that hold velocities v without acceleration: Coriolis, centrifugal, gravity, less external wrenches; N m, N.",
         text="Efforts {tau} that hold velocities {v} at {q} without acceleration: inverse dynamics with a = 0.  O(bodies).",
         python="""
-q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0: damping, friction and springs are included where
-`physics=` of :func:`ksl.load` names them.  O(bodies).
+q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0.  Damping, friction and springs are included
+if `physics=` of :func:`ksl.load` names them.  O(bodies).
 """,
     ),
     Algorithm(
@@ -115,7 +115,7 @@ q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is t
         summary="Efforts (…, nv) that hold the mechanism at rest at q, against gravity and external wrenches; N m, N.",
         text="Efforts {tau} that hold the mechanism at rest at {q}: inverse dynamics with v = a = 0.  O(bodies).",
         python="""
-q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0: springs are included where `physics=` of
+q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0.  Springs are included if `physics=` of
 :func:`ksl.load` names them.  O(bodies).
 """,
     ),

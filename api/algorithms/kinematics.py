@@ -76,9 +76,9 @@ axes, at, order: as in :meth:`frame_velocity`.  q, v, out, threads: as in :meth:
         "section 2.11).  O(depth).",
         python="""
 kind: "classical" is the acceleration of the link's point that is at the origin in question, and the rate of ω.
-"spatial" is less by ω × v of that point in the linear part: the rate of the twist about a point at rest.
-"rate" is that of each number of :meth:`frame_velocity` with the same keywords, J a + (rate of J) v: the spatial
-acceleration where axes and at are the same, the classical one with axes="world", at="frame".
+"spatial" is the classical one less ω × v of that point in the linear part: the rate of the twist about a point at rest.
+"rate" is the rate of each number of :meth:`frame_velocity` with the same keywords, J a + (rate of J) v: the spatial
+acceleration if axes and at are the same, the classical one with axes="world", at="frame".
 axes, at: "frame" or "world", in whose axes and about whose origin.
 
 order, offset: as in :meth:`frame_velocity`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  m/s², rad/s².
@@ -169,11 +169,11 @@ q, v, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq
         request="relative",
         results=(Result("pose", (4, 4), "pose of the one frame in the other, m"),),
         summary="Pose (…, 4, 4) of a link's frame as seen from another link's, for q (…, nq); m.",
-        text="Pose {pose}, row-major, of a link's frame as seen from another link's for {q}; of the options, the offset counts.  "
+        text="Pose {pose}, row-major, of a link's frame as seen from another link's for {q}; only the offset of the options has an effect.  "
         "O(joints between the links).",
         python="""
 name, seen_from: links, or joints (the child links).  offset: of the first frame's origin, as in :meth:`frame_velocity`.
-axes, at, order: don't matter.  q, out, threads: as in :meth:`inverse_dynamics`.  O(joints between the links).
+axes, at, order: no effect.  q, out, threads: as in :meth:`inverse_dynamics`.  O(joints between the links).
 """,
     ),
     Algorithm(

@@ -38,7 +38,7 @@ q, out, threads: as in :meth:`inverse_dynamics`.  Solà et al., A micro Lie theo
         python="""
 integrate(q0, difference(q0, q1)) is q1, but for whole turns of continuous joints and the sign of quaternions.
 Continuous joints: between −π and π.  Spherical, planar and floating joints: the logarithm, a rotation by π at most.
-Others: q1 − q0; a revolute joint has limits, so that its turns count.
+Others: q1 − q0.  Whole turns of a revolute joint count, since it has limits.
 
 q0, q1, out, threads: as in :meth:`inverse_dynamics`.  Solà et al., A micro Lie theory for state estimation in
 robotics, 2018, section II-E; O(joints).
@@ -76,7 +76,7 @@ q0, q1, out, threads: as in :meth:`difference`.  O(joints).
         "(Solà et al., A micro Lie theory for state estimation in robotics, 2018, section III).  O(joints), besides writing 2 nv² "
         "numbers.",
         python="""
-(q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order.  Identities but for spherical, planar and
+(q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order.  Both are identities except for spherical, planar and
 floating joints, whose blocks are the inverse adjoint of the exponential, and its right Jacobian.
 
 q, dv, threads: as in :meth:`integrate`; out: two arrays.  Solà et al., A micro Lie theory for state estimation in
@@ -98,8 +98,9 @@ robotics, 2018, section III; O(joints), besides writing 2 nv² numbers.
         "(Solà et al., A micro Lie theory for state estimation in robotics, 2018, section III).  O(joints), besides writing 2 nv² "
         "numbers.",
         python="""
-(q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order.  ∓ identity but for spherical, planar and floating
-joints.  Where a rotation between the two is by π, the difference jumps; these are the derivatives on the side of its value.
+(q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order.  They are ∓ identity except for spherical, planar and floating
+joints.  If the rotation between the two is by π, the difference jumps; these are the derivatives on the side of the value that
+:meth:`difference` returns.
 
 q0, q1, threads: as in :meth:`difference`; out: two arrays.  Solà et al., A micro Lie theory for state estimation in
 robotics, 2018, section III; O(joints), besides writing 2 nv² numbers.

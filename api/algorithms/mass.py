@@ -15,9 +15,9 @@ ROWS = (
         text="Mass matrix {M}, row-major, both triangles, for {q}, by the composite-rigid-body algorithm (Featherstone, RBDA 2008, "
         "table 6.2): tau = M a + bias.  O(bodies × depth).",
         python="""
-kg m², kg m or kg.  Armature and rotors are in it where `physics=` of :func:`ksl.load` names them.
-triangle: "both", or "upper", which is :meth:`mass_matrix_upper`: what is below the diagonal is not written.  That and
-:meth:`mass_matrix_tree` write less, which is what takes the time in batches of large robots.
+kg m², kg m or kg.  Armature and rotors are included if `physics=` of :func:`ksl.load` names them.
+triangle: "both"; or "upper", which is :meth:`mass_matrix_upper`: elements below the diagonal are not written.  In batches of large
+robots most of the time goes into writing, and that call and :meth:`mass_matrix_tree` write less.
 q, out, threads: as in :meth:`inverse_dynamics`.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2);
 O(bodies × depth).
 """,
@@ -46,17 +46,17 @@ without it.  For solvers that read one triangle: ``scipy.linalg.cho_factor(M)``,
         coupled="refusal",
         results=(Result("M", ("tree",), "elements of the lower triangle"),),
         workspace="mass_matrix_workspace",
-        summary="The elements (…, tree) of the mass matrix that aren't zero by the shape of the tree.",
-        text="The elements {M} of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by row, for {q}: "
-        "of each row those in the columns of the joints on the path from the ground, the diagonal last.  Composite-rigid-body "
+        summary="The elements (…, tree) of the mass matrix that the shape of the tree lets differ from zero.",
+        text="The elements {M} of the lower triangle of the mass matrix that the shape of the tree lets differ from zero, row by row, for {q}.  "
+        "A row has the columns of the joints on the path from the ground, the diagonal last.  Composite-rigid-body "
         "algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Not for models with mimic joints, whose mass "
-        "matrix has other zeros: mass_matrix_upper is for them, too.",
+        "matrix has other zeros: use mass_matrix_upper.",
         python="""
 q, out, threads: as in :meth:`inverse_dynamics`.  Compressed sparse rows of the lower triangle:
 ``scipy.sparse.csr_matrix((M, m.tree_columns, m.tree_rows))``.  Featherstone, RBDA 2008, table 6.2 and section 6.5.
 
 Not for robots with mimic joints (ValueError): a leader and its followers may be on different branches, so that the mass matrix has
-other zeros than those of the tree.  :meth:`mass_matrix_upper` is for them, too.
+other zeros than those of the tree.  Use :meth:`mass_matrix_upper` for them.
 """,
     ),
     Algorithm(
@@ -69,12 +69,12 @@ other zeros than those of the tree.  :meth:`mass_matrix_upper` is for them, too.
         summary="Factors (…, tree) of the mass matrix that are as sparse as the tree: M = Lᵀ D L.",
         text="Factors {LD} of the mass matrix M = Lᵀ D L for {q}, L a unit lower triangle and D diagonal: the elements of L in the layout of "
         "mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv × depth²).  Not for models "
-        "with mimic joints, for which are solve_mass_matrix and mass_matrix_inverse.",
+        "with mimic joints: use solve_mass_matrix or mass_matrix_inverse.",
         python="""
 q, out, threads: as in :meth:`inverse_dynamics`.  The layout is that of :meth:`mass_matrix_tree`, with D instead of the ones on the
 diagonal of L.  Featherstone, RBDA 2008, section 6.5 and table 6.3; O(nv × depth²).
-Not for robots with mimic joints (ValueError), as :meth:`mass_matrix_tree`; :meth:`solve_mass_matrix` and
-:meth:`mass_matrix_inverse` are for them, too.
+Not for robots with mimic joints (ValueError), as :meth:`mass_matrix_tree`.  Use :meth:`solve_mass_matrix` or
+:meth:`mass_matrix_inverse` for them.
 """,
     ),
     Algorithm(
@@ -116,9 +116,9 @@ M⁻¹ tau, by the articulated-body algorithm (Featherstone, RBDA 2008, table 7.
         text="Coriolis matrix {C}, row-major, for {q} and {v}: tau = M a + C v + gravity, besides what damping and friction need.  Of the matrices "
         "with this property it is the one of Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing 2021).  O(bodies × depth).",
         python="""
-q, v, out, threads: as in :meth:`inverse_dynamics`.  Damping and friction, where `physics=` of :func:`ksl.load` names them, are not in it: they
-are the difference bias − gravity_torque − C v.  Of the many matrices with this property this is ∫ Jᵀ dJ/dt dm, J the
-Jacobian of a particle in world axes.  dM/dt − 2 C is skew-symmetric, for all joints.  Where every joint has one coordinate,
+q, v, out, threads: as in :meth:`inverse_dynamics`.  Damping and friction are not included, even if `physics=` of :func:`ksl.load` names them:
+they are the difference bias − gravity_torque − C v.  Many matrices have this property; this one is ∫ Jᵀ dJ/dt dm, J being the
+Jacobian of a particle in world axes.  dM/dt − 2 C is skew-symmetric, for all joints.  If every joint has one coordinate,
 C_ij = Σ_k Γ_ijk v_k with Christoffel's symbols of the first kind of M.  Linear in v.
 
 Echeandia and Wensing, "Numerical methods to compute the Coriolis matrix and Christoffel symbols for rigid-body systems", 2021;

@@ -2,7 +2,7 @@
 
 from algorithms.row import Algorithm, Result
 
-INERTIA = Result("inertia", ("6 links", "6 links"), "operational-space inertia, symmetric; zero where the rank lacks")
+INERTIA = Result("inertia", ("6 links", "6 links"), "operational-space inertia, symmetric; zero in dependent directions")
 RANK = Result("rank", (), "how many of the directions are independent")
 
 ROWS = (
@@ -21,7 +21,7 @@ ROWS = (
         python="""
 names: in the order wanted; rows and columns are the six numbers of the first frame's twist, then of the second's …
 axes, at, order: as in :meth:`frame_velocity`, whose numbers these are; wrenches have power with them.
-q, out, threads: as in :meth:`inverse_dynamics`.  It exists for any frames, also where it is singular.
+q, out, threads: as in :meth:`inverse_dynamics`.  It exists for any frames, but may be singular.
 Khatib, IEEE J. Robotics and Automation 3 (1987) 43; by propagation of wrenches through articulated bodies, as Lilly
 and Orin (1993).  O(bodies + n² depth).
 """,
@@ -39,8 +39,8 @@ and Orin (1993).  O(bodies + n² depth).
         "singular, as many directions as the rank are inverted, and the others have zeros.  At most as many frames as the "
         "model has links.  O(bodies + n² depth + n³).",
         python="""
-The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  Where that is singular, as many directions as the
-rank are inverted, largest pivots first, and the others have zeros: a generalised inverse.  Scaled to a diagonal of
+The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  If that is singular, as many directions as the
+rank are inverted, largest pivots first, and the others have zeros: a generalised inverse.  When the matrix is scaled to a diagonal of
 ones, pivots below 1e-10 count as zero (1e-4 in single precision).  The rank is a number of the arrays' type.
 O(bodies + n² depth + n³).
 """,
@@ -69,8 +69,8 @@ O(bodies + n² depth + n³).
 With F the wrenches on the frames (6 names), x'' the rates of their twists' numbers, and no joint efforts:
 F = inertia x'' + bias.  Returns inertia (…, 6 names, 6 names); bias (…, 6 names), the wrenches under which the
 twists stay as they are, gravity, velocities and external wrenches included: inertia (J M⁻¹ b − (rate of J) v) with
-b = :meth:`bias`; pseudo_inverse (…, nv, 6 names) = M⁻¹ Jᵀ inertia: of all accelerations that give x'', those with the
-efforts Jᵀ F; and the rank (…).  Where that lacks, see :meth:`operational_space_inertia`.
+b = :meth:`bias`; pseudo_inverse (…, nv, 6 names) = M⁻¹ Jᵀ inertia, which gives of all accelerations with x'' those that need
+efforts Jᵀ F only; and the rank (…).  If that is less than 6 names, see :meth:`operational_space_inertia`.
 
 names, axes, at, order: as in :meth:`operational_space_inertia_inverse`.  q, v, external, threads: as in
 :meth:`inverse_dynamics`.  out: four arrays.  Khatib, IEEE J. Robotics and Automation 3 (1987) 43.

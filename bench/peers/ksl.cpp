@@ -112,7 +112,7 @@ template <class S> using batch = void(const ksl::model &, const ksl::batch_view<
 #define BOTH(function, ...) ONE_STATE(function, __VA_ARGS__), BATCH(function, double), BATCH(function, float)
 #define NAMED(function, ...) #function, BOTH(function, __VA_ARGS__)
 
-/// Of a pose, 4×4, rotation and position.
+/// The rotation and the position of a pose, 4×4.
 void put_poses(const bench_model &m, const double *, const double *pose, double *out) {
   for (int k = 0; k < m.joints; ++k, pose += 16)
     for (int i = 0; i < 12; ++i)

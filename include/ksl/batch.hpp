@@ -5,8 +5,8 @@
 // than these are never used.  The system is asked once.  Memory is allocated when a thread makes its first batch, or a
 // larger one than before, and never again.  Results are the same bits as those of the one-state calls.  They don't
 // depend on the number of threads, on the position of a state in the batch, or on the instruction set.  Throws
-// std::bad_alloc, std::runtime_error for an unusable KSL_ISA, std::invalid_argument where the robot has mimic joints
-// and the algorithm is not available for them, and result_error where results are not finite though the arguments are;
+// std::bad_alloc, std::runtime_error for an unusable KSL_ISA, std::invalid_argument if the robot has mimic joints and
+// the algorithm is not available for them, and result_error if results are not finite although the arguments are;
 // nothing else.
 #pragma once
 

@@ -88,18 +88,18 @@ KSL_EXPORT void mass_matrix_batch(const model &m, const batch_view<S> &batch, in
 template <class S>
 KSL_EXPORT void mass_matrix_upper_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
-/// row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
+/// The elements M (tree) of the lower triangle of the mass matrix that the shape of the tree lets differ from zero, row
+/// by row, for q (nq).  A row has the columns of the joints on the path from the ground, the diagonal last.
 /// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Not for
-/// models with mimic joints, whose mass matrix has other zeros: mass_matrix_upper is for them, too.  Reads batch.q;
-/// writes M into batch.result[0] (rows of tree).
+/// models with mimic joints, whose mass matrix has other zeros: use mass_matrix_upper.  Reads batch.q; writes M into
+/// batch.result[0] (rows of tree).
 template <class S>
 KSL_EXPORT void mass_matrix_tree_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements of
 /// L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv
-/// × depth²).  Not for models with mimic joints, for which are solve_mass_matrix and mass_matrix_inverse.  Reads
-/// batch.q; writes LD into batch.result[0] (rows of tree).
+/// × depth²).  Not for models with mimic joints: use solve_mass_matrix or mass_matrix_inverse.  Reads batch.q; writes
+/// LD into batch.result[0] (rows of tree).
 template <class S>
 KSL_EXPORT void mass_matrix_factor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
@@ -182,10 +182,10 @@ KSL_EXPORT void jacobian_batch(const model &m, const batch_view<S> &batch, int t
 template <class S>
 KSL_EXPORT void jacobian_rate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); of the options, the offset
-/// counts.  O(joints between the links).  frame_options by default: about the frame's origin, in its axes, linear
-/// first.  Reads batch.q, batch.links (two: the link, and the one that it is seen from; with fewer nothing is
-/// computed), batch.frame; writes pose into batch.result[0] (rows of 4 × 4).
+/// Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); only the offset of the
+/// options has an effect.  O(joints between the links).  frame_options by default: about the frame's origin, in its
+/// axes, linear first.  Reads batch.q, batch.links (two: the link, and the one that it is seen from; with fewer nothing
+/// is computed), batch.frame; writes pose into batch.result[0] (rows of 4 × 4).
 template <class S>
 KSL_EXPORT void relative_pose_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
@@ -232,8 +232,8 @@ template <class S>
 KSL_EXPORT void operational_space_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Kinetic and potential energy, J, for q (nq) and v (nv); that of gravity is zero with every centroid at the world's
-/// origin.  Armature and rotors, and springs, are included where the model's options name them.  O(bodies).  Reads
-/// batch.q, batch.v; writes kinetic into batch.result[0] (rows of 1), potential into batch.result[1] (rows of 1).
+/// origin.  Armature, rotors and springs are included if the model's options name them.  O(bodies).  Reads batch.q,
+/// batch.v; writes kinetic into batch.result[0] (rows of 1), potential into batch.result[1] (rows of 1).
 template <class S>
 KSL_EXPORT void energy_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 

@@ -77,17 +77,16 @@ KSL_EXPORT void mass_matrix(const model &m, data &d, const S *q, S *M);
 template <class S>
 KSL_EXPORT void mass_matrix_upper(const model &m, data &d, const S *q, S *M);
 
-/// The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
-/// row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
+/// The elements M (tree) of the lower triangle of the mass matrix that the shape of the tree lets differ from zero, row
+/// by row, for q (nq).  A row has the columns of the joints on the path from the ground, the diagonal last.
 /// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Not for
-/// models with mimic joints, whose mass matrix has other zeros: mass_matrix_upper is for them, too.  No allocation.
+/// models with mimic joints, whose mass matrix has other zeros: use mass_matrix_upper.  No allocation.
 template <class S>
 KSL_EXPORT void mass_matrix_tree(const model &m, data &d, const S *q, S *M);
 
 /// Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements of
 /// L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv
-/// × depth²).  Not for models with mimic joints, for which are solve_mass_matrix and mass_matrix_inverse.  No
-/// allocation.
+/// × depth²).  Not for models with mimic joints: use solve_mass_matrix or mass_matrix_inverse.  No allocation.
 template <class S>
 KSL_EXPORT void mass_matrix_factor(const model &m, data &d, const S *q, S *LD);
 
@@ -166,9 +165,9 @@ template <class S>
 KSL_EXPORT void jacobian_rate(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how,
                               S *rate);
 
-/// Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); of the options, the offset
-/// counts.  O(joints between the links).  frame_options by default: about the frame's origin, in its axes, linear
-/// first.  No allocation.
+/// Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); only the offset of the
+/// options has an effect.  O(joints between the links).  frame_options by default: about the frame's origin, in its
+/// axes, linear first.  No allocation.
 template <class S>
 KSL_EXPORT void relative_pose(const model &m, data &d, const S *q, int link, int seen_from, const frame_options &how,
                               S *pose);
@@ -215,8 +214,7 @@ KSL_EXPORT void operational_space(const model &m, data &d, const S *q, const S *
                                   const external_wrenches<S> &external = {});
 
 /// Kinetic and potential energy, J, for q (nq) and v (nv); that of gravity is zero with every centroid at the world's
-/// origin.  Armature and rotors, and springs, are included where the model's options name them.  O(bodies).  No
-/// allocation.
+/// origin.  Armature, rotors and springs are included if the model's options name them.  O(bodies).  No allocation.
 template <class S>
 KSL_EXPORT void energy(const model &m, data &d, const S *q, const S *v, S *kinetic, S *potential);
 

@@ -29,8 +29,8 @@ typedef enum ksl_status_t {
 /** The error message of this thread's last call that did not return KSL_OK: one sentence, valid until the next such call. */
 KSL_EXPORT const char *ksl_error_message(void);
 
-/** What this thread's last call that took positions of one state warns of, in one sentence, or NULL: a quaternion that differs from
-    unit length by more than 1e-6 and was used as normalised.  (One that differs by more than 1e-2 is an error.) */
+/** The warning of this thread's last call that took positions of one state, in one sentence, or NULL.  It names a quaternion that
+    differs from unit length by more than 1e-6 and was used as normalised.  (One that differs by more than 1e-2 is an error.) */
 KSL_EXPORT const char *ksl_warning_message(void);
 
 /** Name of the instruction set in use, for example x86-64-v3; NULL if KSL_ISA names one that is unknown or doesn't run here. */
@@ -68,11 +68,11 @@ typedef struct ksl_model_options_t {
   ksl_physics_t physics;
 } ksl_model_options_t;
 
-/** Fixed base, mimic joints coupled, not strict, masses needed, gravity (0, 0, −9.81), no payload; that of the file, if it gives
-    one, instead of this gravity; no physics of joints. */
+/** The default options: fixed base, mimic joints coupled, not strict, masses needed, no payload, no physics of joints, and gravity
+    (0, 0, −9.81) unless the file gives another. */
 KSL_EXPORT ksl_model_options_t ksl_model_options(void);
 
-/** Reads a URDF or an SDF file, as its root element says; options may be NULL.  Free the model with ksl_model_free. */
+/** Reads a URDF or an SDF file; its root element says which.  options may be NULL.  Free the model with ksl_model_free. */
 KSL_EXPORT ksl_status_t ksl_model_load(const char *path, const ksl_model_options_t *options, ksl_model_t **model);
 
 /** The same from a text in memory: `length` bytes, the contents of such a file.  Messages call it <string>. */
@@ -109,14 +109,14 @@ KSL_EXPORT const char *ksl_model_unused(const ksl_model_t *model, int i);
 /** The physics of joints that a model has. */
 KSL_EXPORT ksl_physics_t ksl_model_physics(const ksl_model_t *model);
 
-/** Which elements of the lower triangle of the mass matrix aren't zero by the shape of the tree: the layout of ksl_mass_matrix_tree
-    and ksl_mass_matrix_factor, as compressed sparse rows.  How many they are; where the rows begin, and where they end, into
-    rows (nv + 1); in which columns they are, into columns (elements).  Either may be NULL.  Refused for robots with mimic joints, whose
-    mass matrix has other zeros. */
+/** The elements of the lower triangle of the mass matrix that the shape of the tree lets differ from zero: the layout of
+    ksl_mass_matrix_tree and ksl_mass_matrix_factor, as compressed sparse rows.  ksl_model_tree_elements returns how many they are.
+    ksl_model_tree writes where the rows begin, and where the last one ends, into rows (nv + 1), and the columns of the elements into
+    columns (elements).  Either may be NULL.  It is refused for robots with mimic joints, whose mass matrix has other zeros. */
 KSL_EXPORT int ksl_model_tree_elements(const ksl_model_t *model);
 KSL_EXPORT ksl_status_t ksl_model_tree(const ksl_model_t *model, int *rows, int *columns);
 
-/** Index by name, −1 for none, or without model or name; ksl_error_message() then says which names are near. */
+/** Index by name; −1 if there is no such name, or if model or name is NULL.  ksl_error_message() then says which names are near. */
 KSL_EXPORT int ksl_model_joint(const ksl_model_t *model, const char *name);
 KSL_EXPORT int ksl_model_link(const ksl_model_t *model, const char *name);
 
@@ -174,8 +174,8 @@ typedef struct ksl_reaction_options_t {
   ksl_order_t order;
 } ksl_reaction_options_t;
 
-/** Which acceleration.  Classical: that of the link's point which is at the origin in question.  Spatial: less ω × v of it.
-    Rate: that of the numbers of the twist. */
+/** Which acceleration.  Classical: that of the link's point which is at the origin in question.  Spatial: the classical one less
+    ω × v of this point.  Rate: the rate of the numbers of the twist. */
 typedef enum ksl_acceleration_t KSL_INT_ENUM { KSL_SPATIAL, KSL_CLASSICAL, KSL_RATE } ksl_acceleration_t;
 
 /** How a motion of a link's frame is expressed.  All zeros is the default: about the frame's origin, in its axes, linear
@@ -245,9 +245,9 @@ KSL_EXPORT ksl_status_t ksl_section_wrenchf(const ksl_model_t *model, ksl_data_t
 /** Pose of a link's frame in the world for q (nq).  KSL_NOT_FINITE: positions are too large. */
 KSL_EXPORT ksl_status_t ksl_frame_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, ksl_SE3_t *pose);
 
-/** A frame that is to reach a pose, and how much the errors of its position and of its orientation count.  With equal weights,
-    a twentieth of the length of the chain that carries the frame counts as much as a radian.  An error with
-    zero weight is ignored.  Weights are finite and not negative. */
+/** A frame that is to reach a pose.  The weights say how much the errors of its position and of its orientation count.  With equal
+    weights, an error of the position by a twentieth of the length of the chain that carries the frame counts as much as an error of the
+    orientation by one radian.  An error with zero weight is ignored.  Weights are finite and not negative. */
 typedef struct ksl_wanted_frame_t {
   int link;
   double position_weight, orientation_weight;

@@ -10,7 +10,7 @@
 
 KSL_BEGIN_C
 
-/** Links and joints that are collected. */
+/** A builder, which collects links and joints. */
 typedef struct ksl_builder_t ksl_builder_t;
 
 /** Mass, kg; centre of mass in the link's axes, m; inertia about the centre of mass in the link's axes, kg m². */
@@ -20,8 +20,8 @@ typedef struct ksl_link_mass_t {
   double inertia[3][3];
 } ksl_link_mass_t;
 
-/** What a joint may have besides kind, links and pose.  Initialise it with ksl_joint_options(); NAN and NULL are what
- * is not given. */
+/** What a joint may have besides kind, links and pose.  Initialise it with ksl_joint_options(); NAN and NULL mean that
+ * something is not given. */
 typedef struct ksl_joint_options_t {
   const double *axis, *axis2; /**< (3), of any length, in the joint's frame; kinds that have them need them */
   double pitch;               /**< m/rad, positive for a right-handed screw; helical joints need it */
@@ -49,24 +49,24 @@ typedef struct ksl_dh_row_t {
  */
 typedef enum ksl_dh_convention_t KSL_INT_ENUM { KSL_DH_STANDARD, KSL_DH_MODIFIED } ksl_dh_convention_t;
 
-/** Nothing given, no losses. */
+/** Options of a joint that give nothing: no axis, no limits, no damping, friction or rotor. */
 KSL_EXPORT ksl_joint_options_t ksl_joint_options(void);
 
-/** An empty robot.  Free it with ksl_builder_free. */
+/** Makes a builder for an empty robot.  Free it with ksl_builder_free. */
 KSL_EXPORT ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder);
 KSL_EXPORT void ksl_builder_free(ksl_builder_t *builder);
 
-/** A link; mass may be NULL for a massless one.  The link that no joint carries is the root. */
+/** Adds a link; mass may be NULL for a massless one.  The link that no joint carries is the root. */
 KSL_EXPORT ksl_status_t ksl_builder_add_link(ksl_builder_t *builder, const char *name, const ksl_link_mass_t *mass);
 
-/** A joint between two links that have been added.  kind: fixed, revolute, continuous, prismatic, helical, cylindrical,
+/** Adds a joint between two links that have been added.  kind: fixed, revolute, continuous, prismatic, helical, cylindrical,
     universal, spherical, planar, translation, floating; pose: of the joint in the parent link, NULL for the identity;
    options may be NULL. */
 KSL_EXPORT ksl_status_t ksl_builder_add_joint(ksl_builder_t *builder, const char *name, const char *kind,
                                               const char *parent, const char *child, const ksl_SE3_t *pose,
                                               const ksl_joint_options_t *options);
 
-/** joint1, link1, joint2, link2, …, names after prefix (NULL: none), on a link.  The frame of link i is that of row i.
+/** Adds joint1, link1, joint2, link2, … to a link, names after prefix (NULL: none).  The frame of link i is that of row i.
  */
 KSL_EXPORT ksl_status_t ksl_builder_add_dh_chain(ksl_builder_t *builder, const char *parent, int n,
                                                  const ksl_dh_row_t *rows, ksl_dh_convention_t convention,
@@ -79,29 +79,30 @@ KSL_EXPORT ksl_status_t ksl_builder_build(const ksl_builder_t *builder, const ks
 /** The same robot with another root.  Joints between the two are reversed, and keep the meaning of their q and v. */
 KSL_EXPORT ksl_status_t ksl_model_with_root(const ksl_model_t *model, int link, ksl_model_t **made);
 
-/** n joints become fixed at the positions in q, one after the other, as many numbers as each has. */
+/** The same robot with n joints fixed at the positions in q, which has the numbers of these joints one after the other. */
 KSL_EXPORT ksl_status_t ksl_model_with_frozen_joints(const ksl_model_t *model, int n, const int *joints,
                                                      const double *q, ksl_model_t **made);
 
-/** A rigid body is welded to a link. */
+/** The same robot with a rigid body welded to a link. */
 KSL_EXPORT ksl_status_t ksl_model_with_payload(const ksl_model_t *model, int link, const ksl_link_mass_t *payload,
                                                ksl_model_t **made);
 
-/** The root of another robot is welded to a link at a pose (NULL: identity); its names get the prefix (NULL: none). */
+/** The same robot with the root of another one welded to a link at a pose (NULL: identity); the names of the other get the prefix
+    (NULL: none). */
 KSL_EXPORT ksl_status_t ksl_model_merged(const ksl_model_t *model, const ksl_model_t *other, int parent_link,
                                          const ksl_SE3_t *pose, const char *prefix, ksl_model_t **made);
 
-/** A link, as the root, and what it carries. */
+/** The robot of a link, which is the root, and all that it carries. */
 KSL_EXPORT ksl_status_t ksl_model_subtree(const ksl_model_t *model, int link, ksl_model_t **made);
 
-/** A frame, which is a massless link, at a pose in a link's frame (NULL: identity). */
+/** The same robot with another frame, which is a massless link, at a pose in a link's frame (NULL: identity). */
 KSL_EXPORT ksl_status_t ksl_model_with_frame(const ksl_model_t *model, const char *name, int link,
                                              const ksl_SE3_t *pose, ksl_model_t **made);
 
 /** The same robot with this physics of joints, instead of its own; NULL: none. */
 KSL_EXPORT ksl_status_t ksl_model_with_physics(const ksl_model_t *model, const ksl_physics_t *physics, ksl_model_t **made);
 
-/** Other inertias for n links: parameters (n, 10), m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the link's origin, in its
+/** The same robot with other inertias for n links: parameters (n, 10), m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the link's origin, in its
    axes. The structure is copied, not built again. */
 KSL_EXPORT ksl_status_t ksl_model_with_parameters(const ksl_model_t *model, int n, const int *links,
                                                   const double *parameters, ksl_model_t **made);
@@ -127,7 +128,7 @@ typedef struct ksl_joint_info_t {
   const char *kind;         /**< as in ksl_builder_add_joint */
   int parent_link, link;    /**< parent_link is −1 for the ground; link is the child */
   int q_index, v_index;     /**< where its numbers begin in q and in v; −1 for fixed joints and followers */
-  int nq, nv;               /**< how many they are; 0 for these */
+  int nq, nv;               /**< how many numbers it has in q and v; 0 for fixed joints and followers */
   int quaternion;           /**< where, within them, a unit quaternion [qx qy qz qw] begins; −1: it has none */
   double axis[3], axis2[3]; /**< unit vectors in the joint's frame; zero for kinds without one; axis2 of universal joints */
   double pitch;             /**< m/rad, of helical joints */

@@ -285,10 +285,10 @@ KSL_EXPORT ksl_status_t ksl_mass_matrix_upper_batch(const ksl_model_t *model, si
 KSL_EXPORT ksl_status_t ksl_mass_matrix_upper_batchf(const ksl_model_t *model, size_t n, const float *q,
                                                      ptrdiff_t q_stride, float *M, ptrdiff_t M_stride, int threads);
 
-/** The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
-    row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
+/** The elements M (tree) of the lower triangle of the mass matrix that the shape of the tree lets differ from zero,
+    row by row, for q (nq).  A row has the columns of the joints on the path from the ground, the diagonal last.
     Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Not for
-    models with mimic joints, whose mass matrix has other zeros: mass_matrix_upper is for them, too. */
+    models with mimic joints, whose mass matrix has other zeros: use mass_matrix_upper. */
 KSL_EXPORT ksl_status_t ksl_mass_matrix_tree(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_treef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batch(const ksl_model_t *model, size_t n, const double *q,
@@ -298,8 +298,7 @@ KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batchf(const ksl_model_t *model, si
 
 /** Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements
     of L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table
-    6.3).  O(nv × depth²).  Not for models with mimic joints, for which are solve_mass_matrix and
-    mass_matrix_inverse. */
+    6.3).  O(nv × depth²).  Not for models with mimic joints: use solve_mass_matrix or mass_matrix_inverse. */
 KSL_EXPORT ksl_status_t ksl_mass_matrix_factor(const ksl_model_t *model, ksl_data_t *data, const double *q, double *LD);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_factorf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *LD);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_factor_batch(const ksl_model_t *model, size_t n, const double *q,
@@ -496,8 +495,9 @@ KSL_EXPORT ksl_status_t ksl_jacobian_rate_batchf(const ksl_model_t *model, size_
                                                  const ksl_frame_options_t *options, float *rate, ptrdiff_t rate_stride,
                                                  int threads);
 
-/** Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); of the options, the offset
-    counts.  O(joints between the links).  options may be NULL: about the frame's origin, in its axes, linear first. */
+/** Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); only the offset of the
+    options has an effect.  O(joints between the links).  options may be NULL: about the frame's origin, in its axes,
+    linear first. */
 KSL_EXPORT ksl_status_t ksl_relative_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
                                           int seen_from, const ksl_frame_options_t *options, double *pose);
 KSL_EXPORT ksl_status_t ksl_relative_posef(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,
@@ -620,7 +620,7 @@ KSL_EXPORT ksl_status_t ksl_operational_space_external_batchf(
     ptrdiff_t pseudo_inverse_stride, float *rank, ptrdiff_t rank_stride, int threads);
 
 /** Kinetic and potential energy, J, for q (nq) and v (nv); that of gravity is zero with every centroid at the
-    world's origin.  Armature and rotors, and springs, are included where the model's options name them.  O(bodies). */
+    world's origin.  Armature, rotors and springs are included if the model's options name them.  O(bodies). */
 KSL_EXPORT ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
                                    double *kinetic, double *potential);
 KSL_EXPORT ksl_status_t ksl_energyf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,

@@ -12,7 +12,7 @@ namespace ksl {
 /// leaders, and keep their limits.  Arguments are not checked: a target that is not a pose is not reached.  Throws std::bad_alloc, and
 /// std::runtime_error for an unusable KSL_ISA; nothing else.
 ///
-/// About 15 iterations for a target, each O(depth) and a solution of at most six equations a frame.
+/// A target takes about 15 iterations.  Each is O(depth), and solves at most six equations for each frame.
 template <class S> KSL_EXPORT void inverse_kinematics(const model &m, const inverse_kinematics_options &options,
                                                       const inverse_kinematics_batch<S> &batch, int threads = 0);
 

@@ -3,8 +3,7 @@
 // copy of a function into the baseline path.
 #pragma once
 
-// The library's own kernel objects name their set (src/engine/); whoever includes the headers elsewhere gets one named
-// after what the compiler was told.
+// The library's own kernel objects name their set (src/engine/).  Elsewhere the name follows from the compiler's options.
 #ifndef KSL_ISA
 #if defined(__AVX512F__) && defined(__AVX512VL__)
 #define KSL_ISA header_x86_64_v4

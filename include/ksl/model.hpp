@@ -34,13 +34,13 @@ struct model_options {
   std::optional<physics_options> physics; ///< none: those of the description
 };
 
-/// The physics of these names: damping, friction, exact friction, armature, rotor, rotor bodies, spring; or all, which is the five
-/// without exact friction and rotor bodies.  Throws description_error, naming the known ones, for any other.
+/// The options that switch on the physics of these names: damping, friction, exact friction, armature, rotor, rotor bodies, spring; or
+/// all, which is the five without exact friction and rotor bodies.  Throws description_error for any other name; it lists the known ones.
 KSL_EXPORT physics_options physics_named(const std::vector<std::string> &names, double friction_width = physics_options().friction_width);
-/// Their names.
+/// The names of the physics that options switch on.
 KSL_EXPORT std::vector<std::string> names_of(const physics_options &options);
 
-/// The sentence about a link or joint (`what`) that is not among the known ones: which of them is near, or which there are.
+/// A sentence for messages: no link or joint (`what`) has this name.  It proposes a known name that is near, or lists the known ones.
 KSL_EXPORT std::string unknown_name(const std::string &what, const std::string &name, const std::vector<std::string> &known);
 
 /// An inertia about the origin of a link, in its axes, that replaces the link's own.
@@ -61,7 +61,7 @@ struct joint_row {
   vec3<double> axis2;    ///< second axis of universal joints, fixed in the child: a unit vector in the joint's frame
   double pitch;          ///< m/rad; of helical joints
   int description;       ///< index into robot_description::joints; −1 for base and floating_base
-  /// Of a follower, a mimic joint: position = multiplier × that of its leader + offset.  The leader is an index into joints()
+  /// For a follower, a mimic joint: position = multiplier × that of its leader + offset.  The leader is an index into joints()
   /// and follows no other joint; −1 for joints that are no followers.
   int leader = -1;
   double multiplier = 0, offset = 0;
@@ -84,11 +84,11 @@ public:
   int nq() const { return nq_; }
   int nv() const { return nv_; }
 
-  /// How many elements of the lower triangle of the mass matrix aren't zero by the shape of the tree.
+  /// How many elements of the lower triangle of the mass matrix the shape of the tree lets differ from zero.
   int tree_elements() const { return tree_row_.back(); }
-  /// Where the rows of these elements begin, and where they end (nv + 1).
+  /// The index of the first element of each row, and of the end of the last row (nv + 1).
   const std::vector<int> &tree_rows() const { return tree_row_; }
-  /// In which columns they are.
+  /// The column of each element.
   std::vector<int> tree_columns() const;
   /// The same into columns (tree_elements()).
   void tree_columns(int *columns) const;
@@ -102,7 +102,7 @@ public:
   /// The first joint that can move without moving any mass, whatever the position: an index into joints(), or −1.  Its acceleration
   /// under given efforts is not determined.
   int massless_joint() const { return massless_joint_; }
-  /// A sentence that names it, and how to mend it; empty if there is none.
+  /// A sentence that names this joint and says how to mend the model; empty if there is none.
   std::string massless_joint_text() const;
   /// The same for a joint that moves no mass at some position: an index into joints().
   std::string massless_joint_text(int joint) const;
@@ -146,7 +146,7 @@ public:
   /// Is dry friction discontinuous at rest?  Forward dynamics and derivatives of efforts are then undefined: C and Python refuse
   /// them; in C++ they are those of a very narrow smooth law, which no integrator and no optimiser can use.
   bool exact_friction() const { return description_.physics.friction && description_.physics.exact_friction; }
-  /// A sentence that says so, and how to mend it.
+  /// A sentence that says so, and what to do about it.
   static std::string exact_friction_text();
 
   /// All that the model is made of, in file order, payloads included: model(m.description()) is a copy of m.

@@ -25,9 +25,9 @@ struct link_section {
   component_order order = component_order::linear_first;
 };
 
-/// Is a joint, one that carries the link or that it carries, beyond the section?  The list says so if there is one.  Otherwise the
-/// joint is beyond if its origin, as the description places it, is.  In the plane itself the joint that carries the link is near, and
-/// those that it carries are beyond.
+/// Is a joint beyond the section?  It must carry the link, or be carried by it.  If the section lists joints, the list decides.
+/// Otherwise the joint is beyond if its origin is, as the description places it.  If the origin is in the plane itself, the joint that
+/// carries the link is near, and those that the link carries are beyond.
 KSL_EXPORT bool is_beyond(const model &m, const link_section &section, int joint);
 
 /// The wrench (6) that the near part of a link exerts on the part beyond a section, for q (nq), v (nv) and a (nv): Newton's and Euler's

@@ -20,24 +20,24 @@ struct frozen_joint {
   std::vector<double> q;
 };
 
-/// These joints become fixed ones at these positions; their names and the links are kept.  Followers (mimic joints) become fixed with
-/// their leaders, where these hold them, and not alone.
+/// Fixes joints at the given positions; their names and the links are kept.  Followers (mimic joints) are fixed with their leaders, at
+/// the positions that follow from these.  A follower can't be fixed alone.
 KSL_EXPORT robot_description with_frozen_joints(const robot_description &robot,
                                                 const std::vector<frozen_joint> &joints);
 
-/// A rigid body is welded to a link.
+/// Welds a rigid body to a link.
 KSL_EXPORT robot_description with_payload(const robot_description &robot, const std::string &link,
                                           const link_mass &payload);
 
-/// The root of another robot is welded to a link, at `pose` in that link's frame, by a joint PREFIXmount; if it floats,
-/// it floats there, on a joint PREFIXfloating_base.  The names of its links and joints get the prefix.  Both must have
-/// the same gravity.
+/// Welds the root of another robot to a link, at `pose` in that link's frame, by a joint PREFIXmount.  If the other robot
+/// floats, it then floats there, on a joint PREFIXfloating_base.  The names of its links and joints get the prefix.  Both
+/// robots must have the same gravity.
 KSL_EXPORT robot_description merged(const robot_description &robot, const robot_description &other,
                                     const std::string &parent_link, const SE3<double> &pose,
                                     const std::string &prefix = "");
 
-/// The links that a link carries, and itself as the root, which is fixed unless it is that of a robot that floats.
-/// A follower among them needs its leader there.
+/// A robot of a link and all that it carries.  The link is the root; it is fixed unless it is the root of a robot that floats.
+/// If a follower (mimic joint) belongs to it, its leader must, too.
 KSL_EXPORT robot_description subtree(const robot_description &robot, const std::string &link);
 
 /// Adds a frame: a massless link welded to another by a joint NAME_joint.

@@ -36,18 +36,18 @@ class Calls(Requests):
         q (…, nq), v and a (…, nv) → (…, nv); rad, m, N m, N.  Leading shapes are broadcast.
         external: {link name: (…, 6)}, the wrench that the environment exerts on the link: force first, about the
         link's origin, in the link's axes, or with external_axes="world" in the world's.  Gravity is included.  Damping, friction,
-        rotors and springs of joints are where `physics=` of :func:`ksl.load` names them; :meth:`effort_parts` gives each.
+        rotors and springs of joints are included if `physics=` of :func:`ksl.load` names them; :meth:`effort_parts` gives each.
 
         A floating base is the first joint: q = [x y z qx qy qz qw] in the world, v = [linear, angular] in the body's
         frame, a = dv/dt componentwise; its effort is the wrench on the body in the same frame.
 
-        Arrays, sequences and whatever has the array, buffer or DLPack protocol; no copy where the numbers of a row are
-        neighbours and rows lie at one distance, a negative one too.  float32 stays float32 where every argument is.
+        q, v and a are arrays, sequences, or objects with the array, buffer or DLPack protocol.  They are not copied if the numbers of a row
+        are neighbours and the rows are at equal distances, also negative ones.  The result is float32 if all arguments are.
         One number stands for each coordinate: v=0.  Tables (pandas, polars, pyarrow, structured arrays, mappings) whose columns have
         names are taken by name: those of joints, `elbow`, `elbow.v`, `elbow.a`, as in motions.  external takes :class:`ksl.Wrench`, too.
         out: a C-contiguous array for the result; it may be one of the arguments, but not overlap one otherwise.
-        threads: at most so many for large batches; None or 0: all cores that the process may use, by affinity and quotas of containers;
-        never more than these.  Results don't depend on it.  The interpreter's lock is released from 32 states on.
+        threads: the most threads for large batches.  None or 0 is all cores that the process may use, by affinity and quotas of containers;
+        more are never used.  Results don't depend on it.  The interpreter's lock is released from 32 states on.
 
         Recursive Newton–Euler (Featherstone, RBDA 2008, table 5.1); O(bodies).
         Raises ValueError for shapes that don't fit and numbers that are complex or not finite.
@@ -76,7 +76,7 @@ class Calls(Requests):
 
         q, v, a, external: as in :meth:`inverse_dynamics`.  Returns (…, joints, 6); N and N m.
         joints: names in the order wanted, mimic joints, fixed ones and `base` too; by default the moving joints in the order of q.
-        on: the side the wrench acts on; "parent" is the negative.
+        on: the side that the wrench acts on; "parent" gives the negative.
         at: the point that moments are about: "joint" (the joint's origin), "world" (its origin), a link's name (its
         origin), or three numbers, an offset from the joint's origin in the joint's axes, m.
         axes: "joint" (those of the joint's frame on the child side: the child link's), "world", or a link's name.
@@ -123,8 +123,8 @@ class Calls(Requests):
     ) -> Array:
         """Efforts (…, nv) that hold velocities v without acceleration: Coriolis, centrifugal, gravity, less external wrenches; N m, N.
 
-        q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0: damping, friction and springs are included where
-        `physics=` of :func:`ksl.load` names them.  O(bodies).
+        q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0.  Damping, friction and springs are included
+        if `physics=` of :func:`ksl.load` names them.  O(bodies).
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
@@ -135,7 +135,7 @@ class Calls(Requests):
     ) -> Array:
         """Efforts (…, nv) that hold the mechanism at rest at q, against gravity and external wrenches; N m, N.
 
-        q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0: springs are included where `physics=` of
+        q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0.  Springs are included if `physics=` of
         :func:`ksl.load` names them.  O(bodies).
         """
         if external_axes != "link":
@@ -157,7 +157,7 @@ class Calls(Requests):
         The inverse of :meth:`inverse_dynamics`, same conventions.  Articulated-body algorithm (Featherstone, RBDA 2008,
         table 7.1); O(bodies).
 
-        Raises ValueError where a joint can move without moving any mass, at an end of the mechanism whose links have none, say: its
+        Raises ValueError if a joint can move without moving any mass, for example at an end of the mechanism whose links have none: its
         acceleration is not determined.
         """
         if external_axes != "link":
@@ -176,8 +176,8 @@ class Calls(Requests):
     ) -> Array:
         """The same as forward_dynamics, through the mass matrix: a = M⁻¹ (tau − bias).
 
-        For checks of :meth:`forward_dynamics`, with which it shares no step; it is slower, except for very small mechanisms.  Composite-rigid-body
-        algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv × depth²).
+        It serves to check :meth:`forward_dynamics`, with which it has no step in common.  It is slower, except for very small mechanisms.
+        Composite-rigid-body algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv × depth²).
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
@@ -198,9 +198,9 @@ class Calls(Requests):
     ) -> tuple[Array, Array]:
         """Accelerations and efforts of all joints, where the accelerations of some are given, and the efforts of the others.
 
-        names: the joints (or the links that they carry) whose accelerations are given in a (…, nv); by default all.  Of the others, the efforts
-        are given in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint that is
-        named stands for its leader.
+        names: the joints (or the links that they carry) whose accelerations are given, in a (…, nv); by default all.  For the other joints the
+        efforts are given, in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint
+        that is named stands for its leader.
         q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm (Featherstone, RBDA 2008, section 9.2); O(bodies).
         """
         if external_axes != "link":
@@ -223,9 +223,9 @@ class Calls(Requests):
     def mass_matrix(self, q: ArrayLike, triangle: Triangle = "both", out: Array | None = None, threads: int | None = None) -> Array:
         """Mass matrix (…, nv, nv), symmetric: inverse_dynamics = mass_matrix · a + bias.
 
-        kg m², kg m or kg.  Armature and rotors are in it where `physics=` of :func:`ksl.load` names them.
-        triangle: "both", or "upper", which is :meth:`mass_matrix_upper`: what is below the diagonal is not written.  That and
-        :meth:`mass_matrix_tree` write less, which is what takes the time in batches of large robots.
+        kg m², kg m or kg.  Armature and rotors are included if `physics=` of :func:`ksl.load` names them.
+        triangle: "both"; or "upper", which is :meth:`mass_matrix_upper`: elements below the diagonal are not written.  In batches of large
+        robots most of the time goes into writing, and that call and :meth:`mass_matrix_tree` write less.
         q, out, threads: as in :meth:`inverse_dynamics`.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2);
         O(bodies × depth).
         """
@@ -243,13 +243,13 @@ class Calls(Requests):
         return self._core.mass_matrix_upper(q, None, None, None, None, None, out, threads)
 
     def mass_matrix_tree(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
-        """The elements (…, tree) of the mass matrix that aren't zero by the shape of the tree.
+        """The elements (…, tree) of the mass matrix that the shape of the tree lets differ from zero.
 
         q, out, threads: as in :meth:`inverse_dynamics`.  Compressed sparse rows of the lower triangle:
         ``scipy.sparse.csr_matrix((M, m.tree_columns, m.tree_rows))``.  Featherstone, RBDA 2008, table 6.2 and section 6.5.
 
         Not for robots with mimic joints (ValueError): a leader and its followers may be on different branches, so that the mass matrix has
-        other zeros than those of the tree.  :meth:`mass_matrix_upper` is for them, too.
+        other zeros than those of the tree.  Use :meth:`mass_matrix_upper` for them.
         """
         return self._core.mass_matrix_tree(q, None, None, None, None, None, out, threads)
 
@@ -258,8 +258,8 @@ class Calls(Requests):
 
         q, out, threads: as in :meth:`inverse_dynamics`.  The layout is that of :meth:`mass_matrix_tree`, with D instead of the ones on the
         diagonal of L.  Featherstone, RBDA 2008, section 6.5 and table 6.3; O(nv × depth²).
-        Not for robots with mimic joints (ValueError), as :meth:`mass_matrix_tree`; :meth:`solve_mass_matrix` and
-        :meth:`mass_matrix_inverse` are for them, too.
+        Not for robots with mimic joints (ValueError), as :meth:`mass_matrix_tree`.  Use :meth:`solve_mass_matrix` or
+        :meth:`mass_matrix_inverse` for them.
         """
         return self._core.mass_matrix_factor(q, None, None, None, None, None, out, threads)
 
@@ -282,9 +282,9 @@ class Calls(Requests):
     def coriolis_matrix(self, q: ArrayLike, v: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """Coriolis matrix (…, nv, nv): inverse_dynamics = mass_matrix · a + coriolis_matrix · v + gravity_torque; no damping, no friction.
 
-        q, v, out, threads: as in :meth:`inverse_dynamics`.  Damping and friction, where `physics=` of :func:`ksl.load` names them, are not in it: they
-        are the difference bias − gravity_torque − C v.  Of the many matrices with this property this is ∫ Jᵀ dJ/dt dm, J the
-        Jacobian of a particle in world axes.  dM/dt − 2 C is skew-symmetric, for all joints.  Where every joint has one coordinate,
+        q, v, out, threads: as in :meth:`inverse_dynamics`.  Damping and friction are not included, even if `physics=` of :func:`ksl.load` names them:
+        they are the difference bias − gravity_torque − C v.  Many matrices have this property; this one is ∫ Jᵀ dJ/dt dm, J being the
+        Jacobian of a particle in world axes.  dM/dt − 2 C is skew-symmetric, for all joints.  If every joint has one coordinate,
         C_ij = Σ_k Γ_ijk v_k with Christoffel's symbols of the first kind of M.  Linear in v.
 
         Echeandia and Wensing, "Numerical methods to compute the Coriolis matrix and Christoffel symbols for rigid-body systems", 2021;
@@ -363,9 +363,9 @@ class Calls(Requests):
         """Acceleration (…, 6) of a link's frame, or of a joint's (the child link's), for q (…, nq), v and a (…, nv); no gravity.
 
         kind: "classical" is the acceleration of the link's point that is at the origin in question, and the rate of ω.
-        "spatial" is less by ω × v of that point in the linear part: the rate of the twist about a point at rest.
-        "rate" is that of each number of :meth:`frame_velocity` with the same keywords, J a + (rate of J) v: the spatial
-        acceleration where axes and at are the same, the classical one with axes="world", at="frame".
+        "spatial" is the classical one less ω × v of that point in the linear part: the rate of the twist about a point at rest.
+        "rate" is the rate of each number of :meth:`frame_velocity` with the same keywords, J a + (rate of J) v: the spatial
+        acceleration if axes and at are the same, the classical one with axes="world", at="frame".
         axes, at: "frame" or "world", in whose axes and about whose origin.
 
         order, offset: as in :meth:`frame_velocity`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  m/s², rad/s².
@@ -475,7 +475,7 @@ class Calls(Requests):
         """Pose (…, 4, 4) of a link's frame as seen from another link's, for q (…, nq); m.
 
         name, seen_from: links, or joints (the child links).  offset: of the first frame's origin, as in :meth:`frame_velocity`.
-        axes, at, order: don't matter.  q, out, threads: as in :meth:`inverse_dynamics`.  O(joints between the links).
+        axes, at, order: no effect.  q, out, threads: as in :meth:`inverse_dynamics`.  O(joints between the links).
         """
         return self._core.relative_pose(q, None, None, None, None, self._frames_of((name, seen_from), axes, at, order, offset), out, threads)
 
@@ -534,7 +534,7 @@ class Calls(Requests):
 
         names: in the order wanted; rows and columns are the six numbers of the first frame's twist, then of the second's …
         axes, at, order: as in :meth:`frame_velocity`, whose numbers these are; wrenches have power with them.
-        q, out, threads: as in :meth:`inverse_dynamics`.  It exists for any frames, also where it is singular.
+        q, out, threads: as in :meth:`inverse_dynamics`.  It exists for any frames, but may be singular.
         Khatib, IEEE J. Robotics and Automation 3 (1987) 43; by propagation of wrenches through articulated bodies, as Lilly
         and Orin (1993).  O(bodies + n² depth).
         """
@@ -553,8 +553,8 @@ class Calls(Requests):
     ) -> tuple[Array, Array]:
         """Operational-space inertia (…, 6 names, 6 names), symmetric, and its rank (…), for q (…, nq).
 
-        The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  Where that is singular, as many directions as the
-        rank are inverted, largest pivots first, and the others have zeros: a generalised inverse.  Scaled to a diagonal of
+        The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  If that is singular, as many directions as the
+        rank are inverted, largest pivots first, and the others have zeros: a generalised inverse.  When the matrix is scaled to a diagonal of
         ones, pivots below 1e-10 count as zero (1e-4 in single precision).  The rank is a number of the arrays' type.
         O(bodies + n² depth + n³).
         """
@@ -581,8 +581,8 @@ class Calls(Requests):
         With F the wrenches on the frames (6 names), x'' the rates of their twists' numbers, and no joint efforts:
         F = inertia x'' + bias.  Returns inertia (…, 6 names, 6 names); bias (…, 6 names), the wrenches under which the
         twists stay as they are, gravity, velocities and external wrenches included: inertia (J M⁻¹ b − (rate of J) v) with
-        b = :meth:`bias`; pseudo_inverse (…, nv, 6 names) = M⁻¹ Jᵀ inertia: of all accelerations that give x'', those with the
-        efforts Jᵀ F; and the rank (…).  Where that lacks, see :meth:`operational_space_inertia`.
+        b = :meth:`bias`; pseudo_inverse (…, nv, 6 names) = M⁻¹ Jᵀ inertia, which gives of all accelerations with x'' those that need
+        efforts Jᵀ F only; and the rank (…).  If that is less than 6 names, see :meth:`operational_space_inertia`.
 
         names, axes, at, order: as in :meth:`operational_space_inertia_inverse`.  q, v, external, threads: as in
         :meth:`inverse_dynamics`.  out: four arrays.  Khatib, IEEE J. Robotics and Automation 3 (1987) 43.
@@ -595,7 +595,7 @@ class Calls(Requests):
     def energy(self, q: ArrayLike, v: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
         """Kinetic and potential energy, J, each (…), for q (…, nq), v (…, nv).
 
-        Potential energy is that of gravity, zero with every centroid at the world's origin.  Where `physics=` of :func:`ksl.load` names them, kinetic energy
+        Potential energy is that of gravity, zero with every centroid at the world's origin.  If `physics=` of :func:`ksl.load` names them, kinetic energy
         includes armature and rotors, and potential energy springs, ½ stiffness (q − rest)².
         out: two arrays, for the one and for the other.  q, v, threads: as in :meth:`inverse_dynamics`.  O(bodies).
         """
@@ -1049,7 +1049,7 @@ class Calls(Requests):
 
         integrate(q0, difference(q0, q1)) is q1, but for whole turns of continuous joints and the sign of quaternions.
         Continuous joints: between −π and π.  Spherical, planar and floating joints: the logarithm, a rotation by π at most.
-        Others: q1 − q0; a revolute joint has limits, so that its turns count.
+        Others: q1 − q0.  Whole turns of a revolute joint count, since it has limits.
 
         q0, q1, out, threads: as in :meth:`inverse_dynamics`.  Solà et al., A micro Lie theory for state estimation in
         robotics, 2018, section II-E; O(joints).
@@ -1069,7 +1069,7 @@ class Calls(Requests):
     def integrate_jacobians(self, q: ArrayLike, dv: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
         """Derivatives of q ⊕ dv by q and by dv, (…, nv, nv) each, all along joint velocities.
 
-        (q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order.  Identities but for spherical, planar and
+        (q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order.  Both are identities except for spherical, planar and
         floating joints, whose blocks are the inverse adjoint of the exponential, and its right Jacobian.
 
         q, dv, threads: as in :meth:`integrate`; out: two arrays.  Solà et al., A micro Lie theory for state estimation in
@@ -1080,8 +1080,9 @@ class Calls(Requests):
     def difference_jacobians(self, q0: ArrayLike, q1: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
         """Derivatives of q1 ⊖ q0 by q0 and by q1, (…, nv, nv) each, along joint velocities.
 
-        (q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order.  ∓ identity but for spherical, planar and floating
-        joints.  Where a rotation between the two is by π, the difference jumps; these are the derivatives on the side of its value.
+        (q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order.  They are ∓ identity except for spherical, planar and floating
+        joints.  If the rotation between the two is by π, the difference jumps; these are the derivatives on the side of the value that
+        :meth:`difference` returns.
 
         q0, q1, threads: as in :meth:`difference`; out: two arrays.  Solà et al., A micro Lie theory for state estimation in
         robotics, 2018, section III; O(joints), besides writing 2 nv² numbers.

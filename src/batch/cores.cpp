@@ -12,7 +12,7 @@
 namespace ksl {
 namespace {
 
-/// The number at the beginning of a text, which is then cut off.  Negative: there is none.
+/// Reads a number at the beginning of a text, and cuts it off.  Negative if there is none.
 long long take_number(std::string_view &text) {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\n'))
     text.remove_prefix(1);
@@ -22,14 +22,14 @@ long long take_number(std::string_view &text) {
   return error == std::errc() ? number : -1;
 }
 
-/// Cores that a quota in each period comes to, rounded up; 0: no limit.
+/// The number of cores that a quota in each period allows, rounded up; 0 if there is no limit.
 std::size_t cores_of(long long quota, long long period) {
   if (quota <= 0 || period <= 0)
     return 0;
   return static_cast<std::size_t>(quota / period + (quota % period != 0));
 }
 
-/// Is a word among those that commas separate?
+/// Is a word in a list with commas?
 bool lists(std::string_view words, std::string_view word) {
   while (!words.empty()) {
     const std::size_t comma = std::min(words.find(','), words.size());
@@ -42,13 +42,13 @@ bool lists(std::string_view words, std::string_view word) {
 
 #if defined(__linux__)
 
-/// least = the smaller limit, where 0 is none.
+/// Sets `least` to the smaller one of two limits; 0 is no limit.
 void lower(std::size_t &least, std::size_t limit) {
   if (limit && (!least || limit < least))
     least = limit;
 }
 
-/// The beginning of a file, or nothing where it can't be read.  A stream of the C library would allocate.
+/// The beginning of a file, or nothing if it can't be read.  Not by a stream of the C library, which would allocate.
 template <std::size_t size> std::string_view contents(const char *path, char (&buffer)[size]) {
   const int file = open(path, O_RDONLY | O_CLOEXEC);
   if (file < 0)
@@ -60,7 +60,7 @@ template <std::size_t size> std::string_view contents(const char *path, char (&b
   return {buffer, n};
 }
 
-/// What the quota of one group comes to; 0: none.  folder: where the hierarchy of that version is mounted.
+/// The number of cores that the quota of one group allows; 0 if it has none.  `folder` is where the hierarchy of that version is mounted.
 std::size_t cores_of_group(const char *folder, std::string_view path, bool version_2) {
   char name[4352], first[64], second[64];
   const auto file = [&](const char *last) {
@@ -73,8 +73,8 @@ std::size_t cores_of_group(const char *folder, std::string_view path, bool versi
   return cores_of_quota(quota, contents(file("cpu.cfs_period_us"), second));
 }
 
-/// The least quota of a group and of those that it is in; 0: none.  In a container the path may be one of the machine outside,
-/// which isn't there: then the last one, the root of what is mounted, is the container's own.
+/// The least quota of a group and of the groups that it is in; 0 if there is none.  In a container the path may be that on the machine
+/// outside, which doesn't exist inside.  The root of what is mounted, which is tried last, is then the container's own group.
 std::size_t least_quota(const char *folder, std::string_view path, bool version_2) {
   std::size_t least = 0;
   while (true) {
@@ -90,8 +90,8 @@ std::size_t quota_of_process() {
   return quota_of_groups(contents("/proc/self/cgroup", buffer), "/sys/fs/cgroup");
 }
 
-/// How many cores the first thread of the process may run on, which others inherit; 0: unknown.  The calling thread may have been tied
-/// to a core of its own.
+/// The number of cores that the first thread of the process may run on, which other threads inherit; 0 if unknown.  The calling thread
+/// isn't asked, since it may have been tied to a single core.
 std::size_t cores_by_affinity() {
   unsigned long mask[1024] = {}; // 65536 cores
   if (sched_getaffinity(getpid(), sizeof mask, reinterpret_cast<cpu_set_t *>(mask)) != 0)

@@ -6,11 +6,12 @@
 
 namespace ksl {
 
-/// The least of the machine's cores, of those that the process may run on (sched_setaffinity, taskset), and of what the quotas of its
-/// control groups come to, rounded up.  1 at least.  Asks the system; allocates nothing.
+/// The number of cores that the process may use: the least of the machine's cores, of those that it may run on (sched_setaffinity,
+/// taskset), and of those that the quotas of its control groups allow, rounded up.  At least 1.  Asks the system; allocates nothing.
 std::size_t cores_of_process() noexcept;
 
-/// What a quota of processor time comes to, from the contents of files of a control group; 0: no limit, or not understood.
+/// The number of cores that a quota of processor time allows, from the contents of files of a control group; 0 if there is no limit, or
+/// if it isn't understood.
 /// cpu_max: "max 100000" or "150000 100000" (version 2).  quota and period: "-1" or "150000", "100000" (version 1).
 std::size_t cores_of_cpu_max(std::string_view cpu_max) noexcept;
 std::size_t cores_of_quota(std::string_view quota, std::string_view period) noexcept;

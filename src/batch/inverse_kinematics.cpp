@@ -10,13 +10,14 @@
 namespace ksl {
 namespace {
 
-constexpr std::size_t targets_each = 16; ///< in a part at least: some ten microseconds of work
+constexpr std::size_t targets_each = 16; ///< the fewest targets of a part: some ten microseconds of work
 
 template <class S> inverse_kinematics_kernel<S> kernel();
 template <> inverse_kinematics_kernel<double> kernel() { return inverse_kinematics_kernels_in_force().in_double; }
 template <> inverse_kinematics_kernel<float> kernel() { return inverse_kinematics_kernels_in_force().in_float; }
 
-/// A start that reaches its target is the result: its quaternions, which algorithms divide by their lengths, are then not yet unit.
+/// Divides the quaternions of the results by their lengths.  A start that is at its target becomes the result as it was given, and its
+/// quaternions may differ from unit length.
 template <class S> void normalize_quaternions(const model &m, const inverse_kinematics_batch<S> &batch) {
   for (const model::quaternion_in_q &quaternion : m.quaternions())
     for (std::size_t k = 0; k < batch.n; ++k)

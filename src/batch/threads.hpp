@@ -9,7 +9,8 @@ namespace ksl {
 /// thousands of states.
 std::size_t all_cores() noexcept;
 
-/// As many from now on, whatever the system says; 0: what it says.  For tests, which need more threads than a small machine has cores.
+/// Sets the result of all_cores() from now on; 0 restores what the system says.  For tests, which need more threads than a small machine
+/// has cores.
 void assume_cores(std::size_t cores) noexcept;
 
 /// How n items are divided into parts.  A part is a range of whole blocks, so that the parts do not depend on the order in

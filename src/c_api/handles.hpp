@@ -31,20 +31,20 @@ physics_options physics_of(const ksl_physics_t &from);
 
 /// The message of this thread's last failed call.
 const char *last_message() noexcept;
-/// Keeps a copy.  Where there is no memory for it, another sentence says so.
+/// Keeps a copy of a sentence as the message.  If there is no memory for it, the message says so.
 void keep_message(const char *sentence) noexcept;
 /// The message is "out of memory", which needs none.
 void say_out_of_memory() noexcept;
 
-/// Of this thread's last call that took positions; empty: none.  No memory is allocated for it.
+/// The warning of this thread's last call that took positions; empty if there was none.  No memory is allocated for it.
 char (&last_warning() noexcept)[256];
 
 struct bad_argument : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Runs a call and turns an exception into a status and a message.  No exception leaves it; it keeps the unwinding of a thread that is
-/// cancelled, which C libraries expect to pass.
+/// Runs a call and turns an exception into a status and a message.  No exception of C++ leaves it.  The unwinding of a thread that is
+/// cancelled, which is no std::exception, passes through, as C libraries expect.
 template <class Call> ksl_status_t guarded(Call &&call) {
   try {
     call();

@@ -23,7 +23,7 @@ using text::shown;
 
 bool finite(const vec3<double> &x) { return std::isfinite(x.x) && std::isfinite(x.y) && std::isfinite(x.z); }
 
-/// Names are attributes of files that the model may be written to.
+/// Refuses a name that is empty or known already, or that can't be an attribute of a file, to which the model may be written.
 template <class Map> void check_name(const std::string &name, const std::string &kind, const Map &known) {
   if (name.empty())
     refuse("a " + kind + " has no name; give it one");
@@ -33,8 +33,8 @@ template <class Map> void check_name(const std::string &name, const std::string 
     refuse("a second " + kind + " is named " + quoted(name) + "; rename one of them");
 }
 
-/// Refuses what is no inertia matrix.  One that no body can have, for its moments violate the triangle inequality, is a
-/// warning of the whole robot, as it is in a file.
+/// Refuses a mass that is negative and a matrix that is no inertia.  If moments violate the triangle inequality, so that no body can
+/// have them, that is a warning of the whole robot, as it is in a file.
 void check_mass(const std::string &name, const link_mass &of) {
   const std::string who = "link " + name + ": ";
   const mat3x3<double> &I = of.inertia;
@@ -58,10 +58,10 @@ void check_mass(const std::string &name, const link_mass &of) {
            shown(least) + "; give the inertia about the centre of mass, with off-diagonal elements −∫xy dm");
 }
 
-/// Does the kind's single axis have to be given?  The normal of a plane is z where it isn't.
+/// Must the kind's first axis be given?  The normal of a planar joint may be left out, and is z then.
 bool needs_axis(const joint_kind_row &row) { return row.has_axis && row.nv < 3; }
 
-/// The direction of an axis that is given, zero for one that may be left out.
+/// The axis that is given, or zero if it is left out.  Refuses an axis that the kind doesn't have, and a missing one that it needs.
 vec3<double> checked_axis(const std::string &who, const joint_kind_row &row, const char *what, bool has, bool needs,
                           const std::optional<vec3<double>> &axis) {
   if (axis && !has)
@@ -79,7 +79,7 @@ vec3<double> checked_axis(const std::string &who, const joint_kind_row &row, con
   return *axis;
 }
 
-/// Copies what the kind has, and refuses what it hasn't.  A limit that is infinite is none.
+/// Copies the limits that the kind can have, and refuses others.  An infinite limit counts as none.
 void set_limits(const std::string &who, const joint_kind_row &row, const joint_options &from, joint_description &to) {
   const auto check = [&](const std::string &what, const optional_number &x, bool may_have) {
     if (!x)
@@ -114,7 +114,7 @@ void set_limits(const std::string &who, const joint_kind_row &row, const joint_o
   to.effort = finite_or_none(from.effort), to.velocity = finite_or_none(from.velocity);
 }
 
-/// What a joint has besides the motion of rigid bodies.
+/// Copies damping, friction, rotor and spring, and refuses those that the kind can't have.
 void set_physics(const std::string &who, const joint_kind_row &row, const joint_options &from, joint_description &to) {
   for (const double x : {from.damping, from.friction, from.armature, from.rotor_inertia, from.spring_stiffness})
     if (!(x >= 0 && std::isfinite(x)))
@@ -149,7 +149,7 @@ void set_axes(const std::string &who, const joint_kind_row &row, const joint_opt
     to.axis2 = given::direction_of(to.given.axis2);
 }
 
-/// Adds an item to the list and to the index of names; where memory runs out, to neither.
+/// Adds an item to the list and to the index of names; to neither if memory runs out.
 template <class Item> void append(std::vector<Item> &items, Item item, std::map<std::string, int> &index) {
   items.push_back(std::move(item));
   try {

@@ -48,7 +48,7 @@ template <class Test> bool all_of(const spatial_inertia<double> &I, Test test) {
 bool is_finite(double x) { return std::isfinite(x); }
 bool is_zero(double x) { return x == 0; }
 
-/// Axes are unit vectors, and the two of a universal joint are not parallel.  A first axis that is zero stands for the usual one.
+/// Refuses axes that are no unit vectors, and parallel axes of a universal joint.  A first axis that is zero stands for the usual one.
 void check_axes(const robot_description &robot, const joint_description &joint) {
   const joint_kind_row row = row_of(joint.kind);
   const auto length = [](const vec3<double> &u) { return std::sqrt(u.x * u.x + u.y * u.y + u.z * u.z); };
@@ -221,7 +221,7 @@ std::string fault_of(const spatial_inertia<double> &I) {
   if (I.m == 0)
     return all_of(I, is_zero) ? "" : "mass 0 with an inertia that is not zero";
   const auto [least, middle, largest] = principal_moments(I);
-  // the matrix about the origin has lost digits that are small relative to m |c|²; that is not the file's fault
+  // the matrix about the origin has lost digits that are small relative to m |c|², which is no fault of the file
   const double rounding = 1e-14 * (I.h.x * I.h.x + I.h.y * I.h.y + I.h.z * I.h.z) / I.m;
   const double tolerance = 1e-6 * std::max(std::fabs(largest), std::fabs(least)) + rounding;
   // a moment within the tolerance of zero is reported as zero

@@ -12,7 +12,7 @@ namespace {
 
 using text::quoted;
 
-/// The way out for a robot that was read from a file.
+/// The end of a sentence: how a robot that was read from a file can be loaded all the same.
 std::string or_independent(const robot_description &robot) {
   return robot.file.empty() ? ""
                             : "; mimic=\"independent\" in Python, or --mimic independent on the command line, gives each joint a "

@@ -38,7 +38,7 @@ bool is_identity(const SE3<double> &D) {
 
 vec3<double> negative(const vec3<double> &v) { return {-v.x, -v.y, -v.z}; }
 
-/// Reverses a joint, and adds the weld that a joint with an axis leaves to the one that was its parent (with_root).
+/// Reverses a joint.  If it has an axis, it also adds the weld to the link that was the joint's parent (with_root).
 void reverse(robot_description &robot, int j) {
   joint_description &joint = robot.joints[index(j)];
   SE3<double> back; // of the parent link in the joint's frame
@@ -60,7 +60,7 @@ void reverse(robot_description &robot, int j) {
   robot.joints.push_back(weld(free_name(robot.joints, frame + "_joint"), joint.child, old_parent, back));
 }
 
-/// Only a screw motion about one axis is, reversed, the same motion about the opposite axis.
+/// Refuses a joint that can't be reversed: only a screw motion about one axis is, reversed, the same motion about the opposite axis.
 void check_reversible(const joint_description &joint, const std::string &link) {
   const joint_kind_row row = row_of(joint.kind);
   if (row.nv == 0 || (row.has_axis && row.nv < 3 && !row.has_axis2))

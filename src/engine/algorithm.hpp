@@ -7,8 +7,8 @@ namespace ksl {
 
 /// Computes one state.  The kernel lays out its workspace in `memory`, which is aligned to 64 bytes.  The inputs that the
 /// algorithm reads and the results that it writes must not be null.  Returns whether the results are ordinary: false if one of them
-/// may be NaN or infinite, or so large that it must be examined (engine/examine.hpp).  Of algorithms that don't need mass it is not known,
-/// and true.
+/// may be NaN or infinite, or so large that it must be examined (engine/examine.hpp).  Kernels of algorithms that don't need mass don't
+/// look, and return true.
 template <class S> using state_kernel = bool (*)(const model_view<S> &, void *memory, const state_view<S> &);
 
 struct batch_outcome {
@@ -55,8 +55,9 @@ enum class input : unsigned char { q, v, a, tau, q1, fraction };
 /// Whether an algorithm takes external wrenches.
 enum class external_use : unsigned char { none, optional, required };
 
-/// What a call specifies besides numbers: one link, or several; the same with frame_options; a link and the one that it is seen
-/// from; joints with a reaction_request; or reactions, which are then a further result.
+/// What a call specifies besides numbers.  link, links: one link, or several.  frame, frames: the same with frame_options.  relative: a
+/// link and the one that it is seen from.  joints: joints with a reaction_request.  reactions: the same, and the reactions are a
+/// further result.
 enum class request_kind : unsigned char { none, link, links, frame, frames, relative, joints, reactions };
 
 /// How an algorithm is computed where joints follow others (engine/coupled.hpp).
@@ -81,12 +82,12 @@ struct algorithm_row {
   const char *name;
   int inputs;
   input input_list[most_inputs];      ///< (inputs), in the order of calls
-  const char *input_name[most_inputs]; ///< what calls name them
+  const char *input_name[most_inputs]; ///< their names in calls
   external_use external;
   request_kind request;
   bool needs_mass; ///< is it refused if a joint can move without moving any mass
   bool nan_without_mass; ///< is its result NaN, as documented, where nothing that moves has mass
-  bool smooth_friction; ///< is it refused if dry friction is exact, for it solves or differentiates the law of friction
+  bool smooth_friction; ///< is it refused if dry friction is exact, since it solves or differentiates the law of friction
   int results;     ///< besides reactions
   result_row result[most_results];
   const algorithm_kernels *kernel_table::*kernels = nullptr;
@@ -109,7 +110,7 @@ constexpr int least_links(request_kind request) {
   const bool one = request == request_kind::link || request == request_kind::frame;
   return one ? 1 : request == request_kind::relative ? 2 : 0;
 }
-/// May a call name no more links than the model has?  So it is where every link is combined with every other.
+/// Is the number of links in a call limited to that of the model?  It is if a result has a row and a column for each link.
 constexpr bool links_are_few(const algorithm_row &row) {
   for (int r = 0; r < row.results; ++r)
     for (int i = 1; i < row.result[r].axes; ++i)
@@ -161,7 +162,7 @@ constexpr std::ptrdiff_t numbers_of(const result_row &result, const extents &of)
   return n;
 }
 
-/// Of a model_view and a state or batch.
+/// The extents of a model and of a state or batch.
 template <class Model, class View> constexpr extents extents_of(const Model &model, const View &view) {
   return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.tree_elements, model.links};
 }

@@ -10,7 +10,7 @@ namespace {
 
 using A = algebra<double>;
 
-/// Length of two components of a unit vector.  std::hypot has other bits in the C library of another processor.
+/// Length of two components of a unit vector.  std::hypot is not used, since its bits differ between C libraries.
 double length_of(double x, double y) { return std::sqrt(x * x + y * y); }
 
 /// Sine of the angle between z and the axis of a joint on a body.

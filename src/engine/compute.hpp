@@ -12,11 +12,11 @@
 
 namespace ksl {
 
-/// Does a row have fewer results than its kernels write?
+/// Do the row's kernels, which are those of another row, write more results than this row has?
 constexpr bool has_unread_results(const algorithm_row &row) { return row.variant_of && row.results < row.variant_of->results; }
 
-/// The same state with memory for those that the row doesn't have: the end of the workspace, which is longer by unread_bytes than
-/// any algorithm needs.
+/// The state with memory for the results that kernels write and the row doesn't have.  They go to the end of the workspace, where
+/// ksl::data has unread_bytes more than any algorithm needs.
 template <class S> state_view<S> with_unread_results(const algorithm_row &row, const model &m, data &d, state_view<S> s) {
   arena memory(static_cast<std::byte *>(d.memory()) + d.bytes() - unread_bytes(row, extents_of(m, s)));
   for (int r = row.results; r < row.variant_of->results; ++r)
@@ -24,8 +24,8 @@ template <class S> state_view<S> with_unread_results(const algorithm_row &row, c
   return s;
 }
 
-/// Runs an algorithm.  The inputs that it reads and the results that it writes must not be null.
-/// Returns whether the results are ordinary (engine/algorithm.hpp).
+/// Runs an algorithm.  The inputs that it reads and the results that it writes must not be null.  Returns whether the results are
+/// ordinary (engine/algorithm.hpp).
 template <class S> bool compute_ordinary(const algorithm_row &row, const model &m, data &d, const state_view<S> &s) {
   if (s.links.n > m.view().links && links_are_few(row))
     throw std::invalid_argument(std::string(row.name) + ": more links than the model has");
@@ -34,14 +34,15 @@ template <class S> bool compute_ordinary(const algorithm_row &row, const model &
   if (m.followers() == 0)
     return kernels_of_row<S>(row).state(m.view_in<S>(), d.memory(), s);
   coupled::require_projection(row, m);
-  // the workspace has room for requests for each link and joint once; what a request for more leaves in memory is not read again
+  // The workspace has room for a request that names each link and joint once.  A larger one takes memory of the thread, since nothing
+  // of it is read after the call.
   const std::size_t bytes = coupled::state_bytes<S>(row, m, extents_of(m, s));
   coupled::run_state<S>(row, m, bytes <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, bytes), s);
   return ordinary_results(row, m, s);
 }
 
-/// The same; results that are not finite though the arguments are throw result_error.  In C++ those of algorithms that need mass alone
-/// are looked at, where it costs least.
+/// The same, and throws result_error if results are not finite although the arguments are.  Calls from C++ (arguments unchecked) look
+/// at the results of algorithms that need mass only, where that costs least.
 template <class S>
 void compute(const algorithm_row &row, const model &m, data &d, const state_view<S> &s, arguments_are given = arguments_are::unchecked) {
   const bool ordinary = compute_ordinary<S>(row, m, d, s);

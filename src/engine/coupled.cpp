@@ -1,9 +1,10 @@
-// Algorithms for models with followers, on top of the kernels: q̂ = G q + offset, v̂ = G v, â = G a are expanded, and results are
-// reduced axis by axis: efforts, and derivatives by a motion, by Gᵀ; of motions and positions the leaders' are kept.
+// Algorithms for models with followers, on top of the kernels.  Inputs are expanded: q̂ = G q + offset, v̂ = G v, â = G a.  Results are
+// reduced axis by axis: efforts, and derivatives by a motion, are multiplied by Gᵀ; of motions and positions, those of leaders are
+// kept.
 //
 // Forward dynamics is no such projection, since Gᵀ has no inverse that would give the followers' efforts.  It solves
-// (Gᵀ M̂ G) a = τ − Gᵀ (bias of v̂ = G v), densely.  The inverse of M, and its products, come from the same matrix.  What solves
-// more than one such system is in coupled_systems.hpp.
+// (Gᵀ M̂ G) a = τ − Gᵀ (bias of v̂ = G v), densely.  The inverse of M, and its products, come from the same matrix.  Algorithms that
+// solve more than one such system are in coupled_systems.hpp.
 #include "engine/coupled.hpp"
 
 #include "engine/coupled_projection.hpp"
@@ -16,7 +17,7 @@
 namespace ksl::coupled {
 namespace {
 
-/// What follows from the mass matrix M: the solution of M a = τ − bias, M⁻¹ τ, M⁻¹, or a triangle of M.
+/// Computes what follows from the mass matrix M at once: the solution of M a = τ − bias, M⁻¹ τ, M⁻¹, or a triangle of M.
 template <class S> struct dense {
   const coupled_by what;
   const model &m;
@@ -84,7 +85,7 @@ private:
     }
   };
 
-  /// M and bias are overwritten.  Where a joint moves no mass, nothing is determined: the result is NaN.
+  /// Sets the result, and overwrites M and bias.  If a joint moves no mass, M is singular, and the result is NaN.
   void finish(S *M, S *bias, const S *tau, S *out) const {
     const int nv = m.nv();
     constexpr S nan = std::numeric_limits<S>::quiet_NaN();

@@ -1,5 +1,5 @@
-// Runs kernels for any model.  Kernels see the expanded mechanism; where joints follow others (mimic joints), this is the one
-// place where a user's numbers are expanded and results are reduced.  Other models pay for a comparison.
+// Runs kernels for any model.  Kernels see the expanded mechanism.  If joints follow others (mimic joints), a user's numbers are
+// expanded and results are reduced here, and nowhere else.  For other models this costs one comparison.
 #pragma once
 
 #include "engine/examine.hpp"
@@ -13,7 +13,7 @@ template <class View> extents extents_of(const model &m, const View &view) {
   return {m.nq(), m.nv(), view.links.n, view.joints ? view.joints->n : 0, m.tree_elements(), static_cast<int>(m.links().size())};
 }
 
-/// Bytes of the results that the kernels of a row write, and that the row doesn't have.
+/// Bytes of the results that the kernels of a row write and the row doesn't have (algorithm_row::variant_of).
 inline std::size_t unread_bytes(const algorithm_row &row, const extents &asked) {
   std::size_t bytes = 0;
   for (int r = row.results; row.variant_of && r < row.variant_of->results; ++r)

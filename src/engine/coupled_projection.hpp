@@ -68,8 +68,8 @@ template <class S> struct expansion {
   }
 };
 
-/// An algorithm of motions: expanded, computed and reduced.  The kernel's workspace comes first in memory, since reactions of
-/// the last state are read there.
+/// Computes an algorithm whose results are reduced axis by axis: inputs are expanded, the kernel runs, and results are reduced.  The
+/// kernel's workspace is at the beginning of the memory, where calls for reactions of the last state read it.
 template <class S> struct projection {
   const algorithm_row &row;
   const model &m;
@@ -138,7 +138,7 @@ template <class S> struct projection {
   }
 
 private:
-  /// Whole blocks of lanes.
+  /// How many states are expanded at a time: whole blocks of lanes.
   int states_at_a_time(const extents &full) const {
     std::size_t numbers = 1;
     for (int i = 0; i < row.inputs; ++i)

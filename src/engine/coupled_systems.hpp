@@ -25,7 +25,7 @@ inline void solve(const float *A, float *x, int n) {
     ksl_linalg_ldlt_solvef(A, x, x, n, n, 1);
 }
 
-/// Computed state by state, in batches too?
+/// Is the algorithm computed state by state, also in batches?
 inline bool by_states(coupled_by how) {
   switch (how) {
   case coupled_by::solution_derivatives:
@@ -45,12 +45,12 @@ inline bool by_states(coupled_by how) {
   __builtin_unreachable();
 }
 
-/// One of the quantities of operational space, which are about frames?
+/// Is it one of the quantities of operational space, which are about frames?
 inline bool is_operational(coupled_by how) {
   return how == coupled_by::operational_inverse || how == coupled_by::operational_inertia || how == coupled_by::operational_space;
 }
 
-/// Without gravity, and with no effort that motors add at rest.
+/// The model without gravity and without joint physics.
 template <class S> model_view<S> weightless(const model &m) {
   model_view<S> view = m.view_in<S>();
   view.gravity = {S(0), S(0), S(0)};
@@ -128,7 +128,7 @@ private:
     p.state(w.rest, s);
   }
 
-  /// τ − (efforts at the accelerations a), or minus those efforts alone, in w.x.
+  /// w.x = τ − (efforts at the accelerations a); without tau, minus these efforts.
   void missing_efforts(const memory_of_state &w, const state_view<S> &given, const S *a, const S *tau) const {
     state_view<S> s = given;
     s.a = a;
@@ -137,7 +137,7 @@ private:
       w.x[i] = tau ? tau[i] - w.x[i] : -w.x[i];
   }
 
-  /// w.x = M⁻¹ w.x by factors, which replace M; NaN where nothing is determined.
+  /// w.x = M⁻¹ w.x by the factors of M, which replace M.  NaN if M is singular.
   void solve_in_place(const memory_of_state &w) const {
     if (ldlt(w.M, m.nv()) != 0)
       std::fill_n(w.x, m.nv(), nan);
@@ -145,7 +145,7 @@ private:
       solve(w.M, w.x, m.nv());
   }
 
-  /// ∂a = −M⁻¹ ∂τ, ∂τ being that of inverse dynamics at the accelerations that solve the system.
+  /// The derivatives of a by q, v and τ: −M⁻¹ ∂τ, by (1) of ksl/engine/forward_dynamics_derivatives.hpp, and M⁻¹.
   void set_derivatives(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv();
     S *const by_q = w.matrix, *const by_v = w.matrix + nv * nv, *const inverse = given.result[2];
@@ -195,7 +195,8 @@ private:
       }
   }
 
-  /// Adds to the second derivatives of one effort what the accelerations' first derivatives add.  by_tau is dM_il/dq_k before.
+  /// Adds to the second derivatives of one effort, i, the terms with first derivatives of the accelerations.  On entry by_tau has
+  /// dM_il/dq_k.
   void add_products(const memory_of_state &w, S *by_q, S *by_qv, S *by_tau) const {
     const int nv = m.nv(), matrix = nv * nv;
     S *const M = w.matrix, *const product = w.matrix + matrix;
@@ -213,7 +214,7 @@ private:
         by_q[k * nv + c] += product[k * nv + c] + product[c * nv + k];
   }
 
-  /// Of which coordinates are the accelerations given?  A follower's is if its leader's is.
+  /// Finds the coordinates whose accelerations are given.  That of a follower is given if that of its leader is.
   void find_given(const memory_of_state &w, const link_list &links) const {
     const coupling_view<S> c = m.coupling_in<S>();
     const model_view<S> view = m.view_in<S>();
@@ -228,7 +229,7 @@ private:
     }
   }
 
-  /// M_oo a_o = τ_o − (efforts of the accelerations that are given)_o, o the other coordinates.
+  /// Hybrid dynamics.  With o the coordinates whose accelerations are not given: M_oo a_o = τ_o − (efforts at the given accelerations)_o.
   void set_hybrid(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv();
     find_given(w, given.links);
@@ -249,7 +250,7 @@ private:
       std::fill_n(x, n, nan);
     else
       solve(part, x, n);
-    S *const found = w.matrix; // which is read no more
+    S *const found = w.matrix; // in place of `part`, which isn't needed any more
     for (int i = 0; i < nv; ++i) {
       S sum = -w.x[i];
       int k = 0;
@@ -265,7 +266,7 @@ private:
     }
   }
 
-  /// M dv = Gᵀ Ĵᵀ impulses.  At rest and without weight, external wrenches are all that efforts balance.
+  /// The jump dv of M dv = Gᵀ Ĵᵀ impulses.  At rest and without gravity, the efforts of inverse dynamics are minus the right side.
   void set_jump(const memory_of_state &w, const state_view<S> &given) const {
     state_view<S> s = given;
     s.v = s.a = w.zero;
@@ -276,7 +277,7 @@ private:
     std::copy_n(w.x, m.nv(), given.result[0]);
   }
 
-  /// J of all frames, the rows of J M⁻¹, and J M⁻¹ Jᵀ in w.square.  M is replaced by its factors.
+  /// Sets w.J, the Jacobians of all frames, w.solved = J M⁻¹ and w.square = J M⁻¹ Jᵀ.  M is replaced by its factors.
   void set_inverse(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv(), rows = 6 * given.links.n;
     for (int f = 0; f < given.links.n; ++f) {

@@ -13,13 +13,13 @@ namespace ksl {
 
 namespace {
 
-/// With a request for each link and joint.
+/// The extents of results for a request that names each link and each joint once.
 extents extents_of_all(const model &m) {
   const model_view<double> view = m.view();
   return {m.nq(), m.nv(), view.links, static_cast<int>(m.joints().size()), view.tree_elements, view.links};
 }
 
-/// Room for the results that kernels write and rows don't have (engine/compute.hpp).
+/// The most bytes that any row needs for results that its kernels write and it doesn't have (engine/compute.hpp).
 std::size_t unread_bytes(const model &m) {
   std::size_t most = 0;
   for (const algorithm_row *row : rows::all)
@@ -27,7 +27,7 @@ std::size_t unread_bytes(const model &m) {
   return most;
 }
 
-/// What engine/coupled.cpp needs for one state of any algorithm, with a request for each link and joint.
+/// The most bytes that engine/coupled.cpp needs for one state of any algorithm, for a request that names each link and joint once.
 std::size_t coupled_bytes(const model &m) {
   if (m.followers() == 0)
     return 0;

@@ -11,11 +11,11 @@
 namespace ksl {
 namespace {
 
-/// Larger results of algorithms that need mass are a reason to look for a joint that moves none: by rounding it seems to move 1e−16 of
-/// the mechanism's mass.
+/// If an algorithm that needs mass has larger results than this, a joint that moves no mass is looked for.  By rounding, such a joint may
+/// seem to move 1e−16 of the mechanism's mass.
 constexpr double large = 1e10;
 
-/// The first number of the results that is not finite, or else the first that is large; none: name is null.
+/// The first number of the results that is not finite; if all are finite, the first that is large; if none is, name is null.
 struct found_number {
   const char *name = nullptr;
   std::ptrdiff_t index = 0;
@@ -53,12 +53,12 @@ template <class S> bool finite(const S *x, std::ptrdiff_t n) {
   return true;
 }
 
-/// Was a result written in place of an argument, which is then not known any more?
+/// Was a result written over this argument?  Then the argument can't be examined any more.
 template <class S> bool is_overwritten(const algorithm_row &row, const state_view<S> &s, const S *argument) {
   return std::any_of(s.result, s.result + row.results, [&](const S *result) { return result == argument; });
 }
 
-/// An argument that is not known any more is taken as finite.
+/// Are the arguments of the state finite?  One that a result was written over is taken as finite.
 template <class S> bool finite_arguments(const algorithm_row &row, const model &m, const state_view<S> &s) {
   bool well = finite(s.external.wrench, 6 * std::ptrdiff_t(s.external.n));
   for (int i = 0; i < row.inputs; ++i) {
@@ -75,7 +75,8 @@ bool has_moving_mass(const model &m) {
   return false;
 }
 
-/// The joint that moves no mass at the position of a state, or −1, also where that position is not known any more.
+/// The joint that moves no mass at the position of a state, or −1.  If a result was written over the position, only a joint that moves
+/// no mass at any position is found.
 template <class S> int joint_without_mass(const algorithm_row &row, const model &m, const massless_joint_workspace &w,
                                           const state_view<S> &s) {
   if (m.massless_joint() >= 0 || is_overwritten(row, s, s.q))
@@ -83,7 +84,7 @@ template <class S> int joint_without_mass(const algorithm_row &row, const model 
   return massless_joint_at(m, w, s.q);
 }
 
-/// How a message begins.  It is put together where there is an error only, since that allocates.
+/// The beginning of a message.  Called for errors only, since it allocates.
 std::string beginning(const char *call, std::size_t state, bool of_batch) {
   return std::string(call) + ": " + (of_batch ? "state " + std::to_string(state) + ": " : "");
 }
@@ -114,7 +115,7 @@ template <class S> void examine(const algorithm_row &row, const model &m, const 
   throw not_finite<S>(row.name, found, state, of_batch);
 }
 
-/// What is examined of one state of a batch, and the memory of the search for a joint that moves no mass.
+/// Arrays for examining one state of a batch: its wrenches and reactions, and the memory of the search for a joint without mass.
 template <class S> struct examined_state {
   massless_joint_workspace search;
   int *links;
@@ -128,7 +129,7 @@ template <class S> struct examined_state {
     reactions = memory.take<reaction_result<S>>(batch.reactions_n);
   }
 
-  /// State k.  Arguments are where the batch has them, so that one that a result was written over is recognised.
+  /// State k of the batch.  Inputs are not copied, so that is_overwritten recognises them by their addresses.
   state_view<S> load(const algorithm_row &row, const batch_view<S> &batch, std::size_t k) const {
     state_view<S> state;
     state.links = batch.links, state.joints = batch.joints;
@@ -188,7 +189,7 @@ void examine_states(const algorithm_row &row, const model &m, const batch_view<S
 
 namespace {
 
-/// By a register at a time.
+/// Are all n numbers finite?  Reads a register at a time.
 template <class S> bool all_finite(const S *x, std::ptrdiff_t n) {
   if constexpr (sizeof(S) == 8)
     return !x || finite_kernels_in_force().in_double(x, static_cast<std::size_t>(n));
@@ -196,7 +197,7 @@ template <class S> bool all_finite(const S *x, std::ptrdiff_t n) {
     return !x || finite_kernels_in_force().in_float(x, static_cast<std::size_t>(n));
 }
 
-/// A result of one state.
+/// Is result r of one state ordinary?
 template <class S> bool ordinary_result(const algorithm_row &row, const model &m, int r, const extents &own, const S *x) {
   const bool triangle = row.coupled == coupled_by::upper_triangle; // below the diagonal nothing was written
   const std::ptrdiff_t rows = triangle ? m.nv() : 1, n = triangle ? m.nv() : numbers_of(row.result[r], own);

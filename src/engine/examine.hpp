@@ -1,5 +1,5 @@
-// What is done with results that may not be finite, which kernels report at almost no cost (engine/algorithm.hpp): they are looked at
-// one by one, and an error says why.
+// Kernels report at almost no cost that results may not be finite (engine/algorithm.hpp).  The functions here then look at each result,
+// and throw an error that says why.
 #pragma once
 
 #include "engine/algorithm_rows.hpp"
@@ -14,9 +14,9 @@ enum class arguments_are : bool { unchecked, finite };
 /// Bytes of memory that examine_state() needs for any algorithm; a workspace (ksl::data) has them.
 std::size_t examination_bytes(const model &m);
 
-/// Throws result_error if a result of the state isn't finite though its arguments are, or if it is large since a joint
-/// moves no mass.  A mechanism without any mass has no centre of mass: that one is NaN, as documented.  Overwrites
-/// `memory`, aligned to 64 bytes, if the algorithm needs mass.  Allocates for an error only.
+/// Throws result_error if a result of the state isn't finite although its arguments are, or if it is large since a joint moves no mass.
+/// The centre of mass of a mechanism without any mass is NaN, as documented, and no error.  Overwrites `memory`, aligned to 64 bytes,
+/// if the algorithm needs mass.  Allocates for an error only.
 template <class S>
 void examine_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s, arguments_are given);
 
@@ -26,18 +26,18 @@ template <class S>
 void examine_numbers(const char *call, const char *result, const S *x, std::ptrdiff_t n, std::size_t state = 0,
                      bool of_batch = false);
 
-/// Bytes that examine_states() takes of the thread's memory for workspaces.  A call that may examine results asks for
-/// them when it begins, so that no later one has to grow that memory.
+/// Bytes of the thread's memory for workspaces that examine_states() needs.  A call that may examine results reserves them when it
+/// begins, so that no later call has to allocate.
 template <class S> std::size_t examination_bytes(const algorithm_row &row, const model &m, const batch_view<S> &batch);
 
-/// The same for the states [first, end) of a batch; the error is that of the first such state.  Throws std::bad_alloc,
-/// too.
+/// examine_state for the states [first, end) of a batch.  The error is that of the first state that has one.  Also throws
+/// std::bad_alloc.
 template <class S>
 void examine_states(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
                     arguments_are given);
 
-/// Are all results of the states [first, end) finite, and those of algorithms that need mass not large?  For results that no kernel
-/// wrote as they are.
+/// Are all results of the states [first, end) finite, and if the algorithm needs mass, not large?  For results that were changed after a
+/// kernel wrote them.
 template <class S>
 bool ordinary_results(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end);
 template <class S> bool ordinary_results(const algorithm_row &row, const model &m, const state_view<S> &s);

@@ -8,7 +8,8 @@ namespace ksl {
 inline namespace KSL_ISA {
 namespace forms {
 
-/// The columns in lanes of a symmetric n × n matrix, given by its upper triangle: down each column to the diagonal, then along the row.
+/// Returns the elements of a symmetric n × n matrix in lanes, row after row, from its upper triangle.  Left of the diagonal it goes down
+/// a column of the triangle, and then along its row.
 template <class P> struct symmetric_columns {
   const P *upper;
   int n;

@@ -12,7 +12,7 @@
 namespace ksl {
 namespace {
 
-/// Width of exact dry friction.  Its square is a number in single precision; from 1e-14 on, v / √(v² + w²) is ±1.
+/// The width w of exact dry friction.  w² isn't zero in single precision, and for speeds from 1e-14 on v / √(v² + w²) is ±1.
 constexpr double narrowest = 1e-18;
 
 [[noreturn]] void refuse(const robot_description &robot, const joint_description &j, const std::string &what) {
@@ -66,7 +66,7 @@ coordinate_physics<double> physics_of(const joint_description &j, const physics_
   return c;
 }
 
-/// Line of a description's unused contents that says what physics is off.
+/// Does a line of a description's unused contents name physics that is off?
 bool is_off_line(const std::string &line) { return line.find("(read, not applied)") != line.npos; }
 
 void remove_rotors(robot_description &robot) {

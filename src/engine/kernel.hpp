@@ -10,9 +10,9 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Sums of results, or of their squares where an algorithm needs mass: not finite if a result isn't.  Squares are large if a result is
-/// large, which accelerations at a joint that moves almost no mass are before they are infinite.  One or two operations for a result,
-/// which is in a register or an inner cache.  The results themselves are not touched.
+/// Sums of results, which are not finite if a result isn't.  For algorithms that need mass they are sums of squares, which are also
+/// large if a result is: accelerations at a joint that moves almost no mass are large before they are infinite.  A sum takes one or
+/// two operations for each result, while it is in a register or an inner cache.
 template <class T> struct sums {
   explicit sums(bool of_squares) : squared(of_squares) {}
 
@@ -22,14 +22,15 @@ template <class T> struct sums {
     else
       add_each(x, n, [](const T &y) { return y; });
   }
-  /// Those that are in registers just now: their sum is added to one sum in memory.
+  /// Adds numbers that are in registers: their sum is added to one of the sums in memory.
   template <int K> KSL_LANES void add(const T (&x)[K]) {
     if (squared)
       sum[0] = sum[0] + sum_of<0, K>(x, [](const T &y) { return y * y; });
     else
       sum[0] = sum[0] + sum_of<0, K>(x, [](const T &y) { return y; });
   }
-  /// Are the results ordinary?  Sums of numbers that are large, but finite, may not be: who asks then looks at each of them.
+  /// Are the results ordinary (engine/algorithm.hpp)?  This may be false for finite results whose sum is too large; the caller then looks
+  /// at each result.
   bool ordinary() const {
     using S = scalar_of<T>;
     const S most = squared ? S(1e20) : sizeof(S) == 8 ? S(1e300) : S(1e38);
@@ -75,7 +76,7 @@ private:
   T sum[4] = {};
 };
 
-/// Columns in lanes, one after the other.  They are looked at in registers, on their way into rows.
+/// Returns columns in lanes, one after the other.  Each is added to the sums while it is in a register, on its way into rows.
 template <class P> struct next_columns {
   const P *in;
   sums<P> &seen;
@@ -89,7 +90,7 @@ template <class P> struct block {
   const batch_view<S> &batch;
   std::size_t k;
   int valid;
-  sums<P> &stored; ///< of all blocks
+  sums<P> &stored; ///< sums of the results of all blocks
 
   /// Loads rows into lanes; zeros if there are no rows.
   void load(const rows_view<const S> &rows, int columns, P *out) const {
@@ -118,7 +119,7 @@ template <class Algorithm> struct whole_results {
   static void state(const model_view<scalar_of<T>> &model, const workspace_of<Algorithm, T> &w, const state_view<T> &s) {
     Algorithm::compute(model, w, s);
   }
-  /// Adds what was written to the sums.
+  /// Adds the results that were written to the sums.
   template <class T> static void add_results(const model_view<scalar_of<T>> &model, const state_view<T> &s, sums<T> &written) {
     for (int r = 0; r < Algorithm::row.results; ++r)
       if (s.result[r])
@@ -158,7 +159,7 @@ template <class Algorithm, class S> bool one_state(const model_view<S> &model, v
   w.lay_out(pieces, model);
   Algorithm::form::state(model, w, s);
   if constexpr (!Algorithm::row.needs_mass) {
-    return true; // a sum would take up to a tenth of the time of a small robot; C and Python look at the results themselves
+    return true; // a sum would take up to a tenth of the time for a small robot; the calls of C and Python look at the results
   } else {
     sums<S> written(true);
     Algorithm::form::add_results(model, s, written);
@@ -169,7 +170,7 @@ template <class Algorithm, class S> bool one_state(const model_view<S> &model, v
 /// The inputs of a block in lanes.
 template <class Algorithm, class P> struct input_lanes {
   static constexpr algorithm_row row = Algorithm::row;
-  P *numbers[most_inputs], *external; ///< numbers: of each input that the row lists
+  P *numbers[most_inputs], *external; ///< numbers: those of each input that the row lists
   int *external_link;
 
   void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {

@@ -1,6 +1,6 @@
-// Which joint can move without moving any mass: by the structure of a mechanism, found once for each model, at its
-// construction; or at one position, found when results are not finite.  The search takes the memory that it is given,
-// since calls must not allocate.
+// Finds a joint that can move without moving any mass.  Either it follows from the structure of a mechanism, and is found when the
+// model is constructed; or it is so at one position, and is found when results are not finite.  The search uses the memory that it is
+// given, since calls must not allocate.
 #pragma once
 
 #include "ksl/engine/algorithms/mass/mass_matrix.hpp"
@@ -21,7 +21,7 @@ constexpr int most_coordinates_factored = 500;
 struct massless_joint_workspace {
   forward_dynamics_workspace<double> dynamics;
   double *q, *expanded_q, *no_effort;    ///< (nq), (expanded nq), (expanded nv)
-  mass_matrix_workspace<double> inertia; ///< with mimic joints only, as what follows
+  mass_matrix_workspace<double> inertia; ///< with mimic joints only, like all that follows
   double *M, *own;                       ///< (expanded nv, expanded nv), (nv)
 
   static bool factors_mass_matrix(const model &m) {
@@ -40,7 +40,8 @@ struct massless_joint_workspace {
   }
 };
 
-/// Is a joint that carries the articulated inertia A without inertia in one of its coordinates?  Rounding leaves about 1e−16 of A.
+/// Has one of the joint's coordinates no inertia, after pass_to_parent?  What is less than 1e−13 of the articulated inertia counts as
+/// none; rounding leaves about 1e−16.
 template <joint_kind K>
 bool moves_no_mass(const body<double> &b, const forward_dynamics_workspace<double> &w, int i) {
   constexpr double least = 1e-13;
@@ -53,7 +54,7 @@ bool moves_no_mass(const body<double> &b, const forward_dynamics_workspace<doubl
       none = none || !(std::fabs(y) * least * size <= 1);
   } else {
     for (int k = 0; k < joint<K>::nv; ++k)
-      none = none || !(std::fabs(w.coordinate[b.v_index + k].D_inverse) * least * size <= 1); // by rounding also below zero
+      none = none || !(std::fabs(w.coordinate[b.v_index + k].D_inverse) * least * size <= 1); // D may be negative by rounding
   }
   return none;
 }
@@ -70,7 +71,7 @@ inline int body_without_mass(const model_view<double> &model, const forward_dyna
       none = moves_no_mass<K>(b, w, i);
     });
     if (none)
-      return i; // beyond it, numbers are not finite
+      return i; // the bodies that carry it have numbers that are not finite
   }
   return 0;
 }
@@ -90,9 +91,9 @@ inline int joint_of_coordinate(const model &m, int k) {
   return found;
 }
 
-/// The first coordinate whose pivot of Gᵀ M̂ G = L D Lᵀ is zero but for rounding, or −1: the mass matrix of a mechanism
-/// with mimic joints, at the position w.expanded_q.  A follower without mass moves that of its leader, and the other
-/// way round.  O(nv³).
+/// The first coordinate whose pivot is zero but for rounding in Gᵀ M̂ G = L D Lᵀ, the mass matrix of a mechanism with mimic joints at
+/// the position w.expanded_q, or −1.  The articulated-body algorithm doesn't tell: a follower without mass moves the mass of its
+/// leader, and the other way round.  O(nv³).
 inline int coordinate_without_mass(const model &m, const massless_joint_workspace &w) {
   const model_view<double> view = m.view();
   const std::size_t n = static_cast<std::size_t>(m.nv());
@@ -112,8 +113,9 @@ inline int coordinate_without_mass(const model &m, const massless_joint_workspac
   return -1;
 }
 
-/// The joint that moves no mass at a position, q (nq), an index into m.joints(), or −1: by the articulated-body
-/// algorithm.  Also −1 with mimic joints and more than most_coordinates_factored coordinates, where it is not known.
+/// The joint that moves no mass at a position q (nq), an index into m.joints(), or −1.  It is found by the articulated-body algorithm,
+/// and with mimic joints by factors of the mass matrix.  With more than most_coordinates_factored coordinates these are not computed,
+/// and the result is −1.
 template <class S> int massless_joint_at(const model &m, const massless_joint_workspace &w, const S *q) {
   for (int i = 0; i < m.nq(); ++i)
     w.q[i] = static_cast<double>(q[i]);
@@ -130,8 +132,7 @@ template <class S> int massless_joint_at(const model &m, const massless_joint_wo
   return coordinate < 0 ? -1 : joint_of_coordinate(m, coordinate);
 }
 
-/// The joint that moves no mass at two positions that nothing singles out, or −1: what is singular at both is so by the structure of
-/// the mechanism.
+/// The joint that moves no mass by the structure of the mechanism, or −1: one that moves none at two arbitrary positions.
 inline int massless_joint(const model &m) {
   const owned_workspace<massless_joint_workspace> w(m);
   std::vector<double> q(static_cast<std::size_t>(m.nq()));

@@ -116,7 +116,7 @@ std::vector<int> model::support(int link) const {
   return joints;
 }
 
-/// Links are listed depth first, so that those of a subtree follow each other.
+/// Links are numbered depth first, so that those of a subtree follow each other.
 int model::subtree_links(int joint, int *links) const {
   const int first = joints_[static_cast<std::size_t>(joint)].link, all = static_cast<int>(links_.size());
   int end = first + 1;

@@ -73,8 +73,8 @@ void model_builder::add_inertias() {
   find_massless_joint();
 }
 
-/// A line of the warnings says so, unless nothing has mass: the model is then for kinematics.  The line of other inertias, from
-/// which the model may have been made, goes.
+/// Looks for a joint that moves no mass.  A line of the warnings names it, unless nothing has mass, since such a model is for
+/// kinematics.  If the model was made from another one with other inertias, the line of that model is removed first.
 void model_builder::find_massless_joint() {
   const std::string beginning = "forward dynamics are refused: ";
   std::vector<std::string> &lines = m_.description_.warnings;
@@ -84,7 +84,7 @@ void model_builder::find_massless_joint() {
     warn(beginning + m_.massless_joint_text());
 }
 
-/// Once, also where the model of a description is described again.
+/// Adds a line to the warnings, unless it is there.  The description may be that of another model, which has the line already.
 void model_builder::warn(const std::string &line) {
   std::vector<std::string> &lines = m_.description_.warnings;
   if (std::find(lines.begin(), lines.end(), line) == lines.end())
@@ -104,13 +104,13 @@ void model_builder::add_ground() {
   m_.double_.bodies.back().is_base = true;
 }
 
-/// A name for a joint that is added to those of the file: the usual one, or one that no joint of the file has.
+/// A name for a joint that the file doesn't have: the usual one, or if a joint of the file has that name, one that no joint has.
 std::string model_builder::free_name(const char *usual, const char *otherwise) const {
   const auto is_taken = [&](const std::string &name) { return text::has_name(m_.description_.joints, name); };
   return text::free_name(is_taken(usual) ? otherwise : usual, is_taken);
 }
 
-/// Depth first, children in file order.  Not recursive, since chains can be long.
+/// Adds all links, depth first, children in the order of the file.  Not recursive, since chains can be long.
 void model_builder::descend(int root) {
   std::vector<int> pending;
   push_children(root, pending);
@@ -142,7 +142,7 @@ void model_builder::add_link(const joint_description &j, int index) {
                      kind.has_pitch ? *j.pitch : 0, index};
     if (const leader_of_joint &leader = leaders_[static_cast<std::size_t>(index)]; leader.joint >= 0) {
       row.q_index = row.v_index = -1;
-      row.leader = leader.joint; // of the description until all joints are known
+      row.leader = leader.joint; // an index into the description's joints until couple() replaces it
       row.multiplier = leader.multiplier, row.offset = leader.offset;
     }
     add_moving_link(j.child, parent, std::move(row), placement, p.body);
@@ -273,7 +273,7 @@ std::vector<joint_row> model_builder::expanded_rows() const {
   return rows;
 }
 
-/// Lists the followers behind the joints that have numbers of their own, and says where their numbers come from.
+/// Lists the followers after the joints that have numbers of their own, and sets by which numbers each of them moves.
 void model_builder::couple() {
   const auto numbers_of_joint = [&](const joint_row &row) -> const body<double> & {
     const int link = row.link;
@@ -320,7 +320,7 @@ void model_builder::sum_inertias() {
   }
 }
 
-/// What follows from the shape of the tree: rows of the tree-sparse mass matrix, and rotations of tensors between parents.
+/// Sets where the rows of the tree-sparse mass matrix begin (tree_rows.hpp), and alpha_of_tensor of all bodies.
 void model_builder::add_tree_rows() {
   for (body<double> &b : m_.double_.bodies) {
     b.alpha_of_tensor = of_tensor(b.alpha);
@@ -362,7 +362,7 @@ void model_builder::check_finite() const {
     return std::all_of(std::begin(numbers), std::end(numbers), [](double x) { return std::isfinite(x); });
   };
   const auto &d = m_.double_;
-  // From the tips, since all that carry a body suffer from its numbers.
+  // From the tips: the numbers of a body that carries a faulty one overflow, too, and the tip is the one to name.
   for (std::size_t i = d.bodies.size(); i-- > 0;) {
     const body<double> &b = d.bodies[i];
     const bool fine = are_finite(b.placement) && are_finite(b.theta0) && are_finite(b.alpha) && are_finite(b.offset) &&
@@ -418,6 +418,8 @@ void model_builder::add_limits() {
   }
 }
 
+/// Sets the range that random positions are drawn from, for each number in q: between the limits; where there are none, from −π to π
+/// for angles and from −1 to 1 for others.
 void model_builder::add_ranges() {
   std::vector<bool> is_angle(static_cast<std::size_t>(m_.expanded_nq_));
   for (const body<double> &b : m_.double_.bodies)
@@ -463,8 +465,8 @@ void model_builder::narrow(std::vector<model::position_range> &limits, const joi
   if (both.lower <= both.upper)
     range = both;
   else
-    warn("joint " + row.name + ": it follows " + moved.name + ", which keeps its own limits nowhere where " + row.name +
-         " keeps its; those of " + row.name + " are not used");
+    warn("joint " + row.name + ": it follows " + moved.name + ", but at no position are both within their limits; those of " + row.name +
+         " are not used");
 }
 
 void model_builder::round_to_single() {

@@ -11,7 +11,7 @@
 
 namespace ksl {
 
-/// Fills a model that has its description and nothing else.
+/// Fills the arrays of a model, which has its description only.
 class model_builder {
 public:
   explicit model_builder(model &m) : m_(m) {}
@@ -19,7 +19,7 @@ public:
   /// Builds all arrays.  Throws description_error if the description is not a tree.
   void build();
 
-  /// Sets the arrays that depend on the inertias of links.  Those that were there are replaced.
+  /// Sets the arrays that depend on the inertias of links, in place of those that were there.
   void add_inertias();
 
 private:
@@ -51,7 +51,7 @@ private:
   void round_to_single();
 
   model &m_;
-  std::vector<std::vector<int>> children_; // joints of the description whose parent each of its links is
+  std::vector<std::vector<int>> children_; // for each link of the description: the joints whose parent it is
   std::vector<leader_of_joint> leaders_;   // of each joint of the description
   std::vector<joint_row> followers_, fixed_joints_;
 };

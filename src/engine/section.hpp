@@ -25,7 +25,7 @@ inline spatial_inertia<double> inertia_beyond(const model &m, const link_section
           share * own.Ixx, share * own.Iyy, share * own.Izz, share * own.Ixy, share * own.Iyz, share * own.Izx};
 }
 
-/// I (a − g) + v ×* I v in the link's frame (Featherstone, RBDA (2008), eq. (5.9)).
+/// The wrench that the motion needs, I (a − g) + v ×* I v in the link's frame (Featherstone, RBDA (2008), eq. (5.9)).
 template <class S>
 coscrew<S> inertial_wrench(const model &m, data &d, const state_view<S> &state, const mat3x3<S> &R, const spatial_inertia<double> &of) {
   using A = algebra<S>;

@@ -57,7 +57,8 @@ std::string frame_graph::found(const std::string &scope, const std::string &name
 
 namespace {
 
-/// What a frame names another one for, in messages.  The frame of a joint moves with its child, and is placed in it by default.
+/// The word in messages for how a frame refers to another one.  The frame of a joint moves with its child, and is placed in it by
+/// default.
 std::string role(const frame_graph::frame &f, const std::string &name, const char *usual) {
   const std::string tag = f.where.tag();
   return (tag == "joint" || tag == "drake:joint") && name == f.attached_to ? "<child>" : usual;

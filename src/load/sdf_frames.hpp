@@ -28,7 +28,7 @@ public:
   /// Adds a frame.  Refuses a name that exists.
   void add(const std::string &full_name, frame f);
 
-  /// Moves a model so that a frame of it is where the model itself has been put.
+  /// Moves a model so that one of its frames is at the pose that the file gives the model (placement_frame).
   void place_by(const std::string &model, const std::string &placement_frame, const element &where);
 
   /// The full name of what `name` means in a scope.  `role` says in messages what it is named for: "relative_to".
@@ -50,7 +50,7 @@ private:
   int depth(const std::string &from) const;
   /// The pose of a frame in the world.  Those on the way are kept, so that all of a long chain take linear time.
   SE3<double> in_world(const std::string &full_name) const;
-  /// As relative(), if there are at most that many frames, and one, on the way.
+  /// As relative(), by the path over the nearest frame that leads to both.  None if the path has more than about `most` frames.
   std::optional<SE3<double>> relative_within(std::size_t most, const std::string &in, const std::string &of) const;
   const frame &at(const std::string &full_name) const { return frames_.find(full_name)->second; }
 

@@ -50,7 +50,7 @@ given_rotation angles_of(const mat3x3<double> &R) {
   return {given_rotation::rpy, {roll, pitch, yaw}};
 }
 
-/// As it was given, if that is still this rotation.
+/// The rotation in the numbers that were given, if these still give this rotation.
 given_rotation rotation_as_given(const mat3x3<double> &R, const given_rotation &given) {
   if (same(given::rotation_of(given), R))
     return given;
@@ -86,7 +86,7 @@ double pitch_as_given(double pitch, double given) {
   return near;
 }
 
-/// pugixml adds nothing, and says so, where memory runs out.
+/// If memory runs out, pugixml adds nothing and returns null.
 pugi::xml_node added(pugi::xml_node node) {
   if (!node)
     throw std::bad_alloc();
@@ -134,7 +134,7 @@ private:
     require_added(node.append_attribute(attribute).set_value(value.c_str()));
   }
 
-  /// They came with URDF 1.1.
+  /// Are there quaternions, which came with URDF 1.1?
   bool has_quaternions() const {
     const auto is_one = [](const given_rotation &r) { return r.by == given_rotation::quaternion; };
     for (const link_description &link : robot_.links)
@@ -146,7 +146,7 @@ private:
     return false;
   }
 
-  /// What a reader of this text doesn't learn.
+  /// Lists in a comment what the text doesn't contain.
   void write_losses() {
     if (robot_.floating_base)
       comment("the root floats");

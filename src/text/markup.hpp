@@ -11,13 +11,13 @@
 
 namespace ksl::text {
 
-/// Why a text is no robot file.
+/// A fault in a text, by which it is no robot file.
 struct markup_fault {
   std::size_t offset; ///< of the first byte
   std::string what;
 };
 
-/// What a text says about itself before it is parsed.
+/// What is found in a text before it is parsed.
 struct markup {
   std::size_t elements = 0;            ///< how many begin in it; counted up to one more than there may be
   std::optional<markup_fault> doctype; ///< the text isn't looked at beyond it

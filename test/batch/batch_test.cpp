@@ -79,7 +79,7 @@ template <class S> struct positions_and_energies {
   bool operator==(const positions_and_energies &) const = default;
 };
 
-/// Of the states [k, k + n).
+/// The part of a batch that has the states [k, k + n).
 template <class S> positions_and_energies<S> found_in(const ksl::model &m, states<S> &s, std::size_t k, std::size_t n, int threads) {
   positions_and_energies<S> r;
   r.kinetic.assign(n, S(-7)), r.potential = r.kinetic;

@@ -20,14 +20,14 @@ namespace starve {
 /// How a call ended: as with memory enough, for want of memory, or otherwise.
 enum class end { usual, no_memory, other };
 
-/// Of a call from C.  A refusal stays one where only its message found no memory.
+/// The outcome of a call from C.  A refusal stays one where only its message found no memory.
 inline end of_status(ksl_status_t status, ksl_status_t usual = KSL_OK) {
   if (status == usual)
     return end::usual;
   return status == KSL_FAILED && std::strcmp(ksl_error_message(), "out of memory") == 0 ? end::no_memory : end::other;
 }
 
-/// Of a call from C++; with `refused`, the usual end is a description_error.
+/// The outcome of a call from C++; with `refused`, the usual end is a description_error.
 template <class Call> end of_call(Call call, bool refused = false) {
   try {
     call();

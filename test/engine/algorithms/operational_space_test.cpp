@@ -82,7 +82,7 @@ TEST_CASE("operational space: more frames than the workspace has room for are re
                     "operational_space_inertia_inverse: more links than the model has");
 }
 
-// Of a positive semidefinite matrix as many rows as its rank are inverted, and the others are zero: so X A X = X and A X A = A.
+// As many rows of a positive semidefinite matrix A as its rank are inverted, and the others are zero: so X A X = X and A X A = A.
 TEST_CASE("a semidefinite matrix is inverted where it is regular, whatever the sizes of its rows") {
   for (int m : {1, 2, 5, 12})
     for (int rank = 0; rank <= m; ++rank) {

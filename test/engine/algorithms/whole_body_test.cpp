@@ -135,7 +135,7 @@ template <class T> numbers<T> momenta(const ksl::model &m, const motion<T> &s) {
     ksl::momentum_regressor<T>(m.view(), w, s.q.data(), s.v.data(), static_cast<int>(links.size()), links.data(), order, out);
   });
 }
-/// Of the joint that carries the root, and with it all links; about the world's origin, in its axes.
+/// The wrench through the joint that carries the root, and with it all links; about the world's origin, in its axes.
 template <class T> numbers<T> reaction_regressor(const ksl::model &m, const motion<T> &s) {
   const int root = 0;
   ksl::reaction_request request;

@@ -17,7 +17,7 @@ struct link_list {
   const int *index = nullptr; ///< (n)
 };
 
-constexpr int most_results = 4; ///< most results that an algorithm has, besides reactions
+constexpr int most_results = 4; ///< the largest number of results of an algorithm, reactions not counted
 
 /// Reactions of one state: 6 numbers for each joint of the request.
 template <class T> struct reaction_result {
@@ -56,9 +56,8 @@ template <class S> struct reaction_rows {
   rows_view<S> out;
 };
 
-/// n states.  Inputs without rows are taken as zero; results and reactions without rows are not stored.  An algorithm that asks
-/// for one link takes the first of `links`, and one that asks for a link seen from another takes two; where there are fewer,
-/// nothing is computed.
+/// n states.  Inputs without rows are taken as zero; results and reactions without rows are not stored.  An algorithm of one link takes
+/// the first of `links`; one of a link seen from another takes the first two.  If there are fewer, nothing is computed.
 template <class S> struct batch_view {
   std::size_t n = 0;
   rows_view<const S> q = {}, v = {}, a = {}, tau = {}, q1 = {}, fraction = {};

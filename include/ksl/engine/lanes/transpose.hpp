@@ -269,14 +269,14 @@ KSL_LANES __m512i places_from(float, int first) {
 
 } // namespace transposition
 
-/// As store_next for W valid rows, past the caches: whole cache lines go to memory without being read first.  A row begins
-/// anywhere: its lines are put together from two registers each.
+/// As store_next for W valid rows, past the caches: whole cache lines go to memory without being read first.  A row may begin anywhere
+/// in a line.  So each line is put together from two registers.
 template <class T, int W, class Next>
 inline void stream_next(Next &next, std::ptrdiff_t columns, T *rows, std::ptrdiff_t stride) {
   using namespace transposition;
   pack<T, W> last[W];
-  T *to[W];      // where the line begins that comes next in each row
-  __m512i at[W]; // of its numbers in two registers
+  T *to[W];      // the next line of each row, in memory
+  __m512i at[W]; // the places of its numbers in the two registers
   const std::ptrdiff_t blocks = columns / W;
   take_columns<W>(next, last);
   transpose_blocks<W>(last);
@@ -305,11 +305,11 @@ inline void stream_next(Next &next, std::ptrdiff_t columns, T *rows, std::ptrdif
 }
 #endif
 
-/// Arrays that don't stay in the nearer caches are written past them, if their rows have whole cache lines enough: a row from 1 KB on,
-/// an array from 4 MB on.  Then memory is written once instead of read and written (docs/performance.md).
+/// Rows from 1 KB on, of arrays from 4 MB on, are written past the caches.  Such an array doesn't stay in the nearer caches, and such a
+/// row has many whole cache lines.  Memory is then written once, instead of being read and written (docs/performance.md).
 inline constexpr std::size_t streamed_row = 1024, streamed_array = std::size_t(4) << 20;
 
-/// As store_next.  all: rows of the whole array, of which the valid ones are written.
+/// As store_next.  `all` is the number of rows of the whole array, which decides whether they are written past the caches.
 template <class T, int W, class Next>
 inline void store_next_of(std::size_t all, Next &next, std::ptrdiff_t columns, int valid, T *rows, std::ptrdiff_t stride) {
 #if defined(__AVX512F__)

@@ -99,7 +99,7 @@ struct joint_description {
   given_joint given;
 };
 
-/// Of number c of the joint's position.
+/// The bounds of number c of the joint's position.
 inline coordinate_limits limits_of(const joint_description &joint, int c) {
   return c == 0 ? coordinate_limits{joint.lower, joint.upper} : joint.further[static_cast<std::size_t>(c - 1)];
 }

@@ -15,7 +15,7 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Of the coordinates of a body's joint; null if the model has none.
+/// The physics of the coordinates of a body's joint, (b.nv); null if the model has none.
 template <class S> KSL_LANES const coordinate_physics<S> *physics_of(const model_view<S> &model, const body<S> &b) {
   return model.physics ? model.physics + b.v_index : nullptr;
 }
@@ -47,7 +47,7 @@ template <class T, class S> KSL_LANES T passive_effort(const coordinate_physics<
   return T(c.damping) * v + T(c.friction) * friction_at(v, c.friction_width) + spring_effort(c, q);
 }
 
-/// What motors supply besides the transmitted efforts (nv).
+/// Sets `besides` (nv) to what motors supply besides the transmitted efforts.
 template <class T>
 void efforts_besides(const model_view<scalar_of<T>> &model, const T *q, const T *v, const T *dv, T *besides) {
   for (int k = 0; k < model.nv; ++k) {
@@ -56,7 +56,7 @@ void efforts_besides(const model_view<scalar_of<T>> &model, const T *q, const T 
   }
 }
 
-/// Adds what joints contribute to derivatives of efforts, whose matrices are (nv, nv), to their diagonals; dtau_da may be null.
+/// Adds what joint physics contributes to the derivatives of efforts, matrices (nv, nv): numbers on the diagonals.  dtau_da may be null.
 template <class T>
 void add_physics_derivatives(const model_view<scalar_of<T>> &model, const T *v, T *dtau_dq, T *dtau_dv, T *dtau_da) {
   for (int k = 0; k < model.nv; ++k) {
@@ -69,7 +69,7 @@ void add_physics_derivatives(const model_view<scalar_of<T>> &model, const T *v, 
   }
 }
 
-/// Adds what joints contribute to second derivatives of efforts by v, (nv, nv, nv): the rest is linear.
+/// Adds what dry friction contributes to the second derivatives of efforts by v, (nv, nv, nv).  The other laws are linear.
 template <class T> void add_physics_second_derivatives(const model_view<scalar_of<T>> &model, const T *v, T *d2tau_dvdv) {
   const std::ptrdiff_t n = model.nv;
   for (std::ptrdiff_t k = 0; k < n; ++k) {

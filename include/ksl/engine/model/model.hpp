@@ -1,9 +1,15 @@
 // KSL: a mechanism as the algorithms see it: flat arrays, immutable once built, shared between threads.
 //
 // Links welded by fixed joints are one body.  Body 0 is the ground with all links welded to it; joint i carries body i > 0.
+// Bodies are numbered depth first: parents come before their children, and the bodies of a subtree follow each other, as do their
+// joints' numbers in q and v.
+//
 // The frame of a body is *canonical*: its origin is the joint's, z is along the joint's axis, and x is normal to z and to the
 // axis of the first joint on the body that isn't parallel to z (Denavit and Hartenberg's choice).  The ground, and bodies whose
 // joints have no axis, keep the axes of their links.  Nothing that a user sees is expressed in canonical frames.
+//
+// A *line* is a sequence of bodies i, i + 1, … that move, each of which is the parent of the next.  The coordinates of its joints
+// follow each other in v, so that loops over the bodies that carry a body go line by line, and within a line by increments.
 #pragma once
 
 #include "ksl/algebra.hpp"
@@ -22,10 +28,10 @@ template <class T> struct body {
   int nv;                    ///< how many it has in v
   int v_end;                 ///< where the numbers of all joints of the subtree end in v
   int angle_index;           ///< index in q of the joint's rotation about z; −1: it has none
-  int chain_start;           ///< first body of the unbroken run of revolute joints that ends here; this body for other kinds
-  int line_start;            ///< first body of the unbroken run, in which each carries the next, that ends here
-  int ancestors;             ///< how many numbers in v the joints have that carry this one
-  int pose_index;            ///< where in pose_workspace::moved the numbers of its pose begin that depend on q
+  int chain_start;           ///< first body of the part of its line that has revolute joints only and ends here
+  int line_start;            ///< first body of the longest line that ends here
+  int ancestors;             ///< how many coordinates in v belong to the joints that carry this one
+  int pose_index;            ///< where its numbers begin in pose_workspace::moved: those of its pose that depend on q
   int link;                  ///< the joint's child link; −1 for a ground without links, and inside a universal joint
   bool follows;              ///< does its joint follow another one: a mimic joint
   bool has_children;         ///< does it carry other bodies
@@ -38,8 +44,9 @@ template <class T> struct body {
   T pitch;                   ///< advance along the axis, m/rad; of helical joints
 };
 
-/// From a body's canonical axes to those of a link one of whose coordinate axes is the joint's axis: a rotation about z, then a
-/// half turn about x if the axis points in the other direction, then the numbers in the order of the link's axes.
+/// Leads from a body's canonical axes to those of a link, if one of the link's coordinate axes is the joint's axis, in either
+/// direction.  It rotates about z, then by half a turn about x if the directions are opposite, and then lists the three numbers in
+/// the order of the link's axes.
 template <class T> struct axis_permutation {
   plane_rotation<T> about_z;
   T sign;      ///< 1 or −1
@@ -72,15 +79,16 @@ template <class T> struct model_view {
   int bodies, links; ///< how many, ground and root included
   int nq, nv;
   int pose_numbers;  ///< how many numbers pose_workspace::moved holds
-  int longest_path;  ///< how many numbers in v the joints of a path from the ground have, at most
-  int tree_elements; ///< how many elements of a matrix aren't zero by the shape of the tree (tree_rows.hpp)
+  int longest_path;  ///< the largest number of coordinates in v on a path from the ground to a body
+  int tree_elements; ///< number of elements of a symmetric matrix that the shape of the tree lets differ from zero (tree_rows.hpp)
   vec3<T> gravity;   ///< m/s², in world axes
   const ksl::body<T> *body;
   const ksl::link<T> *link;
   const T *inertia;                       ///< spatial_inertia of each body with all welded links (body_lanes.hpp)
-  const spatial_inertia<T> *augmented;    ///< of each body, for sums over subtrees (subtree_inertia.hpp)
-  const T *theta0_sine, *theta0_cosine;   ///< of the joint that each number in q belongs to, padded as joint_angles
-  const int *tree_row;                    ///< (nv + 1) where the rows of a matrix begin, by their elements that aren't zero
+  const spatial_inertia<T> *augmented;    ///< augmented inertia of each body (subtree_inertia.hpp)
+  const T *theta0_sine, *theta0_cosine;   ///< body::theta0 for each number in q that is an angle, 0 and 1 for others; padded as
+                                          ///< pose_workspace::sine
+  const int *tree_row;                    ///< (nv + 1) index of the first element of each row in compressed_rows (tree_rows.hpp)
   int first_angle, angles_end;            ///< the range of indices in q that contains all joint angles
   const T *lower, *upper;                 ///< limits of the numbers in q; infinite where there are none
   const coordinate_physics<T> *physics;   ///< (nv), or null: a motor supplies the transmitted effort

@@ -6,8 +6,8 @@
 namespace ksl {
 
 /// Algorithms divide by the length of a quaternion wherever it enters, so that all give the results of the unit quaternion.  Calls
-/// take quaternions whose length differs from 1 by no more than quaternion_tolerance, since a larger difference is a mistake.
-/// Beyond quaternion_rounding it is more than rounding, and calls from Python and C warn.
+/// refuse quaternions whose length differs from 1 by more than quaternion_tolerance, since that is a mistake.  If it differs by more
+/// than quaternion_rounding, calls from Python and C warn.
 inline constexpr double quaternion_tolerance = 1e-2, quaternion_rounding = 1e-6;
 
 /// The length of [x y z w].

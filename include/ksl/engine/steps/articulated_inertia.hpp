@@ -7,7 +7,7 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// x = A⁻¹ b for the 6 × 6 matrix of an articulated inertia, by LDLᵀ without pivoting; A is positive definite.
+/// x = A⁻¹ b for the 6 × 6 matrix [M H; Hᵀ I] of an articulated inertia, by A = L D Lᵀ without pivoting; A is positive definite.
 template <class T> inline screw<T> solve(const articulated_inertia<T> &A, const coscrew<T> &b) {
   T L[6][6] = {{A.Mxx, A.Mxy, A.Mzx, A.H.m00, A.H.m01, A.H.m02}, {A.Mxy, A.Myy, A.Myz, A.H.m10, A.H.m11, A.H.m12},
                {A.Mzx, A.Myz, A.Mzz, A.H.m20, A.H.m21, A.H.m22}, {A.H.m00, A.H.m10, A.H.m20, A.Ixx, A.Ixy, A.Izx},
@@ -31,19 +31,26 @@ template <class T> inline screw<T> solve(const articulated_inertia<T> &A, const 
 }
 
 /// sum += A − U D⁻¹ Uᵀ, translated by t: the articulated inertia that the parent feels through a joint
-/// (articulated_inertia_downdated, _translated, _added).  Computed one row of H at a time, so that the intermediate values fit
-/// into the registers.  147 flops.
+/// (articulated_inertia_downdated, _translated, _added).  With A = [M H; Hᵀ I] and U = (U.lin, n), the downdate is
+///
+///     M − U.lin U.linᵀ/D,   H − U.lin nᵀ/D,   I − n nᵀ/D,                                                        (1)
+///
+/// and the translation of its result
+///
+///     M,   K = H − M t̃,   I + t̃ K + (t̃ H)ᵀ.                                                                      (2)
+///
+/// It is computed one row of H at a time, so that the intermediate values fit into the registers.  147 flops.
 template <class T>
 KSL_LANES void add_beyond_joint(const articulated_inertia<T> &A, const coscrew<T> &U, const T &D_inverse, const vec3<T> &t,
                                 articulated_inertia<T> &sum) {
   const vec3<T> &n = U.ang;
   vec3<T> F, N;
-  algebra<T>::vec3_scaled(&U.lin, D_inverse, &F);
+  algebra<T>::vec3_scaled(&U.lin, D_inverse, &F); // U.lin/D
   const T xx = A.Mxx - F.x * U.lin.x, yy = A.Myy - F.y * U.lin.y, zz = A.Mzz - F.z * U.lin.z;
   const T xy = A.Mxy - F.x * U.lin.y, yz = A.Myz - F.y * U.lin.z, zx = A.Mzx - F.z * U.lin.x;
   sum.Mxx = sum.Mxx + xx, sum.Myy = sum.Myy + yy, sum.Mzz = sum.Mzz + zz;
   sum.Mxy = sum.Mxy + xy, sum.Myz = sum.Myz + yz, sum.Mzx = sum.Mzx + zx;
-  // h: a row of H after the downdate; k: the same row of H − M t̃
+  // h is a row of H after the downdate (1), and k the same row of K (2); Ixx … Izx collect t̃ K + (t̃ H)ᵀ
   vec3<T> h, k;
   h.x = A.H.m00 - F.x * n.x, h.y = A.H.m01 - F.x * n.y, h.z = A.H.m02 - F.x * n.z;
   k.x = h.x + (zx * t.y - xy * t.z), k.y = h.y + (xx * t.z - zx * t.x), k.z = h.z + (xy * t.x - xx * t.y);
@@ -59,7 +66,7 @@ KSL_LANES void add_beyond_joint(const articulated_inertia<T> &A, const coscrew<T
   sum.H.m20 = sum.H.m20 + k.x, sum.H.m21 = sum.H.m21 + k.y, sum.H.m22 = sum.H.m22 + k.z;
   Ixx = t.y * (k.x + h.x) - Ixx, Iyy = Iyy - t.x * (k.y + h.y);
   Ixy = Ixy + (t.y * k.y - t.x * h.x), Iyz = Iyz - t.x * k.z, Izx = Izx + t.y * h.z;
-  algebra<T>::vec3_scaled(&n, D_inverse, &N);
+  algebra<T>::vec3_scaled(&n, D_inverse, &N); // n/D
   sum.Ixx = sum.Ixx + ((A.Ixx - N.x * n.x) + Ixx), sum.Iyy = sum.Iyy + ((A.Iyy - N.y * n.y) + Iyy);
   sum.Izz = sum.Izz + ((A.Izz - N.z * n.z) + Izz), sum.Ixy = sum.Ixy + ((A.Ixy - N.x * n.y) + Ixy);
   sum.Iyz = sum.Iyz + ((A.Iyz - N.y * n.z) + Iyz), sum.Izx = sum.Izx + ((A.Izx - N.z * n.x) + Izx);

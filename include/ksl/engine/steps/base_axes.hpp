@@ -46,7 +46,7 @@ template <class T, class One, class Lanes>
 KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
                                const per_body<mat3x3, T> &rotation, const T *q, One one, Lanes lanes) {
   const T o = T(0), l = T(1);
-  mat3x3<T> last = {l, o, o, o, l, o, o, o, l}; // of body i − 1, usually the parent; avoids a reload of what was just stored
+  mat3x3<T> last = {l, o, o, o, l, o, o, o, l}; // axes of body i − 1, usually the parent; avoids a reload of what was just stored
   sines_and_cosines(model, pose, q);
   rotation.set(0, last);
   const auto step = [&](int i) KSL_INLINED {

@@ -7,8 +7,8 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Twists of all bodies for q (nq) and v (nv), and their poses in their parents.  Calls lanes(k) in the order of for_bodies.
-/// Featherstone, RBDA (2008), eq. (5.14).
+/// Twists of all bodies for q (nq) and v (nv), and their poses in their parents: v_i = Ad⁻¹ v_λ + S q̇ (Featherstone, RBDA (2008),
+/// eq. (5.14)).  Calls lanes(k) in the order of for_bodies.
 template <class T, class Lanes>
 KSL_LANES void body_twists(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose, const per_body<screw, T> &twist,
                            const T *q, const T *v, Lanes lanes) {
@@ -32,8 +32,8 @@ KSL_LANES void body_twists(const model_view<scalar_of<T>> &model, const pose_wor
   for_bodies<T>(model.bodies, move, lanes);
 }
 
-/// Motions of all bodies for q (nq), v (nv) and dv (nv), from that of the ground, and their poses in their parents.
-/// Featherstone, RBDA (2008), eqs. (5.7), (5.8).
+/// Motions of all bodies for q (nq), v (nv) and dv (nv), from that of the ground, and their poses in their parents.  The motion of a
+/// body is that of the point of its parent at its origin, plus that of its joint.  Featherstone, RBDA (2008), eqs. (5.7), (5.8).
 template <class T, class Lanes>
 KSL_LANES void body_motions(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
                             const per_body<body_motion, T> &motion, const body_motion<T> &ground, const T *q, const T *v,

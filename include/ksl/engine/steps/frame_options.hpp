@@ -7,9 +7,10 @@ namespace ksl {
 
 enum class expressed_in : int { frame, world }; ///< the frame of the link itself, or that of the world
 
-/// Which acceleration of a frame.  Classical: that of the body's point which is at the origin in question.  Spatial: less
-/// ω × v of that point, which is the rate of the body's twist about a point at rest.  Rate: that of the numbers of the twist: spatial
-/// where axes and origin are those of one frame, classical in the world's axes about the frame's origin.
+/// Which acceleration of a frame.
+/// - classical: that of the body's point which is at the origin in question.
+/// - spatial: the classical one less ω × v of this point.  It is the rate of the body's twist about a point at rest.
+/// - rate: the rate of the numbers of the twist.  docs/conventions.md has a table of what it is in which axes, about which origin.
 enum class acceleration_kind : int { spatial, classical, rate };
 
 /// The order of the six numbers of a twist, a wrench or a momentum.
@@ -20,13 +21,13 @@ struct frame_options {
   expressed_in axes = expressed_in::frame;
   expressed_in at = expressed_in::frame;
   bool angular_first = false;
-  acceleration_kind kind = acceleration_kind::spatial; ///< of accelerations
+  acceleration_kind kind = acceleration_kind::spatial; ///< for accelerations
   double offset[3] = {0, 0, 0}; ///< of the frame's origin from the link's, in the link's axes, m
 };
 
 inline namespace KSL_ISA {
 
-/// The order alone.
+/// The order of the numbers that options name, and options that name an order and nothing else.
 constexpr component_order order_of(const frame_options &how) {
   return how.angular_first ? component_order::angular_first : component_order::linear_first;
 }

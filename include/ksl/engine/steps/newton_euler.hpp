@@ -34,8 +34,12 @@ template <class T> KSL_LANES vec3<T> acceleration_at(const body_motion<T> &m, co
   return a;
 }
 
-/// The wrench that gives a body its motion, about its frame's origin (Newton, Euler; h = mass × centroid):
-/// f = m a + A h,  τ = ∫ r × A r dm + h × a, A the field of accelerations.  81 flops.
+/// The wrench that gives a body its motion, about its frame's origin (Newton, Euler).  With h = mass × centroid and the field A of
+/// accelerations,
+///
+///     f = m a + A h,   τ = ∫ r × A r dm + h × a,   ∫ r × A r dm = I ω̇ + ω × I ω.                              (1)
+///
+/// 81 flops.
 template <class T>
 KSL_LANES coscrew<T> newton_euler(const spatial_inertia<T> &I, const body_motion<T> &m) {
   using A = algebra<T>;
@@ -47,7 +51,7 @@ KSL_LANES coscrew<T> newton_euler(const spatial_inertia<T> &I, const body_motion
   A::product_av(I.m, &a, &ma);
   A::product_drv(&F, &I.h, &f.lin);
   A::xpy_vv(&ma, &f.lin);
-  // I ω̇ + ω × I ω, with the products that A contains
+  // I ω̇ + ω × I ω, by the products of ω that A contains
   f.ang.x = I.Ixx * dw.x + (I.Izz - I.Iyy) * p.yz + (I.Iyz * (p.yy - p.zz) + (I.Izx * F.m10 - I.Ixy * F.m20));
   f.ang.y = I.Iyy * dw.y + (I.Ixx - I.Izz) * p.zx + (I.Izx * (p.zz - p.xx) + (I.Ixy * F.m21 - I.Iyz * F.m01));
   f.ang.z = I.Izz * dw.z + (I.Iyy - I.Ixx) * p.xy + (I.Ixy * (p.xx - p.yy) + (I.Iyz * F.m02 - I.Izx * F.m12));

@@ -32,7 +32,7 @@ template <class T> KSL_LANES mass_moment<T> subtree_moment(const model_view<scal
   return model.body[i].has_children ? added(own, children[i]) : own;
 }
 
-/// Adds those of the subtree of body i, already in the frame of its parent, to the sum over the parent's children.
+/// Adds mass and first moment of the subtree of body i, already in the frame of its parent, to the sum over the parent's children.
 template <class T>
 KSL_LANES void add_to_parent(const mass_moment<T> &subtree, const model_view<scalar_of<T>> &model,
                              const per_body<mass_moment, T> &children, int i) {
@@ -44,7 +44,7 @@ KSL_LANES void add_to_parent(const mass_moment<T> &subtree, const model_view<sca
 /// The centroid; NaN without mass.
 template <class T> KSL_LANES vec3<T> centroid(const mass_moment<T> &of) { return {of.h.x / of.m, of.h.y / of.m, of.h.z / of.m}; }
 
-/// The mass, or 1 without any, where all momenta are zero.
+/// The mass, by which momenta are divided; 1 where it is zero, since all momenta are zero then.
 template <class T> KSL_LANES T mass_divisor(const mass_moment<T> &of) { return math<T>::select(of.m > T(0), of.m, T(1)); }
 
 /// The point about which momenta are taken: the centroid, or the origin without mass.

@@ -1,7 +1,7 @@
 // KSL: the bodies that carry a link, its supports, from the link to the ground.
 //
-// What concerns a single frame depends on its supports only.  In the axes of the frame itself, a walk towards the ground finds
-// the pose of each support from that of the body before, and needs no list of them.
+// The motion of a single frame depends on its supports only.  A walk from the frame towards the ground computes the pose of each
+// support, in the frame, from the pose of the body before.  So it needs no list of the supports.
 #pragma once
 
 #include "ksl/engine/model/joints.hpp"
@@ -10,8 +10,8 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Calls compute(angle, sine, cosine) for the joints from body `first` to body `last`, which carries it and is left out, and stores
-/// rotations about z.
+/// Computes the joint rotations about z of the bodies on the path from `first` to `last`, which carries `first` and is left out.
+/// compute(angle, sine, cosine) is called for each.
 template <class T, class Compute> KSL_LANES void rotations_of_supports(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w,
                                                                        const T *q, int first, int last, Compute compute) {
   for (int i = first; i != last; i = model.body[i].parent) {
@@ -25,7 +25,8 @@ template <class T, class Compute> KSL_LANES void rotations_of_supports(const mod
   }
 }
 
-/// The same for plain doubles, with the joints in the lanes: a register ends with the first angle that is not computed yet.
+/// The same for plain doubles, with joints in lanes.  A register ends with the next angle that isn't computed yet, since the angles of
+/// supports descend in q.
 template <class Compute> KSL_LANES void rotations_of_supports(const model_view<double> &model, const pose_workspace<double> &w,
                                                               const double *q, int first, int last, Compute compute) {
   using P = native_pack<double>;
@@ -78,8 +79,8 @@ template <class T> inline SE3<T> body_in_frame(const model_view<scalar_of<T>> &m
   return D;
 }
 
-/// Walks from body `first` to body `last`, which carries it and is not visited.  D is the pose of the first body in some frame;
-/// step<K>(i, D) gets the pose of each body in that frame.  Returns that of the last.
+/// Walks from body `first` to body `last`, which carries `first`.  D is the pose of `first` in some frame.  step<K>(i, D) is called
+/// for each body but the last, with its pose in that frame.  Returns the pose of the last.
 template <class T, class Step>
 KSL_LANES SE3<T> walk_supports(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q, SE3<T> D, int first,
                                int last, Step step) {

@@ -10,13 +10,13 @@ inline namespace KSL_ISA {
 
 using index = std::ptrdiff_t; ///< of rows and columns: as wide as addresses, which avoids sign extension
 
-/// An n × n matrix, row-major.  With plain numbers, set() writes both triangles, and zeros are written too.  With packs and
-/// other scalars, only the upper triangle is written, into a matrix of zeros, and mirrored at the end.
+/// An n × n matrix, row-major.  With plain numbers, set() writes both triangles, and clear() writes the zeros between.  With packs and
+/// other scalars, clear_all() writes zeros first, set() writes the upper triangle only, and mirror() copies it at the end.
 template <class T> struct symmetric_matrix {
   T *first;
   index n;
 
-  /// row ≤ column; the place of the row on the path to the column's joint is not needed here
+  /// Sets an element, row ≤ column.  The second argument is its place in tree_rows, which is not needed here.
   KSL_LANES void set(index row, index, index column, const T &x) const {
     first[row * n + column] = x;
     if constexpr (is_number<T>)

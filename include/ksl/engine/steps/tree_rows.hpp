@@ -1,9 +1,11 @@
-// KSL: symmetric matrices over joint coordinates, by the elements that aren't zero by the shape of the tree.
+// KSL: symmetric matrices over joint coordinates, of which only those elements are stored that the shape of the tree lets differ from
+// zero.
 //
-// An element (i, j) of the mass matrix is zero unless one joint carries the other.  So row i is stored as the elements of its
-// lower triangle in the columns of the joints on the path from the ground to i, in that order, i itself last.  The path of an
-// ancestor is the beginning of the path of i.  Thus a row is combined with those of its ancestors element by element, without
-// indices.  (Featherstone, RBDA (2008), section 6.5, has the same elements in an array of nv × nv.)
+// Element (i, j) of the mass matrix is zero unless one of the joints carries the other.  So row i is stored as its elements in the
+// columns on the path from the ground to i, in that order, i itself last.  An element's index in this list is its *place*.  The path
+// of an ancestor is the beginning of the path of i: an element has the same place in both rows, and a row is combined with those of
+// its ancestors element by element, without a list of indices.  (Featherstone, RBDA (2008), section 6.5, has the same elements in an
+// array of nv × nv.)
 #pragma once
 
 #include "ksl/engine/lanes/workspace.hpp"
@@ -13,8 +15,8 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// The rows in a workspace, at equal distances.  With plain numbers they are padded to whole registers, and what lies beyond the
-/// last element may be overwritten.
+/// Such rows in a workspace, at equal distances.  With plain numbers they are padded to whole registers, and the padding may be
+/// overwritten.
 template <class T> class tree_rows {
 public:
   template <class S> KSL_LANES void lay_out(arena &memory, const model_view<S> &model) {
@@ -25,7 +27,8 @@ public:
 
   KSL_LANES void set(index, index place, index row, const T &x) const { first_[row * pitch_ + place] = x; }
   KSL_LANES void clear(index, index, index) const {}
-  /// Writes zeros to all of `rows` rows of plain numbers, since subnormal numbers that happen to be in the padding are slow.
+  /// Writes zeros to `rows` rows of plain numbers.  Numbers that happen to be in the padding can be subnormal, and then slow down
+  /// arithmetic with the other lanes.
   KSL_LANES void clear_padding(index rows) const {
     if constexpr (is_number<T>)
       for (index k = 0; k < rows * pitch_; k += native_lanes<T>)
@@ -49,15 +52,15 @@ private:
   const int *row_; ///< where each row begins
 };
 
-/// Calls step(body, row, place) for each row of the matrix, where place is that of its diagonal element.
+/// Calls step(body, row, place) for each row of the matrix, from the first to the last; place is that of its diagonal element.
 template <class S, class Step> KSL_LANES void for_each_row(const model_view<S> &model, Step step) {
   for (int i = 1; i < model.bodies; ++i)
     for (int c = 0; c < model.body[i].nv; ++c)
       step(model.body[i], index(model.body[i].v_index + c), index(model.body[i].ancestors + c));
 }
 
-/// Calls step(ancestor, place) for the coordinates of the joints on the path to coordinate c of body i, which itself comes first
-/// and is not included.
+/// Calls step(ancestor, place) for the coordinates on the path from coordinate c of body i to the ground, that coordinate itself left
+/// out.  It goes line by line (model.hpp): within a line, coordinates and places descend by one.
 template <class S, class Step> KSL_LANES void for_each_ancestor(const model_view<S> &model, int i, int c, Step step) {
   while (i > 0) {
     const body<S> &b = model.body[i], &start = model.body[b.line_start];
@@ -69,7 +72,8 @@ template <class S, class Step> KSL_LANES void for_each_ancestor(const model_view
   }
 }
 
-/// x[0 … n) −= a y[0 … n): in registers with plain numbers, so that up to a register beyond may be written.
+/// x[0 … n) −= a y[0 … n).  Plain numbers are computed in registers, so that up to a register of numbers from x[n] on may be
+/// overwritten.
 template <class T> KSL_LANES void subtract_scaled(const T &a, const T *y, T *x, index n) {
   if constexpr (is_number<T>) {
     using P = native_pack<T>;
@@ -86,7 +90,7 @@ template <class T> KSL_LANES void subtract_scaled(const T &a, const T *y, T *x, 
   }
 }
 
-/// x[0 … n) *= a, alike.
+/// x[0 … n) *= a, likewise.
 template <class T> KSL_LANES void scale(const T &a, T *x, index n) {
   if constexpr (is_number<T>) {
     using P = native_pack<T>;
@@ -127,7 +131,7 @@ private:
   index n_, pitch_;
 };
 
-/// x[k] = a, by a store of the whole register, so that it can be reloaded at once.
+/// x[k] = a, by a store of the whole register.  A reload of the register then doesn't have to wait for the store.
 template <class T> KSL_LANES void set_lane(T *x, index k, const T &a) {
   using P = native_pack<T>;
   const index block = k / native_lanes<T> * native_lanes<T>;
@@ -138,7 +142,7 @@ template <class T> KSL_LANES void set_lane(T *x, index k, const T &a) {
   body_lanes::write(math<P>::select(number == P(T(k - block)), P(a), v), x + block);
 }
 
-/// The elements one after the other, row by row, without gaps: the lower triangle in compressed sparse rows.
+/// Copies the rows to an array without gaps: the lower triangle in compressed sparse rows.
 template <class T> void store_tree_rows(const model_view<scalar_of<T>> &model, const tree_rows<T> &rows, T *out) {
   for_each_row(model, [&](const auto &, index row, index place) KSL_INLINED {
     for (index k = 0; k <= place; ++k)

@@ -9,7 +9,7 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Where all bodies are.
+/// Axes and origins of all bodies.
 template <class T> struct world_axes {
   pose_workspace<T> pose;
   per_body<mat3x3, T> rotation; ///< axes of each body in those of the world
@@ -21,8 +21,8 @@ template <class T> struct world_axes {
   }
 };
 
-/// Computes the axes of all bodies in those of the world for q (nq).  place<K>(i, pose in the parent, the parent's axes) is called
-/// before.  Calls lanes(k) in the order of for_bodies.
+/// Computes the axes of all bodies in those of the world for q (nq).  place<K>(i, pose in the parent, the parent's axes) is called for
+/// each body before its axes are set, and lanes(k) in the order of for_bodies.
 template <class T, class Place, class Lanes>
 KSL_LANES void rotate_to_world(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
                                const per_body<mat3x3, T> &rotation, const T *q, Place place, Lanes lanes) {

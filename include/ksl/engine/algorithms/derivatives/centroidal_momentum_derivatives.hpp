@@ -1,10 +1,16 @@
 // KSL: the first derivatives of the centroidal momentum and of its rate.
 //
-// The rate is the sum of the wrenches that the motion of the trees on the ground needs without gravity.  With a coordinate it changes
-// as the wrench through that coordinate's joint does (wrench_derivatives.hpp; the relation is that of Carpentier and Mansard,
-// "Analytical derivatives of rigid body dynamics algorithms", RSS 2018, to centroidal dynamics).  About the centre of mass c,
-// n_c = n − c × f changes by ∂n − c × ∂f − ∂c × f, where mass × ∂c/∂q_k is the linear half of I S.  By a it is the centroidal momentum
-// matrix A.  With v = 0 the rate is A a: the derivatives of the momentum A v are those of the rate for accelerations v at rest.
+// The rate (f, n) about a fixed point is the sum of the wrenches that the motion of the trees on the ground needs without gravity.  So
+// it changes with a coordinate as the wrench through that coordinate's joint does (wrench_derivatives.hpp (3); the relation is that of
+// Carpentier and Mansard, "Analytical derivatives of rigid body dynamics algorithms", RSS 2018, to centroidal dynamics).  About the
+// centre of mass c
+//
+//     n_c = n − c × f,   ∂n_c = ∂n − c × ∂f − ∂c × f,   mass × ∂c/∂q_k = linear half of I S_k,                     (1)
+//
+// I being the inertia of the subtree of k.  By v and by a, ∂c is zero.
+//
+// The rate is A a + Ȧ v, A being the centroidal momentum matrix: its derivative by a is A.  At v = 0 the rate is A a.  So the
+// derivatives of the momentum A v are those of the rate, for the accelerations v at rest.                            (2)
 #pragma once
 
 #include "ksl/engine/algorithms/derivatives/wrench_derivatives.hpp"
@@ -26,7 +32,7 @@ template <class T> struct centroidal_momentum_derivatives_workspace {
   }
 };
 
-/// The sum over all trees, in the world's axes, about a reference point.
+/// Sums over all trees, in the world's axes; the moment of mass is about the reference point.
 template <class T> struct sum_of_trees {
   vec3<T> reference; ///< the origin of body 1
   mass_moment<T> moment;
@@ -56,13 +62,14 @@ KSL_LANES sum_of_trees<T> sum_trees(const model_view<scalar_of<T>> &model, const
   return sum;
 }
 
-/// What the columns of one tree are moved by; in its common axes, about its common point.
+/// Moves the columns of one tree to the centre of mass and to the world's axes (1).  Vectors are in the tree's common axes, from its
+/// common point.
 template <class P> struct to_center {
   mat3x3<P> R; ///< the tree's axes in the world
-  vec3<P> center, force;
+  vec3<P> center, force; ///< c, and the sum of all forces f
   P per_mass; ///< 1 / mass of all trees
 
-  /// ∂n − c × ∂f, in the world's axes
+  /// (∂f, ∂n − c × ∂f) in the world's axes.
   KSL_LANES screw<P> moved(const coscrew<P> &f) const {
     using A = algebra<P>;
     screw<P> out = {f.lin, f.ang};
@@ -73,7 +80,7 @@ template <class P> struct to_center {
     A::product_drv(&R, &out.ang, &out.ang);
     return out;
   }
-  /// The same for the derivative by q, of a coordinate with the momentum I S.
+  /// The derivative by q, from which ∂c × f is subtracted as well; `momentum` is I S of the coordinate.
   KSL_LANES screw<P> moved(coscrew<P> f, const coscrew<P> &momentum) const {
     using A = algebra<P>;
     vec3<P> center_by = momentum.lin, moment;
@@ -84,7 +91,7 @@ template <class P> struct to_center {
   }
 };
 
-/// The columns (6, nv) of each result, from the derivatives of the wrenches through the joints; by_v may be null.
+/// Sets the columns (6, nv) of each result (1), from the derivatives of the wrenches through the joints.  by_v may be null.
 template <class T> void set_centroidal_columns(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
                                                component_order order, T *by_q, T *by_v, T *by_a) {
   using A = algebra<T>;

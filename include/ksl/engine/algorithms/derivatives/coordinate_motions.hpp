@@ -5,9 +5,15 @@
 // and the origin of the body that the base carries, or of the floating base itself.  Products of different bodies then need no
 // transformation.  No digits are lost far from the world's origin.
 //
-// With position q_k (v and a held componentwise), the bodies beyond the joint are displaced by S_k.  Seen from the displaced
-// bodies, their velocity changes by Ψ̇ = v_λ × S, and their acceleration by Ψ̈ − v × Ψ̇, Ψ̈ = a_λ × S + v_λ × Ψ̇; λ is the body
-// that carries the joint.  With velocity v_k they change by S, and by Ψ̇ + Ṡ − v × S.
+// S is the unit twist of a coordinate k, v and a are the twist and the spatial acceleration of a body beyond its joint, and λ is the
+// body that carries the joint.  The rates of S are
+//
+//     Ψ̇ = v_λ × S,   Ψ̈ = a_λ × S + v_λ × Ψ̇,   Ṡ = v_body × S,                                                 (1)
+//
+// v_body being the twist of the joint's own body.  If the joint has one coordinate, Ṡ = Ψ̇.  A change of position q_k, with v and a
+// held componentwise, displaces the bodies beyond the joint by S.  Seen from the displaced bodies, v and a change
+//
+//     with q_k by Ψ̇ and Ψ̈ − v × Ψ̇,   with v_k by S and Ψ̇ + Ṡ − v × S,   with a_k by 0 and S.                   (2)
 #pragma once
 
 #include "ksl/engine/algorithms/kinematics/forward_kinematics.hpp"
@@ -17,7 +23,7 @@
 
 namespace ksl {
 
-/// Of a coordinate: its unit twist, and what it changes.
+/// The unit twist S of a coordinate, and its rates (1).  Their names say what they change, by (2).
 template <class T> struct coordinate_motion {
   screw<T> S;
   screw<T> velocity_by_q;     ///< Ψ̇
@@ -46,18 +52,18 @@ template <class T> struct coordinate_motions_workspace {
   }
 };
 
-/// Ψ̇, Ψ̈ and Ψ̇ + Ṡ of a coordinate that is the only one of its joint: Ṡ = Ψ̇, since S × S = 0.
+/// Sets Ψ̇, Ψ̈ and Ψ̇ + Ṡ (1) of a coordinate that is the only one of its joint.  Then Ṡ = Ψ̇, since S × S = 0.
 template <class T> KSL_LANES void set_rates(const body_twist<T> &carrier, coordinate_motion<T> &c) {
   using A = algebra<T>;
   screw<T> turned;
-  A::cross_ss(&carrier.velocity, &c.S, &c.velocity_by_q);
-  A::cross_ss(&carrier.acceleration, &c.S, &c.acceleration_by_q);
+  A::cross_ss(&carrier.velocity, &c.S, &c.velocity_by_q);         // Ψ̇
+  A::cross_ss(&carrier.acceleration, &c.S, &c.acceleration_by_q); // Ψ̈
   A::cross_ss(&carrier.velocity, &c.velocity_by_q, &turned);
   A::xpy_ss(&turned, &c.acceleration_by_q);
   A::add_ss(&c.velocity_by_q, &c.velocity_by_q, &c.acceleration_by_v);
 }
 
-/// Ψ̇ + Ṡ of a coordinate of a joint that has several; `velocity` is that of the joint's body.
+/// Ψ̇ + Ṡ (1) of a coordinate of a joint that has several; `velocity` is v_body.
 template <class T> KSL_LANES screw<T> several_rates(const screw<T> &velocity, const screw<T> &S, const screw<T> &velocity_by_q) {
   screw<T> rate;
   algebra<T>::cross_ss(&velocity, &S, &rate);
@@ -65,7 +71,7 @@ template <class T> KSL_LANES screw<T> several_rates(const screw<T> &velocity, co
   return rate;
 }
 
-/// Sets the motion of the ground, which accelerates upwards where that is to have the effect of gravity.
+/// Sets the motion of the ground.  An acceleration upwards has the effect of gravity.
 template <class T> KSL_LANES void start_at_ground(const coordinate_motions_workspace<T> &w, const vec3<T> &acceleration) {
   const vec3<T> zero = {T(0), T(0), T(0)};
   w.origin.set(0, zero);
@@ -78,14 +84,16 @@ template <class T> KSL_LANES vec3<T> sum(const vec3<T> &a, const vec3<T> &b) {
   return s;
 }
 
-/// Motion of body i, from that of its parent, and the twists of its joint's coordinates.
+/// Sets the motion of body i from that of its parent, v = v_λ + Σ S q̇ and a = a_λ + Σ (S q̈ + Ψ̇ q̇), and the twists of its joint's
+/// coordinates.  Featherstone, RBDA (2008), eqs. (5.7), (5.8), where Ṡ takes the place of Ψ̇.  Their difference vanishes in the sum
+/// over the coordinates of a joint.
 template <joint_kind K, class T>
 KSL_LANES void move_body(const body<scalar_of<T>> &b, const coordinate_motions_workspace<T> &w, int i, const vec3<T> &offset,
                          const T *v, const T *a) {
   using A = algebra<T>;
   body_twist<T> m = w.motion[b.parent];
   vec3<T> r = {T(0), T(0), T(0)};
-  if (b.parent > 0) // bodies on the ground don't share any joint: each has a common point of its own
+  if (b.parent > 0) // bodies on the ground have no joint in common: each tree has a common point of its own
     r = sum(w.origin[b.parent], offset);
   w.origin.set(i, r);
   if constexpr (joint<K>::is_free)
@@ -108,7 +116,7 @@ KSL_LANES void move_body(const body<scalar_of<T>> &b, const coordinate_motions_w
     }
     A::axpy_ss(v[k], &own.S, &m.velocity);
     A::axpy_ss(a[k], &own.S, &m.acceleration);
-    A::axpy_ss(v[k], &own.velocity_by_q, &m.acceleration);
+    A::axpy_ss(v[k], &own.velocity_by_q, &m.acceleration); // Ψ̇ q̇
   });
   w.motion.set(i, m);
 }
@@ -124,7 +132,7 @@ template <class T> KSL_LANES void correct_several(const coordinate_motions_works
   }
 }
 
-/// For plain numbers: Ψ̇, Ψ̈ and Ψ̇ + Ṡ of the coordinates [first, end), as many at a time as a register has lanes.
+/// With plain numbers, sets Ψ̇, Ψ̈ and Ψ̇ + Ṡ of the coordinates [first, end), as many at a time as a register has lanes.
 template <class T> KSL_LANES void set_rates_in_lanes(const coordinate_motions_workspace<T> &w, int first, int end) {
   if constexpr (is_number<T>)
     for (int k = first; k < end; k += native_lanes<T>) {
@@ -136,7 +144,8 @@ template <class T> KSL_LANES void set_rates_in_lanes(const coordinate_motions_wo
     }
 }
 
-/// Motions of all bodies and coordinates, from the acceleration of the ground.  Calls lanes(k) in the order of for_bodies.
+/// Sets the motions of all bodies and coordinates.  `ground` is the acceleration of the ground.  Calls lanes(k) in the order of
+/// for_bodies.
 template <class T, class Lanes>
 KSL_LANES void coordinate_motions(const model_view<scalar_of<T>> &model, const coordinate_motions_workspace<T> &w,
                                   const vec3<T> &ground, const T *q, const T *v, const T *a, Lanes lanes) {
@@ -153,7 +162,8 @@ KSL_LANES void coordinate_motions(const model_view<scalar_of<T>> &model, const c
     correct_several(w, model.body[i], i);
 }
 
-/// The body on the ground that carries body i, or 0 for the ground itself.  Its tree has common axes and a common point.
+/// The root of the tree that body i is in: the body on the ground that carries it, or 0 for the ground itself.  All bodies of a tree
+/// have the same common axes and the same common point.
 template <class S> inline int tree_of(const model_view<S> &model, int i) {
   while (model.body[i].parent > 0)
     i = model.body[i].parent;

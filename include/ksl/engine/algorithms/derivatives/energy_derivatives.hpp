@@ -1,8 +1,12 @@
 // KSL: the first derivatives of the energies.
 //
 // With q_k, the velocity of the bodies beyond the joint changes, as they see it, by Ψ̇ = v_λ × S (Singh, Russell, Wensing, RA-L 7(2),
-// 2022), and the kinetic energy by p · Ψ̇ = −(v_λ ×* p) · S, p being the momentum of the subtree; with v_k it changes by p · S.  The
-// potential energy changes by the power of lifting the subtree.  So each is the effort of a wrench through the joint.
+// 2022), λ being the body that carries the joint; with v_k it changes by S.  With p, the momentum of the joint's subtree, the kinetic
+// energy T and the potential energy V of gravity change by
+//
+//     ∂T/∂q_k = p · Ψ̇ = −(v_λ ×* p) · S,   ∂T/∂v_k = p · S,   ∂V/∂q_k = (−m g, h × −g) · S,                       (1)
+//
+// m and h being mass and first moment of the subtree.  So each is the effort of a wrench through the joint.
 #pragma once
 
 #include "ksl/engine/model/joint_physics.hpp"
@@ -16,7 +20,7 @@ inline namespace KSL_ISA {
 template <class T> struct energy_derivatives_workspace {
   pose_workspace<T> pose;
   per_body<screw, T> twist;          ///< of each body, in its frame
-  per_body<vec3, T> gravity;         ///< in the axes of each body
+  per_body<vec3, T> gravity;         ///< gravity in the axes of each body
   per_body<coscrew, T> sum;          ///< momentum of each subtree, in the frame of its body
   per_body<mass_moment, T> children; ///< sum over the subtrees of each body's children, in its frame
 
@@ -26,7 +30,7 @@ template <class T> struct energy_derivatives_workspace {
   }
 };
 
-/// Adds what rotors and springs contribute.
+/// Adds the contributions of rotors and springs.
 template <class T> void add_physics_energy_derivatives(const model_view<scalar_of<T>> &model, const T *q, const T *v, T *kinetic_by_v,
                                                        T *potential_by_q) {
   for (int k = 0; k < model.nv; ++k) {

@@ -1,11 +1,22 @@
 // KSL: the first derivatives of forward dynamics.
 //
-// With tau held, a change of the state is answered by ∂a = −M⁻¹ ∂tau, where ∂tau is that of inverse dynamics at the accelerations of
-// forward dynamics (Carpentier and Mansard, "Analytical derivatives of rigid body dynamics algorithms", RSS 2018, eq. (27)).  M⁻¹ is a
-// result, too.  Multiplying by it keeps sums in registers, which takes half the time of solving with the factors of M.
+// tau = ID(q, v, a) holds identically for the accelerations a of forward dynamics.  Differentiated with tau held, and by tau, it gives
+// (Carpentier and Mansard, "Analytical derivatives of rigid body dynamics algorithms", RSS 2018, eq. (27))
 //
-// One pass over the bodies serves all: motions and wrenches are computed without joint accelerations first.  The wrenches are then the
-// bias, and the inertias of subtrees give M.  Accelerations change the wrenches, and what depends on them, linearly.
+//     ∂a/∂q = −M⁻¹ ∂ID/∂q,   ∂a/∂v = −M⁻¹ ∂ID/∂v,   ∂a/∂tau = M⁻¹.                                               (1)
+//
+// M⁻¹ is a result, too.  Multiplying by it keeps sums in registers, which takes half the time of solving with the factors of M.
+//
+// One pass over the bodies serves all of (1):
+// - Motions, subtree inertias I and the wrenches f through the joints are computed without joint accelerations.  Then
+//   tau − Sᵀ f is the effort that accelerates, and M_ik = S_k · I_i S_i for each k that carries i.                    (2)
+// - M⁻¹, and from it a, follow.
+// - The accelerations change the wrenches, and what depends on them, linearly.  Let a'_λ be the acceleration that they add to the
+//   body that carries a joint.  Then of a coordinate of this joint
+//
+//     Ψ̈ changes by a'_λ × S,    f by I a'_λ + Σ I_k S_k a_k, the sum over the coordinates k of the joint and beyond it.     (3)
+//
+// - ∂ID follows as in inverse_dynamics_derivatives.hpp.
 #pragma once
 
 #include "ksl/engine/algorithms/derivatives/inverse_dynamics_derivatives.hpp"
@@ -13,26 +24,26 @@
 
 namespace ksl {
 
-/// What joint accelerations add, at a coordinate.
+/// What joint accelerations add at a coordinate (3).
 template <class T> struct acceleration_change {
-  screw<T> carrier;  ///< to the acceleration of the body that carries the joint
-  coscrew<T> wrench; ///< to the wrench through the joint, by its own accelerations and those of the joints that it carries
+  screw<T> carrier;  ///< a'_λ: to the acceleration of the body that carries the joint
+  coscrew<T> wrench; ///< to the wrench through the joint: the sum of I_k S_k a_k
 };
 
 inline namespace KSL_ISA {
 
-constexpr int column_groups = 4; ///< groups of columns that are multiplied together
+constexpr int column_groups = 4; ///< how many groups of columns are multiplied together
 
 template <class T> struct forward_dynamics_derivatives_workspace {
   inverse_dynamics_derivatives_workspace<T> derivatives;
   factor_workspace<T> factor;
   per_coordinate<acceleration_change, T> change; ///< with plain numbers
-  array_of<screw<T>> acceleration; ///< what joint accelerations add to that of each body
-  array_of<coscrew<T>> wrench;     ///< and to the wrench through its joint, by joints from there on
+  array_of<screw<T>> acceleration; ///< what joint accelerations add to the acceleration of each body
+  array_of<coscrew<T>> wrench;     ///< the sum of I_k S_k a_k over the coordinates of each body's joint and beyond
   padded_matrix<T> W;              ///< M⁻¹; with plain numbers
   array_of<T> a, rest;             ///< accelerations, and the efforts that cause them: tau − bias
-  array_of<T> dtau;                ///< derivatives of inverse dynamics: by q, by v
-  array_of<int> related;           ///< the coordinates that carry some columns or are carried by them, their own included
+  array_of<T> dtau;                ///< derivatives of inverse dynamics by q, then by v
+  array_of<int> related;           ///< lists of related coordinates, for each group of columns (list_related)
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     derivatives.lay_out(memory, model);
@@ -46,7 +57,7 @@ template <class T> struct forward_dynamics_derivatives_workspace {
   }
 };
 
-/// Sets the momenta I S of the coordinates, and rest = tau − bias.
+/// Sets I S of all coordinates, and rest = tau − Sᵀ f (2).
 template <class T> KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
                                               const T *tau, T *rest) {
   if constexpr (is_number<T>) {
@@ -73,7 +84,7 @@ template <class T> KSL_LANES void set_momenta(const model_view<scalar_of<T>> &mo
   }
 }
 
-/// The rows of M (tree_rows.hpp), of the momenta.
+/// Sets the rows of M (tree_rows.hpp): row i has S_k · I_i S_i for the coordinates k that carry i (2).
 template <class T> KSL_LANES void set_mass_rows(const model_view<scalar_of<T>> &model, const inverse_dynamics_derivatives_workspace<T> &w,
                                                 const tree_rows<T> &rows) {
   const wrench_derivatives_workspace<T> &d = w.wrenches;
@@ -105,7 +116,7 @@ template <class T> KSL_LANES void set_mass_rows(const model_view<scalar_of<T>> &
   }
 }
 
-/// Adds what motors supply besides the transmitted efforts.
+/// Adds the physics of joints: armature to the diagonal of M, and damping, friction and springs to the bias.
 template <class T> void add_physics(const model_view<scalar_of<T>> &model, const tree_rows<T> &rows, const T *q, const T *v, T *rest) {
   for_each_row(model, [&](const auto &, index row, index place) {
     const coordinate_physics<scalar_of<T>> &c = model.physics[row];
@@ -114,20 +125,20 @@ template <class T> void add_physics(const model_view<scalar_of<T>> &model, const
   });
 }
 
-/// What accelerations add to Ψ̈ of a coordinate, and to the wrench through a joint.
+/// Adds what accelerations change at a coordinate (3): to Ψ̈, and to the wrench through the joint.
 template <class T> KSL_LANES void accelerate(const screw<T> &carrier, coordinate_motion<T> &c) {
   screw<T> turned;
-  algebra<T>::cross_ss(&carrier, &c.S, &turned);
+  algebra<T>::cross_ss(&carrier, &c.S, &turned); // a'_λ × S
   algebra<T>::xpy_ss(&turned, &c.acceleration_by_q);
 }
 template <class T> KSL_LANES void accelerate(const acceleration_change<T> &change, subtree_dynamics<T> &d) {
   coscrew<T> f;
-  algebra<T>::product_Ms(&d.I, &change.carrier, &f);
+  algebra<T>::product_Ms(&d.I, &change.carrier, &f); // I a'_λ
   algebra<T>::xpy_cc(&change.wrench, &f);
   algebra<T>::xpy_cc(&f, &d.f);
 }
 
-/// Sets what the accelerations a add to those of the bodies.
+/// Sets the accelerations that the joint accelerations a add to the bodies: a' = a'_λ + Σ S a.
 template <class T> KSL_LANES void accelerate_bodies(const model_view<scalar_of<T>> &model,
                                                     const forward_dynamics_derivatives_workspace<T> &w, const T *a) {
   const wrench_derivatives_workspace<T> &d = w.derivatives.wrenches;
@@ -150,7 +161,7 @@ template <class T> KSL_LANES void accelerate_bodies(const model_view<scalar_of<T
   }
 }
 
-/// Adds what the accelerations a contribute, after the other motions, and sets the derivatives of inverse dynamics.
+/// Adds what the joint accelerations a contribute (3) to the quantities without them, and sets the derivatives of inverse dynamics.
 template <class T>
 KSL_LANES void accelerate(const model_view<scalar_of<T>> &model, const forward_dynamics_derivatives_workspace<T> &w, const T *a,
                           const tau_derivative_matrices<T, false> &dtau) {
@@ -191,8 +202,8 @@ KSL_LANES void accelerate(const model_view<scalar_of<T>> &model, const forward_d
   }
 }
 
-/// a = W x for symmetric W, whose rows begin at distances of `pitch`: with plain numbers, several elements of a in lanes.  M⁻¹ is a
-/// result; sums in registers take a fraction of the time of substitutions.
+/// a = W x for a symmetric W, whose rows begin at distances of `pitch`.  With plain numbers, several elements of a are in lanes.
+/// Since W = M⁻¹ is a result anyway, this takes a fraction of the time of substitutions with the factors of M.
 template <class T> KSL_LANES void multiply_symmetric(const T *W, index pitch, const T *x, index n, T *a) {
   using P = lanes_of_coordinates<T>;
   for (index i = 0; i < n; i += static_cast<index>(sizeof(P) / sizeof(T))) {
@@ -209,8 +220,8 @@ template <class T> KSL_LANES void multiply_symmetric(const T *W, index pitch, co
   }
 }
 
-/// Rows [row, row + rows) of both products −W X and −W Y, summed over the related coordinates: as many columns as P has lanes.
-/// The rows of W begin at distances of `pitch`.
+/// Computes a block of both products −W X and −W Y: the rows [row, row + rows), and from `column` on as many columns as P has lanes.
+/// Sums are over the related coordinates only (list_related).  The rows of W begin at distances of `pitch`.
 template <class P, int rows, class T>
 KSL_LANES void multiply_related(const T *W, index pitch, const T *X, const T *Y, index n, index row, index column,
                                 const int *related, index terms, T *X_out, T *Y_out) {
@@ -239,11 +250,11 @@ KSL_LANES void multiply_related(const T *W, index pitch, const T *X, const T *Y,
   }
 }
 
-/// Some columns: where they begin, and the coordinates that they are related to.
+/// A group of columns: the first one, and the coordinates that are related to any of them.
 struct related_columns { index column, terms; const int *related; };
 
-/// All rows of a few groups of columns, each of as many as P has lanes.  A block of rows stays in the nearest cache for all groups.
-/// Sums of several rows hide each other's latency.
+/// Computes all rows of a few groups of columns; a group has as many columns as P has lanes.  Rows are taken in blocks of up to four:
+/// a block stays in the nearest cache for all groups, and the sums of several rows hide each other's latency.
 template <class P, class T>
 KSL_LANES void multiply_columns(const T *W, index pitch, const T *X, const T *Y, index n, const related_columns *columns, index groups,
                                 T *X_out, T *Y_out) {
@@ -262,9 +273,10 @@ KSL_LANES void multiply_columns(const T *W, index pitch, const T *X, const T *Y,
     multiply(coordinate_number<1>{}, row);
 }
 
-/// Lists the coordinates that carry any of the columns [column, end) or are carried by one, in order, and returns their number.
+/// Two coordinates are related if one carries the other, or if they are of the same joint.  This lists, in ascending order, the
+/// coordinates that are related to any of the columns [column, end), and returns how many there are.
 template <class S> KSL_LANES index list_related(const model_view<S> &model, index column, index end, int *related) {
-  index terms = 0, carried = 0; // coordinates before `carried` that come after the columns are carried by one of them
+  index terms = 0, carried = 0; // carried: where the subtrees of the columns end; a later body that begins before it is in one of them
   for (int i = 1; i < model.bodies; ++i) {
     const body<S> &b = model.body[i];
     if (b.v_index < end && b.v_index + b.nv > column && b.v_end > carried)
@@ -276,8 +288,8 @@ template <class S> KSL_LANES index list_related(const model_view<S> &model, inde
   return terms;
 }
 
-/// The products −W X and −W Y, where an element of X or Y is zero unless one of its coordinates carries the other.  With plain
-/// numbers, columns are in lanes.  Zeros that are left out don't change the sums, which begin with +0.
+/// The products −W X and −W Y, where an element of X or Y is zero unless its row and its column are related.  Leaving out these zeros
+/// doesn't change the sums, which begin with +0.  With plain numbers, columns are in lanes.
 template <class T>
 void negative_products(const model_view<scalar_of<T>> &model, const array_of<int> &related, const T *W, index pitch, const T *X,
                        const T *Y, T *X_out, T *Y_out) {
@@ -307,9 +319,9 @@ void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model, const f
   T *const by_q = &w.dtau[0], *const by_v = by_q + n * n, *const a = &w.a[0], *const rest = &w.rest[0];
   for (index k = 0; k < n; ++k)
     a[k] = T(0);
-  forward_motions(model, d.wrenches, q, v, a, external);
+  forward_motions(model, d.wrenches, q, v, a, external); // a is zero here
   sum_subtrees<false>(model, d.wrenches);
-  set_momenta(model, d.wrenches, tau, rest);
+  set_momenta(model, d.wrenches, tau, rest); // (2)
   set_mass_rows(model, d, w.factor.rows);
   if (model.physics)
     add_physics(model, w.factor.rows, q, v, rest);
@@ -323,13 +335,13 @@ void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model, const f
   } else {
     invert_factorised(model, w.factor, da_dtau);
   }
-  multiply_symmetric(W, pitch, rest, n, a);
-  accelerate(model, w, a, tau_derivative_matrices<T, false>{by_q, by_v, nullptr, n});
+  multiply_symmetric(W, pitch, rest, n, a); // a = M⁻¹ (tau − bias)
+  accelerate(model, w, a, tau_derivative_matrices<T, false>{by_q, by_v, nullptr, n}); // (3)
   if (external.axes == expressed_in::world)
     add_turning_of_external(model, d.wrenches, external, by_q);
   if (model.physics)
     add_physics_derivatives(model, v, by_q, by_v, static_cast<T *>(nullptr));
-  negative_products(model, w.related, W, pitch, by_q, by_v, da_dq, da_dv);
+  negative_products(model, w.related, W, pitch, by_q, by_v, da_dq, da_dv); // (1)
 }
 
 } // namespace KSL_ISA

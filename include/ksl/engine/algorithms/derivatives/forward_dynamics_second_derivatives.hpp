@@ -1,12 +1,13 @@
 // KSL: the second derivatives of forward dynamics.
 //
 // tau = ID(q, v, a(q, v, tau)) holds identically.  Differentiated twice, it gives M times each second derivative of a (Singh, Russell,
-// Wensing, IEEE Transactions on Robotics 40, 2024, section VI), with the derivatives of inverse dynamics at these accelerations:
+// Wensing, IEEE Transactions on Robotics 40, 2024, section VI).  Subscripts are derivatives; those of tau are derivatives of inverse
+// dynamics at these accelerations:
 //
-//     M a_qq = −(tau_qq + M_q a_q + (M_q a_q)ᵀ),   M a_vv = −tau_vv,   M a_qv = −(tau_qv + M_q a_v),   M a_qτ = −M_q M⁻¹,
+//     M a_qq = −(tau_qq + M_q a_q + (M_q a_q)ᵀ),   M a_vv = −tau_vv,   M a_qv = −(tau_qv + M_q a_v),   M a_qτ = −M_q M⁻¹.  (1)
 //
-// where (M_q x) of (i, k, m) is the sum of dM_il/dq_k x_lm over l, and the transpose exchanges k and m.  Many of the dM_il/dq_k are
-// zero by the shape of the tree and left out.  The products by M⁻¹ keep their sums in registers.
+// Element (i, k, m) of M_q x is the sum of dM_il/dq_k x_lm over l; the transpose exchanges k and m.  dM_il/dq_k is zero unless i, l
+// and k are on one path from the ground, and such terms are left out.  Products by M⁻¹ keep their sums in registers.
 #pragma once
 
 #include "ksl/engine/algorithms/derivatives/forward_dynamics_derivatives.hpp"
@@ -19,10 +20,10 @@ template <class T> struct forward_dynamics_second_derivatives_workspace {
   forward_dynamics_derivatives_workspace<T> first;
   inverse_dynamics_second_derivatives_workspace<T> second;
   array_of<T> da_dq, da_dv, M_inverse;
-  array_of<T> M_by_q;        ///< dM_il/dq_k for one i
+  array_of<T> M_by_q;        ///< dM_il/dq_k for one i, all l and k
   array_of<T> product;       ///< M_q a_q for one i
   array_of<T> columns;       ///< a few columns of a matrix with nv rows
-  array_of<int> subtree_end; ///< of each coordinate: where the coordinates that it carries end
+  array_of<int> subtree_end; ///< for each coordinate: index after the last coordinate that it carries
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     first.lay_out(memory, model);
@@ -35,7 +36,7 @@ template <class T> struct forward_dynamics_second_derivatives_workspace {
   static constexpr int column_registers = 4;
 };
 
-/// X = −W X, where X has nv rows of `width` numbers.
+/// X = −M⁻¹ X, where X has nv rows of `width` numbers.
 template <class T>
 void multiply_in_place(const forward_dynamics_second_derivatives_workspace<T> &w, index n, index width, T *X) {
   using P = lanes_of_coordinates<T>;
@@ -71,7 +72,8 @@ void multiply_in_place(const forward_dynamics_second_derivatives_workspace<T> &w
   }
 }
 
-/// out_k += the sum of M_lk X_l over l, rows of nv numbers.  M_lk is dM_il/dq_k, zero unless i, l and k are on one path.
+/// Adds Σ_l M_lk X_l to each row k of `out`; X and `out` have rows of nv numbers.  M_lk is dM_il/dq_k, zero unless i, l and k are on
+/// one path.
 template <class T>
 void add_product(const array_of<int> &subtree_end, index n, index i, const T *M, const T *X, T *out) {
   const auto on_one_path = [&](index a, index b) KSL_INLINED { return a < b ? b < subtree_end[a] : a < subtree_end[b]; };
@@ -90,7 +92,7 @@ void add_product(const array_of<int> &subtree_end, index n, index i, const T *M,
   }
 }
 
-/// Replaces the second derivatives of efforts by M times those of accelerations, with the sign changed.
+/// Replaces the second derivatives of efforts by −M times those of accelerations: the right sides of (1), with the sign changed.
 template <class T>
 void add_products_of_first_derivatives(const forward_dynamics_second_derivatives_workspace<T> &w, index n, T *by_qq, T *by_qv, T *by_qtau) {
   const index matrix = n * n;

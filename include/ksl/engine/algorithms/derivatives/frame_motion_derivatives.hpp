@@ -1,8 +1,13 @@
 // KSL: the first derivatives of the velocities and accelerations of links' frames, expressed as the options say.
 //
-// Seen from the frame, its twist V changes with q_k by Ψ̇, and its spatial acceleration A by Ψ̈ − V × Ψ̇; with v_k they change by S,
-// and by Ψ̇ + Ṡ − V × S; A changes by S with a_k (coordinate_motions.hpp).  Where other axes or another point are asked for, the
-// motion ξ of the frame relative to them adds ξ × V and ξ × A to the derivatives by q.
+// V is the twist of a frame and A its spatial acceleration.  Seen from the frame, they change ((2) of coordinate_motions.hpp)
+//
+//     with q_k by Ψ̇ and Ψ̈ − V × Ψ̇,   with v_k by S and Ψ̇ + Ṡ − V × S,   with a_k by 0 and S.                    (1)
+//
+// Where other axes or another point are asked for, let ξ be the part of S by which the frame moves relative to them.  Then ξ × V and
+// ξ × A are added to the derivatives by q.                                                                         (2)
+//
+// Other accelerations than the spatial one have `times` ω × v added to the linear half, and its derivative, too.   (3)
 #pragma once
 
 #include "ksl/engine/algorithms/derivatives/coordinate_motions.hpp"
@@ -44,7 +49,7 @@ void motions_of_supports(const model_view<scalar_of<T>> &model, const frame_velo
       move_body<K>(b, m, *i, offset, v + b.v_index, a + b.v_index);
     });
   }
-  if (n == 1) // lanes beyond a run are set again, to the same, or belong to coordinates that don't carry the link
+  if (n == 1) // lanes beyond a run get the same numbers again, or belong to coordinates that don't carry the link
     for_carriers(model, model.link[links[0]].body, [&](int first, int end) KSL_INLINED { set_rates_in_lanes(m, first, end); });
   else
     set_rates_in_lanes(m, 0, model.nv);
@@ -52,12 +57,13 @@ void motions_of_supports(const model_view<scalar_of<T>> &model, const frame_velo
     correct_several(m, model.body[*i], *i);
 }
 
-/// Where a motion is expressed, and the motion there.
+/// The frame that a motion is expressed in, and the motion in this frame.
 template <class T> struct expressed_motion {
   SE3<T> target; ///< pose in the common axes of the frame's tree
   screw<T> velocity, acceleration;
 };
 
+/// A twist in common axes, expressed in the frame `target`.
 template <class T> KSL_LANES screw<T> in_target(const SE3<T> &target, const screw<T> &s) {
   screw<T> out;
   algebra<T>::product_Adinvs(&target, &s, &out);
@@ -85,7 +91,7 @@ inline expressed_motion<T> expressed_motion_of(const model_view<scalar_of<T>> &m
   return {target, in_target(target, m.velocity), in_target(target, m.acceleration)};
 }
 
-/// The motion of the frame relative to its axes and its point, for that of the frame.
+/// ξ of (2): the motion s of the frame, as far as the axes and the point that the options name don't move with it.
 template <class P> KSL_LANES screw<P> relative_to_options(screw<P> s, const frame_options &how) {
   const P o = P(scalar_of<P>(0));
   if (how.at == expressed_in::frame)
@@ -101,7 +107,7 @@ template <class P> KSL_LANES screw<P> cross(const screw<P> &x, const screw<P> &y
   return out;
 }
 
-/// The derivative of V by q_k: Ψ̇ + ξ × V.
+/// The derivative of V by q_k: Ψ̇ + ξ × V, by (1) and (2).
 template <class P>
 KSL_LANES screw<P> velocity_by_q(const expressed_motion<P> &m, const coordinate_motion<P> &c, const screw<P> &relative) {
   screw<P> by = in_target(m.target, c.velocity_by_q);
@@ -125,7 +131,7 @@ KSL_LANES void for_columns_of(const model_view<scalar_of<T>> &model, int link, c
 template <class T>
 void frame_velocities_derivatives(const model_view<scalar_of<T>> &model, const frame_velocities_derivatives_workspace<T> &w, const T *q,
                                   const T *v, int n, const int *links, const frame_options &how, T *by_q, T *by_v) {
-  motions_of_supports(model, w, q, v, v, n, links); // whatever the accelerations are
+  motions_of_supports(model, w, q, v, v, n, links); // the accelerations have no effect here
   for (int l = 0; l < n; ++l) {
     const std::ptrdiff_t at = std::ptrdiff_t(6) * model.nv * l;
     const twist_columns<T> of_q = {by_q + at, model.nv, how.angular_first}, of_v = {by_v + at, model.nv, how.angular_first};
@@ -140,8 +146,7 @@ void frame_velocities_derivatives(const model_view<scalar_of<T>> &model, const f
   }
 }
 
-/// Adds what a change of the twist V by dV adds to other kinds of acceleration than the spatial one, `times` ω × v:
-/// dω × v + ω × dv.
+/// Adds `times` (dω × v + ω × dv) to dA (3), for a change of the twist V by dV.
 template <class P> KSL_LANES void add_turning(const P &times, const screw<P> &V, const screw<P> &dV, screw<P> &dA) {
   using A = algebra<P>;
   vec3<P> turning, other;
@@ -172,9 +177,9 @@ void frame_accelerations_derivatives(const model_view<scalar_of<T>> &model, cons
       const screw<P> relative = relative_to_options(S, how), moved = velocity_by_q(m, c, relative);
       screw<P> q_rate = in_target(m.target, c.acceleration_by_q), v_rate = in_target(m.target, c.acceleration_by_v);
       const screw<P> q_turned = cross(own, m.velocity), v_turned = cross(S, m.velocity), a_turned = cross(relative, m.acceleration);
-      A::xpy_ss(&q_turned, &q_rate);
-      A::xpy_ss(&a_turned, &q_rate);
-      A::xpy_ss(&v_turned, &v_rate);
+      A::xpy_ss(&q_turned, &q_rate); // Ψ̈ − V × Ψ̇ = Ψ̈ + Ψ̇ × V (1)
+      A::xpy_ss(&a_turned, &q_rate); // ξ × A (2)
+      A::xpy_ss(&v_turned, &v_rate); // Ψ̇ + Ṡ − V × S (1)
       add_turning(times, m.velocity, moved, q_rate);
       add_turning(times, m.velocity, S, v_rate);
       of_q.set(k, q_rate), of_v.set(k, v_rate), of_dv.set(k, S);

@@ -1,8 +1,11 @@
 // KSL: what external wrenches that are held in the world's axes add to derivatives by q.
 //
-// Wrenches that are held in their links' axes turn with the links, which is what the derivatives of the dynamics contain
-// (wrench_derivatives.hpp).  Seen from its link, a wrench (f, τ) about the link's origin that is held in the world turns back by ω_k × f
-// and ω_k × τ with a coordinate that carries the link; ω_k is the angular half of S_k.
+// The derivatives of wrench_derivatives.hpp hold wrenches in their links' axes: they turn with the links.  A wrench (f, τ) about its
+// link's origin that is held in the world doesn't turn.  So, with a coordinate k that carries the link, what those derivatives assume
+// is too much by (ω_k × f, ω_k × τ), where ω_k is the angular half of S_k.  The efforts −Jᵀ (f, τ) that balance the wrench then
+// change in addition by
+//
+//     S_j · (ω_k × f, ω_k × τ),      S_j about the link's origin, j and k carrying the link.                       (1)
 #pragma once
 
 #include "ksl/engine/algorithms/derivatives/coordinate_motions.hpp"
@@ -14,7 +17,7 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// A wrench f about its link's origin, and the position of that origin seen from the common point; in common axes.
+/// A wrench f about its link's origin, and the position of this origin from the common point; both in common axes.
 template <class T> struct held_wrench { vec3<T> point; coscrew<T> f; };
 
 /// External wrench e, given in the world's axes.
@@ -29,7 +32,7 @@ inline held_wrench<T> held_in_common_axes(const model_view<scalar_of<T>> &model,
   return held;
 }
 
-/// A unit twist about another point than the common one.
+/// The unit twist S about another point than the common one.
 template <class T> KSL_LANES screw<T> about(screw<T> S, const vec3<T> &point) {
   vec3<T> turning;
   algebra<T>::cross_vv(&S.ang, &point, &turning);
@@ -50,8 +53,7 @@ KSL_LANES void add_along_turns(const coordinate_motions_workspace<T> &w, const v
   });
 }
 
-/// Adds what this turning contributes to the derivative (nv, nv) of joint efforts: lin_j · (ω_k × f) + ang_j · (ω_k × τ) for the coordinates j and k that carry the
-/// link, S_j about the link's origin.
+/// Adds (1) to the derivative (nv, nv) of joint efforts by q.  It is g_j · ω_k, g_j = f × lin_j + τ × ang_j for S_j = (lin_j, ang_j).
 template <class T>
 void add_turning_of_external(const model_view<scalar_of<T>> &model, const coordinate_motions_workspace<T> &w,
                              const external_wrenches<T> &external, T *dtau_dq) {
@@ -77,6 +79,7 @@ void add_turning_of_external(const model_view<scalar_of<T>> &model, const coordi
 /// A column of the Jacobian of a link's origin, in axes that don't turn, and the body of its joint.
 template <class T> struct jacobian_column { screw<T> S; int joint; };
 
+/// Both halves of S turned: (turn × S.lin, turn × S.ang).
 template <class T> inline screw<T> turned(const vec3<T> &turn, const screw<T> &S) {
   screw<T> out;
   algebra<T>::cross_vv(&turn, &S.lin, &out.lin);
@@ -84,8 +87,8 @@ template <class T> inline screw<T> turned(const vec3<T> &turn, const screw<T> &S
   return out;
 }
 
-/// The derivative of a column by the coordinate of another.  One that carries it, or is of the same joint, turns it with all that is
-/// beyond; another moves the link's origin.
+/// The derivative of column c by the coordinate of column `by`.  If that coordinate carries the joint of c, or is of the same joint, it
+/// turns the column.  Otherwise it moves the link's origin, about which the column is.
 template <class T> inline screw<T> column_by(const jacobian_column<T> &c, const jacobian_column<T> &by) {
   if (by.joint <= c.joint)
     return turned(by.S.ang, c.S);
@@ -93,7 +96,7 @@ template <class T> inline screw<T> column_by(const jacobian_column<T> &c, const 
   return turned(c.S.ang, screw<T>{by.S.lin, {o, o, o}});
 }
 
-/// The derivative by the coordinate of m of column_by(j, k).
+/// The derivative of column_by(j, k) by the coordinate of column m.
 template <class T>
 inline screw<T> column_by(const jacobian_column<T> &j, const jacobian_column<T> &k, const jacobian_column<T> &m) {
   const screw<T> dj = column_by(j, m), dk = column_by(k, m);

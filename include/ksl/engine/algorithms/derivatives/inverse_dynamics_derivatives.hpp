@@ -1,7 +1,22 @@
 // KSL: the first derivatives of inverse dynamics.
 //
-// Singh, Russell, Wensing, RA-L 7(2), 2022 (wrench_derivatives.hpp).  An element is a product of six-vectors of two coordinates,
-// one of which carries the other.  O(bodies × depth), besides writing 3 nv² numbers.
+// Singh, Russell, Wensing, "Efficient Analytical Derivatives of Rigid-Body Dynamics Using Spatial Vector Algebra", IEEE Robotics and
+// Automation Letters 7(2), 2022.  The effort of coordinate i is τ_i = S_i · f, f being the wrench through its joint.  It changes with
+// coordinate k only if one of the two carries the other.
+//
+// If i carries k, then f changes as the wrench through joint k does, and S_i stays as it is.  With ∂f_k from (3) of
+// wrench_derivatives.hpp,
+//
+//     ∂τ_i/∂q_k = S_i · ∂f_k/∂q_k,      and likewise by v_k and by a_k.                                           (1)
+//
+// If k carries i, or both are of the same joint, then all bodies beyond joint i see the motion that k adds.  With I and B summed
+// over the subtree of joint i,
+//
+//     ∂τ_i/∂q_k = S_i · (2 B Ψ̇_k + I Ψ̈_k),   ∂τ_i/∂v_k = S_i · (2 B S_k + I (Ψ̇_k + Ṡ_k)),   ∂τ_i/∂a_k = S_i · I S_k.  (2)
+//
+// A position also turns S_i and f by S_k.  That changes τ_i by (S_k × S_i) · f + S_i · (S_k ×* f) = 0.
+//
+// Each element is a product of six-vectors of two coordinates.  O(bodies × depth), besides writing 3 nv² numbers.
 #pragma once
 
 #include "ksl/engine/algorithms/derivatives/held_in_world.hpp"
@@ -13,8 +28,8 @@ inline namespace KSL_ISA {
 
 template <class T> struct inverse_dynamics_derivatives_workspace {
   wrench_derivatives_workspace<T> wrenches;
-  array_of<int> depth;           ///< of each body: index of its last run; for plain numbers, as the runs
-  array_of<coordinate_run> runs; ///< that carry the body which is visited, from the base on
+  array_of<int> depth;           ///< index of the last run of each body; this and the runs with plain numbers only
+  array_of<coordinate_run> runs; ///< the coordinates that carry the body which is visited, from the base on
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     wrenches.lay_out(memory, model);
@@ -22,17 +37,17 @@ template <class T> struct inverse_dynamics_derivatives_workspace {
   }
 };
 
-/// Elements of the three derivatives of tau: by q, by v and by a.
+/// An element of each of the three derivatives of tau: by q, by v and by a.
 template <class T> struct tau_derivatives { T by_q, by_v, by_a; };
 
-/// Of the effort of a coordinate by another that it carries: Sᵀ f, with the change of the wrench through the latter's joint.
+/// The elements (1): how the effort of a coordinate with the twist S changes with a coordinate that it carries.
 template <class T> KSL_LANES tau_derivatives<T> by_carried(const screw<T> &S, const wrench_derivative<T> &carried) {
   using A = algebra<T>;
   return {A::dot_cs(&carried.by_q, &S), A::dot_cs(&carried.by_v, &S), A::dot_cs(&carried.by_a, &S)};
 }
 
-/// Of the effort of a coordinate by another that carries it, or is of the same joint: Sᵀ (2 B Ψ̇ + I Ψ̈), Sᵀ (2 B S + I (Ψ̇ + Ṡ)).
-/// The motion of S adds Sᵀ (S ×* f) to the derivative of the wrench, which cancels there.
+/// The elements (2): how the effort of coordinate `own` changes with a coordinate that carries it or is of the same joint.  S_i · 2 B x
+/// is (2 Bᵀ S_i) · x, whose linear half is zero.
 template <class T>
 KSL_LANES tau_derivatives<T> by_carrier(const wrench_derivative<T> &own, const coordinate_motion<T> &carrier) {
   using A = algebra<T>;
@@ -41,7 +56,7 @@ KSL_LANES tau_derivatives<T> by_carrier(const wrench_derivative<T> &own, const c
           A::dot_cs(&own.by_a, &carrier.S)};
 }
 
-/// The three matrices (nv, nv), row-major, or the first two.
+/// The matrices (nv, nv), row-major, that elements are written to: all three, or only those by q and by v.
 template <class T, bool three = true> struct tau_derivative_matrices {
   T *by_q, *by_v, *by_a;
   index n;
@@ -74,7 +89,8 @@ template <class T, bool three = true> struct tau_derivative_matrices {
   }
 };
 
-/// Extends the list of runs to those that carry body i, and returns how many these are.  Bodies are visited in order.
+/// Changes the list of runs to that of body i, and returns how many runs it has.  Bodies must be visited in order: the list begins
+/// with that of the parent.
 template <class T> KSL_LANES int extend_runs(const model_view<scalar_of<T>> &model,
                                              const inverse_dynamics_derivatives_workspace<T> &w, int i) {
   const body<scalar_of<T>> &b = model.body[i];
@@ -83,7 +99,7 @@ template <class T> KSL_LANES int extend_runs(const model_view<scalar_of<T>> &mod
   if (b.parent > 0) {
     const body<scalar_of<T>> &carrier = model.body[b.parent];
     depth = w.depth[b.parent];
-    w.runs[depth].end = carrier.v_index + carrier.nv; // it may have gone on to other children
+    w.runs[depth].end = carrier.v_index + carrier.nv; // another child may have extended it
     if (b.parent == i - 1)
       w.runs[depth].end = end;
     else
@@ -95,8 +111,11 @@ template <class T> KSL_LANES int extend_runs(const model_view<scalar_of<T>> &mod
   return depth + 1;
 }
 
-/// Row `row` of the matrices, which belongs to body i; for plain numbers, with columns in lanes.  The columns are, from left to
-/// right: coordinates that carry the row's and those of its joint, in runs with zeros between them; those that it carries; zeros.
+/// Sets row `row` of the matrices, a coordinate of body b, with columns in the lanes of registers of plain numbers.  From left to
+/// right the columns are
+/// - the coordinates that carry the row's, and those of its own joint: (2), in runs with zeros between them;
+/// - the coordinates that it carries: (1);
+/// - zeros.
 template <class T, bool three>
 KSL_LANES void set_row(const body<T> &b, const inverse_dynamics_derivatives_workspace<T> &w, int runs, int row,
                        const tau_derivative_matrices<T, three> &out) {
@@ -134,7 +153,8 @@ KSL_LANES void set_rows(const model_view<T> &model, const inverse_dynamics_deriv
   }
 }
 
-/// Sets the elements of coordinate k of body i: in its row and its column.
+/// Sets the elements of coordinate k of body i with the coordinates that carry it and those of its joint, in its row (2) and in its
+/// column (1).
 template <class T, bool three>
 KSL_LANES void set_elements(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &d, int i, int k,
                             const wrench_derivative<T> &own, const tau_derivative_matrices<T, three> &out) {
@@ -148,7 +168,7 @@ KSL_LANES void set_elements(const model_view<scalar_of<T>> &model, const wrench_
     }
 }
 
-/// Sets the elements of a joint's rows and columns, and adds the dynamics of its subtree to its parent's.
+/// Sets the elements of all coordinates of body i's joint, and adds the dynamics of its subtree to its parent's.
 template <class T>
 KSL_LANES void set_joint(const model_view<scalar_of<T>> &model, const inverse_dynamics_derivatives_workspace<T> &w, int i,
                          const tau_derivative_matrices<T> &out) {

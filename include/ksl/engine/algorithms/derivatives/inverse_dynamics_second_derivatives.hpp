@@ -3,19 +3,50 @@
 // After Singh, Russell, Wensing, "On Second-Order Derivatives of Rigid-Body Dynamics: Theory & Implementation", IEEE Transactions on
 // Robotics 40, 2024 (arXiv 2302.06001); derived anew with the quantities of wrench_derivatives.hpp.  All is in common axes.
 //
-// A coordinate k changes the motions of the bodies beyond it, seen from these bodies, by a pair (x, y): (Ψ̇, Ψ̈) by q, (S, Ψ̇ + Ṡ) by v,
-// (0, S) by a.  The wrench through joint z then changes by 2 B x + I y, and by S ×* f if k is of this joint and its position changes.
-// A further coordinate m changes
+// First derivatives.  A coordinate k adds to the motion of the bodies that it carries.  Seen from these bodies, their velocity changes
+// by x_k and their acceleration by y_k − v × x_k, where (coordinate_motions.hpp)
 //
-//     2 B by 2 B(I, x_m): 2 B is linear in velocities;
-//     Ψ̇, Ψ̈ and Ψ̇ + Ṡ of k, where m carries k, as v_λ and a_λ change: by Ψ̇_m × S, Ψ̈_m × S + 2 Ψ̇_m × Ψ̇, 2 Ψ̇_m × S if m is a position, and
-//     by S_m × S, (Ψ̇ + Ṡ)_m × S + 2 S_m × Ψ̇, 2 S_m × S if m is a velocity;
-//     vectors of coordinates that m displaces nothing of, seen from the displaced bodies, by −S_m × them.
+//     (x, y) = (Ψ̇, Ψ̈) for a position,   (S, Ψ̇ + Ṡ) for a velocity,   (0, S) for an acceleration.               (1)
 //
-// An element is zero unless its three coordinates are on one path from the ground.  Only the sums over the subtree of the outermost
-// of them, z, enter.  If the effort is that of z, the elements are scalar products of vectors that depend on (z, u) with those of
-// another coordinate w that doesn't lie beyond u.  Otherwise the wrench through joint z changes with z and u; the effort is that of w.
-// So the cost is O(nv × depth²).  Elements of several u, or of several w, are in the lanes of a register.
+// If k carries joint z, or is of this joint, the wrench through joint z changes by
+//
+//     2 B x_k + I y_k,      I and B summed over the subtree of z.                                                 (2)
+//
+// Second derivatives.  A further coordinate m changes each term of (2):
+// - 2 B is linear in velocities, and velocities change by x_m: 2 B changes by 2 B(I, x_m).                        (3)
+// - x_k and y_k contain v_λ and a_λ, the motion of the body that carries joint k.  If m carries that body, they change by (4)
+//
+//                    if m is a position           if m is a velocity
+//     Ψ̇_k            Ψ̇_m × S_k                    S_m × S_k
+//     Ψ̈_k            Ψ̈_m × S_k + 2 Ψ̇_m × Ψ̇_k      (Ψ̇ + Ṡ)_m × S_k + 2 S_m × Ψ̇_k
+//     Ψ̇_k + Ṡ_k      2 Ψ̇_m × S_k                  2 S_m × S_k
+//
+// - A position m displaces the bodies beyond its joint, but not the coordinates that carry this joint.  Seen from the displaced
+//   bodies, a vector X of such a coordinate changes by −S_m × X, and a wrench by −S_m ×* f.                       (5)
+//
+// An element is zero unless its three coordinates are on one path from the ground.  Let z be the outermost of them.  Then only sums
+// over the subtree of z enter, and there are two kinds of elements.
+//
+// The effort of z, by two coordinates u and w of the path, where u doesn't carry w: (3) and (5) with m = u, k = w.  Since
+// S_z · 2 B(I, x) y = (x ×* I S_z − I' x) · y with I' = S_z ×* I − I S_z ×, the change of I when S_z displaces it,
+//
+//     ∂²τ_z/∂q_u ∂q_w = e · Ψ̇_w + g · Ψ̈_w            e = Ψ̇_u ×* I S_z − I' Ψ̇_u + S_u ×* 2 Bᵀ S_z
+//     ∂²τ_z/∂q_u ∂v_w = e · S_w + g · (Ψ̇ + Ṡ)_w      g = S_u ×* I S_z
+//     ∂²τ_z/∂v_u ∂q_w = h · Ψ̇_w                      h = S_u ×* I S_z − I' S_u
+//     ∂²τ_z/∂v_u ∂v_w = h · S_w
+//     ∂M_zw/∂q_u      = g · S_w                                                                                   (6)
+//
+// The effort of a coordinate w that carries z, by z and another coordinate u of the path: S_w · (the change of the wrench through
+// joint z with z and u).  With m = z, k = u in (2), where I and 2 B of the subtree change with z (subtree_rates.hpp) by I' and 2 B',
+//
+//     by q_z, q_u: 2 B'_q Ψ̇_u + I' Ψ̈_u         by q_z, v_u: 2 B'_q S_u + I' (Ψ̇ + Ṡ)_u     by q_z, a_u: I' S_u
+//     by v_z, q_u: 2 B'_v Ψ̇_u                  by v_z, v_u: 2 B'_v S_u                                            (7)
+//
+// If w also carries u, then q_u displaces bodies and not S_w: S_u ×* ∂f_z is added to the derivatives by q_u (5).  ∂f_z is that by
+// q_z or by v_z, from (3) of wrench_derivatives.hpp.
+//
+// So each pair (z, u) has some vectors, and each element is a product of them with those of w.  The cost is O(nv × depth²).  The
+// lanes of a register have elements of several u, or of several w.
 #pragma once
 
 #include "ksl/engine/algorithms/derivatives/inverse_dynamics_derivatives.hpp"
@@ -23,30 +54,31 @@
 
 namespace ksl {
 
-/// Of an outermost coordinate z and a coordinate u on the path to its joint: how efforts change with both.
+/// The vectors of a pair of coordinates: z, the outermost one, and u, on the path to the joint of z, which is included.
 template <class T> struct pair_derivatives {
-  coscrew<T> effort_by_q;  ///< of z by q_u and another: times (Ψ̇, Ψ̈)'s first, or (S, Ψ̇ + Ṡ)'s
-  coscrew<T> turned;       ///< S_u ×* I S_z: times the second
-  coscrew<T> effort_by_v;  ///< of z by v_u and another
-  coscrew<T> by_qq;        ///< the wrench through joint z by q_z and q_u, for efforts of coordinates that u doesn't carry
-  coscrew<T> by_qq_beyond; ///< for efforts of coordinates that carry u
-  coscrew<T> by_vv;
-  coscrew<T> by_qv, by_qv_beyond; ///< by q_u and v_z
+  coscrew<T> effort_by_q;  ///< e of (6), for efforts of z by q_u and another coordinate
+  coscrew<T> turned;       ///< g of (6)
+  coscrew<T> effort_by_v;  ///< h of (6), for efforts of z by v_u and another coordinate
+  coscrew<T> by_qq;        ///< the wrench through joint z by q_u and q_z (7), for efforts of coordinates that u displaces
+  coscrew<T> by_qq_beyond; ///< the same for efforts of coordinates that carry u: S_u ×* ∂f_z is added
+  coscrew<T> by_vv;               ///< by v_u and v_z
+  coscrew<T> by_qv, by_qv_beyond; ///< by q_u and v_z, likewise
   coscrew<T> by_vq;               ///< by v_u and q_z
   coscrew<T> by_aq;               ///< by a_u and q_z
 };
 
 inline namespace KSL_ISA {
 
-/// A place on a path: its coordinate, and the places where those of the same joint begin and end.
+/// One place of the path from the ground to a joint, whose coordinates are numbered from 0: the coordinate's index in v, and the
+/// places [first, end) of all coordinates of its joint.
 struct path_place { int coordinate, first, end; };
 
 template <class T> struct inverse_dynamics_second_derivatives_workspace {
   wrench_derivatives_workspace<T> wrenches;
   per_coordinate<subtree_rates, T> rates;
-  array_of<path_place> place;                 ///< of the path to the joint that is visited
-  per_coordinate<coordinate_motion, T> path;  ///< the motions of its coordinates
-  per_coordinate<pair_derivatives, T> pair;   ///< of one coordinate and those on the path to it
+  array_of<path_place> place;                 ///< the path to the joint that is visited
+  per_coordinate<coordinate_motion, T> path;  ///< the motions of the coordinates at these places
+  per_coordinate<pair_derivatives, T> pair;   ///< the pairs of one coordinate z with those at these places
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     wrenches.lay_out(memory, model);
@@ -55,7 +87,8 @@ template <class T> struct inverse_dynamics_second_derivatives_workspace {
   }
 };
 
-/// Calls set(place, number) for the places from `first` on that are below `end`; number(c) is that of x[c] at the place.
+/// Calls set(place, number) for each place in the lanes of x, of which the first is `first`; places from `end` on are left out.
+/// number(c) is the lane of x[c] that belongs to the place.
 template <class T, class P, int n, class Set> KSL_LANES void for_lanes(const P (&x)[n], int first, int end, Set set) {
   constexpr int lanes = static_cast<int>(sizeof(P) / sizeof(T));
   if constexpr (lanes == 1) {
@@ -70,7 +103,8 @@ template <class T, class P, int n, class Set> KSL_LANES void for_lanes(const P (
   }
 }
 
-/// The four results (nv, nv, nv), row-major: of efforts by q and q, v and v, q and v, and the mass matrix by q.
+/// The four results, each (nv, nv, nv), row-major: the derivatives of efforts by q and q, by v and v, by q and v, and of the mass
+/// matrix by q.
 template <class T> struct tau_second_derivatives {
   T *by_qq, *by_vv, *by_qv, *mass_by_q;
   index n;
@@ -84,50 +118,53 @@ template <class T> struct tau_second_derivatives {
 
 template <class T> KSL_LANES void add_to(const coscrew<T> &x, coscrew<T> &sum) { algebra<T>::xpy_cc(&x, &sum); }
 
+/// S ×* f: how f changes if it is carried along S.
 template <class T> KSL_LANES coscrew<T> carried(const screw<T> &S, const coscrew<T> &f) {
   coscrew<T> change;
   algebra<T>::cross_sc(&S, &f, &change);
   return change;
 }
 
+/// I x
 template <class T> KSL_LANES coscrew<T> momentum_of(const spatial_inertia<T> &I, const screw<T> &x) {
   coscrew<T> p;
   algebra<T>::product_Ms(&I, &x, &p);
   return p;
 }
 
-/// What the efforts of coordinate z itself need: d is how the wrench through its joint changes with z.
+/// Sets e, g and h of (6).  z are the rates of the subtree of coordinate z, and d is how the wrench through its joint changes with z:
+/// d.by_a = I S_z, and d.turn is the angular half of 2 Bᵀ S_z.
 template <class T>
 KSL_LANES void set_own(const subtree_rates<T> &z, const wrench_derivative<T> &d, const coordinate_motion<T> &u, pair_derivatives<T> &out) {
   using A = algebra<T>;
   vec3<T> turn;
-  out.turned = carried(u.S, d.by_a);
+  out.turned = carried(u.S, d.by_a); // g
   out.effort_by_q = carried(u.velocity_by_q, d.by_a);
-  A::cross_vv(&u.S.ang, &d.turn, &turn);
+  A::cross_vv(&u.S.ang, &d.turn, &turn); // S_u ×* 2 Bᵀ S_z, which is angular
   A::xpy_vv(&turn, &out.effort_by_q.ang);
   const coscrew<T> by_q = momentum_of(z.I_by_q, u.velocity_by_q), by_v = momentum_of(z.I_by_q, u.S);
-  A::subtract_cc(&out.effort_by_q, &by_q, &out.effort_by_q);
-  A::subtract_cc(&out.turned, &by_v, &out.effort_by_v);
+  A::subtract_cc(&out.effort_by_q, &by_q, &out.effort_by_q); // e
+  A::subtract_cc(&out.turned, &by_v, &out.effort_by_v);      // h
 }
 
-/// How the wrench through joint z changes with z and u.
+/// Sets how the wrench through joint z changes with z and u (7).  d is how it changes with z.
 template <class T>
 KSL_LANES void set_wrenches(const subtree_rates<T> &z, const wrench_derivative<T> &d, const coordinate_motion<T> &u,
                             pair_derivatives<T> &out) {
-  out.by_qq = product(z.B_by_q, u.velocity_by_q.ang);
+  out.by_qq = product(z.B_by_q, u.velocity_by_q.ang); // (7)
   add_to(momentum_of(z.I_by_q, u.acceleration_by_q), out.by_qq);
-  out.by_qq_beyond = carried(u.S, d.by_q);
+  out.by_qq_beyond = carried(u.S, d.by_q); // S_u ×* ∂f_z/∂q_z
   add_to(out.by_qq, out.by_qq_beyond);
   out.by_vv = product(z.B_by_v, u.S.ang);
   out.by_qv = product(z.B_by_v, u.velocity_by_q.ang);
-  out.by_qv_beyond = carried(u.S, d.by_v);
+  out.by_qv_beyond = carried(u.S, d.by_v); // S_u ×* ∂f_z/∂v_z
   add_to(out.by_qv, out.by_qv_beyond);
   out.by_vq = product(z.B_by_q, u.S.ang);
   add_to(momentum_of(z.I_by_q, u.acceleration_by_v), out.by_vq);
   out.by_aq = momentum_of(z.I_by_q, u.S);
 }
 
-/// Sets the pairs of coordinate z and those at the first n places of the path.
+/// Sets the pairs of coordinate z with the coordinates at the first n places of the path.
 template <class T> KSL_LANES void set_pairs(const inverse_dynamics_second_derivatives_workspace<T> &w, int z, int n) {
   using P = lanes_of_coordinates<T>;
   constexpr int lanes = static_cast<int>(sizeof(P) / sizeof(T));
@@ -142,8 +179,8 @@ template <class T> KSL_LANES void set_pairs(const inverse_dynamics_second_deriva
   }
 }
 
-/// Coordinates of one joint: the velocity of one changes S q̇, but not the velocity of the body that carries the joint.  That adds
-/// I (S_z × S_u) to by_vv.
+/// Corrects the pairs of z with coordinates u of its own joint.  v_u changes S_u q̇_u, but not v_λ, so that (4) doesn't hold between
+/// them: I (S_z × S_u) is added to by_vv.
 template <class T>
 KSL_LANES void correct_pairs_of_joint(const inverse_dynamics_second_derivatives_workspace<T> &w, int z, const path_place &own) {
   constexpr int by_vv = 30;
@@ -159,7 +196,7 @@ KSL_LANES void correct_pairs_of_joint(const inverse_dynamics_second_derivatives_
   }
 }
 
-/// The effort of z by the coordinates at place u and at places that u doesn't carry.
+/// Sets the second derivatives of the effort of z (6), by the coordinate u at place_u and each coordinate that u doesn't carry.
 template <class T>
 KSL_LANES void set_effort_of_outermost(const inverse_dynamics_second_derivatives_workspace<T> &w, index z, int place_u,
                                        const tau_second_derivatives<T> &out) {
@@ -193,8 +230,8 @@ KSL_LANES void set_effort_of_outermost(const inverse_dynamics_second_derivatives
   }
 }
 
-/// The effort of the coordinate at a place by z, which it carries, and the coordinates at places [first, end) of the path; `own`:
-/// where those of the joint of z begin.  beyond: does it carry these as well.
+/// Sets the second derivatives (7) of the effort of the coordinate at place `carrier`, which carries z, by z and each coordinate u at
+/// the places [first, end).  `beyond` says whether it carries these as well.  `own` is the place where the joint of z begins.
 template <bool beyond, class T>
 KSL_LANES void set_effort_of_carrier(const inverse_dynamics_second_derivatives_workspace<T> &w, index z, int own, int carrier, int first,
                                      int end, const tau_second_derivatives<T> &out) {
@@ -223,7 +260,7 @@ KSL_LANES void set_effort_of_carrier(const inverse_dynamics_second_derivatives_w
   }
 }
 
-/// The elements of which z, a coordinate of a body that is visited after those that carry it, is the outermost coordinate.
+/// Sets all elements of which coordinate z is the outermost.  `own` is the place of its joint, at the end of the path.
 template <class T>
 void set_elements_of(const inverse_dynamics_second_derivatives_workspace<T> &w, int z, const path_place &own,
                      const tau_second_derivatives<T> &out) {
@@ -254,7 +291,7 @@ void elements_of_inverse_dynamics_second_derivatives(const model_view<scalar_of<
                                                      const T *a, const external_wrenches<T> &external, T *d2tau_dqdq, T *d2tau_dvdv,
                                                      T *d2tau_dqdv, T *dM_dq) {
   const tau_second_derivatives<T> out = {d2tau_dqdq, d2tau_dvdv, d2tau_dqdv, dM_dq, model.nv};
-  const bool held = external.axes == expressed_in::world; // what these do is added at the end
+  const bool held = external.axes == expressed_in::world; // these wrenches are added at the end
   forward_motions(model, w.wrenches, q, v, a, held ? external_wrenches<T>{} : external);
   sum_subtrees(model, w.wrenches);
   set_rates_of_subtrees(model, w);

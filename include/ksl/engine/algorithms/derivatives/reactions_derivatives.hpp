@@ -1,9 +1,14 @@
 // KSL: the first derivatives of reactions, in the axes, about the point and of the part that are asked for.
 //
-// In axes that move with the joint, the wrench f through joint i changes with a coordinate that carries the joint by
-// 2 B Ψ̇ + I Ψ̈: the body's own motion S ×* f cancels.  With a coordinate beyond the joint it changes as the wrench through that
-// coordinate's joint does (wrench_derivatives.hpp).  Where other axes or another point are asked for, the motion of the joint's
-// frame relative to them adds x ×* f.
+// f is the wrench through a joint; I, 2 B, Ψ̇, Ψ̈ are those of wrench_derivatives.hpp, I and B summed over the joint's subtree.  In axes
+// and about a point that move with the joint, f changes with a coordinate k
+//
+//     that carries the joint, or is its own:   by q:  2 B Ψ̇ + I Ψ̈,   by v:  2 B S + I (Ψ̇ + Ṡ),   by a:  I S;    (1)
+//     that the joint carries:                  as the wrench through joint k does (wrench_derivatives.hpp (3));    (2)
+//     any other:                               not at all.
+//
+// In (1) S ×* f is missing: a position that carries the joint turns f and the axes alike.  Where other axes or another point are
+// asked for, the motion x of the joint's frame relative to them adds x ×* f.                                       (3)
 #pragma once
 
 #include "ksl/engine/algorithms/derivatives/held_in_world.hpp"
@@ -16,7 +21,7 @@ inline namespace KSL_ISA {
 
 template <class T> struct reactions_derivatives_workspace {
   wrench_derivatives_workspace<T> wrenches;
-  array_of<subtree_dynamics<T>> link; ///< of each link with all that it carries; used if a fixed joint is asked for
+  array_of<subtree_dynamics<T>> link; ///< dynamics of each link and all that it carries; used if a fixed joint is asked for
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     wrenches.lay_out(memory, model);
@@ -24,7 +29,7 @@ template <class T> struct reactions_derivatives_workspace {
   }
 };
 
-/// Pose of a link's frame in the axes of any tree, as link_in_tree gives it in those of the link's own.
+/// Pose of a link's frame in the common axes of any tree, also of another one than the link's own.
 template <class T> inline SE3<T> link_in_other_tree(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
                                                     int link, int tree) {
   SE3<T> D = link_in_tree(model, w, link);
@@ -37,7 +42,7 @@ template <class T> inline SE3<T> link_in_other_tree(const model_view<scalar_of<T
   return D;
 }
 
-/// The frame that a reaction is asked for in, in the axes of a tree.
+/// Pose of the frame that a reaction is asked for in, in the common axes of a tree.
 template <class T> inline SE3<T> requested_frame(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
                                                  const reaction_request &request, int link, int tree) {
   using A = algebra<T>;
@@ -66,7 +71,8 @@ inline bool moves_with_joint(const reaction_request &request) {
   return request.at == wrench_frame::joint && request.axes == wrench_frame::joint;
 }
 
-/// The dynamics of each link with all that it carries; of links on the ground, whose trees have different axes, only the wrench.
+/// Sets the dynamics of each link and all that it carries, fixed joints included.  The trees on links of the ground have different
+/// common axes, so that only their wrenches are added to those of the ground's links, in the world's axes.
 template <class T> void link_dynamics(const model_view<scalar_of<T>> &model, const reactions_derivatives_workspace<T> &w,
                                       const external_wrenches<T> &external) {
   using A = algebra<T>;
@@ -92,7 +98,7 @@ template <class T> void link_dynamics(const model_view<scalar_of<T>> &model, con
   }
 }
 
-/// The coordinates that a link carries, besides those of the joint that carries it.
+/// The coordinates that a link carries.  Those of the joint that carries the link are not among them.
 template <class S> inline coordinate_run carried_by(const model_view<S> &model, int link) {
   const ksl::link<S> &l = model.link[link];
   const body<S> &b = model.body[l.body];
@@ -103,7 +109,7 @@ template <class S> inline coordinate_run carried_by(const model_view<S> &model, 
     ++end;
   coordinate_run run = {0, 0};
   for (int i = l.body + 1; i < model.bodies; ++i) {
-    const bool inside = !(model.body[i].link >= 0); // of a universal joint, whose link is that of the next body
+    const bool inside = !(model.body[i].link >= 0); // the massless body of a universal joint; the joint's link is on the next body
     const int child = model.body[i + inside].link;
     if (child > link && child < end)
       run = {run.end > 0 ? run.first : model.body[i].v_index, model.body[i].v_index + model.body[i].nv};
@@ -120,7 +126,7 @@ template <class T> struct reaction_rows_of_joint {
   index n;
   bool angular_first, negative;
 
-  /// Calls step(k) with lanes P for the coordinates [first, end), and stores the wrench_by<P> that it returns.
+  /// Calls step<P>(k) for the coordinates [first, end), as many at a time as P has lanes, and stores the wrench_by<P> that it returns.
   template <class Step> KSL_LANES void set(int first, int end, Step step) const {
     if constexpr (is_number<T>) {
       for (int k = first; k < end; k += native_lanes<T>)
@@ -140,7 +146,7 @@ template <class T> struct reaction_rows_of_joint {
         put_one(step.template operator()<T>(k), by_q, k, 1);
     }
   }
-  /// Writes zeros to all columns, row after row: memory that is written in order is fetched ahead, and most stores are aligned.
+  /// Writes zeros to all columns, row after row.  Memory that is written in order is fetched ahead, and most stores are aligned.
   KSL_LANES void clear() const {
     T *const results[] = {by_q, by_v, by_a};
     for (T *rows : results)
@@ -150,9 +156,9 @@ template <class T> struct reaction_rows_of_joint {
         for (index k = 0; k < 6 * n; ++k)
           rows[k] = T(scalar_of<T>(0));
   }
-  /// The wrench by coordinate k of q, or several in lanes.
+  /// The derivative by coordinate k of q that has been stored, or several in lanes.
   template <class P> KSL_LANES coscrew<P> get_by_q(int k) const { return get_one<P>(by_q, k); }
-  /// Replaces the wrenches x of the coordinates [first, end), in all three results, by step(x).
+  /// Replaces each derivative x by the coordinates [first, end), in all three results, by step(x).
   template <class Step> KSL_LANES void change(int first, int end, Step step) const {
     T *const results[] = {by_q, by_v, by_a};
     for (T *rows : results)
@@ -200,7 +206,7 @@ private:
   }
 };
 
-/// A wrench about the common point, expressed in a frame: Ad*(D⁻¹) f.
+/// A wrench that is given in common axes and about the common point, expressed in a frame with the pose D: Ad*(D⁻¹) f.
 template <class P> KSL_LANES coscrew<P> expressed(const SE3<P> &frame, coscrew<P> f) {
   using A = algebra<P>;
   vec3<P> moment;
@@ -214,7 +220,7 @@ template <class P> KSL_LANES wrench_by<P> expressed(const SE3<P> &frame, const w
   return {expressed(frame, by.q), expressed(frame, by.v), expressed(frame, by.a)};
 }
 
-/// The derivatives by a coordinate that carries the joint, in axes that move with it.
+/// The derivatives (1) by a coordinate that carries the joint.
 template <class P> KSL_LANES wrench_by<P> by_carrier_of(const subtree_dynamics<P> &d, const coordinate_motion<P> &c) {
   wrench_by<P> by;
   by.q = wrench_change(d, c.velocity_by_q.ang, c.acceleration_by_q);
@@ -223,8 +229,9 @@ template <class P> KSL_LANES wrench_by<P> by_carrier_of(const subtree_dynamics<P
   return by;
 }
 
-/// Derivatives of the wrench through a joint, in the frame of `express`, which takes a wrench_by<P> about the common point.
-/// dynamics<P>() returns those of the bodies beyond the joint, in all lanes of P.
+/// Sets the derivatives (1) and (2) of the wrench through the joint of a body.  `carried` are the coordinates that it carries.
+/// dynamics<P>() returns I, 2 B and f of the bodies beyond the joint, in all lanes of P.  express(by) converts a wrench_by<P> from
+/// common axes and the common point to the frame that is wanted.
 template <class T, class Dynamics, class Express>
 KSL_LANES void set_reaction(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int body,
                             Dynamics dynamics, coordinate_run carried, const reaction_rows_of_joint<T> &out, Express express) {
@@ -239,16 +246,21 @@ KSL_LANES void set_reaction(const model_view<scalar_of<T>> &model, const wrench_
   });
 }
 
-/// Does set_reaction leave any column?
+/// Are there columns that set_reaction doesn't set, since their coordinates don't change the wrench?
 template <class S> KSL_LANES bool leaves_columns(const model_view<S> &model, int body, coordinate_run carried) {
   int written = carried.end - carried.first;
   for_carriers(model, body, [&](int first, int end) KSL_INLINED { written += end - first; });
   return written < model.nv;
 }
 
-/// Adds what follows from the motion of a universal joint's first axis in the child, where the wrench is split: constraint and
-/// actuation part exchange a moment when the second angle changes (joint<universal>::move_first_drive).  f: the whole wrench in the
-/// canonical frame of the second body, whose pose in the requested frame is D.
+/// Adds to the derivative by the second angle θ of a universal joint what the split of the wrench contributes.  The split is done in
+/// the child, in which the first axis moves with θ.  With the moment (x, y) in the plane normal to the second axis, the actuation part
+/// has there (joint<universal>::move_first_drive)
+///
+///     across (sin θ, cos θ),   across = sin θ x + cos θ y,
+///
+/// whose derivative is normal (sin θ, cos θ) + across (cos θ, −sin θ), normal = cos θ x − sin θ y.  The constraint part has the
+/// negative.  f is the whole wrench in the canonical frame of the second body, whose pose in the requested frame is D.
 template <class T>
 inline void add_rate_of_split(const wrench_derivatives_workspace<T> &w, const body<scalar_of<T>> &b, wrench_part part,
                               const coscrew<T> &f, const SE3<T> &D, const reaction_rows_of_joint<T> &out) {
@@ -266,7 +278,7 @@ inline void add_rate_of_split(const wrench_derivatives_workspace<T> &w, const bo
   });
 }
 
-/// A body's rotation about its joint's axis, in all lanes of P.
+/// As much of a pose_workspace as part_through needs, with the rotations of bodies about their joints' axes in all lanes of P.
 template <class P, class T> struct rotation_in_lanes {
   const pose_workspace<T> &pose;
   KSL_LANES plane_rotation<P> rotation(const body<scalar_of<T>> &b) const {
@@ -274,7 +286,7 @@ template <class P, class T> struct rotation_in_lanes {
   }
 };
 
-/// The part of a wrench in the axes of its body, moved to the frame in which the body has the pose D.
+/// Splits a wrench, which is given in the frame of its body, and expresses the part in the frame in which the body has the pose D.
 template <joint_kind K, class T, class P> KSL_LANES coscrew<P>
 split_and_moved(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wrench_part part, const SE3<P> &D, const coscrew<P> &f) {
   coscrew<P> x = part_through<K>(b, rotation_in_lanes<P, T>{pose}, part, f);
@@ -282,7 +294,7 @@ split_and_moved(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wren
   return x;
 }
 
-/// Derivatives of the wrench through a joint in any frame, for the dynamics d of the bodies beyond it.
+/// set_reaction in any frame; d are the dynamics of the bodies beyond the joint.
 template <class T>
 void set_reaction_in(const SE3<T> &frame, const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int body,
                      const subtree_dynamics<T> &d, coordinate_run carried, const reaction_rows_of_joint<T> &out) {
@@ -292,8 +304,8 @@ void set_reaction_in(const SE3<T> &frame, const model_view<scalar_of<T>> &model,
   });
 }
 
-/// The same for a part of the wrench: the whole wrench in the axes of body i, in which the joint's motion is constant, is split and
-/// then moved to the requested frame.  Returns the part itself.
+/// The same for a part of the wrench.  The derivatives of the whole wrench are set in the frame of body i, in which the joint's motion
+/// subspace is constant, then split, and then expressed in the requested frame.  Returns the part itself.
 template <class T>
 coscrew<T> set_part_of_reaction(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int i,
                                 const subtree_dynamics<T> &d, coordinate_run carried, wrench_part part, const SE3<T> &frame,
@@ -318,8 +330,8 @@ coscrew<T> set_part_of_reaction(const model_view<scalar_of<T>> &model, const wre
   return found;
 }
 
-/// Adds x ×* f to the derivatives by q, f in the requested frame.  x is the twist of a body for each coordinate that carries it:
-/// `linear` times the velocity of the body's point at the frame's origin, and `angular` times the angular velocity.
+/// Adds x ×* f (3) to the derivatives by q; f is in the requested frame.  For each coordinate that carries a body, x has `linear` times
+/// the velocity of the body's point at the frame's origin, and `angular` times its angular velocity.
 template <class T>
 KSL_LANES void add_motion(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
                           const reaction_request &request, int link, int body, int linear, int angular, const coscrew<T> &f,
@@ -341,7 +353,8 @@ KSL_LANES void add_motion(const model_view<scalar_of<T>> &model, const wrench_de
   for_carriers(model, body, [&](int first, int end) KSL_INLINED { out.set_by_q(first, end, add); });
 }
 
-/// Adds what follows from the motion of the joint's frame relative to the requested axes and point; f is the reaction itself.
+/// Adds (3): x is the motion of the joint's frame, as far as axes and point don't move with it, less the motion of the links that
+/// they move with.  f is the reaction itself.
 template <class T> void add_relative_motion(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
                                             const reaction_request &request, int link, const coscrew<T> &f,
                                             const reaction_rows_of_joint<T> &out) {
@@ -353,8 +366,8 @@ template <class T> void add_relative_motion(const model_view<scalar_of<T>> &mode
     add_motion(model, w, request, link, model.link[request.axes_link].body, 0, -1, f, out);
 }
 
-/// Adds what external wrenches that are held in the world's axes, on links beyond the joint, add to the derivatives by q of the
-/// requested part (held_in_world.hpp).
+/// Adds the contribution of external wrenches that are held in the world's axes (held_in_world.hpp) to the derivatives by q of the
+/// requested part.  Only wrenches on links beyond the joint count.
 template <class T>
 void add_turning_of_external(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
                              const reaction_request &request, int link, const external_wrenches<T> &external,
@@ -401,7 +414,8 @@ void add_turning_of_external(const model_view<scalar_of<T>> &model, const wrench
   }
 }
 
-/// Derivatives of the wrench through a joint between links of the ground.  Each tree on the ground has axes of its own.
+/// Sets the derivatives of the wrench through a joint between links of the ground, tree by tree: each has common axes of its own.
+/// Returns the reaction itself.
 template <class T>
 coscrew<T> set_reaction_of_ground(const model_view<scalar_of<T>> &model, const reactions_derivatives_workspace<T> &w,
                                   const reaction_request &request, int link, const reaction_rows_of_joint<T> &out) {
@@ -416,7 +430,7 @@ coscrew<T> set_reaction_of_ground(const model_view<scalar_of<T>> &model, const r
   return expressed(requested_frame(model, w.wrenches, request, link, 0), w.link[link].f);
 }
 
-/// Derivatives of one reaction, in any axes and about any point; of all of the wrench or a part.
+/// Sets the derivatives of one reaction as requested: in any axes, about any point, of the whole wrench or a part.
 template <class T>
 void set_requested_reaction(const model_view<scalar_of<T>> &model, const reactions_derivatives_workspace<T> &w,
                             const reaction_request &request, int link, const reaction_rows_of_joint<T> &out) {
@@ -442,7 +456,8 @@ void set_requested_reaction(const model_view<scalar_of<T>> &model, const reactio
     add_relative_motion(model, w.wrenches, request, link, f, out);
 }
 
-/// The same for the whole wrench through a moving joint in the joint's own frame.  clear: whether zeros are written, too.
+/// The same for the usual request, the whole wrench through a moving joint in the joint's own frame.  `clear` says whether zeros are
+/// written, too.
 template <class T>
 KSL_LANES void set_whole_reaction(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
                                   const ksl::link<scalar_of<T>> &l, bool clear, const reaction_rows_of_joint<T> &out) {
@@ -459,15 +474,15 @@ KSL_LANES void set_whole_reaction(const model_view<scalar_of<T>> &model, const w
   });
 }
 
-/// The derivatives of reactions(q, v, a) with the same request, each (n, 6, nv), row-major; without zeros that follow from the
-/// shape of the tree, where a request's axes and points move with the joints.
+/// The derivatives of reactions(q, v, a) with the same request, each (n, 6, nv), row-major.  Unless `clear` is set, zeros that follow
+/// from the shape of the tree are left out where the whole wrench is asked for in the joint's own frame.
 template <class T>
 void elements_of_reactions_derivatives(const model_view<scalar_of<T>> &model, const reactions_derivatives_workspace<T> &w, const T *q,
                                        const T *v, const T *a, const reaction_request &request, const external_wrenches<T> &external,
                                        T *by_q, T *by_v, T *by_a, bool clear = is_number<T>) {
   forward_motions(model, w.wrenches, q, v, a, external);
   sum_subtrees(model, w.wrenches);
-  bool any_inside = false; // of a body
+  bool any_inside = false; // is any of the joints fixed, and so inside of a body
   for (int j = 0; j < request.n; ++j)
     any_inside |= !model.link[request.link[j]].carried_by_moving_joint || model.link[request.link[j]].body == 0;
   if (any_inside)

@@ -1,7 +1,8 @@
-// KSL: the derivatives of reactions by external wrenches: minus what carries a wrench from its link to the joint.
+// KSL: the derivatives of reactions by external wrenches: minus the map that carries a wrench from its link to the joint.
 //
-// A wrench on a link takes just as much off the wrenches through the joints that carry the link.  A component of a reaction is the power
-// of the requested part on a unit twist; seen from the link, that twist gives the component for each wrench there.
+// A wrench on a link reduces the wrenches through all joints that carry the link by as much (Featherstone, RBDA (2008), table 5.1).
+// Component c of a reaction is the power of the requested part on a unit twist.  Let s be the twist of the link's frame that has the
+// same power with the wrench on the link (for_components).  Then the row of derivatives is −s.
 #pragma once
 
 #include "ksl/engine/algorithms/parameters/reactions_regressor.hpp"

@@ -1,29 +1,32 @@
-// KSL: how the dynamics of a subtree change when its joint moves or turns faster.
+// KSL: how I and 2 B of a subtree (wrench_derivatives.hpp) change with the position and the velocity of its joint.
 //
-// Inertia and 2 B (wrench_derivatives.hpp) are sums over particles m at r with velocities ṙ.  A displacement S = (s, ω) with v held
-// changes r by s + ω × r, and ṙ by ω × ṙ and the velocity Ψ̇ at r.  A velocity along S changes ṙ by s + ω × r.
+// Both are sums over particles m at r with velocities ṙ.  A position changes along S = (s, ω), with v held componentwise:
+//
+//     r changes by s + ω × r,   ṙ by ω × ṙ + Ψ̇.lin + Ψ̇.ang × r.                                                 (1)
+//
+// A velocity along S leaves r as it is, and changes ṙ by s + ω × r.                                               (2)
 #pragma once
 
 #include "ksl/engine/algorithms/derivatives/wrench_derivatives.hpp"
 
 namespace ksl {
 
-/// K and twice_p of a linear function 2 B.
+/// A linear function 2 B, by its K and twice_p ((2) of wrench_derivatives.hpp).
 template <class T> struct velocity_product {
   mat3x3<T> K;
   vec3<T> twice_p;
 };
 
-/// Of a coordinate: how the dynamics of its subtree change with it.
+/// How I and 2 B of the subtree of a coordinate change with it.
 template <class T> struct subtree_rates {
   spatial_inertia<T> I_by_q; ///< S ×* I − I S ×; its mass is zero
-  velocity_product<T> B_by_q;
-  velocity_product<T> B_by_v;
+  velocity_product<T> B_by_q; ///< by (1): S ×* 2 B − 2 B S × + 2 B(I, Ψ̇)
+  velocity_product<T> B_by_v; ///< by (2): 2 B(I, S)
 };
 
 inline namespace KSL_ISA {
 
-/// How I changes if it is displaced by S.
+/// S ×* I − I S ×: how I changes if its particles are displaced by S.
 template <class T> KSL_LANES spatial_inertia<T> inertia_rate(const spatial_inertia<T> &I, const screw<T> &S) {
   const vec3<T> &s = S.lin, &w = S.ang, &h = I.h;
   const T two = T(2);
@@ -41,7 +44,7 @@ template <class T> KSL_LANES spatial_inertia<T> inertia_rate(const spatial_inert
   return rate;
 }
 
-/// 2 B of an inertia that moves with a twist.
+/// 2 B(I, twist): that of a body with the inertia I that moves with a twist.
 template <class T> KSL_LANES velocity_product<T> moving(const spatial_inertia<T> &I, const screw<T> &twist) {
   velocity_product<T> B;
   algebra<T>::cross_vv(&twist.ang, &I.h, &B.twice_p);
@@ -51,7 +54,8 @@ template <class T> KSL_LANES velocity_product<T> moving(const spatial_inertia<T>
   return B;
 }
 
-/// ω̃ K − K ω̃ + (p · s) 1 − p sᵀ: how K changes if its particles are displaced, velocities included; p is twice_p.
+/// ω̃ K − K ω̃ + (p · s) 1 − p sᵀ: how K changes if its particles are displaced by S and their velocities are turned with them; p is
+/// twice_p.
 template <class T> KSL_LANES mat3x3<T> displaced_rate(const mat3x3<T> &K, const vec3<T> &p, const screw<T> &S) {
   const vec3<T> &s = S.lin, &w = S.ang;
   const T x = p.x * s.x, y = p.y * s.y, z = p.z * s.z;
@@ -68,7 +72,7 @@ template <class T> KSL_LANES mat3x3<T> displaced_rate(const mat3x3<T> &K, const 
   return rate;
 }
 
-/// d is the sum over the subtree of the coordinate's joint.
+/// The rates of the subtree of a coordinate.  d is the sum over this subtree.
 template <class T> KSL_LANES subtree_rates<T> rates_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c) {
   using A = algebra<T>;
   subtree_rates<T> rates;
@@ -85,7 +89,7 @@ template <class T> KSL_LANES subtree_rates<T> rates_of(const subtree_dynamics<T>
   return rates;
 }
 
-/// 2 B x, of which the linear half of x has no part.
+/// 2 B x; x is the angular half, which is all that counts.
 template <class T> KSL_LANES coscrew<T> product(const velocity_product<T> &B, const vec3<T> &x) {
   coscrew<T> y;
   algebra<T>::cross_vv(&x, &B.twice_p, &y.lin);

@@ -2,7 +2,24 @@
 //
 // Singh, Russell, Wensing, "Efficient Analytical Derivatives of Rigid-Body Dynamics Using Spatial Vector Algebra", IEEE
 // Robotics and Automation Letters 7(2), 2022, from the motions of coordinate_motions.hpp.  In their common axes and about their
-// common point, composite quantities of subtrees are plain sums.
+// common point, quantities of subtrees are sums over their bodies.
+//
+// The wrench that gives a body its motion is f = I a + v ×* I v.  If, seen from the body, v changes by x and a by y − v × x, then f
+// changes by
+//
+//     2 B x + I y,   2 B = v ×* I − I v × + (I v) ×̄*,   where h ×̄* x = x ×* h.                                   (1)
+//
+// B is linear in I and in v.  2 B x is the Coriolis force of an additional rotation x.ang: each particle m at r with velocity ṙ
+// contributes the force 2 m x.ang × ṙ at r.  Therefore the linear half of x has no part in it, and
+//
+//     2 B x = (x.ang × twice_p, K x.ang),   twice_p = 2 Σ m ṙ,   K = 2 Σ m ((r · ṙ) 1 − ṙ rᵀ).                   (2)
+//
+// All bodies beyond a joint see the same x and y of each of its coordinates.  With I, B and f summed over the joint's subtree, the
+// wrench f through the joint changes with a coordinate of that joint
+//
+//     by q:  2 B Ψ̇ + I Ψ̈ + S ×* f,      by v:  2 B S + I (Ψ̇ + Ṡ),      by a:  I S.                              (3)
+//
+// S ×* f is the wrench turned with the bodies, which a position displaces.
 #pragma once
 
 #include "ksl/engine/algorithms/derivatives/coordinate_motions.hpp"
@@ -11,8 +28,7 @@
 
 namespace ksl {
 
-/// Of a body, or the sum over a subtree.  2 B = v×* I − I v× + (I v)×̄* maps x to (x.ang × twice_p, K x.ang): particles m at r
-/// have twice_p = 2 Σ m ṙ and K = 2 Σ m (r · ṙ 1 − ṙ rᵀ).
+/// I, 2 B and f of a body, or their sums over the bodies of a subtree.  2 B is given by K and twice_p (2).
 template <class T> struct subtree_dynamics {
   spatial_inertia<T> I;
   mat3x3<T> K;
@@ -20,18 +36,19 @@ template <class T> struct subtree_dynamics {
   coscrew<T> f; ///< the wrench that the motion needs, less external wrenches
 };
 
-/// Of a coordinate: how the wrench through its joint changes with it.
+/// How the wrench through the joint of a coordinate changes with the coordinate: (3).
 template <class T> struct wrench_derivative {
   coscrew<T> by_q; ///< 2 B Ψ̇ + I Ψ̈ + S ×* f
   coscrew<T> by_v; ///< 2 B S + I (Ψ̇ + Ṡ)
-  coscrew<T> by_a; ///< I S
-  vec3<T> turn;    ///< the angular half of 2 Bᵀ S; the linear half is zero
+  coscrew<T> by_a; ///< I S, the momentum at unit velocity
+  vec3<T> turn;    ///< the angular half of 2 Bᵀ S; the linear half is zero, by (2)
 };
 
 inline namespace KSL_ISA {
 
 template <class T> struct wrench_derivatives_workspace : coordinate_motions_workspace<T> {
-  per_coordinate<subtree_dynamics, T> subtree; ///< of each body, at its joint's last coordinate; later of its subtree, at all
+  per_coordinate<subtree_dynamics, T> subtree; ///< at first of each body, at its joint's last coordinate; then of its subtree, at
+                                               ///< all coordinates of its joint
   per_coordinate<wrench_derivative, T> derivative;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
@@ -40,16 +57,17 @@ template <class T> struct wrench_derivatives_workspace : coordinate_motions_work
   }
 };
 
-/// The last coordinate of body i.  The ground has none; its place is before that of the first body.
+/// The last coordinate of body i.  The ground has none: for it this is the index before the first coordinate, which is reserved
+/// (per_coordinate.hpp).
 template <class S> KSL_LANES int last_coordinate(const model_view<S> &model, int i) {
   const body<S> &b = model.body[i > 0 || model.bodies == 1 ? i : 1];
   return b.v_index + b.nv - (i > 0 ? 1 : 2);
 }
 
-/// The K of 2 B for an inertia I, about the common point, that moves with a twist (v, ω).
+/// K (2) of a body with the inertia I, about the common point, and the twist (v, ω).
 template <class T> KSL_LANES mat3x3<T> moment_of_momentum(const spatial_inertia<T> &I, const screw<T> &twist) {
   const vec3<T> &v = twist.lin, &w = twist.ang;
-  // Q = Σ m ṙ rᵀ = v hᵀ + ω̃ E with E = Σ m r rᵀ; all times −2
+  // ṙ = v + ω × r.  So Q = Σ m ṙ rᵀ = v hᵀ + ω̃ E with E = Σ m r rᵀ = ½ tr(I) 1 − I.  All is multiplied by −2: K holds −2 Q first.
   const T two = T(2), xx = I.Ixx - I.Iyy - I.Izz, yy = I.Iyy - I.Izz - I.Ixx, zz = I.Izz - I.Ixx - I.Iyy; // −2 E
   const T xy = two * I.Ixy, yz = two * I.Iyz, zx = two * I.Izx;
   const vec3<T> h = {-two * I.h.x, -two * I.h.y, -two * I.h.z};
@@ -63,12 +81,12 @@ template <class T> KSL_LANES mat3x3<T> moment_of_momentum(const spatial_inertia<
   K.m02 = v.x * h.z + (w.y * zz - w.z * yz);
   K.m12 = v.y * h.z + (w.z * zx - w.x * zz);
   K.m22 = v.z * h.z + (w.x * yz - w.y * zx);
-  const T x = K.m00, y = K.m11, z = K.m22; // K = 2 (tr Q 1 − Q)
+  const T x = K.m00, y = K.m11, z = K.m22; // K = 2 (tr(Q) 1 − Q), since tr(Q) = Σ m r · ṙ
   K.m00 = -(y + z), K.m11 = -(z + x), K.m22 = -(x + y);
   return K;
 }
 
-/// Inertia, momentum and wrench of a body, for its own inertia in its own axes.
+/// I, 2 B and f of one body with the motion m.  `own` is its inertia in its own frame, whose axes are R and whose origin is `origin`.
 template <class T> KSL_LANES subtree_dynamics<T> body_dynamics(const spatial_inertia<T> &own, const mat3x3<T> &R,
                                                                const vec3<T> &origin, const body_twist<T> &m) {
   using A = algebra<T>;
@@ -81,18 +99,18 @@ template <class T> KSL_LANES subtree_dynamics<T> body_dynamics(const spatial_ine
   vec3<T> p;
   A::cross_vv(&w, &I.h, &p);
   A::axpy_vv(I.m, &v, &p);
-  A::add_vv(&p, &p, &d.twice_p);
+  A::add_vv(&p, &p, &d.twice_p); // p = m v + ω × h
 
   d.K = moment_of_momentum(I, m.velocity);
 
-  body_motion<T> at_point = {w, m.acceleration.ang, {}}; // of the body's point at the common point
+  body_motion<T> at_point = {w, m.acceleration.ang, {}}; // of the body's point at the common point; classical: a.lin + ω × v
   A::cross_vv(&w, &v, &at_point.acceleration);
   A::xpy_vv(&m.acceleration.lin, &at_point.acceleration);
   d.f = newton_euler(I, at_point);
   return d;
 }
 
-/// 2 B x + I y
+/// 2 B x + I y (1); x is the angular half, which is all that counts.
 template <class T> KSL_LANES coscrew<T> wrench_change(const subtree_dynamics<T> &d, const vec3<T> &x, const screw<T> &y) {
   using A = algebra<T>;
   coscrew<T> change;
@@ -105,7 +123,7 @@ template <class T> KSL_LANES coscrew<T> wrench_change(const subtree_dynamics<T> 
   return change;
 }
 
-/// How the wrench through a joint changes with one of its coordinates; d is the sum over its subtree, by_a is I S.
+/// How the wrench through a joint changes with one of its coordinates (3).  d is the sum over the joint's subtree; by_a is I S.
 template <class T>
 KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c, const coscrew<T> &by_a) {
   using A = algebra<T>;
@@ -113,11 +131,11 @@ KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const
   coscrew<T> carried;
   vec3<T> turn;
   out.by_q = wrench_change(d, c.velocity_by_q.ang, c.acceleration_by_q);
-  A::cross_sc(&c.S, &d.f, &carried);
+  A::cross_sc(&c.S, &d.f, &carried); // S ×* f
   A::xpy_cc(&carried, &out.by_q);
   out.by_v = wrench_change(d, c.S.ang, c.acceleration_by_v);
   out.by_a = by_a;
-  A::cross_vv(&d.twice_p, &c.S.lin, &out.turn);
+  A::cross_vv(&d.twice_p, &c.S.lin, &out.turn); // 2 Bᵀ S = (0, twice_p × S.lin + Kᵀ S.ang)
   A::product_drinvv(&d.K, &c.S.ang, &turn);
   A::xpy_vv(&turn, &out.turn);
   return out;
@@ -128,7 +146,7 @@ template <class T> KSL_LANES wrench_derivative<T> derivative_of(const subtree_dy
   return derivative_of(d, c, by_a);
 }
 
-/// Stores the bodies k at their last coordinates.
+/// Stores d, the dynamics of the bodies in lanes, each at the last coordinate of its joint.
 template <class P, class T>
 KSL_LANES void set_bodies(const model_view<scalar_of<T>> &model, const per_coordinate<subtree_dynamics, T> &subtree,
                           bodies_at<P, T> k, const subtree_dynamics<P> &d) {
@@ -140,7 +158,7 @@ KSL_LANES void set_bodies(const model_view<scalar_of<T>> &model, const per_coord
   } else {
     const int last = k.i + lanes < model.bodies ? k.i + lanes - 1 : model.bodies - 1;
     if (last_coordinate(model, last) - first == last - k.i)
-      return subtree.set(first, d); // lanes beyond the last body are written over, or lie beyond the last coordinate
+      return subtree.set(first, d); // each has one coordinate; lanes beyond the last body are overwritten later, or unused
     for (int i = k.i; i <= last; ++i)
       for (int c = 0; c < numbers; ++c)
         if (i > 0)
@@ -159,7 +177,8 @@ inline coscrew<T> external_in_common_axes(const model_view<scalar_of<T>> &model,
   return f;
 }
 
-/// Motions of all bodies and coordinates, from the acceleration of the ground, and the dynamics of each body by itself.
+/// Sets the motions of all bodies and coordinates, and the dynamics of each body by itself.  `ground` is the acceleration of the
+/// ground.
 template <class T>
 KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, const vec3<T> &ground,
                                const T *q, const T *v, const T *a, const external_wrenches<T> &external) {
@@ -207,8 +226,9 @@ template <class T> KSL_LANES void add_dynamics(const subtree_dynamics<T> &d, sub
   }
 }
 
-/// Adds the dynamics of each subtree to its parent's, and sets the derivatives of the wrenches through the joints.  Without these,
-/// the dynamics are at all coordinates of a joint with plain numbers only, and at the last one otherwise.
+/// Sums the dynamics of subtrees, from the leaves to the root, and sets the derivatives (3) of the wrenches through the joints.
+/// `derivatives` is false where only the sums are needed.  These are then stored at all coordinates of a joint if T is a plain number,
+/// and at the last one for other scalars.
 template <bool derivatives = true, class T>
 KSL_LANES void sum_subtrees(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w) {
   for (int i = model.bodies - 1; i > 0; --i) {

@@ -40,7 +40,7 @@ void body_twists(const model_view<scalar_of<T>> &model, const energy_workspace<T
   }
 }
 
-/// Twice the kinetic energy of rotors, and the energy of springs.
+/// Adds twice the kinetic energy of rotors, and subtracts the energy of springs from minus the potential energy.
 template <class T>
 void add_physics_energy(const model_view<scalar_of<T>> &model, const T *q, const T *v, T &twice_kinetic, T &minus_potential) {
   for (int k = 0; k < model.nv; ++k) {
@@ -51,9 +51,8 @@ void add_physics_energy(const model_view<scalar_of<T>> &model, const T *q, const
   }
 }
 
-/// Kinetic energy and potential energy of gravity (J); the latter is zero with every centroid at the world's origin.  Rotors and
-/// springs have theirs where the model has them.
-/// Fills the workspace w.  q (nq), v (nv).
+/// Kinetic energy and potential energy of gravity (J); the latter is zero with every centroid at the world's origin.  The energies of
+/// rotors and springs are included if the model has them.  Fills the workspace w.  q (nq), v (nv).
 template <class T>
 void energy(const model_view<scalar_of<T>> &model, const energy_workspace<T> &w, const T *q, const T *v, T *kinetic, T *potential) {
   using A = algebra<T>;

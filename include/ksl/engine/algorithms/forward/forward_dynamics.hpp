@@ -1,7 +1,19 @@
 // KSL: forward dynamics, by the articulated-body algorithm (Featherstone, RBDA (2008), table 7.1).
 //
-// First the motion without joint accelerations is computed, as in inverse dynamics.  The remaining problem is linear and free
-// of velocities: the accelerations of bodies that the joint accelerations cause.
+// First the motion without joint accelerations is computed, as in inverse dynamics, and the wrenches p that it needs.  The remaining
+// problem is linear and free of velocities: the accelerations a' of bodies that the joint accelerations q̈ cause.
+//
+// From the leaves to the root.  The articulated inertia A of a body begins as its own inertia, and its bias force as p.  For each
+// coordinate of its joint, the last one first,
+//
+//     U = A S,   D = Sᵀ U + armature,   u = τ − Sᵀ p,                                                            (1)
+//     A ← A − U D⁻¹ Uᵀ,   p ← p + U D⁻¹ u.                                                                       (2)
+//
+// Then A and p, about the parent's origin, are added to those of the parent.
+//
+// From the root to the leaves.  a' of a body begins as that of its parent.  For each coordinate, the first one first,
+//
+//     q̈ = D⁻¹ (u − Uᵀ a'),   a' ← a' + S q̈.                                                                      (3)
 #pragma once
 
 #include "ksl/engine/model/joint_physics.hpp"
@@ -13,7 +25,7 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Stored for each coordinate of a joint (RBDA, section 7.3): U = A S, D⁻¹ = 1/(Sᵀ U), u = τ − Sᵀ p.
+/// What (1) gives for one coordinate of a joint, which (3) needs.
 template <class T> struct coordinate_state {
   coscrew<T> U;
   T D_inverse, u;
@@ -23,12 +35,12 @@ template <class T> struct coordinate_state {
 template <class T> struct forward_dynamics_workspace {
   pose_workspace<T> pose;
   per_body<mat3x3, T> rotation;           ///< axes of each body
-  per_body<body_motion, T> motion;        ///< without joint accelerations
-  per_body<coscrew, T> wrench;            ///< bias force p
-  per_body<articulated_inertia, T> A;
+  per_body<body_motion, T> motion;        ///< of each body, without joint accelerations
+  per_body<coscrew, T> wrench;            ///< bias force p of each body
+  per_body<articulated_inertia, T> A;     ///< of each body
   array_of<vec3<T>> offset;               ///< from the parent's origin to that of each body
   array_of<coordinate_state<T>> coordinate;
-  array_of<screw<T>> acceleration;        ///< of each body, caused by the joint accelerations
+  array_of<screw<T>> acceleration;        ///< a' of each body, caused by the joint accelerations
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     pose.lay_out(memory, model);
@@ -37,8 +49,8 @@ template <class T> struct forward_dynamics_workspace {
   }
 };
 
-/// Axes, offsets and inertias of all bodies, their motions without joint accelerations, and the wrenches that these motions
-/// need (the bias forces p).
+/// Sets axes, offsets and inertias of all bodies, their motions without joint accelerations, and the wrenches p that these motions
+/// need.
 template <class T>
 void start_articulated(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q, const T *v,
                        const external_wrenches<T> &external) {
@@ -70,16 +82,15 @@ void start_articulated(const model_view<scalar_of<T>> &model, const forward_dyna
   });
 }
 
-/// Adds to the parent the articulated inertia A − U D⁻¹ Uᵀ and the bias force p + U D⁻¹ u of body i, as felt through its joint.
-/// Coordinates are eliminated one after the other, starting at the body.  tau: the joint's efforts; physics: of its coordinates,
-/// or null.
+/// Eliminates the coordinates of body i's joint, (1) and (2), and adds what remains of A and p to those of the parent.  tau are the
+/// joint's efforts; `physics` is that of its coordinates, or null.
 template <joint_kind K, class T>
 KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i, const T *tau,
                               const coordinate_physics<scalar_of<T>> *physics) {
   using algebra = ksl::algebra<T>;
   in_place<articulated_inertia, T> A(w.A, i);
   coscrew<T> p = w.wrench[i];
-  if constexpr (joint<K>::is_free) { // a free joint transmits its effort and nothing else
+  if constexpr (joint<K>::is_free) { // a free joint transmits its effort alone: a' = A⁻¹ (τ − p), and the parent feels τ
     const mat3x3<T> R = w.rotation[i];
     coscrew<T> effort = {{tau[0], tau[1], tau[2]}, {tau[3], tau[4], tau[5]}}, rest;
     algebra::product_CoAdrc(&R, &effort, &effort);
@@ -89,20 +100,20 @@ KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamic
   } else {
     for_coordinates_backwards<K>(b, [&](auto k) KSL_INLINED {
       const auto S = joint<K>::column(k, b, w.rotation, i);
-      const coscrew<T> U = S.momentum(*A);
+      const coscrew<T> U = S.momentum(*A); // (1)
       T D = S.effort(U);
-      if (physics) // the rotor of the coordinate, which nothing else feels
+      if (physics) // of the coordinate's rotor; no other coordinate feels it
         D = D + T(physics[k].armature);
       const T D_inverse = T(1) / D, u = tau[k] - S.effort(p);
       w.coordinate[b.v_index + k] = {U, D_inverse, u};
       if (k > 0) {
-        algebra::articulated_inertia_downdated(&*A, &U, D_inverse, &*A);
-      } else if (b.parent > 0) {
+        algebra::articulated_inertia_downdated(&*A, &U, D_inverse, &*A); // (2)
+      } else if (b.parent > 0) { // (2), and the step to the parent
         in_place<articulated_inertia, T> sum(w.A, b.parent);
         add_beyond_joint(*A, U, D_inverse, w.offset[i], *sum);
         sum.put();
       }
-      algebra::axpy_cc(D_inverse * u, &U, &p);
+      algebra::axpy_cc(D_inverse * u, &U, &p); // (2)
     });
   }
   if (b.parent == 0)
@@ -111,12 +122,11 @@ KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamic
   add_wrench(w.wrench, b.parent, p);
 }
 
-/// The acceleration of body i that the joint accelerations cause, and the acceleration of its own joint, from the parent's
-/// acceleration.
+/// Sets a' of body i and the accelerations of its joint (3), from a' of the parent.
 template <joint_kind K, class T>
 KSL_LANES void accelerate(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i, T *dv) {
   using A = algebra<T>;
-  screw<T> a; // that of the parent, at this body's origin
+  screw<T> a; // a' of the parent, at this body's origin
   A::product_Adtinvs(&w.offset[i], &w.acceleration[b.parent], &a);
   if constexpr (joint<K>::is_free) {
     const mat3x3<T> R = w.rotation[i];
@@ -127,7 +137,7 @@ KSL_LANES void accelerate(const body<scalar_of<T>> &b, const forward_dynamics_wo
   } else {
     for_coordinates<K>(b, [&](auto k) KSL_INLINED {
       const coordinate_state<T> &s = w.coordinate[b.v_index + k];
-      const T acceleration = s.D_inverse * (s.u - A::dot_cs(&s.U, &a));
+      const T acceleration = s.D_inverse * (s.u - A::dot_cs(&s.U, &a)); // (3)
       joint<K>::column(k, b, w.rotation, i).add(acceleration, a);
       dv[k] = acceleration;
     });
@@ -135,7 +145,8 @@ KSL_LANES void accelerate(const body<scalar_of<T>> &b, const forward_dynamics_wo
   }
 }
 
-/// The passes from the leaves to the root and back: accelerations dv (nv) under efforts tau (nv), which may be the same array.
+/// The passes from the leaves to the root and back, after start_articulated: accelerations dv (nv) under efforts tau (nv).  Both may
+/// be the same array.
 template <class T>
 KSL_LANES void accelerate_articulated(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *tau, T *dv) {
   for (int i = model.bodies - 1; i > 0; --i) {
@@ -156,7 +167,7 @@ template <class T>
 void forward_dynamics(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q, const T *v,
                       const T *tau, const external_wrenches<T> &external, T *dv) {
   start_articulated(model, w, q, v, external);
-  if (model.physics) { // what the motors leave for the mechanism; kept where the accelerations come to lie
+  if (model.physics) { // the transmitted efforts, but for armature; stored in dv, where accelerations replace them one by one
     for (int k = 0; k < model.nv; ++k)
       dv[k] = tau[k] - passive_effort(model.physics[k], q, v[k]);
     tau = dv;

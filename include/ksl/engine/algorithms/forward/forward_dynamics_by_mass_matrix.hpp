@@ -1,7 +1,7 @@
 // KSL: forward dynamics through the mass matrix: a = M⁻¹ (tau − bias).
 //
-// Featherstone, RBDA (2008), section 6.1.  It is slower than the articulated-body algorithm, except for very small mechanisms,
-// and shares nothing with it but the model: each checks the other.
+// Featherstone, RBDA (2008), section 6.1.  It is slower than the articulated-body algorithm, except for very small mechanisms.  The
+// two have nothing in common but the model, so that each checks the other.
 #pragma once
 
 #include "ksl/engine/algorithms/inverse/inverse_dynamics.hpp"
@@ -32,7 +32,7 @@ void forward_dynamics_by_mass_matrix(const model_view<scalar_of<T>> &model, cons
   T *const zero = &w.zero[0];
   for (int k = 0; k < model.nv; ++k)
     zero[k] = T(0);
-  inverse_dynamics(model, w.inverse, q, v, zero, external, zero); // each is read before it is written
+  inverse_dynamics(model, w.inverse, q, v, zero, external, zero); // the bias, in place of the accelerations
   rows_of_mass_matrix(model, w.mass, w.factor.rows, q);
   factorise(model, w.factor);
   for (int k = 0; k < model.nv; ++k)

@@ -1,7 +1,14 @@
 // KSL: hybrid dynamics: some joints' accelerations are given, and the others' efforts.
 //
-// Featherstone, RBDA (2008), section 9.2: the articulated-body algorithm.  A joint whose acceleration is given transmits the whole
-// articulated inertia of its body, since nothing moves in it that isn't known.
+// Featherstone, RBDA (2008), section 9.2: the articulated-body algorithm, with the quantities of forward_dynamics.hpp.  A joint whose
+// acceleration q̈ is given is not eliminated: relative to its parent, its body moves as is known.  The parent feels all of its
+// articulated inertia and, as a bias force,
+//
+//     p + A S q̈.                                                                                                 (1)
+//
+// When a', the acceleration that joint accelerations cause, is known for the body, the effort follows:
+//
+//     τ = Sᵀ (A a' + p).                                                                                         (2)
 #pragma once
 
 #include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
@@ -11,7 +18,7 @@ inline namespace KSL_ISA {
 
 template <class T> struct hybrid_dynamics_workspace {
   forward_dynamics_workspace<T> forward;
-  array_of<int> given; ///< of each body: is its joint's acceleration given
+  array_of<int> given; ///< for each body: is the acceleration of its joint given
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     forward.lay_out(memory, model);
@@ -19,7 +26,7 @@ template <class T> struct hybrid_dynamics_workspace {
   }
 };
 
-/// Adds to the parent what body i needs at the given acceleration of its joint.
+/// Adds A and the bias force (1) of body i, whose joint has the given accelerations a, to those of its parent.
 template <joint_kind K, class T>
 KSL_LANES void pass_given(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i, const T *a) {
   using A = algebra<T>;
@@ -29,7 +36,7 @@ KSL_LANES void pass_given(const body<scalar_of<T>> &b, const forward_dynamics_wo
   for_coordinates<K>(b, [&](auto k) KSL_INLINED { joint<K>::column(k, b, w.rotation, i).add(a[k], own); });
   if (b.parent == 0)
     return;
-  A::product_As(&inertia, &own, &f);
+  A::product_As(&inertia, &own, &f); // (1)
   A::xpy_cc(&f, &p);
   A::product_CoAdtc(&w.offset[i], &p, &p);
   add_wrench(w.wrench, b.parent, p);
@@ -39,7 +46,7 @@ KSL_LANES void pass_given(const body<scalar_of<T>> &b, const forward_dynamics_wo
   w.A.set(b.parent, sum);
 }
 
-/// The acceleration of body i, caused by the joint accelerations, and the effort that its joint needs.
+/// Sets a' of body i, whose joint has the given accelerations a, and the efforts of its joint (2).
 template <joint_kind K, class T>
 KSL_LANES void accelerate_given(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i, const T *a, T *tau) {
   using A = algebra<T>;
@@ -49,12 +56,12 @@ KSL_LANES void accelerate_given(const body<scalar_of<T>> &b, const forward_dynam
   A::product_Adtinvs(&w.offset[i], &w.acceleration[b.parent], &s);
   for_coordinates<K>(b, [&](auto k) KSL_INLINED { joint<K>::column(k, b, w.rotation, i).add(a[k], s); });
   w.acceleration[i] = s;
-  A::product_As(&inertia, &s, &f);
+  A::product_As(&inertia, &s, &f); // (2)
   A::xpy_cc(&f, &p);
   effort_in_base<K>(b, w.rotation, i, p, tau);
 }
 
-/// What the motors of a joint leave for the mechanism, in `left`.
+/// Writes the transmitted efforts of a joint, but for armature, to `left`: the motors' efforts less damping, friction and springs.
 template <int n, class T>
 KSL_LANES const T *without_physics(const model_view<scalar_of<T>> &model, const body<scalar_of<T>> &b, const T *q, const T *v,
                                    const T *tau, T *left) {
@@ -64,8 +71,8 @@ KSL_LANES const T *without_physics(const model_view<scalar_of<T>> &model, const 
 }
 
 /// Accelerations and efforts of all joints, a_out and tau_out (nv), for positions q (nq) and velocities v (nv), under gravity and
-/// external wrenches.  Of the joints that carry the links named, the accelerations a (nv) are read; of the others, the efforts tau
-/// (nv).  O(bodies).
+/// external wrenches.  For the joints that directly carry the links named, accelerations are given, in a (nv); for the others, efforts,
+/// in tau (nv).  O(bodies).
 template <class T>
 void hybrid_dynamics(const model_view<scalar_of<T>> &model, const hybrid_dynamics_workspace<T> &w, const T *q, const T *v, const T *a,
                      const T *tau, int links, const int *link, const external_wrenches<T> &external, T *a_out, T *tau_out) {
@@ -77,7 +84,7 @@ void hybrid_dynamics(const model_view<scalar_of<T>> &model, const hybrid_dynamic
     if (model.body[i].ends_universal)
       w.given[model.body[i].parent] = 1;
   }
-  for (int k = 0; k < model.nv; ++k) // first, since results may be the arrays that were given
+  for (int k = 0; k < model.nv; ++k) // first, since the results may be in place of a and tau
     a_out[k] = a[k], tau_out[k] = tau[k];
   start_articulated(model, w.forward, q, v, external);
   T left[6];

@@ -8,9 +8,9 @@ inline namespace KSL_ISA {
 
 template <class T> using effort_parts_workspace = inverse_dynamics_workspace<T>;
 
-/// The parts (5, nv) of the efforts of inverse_dynamics, whose sum these are up to rounding: transmitted, damping, friction, rotor
-/// and spring.  joint_physics.hpp has their laws.  All but the first are zero unless the model's options name them.  What a joint
-/// transmits that moves a rotor, which is a body, is the rotor's part.
+/// The parts (5, nv) of the efforts of inverse_dynamics: transmitted, damping, friction, rotor and spring.  Their sum is the effort, up
+/// to rounding.  joint_physics.hpp has their laws.  All but the first are zero unless the model's options name them.  If a rotor is a
+/// body, what its joint transmits is the rotor's part.
 template <class T>
 void effort_parts(const model_view<scalar_of<T>> &model, const effort_parts_workspace<T> &w, const T *q, const T *v, const T *dv,
                   const external_wrenches<T> &external, T *parts) {

@@ -1,7 +1,13 @@
 // KSL: inverse dynamics.  The wrench through every joint is kept in the workspace.
 //
-// The recursive Newton–Euler algorithm (Luh, Walker, Paul 1980; Featherstone, RBDA (2008), table 5.1) in three-vectors;
-// newton_euler.hpp explains which.
+// The recursive Newton–Euler algorithm (Luh, Walker, Paul 1980; Featherstone, RBDA (2008), table 5.1), in the three-vectors of
+// newton_euler.hpp.  From the ground to the leaves, the motion of a body is that of its parent plus that of its joint, and
+//
+//     f_i = wrench of its motion (newton_euler.hpp (1)) − external wrenches.                                       (1)
+//
+// From the leaves to the ground, the wrench f_i through a joint is complete when its children have added theirs:
+//
+//     τ_i = Sᵀ f_i,   f_λ(i) ← f_λ(i) + f_i, moved to the parent's frame.                                          (2)
 #pragma once
 
 #include "ksl/engine/steps/newton_euler.hpp"
@@ -16,7 +22,7 @@ template <class T> struct inverse_dynamics_workspace {
   pose_workspace<T> pose;
   per_body<body_motion, T> motion; ///< of each body, in its frame
   per_body<coscrew, T> wrench;     ///< through its joint, about its origin and in its axes; body 0: between ground and root
-  array_of<T> besides;             ///< what motors supply besides the transmitted efforts, if the model has physics of joints
+  array_of<T> besides;             ///< what motors supply besides the transmitted efforts; empty unless the model has joint physics
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     pose.lay_out(memory, model);
@@ -31,7 +37,7 @@ template <class T> struct inverse_dynamics_workspace {
 template <class T, class Receive>
 KSL_LANES void inverse_dynamics_by_joint(const model_view<scalar_of<T>> &model, const inverse_dynamics_workspace<T> &w, const T *q,
                                          const T *v, const T *dv, const external_wrenches<T> &external, T *tau, Receive receive) {
-  if (model.physics) // now, since tau may be one of the inputs
+  if (model.physics) // first, since tau may be one of the inputs
     efforts_besides(model, q, v, dv, &w.besides[0]);
   sines_and_cosines(model, w.pose, q);
   w.motion.set(0, ground_motion<T>(model));
@@ -47,7 +53,7 @@ KSL_LANES void inverse_dynamics_by_joint(const model_view<scalar_of<T>> &model, 
     });
   };
   for_bodies<T>(model.bodies, move, [&](auto k) KSL_INLINED {
-    w.wrench.set(k, newton_euler(own_inertia(model, k), w.motion[k]));
+    w.wrench.set(k, newton_euler(k.inertia(model), w.motion[k]));
   });
   subtract_external(model, w.pose, external, w.wrench, [](int, coscrew<T> &) KSL_INLINED {});
 

@@ -1,7 +1,7 @@
 // KSL: the Jacobian of a link's frame, which maps joint velocities to the frame's twist, and its rate.
 //
-// A walk over the link's supports (support_walk.hpp) gives the columns in the frame itself.  They are then carried to the axes
-// and the origin that are asked for, which are those of one frame for all columns.
+// A walk over the link's supports (support_walk.hpp) gives the columns in the frame itself.  The adjoint of one pose, the same for all
+// columns, then carries them to the axes and the origin that are asked for.
 #pragma once
 
 #include "ksl/engine/algorithms/kinematics/forward_kinematics.hpp"
@@ -100,10 +100,10 @@ void jacobian(const model_view<scalar_of<T>> &model, const jacobian_workspace<T>
   });
 }
 
-/// The rate of J for q (nq) and v (nv), of each of its numbers: the rate of J v is J a + rate · v.
+/// The rates (6, nv) of the numbers of J, for q (nq) and v (nv): the rate of J v is J a + rate · v.
 ///
-/// A column is the twist S, constant in its body.  Seen from the frame, its rate is v × S, v the twist of the body relative to
-/// the frame: minus the motion of the joints between.  Featherstone, RBDA (2008), eqs. (2.45), (3.35).
+/// A column is the twist S, constant in its body.  Seen from the frame, its rate is v × S, where v is the twist of the body relative to
+/// the frame: minus the sum of S q̇ over the joints between body and frame.  Featherstone, RBDA (2008), eqs. (2.45), (3.35).
 template <class T>
 void jacobian_rate(const model_view<scalar_of<T>> &model, const jacobian_rate_workspace<T> &w, const T *q, const T *v, int link,
                    const frame_options &how, T *rate) {
@@ -126,7 +126,7 @@ void jacobian_rate(const model_view<scalar_of<T>> &model, const jacobian_rate_wo
       });
   if (in_own_frame(how))
     return;
-  // in other axes, or about another origin: the same columns as a frame sees them that moves otherwise than the link
+  // other axes or another origin: they belong to a frame that moves relative to the link, by which the columns turn in addition
   const SE3<T> D = pose_in_options(world, how);
   A::product_Ads(&D, &twist, &twist);
   const vec3<T> none = {T(0), T(0), T(0)};

@@ -1,4 +1,4 @@
-// KSL: velocities and accelerations of links' frames, of several from one walk over the bodies that carry them.
+// KSL: velocities and accelerations of links' frames.  One walk over the bodies that carry them gives those of several frames.
 //
 // Motions of bodies are kept in three-vectors and in the bodies' own axes, as inverse dynamics does (newton_euler.hpp), but
 // without gravity.  Poses are computed only if a motion is to be expressed in the world.
@@ -82,7 +82,7 @@ template <class T> KSL_LANES void move_along(const vec3<T> &angular_velocity, co
   algebra<T>::xpy_vv(&turning, &velocity);
 }
 
-/// The motion of the point at r.
+/// Replaces the motion of a point by that of the point at r from it, of the same body.
 template <class T> KSL_LANES void move_along(const vec3<T> &r, screw<T> &twist) { move_along(twist.ang, r, twist.lin); }
 template <class T> KSL_LANES void move_along(const vec3<T> &r, frame_motion<T> &m) {
   move_along(m.body.angular_velocity, r, m.velocity);
@@ -96,8 +96,8 @@ template <class T, class Rotate> KSL_LANES void rotate_motion(frame_motion<T> &m
   rotate(m.body.angular_velocity), rotate(m.body.angular_acceleration);
 }
 
-/// Motions of the bodies in a list, in their own axes, and their poses if those are wanted.  add<K>(body, m) adds the motion of
-/// a joint.  Featherstone, RBDA (2008), eqs. (5.14), (5.15).
+/// Sets the motions of the bodies in a list, in their own axes, and their poses if these are wanted.  add<K>(body, m) adds the motion
+/// of a joint.  Featherstone, RBDA (2008), eqs. (5.14), (5.15).
 template <class T, class Motions, class Add>
 KSL_LANES void move_bodies(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose, const array_of<SE3<T>> &in_world,
                            const Motions &motions, const T *q, body_list list, bool with_poses, Add add) {
@@ -117,7 +117,7 @@ KSL_LANES void move_bodies(const model_view<scalar_of<T>> &model, const pose_wor
   }
 }
 
-/// The motion of a link's frame, offset as the options say, from that of its body.
+/// Replaces the motion of a link's body by that of the link's frame, with the options' offset.
 template <class T, class Motion>
 KSL_LANES void to_frame(const model_view<scalar_of<T>> &model, int link, const frame_options &how, Motion &m) {
   SE3<T> frame = spread<T>(model.link[link].pose);
@@ -127,7 +127,7 @@ KSL_LANES void to_frame(const model_view<scalar_of<T>> &model, int link, const f
   rotate_motion(m, [&](vec3<T> &x) KSL_INLINED { algebra<T>::product_drinvv(&frame.R, &x, &x); });
 }
 
-/// The motion of the body's point at the world's origin, in a frame's axes, from the motion of the frame.
+/// Replaces the motion of a frame by that of the body's point at the world's origin, in the frame's axes.  `frame` is its pose.
 template <class T, class Motion> KSL_LANES void to_world_origin(const SE3<T> &frame, Motion &m) {
   vec3<T> r;
   algebra<T>::product_drinvv(&frame.R, &frame.t, &r);
@@ -135,7 +135,7 @@ template <class T, class Motion> KSL_LANES void to_world_origin(const SE3<T> &fr
   move_along(r, m);
 }
 
-/// Pose in the world of a link's frame, offset as the options say.
+/// Pose in the world of a link's frame, with the options' offset.
 template <class T>
 KSL_LANES SE3<T> frame_pose_at(const model_view<scalar_of<T>> &model, const array_of<SE3<T>> &in_world, int link, const frame_options &how) {
   SE3<T> D = link_pose(model, in_world, link);
@@ -185,8 +185,8 @@ void frame_velocities(const model_view<scalar_of<T>> &model, const frame_velocit
                   [&](int k, const screw<T> &s) KSL_INLINED { write_motion(s, how, out + 6 * k); });
 }
 
-/// How many times ω × v is taken off the classical acceleration.  It is zero once for a frame at rest, and once for a frame's own
-/// axes if its numbers are differentiated.
+/// How many times ω × v is subtracted from the classical acceleration: once for the spatial one; for the rate of the twist's numbers
+/// once if the origin is at rest, and once more if the axes are the frame's own.
 constexpr int times_turning(const frame_options &how) {
   if (how.kind != acceleration_kind::rate)
     return how.kind == acceleration_kind::spatial ? 1 : 0;

@@ -1,13 +1,17 @@
 // KSL: inverse kinematics: positions q at which frames have given poses, by damped least squares within the joints' limits.
 //
-// Levenberg (1944) and Marquardt (1963), with the damping in proportion to the squared error (Sugihara, IEEE Trans. Robotics 27
-// (2011) 984): steps are cautious far from the target, and those of Gauss and Newton near it.  Joints at a limit that a step would
-// cross are held there.  Where a start doesn't lead to the target, another one is drawn.
+// e are the weighted errors of the frames and J is their Jacobian by the joints.  A step of Levenberg (1944) and Marquardt (1963) solves
+//
+//     (Jᵀ J + λ 1) step = Jᵀ e,                                                                                   (1)
+//
+// with the damping λ in proportion to the squared error (Sugihara, IEEE Trans. Robotics 27 (2011) 984): steps are cautious far from
+// the target, and those of Gauss and Newton near it.  A joint that is at a limit, and would cross it with the step, is held there.
+// If a start doesn't lead to the target, another one is drawn.
 //
 // Each lane of a pack has a target of its own.  When it is done, it takes the next, so that no lane waits for the slowest.
 //
 // Where joints follow others (coupling.hpp), positions are those of the expanded mechanism.  Columns of followers are added to those
-// of their leaders, Ĵ G, whose limits are such that followers keep theirs.
+// of their leaders, Ĵ G, and the limits of leaders are narrowed so that followers keep theirs.
 #pragma once
 
 #include "ksl/engine/algorithms/batch_view.hpp"
@@ -19,9 +23,9 @@
 
 namespace ksl {
 
-/// A frame that is to reach a pose, and how much the errors of its position and of its orientation count.  With equal weights, a
-/// twentieth of the length of the chain that carries the frame counts as much as a radian.  An error with zero weight is ignored.
-/// Ratios of weights count alone.
+/// A frame that is to reach a pose.  The weights say how much the errors of its position and of its orientation count.  With equal
+/// weights, an error of the position by a twentieth of the length of the chain that carries the frame counts as much as an error of the
+/// orientation by one radian.  An error with zero weight is ignored.  Only the ratios of weights matter.
 struct wanted_frame {
   int link = 0;
   double position_weight = 1, orientation_weight = 1;
@@ -38,11 +42,11 @@ struct inverse_kinematics_options {
   bool limits = true;                   ///< are the joints' limits to be kept
 };
 
-/// How the attempts for a target ended.  Converged; or the best one: it needed more iterations, was held by limits, or stood still
-/// where the error has a local minimum.
+/// How the attempts for a target ended: converged, or why the best of them stopped.  It had no iterations left, was held by limits, or
+/// made no progress, as in a local minimum of the error.
 enum class inverse_kinematics_end : int { converged, iterations, limits, stuck };
 
-/// Targets, and what is found for them.  Absent starts are random ones.  Results without memory are not stored.
+/// Targets, and what is found for them.  Without starts, random ones are drawn.  Results without memory are not stored.
 template <class S> struct inverse_kinematics_batch {
   std::size_t n = 0;
   rows_view<const S> start = {};  ///< rows of nq
@@ -50,7 +54,7 @@ template <class S> struct inverse_kinematics_batch {
   rows_view<S> q = {};            ///< rows of nq: needed
   rows_view<S> error = {};        ///< rows of 2: the largest error of a position, m, and of an orientation, rad
   int *end = nullptr;             ///< (n) inverse_kinematics_end
-  int *iterations = nullptr;      ///< (n) of all starts
+  int *iterations = nullptr;      ///< (n) iterations from all starts together
   int *starts = nullptr;          ///< (n) how many were used
 };
 
@@ -63,12 +67,12 @@ template <class P> struct inverse_kinematics_workspace {
   SE3<P> *target;         ///< (frames)
   P *columns;             ///< (coordinates, 6 frames): a row for each coordinate, weighted
   P *error;               ///< (6 frames), weighted
-  scalar_of<P> *per_metre; ///< (frames) weight of positions
+  scalar_of<P> *per_metre; ///< (frames) weight of the error of a position, per metre
   double heaviest;         ///< the largest weight, by which all are divided
-  P *matrix, *solution;   ///< (size, size), (size): the smaller of coordinates and 6 frames
+  P *matrix, *solution;   ///< (size, size), (size); size is the smaller one of coordinates and 6 frames
   int *coordinate;        ///< (nv) the coordinate's row in `columns`; −1: it moves no frame
   bool *leads;            ///< (nv) do others follow the coordinate
-  int *body;              ///< the bodies that move the frames, and those whose followers do
+  int *body;              ///< (bodies) those that move the frames, or whose followers do
   int coordinates, bodies;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<P>> &model, int frames) {
@@ -86,17 +90,19 @@ template <class P> struct inverse_kinematics_workspace {
   }
 };
 
-/// Errors of the frames at a position: the largest squares, and the sum of weighted squares.
+/// Errors of the frames at a position: the largest square of a position's error and of an orientation's, not weighted, and the sum of
+/// all weighted squares.
 template <class P> struct pose_errors { P position, orientation, cost; };
 
 template <class P> KSL_LANES P larger(const P &a, const P &b) { return math<P>::select(a > b, a, b); }
 template <class P> KSL_LANES P smaller(const P &a, const P &b) { return math<P>::select(a < b, a, b); }
 
-/// 2 n for a rotation by nearly half a turn about n, where R + 1 is nearly 2 n nᵀ: from its longest column.
+/// 2 n for a rotation R by nearly half a turn about the unit vector n.  R + 1 is nearly 2 n nᵀ, so that its longest column has the
+/// direction of n.
 template <class P> KSL_LANES vec3<P> half_turn_vector(const mat3x3<P> &R) {
   const P one = P(1);
   vec3<P> column = {R.m00 + one, R.m10, R.m20};
-  P longest = R.m00; // of the diagonal; the square of column k is 2 (1 + R_kk)
+  P longest = R.m00; // the largest element of the diagonal: column k has the square 2 (1 + R_kk)
   const auto consider = [&](const P &diagonal, const P &x, const P &y, const P &z) KSL_INLINED {
     column.x = math<P>::select(diagonal > longest, x, column.x);
     column.y = math<P>::select(diagonal > longest, y, column.y);
@@ -111,15 +117,15 @@ template <class P> KSL_LANES vec3<P> half_turn_vector(const mat3x3<P> &R) {
 
 /// 2 sin(θ/2) times the axis of a rotation by θ: near the rotation vector where θ is small.
 template <class P> KSL_LANES vec3<P> half_sine_vector(const mat3x3<P> &R) {
-  const P half = P(0.5), least = P(1e-6), square = P(0.25) * (R.m00 + R.m11 + R.m22 + P(1)); // of cos(θ/2)
+  const P half = P(0.5), least = P(1e-6), square = P(0.25) * (R.m00 + R.m11 + R.m22 + P(1)); // cos²(θ/2)
   const P scale = half / math<P>::sqrt(larger(square, least));
-  const vec3<P> of_half_turn = half_turn_vector(R); // R − Rᵀ is zero there
+  const vec3<P> of_half_turn = half_turn_vector(R); // at half a turn, R − Rᵀ is zero
   return {math<P>::select(square > least, scale * (R.m21 - R.m12), of_half_turn.x),
           math<P>::select(square > least, scale * (R.m02 - R.m20), of_half_turn.y),
           math<P>::select(square > least, scale * (R.m10 - R.m01), of_half_turn.z)};
 }
 
-/// Adds the columns of followers to those of their leaders, and clears them: no step of their own reduces the error.
+/// Adds the columns of followers to those of their leaders, Ĵ G, and clears the columns of the followers, so that they get no steps.
 template <class P>
 void fold_followers(const coupling_view<scalar_of<P>> &coupling, const inverse_kinematics_workspace<P> &w, int rows) {
   for (int i = 0; i < coupling.followers; ++i) {
@@ -143,13 +149,13 @@ inline double heaviest_weight(const inverse_kinematics_options &options) {
   return most > 0 ? most : 1;
 }
 
-/// Errors of all frames at w.q, weighted, and their Jacobian, both in the frames' axes.
+/// Sets the weighted errors e of all frames at w.q and their Jacobian J, both in the frames' axes.  Returns the size of the errors.
 template <class P> pose_errors<P> errors_and_columns(const model_view<scalar_of<P>> &model, const coupling_view<scalar_of<P>> &coupling,
                                                      const inverse_kinematics_workspace<P> &w, const inverse_kinematics_options &options) {
   using A = algebra<P>;
   pose_errors<P> largest = {P(0), P(0), P(0)};
   const int rows = 6 * options.frames_n;
-  if (options.frames_n > 1 || coupling.followers > 0) // coordinates that don't move all of the frames
+  if (options.frames_n > 1 || coupling.followers > 0) // some coordinates may not move all frames: their numbers stay zero
     for (int i = 0; i < w.coordinates * rows; ++i)
       w.columns[i] = P(0);
   for (int f = 0; f < options.frames_n; ++f) {
@@ -185,21 +191,23 @@ template <class P> pose_errors<P> errors_and_columns(const model_view<scalar_of<
 
 inline constexpr double whole_turn = 6.283185307179586;
 
-/// The same orientation of a joint that turns, a turn back from the limit that it has reached, if that is within the limits.
+/// The position of a joint that turns.  If q has reached a limit, it is a whole turn back from there, the same orientation, as long as
+/// that is within the limits.
 template <class P> KSL_LANES P within_turns(const P &q, const P &lower, const P &upper) {
   const P turn = P(scalar_of<P>(whole_turn));
   const P back = math<P>::select(q - turn >= lower, q - turn, q), forth = math<P>::select(q + turn <= upper, q + turn, q);
   return math<P>::select(q >= upper, back, math<P>::select(q <= lower, forth, q));
 }
 
-/// From which number of a joint's position on, each may have limits and has a coordinate of the velocity as its rate; nv if none.
-/// Numbers before an angle have not: it turns the axes of their velocities.
+/// The first number of a joint's position that can be held at a limit; all that follow it can.  nv if there is none.  Such a number
+/// must have a coordinate of the velocity as its rate.  Quaternions have none, and neither have the numbers before an angle, as those
+/// of a planar joint: its velocities are along axes that turn with the angle.
 template <joint_kind K>
 constexpr int first_held = joint<K>::nq != joint<K>::nv || (joint<K>::nv == 1 && !joint<K>::has_limits) ? joint<K>::nv
                            : joint<K>::angle > 0                                                        ? joint<K>::angle
                                                                                                         : 0;
 
-/// Holds coordinates at the limits that they would cross: clears their columns.
+/// Holds coordinates that are at a limit and would cross it, by clearing their columns.  The sign of Jᵀ e says where a coordinate goes.
 template <class P>
 void hold_at_limits(const model_view<scalar_of<P>> &model, const inverse_kinematics_workspace<P> &w, int rows) {
   const P zero = P(0), one = P(1);
@@ -216,7 +224,7 @@ void hold_at_limits(const model_view<scalar_of<P>> &model, const inverse_kinemat
           const P below = math<P>::select(q <= w.lower[b.q_index + c], smaller(slope, zero), zero);
           const P above = math<P>::select(q >= w.upper[b.q_index + c], larger(slope, zero), zero);
           P free = math<P>::select(above - below > zero, zero, one);
-          if constexpr (only_turns(K)) // with a whole turn between the limits it goes on at the other one
+          if constexpr (only_turns(K)) // if the limits are a whole turn apart, it goes on at the other one (within_turns)
             if (!w.leads[b.v_index])
               free = math<P>::select(w.upper[b.q_index] - w.lower[b.q_index] >= P(scalar_of<P>(whole_turn)), one, free);
           for (int r = 0; r < rows; ++r)
@@ -226,8 +234,8 @@ void hold_at_limits(const model_view<scalar_of<P>> &model, const inverse_kinemat
   }
 }
 
-/// The damped step: (Jᵀ J + λ) step = Jᵀ e, or, where there are fewer errors than coordinates, the same step as
-/// Jᵀ (J Jᵀ + λ)⁻¹ e.
+/// The damped step (1).  of_errors: there are fewer errors than coordinates, and the solution x is of (J Jᵀ + λ 1) x = e.  The step is
+/// then Jᵀ x, the same as that of (1).
 template <bool of_errors, int N, class P>
 void damped_step(const inverse_kinematics_workspace<P> &w, int rows, const P &damping, matrix_size<N> n) {
   P *const M = w.matrix, *const x = w.solution;
@@ -262,7 +270,7 @@ void damped_step(const inverse_kinematics_workspace<P> &w, int rows, const P &da
   solve_factorised<N>(M, x, n);
 }
 
-/// Step k of the coordinates, from the solution of damped_step.
+/// Element c of the step, from the solution of damped_step.
 template <class P> P step_of(const inverse_kinematics_workspace<P> &w, int rows, int c) {
   if (w.coordinates < rows)
     return w.solution[c];
@@ -313,7 +321,7 @@ template <class P> void improve(const model_view<scalar_of<P>> &model, const cou
       P moved[joint<K>::nq];
       joint<K>::integrate(w.q + b.q_index, w.step + b.v_index, moved);
       if constexpr (only_turns(K))
-        if (!w.leads[b.v_index]) // a turn of a leader is none of its followers
+        if (!w.leads[b.v_index]) // a whole turn of a leader would move its followers by another angle
           moved[0] = options.limits ? within_turns(moved[0], w.lower[b.q_index], w.upper[b.q_index]) : moved[0];
       for (int c = 0; c < joint<K>::nq; ++c)
         w.q[b.q_index + c] = options.limits ? smaller(larger(moved[c], w.lower[b.q_index + c]), w.upper[b.q_index + c]) : moved[c];
@@ -330,13 +338,13 @@ inline double random_number(std::uint64_t key) {
   return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1p-53;
 }
 
-/// What a lane is doing.
+/// The target that a lane works on, and how far it is.
 struct inverse_kinematics_lane {
   std::size_t state;    ///< index of the target
   bool busy = false;
-  int start;            ///< which one it goes from
+  int start;            ///< how many starts it has begun
   int iterations, since_progress, all_iterations; ///< from this start; from all
-  double least, best;   ///< cost: the least from this start; that of the result stored so far
+  double least, best;   ///< the least cost from this start; the cost of the result that is stored
 };
 
 /// Solves the targets [first, end) of a batch, a target in each lane.
@@ -375,7 +383,8 @@ public:
   }
 
 private:
-  /// How many numbers a user's position has, and where number i is in the expanded one, and back.
+  /// numbers: how many numbers a user's position has.  at: where number i of these is in the expanded position.  user_index: the
+  /// inverse of at.
   int numbers() const { return coupling_.followers > 0 ? coupling_.nq : model_.nq; }
   int at(int i) const { return coupling_.followers > 0 ? coupling_.in_q[i] : i; }
   int user_index(int expanded) const {
@@ -390,7 +399,8 @@ private:
   static S number(const P *x, int lane) { return reinterpret_cast<const S *>(x)[lane]; }
   static void set(P *x, int lane, S value) { reinterpret_cast<S *>(x)[lane] = value; }
 
-  /// What is the same for all targets: limits, and the coordinates that move the frames.  Lanes without a target stay at zero.
+  /// Sets what is the same for all targets: limits, weights, and the coordinates that move the frames.  Lanes without a target stay at
+  /// zero.
   void begin() {
     for (int i = 0; i < model_.nq; ++i)
       w_.lower[i] = P(model_.lower[i]), w_.upper[i] = P(model_.upper[i]), w_.q[i] = P(S(0));
@@ -426,7 +436,7 @@ private:
     place_followers(coupling_, w_.q); // leaders that don't move frames stay at zero, too
   }
 
-  /// The leader moves what its follower moves, within limits that keep those of the follower; the follower has none of its own.
+  /// Lets the leader move what its follower moves, and narrows the leader's limits to those of the follower, which then has none.
   void couple(const follower<S> &f) {
     if (w_.coordinate[f.v] == 0)
       w_.coordinate[f.leader_v] = 0;
@@ -439,7 +449,7 @@ private:
     w_.lower[f.q] = P(-S(1e30)), w_.upper[f.q] = P(S(1e30));
   }
 
-  /// Narrows the limits of a number in q, unless nothing would be left of them.
+  /// Narrows the limits of a number in q, unless nothing would be left between them.
   void limit(int q, S from, S to) {
     const S lower = number(w_.lower + q, 0), upper = number(w_.upper + q, 0), most = from > lower ? from : lower, least = to < upper ? to : upper;
     if (most <= least)
@@ -448,6 +458,7 @@ private:
 
   static double size_of(const vec3<S> &v) { return __builtin_sqrt(double(v.x * v.x + v.y * v.y + v.z * v.z)); }
 
+  /// Gives lane l the target of a state.
   void take(int l, std::size_t state) {
     inverse_kinematics_lane &lane = lane_[l];
     lane = {};
@@ -466,7 +477,7 @@ private:
     begin_start(l, !batch_.start.first);
   }
 
-  /// A start beyond limits, which might be at its target there, begins at the limits.
+  /// Moves a start that is beyond limits to the limits.  It might be at its target there, and would then be the result.
   void enter_limits(int l) {
     for (int k = 0; k < w_.bodies; ++k) {
       const body<S> &b = model_.body[w_.body[k]];
@@ -487,9 +498,12 @@ private:
     ++lane.start;
   }
 
-  /// A position that is random for each target.  Further starts for it are not: they go to other halves of the coordinates'
-  /// ranges, a different combination in each pair of coordinates, which reaches other branches of solutions sooner than chance.
-  /// The range is that of the limits, or a half turn, or pi metres, to both sides.
+  /// Draws the position that a start begins with.  Each number is uniform in its range: between its limits, or without limits up to π
+  /// (rad or m) to both sides of the given start, or of zero.
+  ///
+  /// The first position drawn for a target is random.  Further ones follow from it: each number moves on by 0.07 of its range, and
+  /// by half its range in every second start or so.  Pairs of neighbouring coordinates do that in different starts.  Other branches of
+  /// solutions are reached sooner than by chance.
   void draw(int l) {
     constexpr double pi = 3.14159265358979323846, further = 0.07;
     const std::uint64_t key = options_.seed * 0xd1342543de82ef95u + lane_[l].state * 0x10001u;
@@ -524,7 +538,8 @@ private:
     }
   }
 
-  /// Decides on a lane by the errors at its position: does it go on with a step?  Otherwise it is done, or at another start.
+  /// Looks at the errors at a lane's position.  Returns true if the lane goes on with a step; otherwise it is done with its target, or
+  /// begins at another start.
   bool goes_on(int l, double position, double orientation, double cost) {
     constexpr int patience = 8; // iterations without progress
     inverse_kinematics_lane &lane = lane_[l];
@@ -536,7 +551,7 @@ private:
     }
     lane.since_progress = cost < 0.9 * lane.least ? 0 : lane.since_progress + 1;
     lane.least = cost < lane.least ? cost : lane.least;
-    const bool stands = lane.since_progress >= patience || // or the target is no number
+    const bool stands = lane.since_progress >= patience || // or the target has NaN
                         !(cost < 1e300);
     if (!stands && lane.iterations < options_.iterations) {
       ++lane.iterations, ++lane.all_iterations;
@@ -581,7 +596,7 @@ private:
   }
 
   const model_view<S> &model_;
-  const coupling_view<S> coupling_; ///< without followers: nothing else of it is read
+  const coupling_view<S> coupling_; ///< its other members are read only if it has followers
   const inverse_kinematics_options &options_;
   const inverse_kinematics_batch<S> &batch_;
   inverse_kinematics_workspace<P> w_;

@@ -24,8 +24,9 @@ template <class S> int common_support(const model_view<S> &model, int link, int 
   return i;
 }
 
-/// Walks from both links to the body that carries both.  of_link and of_other are called for bodies and their poses, as by
-/// walk_supports, in the frame of either link.  Returns the pose of the other frame in the first one.
+/// Walks from both links to the body that carries both.  of_link is called for the bodies between `link` and that body, with their
+/// poses in the frame of `link`, as by walk_supports; of_other likewise for the other link, in its frame.  Returns the pose of the
+/// other frame in the first one.
 template <class T, class OfLink, class OfOther>
 KSL_LANES SE3<T> walk_between(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q, int link, int other,
                               int common, const frame_options &how, OfLink of_link, OfOther of_other) {
@@ -47,8 +48,8 @@ template <class T> void relative_pose(const model_view<scalar_of<T>> &model, con
   write_matrix(D, out);
 }
 
-/// The twist (6) of a link's frame relative to another link's, m/s and rad/s, for q (nq) and v (nv).  The other frame takes the place of the world
-/// in the options.  O(joints between).
+/// The twist (6) of a link's frame relative to another link's, m/s and rad/s, for q (nq) and v (nv).  The other frame takes the place of
+/// the world in the options.  O(joints between).
 template <class T>
 void relative_velocity(const model_view<scalar_of<T>> &model, const relative_velocity_workspace<T> &w, const T *q, const T *v, int link,
                        int seen_from, const frame_options &how, T *out) {

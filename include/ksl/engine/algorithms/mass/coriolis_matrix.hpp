@@ -1,11 +1,17 @@
 // KSL: the Coriolis matrix.
 //
-// Of the many matrices C with C v = bias − gravity, this is the sum over all particles of Jᵀ J̇ dm, J the Jacobian of a particle in
-// world axes.  Ṁ − 2 C is skew-symmetric, and where joints have one coordinate each, the elements of C are those of Christoffel's
-// symbols of M.  It is that of Echeandia and Wensing, "Numerical methods to compute the Coriolis matrix and Christoffel symbols for
-// rigid-body systems" (2021): their B(I, v) = ½ [(v ×*) I + (I v) ×̄* − I (v ×)], written for the axes of the base, is
+// Many matrices C satisfy C v = bias − gravity.  This one is the sum of Jᵀ J̇ dm over all particles, J being the Jacobian of a particle
+// in world axes.  Ṁ − 2 C is skew-symmetric, and where joints have one coordinate each, the elements of C are those of Christoffel's
+// symbols of M.  It is the matrix of Echeandia and Wensing, "Numerical methods to compute the Coriolis matrix and Christoffel symbols
+// for rigid-body systems" (2021).  Their B(I, v) = ½ [(v ×*) I + (I v) ×̄* − I (v ×)], written for the axes of the base, is
 //
-//     B = [0, −p̃; 0, N],  p = ∫ ṙ dm,  N = ∫ (r · ṙ) 1 − ṙ rᵀ dm = (h · v) 1 − v hᵀ − ω̃ Σ,  Σ = ∫ r rᵀ dm = ½ tr(I) 1 − I.
+//     B = [0, −p̃; 0, N],  p = ∫ ṙ dm,  N = ∫ (r · ṙ) 1 − ṙ rᵀ dm = (h · v) 1 − v hᵀ − ω̃ Σ,  Σ = ∫ r rᵀ dm = ½ tr(I) 1 − I.  (1)
+//
+// I and B are summed over subtrees.  With those of the subtree of coordinate k, and Ṡ = v × S, v the twist of the joint's body,
+//
+//     C_rk = S_r · (I Ṡ_k + B S_k),    C_kr = (I S_k) · Ṡ_r + (Bᵀ S_k) · S_r      for each r that carries k,          (2)
+//
+// and the first formula holds for r of the same joint.
 #pragma once
 
 #include "ksl/engine/algorithms/mass/mass_matrix.hpp"
@@ -13,19 +19,19 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Of a body or a subtree, about the origin of the base: p and N.
+/// p and N (1) of a body, or their sums over a subtree, about the origin of the base.
 template <class T> struct moments_of_velocity {
   vec3<T> p;
   mat3x3<T> N;
 };
 
 template <class T> struct coriolis_matrix_workspace {
-  mass_matrix_workspace<T> joints;         ///< of it, axes, origins and columns
+  mass_matrix_workspace<T> joints;         ///< axes, origins and columns are used
   per_body<spatial_inertia, T> inertia;    ///< of each subtree, about the origin of the base
   per_body<moments_of_velocity, T> moving; ///< of each subtree
   per_body<screw, T> twist;                ///< of each body, about the origin of the base
   per_body<vec3, T> origin;                ///< of each body
-  array_of<screw<T>> rate;                 ///< of the columns: twist × S
+  array_of<screw<T>> rate;                 ///< Ṡ of each coordinate
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     joints.lay_out(memory, model);
@@ -34,7 +40,7 @@ template <class T> struct coriolis_matrix_workspace {
   }
 };
 
-/// p and N of one body.
+/// p and N (1) of one body.
 template <class T> KSL_LANES moments_of_velocity<T> moments_of(const spatial_inertia<T> &I, const screw<T> &twist) {
   using A = algebra<T>;
   const vec3<T> &v = twist.lin, &w = twist.ang, &h = I.h;
@@ -63,7 +69,7 @@ KSL_LANES moments_of_velocity<T> sum_of(const moments_of_velocity<T> &a, const m
            a.N.m02 + b.N.m02, a.N.m12 + b.N.m12, a.N.m22 + b.N.m22}};
 }
 
-/// Twists of all bodies, rates of all columns, and inertia, p and N of each body.
+/// Sets the twists of all bodies, Ṡ of all coordinates, and I, p and N of each body.
 template <class T>
 KSL_LANES void move_bodies(const model_view<scalar_of<T>> &model, const coriolis_matrix_workspace<T> &w, const T *q, const T *v) {
   using A = algebra<T>;
@@ -97,7 +103,7 @@ KSL_LANES void move_bodies(const model_view<scalar_of<T>> &model, const coriolis
   });
 }
 
-/// Sets the elements of C in the rows and columns of coordinate k of body i, with those of its own joint and of its ancestors'.
+/// Sets the elements (2) of coordinate k of body i, in its row and its column.  I and m are those of the subtree.
 template <class T>
 KSL_LANES void set_coriolis(const model_view<scalar_of<T>> &model, const coriolis_matrix_workspace<T> &w, int i, int k,
                             const spatial_inertia<T> &I, const moments_of_velocity<T> &m, T *C) {
@@ -105,13 +111,13 @@ KSL_LANES void set_coriolis(const model_view<scalar_of<T>> &model, const corioli
   const screw<T> S = w.joints.column[k], rate = w.rate[k];
   coscrew<T> F, momentum, turn;
   vec3<T> x;
-  A::product_Ms(&I, &rate, &F); // F = I Ṡ + B S
+  A::product_Ms(&I, &rate, &F); // F = I Ṡ + B S, B S = (−p × ω, N ω)
   A::cross_vv(&m.p, &S.ang, &x);
   A::nxpy_vv(&x, &F.lin);
   A::product_drv(&m.N, &S.ang, &x);
   A::xpy_vv(&x, &F.ang);
   A::product_Ms(&I, &S, &momentum);
-  A::cross_vv(&m.p, &S.lin, &turn.ang); // Bᵀ S
+  A::cross_vv(&m.p, &S.lin, &turn.ang); // Bᵀ S = (0, p × v + Nᵀ ω)
   A::product_drinvv(&m.N, &S.ang, &x);
   A::xpy_vv(&x, &turn.ang);
   const body<scalar_of<T>> &b = model.body[i];

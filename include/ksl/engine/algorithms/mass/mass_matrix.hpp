@@ -1,8 +1,16 @@
-// KSL: the mass matrix, by the composite-rigid-body algorithm.
+// KSL: the mass matrix, by the composite-rigid-body algorithm (Featherstone, RBDA (2008), table 6.2).
 //
-// Featherstone, RBDA (2008), table 6.2.  The inertias of the subtrees are summed from the leaves to the root, each in the axes of
-// its own joint.  An element of M is the momentum of a subtree at unit velocity of its joint, projected on the motion of an
-// ancestor's joint: the scalar product of two screws about the origin of the base.
+// I_i begins as the inertia of body i, and becomes that of its subtree.  λ(i) is the parent of i.
+//
+//     for i from the last body to the first
+//       F = I_i S_i                    momentum of the subtree at unit velocity of joint i                         (1)
+//       M_ii = S_iᵀ F                                                                                              (2)
+//       I_λ(i) += I_i                                                                                              (3)
+//       for each joint j that carries joint i
+//         M_ji = M_ij = S_jᵀ F                                                                                     (4)
+//
+// Inertias are in the frames of their own bodies (subtree_inertia.hpp).  For (4), F and all S_j are expressed in the frame of the
+// base, so that nothing has to be transformed on the way from joint i to the ground.
 #pragma once
 
 #include "ksl/engine/steps/base_axes.hpp"
@@ -17,7 +25,7 @@ template <class T> struct mass_matrix_workspace {
   per_body<mat3x3, T> rotation;  ///< axes of each body in those of the base
   per_body<moments, T> children; ///< sum of the subtree inertias of each body's children, in its frame
   array_of<vec3<T>> origin;      ///< of each body, in the frame of the base
-  array_of<screw<T>> column;     ///< of the motion subspaces, about the base's origin and in its axes
+  array_of<screw<T>> column;     ///< S of each coordinate, about the base's origin and in its axes
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     pose.lay_out(memory, model);
@@ -26,7 +34,7 @@ template <class T> struct mass_matrix_workspace {
   }
 };
 
-/// Axes, origins and joint columns of all bodies, in the frame of the base.
+/// Sets the axes and the origins of all bodies, and S of all coordinates, in the frame of the base.
 template <class T> KSL_LANES void locate_joints(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const T *q) {
   w.origin[0] = {T(0), T(0), T(0)};
   const auto locate = [&]<joint_kind K>(int i, const vec3<T> &offset) KSL_INLINED {
@@ -41,7 +49,7 @@ template <class T> KSL_LANES void locate_joints(const model_view<scalar_of<T>> &
   express_in_base(model, w.pose, w.rotation, q, locate, [](auto) KSL_INLINED {});
 }
 
-/// Expresses a momentum of body i in the frame of the base.
+/// Expresses F, a momentum in the frame of body i, in the frame of the base.
 template <joint_kind K, class T>
 KSL_LANES coscrew<T> in_base(const mass_matrix_workspace<T> &w, int i, const coscrew<T> &momentum) {
   using A = algebra<T>;
@@ -59,25 +67,26 @@ KSL_LANES coscrew<T> in_base(const mass_matrix_workspace<T> &w, int i, const cos
   return p;
 }
 
-/// Sets the elements of column `column` of M above those of joint i itself: the projections of a momentum, about the base's
-/// origin and in its axes, on the joints that carry joint i.
+/// (4) for one coordinate of joint i, `column` of M: sets its elements S_jᵀ F in the rows of all coordinates that carry the joint, and
+/// zeros in the rows between.  F is in the frame of the base.  It goes from joint i to the ground, line by line (model.hpp), and in a
+/// line from the last row to the first.
 template <class T, class Matrix>
-KSL_LANES void set_ancestors(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, int i, const coscrew<T> &p,
+KSL_LANES void set_ancestors(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, int i, const coscrew<T> &F,
                              index column, Matrix M) {
-  index written = model.body[i].v_index; // columns from here on are written
+  index written = model.body[i].v_index; // rows from here on are written
   for (int j = model.body[i].parent; j > 0;) {
     const body<scalar_of<T>> &b = model.body[j], &start = model.body[b.line_start];
     M.clear(column, b.v_index + b.nv, written);
     index place = b.ancestors + b.nv - 1, row = b.v_index + b.nv - 1;
     const index last = start.is_base ? start.v_index + start.nv : start.v_index;
     for (; row >= last; --row, --place) {
-      const screw<T> &s = w.column[row];
-      M.set(row, place, column, (s.lin.x * p.lin.x + s.lin.y * p.lin.y + s.lin.z * p.lin.z) +
-                                    (s.ang.x * p.ang.x + s.ang.y * p.ang.y + s.ang.z * p.ang.z));
+      const screw<T> &S = w.column[row];
+      M.set(row, place, column, (S.lin.x * F.lin.x + S.lin.y * F.lin.y + S.lin.z * F.lin.z) +
+                                    (S.ang.x * F.ang.x + S.ang.y * F.ang.y + S.ang.z * F.ang.z));
     }
-    if (start.is_base) { // the columns of a floating base are unit twists
-      const T felt[6] = {p.lin.x, p.lin.y, p.lin.z, p.ang.x, p.ang.y, p.ang.z};
-      for_each_coordinate_backwards<6>([&](auto k) KSL_INLINED { M.set(start.v_index + k, k, column, felt[k]); });
+    if (start.is_base) { // S of a floating base are the unit twists, in the frame of the base: the products are the numbers of F
+      const T numbers[6] = {F.lin.x, F.lin.y, F.lin.z, F.ang.x, F.ang.y, F.ang.z};
+      for_each_coordinate_backwards<6>([&](auto k) KSL_INLINED { M.set(start.v_index + k, k, column, numbers[k]); });
     }
     written = start.v_index;
     j = start.parent;
@@ -85,42 +94,40 @@ KSL_LANES void set_ancestors(const model_view<scalar_of<T>> &model, const mass_m
   M.clear(column, 0, written);
 }
 
-/// Sets the columns of joint i, and adds the inertia of its subtree to its parent.
-template <joint_kind K, int n = joint<K>::nv, class T, class Matrix>
-KSL_LANES void set_columns(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, int i, Matrix M) {
-  const body<scalar_of<T>> &b = model.body[i];
-  const index first = b.v_index;
-  const spatial_inertia<T> I = subtree_inertia(model, w.children, i);
-  coscrew<T> momentum[n];
-  for_coordinates<K>(b, [&](auto c) KSL_INLINED {
-    momentum[c] = joint<K>::momentum(c, b, I);
-    T own[n];
-    joint<K>::effort(b, momentum[c], own);
-    if (model.physics)
-      own[c] = own[c] + T(model.physics[first + c].armature);
-    for (int k = 0; k <= c; ++k)
-      M.set(first + k, b.ancestors + k, first + c, coordinates<K>(b) > 1 ? own[k] + T(0) : own[k]); // turns −0 into 0
-  });
-  add_to_parent<K>(I, model, w.pose, w.children, i);
-  for (int c = 0; c < coordinates<K>(b); ++c) {
-    if (b.parent == 0)
-      M.clear(first + c, 0, first);
-    else
-      set_ancestors(model, w, i, in_base<K>(w, i, momentum[c]), first + c, M);
-    M.clear(first + c, b.v_end, model.nv);
-  }
-}
-
-/// Sets the elements of M for q (nq) in a matrix of one of several layouts.
+/// Sets the elements of M for q (nq) in a matrix of one of several layouts (symmetric_matrix.hpp, tree_rows.hpp).
+/// M.set(row, place, column, x) sets an element with row ≤ column, and M.clear(k, from, end) sets zeros, elements k with [from, end).
 template <class T, class Matrix>
 KSL_LANES void set_mass_matrix(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const T *q, Matrix M) {
   locate_joints(model, w, q);
   for (int i = model.bodies - 1; i > 0; --i)
-    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { set_columns<K>(model, w, i, M); });
+    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED {
+      constexpr int n = joint<K>::nv; // at most
+      const body<scalar_of<T>> &b = model.body[i];
+      const index first = b.v_index;
+      const spatial_inertia<T> I = subtree_inertia(model, w.children, i);
+      coscrew<T> F[n];
+      for_coordinates<K>(b, [&](auto c) KSL_INLINED {
+        F[c] = joint<K>::momentum(c, b, I); // (1)
+        T own[n];
+        joint<K>::effort(b, F[c], own); // (2)
+        if (model.physics)
+          own[c] = own[c] + T(model.physics[first + c].armature);
+        for (int k = 0; k <= c; ++k)
+          M.set(first + k, b.ancestors + k, first + c, coordinates<K>(b) > 1 ? own[k] + T(0) : own[k]); // turns −0 into 0
+      });
+      add_to_parent<K>(I, model, w.pose, w.children, i); // (3)
+      for (int c = 0; c < coordinates<K>(b); ++c) {
+        if (b.parent == 0)
+          M.clear(first + c, 0, first);
+        else
+          set_ancestors(model, w, i, in_base<K>(w, i, F[c]), first + c, M); // (4)
+        M.clear(first + c, b.v_end, model.nv);
+      }
+    });
 }
 
-/// M (nv, nv), row-major, for q (nq).  For scalars other than plain numbers, only the upper triangle is written, without the
-/// zeros that follow from the shape of the tree.
+/// M (nv, nv), row-major, for q (nq).  For other scalars than plain numbers only the upper triangle is written, without the zeros
+/// that follow from the shape of the tree.
 template <class T>
 void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const T *q, T *M) {
   set_mass_matrix(model, w, q, symmetric_matrix<T>{M, model.nv});
@@ -143,7 +150,7 @@ void mass_matrix_upper(const model_view<scalar_of<T>> &model, const mass_matrix_
   set_mass_matrix(model, w, q, elements);
 }
 
-/// The elements of M that aren't zero by the shape of the tree: the lower triangle in compressed sparse rows (tree_rows.hpp).
+/// The elements of M that the shape of the tree lets differ from zero: the lower triangle in compressed sparse rows (tree_rows.hpp).
 template <class T>
 void mass_matrix_tree(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const T *q, T *M) {
   set_mass_matrix(model, w, q, compressed_rows<T>(model, M));

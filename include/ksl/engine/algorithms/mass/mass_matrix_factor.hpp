@@ -1,7 +1,12 @@
-// KSL: the factors of the mass matrix that are as sparse as the tree, M = Lᵀ D L, and what they serve for.
+// KSL: the factors of the mass matrix that are as sparse as the tree, M = Lᵀ D L, and the solution of M x = y by them.
 //
-// Featherstone, RBDA (2008), section 6.5, table 6.3: elimination from the leaves to the root creates no new elements.  L is a
-// unit lower triangle and D is diagonal.  The rows of L are those of tree_rows.hpp, with D in the place of the ones.
+// Featherstone, RBDA (2008), section 6.5, table 6.3.  L is a unit lower triangle and D is diagonal.  Coordinates k are eliminated from
+// the leaves to the root.  With i and j among the coordinates that carry k, i carrying j or equal to it,
+//
+//     D_k = M_kk,   M_ji ← M_ji − (M_kj / D_k) M_ki,   L_kj = M_kj / D_k.                                         (1)
+//
+// i, j and k are on one path, so that no new elements are created.  The rows of L are those of tree_rows.hpp, with D in the place of
+// the ones.
 #pragma once
 
 #include "ksl/engine/algorithms/mass/mass_matrix.hpp"
@@ -9,11 +14,11 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// The rows of M, then those of its factors.
+/// Holds the rows of M, and then those of its factors.
 template <class T> struct factor_workspace {
   tree_rows<T> rows;
   array_of<T> D_inverse;   ///< of each coordinate
-  array_of<int> path;      ///< the coordinates of the joints on the path to one joint, which is included
+  array_of<int> path;      ///< the coordinates on the path from the ground to one coordinate, by their places
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     rows.lay_out(memory, model);
@@ -39,27 +44,26 @@ void rows_of_mass_matrix(const model_view<scalar_of<T>> &model, const mass_matri
   set_mass_matrix(model, w, q, rows);
 }
 
-/// Replaces the rows of M by those of its factors.  A third of the cost of dense Cholesky factors for a chain, and
-/// O(nv × depth²) for a tree.
+/// Replaces the rows of M by those of its factors (1).  O(nv × depth²).  For a chain it costs a third of dense Cholesky factors.
 template <class T> void factorise(const model_view<scalar_of<T>> &model, const factor_workspace<T> &w) {
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
     for (int c = b.nv - 1; c >= 0; --c) {
       T *const row = w.rows[b.v_index + c];
       const index n = b.ancestors + c;
-      const T D_inverse = T(1) / row[n];
+      const T D_inverse = T(1) / row[n]; // 1 / D_k
       w.D_inverse[b.v_index + c] = D_inverse;
       for_each_ancestor(model, i, c, [&](index ancestor, index place) KSL_INLINED {
-        subtract_scaled(row[place] * D_inverse, row, w.rows[ancestor], place + 1);
+        subtract_scaled(row[place] * D_inverse, row, w.rows[ancestor], place + 1); // M_ji of all i up to j
       });
       const T diagonal = row[n];
-      scale(D_inverse, row, n);
-      row[n] = diagonal; // which scale() may have overwritten
+      scale(D_inverse, row, n); // L_kj
+      row[n] = diagonal; // scale() may have overwritten it
     }
   }
 }
 
-/// x = M⁻¹ x for one vector: x = L⁻¹ D⁻¹ L⁻ᵀ x.
+/// x = M⁻¹ x = L⁻¹ D⁻¹ L⁻ᵀ x for one vector.  L⁻ᵀ goes from the leaves to the root, L⁻¹ from the root to the leaves.
 template <class T> void solve_factorised(const model_view<scalar_of<T>> &model, const factor_workspace<T> &w, T *x) {
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];

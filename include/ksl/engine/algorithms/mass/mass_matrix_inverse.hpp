@@ -1,9 +1,15 @@
 // KSL: the inverse of the mass matrix.
 //
-// From the factors M = Lᵀ D L (mass_matrix_factor.hpp): W = M⁻¹ satisfies L W = D⁻¹ L⁻ᵀ, whose right side is an upper triangle with
-// diagonal D⁻¹.  So each row of W, up to the diagonal, is a combination of the rows of the joint's ancestors (Takahashi, Fagan and
-// Chen 1973).  That takes half as many operations as columns of solutions.  Carpentier, "Analytical inverse of the joint space
-// inertia matrix" (2018), propagates articulated inertias instead, at 60 operations for each pair of a joint and an ancestor.
+// With the factors M = Lᵀ D L (mass_matrix_factor.hpp), W = M⁻¹ satisfies
+//
+//     L W = D⁻¹ L⁻ᵀ,   an upper triangle with the diagonal D⁻¹ (Takahashi, Fagan and Chen 1973).                  (1)
+//
+// So row i of W, up to the diagonal, is a combination of the rows j of the coordinates that carry i:
+//
+//     W_ik = −Σ L_ij W_jk  for k < i,   W_ii = 1/D_i − Σ L_ij W_ij.                                               (2)
+//
+// That takes half as many operations as columns of solutions.  Carpentier, "Analytical inverse of the joint space inertia matrix"
+// (2018), propagates articulated inertias instead, at 60 operations for each pair of a joint and an ancestor.
 #pragma once
 
 #include "ksl/engine/algorithms/mass/mass_matrix_factor.hpp"
@@ -23,8 +29,8 @@ template <class T> struct mass_matrix_inverse_workspace {
   }
 };
 
-/// Sets the column of row `row` in the rows above, from `first` on, by its mirror image.  Whole registers are stored, so that they
-/// can be reloaded at once.
+/// Copies row `row` of W to the column of the same number, in the rows from `first` on that are above the diagonal.  Whole registers
+/// are stored, so that a reload doesn't have to wait for the store.
 template <class T> KSL_LANES void mirror_row(const padded_matrix<T> &W, index first, index row) {
   using P = native_pack<T>;
   constexpr index lanes = native_lanes<T>;
@@ -41,11 +47,11 @@ template <class T> KSL_LANES void mirror_row(const padded_matrix<T> &W, index fi
   }
 }
 
-/// W = M⁻¹, of factors.  Rows begin at distances of W.pitch(); rows of other trees are zero.
+/// W = M⁻¹ from the factors (2).  Rows begin at distances of W.pitch().  Elements of coordinates in different trees are zero.
 template <class T> void invert_factorised(const model_view<scalar_of<T>> &model, const factor_workspace<T> &w, const padded_matrix<T> &W) {
   using P = native_pack<T>;
   constexpr index lanes = native_lanes<T>;
-  index first = 0; // column of the tree that the row belongs to
+  index first = 0; // first column of the tree that the row belongs to
   for_each_row(model, [&](const auto &b, index row, index place) KSL_INLINED {
     if (b.parent == 0)
       first = b.v_index;

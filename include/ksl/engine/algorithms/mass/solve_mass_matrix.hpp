@@ -11,8 +11,8 @@ inline namespace KSL_ISA {
 template <class T> using solve_mass_matrix_workspace = forward_dynamics_workspace<T>;
 template <class T> using velocity_jump_workspace = forward_dynamics_workspace<T>;
 
-/// Axes, offsets and inertias of all bodies for q (nq), and no bias forces but external wrenches: start_articulated at rest and
-/// without gravity.
+/// start_articulated (forward_dynamics.hpp) at rest and without gravity: sets axes, offsets and inertias of all bodies for q (nq).  The
+/// bias forces are minus the external wrenches.
 template <class T>
 void start_at_rest(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q,
                    const external_wrenches<T> &external) {
@@ -46,7 +46,7 @@ void velocity_jump(const model_view<scalar_of<T>> &model, const velocity_jump_wo
                    const external_wrenches<T> &impulses, T *dv) {
   start_at_rest(model, w, q, impulses);
   for (int k = 0; k < model.nv; ++k)
-    dv[k] = T(0); // no efforts; each is read before it is written
+    dv[k] = T(0); // the efforts, which the jump replaces one by one
   accelerate_articulated(model, w, dv, dv);
 }
 

@@ -1,9 +1,18 @@
 // KSL: dynamics as it is felt at frames: operational-space inertia, its inverse, bias force, and the pseudo-inverse of the Jacobian.
 //
-// With x' the twists of the frames, x' = J v, and a wrench F on each of them: F = Λ x'' + p.  Λ⁻¹ = J M⁻¹ Jᵀ (Khatib, IEEE J. Robotics
-// and Automation 3 (1987) 43).  The articulated-body algorithm factorises M, so that neither M nor J is needed: a unit wrench on a
-// frame goes towards the ground through the articulated bodies, as the extended force propagators of Lilly and Orin (1993) do,
-// and leaves u = Sᵀ f at each joint; Λ⁻¹ is the sum of u D⁻¹ uᵀ over the joints.
+// With x' the twists of the frames, x' = J v, and a wrench F on each of them (Khatib, IEEE J. Robotics and Automation 3 (1987) 43),
+//
+//     F = Λ x'' + p,   Λ⁻¹ = J M⁻¹ Jᵀ.                                                                           (1)
+//
+// The articulated-body algorithm factorises M, so that neither M nor J is needed.  A unit wrench f on a frame goes towards the ground
+// through the articulated bodies, as the extended force propagators of Lilly and Orin (1993) do.  At each coordinate, with U, D of
+// forward_dynamics.hpp,
+//
+//     u = Sᵀ f,   f ← f − U D⁻¹ u.                                                                               (2)
+//
+// At a free joint, with the articulated inertia A, it ends.  The columns u and f of all unit wrenches give
+//
+//     Λ⁻¹ = Σ u D⁻¹ uᵀ over the coordinates + Σ fᵀ A⁻¹ f over the free joints.                                    (3)
 #pragma once
 
 #include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
@@ -15,12 +24,12 @@ inline namespace KSL_ISA {
 /// Six wrenches: the columns of one frame.
 template <class T> struct wrench_columns { coscrew<T> column[6]; };
 
-/// There is room for as many frames as the model has links.
+/// Has room for as many frames as the model has links.
 template <class T> struct operational_space_inertia_inverse_workspace {
   forward_dynamics_workspace<T> dynamics;
-  array_of<wrench_columns<T>> wrench; ///< of each frame, on the way to the ground
-  array_of<int> at;                   ///< the body that the wrenches of each frame have come to
-  array_of<bool> carries;
+  array_of<wrench_columns<T>> wrench; ///< f of (2): the unit wrenches on each frame, on their way to the ground
+  array_of<int> at;                   ///< the body that the wrenches of each frame have reached
+  array_of<bool> carries;             ///< for each body: does it carry any of the frames
   T *u;                               ///< (6 frames) Sᵀ f of one coordinate; later (24 frames) memory to invert Λ⁻¹
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
@@ -45,7 +54,8 @@ template <class T> struct operational_space_workspace {
   }
 };
 
-/// Eliminates the joint of body i from its articulated inertia, and adds what the parent feels of it: pass_to_parent without forces.
+/// Eliminates the joint of body i from its articulated inertia, and adds what the parent feels of it to the parent's: pass_to_parent
+/// (forward_dynamics.hpp) without forces.
 template <joint_kind K, class T>
 KSL_LANES void eliminate_joint(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i,
                                const coordinate_physics<scalar_of<T>> *physics) {
@@ -70,7 +80,8 @@ KSL_LANES void eliminate_joint(const body<scalar_of<T>> &b, const forward_dynami
   }
 }
 
-/// Articulated-body inertias of all bodies, U and D⁻¹ of all coordinates.  Featherstone, RBDA (2008), table 7.1, without forces.
+/// Sets the articulated inertias of all bodies, and U and D⁻¹ of all coordinates.  Featherstone, RBDA (2008), table 7.1, without
+/// forces.
 template <class T>
 void articulated_inertias(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q) {
   const auto locate = [&]<joint_kind K>(int i, const vec3<T> &offset) KSL_INLINED { w.offset[i] = offset; };
@@ -88,7 +99,7 @@ void articulated_inertias(const model_view<scalar_of<T>> &model, const forward_d
   }
 }
 
-/// The frame of the options about a body's origin and in the axes of the base: where its origin is, and its axes.
+/// The frame that the options name: its origin, seen from the origin of the link's body, and its axes, both in the axes of the base.
 template <class T> SE3<T> frame_about_body(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, int link,
                                            const frame_options &how) {
   using A = algebra<T>;
@@ -133,9 +144,9 @@ template <class T> KSL_LANES wrench_columns<T> unit_wrenches(const SE3<T> &frame
   return f;
 }
 
-/// Sends unit wrenches on n frames to the ground, n at most the number of links.  receive(row in v, D⁻¹, u) is called for each
-/// coordinate that they pass; u (6 n) is Sᵀ f for the 6 columns of each frame, zero for frames that the coordinate doesn't carry.
-/// receive_free(i) is called when wrenches have reached body i on a free joint, which transmits nothing: those with w.at[f] == i.
+/// Sends unit wrenches on n frames to the ground (2); n is at most the number of links.  receive(row in v, D⁻¹, u) is called for each
+/// coordinate that they pass.  u (6 n) is Sᵀ f for the 6 columns of each frame, zero for frames that the coordinate doesn't carry.
+/// A free joint transmits nothing: receive_free(i) is called when wrenches have reached body i on one, those with w.at[f] == i.
 template <class T, class Receive, class ReceiveFree>
 void propagate(const model_view<scalar_of<T>> &model, const operational_space_inertia_inverse_workspace<T> &w, int n, const int *links,
                const frame_options &how, Receive receive, ReceiveFree receive_free) {
@@ -167,7 +178,7 @@ void propagate(const model_view<scalar_of<T>> &model, const operational_space_in
               coscrew<T> &wrench = w.wrench[f].column[c];
               T u = T(0);
               if (w.at[f] == i) {
-                u = S.effort(wrench);
+                u = S.effort(wrench); // (2)
                 A::axpy_cc(-(s.D_inverse * u), &s.U, &wrench);
               }
               w.u[6 * f + c] = u;
@@ -195,14 +206,15 @@ template <class T> KSL_LANES void add_square(const T *u, const T &D_inverse, int
   }
 }
 
-/// What wrenches that reach the free joint of body i add to Λ⁻¹: fᵀ A⁻¹ f.  solution(frame, column, A⁻¹ f) gets the accelerations.
+/// Adds fᵀ A⁻¹ f to Λ⁻¹ (3), for the wrenches that have reached the free joint of body i.  solution(frame, column, A⁻¹ f) is called with
+/// the acceleration of each.
 template <class T, class Solution>
 void add_free(const operational_space_inertia_inverse_workspace<T> &w, int i, int n, T *matrix, Solution solution) {
   const int m = 6 * n;
   const articulated_inertia<T> A = w.dynamics.A[i];
   for (int f = 0; f < n; ++f)
     for (int r = 0; r < 6 && w.at[f] == i; ++r) {
-      const screw<T> a = solve(A, w.wrench[f].column[r]);
+      const screw<T> a = solve(A, w.wrench[f].column[r]); // A⁻¹ f
       solution(f, r, a);
       for (int g = 0; g <= f; ++g)
         for (int c = 0; c < (g == f ? r + 1 : 6) && w.at[g] == i; ++c) {
@@ -212,14 +224,15 @@ void add_free(const operational_space_inertia_inverse_workspace<T> &w, int i, in
     }
 }
 
+/// Copies the lower triangle of a matrix (m, m) to the upper one.
 template <class T> void mirror_lower(int m, T *matrix) {
   for (int r = 0; r < m; ++r)
     for (int c = 0; c < r; ++c)
       matrix[c * m + r] = matrix[r * m + c];
 }
 
-/// Λ⁻¹ from articulated inertias that are there already.  keep(row in v, u) gets Sᵀ f of each coordinate, and
-/// keep_free(body, frame, column, a) the accelerations A⁻¹ f of bodies on free joints.
+/// Λ⁻¹ (3), after articulated_inertias.  keep(row in v, u) is called with u of each coordinate, and keep_free(body, frame, column, a)
+/// with A⁻¹ f of bodies on free joints.
 template <class T, class Keep, class KeepFree>
 void inertia_inverse(const model_view<scalar_of<T>> &model, const operational_space_inertia_inverse_workspace<T> &w, int n,
                      const int *links, const frame_options &how, T *inverse, Keep keep, KeepFree keep_free) {
@@ -229,7 +242,7 @@ void inertia_inverse(const model_view<scalar_of<T>> &model, const operational_sp
   propagate(
       model, w, n, links, how,
       [&](int row, const T &D_inverse, const T *u) {
-        add_square(u, D_inverse, m, inverse);
+        add_square(u, D_inverse, m, inverse); // (3)
         keep(row, u);
       },
       [&](int i) { add_free(w, i, n, inverse, [&](int f, int c, const screw<T> &a) { keep_free(i, f, c, a); }); });
@@ -245,19 +258,20 @@ operational_space_inertia_inverse(const model_view<scalar_of<T>> &model, const o
   inertia_inverse(model, w, n, links, how, inverse, [](int, const T *) {}, [](int, int, int, const screw<T> &) {});
 }
 
-/// The pivot, of a matrix with a diagonal of ones, below which what remains counts as dependent.
+/// In a matrix with a diagonal of ones, a row whose pivot is below this counts as dependent on the rows before.
 template <class S> inline constexpr S rank_tolerance = sizeof(S) == 8 ? S(1e-10) : S(1e-4);
 
-/// Inverts a symmetric, positive semidefinite matrix (m, m) in place, and returns its rank.  Scaled to a diagonal of ones, it is
-/// swept (Goodnight, American Statistician 33 (1979) 149), largest pivots first; below rank_tolerance what is left has zeros.
-/// Which pivot is the largest may differ between lanes, so it is chosen by factors that are one or zero.  memory (4 m).
+/// Inverts a symmetric, positive semidefinite matrix (m, m) in place, and returns its rank.  The matrix is scaled to a diagonal of
+/// ones and swept (Goodnight, American Statistician 33 (1979) 149), largest pivots first.  When no pivot above rank_tolerance is left,
+/// the remaining rows and columns are set to zero.  Which pivot is the largest may differ between lanes, so it is chosen by factors
+/// that are one or zero.  memory (4 m).
 template <class T> T invert_semidefinite(int m, T *A, T *memory) {
   const T zero = T(0), one = T(1), tolerance = T(rank_tolerance<scalar_of<T>>);
   T *const scale = memory, *const left = memory + m, *const column = memory + 2 * m, *const chosen = memory + 3 * m;
   T rank = zero, largest = zero;
   for (int i = 0; i < m; ++i)
     largest = math<T>::select(A[i * m + i] > largest, A[i * m + i], largest);
-  for (int i = 0; i < m; ++i) { // what is this small is what rounding left of zero
+  for (int i = 0; i < m; ++i) { // a diagonal element that is this small is zero but for rounding
     const auto some = A[i * m + i] > tolerance * tolerance * largest;
     scale[i] = math<T>::select(some, one / math<T>::sqrt(math<T>::select(some, A[i * m + i], one)), zero);
     left[i] = one;
@@ -291,7 +305,7 @@ template <class T> T invert_semidefinite(int m, T *A, T *memory) {
       A[i * m + i] = A[i * m + i] - (chosen[i] + chosen[i]);
     }
   }
-  for (int i = 0; i < m; ++i) // −A⁻¹ where it was swept
+  for (int i = 0; i < m; ++i) // swept rows and columns hold −A⁻¹; left is one for the others
     scale[i] = scale[i] * (one - left[i]);
   for (int i = 0; i < m; ++i)
     for (int j = 0; j <= i; ++j)
@@ -309,8 +323,8 @@ void operational_space_inertia(const model_view<scalar_of<T>> &model, const oper
   *rank = invert_semidefinite(6 * n, inertia, w.u);
 }
 
-/// Column `column` of M⁻¹ Jᵀ (nv, m), in place of what inertia_inverse keeps: the accelerations for a unit wrench on a frame, by the
-/// last pass of the articulated-body algorithm.
+/// Computes column `column` of M⁻¹ Jᵀ (nv, m): the accelerations under a unit wrench on a frame, by (3) of forward_dynamics.hpp.  On
+/// entry the column has what inertia_inverse keeps, u of each coordinate and A⁻¹ f of free joints.
 template <class T>
 void accelerate_column(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, int m, int column, T *matrix) {
   using A = algebra<T>;
@@ -356,7 +370,7 @@ template <class T> void operational_space(const model_view<scalar_of<T>> &model,
     w.zero[i] = T(0);
   for (int i = 0; i < model.nv * m; ++i)
     pseudo_inverse[i] = T(0);
-  forward_dynamics(model, p.dynamics, q, v, w.zero, external, w.acceleration);
+  forward_dynamics(model, p.dynamics, q, v, w.zero, external, w.acceleration); // without efforts: x''_free follows
   inertia_inverse(
       model, p, n, links, how, inertia,
       [&](int row, const T *u) {
@@ -381,12 +395,12 @@ template <class T> void operational_space(const model_view<scalar_of<T>> &model,
     for (int c = 0; c < m; ++c)
       row[c] = p.u[c];
   };
-  for (int i = 0; i < model.nv; ++i)
+  for (int i = 0; i < model.nv; ++i) // M⁻¹ Jᵀ Λ, row by row
     times_inertia(pseudo_inverse + i * m, T(1));
   frame_options rate = how;
   rate.kind = acceleration_kind::rate;
   frame_accelerations(model, w.kinematics, q, v, w.acceleration, n, links, rate, bias);
-  times_inertia(bias, T(-1));
+  times_inertia(bias, T(-1)); // p = −Λ x''_free
 }
 
 } // namespace KSL_ISA

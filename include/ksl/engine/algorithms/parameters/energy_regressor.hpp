@@ -18,9 +18,9 @@ template <class T> struct energy_regressor_workspace {
 };
 template <class T> using momentum_regressor_workspace = energy_regressor_workspace<T>;
 
-/// Kinetic and potential energy, J, of n links for q (nq) and v (nv): each (n, 10), and the energy of all is its sum with the
-/// parameters of the links (link_regressor.hpp).  The potential energy is that of gravity, zero with every centroid at the world's
-/// origin.  O(bodies + links).
+/// Regressors of the kinetic and the potential energy of n links, each (n, 10), for q (nq) and v (nv): the energy (J) is the sum of
+/// their products with the parameters of the links (link_regressor.hpp).  The potential energy is that of gravity, zero with every
+/// centroid at the world's origin.  O(bodies + links).
 template <class T>
 void energy_regressor(const model_view<scalar_of<T>> &model, const energy_regressor_workspace<T> &w, const T *q, const T *v, int n,
                       const int *links, T *kinetic, T *potential) {
@@ -44,7 +44,7 @@ void energy_regressor(const model_view<scalar_of<T>> &model, const energy_regres
   }
 }
 
-/// Momentum of n links about the world's origin, in its axes: P (6, n, 10), row-major, for q (nq) and v (nv).
+/// Regressor of the momentum of n links about the world's origin, in the world's axes: P (6, n, 10), row-major, for q (nq) and v (nv).
 /// O(bodies + links).
 template <class T>
 void momentum_regressor(const model_view<scalar_of<T>> &model, const momentum_regressor_workspace<T> &w, const T *q, const T *v, int n,
@@ -56,7 +56,7 @@ void momentum_regressor(const model_view<scalar_of<T>> &model, const momentum_re
     const link<scalar_of<T>> &l = model.link[links[k]];
     const SE3<T> pose = link_pose(model, w.poses.in_world, links[k]);
     const screw<T> twist = twist_of_link(l, w.twist[l.body]);
-    for (int c = 0; c < 6; ++c) { // its power on the unit twists of the world's frame
+    for (int c = 0; c < 6; ++c) { // component c of the momentum is its product with a unit twist of the world's frame
       T unit[6] = {o, o, o, o, o, o};
       unit[order == component_order::angular_first ? (c + 3) % 6 : c] = one;
       screw<T> s = {{unit[0], unit[1], unit[2]}, {unit[3], unit[4], unit[5]}};

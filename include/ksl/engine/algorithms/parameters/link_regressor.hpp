@@ -2,8 +2,8 @@
 //
 // The parameters φ of a link are its mass m, first moment h = m c and moments of inertia about the link's origin, in its axes:
 // [m, hx, hy, hz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz].  Momenta and wrenches are linear in φ (Atkeson, An, Hollerbach, Estimation of inertial
-// parameters of manipulator loads and links, IJRR 5 (1986)).  A number that is wanted of them, an effort or a component, is their
-// power on some twist s.  The functions here give the ten numbers y with y · φ = that power, all in the link's frame.
+// parameters of manipulator loads and links, IJRR 5 (1986)).  An effort, or a component of a wrench, is the power s · f of the link's
+// wrench f on some twist s.  The functions here give the ten numbers y with y · φ = s · f, all in the link's frame.
 #pragma once
 
 #include "ksl/engine/algorithms/kinematics/forward_kinematics.hpp"
@@ -14,7 +14,7 @@ inline namespace KSL_ISA {
 
 inline constexpr int parameters_of_link = 10;
 
-/// uᵀ I w as a form in the six moments of inertia, added to that of another pair: 27 flops.
+/// The six numbers y for which uᵀ I w + sᵀ I t is the scalar product of y and the moments of inertia.  27 flops.
 template <class T>
 KSL_LANES void inertia_form(const vec3<T> &u, const vec3<T> &w, const vec3<T> &s, const vec3<T> &t, T *y) {
   y[0] = u.x * w.x + s.x * t.x;
@@ -25,7 +25,8 @@ KSL_LANES void inertia_form(const vec3<T> &u, const vec3<T> &w, const vec3<T> &s
   y[5] = u.z * w.z + s.z * t.z;
 }
 
-/// Of the wrench that gives the link its motion: f = m a + A h, τ = I ω̇ + ω × I ω + h × a (newton_euler.hpp).
+/// The ten numbers y of the power on s of the wrench that gives the link its motion: f = m a + A h, τ = I ω̇ + ω × I ω + h × a
+/// (newton_euler.hpp).
 template <class T> KSL_LANES void wrench_form(const screw<T> &s, const body_motion<T> &m, T *y) {
   using A = algebra<T>;
   const vec3<T> &a = m.acceleration, &w = m.angular_velocity;
@@ -40,7 +41,7 @@ template <class T> KSL_LANES void wrench_form(const screw<T> &s, const body_moti
   inertia_form(s.ang, m.angular_acceleration, turned, w, y + 4);
 }
 
-/// Of the link's momentum: p = m v + ω × h, l = I ω + h × v.
+/// The ten numbers y of the product of s and the link's momentum: p = m v + ω × h, l = I ω + h × v.
 template <class T> KSL_LANES void momentum_form(const screw<T> &s, const screw<T> &v, T *y) {
   using A = algebra<T>;
   const vec3<T> none = {T(0), T(0), T(0)};

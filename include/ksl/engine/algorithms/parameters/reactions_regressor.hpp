@@ -19,8 +19,8 @@ template <class T> struct reactions_regressor_workspace {
   }
 };
 
-/// The twist whose power with a wrench is that of s with the requested part of the wrench.  s is in the frame of body b; the part is
-/// the transpose of part_through (reactions.hpp).
+/// The twist t with t · f = s · (the requested part of f) for every wrench f: the transpose of part_through (reactions.hpp), applied to
+/// s.  All is in the frame of body b.
 template <joint_kind K, class T>
 KSL_LANES screw<T> part_of_twist(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wrench_part part, const screw<T> &s) {
   if (part == (b.follows ? wrench_part::actuation : wrench_part::coupling))
@@ -36,7 +36,7 @@ KSL_LANES screw<T> part_of_twist(const body<scalar_of<T>> &b, const pose_workspa
   screw<T> driven = joint<K>::twist(b, share), held;
   algebra<T>::subtract_ss(&s, &driven, &held);
   if constexpr (only_turns(K))
-    if (b.ends_universal) { // that split is a symmetric projector: the same for twists as for wrenches
+    if (b.ends_universal) { // this split is a symmetric projector, so that it is the same for twists as for wrenches
       coscrew<T> constraint = {held.lin, held.ang}, actuation = {driven.lin, driven.ang};
       joint<joint_kind::universal>::move_first_drive(pose.rotation(b), constraint, actuation);
       held.ang = constraint.ang, driven.ang = actuation.ang;
@@ -44,8 +44,8 @@ KSL_LANES screw<T> part_of_twist(const body<scalar_of<T>> &b, const pose_workspa
   return part == wrench_part::constraint ? held : driven;
 }
 
-/// Twist s of a link's frame, in its axes: the part of it that acts on the requested part of the wrench through the joint that carries
-/// the link.  A fixed joint has neither actuation nor coupling.
+/// The same for the wrench through the joint that carries a link, with twists of the link's frame in its axes.  A fixed joint has
+/// neither actuation nor coupling.
 template <class T>
 inline screw<T> part_at_link(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose, const link<scalar_of<T>> &l,
                              wrench_part part, screw<T> s) {
@@ -61,8 +61,9 @@ inline screw<T> part_at_link(const model_view<scalar_of<T>> &model, const pose_w
   return s;
 }
 
-/// Calls step(r, c, l, s) for component c of the wrench of request.link[r] and each link l beyond that joint: the component is the sum over
-/// these links of the power, on the twist s of the link's frame, of the wrenches that they need.  After the poses are known.
+/// Calls step(r, c, l, s) for component c of the reaction of request.link[r] and each link l beyond that joint, after the poses are
+/// known.  s is a twist of the frame of link l.  The component is the sum of s · f_l over these links, where f_l is the wrench that
+/// gives link l its motion.
 template <class T, class Step>
 KSL_LANES void for_components(const model_view<scalar_of<T>> &model, const forward_kinematics_workspace<T> &poses,
                               const reaction_request &request, Step step) {

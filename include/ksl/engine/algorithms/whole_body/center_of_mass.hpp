@@ -1,7 +1,7 @@
 // KSL: the centre of mass of the bodies that move, and its Jacobian.  Links that are welded to the ground don't count.
 //
-// Orin, Goswami, Lee, Centroidal dynamics of a humanoid robot, Autonomous Robots 35 (2013), section 3.  The first moments of the
-// subtrees, mass × centroid, are summed from the leaves to the root, each in the axes of its own body.
+// Orin, Goswami, Lee, Centroidal dynamics of a humanoid robot, Autonomous Robots 35 (2013), section 3.  The first moments h = m c of
+// the subtrees are summed from the leaves to the root, each in the axes of its own body.
 #pragma once
 
 #include "ksl/engine/steps/subtree_moment.hpp"
@@ -61,7 +61,7 @@ void center_of_mass_jacobian(const model_view<scalar_of<T>> &model, const center
       const mass_moment<T> subtree = subtree_moment(model, w.children, i);
       const mat3x3<T> R = w.rotation[i];
       for_coordinates<K>(b, [&](auto c) KSL_INLINED {
-        const spatial_inertia<T> I = {subtree.m, subtree.h, o, o, o, o, o, o}; // the others don't enter linear momenta
+        const spatial_inertia<T> I = {subtree.m, subtree.h, o, o, o, o, o, o}; // linear momentum needs no moments of inertia
         vec3<T> p = joint<K>::momentum(c, b, I).lin;
         algebra<T>::product_drv(&R, &p, &p);
         T *const column = J + b.v_index + c;

@@ -1,6 +1,7 @@
 // KSL: velocity and acceleration of the centre of mass of the bodies that move.  Links that are welded to the ground don't count.
 //
-// The linear momenta of the bodies, and their rates by Newton's law, are summed from the leaves to the root.
+// The velocity is Σ p / Σ m, and the acceleration Σ f / Σ m, over all bodies: p = m v + ω × h is the linear momentum of a body, and
+// f = m a + A h its rate (newton_euler.hpp).  The vectors are summed from the leaves to the root.
 #pragma once
 
 #include "ksl/engine/steps/body_motions.hpp"
@@ -30,7 +31,7 @@ template <class T> struct center_of_mass_acceleration_workspace {
   }
 };
 
-/// Sums the vectors of all bodies but the ground, each in the axes of its body, and divides by the mass.
+/// Writes Σ x / Σ m to out (3), in the world's axes.  On entry sum[i] is x of body i in its axes; the ground is left out.
 template <class T>
 KSL_LANES void mean_over_mass(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose, const per_body<vec3, T> &sum,
                               T *out) {

@@ -1,8 +1,9 @@
 // KSL: the momentum of the bodies that move about their centre of mass, and its rate.  Links that are welded to the ground don't
 // count.
 //
-// Orin, Goswami, Lee, Centroidal dynamics of a humanoid robot, Autonomous Robots 35 (2013), eqs. (5)–(8).  The momenta of the bodies,
-// or their rates by Newton's and Euler's laws, are summed from the leaves to the root.
+// Orin, Goswami, Lee, Centroidal dynamics of a humanoid robot, Autonomous Robots 35 (2013), eqs. (5)–(8).  The momenta I v of the
+// bodies, or their rates by Newton's and Euler's laws, are summed from the leaves to the root, and then moved to the centre of mass c:
+// (p, l) becomes (p, l − c × p).
 #pragma once
 
 #include "ksl/engine/steps/body_motions.hpp"
@@ -37,8 +38,8 @@ template <class T> struct centroidal_momentum_rate_workspace {
   }
 };
 
-/// Where the origin of body 1 is in the world; zero if nothing moves.  Sums are taken about this point, so that no digits are lost
-/// where a robot stands or floats far from the world's origin.
+/// The origin of body 1 in the world; zero if nothing moves.  Sums are taken about this point, so that no digits are lost where a robot
+/// stands or floats far from the world's origin.
 template <class T> KSL_LANES vec3<T> first_origin(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose) {
   vec3<T> origin = {T(0), T(0), T(0)};
   if (model.bodies > 1)
@@ -46,8 +47,8 @@ template <class T> KSL_LANES vec3<T> first_origin(const model_view<scalar_of<T>>
   return origin;
 }
 
-/// Sums the momenta, or their rates, of all bodies but the ground, each in the frame of its body, about the centre of mass and in
-/// the world's axes: out (6).
+/// Sums the momenta of all bodies but the ground, or their rates, and writes the sum about the centre of mass and in the world's axes
+/// to out (6).  On entry sum[i] is that of body i, in its frame.
 template <class T>
 KSL_LANES void sum_about_center(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose, const per_body<coscrew, T> &sum,
                                 const per_body<mass_moment, T> &children, component_order order, T *out) {

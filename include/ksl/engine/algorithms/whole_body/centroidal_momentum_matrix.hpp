@@ -1,8 +1,8 @@
 // KSL: the centroidal momentum matrix, which maps joint velocities to the momentum about the centre of mass.
 //
-// Orin, Goswami, Lee, Centroidal dynamics of a humanoid robot, Autonomous Robots 35 (2013), sections 3 and 4: a column is the
-// momentum of a subtree at unit velocity of its joint.  Subtree inertias are summed as for the mass matrix, each in the axes of its
-// own joint, in which the momentum of a column is an element of the inertia.
+// Orin, Goswami, Lee, Centroidal dynamics of a humanoid robot, Autonomous Robots 35 (2013), sections 3 and 4.  A column is I S, the
+// momentum of a subtree at unit velocity of its joint, about the centre of mass.  The subtree inertias I are summed as for the mass
+// matrix, each in the axes of its own joint.  There S is a unit vector, so that I S is a column of the inertia.
 #pragma once
 
 #include "ksl/engine/steps/frame_options.hpp"
@@ -36,8 +36,8 @@ template <class T> struct momentum_rows {
   }
 };
 
-/// Sets the columns of joint i, about the reference point, adds the inertia of its subtree to its parent, and the first moment of a
-/// subtree that the ground carries to `all`.
+/// Sets the columns of joint i, about the reference point, and adds the inertia of its subtree to its parent's.  If the ground carries
+/// the joint, it adds mass and first moment of the subtree to `all`.
 template <joint_kind K, class T>
 KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const centroidal_momentum_matrix_workspace<T> &w, int i,
                            const momentum_rows<T> &rows, mass_moment<T> &all) {

@@ -10,8 +10,11 @@ inline namespace KSL_ISA {
 /// about z and advances along it.
 inline constexpr int helical_coordinate = 6;
 
-/// The twist for unit rate of one coordinate, about the body's origin: a translation along z (slides), a rotation about z
-/// (turns), or a rotation about z with an advance along z (both).
+/// The twist S for unit rate of one coordinate, about the body's origin:
+///
+///     slides: (z, 0), a translation along z;   turns: (0, z), a rotation about z;   both: (h z, z), with the pitch h.    (1)
+///
+/// The functions leave out products with the zeros of S.
 template <bool turns, bool slides, class T> struct joint_column {
   static_assert(turns || slides);
   vec3<T> z;
@@ -26,7 +29,7 @@ template <bool turns, bool slides, class T> struct joint_column {
       return A::dot_vv(&z, slides ? &f.lin : &f.ang);
   }
 
-  /// S about another point than the body's origin, which lies at r from it.
+  /// S about another point.  r leads from that point to the body's origin: the linear half is h z + r × z.
   KSL_LANES screw<T> twist(const vec3<T> &r) const {
     const T o = T(0);
     screw<T> s = {{o, o, o}, {o, o, o}};
@@ -49,7 +52,7 @@ template <bool turns, bool slides, class T> struct joint_column {
       algebra<T>::axpy_vv(turns ? pitch * x : x, &z, &a.lin);
   }
 
-  /// S about another point, from which `origin` leads to the body's origin.
+  /// The same; `origin` is r.
   KSL_LANES screw<T> about(const vec3<T> &origin) const {
     using A = algebra<T>;
     const T zero = T(0);
@@ -100,7 +103,8 @@ template <int axis, class T> KSL_LANES vec3<T> axis_of(const mat3x3<T> &R) {
     return {R.m02, R.m12, R.m22};
 }
 
-/// I S for coordinate c < 6 of a body in its own axes.
+/// I S for coordinate c < 6 of a body in its own axes: 0 … 2 translate along x, y, z, and 3 … 5 rotate about them.  It is column c of
+/// I = [m 1, −h̃; h̃, I].
 template <class T> KSL_LANES coscrew<T> unit_momentum(int c, const spatial_inertia<T> &I) {
   const T o = T(0);
   const vec3<T> &h = I.h;

@@ -14,6 +14,7 @@ template <> struct joint<joint_kind::floating> : several_axes_joint<0, 1, 2, 3, 
   static constexpr bool in_urdf = true;
   static constexpr position_number positions[] = {{"x", "m"}, {"y", "m"}, {"z", "m"}, {"qx", ""}, {"qy", ""}, {"qz", ""}, {"qw", ""}};
 
+  /// The pose in the parent: placement · (R(q), p).
   template <class T>
   static KSL_LANES free_pose<T> computed_pose(const body<scalar_of<T>> &b, const pose_workspace<T> &w, const T *q) {
     const T *const p = q + b.q_index;
@@ -38,6 +39,7 @@ template <> struct joint<joint_kind::floating> : several_axes_joint<0, 1, 2, 3, 
     out[0] = q[0] + step.t.x, out[1] = q[1] + step.t.y, out[2] = q[2] + step.t.z;
     integrate_quaternion(q + quaternion, s.ang, out + quaternion);
   }
+  /// The twist whose exponential leads from q0 to q1: log(D0⁻¹ D1).
   template <class T> static void difference(const T *q0, const T *q1, T *dv) {
     SE3<T> D0 = {rotation_of(q0 + quaternion), {q0[0], q0[1], q0[2]}};
     SE3<T> D = {rotation_of(q1 + quaternion), {q1[0], q1[1], q1[2]}};

@@ -12,6 +12,7 @@ template <> struct joint<joint_kind::planar> : several_axes_joint<0, 1, 5> {
   static constexpr int nq = 3, angle = 2, quaternion = -1, pose_numbers = 12, usual_axis = 2;
   static constexpr bool has_axis = true, in_urdf = true;
 
+  /// The translation (x, y, 0) in the joint's frame, then the rotation about z.
   template <class T>
   static KSL_LANES free_pose<T> computed_pose(const body<scalar_of<T>> &b, const pose_workspace<T> &w, const T *q) {
     const mat3x3<T> R = spread<T>(b.placement.R);
@@ -39,7 +40,7 @@ template <> struct joint<joint_kind::planar> : several_axes_joint<0, 1, 5> {
     algebra<T>::product_dv(&D, &step.t, &step.t);
     out[0] = step.t.x, out[1] = step.t.y, out[2] = turned;
   }
-  /// By the smallest rotation, between −π and π.
+  /// The twist whose exponential leads from q0 to q1, by the smallest rotation, between −π and π.
   template <class T> static void difference(const T *q0, const T *q1, T *dv) {
     const SE3<T> D0 = pose_at(q0);
     SE3<T> D = pose_at(q1);

@@ -12,8 +12,8 @@ inline constexpr position_number position_along[] = {{"x", "m"}, {"y", "m"}, {"z
 inline constexpr velocity_number velocity_along[] = {{"vx", "ax", "fx", "m"},   {"vy", "ay", "fy", "m"},   {"vz", "az", "fz", "m"},
                                                      {"wx", "bx", "tx", "rad"}, {"wy", "by", "ty", "rad"}, {"wz", "bz", "tz", "rad"}};
 
-/// Adds to a motion what a joint with the twist and the rate of it adds, all in the same axes.  slides, turns: whether the joint
-/// moves along and about axes.
+/// Adds the twist (v, ω_J) of a joint and its rate (v̇, ω̇_J) to a motion ω, ω̇, a, all in the same axes:
+/// a += v̇ + ω_J × v + 2 ω × v,   ω̇ += ω̇_J + ω × ω_J,   ω += ω_J.   slides, turns: does the joint move along axes, about axes?
 template <class T>
 KSL_LANES void add_relative_motion(const screw<T> &twist, const screw<T> &rate, bool slides, bool turns, body_motion<T> &m) {
   using A = algebra<T>;
@@ -47,7 +47,7 @@ template <int... coordinates> struct several_axes_joint {
   static constexpr int usual_axis = 0;
   static constexpr bool slides = ((coordinates < 3) || ...), turns = ((coordinates >= 3) || ...);
   static constexpr bool shifts_origin = slides;
-  /// Is the order of its motions indifferent: all along axes, or along and about the same one?
+  /// Do the motions of its coordinates commute?  They do if all are along axes, or along and about the same axis.
   static constexpr bool commutes = !turns || ((coordinates % 3 == coordinate[0] % 3) && ...);
   static constexpr bool velocity_is_rate = commutes;
 
