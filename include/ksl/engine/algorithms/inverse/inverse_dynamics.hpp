@@ -53,7 +53,7 @@ KSL_LANES void inverse_dynamics_by_joint(const model_view<scalar_of<T>> &model, 
     });
   };
   for_bodies<T>(model.bodies, move, [&](auto k) KSL_INLINED {
-    w.wrench.set(k, newton_euler(k.inertia(model), w.motion[k]));
+    w.wrench.set(k, newton_euler(own_inertia(model, k), w.motion[k]));
   });
   subtract_external(model, w.pose, external, w.wrench, [](int, coscrew<T> &) KSL_INLINED {});
 
