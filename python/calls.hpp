@@ -1,4 +1,4 @@
-// Calls of all algorithms from Python.  This is the only place where arguments are checked.
+// Calls of all algorithms from Python.  Arguments are checked here, by what engine/arguments.hpp asks of them.
 //
 // Arrays that can be read as they are go straight to the kernels: they must have one precision, equal leading shapes and a
 // constant distance between rows.  Others are first converted by ksl.states.
@@ -9,15 +9,15 @@
 
 #include "batch/compute_batch.hpp"
 #include "batch/threads.hpp"
+#include "engine/arguments.hpp"
 #include "engine/coupled.hpp"
 #include "ksl/dynamics.hpp"
-#include "ksl/engine/model/quaternion_tolerance.hpp"
+#include "text/words.hpp"
 
 #include <atomic>
 #include <climits>
 #include <cstring>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <string>
 #include <vector>
@@ -115,17 +115,6 @@ template <class S> bool finite(const ksl::rows_view<const S> &rows, int columns,
   return true;
 }
 
-/// Calls found(joint, state, numbers) for quaternions of the rows [first, end) that differ from unit length by more than rounding,
-/// until it returns false.
-template <class S, class Found>
-void check_quaternions(const ksl::model &m, const ksl::rows_view<const S> &q, std::size_t first, std::size_t end, Found found) {
-  for (const ksl::model::quaternion_in_q &quaternion : m.quaternions())
-    for (std::size_t k = first; k < end; ++k)
-      if (const S *x = row(q, k) + quaternion.q_index; !ksl::is_unit_quaternion(x, ksl::quaternion_rounding) &&
-                                                       !found(m.joints()[static_cast<std::size_t>(quaternion.joint)], k, x))
-        return;
-}
-
 /// Warns where the method was called that a quaternion was normalised.
 inline void warn_of_quaternion(const std::string &which) {
   const std::string text = which + " differs from unit length by more than 1e-6 and was normalised; give unit quaternions [qx qy qz qw]";
@@ -139,10 +128,7 @@ class call {
 public:
   call(const ksl::algorithm_row &row, const ksl::model &m, const nb::handle *inputs, nb::handle external, nb::handle request)
       : row_(row), m_(m), external_(nb::borrow(external)) {
-    if (row.needs_mass && m.massless_joint() >= 0)
-      refuse(std::string(row.name) + ": " + m.massless_joint_text());
-    if (row.smooth_friction && m.exact_friction())
-      refuse(std::string(row.name) + ": " + ksl::model::exact_friction_text());
+    ksl::check_model(row, m, refuse);
     inputs_.reserve(ksl::most_inputs);
     for (int i = 0; i < row.inputs; ++i)
       inputs_.push_back({nb::borrow(inputs[i]), row.input_name[i], ksl::length_of(row.input_list[i], m.nq(), m.nv())});
@@ -188,9 +174,9 @@ private:
       links_ = &nb::cast<const link_request &>(request);
     if (const int least = ksl::least_links(row_.request); least > 0 && link_count() != least)
       refuse(least == 1 ? "expected one link or joint" : "expected two links or joints");
-    if (ksl::links_are_few(row_) && link_count() > m_.view().links)
+    if (!ksl::may_name_links(row_, m_, link_count()))
       refuse("names has " + std::to_string(link_count()) + " frames; expected at most as many as the model has links, " +
-             std::to_string(m_.view().links));
+             std::to_string(m_.links().size()));
   }
 
   /// Takes {link name: wrench}.  Returns false if it is not exactly a dict; subclasses of dict may override item access.
@@ -434,7 +420,7 @@ private:
       well = well && finite(batch.external[e].wrench, 6, first, end);
     for (ksl::input x : {ksl::input::q, ksl::input::q1})
       if (row_.reads(x))
-        check_quaternions(m_, ksl::input_of(batch, x), first, end, [&](const auto &, std::size_t k, const S *numbers) {
+        ksl::check_quaternions(m_, ksl::input_of(batch, x), first, end, [&](const auto &, std::size_t k, const S *numbers) {
           std::size_t least = rough_state_.load(std::memory_order_relaxed);
           while (k < least && !rough_state_.compare_exchange_weak(least, k))
             ;
@@ -490,21 +476,19 @@ private:
     for_each([&](argument &x) {
       const ksl::rows_view<const S> rows = x.array.rows<const S>();
       for (std::size_t k = 0; k < batch.n; ++k)
-        for (int c = 0; c < x.columns; ++c)
-          if (const S number = row(rows, k)[c]; !std::isfinite(number)) {
-            const char *const value = std::isnan(number) ? "nan" : number > 0 ? "inf" : "-inf";
-            const std::string index = leading_.index_of(static_cast<npy_intp>(k)) + std::to_string(c);
-            refuse(x.text() + "[" + index + "] is " + value + "; every number must be finite");
-          }
+        if (const int c = ksl::first_not_finite(row(rows, k), x.columns); c < x.columns) {
+          const S number = row(rows, k)[c];
+          const char *const value = std::isnan(number) ? "nan" : number > 0 ? "inf" : "-inf";
+          const std::string index = leading_.index_of(static_cast<npy_intp>(k)) + std::to_string(c);
+          refuse(x.text() + "[" + index + "] is " + value + "; every number must be finite");
+        }
     });
     for (ksl::input x : {ksl::input::q, ksl::input::q1})
       if (row_.reads(x))
-        check_quaternions(m_, ksl::input_of(batch, x), 0, batch.n, [](const ksl::joint_row &joint, std::size_t k, const S *numbers) {
+        ksl::check_quaternions(m_, ksl::input_of(batch, x), 0, batch.n, [](const ksl::joint_row &joint, std::size_t k, const S *numbers) {
           if (ksl::is_unit_quaternion(numbers))
             return true;
-          char length[32];
-          std::snprintf(length, sizeof length, "%.6g", ksl::quaternion_length(numbers));
-          refuse(joint.name + ": quaternion of state " + std::to_string(k) + " has length " + length +
+          refuse(joint.name + ": quaternion of state " + std::to_string(k) + " has length " + ksl::text::shown(ksl::quaternion_length(numbers)) +
                  "; expected a unit quaternion [qx qy qz qw]");
         });
     refuse("the arguments changed while they were read; other threads must not write to them during a call");

@@ -41,12 +41,10 @@ nb::tuple solve_inverse_kinematics(const ksl::model &m, const std::vector<ksl::w
                " is not a pose; expected a rotation, a position in the last column, and 0 0 0 1 in the last row");
   std::string rough;
   if (batch.start.first)
-    check_quaternions(m, batch.start, 0, batch.n, [&](const ksl::joint_row &joint, std::size_t k, const S *numbers) {
+    ksl::check_quaternions(m, batch.start, 0, batch.n, [&](const ksl::joint_row &joint, std::size_t k, const S *numbers) {
       const std::string which = "q0 of target " + std::to_string(k) + ": the quaternion of " + joint.name;
-      char length[32];
-      std::snprintf(length, sizeof length, "%.6g", ksl::quaternion_length(numbers));
       if (!ksl::is_unit_quaternion(numbers))
-        refuse(which + " has length " + length + "; expected a unit quaternion [qx qy qz qw]");
+        refuse(which + " has length " + ksl::text::shown(ksl::quaternion_length(numbers)) + "; expected a unit quaternion [qx qy qz qw]");
       rough = rough.empty() ? which : rough;
       return true;
     });

@@ -2,9 +2,8 @@
 
 #include "engine/thread_memory.hpp"
 #include "ksl/engine/lanes/workspace.hpp"
-#include "ksl/engine/model/quaternion_tolerance.hpp"
+#include "text/words.hpp"
 
-#include <cmath>
 #include <cstdint>
 #include <cstdio>
 
@@ -12,25 +11,21 @@ namespace ksl::c_api {
 
 template <class S> void require_finite(const S *x, int n, const char *name) {
   require(x || n == 0, "q, v, a, tau and other arrays must not be null");
-  for (int i = 0; i < n; ++i)
-    if (!std::isfinite(x[i]))
-      throw bad_argument(std::string(name) + "[" + std::to_string(i) + "] is not a finite number");
+  if (const int i = first_not_finite(x, n); i < n)
+    throw bad_argument(std::string(name) + "[" + std::to_string(i) + "] is not a finite number");
 }
 
 template <class S> void require_position(const model &m, const S *q, const char *name) {
   require_finite(q, m.nq(), name);
-  for (const model::quaternion_in_q &quaternion : m.quaternions()) {
-    const S *const x = q + quaternion.q_index;
-    if (is_unit_quaternion(x, quaternion_rounding))
-      continue;
-    const char *const joint = m.joints()[static_cast<std::size_t>(quaternion.joint)].name.c_str();
-    char length[32];
-    std::snprintf(length, sizeof length, "%.6g", quaternion_length(x));
+  check_quaternions(m, rows_view<const S>{q, 0}, 0, 1, [&](const joint_row &joint, std::size_t, const S *x) {
+    const std::string length = text::shown(quaternion_length(x)); // short: no memory is allocated for it
     if (!is_unit_quaternion(x))
-      throw bad_argument(std::string(name) + ": the quaternion [qx qy qz qw] of " + joint + " has length " + length + "; expected a unit quaternion");
+      throw bad_argument(std::string(name) + ": the quaternion [qx qy qz qw] of " + joint.name + " has length " + length + "; expected a unit quaternion");
     std::snprintf(last_warning(), sizeof last_warning(),
-                  "%s: the quaternion [qx qy qz qw] of %s has length %s, differs from unit length by more than 1e-6 and was normalised", name, joint, length);
-  }
+                  "%s: the quaternion [qx qy qz qw] of %s has length %s, differs from unit length by more than 1e-6 and was normalised", name,
+                  joint.name.c_str(), length.c_str());
+    return true;
+  });
 }
 
 void require_workspace(const ksl_model_t *m, const ksl_data_t *d) {
@@ -173,7 +168,7 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
     batch.frame = frame_options_of(frame);
     if (names_links(row.request))
       require_links(m, batch.links.n, batch.links.index);
-    require(!links_are_few(row) || batch.links.n <= ksl_model_links(m), "links: at most as many as the model has");
+    require(may_name_links(row, m->model, batch.links.n), "links: at most as many as the model has");
     require(threads >= 0, "threads must not be negative; 0 is all cores that the process may use");
     const bool any = batch.n > 0;
     if (external) // an empty batch needs no wrenches: anything but null stands for them

@@ -3,6 +3,7 @@
 
 #include "batch/compute_batch.hpp"
 #include "c_api/handles.hpp"
+#include "engine/arguments.hpp"
 #include "engine/compute.hpp"
 
 #include <array>
@@ -68,12 +69,9 @@ template <class S> void require_rows(const rows_view<S> &rows, std::size_t n, st
     require_large_rows(rows, n, columns, name);
 }
 
-/// Checks what a row needs of the model: that no joint can move without moving any mass, that friction has a derivative.
+/// Checks what a row needs of the model.
 inline void require_model_for(const algorithm_row &row, const model &m) {
-  if (row.needs_mass && m.massless_joint() >= 0)
-    throw bad_argument(std::string(row.name) + ": " + m.massless_joint_text());
-  if (row.smooth_friction && m.exact_friction())
-    throw bad_argument(std::string(row.name) + ": " + model::exact_friction_text());
+  check_model(row, m, [](const std::string &sentence) { throw bad_argument(sentence); });
 }
 
 /// Checks the arguments of a row for one state: the workspace, the results and the numbers.  Inputs that the row doesn't have
@@ -83,7 +81,7 @@ template <const algorithm_row &row, class S> void check_state(const ksl_model_t 
   require_model_for(row, m->model);
   if constexpr (names_links(row.request))
     require_links(m, s.links.n, s.links.index);
-  require(!links_are_few(row) || s.links.n <= static_cast<int>(model.links().size()), "links: at most as many as the model has");
+  require(may_name_links(row, model, s.links.n), "links: at most as many as the model has");
   for (int r = 0; r < row.results; ++r)
     require_result(s.result[r], numbers_of(row.result[r], extents_of(model, s)), row.result[r].name);
   for (int i = 0; i < row.inputs; ++i) {
