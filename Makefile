@@ -5,6 +5,8 @@
 # make bench  timings, beside what they are compared with (make bench-plots: and renews docs/performance.md)
 # make release   all of the C algebra as one header, build/release/ksl.h
 # make docs      the reference in docs/reference, from the headers and from api/algorithms/
+# make ci     what CI runs on each change: make test, and beside it lint, abi and fuzz-short
+# make format    C and C++ as .clang-format says
 # make lint, coverage, mutate, sanitize, fuzz, golden, test-faults, abi, dist   long checks of what docs/trust.md promises; each writes its record
 # make trust     runs the tests that promises name, and writes docs/trust.md from all records
 # Each reuses what is there.  make clean removes all that was made.
@@ -15,6 +17,12 @@ BIN := $(VENV)/bin
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(shell nproc)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
+# Compilers run through ccache where it is, which `make test` installs.  What it keeps outlives clones of this folder, wherever they lie.
+export CMAKE_C_COMPILER_LAUNCHER = $(shell command -v ccache)
+export CMAKE_CXX_COMPILER_LAUNCHER = $(CMAKE_C_COMPILER_LAUNCHER)
+export CCACHE_BASEDIR := $(CURDIR)
+export CCACHE_NOHASHDIR := 1
+
 # No developer's shell hides a fault or makes one: what changes how Python, compilers, terminals or the tests behave is kept
 # from all commands.  Which compiler or PYTHON is used, and what package clients, caches and the network need, stays.
 DROPPED := PYTHON% PYTEST% HYPOTHESIS% KSL% SKBUILD% NPY_% CMAKE_ARGS CMAKE_BUILD_TYPE CMAKE_GENERATOR% CTEST% DESTDIR \
@@ -23,7 +31,7 @@ unexport $(filter-out PYTHON,$(filter $(DROPPED),$(.VARIABLES)))
 
 SOURCES := $(shell find include src python cmake -type f -not -name '*.pyc') CMakeLists.txt pyproject.toml
 
-.PHONY: demo test test-c test-python build-clang test-long bench bench-build bench-plots release docs clean
+.PHONY: demo test test-c test-python build-gcc build-clang test-long bench bench-build bench-plots release docs clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed
@@ -45,12 +53,14 @@ TEST_SETS := x86_64_v2;x86_64_v3
 PLAIN_SETS := x86_64_v2
 # (folder below build/, CC, CXX, options of CMake)
 build = CC=$(2) CXX=$(3) cmake -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -S . -B build/$(1) -DKSL_TESTS=ON \
-  -DPython3_EXECUTABLE=$(CURDIR)/$(BIN)/python $(4) >/dev/null && cmake --build build/$(1) -- --quiet
+  -DPython3_EXECUTABLE=$(CURDIR)/$(BIN)/python -DKSL_WERROR=ON $(4) >/dev/null && cmake --build build/$(1) -- --quiet
 run_ctest = ctest --test-dir build/$(1) --output-on-failure -j $(CMAKE_BUILD_PARALLEL_LEVEL)
-test-c: $(VENV)/.tested build-clang
-	$(call build,gcc,gcc,g++,"-DKSL_INSTRUCTION_SETS=$(TEST_SETS)" "-DKSL_PLAIN_SETS=$(PLAIN_SETS)" -DKSL_UNIT_TESTS=OFF)
+test-c: build-gcc build-clang
 	$(call run_ctest,gcc)
 	$(call run_ctest,clang)
+
+build-gcc: $(VENV)/.tested
+	$(call build,gcc,gcc,g++,"-DKSL_INSTRUCTION_SETS=$(TEST_SETS)" "-DKSL_PLAIN_SETS=$(PLAIN_SETS)" -DKSL_UNIT_TESTS=OFF)
 
 build-clang: $(VENV)/.packages
 	$(call build,clang,clang,clang++,-DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG= -DCMAKE_CXX_FLAGS_DEBUG= \
@@ -100,12 +110,13 @@ docs:
 
 $(VENV)/.tools:
 	scripts/system_packages.sh demo
+	@echo "a Python environment in $(VENV)"
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install -q scikit-build-core nanobind ninja numpy
 	touch $@
 
 $(VENV)/.installed: $(VENV)/.tools $(SOURCES)
-	$(BIN)/python -m pip install -q --no-build-isolation '.[loads,check]'
+	$(BIN)/python scripts/install.py --no-build-isolation '.[loads,check]'
 	touch $@
 
 $(VENV)/.packages: $(VENV)/.tools scripts/system_packages.sh
@@ -115,11 +126,11 @@ $(VENV)/.packages: $(VENV)/.tools scripts/system_packages.sh
 $(VENV)/.tested: $(VENV)/.tools $(SOURCES)
 	CC=gcc CXX=g++ $(BIN)/python -m pip install -q --no-build-isolation --config-settings=build-dir=build/gcc \
 	  "--config-settings=cmake.define.KSL_INSTRUCTION_SETS=$(TEST_SETS)" "--config-settings=cmake.define.KSL_PLAIN_SETS=$(PLAIN_SETS)" \
-	  "--config-settings=cmake.define.CMAKE_CXX_FLAGS_RELEASE=$(TEST_FLAGS)" "--config-settings=cmake.define.CMAKE_C_FLAGS_RELEASE=$(TEST_FLAGS)" '.[test]'
+	  --config-settings=cmake.define.KSL_WERROR=ON "--config-settings=cmake.define.CMAKE_CXX_FLAGS_RELEASE=$(TEST_FLAGS)" "--config-settings=cmake.define.CMAKE_C_FLAGS_RELEASE=$(TEST_FLAGS)" '.[test]'
 	rm -f $(VENV)/.installed
 	touch $@
 
--include scripts/lint/lint.mk scripts/abi/abi.mk scripts/dist/dist.mk scripts/trust/trust.mk fuzz/fuzz.mk test/golden/golden.mk test/mutate/mutate.mk \
+-include scripts/ci.mk scripts/lint/lint.mk scripts/abi/abi.mk scripts/dist/dist.mk scripts/trust/trust.mk fuzz/fuzz.mk test/golden/golden.mk test/mutate/mutate.mk \
   test/coverage/coverage.mk test/sanitize/sanitize.mk test/faults/faults.mk
 
 clean:

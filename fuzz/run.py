@@ -1,7 +1,10 @@
 #!/usr/bin/env python3
 """Runs fuzz targets, as many at a time as there are cores, and writes a record of each.
 
-    run.py --seconds N | --runs N [--only NAME ...]
+    run.py --short [--record] | --seconds N | --runs N [--only NAME ...]
+
+--short replays the seeds and goes on for 5 s, and for 20 s where a reader has changed since it was last recorded to run (test/trust/read/fuzz.txt);
+--record writes there what has run.
 
 A target is a program build/fuzz/fuzz/fuzz_NAME, or a file fuzz/python/fuzz_NAME.py; both take the arguments of libFuzzer.
 Its seeds are in fuzz/corpus/FORMAT, where NAME begins with FORMAT.  If there is a file fuzz/FORMAT.dict, it has words of the
@@ -13,6 +16,7 @@ fuzz/python/target.py, which a variable of the environment plants.  With --runs,
 are written: fuzz-NAME.json."""
 
 import argparse
+import json
 import os
 import re
 import subprocess
@@ -23,18 +27,27 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.append(str(ROOT / "scripts/lint"))
+import changes
+
 BUILD = ROOT / "build/fuzz"
 PROGRAMS = BUILD / "fuzz"
 PATIENCE = 300
 """Seconds in which a fault that was planted must be found."""
 PROMISED = 10_000_000
 """Executions of each target."""
+SHORT, CHANGED = 5, 20
+"""Seconds of a short run of each target, and where its reader has changed."""
 LONGEST = 1500
 """Bytes of a text.  Longer ones take more time and show little more."""
 
 
 PYTHON_FAULTS = ("raw error", "control character", "slow", "not finite", "text that is taken")
 """Those of fuzz/python/target.py, which can't be imported where Atheris is not installed."""
+
+
+ENDED = []
+"""(line of readers_of, is it to be recorded) of each target that found nothing."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +93,22 @@ def seeds_of(name):
             subprocess.run([sys.executable, ROOT / "fuzz/real_robots.py", format, real, "--most", "900"], check=True)
         folders.append(real)
     return [folder for folder in folders if folder.exists()]
+
+
+def readers_of(target):
+    """The line of the list of readers for a target: a digest of the code whose branches its fuzzer counts, and of its own."""
+    if target.command[0] == sys.executable:
+        own = Path(target.command[1])
+        named = re.search(r"^guide\(([^)]*)\)", own.read_text(encoding="utf-8"), re.MULTILINE)[1]
+        files = {own, ROOT / "fuzz/python/mutate.py", ROOT / "fuzz/python/target.py"}
+        for module in re.findall(r'"([\w.]+)"', named):
+            place = ROOT / "python" / module.replace(".", "/")
+            files |= set(place.rglob("*.py")) if place.is_dir() else {place.with_suffix(".py")}
+    else:
+        listed = json.loads((BUILD / "compile_commands.json").read_text(encoding="utf-8"))
+        compiled = {Path(entry["file"]) for entry in listed}
+        files = {file for each in compiled if each.exists() and BUILD not in each.parents for file in changes.closure(each)}
+    return f"{changes.digest_of(files)} {target.name}"
 
 
 def run(target, limits):
@@ -156,10 +185,14 @@ def work(target, asked, all_targets):
         to_record(target.name, "--begun")
     faults = faults_of(target, all_targets) if asked.runs else {}
     # Short runs take the same texts each time: what fails then is a change of the readers.
-    limits = [f"-max_total_time={asked.seconds}", "-seed=1"] if asked.seconds else [f"-runs={asked.runs}"]
+    line = readers_of(target)
+    seconds = (SHORT if line in changes.read("fuzz") else CHANGED) if asked.short else asked.seconds
+    limits = [f"-runs={asked.runs}"] if asked.runs else [f"-max_total_time={seconds}", "-seed=1"]
     result = run(target, limits)
     if asked.runs:
         record(target.name, result, faults)
+    if result["ok"] and "missed" not in faults.values() and not asked.seconds:
+        ENDED.append((line, asked.record or (asked.runs or 0) >= PROMISED))
     planted = "; ".join(f"{fault}: {outcome}" for fault, outcome in faults.items()) or "no planted fault was run"
     print(f"fuzz-{target.name}: {result['executions']:,} executions in {result['seconds']:.0f} s; {planted}", flush=True)
     if not result["ok"]:
@@ -170,8 +203,10 @@ def work(target, asked, all_targets):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     amount = parser.add_mutually_exclusive_group(required=True)
+    amount.add_argument("--short", action="store_true")
     amount.add_argument("--seconds", type=int)
     amount.add_argument("--runs", type=int)
+    parser.add_argument("--record", action="store_true", help="of short runs: note which readers have run")
     parser.add_argument("--only", nargs="*", default=[], metavar="NAME")
     asked = parser.parse_args()
     all_targets = targets()
@@ -180,8 +215,11 @@ def main():
         sys.exit("there is no such target; make fuzz-build makes them")
     for target in chosen:
         seeds_of(target.name)  # made before the targets share the machine
-    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+    with ThreadPoolExecutor(int(os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL") or len(os.sched_getaffinity(0)))) as pool:
         ended = list(pool.map(lambda target: work(target, asked, all_targets), chosen))
+    for recorded in (False, True):
+        changes.renew("fuzz", [line for line, lasting in ENDED if lasting == recorded], recorded)
+    print(f"fuzz: {sum(ended)} of {len(ended)} targets found nothing", flush=True)
     sys.exit(not all(ended))
 
 

@@ -1,6 +1,11 @@
 #!/bin/sh
-# Installs the Debian or Ubuntu packages that are missing.  Usage: system_packages.sh demo|test|bench|lint|abi|fuzz|trust
+# Installs the Debian or Ubuntu packages that are missing.  Usage: system_packages.sh demo|test|bench|lint|abi|fuzz|trust, one or several
 set -eu
+wanted=" $* "
+for_any() { # for_any NAME...: is one of them wanted
+  for name; do case $wanted in *" $name "*) return 0 ;; esac; done
+  return 1
+}
 
 missing=
 need() { # need PACKAGE COMMAND...: the package, unless the command succeeds
@@ -19,34 +24,36 @@ need make command -v make
 need python3-venv "$python" -c 'import ensurepip, venv'
 need python3-dev "$python" -c 'import os, sysconfig; assert os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h"))'
 need libpugixml-dev has_header pugixml.hpp
-if [ "$1" != demo ]; then
+if for_any test bench lint abi fuzz trust; then
   need clang command -v clang++
 fi
-if [ "$1" = test ]; then
+if for_any test; then
+  # it only saves time; where there is no apt-get, the Makefile takes the one of PyPI
+  ! command -v apt-get >/dev/null || need ccache command -v ccache
   need pkg-config command -v pkg-config
   need doctest-dev has_header doctest/doctest.h
   need qemu-user command -v qemu-x86_64
   need binutils command -v nm
   need chromium has_browser
 fi
-if [ "$1" = bench ]; then
+if for_any bench; then
   need libeigen3-dev test -e /usr/include/eigen3/Eigen/Core
   need liborocos-kdl-dev has_header kdl/chain.hpp
   need binutils command -v nm
 fi
 sanitizes() { echo 'int main() {}' | clang++ -fsanitize=fuzzer-no-link,address -x c++ - -o /dev/null; }
-if [ "$1" = lint ] || [ "$1" = trust ]; then
+if for_any lint trust; then
   need clang-tidy command -v clang-tidy
   need cppcheck command -v cppcheck
 fi
-if [ "$1" = fuzz ] || [ "$1" = trust ]; then
+if for_any fuzz trust; then
   need doctest-dev has_header doctest/doctest.h
   need libclang-rt-dev sanitizes
 fi
-if [ "$1" = abi ] || [ "$1" = trust ]; then
+if for_any abi trust; then
   need abigail-tools command -v abidiff
 fi
-if [ "$1" = trust ]; then
+if for_any trust; then
   need valgrind command -v valgrind
   need llvm command -v llvm-profdata
   need g++-aarch64-linux-gnu command -v aarch64-linux-gnu-g++

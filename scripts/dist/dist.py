@@ -36,7 +36,7 @@ def build(name, settings, sets):
     env |= {"TZ": settings["TZ"], "LC_ALL": settings["LC_ALL"], "SOURCE_DATE_EPOCH": git("log", "-1", "--format=%ct").decode().strip()}
     options = [f"-Ccmake.define.{key}={value}" for key, value in {
         "CMAKE_C_FLAGS": f"-ffile-prefix-map={place}=.", "CMAKE_CXX_FLAGS": f"-ffile-prefix-map={place}=.",
-        **({"KSL_INSTRUCTION_SETS": sets} if sets else {})}.items()]
+        "KSL_INSTRUCTION_SETS": sets or "all"}.items()]
     old = os.umask(settings["umask"])
     try:
         subprocess.run([sys.executable, "-m", "build", "--no-isolation", "--sdist", "--wheel", *options, "--outdir", place / "out", place], env=env, check=True)

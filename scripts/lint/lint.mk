@@ -1,12 +1,25 @@
-# What compilers and analysers say of C, C++ and Python, each as an error; that each of them finds a fault; and the record.  What is chosen,
-# and why: scripts/lint/warning_options.py, .clang-tidy, scripts/lint/cppcheck.txt, pyproject.toml.
+# What compilers and analysers say of C, C++ and Python, each as an error, and whether files are formatted; that each of them finds a fault.  What is
+# chosen, and why: cmake/warnings.txt, .clang-tidy, scripts/lint/cppcheck.txt, .clang-format, pyproject.toml.
 #
-# To take about 4 minutes of two cores, clang-tidy reads one group of kernels, the derivatives, and gcc reads public headers
-# in C++ as parts of units, not alone.  `make lint LINT_OPTIONS=--all` reads everything.
+# The builds of `make test` have all warnings of cmake/warnings.txt as errors.  So what they compile is not read again.  clang-tidy, and the compilers
+# where no build does it, read what has changed since the last record.  `make lint LINT_OPTIONS=--all` reads everything and writes the record,
+# LINT_OPTIONS=--record writes it, too.
 
-.PHONY: lint
-lint: $(VENV)/.tested
-	scripts/system_packages.sh lint
-	scripts/system_packages.sh test
+FORMAT_TOOL = $(BIN)/python scripts/format.py --version >/dev/null 2>&1 || $(BIN)/python -m pip install -q $$(sed -n 's/^VERSION = "\(.*\)"/clang-format==\1/p' scripts/format.py)
+
+.PHONY: lint lint-alone lint-tools format
+lint: build-gcc build-clang
+	$(MAKE) --no-print-directory lint-alone
+
+lint-alone: lint-tools
+	$(BIN)/python scripts/lint/lint.py --built build/gcc --built build/clang $(LINT_OPTIONS)
+
+lint-tools: $(VENV)/.tested
+	scripts/system_packages.sh lint test
 	$(BIN)/python -c 'import ruff' 2>/dev/null || $(BIN)/python -m pip install -q 'ruff>=0.15'
-	$(BIN)/python scripts/lint/lint.py --record $(LINT_OPTIONS)
+	$(FORMAT_TOOL)
+
+# C and C++ as .clang-format says.
+format: $(VENV)/.tools
+	$(FORMAT_TOOL)
+	$(BIN)/python scripts/format.py

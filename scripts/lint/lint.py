@@ -1,24 +1,30 @@
 #!/usr/bin/env python3
-"""Run compilers and analysers over all of C, C++ and Python.  Whatever they say is an error.  Each must also find a fault in faults/.
+"""Run compilers and analysers over C, C++ and Python.  Whatever they say is an error.  Each must also find a fault in faults/.
 
-    scripts/lint/lint.py [--record] [--all] [TOOL…]        gcc clang headers clang-tidy cppcheck analyzer ruff mypy; without a name all
+    scripts/lint/lint.py [--all] [--record] [--built FOLDER…] [TOOL…]
+                         gcc clang headers clang-tidy cppcheck analyzer format ruff mypy; without a name all
 
-What a compiler or analyser says is printed below the name of its job; the last lines are the counts.  --record writes
-test/trust/results/static-analysis.json.  --all also reads what takes too long for the tests: every kernel with clang-tidy, and
-every public header alone with gcc as C++.  The variable LINT_TIMES names a file for the seconds that each job took."""
+Builds in FOLDER are up to date: what they have compiled with every warning as an error is not read again by gcc and clang.  Of the rest, and with
+clang-tidy, what has changed since the last record is read (scripts/lint/changes.py), and where a header has changed, what includes it.
+--all reads everything again, and each kernel and each header with every tool that can; it writes the record, test/trust/results/static-analysis.json,
+as --record does.
+
+What a compiler or analyser says is printed below the name of its job; the last lines are the counts, and seconds of processor time.  The variable
+LINT_TIMES names a file for those of each job."""
 
 import argparse
 import concurrent.futures
 import os
 import subprocess
 import sys
-import time
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "trust")]
+import changes
 import record as trust_record
-from units import BUILD, COMPILERS, ROOT, command, units
+from units import BUILD, COMPILERS, ROOT, command, compiled, units
 from warning_options import options
 
 NAME = "static-analysis"  # of the record
@@ -28,7 +34,9 @@ PYTHON = ["python", "scripts", "test", "bench", "examples", "docs", "fuzz"]
 CPPCHECK = ["cppcheck", "--quiet", "--error-exitcode=1", "--enable=warning,performance,portability", "--inline-suppr",
             f"--suppressions-list={ROOT}/scripts/lint/cppcheck.txt", "-D__x86_64__", "-D__GNUC__=12", "-DKSL_ISA=isa", "-DKSL_TABLE=table"]
 GENERATED = ["engine_calls.cpp"]
-TOOLS = ["gcc", "clang", "headers", "clang-tidy", "cppcheck", "analyzer", "ruff", "mypy"]
+TOOLS = ["gcc", "clang", "headers", "clang-tidy", "cppcheck", "analyzer", "format", "ruff", "mypy"]
+RULES = [ROOT / ".clang-tidy", ROOT / "cmake/warnings.txt"]
+"""A change of these asks for all to be read again; so does another version of clang-tidy or of a compiler."""
 
 
 @dataclass(frozen=True)
@@ -47,13 +55,53 @@ class Outcome:
     seconds: float
 
 
-def compile_jobs(every):
-    """All units with both compilers.  gcc reads the kernels for AVX2 and clang those for AVX-512, which have code of their own."""
+class Changed:
+    """What has to be read again."""
+
+    def __init__(self, everything, candidates):
+        self.files = {file for unit in candidates for file in changes.closure(unit.file) if "Unity" not in file.parts}
+        rules = [f"{changes.digest(file)} {changes.name(file)}" for file in RULES]
+        versions = [f"{changes.hashlib.sha256(said).hexdigest()[:16]} ({tool})" for tool in ("clang-tidy", "gcc", "clang") if (said := version(tool))]
+        self.lines = {*rules, *versions, *(f"{changes.digest(file)} {changes.name(file)}" for file in self.files)}
+        known = changes.read("lint")
+        self.all = everything or not known.issuperset([*rules, *versions])
+        self.changed = {file for file in self.files if self.all or f"{changes.digest(file)} {changes.name(file)}" not in known}
+
+    def chosen(self, candidates):
+        """The units to read: those whose own files have changed, or include a changed header themselves.  A header that none of them has read
+        is read with the smallest unit that includes it."""
+        if self.all:
+            return list(candidates)
+        chosen = [unit for unit in candidates if any(self.changed & {member, *changes.included(member)} for member in unit.members)]
+        left = self.changed - {file for unit in chosen for file in changes.closure(unit.file)}
+        for unit in sorted(candidates, key=lambda unit: len(changes.closure(unit.file))):
+            if left & changes.closure(unit.file):
+                chosen.append(unit)
+                left -= changes.closure(unit.file)
+        return chosen
+
+
+def version(tool):
+    try:
+        return subprocess.run([tool, "--version"], capture_output=True, check=True).stdout
+    except (OSError, subprocess.CalledProcessError):
+        return b""
+
+
+def compile_jobs(every, built, changed):
+    """What no build of the tests compiles with the same warnings.  gcc reads the kernels for AVX2 and clang those for AVX-512, which have code
+    of their own.  A file that builds compile with a precompiled header alone, or together with others, is read by gcc as it stands."""
+    done = {}
+    for folder in built:
+        for unit, alone in compiled(folder).items():
+            done[unit] = done.get(unit, False) or alone
     for family, march in (("gcc", "-march=x86-64-v3"), ("clang", "-march=x86-64-v4")):
-        for unit in every:
-            if unit.march in ("", march):
-                chosen = [*options(family, unit.language, unit.is_test), "-Werror", "-fsyntax-only"]
-                yield Job(family, unit.name, command(unit, family, *chosen))
+        left = [unit for unit in every if unit.march in ("", march) and (unit.key, family) not in done]
+        if family == "gcc":
+            left += [u for u in every if not u.is_kernel and (u.key, "gcc") in done and not any(done.get((u.key, f), False) for f in COMPILERS)]
+        for unit in changed.chosen(left):
+            chosen = [*options(family, unit.language, unit.is_test), "-Werror", "-fsyntax-only"]
+            yield Job(family, unit.name, command(unit, family, *chosen))
 
 
 def header_jobs(everything):
@@ -80,18 +128,16 @@ def header_jobs(everything):
                            f"-I{ROOT}/include/ksl/compat", *part])
 
 
-def tidy_jobs(every, everything):
-    """Sources, with the headers that they include; kernels for one instruction set, and unless everything is wanted the derivatives alone,
-    which include most headers.
+def tidied(every):
+    """Sources, with the headers that they include; kernels for one instruction set."""
+    return [unit for unit in every if not unit.is_test and unit.march in ("", "-march=x86-64-v3")]
 
-    The static analyser, which follows paths, is off for kernels: each is one long path of arithmetic, which takes it minutes.  It is off
+
+def tidy_jobs(every, changed):
+    """The static analyser, which follows paths, is off for kernels: each is one long path of arithmetic, which takes it minutes.  It is off
     too for the generated calls of all algorithms, which have one form and take minutes together.  Sanitizers see what the tests run of
     both.  Lanes of numbers in kernels are counted by sizeof(P) / sizeof(T), which are one type where a number has one lane."""
-    for unit in every:
-        if unit.is_test or unit.march not in ("", "-march=x86-64-v3"):
-            continue
-        if unit.is_kernel and not everything and "unity_derivatives" not in unit.name:
-            continue
+    for unit in changed.chosen(tidied(every)):
         left_out = "-clang-analyzer-*,-bugprone-sizeof-expression" if unit.is_kernel else "-clang-analyzer-*" if unit.file.name in GENERATED else ""
         checks = [f"--checks={left_out}"] if left_out else []
         flags = [*unit.options, *([unit.march] if unit.march else [])]
@@ -114,6 +160,10 @@ def analyzer_jobs(every):
             yield Job("analyzer", unit.name, command(unit, "gcc", "-O1", "-fanalyzer", "-Werror", "-c", "-o", os.devnull))
 
 
+def format_jobs():
+    yield Job("format", "all C and C++", [sys.executable, str(ROOT / "scripts/format.py"), "--check"])
+
+
 def python_jobs():
     folders = [folder for folder in PYTHON if (ROOT / folder).exists()]
     yield Job("ruff", "all Python", [sys.executable, "-m", "ruff", "check", "--quiet", *folders])
@@ -131,69 +181,82 @@ def fault_jobs():
         yield Job("clang-tidy", f"faults/tidy.cpp, {check}", ["clang-tidy", "--quiet", str(FAULTS / "tidy.cpp"), "--", "-std=c++20"], check)
     yield Job("cppcheck", "faults/cppcheck.c", [*CPPCHECK, str(FAULTS / "cppcheck.c")], "out of bounds")
     yield Job("analyzer", "faults/analyzer.c", ["gcc", "-O1", "-fanalyzer", "-Werror", "-c", "-o", os.devnull, str(FAULTS / "analyzer.c")], "double-free")
+    yield Job("format", "faults/format.cpp", [sys.executable, str(ROOT / "scripts/format.py"), "--check", str(FAULTS / "format.cpp")], "format.cpp")
     yield Job("ruff", "faults/ruff_fault.py", [sys.executable, "-m", "ruff", "check", "--quiet", "--no-cache", str(FAULTS / "ruff_fault.py")], "F821")
     yield Job("mypy", "faults/mypy_fault.py", [sys.executable, "-m", "mypy", str(FAULTS / "mypy_fault.py")], "no-untyped-def")
 
 
 def run(job):
-    start = time.monotonic()
-    done = subprocess.run(job.command, cwd=ROOT, capture_output=True, text=True)
-    said = done.stdout + done.stderr
-    if job.tool == "clang-tidy" and not done.returncode:
-        said = ""  # it counts the warnings of others' headers
-    ok = bool(done.returncode) and job.expected in said if job.expected else not done.returncode
-    return Outcome(job, said, ok, time.monotonic() - start)
+    with tempfile.TemporaryFile("w+") as said:
+        process = subprocess.Popen(job.command, cwd=ROOT, stdout=said, stderr=subprocess.STDOUT)
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = failed = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        text = said.read()
+    if job.tool == "clang-tidy" and not failed:
+        text = ""  # it counts the warnings of others' headers
+    ok = bool(failed) and job.expected in text if job.expected else not failed
+    return Outcome(job, text, ok, used.ru_utime + used.ru_stime)
 
 
-def jobs(tools, everything=False):
-    every = units() if {"gcc", "clang", "clang-tidy", "analyzer"} & set(tools) else []
-    slow_first = [*tidy_jobs(every, everything), *python_jobs(), *cppcheck_jobs()]
-    all_jobs = [*slow_first, *compile_jobs(every), *header_jobs(everything), *analyzer_jobs(every), *fault_jobs()]
-    return [job for job in all_jobs if job.tool in tools]
+def jobs(tools, built=(), everything=False):
+    """All jobs of these tools, and what the record of a later run is compared with."""
+    reads = {"gcc", "clang", "clang-tidy"} & set(tools)
+    every = units() if reads or "analyzer" in tools else []
+    changed = Changed(everything, every if reads else [])
+    slow_first = [*tidy_jobs(every, changed), *python_jobs(), *cppcheck_jobs(), *format_jobs()]
+    all_jobs = [*slow_first, *compile_jobs(every, () if everything else built, changed), *header_jobs(everything), *analyzer_jobs(every), *fault_jobs()]
+    return [job for job in all_jobs if job.tool in tools], changed
 
 
 def record(outcomes, seconds, everything):
     checks = [outcome for outcome in outcomes if not outcome.job.expected]
     figures = [(f"{tool}: runs with nothing to say", f"{sum(o.ok for o in checks if o.job.tool == tool)} of {sum(o.job.tool == tool for o in checks)}")
                for tool in TOOLS]
-    figures.append(("time", f"{seconds:.0f} s"))
+    figures.append(("processor time", f"{seconds:.0f} s"))
     planted = [(f"{o.job.tool}: {o.job.name}", "caught" if o.ok else "missed") for o in outcomes if o.job.expected]
     notes = ["gcc's analyser is run on C alone: that of gcc 12 doesn't support C++.",
              "clang-tidy follows no paths through kernels nor through the generated calls in C; sanitizers see what the tests run of them.",
              "cppcheck reads C++ without the headers of include/, which it can't parse."]
     if not everything:
-        notes.append("clang-tidy reads one group of kernels of ten; make lint LINT_OPTIONS=--all reads every one.")
-    kept = all(outcome.ok for outcome in outcomes) and all(any(o.job.tool == tool for o in checks) for tool in TOOLS)
-    trust_record.write(NAME, "make lint LINT_OPTIONS=--all" if everything else "make lint", kept, figures, planted, notes)
+        notes.append("Read were the files that had changed since the record before, what includes changed headers, and with gcc and clang what "
+                     "the builds of the tests don't compile with the same warnings as errors; make lint LINT_OPTIONS=--all reads everything.")
+    trust_record.write(NAME, "make lint LINT_OPTIONS=--all" if everything else "make lint", all(o.ok for o in outcomes), figures, planted, notes)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("tools", nargs="*", default=TOOLS, metavar="TOOL")
+    parser.add_argument("--built", action="append", default=[], metavar="FOLDER", type=Path, help="a build of the tests, up to date")
+    parser.add_argument("--without", action="append", default=[], metavar="TOOL", help="a tool that is not run")
     parser.add_argument("--record", action="store_true", help="write the record, if all tools are run")
-    parser.add_argument("--all", action="store_true", help="every kernel with clang-tidy, every header in C++ with gcc")
+    parser.add_argument("--all", action="store_true", help="read everything again, and write the record")
     given = parser.parse_args()
-    if unknown := set(given.tools) - set(TOOLS):
+    if unknown := set(given.tools + given.without) - set(TOOLS):
         parser.error(f"no tool {', '.join(sorted(unknown))}; there are {', '.join(TOOLS)}")
-    recorded = given.record and set(given.tools) == set(TOOLS)
+    tools = [tool for tool in given.tools if tool not in given.without]
+    recorded = (given.record or given.all) and set(tools) == set(TOOLS)
     if recorded:
         trust_record.begin(NAME, "make lint")
-    start = time.monotonic()
+    wanted, changed = jobs(tools, [folder.resolve() for folder in given.built], given.all)
     outcomes = []
     with concurrent.futures.ThreadPoolExecutor(int(os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL") or os.cpu_count())) as pool:
-        for outcome in pool.map(run, jobs(given.tools, given.all)):
+        for outcome in pool.map(run, wanted):
             outcomes.append(outcome)
             if not outcome.ok:
                 missed = f": said nothing of {outcome.job.expected}" if outcome.job.expected else ""
                 print(f"---- {outcome.job.tool}: {outcome.job.name}{missed}\n{outcome.said}", flush=True)
     if os.environ.get("LINT_TIMES"):
         Path(os.environ["LINT_TIMES"]).write_text("".join(f"{o.seconds:.1f} {o.ok} {o.job.tool} {o.job.name}\n" for o in outcomes))
-    for tool in given.tools:
+    for tool in tools:
         own = [outcome for outcome in outcomes if outcome.job.tool == tool]
         print(f"{tool}: {sum(o.ok for o in own)} of {len(own)} as they should be, {sum(o.seconds for o in own):.0f} s")
+    clean = all(outcome.ok for outcome in outcomes)
+    if clean and {"gcc", "clang", "clang-tidy"} <= set(tools):
+        changes.write("lint", changed.lines, recorded)
     if recorded:
-        record(outcomes, time.monotonic() - start, given.all)
-    sys.exit(not all(outcome.ok for outcome in outcomes))
+        record(outcomes, sum(outcome.seconds for outcome in outcomes), given.all)
+    sys.exit(not clean)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,8 @@
 
     scripts/trust/page.py"""
 
+import re
+
 import promises
 import run_facts
 
@@ -15,9 +17,14 @@ HEAD = """# What KSL promises, and what shows it
 Each promise has a check that can fail, and faults are planted to show it. The records below were written by the checks
 themselves: date, commit and machine are those of the last run. "Kept": every check of the promise is on record, and found nothing.
 "In part": what is on record found nothing, but a record is missing, or the text says what falls short. "Not kept": a check found
-something, or did not end. "Not shown": no run is on record yet. [CONTRIBUTING.md](../CONTRIBUTING.md#long-checks) says how long checks take.
+something, or did not end. "Not shown": no run is on record yet. Long checks are renewed before a release; until then the page says how often the
+code that they cover has changed. [CONTRIBUTING.md](../CONTRIBUTING.md#long-checks) says how long checks take.
 [SECURITY.md](../SECURITY.md) says which input may be hostile.
 """
+
+
+AS_OF = "Made at commit {}."
+"""What the page says of the history of a record is true there."""
 
 
 def table(head, rows):
@@ -46,13 +53,21 @@ def made(run):
     return run["date"], f"commit {run['commit'][:12]}{run['commit'][40:]}"
 
 
+def age_line(age):
+    """That of a record, if there is something to say."""
+    if age:
+        yield ""
+        yield age
+
+
 def verdict(run):
     return "kept" if run["kept"] else "**not kept**"
 
 
-def run_lines(run):
+def run_lines(run, age):
     """One record."""
     yield f"`{run['command']}`, {', '.join(made(run))}: {verdict(run)}. {run['machine']}."
+    yield from age_line(age)
     if run["figures"]:
         yield ""
         yield from table(["figure", "measured"], run["figures"].items())
@@ -70,7 +85,7 @@ def faults_line(planted):
     return "; ".join(f"{outcome}: {', '.join(faults)}" for outcome, faults in outcomes.items())
 
 
-def runs_lines(command, runs):
+def runs_lines(command, runs, ages):
     """Several records of one command, as rows."""
     figures = list(dict.fromkeys(figure for run in runs.values() for figure in run["figures"]))
     rows = [
@@ -82,24 +97,26 @@ def runs_lines(command, runs):
     yield ""
     yield from table(["record", *figures, "state", "date", "of", "planted faults", "machine"], rows)
     for name, run in runs.items():
+        yield from age_line(f"{name}: {ages[name]}" if ages[name] else "")
         for note in run["notes"]:
             yield ""
             yield f"{name}: {note}"
 
 
-def records(promise):
+def records(promise, page_of):
     """What is on record of a promise, and what is not."""
     found = {name: run for name, run in promise["runs"].items() if run}
     for command in dict.fromkeys(run["command"] for run in found.values()):
         runs = {name: run for name, run in found.items() if run["command"] == command}
         yield ""
-        yield from runs_lines(command, runs) if len(runs) > 1 else run_lines(*runs.values())
+        ages = {name: promises.age(promise, name, page_of) for name in runs}
+        yield from runs_lines(command, runs, ages) if len(runs) > 1 else run_lines(*runs.values(), *ages.values())
     for name in promise["runs"]:
         if name not in found:
             yield from ["", f"`{name}`: no run is on record."]
 
 
-def section(promise):
+def section(promise, page_of):
     yield from ["", f"## {promise['name'].replace('-', ' ').capitalize()}", "", promise["promise"]]
     yield from ["", f"Figure: {promise['figure']}.", "", " ".join(proof(promise))]
     if "details" in promise:
@@ -108,19 +125,33 @@ def section(promise):
         yield from ["", f"A broken promise is noticed: {promise['fault']}"]
     if "shortfall" in promise:
         yield from ["", f"**What falls short:** {promise['shortfall']}"]
-    yield from records(promise)
+    yield from records(promise, page_of)
 
 
-def page(read):
+def page(read, page_of=""):
+    """page_of: the commit from which the history of records is seen; without one the page says nothing of it."""
     rows = [(f"[{p['promise']}](#{p['name']})", p["figure"], promises.state(p), last_date(p)) for p in read]
     lines = [*table(["promise", "figure", "state", "last run"], rows)]
     for promise in read:
-        lines += section(promise)
-    return HEAD + "\n" + "\n".join(lines) + "\n"
+        lines += section(promise, page_of)
+    as_of = f"\n{AS_OF.format(page_of[:12])}\n" if page_of else ""
+    return HEAD + as_of + "\n" + "\n".join(lines) + "\n"
+
+
+def commit_of(text):
+    """The commit at which a page was made."""
+    found = re.search(AS_OF.format(r"(\w+)").replace(".", r"\."), text)
+    return found[1] if found else ""
+
+
+def without_history(text):
+    """A page without what it says of the history of records."""
+    kept = re.sub(rf"^({AS_OF.format('.*')}|(\S+: )?(That commit is not in the history|The code that it covers has) .*)\n\n?", "", text, flags=re.MULTILINE)
+    return kept.rstrip("\n") + "\n"
 
 
 def write():
-    PAGE.write_text(page(promises.read()), encoding="utf-8")
+    PAGE.write_text(page(promises.read(), run_facts.head()), encoding="utf-8")
 
 
 if __name__ == "__main__":

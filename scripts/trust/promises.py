@@ -28,6 +28,25 @@ def expected(promise):
     return [*names, *([promise["name"] + TESTS] if has_tests(promise) else [])]
 
 
+def covered(promise, name):
+    """The patterns of the files that a record of this promise is about, and of the tests that it ran."""
+    tests = promise.get("pytest", []) if name.endswith(TESTS) else []
+    return [*promise.get("covers_of", {}).get(name, promise["covers"]), *tests]
+
+
+def age(promise, name, page_of):
+    """What has become of the commit that a record names, seen from the commit `page_of`, in a sentence; nothing where it can't be told."""
+    commit = promise["runs"][name]["commit"][:40]
+    if not page_of or not run_facts.has_history():
+        return ""
+    if not run_facts.is_in_history(commit, page_of):
+        return "That commit is not in the history any more: commits were replaced when branches were rebased. What has changed since is not known."
+    changed = run_facts.commits_since(commit, page_of, covered(promise, name))
+    if not changed:
+        return "The code that it covers has not changed since."
+    return f"The code that it covers has changed since, in {changed} commit{'s' if changed > 1 else ''}."
+
+
 def has_tests(promise):
     return bool(promise.get("pytest") or promise.get("ctest"))
 

@@ -22,6 +22,33 @@ def commit(results=()):
     return name + (", with changes that were not committed" if changed else "")
 
 
+def _git(*arguments):
+    """What git says, or None: no git, no repository, or nothing of that name."""
+    try:
+        return subprocess.run(["git", "-C", str(ROOT), *arguments], check=True, capture_output=True, text=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return None
+
+
+def head():
+    """The commit that the working tree stands on, or nothing."""
+    return _git("rev-parse", "HEAD") or ""
+
+
+def has_history():
+    """Is all of the history here, so that a commit that is not has been replaced."""
+    return _git("rev-parse", "--is-shallow-repository") == "false"
+
+
+def is_in_history(commit, of):
+    return _git("merge-base", "--is-ancestor", commit, of) is not None
+
+
+def commits_since(commit, until, globs):
+    """How many commits between these two have changed files that these patterns of git's name."""
+    return int(_git("rev-list", "--count", f"{commit}..{until}", "--", *(f":(top,glob){glob}" for glob in globs)) or 0)
+
+
 def date():
     return datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
 

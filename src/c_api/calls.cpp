@@ -119,8 +119,8 @@ namespace {
 
 /// What a call for a batch makes of its arguments, in memory that the thread keeps.
 template <class S> struct batch_arguments {
-  int *links;
-  external_rows<S> *exerted;
+  int *links = nullptr;
+  external_rows<S> *exerted = nullptr;
 
   void lay_out(int joints, int external_n) {
     arena measure;

@@ -34,4 +34,14 @@ def test_variables_that_change_behaviour_are_dropped_and_others_stay(tmp_path):
 
 def test_ci_runs_make_and_nothing_else():
     commands = [line for line in (ROOT / ".ci/run").read_text().splitlines() if not line.startswith("#")]
-    assert commands == ["set -eu", 'cd "$(dirname "$0")/.."', "make test", "exec make lint abi fuzz-short"]
+    assert commands == ["set -eu", 'cd "$(dirname "$0")/.."', "command -v make >/dev/null || scripts/system_packages.sh demo", "exec make ci"]
+    asked = subprocess.run(["make", "-n", "--no-print-directory", "ci"], cwd=ROOT, env=KEPT | {"MAKEFLAGS": ""}, capture_output=True, text=True, timeout=60).stdout
+    assert '"test=make --no-print-directory test"' in asked
+    assert all(part in asked for part in ("lint=", " lint-alone ", " abi fuzz-short"))
+
+
+def test_a_part_of_ci_that_fails_is_told_with_its_own_output_in_one_block():
+    parts = ["test=echo one; sleep 0.2; echo two", "lint=echo three; sleep 0.1; echo four >&2; exit 3", "abi=true"]
+    done = subprocess.run([ROOT / "scripts/side_by_side.py", *parts], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1 and "one\ntwo\n" in done.stdout and "three\nfour\n" in done.stdout
+    assert [line.split(",")[0] for line in done.stdout.splitlines()[-3:]] == ["test: ok", "lint: FAILED with status 3", "abi: ok"]

@@ -90,7 +90,7 @@ def test_the_algebra_needs_c_headers_only(path):
     assert not strangers, f"{path.relative_to(ROOT)} includes {sorted(strangers)}; the C algebra depends on nothing but C"
 
 
-KERNELS = ["engine/finite.cpp", "engine/inverse_kinematics_kernels.cpp", "engine/array_kernels.cpp", *(f.relative_to(SRC).as_posix() for f in sorted((SRC / "engine/algorithms").glob("*/*.cpp")))]
+KERNELS = ["engine/finite.cpp", "engine/shared_steps.cpp", "engine/inverse_kinematics_kernels.cpp", "engine/array_kernels.cpp", *(f.relative_to(SRC).as_posix() for f in sorted((SRC / "engine/algorithms").glob("*/*.cpp")))]
 
 
 @pytest.mark.parametrize("source", KERNELS)

@@ -34,7 +34,7 @@ def levels_of(compiler: str) -> list[str]:
 
 def objects_of(compiler: str, level: str) -> list[Path]:
     name, build = level.replace("-", "_"), built(compiler) / "CMakeFiles"
-    return [*(build / f"ksl_kernels_{name}.dir").glob("Unity/*.o"), *(build / f"ksl_kernels_{name}.dir/src/batch").glob("*.o"), *(build / f"ksl_array_kernels_{name}.dir").rglob("*.o")]
+    return [*(build / f"ksl_kernels_{name}.dir").glob("Unity/*.o"), *(build / f"ksl_kernels_{name}.dir/src").rglob("*.o"), *(build / f"ksl_array_kernels_{name}.dir").rglob("*.o")]
 
 
 def symbols(path: Path) -> list[tuple[str, str]]:

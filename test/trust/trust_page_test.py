@@ -15,8 +15,9 @@ import page
 import promises
 import prove
 import record
+import run_facts
 
-PROMISE = '[[promise]]\nname = "fuzz"\npromise = "P."\nfigure = "F"\ncommand = "make fuzz"\nrecords = ["fuzz-a", "fuzz-b"]\n'
+PROMISE = '[[promise]]\nname = "fuzz"\npromise = "P."\nfigure = "F"\ncovers = ["fuzz/**"]\ncommand = "make fuzz"\nrecords = ["fuzz-a", "fuzz-b"]\n'
 
 
 @pytest.fixture
@@ -102,7 +103,61 @@ def test_a_check_that_dies_keeps_nothing(folder):
 
 
 def test_the_page_is_what_the_records_say():
-    assert page.PAGE.read_text(encoding="utf-8") == page.page(promises.read())
+    """What it says of history was true at the commit that it names, where that is still in the history."""
+    text = page.PAGE.read_text(encoding="utf-8")
+    made_at = page.commit_of(text)
+    assert made_at
+    if run_facts.has_history() and run_facts.is_in_history(made_at, "HEAD"):
+        assert text == page.page(promises.read(), made_at)
+    else:
+        assert page.without_history(text) == page.page(promises.read())
+
+
+def git(folder, *arguments):
+    identity = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
+    return subprocess.run(["git", "-C", folder, *identity, *arguments], check=True, capture_output=True, text=True).stdout.strip()
+
+
+@pytest.fixture
+def history(tmp_path, monkeypatch):
+    """Three commits: a file that the promise covers, another one, and a change of the first."""
+    monkeypatch.setattr(run_facts, "ROOT", tmp_path)
+    git(tmp_path, "init", "-q")
+    for name, text in [("fuzz/a.py", "1"), ("b.py", "1"), ("fuzz/a.py", "2")]:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+        git(tmp_path, "add", name)
+        git(tmp_path, "commit", "-q", "-m", name)
+    return git(tmp_path, "rev-list", "--reverse", "HEAD").split()
+
+
+def promise_with_records_of(commits, tmp_path):
+    (tmp_path / "promises.toml").write_text(PROMISE)
+    for name, commit in zip(("fuzz-a", "fuzz-b"), commits, strict=True):
+        run(tmp_path, name, True)
+        path = tmp_path / "results" / f"{name}.json"
+        path.write_text(json.dumps(json.loads(path.read_text()) | {"commit": commit}))
+    return promises.read(tmp_path)
+
+
+def test_the_page_says_since_when_the_code_of_a_record_has_changed(history, tmp_path):
+    first, second, third = history
+    read = promise_with_records_of((first, third), tmp_path)
+    text = page.page(read, third)
+    assert f"Made at commit {third[:12]}." in text
+    assert "fuzz-a: The code that it covers has changed since, in 1 commit." in text
+    assert "fuzz-b: The code that it covers has not changed since." in text
+    assert "fuzz-a: The code that it covers has not changed since." in page.page(read, second)
+    assert page.commit_of(text) == third[:12] and page.without_history(text) == page.page(read)
+
+
+def test_the_page_says_that_a_commit_was_replaced_and_nothing_where_history_is_cut_off(history, tmp_path, monkeypatch):
+    read = promise_with_records_of(("0" * 40, history[0]), tmp_path)
+    text = page.page(read, history[2])
+    assert "fuzz-a: That commit is not in the history any more" in text and page.without_history(text) == page.page(read)
+    git(tmp_path, "clone", "-q", "--depth", "1", f"file://{tmp_path}", tmp_path / "shallow")
+    monkeypatch.setattr(run_facts, "ROOT", tmp_path / "shallow")
+    assert "since" not in page.page(read, history[2]).split("[SECURITY.md]")[1]
 
 
 def test_every_record_belongs_to_a_promise_and_every_test_file_exists():
@@ -110,3 +165,5 @@ def test_every_record_belongs_to_a_promise_and_every_test_file_exists():
     names = {name for promise in read for name in promises.expected(promise)}
     assert {path.stem for path in (promises.FOLDER / "results").glob("*.json")} <= names
     assert all((ROOT / path).exists() for promise in read for path in [*promise.get("pytest", []), promise.get("details", "")])
+    covered = {glob for promise in read for name in promise["runs"] for glob in promises.covered(promise, name)}
+    assert [glob for glob in sorted(covered) if not any(ROOT.glob(glob.removesuffix("/**") if glob.endswith("/**") else glob))] == []

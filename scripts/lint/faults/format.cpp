@@ -1,0 +1,2 @@
+// Formatted otherwise.
+int  twice(int x){return 2*x;}
