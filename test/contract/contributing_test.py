@@ -139,7 +139,7 @@ def test_a_new_kind_of_joint(tmp_path, compiler):
     shutil.copytree(ROOT / "include", tmp_path / "include")
     model = tmp_path / "include/ksl/engine/model"
     struct, value, lines = blocks("A new kind of joint")
-    include, by_kind, with_joint, listed = lines.splitlines()
+    include, general, with_joint, listed = lines.splitlines()
     (model / "joints" / "xy_table.hpp").write_text(struct)
     insert_before(model / "joint.hpp", "continuous = ", value.rstrip())
     joints = model / "joints.hpp"
@@ -148,7 +148,7 @@ def test_a_new_kind_of_joint(tmp_path, compiler):
     forgotten = compiles(tmp_path, compiler)
     assert forgotten.returncode != 0 and "xy_table" in forgotten.stderr, "the compiler doesn't name the switch that lacks the kind"
 
-    insert_before(joints, "case joint_kind::floating: return of.", by_kind)
+    insert_before(joints, "    joint_kind::helical,\n", general)
     insert_before(joints, "case joint_kind::floating: return step(", with_joint)
     insert_before(joints, "    joint_kind::floating};", listed)
     done = compiles(tmp_path, compiler)

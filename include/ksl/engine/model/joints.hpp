@@ -78,9 +78,17 @@ constexpr bool only_turns(joint_kind kind) { return kind == joint_kind::revolute
 inline constexpr joint_kind turning_kind = joint_kind::revolute; ///< how all of them move
 
 /// Kinds for which algorithms have no code of their own.  They have that of general_joint.
-template <>
-struct joint<general_kind>
-    : general_joint<joint_kind::helical, joint_kind::spherical, joint_kind::cylindrical, joint_kind::planar, joint_kind::translation> {};
+// clang-format off
+template <> struct joint<general_kind> : general_joint<
+    joint_kind::helical,
+    joint_kind::spherical,
+    joint_kind::cylindrical,
+    joint_kind::planar,
+    joint_kind::translation> {};
+// clang-format on
+
+/// Do algorithms have code of its own for a kind?
+constexpr bool has_own_code(joint_kind kind) { return only_turns(kind) || kind == joint_kind::prismatic || kind == joint_kind::floating; }
 
 /// How many coordinates the joint of a body has: a constant for kinds with their own code.
 template <joint_kind K, class S> KSL_LANES int coordinates(const body<S> &b) { return K == general_kind ? b.nv : joint<K>::nv; }
@@ -170,6 +178,15 @@ inline constexpr joint_kind joint_kinds[] = {
     joint_kind::fixed,       joint_kind::revolute,  joint_kind::continuous, joint_kind::prismatic, joint_kind::helical,
     joint_kind::cylindrical, joint_kind::universal, joint_kind::spherical,  joint_kind::planar,    joint_kind::translation,
     joint_kind::floating};
+
+static_assert(
+    [] {
+      for (joint_kind kind : joint_kinds) // a universal joint is two bodies on revolute joints, a fixed one is none
+        if (kind != joint_kind::fixed && kind != joint_kind::universal && !has_own_code(kind) && !joint<general_kind>::includes(kind))
+          return false;
+      return true;
+    }(),
+    "a kind of joint is missing in general_joint's list");
 
 /// The properties of a kind.
 constexpr joint_kind_row row_of(joint_kind kind) {
