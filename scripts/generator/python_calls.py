@@ -135,6 +135,9 @@ STUB = '''\
     import numpy
     from numpy.typing import NDArray
 
+^_core\\.joint_kinds$:
+    joint_kinds: tuple[JointKind, ...]
+
 {calls}
 Model\\.inverse_kinematics$:
     def inverse_kinematics(
