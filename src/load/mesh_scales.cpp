@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-namespace ksl::load {
+namespace ksl::readers {
 
 using namespace text;
 
@@ -65,4 +65,4 @@ std::vector<std::string> mesh_scale_warnings(pugi::xml_node robot) {
   return lines;
 }
 
-} // namespace ksl::load
+} // namespace ksl::readers

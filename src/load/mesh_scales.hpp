@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-namespace ksl::load {
+namespace ksl::readers {
 
 /// A line for each mesh file that the robot uses at scales so far apart that one of them must be in other units (millimetres, inches).
 /// The meshes themselves are not read.
 std::vector<std::string> mesh_scale_warnings(pugi::xml_node robot);
 
-} // namespace ksl::load
+} // namespace ksl::readers

@@ -23,8 +23,8 @@ namespace {
 using text::element;
 using text::listed;
 using text::quoted;
-using load::sdf::frame_graph;
-using load::sdf::own_frame;
+using readers::sdf::frame_graph;
+using readers::sdf::own_frame;
 
 class sdf_reader {
 public:
@@ -113,7 +113,7 @@ robot_description sdf_reader::read() {
   leaders_of(robot_);
   check_tree(robot_);
   warn_of_links(robot_, check_inertias(robot_), options_.strict, "correct these inertias");
-  for (std::string &line : load::mesh_scale_warnings(model))
+  for (std::string &line : readers::mesh_scale_warnings(model))
     robot_.warnings.push_back(std::move(line));
   robot_.unused = unused_.lines();
   return std::move(robot_);
@@ -151,7 +151,7 @@ pugi::xml_node sdf_reader::chosen_model() {
   std::vector<std::string> names, all;
   pugi::xml_node model;
   for (const pugi::xml_node each : holder.node().children("model")) {
-    const bool is_static = load::sdf::flag_in(in_file(each, "model", each.attribute("name").value()), "static", false);
+    const bool is_static = readers::sdf::flag_in(in_file(each, "model", each.attribute("name").value()), "static", false);
     all.push_back(name_of(each));
     if (options_.model.empty() ? is_static : all.back() != options_.model) {
       unused_.in_robot(is_static ? "model " + all.back() + ", static" : "model " + all.back());
@@ -188,7 +188,7 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
   check_content(model);
   const bool outermost = full_name == own_frame;
   const std::string inner = outermost ? "" : scope + name + "::";
-  const auto pose = load::sdf::pose_in(model);
+  const auto pose = readers::sdf::pose_in(model);
   if (outermost && !pose.relative_to.empty() && pose.relative_to != "world")
     model.refuse("its pose is relative to " + quoted(pose.relative_to) + ", but only world is read here; give the pose in the world");
 
@@ -221,7 +221,7 @@ std::string sdf_reader::collect_part(pugi::xml_node child, const std::string &sc
   const std::string tag = child.name(), kind = tag == "drake:joint" ? "joint" : tag;
   std::string name = name_of(child);
   const element at = in_file(child, kind, scope + name);
-  const auto pose = load::sdf::pose_in(at);
+  const auto pose = readers::sdf::pose_in(at);
   std::string usual = own_frame, attached_to;
   if (kind == "joint") {
     usual = attached_to = end_of({scope, scope + name, at}, "child");
@@ -281,12 +281,12 @@ void sdf_reader::read_link(const part &link) {
       unused_.in_link(tag);
       out.has_geometry = true;
     }
-  if (!load::sdf::flag_in(link.at, "gravity", true))
+  if (!readers::sdf::flag_in(link.at, "gravity", true))
     without_weight_.push_back(link.name);
   out.has_inertial = true;
   std::vector<std::string> missing;
   if (const element inertial = link.at.child("inertial")) {
-    out.given = load::sdf::inertia_in(inertial, missing);
+    out.given = readers::sdf::inertia_in(inertial, missing);
     if (inertial.child("fluid_added_mass"))
       unused_.in_link("fluid_added_mass");
     if (!missing.empty())
@@ -324,9 +324,9 @@ std::string sdf_reader::free_joint_name(const std::string &name) const {
 
 /// The name in <parent> or <child>; in a <drake:joint> also in <drake:parent> or <drake:child>.
 std::string sdf_reader::end_of(const part &joint, const char *tag) const {
-  std::string name = load::sdf::text_in(joint.at, tag);
+  std::string name = readers::sdf::text_in(joint.at, tag);
   if (name.empty() && is_drake(joint.at))
-    name = load::sdf::text_in(joint.at, ("drake:" + std::string(tag)).c_str());
+    name = readers::sdf::text_in(joint.at, ("drake:" + std::string(tag)).c_str());
   if (name.empty())
     joint.at.refuse("no <" + std::string(tag) + "> with a name in it; add <" + tag + ">...</" + tag + ">");
   return name;
@@ -435,7 +435,7 @@ vec3<double> sdf_reader::axis_in(const part &joint, const char *tag, vec3<double
 /// <thread_pitch> is radians a metre, left-handed positive.
 double sdf_reader::pitch_in(const element &joint, double &metres_a_revolution) const {
   const std::string mend = "write <screw_thread_pitch>0.005</screw_thread_pitch>, the advance along the axis in metres for each revolution";
-  const auto pitch = load::sdf::number_in(joint, "screw_thread_pitch"), older = load::sdf::number_in(joint, "thread_pitch");
+  const auto pitch = readers::sdf::number_in(joint, "screw_thread_pitch"), older = readers::sdf::number_in(joint, "thread_pitch");
   if (pitch) {
     if (older && !(std::fabs(given::pitch_of(*pitch) * *older + 1) <= 1e-3))
       joint.refuse("its <screw_thread_pitch> and <thread_pitch> disagree; remove <thread_pitch>, which is in radians a metre, left-handed positive");
@@ -460,7 +460,7 @@ void sdf_reader::read_limit(const element &axis, int number, joint_description &
     if (limit.node().child(tag))
       unused_.in_joint("limit " + std::string(tag), "not used", out.name);
   const auto read = [&](const char *tag) {
-    const optional_number x = load::sdf::number_in(limit, tag);
+    const optional_number x = readers::sdf::number_in(limit, tag);
     return x && std::fabs(*x) >= 1e16 ? std::nullopt : x;
   };
   const auto positive = [](const optional_number &x) { return x && *x < 0 ? std::nullopt : x; };
@@ -489,7 +489,7 @@ void sdf_reader::read_mimic(const element &mimic, const std::string &scope, join
   mimic.expect({"joint", "axis"}, {"multiplier", "offset", "reference"});
   if (mimic.text("joint").empty())
     mimic.refuse("<mimic> names no joint; write <mimic joint=\"...\">");
-  const auto read = [&](const char *tag, double otherwise) { return load::sdf::number_in(mimic, tag).value_or(otherwise); };
+  const auto read = [&](const char *tag, double otherwise) { return readers::sdf::number_in(mimic, tag).value_or(otherwise); };
   const double multiplier = read("multiplier", 1);
   out.mimic = {scope + mimic.text("joint"), multiplier, read("offset", 0) - multiplier * read("reference", 0), {mimic.line()}};
 }
@@ -501,7 +501,7 @@ void sdf_reader::read_dynamics(const element &axis, const std::string &scope, jo
   if (!dynamics && axis.tag() == "axis")
     return;
   dynamics.expect({}, {"damping", "friction", "spring_reference", "spring_stiffness"});
-  const auto read = [&](const char *tag) { return dynamics ? load::sdf::number_in(dynamics, tag).value_or(0) : 0; };
+  const auto read = [&](const char *tag) { return dynamics ? readers::sdf::number_in(dynamics, tag).value_or(0) : 0; };
   const double damping = read("damping"), friction = read("friction"), stiffness = read("spring_stiffness");
   if (row_of(out.kind).nv == 1) {
     out.damping = damping, out.friction = friction;

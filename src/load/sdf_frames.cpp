@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace ksl::load::sdf {
+namespace ksl::readers::sdf {
 
 using namespace text;
 
@@ -153,4 +153,4 @@ std::string frame_graph::link_of(const std::string &full_name) const {
   return link;
 }
 
-} // namespace ksl::load::sdf
+} // namespace ksl::readers::sdf

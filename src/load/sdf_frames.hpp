@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace ksl::load::sdf {
+namespace ksl::readers::sdf {
 
 inline const std::string own_frame = "__model__"; ///< what SDF calls a model's own frame in its scope
 
@@ -66,4 +66,4 @@ private:
 SE3<double> product(const SE3<double> &a, const SE3<double> &b);
 SE3<double> inverse(const SE3<double> &a);
 
-} // namespace ksl::load::sdf
+} // namespace ksl::readers::sdf

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace ksl::load::sdf {
+namespace ksl::readers::sdf {
 
 using namespace given;
 using namespace text;
@@ -120,4 +120,4 @@ given_inertia inertia_in(const element &inertial, std::vector<std::string> &miss
   return out;
 }
 
-} // namespace ksl::load::sdf
+} // namespace ksl::readers::sdf

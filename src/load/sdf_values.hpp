@@ -5,7 +5,7 @@
 
 #include "ksl/engine/model/description.hpp"
 
-namespace ksl::load::sdf {
+namespace ksl::readers::sdf {
 
 using text::element;
 
@@ -32,4 +32,4 @@ optional_number number_in(const element &parent, const char *tag);
 /// An <inertial>.  What it leaves out is appended to `missing`; SDF has a mass of 1 kg and moments of 1 kg m² for it.
 given_inertia inertia_in(const element &inertial, std::vector<std::string> &missing);
 
-} // namespace ksl::load::sdf
+} // namespace ksl::readers::sdf

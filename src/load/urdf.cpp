@@ -102,7 +102,7 @@ robot_description urdf_reader::read() {
   check_tree(robot_);
   leaders_of(robot_);
   warn_of_links(robot_, check_inertias(robot_), options_.strict, "correct these inertias");
-  for (std::string &line : load::mesh_scale_warnings(root_.node()))
+  for (std::string &line : readers::mesh_scale_warnings(root_.node()))
     robot_.warnings.push_back(std::move(line));
   robot_.unused = unused_.lines();
   return std::move(robot_);
@@ -181,7 +181,7 @@ void urdf_reader::read_link(pugi::xml_node node) {
     }
   if (const element inertial = link.child("inertial")) {
     out.has_inertial = true;
-    out.given = load::inertia_in(inertial, minor_);
+    out.given = readers::inertia_in(inertial, minor_);
     out.inertia = given::inertia_of(*out.given);
   }
   link_index_.try_emplace(out.name, static_cast<int>(robot_.links.size()));
@@ -202,7 +202,7 @@ void urdf_reader::read_joint(pugi::xml_node node) {
   out.kind = is_drake(joint) ? drake_kind_of(joint) : kind_of(joint);
   out.parent = link_named_in(joint, "parent");
   out.child = link_named_in(joint, "child");
-  out.placement = load::origin_in(joint, minor_, out.given.rotation);
+  out.placement = readers::origin_in(joint, minor_, out.given.rotation);
   if (is_drake(joint))
     read_drake_motion(joint, out);
   else
@@ -269,7 +269,7 @@ void urdf_reader::read_motion(const element &joint, joint_description &out) {
   else
     ignore(joint, "axis", out);
   if (row.has_axis2) {
-    out.given.axis2 = load::axis2_in(joint);
+    out.given.axis2 = readers::axis2_in(joint);
     out.axis2 = given::direction_of(out.given.axis2);
   } else {
     ignore(joint, "axis2", out);
@@ -315,12 +315,12 @@ void urdf_reader::read_drake_motion(const element &joint, joint_description &out
 }
 
 void urdf_reader::read_axis(const element &joint, joint_description &out) {
-  out.given.axis = load::axis_in(joint);
+  out.given.axis = readers::axis_in(joint);
   out.axis = given::direction_of(out.given.axis);
 }
 
 void urdf_reader::read_pitch(const element &joint, const char *tag, joint_description &out) {
-  out.given.pitch = load::pitch_in(joint, tag);
+  out.given.pitch = readers::pitch_in(joint, tag);
   out.pitch = given::pitch_of(out.given.pitch);
 }
 

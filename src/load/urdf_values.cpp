@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ksl::load {
+namespace ksl::readers {
 
 using namespace given;
 using namespace text;
@@ -105,4 +105,4 @@ double pitch_in(const element &joint, const char *tag) {
   return pitch.required_number("value", mend);
 }
 
-} // namespace ksl::load
+} // namespace ksl::readers

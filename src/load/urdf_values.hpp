@@ -5,7 +5,7 @@
 
 #include "ksl/engine/model/description.hpp"
 
-namespace ksl::load {
+namespace ksl::readers {
 
 using text::element;
 
@@ -26,4 +26,4 @@ vec3<double> axis2_in(const element &joint);
 /// The element is that of SDF 1.10.  `tag` may be <drake:screw_thread_pitch> instead, as Drake has it.
 double pitch_in(const element &joint, const char *tag);
 
-} // namespace ksl::load
+} // namespace ksl::readers
