@@ -10,17 +10,18 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
-TIMES = 4
-"""How many times as large the second input is."""
-MOST = 1.25
-"""Work for it, over its share.  Quadratic work is 4 times its share; sorting adds a fifth at most."""
+MOST = 0.15
+"""The part of the work that may grow with the square.  Sorting makes up to 0.1 of it."""
 
 
 def assert_linear(count: Callable[[int], int], n: int) -> None:
-    """Fails unless count(4 n) is about 4 count(n) or less.  count(n) is called once before: imports and caches are no part of the work."""
+    """Fails where count(n), count(2 n) and count(4 n) grow faster than a + b n.
+
+    For a + b n + c n² it finds the part c (4 n)² of count(4 n).  count(n) is called once before: imports are no part of the work."""
     count(n)
-    few, many = count(n), count(TIMES * n)
-    assert few > 0 and many <= MOST * TIMES * few, f"{few:,} for {n:,}, and {many:,} for {TIMES * n:,}: {many / max(few, 1):.1f} times as many for {TIMES} times as much"
+    one, two, four = (count(k * n) for k in (1, 2, 4))
+    square = 16 / 6 * (four - 3 * two + 2 * one)
+    assert 0 < one and (square <= MOST * four or four <= one), f"{one:,}, {two:,} and {four:,} for {n:,}, {2 * n:,} and {4 * n:,}: {square / four:.2f} of it grows with the square"
 
 
 def work(run: Callable[[], object]) -> int:

@@ -22,8 +22,8 @@ def test_what_is_found_is_what_re_finds(pattern, flags):
     for _ in range(40):
         text = "".join(rng.choice('ab1.,-e<> \t"\n[=') for _ in range(rng.randrange(30)))
         for each, given in ((compiled, text), (binary, text.encode())):
-            Counted(each).match(given)  # they compare
-            Counted(each).search(given)
+            for how in ("match", "search", "fullmatch"):
+                getattr(Counted(each), how)(given)  # it compares
 
 
 def steps(pattern: str, text: str) -> int:
@@ -34,6 +34,6 @@ def steps(pattern: str, text: str) -> int:
 
 def test_a_number_that_can_be_split_at_every_digit_is_seen():
     """The first is what once read numbers; its digits could belong to two parts."""
-    with pytest.raises(AssertionError, match="1[0-9].[0-9] times as many"):
+    with pytest.raises(AssertionError, match="(0.9|1.0)[0-9] of it grows with the square"):
         assert_linear(lambda n: steps(r"^[-+]?(\d+\.?\d*|\.\d+)$", "1" * n + "x"), 150)
     assert_linear(lambda n: steps(r"^[-+]?(\d+(\.\d*)?|\.\d+)$", "1" * n + "x"), 150)
