@@ -73,19 +73,21 @@ double share_of_square(double one, double two, double four) {
 } // namespace
 
 TEST_CASE("hostile: the work is in proportion to the size") {
+  cost_of(robot(a_link("a"))); // what is made once
   for (const test::hostile_text &each : test::hostile_texts()) {
     const std::string title = each.title;
     CAPTURE(title);
-    const std::size_t n = std::min<std::size_t>(each.large / 4, 500);
-    cost_of(each.of_size(n)); // what is made once
-    const cost one = cost_of(each.of_size(n)), two = cost_of(each.of_size(2 * n)), four = cost_of(each.of_size(4 * n));
+    cost costs[3];
+    for (std::size_t k = 0; k < 3; ++k)
+      costs[k] = cost_of(each.of_size(each.small << k));
+    const auto [one, two, four] = costs;
     const double blocks = share_of_square(one.blocks, two.blocks, four.blocks),
                  bytes = share_of_square(one.bytes, two.bytes, four.bytes);
     if (std::getenv("KSL_COSTS"))
-      std::printf("%-50s blocks %12.0f, %5.3f of them with the square; bytes %12.0f, %5.3f\n", title.c_str(), four.blocks,
+      std::printf("%-40s %12.0f blocks, %6.3f of them with the square; %12.0f bytes, %6.3f\n", title.c_str(), four.blocks,
                   blocks, four.bytes, bytes);
-    CHECK(blocks < 0.15);
-    CHECK(bytes < 0.15);
+    CHECK(blocks < 0.11); // of maps it is up to 0.08
+    CHECK(bytes < 0.3); // vectors double: that is up to a quarter by itself
   }
 }
 
