@@ -204,7 +204,7 @@ def test_work_is_linear_in_links(tmp_path):
         assert not found
         return done
 
-    assert_linear(check, 50)
+    assert_linear(check, 100)
 
 
 def test_names_in_the_way_of_patterns(check):
