@@ -76,6 +76,7 @@ test-long: $(VENV)/.tested $(VENV)/.packages
 # Peers are built once, in build/bench/peers (about ten minutes), KSL with gcc and with clang each time.
 bench: bench-build
 	$(BIN)/python bench/run.py build/bench
+	$(BIN)/python bench/growth.py build/bench
 
 # The same, and then the plots and tables of docs/performance.md.
 bench-plots: bench-build
@@ -85,7 +86,7 @@ bench-build: $(VENV)/.installed
 	scripts/system_packages.sh bench
 	$(MAKE) --no-print-directory -s -j2 -f bench/peers.mk
 	for compiler in gcc clang; do \
-	  case $$compiler in gcc) cxx=g++; programs="compare flops algebra_bench";; clang) cxx=clang++; programs=;; esac; \
+	  case $$compiler in gcc) cxx=g++; programs="compare flops algebra_bench growth";; clang) cxx=clang++; programs=;; esac; \
 	  cmake -S . -B build/bench/$$compiler -DCMAKE_C_COMPILER=$$compiler -DCMAKE_CXX_COMPILER=$$cxx -DKSL_BENCHMARKS=ON \
 	    -DKSL_BENCH_OUTPUT=$(CURDIR)/build/bench >/dev/null && \
 	  cmake --build build/bench/$$compiler --target ksl_peer $$programs -- --no-print-directory -s || exit 1; \
