@@ -46,7 +46,7 @@ test: $(VENV)/.tools
 # third of that and the same bits.  So gcc takes -O1 for one set, and -O0 for a second one, so that tests can compare sets; the wheel's
 # build in build/gcc has done that.  clang makes a debug build of two sets: workspaces are NaN where nothing has been computed, and
 # thousands of states of every interface would take too long.  It alone has the tests of single functions: with gcc, too,
-# they would take a minute more.
+# they would take a minute more.  It counts the work of readers, so that a test can say how it grows.
 # `make test-long` runs all tests as users build KSL, with all sets and both compilers.
 TEST_FLAGS := -O1 -DNDEBUG
 TEST_SETS := x86_64_v2;x86_64_v3
@@ -64,7 +64,7 @@ build-gcc: $(VENV)/.tested
 
 build-clang: $(VENV)/.packages
 	$(call build,clang,clang,clang++,-DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG= -DCMAKE_CXX_FLAGS_DEBUG= \
-	  "-DKSL_INSTRUCTION_SETS=x86_64_v3;x86_64_v4" -DKSL_INTERFACE_TESTS=OFF)
+	  "-DKSL_INSTRUCTION_SETS=x86_64_v3;x86_64_v4" -DKSL_INTERFACE_TESTS=OFF -DKSL_COUNT_WORK=ON)
 
 test-python: $(VENV)/.tested test-c
 	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile --no-loadscope-reorder test
@@ -86,6 +86,7 @@ test-long: $(VENV)/.tested $(VENV)/.packages
 # Peers are built once, in build/bench/peers (about ten minutes), KSL with gcc and with clang each time.
 bench: bench-build
 	$(BIN)/python bench/run.py build/bench
+	$(BIN)/python bench/growth.py build/bench
 
 # The same, and then the plots and tables of docs/performance.md.
 bench-plots: bench-build
@@ -95,7 +96,7 @@ bench-build: $(VENV)/.installed
 	scripts/system_packages.sh bench
 	$(MAKE) --no-print-directory -s -j2 -f bench/peers.mk
 	for compiler in gcc clang; do \
-	  case $$compiler in gcc) cxx=g++; programs="compare flops algebra_bench";; clang) cxx=clang++; programs=;; esac; \
+	  case $$compiler in gcc) cxx=g++; programs="compare flops algebra_bench growth";; clang) cxx=clang++; programs=;; esac; \
 	  cmake -S . -B build/bench/$$compiler -DCMAKE_C_COMPILER=$$compiler -DCMAKE_CXX_COMPILER=$$cxx -DKSL_BENCHMARKS=ON \
 	    -DKSL_BENCH_OUTPUT=$(CURDIR)/build/bench >/dev/null && \
 	  cmake --build build/bench/$$compiler --target ksl_peer $$programs -- --no-print-directory -s || exit 1; \

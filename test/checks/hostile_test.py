@@ -2,15 +2,19 @@
 
 import json
 import random
+from collections.abc import Iterator, MutableMapping
 
 import pytest
 from files import ARM, END, changed, hinge, link, more
 
 import ksl
+from growth import assert_linear, work
+from ksl import limits
+from ksl.checks import file_rules, tags, write, xml_file
 from ksl.checks.run import findings_of_bytes, fix
 from ksl.errors import DescriptionError
 from ksl_command import run_ksl
-from processor_time import takes_less_than, timed, usual_seconds
+from regex_steps import count_patterns
 
 
 @pytest.mark.parametrize(
@@ -138,19 +142,18 @@ def chain_of_followers(count: int) -> str:
     return f'<robot name="r">{links}{joints}</robot>'
 
 
-def test_mimic_chains_take_linear_time():
+def test_mimic_chains_are_linear_work():
     """Quadratic, in parts cubic, before: 2,000 joints took minutes."""
 
-    def seconds(count: int) -> float:
-        text = chain_of_followers(count).encode()
-        runs = [timed(lambda: findings_of_bytes(text)) for _ in range(2)]
-        findings = runs[0][1]
+    def check(count: int) -> int:
+        findings = []
+        done = work(lambda: findings.extend(findings_of_bytes(chain_of_followers(count).encode())))
         assert len([f for f in findings if f.rule == "mimic-chain"]) == count - 2
         assert len([f for f in findings if f.rule == "mimic-unknown"]) == count
         assert max(len(f.found) for f in findings) < 300
-        return min(took for took, _ in runs)
+        return done
 
-    assert seconds(1600) < 40 * max(seconds(160), 0.02)
+    assert_linear(check, 60)
 
 
 def test_loops_of_followers_are_told_once_each(check):
@@ -196,17 +199,70 @@ SDF_MASS = '<sdf version="1.10"><model name="m"><link name="a"><inertial><mass>{
 
 @pytest.mark.parametrize("file", [URDF_MASS, SDF_MASS], ids=["urdf", "sdf"])
 @pytest.mark.parametrize("number", ["{}x", "{}.{}x", ".{}x", "1e{}x"])
-def test_a_number_of_many_digits_takes_linear_time(file, number):
+def test_a_number_of_many_digits_is_linear_work(file, number, monkeypatch):
     """20,000 digits with a letter behind them took 8 s."""
-    text = file.format(number.replace("{}", "1" * 20_000)).encode()
-    found = []
-    assert takes_less_than(1, lambda: found.extend(findings_of_bytes(text)))
-    assert "number-unreadable" in [f.rule for f in found]
+    steps = count_patterns(monkeypatch, xml_file, file_rules)
+
+    def check(digits: int) -> int:
+        before = steps()
+        found = findings_of_bytes(file.format(number.replace("{}", "1" * digits)).encode())
+        assert "number-unreadable" in [f.rule for f in found]
+        return steps() - before
+
+    assert_linear(check, 200)
 
 
-def seconds_of_check(text: str) -> float:
-    """Of the faster of two checks."""
-    return min(usual_seconds(lambda: findings_of_bytes(text.encode())) for _ in range(2))
+class Attributes(MutableMapping):
+    """Attributes of an element, of which each is looked for from the first one on, as lxml does it: line by line, so that `work` counts it."""
+
+    def __init__(self, real: MutableMapping) -> None:
+        self.real = real
+
+    def __getitem__(self, name: str) -> str:
+        for each in self.real:
+            if each == name:
+                break
+        return self.real[name]
+
+    def __setitem__(self, name: str, value: str) -> None:
+        self.real[name] = value
+
+    def __delitem__(self, name: str) -> None:
+        del self.real[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.real)
+
+    def __len__(self) -> int:
+        return len(self.real)
+
+
+@pytest.fixture
+def counted_elements(monkeypatch):
+    """Elements of XML whose attributes and children are looked for in Python."""
+    from lxml import etree
+
+    class Element(etree.ElementBase):
+        @property
+        def attrib(self) -> Attributes:
+            return Attributes(super().attrib)
+
+        def get(self, name: str, default: str | None = None) -> str | None:
+            return self.attrib.get(name, default)
+
+        def find(self, path: str, *more: object) -> object:
+            for child in self:
+                if child.tag == path:
+                    break
+            return super().find(path, *more)
+
+    def parser(**options: object) -> etree.XMLParser:
+        made = real(**options)
+        made.set_element_class_lookup(etree.ElementDefaultClassLookup(element=Element))
+        return made
+
+    real = etree.XMLParser
+    monkeypatch.setattr(etree, "XMLParser", parser)
 
 
 STRANGERS = {
@@ -220,20 +276,35 @@ STRANGERS = {
 
 
 @pytest.mark.parametrize("what", STRANGERS)
-def test_many_strangers_take_linear_time(what):
+def test_many_strangers_are_linear_work(what, counted_elements, monkeypatch):
     """Quadratic before: 40,000 attributes of one element took 14 s, and 40,000 elements 54 s."""
-    few, many = ('<robot name="r">' + STRANGERS[what](n) + "</robot>" for n in (1500, 12_000))
-    assert seconds_of_check(many) < 24 * max(seconds_of_check(few), 0.01), "eight times as many: quadratic time would be 64 times as long"
+    text = lambda n: f'<robot name="r">{STRANGERS[what](n)}</robot>'.encode()
+    more_than_are_looked_at = limits.ATTRIBUTES + 1 if "attributes" in what else 200
+    assert_linear(lambda n: work(lambda: findings_of_bytes(text(n))), more_than_are_looked_at)
+    steps = count_patterns(monkeypatch, xml_file, file_rules, tags)
+
+    def search(n: int) -> int:
+        before = steps()
+        findings_of_bytes(text(n))
+        return steps() - before
+
+    assert_linear(search, 50)
 
 
 @pytest.mark.parametrize("name", ["xmlns", "xmlns:x", "xmlns\n=", "xmlns" + " " * 2000, "xmlns:" + "x" * 2000])
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
 def test_a_long_namespace_is_refused(name, encoding):
-    """Each element has it in its name: with 160 kB of it, 32,000 elements took 6 s."""
-    text = f'<robot name="r">\n<a {name.removesuffix("=")}="{{}}">{"<b/>" * 16_000}</a></robot>'
+    """Each element has it in its name: with 160 kB of it, 32,000 elements took 6 s.  So no element is looked at, however many there are."""
     found = []
-    assert takes_less_than(0.5, lambda: found.append(findings_of_bytes(text.format("u" * 80_000).encode(encoding))))
+
+    def check(elements: int) -> int:
+        given = f'<robot name="r">\n<a {name.removesuffix("=")}="{"u" * 8000}">{"<b/>" * elements}</a></robot>'.encode(encoding)
+        return work(lambda: found.append(findings_of_bytes(given)))
+
+    _, few, many = map(check, (10, 10, 1000))
+    assert many == few
     assert [(f.rule, f.line) for f in found[-1]] == [("xml-syntax", 3 if "\n" in name else 2)]
+    text = f'<robot name="r">\n<a {name.removesuffix("=")}="{{}}"><b/></a></robot>'
     if len(name) < 1000:
         assert "xml-syntax" not in [f.rule for f in findings_of_bytes(text.format("u" * 1000).encode(encoding))]
     assert "xml-syntax" not in [f.rule for f in findings_of_bytes(f'<robot name="r" note="{"u" * 9000}"/>'.encode(encoding))]
@@ -250,11 +321,18 @@ def test_misspelt_names_are_told_at_each_place(check):
 
 
 @pytest.mark.parametrize("inside", ["", "<!-- b -->"])
-def test_comments_before_a_document_type_take_linear_time(tmp_path, inside):
+def test_comments_before_a_document_type_are_linear_work(tmp_path, inside, monkeypatch):
     """It doubled with each of them; a comment in the root element was taken for the end of these, and what stands before it was written twice."""
     path = tmp_path / "robot.urdf"
     robot = f'<robot name="r">{inside}<link name="a"/></robot>'
-    path.write_text('<?xml version="1.0"?>' + "<!-- a -->" * 24 + "<!DOCTYPE robot>" + robot)
-    assert takes_less_than(2, lambda: fix(path, tmp_path / "out.urdf"))
-    text = (tmp_path / "out.urdf").read_text()
-    assert text.count("<!-- a -->") == 24 and text.endswith(robot) and text.count("<robot") == 1
+    steps = count_patterns(monkeypatch, write)
+
+    def repaired(comments: int) -> int:
+        before = steps()
+        path.write_text('<?xml version="1.0"?>' + "<!-- a -->" * comments + "<!DOCTYPE robot>" + robot)
+        fix(path, tmp_path / "out.urdf", force=True)
+        text = (tmp_path / "out.urdf").read_text()
+        assert text.count("<!-- a -->") == comments and text.endswith(robot) and text.count("<robot") == 1
+        return steps() - before
+
+    assert_linear(repaired, 3)

@@ -6,9 +6,11 @@ from xml.etree import ElementTree
 import pytest
 from files import ARM
 
+from growth import assert_linear, work
+from ksl.checks import tags
 from ksl.checks.tags import balanced
 from ksl.checks.vocabulary import ELEMENTS
-from processor_time import usual_seconds
+from regex_steps import count_patterns
 
 
 def without(tag, n=1):
@@ -61,20 +63,15 @@ def test_what_is_missing_behind_the_end_is_not_reported(check):
     assert findings.rules == {"xml-syntax": 1} and "link-unreachable" in findings.not_checked[0]
 
 
-def test_time_is_linear_in_length():
-    def seconds(text):
-        """The least of three: other programs only add to it."""
-        return min(usual_seconds(lambda: balanced(text, ELEMENTS)) for _ in range(3))
+@pytest.mark.parametrize("parts", [("<a",), ("<a b='",), ("<!--",), ('<a b="c>',), ("</a>",), ("<a>",), ("<a>", "</b>"), ("<a>", "</a>"), ("<", "a")])
+def test_work_is_linear_in_length(parts, monkeypatch):
+    text = lambda n: "".join(part * n for part in parts)
+    assert_linear(lambda n: work(lambda: balanced(text(n), ELEMENTS)), 50)
+    steps = count_patterns(monkeypatch, tags)
 
-    for pattern in (
-        ("<a",),
-        ("<a b='",),
-        ("<!--",),
-        ('<a b="c>',),
-        ("</a>",),
-        ("<a>",),
-        ("<a>", "</b>"),
-        ("<a>", "</a>"),
-    ):
-        short, long = ("".join(part * n for part in pattern) for n in (1_500, 15_000))
-        assert seconds(long) < max(0.1, 40 * seconds(short)), pattern
+    def search(n: int) -> int:
+        before = steps()
+        balanced(text(n), ELEMENTS)
+        return steps() - before
+
+    assert_linear(search, 25)

@@ -1,20 +1,21 @@
-"""`ksl info`: what it prints, and that it takes time in proportion to the number of links."""
+"""`ksl info`: what it prints, and that its work grows with the number of links alone."""
 
 import re
+from itertools import count
 
 import ksl
 import pytest
+from growth import assert_linear, work
 from ksl.commands.options import read_model
 from ksl.info import DEEPEST_INDENT, print_info, table_lines, tree_lines
-from processor_time import usual_seconds
 from rich.cells import cell_len
 from rich.console import Console
 
 
-def chain(n: int) -> ksl.Model:
-    b = ksl.Builder("chain").add_link("l0")
+def chain(n: int, prefix: str = "") -> ksl.Model:
+    b = ksl.Builder("chain").add_link(f"l{prefix}0")
     for i in range(1, n):
-        b.add_link(f"l{i}", 1.0, (0, 0, 0.05)).add_joint(f"j{i}", "revolute", f"l{i - 1}", f"l{i}", axis=(0, 1, 0), limits=(-1, 1), effort=10)
+        b.add_link(f"l{prefix}{i}", 1.0, (0, 0, 0.05)).add_joint(f"j{prefix}{i}", "revolute", f"l{prefix}{i - 1}", f"l{prefix}{i}", axis=(0, 1, 0), limits=(-1, 1), effort=10)
     return b.build()
 
 
@@ -25,14 +26,10 @@ def text(m: ksl.Model, width: int) -> str:
     return captured.get()
 
 
-def test_time_is_linear_in_links():
-    """Eight times the links in less than sixteen times the time; rich's trees took sixty-four."""
-
-    def seconds(m: ksl.Model) -> float:
-        """The least of five: other programs only add to it."""
-        return min(usual_seconds(lambda: text(m, 200)) for _ in range(5))
-
-    assert seconds(chain(2400)) < 16 * max(seconds(chain(300)), 0.01)
+def test_work_is_linear_in_links():
+    """With rich's trees it grew with the square.  Names are new each time, since rich remembers how wide a text is."""
+    times = count()
+    assert_linear(lambda n: work(lambda m=chain(n, f"{next(times)}_"): text(m, 200)), 50)
 
 
 def test_tree():

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <new>
 
-std::atomic<long> allocations{0}, live_blocks{0};
+std::atomic<long> allocations{0}, allocated_bytes{0}, live_blocks{0};
 
 namespace {
 
@@ -13,8 +13,9 @@ std::atomic<long> left{0}, failed{0}; ///< left: allocations until the one that 
 std::atomic<bool> failing{false}, all_that_follow{false};
 
 /// Counts an allocation.  Is it one that fails?
-[[maybe_unused]] bool refused() {
+[[maybe_unused]] bool refused(std::size_t bytes) {
   ++allocations;
+  allocated_bytes += static_cast<long>(bytes);
   if (!failing.load(std::memory_order_relaxed))
     return false;
   const long n = --left;
@@ -55,16 +56,16 @@ static void *counted(void *block) {
   return block;
 }
 
-void *malloc(std::size_t n) { return refused() ? nullptr : counted(__libc_malloc(n)); }
-void *calloc(std::size_t n, std::size_t size) { return refused() ? nullptr : counted(__libc_calloc(n, size)); }
+void *malloc(std::size_t n) { return refused(n) ? nullptr : counted(__libc_malloc(n)); }
+void *calloc(std::size_t n, std::size_t size) { return refused(n * size) ? nullptr : counted(__libc_calloc(n, size)); }
 void *realloc(void *p, std::size_t n) {
-  if (refused())
+  if (refused(n))
     return nullptr;
   void *const block = __libc_realloc(p, n);
   live_blocks += (block != nullptr) - (p && (block || n == 0));
   return block;
 }
-void *memalign(std::size_t alignment, std::size_t n) { return refused() ? nullptr : counted(__libc_memalign(alignment, n)); }
+void *memalign(std::size_t alignment, std::size_t n) { return refused(n) ? nullptr : counted(__libc_memalign(alignment, n)); }
 void *aligned_alloc(std::size_t alignment, std::size_t n) { return memalign(alignment, n); }
 int posix_memalign(void **p, std::size_t alignment, std::size_t n) {
   void *const block = memalign(alignment, n);
@@ -80,7 +81,7 @@ void free(void *p) {
   __libc_free(p);
 }
 void *mmap(void *at, std::size_t n, int protection, int flags, int file, off_t offset) {
-  if (refused())
+  if (refused(n))
     return MAP_FAILED;
   return reinterpret_cast<void *>(syscall(SYS_mmap, at, n, protection, flags, file, offset));
 }
@@ -91,7 +92,7 @@ void *mmap(void *at, std::size_t n, int protection, int flags, int file, off_t o
 namespace {
 
 void *allocated(std::size_t n, std::size_t alignment) {
-  if (refused())
+  if (refused(n))
     throw std::bad_alloc();
   void *block = nullptr;
   if (alignment <= alignof(std::max_align_t))

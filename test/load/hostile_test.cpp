@@ -1,7 +1,11 @@
 // Files that somebody made to do harm, or that a program wrote by mistake: refused at once, with a short sentence.
+#include "hostile_texts.hpp"
 #include "refusal.hpp"
+#ifdef KSL_COUNT_WORK
+#include "work.hpp"
+#endif
 
-#include "../engine/sanitizer.hpp"
+#include "../engine/allocation.hpp"
 
 #include "load/robot_file.hpp"
 #include "text/limits.hpp"
@@ -9,10 +13,10 @@
 
 #include "ksl/builder.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <sys/resource.h>
@@ -23,6 +27,7 @@
 #include <vector>
 
 using namespace ksl;
+using ksl::test::a_joint, ksl::test::a_link, ksl::test::many, ksl::test::number, ksl::test::repeated, ksl::test::robot, ksl::test::sdf;
 using ksl::test::check_message;
 using ksl::test::refusal;
 using ksl::test::refusal_of;
@@ -30,28 +35,13 @@ namespace limits = ksl::text::limits;
 
 namespace {
 
-std::string many(std::size_t n, const std::function<std::string(std::size_t)> &each) {
-  std::string text;
-  for (std::size_t i = 0; i < n; ++i)
-    text += each(i);
-  return text;
+long work() {
+#ifdef KSL_COUNT_WORK
+  return test::blocks();
+#else
+  return 0;
+#endif
 }
-
-std::string repeated(std::size_t n, const std::string &each) {
-  return many(n, [&](std::size_t) { return each; });
-}
-
-std::string robot(const std::string &inside) { return "<robot name=\"r\">\n" + inside + "</robot>"; }
-std::string sdf(const std::string &model) {
-  return "<sdf version=\"1.10\">\n<model name=\"m\">" + model + "</model></sdf>";
-}
-std::string a_link(const std::string &name) { return "<link name=\"" + name + "\"/>"; }
-std::string a_joint(const std::string &name, const std::string &parent, const std::string &child,
-                    const std::string &type = "fixed", const std::string &inside = "") {
-  return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent + "\"/><child link=\"" + child +
-         "\"/>" + inside + "</joint>";
-}
-std::string number(std::size_t i) { return std::to_string(i); }
 
 std::string refusal_of_text(const std::string &text) {
   return refusal_of([&] { model_of(read_robot_text(text, "r.xml"), {}, {.masses_optional = true}); });
@@ -61,105 +51,43 @@ std::string refusal_of_file(const std::string &path) {
   return refusal_of([&] { bytes_of_robot_file(path); });
 }
 
-/// Seconds of processor time for each megabyte of a text that is loaded or refused.
-double seconds_a_megabyte(const std::string &text) {
-  const std::clock_t start = std::clock();
+/// What a text costs that is loaded or refused: basic blocks of the library, where they are counted, and bytes that are allocated.
+struct cost {
+  double blocks, bytes;
+};
+
+cost cost_of(const std::string &text) {
+  const long blocks = work(), bytes = allocated_bytes;
   const std::string message = refusal_of_text(text);
-  const double took = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  const cost found{static_cast<double>(work() - blocks), static_cast<double>(allocated_bytes - bytes)};
   CHECK(message.size() < 5000);
-  return took / (1e-6 * static_cast<double>(text.size()));
+  return found;
+}
+
+/// The part of the cost of size 4 n that grows with the square, from the costs of n, 2 n and 4 n: for a + b n + c n² it is
+/// 16 c n² / (cost of 4 n).  Of n log n it is a few hundredths.
+double share_of_square(double one, double two, double four) {
+  return four > 0 ? 16.0 / 6.0 * (four - 3 * two + 2 * one) / four : 0;
 }
 
 } // namespace
 
-TEST_CASE("hostile: the time is in proportion to the size") {
-  const std::size_t n = 40'000;
-  const std::string with_mass =
-      "<inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial>";
-  const auto chain = [&](std::size_t links, const std::function<std::string(std::size_t)> &inside) {
-    return robot("<link name=\"l0\"/>" + many(links, [&](std::size_t i) {
-                   return "<link name=\"l" + number(i + 1) + "\">" + with_mass + "</link>" +
-                          a_joint("j" + number(i), "l" + number(i), "l" + number(i + 1), "revolute", inside(i));
-                 }));
-  };
-  const std::string attributes =
-      "<link name=\"a\"" + many(n, [](std::size_t i) { return " x" + number(i) + "=\"\""; }) + "/>";
-  const std::string same_length =
-      many(2000, [](std::size_t i) { return a_link(std::string(900, 'x') + number(1000 + i)); });
-  const std::pair<const char *, std::string> texts[] = {
-      {"attributes of one element", robot(attributes)},
-      {"attributes of many elements",
-       robot(a_link("a") +
-             repeated(400, "<z" + many(500, [](std::size_t i) { return " a" + number(i) + "=\"\""; }) + "/>"))},
-      {"links of one name", robot(repeated(n, a_link("a")))},
-      {"depth", robot(a_link("a") + repeated(n, "<a>") + repeated(n, "</a>"))},
-      {"models in models", sdf(repeated(n, "<model name=\"m\">") + "<link name=\"a\"/>" + repeated(n, "</model>"))},
-      {"numbers in one attribute",
-       robot(a_link("a") + a_link("b") +
-             a_joint("j", "a", "b", "fixed", "<origin xyz=\"" + repeated(400'000, "0 ") + "\"/>"))},
-      {"digits of one number",
-       robot(a_link("a") + a_link("b") +
-             a_joint("j", "a", "b", "fixed", "<origin xyz=\"0." + repeated(900'000, "1") + "\"/>"))},
-      {"materials", robot(a_link("a") + repeated(n, "<material name=\"m\"/>"))},
-      {"unknown elements", robot(a_link("a") + many(n, [](std::size_t i) { return "<e" + number(i) + "/>"; }))},
-      {"unknown elements in a link",
-       robot("<link name=\"a\">" + many(n, [](std::size_t i) { return "<e" + number(i) + "/>"; }) + "</link>")},
-      {"texts", robot(a_link("a") + repeated(n, "<material/>x"))},
-      {"joints on one link", robot(a_link("a") + many(n,
-                                                      [](std::size_t i) {
-                                                        return a_link("l" + number(i)) +
-                                                               a_joint("j" + number(i), "a", "l" + number(i));
-                                                      }))},
-      {"a chain", chain(10'000, [](std::size_t) { return ""; })},
-      {"a chain of followers",
-       chain(10'000, [](std::size_t i) { return i ? "<mimic joint=\"j" + number(i - 1) + "\"/>" : ""; })},
-      {"followers of one joint",
-       chain(10'000, [](std::size_t i) { return i < 9'999 ? "<mimic joint=\"j9999\"/>" : ""; })},
-      {"transmissions",
-       robot(a_link("a") + many(10'000,
-                                [](std::size_t i) {
-                                  return a_link("l" + number(i)) +
-                                         a_joint("j" + number(i), "a", "l" + number(i), "continuous") +
-                                         "<transmission><joint name=\"j" + number(i) +
-                                         "\"/><actuator><drake:gear_ratio value=\"2\"/></actuator></transmission>";
-                                }))},
-      {"a name like 2,000 others", robot(same_length + a_joint("j", std::string(904, 'x'), "b"))},
-      {"SDF: links that float", sdf(many(10'000, [](std::size_t i) { return a_link("l" + number(i)); }))},
-      {"SDF: frames on frames", sdf(a_link("f") + many(10'000,
-                                                       [](std::size_t i) {
-                                                         return "<frame name=\"f" + number(i) + "\" attached_to=\"f" +
-                                                                (i ? number(i - 1) : "") + "\"/>";
-                                                       }))},
-      {"SDF: poses relative to each other", sdf("<link name=\"l\"/>" + many(10'000,
-                                                                            [](std::size_t i) {
-                                                                              return "<link name=\"l" + number(i) +
-                                                                                     "\"><pose relative_to=\"l" +
-                                                                                     (i ? number(i - 1) : "") +
-                                                                                     "\">0 0 1 0 0 0</pose></link>";
-                                                                            }))},
-      {"SDF: models that are placed",
-       sdf("<link name=\"l\"/>" + many(10'000,
-                                       [](std::size_t i) {
-                                         return "<model name=\"m" + number(i) +
-                                                "\" placement_frame=\"l\"><link name=\"l\"/></model>";
-                                       }))},
-  };
-#if defined(__OPTIMIZE__) && !defined(KSL_TEST_SANITIZER)
-  const double most = 3; // promised is 1; a busy machine takes longer, and what grows with the square a hundred times as long
-#else
-  const double most = 30; // up to 12 times as long without optimisation, and some times as long under sanitizers
-#endif
-  for (const auto &named : texts) {
-    const std::string title = named.first;
-    const auto &text = named.second;
+TEST_CASE("hostile: the work is in proportion to the size") {
+  cost_of(robot(a_link("a"))); // what is made once
+  for (const test::hostile_text &each : test::hostile_texts()) {
+    const std::string title = each.title;
     CAPTURE(title);
-    CAPTURE(text.size());
-    double took = seconds_a_megabyte(text);
-    if (std::getenv("KSL_TIMES"))
-      std::printf("%-35s %5.2f MB  %5.2f s/MB\n", title.c_str(), 1e-6 * static_cast<double>(text.size()), took);
-    if (took > most) // of two, if the first was disturbed
-      took = seconds_a_megabyte(text);
-    CHECK(took < most);
+    cost costs[3];
+    for (std::size_t k = 0; k < 3; ++k)
+      costs[k] = cost_of(each.of_size(each.small << k));
+    const auto [one, two, four] = costs;
+    const double blocks = share_of_square(one.blocks, two.blocks, four.blocks),
+                 bytes = share_of_square(one.bytes, two.bytes, four.bytes);
+    if (std::getenv("KSL_COSTS"))
+      std::printf("%-40s %12.0f blocks, %6.3f of them with the square; %12.0f bytes, %6.3f\n", title.c_str(), four.blocks,
+                  blocks, four.bytes, bytes);
+    CHECK(blocks < 0.11); // of maps it is up to 0.08
+    CHECK(bytes < 0.3); // vectors double: that is up to a quarter by itself
   }
 }
 

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -19,6 +18,7 @@
 #include <pthread.h>
 #include <random>
 #include <string>
+#include <sys/ioctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <thread>
@@ -265,20 +265,28 @@ TEST_CASE("urdf: signals don't end writing into a pipe whose reader is slow") {
   REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
   const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
   REQUIRE(reader >= 0);
-  static volatile std::sig_atomic_t heard;
+  static std::atomic<int> heard;
   heard = 0;
   struct sigaction count {}, earlier {};
-  count.sa_handler = [](int) { heard = heard + 1; }; // without SA_RESTART: calls that wait end
+  count.sa_handler = [](int) { ++heard; }; // without SA_RESTART: calls that wait end
   sigaction(SIGUSR1, &count, &earlier);
   const pthread_t writer = pthread_self();
   std::string found;
   std::atomic<bool> done{false};
+  const auto in_pipe = [&] {
+    int bytes = 0;
+    ioctl(reader, FIONREAD, &bytes);
+    return bytes;
+  };
   std::thread slow([&] {
+    while (!done && in_pipe() < fcntl(reader, F_GETPIPE_SZ) / 2) // the writer is about to fill it, and waits then
+      std::this_thread::yield();
     for (int k = 0; k < 20; ++k) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      const int before = heard;
       pthread_kill(writer, SIGUSR1);
+      while (!done && heard == before)
+        std::this_thread::yield();
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
     std::vector<char> part(1 << 16);
     for (ssize_t n = 1; n != 0 || (found.empty() && !done);) // nothing comes before the other end is open
       if (n = read(reader, part.data(), part.size()); n > 0)
@@ -290,7 +298,8 @@ TEST_CASE("urdf: signals don't end writing into a pipe whose reader is slow") {
   close(reader);
   sigaction(SIGUSR1, &earlier, nullptr);
   CHECK(refused == "accepted");
-  CHECK((heard > 1 && found == urdf_text(robot)));
+  CHECK(heard == 20);
+  CHECK(found == urdf_text(robot));
   std::filesystem::remove(pipe);
 }
 

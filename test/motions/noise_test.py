@@ -1,10 +1,14 @@
 """ksl.motions.noise, quality and smoothing: noise is measured, its effect predicted, and smoothing at the proposed frequency mends it."""
 
+import tracemalloc
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
 import ksl
+from growth import work
 from ksl.errors import MotionError
 from ksl.motions.motion import complete
 from ksl.motions.noise import first_derivative_noise, second_derivative_noise, step_of, white_noise
@@ -182,18 +186,22 @@ def test_frequencies_that_samples_do_not_hold_are_refused(pick):
             with_q(pick, pick[2], smooth=bad)
 
 
-def test_what_is_looked_for_costs_little(least_times):
-    """100,000 samples of 7 joints: about as long as a spline of them, which is computed anyway."""
+def test_what_is_looked_for_costs_little():
+    """No work in Python for each sample, and less memory than a spline takes, which is computed anyway.  bench/growth.py has the times of both."""
     from ksl.motions.corners import find_jumps
 
-    t = np.arange(100000) * 1e-3
-    x = np.sin(t[:, None] * np.arange(1, 8) * 0.3)
+    def look(samples: int) -> Callable[[], object]:
+        t = np.arange(samples) * 1e-3
+        x = np.sin(t[:, None] * np.arange(1, 8) * 0.3)
+        return lambda: (find_jumps(t, x), white_noise(t, x, np.array([step_of(c) for c in x.T])))
 
-    def look() -> None:
-        find_jumps(t, x), white_noise(t, x, np.array([step_of(c) for c in x.T]))
-
-    looked, spline = least_times(look, lambda: make_interp_spline(t, x, k=5, check_finite=False)(t, nu=2))
-    assert looked < 3 * spline
+    run = look(100_000)
+    assert work(run) < 1.1 * work(look(35_000))
+    tracemalloc.start()
+    run()
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 4 * 8 * 7 * 100_000, "bytes: 4 numbers for each sample of each joint; 2.5 are usual, 5.5 those of a spline"
 
 
 def test_numbers_of_the_page(examples):

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import ksl
+from growth import Name, assert_linear, work
 from ksl.motions.reading import read_motion
-from processor_time import usual_seconds
 
 ROOT = Path(__file__).parent.parent.parent
 KINDS = ["ros1", "ros2", "ros2 of mcap", "mcap"]
@@ -270,27 +270,23 @@ def test_recordings_have_limits(leg, tmp_path, refusal, monkeypatch):
     assert refusal(leg, path) == ": 5 columns of joints in /joint_states; at most 4 are read"
 
 
-def test_time_is_linear_in_the_number_of_joints_of_a_message():
+@pytest.mark.parametrize(("backwards", "twice"), [(False, False), (True, False), (False, True)])
+def test_work_is_linear_in_the_number_of_joints_of_a_message(backwards, twice):
     """One message of 20,000 joints took 2 s, and twice as long where one of them stands in it twice."""
     from ksl.motions.joint_states import JointStates, JointStateTable
 
-    def seconds(count: int) -> float:
-        return usual_seconds(lambda: read([f"j{k}" for k in range(count)]))
-
     def read(joints: list[str]) -> None:
-        for backwards, twice in ((False, False), (True, False), (False, True)):
-            names = [*(reversed(joints) if backwards else joints), *([joints[-1]] if twice else [])]
-            lists = [joints, names] if backwards else [names]
-            messages = [(k, SimpleNamespace(name=n, position=[0.0] * len(n), velocity=[], effort=[], header=STAMP)) for k, n in enumerate(lists)]
-            states = JointStates("file", "/joint_states", messages)
-            if twice:
-                with pytest.raises(ksl.MotionError, match=f"name the joint '{joints[-1]}' twice"):
-                    JointStateTable(states, "MCAP", False)
-            else:
-                assert list(JointStateTable(states, "MCAP", False).names) == ["time", *joints]
+        names = [*(reversed(joints) if backwards else joints), *([joints[-1]] if twice else [])]
+        lists = [joints, names] if backwards else [names]
+        messages = [(k, SimpleNamespace(name=n, position=[0.0] * len(n), velocity=[], effort=[], header=STAMP)) for k, n in enumerate(lists)]
+        states = JointStates("file", "/joint_states", messages)
+        if twice:
+            with pytest.raises(ksl.MotionError, match=f"name the joint '{joints[-1]}' twice"):
+                JointStateTable(states, "MCAP", False)
+        else:
+            assert list(JointStateTable(states, "MCAP", False).names) == ["time", *joints]
 
-    seconds(10)
-    assert seconds(16_000) < 24 * max(seconds(2_000), 0.01), "eight times the joints: quadratic time would be 64 times as long"
+    assert_linear(lambda n: work(lambda: read([Name(f"j{k}") for k in range(n)])), 100)
 
 
 def write_forged_mcap(folder: Path, monkeypatch, compression: str, index: bool, chunk_says: int) -> Path:

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 MODEL = """
-import os, sys, threading, time
+import os, sys, threading
 import numpy as np, ksl
 m = ksl.load(sys.argv[1])
 q, v, a = np.random.default_rng(1).uniform(-2, 2, (3, 20000, m.nv))
@@ -15,18 +15,20 @@ threads = lambda: len(os.listdir("/proc/self/task"))
 """
 
 BUSY = """
-def busy():
+def busy(called):
     while True:
         m.inverse_dynamics(q, v, a, threads=2)
-for _ in range(2): threading.Thread(target=busy, daemon=True).start()
-time.sleep(0.05)
+        called.set()
+for called in [threading.Event(), threading.Event()]:
+    threading.Thread(target=busy, args=(called,), daemon=True).start()
+    called.wait()
 """
 
 SLOWER = 5 if "san" in os.environ.get("LD_PRELOAD", "") else 1
 """How many times as long programs may take: with a sanitizer they are slow."""
 
 
-def run(code, examples, timeout=60 * SLOWER):
+def run(code, examples, timeout=300 * SLOWER):
     return subprocess.run([sys.executable, "-W", "ignore", "-c", code, examples / "robots/panda.urdf"], capture_output=True, text=True, timeout=timeout)
 
 
@@ -62,7 +64,7 @@ for _ in range(220):
 print(codes, same(), flush=True)
 os._exit(0)
 """
-    assert output(code.replace("import os,", f"import faulthandler; faulthandler.dump_traceback_later({50 * SLOWER}, exit=True)\nimport os,", 1), examples) == "{0} True"
+    assert output(code.replace("import os,", f"import faulthandler; faulthandler.dump_traceback_later({250 * SLOWER}, exit=True)\nimport os,", 1), examples) == "{0} True"
 
 
 @pytest.mark.parametrize("end, status", [("sys.exit(3)", 3), ("os._exit(4)", 4), ("raise SystemExit(5)", 5), ("pass", 0)])

@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -65,15 +64,16 @@ print(after_dynamics - before, "more, then", count() - after_dynamics, "more")
 """
 
 DAEMON = """
-import time
 from ksl import ufuncs
 force = {m.link_names[-1]: np.zeros((len(q), 6))}
 D, c = np.ones((300_000, 4, 3)), np.ones((300_000, 6))
 def call_for_ever():
     while True:
         CALL
+        called.set()
+called = threading.Event()
 threading.Thread(target=call_for_ever, daemon=True).start()
-time.sleep(0.1)
+called.wait()
 """
 
 @pytest.fixture
@@ -86,7 +86,7 @@ def states(m, n):
 
 
 def program(code, examples):
-    run = subprocess.run([sys.executable, "-W", "ignore", "-c", STATES + code, examples / "robots/panda.urdf"], capture_output=True, text=True, timeout=60)
+    run = subprocess.run([sys.executable, "-W", "ignore", "-c", STATES + code, examples / "robots/panda.urdf"], capture_output=True, text=True, timeout=300)
     assert run.returncode == 0 and run.stderr == "", run.stderr
     return run.stdout.strip()
 
@@ -127,10 +127,8 @@ def test_children_of_children_too(examples):
 
 
 def test_the_program_ends_while_threads_wait_or_work(examples):
-    begin = time.perf_counter()
     program("sys.exit(0)", examples)
     program("os._exit(0)", examples)
-    assert time.perf_counter() - begin < 30
 
 
 @pytest.mark.parametrize(
@@ -154,21 +152,26 @@ def test_the_program_ends_while_a_daemon_thread_calls(call, examples):
 
 
 def test_other_python_threads_run_during_a_batch(panda):
+    """One of them sees the first results of a batch before the last ones are there.  With the interpreter's lock held it never could."""
     q, v, a = states(panda, 300_000)
-    out, ticks, done = np.empty_like(v), [], threading.Event()
+    out, seen, done = np.zeros_like(v), threading.Event(), threading.Event()
+    ends = out[:: len(out) - 1]
 
-    def tick():
+    def look():
         while not done.is_set():
-            ticks.append(1)
-            time.sleep(0.0005)
+            first, last = ends.copy()  # one call: nothing of Python comes between
+            if np.isfinite(first).all() and np.isnan(last).any():
+                seen.set()
 
-    other = threading.Thread(target=tick)
+    other = threading.Thread(target=look)
     other.start()
     try:
-        before = len(ticks)
-        panda.inverse_dynamics(q, v, a, out=out, threads=1)
-        progress = len(ticks) - before
+        for _ in range(50):  # on a busy machine the other thread may get no time during a batch
+            ends[:] = np.nan
+            panda.inverse_dynamics(q, v, a, out=out, threads=1)
+            if seen.is_set():
+                break
     finally:
         done.set()
         other.join()
-    assert progress >= 3
+    assert seen.is_set()

@@ -101,17 +101,16 @@ def on_paper(page):
     page.evaluate("dispatchEvent(new Event('afterprint'))")
 
 
+PAPER, PAPER_COLOUR = "#case-0-joint-0 .chart .main-svg", "e => getComputedStyle(e).backgroundColor"
+
+
 def paper_becomes(page, colour):
     """A change of the colour scheme reaches the page after a moment."""
-    for _ in range(100):
-        if paper_colour(page) == colour:
-            return
-        page.wait_for_timeout(50)
-    assert paper_colour(page) == colour
+    page.wait_for_function(f"colour => ({PAPER_COLOUR})(document.querySelector('{PAPER}')) === colour", arg=colour, timeout=60_000)
 
 
 def paper_colour(page):
-    return page.eval_on_selector("#case-0-joint-0 .chart .main-svg", "e => getComputedStyle(e).backgroundColor")
+    return page.eval_on_selector(PAPER, PAPER_COLOUR)
 
 
 def test_light_and_dark(page):

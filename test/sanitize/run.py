@@ -52,8 +52,7 @@ KINDS = {
     # Only programs in C and C++ are searched for leaks: Python itself keeps memory until its end.
     # Left out: tests that compile, start browsers or look at builds, and those that compare bits of instruction sets, since this build has
     # one.  They run no code of ours that other tests don't.  Printing and arrays are always tested under sanitizers, by programs of their
-    # own.  The next one holds the library's time against that of a package that has no instrumentation.  Ray's own programs hang with a
-    # preloaded library.
+    # own.  Ray's own programs hang with a preloaded library.
     "address": Kind(
         ("heap", "leak", "shift", "truncation", "float-cast"),
         {"ASAN_OPTIONS": "detect_leaks=1:allocator_may_return_null=1", "UBSAN_OPTIONS": "print_stacktrace=1"},
@@ -61,7 +60,6 @@ KINDS = {
         ("test/contract", "test/viewer", "test/report/browser_test.py", "test/cli", "test/trust", "test/golden", "test/coverage",
          "test/python/batch_test.py::test_every_instruction_set_gives_the_same_bits",
          "test/algebra/print_test.py", "test/algebra/array_test.py",
-         "test/motions/csv_files_test.py::test_a_plain_file_costs_little_more_than_pyarrow",
          "test/sweeps/sweep_test.py::test_on_ray_the_bits_are_the_same_and_a_lost_worker_costs_its_partition_only"),
         preloaded=("clang", "libclang_rt.asan-x86_64.so"),
     ),
@@ -76,11 +74,11 @@ KINDS = {
          "test/python/threads_test.py::test_children_of_children_too"),
         preloaded=("gcc", "libtsan.so")),
     # valgrind can't run AVX-512, and computes long double in double precision.  It takes the place of operator new, so that no test can count
-    # allocations or make them fail.  Two tests end while threads compute, whose memory nothing frees then; one measures time.
+    # allocations or make them fail.  Two tests end while threads compute, whose memory nothing frees then.
     "valgrind": Kind(
         ("heap", "uninitialised", "leak"), {"KSL_ISA": "x86-64-v3"}, before=VALGRIND,
         left_out_cases={
-            "load": ("hostile: the time is in proportion to the size",),
+            "load": ("hostile: the work is in proportion to the size",),
             "engine_test": ("the calls of C++ that are written by hand allocate nothing", "sine and cosine err by less than one unit*"),
             "faults_allocation_failure_test": (),
             "faults_threads_fault_test": ("exit while new threads make their first batches*", "a thread's first batch after the library has deleted*"),

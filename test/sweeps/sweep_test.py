@@ -209,12 +209,13 @@ def marked(monkeypatch):
 
 
 def killing(words: str):
-    """A progress that kills one worker at work, after the first partition."""
+    """A progress that kills one worker at work, after the first partition.  It waits for one; the deadline ends a wait in vain."""
     killed = []
 
     def progress(done: int, cases: int) -> None:
-        until = time.monotonic() + 5
-        while done and not killed and time.monotonic() < until:
+        until = time.monotonic() + 60
+        while done and not killed:
+            assert time.monotonic() < until, f"no process of {words}"
             if found := workers(words):
                 os.kill(found[0], signal.SIGKILL)
                 killed.append(found[0])

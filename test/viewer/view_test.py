@@ -92,7 +92,7 @@ def test_show_returns_a_handle(arm, swing, monkeypatch):
     t, q, v, a = swing
     with arm.show(q, v, a, t, joint="elbow") as handle:
         assert opened == [handle.url] and handle.url.startswith("http://127.0.0.1:")
-        assert urllib.request.urlopen(handle.url, timeout=10).status == 200
+        assert urllib.request.urlopen(handle.url, timeout=60).status == 200
         handle.update([0.3, 0.4])
         np.testing.assert_allclose(handle.stage._links[3].position, arm.frame_pose([0.3, 0.4], "hand")[:3, 3], atol=1e-14)
         assert "<iframe" in handle._repr_html_() and handle.url in repr(handle)

@@ -54,26 +54,22 @@ def arrow_lengths(page, name: str):
 
 @pytest.fixture(scope="module")
 def live(browser, arm, swing):
-    """The viewer, its page, and how long the page took until it was ready; tests share them, since a page without a graphics card is slow."""
+    """The viewer and its page; tests share them, since a page without a graphics card is slow."""
     from ksl.viewer.live import Viewer
     from ksl.viewer.scene import make_scene
 
     t, q, v, a = swing
-    with Viewer(make_scene(arm, q, v, a, t)) as viewer:
-        start = time.monotonic()
-        with page_of(browser, viewer.url) as page:
-            yield viewer, page, time.monotonic() - start
+    with Viewer(make_scene(arm, q, v, a, t)) as viewer, page_of(browser, viewer.url) as page:
+        yield viewer, page
 
 
-def test_the_page_is_ready_at_once(live):
-    """In 2 s where nothing else runs; other work on this machine may slow it down."""
-    viewer, page, seconds = live
-    assert seconds < 20
+def test_the_page_shows_the_first_state(live):
+    viewer, page = live
     np.testing.assert_allclose(at(page, "hand"), viewer.scene.poses[0, 3, :3, 3], atol=1e-6)
 
 
 def test_a_slider_moves_the_hand_and_arrows_have_the_length_of_the_numbers(live, arm, swing):
-    viewer, page, _ = live
+    viewer, page = live
     field = page.get_by_text("shoulder, rad", exact=True).locator("xpath=ancestor::*[.//input][1]").locator("input").last
     field.fill("0.7")
     field.press("Enter")
@@ -92,7 +88,7 @@ def test_a_slider_moves_the_hand_and_arrows_have_the_length_of_the_numbers(live,
 
 
 def test_playback_reaches_the_end(live, arm, swing):
-    viewer, page, _ = live
+    viewer, page = live
     viewer.controls.set_speed(4)
     page.get_by_role("button", name="Play").click()
     last = arm.frame_pose(swing[1][-1], "hand")[:3, 3]
