@@ -96,7 +96,7 @@ nb::dict link_dict(const ksl::link_description &l) {
   return d;
 }
 
-/// Adds a method for each algorithm.  The methods of ksl.calls wrap them, with keywords and docstrings.
+/// Adds a method for each algorithm.  The methods of ksl.model.calls wrap them, with keywords and docstrings.
 void add_calls(nb::class_<ksl::model> &model) {
   for (const ksl::algorithm_row *row : ksl::rows::all)
     model.def(
@@ -119,10 +119,10 @@ NB_MODULE(_core, module) {
     try {
       std::rethrow_exception(p);
     } catch (const ksl::description_error &e) {
-      nb::object error = nb::module_::import_("ksl.errors").attr("DescriptionError");
+      nb::object error = nb::module_::import_("ksl.base.errors").attr("DescriptionError");
       PyErr_SetString(error.ptr(), e.what());
     } catch (const ksl::result_error &e) {
-      nb::object error = nb::module_::import_("ksl.errors").attr("ResultError");
+      nb::object error = nb::module_::import_("ksl.base.errors").attr("ResultError");
       nb::object raised = error(e.what());
       raised.attr("state") = e.state;
       PyErr_SetObject(error.ptr(), raised.ptr());

@@ -1,4 +1,4 @@
-"""Python methods (ksl.calls), and types of the compiled calls that nanobind can't derive for the stub of ksl._core."""
+"""Python methods (ksl.model.calls), and types of the compiled calls that nanobind can't derive for the stub of ksl._core."""
 
 import textwrap
 
@@ -109,8 +109,8 @@ from collections.abc import Iterable
 from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.requests import Requests, one_of
-from ksl.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, external_in, numbers
+from ksl.model.requests import Requests, one_of
+from ksl.model.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, external_in, numbers
 
 
 class Calls(Requests):
@@ -128,7 +128,7 @@ class Calls(Requests):
 
 STUB = '''\
 # {mark}
-# Types that nanobind can't derive for the stub of ksl._core: the calls take all that ksl.states can convert to arrays.
+# Types that nanobind can't derive for the stub of ksl._core: the calls take all that ksl.model.states can convert to arrays.
 
 ^_core\\.__prefix__$:
     from typing import Any
@@ -174,6 +174,6 @@ def files() -> dict[str, str]:
     methods = "\n".join(method(row) for row in ALGORITHMS if has(row, "python"))
     aliases = "\n".join(f"    {alias} = {name}" for name, alias in ALIASES.items())
     return {
-        "python/ksl/calls.py": CALLS.format(mark=MARK, methods=methods, aliases=aliases),
+        "python/ksl/model/calls.py": CALLS.format(mark=MARK, methods=methods, aliases=aliases),
         "python/core_stub.txt": STUB.format(mark=MARK, calls="\n".join(map(compiled, ALGORITHMS))),
     }

@@ -7,8 +7,8 @@ import pytest
 from files import ARM, END, changed, hinge, link, more
 
 import ksl
+from ksl.base.errors import DescriptionError
 from ksl.checks.run import findings_of_bytes, fix
-from ksl.errors import DescriptionError
 from ksl_command import run_ksl
 from processor_time import takes_less_than, timed, usual_seconds
 

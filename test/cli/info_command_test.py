@@ -5,7 +5,7 @@ import re
 import ksl
 import pytest
 from ksl.commands.options import read_model
-from ksl.info import DEEPEST_INDENT, print_info, table_lines, tree_lines
+from ksl.commands.print_info import DEEPEST_INDENT, print_info, table_lines, tree_lines
 from processor_time import usual_seconds
 from rich.cells import cell_len
 from rich.console import Console

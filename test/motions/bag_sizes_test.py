@@ -8,8 +8,8 @@ import pytest
 import zstandard
 from ros_bags_test import leg_messages, write
 
-from ksl import limits
-from ksl.motions import unpacking
+from ksl.base import limits
+from ksl.motions.files import unpacking
 from ksl.motions.reading import read_motion
 
 MESSAGES = 300

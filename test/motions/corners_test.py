@@ -1,4 +1,4 @@
-"""ksl.motions.corners: jumps of acceleration are found where they are, and nowhere else; splines through the rest don't overshoot."""
+"""ksl.motions.signal.corners: jumps of acceleration are found where they are, and nowhere else; splines through the rest don't overshoot."""
 
 import numpy as np
 import pytest
@@ -7,10 +7,10 @@ from scipy.interpolate import make_interp_spline
 import ksl
 from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import LoadCase
-from ksl.motions.corners import Jumps, find_jumps, jumps_at
 from ksl.motions.motion import complete
-from ksl.motions.rates import derivative, rates_beside_corners
 from ksl.motions.reading import read_motion
+from ksl.motions.signal.corners import Jumps, find_jumps, jumps_at
+from ksl.motions.signal.rates import derivative, rates_beside_corners
 
 CORNERS = np.array([0.1, 0.35, 0.65, 0.9])
 INERTIA, ACCELERATION = 0.52, 10.0

@@ -191,7 +191,7 @@ def test_a_plain_file_costs_little_more_than_pyarrow(written, least_times):
     """One pass: no search of the text line by line, which would take ten times as long as pyarrow.  Twice as long is usual."""
     import pyarrow.csv
 
-    from ksl.motions.recognise import open_table
+    from ksl.motions.files.recognise import open_table
 
     path = written("time,a,b,c\n" + "".join(f"{k},0.123456789,-0.5,{k}.25\n" for k in range(200_000)))
     ours, pyarrows = least_times(lambda: open_table(path).read(["time", "a", "b", "c"], "time"), lambda: pyarrow.csv.read_csv(path))
@@ -199,7 +199,7 @@ def test_a_plain_file_costs_little_more_than_pyarrow(written, least_times):
 
 
 def test_the_robot_and_the_motion_in_the_wrong_order(leg, written, tmp_path):
-    from ksl.motions.recognise import swapped
+    from ksl.motions.files.recognise import swapped
 
     motion = written(HEAD + "0,0,0\n")
     assert swapped(motion, leg.file) and not swapped(leg.file, motion) and not swapped(motion, motion)
@@ -207,7 +207,7 @@ def test_the_robot_and_the_motion_in_the_wrong_order(leg, written, tmp_path):
 
 
 def test_a_missing_package_is_named(leg, written, refusal, monkeypatch):
-    monkeypatch.setattr("ksl.motions.recognise.find_spec", lambda name: None)
+    monkeypatch.setattr("ksl.motions.files.recognise.find_spec", lambda name: None)
     assert refusal(leg, written(HEAD)) == ": reading motions needs the package pyarrow; install it: pip install 'ksl[loads]'"
 
 

@@ -176,11 +176,11 @@ def test_arrow_gets_no_file_of_python_s(tmp_path, monkeypatch, piped):
     path = tmp_path / "motion.parquet"
     path.write_bytes(parquet(pa.table(ROW)))
     if piped:
-        from ksl.motions.recognise import _opened, Content
+        from ksl.motions.files.recognise import _opened, Content
 
         _opened(Content("pipe", None, path.read_bytes()), path.read_bytes()[:512], None, False)
     else:
-        from ksl.motions.recognise import open_table
+        from ksl.motions.files.recognise import open_table
 
         open_table(path)
     assert [type(source) for source in given] == [pa.BufferReader if piped else pa.OSFile]

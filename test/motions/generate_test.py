@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import ksl
+from ksl.base.errors import MotionError
 from ksl.base_parameters import structural
-from ksl.errors import MotionError
 from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, read_waypoints, template, trapezoid, write_motion
 from ksl.motions.generate.generated import limits_of
 from ksl.motions.reading import read_motion

@@ -16,12 +16,12 @@ import pyarrow.parquet as pq
 import pytest
 
 import ksl
-from ksl import limits
-from ksl.errors import MotionError
-from ksl.motions.column_map import read_map
+from ksl.base import limits
+from ksl.base.errors import MotionError
+from ksl.base.toml_files import toml_of
+from ksl.motions.files.map_file import read_map
+from ksl.motions.files.recognise import open_table
 from ksl.motions.reading import read_motion
-from ksl.motions.recognise import open_table
-from ksl.toml_files import toml_of
 from processor_time import takes_less_than
 
 HEAD = "time,hip,slide\n"

@@ -1,15 +1,15 @@
-"""ksl.motions.noise, quality and smoothing: noise is measured, its effect predicted, and smoothing at the proposed frequency mends it."""
+"""ksl.motions.signal.noise, quality and smoothing: noise is measured, its effect predicted, and smoothing at the proposed frequency mends it."""
 
 import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
 import ksl
-from ksl.errors import MotionError
+from ksl.base.errors import MotionError
 from ksl.motions.motion import complete
-from ksl.motions.noise import first_derivative_noise, second_derivative_noise, step_of, white_noise
 from ksl.motions.reading import read_motion
-from ksl.motions.smoothing import attenuation, noise_after, smoothed
+from ksl.motions.signal.noise import first_derivative_noise, second_derivative_noise, step_of, white_noise
+from ksl.motions.signal.smoothing import attenuation, noise_after, smoothed
 
 
 @pytest.fixture(scope="module", params=["ur5", "panda"])
@@ -184,7 +184,7 @@ def test_frequencies_that_samples_do_not_hold_are_refused(pick):
 
 def test_what_is_looked_for_costs_little(least_times):
     """100,000 samples of 7 joints: about as long as a spline of them, which is computed anyway."""
-    from ksl.motions.corners import find_jumps
+    from ksl.motions.signal.corners import find_jumps
 
     t = np.arange(100000) * 1e-3
     x = np.sin(t[:, None] * np.arange(1, 8) * 0.3)

@@ -253,7 +253,7 @@ def test_rates_are_no_hint_for_the_joint_of_another_robot(tmp_path):
 
 
 def test_recordings_have_limits(leg, tmp_path, refusal, monkeypatch):
-    from ksl import limits
+    from ksl.base import limits
 
     path = write(tmp_path, "mcap", leg_messages(300))
     monkeypatch.setattr(limits, "MOTION_NUMBERS", 40)
@@ -272,7 +272,7 @@ def test_recordings_have_limits(leg, tmp_path, refusal, monkeypatch):
 
 def test_time_is_linear_in_the_number_of_joints_of_a_message():
     """One message of 20,000 joints took 2 s, and twice as long where one of them stands in it twice."""
-    from ksl.motions.joint_states import JointStates, JointStateTable
+    from ksl.motions.files.joint_states import JointStates, JointStateTable
 
     def seconds(count: int) -> float:
         return usual_seconds(lambda: read([f"j{k}" for k in range(count)]))
@@ -320,7 +320,7 @@ def write_forged_mcap(folder: Path, monkeypatch, compression: str, index: bool, 
 @pytest.mark.parametrize("index", [True, False], ids=["index", "no index"])
 @pytest.mark.parametrize("compression", ["ZSTD", "LZ4"])
 def test_chunks_that_are_larger_than_the_index_says(leg, tmp_path, refusal, monkeypatch, compression, index):
-    from ksl import limits
+    from ksl.base import limits
 
     path = write_forged_mcap(tmp_path / "a", monkeypatch, compression, index, 3 << 30)
     assert refusal(leg, path) == ": unpacked it is larger than 2.05e+03 MB, the most that is read; cut it with `mcap filter`"

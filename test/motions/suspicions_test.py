@@ -1,4 +1,4 @@
-"""ksl.motions.suspicions: units that can't be are named with the option that mends them, and usual motions are not suspected."""
+"""ksl.motions.signal.suspicions: units that can't be are named with the option that mends them, and usual motions are not suspected."""
 
 import numpy as np
 import pytest

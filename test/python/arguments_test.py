@@ -78,7 +78,7 @@ def test_one_table_of_a_motion_serves_all(ur5):
 
 def test_time_is_linear_in_the_number_of_columns():
     """10,000 took 1.5 s."""
-    from ksl.joint_columns import by_name
+    from ksl.model.joint_columns import by_name
 
     names = [f"j{k}" for k in range(10_000)]
     joints = [(name, "revolute") for name in names]

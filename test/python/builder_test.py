@@ -259,7 +259,7 @@ def test_the_file_is_written_completely_or_not_at_all(ur5, tmp_path):
 
 
 def test_pickles_of_other_versions_are_refused(ur5):
-    from ksl.model import _rebuilt
+    from ksl.model.model import _rebuilt
 
     state = ur5.with_payload("tool0", 1.0).__reduce__()[1][0]
     link = state[2][0]

@@ -4,7 +4,7 @@ import io
 import re
 
 import pytest
-from ksl.info import print_info
+from ksl.commands.print_info import print_info
 from rich.console import Console
 
 TEXT = """<robot name="r"><link name="a"/><link name="b"/>

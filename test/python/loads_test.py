@@ -11,10 +11,10 @@ import pytest
 import ksl
 from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import BLOCK_ROWS, LoadCase, Placement
-from ksl.mechanism import Joint
-from ksl.motions.motion import Motion, complete
 from ksl.load_cases.quantities import integral, joint_loads, rms, summarise, unit, work
 from ksl.load_cases.verdict import uses_of
+from ksl.model.mechanism import Joint
+from ksl.motions.motion import Motion, complete
 
 COLUMNS = [
     "case",

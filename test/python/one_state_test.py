@@ -8,8 +8,8 @@ import pytest
 from random_states import random_states
 
 import ksl
-import ksl.requests
-import ksl.states
+import ksl.model.requests
+import ksl.model.states
 
 NAMES = ["panda_link7", "panda_link3", "panda_flange"]
 """Of links that wrenches act on, in no order; the last is welded to its parent."""
@@ -50,8 +50,8 @@ def short_only(monkeypatch):
         raise AssertionError("a call that needs no conversion went the long way")
 
     def forbid():
-        monkeypatch.setattr(ksl.states, "as_arrays", no)
-        monkeypatch.setattr(ksl.states, "as_rows", no)
+        monkeypatch.setattr(ksl.model.states, "as_arrays", no)
+        monkeypatch.setattr(ksl.model.states, "as_rows", no)
 
     return forbid
 
@@ -124,9 +124,9 @@ def test_kept_requests_don_t_mix(arm):
     q, v, a, _ = states(arm)
     minus, plus = ([zero, zero, zero] for zero in (-0.0, 0.0))
     assert arm._request("child", minus, "joint", "lin_ang", "total", None) is not arm._request("child", plus, "joint", "lin_ang", "total", None)
-    for x in range(3 * ksl.requests.REQUESTS_KEPT):
+    for x in range(3 * ksl.model.requests.REQUESTS_KEPT):
         arm.reactions(q, v, a, at=(x, 0, 0))
-        assert len(arm._requests) <= ksl.requests.REQUESTS_KEPT
+        assert len(arm._requests) <= ksl.model.requests.REQUESTS_KEPT
     joints = ["panda_joint2"]
     first = arm.reactions(q, v, a, joints=joints)
     joints[0] = "panda_joint5"
@@ -288,7 +288,7 @@ def test_links_that_are_asked_for_are_kept(arm):
     first = arm.frame_poses(q, names)
     names[0] = "panda_link5"
     assert not np.array_equal(arm.frame_poses(q, names), first)
-    for n in range(3 * ksl.requests.REQUESTS_KEPT):
+    for n in range(3 * ksl.model.requests.REQUESTS_KEPT):
         assert arm.frame_poses(q, names * n).shape == (n, 4, 4)
-        assert len(arm._link_lists) <= ksl.requests.REQUESTS_KEPT
+        assert len(arm._link_lists) <= ksl.model.requests.REQUESTS_KEPT
     assert np.array_equal(arm.frame_poses(q, iter(arm.link_names)), arm.frame_poses(q))

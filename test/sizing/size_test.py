@@ -11,7 +11,7 @@ import ksl
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from ksl.errors import SizingError
+from ksl.base.errors import SizingError
 from ksl.sizing.example import example_file
 from processor_time import takes_less_than
 from results_tables import results_table

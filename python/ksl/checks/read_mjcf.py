@@ -6,14 +6,14 @@ import warnings
 
 import numpy as np
 
+from ksl.base.errors import DescriptionWarning
 from ksl.checks.robot import Inertial, Joint, Link, Mimic, RobotFile
 from ksl.checks.xml_file import line_of
-from ksl.errors import DescriptionWarning
 
 
 def read_mjcf(robot: RobotFile) -> None:
     """Loads the file and fills in links and joints of the model."""
-    from ksl.loading import load
+    from ksl.model.loading import load
 
     robot.not_checked += [
         "meshes, geometry, elements and attributes of MJCF: MuJoCo's compiler refuses what it doesn't know",

@@ -12,7 +12,7 @@ from ksl.commands.app import app, command_line, console, fail
 from ksl.commands.options import FloatingBase, Gravity, Mimic, ModelName, Physics, Robot, Strict, in_options, numbers, path_with_a_name, read_model
 
 if TYPE_CHECKING:
-    from ksl.states import Order, Side
+    from ksl.model.states import Order, Side
 
 
 @app.command()
@@ -39,12 +39,12 @@ def hold(
     physics: Physics = "",
 ) -> None:
     """Print the efforts and every wrench of one pose at rest, or of the worst pose for a joint."""
+    from ksl.commands.print_loads import print_pose
     from ksl.load_cases.holding import hold as held
     from ksl.load_cases.holding import read_pose
     from ksl.load_cases.load_case import Payload
-    from ksl.output import OutputError
-    from ksl.load_cases.printing import print_pose
     from ksl.load_cases.provenance import input_file
+    from ksl.output import OutputError
 
     if len(payload) != len(on_link):
         fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from ksl.base.printable import one_line
 from ksl.commands.app import app, command_line, console, discard_output, fail, unwritable
 from ksl.commands.options import (
     MOTION_HELP,
@@ -35,7 +36,6 @@ from ksl.commands.options import (
     read_model,
     suggestion,
 )
-from ksl.printable import one_line
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -43,10 +43,10 @@ if TYPE_CHECKING:
     from ksl.load_cases.load_case import LoadCase, Payload, Placement
     from ksl.load_cases.provenance import InputFile
     from ksl.load_cases.run import Run
-    from ksl.model import Model
+    from ksl.model.model import Model
+    from ksl.model.states import Order, Side
     from ksl.report.files import ReportFiles
     from ksl.report.pdf import Paper
-    from ksl.states import Order, Side
 
 
 @app.command()
@@ -99,11 +99,11 @@ def loads(
     the child's axes) and NAME.bx .by .bz (its componentwise derivative). docs/motions.md lists those of cylindrical, universal,
     planar and translation joints, and what each format of motions may hold.
     """
+    from ksl.commands.print_loads import print_run
     from ksl.load_cases.load_case import Payload
-    from ksl.output import OutputError
-    from ksl.load_cases.printing import print_run
     from ksl.load_cases.provenance import input_file, provenance_of
     from ksl.load_cases.run import Run
+    from ksl.output import OutputError
     from ksl.report.files import ReportFiles
 
     if fail_on not in (None, "limits"):

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
+from ksl.base.errors import DescriptionWarning
 from ksl.commands.app import errors, fail
-from ksl.errors import DescriptionWarning
 
 if TYPE_CHECKING:
-    from ksl.model import Model
+    from ksl.model.model import Model
 
 Robot = Annotated[Path, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, or MJCF (with the package mujoco).")]
 FloatingBase = Annotated[bool, typer.Option("--floating-base", help="The root link floats: first joint floating_base.")]
@@ -62,7 +62,7 @@ def results_with_a_name(path: str | Path) -> Path:
 
 def check_order(robot: Path, motion: Path) -> None:
     """Fails where the robot's file and the motion's were given in the wrong order."""
-    from ksl.motions.recognise import swapped
+    from ksl.motions.files.recognise import swapped
 
     if swapped(robot, motion):
         fail(f"{robot} is no robot file, but {motion} is: the robot comes first, then the motion")
@@ -79,7 +79,7 @@ def numbers(text: str, option: str, *counts: int) -> list[float]:
 
 
 def suggestion(name: str, known: list[str], otherwise: str) -> str:
-    from ksl.errors import close_names
+    from ksl.base.errors import close_names
 
     near = close_names(name, known, 1)
     return f"did you mean {near[0]}?" if near else f"{otherwise} {', '.join(known)}"
@@ -107,7 +107,7 @@ def read_model(
     physics: str = "",
     friction_width: float = DEFAULT_FRICTION_WIDTH,
 ) -> Model:
-    from ksl.loading import load
+    from ksl.model.loading import load
 
     how = cast(Literal["coupled", "independent"], mimic)  # load refuses other words
     given_gravity = numbers(gravity, "--gravity", 3) if gravity else None

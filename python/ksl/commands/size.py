@@ -64,7 +64,7 @@ def size(
     Each figure has its formula, source and inputs, and a utilisation: 1 is at the limit. `ksl size --example > components.toml`
     writes a file to fill in.
     """
-    from ksl.errors import SizingError
+    from ksl.base.errors import SizingError
     from ksl.output import OutputError
     from ksl.sizing.example import example_file
 
@@ -78,8 +78,8 @@ def size(
             fail(f"--fail-on {word}: expected utilisation or left-out")
     points = _points(at)
     try:
-        from ksl.sizing.printing import print_sizing
-        from ksl.sizing.run import size as size_components
+        from ksl.commands.print_sizing import print_sizing
+        from ksl.sizing.compute_sizing import size as size_components
 
         if example:
             print(_example_of(results), end="")

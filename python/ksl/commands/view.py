@@ -27,7 +27,7 @@ from ksl.commands.options import (
 )
 
 if TYPE_CHECKING:
-    from ksl.viewer.recorded import Results
+    from ksl.viewer.results_scene import Results
     from ksl.viewer.scene import Scene
 
 
@@ -63,10 +63,10 @@ def view(
 
     Force arrows have one head, moments two.  Blue is what the structure carries, orange what the drive exerts.
     """
-    from ksl.errors import ViewerError
-    from ksl.output import OutputError, refuse_inputs
+    from ksl.base.errors import ViewerError
     from ksl.motions.reading import read_external, read_motion
-    from ksl.viewer.recorded import is_results, read_results, scene_of_motion, scene_of_results
+    from ksl.output import OutputError, refuse_inputs
+    from ksl.viewer.results_scene import is_results, read_results, scene_of_motion, scene_of_results
     from ksl.viewer.scene import make_scene
 
     if case and (motion is None or not is_results(motion)):

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ksl.load_cases.load_case import Block, LoadCase
-from ksl.load_cases.quantities import EFFORT_PARTS, JointLoads, PowerBalance, joint_loads, power_round_off
-from ksl.motions.rates import SPLINE_SAMPLES, rates_beside_corners
-from ksl.states import Array
+from ksl.load_cases.quantities import JointLoads, PowerBalance, joint_loads, power_round_off
+from ksl.model.states import EFFORT_PARTS, Array
+from ksl.motions.signal.rates import SPLINE_SAMPLES, rates_beside_corners
 
 
 @dataclass

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ksl.errors import MotionError, unknown_name
-from ksl.input_files import STANDARD_INPUT
-from ksl.load_cases.limits import limits_of
+from ksl.base.errors import MotionError, unknown_name
+from ksl.base.input_files import STANDARD_INPUT
+from ksl.base.real_arrays import real_array
+from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.poses import held_still, neutral, pose_of
 from ksl.load_cases.provenance import input_file, provenance_of
 from ksl.load_cases.quantities import joint_loads
 from ksl.load_cases.run import Run, checked
-from ksl.mechanism import Joint
-from ksl.model import Model
+from ksl.model.mechanism import Joint
+from ksl.model.model import Model
+from ksl.model.states import Array, Order, Point, Side
 from ksl.motions.reading import read_motion
-from ksl.real_arrays import real_array
-from ksl.states import Array, Order, Point, Side
 
 if TYPE_CHECKING:
     from ksl.load_cases.provenance import InputFile
@@ -65,7 +65,7 @@ def hold(
     it is reproducible, and finds the largest value unless that has a very narrow peak.  The pose is `run.cases[0].motion.q[0]`.
     Raises MotionError or ValueError.  inputs, options, command: for the provenance.
     """
-    from ksl.loading import load
+    from ksl.model.loading import load
 
     if isinstance(payloads, Mapping) or not all(isinstance(p, Payload) for p in payloads):
         said = "payloads only describe what the model carries already, each as a ksl.load_cases.load_case.Payload"
@@ -186,11 +186,11 @@ def _given(model: Model, pose: Any) -> Array:
 
 def read_pose(model: Model, path: str | os.PathLike[str], time: float | None = None) -> dict[str, float]:
     """A pose from a file: a TOML file of positions by names, or a sample of a motion, the first or the one nearest to a time, s."""
-    from ksl.motions.columns import columns_of
+    from ksl.model.motion_columns import columns_of
 
     file = os.fspath(path)
     if file.endswith(".toml"):
-        from ksl.toml_files import read_toml
+        from ksl.base.toml_files import read_toml
 
         table = read_toml(file, MotionError, "a pose: JOINT = POSITION, rad or m")
         pose_of(model, table)

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ksl import _core
-from ksl.calls import Calls
-from ksl.errors import MotionError, ResultError
+from ksl.base.errors import MotionError, ResultError
+from ksl.model.calls import Calls
+from ksl.model.states import Array, Order, Point, Side
 from ksl.motions.motion import Motion
-from ksl.states import Array, Order, Point, Side
 
 BLOCK_ROWS = 1 << 17
 """Rows of the table that are computed and written at a time."""

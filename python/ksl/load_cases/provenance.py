@@ -14,7 +14,7 @@ import numpy as np
 
 from ksl._core import __version__
 from ksl.load_cases.load_case import LoadCase, Payload
-from ksl.mechanism import Joint
+from ksl.model.mechanism import Joint
 
 CONVENTIONS = (
     "vectors of the columns are in the axes `axes`, moments about the point `at`; a wrench acts on the side `on`; "

@@ -7,11 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.mechanism import Joint
-from ksl.states import Array
-
-EFFORT_PARTS = ("transmitted", "damping", "friction", "rotor", "spring")
-"""What the efforts of motors consist of, in the order of `Model.effort_parts`."""
+from ksl.model.mechanism import Joint
+from ksl.model.states import EFFORT_PARTS, Array
 
 UNITS = {
     "axial_force": "N",

@@ -9,8 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from ksl.arrow_files import arrow_file
-from ksl.csv_cells import csv_table
+from ksl.base.arrow_files import arrow_file
+from ksl.base.csv_cells import csv_table
 from ksl.load_cases.load_case import Block
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.summary_table import FIRST_LINE, SUMMARY

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 from numpy.typing import ArrayLike
 
-from ksl.errors import MotionError, unknown_name
+from ksl.base.errors import MotionError, unknown_name
+from ksl.base.printable import one_line
 from ksl.load_cases.case_result import CaseResult, compute
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.motion_given import motion_given
@@ -22,13 +23,12 @@ from ksl.load_cases.result_files import RESULTS, WrenchFiles, refuse_others
 from ksl.load_cases.summary_table import SUMMARY, summary_table, worst_rows, write_summary
 from ksl.load_cases.verdict import NAMED, Verdict, not_given
 from ksl.load_cases.wrench_table import TableWriter, wrenches_of_arrays
-from ksl.model import Model
+from ksl.model.model import Model
+from ksl.model.states import External, Order, Point, Side
 from ksl.motions.motion import Motion
 from ksl.motions.reading_options import check_options
 from ksl.output import refuse_inputs, staged, whole_file
-from ksl.printable import one_line
 from ksl.report.files import ReportFiles
-from ksl.states import External, Order, Point, Side
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -161,7 +161,7 @@ class Run:
         return [results[i] for i in self._ranking.first(self._most)]
 
     def _report_input(self, shown: Sequence[CaseResult]) -> ReportInput:
-        from ksl.load_cases.report_input import report_input
+        from ksl.report.input_of_run import report_input
 
         return report_input([r if r.loads is not None else compute(r.case) for r in shown], self.rows, self.provenance, self.verdict, self.notes)
 
@@ -246,7 +246,7 @@ def loads(
     reading: arguments of :func:`ksl.read_motion`, for example {"degrees": True, "smooth": 20}.
     Raises MotionError, DescriptionError or ValueError, and says how to mend it.  Needs the extra `ksl[loads]`.
     """
-    from ksl.loading import load
+    from ksl.model.loading import load
 
     robot = model if isinstance(model, Model) else load(model)
     if reading is not None and not isinstance(reading, Mapping):
@@ -299,7 +299,7 @@ def one_case(
     reading: Mapping[str, Any] | None = None,
 ) -> tuple[LoadCase, list[InputFile]]:
     """The load case of one motion, and the files that it comes from."""
-    from ksl.given import payload_points
+    from ksl.model.given import payload_points
     from ksl.motions.reading import read_motion
 
     carried = [Payload(link, mass, (x, y, z)) for link, mass, (x, y, z) in payload_points(payloads)]

@@ -19,11 +19,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.calls import Calls
-from ksl.load_cases.limits import limits_of
+from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
+from ksl.model.calls import Calls
+from ksl.model.states import Array
 from ksl.motions.motion import Motion
-from ksl.states import Array
 
 Law = Literal["cubic", "linear"]
 SAMPLES = 101

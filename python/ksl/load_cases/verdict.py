@@ -18,11 +18,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ksl.load_cases.limits import limits_of
+from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import SummaryRow, unit
-from ksl.mechanism import Joint
-from ksl.motions.columns import METRES, columns_of
-from ksl.states import Array
+from ksl.model.mechanism import Joint
+from ksl.model.motion_columns import METRES, columns_of
+from ksl.model.states import Array
 
 Level = Literal["green", "amber", "red"]
 

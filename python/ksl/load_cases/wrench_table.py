@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ksl.calls import Calls
-from ksl.errors import MotionError
+from ksl.base.errors import MotionError
 from ksl.load_cases.load_case import Block, LoadCase, Placement
-from ksl.load_cases.quantities import EFFORT_PARTS
 from ksl.load_cases.provenance import Provenance, provenance_of
-from ksl.mechanism import Joint, Mechanism
+from ksl.model.calls import Calls
+from ksl.model.mechanism import Joint, Mechanism
+from ksl.model.states import EFFORT_PARTS, Array, External, Order, Point, Side, argument, items_of
 from ksl.motions.motion import Motion, complete
-from ksl.states import Array, External, Order, Point, Side, argument, items_of
 
 if TYPE_CHECKING:
     import pyarrow as pa

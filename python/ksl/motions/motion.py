@@ -10,19 +10,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl._core import QUATERNION_ROUNDING, QUATERNION_TOLERANCE
-from ksl.calls import Calls
-from ksl.errors import MotionError
-from ksl.mechanism import Joint, Mechanism
-from ksl.motions.columns import METRES, columns_of
-from ksl.motions.corners import Found
-from ksl.motions.gaps import doubts_about_gaps
-from ksl.motions.quality import Samples, doubts_about_noise, sentences_about_jumps
-from ksl.motions.rates import SPLINE_SAMPLES, derivative, derivatives, jumps_of, rates
-from ksl.motions.recorded import count
-from ksl.motions.smoothing import smoothed
-from ksl.motions.suspicions import suspicions
-from ksl.states import Array
+from ksl._core import QUATERNION_ROUNDING
+from ksl.base.errors import MotionError
+from ksl.base.words import count
+from ksl.model.calls import Calls
+from ksl.model.mechanism import Joint, Mechanism
+from ksl.model.motion_columns import METRES, columns_of
+from ksl.model.states import Array
+from ksl.motions.signal.corners import Found
+from ksl.motions.signal.gaps import doubts_about_gaps
+from ksl.motions.signal.quality import Samples, doubts_about_noise, sentences_about_jumps
+from ksl.motions.signal.quaternions import continuous_unit
+from ksl.motions.signal.rates import SPLINE_SAMPLES, derivative, derivatives, jumps_of, rates
+from ksl.motions.signal.smoothing import smoothed
+from ksl.motions.signal.suspicions import suspicions
 
 if TYPE_CHECKING:
     pass
@@ -297,18 +298,3 @@ def _largest_contradiction(time: Array, given: Array, found: Array, in_metres: N
     if not share[start, column] > CONTRADICTION:
         return None
     return int(start) + int(np.argmax(np.abs(off[start : start + width + 1, column]))), int(column)
-
-
-def continuous_unit(where: Callable[[int], str], joint: Joint, q: Array) -> Array:
-    """Quaternions of unit length and without jumps between q and −q."""
-    position, quaternion = np.hsplit(q, [-4])
-    length = np.linalg.norm(quaternion, axis=1)
-    bad = np.flatnonzero(np.abs(length - 1) > QUATERNION_TOLERANCE)
-    if len(bad):
-        raise MotionError(
-            f"{where(bad[0])}: the quaternion of {joint.name} has length {length[bad[0]]:.6g}; "
-            f"expected a unit quaternion in the columns {joint.name}.qx … .qw"
-        )
-    unit = quaternion / length[:, None]
-    turn = np.where(np.sum(unit[1:] * unit[:-1], axis=1) < 0, -1.0, 1.0)
-    return np.hstack([position, unit * np.concatenate([[1.0], np.cumprod(turn)])[:, None]])

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import JointLoads, PowerBalance
 from ksl.load_cases.verdict import Verdict
+from ksl.model.states import Array
 from ksl.report.rows import Row
 from ksl.report.stills import Still
-from ksl.states import Array
 
 if TYPE_CHECKING:
     from ksl.sizing.sizing import Sizing

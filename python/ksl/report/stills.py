@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from ksl.load_cases.quantities import JointLoads, first_extreme, unit
-from ksl.mechanism import Joint
+from ksl.model.mechanism import Joint
 from ksl.report.numbers import format_number
 
 if TYPE_CHECKING:
     from ksl.load_cases.load_case import LoadCase
-    from ksl.model import Model
+    from ksl.model.model import Model
     from ksl.viewer.visuals import Appearance
 
 TRIANGLES_OF_ALL = 24_000

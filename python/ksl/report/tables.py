@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from ksl.load_cases.quantities import EFFORT_PARTS, unit
-from ksl.mechanism import Joint
+from ksl.load_cases.quantities import unit
+from ksl.model.mechanism import Joint
+from ksl.model.states import EFFORT_PARTS
 from ksl.report.numbers import ROUND_OFF, Clock, format_number
 from ksl.report.rows import LIMIT_OF, Row, exceeds
 

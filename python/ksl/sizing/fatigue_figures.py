@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ksl.model.states import Array
 from ksl.sizing import fatigue
 from ksl.sizing.figures import Formula, significant
 from ksl.sizing.results import WRENCH
 from ksl.sizing.samples import JointSamples
 from ksl.sizing.sheet import Sheet
-from ksl.states import Array
 
 LINE = ("k", "knee_amplitude", "knee_cycles")
 

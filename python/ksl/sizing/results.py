@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ksl.arrow_files import arrow_file
-from ksl.errors import SizingError, unknown_name
-from ksl.input_files import Unreadable, check_regular
+from ksl.base.arrow_files import arrow_file
+from ksl.base.errors import SizingError, unknown_name
+from ksl.base.input_files import Unreadable, check_regular
+from ksl.model.states import Array
 from ksl.sizing.samples import ONE_COORDINATE, JointSamples, ResultJoint, Spectrum
-from ksl.states import Array
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ksl.states import Array
+from ksl.model.states import Array
 
 ONE_COORDINATE = ("revolute", "continuous", "prismatic", "helical")
 REST = 1e-3

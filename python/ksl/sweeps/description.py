@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ksl.errors import MotionError, SweepError, near_names
+from ksl.base.errors import MotionError, SweepError, near_names
+from ksl.base.toml_files import read_toml
 from ksl.motions.reading_options import check_options
-from ksl.toml_files import read_toml
 
 KINDS = {
     "payload": ("kg", "mass of a body on the link `link`, its centre of mass at `center` in the link's frame"),

@@ -7,7 +7,7 @@ import socket
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from ksl.errors import SweepError
+from ksl.base.errors import SweepError
 from ksl.sweeps.evaluate import Evaluator, Plan, Result, refused
 from ksl.sweeps.local import ATTEMPTS, died
 

@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.states import Array, External, Part, Side
+from ksl.model.states import Array, External, Part, Side
 from ksl.viewer.readout import Choice, readout
 from ksl.viewer.scene import Scene, make_scene
-from ksl.viewer.stage import Shown, Stage, legend, utilisation_legend
+from ksl.viewer.scene_tree import Shown, Stage, legend, utilisation_legend
 from ksl.viewer.viser_server import start_server, stop_server
 
 if TYPE_CHECKING:
     import viser
 
-    from ksl.calls import Calls
+    from ksl.model.calls import Calls
 
 FRAMES = 30
 """States that playback shows in a second."""
@@ -349,7 +349,7 @@ def coordinates(scene: Scene) -> list[tuple[int, str, float, float]]:
 
     The limits of the file; where it gives none, a turn to either side, or the size of the scene.
     """
-    from ksl.motions.columns import METRES, columns_of
+    from ksl.model.motion_columns import METRES, columns_of
 
     found = []
     for joint in scene.model.joints:
@@ -395,7 +395,7 @@ def show(
 
 def _differentiated(model: Calls, time: Array, q: Array, v: ArrayLike | None, a: ArrayLike | None) -> tuple[Array, Array]:
     """Velocities and accelerations of a motion, the missing ones from splines as in `Model.loads`."""
-    from ksl.errors import MotionError
+    from ksl.base.errors import MotionError
     from ksl.motions.motion import complete
 
     if time.ndim != 1 or q.shape != (len(time), model.nq):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksl.states import Array, Part, Side
+from ksl.model.states import Array, Part, Side
 from ksl.viewer.scene import Scene
 
 

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ksl.errors import MotionError
-from ksl.mechanism import Joint
-from ksl.states import Array, External, argument, items_of
+from ksl.base.errors import MotionError
+from ksl.model.mechanism import Joint
+from ksl.model.states import Array, External, argument, items_of
 from ksl.viewer.visuals import Appearance, appearance
 
 if TYPE_CHECKING:
-    from ksl.calls import Calls
+    from ksl.model.calls import Calls
 
 SAMPLES = 1500
 """Longer motions are shown at about so many samples, at those of the largest efforts among them."""

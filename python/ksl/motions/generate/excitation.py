@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksl.base_parameters import structural
-from ksl.errors import MotionError
-from ksl.model import Model
+from ksl.base.errors import MotionError
+from ksl.identify.base_parameters import structural
+from ksl.model.model import Model
+from ksl.model.states import Array
 from ksl.motions.generate.generated import SHARE, Generated, Limits, effort_stretch, limits_of, sample_times, whole_motion
-from ksl.states import Array
 
 HARMONICS = 5
 SAMPLES = 100

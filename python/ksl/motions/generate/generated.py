@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ksl.errors import MotionError
-from ksl.mechanism import Joint, Mechanism
-from ksl.model import Model
+from ksl.base.errors import MotionError
+from ksl.model.mechanism import Joint, Mechanism
+from ksl.model.model import Model
+from ksl.model.states import Array
 from ksl.motions.motion import Motion
-from ksl.states import Array
 
 USUAL_SPEED = {"rad": 1.0, "m": 0.25}
 """rad/s and m/s, of joints whose speed the file doesn't limit."""

@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ksl.errors import MotionError
-from ksl.model import Model
+from ksl.base.errors import MotionError
+from ksl.model.model import Model
+from ksl.model.states import Array
 from ksl.motions.generate.generated import ROUND_OFF, SHARE, Generated, Limits, check_duration, effort_stretch, excess, limits_of, sample_times, whole_motion
 from ksl.motions.generate.waypoints import Waypoints, between_limits
 from ksl.motions.motion import Motion
-from ksl.states import Array
 
 Curve = Callable[[Array], tuple[Array, Array, Array]]
 """Positions, velocities and accelerations (n, m) at times (n)."""
