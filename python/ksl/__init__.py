@@ -8,8 +8,9 @@
 SI units, radians; six-vectors are linear first unless `order="ang_lin"`; arrays have the state on the leading axes.
 """
 
-from typing import TYPE_CHECKING
+from ksl.model import higher_rooms as _higher_rooms
 
+TYPE_CHECKING = False  # a type checker takes it for true, and `import typing` would take longer than all the rest
 if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl._core import __version__ as __version__
     from ksl.base.errors import CaseError as CaseError
@@ -25,9 +26,6 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.checks.findings import Finding as Finding
     from ksl.checks.findings import Findings as Findings
     from ksl.checks.run import check as check
-    from ksl.load_cases.holding import hold as hold
-    from ksl.load_cases.run import Run as Run
-    from ksl.load_cases.run import loads as loads
     from ksl.model.builder import Builder as Builder
     from ksl.model.loading import load as load
     from ksl.model.loading import load_string as load_string
@@ -35,6 +33,9 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.model.mechanism import Link as Link
     from ksl.model.model import Model as Model
     from ksl.motions.reading import read_motion as read_motion
+    from ksl.report.compute_loads import loads as loads
+    from ksl.report.hold_pose import hold as hold
+    from ksl.report.loads_run import Run as Run
     from ksl.sizing.compute_sizing import size as size
     from ksl.spatial import Acceleration as Acceleration
     from ksl.spatial import Inertia as Inertia
@@ -62,7 +63,7 @@ _MODULE_OF = {
     "Pose": "ksl.spatial",
     "QuaternionWarning": "ksl.base.errors",
     "ResultError": "ksl.base.errors",
-    "Run": "ksl.load_cases.run",
+    "Run": "ksl.report.loads_run",
     "SizingError": "ksl.base.errors",
     "SweepError": "ksl.base.errors",
     "Twist": "ksl.spatial",
@@ -70,10 +71,10 @@ _MODULE_OF = {
     "Wrench": "ksl.spatial",
     "__version__": "ksl._core",
     "check": "ksl.checks.run",
-    "hold": "ksl.load_cases.holding",
+    "hold": "ksl.report.hold_pose",
     "load": "ksl.model.loading",
     "load_string": "ksl.model.loading",
-    "loads": "ksl.load_cases.run",
+    "loads": "ksl.report.compute_loads",
     "read_motion": "ksl.motions.reading",
     "size": "ksl.sizing.compute_sizing",
     "sweep": "ksl.sweeps.compute_sweep",
@@ -82,6 +83,15 @@ _MODULE_OF = {
 command line needs none of it, and NumPy takes longer to import than the help to print.  A public name has a line here and one above."""
 
 __all__ = list(_MODULE_OF)
+
+_higher_rooms.FUNCTIONS.update(
+    {
+        "_repr_html_": "ksl.viewer.notebook:html_of",
+        "loads": "ksl.load_cases.wrench_table:wrench_table",
+        "show": "ksl.viewer.live:show",
+    }
+)
+"""Methods of a model that rooms above the model's compute."""
 
 if not TYPE_CHECKING:  # otherwise a type checker would believe in any name
 

@@ -22,8 +22,8 @@ REQUEST = {
     "frames": (f"names: Iterable[str] | None = None, {EXPRESSED}", "self._frames_of(names, axes, at, order, None)"),
     "relative": (f"name: str, seen_from: str, {EXPRESSED}, {OFFSET}", "self._frames_of((name, seen_from), axes, at, order, offset)"),
     "links": ("names: Iterable[str] | None = None", "self._links_of(names)"),
-    "joints": (WRENCHES, "self._request(on, at, axes, order, part, joints)"),
-    "reactions": (WRENCHES, "self._request(on, at, axes, order, part, joints)"),
+    "joints": (WRENCHES, "self.reaction_request(on, at, axes, order, part, joints)"),
+    "reactions": (WRENCHES, "self.reaction_request(on, at, axes, order, part, joints)"),
 }
 
 INPUTS_AT_MOST = 4
@@ -104,7 +104,7 @@ CALLS = '''\
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from numpy.typing import ArrayLike
 
@@ -116,11 +116,17 @@ from ksl.model.states import Acceleration, Array, Expressed, External, ExternalA
 class Calls(Requests):
     """A method for each algorithm."""
 
-    def _with_reactions(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None, requests: tuple[_core.Request, ...], threads: int | None = None
-    ) -> tuple[Array, ...]:
-        """Efforts and, for each request, reactions, in one pass over the states."""
-        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external, requests, None, threads)
+    def inverse_dynamics_with_reactions(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, requests: Sequence[_core.Request], external: External | None = None, threads: int | None = None,
+        external_axes: ExternalAxes = "link",
+    ) -> tuple[Array, ...]:  # fmt: skip
+        """Efforts (…, nv) and, for each request, reactions (…, joints, 6), in one pass over the states; N m, N.
+
+        requests: made by :meth:`reaction_request`, which takes the keywords of :meth:`reactions`.  Several ones cost little more than one.
+        q, v, a, external, threads, external_axes: as in :meth:`inverse_dynamics`.  Results are those of :meth:`inverse_dynamics` and
+        :meth:`reactions`, to the bit.
+        """
+        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external_in(external, external_axes), tuple(requests), None, threads)
 
 {methods}
 {aliases}

@@ -123,7 +123,7 @@ def test_kept_requests_don_t_mix(arm):
     """Zeros of both signs, and offsets one after another, more than are kept."""
     q, v, a, _ = states(arm)
     minus, plus = ([zero, zero, zero] for zero in (-0.0, 0.0))
-    assert arm._request("child", minus, "joint", "lin_ang", "total", None) is not arm._request("child", plus, "joint", "lin_ang", "total", None)
+    assert arm.reaction_request("child", minus, "joint", "lin_ang", "total", None) is not arm.reaction_request("child", plus, "joint", "lin_ang", "total", None)
     for x in range(3 * ksl.model.requests.REQUESTS_KEPT):
         arm.reactions(q, v, a, at=(x, 0, 0))
         assert len(arm._requests) <= ksl.model.requests.REQUESTS_KEPT

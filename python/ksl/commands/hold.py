@@ -40,11 +40,11 @@ def hold(
 ) -> None:
     """Print the efforts and every wrench of one pose at rest, or of the worst pose for a joint."""
     from ksl.commands.print_loads import print_pose
-    from ksl.load_cases.holding import hold as held
     from ksl.load_cases.holding import read_pose
     from ksl.load_cases.load_case import Payload
     from ksl.load_cases.provenance import input_file
     from ksl.output import OutputError
+    from ksl.report.hold_pose import hold as held
 
     if len(payload) != len(on_link):
         fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
@@ -53,7 +53,7 @@ def hold(
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics)
     point = numbers(at, "--at", 3) if "," in at else at
     try:
-        model._request(on, point, axes, order, "total", [])
+        model.reaction_request(on, point, axes, order, "total", [])
     except ValueError as e:
         fail(in_options(e, on=on, at=at, axes=axes, order=order))
     files = [one for one in pose if "=" not in one or os.path.exists(one)]

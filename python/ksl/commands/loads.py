@@ -42,10 +42,10 @@ if TYPE_CHECKING:
 
     from ksl.load_cases.load_case import LoadCase, Payload, Placement
     from ksl.load_cases.provenance import InputFile
-    from ksl.load_cases.run import Run
     from ksl.model.model import Model
     from ksl.model.states import Order, Side
     from ksl.report.files import ReportFiles
+    from ksl.report.loads_run import Run
     from ksl.report.pdf import Paper
 
 
@@ -102,9 +102,9 @@ def loads(
     from ksl.commands.print_loads import print_run
     from ksl.load_cases.load_case import Payload
     from ksl.load_cases.provenance import input_file, provenance_of
-    from ksl.load_cases.run import Run
     from ksl.output import OutputError
     from ksl.report.files import ReportFiles
+    from ksl.report.loads_run import Run
 
     if fail_on not in (None, "limits"):
         fail(f"--fail-on {fail_on or 'with an empty word'}: expected limits")
@@ -192,7 +192,7 @@ def _placement(model: Model, on: str, at: list[str], axes: str, order: str, join
     for name in chosen:
         _known(model, name, f"--joints {joints}")
     try:
-        model._request(on, point, axes, order, "total", [])
+        model.reaction_request(on, point, axes, order, "total", [])
     except ValueError as e:
         fail(in_options(e, on=on, at=text, axes=axes, order=order))
     return Placement(cast("Side", on), point, axes, cast("Order", order), points, chosen)  # the request was not refused

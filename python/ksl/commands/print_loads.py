@@ -13,11 +13,11 @@ from ksl.load_cases.case_result import CaseResult
 from ksl.load_cases.load_case import Placement
 from ksl.load_cases.quantities import PowerBalance, SummaryRow, unit
 from ksl.load_cases.ranking import severity
-from ksl.load_cases.run import Run
 from ksl.load_cases.summary_table import worst_rows
 from ksl.load_cases.verdict import AMBER, Verdict, percent
 from ksl.model.mechanism import Joint
 from ksl.model.states import EFFORT_PARTS
+from ksl.report.loads_run import Run
 
 Columns = list[tuple[str, str]]
 """Quantity, and which of its numbers."""

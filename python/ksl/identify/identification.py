@@ -32,7 +32,7 @@ from ksl.identify.consistency import (
 )
 from ksl.model.given import mapping, number, numbers
 from ksl.model.model import Model
-from ksl.model.states import External, in_order, items_of
+from ksl.model.states import External, items_of
 
 ACCURACY = 1e-6
 """How far the sum of squares, in units of the noise, may be above its minimum where parameters are at the limit of consistency."""
@@ -103,7 +103,7 @@ def identify(
     """
     if not isinstance(model, Model):
         raise ValueError(f"model is {type(model).__name__}; expected a ksl.Model")
-    q, v, a, tau = (numbers(in_order(x, what, model._core), what) for x, what in ((q, "q"), (v, "v"), (a, "a"), (tau, "tau")))
+    q, v, a, tau = (numbers(model.in_order(x, what), what) for x, what in ((q, "q"), (v, "v"), (a, "a"), (tau, "tau")))
     _check_motion(model, q, v, a, tau)
     check_tolerance(tolerance)
     if links is not None and not isinstance(links, Iterable):

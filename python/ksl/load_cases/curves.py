@@ -26,12 +26,12 @@ class Curves:
         model, motion = self.case.model, self.case.motion
         for joint in model.joints:
             empty = joint_loads(joint, np.empty((0, 6)), None, None)
-            speed = model._velocity_of(joint, motion.v) if joint.one_coordinate else None
+            speed = model.velocity_of(joint, motion.v) if joint.one_coordinate else None
             effort = np.zeros(n) if joint.one_coordinate and joint.leader is None else None
             brake = np.empty(n) if effort is not None and self.case.brake else None
             coupling = np.empty(n) if joint.leader is not None else None
             parts: dict[str, Array] = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None and brake is None else {}
-            position, acceleration = (model._position_of(joint, motion.q), model._velocity_of(joint, motion.a)) if joint.one_coordinate else (None, None)
+            position, acceleration = (model.position_of(joint, motion.q), model.velocity_of(joint, motion.a)) if joint.one_coordinate else (None, None)
             wrench: dict[str, Array] = {name: np.empty(n) for name in empty.wrench}
             self.loads.append(JointLoads(joint, wrench, speed, effort, coupling, parts, position, acceleration, brake))
 

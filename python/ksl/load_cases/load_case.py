@@ -105,9 +105,9 @@ class LoadCase:
         wanted = self._requests("total", p.axes, p.order) + self._requests("constraint", p.axes, p.order)
         wanted += [] if in_joint_axes else self._requests("total", "joint", "lin_ang")
         if self.model.follower_names:
-            wanted.append(self.model._request("child", "joint", "joint", "lin_ang", "coupling", self.model.follower_names))
+            wanted.append(self.model.reaction_request("child", "joint", "joint", "lin_ang", "coupling", self.model.follower_names))
         try:
-            tau, *found = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted), threads)
+            tau, *found = self.model.inverse_dynamics_with_reactions(m.q[rows], m.v[rows], m.a[rows], wanted, external, threads)
         except ResultError as e:
             sample = (rows.start or 0) + e.state
             raise MotionError(
@@ -123,8 +123,8 @@ class LoadCase:
     def _requests(self, part: str, axes: str, order: str) -> list[_core.Request]:
         """Of all joints at the common point, and of each joint that has a point of its own."""
         p, names = self.placement, [j.name for j in self.model.joints]
-        own = [self.model._request(p.on, point, axes, order, part, [joint]) for joint, point in p.points.items()]
-        return [self.model._request(p.on, p.at, axes, order, part, names), *own]
+        own = [self.model.reaction_request(p.on, point, axes, order, part, [joint]) for joint, point in p.points.items()]
+        return [self.model.reaction_request(p.on, p.at, axes, order, part, names), *own]
 
     def _merged(self, found: list[Array]) -> Array:
         """Wrenches (n, joints, 6), each about its own point."""

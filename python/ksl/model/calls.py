@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from numpy.typing import ArrayLike
 
@@ -15,11 +15,17 @@ from ksl.model.states import Acceleration, Array, Expressed, External, ExternalA
 class Calls(Requests):
     """A method for each algorithm."""
 
-    def _with_reactions(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None, requests: tuple[_core.Request, ...], threads: int | None = None
-    ) -> tuple[Array, ...]:
-        """Efforts and, for each request, reactions, in one pass over the states."""
-        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external, requests, None, threads)
+    def inverse_dynamics_with_reactions(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, requests: Sequence[_core.Request], external: External | None = None, threads: int | None = None,
+        external_axes: ExternalAxes = "link",
+    ) -> tuple[Array, ...]:  # fmt: skip
+        """Efforts (…, nv) and, for each request, reactions (…, joints, 6), in one pass over the states; N m, N.
+
+        requests: made by :meth:`reaction_request`, which takes the keywords of :meth:`reactions`.  Several ones cost little more than one.
+        q, v, a, external, threads, external_axes: as in :meth:`inverse_dynamics`.  Results are those of :meth:`inverse_dynamics` and
+        :meth:`reactions`, to the bit.
+        """
+        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external_in(external, external_axes), tuple(requests), None, threads)
 
     def inverse_dynamics(
         self,
@@ -89,7 +95,7 @@ class Calls(Requests):
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
-        return self._core.reactions(q, v, a, None, external, self._request(on, at, axes, order, part, joints), out, threads)
+        return self._core.reactions(q, v, a, None, external, self.reaction_request(on, at, axes, order, part, joints), out, threads)
 
     def effort_parts(
         self,
@@ -764,7 +770,7 @@ class Calls(Requests):
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
-        return self._core.reactions_derivatives(q, v, a, None, external, self._request(on, at, axes, order, part, joints), out, threads)
+        return self._core.reactions_derivatives(q, v, a, None, external, self.reaction_request(on, at, axes, order, part, joints), out, threads)
 
     def reactions_external_derivatives(
         self,
@@ -785,7 +791,7 @@ class Calls(Requests):
         their axes, linear first.  For wrenches in the world's axes, turn the last axis by the links' rotations (:meth:`frame_poses`).
         q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, table 5.1; O(joints × links).
         """
-        return self._core.reactions_external_derivatives(q, None, None, None, None, self._request(on, at, axes, order, part, joints), out, threads)
+        return self._core.reactions_external_derivatives(q, None, None, None, None, self.reaction_request(on, at, axes, order, part, joints), out, threads)
 
     def frame_velocity_derivatives(
         self,
@@ -1009,7 +1015,7 @@ class Calls(Requests):
         on, at, axes, order, part, joints: as in :meth:`reactions`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.
         O(joints × links).
         """
-        return self._core.reactions_regressor(q, v, a, None, None, self._request(on, at, axes, order, part, joints), out, threads)
+        return self._core.reactions_regressor(q, v, a, None, None, self.reaction_request(on, at, axes, order, part, joints), out, threads)
 
     def energy_regressor(
         self, q: ArrayLike, v: ArrayLike, links: Iterable[str] | None = None, out: tuple[Array, Array] | None = None, threads: int | None = None

@@ -9,10 +9,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksl import _core
 from ksl.base.errors import unknown_name
-from ksl.model.states import Array
+from ksl.model.states import Array, argument, in_order
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,8 @@ class Mechanism:
         self.warnings: tuple[str, ...] = tuple(core.warnings)
         """Suspicious contents of the file, a line each: inertias that no rigid body can have, moving links without mass.  Names link and condition."""
         self._moving, self._followers = core.moving_joints, core.followers
-        self._ranges = tuple(np.array(core.position_ranges).reshape(-1, 2).T)
+        lower, upper = np.array(core.position_ranges).reshape(-1, 2).T
+        self._ranges = _read_only(lower), _read_only(upper)
         starts = [j.q_index + j.quaternion for j in self.joints if j.quaternion is not None]
         self._quaternions = tuple(slice(start, start + 4) for start in starts)
         self._joint_index = {joint.name: i for i, joint in enumerate(self.joints)}
@@ -285,19 +287,42 @@ class Mechanism:
             q[..., part] = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
         return q
 
-    def _position_of(self, joint: Joint, q: Array) -> Array:
-        """Positions (…) of a joint with an axis, from q (…, nq)."""
+    @property
+    def position_ranges(self) -> tuple[Array, Array]:
+        """Where :meth:`random` has its positions: the least and the largest numbers, each (nq), rad or m; read-only.
+
+        They are `lower` and `upper` where these are finite, and otherwise −π and π for angles, and ±1 m for lengths.
+        """
+        return self._ranges
+
+    def as_array(self, x: Any, what: str) -> NDArray[Any]:
+        """What calls make of an argument: a table by the names of its columns, one number as one for each coordinate, others as arrays.
+
+        what: "q", "v", "a" or "tau".  Raises ValueError for what holds no real numbers, and for columns that don't fit.
+        """
+        return argument(x, what, self.nq if what == "q" else self.nv, self._core)
+
+    def in_order(self, x: Any, what: str) -> Any:
+        """A table by the names of its columns as an array, in the order of q, v, a or tau, as `what` says; what is none as it is."""
+        return in_order(x, what, self._core)
+
+    def position_of(self, joint: Joint, q: Array) -> Array:
+        """Positions (…) of a joint with one coordinate, from q (…, nq); of a mimic joint as its leader has it; rad or m."""
         position: Array = q[..., joint.q_index] if joint.leader is None else joint.multiplier * q[..., self.joint(joint.leader).q_index] + joint.offset
         return position
 
-    def _velocity_of(self, joint: Joint, v: Array) -> Array:
-        """Velocities (…) of a joint with an axis, from v (…, nv)."""
+    def velocity_of(self, joint: Joint, v: Array) -> Array:
+        """Velocities (…) of a joint with one coordinate, from v (…, nv), and accelerations from a; of a mimic joint as its leader has it."""
         velocity: Array = v[..., joint.v_index] if joint.leader is None else joint.multiplier * v[..., self.joint(joint.leader).v_index]
         return velocity
 
     def joint(self, name: str) -> Joint:
         """The joint of that name."""
-        return self.joints[self._index(self._joint_index, name, "joint")]
+        return self.joints[self.joint_index(name)]
+
+    def joint_index(self, name: str) -> int:
+        """Where the joint of that name is in `joints`."""
+        return self._index(self._joint_index, name, "joint")
 
     def link(self, name: str) -> Link:
         """The link of that name."""

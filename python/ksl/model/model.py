@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.model import given
+from ksl.model.higher_rooms import function_of
 from ksl.model.inverse_kinematics import InverseKinematicsCalls
 from ksl.model.requests import one_of
 from ksl.model.states import EFFORT_PARTS, Array, External, ExternalAxes, Order, Point, Side
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     import pyarrow
 
     from ksl.model.section import Share
-    from ksl.viewer.live import Viewer
+    from ksl.model.shown import ShownModel
 
 Layout = Mapping[str, Any]
 """Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.model.mjcf` has its contents."""
@@ -127,9 +128,8 @@ class Model(Surgery, InverseKinematicsCalls):
 
     def _repr_html_(self) -> str:
         """What a notebook shows: a picture of the mechanism, and its joints."""
-        from ksl.viewer.notebook import html_of
-
-        return html_of(self)
+        html: str = function_of("_repr_html_")(self)
+        return html
 
     def loads(
         self,
@@ -150,9 +150,7 @@ class Model(Surgery, InverseKinematicsCalls):
         external: {link: (n, 6), or (6) for all samples}, or {link: ksl.Wrench}.  on, at, axes, order: as in :meth:`reactions`.
         Raises :class:`ksl.MotionError`.  Needs the extra `ksl[loads]`.
         """
-        from ksl.load_cases.wrench_table import wrench_table
-
-        return wrench_table(self, time, q, v, a, external=external, on=on, at=at, axes=axes, order=order)
+        return function_of("loads")(self, time, q, v, a, external=external, on=on, at=at, axes=axes, order=order)
 
     def show(
         self,
@@ -166,7 +164,7 @@ class Model(Surgery, InverseKinematicsCalls):
         port: int | None = None,
         package_paths: Sequence[str] = (),
         browser: bool | None = None,
-    ) -> Viewer:
+    ) -> ShownModel:
         """Shows the robot with the wrenches at its joints in a page on this machine, and returns a handle of it at once.
 
         q (nq), or (n, nq) with time (n), s, for playback; by default a pose within the limits.  v and a (…, nv): differentiated from
@@ -178,9 +176,8 @@ class Model(Surgery, InverseKinematicsCalls):
         The handle has `url`, `update(q)`, `play()`, `export("file.html")`, `wait()`, which keeps a script running until Ctrl-C, and `close()`.
         Needs the extra `ksl[view]`.  Raises ViewerError, and ValueError for what doesn't fit the model.
         """
-        from ksl.viewer.live import show
-
-        return show(self, q, v, a, time, external, joint=joint, port=port, package_paths=package_paths, browser=browser)
+        shown: ShownModel = function_of("show")(self, q, v, a, time, external, joint=joint, port=port, package_paths=package_paths, browser=browser)
+        return shown
 
 
 def _rebuilt(state: list[Any], layout: Layout | None = None) -> Model:

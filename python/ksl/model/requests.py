@@ -96,8 +96,14 @@ class Requests(Mechanism):
             raise ValueError(sentence(f"{what}={name!r}: {hint}expected 'joint', 'world' or a link of {self.name or self.file}: {known}"))
         return _core.Frame.link, self._link_index[name]
 
-    def _request(self, on: str, at: Point, axes: str, order: str, part: str, joints: Iterable[str] | None) -> _core.Request:
-        """The request for `reactions` with these keywords.  Cached, since making it takes longer than the dynamics of a state."""
+    def reaction_request(
+        self, on: str = "child", at: Point = "joint", axes: str = "joint", order: str = "lin_ang", part: str = "total", joints: Iterable[str] | None = None
+    ) -> _core.Request:
+        """Which reactions :meth:`inverse_dynamics_with_reactions` shall give, and how; keywords as in :meth:`reactions`.
+
+        Raises ValueError for sides, points, axes, orders, parts and joints that there are not.  Requests are kept for the next call with
+        the same keywords, since making one takes longer than the dynamics of a state.
+        """
         joints = _names(joints, "joints")
         point = at if isinstance(at, str) else _offset_key(at)
         key = (on, point, axes, order, part, joints)

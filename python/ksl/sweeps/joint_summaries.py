@@ -95,8 +95,8 @@ class Peaks:
     def _coordinates(self, motion: Motion) -> tuple[Array, Array, Array]:
         """Position, speed and acceleration (joints with one coordinate, samples), mimic joints included."""
         joints, n = [j for j in self._joints if j.one_coordinate], len(motion.time)
-        position = [self._model._position_of(j, motion.q) for j in joints]
-        rates = [[self._model._velocity_of(j, x) for j in joints] for x in (motion.v, motion.a)]
+        position = [self._model.position_of(j, motion.q) for j in joints]
+        rates = [[self._model.velocity_of(j, x) for j in joints] for x in (motion.v, motion.a)]
         q, v, a = (np.array(x).reshape(len(joints), n) for x in (position, *rates))
         return q, v, a
 

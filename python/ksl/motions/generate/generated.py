@@ -77,7 +77,7 @@ def limits_of(model: Mechanism, acceleration: float | None = None) -> Limits:
     if not joints:
         raise MotionError(f"{model.name}: no joint with one coordinate, so there is nothing to move")
     index = np.array([j.q_index for j in joints])
-    lower, upper = (np.array(r[index]) for r in model._ranges)
+    lower, upper = (np.array(r[index]) for r in model.position_ranges)
     without_range = [j.name for j in joints if not (j.has_limits and j.lower is not None and j.upper is not None)]
     velocity = np.array([j.velocity or np.inf for j in joints])
     for follower in map(model.joint, model.follower_names):

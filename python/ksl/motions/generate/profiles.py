@@ -32,7 +32,7 @@ SHARE_OF_ACCELERATION = 1 / 3
 def template(model: Model) -> Generated:
     """One row: the neutral position, brought into the limits where these exclude it.  The columns are those of a motion."""
     q, moved = model.neutral(), []
-    lower, upper = model._ranges
+    lower, upper = model.position_ranges
     for joint in model.joints[: len(model.joint_names)]:
         k = joint.q_index
         if joint.nv == 1 and joint.has_limits and not lower[k] <= q[k] <= upper[k]:
