@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Format = Literal["urdf", "sdf", "mjcf", "unknown"]
 Kind = Literal["link", "joint", ""]
-"""Of what a finding is about; empty for the file."""
+"""The kind of what a finding is about; empty for the file."""
 
 MOVING = {
     "revolute",

@@ -244,7 +244,7 @@ class _Problem:
 
 
 def _newton_step(hessian: Array, gradient: Array) -> Array:
-    """Of a Hessian that is positive definite but for rounding.  Close to bodies without extension its numbers span more than the
+    """The Newton step of a Hessian that is positive definite but for rounding.  Close to bodies without extension its numbers span more than the
     digits of a double: they are scaled to a unit diagonal, and directions without any digits left are not stepped along."""
     scale = 1 / np.sqrt(np.diagonal(hessian))
     return np.asarray(-scale * np.linalg.lstsq(scale[:, None] * hessian * scale, scale * gradient, rcond=None)[0])

@@ -27,9 +27,9 @@ from ksl.motions.reading import WRENCH_COLUMNS, read_motion
 from ksl.motions.reading_options import OPTIONS
 
 KEYS = ("motion", "payloads", "external", "gravity", "mounting", "physics", "friction_width", "hold", "stop")
-"""Of a load case, and of the defaults of all."""
+"""The keys of a load case, and of the defaults of all."""
 ROUND_OFF = 1e-6
-"""Of inertias, which are given with some digits."""
+"""The relative round-off of inertias, which are given with some digits."""
 OF_PAYLOAD = ("link", "mass", "center", "inertia")
 OF_EXTERNAL = ("link", "wrench", "steps", "file", "axes", "point", "order")
 OF_MOUNTING = ("rpy", "rpy_degrees", "quaternion")

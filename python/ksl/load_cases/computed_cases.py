@@ -42,7 +42,7 @@ class ComputedCases:
 
     @property
     def results(self) -> list[CaseResult]:
-        """Of each load case."""
+        """The result of each load case."""
         if self._results is None:
             self.compute()
         assert self._results is not None
@@ -120,7 +120,7 @@ class ComputedCases:
 
     @property
     def _most(self) -> int:
-        """Of how many load cases the report has curves."""
+        """How many load cases have curves in the report."""
         wanted = sum(self.cases[0].placement.wanted(j.name) for j in self.model.joints)
         return max(1, min(KEPT_CASES, KEPT_CURVES // max(1, wanted)))
 

@@ -29,7 +29,7 @@ TRIED = 4096
 """Random poses that are tried, of which the best are refined."""
 REFINED = 12
 STEP = 1e-4
-"""Of central differences, of the range of each joint."""
+"""The step of central differences, as a share of the range of each joint."""
 
 Pose = Mapping[str, Any] | Sequence[float]
 

@@ -63,7 +63,7 @@ class Payload:
     mass: float
     """kg."""
     center: tuple[float, float, float]
-    """Of mass, in the link's frame, m."""
+    """The centre of mass, in the link's frame, m."""
     inertia: tuple[float, ...] | None = None
     """About the centre of mass, in the link's axes, kg m²: nine numbers, by rows; None for a point mass."""
 
@@ -121,7 +121,7 @@ class LoadCase:
         return Block(rows, m.time[rows], m.q[rows], m.v[rows], m.a[rows], tau, total, constraint, others[0] if others else total, coupling, parts, self.brake)
 
     def _requests(self, part: str, axes: str, order: str) -> list[_core.Request]:
-        """Of all joints at the common point, and of each joint that has a point of its own."""
+        """Requests for all joints at the common point, and for each joint that has a point of its own."""
         p, names = self.placement, [j.name for j in self.model.joints]
         own = [self.model.reaction_request(p.on, point, axes, order, part, [joint]) for joint, point in p.points.items()]
         return [self.model.reaction_request(p.on, p.at, axes, order, part, names), *own]

@@ -31,7 +31,7 @@ class InputFile:
     """robot, motion, external or cases."""
     file: str
     sha256: str | None
-    """Of its bytes, in hexadecimal digits.  None for what can't be read twice, such as a pipe."""
+    """The hash of its bytes, in hexadecimal digits.  None for what can't be read twice, such as a pipe."""
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from ksl.motions.motion import Motion
 
 Law = Literal["cubic", "linear"]
 SAMPLES = 101
-"""Of an emergency stop."""
+"""How many samples an emergency stop has."""
 SEARCHED = 21
 """Samples of each stop while the worst one is searched."""
 MOST_STARTS = 2000
@@ -46,7 +46,7 @@ class Stop:
     start: float | Literal["worst", "all"] = "worst"
     """The time of the motion, s; the worst of all starts; or all of them."""
     step: float | None = None
-    """Of the starts that are tried, s."""
+    """The step between the starts that are tried, s."""
 
     def profile(self, x: Array) -> tuple[Array, Array, Array]:
         """S, s and s' at x, shares of the duration."""

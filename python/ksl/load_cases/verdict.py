@@ -144,7 +144,7 @@ def uses_of(joint: Joint, row: SummaryRow, time: Array, q: Array) -> list[Use]:
 
 
 def _uses_of_one(joint: Joint, row: SummaryRow) -> list[Use]:
-    """Of joints with one coordinate."""
+    """The uses of the limits of a joint with one coordinate."""
     case = str(row.get("case", ""))
     limits = limits_of(joint)
     uses = []
@@ -164,7 +164,7 @@ def number(row: SummaryRow, key: str) -> float:
 
 
 def _uses_of_several(joint: Joint, case: str, time: Array, q: Array) -> list[Use]:
-    """Of joints with several coordinates, whose positions have limits one by one.  Quaternions have none."""
+    """The uses of the limits of a joint with several coordinates, whose positions have limits one by one.  Quaternions have none."""
     uses = []
     for c, (column, bounds) in enumerate(zip(columns_of(joint)[0], joint.limits, strict=False)):
         x = q[:, joint.q_index + c]

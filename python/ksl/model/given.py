@@ -70,7 +70,7 @@ def pose(x: ArrayLike | None, what: str) -> list[float]:
 
 
 def mass(of: str, kilograms: float, center_of_mass: ArrayLike, inertia: ArrayLike | None) -> Mass:
-    """Of a link or a payload; the compiled code checks that a body can have it, `inertia` None is that of a point mass."""
+    """The mass of a link or a payload, with centre and inertia.  `inertia` None is that of a point mass.  The compiled code checks that a body can have it."""
     tensor = np.zeros((3, 3)) if inertia is None else array(inertia, (3, 3), f"{of}: its inertia")
     center = three_numbers(center_of_mass, f"{of}: its centre of mass")
     return number(kilograms, f"{of}: its mass"), list(center), [float(v) for v in tensor.ravel()]

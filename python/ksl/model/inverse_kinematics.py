@@ -30,7 +30,7 @@ class InverseKinematics:
     error: Array
     """(…, 2): the largest error of a position, m, and of an orientation, rad, among the frames that count."""
     iterations: NDArray[np.intc]
-    """Of all starts."""
+    """The iterations of all starts together."""
     starts: NDArray[np.intc]
     """How many were used."""
 

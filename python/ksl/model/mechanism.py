@@ -54,15 +54,15 @@ class Joint:
     effort: float | None = None
     velocity: float | None = None
     damping: float = 0.0
-    """Of each coordinate, N m s/rad or N s/m.  Damping, and what follows, has no effect unless the physics of the model names it."""
+    """The damping of each coordinate, N m s/rad or N s/m.  Damping, and what follows, has no effect unless the physics of the model names it."""
     friction: float = 0.0
     """Dry friction of each coordinate, N m or N."""
     friction_width: float | None = None
-    """Of its smooth law, rad/s or m/s; None is that of the model."""
+    """The width of its smooth law of friction, rad/s or m/s; None is that of the model."""
     armature: float = 0.0
     """Inertia that each coordinate feels besides that of the links, kg m² or kg."""
     rotor_inertia: float = 0.0
-    """Of the motor's rotor about its own axis, kg m²."""
+    """The inertia of the motor's rotor about its own axis, kg m²."""
     gear_ratio: float = 1.0
     """Turns of the rotor for each of the joint; rad/m where the joint slides."""
     spring_stiffness: float = 0.0
@@ -83,7 +83,7 @@ class Joint:
 
     @property
     def unit(self) -> str:
-        """Of the position of a joint with one coordinate: rad, or m where it only slides."""
+        """The unit of the position of a joint with one coordinate: rad, or m where it only slides."""
         return "rad" if self.has_angle else "m"
 
 
@@ -131,7 +131,7 @@ class Mechanism:
         self.physics: tuple[str, ...] = tuple(core.physics[0])
         """Which physics of joints the model has, besides that of rigid bodies: names as `physics=` of :func:`ksl.load` takes them."""
         self.friction_width: float = core.physics[1]
-        """Of the smooth law of friction, for joints that have none of their own; rad/s or m/s."""
+        """The width of the smooth law of friction, for joints that have none of their own; rad/s or m/s."""
         self.joints: tuple[Joint, ...] = tuple(_joint(row) for row in core.joints)
         """All joints: the moving ones in the order of q, then the mimic joints that follow them, then the fixed ones, `base` last."""
         self.unused: tuple[str, ...] = tuple(core.unused)
@@ -340,7 +340,7 @@ class Mechanism:
 
     @property
     def mass(self) -> float:
-        """Of all links, payloads included; kg."""
+        """The mass of all links, payloads included; kg."""
         return math.fsum(link.mass for link in self.links)
 
     def joint_above(self, link: str) -> Joint:
@@ -375,7 +375,7 @@ class Mechanism:
         return [link.name for link in self.links if link.name in names]
 
     def subtree_mass(self, joint: str) -> float:
-        """Of those links, kg."""
+        """The mass of those links, kg."""
         return math.fsum(self.link(name).mass for name in self.subtree_links(joint))
 
     def _index(self, table: Mapping[str, int], name: str, what: str) -> int:

@@ -27,9 +27,9 @@ Array = NDArray[np.float64]
 FREE, BALL, SLIDE, HINGE = range(4)
 """Values of mjtJoint, which MuJoCo publishes."""
 EQUALITY_OF_JOINTS = 2
-"""Of mjtEq."""
+"""The value of mjtEq for equalities of joints."""
 GRAVITY_DISABLED = 1 << 7
-"""Of mjtDisableBit."""
+"""The bit of mjtDisableBit that turns gravity off."""
 CLOSE = 1e-12
 """Axes and positions that differ less are the same: MuJoCo's compiler normalises axes."""
 

@@ -21,7 +21,7 @@ from ksl.model.states import Point
 
 REQUESTS_KEPT = 64
 KINDS = ("spatial", "classical", "rate")
-"""Of accelerations, in the order of the compiled calls."""
+"""Kinds of accelerations, in the order of the compiled calls."""
 
 _PLAIN_NUMBERS = frozenset((float, int))
 _pack_three = struct.Struct("3d").pack

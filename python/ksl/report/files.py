@@ -22,7 +22,7 @@ class ReportFiles:
 
     json: bool = False
     paper: Paper | None = None
-    """Of report.pdf; None for no such file."""
+    """The paper of report.pdf; None for no such file."""
     browser: str = ""
     """That prints it."""
     components: Path | None = None

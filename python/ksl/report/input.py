@@ -33,7 +33,7 @@ class CaseCurves:
     facts: Sequence[tuple[str, str]] = ()
     """What is special to this case: motion, payloads, gravity."""
     notes: Sequence[str] = ()
-    """Of this case alone."""
+    """Notes about this case alone."""
     stills: Mapping[str, Still] = field(default_factory=dict)
     """By joint: the mechanism at the sample where this joint bears most."""
     raw_positions: Mapping[str, Array] = field(default_factory=dict)

@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from ksl.viewer.visuals import Appearance
 
 TRIANGLES_OF_ALL = 24_000
-"""Of all pictures of a page together: 0.5 MB."""
+"""The triangles of all pictures of a page together: 0.5 MB."""
 FEWEST_TRIANGLES, MOST_TRIANGLES = 600, 3000
-"""Of one picture."""
+"""The fewest and the most triangles of one picture."""
 WIDTH, HEIGHT = 560, 320
-"""Of a picture, in the pixels of a style sheet."""
+"""The size of a picture, in the pixels of a style sheet."""
 
 
 @dataclass(frozen=True)

@@ -84,7 +84,7 @@ class _Tables:
 
 
 def joint_group(joint: Joint) -> str:
-    """Of joints that share tables in the summary, since their quantities have the same units."""
+    """The group of joints that share tables in the summary, since their quantities have the same units."""
     if not joint.one_coordinate:
         return "Joints without one coordinate"
     if joint.leader is not None:

@@ -43,7 +43,7 @@ class Spectrum:
     """How often each load case occurs: repetitions, or shares of the operating time."""
 
     repetitions: Mapping[str, float] = field(default_factory=dict)
-    """Of the cases that are named; others occur once.  0: an exceptional event, which counts for peaks and not for life."""
+    """How often the named cases occur; others occur once.  0: an exceptional event, which counts for peaks and not for life."""
     shares: Mapping[str, float] = field(default_factory=dict)
     """Shares of time, if these are given; cases without one have 0."""
 

@@ -37,7 +37,7 @@ class SweepResults:
     """Cases that this run has computed; others were there."""
     seconds: float
     share_of_dynamics: float
-    """Of the time of the workers; the rest is sums, peaks and tables."""
+    """The share of dynamics in the time of the workers; the rest is sums, peaks and tables."""
 
     def __repr__(self) -> str:
         share = max((row for row in self.worst if row["quantity"].endswith(("_share", "utilisation"))), key=lambda row: row["value"], default=None)

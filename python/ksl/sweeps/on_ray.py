@@ -12,7 +12,7 @@ from ksl.sweeps.evaluate import Evaluator, Plan, Result, refused
 from ksl.sweeps.local import ATTEMPTS, died
 
 _evaluators: dict[str, Evaluator] = {}
-"""Of this worker: one, kept between its partitions."""
+"""The evaluator of this worker, kept between its partitions."""
 
 
 def evaluate(plan: Plan, partition: int) -> Result | SweepError:

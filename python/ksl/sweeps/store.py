@@ -206,7 +206,7 @@ def _table(file: Path) -> pa.Table:
 
 
 def _unit(quantity: str, joint: Joint) -> str:
-    """Of a peak or root mean square; empty for shares of limits and utilisations."""
+    """The unit of a peak or root mean square; empty for shares of limits and utilisations."""
     name, _, part = quantity.rpartition("_")
     return "" if part in ("share", "utilisation") else unit(name, joint)
 

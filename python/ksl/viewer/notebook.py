@@ -11,11 +11,11 @@ from ksl.model.model_tables import joint_table
 from ksl.model.states import Array
 
 ROWS = 60
-"""Of the table; longer ones are cut, and say so."""
+"""The most rows of the table; longer ones are cut, and say so."""
 SIZE = 260
-"""Of the picture, pixels."""
+"""Width and height of the picture, pixels."""
 TRIANGLES = 1500
-"""Of all links in the picture together, about: some 60 kB of HTML."""
+"""About so many triangles have all links in the picture together: some 60 kB of HTML."""
 LINKS_WITH_SURFACE = 200
 """Robots with more are drawn as lines from joint to joint."""
 EYE = (2.0, -3.0, 1.2)

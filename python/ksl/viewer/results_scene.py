@@ -55,7 +55,7 @@ class Results:
     case: str
     time: Array
     position: dict[str, Array]
-    """Of joints with one coordinate, (n): rad or m."""
+    """Positions (n) of joints with one coordinate, rad or m."""
     speed: dict[str, Array]
     acceleration: dict[str, Array]
     effort: dict[str, Array]
@@ -64,7 +64,7 @@ class Results:
 
     @property
     def description(self) -> Mapping[str, Any]:
-        """Of the load case: gravity, payloads, physics, external, motion."""
+        """What the results say of the load case: gravity, payloads, physics, external, motion."""
         return next((c for c in self.made_by.get("cases", []) if c["name"] == self.case), {})
 
 

@@ -14,7 +14,7 @@ Colour = tuple[float, float, float]
 """Red, green and blue, 0 to 1."""
 
 GREY: Colour = (0.75, 0.76, 0.78)
-"""Of links whose colour the file doesn't give."""
+"""The colour of links whose colour the file doesn't give."""
 
 
 @dataclass(frozen=True)

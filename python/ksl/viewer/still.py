@@ -14,14 +14,14 @@ from ksl.viewer.scene import ACTUATION, CONSTRAINT, EXTERNAL, Scene, scale_of
 from ksl.viewer.shapes import Colour, Shape, arrows, ellipsoid, joined, rod, simplified
 
 TRIANGLES = 4000
-"""Of all links in one image together, about: some 60 kB of JSON."""
+"""About so many triangles have all links in one image together: some 60 kB of JSON."""
 
 HIGHLIGHT: Colour = (0.98, 0.78, 0.25)
-"""Of the link that the joint in question carries."""
+"""The colour of the link that the joint in question carries."""
 
 BONE: Colour = (0.45, 0.48, 0.52)
 AXIS: Colour = (0.2, 0.22, 0.25)
-"""Of rods between joints, and of joint axes."""
+"""The colour of rods between joints, and of joint axes."""
 
 LEVELS = ((0.5, (0.35, 0.65, 0.4)), (0.8, (0.9, 0.72, 0.2)), (1.0, (0.93, 0.45, 0.13)), (np.inf, (0.8, 0.15, 0.15)))
 """Colours of links by the utilisation of the joint that carries them: up to half of the limit, 80 %, the limit, and beyond."""

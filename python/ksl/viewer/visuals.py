@@ -16,10 +16,10 @@ from ksl.model.states import Array
 from ksl.viewer.shapes import GREY, Colour, Shape, box, cylinder, ellipsoid, simplified
 
 TRIANGLES_OF_ALL = 200_000
-"""Of all links together: pages and exported files stay quick."""
+"""The triangles of all links together: pages and exported files stay quick."""
 
 ELLIPSOID: Colour = (0.55, 0.62, 0.72)
-"""Of ellipsoids of inertia, which are no surfaces of the robot."""
+"""The colour of ellipsoids of inertia, which are no surfaces of the robot."""
 
 
 @dataclass
@@ -218,7 +218,7 @@ def read_mesh(path: Path) -> tuple[list[Shape], str | None]:
 
 
 def _mesh_colour(mesh: object) -> Colour:
-    """Of the material, or the mean of the colours of faces; grey where the file gives none."""
+    """The colour of the material, or the mean of the colours of faces; grey where the file gives none."""
     visual = getattr(mesh, "visual", None)
     material = getattr(visual, "material", None)
     rgba = getattr(material, "main_color", None) if material is not None else getattr(visual, "main_color", None)

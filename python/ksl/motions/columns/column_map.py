@@ -15,7 +15,7 @@ class ColumnRule:
 
     to: str
     unit: str = ""
-    """Of the result, and so of the offset; empty for that of the motion (rad, m, s)."""
+    """The unit of the result, and so of the offset; empty for that of the motion (rad, m, s)."""
     sign: float = 1.0
     scale: float = 1.0
     offset: float = 0.0

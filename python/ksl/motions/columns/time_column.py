@@ -30,7 +30,7 @@ class TimeColumn:
     unit: str
     """As the file says it; empty where it says nothing."""
     scale: float = 1.0
-    """Of a map; the result is in the unit."""
+    """The scale that a map gives; the result is in the unit."""
 
 
 def find_time(table: Recorded, of_joints: Collection[str]) -> TimeColumn:

@@ -30,7 +30,7 @@ MEND = "give a CSV file with `time` and a column for each joint"
 @dataclass(frozen=True)
 class CsvForm:
     names: list[str]
-    """Of all columns; empty where a column has none."""
+    """The names of all columns; empty where a column has none."""
     header_line: int
     """Line of the names, from 1."""
     first_line: int
@@ -38,7 +38,7 @@ class CsvForm:
     separator: str
     decimal: str
     units: list[str] = field(default_factory=list)
-    """Of all columns, empty where none is given; or an empty list."""
+    """The units of all columns, empty where none is given; or an empty list."""
     rows: list[list[str]] = field(default_factory=list)
     """The first rows, as text."""
     notes: list[str] = field(default_factory=list)

@@ -34,7 +34,7 @@ class JointStates:
         """messages: time of the log in ns, and message.  Raises MotionError."""
         self.file, self.topic = file, topic
         self.groups: dict[tuple[str, ...], list[tuple[int, int, Any, Any]]] = {}
-        """Of each list of joints: log time, header stamp, positions, velocities of its messages."""
+        """For each list of joints its messages: log time, header stamp, positions, velocities of its messages."""
         self.has_efforts = False
         self.without_positions = 0
         numbers = 0

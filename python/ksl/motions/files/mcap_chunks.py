@@ -16,7 +16,7 @@ FOOTER = RECORD + 20
 CHUNK = 0x06
 LAST = 0x02
 LONGEST_NAME = 100
-"""Of a compression: `zstd`, `lz4`, or nothing."""
+"""The longest name of a compression: `zstd`, `lz4`, or nothing."""
 
 
 def summary_start(source: BinaryIO) -> int:

@@ -25,7 +25,7 @@ STATES = ("q", "v", "a")
 NAMES = ("joints", "joint_names", "names")
 """Arrays that may say to which joints the columns of q, v and a belong."""
 HEADER_BYTES = 12 + 10_000
-"""Of an array, that are looked at before it is loaded: NumPy reads no longer headers."""
+"""So many bytes of an array are looked at before it is loaded: NumPy reads no longer headers."""
 
 
 class NpzTable(Recorded):

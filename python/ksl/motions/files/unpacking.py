@@ -22,7 +22,7 @@ def of_lz4(packed: bytes) -> Iterator[bytes]:
 
 
 def of_zstd(packed: BinaryIO | bytes) -> Iterator[bytes]:
-    """Of all frames, whatever sizes they claim."""
+    """The contents of all frames, whatever sizes they claim."""
     import zstandard
 
     source = io.BytesIO(packed) if isinstance(packed, bytes) else packed

@@ -19,7 +19,7 @@ from ksl.motions.generate.generated import SHARE, Generated, Limits, effort_stre
 
 HARMONICS = 5
 SAMPLES = 100
-"""Of a period, at which the regressor is evaluated during the search."""
+"""Samples of a period, at which the regressor is evaluated during the search."""
 
 USED = 0.9
 """Share of the range of positions that is used."""
@@ -48,7 +48,7 @@ class Series:
 
     @property
     def times(self) -> Array:
-        """Of the search: 20 in the shortest period, so that peaks between them are at most 1.3 % higher."""
+        """The times of the search: 20 in the shortest period, so that peaks between them are at most 1.3 % higher."""
         return np.arange(SAMPLES) * (self.period / SAMPLES)
 
     def __call__(self, x: Array, t: Array) -> tuple[Array, Array, Array]:

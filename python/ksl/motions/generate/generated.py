@@ -16,12 +16,12 @@ USUAL_SPEED = {"rad": 1.0, "m": 0.25}
 """rad/s and m/s, of joints whose speed the file doesn't limit."""
 
 SHARE = 0.8
-"""Of the limits of speed and effort that motions use where no time is given: the rest is the controller's."""
+"""The share of the limits of speed and effort that motions use where no time is given.  The rest is the controller's."""
 
 ROUND_OFF = 1e-9
 
 SMALLEST, LARGEST = 1e-6, 1e9
-"""Of durations, s, and of rates, Hz."""
+"""The bounds of durations, s, and of rates, Hz."""
 
 LOOKED_AT = 100_000
 """Samples at which efforts are looked for, if there are more."""

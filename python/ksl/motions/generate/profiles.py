@@ -20,13 +20,13 @@ FINE = 2001
 """Instants at which peaks are looked for, or more where there are many waypoints."""
 
 SHORTEST_RAMP = 1e-4
-"""Of the time between the two waypoints where it is longest: more acceleration would make the motion shorter by less than that."""
+"""The shortest ramp, as a share of the time between two waypoints where that is longest: more acceleration would make the motion shorter by less than that."""
 
 SEARCHED = 24
 """Accelerations that are tried, from that with which no speed is reached to the given one."""
 
 SHARE_OF_ACCELERATION = 1 / 3
-"""Of the time between two waypoints, where no acceleration is given: a third each for acceleration, steady speed and deceleration."""
+"""The ramp's share of the time between two waypoints, where no acceleration is given: a third each for acceleration, steady speed and deceleration."""
 
 
 def template(model: Model) -> Generated:

@@ -200,7 +200,7 @@ def _polynomial(derivatives: Array, s: Array) -> Array:
 
 
 def _best_of_neighbours(gaps: Indices, cost: Array) -> Indices:
-    """Of candidates within three gaps of each other, which are the same jump, the one of least cost; none of infinite cost."""
+    """The candidate of least cost among those within three gaps of each other, which are the same jump; none of infinite cost."""
     chosen: list[int] = []
     for k in np.argsort(cost, kind="stable"):
         if not np.isfinite(cost[k]):

@@ -27,7 +27,7 @@ class Samples:
 
 @dataclass(frozen=True)
 class Noise:
-    """Of what accelerations are differentiated from, for each velocity coordinate (nv)."""
+    """The noise of what accelerations are differentiated from, for each velocity coordinate (nv)."""
 
     deviation: Array
     """Standard deviation, rad or m; of velocities, rad/s or m/s, where those are given.  0 where accelerations are given."""

@@ -9,13 +9,13 @@ from ksl.model.states import Array
 from ksl.motions.signal.corners import evenly_spaced
 
 ORDER = 4
-"""Of the Butterworth filter, which runs forwards and backwards: amplitudes are multiplied by 1 / (1 + (f / f_c)^8), half at f_c."""
+"""The order of the Butterworth filter, which runs forwards and backwards: amplitudes are multiplied by 1 / (1 + (f / f_c)^8), half at f_c."""
 
 EVEN = 1e-5
 """Steps that differ by less than this share are even."""
 
 LOWEST = 1e-6
-"""Of the sampling rate: round-off spoils filters with lower cut-offs, from 1e-8 on, and from 1e-9 on they can't be computed."""
+"""The lowest cut-off, as a share of the sampling rate.  From 1e-8 down round-off spoils filters, and from 1e-9 down they can't be computed."""
 
 
 def attenuation(frequency: Array, cutoff: float) -> Array:
