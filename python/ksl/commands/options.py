@@ -78,6 +78,14 @@ def numbers(text: str, option: str, *counts: int) -> list[float]:
     return values
 
 
+def payloads_given(payload: list[str], on_link: list[str]) -> dict[str, tuple[float, list[float]]]:
+    """{link: (mass, point)} of the options --payload and --on-link, which come in pairs."""
+    if len(payload) != len(on_link):
+        fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
+    values = [numbers(p, "--payload", 1, 4) for p in payload]
+    return {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
+
+
 def suggestion(name: str, known: list[str], otherwise: str) -> str:
     from ksl.base.errors import close_names
 
