@@ -583,3 +583,62 @@ def test_messages_show_control_characters_of_names_and_are_short():
     with pytest.raises(ValueError, match="no link or joint named") as found:
         m.frame_pose([], "z" * 1_000_000)
     assert len(str(found.value)) < 5000
+
+
+def test_positions_and_velocities_of_a_joint(robot):
+    """Of a joint with numbers of its own, and of one that follows it: multiplier × that of the leader + offset, and the derivatives of that."""
+    text = ARM.replace('<axis xyz="1 1 0"/>', '<axis xyz="1 1 0"/><mimic joint="shoulder" multiplier="0.2" offset="0.1"/>')
+    m = robot(text)
+    q, v = np.array([[0.5], [-0.25]]), np.array([3.0])
+    shoulder, slide = m.joint("shoulder"), m.joint("slide")
+    assert slide.leader == "shoulder" and np.array_equal(m.position_of(shoulder, q), q[:, 0]) and m.velocity_of(shoulder, v) == 3.0
+    assert np.array_equal(m.position_of(slide, q), 0.2 * q[:, 0] + 0.1) and m.velocity_of(slide, v) == 0.2 * 3.0
+
+
+def test_where_a_joint_is(arm):
+    assert [arm.joint_index(joint.name) for joint in arm.joints] == list(range(len(arm.joints)))
+    with pytest.raises(ValueError, match="no joint named 'slyde'; did you mean 'slide'"):
+        arm.joint_index("slyde")
+
+
+def test_ranges_of_random_positions(robot, flying):
+    lower, upper = flying.position_ranges
+    assert lower.tolist()[7:] == [-1, -0.5] and upper.tolist()[7:] == [2, 0.5]  # those of the file
+    assert lower.tolist()[:3] == [-1, -1, -1] and upper.tolist()[:3] == [1, 1, 1]
+    assert robot(ARM.replace("revolute", "continuous")).position_ranges[1][0] == np.pi
+    for x in (lower, upper):
+        with pytest.raises(ValueError, match="read-only"):
+            x[0] = 5
+
+
+@pytest.mark.parametrize("leading", [(), (4,), (2, 3)])
+def test_efforts_and_reactions_in_one_pass(arm, leading):
+    q, v, a = states(arm, *leading)
+    external = {"tool": np.array([1.0, 2, 3, 4, 5, 6])}
+    keywords = [{}, {"on": "parent", "at": "world", "axes": "world", "order": "ang_lin", "part": "constraint", "joints": ["flange", "shoulder"]}]
+    for axes in ("link", "world"):
+        tau, *found = arm.inverse_dynamics_with_reactions(q, v, a, [arm.reaction_request(**k) for k in keywords], external, external_axes=axes)
+        assert np.array_equal(tau, arm.inverse_dynamics(q, v, a, external, external_axes=axes))
+        for k, wrenches in zip(keywords, found, strict=True):
+            assert np.array_equal(wrenches, arm.reactions(q, v, a, external, external_axes=axes, **k))
+
+
+def test_a_request_for_what_there_is_not_is_refused(arm):
+    for keywords, said in [
+        ({"on": "chlid"}, "on='chlid'; did you mean 'child'"),
+        ({"at": "tol"}, "at='tol': did you mean 'tool'"),
+        ({"axes": "wolrd"}, "axes='wolrd': did you mean 'world'"),
+        ({"order": "lin"}, "order='lin'"),
+        ({"part": "totl"}, "part='totl'; did you mean 'total'"),
+        ({"joints": ["slyde"]}, "no joint named 'slyde'"),
+    ]:
+        with pytest.raises(ValueError, match=said):
+            arm.reaction_request(**keywords)
+
+
+def test_arguments_as_calls_take_them(arm):
+    table = {"slide": [0.25, 0.5], "shoulder": [1.0, 2.0]}
+    assert arm.as_array(table, "q").tolist() == arm.in_order(table, "q").tolist() == [[1.0, 0.25], [2.0, 0.5]]
+    assert arm.as_array(3, "v").tolist() == [3, 3] and arm.in_order(3, "v") == 3
+    with pytest.raises(ValueError, match="there is none for shoulder"):
+        arm.as_array({"slide": 1.0}, "q")
