@@ -192,6 +192,8 @@ NB_MODULE(_core, module) {
       .def_prop_ro("tree_rows", &ksl::model::tree_rows)
       .def_prop_ro("tree_columns", nb::overload_cast<>(&ksl::model::tree_columns, nb::const_))
       .def_prop_ro("moving_joints", &ksl::model::moving_joints)
+      .def_prop_ro_static(
+          "joint_kinds", [](nb::handle) { return nb::module_::import_("ksl._core").attr("joint_kinds"); }, "All kinds of joints, for what converts arguments.")
       .def_prop_ro("followers", &ksl::model::followers)
       .def_prop_ro("name", [](const ksl::model &m) { return m.description().name; })
       .def_prop_ro("file", [](const ksl::model &m) { return paths::str_of_path(m.description().file); })

@@ -21,7 +21,7 @@ import numpy as np
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import SummaryRow, unit
 from ksl.model.mechanism import Joint
-from ksl.model.motion_columns import METRES, columns_of
+from ksl.model.motion_columns import columns_of, units_of
 from ksl.model.states import Array
 
 Level = Literal["green", "amber", "red"]
@@ -166,11 +166,10 @@ def number(row: SummaryRow, key: str) -> float:
 def _uses_of_several(joint: Joint, case: str, time: Array, q: Array) -> list[Use]:
     """The uses of the limits of a joint with several coordinates, whose positions have limits one by one.  Quaternions have none."""
     uses = []
-    for c, (column, bounds) in enumerate(zip(columns_of(joint)[0], joint.limits, strict=False)):
+    for c, (column, of, bounds) in enumerate(zip(columns_of(joint)[0], units_of(joint)[0], joint.limits, strict=False)):
         x = q[:, joint.q_index + c]
         ends = [(float(x[k]), float(time[k])) for k in (int(np.argmin(x)), int(np.argmax(x)))]
-        metre_or_radian = "m" if column.rpartition(".")[2] in METRES else "rad"
-        uses += _position(joint, case, column, metre_or_radian, bounds, ends)
+        uses += _position(joint, case, column, of, bounds, ends)
     return uses
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ksl import _core
 from ksl.base.errors import DescriptionWarning
 from ksl.model import given
+from ksl.model.joint_kinds import names_with
 from ksl.model.model import Model
 from ksl.model.requests import one_of, three_numbers
 
@@ -20,7 +21,7 @@ DHRow = Mapping[str, Any] | Sequence[Any]
 Convention = Literal["standard", "modified"]
 
 _JointNumbers = tuple[list[float] | None, list[float] | None, float | None, float | None, float | None, float | None, float | None, float, float, tuple[str, float, float] | None, float | None, list[float], list[float | None]]
-_SEVERAL_LIMITS = ("cylindrical", "universal", "planar", "translation")
+_SEVERAL_LIMITS = names_with(lambda kind: kind.numbers_with_limits > 1)
 _OF_A_ROW = ("a", "alpha", "d", "theta", "kind", "mass", "center_of_mass", "inertia", "limits", "effort", "velocity", "damping", "friction")
 
 

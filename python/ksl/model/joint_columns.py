@@ -4,50 +4,37 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ksl.base.errors import near_names
 
-COLUMNS = {
-    "floating": ("x y z qx qy qz qw", "vx vy vz wx wy wz", "ax ay az bx by bz"),
-    "spherical": ("qx qy qz qw", "wx wy wz", "bx by bz"),
-    "planar": ("x y angle", "vx vy wz", "ax ay bz"),
-    "translation": ("x y z", "vx vy vz", "ax ay az"),
-    "cylindrical": ("angle travel", "angle.v travel.v", "angle.a travel.a"),
-    "universal": ("angle1 angle2", "angle1.v angle2.v", "angle1.a angle2.a"),
-}
-"""Columns of joints with several coordinates: position in the joint's frame; velocity, of floating, spherical and planar joints the
-twist in the child's axes, linear then angular; its componentwise derivative."""
-METRES = ("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az", "travel", "travel.v", "travel.a")
-"""The columns that are in m, m/s and m/s²; the others are in rad or are quaternions."""
-EFFORTS = {
-    "floating": "fx fy fz tx ty tz",
-    "spherical": "tx ty tz",
-    "planar": "fx fy tz",
-    "translation": "fx fy fz",
-    "cylindrical": "angle travel",
-    "universal": "angle1 angle2",
-}
-"""The same of efforts."""
 TIME = ("time", "t")
 """Columns that tables of motions have besides."""
-ROLES = {"q": 0, "q0": 0, "q1": 0, "v": 1, "a": 2, "tau": 3}
-"""Arguments of calls, and which of the names of a joint's numbers theirs are."""
+ROLES = {"q": "position", "q0": "position", "q1": "position", "v": "velocity", "a": "acceleration"}
+"""Arguments of calls, and which of the names of a joint's numbers theirs are; of other arguments they are those of efforts."""
 LISTED = 12
 """Names in a message; of more it says how many there are."""
 
-Names = tuple[list[str], list[str], list[str], list[str]]
+
+class Kind(Protocol):
+    """What is asked of a kind of joint: what tables call its numbers behind `JOINT.`; "" where the joint's name says it."""
+
+    @property
+    def position(self) -> tuple[str, ...]: ...
+    @property
+    def velocity(self) -> tuple[str, ...]: ...
+    @property
+    def acceleration(self) -> tuple[str, ...]: ...
+    @property
+    def effort(self) -> tuple[str, ...]: ...
 
 
-def names_of(joint: str, kind: str) -> Names:
-    """Names of a joint's positions, velocities, accelerations and efforts: `elbow`, `elbow.v`, `elbow.a`, `elbow` with one coordinate."""
-    if kind not in COLUMNS:
-        return [joint], [f"{joint}.v"], [f"{joint}.a"], [joint]
-    position, velocity, acceleration, effort = ([f"{joint}.{c}" for c in group.split()] for group in (*COLUMNS[kind], EFFORTS[kind]))
-    return position, velocity, acceleration, effort
+def named(joint: str, words: Iterable[str]) -> list[str]:
+    """Names of a joint's numbers: `elbow`, `elbow.v`, `base.x`."""
+    return [f"{joint}.{word}" if word else joint for word in words]
 
 
 def column_names(x: Any) -> list[str] | None:
@@ -68,17 +55,17 @@ def column_names(x: Any) -> list[str] | None:
     return names if any(isinstance(name, str) for name in names) else None
 
 
-def by_name(x: Any, names: Sequence[str], what: str, joints: Sequence[tuple[str, str]]) -> NDArray[Any]:
+def by_name(x: Any, names: Sequence[str], what: str, joints: Sequence[tuple[str, Kind]]) -> NDArray[Any]:
     """The numbers (…, n) of an argument `what`, from a table with these column names; joints: (name, kind) in the order of q.
 
     Positions have the names of joints with one coordinate, and JOINT.x … as in the columns of motions; velocities and accelerations
     JOINT.v, JOINT.a, or else the names of the joints.  A table of a whole motion serves for q, v and a.
     """
-    of_joints = [names_of(*joint) for joint in joints]
-    role = ROLES.get(what, 3)
-    wanted = [name for each in of_joints for name in each[role]]
+    role = ROLES.get(what, "effort")
+    wanted = [name for joint, kind in joints for name in named(joint, getattr(kind, role))]
     if not set(wanted) & set(names):  # plain names of joints, also for their rates
-        plain = [name for each in of_joints for name in (each[0] if len(each[0]) == len(each[role]) else each[role])]
+        words = [(joint, kind.position, getattr(kind, role)) for joint, kind in joints]
+        plain = [name for joint, position, own in words for name in named(joint, position if len(position) == len(own) else own)]
         wanted = plain if set(plain) & set(names) else wanted
     place = f"{what}: columns are taken by name"
     times, taken = Counter(names), set(wanted)
@@ -87,7 +74,8 @@ def by_name(x: Any, names: Sequence[str], what: str, joints: Sequence[tuple[str,
         others = [name for name in names if name not in taken]
         near = next(filter(None, (near_names(name, others) for name in missing[:LISTED])), "")
         raise ValueError(f"{place}, and there is none for {_listed(missing)}; {near}columns: {_listed(names)}; .to_numpy() takes them by place")
-    known = {name for each in of_joints for group in each for name in group}.union(TIME)
+    all_words = ((joint, group) for joint, kind in joints for group in (kind.position, kind.velocity, kind.acceleration, kind.effort))
+    known = {name for joint, group in all_words for name in named(joint, group)}.union(TIME)
     for name in names:
         if name not in known and str(name).lower() not in TIME:
             near = near_names(name, known)

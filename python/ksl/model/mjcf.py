@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ksl.base.errors import DescriptionError, DescriptionWarning
 from ksl.model import given
 from ksl.model.builder import Builder
+from ksl.model.joint_kinds import KINDS
 from ksl.model.model import Layout, Model
 from ksl.model.requests import one_of
 from ksl.model.states import in_order
@@ -26,6 +27,8 @@ Array = NDArray[np.float64]
 
 FREE, BALL, SLIDE, HINGE = range(4)
 """Values of mjtJoint, which MuJoCo publishes."""
+OF_MUJOCO = {FREE: KINDS["floating"], BALL: KINDS["spherical"], SLIDE: KINDS["prismatic"], HINGE: KINDS["revolute"]}
+"""Kinds of joints that are those of MuJoCo."""
 EQUALITY_OF_JOINTS = 2
 """The value of mjtEq for equalities of joints."""
 GRAVITY_DISABLED = 1 << 7
@@ -234,9 +237,10 @@ class _Reader:
         mj, names = self.mj, [self.joints[j] for j in joints]
         if kind == "cylindrical":  # angle, then travel
             joints = sorted(joints, key=lambda j: -int(mj.jnt_type[j]))
-        axes = {"universal": ("axis", "axis2"), "cylindrical": ("axis",)}.get(kind, ())
+        row = KINDS[kind]
+        axes = [name for name, is_needed in (("axis", row.has_axis), ("axis2", row.has_axis2)) if is_needed]
         given_axes = {name: mj.jnt_axis[j] for name, j in zip(axes, joints)}
-        if kind == "planar":
+        if kind == "planar":  # its axis is the normal, that of the third joint
             given_axes = {"axis": np.array([0.0, 0.0, 1.0])}
         name = self.new("joint", _common_name(names))
         self.builder.add_joint(name, kind, parent, self.bodies[body], pose, **given_axes, **self.losses(joints[0]))
@@ -256,7 +260,7 @@ class _Reader:
             if not is_body:
                 self.builder.add_link(child)
             placement = pose @ _moved(at) @ self.before_reference(j, kind)
-            self.builder.add_joint(name, ("floating", "spherical", "prismatic", "revolute")[kind], parent, child, placement, **self.numbers_of(j, kind))
+            self.builder.add_joint(name, OF_MUJOCO[kind].name, parent, child, placement, **self.numbers_of(j, kind))
             self.note(name, ("free", "ball", "plain", "plain")[kind], [j], placement)
             parent, pose = child, _moved(-at)
         if parent != self.bodies[body]:
@@ -294,7 +298,7 @@ class _Reader:
     def losses(self, j: int) -> dict[str, Any]:
         """Damping, friction and armature, the same for all coordinates of the joint."""
         mj, name, numbers = self.mj, self.joints[j], {}
-        v = slice(int(mj.jnt_dofadr[j]), int(mj.jnt_dofadr[j]) + {FREE: 6, BALL: 3}.get(int(mj.jnt_type[j]), 1))
+        v = slice(int(mj.jnt_dofadr[j]), int(mj.jnt_dofadr[j]) + OF_MUJOCO[int(mj.jnt_type[j])].nv)
         for ours, theirs in (("damping", "damping"), ("friction", "frictionloss"), ("armature", "armature")):
             values = getattr(mj, f"dof_{theirs}")[v]
             if values.any() and np.ptp(values):
@@ -306,8 +310,8 @@ class _Reader:
     def note(self, name: str, kind: str, joints: list[int], placement: Array | None = None) -> None:
         """Where MuJoCo has the numbers of a joint."""
         q, v = self.mj.jnt_qposadr, self.mj.jnt_dofadr
-        nq, nv = {"free": (7, 6), "ball": (4, 3)}.get(kind, (1, 1))
-        entry: dict[str, Any] = {"kind": kind, "q": [int(q[j]) + i for j in joints for i in range(nq)], "v": [int(v[j]) + i for j in joints for i in range(nv)]}
+        rows = [(j, OF_MUJOCO[int(self.mj.jnt_type[j])]) for j in joints]
+        entry: dict[str, Any] = {"kind": kind, "q": [int(q[j]) + i for j, row in rows for i in range(row.nq)], "v": [int(v[j]) + i for j, row in rows for i in range(row.nv)]}
         if kind == "free" and placement is not None:
             entry["placement"] = placement.tolist()
         self.layout["joints"][name] = entry

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import near_names
 from ksl.base.real_arrays import real_array
-from ksl.model.joint_columns import by_name, column_names
+from ksl.model.joint_columns import Kind, by_name, column_names
 
 Array = NDArray[np.floating]
 
@@ -69,13 +69,22 @@ def as_arrays(
     return arrays, wrenches, in_world
 
 
+class NamedKind(Kind, Protocol):
+    """A kind of joint with its name."""
+
+    @property
+    def name(self) -> str: ...
+
+
 class HasJoints(Protocol):
-    """What is asked of a compiled model: its joints, and how many of them move."""
+    """What is asked of a compiled model: its joints, how many of them move, and the kinds of joints."""
 
     @property
     def joints(self) -> Sequence[Mapping[str, Any]]: ...
     @property
     def moving_joints(self) -> int: ...
+    @property
+    def joint_kinds(self) -> Sequence[NamedKind]: ...
 
 
 def argument(x: Any, name: str, columns: int, model: HasJoints) -> NDArray[Any]:
@@ -87,7 +96,10 @@ def argument(x: Any, name: str, columns: int, model: HasJoints) -> NDArray[Any]:
 def in_order(x: Any, name: str, model: HasJoints) -> Any:
     """A table by the names of its columns as an array; what is none as it is."""
     names = column_names(x)
-    return x if names is None else by_name(x, names, name, [(joint["name"], joint["kind"]) for joint in model.joints[: model.moving_joints]])
+    if names is None:
+        return x
+    kinds = {kind.name: kind for kind in model.joint_kinds}
+    return by_name(x, names, name, [(joint["name"], kinds[joint["kind"]]) for joint in model.joints[: model.moving_joints]])
 
 
 def items_of(external: External | None, axes: str = "link") -> list[tuple[str, ArrayLike]]:

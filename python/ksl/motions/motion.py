@@ -14,8 +14,9 @@ from ksl._core import QUATERNION_ROUNDING
 from ksl.base.errors import MotionError
 from ksl.base.words import count
 from ksl.model.calls import Calls
+from ksl.model.joint_kinds import KINDS
 from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.motion_columns import METRES, columns_of
+from ksl.model.motion_columns import columns_of, units_of
 from ksl.model.states import Array
 from ksl.motions.signal.corners import Found
 from ksl.motions.signal.gaps import doubts_about_gaps
@@ -113,7 +114,7 @@ def complete(
             rows, cols = _places(joint)
             contradictions += _contradictions(joint, time, q[:, rows], v[:, cols], joint_v, joint_a)
         given_jumps = _jumps(joints, as_given, differentiated=False)
-    corners, corner_times, impossible = sentences_about_jumps(found, given_jumps, time)
+    corners, corner_times, impossible = sentences_about_jumps(joints, found, given_jumps, time)
     doubts = [*suspicions(model, time, q, v), *impossible, *doubts_about_gaps(joints, as_given.time, as_given.q)]
     if isinstance(model, Calls):
         doubts += doubts_about_noise(model, joints, as_given, found, (q, v, a), smooth)
@@ -199,7 +200,7 @@ def _jumps(joints: tuple[Joint, ...], samples: Samples, differentiated: bool) ->
 
 def _plain(joint: Joint) -> bool:
     """Whether velocities are the derivatives of positions, number by number."""
-    return joint.quaternion is None and joint.kind != "planar"
+    return joint.quaternion is None and KINDS[joint.kind].velocity_is_rate
 
 
 def _rates(
@@ -267,7 +268,7 @@ def _contradictions(joint: Joint, time: Array, q: Array, v: Array, given_v: Arra
         return []
     lines = []
     for (of, given, found), columns, floor in zip(checks, columns_of(joint)[1:], (np.abs(q).max(), np.abs(v).max()), strict=True):
-        in_metres = np.array([c.removeprefix(f"{joint.name}.") in METRES for c in columns])
+        in_metres = np.array([unit == "m" for unit in units_of(joint)[1]])
         at = None if given is None or found is None else _largest_contradiction(time, given, found, in_metres, 1e-5 * max(1.0, float(floor)))
         if at is None or given is None or found is None:
             continue

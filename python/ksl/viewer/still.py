@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.model.joint_kinds import KINDS
 from ksl.model.mechanism import Joint
 from ksl.model.states import Array
 from ksl.viewer.scene import ACTUATION, CONSTRAINT, EXTERNAL, Scene, scale_of
@@ -128,7 +129,7 @@ def _wrench(scene: Scene, sample: int, joint: str) -> tuple[list[Shape], list[st
 
 def _mover(joint: Joint) -> str:
     """What exerts the part of the wrench along the joint's motion: a floating base has no drive, and a mimic joint is moved by its leader."""
-    return "support" if joint.kind == "floating" else "drive" if joint.leader is None else "coupling"
+    return "support" if KINDS[joint.kind].is_free else "drive" if joint.leader is None else "coupling"
 
 
 def _plain(x: float) -> str:

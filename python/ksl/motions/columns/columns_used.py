@@ -10,7 +10,7 @@ from functools import cached_property
 from ksl.base.errors import MotionError, close_names
 from ksl.base.words import listed
 from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.motion_columns import METRES, columns_of, columns_of_one_coordinate
+from ksl.model.motion_columns import columns_of, columns_of_one_coordinate, units_of
 from ksl.motions.columns.column_map import ColumnMap, ColumnRule, absent
 from ksl.motions.columns.recorded import Recorded
 from ksl.motions.columns.time_column import TIME, TimeColumn, find_time
@@ -64,11 +64,9 @@ def quantities(table: Recorded, model: Mechanism) -> dict[str, Quantity]:
     known: dict[str, Quantity] = {}
     in_file = set(table.names)
     for joint in model.joints[: len(model.joint_names)]:
-        for order, group in enumerate(columns_of(joint)):
-            for c in group:
-                is_quaternion = joint.quaternion is not None and order == 0 and c[-3:] in (".qx", ".qy", ".qz", ".qw")
-                metres = joint.unit == "m" if joint.one_coordinate else c.removeprefix(f"{joint.name}.") in METRES
-                quantity = Quantity(joint, order, "plain" if is_quaternion else "length" if metres else "angle")
+        for order, (group, units) in enumerate(zip(columns_of(joint), units_of(joint), strict=True)):
+            for c, unit in zip(group, units, strict=True):
+                quantity = Quantity(joint, order, "plain" if not unit else "length" if unit == "m" else "angle")
                 if c in known and c in in_file:
                     both = f"{known[c].what} or {quantity.what}"
                     raise MotionError(f"{table.head}: column {c!r} could be {both}; rename one of these joints in the robot's file")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ksl.model.mechanism import Joint
-from ksl.model.motion_columns import METRES, columns_of
+from ksl.model.motion_columns import columns_of, units_of
 from ksl.model.states import Array
 
 GAP = 5.0
@@ -24,7 +24,8 @@ def doubts_about_gaps(joints: tuple[Joint, ...], time: Array, q: Array) -> list[
     if len(steps) < 3:
         return []
     gaps = np.flatnonzero(steps > GAP * np.median(steps))
-    columns = [(j.q_index + k, name) for j in joints for k, name in enumerate(columns_of(j)[0])]
+    named = [(j, k, name, unit) for j in joints for k, (name, unit) in enumerate(zip(columns_of(j)[0], units_of(j)[0], strict=True))]
+    columns = [(j.q_index + k, name, f" {unit}" if j.nv == 1 or unit == "m" else "") for j, k, name, unit in named]
     if not len(gaps) or not columns:
         return []
     with np.errstate(over="ignore", invalid="ignore", under="ignore"):  # numbers that are too large are refused later
@@ -38,17 +39,10 @@ def doubts_about_gaps(joints: tuple[Joint, ...], time: Array, q: Array) -> list[
         return []
     longest = moving[np.argmax(steps[moving])]
     at = int(np.flatnonzero(gaps == longest)[0])
-    c, name = max(columns, key=lambda column: way[at, column[0]] / travel[column[0]] if travel[column[0]] > 0 else 0.0)
+    c, name, unit = max(columns, key=lambda column: way[at, column[0]] / travel[column[0]] if travel[column[0]] > 0 else 0.0)
     often = f" ({len(moving)} such gaps, this is the longest)" if len(moving) > 1 else ""
     return [
         f"no samples between {time[longest]:.6g} s and {time[longest + 1]:.6g} s, {steps[longest] / np.median(steps):.3g} median steps{often}, while "
-        f"{name} moves by {moved[longest, c]:.3g}{_unit(name, c, joints)}: the motion there is not known, so peaks may be missing. Give these samples, or compute "
+        f"{name} moves by {moved[longest, c]:.3g}{unit}: the motion there is not known, so peaks may be missing. Give these samples, or compute "
         "the parts beside them (--from, --to)"
     ]
-
-
-def _unit(name: str, column: int, joints: tuple[Joint, ...]) -> str:
-    joint = next(j for j in joints if j.q_index <= column < j.q_index + j.nq)
-    if joint.nv == 1:
-        return f" {joint.unit}"
-    return " m" if name.rpartition(".")[2] in METRES else ""

@@ -9,7 +9,7 @@ import numpy as np
 
 from ksl.model.calls import Calls
 from ksl.model.mechanism import Joint
-from ksl.model.motion_columns import METRES, columns_of
+from ksl.model.motion_columns import columns_of, units_of
 from ksl.model.states import Array
 from ksl.motions.signal.corners import Found, Jumps
 from ksl.motions.signal.noise import SHARE, EffortErrors, effort_errors, first_derivative_noise, second_derivative_noise, step_of, white_noise
@@ -132,13 +132,12 @@ def _joint_of(joints: tuple[Joint, ...], coordinate: int) -> Joint:
 
 
 def _unit(joint: Joint, coordinate: int) -> str:
-    if joint.nv == 1:
-        return joint.unit
-    column = columns_of(joint)[1][coordinate - joint.v_index].removeprefix(f"{joint.name}.")
-    return "m" if column in METRES else "rad"
+    return units_of(joint)[1][coordinate - joint.v_index]
 
 
-def sentences_about_jumps(found: Mapping[str, Found], given: Mapping[str, Found], time: Array) -> tuple[list[str], Array, list[str]]:
+def sentences_about_jumps(
+    joints: tuple[Joint, ...], found: Mapping[str, Found], given: Mapping[str, Found], time: Array
+) -> tuple[list[str], Array, list[str]]:
     """A note on where splines are split; the times of all jumps, increasing; and doubts about jumps that can't be.
 
     found, given: by column, of what was differentiated, and of velocities whose accelerations are given.
@@ -157,18 +156,18 @@ def sentences_about_jumps(found: Mapping[str, Found], given: Mapping[str, Found]
         of = first if len(split) == 1 else f"{first} and {len(split) - 1} more"
         often = "once" if len(times) == 1 else f"{len(times)} times, first"
         notes = [f"accelerations of {of} jump {often} at {split[first][0]:.6g} s: splines are split there, so that they don't overshoot"]
-    doubts = [_about_impossible(column, f.impossible) for column, f in both.items() if f.impossible]
+    angles = {c for j in joints for group, units in zip(columns_of(j), units_of(j)) for c, unit in zip(group, units) if unit == "rad"}
+    doubts = [_about_impossible(column, column in angles, f.impossible) for column, f in both.items() if f.impossible]
     return notes, times, doubts
 
 
-def _about_impossible(column: str, jumps: list[tuple[int, float, float]]) -> str:
+def _about_impossible(column: str, is_angle: bool, jumps: list[tuple[int, float, float]]) -> str:
     order, time, size = min(jumps, key=lambda j: abs(j[0]))
     often = f" ({len(jumps)} such jumps)" if len(jumps) > 1 else ""
-    metres = column.rpartition(".")[2] in METRES
     if order == -1:
         many = f" ({len(jumps)} such samples)" if len(jumps) > 1 else ""
         return f"the sample of {column} at {time:.6g} s is {size:.4g} off those around it{many}: efforts there are those of a bad sample. Remove or mend it"
-    if order == 0 and not metres and abs(abs(size) - 2 * np.pi) < 0.01 * 2 * np.pi:
+    if order == 0 and is_angle and abs(abs(size) - 2 * np.pi) < 0.01 * 2 * np.pi:
         return f"{column} jumps by {size:.4g} at {time:.6g} s{often}: a full turn. Unwrap the angle: give it without jumps"
     if order == 0:
         return f"{column} jumps by {size:.4g} at {time:.6g} s{often}, which no force can do: efforts there depend on the step alone. Check the samples"

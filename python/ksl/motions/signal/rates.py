@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ksl.model.joint_kinds import KINDS
 from ksl.model.mechanism import Joint
 from ksl.model.states import Array
 from ksl.motions.signal.corners import Found, find_jumps, jumps_at
@@ -82,7 +83,7 @@ def rates(joint: Joint, time: Array, q: Array, v: Array | None, a: Array | None)
     if joint.quaternion is not None:
         found_v, found_a = _rates_of_poses(time, q)
         return found_v, found_a if a is None else a
-    if joint.kind == "planar":
+    if not KINDS[joint.kind].velocity_is_rate:  # planar: of all others without a quaternion it is
         found_v, found_a = _rates_in_plane(time, q)
         return found_v, found_a if a is None else a
     from scipy.interpolate import make_interp_spline
