@@ -8,7 +8,7 @@
 SI units, radians; six-vectors are linear first unless `order="ang_lin"`; arrays have the state on the leading axes.
 """
 
-from ksl.model import higher_rooms as _higher_rooms
+from ksl.base import higher_rooms as _higher_rooms
 
 TYPE_CHECKING = False  # a type checker takes it for true, and `import typing` would take longer than all the rest
 if TYPE_CHECKING:  # what the table below says, for type checkers and editors

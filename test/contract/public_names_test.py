@@ -44,7 +44,7 @@ def test_no_public_function_is_hidden_by_a_module():
 
 def test_methods_of_models_that_higher_rooms_compute():
     """The model's room imports nothing of theirs; `ksl/__init__.py` names the functions, which take the model first."""
-    from ksl.model import higher_rooms
+    from ksl.base import higher_rooms
 
     assert set(higher_rooms.FUNCTIONS) == {"_repr_html_", "loads", "show"}
     for method in higher_rooms.FUNCTIONS:

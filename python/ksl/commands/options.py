@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
-from ksl.base.errors import DescriptionWarning
 from ksl.commands.app import errors, fail
 
 if TYPE_CHECKING:
@@ -115,6 +114,7 @@ def read_model(
     physics: str = "",
     friction_width: float = DEFAULT_FRICTION_WIDTH,
 ) -> Model:
+    from ksl.base.errors import DescriptionWarning
     from ksl.model.loading import load
 
     how = cast(Literal["coupled", "independent"], mimic)  # load refuses other words

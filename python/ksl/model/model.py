@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from numpy.typing import ArrayLike
 
 from ksl import _core
+from ksl.base.higher_rooms import function_of
 from ksl.model import given
-from ksl.model.higher_rooms import function_of
 from ksl.model.inverse_kinematics import InverseKinematicsCalls
 from ksl.model.requests import one_of
 from ksl.model.states import EFFORT_PARTS, Array, External, ExternalAxes, Order, Point, Side

@@ -1,7 +1,7 @@
-"""Calls of a model that rooms above this one compute: pictures, and tables of all wrenches.
+"""Methods of a model that rooms above the model's compute: pictures, and tables of all wrenches.
 
-A model has them as methods, and its room imports nothing of those above.  `ksl/__init__.py` says which functions they are.  This file
-imports nothing at its start, since `import ksl` imports it.
+The model's room imports nothing of those above it.  `ksl/__init__.py` says which functions they are.  This file imports nothing at its
+start, since `import ksl` imports it.
 """
 
 FUNCTIONS: dict[str, str] = {}
