@@ -13,7 +13,7 @@ import ksl
 from ksl.motions.reading import read_motion
 from processor_time import usual_seconds
 
-ROOT = Path(__file__).parent.parent.parent
+ROOT = Path(__file__).parents[3]
 KINDS = ["ros1", "ros2", "ros2 of mcap", "mcap"]
 MS = 1_000_000
 START = 1_760_000_000_000_000_000
