@@ -152,6 +152,12 @@ Model\\.(joints|links)$:
     @property
     def \\1(self) -> list[dict[str, Any]]: ...
 
+Model\\.joint_kinds$:
+    joint_kinds: tuple[JointKind, ...]
+
+^_core\\.joint_kinds$:
+    joint_kinds: tuple[JointKind, ...]
+
 # Some versions of nanobind write it, too: one declaration is enough.
 ^_core\\.QUATERNION_(TOLERANCE|ROUNDING)$:
 
