@@ -67,7 +67,7 @@ import numpy as np
 from ksl.checks.run import check
 from ksl.load_cases.quantities import joint_loads, summarise
 from ksl.load_cases.verdict import Verdict, uses_of
-from ksl.model.joint_columns import by_name
+from ksl.model.joint_columns import by_name, endings_of
 from ksl.model.joint_kinds import KINDS
 from ksl.model.mechanism import Joint
 from ksl.model.motion_columns import columns_of, units_of
@@ -79,7 +79,7 @@ slide = Joint("slide", "xy_table", "floor", "plate", 2, 2, 0, 0, (0, 0, 0), limi
 assert columns_of(slide) == (["slide.x", "slide.y"], ["slide.vx", "slide.vy"], ["slide.ax", "slide.ay"])
 assert units_of(slide)[0] == ("m", "m")
 table = {"slide.y": [3.0, 4.0], "slide.x": [1.0, 2.0]}
-assert by_name(table, list(table), "q", [("slide", KINDS["xy_table"])]).tolist() == [[1, 3], [2, 4]]
+assert by_name(table, list(table), "q", [("slide", endings_of(KINDS["xy_table"]))]).tolist() == [[1, 3], [2, 4]]
 
 found = [(f.rule, f.name) for f in check(sys.argv[2])]
 assert ("joint-type-extension", "slide") in found and "joint-type" not in [rule for rule, _ in found], found

@@ -78,10 +78,11 @@ def test_one_table_of_a_motion_serves_all(ur5):
 
 def test_time_is_linear_in_the_number_of_columns():
     """10,000 took 1.5 s."""
-    from ksl.model.joint_columns import by_name
+    from ksl.model.joint_columns import by_name, endings_of
+    from ksl.model.joint_kinds import KINDS
 
     names = [f"j{k}" for k in range(10_000)]
-    joints = [(name, "revolute") for name in names]
+    joints = [(name, endings_of(KINDS["revolute"])) for name in names]
 
     def take() -> None:
         assert by_name(dict.fromkeys(names, 1.0), names, "q", joints).sum() == 10_000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +13,23 @@ from ksl.base.errors import near_names
 
 TIME = ("time", "t")
 """Columns that tables of motions have besides."""
-ROLES = {"q": "position", "q0": "position", "q1": "position", "v": "velocity", "a": "acceleration"}
-"""Arguments of calls, and which of the names of a joint's numbers theirs are; of other arguments they are those of efforts."""
+ROLES = {"q": 0, "q0": 0, "q1": 0, "v": 1, "a": 2, "tau": 3}
+"""Arguments of calls, and which of the names of a joint's numbers theirs are."""
 LISTED = 12
 """Names in a message; of more it says how many there are."""
 
 
+class Endings(NamedTuple):
+    """What tables call the numbers of a kind of joint behind the joint's name: ".x", ".v"; "" where that says it."""
+
+    position: tuple[str, ...]
+    velocity: tuple[str, ...]
+    acceleration: tuple[str, ...]
+    effort: tuple[str, ...]
+
+
 class Kind(Protocol):
-    """What is asked of a kind of joint: what tables call its numbers behind `JOINT.`; "" where the joint's name says it."""
+    """A kind of joint, as far as tables need it: "x", "v", and "" where the joint's name says it."""
 
     @property
     def position(self) -> tuple[str, ...]: ...
@@ -32,9 +41,10 @@ class Kind(Protocol):
     def effort(self) -> tuple[str, ...]: ...
 
 
-def named(joint: str, words: Iterable[str]) -> list[str]:
-    """Names of a joint's numbers: `elbow`, `elbow.v`, `base.x`."""
-    return [f"{joint}.{word}" if word else joint for word in words]
+def endings_of(kind: Kind) -> Endings:
+    """For each kind once: compiled rows would make their tuples anew each time."""
+    groups = (kind.position, kind.velocity, kind.acceleration, kind.effort)
+    return Endings(*(tuple(f".{word}" if word else "" for word in group) for group in groups))
 
 
 def column_names(x: Any) -> list[str] | None:
@@ -55,17 +65,17 @@ def column_names(x: Any) -> list[str] | None:
     return names if any(isinstance(name, str) for name in names) else None
 
 
-def by_name(x: Any, names: Sequence[str], what: str, joints: Sequence[tuple[str, Kind]]) -> NDArray[Any]:
-    """The numbers (…, n) of an argument `what`, from a table with these column names; joints: (name, kind) in the order of q.
+def by_name(x: Any, names: Sequence[str], what: str, joints: Sequence[tuple[str, Endings]]) -> NDArray[Any]:
+    """The numbers (…, n) of an argument `what`, from a table with these column names; joints: names, and endings of their kinds, in the order of q.
 
     Positions have the names of joints with one coordinate, and JOINT.x … as in the columns of motions; velocities and accelerations
     JOINT.v, JOINT.a, or else the names of the joints.  A table of a whole motion serves for q, v and a.
     """
-    role = ROLES.get(what, "effort")
-    wanted = [name for joint, kind in joints for name in named(joint, getattr(kind, role))]
+    role = ROLES.get(what, 3)
+    wanted = [joint + ending for joint, endings in joints for ending in endings[role]]
     if not set(wanted) & set(names):  # plain names of joints, also for their rates
-        words = [(joint, kind.position, getattr(kind, role)) for joint, kind in joints]
-        plain = [name for joint, position, own in words for name in named(joint, position if len(position) == len(own) else own)]
+        same = [(joint, endings[0] if len(endings[0]) == len(endings[role]) else endings[role]) for joint, endings in joints]
+        plain = [joint + ending for joint, own in same for ending in own]
         wanted = plain if set(plain) & set(names) else wanted
     place = f"{what}: columns are taken by name"
     times, taken = Counter(names), set(wanted)
@@ -74,8 +84,7 @@ def by_name(x: Any, names: Sequence[str], what: str, joints: Sequence[tuple[str,
         others = [name for name in names if name not in taken]
         near = next(filter(None, (near_names(name, others) for name in missing[:LISTED])), "")
         raise ValueError(f"{place}, and there is none for {_listed(missing)}; {near}columns: {_listed(names)}; .to_numpy() takes them by place")
-    all_words = ((joint, group) for joint, kind in joints for group in (kind.position, kind.velocity, kind.acceleration, kind.effort))
-    known = {name for joint, group in all_words for name in named(joint, group)}.union(TIME)
+    known = {joint + ending for joint, endings in joints for group in endings for ending in group}.union(TIME)
     for name in names:
         if name not in known and str(name).lower() not in TIME:
             near = near_names(name, known)

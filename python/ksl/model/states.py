@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import near_names
 from ksl.base.real_arrays import real_array
-from ksl.model.joint_columns import Kind, by_name, column_names
+from ksl.model.joint_columns import Endings, Kind, by_name, column_names, endings_of
 
 Array = NDArray[np.floating]
 
@@ -34,6 +34,10 @@ EFFORT_PARTS = ("transmitted", "damping", "friction", "rotor", "spring")
 """What the efforts of motors consist of, in the order of `Model.effort_parts`."""
 Point = str | Sequence[float]
 """'joint', 'world', a link's name, or three numbers: an offset from the joint's origin in the joint's axes, m."""
+
+
+_ENDINGS: dict[str, Endings] = {}
+"""Of each kind of joint, taken from the first model that is asked."""
 
 
 class InWorldAxes:
@@ -98,8 +102,9 @@ def in_order(x: Any, name: str, model: HasJoints) -> Any:
     names = column_names(x)
     if names is None:
         return x
-    kinds = {kind.name: kind for kind in model.joint_kinds}
-    return by_name(x, names, name, [(joint["name"], kinds[joint["kind"]]) for joint in model.joints[: model.moving_joints]])
+    if not _ENDINGS:
+        _ENDINGS.update((kind.name, endings_of(kind)) for kind in model.joint_kinds)
+    return by_name(x, names, name, [(joint["name"], _ENDINGS[joint["kind"]]) for joint in model.joints[: model.moving_joints]])
 
 
 def items_of(external: External | None, axes: str = "link") -> list[tuple[str, ArrayLike]]:
