@@ -24,15 +24,15 @@ import ksl
 from ksl.checks.run import findings_of_bytes, fix
 from ksl.checks.tags import balanced
 from ksl.checks.vocabulary import ELEMENTS
-from ksl.csv_cells import csv_comment
-from ksl.info import print_info
-from ksl.joint_columns import by_name
-from ksl.motions.corners import find_jumps
-from ksl.motions.joint_states import JointStates, JointStateTable
-from ksl.motions.noise import step_of, white_noise
+from ksl.base.csv_cells import csv_comment
+from ksl.commands.print_info import print_info
+from ksl.model.joint_columns import by_name
+from ksl.motions.signal.corners import find_jumps
+from ksl.motions.files.joint_states import JointStates, JointStateTable
+from ksl.motions.signal.noise import step_of, white_noise
 from ksl.motions.reading import read_motion
-from ksl.motions.recognise import open_table
-from ksl.toml_files import toml_of
+from ksl.motions.files.recognise import open_table
+from ksl.base.toml_files import toml_of
 
 ROOT = Path(__file__).resolve().parent.parent
 Work = Callable[[], object]

@@ -1,5 +1,5 @@
-// The builder, and models made from others, for Python.  Arrays come as lists of numbers, matrices by rows; ksl.builder
-// and ksl.surgery check their shapes.
+// The builder, and models made from others, for Python.  Arrays come as lists of numbers, matrices by rows; ksl.model.builder
+// and ksl.model.surgery check their shapes.
 #pragma once
 
 #include "description_state.hpp"

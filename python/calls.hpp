@@ -1,7 +1,7 @@
 // Calls of all algorithms from Python.  Arguments are checked here, by what engine/arguments.hpp asks of them.
 //
 // Arrays that can be read as they are go straight to the kernels: they must have one precision, equal leading shapes and a
-// constant distance between rows.  Others are first converted by ksl.states.
+// constant distance between rows.  Others are first converted by ksl.model.states.
 #pragma once
 
 #include "array.hpp"
@@ -24,7 +24,7 @@
 
 namespace calls {
 
-/// Links by index, in the order wanted.  ksl.requests keeps these objects, so that calls need not convert lists.
+/// Links by index, in the order wanted.  ksl.model.requests keeps these objects, so that calls need not convert lists.
 struct link_request {
   std::vector<int> index;
   ksl::frame_options frame; ///< how the motion of a single link is expressed
@@ -118,7 +118,7 @@ template <class S> bool finite(const ksl::rows_view<const S> &rows, int columns,
 /// Warns where the method was called that a quaternion was normalised.
 inline void warn_of_quaternion(const std::string &which) {
   const std::string text = which + " differs from unit length by more than 1e-6 and was normalised; give unit quaternions [qx qy qz qw]";
-  const nb::object category = nb::module_::import_("ksl.errors").attr("QuaternionWarning");
+  const nb::object category = nb::module_::import_("ksl.base.errors").attr("QuaternionWarning");
   if (PyErr_WarnEx(category.ptr(), text.c_str(), 2) < 0)
     nb::raise_python_error();
 }
@@ -192,16 +192,16 @@ private:
     return true;
   }
 
-  /// What a function of ksl.states makes of arguments.
+  /// What a function of ksl.model.states makes of arguments.
   template <class... Objects> static nb::tuple converted(const char *function, const Objects &...arguments) {
-    const nb::object found = nb::module_::import_("ksl.states").attr(function);
+    const nb::object found = nb::module_::import_("ksl.model.states").attr(function);
     PyObject *const made = call_python(found.ptr(), arguments.ptr()...);
     if (!made)
       nb::raise_python_error();
     return nb::cast<nb::tuple>(nb::steal<nb::object>(made));
   }
 
-  /// Converts arguments that are not arrays (ksl.states.as_arrays).
+  /// Converts arguments that are not arrays (ksl.model.states.as_arrays).
   void convert() {
     for_each([](const argument &x) {
       if (x.object.is_none())
@@ -220,7 +220,7 @@ private:
     take_external();
   }
 
-  /// Converts arrays to their full leading shape, contiguous and of one precision (ksl.states.as_rows).  Wrenches are always
+  /// Converts arrays to their full leading shape, contiguous and of one precision (ksl.model.states.as_rows).  Wrenches are always
   /// copied, since a result may lie in their memory.
   void rearrange() {
     nb::list inputs, wrenches, leading;
@@ -271,7 +271,7 @@ private:
     for (const ksl::link_description &l : m_.links())
       known.append(l.name);
     const ksl::robot_description &robot = m_.description();
-    refuse(text_of(nb::module_::import_("ksl.errors").attr("unknown_name")(robot.name.empty() ? robot.file : robot.name, "link", name, known)));
+    refuse(text_of(nb::module_::import_("ksl.base.errors").attr("unknown_name")(robot.name.empty() ? robot.file : robot.name, "link", name, known)));
   }
 
   [[noreturn]] void refuse_leading_shapes() {

@@ -136,16 +136,16 @@ void add_joint_kinds(nb::module_ &module) {
   module.attr("joint_kinds") = nb::tuple(rows);
 }
 
-/// DescriptionError and ResultError of ksl.errors, for those of C++.
+/// DescriptionError and ResultError of ksl.base.errors, for those of C++.
 void translate_exceptions() {
   nb::register_exception_translator([](const std::exception_ptr &p, void *) {
     try {
       std::rethrow_exception(p);
     } catch (const ksl::description_error &e) {
-      nb::object error = nb::module_::import_("ksl.errors").attr("DescriptionError");
+      nb::object error = nb::module_::import_("ksl.base.errors").attr("DescriptionError");
       PyErr_SetString(error.ptr(), e.what());
     } catch (const ksl::result_error &e) {
-      nb::object error = nb::module_::import_("ksl.errors").attr("ResultError");
+      nb::object error = nb::module_::import_("ksl.base.errors").attr("ResultError");
       nb::object raised = error(e.what());
       raised.attr("state") = e.state;
       PyErr_SetObject(error.ptr(), raised.ptr());
@@ -215,6 +215,8 @@ void add_properties(nb::class_<ksl::model> &model) {
       .def_prop_ro("tree_rows", &ksl::model::tree_rows)
       .def_prop_ro("tree_columns", nb::overload_cast<>(&ksl::model::tree_columns, nb::const_))
       .def_prop_ro("moving_joints", &ksl::model::moving_joints)
+      .def_prop_ro_static(
+          "joint_kinds", [](nb::handle) { return nb::module_::import_("ksl._core").attr("joint_kinds"); }, "All kinds of joints, for what converts arguments.")
       .def_prop_ro("followers", &ksl::model::followers)
       .def_prop_ro("name", [](const ksl::model &m) { return m.description().name; })
       .def_prop_ro("file", [](const ksl::model &m) { return paths::str_of_path(m.description().file); })
@@ -247,7 +249,7 @@ void add_properties(nb::class_<ksl::model> &model) {
       });
 }
 
-/// Adds a method for each algorithm.  The methods of ksl.calls wrap them, with keywords and docstrings.
+/// Adds a method for each algorithm.  The methods of ksl.model.calls wrap them, with keywords and docstrings.
 void add_calls(nb::class_<ksl::model> &model) {
   for (const ksl::algorithm_row *row : ksl::rows::all)
     model.def(

@@ -15,7 +15,7 @@ import warnings
 from collections.abc import Callable
 
 WAITING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-IMPORTED = ("ksl.commands", "ksl.load_cases.run", "ksl.report", "ksl.sizing", "ksl.motions.generate", "ksl.viewer", "scipy.interpolate", "scipy.signal", "scipy.optimize", "pyarrow.parquet", "pyarrow.csv")
+IMPORTED = ("ksl.commands", "ksl.report.compute_loads", "ksl.sizing", "ksl.motions.generate", "ksl.viewer", "scipy.interpolate", "scipy.signal", "scipy.optimize", "pyarrow.parquet", "pyarrow.csv")
 """Before the first copy is made, so that copies need not do so."""
 CHANGING = ("COLUMNS", "FORCE_COLOR")
 """Variables that change what is printed."""

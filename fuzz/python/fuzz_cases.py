@@ -2,11 +2,11 @@
 
 from guided import guide
 
-guide("ksl.load_cases", "ksl.toml_files")
+guide("ksl.load_cases", "ksl.base.toml_files")
 
 import ksl
 import numpy as np
-from ksl.errors import CaseError, MotionError
+from ksl.base.errors import CaseError, MotionError
 from ksl.load_cases import case_file, poses  # noqa: F401  poses is imported late, where it is needed
 from ksl.motions.motion import Motion
 from mutate import of_text

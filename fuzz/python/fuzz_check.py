@@ -4,9 +4,9 @@ from guided import guide
 
 guide("ksl.checks")
 
+from ksl.base.errors import DescriptionError
+from ksl.base.printable import one_line
 from ksl.checks import read_sdf, read_urdf, run as checks  # noqa: F401  the readers are imported late
-from ksl.errors import DescriptionError
-from ksl.printable import one_line
 from mutate import of_xml
 from target import check_message, finite, run
 

@@ -2,9 +2,9 @@
 
 from guided import guide
 
-guide("ksl.sizing", "ksl.toml_files", "ksl.toml_lines")
+guide("ksl.sizing", "ksl.base.toml_files", "ksl.base.toml_lines")
 
-from ksl.errors import SizingError
+from ksl.base.errors import SizingError
 from ksl.sizing import components
 from mutate import of_text
 from target import run

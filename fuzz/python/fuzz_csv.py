@@ -2,12 +2,14 @@
 
 from guided import guide
 
-guide("ksl.motions", "ksl.csv_cells")
+guide("ksl.motions", "ksl.base.csv_cells")
 
 import ksl
-from ksl.motions import clock_times, columns_used, csv_table, reading, time_column  # noqa: F401  clock_times is imported late
-from ksl.motions.column_map import ColumnMap
-from ksl.motions.recorded import check_finite
+from ksl.motions import reading
+from ksl.motions.columns import columns_used, time_column
+from ksl.motions.columns.column_map import ColumnMap
+from ksl.motions.columns.recorded import check_finite
+from ksl.motions.files import clock_times, csv_table  # noqa: F401  clock_times is imported late
 from mutate import of_text
 from target import finite, run
 

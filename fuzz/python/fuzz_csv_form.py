@@ -2,11 +2,11 @@
 
 from guided import guide
 
-guide("ksl.motions", "ksl.csv_cells")
+guide("ksl.motions", "ksl.base.csv_cells")
 
-from ksl.csv_cells import csv_text, text_of_cell
-from ksl.errors import MotionError
-from ksl.motions import csv_form, csv_table
+from ksl.base.csv_cells import csv_text, text_of_cell
+from ksl.base.errors import MotionError
+from ksl.motions.files import csv_form, csv_table
 from mutate import of_text
 from target import BrokenPromise, run
 

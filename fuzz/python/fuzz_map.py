@@ -2,16 +2,16 @@
 
 from guided import guide
 
-guide("ksl.motions", "ksl.csv_cells", "ksl.toml_files")
+guide("ksl.motions", "ksl.base.csv_cells", "ksl.base.toml_files")
 
-from ksl.errors import MotionError
-from ksl.motions import column_map
+from ksl.base.errors import MotionError
+from ksl.motions.files import map_file
 from mutate import of_text
 from target import finite, run
 
 
 def read(data: bytes) -> None:
-    found = column_map.map_of(data.decode("utf-8", "replace"), "map")
+    found = map_file.map_of(data.decode("utf-8", "replace"), "map")
     finite([x for r in found.rules.values() for x in (r.sign, r.scale, r.offset)], "factors")
     finite(list(found.constants.values()), "constants")
 

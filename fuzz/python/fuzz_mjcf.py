@@ -5,13 +5,13 @@ words, are left out: the first would be read, and the second take the memory tha
 
 from guided import guide
 
-guide("ksl.mjcf", "ksl.builder", "ksl.given", "ksl.loading")
+guide("ksl.model.mjcf", "ksl.model.builder", "ksl.model.given", "ksl.model.loading")
 
 import re
 from zlib import crc32
 
-from ksl import loading, mjcf
-from ksl.errors import DescriptionError
+from ksl.base.errors import DescriptionError
+from ksl.model.model import loading, mjcf
 from mutate import of_xml
 from target import BrokenPromise, check_message, finite, run
 

@@ -2,11 +2,11 @@
 
 from guided import guide
 
-guide("ksl.sweeps", "ksl.toml_files")
+guide("ksl.sweeps", "ksl.base.toml_files")
 
-from ksl.errors import SweepError
+from ksl.base.errors import SweepError
+from ksl.base.toml_files import toml_of
 from ksl.sweeps import description
-from ksl.toml_files import toml_of
 from mutate import of_text
 from target import run
 

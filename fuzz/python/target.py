@@ -20,7 +20,7 @@ import guided
 import numpy as np
 from mutate import Mutator
 
-from ksl.limits import MESSAGE_LENGTH
+from ksl.base.limits import MESSAGE_LENGTH
 
 SLOWEST = 2e-6
 """Seconds for each byte.  Twice the promised 1 s/MB, since counting coverage takes time as well."""

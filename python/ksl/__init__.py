@@ -8,80 +8,90 @@
 SI units, radians; six-vectors are linear first unless `order="ang_lin"`; arrays have the state on the leading axes.
 """
 
-from typing import TYPE_CHECKING
+from ksl.base import higher_rooms as _higher_rooms
 
+TYPE_CHECKING = False  # a type checker takes it for true, and `import typing` would take longer than all the rest
 if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl._core import __version__ as __version__
-    from ksl.builder import Builder as Builder
+    from ksl.base.errors import CaseError as CaseError
+    from ksl.base.errors import DescriptionError as DescriptionError
+    from ksl.base.errors import DescriptionWarning as DescriptionWarning
+    from ksl.base.errors import FrameError as FrameError
+    from ksl.base.errors import MotionError as MotionError
+    from ksl.base.errors import QuaternionWarning as QuaternionWarning
+    from ksl.base.errors import ResultError as ResultError
+    from ksl.base.errors import SizingError as SizingError
+    from ksl.base.errors import SweepError as SweepError
+    from ksl.base.errors import ViewerError as ViewerError
     from ksl.checks.findings import Finding as Finding
     from ksl.checks.findings import Findings as Findings
     from ksl.checks.run import check as check
-    from ksl.errors import CaseError as CaseError
-    from ksl.errors import DescriptionError as DescriptionError
-    from ksl.errors import DescriptionWarning as DescriptionWarning
-    from ksl.errors import FrameError as FrameError
-    from ksl.errors import MotionError as MotionError
-    from ksl.errors import QuaternionWarning as QuaternionWarning
-    from ksl.errors import ResultError as ResultError
-    from ksl.errors import SizingError as SizingError
-    from ksl.errors import SweepError as SweepError
-    from ksl.errors import ViewerError as ViewerError
-    from ksl.load_cases.holding import hold as hold
-    from ksl.load_cases.run import Run as Run
-    from ksl.load_cases.run import loads as loads
-    from ksl.loading import load as load
-    from ksl.loading import load_string as load_string
-    from ksl.mechanism import Joint as Joint
-    from ksl.mechanism import Link as Link
-    from ksl.model import Model as Model
+    from ksl.model.builder import Builder as Builder
+    from ksl.model.loading import load as load
+    from ksl.model.loading import load_string as load_string
+    from ksl.model.mechanism import Joint as Joint
+    from ksl.model.mechanism import Link as Link
+    from ksl.model.model import Model as Model
     from ksl.motions.reading import read_motion as read_motion
-    from ksl.sizing.run import size as size
+    from ksl.report.compute_loads import loads as loads
+    from ksl.report.hold_pose import hold as hold
+    from ksl.report.loads_run import Run as Run
+    from ksl.sizing.compute_sizing import size as size
     from ksl.spatial import Acceleration as Acceleration
     from ksl.spatial import Inertia as Inertia
     from ksl.spatial import Momentum as Momentum
     from ksl.spatial import Pose as Pose
     from ksl.spatial import Twist as Twist
     from ksl.spatial import Wrench as Wrench
-    from ksl.sweeps.run import sweep as sweep
+    from ksl.sweeps.compute_sweep import sweep as sweep
 
 _MODULE_OF = {
     "Acceleration": "ksl.spatial",
-    "Builder": "ksl.builder",
-    "CaseError": "ksl.errors",
-    "DescriptionError": "ksl.errors",
-    "DescriptionWarning": "ksl.errors",
+    "Builder": "ksl.model.builder",
+    "CaseError": "ksl.base.errors",
+    "DescriptionError": "ksl.base.errors",
+    "DescriptionWarning": "ksl.base.errors",
     "Finding": "ksl.checks.findings",
     "Findings": "ksl.checks.findings",
-    "FrameError": "ksl.errors",
+    "FrameError": "ksl.base.errors",
     "Inertia": "ksl.spatial",
-    "Joint": "ksl.mechanism",
-    "Link": "ksl.mechanism",
-    "Model": "ksl.model",
+    "Joint": "ksl.model.mechanism",
+    "Link": "ksl.model.mechanism",
+    "Model": "ksl.model.model",
     "Momentum": "ksl.spatial",
-    "MotionError": "ksl.errors",
+    "MotionError": "ksl.base.errors",
     "Pose": "ksl.spatial",
-    "QuaternionWarning": "ksl.errors",
-    "ResultError": "ksl.errors",
-    "Run": "ksl.load_cases.run",
-    "SizingError": "ksl.errors",
-    "SweepError": "ksl.errors",
+    "QuaternionWarning": "ksl.base.errors",
+    "ResultError": "ksl.base.errors",
+    "Run": "ksl.report.loads_run",
+    "SizingError": "ksl.base.errors",
+    "SweepError": "ksl.base.errors",
     "Twist": "ksl.spatial",
-    "ViewerError": "ksl.errors",
+    "ViewerError": "ksl.base.errors",
     "Wrench": "ksl.spatial",
     "__version__": "ksl._core",
     "check": "ksl.checks.run",
-    "hold": "ksl.load_cases.holding",
-    "load": "ksl.loading",
-    "load_string": "ksl.loading",
-    "loads": "ksl.load_cases.run",
+    "hold": "ksl.report.hold_pose",
+    "load": "ksl.model.loading",
+    "load_string": "ksl.model.loading",
+    "loads": "ksl.report.compute_loads",
     "read_motion": "ksl.motions.reading",
-    "size": "ksl.sizing.run",
-    "sweep": "ksl.sweeps.run",
+    "size": "ksl.sizing.compute_sizing",
+    "sweep": "ksl.sweeps.compute_sweep",
 }
 """Public names, and the modules that are imported when they are first used.  `import ksl` alone imports not even NumPy: the help of the
 command line needs none of it, and NumPy takes longer to import than the help to print.  A public name has a line here and one above."""
 
 __all__ = list(_MODULE_OF)
+
+_higher_rooms.FUNCTIONS.update(
+    {
+        "_repr_html_": "ksl.viewer.notebook:html_of",
+        "loads": "ksl.load_cases.wrench_table:wrench_table",
+        "show": "ksl.viewer.live:show",
+    }
+)
+"""Methods of a model that rooms above the model's compute."""
 
 if not TYPE_CHECKING:  # otherwise a type checker would believe in any name
 
@@ -90,7 +100,7 @@ if not TYPE_CHECKING:  # otherwise a type checker would believe in any name
         from importlib import import_module
 
         if name not in _MODULE_OF:
-            from ksl.errors import near_names
+            from ksl.base.errors import near_names
 
             raise AttributeError(f"module 'ksl' has no attribute {name!r}; {near_names(name, _MODULE_OF)}dir(ksl) lists them", name=name)
         value = getattr(import_module(_MODULE_OF[name]), name)

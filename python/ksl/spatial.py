@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ksl import ufuncs
-from ksl.errors import FrameError, near_names
+from ksl.base.errors import FrameError, near_names
 
 Floats = NDArray[np.floating[Any]]
 Order = Literal["lin_ang", "ang_lin"]

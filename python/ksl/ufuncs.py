@@ -41,7 +41,6 @@ from ksl._ufuncs import (
     product_CoAdrinvc,
     product_CoAdtc,
     product_CoAdtinvc,
-    product_Ms,
     product_dd,
     product_ddinv,
     product_dinvd,
@@ -49,11 +48,12 @@ from ksl._ufuncs import (
     product_drinvv,
     product_drv,
     product_dv,
+    product_Ms,
     set_threads,
     spatial_inertia_toInertia,
     spatial_inertia_transformed,
 )
-from ksl.real_arrays import real_array
+from ksl.base.real_arrays import real_array
 
 __all__ = [
     "SE3_exp",

@@ -1,4 +1,4 @@
-"""Python methods (ksl.calls), and types of the compiled calls that nanobind can't derive for the stub of ksl._core."""
+"""Python methods (ksl.model.calls), and types of the compiled calls that nanobind can't derive for the stub of ksl._core."""
 
 import textwrap
 
@@ -22,8 +22,8 @@ REQUEST = {
     "frames": (f"names: Iterable[str] | None = None, {EXPRESSED}", "self._frames_of(names, axes, at, order, None)"),
     "relative": (f"name: str, seen_from: str, {EXPRESSED}, {OFFSET}", "self._frames_of((name, seen_from), axes, at, order, offset)"),
     "links": ("names: Iterable[str] | None = None", "self._links_of(names)"),
-    "joints": (WRENCHES, "self._request(on, at, axes, order, part, joints)"),
-    "reactions": (WRENCHES, "self._request(on, at, axes, order, part, joints)"),
+    "joints": (WRENCHES, "self.reaction_request(on, at, axes, order, part, joints)"),
+    "reactions": (WRENCHES, "self.reaction_request(on, at, axes, order, part, joints)"),
 }
 
 INPUTS_AT_MOST = 4
@@ -104,23 +104,29 @@ CALLS = '''\
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.requests import Requests, one_of
-from ksl.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, external_in, numbers
+from ksl.model.requests import Requests, one_of
+from ksl.model.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, external_in, numbers
 
 
 class Calls(Requests):
     """A method for each algorithm."""
 
-    def _with_reactions(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None, requests: tuple[_core.Request, ...], threads: int | None = None
-    ) -> tuple[Array, ...]:
-        """Efforts and, for each request, reactions, in one pass over the states."""
-        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external, requests, None, threads)
+    def inverse_dynamics_with_reactions(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, requests: Sequence[_core.Request], external: External | None = None, threads: int | None = None,
+        external_axes: ExternalAxes = "link",
+    ) -> tuple[Array, ...]:  # fmt: skip
+        """Efforts (…, nv) and, for each request, reactions (…, joints, 6), in one pass over the states; N m, N.
+
+        requests: made by :meth:`reaction_request`, which takes the keywords of :meth:`reactions`.  Several ones cost little more than one.
+        q, v, a, external, threads, external_axes: as in :meth:`inverse_dynamics`.  Results are those of :meth:`inverse_dynamics` and
+        :meth:`reactions`, to the bit.
+        """
+        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external_in(external, external_axes), tuple(requests), None, threads)
 
 {methods}
 {aliases}
@@ -128,7 +134,7 @@ class Calls(Requests):
 
 STUB = '''\
 # {mark}
-# Types that nanobind can't derive for the stub of ksl._core: the calls take all that ksl.states can convert to arrays.
+# Types that nanobind can't derive for the stub of ksl._core: the calls take all that ksl.model.states can convert to arrays.
 
 ^_core\\.__prefix__$:
     from typing import Any
@@ -148,6 +154,12 @@ Model\\.inverse_kinematics$:
 Model\\.(joints|links)$:
     @property
     def \\1(self) -> list[dict[str, Any]]: ...
+
+Model\\.joint_kinds$:
+    joint_kinds: tuple[JointKind, ...]
+
+^_core\\.joint_kinds$:
+    joint_kinds: tuple[JointKind, ...]
 
 # Some versions of nanobind write it, too: one declaration is enough.
 ^_core\\.QUATERNION_(TOLERANCE|ROUNDING)$:
@@ -177,6 +189,6 @@ def files() -> dict[str, str]:
     methods = "\n".join(method(row) for row in ALGORITHMS if has(row, "python"))
     aliases = "\n".join(f"    {alias} = {name}" for name, alias in ALIASES.items())
     return {
-        "python/ksl/calls.py": CALLS.format(mark=MARK, methods=methods, aliases=aliases),
+        "python/ksl/model/calls.py": CALLS.format(mark=MARK, methods=methods, aliases=aliases),
         "python/core_stub.txt": STUB.format(mark=MARK, calls="\n".join(map(compiled, ALGORITHMS))),
     }

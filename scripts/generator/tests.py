@@ -1,4 +1,4 @@
-"""The test that compares the C++ and C interfaces with each other (Python: test/python/algorithms_test.py)."""
+"""The test that compares the C++ and C interfaces with each other (Python: test/model/algorithms_test.py)."""
 
 import textwrap
 

@@ -6,8 +6,8 @@ from files import ARM, changed, hinge, link, more, stl
 from rules_test import CASES
 
 import ksl
+from ksl.base.errors import DescriptionError
 from ksl.checks.run import RULES, fix
-from ksl.errors import DescriptionError
 from ksl.output import OutputError
 
 FIXED = [name for name, rule in RULES.items() if rule.fix]

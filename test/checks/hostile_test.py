@@ -9,10 +9,10 @@ from files import ARM, END, changed, hinge, link, more
 
 import ksl
 from growth import assert_linear, work
-from ksl import limits
+from ksl.base import limits
+from ksl.base.errors import DescriptionError
 from ksl.checks import file_rules, tags, write, xml_file
 from ksl.checks.run import findings_of_bytes, fix
-from ksl.errors import DescriptionError
 from ksl_command import run_ksl
 from regex_steps import count_patterns
 

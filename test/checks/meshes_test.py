@@ -5,7 +5,7 @@ import pytest
 from files import hinge, link, more, stl
 
 import ksl
-from ksl.mesh_files import find_mesh, mesh_bounds, mesh_fault
+from ksl.model.mesh_files import find_mesh, mesh_bounds, mesh_fault
 
 
 def robot_with(*meshes):

@@ -7,7 +7,7 @@ import ksl
 import pytest
 from growth import assert_linear, work
 from ksl.commands.options import read_model
-from ksl.info import DEEPEST_INDENT, print_info, table_lines, tree_lines
+from ksl.commands.print_info import DEEPEST_INDENT, print_info, table_lines, tree_lines
 from rich.cells import cell_len
 from rich.console import Console
 

@@ -163,7 +163,7 @@ def test_a_new_kind_of_joint(tmp_path, compiler):
 
 
 def test_a_new_algorithm(tmp_path):
-    for folder in ("api", "include", "src", "scripts", "docs/reference", "python", "test/engine", "test/python"):
+    for folder in ("api", "include", "src", "scripts", "docs/reference", "python", "test/engine", "test/model"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
     header, row = blocks("A new algorithm")
     (tmp_path / "include/ksl/engine/algorithms/energy/momentum.hpp").write_text(header)
@@ -173,7 +173,7 @@ def test_a_new_algorithm(tmp_path):
     table.write_text(text[: end + 1] + textwrap.indent(row, "    ", lambda line: not line.startswith(("q (", '"""'))) + text[end + 1 :], encoding="utf-8")
     written = subprocess.run([sys.executable, "scripts/generate.py"], cwd=tmp_path, capture_output=True, text=True)
     assert written.returncode == 0, written.stderr
-    assert {"src/engine/algorithms/energy/momentum.cpp", "include/ksl/engine_calls.h", "python/ksl/calls.py"} <= set(written.stdout.split())
+    assert {"src/engine/algorithms/energy/momentum.cpp", "include/ksl/engine_calls.h", "python/ksl/model/calls.py"} <= set(written.stdout.split())
 
     flags = ["g++", "-std=c++20", "-Wall", "-Wextra", "-Werror", "-I", "include", "-I", "src"]
     for source in ("src/engine/algorithms/energy/momentum.cpp", "src/engine/dynamics_calls.cpp", "src/c_api/engine_calls.cpp"):

@@ -1,6 +1,7 @@
 """Public names of ksl are imported when they are used, and the help of the command line imports nothing that is slow."""
 
 import ast
+import inspect
 import os
 import subprocess
 import sys
@@ -39,6 +40,32 @@ def test_no_public_function_is_hidden_by_a_module():
     """`import ksl.check` would put the module in the place of the function."""
     modules = {path.stem for path in Path(ksl.__file__).parent.iterdir()}
     assert modules.isdisjoint(ksl.__all__)
+
+
+def test_methods_of_models_that_higher_rooms_compute():
+    """The model's room imports nothing of theirs; `ksl/__init__.py` names the functions, which take the model first."""
+    from ksl.base import higher_rooms
+
+    assert set(higher_rooms.FUNCTIONS) == {"_repr_html_", "loads", "show"}
+    for method in higher_rooms.FUNCTIONS:
+        own = list(inspect.signature(getattr(ksl.Model, method)).parameters.values())
+        function = list(inspect.signature(higher_rooms.function_of(method)).parameters.values())
+        assert [(p.name, p.kind, p.default) for p in own[1:]] == [(p.name, p.kind, p.default) for p in function[1:]], method
+
+
+def test_what_show_returns_is_what_type_checkers_are_told():
+    from ksl.model.shown import ShownModel
+    from ksl.viewer.live import Viewer
+
+    for name in ("update", "play", "open", "export", "wait", "close"):
+        assert inspect.signature(getattr(ShownModel, name)) == inspect.signature(getattr(Viewer, name)), name
+    assert isinstance(Viewer.url, property)
+
+
+def test_the_class_of_models_is_found_in_its_room():
+    assert python("from ksl.model.model import Model\nimport ksl\nprint(Model is ksl.Model)") == "True\n"
+    with pytest.raises(ImportError, match="Modle"):
+        exec("from ksl.model.model import Modle")
 
 
 def test_unknown_name():

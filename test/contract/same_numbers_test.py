@@ -12,7 +12,7 @@ import pytest
 
 import ksl
 from ksl.report.numbers import format_number
-from ksl.viewer.recorded import read_results, scene_of_motion, scene_of_results
+from ksl.viewer.results_scene import read_results, scene_of_motion, scene_of_results
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 PANDA, PICK = EXAMPLES / "robots" / "panda.urdf", EXAMPLES / "motions" / "panda_pick.csv"

@@ -13,7 +13,7 @@ import pytest
 
 import ksl
 from ksl.load_cases.load_case import LoadCase
-from ksl.load_cases.run import KEPT_CASES
+from ksl.load_cases.computed_cases import KEPT_CASES
 from ksl.load_cases.summary_table import ALL_CASES
 from ksl.motions.motion import Motion
 from ksl.output import OutputError

@@ -5,10 +5,10 @@ import re
 import numpy as np
 import pytest
 
-from ksl.load_cases.limits import limits_of
+from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import joint_loads, summarise
 from ksl.load_cases.verdict import Use, Verdict, not_given, percent, uses_of
-from ksl.mechanism import Joint
+from ksl.model.mechanism import Joint
 from ksl_command import run_ksl
 
 MASS, LENGTH, G = 2.0, 0.5, 9.81

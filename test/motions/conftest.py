@@ -61,7 +61,7 @@ def refusal():
 @pytest.fixture
 def counted_names(monkeypatch):
     """Names of the columns of CSV files are such that `work` counts their comparisons."""
-    from ksl.motions import csv_table
+    from ksl.motions.files import csv_table
 
     form_of = csv_table.form_of
     monkeypatch.setattr(csv_table, "form_of", lambda *given: replace(found := form_of(*given), names=[Name(n) for n in found.names]))

@@ -17,12 +17,13 @@ import pytest
 
 import ksl
 from growth import Name, assert_linear, work
-from ksl import limits, toml_files
-from ksl.errors import MotionError
-from ksl.motions.column_map import read_map
+from ksl.base import limits
+from ksl.base import toml_files
+from ksl.base.errors import MotionError
+from ksl.motions.files.map_file import read_map
 from ksl.motions.reading import read_motion
-from ksl.motions.recognise import open_table
-from ksl.toml_files import toml_of
+from ksl.motions.files.recognise import open_table
+from ksl.base.toml_files import toml_of
 from regex_steps import Counted
 
 HEAD = "time,hip,slide\n"

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import ksl
-from ksl.motions.columns import columns_of
+from ksl.model.motion_columns import columns_of
 from ksl.motions.motion import Motion, complete
-from ksl.motions.rates import derivative
 from ksl.motions.reading import read_external, read_motion
+from ksl.motions.signal.rates import derivative
 
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
 

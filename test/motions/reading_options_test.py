@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 import ksl
-from ksl.motions.columns import columns_of
+from ksl.model.motion_columns import columns_of
 from ksl.motions.reading import read_motion
 
 DEGREE = np.pi / 180

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from ksl.mechanism import Joint
 from ksl.load_cases.provenance import InputFile, Provenance
 from ksl.load_cases.quantities import PowerBalance, joint_loads, summarise
 from ksl.load_cases.verdict import Use, Verdict
+from ksl.model.mechanism import Joint
 from ksl.report.charts import POINTS, decimate, limits_in_sight
 from ksl.report.input import NOT_USED, CaseCurves, ReportInput
 from ksl.report.numbers import format_number

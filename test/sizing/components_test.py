@@ -7,11 +7,11 @@ import ksl
 import ksl.sizing.results
 import numpy as np
 import pytest
-from ksl.errors import SizingError
+from ksl.base.errors import SizingError
+from ksl.base.toml_lines import line_of, toml_lines
 from ksl.sizing.catalogue import KINDS
 from ksl.sizing.components import components_of, read_components
 from ksl.sizing.example import example_file
-from ksl.toml_lines import line_of, toml_lines
 from results_tables import results_table
 
 ABSENT = object()

@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from ksl.errors import SizingError
+from ksl.base.errors import SizingError
 from ksl.sizing.results import Results, read_results
 from ksl.sizing.samples import Spectrum
 from results_tables import results_table

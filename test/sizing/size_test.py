@@ -12,7 +12,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from growth import work
-from ksl.errors import SizingError
+from ksl.base.errors import SizingError
 from ksl.motions.reading import read_motion
 from ksl.sizing.example import example_file
 from results_tables import results_table

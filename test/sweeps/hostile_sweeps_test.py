@@ -2,10 +2,10 @@
 
 import pytest
 
-from ksl.errors import CaseError, MotionError, SizingError, SweepError
-from ksl.motions.column_map import map_of
+from ksl.base.errors import CaseError, MotionError, SizingError, SweepError
+from ksl.base.toml_files import toml_of
+from ksl.motions.files.map_file import map_of
 from ksl.sweeps.description import sweep_from
-from ksl.toml_files import toml_of
 
 HUGE = "9" * 400
 """More than a floating-point number can be."""

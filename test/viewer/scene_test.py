@@ -8,8 +8,8 @@ from pathlib import Path
 import ksl
 import numpy as np
 import pytest
-from ksl.mesh_files import find_mesh
-from ksl.viewer.recorded import read_results, scene_of_motion, scene_of_results
+from ksl.model.mesh_files import find_mesh
+from ksl.viewer.results_scene import read_results, scene_of_motion, scene_of_results
 from ksl.viewer.scene import make_scene, resting_position, thinned
 from ksl.viewer.shapes import Shape, arrows, box, cylinder, ellipsoid, simplified
 from ksl.viewer.visuals import appearance, inertia_ellipsoid

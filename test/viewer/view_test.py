@@ -107,7 +107,7 @@ def test_show_returns_a_handle(arm, swing, monkeypatch):
 def test_what_is_shown_on_demand(arm):
     """Lengths of arrows are those of the wrenches in the scale of the scene; colours and places are those of closed forms."""
     from ksl.viewer.scene import SCREW, make_scene
-    from ksl.viewer.stage import legend
+    from ksl.viewer.scene_tree import legend
 
     scene = make_scene(arm, [0.0, 0.0], [2.0, 0.0], [0.0, 0.0], external={"hand": [0, 0, -20.0, 0, 3.0, 0]})
     with ksl.viewer.live.Viewer(scene, joint="elbow") as viewer:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Literal
 
-from ksl import limits
+from ksl.base import limits
 from ksl.checks.findings import Repair
 from ksl.checks.repair import Strangers
 from ksl.checks.robot import Note, RobotFile

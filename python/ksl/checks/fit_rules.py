@@ -22,7 +22,7 @@ from ksl.checks.robot import Array, Inertial, Link, RobotFile
 from ksl.checks.rule import Broken, rule
 
 MARGIN = 0.25
-"""Of the box's diagonal, by which the body may reach beyond its geometry: covers, cables, screws and motors are often
+"""The share of the box's diagonal by which the body may reach beyond its geometry: covers, cables, screws and motors are often
 not drawn."""
 ROOM = 0.01
 """m, the least margin."""
@@ -70,7 +70,7 @@ class Fit:
 
 
 def _fits(robot: RobotFile) -> list[Fit]:
-    """Of all links whose inertia and geometry are known; computed once for each file."""
+    """The fits of all links whose inertia and geometry are known; computed once for each file."""
     cached: list[Fit] | None = robot.__dict__.get("_fits")
     if cached is None:
         cached = []

@@ -149,7 +149,7 @@ def _nearest(inertial: Inertial) -> Repair:
     """Writes the nearest moments that a body of positive density has; mass and centroid stay."""
 
     def change() -> str:
-        from ksl.consistency import nearest_consistent
+        from ksl.identify.consistency import nearest_consistent
 
         I, element = inertial.moments, inertial.element
         assert I is not None and element is not None

@@ -9,8 +9,9 @@ from ksl.checks.findings import Repair
 from ksl.checks.repair import digits, shown
 from ksl.checks.robot import Joint, RobotFile
 from ksl.checks.rule import Broken, rule
+from ksl.model.joint_kinds import KINDS
 
-BOUNDED = ("revolute", "prismatic")
+BOUNDED = frozenset(kind.name for kind in KINDS.values() if kind.in_urdf and kind.has_limits)
 LONGEST = 20.0
 """m.  A travel beyond that is more often one in millimetres than a long one; gantries of 20 m exist."""
 WIDEST = 4 * math.pi
@@ -20,7 +21,7 @@ UNLIMITED = 1000.0
 
 
 def _unit(joint: Joint) -> str:
-    return "m" if joint.kind == "prismatic" else "rad"
+    return KINDS[joint.kind].position_unit[0]
 
 
 @rule(
@@ -119,7 +120,7 @@ def limit_units(robot: RobotFile) -> Iterator[Broken]:
         if joint.kind not in BOUNDED:
             continue
         largest = max(abs(x) for x in (joint.lower or 0.0, joint.upper or 0.0))
-        degrees = joint.kind == "revolute"
+        degrees = _unit(joint) == "rad"
         if (WIDEST if degrees else LONGEST) * 1.001 < largest < UNLIMITED:
             found = f"lower {shown(joint.lower or 0.0)}, upper {shown(joint.upper or 0.0)} {_unit(joint)}"
             cause = (

@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksl.checks.robot import Array, Inertial, Joint, Link, Mimic, RobotFile, Shape
+from ksl.checks.robot import IN_SDF_ALONE, Array, Inertial, Joint, Link, Mimic, RobotFile, Shape
 from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
+from ksl.model.joint_kinds import ANY_NAME
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
 
-KINDS = {"ball": "spherical", "screw": "helical", "revolute2": "universal"}
+KINDS = IN_SDF_ALONE | {other: kind.name for other, kind in ANY_NAME.items() if not kind.is_free}
+"""Kinds by the names that SDF has for them."""
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "iyz", "ixz")
 
 

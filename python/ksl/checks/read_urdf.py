@@ -8,6 +8,7 @@ import numpy as np
 
 from ksl.checks.robot import Array, Inertial, Joint, Kind, Link, Mimic, Note, RobotFile, Shape
 from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
+from ksl.model.joint_kinds import ANY_NAME
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -137,7 +138,8 @@ def _joint(robot: RobotFile, element: _Element) -> Joint:
     numbers = Numbers(robot, "joint", name)
     _once(robot, element, "joint", name, ONCE["joint"])
     parent, child = element.find("parent"), element.find("child")
-    kind = {"screw": "helical", "ball": "spherical"}.get(element.get("type", ""), element.get("type", ""))
+    given = element.get("type", "")
+    kind = ANY_NAME[given].name if given in ANY_NAME else given
     ends = ["" if end is None else end.get("link", "") for end in (parent, child)]
     joint = Joint(name, line_of(element), element, kind, ends[0], ends[1])
     axis, limit, dynamics = element.find("axis"), element.find("limit"), element.find("dynamics")

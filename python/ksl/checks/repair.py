@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from ksl.base.errors import close_names
 from ksl.checks.findings import Repair
-from ksl.errors import close_names
 
 if TYPE_CHECKING:
     from lxml.etree import _Element

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.checks.repair import Names
+from ksl.model.joint_kinds import ANY_NAME, KINDS, names_with
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -22,29 +23,17 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Format = Literal["urdf", "sdf", "mjcf", "unknown"]
 Kind = Literal["link", "joint", ""]
-"""Of what a finding is about; empty for the file."""
+"""The kind of what a finding is about; empty for the file."""
 
-MOVING = {
-    "revolute",
-    "continuous",
-    "prismatic",
-    "helical",
-    "screw",
-    "cylindrical",
-    "universal",
-    "revolute2",
-    "spherical",
-    "ball",
-    "planar",
-    "translation",
-    "floating",
-}
-ONE_COORDINATE = {"revolute", "continuous", "prismatic", "helical", "screw"}
-WITH_AXIS = ONE_COORDINATE | {"cylindrical", "universal", "revolute2", "planar"}
+IN_SDF_ALONE = {"revolute2": "universal"}
+"""Names of kinds of joints that SDF has besides."""
+MOVING = names_with(lambda kind: kind.nv > 0) | IN_SDF_ALONE.keys()
+ONE_COORDINATE = names_with(lambda kind: kind.nv == 1)
+WITH_AXIS = names_with(lambda kind: kind.has_axis) | IN_SDF_ALONE.keys()
 NEGLIGIBLE = 0.05
 """Share of a body's mass and moments below which one of the links that it is welded of doesn't matter."""
-URDF_TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
-TYPES = sorted(MOVING - {"revolute2"} | {"fixed"})
+URDF_TYPES = frozenset(kind.name for kind in KINDS.values() if kind.in_urdf)
+TYPES = sorted(ANY_NAME)
 
 
 @dataclass

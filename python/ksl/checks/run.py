@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ksl.base.errors import DescriptionError, DescriptionWarning, near_names
 from ksl.checks import (
     file_rules,
     fit_rules,
@@ -26,7 +27,6 @@ from ksl.checks.findings import Finding, Findings
 from ksl.checks.robot import RobotFile
 from ksl.checks.rule import Rule
 from ksl.checks.xml_file import parse
-from ksl.errors import DescriptionError, DescriptionWarning, near_names
 
 TOPICS: dict[str, list[Rule]] = {
     "The file": [*file_rules.RULES, file_rules.not_loaded],
@@ -200,7 +200,7 @@ def _fill(robot: RobotFile, load: bool = True) -> None:
 
 
 def _load(robot: RobotFile) -> None:
-    from ksl.loading import load
+    from ksl.model.loading import load
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DescriptionWarning)

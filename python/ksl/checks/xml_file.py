@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksl import input_files, limits
+from ksl.base import input_files, limits
+from ksl.base.errors import DescriptionError
 from ksl.checks.robot import Array, Kind, Note, RobotFile
 from ksl.checks.tags import balanced
 from ksl.checks.vocabulary import ELEMENTS
-from ksl.errors import DescriptionError
 
 if TYPE_CHECKING:
     from lxml.etree import _Element

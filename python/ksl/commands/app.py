@@ -18,7 +18,7 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from typer.core import TyperGroup
 
-from ksl.printable import PrintableStream, printable, sentence
+from ksl.base.printable import PrintableStream, printable, sentence
 
 TRACEBACK = "KSL_TRACEBACK"
 """Variable of the environment with which faults of KSL print where they happened."""

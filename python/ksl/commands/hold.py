@@ -9,10 +9,24 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from ksl.commands.app import app, command_line, console, fail
-from ksl.commands.options import FloatingBase, Gravity, Mimic, ModelName, Physics, Robot, Strict, in_options, numbers, path_with_a_name, read_model
+from ksl.commands.options import (
+    FloatingBase,
+    Gravity,
+    Mimic,
+    ModelName,
+    Physics,
+    Robot,
+    Strict,
+    in_options,
+    numbers,
+    path_with_a_name,
+    payloads_given,
+    read_model,
+)
 
 if TYPE_CHECKING:
-    from ksl.states import Order, Side
+    from ksl.model.model import Model
+    from ksl.model.states import Order, Side
 
 
 @app.command()
@@ -39,34 +53,23 @@ def hold(
     physics: Physics = "",
 ) -> None:
     """Print the efforts and every wrench of one pose at rest, or of the worst pose for a joint."""
-    from ksl.load_cases.holding import hold as held
+    from ksl.commands.print_loads import print_pose
     from ksl.load_cases.holding import read_pose
     from ksl.load_cases.load_case import Payload
-    from ksl.output import OutputError
-    from ksl.load_cases.printing import print_pose
     from ksl.load_cases.provenance import input_file
+    from ksl.output import OutputError
+    from ksl.report.hold_pose import hold as held
 
-    if len(payload) != len(on_link):
-        fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
-    values = [numbers(p, "--payload", 1, 4) for p in payload]
-    loaded = {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
+    loaded = payloads_given(payload, on_link)
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics)
     point = numbers(at, "--at", 3) if "," in at else at
     try:
-        model._request(on, point, axes, order, "total", [])
+        model.reaction_request(on, point, axes, order, "total", [])
     except ValueError as e:
         fail(in_options(e, on=on, at=at, axes=axes, order=order))
     files = [one for one in pose if "=" not in one or os.path.exists(one)]
     named = _positions([one for one in pose if one not in files])
-    for file in files:
-        if file in model.joint_names and not os.path.exists(file):
-            fail(f"--pose {file}: a joint, without its position; give {file}=VALUE, rad or m, or as 90deg")
-    if time is not None and not files:
-        fail(f"--time {time:g}: chooses a sample of a motion; give one with --pose FILE")
-    if of != "effort" and not worst:
-        fail(f"--of {of}: what is searched with --worst JOINT; give it, or leave out --of")
-    if seed < 0:
-        fail(f"--seed {seed}: expected 0 or more")
+    _check_words(model, files, time, of, worst, seed)
     try:
         positions: dict[str, Any] = {}
         for file in files:
@@ -86,6 +89,19 @@ def hold(
     print_pose(out, run)
     if output:
         out.print(f"written to {output}: {', '.join(written)}", markup=False, soft_wrap=True)
+
+
+def _check_words(model: Model, files: list[str], time: float | None, of: str, worst: str, seed: int) -> None:
+    """Fails where options miss or contradict each other."""
+    for file in files:
+        if file in model.joint_names and not os.path.exists(file):
+            fail(f"--pose {file}: a joint, without its position; give {file}=VALUE, rad or m, or as 90deg")
+    if time is not None and not files:
+        fail(f"--time {time:g}: chooses a sample of a motion; give one with --pose FILE")
+    if of != "effort" and not worst:
+        fail(f"--of {of}: what is searched with --worst JOINT; give it, or leave out --of")
+    if seed < 0:
+        fail(f"--seed {seed}: expected 0 or more")
 
 
 def _positions(given: list[str]) -> dict[str, float]:

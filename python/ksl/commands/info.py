@@ -24,7 +24,7 @@ def info(
 ) -> None:
     """Print a robot's tree, joints, limits, masses, gravity, degrees of freedom, and what its file holds that is not used."""
     from ksl._core import instruction_set
-    from ksl.info import print_info
+    from ksl.commands.print_info import print_info
 
     if cpu:
         try:

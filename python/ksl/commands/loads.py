@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from ksl.base.printable import one_line
 from ksl.commands.app import app, command_line, console, discard_output, fail, unwritable
 from ksl.commands.options import (
     MOTION_HELP,
@@ -32,21 +33,21 @@ from ksl.commands.options import (
     in_options,
     numbers,
     path_with_a_name,
+    payloads_given,
     read_model,
     suggestion,
 )
-from ksl.printable import one_line
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from ksl.load_cases.load_case import LoadCase, Payload, Placement
     from ksl.load_cases.provenance import InputFile
-    from ksl.load_cases.run import Run
-    from ksl.model import Model
+    from ksl.model.model import Model
+    from ksl.model.states import Order, Side
     from ksl.report.files import ReportFiles
+    from ksl.report.loads_run import Run
     from ksl.report.pdf import Paper
-    from ksl.states import Order, Side
 
 
 @app.command()
@@ -99,44 +100,28 @@ def loads(
     the child's axes) and NAME.bx .by .bz (its componentwise derivative). docs/motions.md lists those of cylindrical, universal,
     planar and translation joints, and what each format of motions may hold.
     """
-    from ksl.load_cases.load_case import Payload
+    from ksl.commands.print_loads import print_run
     from ksl.output import OutputError
-    from ksl.load_cases.printing import print_run
-    from ksl.load_cases.provenance import input_file, provenance_of
-    from ksl.load_cases.run import Run
     from ksl.report.files import ReportFiles
 
-    if fail_on not in (None, "limits"):
-        fail(f"--fail-on {fail_on or 'with an empty word'}: expected limits")
-    if len(payload) != len(on_link):
-        fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
-    if len(set(on_link)) != len(on_link):
+    _check_words(fail_on, motion, cases, external, paper)
+    loaded = payloads_given(payload, on_link)
+    if len(loaded) != len(on_link):
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
-    if motion is None and cases is None:
-        fail("loads needs a motion: ksl loads ROBOT MOTION, or ksl loads ROBOT --cases FILE.toml")
-    if cases is not None and external is not None:
-        fail("--external and --cases: external wrenches of load cases are in their file, as external = [...]")
-    if paper not in ("A4", "letter"):
-        fail(f"--paper {paper}: expected A4 or letter")
-    values = [numbers(p, "--payload", 1, 4) for p in payload]
     if motion is not None:
         check_order(robot, motion)
-    loaded = {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width)
     placement = _placement(model, on, at, axes, order, joints)
     reading: dict[str, Any] = {
         "map": columns, "degrees": degrees, "time_unit": time_unit, "resample": resample, "start": start, "stop": stop,
         "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only, "smooth": smooth,
     }  # fmt: skip
+    options = {"on": on, "at": at, "axes": axes, "order": order, "joints": joints, "floating_base": floating_base, "mimic": mimic}
+    options |= {"strict": strict, "gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
+    options |= {name: str(value) if name == "map" else value for name, value in reading.items() if value not in (None, False)}
     try:
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)
-        carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
-        found, files = _cases(model, motion, cases, external, placement, carried, reading)
-        inputs = [input_file("robot", robot), *([input_file("map", columns)] if columns else []), *files]
-        options = {"on": on, "at": at, "axes": axes, "order": order, "joints": joints, "floating_base": floating_base, "mimic": mimic}
-        options |= {"strict": strict, "gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
-        options |= {name: str(value) if name == "map" else value for name, value in reading.items() if value not in (None, False)}
-        run = Run(found, provenance_of(found, inputs, options, command_line()))
+        run = _run(model, robot, motion, cases, external, columns, placement, loaded, reading, options)
         out = console(120)
         written = _written(run, output, csv, force, out, report)
         print_run(out, run)
@@ -153,6 +138,33 @@ def loads(
         fail(f"{unwritable(e)}; results are in {output}")
     if fail_on and run.verdict.exceeded:
         raise typer.Exit(3)
+
+
+def _check_words(fail_on: str | None, motion: Path | None, cases: Path | None, external: Path | None, paper: str) -> None:
+    """Fails where options miss or contradict each other."""
+    if fail_on not in (None, "limits"):
+        fail(f"--fail-on {fail_on or 'with an empty word'}: expected limits")
+    if motion is None and cases is None:
+        fail("loads needs a motion: ksl loads ROBOT MOTION, or ksl loads ROBOT --cases FILE.toml")
+    if cases is not None and external is not None:
+        fail("--external and --cases: external wrenches of load cases are in their file, as external = [...]")
+    if paper not in ("A4", "letter"):
+        fail(f"--paper {paper}: expected A4 or letter")
+
+
+def _run(
+    model: Model, robot: Path, motion: Path | None, cases: Path | None, external: Path | None, columns: Path | None, placement: Placement,
+    loaded: dict[str, tuple[float, list[float]]], reading: dict[str, Any], options: dict[str, Any],
+) -> Run:  # fmt: skip
+    """The load cases that the arguments name, with what made them."""
+    from ksl.load_cases.load_case import Payload
+    from ksl.load_cases.provenance import input_file, provenance_of
+    from ksl.report.loads_run import Run
+
+    carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
+    found, files = _cases(model, motion, cases, external, placement, carried, reading)
+    inputs = [input_file("robot", robot), *([input_file("map", columns)] if columns else []), *files]
+    return Run(found, provenance_of(found, inputs, options, command_line()))
 
 
 def _cases(
@@ -192,7 +204,7 @@ def _placement(model: Model, on: str, at: list[str], axes: str, order: str, join
     for name in chosen:
         _known(model, name, f"--joints {joints}")
     try:
-        model._request(on, point, axes, order, "total", [])
+        model.reaction_request(on, point, axes, order, "total", [])
     except ValueError as e:
         fail(in_options(e, on=on, at=text, axes=axes, order=order))
     return Placement(cast("Side", on), point, axes, cast("Order", order), points, chosen)  # the request was not refused

@@ -15,7 +15,7 @@ from ksl.commands.options import FloatingBase, Gravity, Mimic, ModelName, Robot,
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ksl.model import Model
+    from ksl.model.model import Model
     from ksl.motions.generate import Generated
 
 KINDS = ("template", "minjerk", "trapezoid", "chirp", "excite")

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 import typer
 
 from ksl.commands.app import errors, fail
-from ksl.errors import DescriptionWarning
 
 if TYPE_CHECKING:
-    from ksl.model import Model
+    from ksl.model.model import Model
 
 Robot = Annotated[Path, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, or MJCF (with the package mujoco).")]
 FloatingBase = Annotated[bool, typer.Option("--floating-base", help="The root link floats: first joint floating_base.")]
@@ -62,7 +61,7 @@ def results_with_a_name(path: str | Path) -> Path:
 
 def check_order(robot: Path, motion: Path) -> None:
     """Fails where the robot's file and the motion's were given in the wrong order."""
-    from ksl.motions.recognise import swapped
+    from ksl.motions.files.recognise import swapped
 
     if swapped(robot, motion):
         fail(f"{robot} is no robot file, but {motion} is: the robot comes first, then the motion")
@@ -78,8 +77,16 @@ def numbers(text: str, option: str, *counts: int) -> list[float]:
     return values
 
 
+def payloads_given(payload: list[str], on_link: list[str]) -> dict[str, tuple[float, list[float]]]:
+    """{link: (mass, point)} of the options --payload and --on-link, which come in pairs."""
+    if len(payload) != len(on_link):
+        fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
+    values = [numbers(p, "--payload", 1, 4) for p in payload]
+    return {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
+
+
 def suggestion(name: str, known: list[str], otherwise: str) -> str:
-    from ksl.errors import close_names
+    from ksl.base.errors import close_names
 
     near = close_names(name, known, 1)
     return f"did you mean {near[0]}?" if near else f"{otherwise} {', '.join(known)}"
@@ -107,7 +114,8 @@ def read_model(
     physics: str = "",
     friction_width: float = DEFAULT_FRICTION_WIDTH,
 ) -> Model:
-    from ksl.loading import load
+    from ksl.base.errors import DescriptionWarning
+    from ksl.model.loading import load
 
     how = cast(Literal["coupled", "independent"], mimic)  # load refuses other words
     given_gravity = numbers(gravity, "--gravity", 3) if gravity else None

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ksl.commands.app import app, console, discard_output, fail, unwritable
 from ksl.commands.options import numbers, path_with_a_name, results_with_a_name
+
+if TYPE_CHECKING:
+    from ksl.sizing.sizing import Sizing
 
 
 @app.command()
@@ -64,7 +67,7 @@ def size(
     Each figure has its formula, source and inputs, and a utilisation: 1 is at the limit. `ksl size --example > components.toml`
     writes a file to fill in.
     """
-    from ksl.errors import SizingError
+    from ksl.base.errors import SizingError
     from ksl.output import OutputError
     from ksl.sizing.example import example_file
 
@@ -78,12 +81,11 @@ def size(
             fail(f"--fail-on {word}: expected utilisation or left-out")
     points = _points(at)
     try:
-        from ksl.sizing.printing import print_sizing
-        from ksl.sizing.run import size as size_components
-
         if example:
             print(_example_of(results), end="")
             return
+        from ksl.sizing.compute_sizing import size as size_components
+
         chosen = [name.strip() for name in joints.split(",")] if joints else None
         sizing = size_components(results, components, joints=chosen, at=points)
         written = sizing.write(output, force) if output else []
@@ -91,13 +93,22 @@ def size(
         fail(_as_options(str(e)))
     except ModuleNotFoundError as e:
         fail(f"this needs the package {e.name}; install it with: pip install 'ksl[size]'")
-    try:
-        if json:
-            import json as json_module
+    _print(sizing, json, brief, peaks or components is None, output, written)
+    if ("utilisation" in fail_on and sizing.exceeded) or ("left-out" in fail_on and sizing.left_out):
+        raise typer.Exit(3)
 
-            print(json_module.dumps(sizing.as_dict(), ensure_ascii=False, indent=1))
+
+def _print(sizing: Sizing, as_json: bool, brief: bool, peaks: bool, output: Path | None, written: list[str]) -> None:
+    """Prints the figures, and what was written."""
+    from ksl.commands.print_sizing import print_sizing
+
+    try:
+        if as_json:
+            import json
+
+            print(json.dumps(sizing.as_dict(), ensure_ascii=False, indent=1))
         else:
-            print_sizing(sizing, console(80), brief, peaks or components is None)
+            print_sizing(sizing, console(80), brief, peaks)
             if output:
                 print(f"written to {output}: {', '.join(written)}")
     except BrokenPipeError:  # nobody reads what is printed: as any command
@@ -105,8 +116,6 @@ def size(
     except OSError as e:
         discard_output()
         fail(f"{unwritable(e)}" + (f"; results are in {output}" if output else ""))
-    if ("utilisation" in fail_on and sizing.exceeded) or ("left-out" in fail_on and sizing.left_out):
-        raise typer.Exit(3)
 
 
 def _example_of(results: Path) -> str:

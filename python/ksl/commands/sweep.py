@@ -11,7 +11,7 @@ from ksl.commands.app import app, console, errors, fail
 from ksl.commands.options import Robot, path_with_a_name
 
 if TYPE_CHECKING:
-    from ksl.sweeps.run import SweepResults
+    from ksl.sweeps.compute_sweep import SweepResults
 
 PRINTED = 8
 """So many of the largest shares."""
@@ -36,7 +36,7 @@ def sweep(
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     from ksl.output import OutputError
-    from ksl.sweeps.run import sweep as run_sweep
+    from ksl.sweeps.compute_sweep import sweep as run_sweep
 
     if workers < 0:
         fail(f"--workers {workers}: expected a number of processes, or 0")

@@ -27,7 +27,8 @@ from ksl.commands.options import (
 )
 
 if TYPE_CHECKING:
-    from ksl.viewer.recorded import Results
+    from ksl.model.model import Model
+    from ksl.viewer.results_scene import Results
     from ksl.viewer.scene import Scene
 
 
@@ -63,10 +64,10 @@ def view(
 
     Force arrows have one head, moments two.  Blue is what the structure carries, orange what the drive exerts.
     """
-    from ksl.errors import ViewerError
-    from ksl.output import OutputError, refuse_inputs
+    from ksl.base.errors import ViewerError
     from ksl.motions.reading import read_external, read_motion
-    from ksl.viewer.recorded import is_results, read_results, scene_of_motion, scene_of_results
+    from ksl.output import OutputError, refuse_inputs
+    from ksl.viewer.results_scene import is_results, read_results, scene_of_motion, scene_of_results
     from ksl.viewer.scene import make_scene
 
     if case and (motion is None or not is_results(motion)):
@@ -84,13 +85,7 @@ def view(
             refuse_inputs([export], [file for file in (robot, motion, external, columns) if file is not None])
         if motion is not None and is_results(motion):
             results = read_results(motion, case or None)
-        made, options = (results.description, results.made_by.get("options", {})) if results else ({}, {})
-        floating_base, mimic = floating_base or bool(options.get("floating_base")), options.get("mimic", mimic) if mimic == "coupled" else mimic
-        model_name = model_name or options.get("model") or ""
-        gravity = gravity or ",".join(f"{g!r}" for g in made.get("gravity", []))
-        physics = physics or ",".join(made.get("physics", []))
-        payloads = {p["link"]: (float(p["mass"]), p["center"]) for p in made.get("payloads", [])}
-        model = read_model(robot, floating_base, mimic, False, gravity, payloads, name=model_name, physics=physics, friction_width=friction_width)
+        model = _model(robot, results, floating_base, mimic, gravity, model_name, physics, friction_width)
         if results is not None:
             scene, notes = scene_of_results(model, results, package_path)
             scene.look.notes[:0] = notes
@@ -120,6 +115,19 @@ def view(
         _serve(scene, port, joint, browser)
     except ViewerError as e:
         fail(e)
+
+
+def _model(
+    robot: Path, results: Results | None, floating_base: bool, mimic: str, gravity: str, model_name: str, physics: str, friction_width: float
+) -> Model:
+    """The robot, with what results say of it where no option does."""
+    made, options = (results.description, results.made_by.get("options", {})) if results else ({}, {})
+    floating_base, mimic = floating_base or bool(options.get("floating_base")), options.get("mimic", mimic) if mimic == "coupled" else mimic
+    model_name = model_name or options.get("model") or ""
+    gravity = gravity or ",".join(f"{g!r}" for g in made.get("gravity", []))
+    physics = physics or ",".join(made.get("physics", []))
+    payloads = {p["link"]: (float(p["mass"]), p["center"]) for p in made.get("payloads", [])}
+    return read_model(robot, floating_base, mimic, False, gravity, payloads, name=model_name, physics=physics, friction_width=friction_width)
 
 
 def _serve(scene: Scene, port: int | None, joint: str, browser: bool) -> None:

@@ -1,1 +1,1 @@
-"""Load cases: every wrench along a motion, and the files of the results."""
+"""Load cases: every wrench along a motion, tables of them, and their shares of limits."""

@@ -13,23 +13,23 @@ from typing import Any, cast
 
 import numpy as np
 
-from ksl.errors import CaseError, MotionError, near_names
+from ksl.base.errors import CaseError, MotionError, near_names
+from ksl.base.toml_files import read_toml, toml_of
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.provenance import InputFile, input_file
 from ksl.load_cases.stops import Law, Stop, at_rest, nearest_sample, worst_start
 from ksl.load_cases.summary_table import ALL_CASES
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
-from ksl.model import Model
+from ksl.model.model import Model
+from ksl.model.states import Array
 from ksl.motions.motion import Motion
 from ksl.motions.reading import WRENCH_COLUMNS, read_motion
 from ksl.motions.reading_options import OPTIONS
-from ksl.states import Array
-from ksl.toml_files import read_toml, toml_of
 
 KEYS = ("motion", "payloads", "external", "gravity", "mounting", "physics", "friction_width", "hold", "stop")
-"""Of a load case, and of the defaults of all."""
+"""The keys of a load case, and of the defaults of all."""
 ROUND_OFF = 1e-6
-"""Of inertias, which are given with some digits."""
+"""The relative round-off of inertias, which are given with some digits."""
 OF_PAYLOAD = ("link", "mass", "center", "inertia")
 OF_EXTERNAL = ("link", "wrench", "steps", "file", "axes", "point", "order")
 OF_MOUNTING = ("rpy", "rpy_degrees", "quaternion")
@@ -402,9 +402,9 @@ def _rotation(where: str, given: Any) -> Array:
 
 def _read_wrench(file: str) -> tuple[Array, Array, list[str]]:
     """Times (n) and wrenches (n, 6) of a table with `time` and some of fx … tz, where missing components are zero; and why they may be wrong."""
-    from ksl.motions.recognise import open_table
-    from ksl.motions.recorded import check_finite
-    from ksl.motions.time_column import find_time, in_seconds
+    from ksl.motions.columns.recorded import check_finite
+    from ksl.motions.columns.time_column import find_time, in_seconds
+    from ksl.motions.files.recognise import open_table
 
     table = open_table(file)
     if table.is_recording:

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksl.errors import MotionError
+from ksl.base.errors import MotionError
 from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import Block, LoadCase
-from ksl.load_cases.quantities import CAUSES_OF_RESIDUALS, EFFORT_PARTS, JointLoads, PowerBalance, SummaryRow, summarise
+from ksl.load_cases.quantities import CAUSES_OF_RESIDUALS, JointLoads, PowerBalance, SummaryRow, summarise
 from ksl.load_cases.verdict import Use, uses_of
+from ksl.model.states import EFFORT_PARTS
 
 HEAVY = 5.0
 """Payloads of so many times the robot's own mass are suspected to be in grams; arms carry up to about their own."""

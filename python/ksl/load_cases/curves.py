@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ksl.load_cases.load_case import Block, LoadCase
-from ksl.load_cases.quantities import EFFORT_PARTS, JointLoads, PowerBalance, joint_loads, power_round_off
-from ksl.motions.rates import SPLINE_SAMPLES, rates_beside_corners
-from ksl.states import Array
+from ksl.load_cases.quantities import JointLoads, PowerBalance, joint_loads, power_round_off
+from ksl.model.states import EFFORT_PARTS, Array
+from ksl.motions.signal.rates import SPLINE_SAMPLES, rates_beside_corners
 
 
 @dataclass
@@ -26,12 +26,12 @@ class Curves:
         model, motion = self.case.model, self.case.motion
         for joint in model.joints:
             empty = joint_loads(joint, np.empty((0, 6)), None, None)
-            speed = model._velocity_of(joint, motion.v) if joint.one_coordinate else None
+            speed = model.velocity_of(joint, motion.v) if joint.one_coordinate else None
             effort = np.zeros(n) if joint.one_coordinate and joint.leader is None else None
             brake = np.empty(n) if effort is not None and self.case.brake else None
             coupling = np.empty(n) if joint.leader is not None else None
             parts: dict[str, Array] = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None and brake is None else {}
-            position, acceleration = (model._position_of(joint, motion.q), model._velocity_of(joint, motion.a)) if joint.one_coordinate else (None, None)
+            position, acceleration = (model.position_of(joint, motion.q), model.velocity_of(joint, motion.a)) if joint.one_coordinate else (None, None)
             wrench: dict[str, Array] = {name: np.empty(n) for name in empty.wrench}
             self.loads.append(JointLoads(joint, wrench, speed, effort, coupling, parts, position, acceleration, brake))
 

@@ -5,85 +5,33 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ksl.errors import MotionError, unknown_name
-from ksl.input_files import STANDARD_INPUT
-from ksl.load_cases.limits import limits_of
-from ksl.load_cases.load_case import LoadCase, Payload, Placement
-from ksl.load_cases.poses import held_still, neutral, pose_of
-from ksl.load_cases.provenance import input_file, provenance_of
+from ksl.base.errors import MotionError, unknown_name
+from ksl.base.input_files import STANDARD_INPUT
+from ksl.base.real_arrays import real_array
+from ksl.load_cases.joint_limits import limits_of
+from ksl.load_cases.load_case import Placement
+from ksl.load_cases.poses import pose_of
 from ksl.load_cases.quantities import joint_loads
-from ksl.load_cases.run import Run, checked
-from ksl.mechanism import Joint
-from ksl.model import Model
+from ksl.model.mechanism import Joint
+from ksl.model.model import Model
+from ksl.model.states import Array
 from ksl.motions.reading import read_motion
-from ksl.real_arrays import real_array
-from ksl.states import Array, Order, Point, Side
 
 if TYPE_CHECKING:
-    from ksl.load_cases.provenance import InputFile
+    pass
 
 COMPONENTS = ("fx", "fy", "fz", "tx", "ty", "tz")
 TRIED = 4096
 """Random poses that are tried, of which the best are refined."""
 REFINED = 12
 STEP = 1e-4
-"""Of central differences, of the range of each joint."""
+"""The step of central differences, as a share of the range of each joint."""
 
 Pose = Mapping[str, Any] | Sequence[float]
-
-
-def hold(
-    model: Model | str | os.PathLike[str],
-    pose: Pose | None = None,
-    worst: str | None = None,
-    quantity: str = "effort",
-    *,
-    payloads: Sequence[Payload] = (),
-    on: Side = "child",
-    at: Point = "joint",
-    axes: str = "joint",
-    order: Order = "lin_ang",
-    seed: int = 0,
-    inputs: Sequence[InputFile] = (),
-    options: Mapping[str, Any] | None = None,
-    command: str = "",
-) -> Run:
-    """Efforts and every wrench of a robot at rest in one pose, as a run with one sample.
-
-    model: a model, or the robot's file.  pose: {joint: position}, rad or m, or q (nq); joints that are not named are at zero, or as near
-    to it as limits let them.  worst: a joint; the pose is then searched in which its `quantity` is largest in magnitude, within the
-    limits of all joints with one coordinate that `pose` doesn't name (angles without limits: a whole turn; slides without limits stay).
-    quantity: "effort"; a component fx … tz of the wrench as expressed by on, at and axes; or, of its joint's axis, "axial_force",
-    "radial_force", "axial_moment", "bending_moment"; or "force", "moment", magnitudes.
-    payloads: what the model carries already, for the provenance; nothing is added to the model.  on, at, axes, order: as in :meth:`Model.reactions`.
-
-    The search tries 4096 random poses of that seed at once, and refines the 12 best by a quasi-Newton method within bounds (L-BFGS-B);
-    it is reproducible, and finds the largest value unless that has a very narrow peak.  The pose is `run.cases[0].motion.q[0]`.
-    Raises MotionError or ValueError.  inputs, options, command: for the provenance.
-    """
-    from ksl.loading import load
-
-    if isinstance(payloads, Mapping) or not all(isinstance(p, Payload) for p in payloads):
-        said = "payloads only describe what the model carries already, each as a ksl.load_cases.load_case.Payload"
-        raise ValueError(f"{said}; to add some, give {{link: (mass, point)}} to ksl.load, or use Model.with_payload")
-    robot = model if isinstance(model, Model) else load(model)
-    placement = checked(robot, Placement(on, at, axes, order))
-    named = isinstance(pose, Mapping)
-    q = neutral(robot) if pose is None else pose_of(robot, cast("Mapping[str, Any]", pose)) if named else _given(robot, pose)
-    name, kind = "pose", "held at rest by the drives"
-    if worst is not None:
-        fixed = set(cast("Mapping[str, Any]", pose)) if named else set()
-        q = worst_pose(robot, worst, quantity, placement, q, fixed, seed)
-        name, kind = f"worst {quantity} of {worst}", f"{kind}, in the pose with the largest {quantity} of {worst} (seed {seed})"
-    case = LoadCase(robot, held_still(robot, q), placement, name=name, payloads=payloads, kind=kind, static=True)
-    files = list(inputs) or ([input_file("robot", robot.file)] if robot.file and os.path.exists(robot.file) else [])
-    run = Run([case], provenance_of([case], files, options or {}, command))
-    run._compute()
-    return run
 
 
 def worst_pose(model: Model, joint: str, quantity: str, placement: Placement, q: Array, fixed: set[str], seed: int = 0) -> Array:
@@ -141,7 +89,7 @@ def _size(model: Model, joint: Joint, quantity: str, placement: Placement) -> Ca
     """The magnitude (n) of a quantity of a joint at poses (n, nq) at rest."""
     own = quantity in COMPONENTS
     p = placement
-    request = model._request(p.on, p.at, p.axes if own else "joint", "lin_ang", "total", [joint.name])
+    request = model.reaction_request(p.on, p.at, p.axes if own else "joint", "lin_ang", "total", [joint.name])
     known = ["effort"] if joint.nv == 1 else []
     known += [*COMPONENTS, "force", "moment", *([n for n in joint_loads(joint, np.zeros((1, 6)), None, None).wrench if "_" in n])]
     if quantity not in known:
@@ -149,7 +97,7 @@ def _size(model: Model, joint: Joint, quantity: str, placement: Placement) -> Ca
 
     def size(poses: Array) -> Array:
         still = np.zeros((len(poses), model.nv))
-        tau, reactions = model._with_reactions(poses, still, still, None, (request,))
+        tau, reactions = model.inverse_dynamics_with_reactions(poses, still, still, (request,))
         if quantity == "effort":
             found = tau[:, joint.v_index]
         elif own:
@@ -177,7 +125,8 @@ def _range(joint: Joint) -> tuple[float, float] | None:
     return lower, limits.upper if limits.upper is not None else lower + 2 * math.pi
 
 
-def _given(model: Model, pose: Any) -> Array:
+def given_pose(model: Model, pose: Any) -> Array:
+    """q (nq) of a pose that is given as numbers.  Raises MotionError."""
     q = np.asarray(real_array(pose, "pose"), dtype=float)
     if q.shape != (model.nq,) or not np.isfinite(q).all():
         raise MotionError(f"pose has shape {q.shape}; expected ({model.nq}) finite numbers, or a mapping {{joint: position}}")
@@ -186,11 +135,11 @@ def _given(model: Model, pose: Any) -> Array:
 
 def read_pose(model: Model, path: str | os.PathLike[str], time: float | None = None) -> dict[str, float]:
     """A pose from a file: a TOML file of positions by names, or a sample of a motion, the first or the one nearest to a time, s."""
-    from ksl.motions.columns import columns_of
+    from ksl.model.motion_columns import columns_of
 
     file = os.fspath(path)
     if file.endswith(".toml"):
-        from ksl.toml_files import read_toml
+        from ksl.base.toml_files import read_toml
 
         table = read_toml(file, MotionError, "a pose: JOINT = POSITION, rad or m")
         pose_of(model, table)

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ksl import _core
-from ksl.calls import Calls
-from ksl.errors import MotionError, ResultError
+from ksl.base.errors import MotionError, ResultError
+from ksl.model.calls import Calls
+from ksl.model.states import Array, Order, Point, Side
 from ksl.motions.motion import Motion
-from ksl.states import Array, Order, Point, Side
 
 BLOCK_ROWS = 1 << 17
 """Rows of the table that are computed and written at a time."""
@@ -63,7 +63,7 @@ class Payload:
     mass: float
     """kg."""
     center: tuple[float, float, float]
-    """Of mass, in the link's frame, m."""
+    """The centre of mass, in the link's frame, m."""
     inertia: tuple[float, ...] | None = None
     """About the centre of mass, in the link's axes, kg m²: nine numbers, by rows; None for a point mass."""
 
@@ -105,9 +105,9 @@ class LoadCase:
         wanted = self._requests("total", p.axes, p.order) + self._requests("constraint", p.axes, p.order)
         wanted += [] if in_joint_axes else self._requests("total", "joint", "lin_ang")
         if self.model.follower_names:
-            wanted.append(self.model._request("child", "joint", "joint", "lin_ang", "coupling", self.model.follower_names))
+            wanted.append(self.model.reaction_request("child", "joint", "joint", "lin_ang", "coupling", self.model.follower_names))
         try:
-            tau, *found = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted), threads)
+            tau, *found = self.model.inverse_dynamics_with_reactions(m.q[rows], m.v[rows], m.a[rows], wanted, external, threads)
         except ResultError as e:
             sample = (rows.start or 0) + e.state
             raise MotionError(
@@ -121,10 +121,10 @@ class LoadCase:
         return Block(rows, m.time[rows], m.q[rows], m.v[rows], m.a[rows], tau, total, constraint, others[0] if others else total, coupling, parts, self.brake)
 
     def _requests(self, part: str, axes: str, order: str) -> list[_core.Request]:
-        """Of all joints at the common point, and of each joint that has a point of its own."""
+        """Requests for all joints at the common point, and for each joint that has a point of its own."""
         p, names = self.placement, [j.name for j in self.model.joints]
-        own = [self.model._request(p.on, point, axes, order, part, [joint]) for joint, point in p.points.items()]
-        return [self.model._request(p.on, p.at, axes, order, part, names), *own]
+        own = [self.model.reaction_request(p.on, point, axes, order, part, [joint]) for joint, point in p.points.items()]
+        return [self.model.reaction_request(p.on, p.at, axes, order, part, names), *own]
 
     def _merged(self, found: list[Array]) -> Array:
         """Wrenches (n, joints, 6), each about its own point."""

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from ksl.errors import MotionError, near_names
+from ksl.base.errors import MotionError, near_names
+from ksl.base.real_arrays import real_array
 from ksl.load_cases.wrench_table import motion_of_arrays
-from ksl.model import Model
-from ksl.motions.columns import columns_of
+from ksl.model.model import Model
+from ksl.model.motion_columns import columns_of
+from ksl.model.states import Array
 from ksl.motions.motion import Motion
-from ksl.real_arrays import real_array
-from ksl.states import Array
 
 EXPECTED = "expected a file, a table with the column `time`, or time (n), q (n, nq) and, if known, v and a (n, nv)"
 

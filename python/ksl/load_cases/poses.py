@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ksl.errors import MotionError, near_names
-from ksl.mechanism import Joint, Mechanism
-from ksl.motions.columns import columns_of
+from ksl.base.errors import MotionError, near_names
+from ksl.model.mechanism import Joint, Mechanism
+from ksl.model.motion_columns import columns_of
+from ksl.model.states import Array
 from ksl.motions.motion import Motion
-from ksl.motions.suspicions import suspicions_of_pose
-from ksl.states import Array
+from ksl.motions.signal.suspicions import suspicions_of_pose
 
 
 def pose_of(model: Mechanism, positions: Mapping[str, Any]) -> Array:

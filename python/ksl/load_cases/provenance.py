@@ -14,7 +14,7 @@ import numpy as np
 
 from ksl._core import __version__
 from ksl.load_cases.load_case import LoadCase, Payload
-from ksl.mechanism import Joint
+from ksl.model.mechanism import Joint
 
 CONVENTIONS = (
     "vectors of the columns are in the axes `axes`, moments about the point `at`; a wrench acts on the side `on`; "
@@ -31,7 +31,7 @@ class InputFile:
     """robot, motion, external or cases."""
     file: str
     sha256: str | None
-    """Of its bytes, in hexadecimal digits.  None for what can't be read twice, such as a pipe."""
+    """The hash of its bytes, in hexadecimal digits.  None for what can't be read twice, such as a pipe."""
 
 
 @dataclass(frozen=True)

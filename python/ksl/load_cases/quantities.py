@@ -7,11 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.mechanism import Joint
-from ksl.states import Array
-
-EFFORT_PARTS = ("transmitted", "damping", "friction", "rotor", "spring")
-"""What the efforts of motors consist of, in the order of `Model.effort_parts`."""
+from ksl.model.mechanism import Joint
+from ksl.model.states import EFFORT_PARTS, Array
 
 UNITS = {
     "axial_force": "N",
@@ -45,7 +42,7 @@ class JointLoads:
 
     joint: Joint
     wrench: dict[str, Array]
-    """Of the wrench at the chosen point and side.  With one axis: axial_force (signed, along the axis), radial_force
+    """Quantities of the wrench at the chosen point and side.  With one axis: axial_force (signed, along the axis), radial_force
     (across it), bending_moment (across), axial_moment (signed, about the line through the point along the axis).
     Otherwise force and moment, magnitudes."""
     speed: Array | None
@@ -54,7 +51,7 @@ class JointLoads:
     """Effort of the drive, N m or N: the transmitted effort Sᵀ f of the joint, and of the mimic joints that it leads, and what the
     physics of joints needs besides.  Independent of the chosen point, side and axes.  Mimic joints have none."""
     coupling: Array | None = None
-    """Of mimic joints: the effort Sᵀ f, N m or N, by which the coupling with its leader moves the joint."""
+    """The coupling of mimic joints: the effort Sᵀ f, N m or N, by which the coupling with its leader moves the joint."""
     parts: dict[str, Array] = field(default_factory=dict)
     """What the effort consists of, by the names of `EFFORT_PARTS`; empty for models without physics of joints."""
     position: Array | None = None

@@ -19,15 +19,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.calls import Calls
-from ksl.load_cases.limits import limits_of
+from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
+from ksl.model.calls import Calls
+from ksl.model.states import Array
 from ksl.motions.motion import Motion
-from ksl.states import Array
 
 Law = Literal["cubic", "linear"]
 SAMPLES = 101
-"""Of an emergency stop."""
+"""How many samples an emergency stop has."""
 SEARCHED = 21
 """Samples of each stop while the worst one is searched."""
 MOST_STARTS = 2000
@@ -46,7 +46,7 @@ class Stop:
     start: float | Literal["worst", "all"] = "worst"
     """The time of the motion, s; the worst of all starts; or all of them."""
     step: float | None = None
-    """Of the starts that are tried, s."""
+    """The step between the starts that are tried, s."""
 
     def profile(self, x: Array) -> tuple[Array, Array, Array]:
         """S, s and s' at x, shares of the duration."""

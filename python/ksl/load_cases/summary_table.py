@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ksl.csv_cells import csv_comment, csv_row, csv_text
+from ksl.base.csv_cells import csv_comment, csv_row, csv_text
 from ksl.load_cases.provenance import UNITS, Provenance
 from ksl.load_cases.quantities import SummaryRow
 

@@ -18,11 +18,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ksl.load_cases.limits import limits_of
+from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import SummaryRow, unit
-from ksl.mechanism import Joint
-from ksl.motions.columns import METRES, columns_of
-from ksl.states import Array
+from ksl.model.mechanism import Joint
+from ksl.model.motion_columns import columns_of, units_of
+from ksl.model.states import Array
 
 Level = Literal["green", "amber", "red"]
 
@@ -144,7 +144,7 @@ def uses_of(joint: Joint, row: SummaryRow, time: Array, q: Array) -> list[Use]:
 
 
 def _uses_of_one(joint: Joint, row: SummaryRow) -> list[Use]:
-    """Of joints with one coordinate."""
+    """The uses of the limits of a joint with one coordinate."""
     case = str(row.get("case", ""))
     limits = limits_of(joint)
     uses = []
@@ -164,13 +164,12 @@ def number(row: SummaryRow, key: str) -> float:
 
 
 def _uses_of_several(joint: Joint, case: str, time: Array, q: Array) -> list[Use]:
-    """Of joints with several coordinates, whose positions have limits one by one.  Quaternions have none."""
+    """The uses of the limits of a joint with several coordinates, whose positions have limits one by one.  Quaternions have none."""
     uses = []
-    for c, (column, bounds) in enumerate(zip(columns_of(joint)[0], joint.limits, strict=False)):
+    for c, (column, of, bounds) in enumerate(zip(columns_of(joint)[0], units_of(joint)[0], joint.limits, strict=False)):
         x = q[:, joint.q_index + c]
         ends = [(float(x[k]), float(time[k])) for k in (int(np.argmin(x)), int(np.argmax(x)))]
-        metre_or_radian = "m" if column.rpartition(".")[2] in METRES else "rad"
-        uses += _position(joint, case, column, metre_or_radian, bounds, ends)
+        uses += _position(joint, case, column, of, bounds, ends)
     return uses
 
 

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ksl.calls import Calls
-from ksl.errors import MotionError
+from ksl.base.errors import MotionError
 from ksl.load_cases.load_case import Block, LoadCase, Placement
-from ksl.load_cases.quantities import EFFORT_PARTS
 from ksl.load_cases.provenance import Provenance, provenance_of
-from ksl.mechanism import Joint, Mechanism
+from ksl.model.calls import Calls
+from ksl.model.mechanism import Joint, Mechanism
+from ksl.model.states import EFFORT_PARTS, Array, External, Order, Point, Side, items_of
 from ksl.motions.motion import Motion, complete
-from ksl.states import Array, External, Order, Point, Side, argument, items_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -77,7 +76,7 @@ class TableWriter:
             chosen = wrench if joints == len(self._mechanism.joints) else wrench[:, self._chosen]
             columns += [self._numbers(chosen[:, :, i]) for i in range(6)]
         moving, movers = self._driven | self._follows, [j for j in self._joints if j.one_coordinate]
-        at = [(self._mechanism._position_of, block.q), (self._mechanism._velocity_of, block.v), (self._mechanism._velocity_of, block.a)]
+        at = [(self._mechanism.position_of, block.q), (self._mechanism.velocity_of, block.v), (self._mechanism.velocity_of, block.a)]
         columns += [self._of(moving, _columns(of, movers, x)) for of, x in at]
         effort, speed = block.tau[:, self._v_index], block.v[:, self._v_index]
         of_drive = np.zeros_like(effort) if block.brake else effort
@@ -156,7 +155,7 @@ def wrench_table(
     """
     import pyarrow as pa
 
-    model._request(on, at, axes, order, "total", None)  # refuses what it can't be
+    model.reaction_request(on, at, axes, order, "total", None)  # refuses what it can't be
     motion = motion_of_arrays(model, time, q, v, a)
     case = LoadCase(model, motion, Placement(on, at, axes, order), wrenches_of_arrays(external, len(motion.time)))
     writer = TableWriter(model, case.placement, provenance_of([case]))
@@ -166,8 +165,8 @@ def wrench_table(
 def motion_of_arrays(model: Calls, time: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None) -> Motion:
     """The motion of samples at `time` (n); what is None is differentiated.  Raises MotionError."""
     try:
-        t, positions = _real("time", time), _real("q", argument(q, "q", model.nq, model._core))
-        given = [None if x is None else _real(name, argument(x, name, model.nv, model._core)) for name, x in (("v", v), ("a", a))]
+        t, positions = _real("time", time), _real("q", model.as_array(q, "q"))
+        given = [None if x is None else _real(name, model.as_array(x, name)) for name, x in (("v", v), ("a", a))]
     except ValueError as error:
         raise MotionError(str(error)) from None
     given = [np.broadcast_to(x, (len(t), model.nv)) if x is not None and x.shape == (model.nv,) and t.ndim == 1 else x for x in given]

@@ -8,8 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from ksl.calls import Calls
-from ksl.states import Array
+from ksl.model.calls import Calls
+from ksl.model.states import Array
 
 Interpolation = Literal["hold", "linear"]
 

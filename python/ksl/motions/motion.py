@@ -10,19 +10,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl._core import QUATERNION_ROUNDING, QUATERNION_TOLERANCE
-from ksl.calls import Calls
-from ksl.errors import MotionError
-from ksl.mechanism import Joint, Mechanism
-from ksl.motions.columns import METRES, columns_of
-from ksl.motions.corners import Found
-from ksl.motions.gaps import doubts_about_gaps
-from ksl.motions.quality import Samples, doubts_about_noise, sentences_about_jumps
-from ksl.motions.rates import SPLINE_SAMPLES, derivative, derivatives, jumps_of, rates
-from ksl.motions.recorded import count
-from ksl.motions.smoothing import smoothed
-from ksl.motions.suspicions import suspicions
-from ksl.states import Array
+from ksl._core import QUATERNION_ROUNDING
+from ksl.base.errors import MotionError
+from ksl.base.words import count
+from ksl.model.calls import Calls
+from ksl.model.joint_kinds import KINDS
+from ksl.model.mechanism import Joint, Mechanism
+from ksl.model.motion_columns import columns_of, units_of
+from ksl.model.states import Array
+from ksl.motions.signal.corners import Found
+from ksl.motions.signal.gaps import doubts_about_gaps
+from ksl.motions.signal.quality import Samples, doubts_about_noise, sentences_about_jumps
+from ksl.motions.signal.quaternions import continuous_unit
+from ksl.motions.signal.rates import SPLINE_SAMPLES, derivative, derivatives, jumps_of, rates
+from ksl.motions.signal.smoothing import smoothed
+from ksl.motions.signal.suspicions import suspicions
 
 if TYPE_CHECKING:
     pass
@@ -112,7 +114,7 @@ def complete(
             rows, cols = _places(joint)
             contradictions += _contradictions(joint, time, q[:, rows], v[:, cols], joint_v, joint_a)
         given_jumps = _jumps(joints, as_given, differentiated=False)
-    corners, corner_times, impossible = sentences_about_jumps(found, given_jumps, time)
+    corners, corner_times, impossible = sentences_about_jumps(joints, found, given_jumps, time)
     doubts = [*suspicions(model, time, q, v), *impossible, *doubts_about_gaps(joints, as_given.time, as_given.q)]
     if isinstance(model, Calls):
         doubts += doubts_about_noise(model, joints, as_given, found, (q, v, a), smooth)
@@ -198,7 +200,7 @@ def _jumps(joints: tuple[Joint, ...], samples: Samples, differentiated: bool) ->
 
 def _plain(joint: Joint) -> bool:
     """Whether velocities are the derivatives of positions, number by number."""
-    return joint.quaternion is None and joint.kind != "planar"
+    return joint.quaternion is None and KINDS[joint.kind].velocity_is_rate
 
 
 def _rates(
@@ -266,7 +268,7 @@ def _contradictions(joint: Joint, time: Array, q: Array, v: Array, given_v: Arra
         return []
     lines = []
     for (of, given, found), columns, floor in zip(checks, columns_of(joint)[1:], (np.abs(q).max(), np.abs(v).max()), strict=True):
-        in_metres = np.array([c.removeprefix(f"{joint.name}.") in METRES for c in columns])
+        in_metres = np.array([unit == "m" for unit in units_of(joint)[1]])
         at = None if given is None or found is None else _largest_contradiction(time, given, found, in_metres, 1e-5 * max(1.0, float(floor)))
         if at is None or given is None or found is None:
             continue
@@ -297,18 +299,3 @@ def _largest_contradiction(time: Array, given: Array, found: Array, in_metres: N
     if not share[start, column] > CONTRADICTION:
         return None
     return int(start) + int(np.argmax(np.abs(off[start : start + width + 1, column]))), int(column)
-
-
-def continuous_unit(where: Callable[[int], str], joint: Joint, q: Array) -> Array:
-    """Quaternions of unit length and without jumps between q and −q."""
-    position, quaternion = np.hsplit(q, [-4])
-    length = np.linalg.norm(quaternion, axis=1)
-    bad = np.flatnonzero(np.abs(length - 1) > QUATERNION_TOLERANCE)
-    if len(bad):
-        raise MotionError(
-            f"{where(bad[0])}: the quaternion of {joint.name} has length {length[bad[0]]:.6g}; "
-            f"expected a unit quaternion in the columns {joint.name}.qx … .qw"
-        )
-    unit = quaternion / length[:, None]
-    turn = np.where(np.sum(unit[1:] * unit[:-1], axis=1) < 0, -1.0, 1.0)
-    return np.hstack([position, unit * np.concatenate([[1.0], np.cumprod(turn)])[:, None]])

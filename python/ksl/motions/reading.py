@@ -8,21 +8,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from ksl.errors import MotionError
-from ksl.mechanism import Mechanism
-from ksl.motions.column_map import ColumnMap, read_map
-from ksl.motions.columns import columns_of
-from ksl.motions.columns_used import Choice, choose_columns, with_unused_together
-from ksl.motions.csv_form import MEND
+from ksl.base.errors import MotionError
+from ksl.base.words import listed
+from ksl.model.mechanism import Mechanism
+from ksl.model.motion_columns import columns_of
+from ksl.model.states import Array
+from ksl.motions.columns.column_map import ColumnMap
+from ksl.motions.columns.columns_used import Choice, choose_columns, with_unused_together
+from ksl.motions.columns.recorded import Recorded, check_finite
+from ksl.motions.columns.time_column import TIME, find_time, in_seconds, with_unit
+from ksl.motions.files.csv_form import MEND
+from ksl.motions.files.map_file import read_map
+from ksl.motions.files.npz_table import NpzTable, with_matrices
+from ksl.motions.files.recognise import open_table
 from ksl.motions.motion import Motion, Source, complete
-from ksl.motions.npz_table import NpzTable, with_matrices
-from ksl.motions.quality import Samples
 from ksl.motions.reading_options import check_options
-from ksl.motions.recognise import open_table
-from ksl.motions.recorded import Recorded, check_finite, listed
-from ksl.motions.resampling import resampled
-from ksl.motions.time_column import TIME, find_time, in_seconds, with_unit
-from ksl.states import Array
+from ksl.motions.signal.quality import Samples
+from ksl.motions.signal.resampling import resampled
 
 Place = Callable[[int], str]
 IMPOSSIBLE_ANGLE, IMPOSSIBLE_SHARE = 1000.0, 100.0

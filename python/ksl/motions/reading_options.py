@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 
-from ksl.errors import MotionError, near_names
+from ksl.base.errors import MotionError, near_names
 
 WORDS, FLAGS, NUMBERS = ("time_unit", "topic"), ("degrees", "ignore_extra", "positions_only"), ("resample", "start", "stop", "smooth")
 OPTIONS = ("map", *WORDS, *FLAGS, *NUMBERS)

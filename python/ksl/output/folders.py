@@ -6,7 +6,7 @@ import contextlib
 import os
 from pathlib import Path
 
-from ksl.output.errors import OutputError
+from ksl.output.output_error import OutputError
 
 
 class MadeFolders:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ksl.output.errors import OutputError, cannot_write
+from ksl.output.output_error import OutputError, cannot_write
 from ksl.output.signals import uninterrupted
 from ksl.output.swap import flush, flush_folder
 

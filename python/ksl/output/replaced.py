@@ -6,7 +6,7 @@ import os
 from collections.abc import Collection
 from pathlib import Path
 
-from ksl.output.errors import OutputError, cannot_write
+from ksl.output.output_error import OutputError, cannot_write
 
 LISTED = 3
 """How many files a message names."""

@@ -14,9 +14,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ksl.output import swap
-from ksl.output.errors import OutputError, cannot_write
 from ksl.output.folders import MadeFolders
 from ksl.output.locks import Lock, LockedError, lock
+from ksl.output.output_error import OutputError, cannot_write
 from ksl.output.signals import uninterrupted
 
 PREFIX = ".ksl-stage-"

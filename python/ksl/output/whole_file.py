@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ksl.output.errors import OutputError, mend, what
+from ksl.output.output_error import OutputError, mend, what
 from ksl.output.stage import stage_in
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ksl.load_cases.quantities import CAUSES_OF_RESIDUALS, LARGE_RESIDUAL, PowerBalance
+from ksl.model.states import Array
 from ksl.report.charts import Charts, Panel
 from ksl.report.numbers import Clock, format_share
-from ksl.states import Array
 
 TOO_FEW = "too few samples to differentiate the energy"
 AT_REST = "no power but round-off: nothing moves, or what moves takes no power"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ksl.errors import SizingError
+from ksl.base.errors import SizingError
 from ksl.report.input import ReportInput
 from ksl.report.pdf import Paper, find_browser, write_pdf
 
@@ -22,7 +22,7 @@ class ReportFiles:
 
     json: bool = False
     paper: Paper | None = None
-    """Of report.pdf; None for no such file."""
+    """The paper of report.pdf; None for no such file."""
     browser: str = ""
     """That prints it."""
     components: Path | None = None
@@ -44,7 +44,7 @@ class ReportFiles:
         """The components against the wrenches in a folder; None without components.  later: where they will be found.  Raises SizingError."""
         if self.components is None:
             return None
-        from ksl.sizing.run import size
+        from ksl.sizing.compute_sizing import size
 
         try:
             found = size(directory, self.components)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import JointLoads, PowerBalance
 from ksl.load_cases.verdict import Verdict
+from ksl.model.states import Array
 from ksl.report.rows import Row
 from ksl.report.stills import Still
-from ksl.states import Array
 
 if TYPE_CHECKING:
     from ksl.sizing.sizing import Sizing
@@ -33,7 +33,7 @@ class CaseCurves:
     facts: Sequence[tuple[str, str]] = ()
     """What is special to this case: motion, payloads, gravity."""
     notes: Sequence[str] = ()
-    """Of this case alone."""
+    """Notes about this case alone."""
     stills: Mapping[str, Still] = field(default_factory=dict)
     """By joint: the mechanism at the sample where this joint bears most."""
     raw_positions: Mapping[str, Array] = field(default_factory=dict)

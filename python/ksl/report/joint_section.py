@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from html import escape
 
-from ksl.load_cases.limits import limits_of
+from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import JointLoads, unit
 from ksl.load_cases.verdict import ROUND_OFF
-from ksl.mechanism import Joint
+from ksl.model.mechanism import Joint
+from ksl.model.states import Array
 from ksl.report.charts import Charts, Limits, Panel, limits_in_sight
 from ksl.report.numbers import peak, quiet
 from ksl.report.stills import Still
-from ksl.states import Array
 
 REACH = 3.0
 """Over time, limits are drawn that are up to this many times as far away as the curve."""

@@ -8,7 +8,7 @@ from html import escape
 
 import numpy as np
 
-from ksl.states import Array
+from ksl.model.states import Array
 
 ROUND_OFF = 1e-9
 """Loads, speeds and powers below it, in SI units, are shown as zero."""

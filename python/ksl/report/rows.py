@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ksl.load_cases.limits import limits_of
+from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import unit
 from ksl.load_cases.verdict import ROUND_OFF
-from ksl.mechanism import Joint
+from ksl.model.mechanism import Joint
 
 Row = Mapping[str, float | str | None]
 

@@ -17,7 +17,7 @@ WORDS: dict[Level, str] = {
 }
 OF_FIGURE: dict[Level, str] = {"green": "", "amber": " near the limit", "red": " exceeded"}
 LEVEL: dict[str, Level] = {"over": "red", "near": "amber", "within": "green", "": "green"}
-"""Of the verdict of a figure."""
+"""The level of a figure's verdict."""
 
 
 def sizing_verdict(sizing: Sizing) -> str:
@@ -30,7 +30,7 @@ def sizing_verdict(sizing: Sizing) -> str:
 
 
 def sizing_level(sizing: Sizing) -> Level:
-    """Of all components together."""
+    """The level of all components together."""
     if sizing.exceeded:
         return "red"
     doubtful = sizing.left_out or sizing.worst is None or any(figure.verdict == "near" for figure in sizing.figures)

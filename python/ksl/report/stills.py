@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from ksl.load_cases.quantities import JointLoads, first_extreme, unit
-from ksl.mechanism import Joint
+from ksl.model.mechanism import Joint
 from ksl.report.numbers import format_number
 
 if TYPE_CHECKING:
     from ksl.load_cases.load_case import LoadCase
-    from ksl.model import Model
+    from ksl.model.model import Model
     from ksl.viewer.visuals import Appearance
 
 TRIANGLES_OF_ALL = 24_000
-"""Of all pictures of a page together: 0.5 MB."""
+"""The triangles of all pictures of a page together: 0.5 MB."""
 FEWEST_TRIANGLES, MOST_TRIANGLES = 600, 3000
-"""Of one picture."""
+"""The fewest and the most triangles of one picture."""
 WIDTH, HEIGHT = 560, 320
-"""Of a picture, in the pixels of a style sheet."""
+"""The size of a picture, in the pixels of a style sheet."""
 
 
 @dataclass(frozen=True)

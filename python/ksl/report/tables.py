@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from ksl.load_cases.quantities import EFFORT_PARTS, unit
-from ksl.mechanism import Joint
+from ksl.load_cases.quantities import unit
+from ksl.model.mechanism import Joint
+from ksl.model.states import EFFORT_PARTS
 from ksl.report.numbers import ROUND_OFF, Clock, format_number
 from ksl.report.rows import LIMIT_OF, Row, exceeds
 
@@ -83,7 +84,7 @@ class _Tables:
 
 
 def joint_group(joint: Joint) -> str:
-    """Of joints that share tables in the summary, since their quantities have the same units."""
+    """The group of joints that share tables in the summary, since their quantities have the same units."""
     if not joint.one_coordinate:
         return "Joints without one coordinate"
     if joint.leader is not None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 from ksl.load_cases.quantities import COMPARED, unit
-from ksl.mechanism import Joint
+from ksl.model.mechanism import Joint
 from ksl.report.numbers import format_number, link
 from ksl.report.rows import Row, exceeds
 from ksl.report.tables import LABELS, joint_group

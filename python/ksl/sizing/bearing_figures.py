@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ksl.model.states import Array
 from ksl.sizing import bearing_pair, bearings
 from ksl.sizing.figures import Formula, significant
 from ksl.sizing.life import BALL, ROLLER
 from ksl.sizing.sheet import Sheet
-from ksl.states import Array
 
 
 def crossed_roller_figures(sheet: Sheet) -> None:

@@ -6,8 +6,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from ksl.model.states import Array
 from ksl.sizing.figures import Formula
-from ksl.states import Array
 
 REACTIONS = Formula(
     "R_b = (M × k − a F)/(b − a), R_a = F − R_b, across the axis; the locating bearing carries all of the axial force",

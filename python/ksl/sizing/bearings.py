@@ -10,8 +10,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ksl.model.states import Array
 from ksl.sizing.figures import Formula
-from ksl.states import Array
 
 # Single-row radial contact groove ball bearings, ISO 281:2007, Table 3: e and Y over the relative axial load f0 Fa / C0.
 DEEP_GROOVE_AXIAL = (0.172, 0.345, 0.689, 1.03, 1.38, 2.07, 3.45, 5.17, 6.89)

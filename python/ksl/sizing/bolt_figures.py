@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from ksl.errors import SizingError
+from ksl.base.errors import SizingError
+from ksl.model.states import Array
 from ksl.sizing import bolts
 from ksl.sizing.figures import Formula, significant
 from ksl.sizing.sheet import Sheet
-from ksl.states import Array
 
 
 def flange_figures(sheet: Sheet) -> None:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ksl.model.states import Array
 from ksl.sizing.figures import Formula
-from ksl.states import Array
 
 PATTERN = Formula(
     "F_A,i = F_z/n + a x_i + b y_i about the centroid; F_Q,i = F_xy/n + M_z × r_i / Σ r²",

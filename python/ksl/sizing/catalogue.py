@@ -25,7 +25,7 @@ class Key:
     default: float | str | list[float] | None = None
     choices: tuple[str, ...] = ()
     keys: tuple[Key, ...] = ()
-    """Of tables inside of the component."""
+    """The keys of tables inside of the component."""
     largest: float | None = None
     one_of: tuple[float, ...] = ()
     needed: bool = False

@@ -69,7 +69,7 @@ def in_millimetres(key: Key, numbers: Sequence[float]) -> str:
 
 
 def is_number(x: object) -> bool:
-    """Of integers those that fit a float; NaN and infinities count."""
+    """Whether it is a number: an integer only if it fits a float; NaN and infinities are some."""
     return isinstance(x, float) or (isinstance(x, int) and not isinstance(x, bool) and abs(x) < 1e300)
 
 

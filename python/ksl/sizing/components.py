@@ -7,7 +7,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ksl.errors import SizingError, near_names, unknown_name
+from ksl.base.errors import SizingError, near_names, unknown_name
+from ksl.base.toml_files import read_text, toml_of
+from ksl.base.toml_lines import line_of, toml_lines
 from ksl.sizing.catalogue import COMMON, FLANGE, KINDS, Key, Kind
 from ksl.sizing.catalogue_numbers import (
     COMPONENTS_OF_STRESS,
@@ -21,8 +23,6 @@ from ksl.sizing.catalogue_numbers import (
 )
 from ksl.sizing.life import RELIABILITY
 from ksl.sizing.samples import Spectrum
-from ksl.toml_files import read_text, toml_of
-from ksl.toml_lines import line_of, toml_lines
 
 TOP = ("robot", "required_life_h", "reliability", "iso_281", "cases", "shares", "component")
 

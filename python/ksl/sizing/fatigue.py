@@ -7,8 +7,8 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ksl.model.states import Array
 from ksl.sizing.figures import Formula
-from ksl.states import Array
 
 Residue = Literal["half cycles", "repeating"]
 MeanStress = Literal["none", "goodman", "goodman in tension"]

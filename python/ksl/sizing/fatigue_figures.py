@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
+from ksl.model.states import Array
 from ksl.sizing import fatigue
 from ksl.sizing.figures import Formula, significant
 from ksl.sizing.results import WRENCH
 from ksl.sizing.samples import JointSamples
 from ksl.sizing.sheet import Sheet
-from ksl.states import Array
 
 LINE = ("k", "knee_amplitude", "knee_cycles")
 
@@ -47,9 +48,62 @@ def _stress(s: JointSamples, factors: Mapping[str, float]) -> Array:
     return np.asarray(sum((c * columns[name] for name, c in factors.items()), np.zeros(len(s.time))))
 
 
+@dataclass(frozen=True)
+class _Counted:
+    """The cycles of all cases, once through each, and their damage."""
+
+    amplitude: Array
+    """Amplitudes (cycles), corrected for their means."""
+    count: Array
+    """How often each occurs."""
+    damages: Array
+    """Damage of each case (cases)."""
+
+    def words(self, unit: str) -> dict[str, str]:
+        return {
+            "largest S_a": f"{significant(float(self.amplitude.max(initial=0.0)))} {unit}",
+            "cycles": significant(float(self.count.sum())),
+        }
+
+
 def _damage(
     sheet: Sheet, s: JointSamples, stress: Array, correction: fatigue.MeanStress, unit: str, named: dict[str, str]
 ) -> None:
+    """Adds the damage of one pass, the amplitude that does the same damage, and the life."""
+    counted = _counted(sheet, s, stress, correction)
+    if counted is None:
+        sheet.leave_out("damage and life", "no case of the cycle lasts any time")
+        return
+    case, D = s.cases[int(np.argmax(counted.damages))], float(counted.damages.sum()) * sheet.of_one_pass
+    asked = sheet.part.get("required_repetitions")
+    line = sheet.given(*LINE, "below_knee", "mean_stress", "residue") | (
+        sheet.given("ultimate") if correction != "none" else {}
+    )
+    sheet.add(
+        f"damage of {sheet.one_pass}",
+        _formula(correction),
+        D,
+        "",
+        {**named, **counted.words(unit), **line},
+        None if asked is None else 1.0 / float(asked),
+        case=case,
+        share=None if asked is None else D * float(asked),
+    )
+    if np.isfinite(counted.amplitude).all() and len(counted.amplitude):
+        k, _, cycles = (sheet.number(key) for key in LINE)
+        sheet.add(
+            "equivalent amplitude",
+            fatigue.EQUIVALENT,
+            fatigue.equivalent_amplitude(counted.amplitude, counted.count, k, cycles),
+            unit,
+            {**counted.words(unit), **sheet.given("k", "knee_cycles")},
+            case=case,
+        )
+    _life(sheet, D, float(s.weight.sum()) * sheet.of_one_pass, asked is not None, case)
+
+
+def _counted(sheet: Sheet, s: JointSamples, stress: Array, correction: fatigue.MeanStress) -> _Counted | None:
+    """Rainflow cycles of each case, as often as it occurs; None if no case lasts any time."""
     part = sheet.part
     k, knee, cycles = (sheet.number(key) for key in LINE)
     amplitudes, counts, damages = [], [], np.zeros(len(s.cases))
@@ -64,54 +118,22 @@ def _damage(
         counts.append(found.counts * times)
         damages[i] = fatigue.miner_sum(corrected, found.counts * times, k, knee, cycles, part.get("below_knee"))
     if not amplitudes:
-        sheet.leave_out("damage and life", "no case of the cycle lasts any time")
-        return
-    case, scale = s.cases[int(np.argmax(damages))], sheet.of_one_pass
-    D = float(damages.sum()) * scale
-    line = sheet.given(*LINE, "below_knee", "mean_stress", "residue") | (
-        sheet.given("ultimate") if correction != "none" else {}
-    )
-    formula = Formula(
-        fatigue.DAMAGE.text
-        + (
-            ""
-            if correction == "none"
-            else f", S_a from {fatigue.GOODMAN}" + ("" if correction == "goodman" else ", S_m ≥ 0")
-        ),
-        fatigue.DAMAGE.source,
-    )
-    amplitude, count = np.concatenate(amplitudes), np.concatenate(counts) * scale
-    counted = {
-        "largest S_a": f"{significant(float(amplitude.max(initial=0.0)))} {unit}",
-        "cycles": significant(float(count.sum())),
-    }
-    asked = part.get("required_repetitions")
-    share = None if asked is None else D * float(asked)
-    sheet.add(
-        f"damage of {sheet.one_pass}",
-        formula,
-        D,
-        "",
-        {**named, **counted, **line},
-        None if asked is None else 1.0 / float(asked),
-        case=case,
-        share=share,
-    )
-    finite = amplitude[np.isfinite(amplitude)]
-    if len(finite) == len(amplitude) and len(finite):
-        sheet.add(
-            "equivalent amplitude",
-            fatigue.EQUIVALENT,
-            fatigue.equivalent_amplitude(amplitude, count, k, cycles),
-            unit,
-            {**counted, **sheet.given("k", "knee_cycles")},
-            case=case,
-        )
+        return None
+    return _Counted(np.concatenate(amplitudes), np.concatenate(counts) * sheet.of_one_pass, damages)
+
+
+def _formula(correction: fatigue.MeanStress) -> Formula:
+    """The formula of the damage: Miner's sum, and how means of stresses enter it."""
+    ways = {"none": "", "goodman": f", S_a from {fatigue.GOODMAN}"}
+    return Formula(fatigue.DAMAGE.text + ways.get(correction, f", S_a from {fatigue.GOODMAN}, S_m ≥ 0"), fatigue.DAMAGE.source)
+
+
+def _life(sheet: Sheet, D: float, cycle: float, is_asked: bool, case: str) -> None:
+    """Adds the life, h, of a damage D in a cycle of so many seconds; is_asked: a number of repetitions is required."""
     required = sheet.required_life()
-    cycle = float(s.weight.sum()) * scale
     life = cycle / D / 3600.0 if D > 0 else np.inf
     wanted = {"required": f"{significant(required)} h"} if required is not None else {}
-    if required is None and asked is None:
+    if required is None and not is_asked:
         sheet.leave_out("the limit of “fatigue life”", "required_life_h and required_repetitions are not given")
     inputs = {"D": significant(D), "Σ Δt": f"{significant(cycle)} s", **wanted}
     sheet.add(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ksl.model.states import Array
 from ksl.sizing.figures import Formula
-from ksl.states import Array
 
 BALL, ROLLER = 3.0, 10.0 / 3.0
 """Exponents of the life equation for ball bearings and for roller bearings, ISO 281:2007, 5.3 and 6.3."""

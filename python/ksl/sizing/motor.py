@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ksl.model.states import Array
 from ksl.sizing.figures import Formula
-from ksl.states import Array
 
 ROTOR_TORQUE = Formula(
     "T = J N α + (T_load/N) · (1/η if T_load ω > 0, η if < 0, 1 at rest)",

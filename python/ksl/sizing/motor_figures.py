@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksl.load_cases.quantities import work
+from ksl.model.states import Array
 from ksl.sizing import motor
 from ksl.sizing.figures import Formula, significant
 from ksl.sizing.life import mean_speed
 from ksl.sizing.sheet import RPM, Sheet
-from ksl.states import Array
 
 
 @dataclass(frozen=True)

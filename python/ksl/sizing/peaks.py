@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ksl.model.states import Array
 from ksl.sizing.samples import JointSamples
-from ksl.states import Array
 
 QUANTITIES = {
     "axial_force": "N",

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ksl.arrow_files import arrow_file
-from ksl.errors import SizingError, unknown_name
-from ksl.input_files import Unreadable, check_regular
-from ksl.sizing.samples import ONE_COORDINATE, JointSamples, ResultJoint, Spectrum
-from ksl.states import Array
+from ksl.base.arrow_files import arrow_file
+from ksl.base.errors import SizingError, unknown_name
+from ksl.base.input_files import Unreadable, check_regular
+from ksl.model.joint_kinds import has_one_coordinate
+from ksl.model.states import Array
+from ksl.sizing.samples import JointSamples, ResultJoint, Spectrum
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -303,7 +304,7 @@ def _check_columns(table: pa.Table, file: str) -> None:
 def _joint(said: Mapping[str, Any]) -> ResultJoint:
     axis = tuple(float(x) for x in said.get("axis") or (0.0, 0.0, 0.0))
     length = math.hypot(*axis)
-    one = said["kind"] in ONE_COORDINATE and length > 0.5
+    one = has_one_coordinate(said["kind"]) and length > 0.5
     x, y, z = axis if one else (0.0, 0.0, 1.0)
     return ResultJoint(said["name"], said["kind"], (x, y, z), one, said.get("parent"), said.get("child", ""))
 

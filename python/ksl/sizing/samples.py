@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ksl.states import Array
+from ksl.model.joint_kinds import KINDS, has_one_coordinate
+from ksl.model.states import Array
 
-ONE_COORDINATE = ("revolute", "continuous", "prismatic", "helical")
 REST = 1e-3
 """A joint is at rest where its speed is at most this share of its largest speed."""
 
@@ -30,12 +30,12 @@ class ResultJoint:
     @property
     def turns(self) -> bool:
         """Whether the joint has one coordinate, which is an angle."""
-        return self.kind in ONE_COORDINATE and self.kind != "prismatic"
+        return self.driven and KINDS[self.kind].angle is not None
 
     @property
     def driven(self) -> bool:
         """Whether the joint has one coordinate."""
-        return self.kind in ONE_COORDINATE
+        return has_one_coordinate(self.kind)
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Spectrum:
     """How often each load case occurs: repetitions, or shares of the operating time."""
 
     repetitions: Mapping[str, float] = field(default_factory=dict)
-    """Of the cases that are named; others occur once.  0: an exceptional event, which counts for peaks and not for life."""
+    """How often the named cases occur; others occur once.  0: an exceptional event, which counts for peaks and not for life."""
     shares: Mapping[str, float] = field(default_factory=dict)
     """Shares of time, if these are given; cases without one have 0."""
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ksl.model.states import Array
 from ksl.sizing.components import Part
 from ksl.sizing.figures import Figure, Formula, LeftOut, significant
 from ksl.sizing.life import (
@@ -23,7 +24,6 @@ from ksl.sizing.life import (
     reliability_factor,
 )
 from ksl.sizing.samples import JointSamples
-from ksl.states import Array
 
 RPM = 60.0 / (2.0 * math.pi)
 """r/min of 1 rad/s."""

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape, quoteattr
 
-from ksl.arrow_files import arrow_file
-from ksl.csv_cells import csv_comment, csv_table
-from ksl.errors import SizingError
+from ksl.base.arrow_files import arrow_file
+from ksl.base.csv_cells import csv_comment, csv_table
+from ksl.base.errors import SizingError
 from ksl.output import refuse_inputs, refuse_unknown, staged
 from ksl.sizing.figures import Figure, LeftOut, significant
 from ksl.sizing.motor_figures import Cloud

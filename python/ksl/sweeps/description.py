@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ksl.errors import MotionError, SweepError, near_names
+from ksl.base.errors import MotionError, SweepError, near_names
+from ksl.base.toml_files import read_toml
 from ksl.motions.reading_options import check_options
-from ksl.toml_files import read_toml
 
 KINDS = {
     "payload": ("kg", "mass of a body on the link `link`, its centre of mass at `center` in the link's frame"),
@@ -64,11 +64,11 @@ class Parameter:
     """Something that a sweep varies, and between what."""
 
     name: str
-    """Of its column in the results."""
+    """The name of its column in the results."""
     kind: str
     """One of `KINDS`."""
     values: Sequence[float | str] = ()
-    """Of a grid, or the choices of a Latin hypercube; empty if a range is given."""
+    """The values of a grid, or the choices of a Latin hypercube; empty if a range is given."""
     lower: float = 0.0
     upper: float = 0.0
     link: str | None = None
@@ -77,7 +77,7 @@ class Parameter:
 
     @property
     def unit(self) -> str:
-        """Of its values; empty for factors and files."""
+        """The unit of its values; empty for factors and files."""
         return KINDS[self.kind][0]
 
 
@@ -90,7 +90,7 @@ class Sweep:
     sampling: str = "grid"
     """"grid": each value with each; "latin hypercube": `cases` points, spread evenly over every range."""
     cases: int = 0
-    """Of a Latin hypercube."""
+    """How many cases a Latin hypercube has."""
     seed: int = 0
     motion: str | None = None
     """File of the motion, if no parameter names some."""
@@ -106,7 +106,7 @@ class Sweep:
     """That the names of files are relative to, from the root: workers may run elsewhere."""
 
     def path(self, name: str) -> str:
-        """Of a file that the sweep names."""
+        """The path of a file that the sweep names."""
         return os.path.normpath(os.path.join(self.folder, name))
 
     @property

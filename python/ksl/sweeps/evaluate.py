@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ksl._core import __version__
-from ksl.errors import SweepError
+from ksl.base.errors import SweepError
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.provenance import UNITS
 from ksl.load_cases.summary_table import PEAKS
-from ksl.mechanism import Joint
+from ksl.model.mechanism import Joint
 from ksl.sizing.components import read_components
 from ksl.sweeps.description import Sweep, described
-from ksl.sweeps.peaks import Peaks
+from ksl.sweeps.joint_summaries import Peaks
 from ksl.sweeps.sampling import sample
 from ksl.sweeps.variants import Variants
 
@@ -128,7 +128,7 @@ class Evaluator:
 
     def _utilisations(self, wrenches: pa.Table) -> dict[str, Any]:
         """The largest utilisation of each joint's components, and of which component and figure it is."""
-        from ksl.sizing.run import size
+        from ksl.sizing.compute_sizing import size
 
         worst: dict[str, Figure] = {}
         for figure in size(wrenches, self._components).figures:  # worst first

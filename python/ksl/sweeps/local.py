@@ -10,7 +10,7 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 
-from ksl.errors import SweepError
+from ksl.base.errors import SweepError
 from ksl.sweeps.evaluate import Plan, Result
 
 ATTEMPTS = 3

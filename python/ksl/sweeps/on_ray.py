@@ -7,12 +7,12 @@ import socket
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from ksl.errors import SweepError
+from ksl.base.errors import SweepError
 from ksl.sweeps.evaluate import Evaluator, Plan, Result, refused
 from ksl.sweeps.local import ATTEMPTS, died
 
 _evaluators: dict[str, Evaluator] = {}
-"""Of this worker: one, kept between its partitions."""
+"""The evaluator of this worker, kept between its partitions."""
 
 
 def evaluate(plan: Plan, partition: int) -> Result | SweepError:

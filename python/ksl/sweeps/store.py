@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ksl._core import __version__
-from ksl.arrow_files import arrow_file
-from ksl.csv_cells import csv_row, csv_text
-from ksl.errors import SweepError
+from ksl.base.arrow_files import arrow_file
+from ksl.base.csv_cells import csv_row, csv_text
+from ksl.base.errors import SweepError
 from ksl.load_cases.provenance import InputFile, input_file
 from ksl.load_cases.quantities import unit
-from ksl.mechanism import Joint
+from ksl.model.mechanism import Joint
 from ksl.output import OutputError, cannot_write, refuse_inputs
 from ksl.output.folders import MadeFolders
 from ksl.output.locks import Lock, LockedError, lock
@@ -206,7 +206,7 @@ def _table(file: Path) -> pa.Table:
 
 
 def _unit(quantity: str, joint: Joint) -> str:
-    """Of a peak or root mean square; empty for shares of limits and utilisations."""
+    """The unit of a peak or root mean square; empty for shares of limits and utilisations."""
     name, _, part = quantity.rpartition("_")
     return "" if part in ("share", "utilisation") else unit(name, joint)
 

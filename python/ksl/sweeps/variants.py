@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ksl.errors import SweepError
-from ksl.loading import load
-from ksl.model import Model
+from ksl.base.errors import SweepError
+from ksl.model.loading import load
+from ksl.model.model import Model
+from ksl.model.states import Array
 from ksl.motions.motion import Motion
 from ksl.motions.reading import read_motion
-from ksl.states import Array
 from ksl.sweeps.description import Parameter, Sweep
 
 

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl._core import __version__
-from ksl.errors import ViewerError
+from ksl.base.errors import ViewerError
+from ksl.model.states import Array
 from ksl.output import OutputError, place_of, whole_file
-from ksl.states import Array
 from ksl.viewer.scene import Scene
-from ksl.viewer.stage import Shown, Stage, legend
+from ksl.viewer.scene_tree import Shown, Stage, legend
 from ksl.viewer.viser_server import start_server, stop_server
 
 FEWEST, MOST, FRAMES = 300, 900, 30

@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.states import Array, External, Part, Side
+from ksl.model.states import Array, External, Part, Side
 from ksl.viewer.readout import Choice, readout
 from ksl.viewer.scene import Scene, make_scene
-from ksl.viewer.stage import Shown, Stage, legend, utilisation_legend
+from ksl.viewer.scene_tree import Shown, Stage, legend, utilisation_legend
 from ksl.viewer.viser_server import start_server, stop_server
 
 if TYPE_CHECKING:
     import viser
 
-    from ksl.calls import Calls
+    from ksl.model.calls import Calls
 
 FRAMES = 30
 """States that playback shows in a second."""
@@ -349,21 +349,19 @@ def coordinates(scene: Scene) -> list[tuple[int, str, float, float]]:
 
     The limits of the file; where it gives none, a turn to either side, or the size of the scene.
     """
-    from ksl.motions.columns import METRES, columns_of
+    from ksl.model.motion_columns import columns_of, units_of
 
     found = []
     for joint in scene.model.joints:
         columns = columns_of(joint)[0] if joint.nq else []
-        for k, column in enumerate(columns):
-            word = column.rpartition(".")[2] if len(columns) > 1 else ""
-            if word in ("qx", "qy", "qz", "qw"):
+        for k, (column, unit) in enumerate(zip(columns, units_of(joint)[0])):
+            if not unit:
                 continue
-            metres = word in METRES if word else not joint.has_angle
             lower, upper = joint.limits[k] if k < len(joint.limits) else (None, None)
-            reach = max(1.0, float(np.ceil(scene.size))) if metres else float(np.pi)
+            reach = max(1.0, float(np.ceil(scene.size))) if unit == "m" else float(np.pi)
             low, high = -reach if lower is None else lower, reach if upper is None else upper
             if low < high:
-                found.append((joint.q_index + k, f"{column}, {'m' if metres else 'rad'}", float(low), float(high)))
+                found.append((joint.q_index + k, f"{column}, {unit}", float(low), float(high)))
     return found
 
 
@@ -395,7 +393,7 @@ def show(
 
 def _differentiated(model: Calls, time: Array, q: Array, v: ArrayLike | None, a: ArrayLike | None) -> tuple[Array, Array]:
     """Velocities and accelerations of a motion, the missing ones from splines as in `Model.loads`."""
-    from ksl.errors import MotionError
+    from ksl.base.errors import MotionError
     from ksl.motions.motion import complete
 
     if time.ndim != 1 or q.shape != (len(time), model.nq):

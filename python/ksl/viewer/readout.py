@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksl.states import Array, Part, Side
+from ksl.model.states import Array, Part, Side
 from ksl.viewer.scene import Scene
 
 
@@ -44,7 +44,7 @@ def drive_lines(scene: Scene, sample: int, name: str) -> list[str]:
     joint = scene.model.joints[i]
     if not joint.one_coordinate:
         return []
-    position, speed = float(scene.model._position_of(joint, scene.q[sample])), float(scene.model._velocity_of(joint, scene.v[sample]))
+    position, speed = float(scene.model.position_of(joint, scene.q[sample])), float(scene.model.velocity_of(joint, scene.v[sample]))
     lines = [f"position {position:.5g} {joint.unit}, speed {speed:.4g} {joint.unit}/s"]
     effort, limit, unit = scene.effort[sample, i], scene.limits[i], "N m" if joint.has_angle else "N"
     if np.isfinite(effort):

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ksl.errors import MotionError
-from ksl.mechanism import Joint
-from ksl.states import Array, External, argument, items_of
+from ksl.base.errors import MotionError
+from ksl.model.mechanism import Joint
+from ksl.model.states import Array, External, items_of
 from ksl.viewer.visuals import Appearance, appearance
 
 if TYPE_CHECKING:
-    from ksl.calls import Calls
+    from ksl.model.calls import Calls
 
 SAMPLES = 1500
 """Longer motions are shown at about so many samples, at those of the largest efforts among them."""
@@ -136,7 +136,7 @@ class Scene:
 
     def joint_index(self, name: str) -> int:
         """Where a joint is in `model.joints`.  ValueError names near ones."""
-        return self.model._index(self.model._joint_index, name, "joint")
+        return self.model.joint_index(name)
 
     def screw_axis(self, sample: int, joint: str) -> tuple[Array, Array, float] | None:
         """The twist of the link that a joint carries as a screw: its axis' point (3) nearest to the link's origin, ω (3), and the pitch, m/rad.
@@ -187,17 +187,17 @@ def make_scene(
     package_paths, triangles: as in `visuals.appearance`.  look: appearance of an earlier scene of the same robot, which is not read again.
     Raises ValueError for shapes that don't fit.  O(n · (bodies + links)), besides reading meshes.
     """
-    positions = np.atleast_2d(np.asarray(resting_position(model) if q is None else argument(q, "q", model.nq, model._core), dtype=float))
+    positions = np.atleast_2d(np.asarray(resting_position(model) if q is None else model.as_array(q, "q"), dtype=float))
     n = len(positions)
-    rates = (np.zeros(model.nv) if x is None else np.asarray(argument(x, name, model.nv, model._core), dtype=float) for x, name in ((v, "v"), (a, "a")))
+    rates = (np.zeros(model.nv) if x is None else np.asarray(model.as_array(x, name), dtype=float) for x, name in ((v, "v"), (a, "a")))
     velocity, acceleration = (np.broadcast_to(x, (n, model.nv)) for x in rates)
     times = np.zeros(n) if time is None else np.atleast_1d(np.asarray(time, dtype=float))
     if times.shape != (n,):
         raise MotionError(f"time has shape {times.shape}, and q {positions.shape}; expected a time for each position")
     wrenches = {name: np.broadcast_to(np.asarray(w, dtype=float), (n, 6)) for name, w in items_of(external)}
     names = [j.name for j in model.joints]
-    requests = tuple(model._request("child", "joint", "world", "lin_ang", part, names) for part in ("total", "constraint"))
-    tau, total, constraint = model._with_reactions(positions, velocity, acceleration, wrenches, requests)
+    requests = tuple(model.reaction_request("child", "joint", "world", "lin_ang", part, names) for part in ("total", "constraint"))
+    tau, total, constraint = model.inverse_dynamics_with_reactions(positions, velocity, acceleration, requests, wrenches)
     poses = model.frame_poses(positions)
     index = {name: i for i, name in enumerate(model.link_names)}
     return Scene(

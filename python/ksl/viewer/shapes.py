@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.states import Array
+from ksl.model.states import Array
 
 Faces = NDArray[np.int32]
 Colour = tuple[float, float, float]
 """Red, green and blue, 0 to 1."""
 
 GREY: Colour = (0.75, 0.76, 0.78)
-"""Of links whose colour the file doesn't give."""
+"""The colour of links whose colour the file doesn't give."""
 
 
 @dataclass(frozen=True)

@@ -8,20 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.mechanism import Joint
-from ksl.states import Array
+from ksl.model.joint_kinds import KINDS
+from ksl.model.mechanism import Joint
+from ksl.model.states import Array
 from ksl.viewer.scene import ACTUATION, CONSTRAINT, EXTERNAL, Scene, scale_of
 from ksl.viewer.shapes import Colour, Shape, arrows, ellipsoid, joined, rod, simplified
 
 TRIANGLES = 4000
-"""Of all links in one image together, about: some 60 kB of JSON."""
+"""About so many triangles have all links in one image together: some 60 kB of JSON."""
 
 HIGHLIGHT: Colour = (0.98, 0.78, 0.25)
-"""Of the link that the joint in question carries."""
+"""The colour of the link that the joint in question carries."""
 
 BONE: Colour = (0.45, 0.48, 0.52)
 AXIS: Colour = (0.2, 0.22, 0.25)
-"""Of rods between joints, and of joint axes."""
+"""The colour of rods between joints, and of joint axes."""
 
 LEVELS = ((0.5, (0.35, 0.65, 0.4)), (0.8, (0.9, 0.72, 0.2)), (1.0, (0.93, 0.45, 0.13)), (np.inf, (0.8, 0.15, 0.15)))
 """Colours of links by the utilisation of the joint that carries them: up to half of the limit, 80 %, the limit, and beyond."""
@@ -128,7 +129,7 @@ def _wrench(scene: Scene, sample: int, joint: str) -> tuple[list[Shape], list[st
 
 def _mover(joint: Joint) -> str:
     """What exerts the part of the wrench along the joint's motion: a floating base has no drive, and a mimic joint is moved by its leader."""
-    return "support" if joint.kind == "floating" else "drive" if joint.leader is None else "coupling"
+    return "support" if KINDS[joint.kind].is_free else "drive" if joint.leader is None else "coupling"
 
 
 def _plain(x: float) -> str:

@@ -7,7 +7,7 @@ import io
 import socket
 from typing import TYPE_CHECKING
 
-from ksl.errors import ViewerError
+from ksl.base.errors import ViewerError
 
 if TYPE_CHECKING:
     import viser

@@ -10,16 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ksl.mechanism import Link, Mechanism
-from ksl.mesh_files import find_mesh, mesh_fault
-from ksl.states import Array
+from ksl.model.mechanism import Link, Mechanism
+from ksl.model.mesh_files import find_mesh, mesh_fault
+from ksl.model.states import Array
 from ksl.viewer.shapes import GREY, Colour, Shape, box, cylinder, ellipsoid, simplified
 
 TRIANGLES_OF_ALL = 200_000
-"""Of all links together: pages and exported files stay quick."""
+"""The triangles of all links together: pages and exported files stay quick."""
 
 ELLIPSOID: Colour = (0.55, 0.62, 0.72)
-"""Of ellipsoids of inertia, which are no surfaces of the robot."""
+"""The colour of ellipsoids of inertia, which are no surfaces of the robot."""
 
 
 @dataclass
@@ -41,7 +41,7 @@ def appearance(model: Mechanism, package_paths: Sequence[str | os.PathLike[str]]
 
     The `<visual>` elements of its file where that is URDF: meshes (with the package trimesh), boxes, cylinders and spheres.
     A mesh that can't be found or read is replaced by that of the `<collision>` element, or else by the ellipsoid of inertia.
-    package_paths: folders in which packages of `package://` are looked for, before those of the environment; see `ksl.mesh_files.find_mesh`.
+    package_paths: folders in which packages of `package://` are looked for, before those of the environment; see `ksl.model.mesh_files.find_mesh`.
     triangles: surfaces with more are simplified.
     """
     found = Appearance()
@@ -218,7 +218,7 @@ def read_mesh(path: Path) -> tuple[list[Shape], str | None]:
 
 
 def _mesh_colour(mesh: object) -> Colour:
-    """Of the material, or the mean of the colours of faces; grey where the file gives none."""
+    """The colour of the material, or the mean of the colours of faces; grey where the file gives none."""
     visual = getattr(mesh, "visual", None)
     material = getattr(visual, "material", None)
     rgba = getattr(material, "main_color", None) if material is not None else getattr(visual, "main_color", None)

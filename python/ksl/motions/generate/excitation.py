@@ -11,15 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksl.base_parameters import structural
-from ksl.errors import MotionError
-from ksl.model import Model
+from ksl.base.errors import MotionError
+from ksl.identify.base_parameters import BaseParameters, structural
+from ksl.model.model import Model
+from ksl.model.states import Array
 from ksl.motions.generate.generated import SHARE, Generated, Limits, effort_stretch, limits_of, sample_times, whole_motion
-from ksl.states import Array
 
 HARMONICS = 5
 SAMPLES = 100
-"""Of a period, at which the regressor is evaluated during the search."""
+"""Samples of a period, at which the regressor is evaluated during the search."""
 
 USED = 0.9
 """Share of the range of positions that is used."""
@@ -48,7 +48,7 @@ class Series:
 
     @property
     def times(self) -> Array:
-        """Of the search: 20 in the shortest period, so that peaks between them are at most 1.3 % higher."""
+        """The times of the search: 20 in the shortest period, so that peaks between them are at most 1.3 % higher."""
         return np.arange(SAMPLES) * (self.period / SAMPLES)
 
     def __call__(self, x: Array, t: Array) -> tuple[Array, Array, Array]:
@@ -107,46 +107,62 @@ def excitation(
     if not len(base):
         raise MotionError(f"{model.name}: efforts depend on no inertial parameter, so that no motion excites any")
     series = Series(limits, period)
-    t = series.times
+    search = _Search(model, limits, base, series, seed)
+    begin = clock.monotonic()
 
-    def cost(x: Array) -> float:
+    def done() -> float:
+        return search.tried / iterations if iterations is not None else (clock.monotonic() - begin) / seconds
+
+    while not search.tried or done() < 1:
+        search.step()
+        if progress is not None and search.tried % 10 == 0:
+            progress(min(1.0, done()), search.smallest)
+    motion = whole_motion(model, limits, t_fine, *series(search.best, t_fine))
+    stretch, heavy = effort_stretch(model, limits, motion, SHARE)
+    if stretch > 1:  # between the samples of the search, or where all candidates were beyond a limit
+        t_fine, motion = t_fine * stretch, whole_motion(model, limits, t_fine * stretch, *_slower(series(search.best, t_fine), stretch))
+    facts: dict[str, object] = {
+        "kind": "excite", "period": period * stretch, "rate": rate / stretch, "seed": seed, "iterations": search.tried,
+        "condition": search.smallest, "first": search.first, "parameters": len(base),
+    }  # fmt: skip
+    return Generated(motion, [*limits.notes, *heavy], facts)
+
+
+class _Search:
+    """A random search, (1 + 1) with steps that adapt, for the series with the smallest condition number."""
+
+    def __init__(self, model: Model, limits: Limits, base: BaseParameters, series: Series, seed: int) -> None:
+        self._model, self._limits, self._base, self._series = model, limits, base, series
+        self._rng, self._length = np.random.default_rng(seed), 0.5
+        self.best = self._rng.normal(size=series.size)
+        self.smallest = self.first = np.inf
+        """The cost of the best candidate, and that of the best of the first, random ones."""
+        self.tried = 0
+
+    def step(self) -> None:
+        """Tries one candidate."""
+        rng, size, starts = self._rng, self._series.size, self.tried < START
+        # a few numbers at a time: there are too many to change all of them by much
+        chosen = rng.random(size) < max(0.1, 4 / size)
+        x = rng.normal(size=size) if starts else self.best + self._length * chosen * rng.normal(size=size)
+        found = self._cost(x)
+        if found < self.smallest:
+            self.best, self.smallest = x, found
+        if starts:
+            self.first = self.smallest
+        else:  # the rule of one success in five
+            self._length = float(np.clip(self._length * (1.3 if x is self.best else 0.94), 0.02, 1.5))
+        self.tried += 1
+
+    def _cost(self, x: Array) -> float:
         """The condition number, and more where efforts are beyond their limits."""
-        motion = whole_motion(model, limits, t, *series(x, t))
+        model, limits, base, t = self._model, self._limits, self._base, self._series.times
+        motion = whole_motion(model, limits, t, *self._series(x, t))
         W = base.regressor(model.inverse_dynamics_regressor(motion.q, motion.v, motion.a, links=base.links)).reshape(-1, len(base))
         roots = np.linalg.eigvalsh(W.T @ W)
         tau = np.abs(model.inverse_dynamics(motion.q, motion.v, motion.a)[:, limits.v_index]).max(axis=0) / (SHARE * limits.effort)
         condition = np.sqrt(roots[-1] / roots[0]) if roots[0] > 1e-14 * roots[-1] else 1e7
         return float(condition * (1 + 10 * max(0.0, float(tau.max()) - 1)))
-
-    rng, begin = np.random.default_rng(seed), clock.monotonic()
-
-    def done(k: int) -> float:
-        return k / iterations if iterations is not None else (clock.monotonic() - begin) / seconds
-
-    best, smallest, first, step, k = rng.normal(size=series.size), np.inf, np.inf, 0.5, 0
-    while k == 0 or done(k) < 1:
-        # a few numbers at a time: there are too many to change all of them by much
-        chosen = rng.random(series.size) < max(0.1, 4 / series.size)
-        x = rng.normal(size=series.size) if k < START else best + step * chosen * rng.normal(size=series.size)
-        found = cost(x)
-        if found < smallest:
-            best, smallest = x, found
-        if k < START:
-            first = smallest
-        else:  # the rule of one success in five
-            step = float(np.clip(step * (1.3 if x is best else 0.94), 0.02, 1.5))
-        k += 1
-        if progress is not None and k % 10 == 0:
-            progress(min(1.0, done(k)), smallest)
-    motion = whole_motion(model, limits, t_fine, *series(best, t_fine))
-    stretch, heavy = effort_stretch(model, limits, motion, SHARE)
-    if stretch > 1:  # between the samples of the search, or where all candidates were beyond a limit
-        t_fine, motion = t_fine * stretch, whole_motion(model, limits, t_fine * stretch, *_slower(series(best, t_fine), stretch))
-    facts: dict[str, object] = {
-        "kind": "excite", "period": period * stretch, "rate": rate / stretch, "seed": seed, "iterations": k, "condition": smallest, "first": first,
-        "parameters": len(base),
-    }  # fmt: skip
-    return Generated(motion, [*limits.notes, *heavy], facts)
 
 
 def _slower(states: tuple[Array, Array, Array], stretch: float) -> tuple[Array, Array, Array]:

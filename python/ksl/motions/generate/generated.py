@@ -6,22 +6,22 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ksl.errors import MotionError
-from ksl.mechanism import Joint, Mechanism
-from ksl.model import Model
+from ksl.base.errors import MotionError
+from ksl.model.mechanism import Joint, Mechanism
+from ksl.model.model import Model
+from ksl.model.states import Array
 from ksl.motions.motion import Motion
-from ksl.states import Array
 
 USUAL_SPEED = {"rad": 1.0, "m": 0.25}
 """rad/s and m/s, of joints whose speed the file doesn't limit."""
 
 SHARE = 0.8
-"""Of the limits of speed and effort that motions use where no time is given: the rest is the controller's."""
+"""The share of the limits of speed and effort that motions use where no time is given.  The rest is the controller's."""
 
 ROUND_OFF = 1e-9
 
 SMALLEST, LARGEST = 1e-6, 1e9
-"""Of durations, s, and of rates, Hz."""
+"""The bounds of durations, s, and of rates, Hz."""
 
 LOOKED_AT = 100_000
 """Samples at which efforts are looked for, if there are more."""
@@ -77,7 +77,7 @@ def limits_of(model: Mechanism, acceleration: float | None = None) -> Limits:
     if not joints:
         raise MotionError(f"{model.name}: no joint with one coordinate, so there is nothing to move")
     index = np.array([j.q_index for j in joints])
-    lower, upper = (np.array(r[index]) for r in model._ranges)
+    lower, upper = (np.array(r[index]) for r in model.position_ranges)
     without_range = [j.name for j in joints if not (j.has_limits and j.lower is not None and j.upper is not None)]
     velocity = np.array([j.velocity or np.inf for j in joints])
     for follower in map(model.joint, model.follower_names):

@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ksl.errors import MotionError
-from ksl.model import Model
+from ksl.base.errors import MotionError
+from ksl.model.model import Model
+from ksl.model.states import Array
 from ksl.motions.generate.generated import ROUND_OFF, SHARE, Generated, Limits, check_duration, effort_stretch, excess, limits_of, sample_times, whole_motion
 from ksl.motions.generate.waypoints import Waypoints, between_limits
 from ksl.motions.motion import Motion
-from ksl.states import Array
 
 Curve = Callable[[Array], tuple[Array, Array, Array]]
 """Positions, velocities and accelerations (n, m) at times (n)."""
@@ -20,19 +20,19 @@ FINE = 2001
 """Instants at which peaks are looked for, or more where there are many waypoints."""
 
 SHORTEST_RAMP = 1e-4
-"""Of the time between the two waypoints where it is longest: more acceleration would make the motion shorter by less than that."""
+"""The shortest ramp, as a share of the time between two waypoints where that is longest: more acceleration would make the motion shorter by less than that."""
 
 SEARCHED = 24
 """Accelerations that are tried, from that with which no speed is reached to the given one."""
 
 SHARE_OF_ACCELERATION = 1 / 3
-"""Of the time between two waypoints, where no acceleration is given: a third each for acceleration, steady speed and deceleration."""
+"""The ramp's share of the time between two waypoints, where no acceleration is given: a third each for acceleration, steady speed and deceleration."""
 
 
 def template(model: Model) -> Generated:
     """One row: the neutral position, brought into the limits where these exclude it.  The columns are those of a motion."""
     q, moved = model.neutral(), []
-    lower, upper = model._ranges
+    lower, upper = model.position_ranges
     for joint in model.joints[: len(model.joint_names)]:
         k = joint.q_index
         if joint.nv == 1 and joint.has_limits and not lower[k] <= q[k] <= upper[k]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksl.errors import MotionError
-from ksl.model import Model
+from ksl.base.errors import MotionError
+from ksl.model.model import Model
 from ksl.motions.generate.generated import SHARE, Generated, effort_stretch, excess, limits_of, sample_times, whole_motion
-from ksl.motions.rates import derivatives
+from ksl.motions.signal.rates import derivatives
 
 RAMP = 0.05
 """Share of the time in which amplitudes grow at the start, and shrink at the end."""

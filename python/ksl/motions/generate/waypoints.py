@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksl.errors import MotionError, unknown_name
-from ksl.mechanism import Mechanism
-from ksl.motions.columns import columns_of
-from ksl.motions.recognise import open_table
-from ksl.motions.recorded import check_finite
+from ksl.base.errors import MotionError, unknown_name
+from ksl.model.mechanism import Mechanism
+from ksl.model.motion_columns import columns_of
+from ksl.model.states import Array
+from ksl.motions.columns.recorded import check_finite
+from ksl.motions.files.recognise import open_table
 from ksl.motions.generate.generated import ROUND_OFF, Limits
-from ksl.states import Array
 
 BETWEEN = 0.8
 """Share of the range between the limits that is used where no waypoints are given."""

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from ksl._core import __version__
-from ksl.arrow_files import arrow_file
-from ksl.csv_cells import csv_text
-from ksl.errors import MotionError
-from ksl.mechanism import Mechanism
-from ksl.motions.columns import columns_of
+from ksl.base.arrow_files import arrow_file
+from ksl.base.csv_cells import csv_text
+from ksl.base.errors import MotionError
+from ksl.model.mechanism import Mechanism
+from ksl.model.motion_columns import columns_of
+from ksl.model.states import Array
 from ksl.motions.generate.generated import Generated
 from ksl.output import whole_file
-from ksl.states import Array
 
 DIGITS = 15
 

@@ -1,0 +1,83 @@
+"""Errors and warnings, and the sentence about a name that is unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import islice
+
+from ksl.base.limits import NEAR_NAMES
+from ksl.base.printable import sentence
+
+
+class _Sentence(Exception):
+    """An error or a warning with one line of text, which can be printed on any terminal whatever names it holds."""
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*(sentence(a) if isinstance(a, str) else a for a in arguments))
+
+
+class DescriptionError(_Sentence, ValueError):
+    """A robot file can't be read or describes no mechanism.  Names file, line, link or joint, what is wrong and how to mend it."""
+
+
+class ResultError(_Sentence, ValueError):
+    """Finite arguments have a result that is not finite: numbers are too large or too small for the precision, or a joint moves no mass at this
+    position.  Names the joint, or the first such number, and the state of a batch."""
+
+    state: int = 0
+    """Its number in the batch; 0 where there is one state."""
+
+
+class MotionError(_Sentence, ValueError):
+    """A motion can't be used.  Names the file, the line or column, what is wrong and how to mend it."""
+
+
+class SizingError(_Sentence, ValueError):
+    """Results or components can't be used for sizing.  Names the file, the line or joint, what is wrong and how to mend it."""
+
+
+class SweepError(_Sentence, ValueError):
+    """A sweep can't be run.  Names its file and key, what is wrong and how to mend it."""
+
+
+class CaseError(_Sentence, ValueError):
+    """A file of load cases can't be used.  Names the file, the case, the key, what is wrong and how to mend it."""
+
+
+class ViewerError(_Sentence, ValueError):
+    """A viewer can't be started, or its file can't be written.  Says what is missing or wrong, and how to mend it."""
+
+
+class DescriptionWarning(_Sentence, UserWarning):
+    """Suspicious content of a robot file that is used all the same: an impossible inertia, a moving link without mass, a guessed encoding."""
+
+
+class QuaternionWarning(_Sentence, UserWarning):
+    """A quaternion of a position differs from unit length by more than 1e-6, but by no more than 1e-2, and was normalised."""
+
+
+class FrameError(_Sentence, ValueError):
+    """Two spatial values whose frames don't match.  Names the operation and both frames."""
+
+
+def close_names(name: object, known: Iterable[str], count: int = 3, cutoff: float = 0.6) -> list[str]:
+    """Names that are near, best first.  Only those of about the same length are compared, and of very many only the first ones."""
+    from difflib import get_close_matches
+
+    if not isinstance(name, str) or not 0 < len(name) <= 200:
+        return []
+    slack = len(name) * (2 / cutoff - 1)  # a ratio 2 m / (a + b) with m ≤ min(a, b): others can't reach the cutoff
+    able = (k for k in known if len(name) * cutoff / (2 - cutoff) <= len(k) <= slack)
+    return get_close_matches(name, list(islice(able, NEAR_NAMES)), count, cutoff)
+
+
+def near_names(name: object, known: Iterable[str]) -> str:
+    """"did you mean 'a' or 'b'? ", or nothing."""
+    near = close_names(name, known, 3, 0.7)
+    return f"did you mean {' or '.join(map(repr, near))}? " if near else ""
+
+
+def unknown_name(where: str, what: str, name: object, known: Iterable[str]) -> str:
+    """Says that there is no link, joint … of this name, which ones are near, and which ones there are."""
+    names = list(known)
+    return sentence(f"{where}: no {what} named {name!r}; {near_names(name, names)}known: {', '.join(names)}")

@@ -1,0 +1,40 @@
+"""Limits of the files that the Python readers take.  docs/motions.md lists them; a file beyond one is refused with a sentence.
+
+They are far above what robots and recordings have.  They are low enough that reading a file ends within seconds, and within the memory
+of a common machine.  The loader of robot files has limits of its own: src/text/limits.hpp.
+"""
+
+from __future__ import annotations
+
+MOTION_BYTES = 2 << 30
+"""Bytes of a motion or a table of external wrenches, also from standard input.
+
+Compressed files and archives are measured unpacked, and so are times that are text in Parquet files."""
+MOTION_NUMBERS = 1 << 28
+"""Numbers that are read from a table, rows × columns; from an NPZ file all that it holds.
+
+They are 2 GiB as doubles: ten hours of 7 joints at 1 kHz with their rates."""
+COLUMNS = 1 << 17
+"""Columns of a table, or lines of a map of columns: 40,000 joints with their rates."""
+LINE_BYTES = 64 << 20
+"""Bytes of a line at the beginning of a CSV file, where names are, or of an array of names in an NPZ file."""
+TOML_BYTES = 4 << 20
+"""Bytes of a file that people write: load cases, components, sweeps, poses, maps of columns."""
+TOML_DEPTH = 32
+"""Names with dots between them in one key.  The parser of the standard library takes quadratic time for them."""
+NAME_LENGTH = 4096
+"""Characters of the name of a column."""
+ROBOT_BYTES = 64 << 20
+"""Bytes of a robot file that `ksl check` reads.  The largest ones known have some hundred kilobytes; meshes are in files of their own."""
+ATTRIBUTES = 1000
+"""Attributes of one element of a robot file.  The loader reads as many; `ksl check` doesn't look into the values of more."""
+NAMESPACE_LENGTH = 1000
+"""Bytes of a namespace in a robot file.  Each element has it in its name."""
+MESSAGE_LENGTH = 4000
+"""Characters of a message; longer ones are shortened in the middle."""
+NEAR_NAMES = 2000
+"""Known names that a misspelt one is compared with, to say which one may be meant."""
+
+
+def megabytes(size: int) -> str:
+    return f"{size / (1 << 20):.3g} MB" if size >= 1 << 20 else f"{size:,} bytes"

@@ -1,0 +1,198 @@
+"""What `ksl loads` prints: the verdict, and the summary in tables that fit a terminal of 80 columns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from ksl.load_cases.case_result import CaseResult
+from ksl.load_cases.load_case import Placement
+from ksl.load_cases.quantities import PowerBalance, SummaryRow, unit
+from ksl.load_cases.ranking import severity
+from ksl.load_cases.summary_table import worst_rows
+from ksl.load_cases.verdict import AMBER, Verdict, percent
+from ksl.model.mechanism import Joint
+from ksl.model.states import EFFORT_PARTS
+from ksl.report.loads_run import Run
+
+Columns = list[tuple[str, str]]
+"""Quantity, and which of its numbers."""
+
+MOST_CASES = 20
+"""So many load cases have a line of their own."""
+LABELS = {"axial_force": "axial", "radial_force": "radial", "bending_moment": "bending", "axial_moment": "about axis"}
+STYLE = {"green": "green", "amber": "yellow", "red": "bold red"}
+
+
+def print_run(console: Console, run: Run) -> None:
+    """Everything: the verdict first, then the summary, of several load cases the worst over all, notes and power balance."""
+    verdict, several = run.verdict, len(run.cases) > 1
+    print_verdict(console, verdict, run.model.joints)
+    if several:
+        _print_cases(console, run)
+    rows = worst_rows(run.rows) if several else run.rows
+    print_summary(console, rows, run.model.joints, run.cases[0].placement, "worst over all load cases" if several else "")
+    for line in run.notes:
+        if line not in verdict.reasons:  # those have been printed
+            console.print(Text(f"note: {line}"), soft_wrap=True)
+    worst = max(run.results, key=_residual)
+    of = f"power balance, worst of {len(run.cases)} load cases, {worst.case.name}: " if several else "power balance: "
+    console.print(Text(of + balance_line(worst.balance)), soft_wrap=True)
+
+
+def _residual(result: CaseResult) -> float:
+    """Relative; −1 where there is none."""
+    return -1.0 if result.balance is None or result.balance.at_rest else result.balance.relative_residual
+
+
+def print_verdict(console: Console, verdict: Verdict, joints: Sequence[Joint]) -> None:
+    """The verdict in a line, the reasons that forbid green, and the shares of limits, worst joints first."""
+    level = verdict.level
+    console.print(Text.assemble(("verdict: ", "bold"), (level.upper(), STYLE[level]), f": {verdict.headline}"), soft_wrap=True)
+    for reason in verdict.reasons:
+        console.print(Text(f"  {'besides' if level == 'red' else 'not green'}: {reason}"), soft_wrap=True)
+    console.print()
+    used = {joint.name: of for joint in joints if (of := verdict.of(joint.name))}
+    if not used:
+        return
+    table = _empty_table()
+    for quantity in AMBER:
+        table.add_column(quantity, justify="right", no_wrap=True)
+    for name in sorted(used, key=lambda name: -max(use.share for use in used[name].values())):
+        of = used[name]
+        table.add_row(Text(name), *(Text(percent(of[q].share), style=STYLE[of[q].level]) if q in of else Text("–") for q in AMBER))
+    _print_table(console, "Share of limits used", table)
+
+
+def _print_cases(console: Console, run: Run) -> None:
+    """A line for each load case: its verdict and what governs it; of many, those with the worst use of a limit, worst first."""
+    table = _empty_table("case")
+    table.add_column("verdict")
+    table.add_column("governed by", overflow="fold")
+    shown = run.results if len(run.results) <= MOST_CASES else sorted(run.results, key=severity, reverse=True)[:MOST_CASES]
+    for result in shown:
+        verdict = Verdict(tuple(result.uses))
+        table.add_row(Text(result.case.name), Text(verdict.level, style=STYLE[verdict.level]), Text(verdict.headline))
+    _print_table(console, "Load cases" if shown is run.results else f"The worst {MOST_CASES} of {len(run.results)} load cases; all are in summary.csv", table)
+
+
+def print_summary(console: Console, rows: Sequence[SummaryRow], joints: Sequence[Joint], placement: Placement, what: str = "") -> None:
+    """Tables by topic: forces and moments at the chosen point, drives, power, brakes, couplings, and joints without one coordinate.
+
+    what: said of rows that are the worst over all load cases, whose tables name the case that governs.
+    """
+    by_name = {j.name: j for j in joints}
+    with_parts = [("transmitted", "damping", "friction"), ("rotor", "spring")]
+    side, about = f"on the {placement.on} side", f"about {placement.about}"
+    of_the_same = "magnitudes of the same wrench" if any("axial_force_peak" in row for row in rows) else f"magnitudes of the wrench {side}, moments {about}"
+    extremes = _peak_time_case if what else _peak_rms_time  # over several load cases a rms would be that of another case than the peak
+    peak_time = ("peak", "peak_time", "peak_case") if what else ("peak", "peak_time")
+    topics: list[tuple[str, str, Columns]] = [
+        (f"Forces {side}", "axial_force", extremes("axial_force", "radial_force")),
+        (f"Moments {side}, {about}", "axial_force", extremes("bending_moment", "axial_moment")),
+        ("Drive", "effort", [*extremes("effort"), *(("speed", part) for part in peak_time)]),
+        ("Power and work of the drive", "effort", [*(("power", part) for part in peak_time), ("power", "mean"), ("work", "positive"), ("work", "negative")]),
+        ("Brakes", "brake", extremes("brake")),
+        *(("What the effort consists of", of[0], [(q, part) for q in of for part in ("peak", "rms")]) for of in with_parts),
+        ("Coupling: what moves the mimic joints", "coupling", [*extremes("coupling"), *(("speed", part) for part in peak_time)]),
+        (f"Joints without one coordinate: {of_the_same}", "force", extremes("force", "moment")),
+    ]
+    for title, having, columns in topics:
+        chosen = [row for row in rows if f"{having}_peak" in row]
+        for scope, together in _by_unit(chosen, by_name, {q for q, _ in columns}):
+            title_and_scope = title + scope + (f", {what}" if what else "")
+            _print_table(console, title_and_scope, _table(together, [by_name[str(row["joint"])] for row in together], columns))
+
+
+def _peak_rms_time(*quantities: str) -> Columns:
+    return [(q, part) for q in quantities for part in ("peak", "rms", "peak_time")]
+
+
+def _peak_time_case(*quantities: str) -> Columns:
+    return [(q, part) for q in quantities for part in ("peak", "peak_time", "peak_case")]
+
+
+def _by_unit(rows: list[SummaryRow], joints: dict[str, Joint], quantities: set[str]) -> list[tuple[str, list[SummaryRow]]]:
+    """Rows whose quantities have the same units, with what is added to the title: one table of both would be too wide for a terminal."""
+    turning = [row for row in rows if joints[str(row["joint"])].has_angle]
+    sliding = [row for row in rows if row not in turning]
+    if turning and sliding and not quantities.isdisjoint(("effort", "brake", "coupling", *EFFORT_PARTS)):
+        return [(", joints that turn", turning), (", joints that slide", sliding)]
+    return [("", rows)] if rows else []
+
+
+def _empty_table(first: str = "joint") -> Table:
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column(first, overflow="fold")
+    return table
+
+
+def _print_table(console: Console, title: str, table: Table) -> None:
+    """The title is printed apart: that of a table would be folded to its width."""
+    console.print(Text(title, style="italic"))
+    console.print(table)
+
+
+def _table(rows: list[SummaryRow], joints: list[Joint], columns: Columns) -> Table:
+    table = _empty_table()
+    words = {"peak_time": "at s", "peak_case": "case", "work": "J"}
+    for q, part in columns:
+        of = words.get(q) or " or ".join(sorted({unit(q, joint) for joint in joints}))
+        name = LABELS.get(q, q) if part in ("peak", "positive") else ""
+        if part == "peak_case":
+            table.add_column("\ncase", overflow="fold")
+        else:
+            table.add_column(f"{name}\n{words.get(part) or f'{part} {of}'}", justify="right", no_wrap=True)
+    for row in rows:
+        cells = (row.get(f"{q}_{part}") for q, part in columns)
+        table.add_row(Text(str(row["joint"])), *(Text(x) if isinstance(x, str) else _number(x) for x in cells))
+    return table
+
+
+def _number(x: float | None) -> str:
+    """Four digits; round-off of what is zero by the axes of joints is zero."""
+    return "–" if x is None else f"{0.0 if abs(x) < 1e-12 else x:.4g}"
+
+
+def balance_line(balance: PowerBalance | None) -> str:
+    if balance is None:
+        return "too few samples to differentiate the energy"
+    if balance.at_rest:
+        return "no power but round-off: nothing moves, or what moves takes no power"
+    return (
+        f"largest residual {abs(balance.residual).max():.3g} W, {balance.relative_residual:.2g} of the largest power "
+        f"(drive + external{'' if balance.dissipation is None else ' − dissipation'} against the rate of change of energy)"
+    )
+
+
+def print_pose(console: Console, run: Run) -> None:
+    """A run of one sample: the verdict, the pose with efforts, and every wrench."""
+    result = run.results[0]
+    case, model = result.case, run.model
+    print_verdict(console, run.verdict, ())
+    rows = {str(row["joint"]): row for row in run.wrenches.to_pylist()}
+    table = _empty_table()
+    for head in ("position", "effort", "limit", "share"):
+        table.add_column(head, justify="right", no_wrap=True)
+    for joint in model.joints:
+        row, uses = rows[joint.name], run.verdict.of(joint.name)
+        if row["position"] is None:
+            continue
+        of, effort = unit("effort", joint), row["effort"]
+        limit = uses["effort"].limit if "effort" in uses else None
+        share = percent(uses["effort"].share) if "effort" in uses else "–"
+        table.add_row(Text(joint.name), f"{row['position']:.4f} {joint.unit}", "–" if effort is None else f"{0.0 if abs(effort) < 1e-9 else effort:.4g} {of}",
+                      "–" if limit is None else f"{limit:.4g} {of}", share)  # fmt: skip
+    _print_table(console, f"Pose and efforts: {case.kind}", table)
+    wrenches = _empty_table()
+    components = [name for name in run.wrenches.column_names if name in ("fx", "fy", "fz", "tx", "ty", "tz")]
+    for name in components:
+        wrenches.add_column(f"{name}\n{'N' if name.startswith('f') else 'N m'}", justify="right", no_wrap=True)
+    for joint in model.joints:
+        wrenches.add_row(Text(joint.name), *(f"{0.0 if abs(rows[joint.name][c]) < 1e-9 else rows[joint.name][c]:.4g}" for c in components))
+    p = case.placement
+    _print_table(console, f"Wrenches on the {p.on} side, moments about {p.about}, axes {p.axes}", wrenches)

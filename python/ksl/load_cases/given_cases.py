@@ -1,0 +1,61 @@
+"""Load cases as calls are given them: a motion of any form, and how wrenches are expressed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from ksl.base.printable import one_line
+from ksl.load_cases.load_case import LoadCase, Payload, Placement
+from ksl.load_cases.motion_given import motion_given
+from ksl.load_cases.provenance import InputFile, input_file
+from ksl.load_cases.wrench_table import wrenches_of_arrays
+from ksl.model.model import Model
+from ksl.model.states import External
+from ksl.motions.motion import Motion
+
+MotionGiven = str | os.PathLike[str] | Motion | Sequence[ArrayLike] | Any
+"""`Any`: a table of pandas, polars or pyarrow."""
+
+
+def checked(model: Model, placement: Placement) -> Placement:
+    """The same placement.  Raises ValueError for unknown sides, points, axes, orders and joints."""
+    for joint in (*placement.joints, *placement.points):
+        model.joint(joint)
+    for point in (placement.at, *placement.points.values()):
+        model.reaction_request(placement.on, point, placement.axes, placement.order, "total", [])
+    return placement
+
+
+def robot_file(model: Model) -> list[InputFile]:
+    """The file that a model was read from, if it is still there."""
+    return [input_file("robot", model.file)] if model.file and os.path.exists(model.file) else []
+
+
+def one_case(
+    model: Model,
+    motion: MotionGiven,
+    placement: Placement,
+    payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
+    external: External | None = None,
+    reading: Mapping[str, Any] | None = None,
+) -> tuple[LoadCase, list[InputFile]]:
+    """The load case of one motion, and the files that it comes from."""
+    from ksl.model.given import payload_points
+    from ksl.motions.reading import read_motion
+
+    carried = [Payload(link, mass, (x, y, z)) for link, mass, (x, y, z) in payload_points(payloads)]
+    for p in carried:
+        model = model.with_payload(p.link, p.mass, p.center)
+    if isinstance(motion, (str, os.PathLike)):
+        file = os.fspath(motion)
+        moved, name, inputs = read_motion(model, file, **(reading or {})), one_line(Path(file).stem), [input_file("motion", file)]
+    else:
+        file, name, inputs = "", "motion", []
+        moved = motion_given(model, motion)
+    wrenches = wrenches_of_arrays(external, len(moved.time))
+    return LoadCase(model, moved, placement, wrenches, name, file, carried), inputs

@@ -1,0 +1,109 @@
+"""Numbers that a program describes a mechanism with, checked and as lists for the compiled calls."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ksl.base.real_arrays import real_array
+from ksl.model.requests import three_numbers
+
+Mass = tuple[float, list[float], list[float]]
+"""Mass, centre of mass, inertia about it by rows."""
+
+Physics = tuple[list[str], float]
+"""Names of the physics of joints, and the width of friction."""
+
+
+def number(x: Any, what: str) -> float:
+    if isinstance(x, (str, bytes, bytearray, complex, np.complexfloating, np.ma.core.MaskedConstant, np.datetime64, np.timedelta64)):
+        raise ValueError(f"{what} is {x!r}; expected a number")
+    try:
+        return float(x)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{what} is {x!r}; expected a number") from None
+
+
+def name(x: object, what: str) -> str:
+    if not isinstance(x, str) or any("\ud800" <= character <= "\udfff" for character in x):  # halves of surrogate pairs are no text
+        raise ValueError(f"{what} is {x!r}; expected a name")
+    return x
+
+
+def flag(x: object, what: str) -> bool:
+    if not isinstance(x, (bool, np.bool_)):
+        raise ValueError(f"{what}={x!r}; expected True or False")
+    return bool(x)
+
+
+def mapping(x: Any, what: str, of: str) -> list[tuple[Any, Any]]:
+    """The items of a mapping.  Raises ValueError for what is none."""
+    if not hasattr(x, "items"):
+        raise ValueError(f"{what} is {type(x).__name__}; expected a mapping {of}")
+    return list(x.items())
+
+
+def numbers(x: ArrayLike, what: str) -> np.ndarray:
+    """An array of any shape."""
+    return np.asarray(real_array(x, what), dtype=float)
+
+
+def array(x: ArrayLike, shape: tuple[int, ...], what: str) -> np.ndarray:
+    found = numbers(x, what)
+    if found.shape != shape:
+        raise ValueError(f"{what} has shape {found.shape}; expected {shape}")
+    return found
+
+
+def pose(x: ArrayLike | None, what: str) -> list[float]:
+    """A (4, 4) matrix by rows, the identity for None.  The compiled code checks that it is rigid."""
+    if x is None:
+        return [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+    matrix = array(x, (4, 4), what)
+    if not (matrix[3] == (0.0, 0.0, 0.0, 1.0)).all():
+        raise ValueError(f"{what}: its last row is {matrix[3].tolist()}; a pose has 0 0 0 1 there")
+    return [float(v) for v in matrix.ravel()]
+
+
+def mass(of: str, kilograms: float, center_of_mass: ArrayLike, inertia: ArrayLike | None) -> Mass:
+    """The mass of a link or a payload, with centre and inertia.  `inertia` None is that of a point mass.  The compiled code checks that a body can have it."""
+    tensor = np.zeros((3, 3)) if inertia is None else array(inertia, (3, 3), f"{of}: its inertia")
+    center = three_numbers(center_of_mass, f"{of}: its centre of mass")
+    return number(kilograms, f"{of}: its mass"), list(center), [float(v) for v in tensor.ravel()]
+
+
+def direction(x: ArrayLike | None, what: str) -> list[float] | None:
+    return None if x is None else list(three_numbers(x, what))
+
+
+def physics(names: str | Iterable[str] | None, friction_width: float) -> Physics:
+    """Names of the physics of joints.  The compiled code refuses unknown ones, and a width that is no speed."""
+    if names is not None and not isinstance(names, (str, Iterable)):
+        raise ValueError(f"physics={names!r}: expected names, for example ('damping', 'friction'), or 'all'")
+    given = [] if names is None else [names] if isinstance(names, str) else list(names)
+    for word in given:
+        if not isinstance(word, str) or not word.isascii():
+            raise ValueError(f"physics={names!r}: expected names, for example ('damping', 'friction'), or 'all'")
+    return given, number(friction_width, "friction_width")
+
+
+def payload_points(payloads: Mapping[str, tuple[float, Sequence[float]]] | None) -> list[tuple[str, float, list[float]]]:
+    """Point masses {link: (mass, point)}."""
+    given = [] if payloads is None else mapping(payloads, "payloads", "{link: (mass in kg, (x, y, z) in the link's frame in m)}")
+    return [_payload(link, load) for link, load in given]
+
+
+def _payload(link: str, load: tuple[float, Sequence[float]]) -> tuple[str, float, list[float]]:
+    name(link, "the link of a payload")
+    try:
+        kilograms, point = load
+        kilograms = number(kilograms, "mass")
+    except (TypeError, ValueError):
+        raise ValueError(f"payload on {link}: found {load!r}; expected (mass in kg, (x, y, z) in the link's frame in m)") from None
+    if not (math.isfinite(kilograms) and kilograms >= 0):
+        raise ValueError(f"payload on {link}: mass {kilograms} kg; expected a number that is not negative")
+    return link, kilograms, list(three_numbers(point, f"payload on {link}: payload point"))

@@ -1,0 +1,150 @@
+"""Models from robot files, or from their contents: the reader that the root element asks for."""
+
+from __future__ import annotations
+
+import os
+import re
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from typing import Literal
+from xml.etree import ElementTree
+
+from ksl import _core
+from ksl.base.errors import DescriptionError, DescriptionWarning
+from ksl.model import given
+from ksl.model.model import Model
+from ksl.model.requests import one_of, three_numbers
+
+
+def load(
+    path: str | bytes | os.PathLike[str] | os.PathLike[bytes],
+    floating_base: bool = False,
+    mimic: Literal["coupled", "independent"] = "coupled",
+    strict: bool = False,
+    gravity: Sequence[float] | None = None,
+    payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
+    masses: Literal["optional"] | None = None,
+    model: str | None = None,
+    physics: str | Iterable[str] | None = None,
+    friction_width: float = 0.01,
+) -> Model:
+    """Reads a robot file: URDF, SDF, or MJCF, which needs the extra `ksl[mjcf]`.  Its root element says which it is.
+
+    floating_base: the root link floats; the first joint is then `floating_base` (`floating_root`, with a warning, if the
+    file has a joint of that name).  SDF and MJCF files say themselves what floats: there it is an error if nothing does.
+    mimic: a joint that mimics another is "coupled" to it: it has no numbers in q and v, and its position is multiplier ×
+    the other's + offset; "independent" gives it a coordinate of its own.
+    strict: an inertia that no rigid body can have, or a moving link with geometry and no mass, is an error instead of a
+    :class:`DescriptionWarning`.
+    gravity: in world axes, m/s²; None is that of an SDF or MJCF file that gives one, and (0, 0, −9.81) otherwise.
+    payloads: {link name: (mass in kg, point in the link's frame in m)}: point masses fixed to links.
+    masses: None refuses a robot none of whose moving links has a mass; "optional" accepts it, for kinematics.
+    model: which model of an SDF file that has several; None is the only one that is not static.
+    physics, friction_width: which physics of joints the model has, as :meth:`Model.with_physics` takes them; none by default.
+    Raises :class:`DescriptionError`, which names file, line, link or joint, what is wrong and how to mend it.
+    """
+    try:
+        file = os.fsdecode(path)
+        os.fsencode(file)
+    except TypeError:
+        raise ValueError(f"path is {type(path).__name__}; expected the path of a robot file") from None
+    except UnicodeEncodeError:
+        said = f"{path!a} is no path, since no bytes stand for one of its characters; correct it"
+        raise DescriptionError(said) from None
+    if "<" in file and ">" in file:
+        raise DescriptionError("the path of the file is the contents of one; ksl.load_string(text) reads these")
+    options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width)
+    loaded = _loaded(file, None, options)
+    _warn_of(loaded)
+    return loaded
+
+
+def load_string(
+    text: str | bytes,
+    floating_base: bool = False,
+    mimic: Literal["coupled", "independent"] = "coupled",
+    strict: bool = False,
+    gravity: Sequence[float] | None = None,
+    payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
+    masses: Literal["optional"] | None = None,
+    model: str | None = None,
+    physics: str | Iterable[str] | None = None,
+    friction_width: float = 0.01,
+) -> Model:
+    """Reads the contents of a robot file, for example what a xacro program printed, as :func:`load` reads the file.
+
+    text: the contents; the encoding of bytes is found out.  Messages call it `<string>`, and name its lines.  Meshes of an MJCF text are
+    looked for in the current folder.  The other arguments, and errors, are those of :func:`load`.  A pickle of the model contains all
+    that it is made of.
+    """
+    if not isinstance(text, (str, bytes)):
+        raise ValueError(f"text is {type(text).__name__}; expected the contents of a robot file; ksl.load(path) reads a file")
+    contents = text.encode("utf-8", "replace") if isinstance(text, str) else text
+    if b"<" not in contents and not contents.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise DescriptionError(f"text {text[:60]!r} holds no XML; expected the contents of a robot file; ksl.load(path) reads a file")
+    options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width)
+    loaded = _loaded("<string>", contents, options)
+    _warn_of(loaded)
+    return loaded
+
+
+@dataclass(frozen=True)
+class _Options:
+    """Arguments as they were given."""
+
+    floating_base: bool
+    mimic: Literal["coupled", "independent"]
+    strict: bool
+    gravity: Sequence[float] | None
+    payloads: Mapping[str, tuple[float, Sequence[float]]] | None
+    masses: Literal["optional"] | None
+    model: str | None
+    physics: str | Iterable[str] | None
+    friction_width: float
+
+
+def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
+    """From a file, or from its contents, which messages then call by this name."""
+    one_of(o.mimic, "mimic", "coupled", "independent")
+    if o.masses is not None:
+        one_of(o.masses, "masses", "optional")
+    floating_base, strict = given.flag(o.floating_base, "floating_base"), given.flag(o.strict, "strict")
+    gravity = None if o.gravity is None else list(three_numbers(o.gravity, "gravity"))
+    points, independent = given.payload_points(o.payloads), o.mimic == "independent"
+    contents = _core.file_bytes(os.fsencode(file)) if text is None else text
+    if _root_element(contents) == "mujoco":
+        from ksl.model import mjcf
+
+        if o.model:
+            raise DescriptionError(f'{file}: model "{o.model}" is asked for, but only SDF files hold several; leave that option out')
+        loaded = mjcf._load(file, text, floating_base, independent, strict, gravity, o.payloads, o.masses)
+        return loaded if o.physics is None and o.friction_width == loaded.friction_width else loaded.with_physics(o.physics, o.friction_width)
+    options = (floating_base, independent, strict, gravity, points, o.masses is not None, o.model or "", given.physics(o.physics, o.friction_width))
+    made = _core.load_text(contents, os.fsencode(file), *options)
+    return Model(made, (os.path.abspath(file), *options) if text is None else None)
+
+
+def _warn_of(loaded: Model) -> None:
+    for line in loaded.warnings:
+        warnings.warn(line, DescriptionWarning, stacklevel=3)
+
+
+def _root_element(contents: bytes) -> str | None:
+    """The name of a file's first element; None if it can't be read, which the reader then explains."""
+    # a parser that is given its input in blocks may look at a tag of many megabytes again with each of them
+    most = 1 << 20
+    name = _first_element(contents[:most])
+    if name is None and len(contents) > most:
+        before = re.match(rb"(?:\s|<!--.*?-->|<\?.*?\?>)*", contents, re.DOTALL)
+        start = before.end() if before else 0
+        name = _first_element(contents[start : start + most])
+    return name
+
+
+def _first_element(xml: bytes) -> str | None:
+    try:
+        return next((element.tag for _, element in ElementTree.iterparse(BytesIO(xml), events=("start",))), None)
+    except (ElementTree.ParseError, ValueError, LookupError):
+        return None

@@ -1,0 +1,193 @@
+"""A model: a mechanism with the calls of all algorithms."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+from numpy.typing import ArrayLike
+
+from ksl import _core
+from ksl.base.higher_rooms import function_of
+from ksl.model import given
+from ksl.model.inverse_kinematics import InverseKinematicsCalls
+from ksl.model.requests import one_of
+from ksl.model.states import EFFORT_PARTS, Array, External, ExternalAxes, Order, Point, Side
+from ksl.model.surgery import Surgery
+
+if TYPE_CHECKING:
+    import pyarrow
+
+    from ksl.model.section import Share
+    from ksl.model.shown import ShownModel
+
+Layout = Mapping[str, Any]
+"""Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.model.mjcf` has its contents."""
+
+_Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, float, list[float]]], bool, str, given.Physics]
+"""A path, and the options of `_core.load_text`: what a model is made from again."""
+
+
+class Model(Surgery, InverseKinematicsCalls):
+    """A mechanism, immutable.  Made by :func:`load`, by :class:`ksl.Builder`, or from another model by one of its methods.
+
+    A pickle of a model that was loaded contains the arguments of `load`, with an absolute path.  Unpickling, for example in a
+    worker of `multiprocessing`, reads the file again, and raises ValueError if its joints or links have changed.  A pickle of any
+    other model contains all that the model is made of.  A copy, deep or not, is the model itself.
+    """
+
+    def __init__(self, core: _core.Model, arguments: _Arguments | None = None, layout: Layout | None = None) -> None:
+        self._arguments, self._layout = arguments, layout
+        super().__init__(core)
+
+    def _made(self, core: _core.Model) -> Model:
+        return Model(core)
+
+    def __copy__(self) -> Model:
+        return self
+
+    def __deepcopy__(self, _: object) -> Model:
+        return self
+
+    def __reduce__(self) -> tuple[Callable[..., Model], tuple[object, ...]]:
+        if self._arguments is None:
+            return _rebuilt, (self._core.state(), self._layout)
+        return _reloaded, (self._arguments, self._fingerprint())
+
+    def _fingerprint(self) -> str:
+        """Differs between models that differ in joints or links."""
+        import hashlib
+
+        return hashlib.sha256(repr((self.joints, self.links)).encode()).hexdigest()
+
+    def with_physics(self, physics: str | Iterable[str] | None, friction_width: float = 0.01) -> Model:
+        """The same robot with this physics of joints, instead of its own.
+
+        physics: names of what the file or the builder gives for joints and efforts are to include; None is none.
+
+        * "damping": damping · v;
+        * "friction": dry friction F by the smooth law F v / √(v² + w²), w being the joint's `friction_width` or else the one given here,
+          rad/s or m/s; "exact friction": F sign(v), zero at rest, for inverse dynamics only: what solves or differentiates it is refused;
+        * "armature": armature · a;
+        * "rotor": the same with the inertia of the rotor times the gear ratio squared; "rotor bodies": each rotor is a body `JOINT_rotor` on
+          the joint's parent link, about whose axis it turns `gear_ratio` times as fast as the joint, with gyroscopic effects;
+        * "spring": stiffness · (q − rest);
+        * "all": damping, friction, armature, rotor and spring.
+
+        Efforts of inverse and forward dynamics are then those of the motors; :meth:`effort_parts` splits them.  Mass matrix, energies
+        and derivatives follow.  What the robot has and the model doesn't apply is listed in `unused`.
+        """
+        return Model(self._core.with_physics(given.physics(physics, friction_width)), layout=self._layout)
+
+    def effort_part(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, part: str = "motor", external: External | None = None, threads: int | None = None,
+        external_axes: ExternalAxes = "link",
+    ) -> Array:  # fmt: skip
+        """One part (…, nv) of the efforts of motors, N m or N.
+
+        part: "motor" is the whole, :meth:`inverse_dynamics`; "transmitted" the effort Sᵀ f along the joint's motion; "damping", "friction",
+        "rotor" (armature and rotor) and "spring" what these need, zero unless the physics of the model names them.
+        q, v, a, external, threads, external_axes: as in :meth:`inverse_dynamics`.
+        """
+        if one_of(part, "part", "motor", *EFFORT_PARTS) == "motor":
+            return self.inverse_dynamics(q, v, a, external, threads=threads, external_axes=external_axes)
+        return self.effort_parts(q, v, a, external, threads=threads, external_axes=external_axes)[..., EFFORT_PARTS.index(part), :]
+
+    def section_wrench(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        name: str,
+        point: Sequence[float],
+        normal: Sequence[float],
+        share: Share = "body",
+        beyond: Iterable[str] | None = None,
+        external: External | None = None,
+        axes: Literal["link", "world"] = "link",
+        order: Order = "lin_ang",
+        external_axes: ExternalAxes = "link",
+    ) -> Array:
+        """The wrench (…, 6) through a plane section of a link: what the near part exerts on the part beyond; N, N m.
+
+        q (…, nq), v and a (…, nv): as in :meth:`inverse_dynamics`.  name: of the link that is cut.
+        point, normal: of the plane, in the link's frame, m.  The normal points to the part beyond.  Moments are about the point.
+        share: how much of the link's own inertia is beyond: "body" is all or nothing, by its centroid; a number is a fraction
+        of its inertia; or (mass, first moment, inertia (3, 3)), both about the link's origin and in its axes.
+        beyond: which of the link's joints, the one that carries it and those that it carries, are beyond.  By default those
+        whose origins are; in the plane itself the former is near, and the latter are beyond.
+        external, external_axes: as in :meth:`inverse_dynamics`; a wrench on the link itself acts on the part with the link's own origin.
+        axes: "link" or "world".  order: "lin_ang" or "ang_lin".
+
+        Newton's and Euler's laws for the part beyond, with the reactions of its joints.  O(bodies) for each joint beyond.
+        """
+        from ksl.model.section import section_wrench
+
+        return section_wrench(self, q, v, a, name, point, normal, share, beyond, external, axes, order, external_axes)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: a picture of the mechanism, and its joints."""
+        html: str = function_of("_repr_html_")(self)
+        return html
+
+    def loads(
+        self,
+        time: ArrayLike,
+        q: ArrayLike,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        *,
+        external: External | None = None,
+        on: Side = "child",
+        at: Point = "joint",
+        axes: str = "joint",
+        order: Order = "lin_ang",
+    ) -> pyarrow.Table:
+        """Every wrench along a motion, as a table with a row for each sample and joint; see :func:`ksl.load_cases.wrench_table.wrench_table`.
+
+        time (n), increasing, s; q (n, nq); v and a (n, nv) are differentiated from a quintic spline where they are missing.
+        external: {link: (n, 6), or (6) for all samples}, or {link: ksl.Wrench}.  on, at, axes, order: as in :meth:`reactions`.
+        Raises :class:`ksl.MotionError`.  Needs the extra `ksl[loads]`.
+        """
+        return function_of("loads")(self, time, q, v, a, external=external, on=on, at=at, axes=axes, order=order)
+
+    def show(
+        self,
+        q: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        time: ArrayLike | None = None,
+        external: External | None = None,
+        *,
+        joint: str | None = None,
+        port: int | None = None,
+        package_paths: Sequence[str] = (),
+        browser: bool | None = None,
+    ) -> ShownModel:
+        """Shows the robot with the wrenches at its joints in a page on this machine, and returns a handle of it at once.
+
+        q (nq), or (n, nq) with time (n), s, for playback; by default a pose within the limits.  v and a (…, nv): differentiated from
+        q and time where they are missing, which needs the extra `ksl[loads]`; of a single pose zero.
+        external: {link: (6) or (n, 6)}, at the link's origin, in its axes.  joint: the one that is selected first.
+        port: of the page, on 127.0.0.1; None is 8080 or a free one.  package_paths: folders with the packages of `package://` meshes.
+        browser: whether a browser is opened; None: in scripts, but not in notebooks, which show the page in place of the handle.
+
+        The handle has `url`, `update(q)`, `play()`, `export("file.html")`, `wait()`, which keeps a script running until Ctrl-C, and `close()`.
+        Needs the extra `ksl[view]`.  Raises ViewerError, and ValueError for what doesn't fit the model.
+        """
+        shown: ShownModel = function_of("show")(self, q, v, a, time, external, joint=joint, port=port, package_paths=package_paths, browser=browser)
+        return shown
+
+
+def _rebuilt(state: list[Any], layout: Layout | None = None) -> Model:
+    return Model(_core.Model.from_state(state), layout=layout)
+
+
+def _reloaded(arguments: _Arguments, fingerprint: str) -> Model:
+    """Loads the model of a pickle, without warnings, which were given when it was first loaded."""
+    name = os.fsencode(arguments[0])
+    model = Model(_core.load_text(_core.file_bytes(name), name, *arguments[1:]), arguments)
+    if model._fingerprint() != fingerprint:
+        raise ValueError(f"{model.file}: joints or links have changed since the model was pickled; load the file again")
+    return model

@@ -1,0 +1,182 @@
+"""Requests by name, converted for the compiled calls: links, joints, and how wrenches are expressed.
+
+Requests are cached, since making one takes longer than the dynamics of a state.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ksl import _core
+from ksl.base.errors import near_names
+from ksl.base.printable import sentence
+from ksl.base.real_arrays import real_array
+from ksl.model.mechanism import Mechanism
+from ksl.model.states import Point
+
+REQUESTS_KEPT = 64
+KINDS = ("spatial", "classical", "rate")
+"""Kinds of accelerations, in the order of the compiled calls."""
+
+_PLAIN_NUMBERS = frozenset((float, int))
+_pack_three = struct.Struct("3d").pack
+_ANGULAR_FIRST = _core.Links([], angular_first=True)
+
+
+class Requests(Mechanism):
+    """A mechanism with a cache of its requests."""
+
+    def __init__(self, core: _core.Model) -> None:
+        self._requests: dict[tuple[object, ...], _core.Request] = {}
+        self._link_lists: dict[tuple[object, ...] | str | None, _core.Links] = {}
+        super().__init__(core)
+
+    def _links_of(self, names: Iterable[str] | None, order: str = "lin_ang") -> _core.Links:
+        """The request for `frame_poses` of these names.  Cached, since looking names up takes longer than computing the poses of a state."""
+        if type(order) is not str or order != "lin_ang":
+            return self._frames_of(names, "frame", "frame", order)
+        key = _names(names, "names")
+        try:
+            links = self._link_lists.get(key)
+        except TypeError:  # a list, say, instead of a name: refused below
+            links = None
+        if links is None:
+            wanted = self.link_names if key is None else [key] if isinstance(key, str) else key
+            links = _core.Links([self._index(self._frame_index, name, "link or joint") for name in wanted])
+            self._keep_links(key, links)
+        return links
+
+    def _order_of(self, order: str) -> _core.Links | None:
+        """The request of results that aren't those of links, in this order."""
+        if type(order) is str and order == "lin_ang":
+            return None
+        return _ANGULAR_FIRST if one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin" else None
+
+    def _keep_links(self, key: tuple[object, ...] | str | None, links: _core.Links) -> None:
+        if len(self._link_lists) >= REQUESTS_KEPT:  # names that change from call to call
+            self._link_lists.clear()
+        self._link_lists[key] = links
+
+    def _frames_of(
+        self, names: Iterable[str] | None, axes: str, at: str, order: str, offset: ArrayLike | None = None, kind: str = "spatial"
+    ) -> _core.Links:
+        """Links, and how motions of their frames are expressed."""
+        names = _names(names, "names")
+        point = None if offset is None else _offset_key(offset)
+        key = (names, (axes, at, order, kind, point))
+        try:
+            request = self._link_lists.get(key) if offset is None or point is not None else None
+        except TypeError:  # unhashable, for example a list instead of a word: refused below
+            request = None
+        if request is None:
+            wanted = self.link_names if names is None else [names] if isinstance(names, str) else names
+            request = _core.Links(
+                [self._index(self._frame_index, name, "link or joint") for name in wanted],
+                world_axes=one_of(axes, "axes", "frame", "world") == "world",
+                at_world=one_of(at, "at", "frame", "world") == "world",
+                angular_first=one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin",
+                kind=KINDS.index(one_of(kind, "kind", *KINDS)),
+                offset=(0.0, 0.0, 0.0) if offset is None else three_numbers(offset, "point or offset"),
+            )
+            if offset is None or point is not None:
+                self._keep_links(key, request)
+        return request
+
+    def _frame(self, name: str, what: str) -> tuple[_core.Frame, int]:
+        if name in ("joint", "world"):
+            return getattr(_core.Frame, name), -1
+        if not isinstance(name, str) or name not in self._link_index:
+            hint = near_names(name, ("joint", "world", *self._link_index))
+            known = ", ".join(self._link_index)
+            raise ValueError(sentence(f"{what}={name!r}: {hint}expected 'joint', 'world' or a link of {self.name or self.file}: {known}"))
+        return _core.Frame.link, self._link_index[name]
+
+    def reaction_request(
+        self, on: str = "child", at: Point = "joint", axes: str = "joint", order: str = "lin_ang", part: str = "total", joints: Iterable[str] | None = None
+    ) -> _core.Request:
+        """Which reactions :meth:`inverse_dynamics_with_reactions` shall give, and how; keywords as in :meth:`reactions`.
+
+        Raises ValueError for sides, points, axes, orders, parts and joints that there are not.  Requests are kept for the next call with
+        the same keywords, since making one takes longer than the dynamics of a state.
+        """
+        joints = _names(joints, "joints")
+        point = at if isinstance(at, str) else _offset_key(at)
+        key = (on, point, axes, order, part, joints)
+        try:
+            request = self._requests.get(key)
+        except TypeError:  # unhashable, for example a list instead of a name: refused below
+            request = point = None
+        if request is None:
+            request = self._new_request(on, at, axes, order, part, joints)
+            if point is not None:
+                if len(self._requests) >= REQUESTS_KEPT:  # a point that changes from call to call
+                    self._requests.clear()
+                self._requests[key] = request
+        return request
+
+    def _new_request(self, on: str, at: Point, axes: str, order: str, part: str, joints: tuple[str, ...] | str | None) -> _core.Request:
+        offset: Sequence[float] = (0.0, 0.0, 0.0)
+        if not isinstance(at, str):
+            offset, at = three_numbers(at, "at"), "joint"
+        at_frame, at_link = self._frame(at, "at")
+        axes_frame, axes_link = self._frame(axes, "axes")
+        names = self.joint_names if joints is None else [joints] if isinstance(joints, str) else list(joints)
+        return _core.Request(
+            links=[self._link_index[self.joint(name).child] for name in names],
+            part=getattr(_core.Part, one_of(part, "part", "total", "constraint", "actuation", "coupling")),
+            on=getattr(_core.Side, one_of(on, "on", "child", "parent")),
+            at=at_frame,
+            at_link=at_link,
+            offset=list(offset),
+            axes=axes_frame,
+            axes_link=axes_link,
+            angular_first=one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin",
+        )
+
+
+def _names(names: Iterable[str] | None, what: str) -> tuple[str, ...] | str | None:
+    """What a request can be kept by; one name stands for itself."""
+    if names is None or isinstance(names, (str, tuple)):
+        return names
+    try:
+        return tuple(names)
+    except TypeError:
+        raise ValueError(f"{what}={names!r}; expected a list of names") from None
+
+
+def one_of(value: str, what: str, *known: str) -> str:
+    if not isinstance(value, str) or value not in known:
+        shown = repr(value)
+        shown = shown if len(shown) <= 60 else type(value).__name__  # an array at this place, say
+        raise ValueError(f"{what}={shown}; {near_names(value, known)}expected one of {', '.join(repr(k) for k in known)}")
+    return value
+
+
+def three_numbers(x: ArrayLike, what: str) -> tuple[float, float, float]:
+    try:
+        v = real_array(x, what).astype(float)
+    except ValueError:
+        v = np.empty(0)
+    if v.shape != (3,) or not np.isfinite(v).all():
+        shown = " ".join(repr(x).split())
+        raise ValueError(f"{what} needs three finite numbers, found {shown if len(shown) <= 200 else type(x).__name__}")
+    return float(v[0]), float(v[1]), float(v[2])
+
+
+def _offset_key(at: Any) -> bytes | None:
+    """A key that identifies an offset, with zeros of either sign distinct; None if only `three_numbers` can convert it."""
+    numbers = at.tolist() if type(at) is np.ndarray else at
+    if type(numbers) not in (list, tuple) or len(numbers) != 3:
+        return None
+    x, y, z = numbers
+    if type(x) not in _PLAIN_NUMBERS or type(y) not in _PLAIN_NUMBERS or type(z) not in _PLAIN_NUMBERS:
+        return None
+    try:
+        return _pack_three(x, y, z)
+    except struct.error:  # an integer beyond all doubles
+        return None

@@ -1,0 +1,132 @@
+"""The wrench through a section of a link: what one part of it exerts on the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ksl.base.errors import near_names
+from ksl.base.finite_results import require_finite
+from ksl.model.requests import one_of, three_numbers
+from ksl.model.states import Array, External, ExternalAxes, Order, argument, items_of
+
+if TYPE_CHECKING:
+    from ksl.model.calls import Calls
+    from ksl.model.mechanism import Link
+
+Share = float | Literal["body"] | tuple[float, Sequence[float], ArrayLike]
+"""How much of a link is beyond a section: a fraction of its inertia; "body", all or nothing, by its centroid; or
+mass, first moment and inertia (3, 3) about the link's origin."""
+
+
+@np.errstate(over="ignore", invalid="ignore")  # what is not finite is an error at the end
+def section_wrench(
+    m: Calls,
+    q: ArrayLike,
+    v: ArrayLike,
+    a: ArrayLike,
+    name: str,
+    point: Sequence[float],
+    normal: Sequence[float],
+    share: Share = "body",
+    beyond: Iterable[str] | None = None,
+    external: External | None = None,
+    axes: Literal["link", "world"] = "link",
+    order: Order = "lin_ang",
+    external_axes: ExternalAxes = "link",
+) -> Array:
+    """See :meth:`ksl.Model.section_wrench`."""
+    link, at = m.links[m._index(m._link_index, name, "link")], np.array(three_numbers(point, "point"))
+    n = np.array(three_numbers(normal, "normal"))
+    if not np.linalg.norm(n) > 0:
+        raise ValueError(f"normal={normal!r}; expected a direction")
+    one_of(axes, "axes", "link", "world")
+    one_of(order, "order", "lin_ang", "ang_lin")
+    one_of(external_axes, "external_axes", "link", "world")
+    wrenches = items_of(external, external_axes)
+    for target, _ in wrenches:
+        m._index(m._link_index, target, "link")
+    parent = next(j for j in m.joints if j.child == name)
+    children = [j for j in m.joints if j.parent == name]
+    q, v, a = (np.asarray(argument(x, *role, m._core), float) for x, role in ((q, ("q", m.nq)), (v, ("v", m.nv)), (a, ("a", m.nv))))
+    leading = np.broadcast_shapes(q.shape[:-1], v.shape[:-1], a.shape[:-1])
+    sides = {parent.name: -(n @ at) > 0}  # its frame is the link's; what lies in the plane keeps to its own side
+    for j in children:
+        origin = m.relative_pose(m.neutral(), j.child, name)[:3, 3]  # where no joint has moved its child
+        sides[j.name] = bool(n @ (origin - at) >= 0)
+    if beyond is not None:
+        if not isinstance(beyond, Iterable):
+            raise ValueError(f"beyond={beyond!r}; expected a list of joints of {name}: some of {', '.join(sides)}")
+        listed = (beyond,) if isinstance(beyond, str) else tuple(beyond)
+        for joint in listed:
+            if joint not in sides:
+                raise ValueError(f"beyond names {joint!r}, which is no joint of {name}; {near_names(joint, sides)}expected some of {', '.join(sides)}")
+        sides = {joint: joint in listed for joint in sides}
+    wrench = _inertial_wrench(m, q, v, a, name, _inertia_beyond(link, share, n, at))
+    for j in (parent, *children):
+        if sides[j.name]:
+            found = m.reactions(q, v, a, external, joints=[j.name], at=name, axes=name, external_axes=external_axes)[..., 0, :]
+            wrench = wrench - (found if j is parent else -found)
+    for target, given in wrenches:
+        if target == name and sides[parent.name]:
+            f = np.asarray(given, float)
+            if external_axes == "world":
+                R = m.frame_pose(q, name)[..., :3, :3]
+                f = np.concatenate([np.einsum("...ji,...j->...i", R, f[..., k : k + 3]) for k in (0, 3)], axis=-1)
+            wrench = wrench - f
+    wrench = np.broadcast_to(wrench, (*leading, 6)).copy()
+    wrench[..., 3:] -= np.cross(at, wrench[..., :3])  # about the point
+    if axes == "world":
+        R = m.frame_pose(q, name)[..., :3, :3]
+        wrench = np.concatenate([np.einsum("...ij,...j->...i", R, wrench[..., k : k + 3]) for k in (0, 3)], axis=-1)
+    if order == "ang_lin":
+        wrench = np.roll(wrench, 3, axis=-1)
+    require_finite("section_wrench", "wrench", wrench)
+    return wrench
+
+
+def _skew(x: Array) -> Array:
+    """skew(x) @ y = x × y."""
+    return np.cross(np.eye(3), x)
+
+
+def _inertia_matrix(mass: float, first_moment: ArrayLike, inertia: ArrayLike) -> Array:
+    """(6, 6) about the link's origin, linear first."""
+    h = _skew(np.asarray(first_moment, float))
+    return np.block([[mass * np.eye(3), -h], [h, np.asarray(inertia, float)]])
+
+
+def _inertia_beyond(link: Link, share: Share, n: Array, at: Array) -> Array:
+    xx, yy, zz, xy, yz, zx = link.inertia
+    whole = _inertia_matrix(link.mass, link.first_moment, [[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
+    if isinstance(share, str):
+        one_of(share, "share", "body")
+        beyond = n @ np.array(link.first_moment) >= link.mass * (n @ at)
+        return whole if beyond and link.mass > 0 else 0 * whole
+    if isinstance(share, (tuple, list)):
+        try:
+            mass, first_moment, inertia = share
+            I = _inertia_matrix(float(mass), np.array(three_numbers(first_moment, "share: first moment")), np.asarray(inertia, float).reshape(3, 3))
+            if not np.isfinite(I).all():
+                raise ValueError
+            return I
+        except (TypeError, ValueError):
+            raise ValueError(f"share={share!r}; expected mass, first moment (3) and inertia (3, 3) about the link's origin") from None
+    if not isinstance(share, (int, float, np.number)) or not 0 <= share <= 1:
+        raise ValueError(f"share={share!r}; expected a fraction between 0 and 1, 'body', or mass, first moment and inertia")
+    return share * whole
+
+
+def _inertial_wrench(m: Calls, q: Array, v: Array, a: Array, name: str, inertia: Array) -> Array:
+    """I (a − g) + v ×* I v, in the link's frame (Featherstone, RBDA (2008), eq. (5.9))."""
+    twist, acceleration = m.frame_velocity(q, v, name), m.frame_acceleration(q, v, a, name)
+    R = m.frame_pose(q, name)[..., :3, :3]
+    acceleration[..., :3] -= np.einsum("...ji,j->...i", R, m.gravity)
+    momentum = twist @ inertia.T
+    linear, angular = twist[..., :3], twist[..., 3:]
+    bias = [np.cross(angular, momentum[..., :3]), np.cross(angular, momentum[..., 3:]) + np.cross(linear, momentum[..., :3])]
+    wrench: Array = acceleration @ inertia.T + np.concatenate(bias, axis=-1)
+    return wrench

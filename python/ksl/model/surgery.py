@@ -1,0 +1,153 @@
+"""Models made from other models.  A model never changes: every call returns a new one."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TypeVar
+
+from numpy.typing import ArrayLike
+
+from ksl import _core
+from ksl.base.errors import QuaternionWarning
+from ksl.model import given
+from ksl.model.calls import Calls
+
+S = TypeVar("S", bound="Surgery")
+
+
+class Surgery(Calls):
+    """The algorithms of a model, and models that are made from it.
+
+    Every method raises :class:`ksl.DescriptionError` or ValueError, naming the link or joint and how to mend it.  Gravity and a floating
+    base are kept unless a method says otherwise.
+    """
+
+    def _made(self: S, core: _core.Model) -> S:
+        """A model of the same class that was not read from a file."""
+        raise NotImplementedError
+
+    def with_root(self: S, link: str) -> S:
+        """The same robot with another root link.
+
+        The joints between the two roots are reversed: parent and child change places, and the axis its direction, so that every joint
+        keeps its q, v, effort, limits and their meaning; only their order in q changes (`joint_names`).  Links keep their frames: a
+        reversed joint with an axis carries a massless link `JOINT_frame`, at the joint, to which the link that was its parent is welded.
+        Reactions through it are those of the new child on the other side of the same joint.
+        Joints on the way must be fixed or move on one axis (revolute, continuous, prismatic, helical, cylindrical).
+        A fixed root is at the world's origin, with the world's axes; where the base floats, the new root floats.
+        """
+        return self._made(self._core.with_root(given.name(link, "link")))
+
+    def with_frozen_joints(self: S, joints: Mapping[str, ArrayLike]) -> S:
+        """These joints become fixed at these positions.
+
+        joints: {name: q}, a number, or as many as the joint has in q.  Names and links are kept, reactions through the joints are still
+        available.  A `floating_base` that is frozen puts the root where it is, on a massless link `world`.  Mimic joints are frozen with
+        their leaders, where these hold them; one alone is refused.
+        """
+        positions = given.mapping(joints, "joints", "{joint: position}")
+        frozen = [(given.name(name, "a joint"), [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in positions]
+        made = self._made(self._core.with_frozen_joints(frozen))
+        for line in made.warnings:
+            if "quaternion" in line and line not in self.warnings:
+                warnings.warn(line, QuaternionWarning, stacklevel=2)
+        return made
+
+    def with_payload(self: S, link: str, mass: float, center_of_mass: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike | None = None) -> S:
+        """A rigid body is welded to a link: its mass, kg, its centre of mass (3) in the link's frame, m, and its inertia (3, 3) about
+        that in the link's axes, kg m²; None for a point mass."""
+        return self._made(self._core.with_payload(given.name(link, "link"), given.mass(f"payload on {link}", mass, center_of_mass, inertia)))
+
+    def merged(self: S, other: Surgery, parent_link: str, pose: ArrayLike | None = None, prefix: str = "") -> S:
+        """This robot with another one on it.
+
+        The root of `other` is welded to `parent_link`, at `pose` (4, 4) in that link's frame, by a joint `PREFIXmount`.  If `other` floats,
+        it floats there: the joint is then `PREFIXfloating_base`.  The names of its links and joints get the prefix.  Both need the
+        same gravity.
+        """
+        if not isinstance(other, Surgery):
+            raise ValueError(f"other is {type(other).__name__}; expected a model")
+        return self._made(self._core.merged(other._core, given.name(parent_link, "parent_link"), given.pose(pose, "pose"), given.name(prefix, "prefix")))
+
+    def subtree(self: S, link: str) -> S:
+        """What a link carries, and itself as the root.  The root is fixed unless it is that of a robot that floats.
+        A mimic joint that would be without its leader is refused."""
+        return self._made(self._core.subtree(given.name(link, "link")))
+
+    def with_frame(self: S, name: str, link: str, pose: ArrayLike | None = None) -> S:
+        """A frame `name`, at `pose` (4, 4) in a link's frame, that may be used wherever a link may.
+
+        It is a massless link, welded by a joint `NAME_joint`; no result of the other links changes, not in a bit.
+        """
+        return self._made(self._core.with_frame(given.name(name, "name"), given.name(link, "link"), given.pose(pose, f"frame {name}: its pose")))
+
+    def with_parameters(self: S, parameters: Mapping[str, ArrayLike | tuple[float, ArrayLike, ArrayLike]]) -> S:
+        """Other inertias for some links.
+
+        parameters: {link: (mass, centre of mass (3), inertia (3, 3))}, as in :meth:`ksl.Builder.add_link`; or {link: (10)}, as regressors
+        have them: m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the link's origin, in its axes.  They replace all that the link had, payload
+        included.  The structure is shared, not built again: O(links), some microseconds.  That the inertias are possible is not checked,
+        except that masses are not negative.
+        """
+        others = given.mapping(parameters, "parameters", "{link: (mass, centre of mass, inertia) or ten numbers}")
+        inertias = [(self._index(self._link_index, link, "link"), _ten_numbers(link, of)) for link, of in others]
+        return self._with_core(self._core.with_inertias(inertias))
+
+    def with_gravity(self: S, gravity: ArrayLike) -> S:
+        """The same robot under another gravity (3), m/s² in world axes: on a wall or a ceiling, or on another planet.
+
+        The structure is copied, not built again: some microseconds.
+        """
+        g = given.numbers(gravity, "gravity")
+        if g.shape != (3,):
+            raise ValueError(f"gravity has shape {g.shape}; expected three numbers, m/s² in world axes")
+        other = self._with_core(self._core.with_gravity(g.tolist()))
+        other.__dict__["gravity"] = g.astype(float)
+        other.gravity.setflags(write=False)
+        return other
+
+    def _with_core(self: S, core: _core.Model) -> S:
+        """A model of the same structure, which shares all tables of names and requests."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__, _core=core, _arguments=None)
+        other.__dict__.pop("links", None)
+        return other
+
+    def to_urdf(self, path: str | os.PathLike[str] | None = None) -> str:
+        """The robot as URDF text, also written to a file if `path` is given.
+
+        Numbers have the fewest digits that give the same double; what was read from a URDF file is written as it was read, so that
+        loading it again gives a model with the same bits.  Kinds that URDF doesn't have are written under their names, which
+        KSL reads.  Not written: geometry and whatever else KSL doesn't read (a comment lists it), gravity, and that the base floats.
+        """
+        text = self._core.urdf_text()
+        if path is not None:
+            from ksl.output import whole_file
+
+            try:
+                target = Path(os.fsdecode(path))
+            except TypeError:
+                raise ValueError(f"path is {type(path).__name__}; expected the path of a file to be written") from None
+            with whole_file(target) as part:
+                part.write_text(text, encoding="utf-8", newline="")
+        return text
+
+
+def _ten_numbers(link: str, of: ArrayLike | tuple[float, ArrayLike, ArrayLike]) -> list[float]:
+    """m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the origin."""
+    if isinstance(of, (tuple, list)) and len(of) == 3:
+        mass, c, I = given.mass(f"link {link}", *of)
+        x, y, z = c
+        return [
+            mass, mass * x, mass * y, mass * z,
+            I[0] + mass * (y * y + z * z), I[1] - mass * x * y, I[4] + mass * (z * z + x * x),
+            I[2] - mass * z * x, I[5] - mass * y * z, I[8] + mass * (x * x + y * y),
+        ]  # fmt: skip
+    array = given.numbers(of, f"link {link}: its parameters")
+    if array.shape != (10,):
+        raise ValueError(f"link {link}: its parameters have shape {array.shape}; expected (mass, centre of mass, inertia) or ten numbers")
+    ten: list[float] = array.tolist()
+    return ten

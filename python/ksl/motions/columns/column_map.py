@@ -1,0 +1,49 @@
+"""Maps of columns: which column of a file is which of the motion, and how its numbers are converted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ksl.base.errors import MotionError, close_names
+from ksl.base.words import listed
+
+
+@dataclass(frozen=True)
+class ColumnRule:
+    """What a column of the file is: `to` = sign · scale · number + offset, in `unit`."""
+
+    to: str
+    unit: str = ""
+    """The unit of the result, and so of the offset; empty for that of the motion (rad, m, s)."""
+    sign: float = 1.0
+    scale: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def factor(self) -> float:
+        return self.sign * self.scale
+
+    def words(self) -> str:
+        factor = f"× {self.factor:g}" if self.factor != 1 else ""
+        said = [x for x in (factor, f"{self.offset:+g}" if self.offset else "", f"in {self.unit}" if self.unit else "") if x]
+        return self.to + (f" ({' '.join(said)})" if said else "")
+
+
+@dataclass(frozen=True)
+class ColumnMap:
+    """Rules for columns of a file, columns that are left out, and joints that rest at a position."""
+
+    file: str
+    rules: Mapping[str, ColumnRule] = field(default_factory=dict)
+    ignored: tuple[str, ...] = ()
+    constants: Mapping[str, float] = field(default_factory=dict)
+    doubts: tuple[str, ...] = ()
+    """Why the map may be wrong, as `Motion.doubts` says it."""
+
+
+def absent(columns: ColumnMap, name: str, names: list[str], head: str) -> MotionError:
+    """What to say of a column that the map names and the file doesn't have."""
+    near = close_names(name, names, 1)
+    hint = f"did you mean {near[0]!r}?" if near else f"its columns are {listed(names)}"
+    return MotionError(f"{columns.file}: column {name!r} is not in {head}; {hint}")

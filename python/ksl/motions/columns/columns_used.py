@@ -1,0 +1,296 @@
+"""Which columns of a file are which of the motion: names, maps of columns, and every sentence about names that don't fit."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from ksl.base.errors import MotionError, close_names
+from ksl.base.words import listed
+from ksl.model.mechanism import Joint, Mechanism
+from ksl.model.motion_columns import columns_of, columns_of_one_coordinate, units_of
+from ksl.motions.columns.column_map import ColumnMap, ColumnRule, absent
+from ksl.motions.columns.recorded import Recorded
+from ksl.motions.columns.time_column import TIME, TimeColumn, find_time
+from ksl.motions.columns.units import DEGREE, bare, factor, si
+
+_WITH_UNIT = re.compile(r"(.*\S)\s*([\[(][^\[\]()]+[\])])")
+LEFT_OUT = "--ignore-extra leaves out what no joint has"
+NOT_USED = "not used: column "
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a column of the motion holds."""
+
+    joint: Joint
+    order: int
+    """0 for positions, 1 for velocities, 2 for accelerations."""
+    quantity: str
+    """"angle", "length", or "plain" for quaternions."""
+
+    @property
+    def what(self) -> str:
+        return f"the {('position', 'velocity', 'acceleration')[self.order]} of joint {self.joint.name}"
+
+
+@dataclass(frozen=True)
+class Used:
+    """A column that is used: where it stands in the file, and value = factor · number + offset."""
+
+    source: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass
+class Choice:
+    """Columns of the motion and where they come from."""
+
+    time: TimeColumn
+    used: dict[str, Used] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def sources(self) -> list[str]:
+        """Columns of the file to be read, the times first."""
+        return list(dict.fromkeys([self.time.name, *(u.source for u in self.used.values())]))
+
+
+def quantities(table: Recorded, model: Mechanism) -> dict[str, Quantity]:
+    """All columns that a motion of the model may have.  Raises MotionError if one that the file has could be two."""
+    known: dict[str, Quantity] = {}
+    in_file = set(table.names)
+    for joint in model.joints[: len(model.joint_names)]:
+        for order, (group, units) in enumerate(zip(columns_of(joint), units_of(joint), strict=True)):
+            for c, unit in zip(group, units, strict=True):
+                quantity = Quantity(joint, order, "plain" if not unit else "length" if unit == "m" else "angle")
+                if c in known and c in in_file:
+                    both = f"{known[c].what} or {quantity.what}"
+                    raise MotionError(f"{table.head}: column {c!r} could be {both}; rename one of these joints in the robot's file")
+                known[c] = quantity
+    return known
+
+
+def choose_columns(
+    table: Recorded, model: Mechanism, columns: ColumnMap, degrees: bool = False, ignore_extra: bool = False, positions_only: bool = False
+) -> Choice:
+    """Which columns are used, and how they are converted.  Raises MotionError with the name that doesn't fit, and what to do.
+
+    columns: a map, which may be empty.  degrees, ignore_extra, positions_only: as `read_motion` takes them.  O(columns).
+    """
+    if TIME in model.joint_names:
+        raise MotionError(f"{table.head}: column `time` holds the times, and {model.name} has a joint 'time' too; rename that joint in the robot's file")
+    known = quantities(table, model)
+    rules = _rules(table, known, columns)
+    choice = Choice(_time(table, known, rules, columns))
+    unknown = _Unknown(table, model, known, columns)
+    for source, rule in rules.items():
+        if source == choice.time.name:
+            continue
+        if rule.to not in known:
+            choice.notes.append(unknown.left_out(source, rule, ignore_extra))
+        elif not (positions_only and known[rule.to].order):
+            choice.used[rule.to] = _conversion(table, known[rule.to], source, rule, degrees, columns)
+    if positions_only and any(known[r.to].order for r in rules.values() if r.to in known):
+        choice.notes.append("velocities and accelerations in the file are not used, as wished")
+    _check_constants(table, model, choice, columns)
+    _check_complete(table, model, choice, columns)
+    choice.notes += _notes(table, known, choice, rules, columns)
+    return choice
+
+
+def _rules(table: Recorded, known: Mapping[str, Quantity], columns: ColumnMap) -> dict[str, ColumnRule]:
+    """A rule for each column of the file: that of the map, or one that follows from it, or the column's own name."""
+    names = list(table.names)
+    in_file, ignored = set(names), set(columns.ignored)
+    aliases = _without_blanks(known)
+    given = {name: _meant(rule, known, aliases) for name, rule in columns.rules.items()}
+    for name in [*given, *columns.ignored]:
+        if name not in in_file:
+            raise absent(columns, name, names, table.file)
+    for name, rule in list(given.items()):  # rates of a mapped joint are mapped with it
+        if rule.to in known and known[rule.to].joint.one_coordinate and rule.to == known[rule.to].joint.name:
+            for end in (".v", ".a"):
+                if name + end in in_file and name + end not in given and name + end not in known:
+                    given[name + end] = ColumnRule(rule.to + end, rule.unit, rule.sign, rule.scale)
+    taken = {rule.to: name for name, rule in given.items()}
+    for name in names:
+        if name in given or name in ignored:
+            continue
+        rule = _meant(_rule_of_name(name, known, in_file), known, aliases)
+        if rule.to in taken and rule.to in known:
+            by = f"{columns.file} maps {taken[rule.to]!r} to it" if taken[rule.to] in columns.rules else f"{taken[rule.to]!r} is it"
+            raise MotionError(f"{table.head}: column {name!r} would be {known[rule.to].what}, but {by}, too; put {name!r} into the list `ignore` of a map")
+        taken[rule.to] = name
+        given[name] = rule
+    return {name: given[name] for name in names if name in given}
+
+
+def _without_blanks(known: Mapping[str, Quantity]) -> dict[str, str]:
+    """Columns of joints whose names begin or end with blanks, by the names without them: tables lose these blanks."""
+    found: dict[str, list[str]] = {}
+    for column, what in known.items():
+        if what.joint.name != what.joint.name.strip():
+            found.setdefault(what.joint.name.strip() + column.removeprefix(what.joint.name), []).append(column)
+    return {bare: columns[0] for bare, columns in found.items() if len(columns) == 1}
+
+
+def _meant(rule: ColumnRule, known: Mapping[str, Quantity], aliases: Mapping[str, str]) -> ColumnRule:
+    """The rule with the column of the motion that it means."""
+    return rule if rule.to in known or rule.to.strip() not in aliases else replace(rule, to=aliases[rule.to.strip()])
+
+
+def _rule_of_name(name: str, known: Mapping[str, Quantity], in_file: set[str]) -> ColumnRule:
+    """`hip [deg]` is `hip`, unless a column or a joint has the name as it stands."""
+    found = None if name in known else _WITH_UNIT.fullmatch(name)
+    if found and found[1] not in in_file and (found[1] in known or found[1].lower() == TIME):
+        return ColumnRule(found[1], found[2])
+    return ColumnRule(name)
+
+
+def _time(table: Recorded, known: Mapping[str, Quantity], rules: Mapping[str, ColumnRule], columns: ColumnMap) -> TimeColumn:
+    for name, rule in columns.rules.items():
+        if rule.to == TIME:
+            if rule.offset or rule.sign < 0:
+                raise MotionError(f"{columns.file}: column {name!r} holds times, which take a unit or a scale, and neither sign nor offset")
+            return TimeColumn(name, rule.unit, rule.scale)
+    return find_time(table, {name for name, rule in rules.items() if rule.to in known})
+
+
+def _conversion(table: Recorded, what: Quantity, source: str, rule: ColumnRule, degrees: bool, columns: ColumnMap) -> Used:
+    unit = rule.unit or table.units.get(source, "")
+    scale = DEGREE if degrees and what.quantity == "angle" else 1.0
+    if unit:
+        where = columns.file if rule.unit and source in columns.rules else table.head
+        scale = factor(where, source, unit, what.quantity, what.order, rate_of_position=rule.unit != "")
+    return Used(source, scale * rule.factor, scale * rule.offset)
+
+
+@dataclass
+class _Unknown:
+    """What to do about columns that no joint has."""
+
+    table: Recorded
+    model: Mechanism
+    known: Mapping[str, Quantity]
+    columns: ColumnMap
+
+    def left_out(self, source: str, rule: ColumnRule, ignore_extra: bool) -> str:
+        """The note about a column that is left out, or raises MotionError."""
+        if source in self.columns.rules:
+            said = f"column {source!r} is to be {rule.to!r}, which no joint of {self.model.name} has"
+            raise MotionError(f"{self.columns.file}: {said}; {self._instead(rule.to) or self._nearest(rule.to, [*self.known, TIME])}")
+        if ignore_extra or (self.table.is_recording and source in self.of_followers):
+            return f"{NOT_USED}{source!r}" + (" (it follows another joint)" if source in self.of_followers else "")
+        kind, text = "joint" if self.table.is_recording else "column", self.table.text_in(source)
+        holds = f", which holds text ({text[:40]!r})" if text is not None else ""
+        raise MotionError(f"{self.table.head}: unknown {kind} {source!r}{holds}; {self._hint(source)}")
+
+    @cached_property
+    def of_followers(self) -> dict[str, Joint]:
+        """Columns that mimic joints would have if they didn't follow."""
+        followers = map(self.model.joint, self.model.follower_names)
+        return {c: joint for joint in followers for group in columns_of_one_coordinate(joint) for c in group}
+
+    def _hint(self, name: str) -> str:
+        joints = self.model.joints[: len(self.model.joint_names)]
+        instead = self._instead(name)
+        if instead:
+            return instead
+        if name.startswith("floating_base.") and not (joints and joints[0].parent is None):
+            return "if the root link floats, load the robot with --floating-base (in Python floating_base=True)"
+        in_file = set(self.table.names)
+        hint = self._nearest(name, [n for n in self.known if n not in in_file])
+        if not hint.startswith("did") and not any(n in self.known for n in in_file):
+            return f"{hint}. No column has the name of a joint; say which is which by a map (--map FILE)"
+        return f"{hint} ({LEFT_OUT})"
+
+    def _nearest(self, name: str, known: list[str]) -> str:
+        rates = [n for n in known if n.endswith((".v", ".a"))]  # the name of another robot's joint is not meant to be one: only slips of a letter are
+        near = close_names(name, [n for n in known if n not in rates], 1) or close_names(name, rates, 1, 0.9)
+        return f"did you mean {near[0]!r}?" if near else f"the moving joints of {self.model.name} are {listed(self.model.joint_names)}"
+
+    def _instead(self, name: str) -> str | None:
+        """What to give instead of a column that a joint would have if it had one coordinate, or didn't follow another one."""
+        follower = self.of_followers.get(name)
+        if follower:
+            return (
+                f"joint {follower.name} mimics {follower.leader}, whose column says where both are: remove this column, "
+                'or load the robot with --mimic independent (in Python mimic="independent")'
+            )
+        for joint in self.model.joints[: len(self.model.joint_names)]:
+            for one, group in zip(columns_of_one_coordinate(joint), columns_of(joint), strict=True):
+                if name in one and name not in group:
+                    return f"joint {joint.name} is {joint.kind}: give {' '.join(group)}"
+        return None
+
+
+def _check_constants(table: Recorded, model: Mechanism, choice: Choice, columns: ColumnMap) -> None:
+    """Raises MotionError for positions at rest of joints that don't exist, or that the file has."""
+    positions = [c for j in model.joints[: len(model.joint_names)] for c in columns_of(j)[0]]
+    for name in columns.constants:
+        if name not in positions:
+            near = close_names(name, positions, 1)
+            hint = f"did you mean {near[0]!r}?" if near else f"the moving joints of {model.name} are {listed(model.joint_names)}"
+            raise MotionError(f"{columns.file}: [constants] names {name!r}, which no joint of {model.name} has; {hint}")
+        if name in choice.used:
+            raise MotionError(f"{columns.file}: {name!r} is a constant, but {table.file} has it; remove it from [constants], or put the column into `ignore`")
+
+
+def _check_complete(table: Recorded, model: Mechanism, choice: Choice, columns: ColumnMap) -> None:
+    """Raises MotionError for joints without positions, and rates that are given in part."""
+    for joint in model.joints[: len(model.joint_names)]:
+        position, *rates = columns_of(joint)
+        for c in position:
+            if c not in choice.used and c not in columns.constants:
+                pose = "its pose (position in m, unit quaternion)" if joint.quaternion else "its orientation (a unit quaternion)"
+                what = "its positions (rad or m)" if joint.quaternion is None else pose
+                said = f"{table.head}: no column {c!r} for joint {joint.name}; add {what} at every sample"
+                raise MotionError(_not_recorded(table, joint) if table.is_recording else said)
+        for group in rates:
+            if any(c in choice.used for c in group) and not all(c in choice.used for c in group):
+                missing = next(c for c in group if c not in choice.used)
+                others = f"though others of its group are there; give all of {', '.join(group)} or none"
+                raise MotionError(f"{table.head}: no column {missing!r}, {others}")
+
+
+def _not_recorded(table: Recorded, joint: Joint) -> str:
+    if not joint.one_coordinate:
+        return (
+            f"{table.file}: joint states have one number for each joint, but {joint.name} is {joint.kind}. Poses from nav_msgs/Odometry and tf are not read; "
+            f"write the motion as CSV, with the columns {' '.join(columns_of(joint)[0])}"
+        )
+    recorded = [n for n in table.names if n != TIME and not n.endswith((".v", ".a"))]
+    return (
+        f"{table.file}: no joint states of {joint.name}; recorded are {listed(recorded)}. Say by a map (--map FILE) which of them it is, "
+        f"or where it rests ([constants] {joint.name} = …)"
+    )
+
+
+def _notes(table: Recorded, known: Mapping[str, Quantity], choice: Choice, rules: Mapping[str, ColumnRule], columns: ColumnMap) -> list[str]:
+    """What was renamed and converted."""
+    renamed = [f"{s!r} is {columns.rules[s].words()}" for s in rules if s in columns.rules and s != choice.time.name]
+    notes = [f"columns by the map {columns.file}: {listed(renamed)}"] if renamed else []
+    units: dict[str, list[str]] = {}
+    for column, used in choice.used.items():
+        what, rule = known[column], rules[used.source]
+        if used.factor == rule.factor:  # its unit is that of the motion
+            continue
+        said = bare(rule.unit or table.units.get(used.source, "")) or ("deg", "deg/s", "deg/s²")[what.order]
+        units.setdefault(f"{said} to {si(what.quantity, what.order)}", []).append(column)
+    notes += [f"converted from {how}: {listed(names)}" for how, names in units.items()]
+    if columns.ignored:
+        notes.append(f"left out, as {columns.file} says: {listed(columns.ignored)}")
+    if columns.constants:
+        notes.append(f"at rest, as {columns.file} says: {listed(f'{n} = {x:g}' for n, x in columns.constants.items())}")
+    return notes
+
+
+def with_unused_together(notes: Iterable[str]) -> list[str]:
+    """Notes in which the lines about columns that are not used are one."""
+    lines = list(notes)
+    left = [n.removeprefix(NOT_USED) for n in lines if n.startswith(NOT_USED)]
+    return [n for n in lines if not n.startswith(NOT_USED)] + ([f"columns that are not used: {listed(left)}"] if left else [])

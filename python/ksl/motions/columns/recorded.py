@@ -1,0 +1,97 @@
+"""What every reader of files gives: named columns, which are read when it is known which ones are wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ksl.base import limits
+from ksl.base.errors import MotionError
+from ksl.model.states import Array
+
+
+@dataclass
+class Recorded:
+    """A table of a file whose numbers are in memory already.  Other files have classes of their own, which read on demand.
+
+    Tables are read in two steps, names and then the numbers of those columns that are wanted.  So a fault in a column's
+    name is found before its contents are judged, and columns that nobody wants cost nothing.
+    """
+
+    file: str
+    """The file as messages name it."""
+    format: str
+    """For people: `CSV`, `ROS 1 bag`."""
+    names: Sequence[str]
+    columns: Mapping[str, Array] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    """What the file says of the units of its columns."""
+    notes: list[str] = field(default_factory=list)
+    """What was converted, chosen or dropped in reading, a line each."""
+    doubts: list[str] = field(default_factory=list)
+    """Why its numbers may be wrong; each forbids a green verdict."""
+    texts: Mapping[str, str] = field(default_factory=dict)
+    """Columns that hold text, with a value."""
+    times_are_seconds: bool = False
+    """Set by `read`: times were dates, clock times or numbers with a unit, which it has converted."""
+    is_recording: bool = False
+    """True for bags: their names are those of joints, and nobody can edit them."""
+
+    def __post_init__(self) -> None:
+        """Every reader comes here with the names that it has found.  Raises MotionError."""
+        check_names(self.head, self.names)
+
+    @property
+    def head(self) -> str:
+        """Where the names of columns are."""
+        return self.file
+
+    def place(self, row: int) -> str:
+        """Where a row is, counted from 0."""
+        return f"{self.file}: sample {row + 1}"
+
+    def text_in(self, name: str) -> str | None:
+        """A value of the column that is no number, as far as that is known from its first rows; None where there is none."""
+        return self.texts.get(name)
+
+    def read(self, names: Sequence[str], time: str | None = None) -> dict[str, Array]:
+        """The numbers of these columns, each (n); NaN where one is missing.  Raises MotionError.
+
+        time: the one of them that holds times, which may be written as clock times or dates.
+        """
+        for name in names:
+            if name in self.texts:
+                raise MotionError(f"{self.file}: column {name!r} holds {self.texts[name][:40]!r}; expected numbers")
+        return {name: self.columns[name] for name in names}
+
+
+def check_columns(where: str, columns: int) -> None:
+    """Raises MotionError for more columns than are read.  where: the file, and the line where that is known."""
+    if columns > limits.COLUMNS:
+        raise MotionError(f"{where}: {columns:,} columns; at most {limits.COLUMNS:,} are read")
+
+
+def check_names(where: str, names: Sequence[str]) -> None:
+    """Raises MotionError for more columns, or longer names, than are read.  O(columns)."""
+    check_columns(where, len(names))
+    longest = max(names, key=len, default="")
+    if len(longest) > limits.NAME_LENGTH:
+        said = f"the name {longest[:20]!r}… of a column is {len(longest):,} characters long; at most {limits.NAME_LENGTH:,} are read"
+        raise MotionError(f"{where}: {said}")
+
+
+def check_numbers(file: str, numbers: int, about: str = "") -> None:
+    """Raises MotionError for more numbers than are read; readers call it before they read them.  about: a word before the number."""
+    if numbers > limits.MOTION_NUMBERS:
+        raise MotionError(f"{file}: {about}{numbers:,} numbers; at most {limits.MOTION_NUMBERS:,} are read: thin it out, or give a part of it")
+
+
+def check_finite(table: Recorded, columns: Mapping[str, Array], rows: slice = slice(None)) -> None:
+    """Refuses the first number that is missing or infinite.  rows: which rows of the file the columns hold."""
+    for name, x in columns.items():
+        bad = np.flatnonzero(~np.isfinite(x))
+        if len(bad):
+            what = "is not a number or missing" if np.isnan(x[bad[0]]) else "is infinite"
+            raise MotionError(f"{table.place(int(bad[0]) + (rows.start or 0))}: column {name!r} {what}; every sample needs a finite number in every column")

@@ -1,0 +1,85 @@
+"""Which column holds the times, and in which unit."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ksl.base.errors import MotionError
+from ksl.base.words import listed
+from ksl.model.states import Array
+from ksl.motions.columns.recorded import Recorded
+from ksl.motions.columns.units import bare, factor, unit_of
+
+TIME = "time"
+_NAMES = re.compile(
+    r"(?:t|time|times|timestamp|timestamps|time[ _]?stamp|elapsed|elapsed[ _]?time|zeit|temps|tiempo|tempo|seconds|secs?|__time)"
+    r"(?:[ _]?[\[(]?(s|sec|secs|seconds|ms|us|µs|ns)[\])]?)?",
+    re.IGNORECASE,
+)
+_DATES = (9.4e8, 4.2e9)
+"""s since 1970, of the years 2000 to 2100: times in this range are dates."""
+
+
+@dataclass(frozen=True)
+class TimeColumn:
+    name: str
+    unit: str
+    """As the file says it; empty where it says nothing."""
+    scale: float = 1.0
+    """The scale that a map gives; the result is in the unit."""
+
+
+def find_time(table: Recorded, of_joints: Collection[str]) -> TimeColumn:
+    """The column `time`; or else the only one that is called t, Time, timestamp, or so.  Raises MotionError.
+
+    of_joints: columns that joints have, which are not times even if a joint is called t.
+    """
+    if TIME in table.names:
+        return TimeColumn(TIME, table.units.get(TIME, ""))
+    found = {n: m for n in table.names if n not in of_joints and len(n) < 40 and (m := _NAMES.fullmatch(n.strip().lstrip("%#").strip()))}
+    if not found:
+        raise MotionError(f"{table.head}: no column `time`; found {listed(table.names)}")
+    if len(found) > 1:
+        raise MotionError(
+            f"{table.head}: columns {' and '.join(map(repr, found))} could all be the time; rename one to `time`, or say which by a map "
+            f'(--map FILE with the line {next(iter(found))!r} = "time") and leave out the others (--ignore-extra)'
+        )
+    name, match = next(iter(found.items()))
+    return TimeColumn(name, table.units.get(name) or match[1] or "")
+
+
+def with_unit(table: Recorded, column: TimeColumn, wished: str | None) -> TimeColumn:
+    """The column with the unit that the user says, where the file says none.  Raises MotionError if both do, and differ."""
+    if table.times_are_seconds:
+        return replace(column, unit="s", scale=1.0)
+    if wished is None:
+        return column
+    unit = unit_of(wished)
+    if unit is None or unit.quantity != "time":
+        raise MotionError(f"{table.file}: --time-unit (time_unit=) is {wished!r}; expected s, ms, us, ns or min")
+    if table.is_recording:
+        raise MotionError(f"{table.file}: --time-unit (time_unit=) is {wished!r}, but the stamps of a bag have a unit; leave it out")
+    if column.unit and unit_of(column.unit) != unit:
+        both = f"is in {bare(column.unit)}, but --time-unit (time_unit=) is {wished!r}"
+        raise MotionError(f"{table.head}: column {column.name!r} {both}; leave it out, or mend the file")
+    return replace(column, unit=wished)
+
+
+def in_seconds(table: Recorded, column: TimeColumn, time: Array) -> tuple[Array, list[str]]:
+    """Times in s, and what was done to them: their unit was converted, or dates were counted from the first sample."""
+    notes = [] if column.name == TIME else [f"column {column.name!r} is taken as the time" + ("" if column.unit else ", in s")]
+    scale = column.scale * (factor(table.head, column.name, column.unit, "time", 0) if column.unit else 1.0)
+    if scale != 1.0:
+        notes.append(f"times were multiplied by {scale:g}" if column.scale != 1.0 else f"times were converted from {bare(column.unit)} to s")
+    finite = np.isfinite(time)
+    first = float(time[0]) if len(time) and finite[0] else 0.0
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
+        if _DATES[0] <= first * size < _DATES[1] and column.scale == 1.0 and (not column.unit or unit_of(column.unit) == unit_of(unit)):
+            scale = size
+            notes = [n for n in notes if not n.endswith((" to s", ", in s"))]
+            return (time - first) * scale, [*notes, f"times are {unit} since 1970; time 0 is {np.datetime64(round(first * scale * 1000), 'ms')} UTC"]
+    return (time * scale if scale != 1.0 else time), notes

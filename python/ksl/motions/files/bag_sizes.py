@@ -1,0 +1,84 @@
+"""How much ROS bags unpack to.  The library that reads them unpacks chunks, files and messages whole, whatever comes out."""
+
+from __future__ import annotations
+
+import bz2
+import sqlite3
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ksl.base import limits
+from ksl.base.errors import MotionError
+from ksl.motions.files import unpacking
+from ksl.motions.files.mcap_chunks import MAGIC, chunks_from, unpacked_size
+
+if TYPE_CHECKING:
+    from rosbags.rosbag1 import Reader as Reader1
+
+ZSTD = b"\x28\xb5\x2f\xfd"
+SKIPPABLE = b"\x2a\x4d\x18"
+"""Bytes 1 to 3 of frames of zstd that hold nothing, and may come first."""
+MCAP = b"\x89MCAP"
+
+
+def too_large(file: str, tool: str) -> MotionError:
+    return MotionError(f"{file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; cut it with `{tool}`")
+
+
+def limit_chunks(file: str, bag: Reader1) -> None:
+    """Lets an open ROS 1 bag unpack no more than is read.  A chunk that is unpacked again, for messages of other times, counts again."""
+    from lz4.frame import decompress as of_lz4
+
+    left = limits.MOTION_BYTES
+
+    def limited(pieces: Callable[[bytes], Iterable[bytes]]) -> Callable[[bytes], bytes]:
+        def unpack(packed: bytes) -> bytes:
+            nonlocal left
+            parts = []
+            for piece in pieces(packed):
+                left -= len(piece)
+                if left < 0:
+                    raise too_large(file, "rosbag filter")
+                parts.append(piece)
+            return b"".join(parts)
+
+        return unpack
+
+    by_library = {bz2.decompress: limited(unpacking.of_bz2), of_lz4: limited(unpacking.of_lz4)}
+    for place, chunk in bag.chunks.items():
+        bag.chunks[place] = chunk._replace(decompressor=by_library.get(chunk.decompressor, chunk.decompressor))
+
+
+def check_files(folder: str, files: Iterable[Path]) -> None:
+    """Raises MotionError if files of a ROS 2 bag unpack to more than is read: those that are compressed whole, and chunks of MCAP.
+
+    Files are told by their first bytes, since a bag may give them any names.  Errors of damaged files are those of the libraries.
+    """
+    left = limits.MOTION_BYTES
+    for path in files:
+        with path.open("rb") as source:
+            first = source.read(8)
+            source.seek(0)
+            if first.startswith(ZSTD) or first[1:4] == SKIPPABLE:
+                left -= unpacking.size(unpacking.of_zstd(source), left)
+            elif first.startswith(MCAP):
+                left -= unpacked_size(source, chunks_from(source, MAGIC), left)
+        if left < 0:
+            raise too_large(folder, "ros2 bag convert")
+
+
+def check_messages(folder: str, files: Iterable[Path]) -> None:
+    """The same of messages that are compressed one by one."""
+    left = limits.MOTION_BYTES
+    for path in files:
+        if path.suffix != ".db3":
+            raise MotionError(f"{folder}: messages are compressed one by one, which is read from .db3 files alone; use `ros2 bag convert` without compression")
+        database = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)
+        try:
+            for (data,) in database.execute("SELECT data FROM messages"):
+                left -= unpacking.size(unpacking.of_zstd(bytes(data)), left)
+                if left < 0:
+                    raise too_large(folder, "ros2 bag convert")
+        finally:
+            database.close()

@@ -1,0 +1,79 @@
+"""How large the chunks of an MCAP file are when they are unpacked, by what the chunks themselves say and not by the file's index."""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Iterable, Iterator
+from typing import BinaryIO
+
+from ksl.motions.files import unpacking
+
+MAGIC = 8
+RECORD = 9
+"""Bytes before the contents of a record: what it is, and its length."""
+FOOTER = RECORD + 20
+CHUNK = 0x06
+LAST = 0x02
+LONGEST_NAME = 100
+"""The longest name of a compression: `zstd`, `lz4`, or nothing."""
+
+
+def summary_start(source: BinaryIO) -> int:
+    """Where the summary is, as the footer says; 0 where there is none.  Raises struct.error or OSError for damaged files."""
+    source.seek(-(FOOTER + MAGIC) + RECORD, io.SEEK_END)
+    return _number(source)
+
+
+def chunks_from(source: BinaryIO, start: int) -> Iterator[int]:
+    """Where the contents of each chunk are, in the records from `start` up to a footer or the end.  Raises EOFError for a record beyond the end."""
+    end = source.seek(0, io.SEEK_END)
+    place = start
+    while place + RECORD <= end:
+        source.seek(place)
+        kind, length = struct.unpack("<BQ", source.read(RECORD))
+        if kind == LAST:
+            return
+        if place + RECORD + length > end:
+            raise EOFError
+        if kind == CHUNK:
+            yield place + RECORD
+        place += RECORD + length
+
+
+def unpacked_size(source: BinaryIO, chunks: Iterable[int], most: int) -> int:
+    """Bytes of these chunks together, unpacked; counting stops where they are more than `most`.
+
+    Raises struct.error, EOFError, ValueError, or an error of the compression, for damaged files.
+    """
+    total = 0
+    for chunk in chunks:
+        total += _size(source, chunk, most - total)
+        if total > most:
+            break
+    return total
+
+
+def _size(source: BinaryIO, chunk: int, most: int) -> int:
+    end = source.seek(0, io.SEEK_END)
+    source.seek(chunk + 16)  # after two times
+    said, _, length = struct.unpack("<QII", source.read(16))
+    if length > LONGEST_NAME:
+        raise ValueError(length)
+    compression = source.read(length)
+    packed = _number(source)
+    if source.tell() + packed > end:
+        raise EOFError
+    if compression == b"zstd":  # the libraries allocate what its frame says, or what the chunk says, or what comes out
+        import zstandard
+
+        data = source.read(packed)
+        return max(int(said), zstandard.frame_content_size(data), unpacking.size(unpacking.of_zstd(data), most))
+    if compression == b"lz4":  # they allocate what comes out
+        return max(int(said), unpacking.size(unpacking.of_lz4(source.read(packed)), most))
+    return packed
+
+
+def _number(source: BinaryIO) -> int:
+    (number,) = struct.unpack("<Q", source.read(8))
+    return int(number)

@@ -1,0 +1,166 @@
+"""NPZ files: `time` and `q` (n, nq), or an array for each column."""
+
+from __future__ import annotations
+
+import math
+import struct
+import zipfile
+import zlib
+from dataclasses import dataclass
+from io import BytesIO
+from typing import BinaryIO
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from ksl.base import limits
+from ksl.base.errors import MotionError
+from ksl.base.words import count, listed
+from ksl.model.mechanism import Mechanism
+from ksl.model.motion_columns import columns_of
+from ksl.motions.columns.recorded import Recorded, check_columns, check_names, check_numbers
+
+STATES = ("q", "v", "a")
+NAMES = ("joints", "joint_names", "names")
+"""Arrays that may say to which joints the columns of q, v and a belong."""
+HEADER_BYTES = 12 + 10_000
+"""So many bytes of an array are looked at before it is loaded: NumPy reads no longer headers."""
+
+
+class NpzTable(Recorded):
+    """An NPZ file.  `matrices` has q, v and a where the file gives them as (n, nq) and (n, nv)."""
+
+    matrices: dict[str, NDArray[np.float64]]
+    joints: list[str]
+
+
+@dataclass(frozen=True)
+class _Announced:
+    """What an array of the file says of itself, before it is loaded."""
+
+    name: str
+    size: int
+    dtype: np.dtype[np.generic]
+    first: str
+    """Its first value as text, if it is short, or else its type."""
+
+    @property
+    def holds_numbers(self) -> bool:
+        return self.dtype.kind in "fiub"
+
+    @property
+    def lists_names(self) -> bool:
+        return self.dtype.kind == "U" and self.name in NAMES
+
+
+def npz_table(file: str, source: BinaryIO) -> NpzTable:
+    """The arrays of an NPZ file.  Raises MotionError: for more numbers or names than are read, before any of them is loaded.
+
+    Of text, lists of joints are loaded, and of the rest the first value is kept for messages.
+    """
+    try:
+        with source, zipfile.ZipFile(source) as archive:
+            found = [_announced(file, archive, member) for member in dict.fromkeys(archive.namelist())]
+            _check_sizes(file, found)
+            arrays = {a.name: _loaded(archive, a).astype(float, copy=False) for a in found if a.holds_numbers}
+            lists = {a.name: [str(n) for n in _loaded(archive, a).ravel()] for a in found if a.lists_names}
+    except MotionError:
+        raise
+    except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, TypeError, ValueError, OverflowError, RuntimeError, MemoryError):
+        raise MotionError(f"{file}: is an NPZ file, but truncated or damaged; copy or write it again") from None
+    columns: dict[str, NDArray[np.float64]] = {}
+    matrices: dict[str, NDArray[np.float64]] = {}
+    texts: dict[str, str] = {}
+    for name, first in ((a.name, a.first) for a in found if a.name not in lists):
+        if name not in arrays:
+            columns[name], texts[name] = np.empty(0), first
+            continue
+        x = arrays[name]
+        if name in STATES and x.ndim == 2:
+            matrices[name] = x
+        elif x.ndim == 2 and 1 in x.shape:  # columns as MATLAB users keep them
+            columns[name] = x.ravel()
+        elif x.ndim != 1:
+            raise MotionError(f"{file}: array {name!r} has the shape {x.shape}; expected one number for each sample, or q, v and a with a row for each sample")
+        else:
+            columns[name] = x
+    _check_lengths(file, {n: len(x) for n, x in (columns | matrices).items() if n not in texts})
+    table = NpzTable(file, "NPZ", list(columns), columns, texts=texts)
+    table.matrices, table.joints = matrices, [n for key in NAMES for n in lists.get(key, [])]
+    return table
+
+
+def _announced(file: str, archive: zipfile.ZipFile, member: str) -> _Announced:
+    """The header of an array.  Raises MotionError for what is never loaded, and ValueError if the array is damaged."""
+    name, inside = member.removesuffix(".npy"), archive.getinfo(member)
+    if inside.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # the others unpack more at once than they are asked for
+        raise MotionError(f"{file}: array {name!r} is compressed by a method that NumPy doesn't write; save it by numpy.savez_compressed")
+    with archive.open(inside) as opened:
+        head = BytesIO(opened.read(HEADER_BYTES))
+    try:  # versions 2 and 3 differ in the encoding of names inside of a type
+        shape, _, dtype = npy.read_array_header_1_0(head) if npy.read_magic(head) == (1, 0) else npy.read_array_header_2_0(head)
+    except Exception as e:  # what is no shape or no type raises errors of many kinds
+        raise ValueError(str(e)) from None
+    if dtype.hasobject:
+        raise MotionError(f"{file}: array {name!r} holds Python objects; save numbers only")  # reading them might run anything
+    size = math.prod(shape)
+    if min(shape, default=0) < 0 or head.tell() + size * dtype.itemsize > inside.file_size:
+        raise ValueError("an array that announces more than there is")
+    value = head.read(dtype.itemsize)
+    short = size > 0 and 0 < len(value) == dtype.itemsize
+    return _Announced(name, size, dtype, str(np.frombuffer(value, dtype, 1)[0]) if short else str(dtype))
+
+
+def _check_sizes(file: str, arrays: list[_Announced]) -> None:
+    """Raises MotionError for more than is read."""
+    check_numbers(file, sum(a.size for a in arrays if a.holds_numbers))
+    for a in arrays:
+        if not a.lists_names:
+            continue
+        check_columns(file, a.size)
+        if a.size * a.dtype.itemsize > limits.LINE_BYTES:
+            holds, most = (limits.megabytes(n) for n in (a.size * a.dtype.itemsize, limits.LINE_BYTES))
+            raise MotionError(f"{file}: array {a.name!r} holds {holds}; at most {most} of names are read")
+
+
+def _loaded(archive: zipfile.ZipFile, array: _Announced) -> NDArray[np.generic]:
+    with archive.open(f"{array.name}.npy") as opened:
+        x: NDArray[np.generic] = npy.read_array(opened, allow_pickle=False)
+        return x
+
+
+def _check_lengths(file: str, lengths: dict[str, int]) -> None:
+    first = next(iter(lengths), None)
+    for name, n in lengths.items():
+        if first is not None and n != lengths[first]:
+            raise MotionError(f"{file}: array {name!r} has {n} samples, but {first!r} has {lengths[first]}; give as many of each")
+
+
+def with_matrices(table: NpzTable, model: Mechanism) -> NpzTable:
+    """The table with a column for each column of q, v and a, which are in the order of the model's joints, or of the file's list of them."""
+    if not table.matrices:
+        return table
+    check_names(table.head, table.joints)
+    joints = model.joints[: len(model.joint_names)]
+    groups = [[c for j in joints for c in columns_of(j)[order]] for order in range(3)]
+    if table.joints:
+        groups = [[joint + end for joint in table.joints] for end in ("", ".v", ".a")]
+        whose = f"the file lists {len(table.joints)} joints"
+    columns = dict(table.columns)
+    for name, group in zip(STATES, groups):
+        if name not in table.matrices:
+            continue
+        matrix = table.matrices[name]
+        if matrix.shape[1] != len(group):
+            expected = whose if table.joints else f"{model.name} has {len(group)}: {listed(group)}"
+            raise MotionError(f"{table.file}: array {name!r} has {count(matrix.shape[1], 'column')}, but {expected}")
+        for i, column in enumerate(group):
+            if column in columns:
+                raise MotionError(f"{table.file}: column {column!r} is given twice, by {name!r} and by an array of its own; remove one")
+            columns[column] = np.ascontiguousarray(matrix[:, i])
+    table.columns, table.names = columns, list(columns)
+    if not table.joints:
+        which = ", ".join(n for n in STATES if n in table.matrices)
+        table.notes.append(f"columns of {which} are taken in the order of the robot's joints: {listed(model.joint_names)}")
+    return table

@@ -1,0 +1,194 @@
+"""Parquet files, as pandas, polars and pyarrow write them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from itertools import accumulate
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ksl.base import limits
+from ksl.base.arrow_files import arrow_file
+from ksl.base.errors import MotionError
+from ksl.base.words import count
+from ksl.model.states import Array
+from ksl.motions.columns.recorded import Recorded, check_numbers
+from ksl.motions.files.arrow_memory import own_memory
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+INDEX = "__index_level_"
+"""How pandas names the columns of an index that has no name."""
+TIME_LENGTH = 100
+"""Bytes of a time that is text.  A date with nanoseconds and a time zone has 35."""
+TIMES_AT_ONCE = 4096
+"""Times that are text are read in parts of this many, and each part is judged before the next is read."""
+DAMAGED = "is a Parquet file, but truncated or damaged; copy or write it again"
+
+
+class ParquetTable(Recorded):
+    def __init__(self, file: str, source: Path | bytes) -> None:
+        """source: where the file is, or what it holds.  Raises MotionError if it is truncated, or holds wrenches instead of a motion.
+
+        Never a file of Python's: threads of Arrow could still hold it when the interpreter ends, and the process would abort.
+        """
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        self._source = own_memory(source) if isinstance(source, bytes) else source
+        try:
+            self._parquet = pq.ParquetFile(self._opened())
+            self._schema = self._parquet.schema_arrow
+        except MemoryError:
+            raise
+        except (pa.ArrowException, OSError, UnicodeError):
+            raise MotionError(f"{file}: {DAMAGED}") from None
+        if b"ksl" in (self._schema.metadata or {}) and {"joint", "fx"} <= set(self._schema.names):
+            raise MotionError(f"{file}: holds the wrenches that `ksl loads` has computed, not a motion; give the motion's file")
+        names = [n for n in self._schema.names if not n.startswith(INDEX)]
+        notes = [] if len(names) == len(self._schema.names) else ["an index without a name is left out"]
+        repeated = [n for n, k in Counter(names).items() if k > 1]
+        if repeated:
+            raise MotionError(f"{file}: two columns are named {repeated[0]!r}; rename or remove one")
+        units = {f.name: f.metadata[k].decode(errors="replace") for f in self._schema if f.metadata for k in (b"unit", b"units") if k in f.metadata}
+        super().__init__(file, "Parquet", names, {}, units, notes)
+
+    def _opened(self) -> pa.NativeFile:
+        return arrow_file(self._source) if isinstance(self._source, Path) else self._source
+
+    def text_in(self, name: str) -> str | None:
+        import pyarrow.types as t
+
+        kind = self._schema.field(name).type
+        if t.is_integer(kind) or t.is_floating(kind) or t.is_decimal(kind) or t.is_null(kind):
+            return None
+        return str(kind)
+
+    def read(self, names: Sequence[str], time: str | None = None) -> dict[str, Array]:
+        """As Recorded.read.  What the columns hold, and how much, is judged before they are read: a few bytes can stand for billions of values."""
+        import pyarrow as pa
+
+        for n in names:
+            kind = self.text_in(n)
+            if kind is not None and not (n == time and self._are_times(n)):
+                raise MotionError(f"{self.file}: column {n!r} holds {kind}; expected numbers")
+        self._check_size(names)
+        try:
+            texts = {time: self._texts(time)} if time is not None and self._is_text(time) else {}
+            table = self._parquet.read(columns=[n for n in names if n not in texts])
+            self._parquet.close()
+        except MemoryError:
+            raise
+        except (pa.ArrowException, OSError, UnicodeError):
+            raise MotionError(f"{self.file}: {DAMAGED}") from None
+        columns = {n: texts[n] if n in texts else table.column(n) for n in names}
+        return {n: self._times(c, n) if n == time else self._numbers(c) for n, c in columns.items()}
+
+    def _is_text(self, name: str) -> bool:
+        import pyarrow.types as t
+
+        kind = self._schema.field(name).type
+        return bool(t.is_string(kind) or t.is_large_string(kind))
+
+    def _are_times(self, name: str) -> bool:
+        import pyarrow.types as t
+
+        kind = self._schema.field(name).type
+        return self._is_text(name) or bool(t.is_timestamp(kind) or t.is_duration(kind))
+
+    def _check_size(self, names: Sequence[str]) -> None:
+        metadata = self._parquet.metadata
+        groups = [metadata.row_group(i) for i in range(metadata.num_row_groups)]
+        wanted = set(names)
+        columns = [metadata.schema.column(i) for i in range(metadata.num_columns)]
+        leaves = [i for i, c in enumerate(columns) if c.path in wanted or (c.path != c.name and not wanted.isdisjoint(_outer(c.path)))]
+        check_numbers(self.file, sum(max(metadata.num_rows, sum(g.column(i).num_values for g in groups)) for i in leaves))
+        if sum(max(g.column(i).total_uncompressed_size, 0) for g in groups for i in leaves) > limits.MOTION_BYTES:
+            raise MotionError(f"{self.file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; thin it out, or give a part of it")
+
+    def _texts(self, name: str) -> pa.ChunkedArray:
+        """A column of times that are text.
+
+        It is read as Parquet stores it, with each distinct text once: a long one that is repeated takes no memory before it is refused.
+        """
+        import pyarrow as pa
+        import pyarrow.compute as pc
+        import pyarrow.parquet as pq
+
+        parts, bytes_read = [], 0
+        parquet = pq.ParquetFile(self._opened(), metadata=self._parquet.metadata, read_dictionary=[name])
+        for batch in parquet.iter_batches(batch_size=TIMES_AT_ONCE, columns=[name]):
+            part = batch.column(0)
+            distinct = part.dictionary if isinstance(part, pa.DictionaryArray) else part
+            longest = pc.max(pc.binary_length(distinct)).as_py() or 0
+            if longest > TIME_LENGTH:
+                what = f"holds a time of {longest:,} bytes; at most {TIME_LENGTH} are read"
+                raise MotionError(f"{self.file}: column {name!r} {what}: write times in seconds, or as dates")
+            part = part.cast(pa.string())
+            bytes_read += part.nbytes
+            if bytes_read > limits.MOTION_BYTES:
+                most = limits.megabytes(limits.MOTION_BYTES)
+                raise MotionError(f"{self.file}: the times in column {name!r} are larger than {most}, the most that is read; write them in seconds")
+            parts.append(part)
+        return pa.chunked_array(parts, pa.string())
+
+    def _numbers(self, column: pa.ChunkedArray) -> Array:
+        import pyarrow as pa
+
+        numbers: Array = np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), dtype=float)
+        return numbers
+
+    def _times(self, column: pa.ChunkedArray, name: str) -> Array:
+        """Seconds; of dates since the first one, of durations as they are."""
+        import pyarrow.types as t
+
+        from ksl.motions.files.clock_times import seconds_of_text
+
+        if column.null_count and not t.is_floating(column.type):
+            raise MotionError(f"{self.file}: {count(column.null_count, 'time')} in column {name!r} missing; every sample needs one")
+        if t.is_timestamp(column.type) or t.is_duration(column.type):
+            self.times_are_seconds = True
+            return np.asarray(self._ticks(column, name) * 1e-9, dtype=float)
+        if self._is_text(name):
+            self.times_are_seconds = True
+            seconds, note = seconds_of_text(column, name, self.place)
+            self.notes.append(note)
+            return seconds
+        return self._numbers(column)
+
+    def _ticks(self, column: pa.ChunkedArray, name: str) -> np.ndarray:
+        """Nanoseconds of dates since the first one, or of durations.  Raises MotionError where 64 bits don't hold them, or the time zone is unknown."""
+        import pyarrow as pa
+        import pyarrow.types as t
+
+        dates = t.is_timestamp(column.type)
+        try:
+            nanoseconds = column.cast(pa.timestamp("ns", column.type.tz) if dates else pa.duration("ns"))
+        except pa.ArrowInvalid:
+            what, known = ("dates", "those from 1678 to 2261") if dates else ("durations", "those of at most 292 years")
+            raise MotionError(f"{self.file}: column {name!r} holds {what} that are too large, only {known} are read; write times in seconds") from None
+        ticks = np.array(nanoseconds.cast(pa.int64()).to_numpy(), dtype=np.int64)
+        if not dates:
+            return ticks
+        if not len(ticks):
+            self.notes.append("no times")
+            return ticks
+        if int(ticks.max()) - int(ticks.min()) > np.iinfo(np.int64).max:
+            raise MotionError(f"{self.file}: column {name!r} holds dates more than 292 years apart; write times in seconds")
+        try:
+            first = column[0].as_py()
+        except (pa.ArrowException, ValueError, LookupError, OverflowError):
+            zone = f"the time zone {column.type.tz!r}, which is not known" if column.type.tz else "a first date that can't be shown"
+            raise MotionError(f"{self.file}: column {name!r} has {zone}; write dates in UTC, or times in seconds") from None
+        self.notes.append(f"times in column {name!r} are dates; time 0 is {first}")
+        ticks -= ticks[0]
+        return ticks
+
+
+def _outer(path: str) -> Iterable[str]:
+    """Columns in which the column `a.b.c` lies, `a` and `a.b`: their names select it, too."""
+    return accumulate(path.split("."), "{}.{}".format)

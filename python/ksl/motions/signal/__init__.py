@@ -1,0 +1,1 @@
+"""Samples over time: rates, corners, noise, gaps, the filter, and what is doubtful about them."""

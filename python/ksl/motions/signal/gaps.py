@@ -1,0 +1,48 @@
+"""Gaps: times without samples in which joints move, so that nobody has seen what happens there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ksl.model.mechanism import Joint
+from ksl.model.motion_columns import columns_of, units_of
+from ksl.model.states import Array
+
+GAP = 5.0
+"""A step that is longer than this many median steps is a gap."""
+MOVED = 0.05
+"""A joint moves in a gap if its way there may be more than this share of its whole travel."""
+
+
+def doubts_about_gaps(joints: tuple[Joint, ...], time: Array, q: Array) -> list[str]:
+    """One sentence if there are gaps in which a joint moves; otherwise none.
+
+    A joint's way in a gap is the difference of its positions beside it, or what its rates before and after would make of the gap's length,
+    whichever is largest: a joint that is back at its place has moved, too.  time (n), q (n, nq), as given.
+    """
+    steps = np.diff(time)
+    if len(steps) < 3:
+        return []
+    gaps = np.flatnonzero(steps > GAP * np.median(steps))
+    named = [(j, k, name, unit) for j in joints for k, (name, unit) in enumerate(zip(columns_of(j)[0], units_of(j)[0], strict=True))]
+    columns = [(j.q_index + k, name, f" {unit}" if j.nv == 1 or unit == "m" else "") for j, k, name, unit in named]
+    if not len(gaps) or not columns:
+        return []
+    with np.errstate(over="ignore", invalid="ignore", under="ignore"):  # numbers that are too large are refused later
+        moved = np.abs(np.diff(q, axis=0))
+        rate = moved / steps[:, None]
+        beside = np.maximum(rate[np.maximum(gaps - 1, 0)], rate[np.minimum(gaps + 1, len(steps) - 1)])
+        way = np.maximum(moved[gaps], beside * steps[gaps, None])
+        travel = np.ptp(q, axis=0)
+        moving = gaps[(way > MOVED * travel).any(axis=1)]
+    if not len(moving):
+        return []
+    longest = moving[np.argmax(steps[moving])]
+    at = int(np.flatnonzero(gaps == longest)[0])
+    c, name, unit = max(columns, key=lambda column: way[at, column[0]] / travel[column[0]] if travel[column[0]] > 0 else 0.0)
+    often = f" ({len(moving)} such gaps, this is the longest)" if len(moving) > 1 else ""
+    return [
+        f"no samples between {time[longest]:.6g} s and {time[longest + 1]:.6g} s, {steps[longest] / np.median(steps):.3g} median steps{often}, while "
+        f"{name} moves by {moved[longest, c]:.3g}{unit}: the motion there is not known, so peaks may be missing. Give these samples, or compute "
+        "the parts beside them (--from, --to)"
+    ]

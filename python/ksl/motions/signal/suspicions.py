@@ -1,0 +1,85 @@
+"""Units that can't be: degrees taken as radians, milliseconds as seconds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ksl.model.mechanism import Joint, Mechanism
+from ksl.model.states import Array
+
+DEGREE = np.pi / 180
+
+FAR = 1.5
+"""Positions in degrees are suspected where they go beyond the range of the limits by this share of it."""
+
+MANY_TURNS = 100.0
+"""rad; joints without limits that go further, 16 turns, are suspected to be in degrees."""
+
+USUAL_SPEED = 2.0
+"""rad/s or m/s, where the file gives no limit."""
+
+SLOW = 5e-3
+"""A motion whose fastest joint doesn't reach this share of its limit is suspected to have times in a smaller unit …"""
+
+LONG_STEP = 0.1
+"""… if its samples are also further apart than this, s."""
+
+TIME_UNITS = {1e-3: ("milliseconds", "ms"), 1e-6: ("microseconds", "us"), 1e-9: ("nanoseconds", "ns")}
+
+
+def suspicions(model: Mechanism, time: Array, q: Array, v: Array) -> list[str]:
+    """Sentences that name a unit that can't be and the option that mends it; q (n, nq), v (n, nv)."""
+    joints = [j for j in model.joints[: len(model.joint_names)] if j.one_coordinate]
+    found = [_about_degrees(joints, q, "Then add --degrees"), _about_time(joints, time, v)]
+    return [sentence for sentence in found if sentence is not None]
+
+
+def suspicions_of_pose(model: Mechanism, q: Array) -> list[str]:
+    """The same of one pose q (nq), which has no speeds."""
+    joints = [j for j in model.joints[: len(model.joint_names)] if j.one_coordinate]
+    sentence = _about_degrees(joints, q[None], "Positions are in rad; on the command line 90deg is an angle in degrees")
+    return [sentence] if sentence is not None else []
+
+
+def _about_degrees(joints: list[Joint], q: Array, mend: str) -> str | None:
+    turning = [j for j in joints if j.has_angle]
+    if not turning:
+        return None
+    reach = {j.name: float(np.abs(q[:, j.q_index]).max()) for j in turning}
+    far = [j for j in turning if reach[j.name] > _range(j)]
+    if not far or any(reach[j.name] * DEGREE > _range(j) for j in turning):  # as degrees all of them must be possible
+        return None
+    joint = max(far, key=lambda j: reach[j.name] / _range(j))
+    limit = ""
+    if joint.has_limits and joint.lower is not None and joint.upper is not None:
+        limit = f", and its limits are {joint.lower:.4g} and {joint.upper:.4g} rad"
+    return f"{joint.name} reaches {reach[joint.name]:.4g} rad{limit}: are these degrees? {mend}"
+
+
+def _range(joint: Joint) -> float:
+    """Beyond which a position is not to be expected, rad."""
+    if joint.has_limits and joint.lower is not None and joint.upper is not None and joint.lower < joint.upper:
+        return FAR * max(abs(joint.lower), abs(joint.upper), joint.upper - joint.lower)
+    return MANY_TURNS
+
+
+def _about_time(joints: list[Joint], time: Array, v: Array) -> str | None:
+    if not joints:
+        return None
+    speeds = {j.name: float(np.abs(v[:, j.v_index]).max()) / (j.velocity or USUAL_SPEED) for j in joints}
+    name = max(speeds, key=lambda n: speeds[n])
+    share, step = speeds[name], float(np.median(np.diff(time)))
+    limit = "its limit" if next(j for j in joints if j.name == name).velocity else f"{USUAL_SPEED:g} rad/s or m/s"
+    if 0 < share < SLOW and step > LONG_STEP:
+        for unit, (word, option) in TIME_UNITS.items():
+            if 0.02 < share / unit <= 1 and step * unit < 1:
+                return (
+                    f"samples are {step:.4g} s apart, and {name} is the fastest joint with {share:.2g} of {limit}: "
+                    f"are times in {word}? Then add --time-unit {option}"
+                )
+    if share > 100 and time[-1] - time[0] < 0.1 and step < 1e-4:
+        return (
+            f"all is over in {time[-1] - time[0]:.3g} s, and {name} reaches {share:.3g} times {limit}: "
+            "check the unit of the times, which are taken as seconds"
+        )
+    return None

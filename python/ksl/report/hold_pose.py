@@ -1,0 +1,64 @@
+"""`ksl.hold`: every wrench of a robot at rest, in one pose or in the worst one for a joint."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
+from ksl.load_cases.given_cases import checked, robot_file
+from ksl.load_cases.holding import Pose, given_pose, worst_pose
+from ksl.load_cases.load_case import LoadCase, Payload, Placement
+from ksl.load_cases.poses import held_still, neutral, pose_of
+from ksl.load_cases.provenance import InputFile, provenance_of
+from ksl.model.loading import load
+from ksl.model.model import Model
+from ksl.model.states import Order, Point, Side
+from ksl.report.loads_run import Run
+
+
+def hold(
+    model: Model | str | os.PathLike[str],
+    pose: Pose | None = None,
+    worst: str | None = None,
+    quantity: str = "effort",
+    *,
+    payloads: Sequence[Payload] = (),
+    on: Side = "child",
+    at: Point = "joint",
+    axes: str = "joint",
+    order: Order = "lin_ang",
+    seed: int = 0,
+    inputs: Sequence[InputFile] = (),
+    options: Mapping[str, Any] | None = None,
+    command: str = "",
+) -> Run:
+    """Efforts and every wrench of a robot at rest in one pose, as a run with one sample.
+
+    model: a model, or the robot's file.  pose: {joint: position}, rad or m, or q (nq); joints that are not named are at zero, or as near
+    to it as limits let them.  worst: a joint; the pose is then searched in which its `quantity` is largest in magnitude, within the
+    limits of all joints with one coordinate that `pose` doesn't name (angles without limits: a whole turn; slides without limits stay).
+    quantity: "effort"; a component fx … tz of the wrench as expressed by on, at and axes; or, of its joint's axis, "axial_force",
+    "radial_force", "axial_moment", "bending_moment"; or "force", "moment", magnitudes.
+    payloads: what the model carries already, for the provenance; nothing is added to the model.  on, at, axes, order: as in :meth:`Model.reactions`.
+
+    The search tries 4096 random poses of that seed at once, and refines the 12 best by a quasi-Newton method within bounds (L-BFGS-B);
+    it is reproducible, and finds the largest value unless that has a very narrow peak.  The pose is `run.cases[0].motion.q[0]`.
+    Raises MotionError or ValueError.  inputs, options, command: for the provenance.
+    """
+    if isinstance(payloads, Mapping) or not all(isinstance(p, Payload) for p in payloads):
+        said = "payloads only describe what the model carries already, each as a ksl.load_cases.load_case.Payload"
+        raise ValueError(f"{said}; to add some, give {{link: (mass, point)}} to ksl.load, or use Model.with_payload")
+    robot = model if isinstance(model, Model) else load(model)
+    placement = checked(robot, Placement(on, at, axes, order))
+    named = isinstance(pose, Mapping)
+    q = neutral(robot) if pose is None else pose_of(robot, cast("Mapping[str, Any]", pose)) if named else given_pose(robot, pose)
+    name, kind = "pose", "held at rest by the drives"
+    if worst is not None:
+        fixed = set(cast("Mapping[str, Any]", pose)) if named else set()
+        q = worst_pose(robot, worst, quantity, placement, q, fixed, seed)
+        name, kind = f"worst {quantity} of {worst}", f"{kind}, in the pose with the largest {quantity} of {worst} (seed {seed})"
+    case = LoadCase(robot, held_still(robot, q), placement, name=name, payloads=payloads, kind=kind, static=True)
+    run = Run([case], provenance_of([case], list(inputs) or robot_file(robot), options or {}, command))
+    run.compute()
+    return run

@@ -1,0 +1,100 @@
+"""A run: load cases with their results, and the files that are written of them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ksl.base.errors import unknown_name
+from ksl.load_cases.case_result import CaseResult, compute
+from ksl.load_cases.computed_cases import ComputedCases
+from ksl.load_cases.summary_table import SUMMARY, worst_rows, write_summary
+from ksl.load_cases.verdict import Verdict, percent
+from ksl.output import refuse_inputs, staged, whole_file
+from ksl.report.files import ReportFiles
+from ksl.report.result_files import RESULTS, WrenchFiles, refuse_others
+
+if TYPE_CHECKING:
+    from ksl.report.input import ReportInput
+
+
+class Run(ComputedCases):
+    """Load cases of a robot and their results, which are computed when they are first asked for.
+
+    All load cases have the same joints and the same placement of wrenches.
+    """
+
+    def write(
+        self, directory: str | os.PathLike[str], csv: bool = False, force: bool = False, advance: Callable[[int], None] | None = None,
+        report: ReportFiles = ReportFiles(),
+    ) -> list[str]:  # fmt: skip
+        """Writes wrenches.parquet, summary.csv and report.html.
+
+        csv: wrenches.csv too.  force: results of another robot in that folder, and files of others with names of results, are replaced
+        and not refused; files that the run reads never are.  advance: is told the number of samples of each block that is done.
+        report: whether there shall be report.json and report.pdf, and components that the report checks.  Returns the names of the files.  All are written, or none: see :func:`staged`.
+        Raises MotionError where results are not finite, SizingError and OutputError.
+        """
+        folder = Path(directory)
+        refuse_inputs([folder / name for name in RESULTS], [*self._files_read, *([report.components] if report.components else [])])
+        check = None if force else partial(refuse_others, folder, self.provenance)
+        with staged(folder, RESULTS, check) as stage:
+            with WrenchFiles(stage, self.writer(), csv) as files:
+                self.compute(files.write, advance)
+            write_summary(stage / SUMMARY, self.rows, self.provenance)
+            report.write(stage, replace(self._report_input(self._shown()), sizing=report.sizing(stage, folder)))
+            return sorted(f.name for f in stage.iterdir())
+
+    def report(self, path: str | os.PathLike[str], case: str | None = None) -> None:
+        """Writes the report as one HTML file: of the load cases that govern most, or of one that is named.  Raises OutputError, also if the run reads that file."""
+        from ksl.report.page import write_report
+
+        refuse_inputs([Path(path)], self._files_read)
+        by_name = {r.case.name: r for r in self.results}
+        if case is not None and case not in by_name:
+            raise ValueError(unknown_name("report", "load case", case, by_name))
+        shown = self._report_input(self._shown() if case is None else [by_name[case]])
+        with whole_file(Path(path)) as part:
+            write_report(part, shown)
+
+    @property
+    def _files_read(self) -> list[str]:
+        return [os.path.join(self.provenance.directory, f.file) for f in self.provenance.inputs]
+
+    def _shown(self) -> list[CaseResult]:
+        """The results whose curves the report has, those that matter most first."""
+        results = self.results
+        return [results[i] for i in self._ranking.first(self._most)]
+
+    def _report_input(self, shown: Sequence[CaseResult]) -> ReportInput:
+        from ksl.report.input_of_run import report_input
+
+        return report_input([r if r.loads is not None else compute(r.case) for r in shown], self.rows, self.provenance, self.verdict, self.notes)
+
+    def __repr__(self) -> str:
+        cases = f"{len(self.cases)} load cases" if len(self.cases) > 1 else f"load case {self.cases[0].name}"
+        verdict = self.verdict
+        return f"<ksl run of {self.provenance.robot}: {cases}, {verdict.level}: {verdict.headline}>"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the verdict, and the shares of limits."""
+        verdict = self.verdict
+        color = {"green": "#2e7d32", "amber": "#b26a00", "red": "#c62828"}[verdict.level]
+        head = f'<p><b style="color:{color}">{verdict.level.upper()}</b> {escape(verdict.headline)}</p>'
+        reasons = "".join(f"<li>{escape(reason)}</li>" for reason in verdict.reasons)
+        rows = "".join(_html_row(str(row["joint"]), row, verdict) for row in worst_rows(self.rows))
+        columns = "".join(f"<th>{name}</th>" for name in ("joint", "position", "speed", "effort", "effort peak"))
+        table = f"<table><thead><tr>{columns}</tr></thead><tbody>{rows}</tbody></table>"
+        return f"{head}{f'<ul>{reasons}</ul>' if reasons else ''}{table}"
+
+
+def _html_row(joint: str, row: Mapping[str, float | str | None], verdict: Verdict) -> str:
+    uses = verdict.of(joint)
+    shares = "".join(f"<td>{percent(uses[q].share) if q in uses else '–'}</td>" for q in ("position", "speed", "effort"))
+    effort = row.get("effort_peak")
+    return f"<tr><th>{escape(joint)}</th>{shares}<td>{f'{float(effort):.4g}' if effort is not None else '–'}</td></tr>"

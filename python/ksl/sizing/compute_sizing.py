@@ -1,0 +1,259 @@
+"""`ksl.size`: components of a file, or of a dictionary, against the results of `ksl loads`."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+from ksl._core import __version__
+from ksl.base.errors import SizingError, unknown_name
+from ksl.load_cases.provenance import input_file, versions
+from ksl.sizing.bearing_figures import (
+    crossed_roller_figures,
+    opposed_figures,
+    pair_figures,
+)
+from ksl.sizing.bolt_figures import flange_figures
+from ksl.sizing.components import Components, Part, components_of, read_components
+from ksl.sizing.fatigue_figures import fatigue_figures
+from ksl.sizing.figures import Figure, LeftOut
+from ksl.sizing.gear_figures import planetary_figures, strain_wave_figures
+from ksl.sizing.limit_figures import limit_figures
+from ksl.sizing.motor_figures import Cloud, motor_figures
+from ksl.sizing.peaks import simultaneous_sets
+from ksl.sizing.results import Results, read_results
+from ksl.sizing.samples import JointSamples
+from ksl.sizing.sheet import Demands, Sheet
+from ksl.sizing.sizing import Sizing
+
+FIGURES: dict[str, Callable[[Sheet], Cloud | None]] = {
+    "motor": motor_figures,
+    "strain wave gear": strain_wave_figures,
+    "planetary gear": planetary_figures,
+    "crossed roller bearing": crossed_roller_figures,
+    "bearing pair": pair_figures,
+    "opposed angular contact bearings": opposed_figures,
+    "bolted flange": flange_figures,
+    "fatigue": fatigue_figures,
+    "limits": limit_figures,
+}
+"""What adds the figures of each kind of component."""
+
+GEARS = ("strain wave gear", "planetary gear")
+
+
+def size(
+    results: Any,
+    components: str | os.PathLike[str] | Mapping[str, Any] | Components | None = None,
+    *,
+    joints: Iterable[str] | None = None,
+    at: Mapping[str, Sequence[float]] | None = None,
+) -> Sizing:
+    """Checks components against the loads of their joints.
+
+    results: what `ksl loads` has written (the folder or its wrenches.parquet), the table that `Model.loads` returns, or an
+    object with such a table as `wrenches`.  components: a TOML file, its tables as a dictionary, or what
+    `ksl.sizing.components.read_components` has read; None for the simultaneous
+    sets alone.  joints: only these.  at: {joint: (x, y, z)} points of the moments in the simultaneous sets, from the joint's
+    origin in its axes, m; components say their own positions.  Returns figures with formula, inputs, source and utilisation.
+    Raises SizingError.  Cost: O(samples) for each component.
+    """
+    table = _results(results)
+    chosen = _chosen(table, joints)
+    points = _points(table, at)
+    parts = None if components is None else _components(components)
+    if parts is not None:
+        _check(table, parts)
+    kept: dict[str, JointSamples] = {}
+
+    def samples(joint: str) -> JointSamples:
+        if joint not in kept:
+            kept[joint] = table.joint(joint, parts.spectrum) if parts else table.joint(joint)
+        return kept[joint]
+
+    sheets, clouds = _sheets(table, parts, chosen, samples) if parts else ([], [])
+    in_order = tuple(f for sheet in sheets for f in sheet.figures)
+    figures = tuple(sorted(in_order, key=_by_utilisation))
+    peaks = [row for joint in chosen for row in simultaneous_sets(samples(joint).about(points.get(joint, (0, 0, 0))))]
+    left_out = tuple(x for sheet in sheets for x in sheet.left_out)
+    notes = (*table.notes, *_notes(table, parts, left_out))
+    return Sizing(
+        table.robot,
+        figures,
+        tuple(peaks),
+        left_out,
+        notes,
+        tuple(clouds),
+        in_order,
+        _provenance(table, results, components, parts),
+    )
+
+
+def _results(results: Any) -> Results:
+    if isinstance(results, (str, os.PathLike)):
+        return read_results(Path(results))
+    if isinstance(results, Results):
+        return results
+    table = getattr(results, "wrenches", results)
+    if not hasattr(table, "column_names"):
+        raise SizingError(
+            f"results: {type(results).__name__} is no table of wrenches; give a folder of `ksl loads`, or what Model.loads returns"
+        )
+    return Results(table)
+
+
+def _components(components: str | os.PathLike[str] | Mapping[str, Any] | Components) -> Components:
+    if isinstance(components, Components):
+        return components
+    return components_of(components) if isinstance(components, Mapping) else read_components(components)
+
+
+def _chosen(table: Results, joints: Iterable[str] | None) -> list[str]:
+    if joints is None:
+        return [name for name in table.joints if table.holds(name)]
+    names = [joints] if isinstance(joints, str) else list(joints)
+    for name in names:
+        if name not in table.joints:
+            raise SizingError(unknown_name("joints", "joint", name, table.joints))
+    return names
+
+
+def _points(table: Results, at: Mapping[str, Sequence[float]] | None) -> dict[str, tuple[float, float, float]]:
+    points = {}
+    for name, point in (at or {}).items():
+        if name not in table.joints:
+            raise SizingError(unknown_name("at", "joint", name, table.joints))
+        if len(point) != 3 or not all(math.isfinite(x) for x in point):
+            raise SizingError(f"at: the point of {name} must be three finite numbers, m")
+        points[name] = (float(point[0]), float(point[1]), float(point[2]))
+    return points
+
+
+def _check(table: Results, parts: Components) -> None:
+    """Refuses components of another robot, on joints that there aren't, or on joints where they can't sit; and cases that there aren't."""
+    if parts.robot not in (None, table.robot):
+        raise SizingError(
+            f"{parts.file}: is for the robot {parts.robot!r}, and {table.file} are results of {table.robot!r}; "
+            "take the results of that robot, or change `robot`"
+        )
+    for case in (*parts.spectrum.repetitions, *parts.spectrum.shares):
+        if case not in table.cases:
+            line = parts.case_lines.get(case)
+            raise SizingError(unknown_name(f"{parts.file}:{line}" if line else parts.file, "case", case, table.cases))
+    taken: dict[tuple[str, str, str], Part] = {}
+    for part in parts.parts:
+        for name in part.joints:
+            if name not in table.joints:
+                raise SizingError(unknown_name(part.where, "joint", name, table.joints))
+            joint = table.joints[name]
+            if (part.kind.joints == "turning" and not joint.turns) or (
+                part.kind.joints == "driven" and not joint.driven
+            ):
+                sits = "turns about one axis" if part.kind.joints == "turning" else "has one coordinate"
+                raise SizingError(
+                    f"{part.where}: a {part.kind.name} sits on a joint that {sits}, and {name} is {joint.kind}; "
+                    "`limits` and `bolted flange` take any joint"
+                )
+            key = (name, part.kind.name, part.name)
+            if key in taken:
+                raise SizingError(
+                    f"{part.where}: {name} has two components of kind {part.kind.name} named {part.name!r}; give each a name"
+                )
+            taken[key] = part
+
+
+def _sheets(
+    table: Results, parts: Components, chosen: list[str], samples: Callable[[str], JointSamples]
+) -> tuple[list[Sheet], list[Cloud]]:
+    demands = Demands(parts.required_life_h, parts.reliability, parts.edition, bool(parts.spectrum.shares))
+    gears: dict[str, Part] = {}
+    for part in parts.parts:
+        if part.kind.name in GEARS:
+            gears |= {joint: part for joint in part.joints if joint not in gears}
+    sheets, clouds = [], []
+    for part in parts.parts:
+        for name in (joint for joint in part.joints if joint in chosen):
+            s = samples(name)
+            sheet = Sheet(part, s, demands, gears.get(name))
+            sheets.append(sheet)
+            if part.kind.name in ("motor", *GEARS) and not _has_effort(s):
+                sheet.leave_out("everything", f"{name} has no drive in these results: it follows another joint")
+                continue
+            cloud = FIGURES[part.kind.name](sheet)
+            clouds += [cloud] if cloud is not None else []
+    return sheets, clouds
+
+
+def _has_effort(s: JointSamples) -> bool:
+    return bool((s.effort == s.effort).all())  # NaN where there is none
+
+
+def _by_utilisation(figure: Figure) -> tuple[bool, float]:
+    return (figure.utilisation is None, -(figure.utilisation or 0.0))
+
+
+def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut]) -> list[str]:
+    """What the reader should know of the spectrum, and of numbers that were not used and that leave no figure out."""
+    if parts is None:
+        return []
+    said = "; ".join(x.why for x in left_out)
+    notes = [
+        f"{sentence}; it is not used"
+        for part in parts.parts
+        for sentence in part.refused.values()
+        if sentence not in said
+    ]
+    spectrum = parts.spectrum
+    if spectrum.shares:
+        without = [case for case in table.cases if case not in spectrum.shares]
+        notes += (
+            [f"cases without a share of the time count for peaks and not for life: {', '.join(without)}"]
+            if without
+            else []
+        )
+    exceptional = [case for case, n in spectrum.repetitions.items() if n == 0]
+    notes += (
+        [
+            f"exceptional cases (0 repetitions) count for peaks and static safety and not for life: {', '.join(exceptional)}"
+        ]
+        if exceptional
+        else []
+    )
+    return notes
+
+
+def _provenance(table: Results, results: Any, components: Any, parts: Components | None) -> dict[str, Any]:
+    inputs = []
+    for role, given in (("results", results), ("components", components)):
+        file = Path(given) if isinstance(given, (str, os.PathLike)) else None
+        if file is not None and (file / "wrenches.parquet").is_file():
+            file = file / "wrenches.parquet"
+        if file is not None and file.is_file():
+            inputs.append(asdict(input_file(role, file)))
+    spectrum = (
+        {
+            case: parts.spectrum.shares.get(case, 0.0)
+            if parts.spectrum.shares
+            else parts.spectrum.repetitions.get(case, 1.0)
+            for case in table.cases
+        }
+        if parts
+        else {}
+    )
+    unit = "share of time" if parts and parts.spectrum.shares else "repetitions"
+    date = datetime.now(timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z")
+    made = {key: table.metadata[key] for key in ("command", "date", "inputs", "versions") if table.metadata.get(key)}
+    return {
+        "version": __version__,
+        "versions": versions(),
+        "date": date,
+        "inputs": inputs,
+        "cases": spectrum,
+        "cases are": unit,
+        "loads": made,
+    }

@@ -1,0 +1,117 @@
+"""What a notebook shows of a model: its joints in a table, and a picture of the mechanism."""
+
+from __future__ import annotations
+
+from html import escape
+
+import numpy as np
+
+from ksl.model.calls import Calls
+from ksl.model.model_tables import joint_table
+from ksl.model.states import Array
+
+ROWS = 60
+"""The most rows of the table; longer ones are cut, and say so."""
+SIZE = 260
+"""Width and height of the picture, pixels."""
+TRIANGLES = 1500
+"""About so many triangles have all links in the picture together: some 60 kB of HTML."""
+LINKS_WITH_SURFACE = 200
+"""Robots with more are drawn as lines from joint to joint."""
+EYE = (2.0, -3.0, 1.2)
+"""Direction from which it is seen, in the world's axes."""
+
+_FRAME = "display:flex;flex-wrap:wrap;gap:1.5em;align-items:flex-start"
+_CELL = "text-align:left;white-space:nowrap;padding:0.15em 0.6em"
+
+
+def html_of(model: Calls) -> str:
+    """A heading, the picture and the table of joints, as a piece of HTML without script and without references."""
+    links = f"{len(model.links)} link{'s' if len(model.links) != 1 else ''}"
+    heading = f"<b>{escape(model.name)}</b>: {model.nv} degrees of freedom, {links}, {model.mass:.6g} kg"
+    return f'<div><div style="margin-bottom:0.5em">{heading}</div><div style="{_FRAME}">{picture(model)}{_table(model)}</div></div>'
+
+
+def _table(model: Calls) -> str:
+    groups, rows = joint_table(model)
+    headings = [heading for group in groups for heading in group]
+    shown = [i for i in range(len(headings)) if any(row[i] for row in rows)]
+    head = "".join(f'<th style="{_CELL}">{escape(headings[i])}</th>' for i in shown)
+    body = "".join("<tr>" + "".join(f'<td style="{_CELL}">{escape(row[i])}</td>' for i in shown) + "</tr>" for row in rows[:ROWS])
+    more = f"<div>… and {len(rows) - ROWS} more joints</div>" if len(rows) > ROWS else ""
+    return f'<div style="overflow-x:auto"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}</div>'
+
+
+def picture(model: Calls) -> str:
+    """A resting position as SVG: the surfaces of links where the file gives them, their ellipsoids of inertia elsewhere, and
+    the axes of joints; dots at the joints that move."""
+    from ksl.viewer.scene import resting_position
+
+    poses = model.frame_poses(resting_position(model))
+    index = {name: i for i, name in enumerate(model.link_names)}
+    corners, colours = _triangles(model, poses)
+    moving = [j for j in model.joints if j.kind != "fixed" and j.parent is not None]
+    origins = poses[:, :3, 3]
+    size = float(np.ptp(np.concatenate([origins, corners.reshape(-1, 3)]), axis=0).max()) or 1.0
+    centres = np.array([origins[index[j.child]] for j in moving]).reshape(-1, 3)
+    half_axes = np.array([0.05 * size * poses[index[j.child], :3, :3] @ np.array(j.axis) for j in moving]).reshape(-1, 3)
+    bones = np.array([(origins[index[j.parent]], origins[index[j.child]]) for j in model.joints if j.parent is not None]).reshape(-1, 2, 3)
+    axes = np.stack([centres - half_axes, centres + half_axes], axis=1)[np.any(half_axes != 0, axis=1)]
+    flat = _on_screen([origins, corners, bones, axes, centres])
+    parts = [_line(start, end, "#8a94a3", 4) for start, end in flat[2]]
+    parts += [_triangle(points, colour) for points, colour in zip(flat[1], colours)]
+    parts += [_line(start, end, "#d0661f", 2) for start, end in flat[3]]
+    parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="#2c6fbb"><title>{escape(j.name)}</title></circle>' for j, (x, y) in zip(moving, flat[4])]
+    words = "".join(parts)
+    return f'<svg width="{SIZE}" height="{SIZE}" viewBox="0 0 {SIZE} {SIZE}" role="img" aria-label="{escape(model.name)}" stroke-linecap="round">{words}</svg>'
+
+
+def _triangles(model: Calls, poses: Array) -> tuple[Array, list[str]]:
+    """Triangles of all links (n, 3, 3) that face the viewer, the far ones first, and their colours with the light on them."""
+    from ksl.viewer.shapes import simplified
+    from ksl.viewer.visuals import Appearance, appearance
+
+    look = appearance(model, triangles=4 * TRIANGLES) if len(model.links) <= LINKS_WITH_SURFACE else Appearance()
+    shapes = [(shape, pose) for name, pose in zip(model.link_names, poses) for shape in look.shapes.get(name, ())]
+    share = max(12, TRIANGLES // max(1, len(shapes)))
+    small = [simplified(shape, share).moved(pose) for shape, pose in shapes]
+    if not small:
+        return np.empty((0, 3, 3)), []
+    corners = np.concatenate([shape.vertices[shape.faces] for shape in small])
+    colour = np.concatenate([np.tile(shape.colour, (len(shape.faces), 1)) for shape in small])
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    towards = _screen()[2]
+    facing = np.divide(normal @ towards, length, out=np.zeros(len(length)), where=length > 0)
+    seen = np.flatnonzero(facing > 0)
+    order = seen[np.argsort(corners[seen].mean(axis=1) @ towards)]
+    light = np.clip(colour[order] * (0.45 + 0.55 * facing[order, None]), 0, 1)
+    return corners[order], ["#" + bytes(rgb).hex() for rgb in np.rint(255 * light).astype(np.uint8)]
+
+
+def _on_screen(groups: list[Array]) -> list[Array]:
+    """Points (…, 3) of the world as points (…, 2) of the picture, which they fill but for a margin."""
+    across, up, _ = _screen()
+    flat = [np.stack([x @ across, -(x @ up)], axis=-1) for x in groups]
+    every = np.concatenate([x.reshape(-1, 2) for x in flat])
+    low, high = every.min(axis=0), every.max(axis=0)
+    scale = (SIZE - 30) / (float((high - low).max()) or 1.0)
+    return [SIZE / 2 + scale * (x - (low + high) / 2) for x in flat]
+
+
+def _screen() -> tuple[Array, Array, Array]:
+    """Directions in the world: to the right and up in the picture, and to the viewer."""
+    depth = np.array(EYE) / np.linalg.norm(EYE)
+    across = np.cross((0.0, 0.0, 1.0), depth)
+    across /= np.linalg.norm(across)
+    return across, np.cross(depth, across), depth
+
+
+def _line(start: Array, end: Array, colour: str, width: float) -> str:
+    return f'<line x1="{start[0]:.1f}" y1="{start[1]:.1f}" x2="{end[0]:.1f}" y2="{end[1]:.1f}" stroke="{colour}" stroke-width="{width}"/>'
+
+
+def _triangle(points: Array, colour: str) -> str:
+    """Its edge in the same colour hides the gaps that renderers leave between neighbours."""
+    words = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
+    return f'<polygon points="{words}" fill="{colour}" stroke="{colour}" stroke-width="0.4"/>'

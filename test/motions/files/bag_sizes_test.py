@@ -1,0 +1,105 @@
+"""ROS bags that unpack to more than is read are refused before they take the memory."""
+
+import io
+import resource
+
+import lz4.frame
+import pytest
+import zstandard
+from ros_bags_test import leg_messages, write
+
+from ksl.base import limits
+from ksl.motions.files import unpacking
+from ksl.motions.reading import read_motion
+
+MESSAGES = 300
+
+
+@pytest.fixture
+def compressed(monkeypatch):
+    """Makes the writers of the tests compress: compressed(KIND, HOW)."""
+
+    def choose(kind: str, how: str) -> None:
+        if kind == "ros1":
+            from rosbags.rosbag1 import Writer
+
+            module, options = "rosbags.rosbag1.Writer", (Writer.CompressionFormat[how],)
+        else:
+            from rosbags.rosbag2 import CompressionFormat, CompressionMode, Writer
+
+            module, options = "rosbags.rosbag2.Writer", (CompressionMode[how], CompressionFormat.ZSTD)
+
+        def writer(*given, **named):
+            made = Writer(*given, **named)
+            made.set_compression(*options)
+            return made
+
+        monkeypatch.setattr(module, writer)
+
+    return choose
+
+
+WAYS = [("ros1", "BZ2"), ("ros1", "LZ4"), ("ros2", "FILE"), ("ros2", "MESSAGE"), ("ros2 of mcap", "FILE")]
+
+
+@pytest.mark.parametrize(("kind", "how"), WAYS)
+def test_compressed_bags_have_a_limit_of_what_they_unpack_to(leg, tmp_path, refusal, monkeypatch, compressed, kind, how):
+    compressed(kind, how)
+    path = write(tmp_path, kind, leg_messages(MESSAGES))
+    assert len(read_motion(leg, path).time) == MESSAGES
+    monkeypatch.setattr(limits, "MOTION_BYTES", 20_000)
+    assert "unpacked it is larger than 20,000 bytes, the most that is read; cut it with `ros" in refusal(leg, path)
+
+
+def test_chunks_of_an_mcap_file_in_a_folder(leg, tmp_path, refusal, monkeypatch):
+    path = write(tmp_path, "ros2 of mcap", leg_messages(MESSAGES))
+    monkeypatch.setattr(limits, "MOTION_BYTES", 20_000)
+    assert "unpacked it is larger than" in refusal(leg, path)
+
+
+def test_messages_of_mcap_that_are_compressed_one_by_one(leg, tmp_path, refusal, compressed):
+    compressed("ros2", "MESSAGE")
+    path = write(tmp_path, "ros2 of mcap", leg_messages())
+    assert "messages are compressed one by one" in refusal(leg, path)
+
+
+def test_a_bag_of_a_few_kilobytes_that_unpacks_to_gigabytes(leg, tmp_path, refusal, compressed):
+    """3.4 GB of zeros in some 300 kB, behind a frame that is empty: its header says nothing of what follows."""
+    compressed("ros2", "FILE")
+    path = write(tmp_path, "ros2", leg_messages())
+    packer = zstandard.ZstdCompressor().compressobj()
+    zeros, place = bytes(1 << 20), next(path.glob("*.zst*"))
+    data = b"".join(packer.compress(zeros) for _ in range(3200)) + packer.flush()
+    place.write_bytes(zstandard.ZstdCompressor().compress(b"") + data)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    assert place.stat().st_size < 500_000 and "unpacked it is larger than 2.05e+03 MB" in refusal(leg, path)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000, "kB"
+
+
+def test_pieces_are_the_text():
+    import bz2
+
+    text = bytes(range(256)) * 20_000
+    zstd = zstandard.ZstdCompressor()
+    skipped = b"\x50\x2a\x4d\x18\x04\x00\x00\x00abcd"
+    assert b"".join(unpacking.of_bz2(bz2.compress(text) + bz2.compress(b"end"))) == text + b"end"
+    assert b"".join(unpacking.of_lz4(lz4.frame.compress(text) + lz4.frame.compress(b"end"))) == text + b"end"
+    for source in (bytes, io.BytesIO):
+        assert b"".join(unpacking.of_zstd(source(skipped + zstd.compress(text) + zstd.compress(b"end")))) == text + b"end"
+    assert unpacking.size(unpacking.of_bz2(bz2.compress(text)), 1000) == unpacking.PIECE, "it stops"
+    for pieces in (unpacking.of_bz2(bz2.compress(text)[:-9]), unpacking.of_lz4(lz4.frame.compress(text)[:-9])):
+        with pytest.raises(EOFError):
+            unpacking.size(pieces, 1 << 30)
+
+
+@pytest.mark.parametrize(("kind", "how"), WAYS)
+def test_cut_compressed_bags(leg, tmp_path, refusal, compressed, kind, how):
+    compressed(kind, how)
+    path = write(tmp_path, kind, leg_messages(MESSAGES))
+    files = [f for f in path.iterdir() if f.name != "metadata.yaml"] if path.is_dir() else [path]
+    for kept in (0.3, 0.7, 0.98):
+        data = files[0].read_bytes()
+        files[0].write_bytes(data[: int(kept * len(data))])
+        said = refusal(leg, path)
+        assert "truncated or damaged" in said or "index" in said
+        files[0].write_bytes(data)

@@ -1,0 +1,220 @@
+"""CSV files as spreadsheets and programs write them, each with the same numbers."""
+
+import bz2
+import gzip
+import io
+import lzma
+import os
+
+import numpy as np
+import pytest
+
+import ksl
+from growth import assert_linear, work
+from ksl.motions.reading import read_external, read_motion
+
+
+def table(rows: np.ndarray, separator: str = ",", decimal: str = ".", end: str = "\n") -> str:
+    return "".join(separator.join(f"{x:.6g}".replace(".", decimal) for x in row) + end for row in rows)
+
+
+HEAD = "time,hip,slide\n"
+SAME = {
+    "German Excel": (
+        lambda r: "\ufeffZeit;hip;slide\r\n" + table(r, ";", ",", "\r\n"),
+        "CSV (semicolons, decimal commas)",
+        "column 'Zeit' is taken as the time, in s",
+    ),
+    "first number with a comma far down": (
+        lambda r: "time;hip;slide\n" + table(np.column_stack([np.arange(30) - 30, np.zeros((30, 2))]), ";") + table(r, ";", ","),
+        "CSV (semicolons, decimal commas)",
+        None,
+    ),
+    "Excel's first line": (lambda r: "sep=;\r\ntime;hip;slide\r\n" + table(r, ";", ",", "\r\n"), "CSV (semicolons, decimal commas)", None),
+    "Excel's Unicode text": (lambda r: ("Time\thip\tslide\r\n" + table(r, "\t", end="\r\n")).encode("utf-16"), "CSV (tabs)", "the file is in UTF-16"),
+    "tabs": (lambda r: "t\thip\tslide\n" + table(r, "\t"), "CSV (tabs)", "column 't' is taken as the time, in s"),
+    "bars": (lambda r: "time|hip|slide\n" + table(r, "|"), "CSV (vertical bars)", None),
+    "old Mac": (lambda r: "time,hip,slide\r" + table(r, end="\r"), "CSV", None),
+    "comments": (lambda r: "# made by x\n%\ntimestamp,hip,slide\n# start\n" + table(r).replace("\n", "\n  # note\n", 1), "CSV", "column 'timestamp' is taken"),
+    "numpy.savetxt": (lambda r: saved(r, header="time hip slide"), "CSV (blanks)", "names of the columns are taken from the comment in line 1"),
+    "numpy.savetxt with commas": (
+        lambda r: saved(r, delimiter=",", header="time,hip,slide"),
+        "CSV",
+        "names of the columns are taken from the comment in line 1",
+    ),
+    "row of units": (lambda r: HEAD + "s,rad,m\n" + table(r), "CSV", None),
+    "row of units in brackets": (lambda r: HEAD + "[s],[rad],[m]\n" + table(r), "CSV", None),
+    "quoted": (lambda r: '"time","hip","slide"\n' + quoted(r), "CSV", None),
+    "quoted with decimal commas": (lambda r: HEAD + quoted(r, ","), "CSV (decimal commas)", None),
+    "pandas": (
+        lambda r: ",time,hip,slide\n" + "".join(f"{k},{line}\n" for k, line in enumerate(table(r).split())),
+        "CSV",
+        "the first column, which has no name, numbers the rows",
+    ),
+    "MATLAB's writetimetable": (
+        lambda r: "Time,hip,slide\n" + "".join(f"{t:g} sec,{q:g},{s:g}\n" for t, q, s in r),
+        "CSV",
+        "times in column 'Time' are in sec",
+    ),
+    "clock times": (lambda r: "Time,hip,slide\n" + "".join(f"0:00:0{t:.1f},{q:g},{s:g}\n" for t, q, s in r), "CSV", "are clock times"),
+    "dates": (lambda r: "Time,hip,slide\n" + "".join(f"2026-03-01T12:00:0{t:.1f}Z,{q:g},{s:g}\n" for t, q, s in r), "CSV", "time 0 is 2026-03-01T12:00:00.0Z"),
+    "nanoseconds since 1970": (
+        lambda r: HEAD + "".join(f"{1_760_000_000_000_000_000 + round(t * 1e9)},{q:g},{s:g}\n" for t, q, s in r),
+        "CSV",
+        "times are ns since 1970; time 0 is 2025-10-09T08:53:20.000 UTC",
+    ),
+    "milliseconds": (lambda r: "time [ms],hip [deg],slide (mm)\n" + table(r * [1000, 180 / np.pi, 1000]), "CSV", "times were converted from ms to s"),
+    "row of other units": (lambda r: HEAD + "ms;°;mm\n".replace(";", ",") + table(r * [1000, 180 / np.pi, 1000]), "CSV", "converted from ° to rad: hip"),
+    "gzip": (lambda r: gzip.compress((HEAD + table(r)).encode()), "CSV (gzip)", None),
+    "bzip2": (lambda r: bz2.compress((HEAD + table(r)).encode()), "CSV (bzip2)", None),
+    "xz": (lambda r: lzma.compress((HEAD + table(r)).encode()), "CSV (xz)", None),
+}
+
+
+def saved(rows: np.ndarray, **options) -> str:
+    out = io.StringIO()
+    np.savetxt(out, rows, "%.6g", **options)
+    return out.getvalue()
+
+
+def quoted(rows: np.ndarray, decimal: str = ".") -> str:
+    return "".join(",".join(f'"{x:.6g}"'.replace(".", decimal) for x in row) + "\n" for row in rows)
+
+
+@pytest.mark.parametrize("form", SAME)
+def test_forms_that_hold_the_same_numbers(leg, written, rows, form):
+    content, how, note = SAME[form]
+    m = read_motion(leg, written(content(rows), "motion.dat"))
+    last = slice(-len(rows), None)
+    assert np.allclose(m.time[last] - m.time[last][0], rows[:, 0] - rows[0, 0], rtol=0, atol=1e-9)
+    assert np.allclose(m.q[last], rows[:, 1:], rtol=1e-5, atol=1e-6)
+    assert m.source.format == how
+    assert note is None or any(note in line for line in m.source.notes), m.source.notes
+
+
+def test_decimal_commas_are_exact(leg, written, rows):
+    plain, commas = (read_motion(leg, written("time;hip;slide\n" + table(rows, ";", d))) for d in ".,")
+    assert np.array_equal(plain.q, commas.q) and np.array_equal(plain.time, commas.time)
+    assert np.array_equal(plain.q, rows[:, 1:])
+
+
+def test_a_spreadsheet_in_an_old_encoding(leg, written, rows):
+    lines = ["Zeit;hip;slide;Kraft Hüfte", *(line + ";1,5" for line in table(rows, ";", ",").split())]
+    m = read_motion(leg, written("\r\n".join(lines).encode("cp1252")), ignore_extra=True)
+    assert np.array_equal(m.q, rows[:, 1:])
+    assert m.source.notes == [
+        "the file is not in UTF-8, and was read as Windows-1252",
+        "column 'Zeit' is taken as the time, in s",
+        "columns that are not used: 'Kraft Hüfte'",
+    ]
+
+
+REFUSED = {
+    "text": (
+        HEAD.strip() + ",mode\n0,0,0,auto\n",
+        ":1: unknown column 'mode', which holds text ('auto'); the moving joints of leg are hip, slide (--ignore-extra leaves",
+    ),
+    "other case": ("time,Hip,slide\n0,0,0\n", ":1: unknown column 'Hip'; did you mean 'hip'?"),
+    "other robot": (
+        "time,j1,j2\n0,0,0\n",
+        ":1: unknown column 'j1'; the moving joints of leg are hip, slide. No column has the name of a joint; say which is which by a map",
+    ),
+    "two times": ("Time,t,hip,slide\n0,0,0,0\n", ":1: columns 'Time' and 't' could all be the time; rename one to `time`"),
+    "wrong unit": (HEAD + "s,mm,mm\n0,0,0\n", ":1: column 'hip' is in 'mm', but expected rad"),
+    "unknown unit": (HEAD + "[s],[degr],[m]\n0,0,0\n", ":1: column 'hip' is in 'degr', which is no unit that KSL knows; did you mean 'deg'"),
+    "thousands": ("time;hip;slide\n0,5;1.000,5;0\n", ":2: column 'hip' holds '1.000,5'; expected a number with a decimal comma, as other values have"),
+    "fault after comments": ("# a\n" + HEAD + "# b\n0,0,0\n# c\n1,x,0\n", ":6: column 'hip' holds 'x'"),
+    "gap after comments": ("# a\n" + HEAD + "# b\n0,0,0\n# c\n1,,0\n", ":6: column 'hip' is not a number or missing"),
+    "numbers alone": ("0,0,0\n1,0,0\n", ":1: no names of columns, but numbers"),
+    "degrees": (HEAD + "".join(f"{k},{k * 600},0\n" for k in range(8)), ":4: joint hip is at 1200 rad, where its limit is 9 rad; did you mean --degrees"),
+    "open quotation mark": (HEAD + '0,0,"0\n1,0,0\n', ":2: column 'slide' holds several lines, from '0\\n1,0,0\\n' on; a quotation mark is not closed"),
+    "clock that stops": ("Time,hip,slide\n0:00:01,0,0\nnoon,0,0\n", ":3: column 'Time' holds 'noon'; expected a number with a decimal point, a clock time"),
+    "a time that is missing": ("Time,hip,slide\n0:00:01,0,0\nNA,0,0\n", ":3: column 'Time' holds no time; expected a number"),
+    "no first time": ("Time,hip,slide\nNA,0,0\n1,0,0\n", ":2: column 'Time' holds no time; expected a number"),
+    "nothing but a missing time": ("\ufefft;hip;slide;\nNA;;;", ": 0 samples, but differentiating hip, slide needs at least 6"),
+    "JSON": ('{"time": 0}', ": is JSON; save the motion as CSV, Parquet or NPZ"),
+    "robot": ("<?xml version='1.0'?>\n<robot name='r'/>", ": is a robot file, not a motion"),
+    "web page": ("<!DOCTYPE html><html>", ": is an XML or HTML file, not a motion"),
+    "NUL": (b"time,hip\x00,slide\n", ":1: line 1 is not text".removeprefix(":1")),
+    "gzip, truncated": (gzip.compress((HEAD + "0,0,0\n").encode())[:-9], ": is compressed by gzip, but truncated or damaged"),
+    "HDF5": (b"\x89HDF\r\n\x1a\n", ": is an HDF5 file"),
+    "MATLAB": (b"MATLAB 5.0 MAT-file", ": is a MATLAB file; save the motion by writetable"),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_files_that_are_refused(leg, written, refusal, what):
+    content, sentence = REFUSED[what]
+    found = refusal(leg, written(content))
+    assert found.startswith(sentence), found
+
+
+def test_extra_columns_are_left_out_on_request(leg, written, rows):
+    lines = table(rows).split()
+    path = written("time,mode,hip,temperature,slide\n" + "".join(f"{t},auto,{q},21.5,{s}\n" for t, q, s in (line.split(",") for line in lines)))
+    m = read_motion(leg, path, ignore_extra=True)
+    assert np.array_equal(m.q, rows[:, 1:]) and m.source.notes == ["columns that are not used: 'mode', 'temperature'"]
+
+
+def test_standard_input_and_pipes(leg, rows, monkeypatch, tmp_path):
+    text = (HEAD + table(rows)).encode()
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(gzip.compress(text))))
+    m = read_motion(leg, "-")
+    assert np.array_equal(m.q, rows[:, 1:]) and str(m.source).startswith("standard input, CSV (gzip), 10 samples")
+    read, write = os.pipe()
+    os.write(write, text)
+    os.close(write)
+    assert np.array_equal(read_motion(leg, f"/dev/fd/{read}").q, rows[:, 1:])
+    os.close(read)
+
+
+def test_external_wrenches_as_spreadsheets_write_them(leg, written, rows):
+    path = written("Zeit;c.fx\n" + table(rows[:, :2], ";", ","))
+    assert np.array_equal(read_external(leg, path, rows[:, 0])["c"][:, 0], rows[:, 1])
+
+
+def test_work_is_linear_in_the_number_of_columns(leg, written, refusal, counted_names):
+    """Unknown ones, left out or refused."""
+
+    def read(columns: int) -> int:
+        names, zeros = ",".join(f"x{k}" for k in range(columns)), ",0" * columns
+        path = written(f"time,hip,slide,{names}\n" + "".join(f"{k},0,0{zeros}\n" for k in range(7)), "wide.csv")
+        said = []
+        count = work(lambda: (read_motion(leg, path, ignore_extra=True), said.append(refusal(leg, path))))
+        assert said[0].startswith(":1: unknown column 'x0'")
+        return count
+
+    assert_linear(read, 200)
+
+
+def test_no_line_of_a_plain_file_is_looked_at_by_itself(written):
+    """pyarrow reads the numbers in one pass.  A search of the text line by line would take ten times as long.  bench/growth.py has the times."""
+    from ksl.motions.files.recognise import open_table
+
+    def read(rows: int) -> int:
+        path = written("time,a,b,c\n" + "".join(f"{k},0.123456789,-0.5,{k}.25\n" for k in range(rows)))
+        return work(lambda: open_table(path).read(["time", "a", "b", "c"], "time"))
+
+    _, few, many = map(read, (1000, 1000, 20_000))  # the first run imports
+    assert many < 1.1 * few
+
+
+def test_the_robot_and_the_motion_in_the_wrong_order(leg, written, tmp_path):
+    from ksl.motions.files.recognise import swapped
+
+    motion = written(HEAD + "0,0,0\n")
+    assert swapped(motion, leg.file) and not swapped(leg.file, motion) and not swapped(motion, motion)
+    assert not swapped(leg.file, tmp_path / "absent.csv") and not swapped(leg.file, "-")
+
+
+def test_a_missing_package_is_named(leg, written, refusal, monkeypatch):
+    monkeypatch.setattr("ksl.motions.files.recognise.find_spec", lambda name: None)
+    assert refusal(leg, written(HEAD)) == ": reading motions needs the package pyarrow; install it: pip install 'ksl[loads]'"
+
+
+def test_a_source_says_what_was_read(leg, written, rows):
+    path = written(HEAD + table(rows))
+    source = read_motion(leg, path).source
+    assert (source.file, source.format, source.samples, source.notes) == (str(path), "CSV", 10, [])
+    assert source.step == pytest.approx(0.1) and str(source) == f"{path}, CSV, 10 samples, median step 0.1 s"
+    assert isinstance(ksl.MotionError(), ValueError)

@@ -1,0 +1,214 @@
+"""ksl.motions.signal.noise, quality and smoothing: noise is measured, its effect predicted, and smoothing at the proposed frequency mends it."""
+
+import tracemalloc
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.interpolate import make_interp_spline
+
+import ksl
+from growth import work
+from ksl.base.errors import MotionError
+from ksl.motions.motion import complete
+from ksl.motions.reading import read_motion
+from ksl.motions.signal.noise import first_derivative_noise, second_derivative_noise, step_of, white_noise
+from ksl.motions.signal.smoothing import attenuation, noise_after, smoothed
+
+
+@pytest.fixture(scope="module", params=["ur5", "panda"])
+def pick(request, examples):
+    """A model, the samples of its motion, and the efforts of the motion as it was before anything was added to it."""
+    model = ksl.load(examples / f"robots/{request.param}.urdf")
+    m = read_motion(model, examples / f"motions/{request.param}_pick.csv")
+    return model, m.time, m.q, model.inverse_dynamics(m.q, m.v, m.a)
+
+
+def with_q(pick, q, **options):
+    model, t, _, _ = pick
+    return complete(model, t, q, [[None, None]] * model.nv, **options)
+
+
+def efforts(model, m):
+    return model.inverse_dynamics(m.q, m.v, m.a)
+
+
+NOISY = {
+    "3 decimals": lambda q, rng: np.round(q, 3),
+    "4 decimals": lambda q, rng: np.round(q, 4),
+    "0.2 mrad": lambda q, rng: q + 2e-4 * rng.normal(size=q.shape),
+    "14 bits": lambda q, rng: np.round(q / (2 * np.pi) * 2**14) * (2 * np.pi) / 2**14,
+}
+
+
+@pytest.mark.parametrize("kind", NOISY)
+def test_smoothing_at_the_proposed_frequency_gives_the_peaks_back(pick, kind):
+    """The pick motion of the UR5 rounded to 3 decimals makes 500 N m of 52; smoothed at what is proposed, it makes 52."""
+    model, _, q, exact = pick
+    given = NOISY[kind](q, np.random.default_rng(0))
+    m = with_q(pick, given)
+    (doubt,) = m.doubts
+    peak = np.abs(exact).max(axis=0)
+    assert np.abs(efforts(model, m) - exact).max() > 0.4 * peak.max()
+    proposed = float(doubt.rpartition("--smooth ")[2])
+    mended = with_q(pick, given, smooth=proposed)
+    assert np.abs(efforts(model, mended)).max(axis=0) == pytest.approx(peak, rel=0.02, abs=1e-3)
+    assert np.abs(efforts(model, mended) - exact).max() < 0.02 * peak.max()
+    assert mended.doubts == [] and mended.smooth == proposed and np.array_equal(mended.raw_q, given)
+    assert mended.differentiated[0].startswith(f"positions and given rates smoothed at {proposed:g} Hz, without delay")
+
+
+def test_what_is_said(pick):
+    model, t, q, _ = pick
+    (rounded,) = with_q(pick, np.round(q, 3)).doubts
+    assert "are rounded to 0.001 rad: differentiated, that makes errors of ±" in rounded and "peaks are noise. Smooth the positions: --smooth " in rounded
+    (noisy,) = with_q(pick, q + 2e-4 * np.random.default_rng(1).normal(size=q.shape)).doubts
+    assert "have noise of 0.0002" in noisy and "rad (standard deviation)" in noisy
+    (still,) = with_q(pick, np.round(q, 3), smooth=60.0).doubts
+    assert "also after smoothing at 60 Hz" in still and "Smooth the positions more: --smooth " in still
+
+
+def test_motions_as_exact_as_their_files_are_not_doubted(pick):
+    model, t, q, exact = pick
+    for digits in (6, 7, 9):
+        m = with_q(pick, np.round(q, digits))
+        assert m.doubts == []
+        assert efforts(model, m) == pytest.approx(exact, abs=0.02 * np.abs(exact).max())
+
+
+def test_noise_is_measured():
+    """White noise on a motion: its standard deviation to a few per cent, at any step and also where steps are uneven."""
+    rng = np.random.default_rng(4)
+    for step, n in ((1e-3, 20000), (0.01, 3000)):
+        for uneven in (False, True):
+            t = np.arange(n) * step + (rng.uniform(-0.3, 0.3, n) * step if uneven else 0)
+            sigma = np.array([1e-6, 1e-4, 1e-3])
+            x = np.sin(t[:, None] * [1.0, 2.0, 3.0]) + sigma * rng.normal(size=(n, 3))
+            assert white_noise(t, x, np.zeros(3)) == pytest.approx(sigma, rel=0.1)
+    assert white_noise(t, np.sin(t[:, None] * [1.0, 9.0, 40.0]), np.zeros(3)).max() < 1e-14
+
+
+def test_noise_of_derivatives_is_that_of_the_spline():
+    rng = np.random.default_rng(5)
+    t = np.arange(20000.0)
+    spline = make_interp_spline(t, rng.normal(size=len(t)), k=5)
+    inner = slice(50, -50)
+    assert first_derivative_noise() == pytest.approx(np.std(spline(t, nu=1)[inner]), rel=0.02)
+    assert second_derivative_noise() == pytest.approx(np.std(spline(t, nu=2)[inner]), rel=0.02)
+
+
+def test_steps_of_rounding():
+    t = np.linspace(0, 3, 700)
+    assert step_of(np.round(np.sin(t), 3)) == 1e-3 and step_of(np.round(np.sin(t), 6)) == 1e-6
+    assert step_of(np.round(np.sin(t) * 652) / 652) == pytest.approx(1 / 652)
+    assert step_of(np.sin(t)) == 0 and step_of(np.zeros(9)) == 1 and step_of(np.full(9, 1 / 3)) == 0
+
+
+KINDS = {
+    "sines": lambda t, T: np.sin(2 * np.pi * t / T) + 0.3 * np.sin(2 * np.pi * 2.3 * t / T + 1),
+    "minimum jerk": lambda t, T: (lambda u: 10 * u**3 - 15 * u**4 + 6 * u**5)(np.clip((t - 0.2 * T) / (0.5 * T), 0, 1)),
+    "trapezoid": lambda t, T: (lambda u: np.where(u < 1 / 3, 2.25 * u * u, np.where(u < 2 / 3, 1.5 * u - 0.25, 1 - 2.25 * (1 - u) ** 2)))(
+        np.clip((t - 0.1937 * T) / (0.6 * T), 0, 1)
+    ),
+    "at rest": lambda t, T: 0 * t,
+    "steady": lambda t, T: t / T,
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_doubts_are_those_of_efforts_that_are_wrong(examples, kind):
+    """Steps from 0.1 ms to 50 ms, as they are, rounded and noisy: doubted if efforts are off by a sixth of their peak, and not if by a hundredth."""
+    model = ksl.load(examples / "robots/ur5.urdf")
+    rng = np.random.default_rng(6)
+    size = np.array([0.5, 0.3, 0.4, 0.6, 0.3, 0.5])
+    alarms = 0
+    for step in (1e-4, 1e-3, 4e-3, 0.01, 0.05):
+        t = np.arange(2000 if step < 0.004 else 300) * step
+        exact = np.column_stack([s * KINDS[kind](t, t[-1]) for s in size])
+        plain = complete(model, t, exact, [[None, None]] * 6)
+        assert plain.doubts == [], (kind, step)
+        tau = efforts(model, plain)
+        scale = np.maximum(np.abs(tau).max(axis=0), 0.01 * np.array([model.joint(j).effort for j in model.joint_names]))
+        changed = {f"{d} digits": np.round(exact, d) for d in (9, 6, 4, 3)}
+        changed |= {f"noise of {sigma:g}": exact + sigma * rng.normal(size=exact.shape) for sigma in (1e-7, 1e-5, 1e-3)}
+        for name, q in changed.items():
+            m = complete(model, t, q, [[None, None]] * 6)
+            off = (np.sqrt(np.mean((efforts(model, m) - tau)[5:-5] ** 2, axis=0)) / scale).max()
+            if off > 0.055 or off < 0.003:
+                assert bool(m.doubts) == (off > 0.05), (kind, step, name, off, m.doubts)
+            alarms += bool(m.doubts)
+    assert alarms > 5 or kind in ("at rest", "steady")
+
+
+def test_smoothing_halves_its_frequency_and_does_not_delay():
+    t = np.arange(5000) * 1e-3
+    for f, left in ((1.0, 1.0), (10.0, 0.5), (40.0, 1 / (1 + 4.0**8))):
+        x = np.sin(2 * np.pi * f * t)
+        y = smoothed(t, x[:, None], 10.0)[:, 0]
+        inner = slice(1000, -1000)
+        assert y[inner] == pytest.approx(left * x[inner], abs=2e-3)
+        assert attenuation(np.array([f]), 10.0)[0] == pytest.approx(left, abs=1e-6)
+    uneven = t + np.random.default_rng(7).uniform(-3e-4, 3e-4, len(t))
+    slow = np.sin(2 * np.pi * uneven)
+    assert smoothed(uneven, slow[:, None], 10.0)[1000:-1000, 0] == pytest.approx(slow[1000:-1000], abs=1e-4)
+
+
+def test_noise_that_smoothing_leaves():
+    x = np.random.default_rng(8).normal(size=40000)
+    t = np.arange(len(x)) * 0.002
+    y = make_interp_spline(t, smoothed(t, x[:, None], 20.0)[:, 0], k=5)
+    assert noise_after(20.0, 0.002, 2) == pytest.approx(np.std(y(t, nu=2)[300:-300]), rel=0.05)
+    assert noise_after(20.0, 0.002, 1) == pytest.approx(np.std(y(t, nu=1)[300:-300]), rel=0.05)
+
+
+def test_orientations_are_smoothed_and_stay_unit_quaternions(robot):
+    body = '<robot name="stone"><link name="stone"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    model = robot(body, floating_base=True)
+    t = np.arange(800) * 0.005
+    half = 0.4 * np.sin(2 * t)
+    q = np.column_stack([0.3 * np.sin(t), 0 * t, t, 0 * t, 0 * t, np.sin(half), np.cos(half)])
+    noisy = q + 1e-4 * np.random.default_rng(9).normal(size=q.shape)
+    exact = complete(model, t, q, [[None, None]])
+    raw = complete(model, t, noisy, [[None, None]])
+    assert raw.doubts and exact.doubts == []
+    m = complete(model, t, noisy, [[None, None]], smooth=4.0)
+    assert np.linalg.norm(m.q[:, 3:], axis=1) == pytest.approx(1, abs=1e-12)
+    assert m.a[100:-100] == pytest.approx(exact.a[100:-100], abs=0.1)
+    assert np.abs(raw.a - exact.a).max() > 5
+
+
+def test_frequencies_that_samples_do_not_hold_are_refused(pick):
+    for bad in (0.0, -3.0, float("nan")):
+        with pytest.raises(MotionError, match=r"--smooth .* expected a frequency in Hz, a positive number"):
+            with_q(pick, pick[2], smooth=bad)
+    for bad in (125.0,):
+        with pytest.raises(MotionError, match=r"--smooth .* Hz, but 250 samples a second hold frequencies up to 125 Hz"):
+            with_q(pick, pick[2], smooth=bad)
+
+
+def test_what_is_looked_for_costs_little():
+    """No work in Python for each sample, and less memory than a spline takes, which is computed anyway.  bench/growth.py has the times of both."""
+    from ksl.motions.signal.corners import find_jumps
+
+    def look(samples: int) -> Callable[[], object]:
+        t = np.arange(samples) * 1e-3
+        x = np.sin(t[:, None] * np.arange(1, 8) * 0.3)
+        return lambda: (find_jumps(t, x), white_noise(t, x, np.array([step_of(c) for c in x.T])))
+
+    run = look(100_000)
+    assert work(run) < 1.1 * work(look(35_000))
+    tracemalloc.start()
+    run()
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 4 * 8 * 7 * 100_000, "bytes: 4 numbers for each sample of each joint; 2.5 are usual, 5.5 those of a spline"
+
+
+def test_numbers_of_the_page(examples):
+    """docs/measured.md: 4.8 σ/h², and the sentence about the pick motion."""
+    page = " ".join((examples.parent / "docs/measured.md").read_text().split())
+    assert f"{second_derivative_noise():.1f} σ/h²" in page
+    model = ksl.load(examples / "robots/ur5.urdf")
+    m = read_motion(model, examples / "motions/ur5_pick.csv")
+    (doubt,) = complete(model, m.time, np.round(m.q, 3), [[None, None]] * 6).doubts
+    assert doubt in page

@@ -1,0 +1,57 @@
+"""ksl.motions.signal.suspicions: units that can't be are named with the option that mends them, and usual motions are not suspected."""
+
+import numpy as np
+import pytest
+
+import ksl
+from ksl.motions.motion import complete
+
+
+@pytest.fixture
+def ur5(examples):
+    return ksl.load(examples / "robots/ur5.urdf")
+
+
+def doubts(model, t, q):
+    return complete(model, t, q, [[None, None]] * 6).doubts
+
+
+def motion(t):
+    return 0.8 * np.sin(t[:, None] * np.linspace(0.5, 1.5, 6))
+
+
+def test_degrees(ur5):
+    t = np.arange(500) * 0.01
+    (line,) = doubts(ur5, t, np.degrees(motion(t)) + np.array([0, -90, 90, 0, 0, 0]))
+    assert line.endswith("are these degrees? Then add --degrees") and "rad, and its limits are " in line
+    assert doubts(ur5, t, motion(t)) == []
+    assert doubts(ur5, t, motion(t) * 8.5) == []  # slightly beyond the limits: that is for the verdict to say
+
+
+def test_a_joint_without_limits(robot):
+    wheel = robot(
+        '<robot name="w"><link name="a"/><link name="b"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        '<joint name="wheel" type="continuous"><parent link="a"/><child link="b"/></joint></robot>'
+    )
+    t = np.arange(500) * 0.01
+    (line,) = complete(wheel, t, 4000 * np.sin(t / 5)[:, None], [[None, None]]).doubts
+    assert line == f"wheel reaches {4000 * np.sin(t / 5).max():.4g} rad: are these degrees? Then add --degrees"
+    assert complete(wheel, t, 30 * t[:, None] * 0.1, [[None, None]]).doubts == []
+
+
+@pytest.mark.parametrize("option, factor", [("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
+def test_times_in_another_unit(ur5, option, factor):
+    t = np.arange(1000) * 0.004
+    (line,) = doubts(ur5, t * factor, motion(t))
+    assert line.endswith(f"Then add --time-unit {option}") and f"samples are {0.004 * factor:.4g} s apart" in line
+
+
+def test_slow_motions_and_rest_are_not_suspected(ur5):
+    t = np.arange(600) * 1.0
+    assert doubts(ur5, t, motion(t / 20)) == [] and doubts(ur5, t, motion(t * 0)) == []
+
+
+def test_seconds_converted_twice(ur5):
+    t = np.arange(1000) * 0.004
+    (line,) = doubts(ur5, t * 1e-3, motion(t))
+    assert "times its limit: check the unit of the times, which are taken as seconds" in line
