@@ -1,6 +1,6 @@
 """What all Python tests share: one fixed profile for random examples, so that a run today is the run of tomorrow.
 
-`pytest --long` runs the tests marked `many_cases`, with twenty times as many random cases, and those marked `long`, which no other run
+`pytest --long` runs the tests marked `many_cases`, with fifty times as many random cases, and those marked `long`, which no other run
 takes; `make test-long` does."""
 
 from pathlib import Path
@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 import random_cases
+from sweeps_here import sweeps_here  # noqa: F401, a fixture
 
 settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=60, database=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("fixed")
@@ -17,7 +18,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def pytest_addoption(parser):
-    parser.addoption("--long", action="store_true", help="run the tests marked long, and those marked many_cases with 100,000 random cases instead of 5,000")
+    parser.addoption("--long", action="store_true", help="run the tests marked long, and those marked many_cases with 100,000 random cases instead of 2,000")
 
 
 def pytest_configure(config):

@@ -16,6 +16,7 @@ from pathlib import Path
 import ended_sweeps
 import killing
 import pytest
+import sweeps_here
 import writers
 
 import ksl
@@ -489,7 +490,7 @@ def work(tmp_path_factory) -> Iterator[Path]:
     folder = tmp_path_factory.mktemp("writers")
     with writers.stand_ins_end():
         writers.same_date()
-        writers.sweeps_in_this_process()
+        sweeps_here.sweep_here()
         writers.export_a_small_page()
         yield folder
 

@@ -18,7 +18,7 @@ from newton_euler import skew
 from projection import with_mimics
 from random_tree import load_text, random_external, random_model, random_states, random_tree
 
-TREES = random_cases.MANY // 50
+TREES = random_cases.MANY // 20
 CHUNKS = 10
 """Tests that the trees are divided into, so that they can run beside each other."""
 LIMIT = {np.float64: 1e-12, np.float32: 1e-5}
