@@ -112,7 +112,7 @@ def test_what_a_killed_run_leaves_is_not_taken_for_files_of_others(tmp_path, bef
     names = killing.everything(out)
     folder_with(out, {"notes": "the user's"})
     _, changes = killing.in_a_copy(lambda: run.write(out), before=before)
-    for number in range(1, changes + 1, 3):
+    for number in range(1, changes + 1, 6):
         folder_with(out, {"notes": "the user's"})
         assert killing.in_a_copy(lambda: run.write(out), kill_at=number, before=before)[0] == -signal.SIGKILL
         run.write(out)
