@@ -77,26 +77,26 @@ def near_multiples(dtype, random, count):
 
 def hardest(dtype, per_binade=2):
     """Of each binade the numbers nearest to multiples of π/2: m 2ᵉ 2/π is then near an integer, and such m are among the
-    denominators of the continued fraction of 2ᵉ 2/π, and between two of them."""
+    denominators of the continued fraction of 2ᵉ 2/π, and between two of them.  Fractions are integers, in units of 2⁻ᵖ."""
     digits, exponents = (53, range(-53, 971)) if dtype is np.float64 else (24, range(-24, 104))
-    found, least, most = [], 2 ** (digits - 1), 2**digits
-    with mpmath.workprec(2 * BITS):
-        for e in exponents:
-            ratio = mpmath.ldexp(2 / mpmath.pi, e)
-            before, last, rest, candidates = 0, 1, ratio - mpmath.floor(ratio), {1}
-            while last < most:
-                rest = 1 / rest
-                a = int(mpmath.floor(rest))
-                rest -= a
-                fits = min(a, (most - 1 - before) // last)
-                candidates |= {before + t * last for t in {*range(1, min(fits, 20) + 1), *range(max(1, fits - 3), fits + 1)}}
-                before, last = last, before + a * last
-            for c in tuple(candidates):
-                if c < least:
-                    candidates |= {c * -(-least // c), c * (-(-least // c) + 1)}
-            within = [m for m in candidates if least <= m < most]
-            within.sort(key=lambda m: abs(m * ratio - mpmath.nint(m * ratio)))
-            found += [float(np.ldexp(float(m), e)) for m in within[:per_binade]]
+    found, least, most, p = [], 2 ** (digits - 1), 2**digits, 2 * BITS
+    with mpmath.workprec(p + 4):
+        two_over_pi = int(mpmath.floor(mpmath.ldexp(2 / mpmath.pi, p)))
+    for e in exponents:
+        fraction = (two_over_pi << e if e >= 0 else two_over_pi >> -e) % 2**p
+        before, last, above, below, candidates = 0, 1, 2**p, fraction, {1}
+        while last < most:
+            a, rest = divmod(above, below)
+            above, below = below, rest
+            fits = min(a, (most - 1 - before) // last)
+            candidates |= {before + t * last for t in {*range(1, min(fits, 20) + 1), *range(max(1, fits - 3), fits + 1)}}
+            before, last = last, before + a * last
+        for c in tuple(candidates):
+            if c < least:
+                candidates |= {c * -(-least // c), c * (-(-least // c) + 1)}
+        off = lambda m, fraction=fraction: min(m * fraction % 2**p, -m * fraction % 2**p)
+        within = sorted((m for m in candidates if least <= m < most), key=off)
+        found += [float(np.ldexp(float(m), e)) for m in within[:per_binade]]
     return found
 
 
