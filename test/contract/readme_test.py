@@ -116,9 +116,8 @@ def test_the_c_example_prints_the_wrench_it_explains(checkout):
     assert numbers == pytest.approx([0, 10, 0, 0, 0, 10], abs=1e-12)
 
 
-@pytest.mark.parametrize("path", [ROOT / "README.md", *sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))], ids=lambda p: p.name)
-def test_links_lead_somewhere(path):
-    prose = re.sub(r"```.*?```|`[^`\n]*`(?!\])", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
-    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", prose):
-        if "://" not in target:
-            assert (path.parent / target).exists(), f"{path.name} links to {target}, which is not there"
+def test_links_lead_somewhere():
+    for path in [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]:
+        prose = re.sub(r"```.*?```|`[^`\n]*`(?!\])", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+        for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", prose):
+            assert "://" in target or (path.parent / target).exists(), f"{path.name} links to {target}, which is not there"
