@@ -1,6 +1,6 @@
 # make demo   sets everything up, runs the main job on a robot and a motion that ship with KSL, says where the report is
 # make test   sets everything up, runs all tests
-# make test-long  the tests of many random cases with twenty times as many, of C++ with both compilers and each instruction set, and on an
+# make test-long  the tests of many random cases with fifty times as many, of C++ with both compilers and each instruction set, and on an
 #              emulated Arm processor; writes test/long_results.md
 # make bench  timings, beside what they are compared with (make bench-plots: and renews docs/performance.md)
 # make release   all of the C algebra as one header, build/release/ksl.h
@@ -80,7 +80,7 @@ test-long: $(VENV)/.tested $(VENV)/.packages
 	  KSL_ISA=$$set $(call run_ctest,long-$$compiler) --output-junit $(CURDIR)/build/long_$$compiler-$$set.xml || status=1; \
 	done; done; \
 	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest --long -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile \
-	  --junitxml=build/long_pytest.xml test/algebra test/contract/neon_test.py || status=1; \
+	  --junitxml=build/long_pytest.xml test/algebra test/laws test/contract/neon_test.py || status=1; \
 	$(BIN)/python scripts/trust/long_results.py test/long_results.md build/long_*.xml && exit $$status
 
 # Peers are built once, in build/bench/peers (about ten minutes), KSL with gcc and with clang each time.

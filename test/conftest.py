@@ -1,6 +1,6 @@
 """What all Python tests share: one fixed profile for random examples, so that a run today is the run of tomorrow.
 
-`pytest --long` runs the tests marked `many_cases`, with twenty times as many random cases, and those marked `long`, which no other run
+`pytest --long` runs the tests marked `many_cases`, with fifty times as many random cases, those of hypothesis with twenty times as many, and those marked `long`, which no other run
 takes; `make test-long` does."""
 
 from pathlib import Path
@@ -9,26 +9,30 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 import random_cases
+from sweeps_here import sweeps_here  # noqa: F401, a fixture
 
-settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=60, database=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=30, database=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("many", settings.get_profile("fixed"), max_examples=600)
 settings.load_profile("fixed")
 
 ROOT = Path(__file__).resolve().parent.parent
 
 
 def pytest_addoption(parser):
-    parser.addoption("--long", action="store_true", help="run the tests marked long, and those marked many_cases with 100,000 random cases instead of 5,000")
+    parser.addoption("--long", action="store_true", help="run the tests marked long, and those marked many_cases with 100,000 random cases instead of 2,000")
 
 
 def pytest_configure(config):
     """Before any test module is imported: modules take the numbers into constants of their own."""
     if config.getoption("--long"):
         random_cases.take_more()
+        settings.load_profile("many")
 
 
 def pytest_collection_modifyitems(config, items):
     marked = lambda item, *names: any(item.get_closest_marker(name) for name in names)
-    wanted = (lambda item: marked(item, "long", "many_cases")) if config.getoption("--long") else (lambda item: not marked(item, "long"))
+    random = lambda item: marked(item, "many_cases") or getattr(getattr(item, "obj", None), "is_hypothesis_test", False)
+    wanted = (lambda item: marked(item, "long") or random(item)) if config.getoption("--long") else (lambda item: not marked(item, "long"))
     left_out = [item for item in items if not wanted(item)]
     if left_out:
         items[:] = [item for item in items if wanted(item)]

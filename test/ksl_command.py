@@ -4,6 +4,7 @@ What belongs to the process itself, the console script, signals, closed streams,
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import os
 import signal
@@ -14,26 +15,33 @@ import traceback
 import warnings
 from collections.abc import Callable
 
+from sweeps_here import sweep_here
+
 WAITING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-IMPORTED = ("ksl.commands", "ksl.report.compute_loads", "ksl.sizing", "ksl.motions.generate", "ksl.viewer", "scipy.interpolate", "scipy.signal", "scipy.optimize", "pyarrow.parquet", "pyarrow.csv")
+IMPORTED = (
+    "ksl.__main__", "ksl.commands", "ksl.checks", "ksl.commands.print_info", "ksl.report.compute_loads", "ksl.model.loading", "ksl.model.mesh_files", "ksl.model.model_tables", "ksl.motions.generate", "ksl.report",
+    "ksl.sizing", "ksl.viewer", "scipy.interpolate", "scipy.signal", "scipy.optimize", "pandas", "pyarrow.compute", "pyarrow.parquet", "pyarrow.csv", "lxml.etree", "pydantic",
+    "rich.padding", "rich.table", "tomllib", "typer._adapters", "viser", "xml.etree.ElementTree", "zoneinfo",
+)  # fmt: skip
 """Before the first copy is made, so that copies need not do so."""
 CHANGING = ("COLUMNS", "FORCE_COLOR")
 """Variables that change what is printed."""
 
 
 def run_ksl(*arguments: object, cwd: str | os.PathLike[str] | None = None, text: bool = True, timeout: int = 60) -> subprocess.CompletedProcess:
-    """The command with its output, as from `subprocess.run(..., capture_output=True)`.  A sweep, which starts processes, is given a new Python."""
+    """The command with its output, as from `subprocess.run(..., capture_output=True)`.  A sweep starts no processes."""
     given = [os.fsdecode(a) if isinstance(a, bytes) else str(a) for a in arguments]
-    if given[:1] == ["sweep"]:
-        return subprocess.run([sys.executable, "-m", "ksl", *given], cwd=cwd, capture_output=True, text=text, timeout=timeout)
     for name in IMPORTED:
-        importlib.import_module(name)
+        with contextlib.suppress(ImportError):
+            importlib.import_module(name)
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
 
         def start() -> None:
             signal.alarm(timeout)
             print_to(out.fileno(), err.fileno())
             _as_in_a_new_python()
+            if given[:1] == ["sweep"]:
+                sweep_here()
             os.chdir(cwd or ".")
 
         copy = copied(lambda: status_of(ksl_main(*given)), start)

@@ -1,7 +1,7 @@
 """How many random cases a test marked `many_cases` takes; test/conftest.py calls take_more when pytest is run with --long."""
 
-MANY = 5_000
-AT_200_BITS = 250
+MANY = 2_000
+AT_200_BITS = 100
 
 
 def take_more() -> None:

@@ -94,116 +94,36 @@ def split(x):
 for kind, letter in (("vec3", "v"), ("screw", "s"), ("coscrew", "c")):
     two = letter * 2
 
-    @entry(f"{kind}_copy")
-    def _(x, o):
-        return exact(x)
-
-    @entry(f"{kind}_inverted")
-    def _(x, o):
-        return exact(-x)
-
-    @entry(f"{kind}_invert")
-    def _(x):
-        return exact(-x)
-
-    @entry(f"{kind}_scale")
-    def _(x, a):
-        return [(a[:, None] * p, abs(a.astype(float)) * norm(p)) for p in split(x)]
-
-    @entry(f"product_a{letter}")
-    def _(a, x, o):
-        return [(a[:, None] * p, abs(a.astype(float)) * norm(p)) for p in split(x)]
-
-    @entry(f"add_{two}")
-    def _(x, y, o):
-        return [(p + q, norm(p) + norm(q)) for p, q in zip(split(x), split(y))]
-
-    @entry(f"subtract_{two}")
-    def _(x, y, o):
-        return [(p - q, norm(p) + norm(q)) for p, q in zip(split(x), split(y))]
-
-    @entry(f"axpy_{two}")
-    def _(a, x, y):
-        return [(a[:, None] * p + q, abs(a.astype(float)) * norm(p) + norm(q)) for p, q in zip(split(x), split(y))]
-
-    @entry(f"xpy_{two}")
-    def _(x, y):
-        return [(p + q, norm(p) + norm(q)) for p, q in zip(split(x), split(y))]
-
-    @entry(f"nxpy_{two}")
-    def _(x, y):
-        return [(q - p, norm(p) + norm(q)) for p, q in zip(split(x), split(y))]
+    entry(f"{kind}_copy")(lambda x, o: exact(x))
+    entry(f"{kind}_inverted")(lambda x, o: exact(-x))
+    entry(f"{kind}_invert")(lambda x: exact(-x))
+    entry(f"{kind}_scale")(lambda x, a: [(a[:, None] * p, abs(a.astype(float)) * norm(p)) for p in split(x)])
+    entry(f"product_a{letter}")(lambda a, x, o: [(a[:, None] * p, abs(a.astype(float)) * norm(p)) for p in split(x)])
+    entry(f"add_{two}")(lambda x, y, o: [(p + q, norm(p) + norm(q)) for p, q in zip(split(x), split(y))])
+    entry(f"subtract_{two}")(lambda x, y, o: [(p - q, norm(p) + norm(q)) for p, q in zip(split(x), split(y))])
+    entry(f"axpy_{two}")(lambda a, x, y: [(a[:, None] * p + q, abs(a.astype(float)) * norm(p) + norm(q)) for p, q in zip(split(x), split(y))])
+    entry(f"xpy_{two}")(lambda x, y: [(p + q, norm(p) + norm(q)) for p, q in zip(split(x), split(y))])
+    entry(f"nxpy_{two}")(lambda x, y: [(q - p, norm(p) + norm(q)) for p, q in zip(split(x), split(y))])
 
 
-@entry("vec3_setZero")
-def _(v):
-    return exact(0 * v)
-
-
-@entry("vec3_swap")
-def _(a, b):
-    return exact(b, a)
-
-
-@entry("vec3_scaled")
-def _(v, a, o):
-    return [(a[:, None] * v, abs(a.astype(float)) * norm(v))]
-
-
-@entry("product_avinv")
-def _(a, v, o):
-    return [(-a[:, None] * v, abs(a.astype(float)) * norm(v))]
-
-
-@entry("vec3_divided", "product_ainvvf")
-def _(v, a, o):
-    return [(v / a[:, None], norm(v) / abs(a.astype(float)))]
-
-
-@entry("product_ainvv")
-def _(a, v, o):
-    return [(v / a[:, None], norm(v) / abs(a.astype(float)))]
-
-
-@entry("vec3_l2norm")
-def _(v):
-    return [(ref.sqrt(dot(v, v)), norm(v))]
-
-
-@entry("vec3_normalized")
-def _(v, o):
-    return [(v / ref.sqrt(dot(v, v))[:, None], np.ones(len(v)))]
-
-
-@entry("vec3_normalize")
-def _(v):
-    return [(v / ref.sqrt(dot(v, v))[:, None], np.ones(len(v)))]
-
-
-@entry("dot_vv")
-def _(a, b):
-    return [(dot(a, b), norm(a) * norm(b))]
-
-
-@entry("cross_vv")
-def _(a, b, o):
-    return [(cross(a, b), norm(a) * norm(b))]
-
-
-@entry("cross_vvinv")
-def _(a, b, o):
-    return [(-cross(a, b), norm(a) * norm(b))]
+entry("vec3_setZero")(lambda v: exact(0 * v))
+entry("vec3_swap")(lambda a, b: exact(b, a))
+entry("vec3_scaled")(lambda v, a, o: [(a[:, None] * v, abs(a.astype(float)) * norm(v))])
+entry("product_avinv")(lambda a, v, o: [(-a[:, None] * v, abs(a.astype(float)) * norm(v))])
+entry("vec3_divided", "product_ainvvf")(lambda v, a, o: [(v / a[:, None], norm(v) / abs(a.astype(float)))])
+entry("product_ainvv")(lambda a, v, o: [(v / a[:, None], norm(v) / abs(a.astype(float)))])
+entry("vec3_l2norm")(lambda v: [(ref.sqrt(dot(v, v)), norm(v))])
+entry("vec3_normalized")(lambda v, o: [(v / ref.sqrt(dot(v, v))[:, None], np.ones(len(v)))])
+entry("vec3_normalize")(lambda v: [(v / ref.sqrt(dot(v, v))[:, None], np.ones(len(v)))])
+entry("dot_vv")(lambda a, b: [(dot(a, b), norm(a) * norm(b))])
+entry("cross_vv")(lambda a, b, o: [(cross(a, b), norm(a) * norm(b))])
+entry("cross_vvinv")(lambda a, b, o: [(-cross(a, b), norm(a) * norm(b))])
 
 
 for k, letter in enumerate("xyz"):
     for sign, inv in ((1, ""), (-1, "inv")):
-        @entry(f"add_vv{letter}{inv}")
-        def _(t, s, o, k=k, sign=sign):
-            return [(t + unit(len(t), k, sign * s), norm(t) + abs(s.astype(float)))]
-
-        @entry(f"product_drvt{letter}{inv}")
-        def _(R, s, o, k=k, sign=sign):
-            return [(sign * mul(matrix(R), unit(len(s), k, s)), abs(s.astype(float)))]
+        entry(f"add_vv{letter}{inv}")(lambda t, s, o, k=k, sign=sign: [(t + unit(len(t), k, sign * s), norm(t) + abs(s.astype(float)))])
+        entry(f"product_drvt{letter}{inv}")(lambda R, s, o, k=k, sign=sign: [(sign * mul(matrix(R), unit(len(s), k, s)), abs(s.astype(float)))])
 
         @entry(f"product_drdr{letter}{inv}")
         def _(R, dc, o, k=k, sign=sign):
@@ -215,111 +135,36 @@ for k, letter in enumerate("xyz"):
             A = ref.axis_rotation(k, dc)
             return product4(pose(D), ref.rotation_pose(A if sign == 1 else T(A)))
 
-        @entry(f"product_ddt{letter}{inv}")
-        def _(D, s, o, k=k, sign=sign):
-            return product4(pose(D), ref.translation_pose(unit(len(s), k, sign * s)))
-
-        @entry(f"hst{letter}{inv}")
-        def _(D, o, k=k, sign=sign):
-            return column(Ad(pose(D)), k, sign)
-
-        @entry(f"hsr{letter}{inv}")
-        def _(D, o, k=k, sign=sign):
-            return column(Ad(pose(D)), 3 + k, sign)
-
-        @entry(f"hct{letter}{inv}")
-        def _(D, o, k=k, sign=sign):
-            return column(CoAd(pose(D)), k, sign)
-
-        @entry(f"hcr{letter}{inv}")
-        def _(D, o, k=k, sign=sign):
-            return column(CoAd(pose(D)), 3 + k, sign)
+        entry(f"product_ddt{letter}{inv}")(lambda D, s, o, k=k, sign=sign: product4(pose(D), ref.translation_pose(unit(len(s), k, sign * s))))
+        entry(f"hst{letter}{inv}")(lambda D, o, k=k, sign=sign: column(Ad(pose(D)), k, sign))
+        entry(f"hsr{letter}{inv}")(lambda D, o, k=k, sign=sign: column(Ad(pose(D)), 3 + k, sign))
+        entry(f"hct{letter}{inv}")(lambda D, o, k=k, sign=sign: column(CoAd(pose(D)), k, sign))
+        entry(f"hcr{letter}{inv}")(lambda D, o, k=k, sign=sign: column(CoAd(pose(D)), 3 + k, sign))
 
 for sign, inv in ((1, ""), (-1, "inv")):
-    @entry(f"hsta{inv}")
-    def _(D, a, o, sign=sign):
-        return product6(Ad(pose(D)), np.concatenate([a, 0 * a], 1), sign)
-
-    @entry(f"hsra{inv}")
-    def _(D, a, o, sign=sign):
-        return product6(Ad(pose(D)), np.concatenate([0 * a, a], 1), sign)
-
-    @entry(f"hcta{inv}")
-    def _(D, a, o, sign=sign):
-        return product6(CoAd(pose(D)), np.concatenate([a, 0 * a], 1), sign)
-
-    @entry(f"hcra{inv}")
-    def _(D, a, o, sign=sign):
-        return product6(CoAd(pose(D)), np.concatenate([0 * a, a], 1), sign)
-
-    @entry(f"product_drv{inv}")
-    def _(R, v, o, sign=sign):
-        return product3(matrix(R), v, sign)
-
-    @entry(f"product_drinvv{inv}")
-    def _(R, v, o, sign=sign):
-        return product3(T(matrix(R)), v, sign)
-
-    @entry(f"product_Adrs{inv}")
-    def _(R, s, o, sign=sign):
-        return product6(Ad(ref.rotation_pose(matrix(R))), s, sign)
-
-    @entry(f"product_Adts{inv}")
-    def _(t, s, o, sign=sign):
-        return product6(Ad(ref.translation_pose(t)), s, sign)
-
-    @entry(f"product_Ads{inv}")
-    def _(D, s, o, sign=sign):
-        return product6(Ad(pose(D)), s, sign)
-
-    @entry(f"product_CoAdrc{inv}")
-    def _(R, c, o, sign=sign):
-        return product6(CoAd(ref.rotation_pose(matrix(R))), c, sign)
-
-    @entry(f"product_CoAdtc{inv}")
-    def _(t, c, o, sign=sign):
-        return product6(CoAd(ref.translation_pose(t)), c, sign)
-
-    @entry(f"product_CoAdc{inv}")
-    def _(D, c, o, sign=sign):
-        return product6(CoAd(pose(D)), c, sign)
+    entry(f"hsta{inv}")(lambda D, a, o, sign=sign: product6(Ad(pose(D)), np.concatenate([a, 0 * a], 1), sign))
+    entry(f"hsra{inv}")(lambda D, a, o, sign=sign: product6(Ad(pose(D)), np.concatenate([0 * a, a], 1), sign))
+    entry(f"hcta{inv}")(lambda D, a, o, sign=sign: product6(CoAd(pose(D)), np.concatenate([a, 0 * a], 1), sign))
+    entry(f"hcra{inv}")(lambda D, a, o, sign=sign: product6(CoAd(pose(D)), np.concatenate([0 * a, a], 1), sign))
+    entry(f"product_drv{inv}")(lambda R, v, o, sign=sign: product3(matrix(R), v, sign))
+    entry(f"product_drinvv{inv}")(lambda R, v, o, sign=sign: product3(T(matrix(R)), v, sign))
+    entry(f"product_Adrs{inv}")(lambda R, s, o, sign=sign: product6(Ad(ref.rotation_pose(matrix(R))), s, sign))
+    entry(f"product_Adts{inv}")(lambda t, s, o, sign=sign: product6(Ad(ref.translation_pose(t)), s, sign))
+    entry(f"product_Ads{inv}")(lambda D, s, o, sign=sign: product6(Ad(pose(D)), s, sign))
+    entry(f"product_CoAdrc{inv}")(lambda R, c, o, sign=sign: product6(CoAd(ref.rotation_pose(matrix(R))), c, sign))
+    entry(f"product_CoAdtc{inv}")(lambda t, c, o, sign=sign: product6(CoAd(ref.translation_pose(t)), c, sign))
+    entry(f"product_CoAdc{inv}")(lambda D, c, o, sign=sign: product6(CoAd(pose(D)), c, sign))
 
 
 # matrices
 
-@entry("mat3x3_setIdentity")
-def _(R):
-    return exact(numbers(ref.identity(len(R), 3)))
-
-
-@entry("mat3x3_copy")
-def _(R, o):
-    return exact(R)
-
-
-@entry("mat3x3_setFromVectors")
-def _(o, x, y, z):
-    return exact(numbers(np.stack([x, y, z], -1)))
-
-
-@entry("mat3x3_toVectors")
-def _(R, x, y, z):
-    return exact(*(matrix(R)[:, :, j] for j in range(3)))
-
-
-@entry("mat3x3_transposed")
-def _(R, o):
-    return exact(numbers(T(matrix(R))))
-
-
-@entry("mat3x3_transpose")
-def _(R):
-    return exact(numbers(T(matrix(R))))
-
-
-@entry("mat3x3_determinant")
-def _(R):
-    return [(dot(matrix(R)[:, :, 0], cross(matrix(R)[:, :, 1], matrix(R)[:, :, 2])), np.ones(len(R)))]
+entry("mat3x3_setIdentity")(lambda R: exact(numbers(ref.identity(len(R), 3))))
+entry("mat3x3_copy")(lambda R, o: exact(R))
+entry("mat3x3_setFromVectors")(lambda o, x, y, z: exact(numbers(np.stack([x, y, z], -1))))
+entry("mat3x3_toVectors")(lambda R, x, y, z: exact(*(matrix(R)[:, :, j] for j in range(3))))
+entry("mat3x3_transposed")(lambda R, o: exact(numbers(T(matrix(R)))))
+entry("mat3x3_transpose")(lambda R: exact(numbers(T(matrix(R)))))
+entry("mat3x3_determinant")(lambda R: [(dot(matrix(R)[:, :, 0], cross(matrix(R)[:, :, 1], matrix(R)[:, :, 2])), np.ones(len(R)))])
 
 
 def gram_schmidt(R):
@@ -332,14 +177,8 @@ def gram_schmidt(R):
     return [(c, np.ones(len(R))) for c in (x, y, z)]
 
 
-@entry("mat3x3_normalized")
-def _(R, o):
-    return gram_schmidt(R)
-
-
-@entry("mat3x3_normalize")
-def _(R):
-    return gram_schmidt(R)
+entry("mat3x3_normalized")(lambda R, o: gram_schmidt(R))
+entry("mat3x3_normalize")(lambda R: gram_schmidt(R))
 
 
 def inverse3(R):
@@ -347,14 +186,8 @@ def inverse3(R):
     return [(0 * R[:, 0], np.zeros(len(R)))] + [(A[:, :, j], norm(A) * norm(R) / 3) for j in range(3)]
 
 
-@entry("mat3x3_inverted")
-def _(R, o):
-    return inverse3(R)
-
-
-@entry("mat3x3_invert")
-def _(R):
-    return inverse3(R)
+entry("mat3x3_inverted")(lambda R, o: inverse3(R))
+entry("mat3x3_invert")(lambda R: inverse3(R))
 
 
 def rodrigues(a, s, c):
@@ -363,46 +196,18 @@ def rodrigues(a, s, c):
     return [(A[:, :, j], size) for j in range(3)]
 
 
-@entry("mat3x3_setFromAxisDC")
-def _(o, axis, dc):
-    return rodrigues(axis, dc[:, 0], dc[:, 1])
-
-
-@entry("product_drdr")
-def _(A, B, o):
-    return product_rotations(matrix(A), matrix(B))
-
-
-@entry("product_drdrinv")
-def _(A, B, o):
-    return product_rotations(matrix(A), T(matrix(B)))
-
-
-@entry("product_drinvdr")
-def _(A, B, o):
-    return product_rotations(T(matrix(A)), matrix(B))
+entry("mat3x3_setFromAxisDC")(lambda o, axis, dc: rodrigues(axis, dc[:, 0], dc[:, 1]))
+entry("product_drdr")(lambda A, B, o: product_rotations(matrix(A), matrix(B)))
+entry("product_drdrinv")(lambda A, B, o: product_rotations(matrix(A), T(matrix(B))))
+entry("product_drinvdr")(lambda A, B, o: product_rotations(T(matrix(A)), matrix(B)))
 
 
 # poses
 
-@entry("SE3_setIdentity")
-def _(D):
-    return exact(numbers(ref.identity(len(D), 4)[:, :3]))
-
-
-@entry("SE3_copy")
-def _(D, o):
-    return exact(D)
-
-
-@entry("SE3_getTranslation")
-def _(D, o):
-    return exact(pose(D)[:, :3, 3])
-
-
-@entry("SE3_toMat4x4")
-def _(D, o):
-    return exact(numbers(pose(D)))
+entry("SE3_setIdentity")(lambda D: exact(numbers(ref.identity(len(D), 4)[:, :3])))
+entry("SE3_copy")(lambda D, o: exact(D))
+entry("SE3_getTranslation")(lambda D, o: exact(pose(D)[:, :3, 3]))
+entry("SE3_toMat4x4")(lambda D, o: exact(numbers(pose(D))))
 
 
 def inverted(D):
@@ -410,19 +215,9 @@ def inverted(D):
     return [(A[:, :3, j], norm(A[:, :3, j])) for j in range(4)]
 
 
-@entry("SE3_inverted")
-def _(D, o):
-    return inverted(D)
-
-
-@entry("SE3_invert")
-def _(D):
-    return inverted(D)
-
-
-@entry("product_dv")
-def _(D, v, o):
-    return [(mul(pose(D)[:, :3, :3], v) + pose(D)[:, :3, 3], norm(v) + norm(D[:, 9:]))]
+entry("SE3_inverted")(lambda D, o: inverted(D))
+entry("SE3_invert")(lambda D: inverted(D))
+entry("product_dv")(lambda D, v, o: [(mul(pose(D)[:, :3, :3], v) + pose(D)[:, :3, 3], norm(v) + norm(D[:, 9:]))])
 
 
 @entry("product_dinvv")
@@ -431,106 +226,30 @@ def _(D, v, o):
     return [(mul(A[:, :3, :3], v) + A[:, :3, 3], norm(v) + norm(D[:, 9:]))]
 
 
-@entry("product_dd")
-def _(A, B, o):
-    return product4(pose(A), pose(B))
-
-
-@entry("product_ddinv")
-def _(A, B, o):
-    return product4(pose(A), inverse_pose(pose(B)))
-
-
-@entry("product_dinvd")
-def _(A, B, o):
-    return product4(inverse_pose(pose(A)), pose(B))
-
-
-@entry("product_ddr")
-def _(D, R, o):
-    return product4(pose(D), ref.rotation_pose(matrix(R)))
-
-
-@entry("product_ddrinv")
-def _(D, R, o):
-    return product4(pose(D), ref.rotation_pose(T(matrix(R))))
-
-
-@entry("product_ddt")
-def _(D, t, o):
-    return product4(pose(D), ref.translation_pose(t))
-
-
-@entry("product_ddtinv")
-def _(D, t, o):
-    return product4(pose(D), ref.translation_pose(-t))
-
-
-@entry("product_dinvdt")
-def _(D, t, o):
-    return product4(inverse_pose(pose(D)), ref.translation_pose(t))
+entry("product_dd")(lambda A, B, o: product4(pose(A), pose(B)))
+entry("product_ddinv")(lambda A, B, o: product4(pose(A), inverse_pose(pose(B))))
+entry("product_dinvd")(lambda A, B, o: product4(inverse_pose(pose(A)), pose(B)))
+entry("product_ddr")(lambda D, R, o: product4(pose(D), ref.rotation_pose(matrix(R))))
+entry("product_ddrinv")(lambda D, R, o: product4(pose(D), ref.rotation_pose(T(matrix(R)))))
+entry("product_ddt")(lambda D, t, o: product4(pose(D), ref.translation_pose(t)))
+entry("product_ddtinv")(lambda D, t, o: product4(pose(D), ref.translation_pose(-t)))
+entry("product_dinvdt")(lambda D, t, o: product4(inverse_pose(pose(D)), ref.translation_pose(t)))
 
 
 # screws and coscrews
 
-@entry("product_Adinvs", bound=5)
-def _(D, s, o):
-    return product6(Ad(inverse_pose(pose(D))), s)
-
-
-@entry("product_Adrinvs")
-def _(R, s, o):
-    return product6(Ad(ref.rotation_pose(T(matrix(R)))), s)
-
-
-@entry("product_Adtinvs")
-def _(t, s, o):
-    return product6(Ad(ref.translation_pose(-t)), s)
-
-
-@entry("product_CoAdinvc", bound=5)
-def _(D, c, o):
-    return product6(CoAd(inverse_pose(pose(D))), c)
-
-
-@entry("product_CoAdrinvc")
-def _(R, c, o):
-    return product6(CoAd(ref.rotation_pose(T(matrix(R)))), c)
-
-
-@entry("product_CoAdtinvc")
-def _(t, c, o):
-    return product6(CoAd(ref.translation_pose(-t)), c)
-
-
-@entry("cross_ss")
-def _(a, b, o):
-    return product6(ref.ad(a), b)
-
-
-@entry("cross_sst")
-def _(a, b, o):
-    return product6(ref.ad(a), np.concatenate([b[:, :3], 0 * b[:, 3:]], 1))
-
-
-@entry("cross_sc")
-def _(s, c, o):
-    return product6(ref.coad(s), c)
-
-
-@entry("cross_sca")
-def _(s, c, o):
-    return product6(ref.coad(s), np.concatenate([0 * c[:, :3], c[:, 3:]], 1))
-
-
-@entry("add_sst", "add_cct")
-def _(a, b, o):
-    return [(a[:, :3] + b[:, :3], norm(a[:, :3]) + norm(b[:, :3])), (a[:, 3:], np.zeros(len(a)))]
-
-
-@entry("dot_cs")
-def _(c, s):
-    return [(dot(c, s), norm(c[:, :3]) * norm(s[:, :3]) + norm(c[:, 3:]) * norm(s[:, 3:]))]
+entry("product_Adinvs", bound=5)(lambda D, s, o: product6(Ad(inverse_pose(pose(D))), s))
+entry("product_Adrinvs")(lambda R, s, o: product6(Ad(ref.rotation_pose(T(matrix(R)))), s))
+entry("product_Adtinvs")(lambda t, s, o: product6(Ad(ref.translation_pose(-t)), s))
+entry("product_CoAdinvc", bound=5)(lambda D, c, o: product6(CoAd(inverse_pose(pose(D))), c))
+entry("product_CoAdrinvc")(lambda R, c, o: product6(CoAd(ref.rotation_pose(T(matrix(R)))), c))
+entry("product_CoAdtinvc")(lambda t, c, o: product6(CoAd(ref.translation_pose(-t)), c))
+entry("cross_ss")(lambda a, b, o: product6(ref.ad(a), b))
+entry("cross_sst")(lambda a, b, o: product6(ref.ad(a), np.concatenate([b[:, :3], 0 * b[:, 3:]], 1)))
+entry("cross_sc")(lambda s, c, o: product6(ref.coad(s), c))
+entry("cross_sca")(lambda s, c, o: product6(ref.coad(s), np.concatenate([0 * c[:, :3], c[:, 3:]], 1)))
+entry("add_sst", "add_cct")(lambda a, b, o: [(a[:, :3] + b[:, :3], norm(a[:, :3]) + norm(b[:, :3])), (a[:, 3:], np.zeros(len(a)))])
+entry("dot_cs")(lambda c, s: [(dot(c, s), norm(c[:, :3]) * norm(s[:, :3]) + norm(c[:, 3:]) * norm(s[:, 3:]))])
 
 
 def magnitude(first, second, eps):
@@ -555,44 +274,14 @@ def normalized(x, n):
     return [(p / n[:, None], norm(p) / n.astype(float)) for p in split(x)]
 
 
-@entry("screw_normalized")
-def _(s, o, eps):
-    return normalized(s, magnitude(s[:, 3:], s[:, :3], eps))
-
-
-@entry("screw_normalize")
-def _(s, eps):
-    return normalized(s, magnitude(s[:, 3:], s[:, :3], eps))
-
-
-@entry("coscrew_normalized")
-def _(c, o, eps):
-    return normalized(c, magnitude(c[:, :3], c[:, 3:], eps))
-
-
-@entry("coscrew_normalize")
-def _(c, eps):
-    return normalized(c, magnitude(c[:, :3], c[:, 3:], eps))
-
-
-@entry("screw_fromSlide")
-def _(e, o):
-    return exact(np.concatenate([e, 0 * e], 1))
-
-
-@entry("coscrew_fromCouple")
-def _(e, o):
-    return exact(np.concatenate([0 * e, e], 1))
-
-
-@entry("screw_fromTurn")
-def _(t, e, o):
-    return [(cross(t, e), norm(t) * norm(e)), (e, np.zeros(len(e)))]
-
-
-@entry("coscrew_fromForce")
-def _(t, e, o):
-    return [(e, np.zeros(len(e))), (cross(t, e), norm(t) * norm(e))]
+entry("screw_normalized")(lambda s, o, eps: normalized(s, magnitude(s[:, 3:], s[:, :3], eps)))
+entry("screw_normalize")(lambda s, eps: normalized(s, magnitude(s[:, 3:], s[:, :3], eps)))
+entry("coscrew_normalized")(lambda c, o, eps: normalized(c, magnitude(c[:, :3], c[:, 3:], eps)))
+entry("coscrew_normalize")(lambda c, eps: normalized(c, magnitude(c[:, :3], c[:, 3:], eps)))
+entry("screw_fromSlide")(lambda e, o: exact(np.concatenate([e, 0 * e], 1)))
+entry("coscrew_fromCouple")(lambda e, o: exact(np.concatenate([0 * e, e], 1)))
+entry("screw_fromTurn")(lambda t, e, o: [(cross(t, e), norm(t) * norm(e)), (e, np.zeros(len(e)))])
+entry("coscrew_fromForce")(lambda t, e, o: [(e, np.zeros(len(e))), (cross(t, e), norm(t) * norm(e))])
 
 
 # inertias
@@ -608,19 +297,9 @@ def moment(M, I, size):
     return [(m, np.zeros(len(m))), (h, hs), (ref.six(I), size)]
 
 
-@entry("inertia_copy", "spatial_inertia_copy")
-def _(M, o):
-    return exact(M)
-
-
-@entry("spatial_inertia_added")
-def _(A, B, o):
-    return [(p(A) + p(B), norm(p(A)) + norm(p(B))) for p in (lambda x: x[:, :1], lambda x: x[:, 1:4], lambda x: x[:, 4:])]
-
-
-@entry("inertia_getMatrix", "spatial_inertia_getMatrix")
-def _(M, o):
-    return exact(numbers(parts(M)[2]))
+entry("inertia_copy", "spatial_inertia_copy")(lambda M, o: exact(M))
+entry("spatial_inertia_added")(lambda A, B, o: [(p(A) + p(B), norm(p(A)) + norm(p(B))) for p in (lambda x: x[:, :1], lambda x: x[:, 1:4], lambda x: x[:, 4:])])
+entry("inertia_getMatrix", "spatial_inertia_getMatrix")(lambda M, o: exact(numbers(parts(M)[2])))
 
 
 @entry("product_Ms")
@@ -639,14 +318,8 @@ def spatial_inertia_moved(M, D):
     return moment((M[:, 0], first, norm(h) + mf * t), dense[:, 3:, 3:], norm(I) + 4 * norm(h) * t + 2 * mf * t**2)
 
 
-@entry("spatial_inertia_transformed", bound=5)
-def _(M, D, o):
-    return spatial_inertia_moved(M, pose(D))
-
-
-@entry("spatial_inertia_translated")
-def _(M, t, o):
-    return spatial_inertia_moved(M, ref.translation_pose(t))
+entry("spatial_inertia_transformed", bound=5)(lambda M, D, o: spatial_inertia_moved(M, pose(D)))
+entry("spatial_inertia_translated")(lambda M, t, o: spatial_inertia_moved(M, ref.translation_pose(t)))
 
 
 def rotated(M, R):
@@ -662,24 +335,10 @@ def translated(m, h, I, t):
     return moment((m, p, size), I + ref.parallel_axis(m, r), norm(I) + 2 * size**2 / m.astype(float))
 
 
-@entry("inertia_rotated")
-def _(M, R, o):
-    return rotated(M, R)
-
-
-@entry("inertia_rotate")
-def _(M, R):
-    return rotated(M, R)
-
-
-@entry("inertia_translated")
-def _(M, t, o):
-    return translated(*parts(M), t)
-
-
-@entry("inertia_translate")
-def _(M, t):
-    return translated(*parts(M), t)
+entry("inertia_rotated")(lambda M, R, o: rotated(M, R))
+entry("inertia_rotate")(lambda M, R: rotated(M, R))
+entry("inertia_translated")(lambda M, t, o: translated(*parts(M), t))
+entry("inertia_translate")(lambda M, t: translated(*parts(M), t))
 
 
 def transformed(M, D):
@@ -688,14 +347,8 @@ def transformed(M, D):
     return translated(m, mul(R, h), mul(mul(R, I), T(R)), pose(D)[:, :3, 3])
 
 
-@entry("inertia_transformed", bound=5)
-def _(M, D, o):
-    return transformed(M, D)
-
-
-@entry("inertia_transform", bound=5)
-def _(M, D):
-    return transformed(M, D)
+entry("inertia_transformed", bound=5)(lambda M, D, o: transformed(M, D))
+entry("inertia_transform", bound=5)(lambda M, D: transformed(M, D))
 
 
 @entry("inertia_merge", bound=6)
@@ -736,60 +389,20 @@ def _(m, c, xx, yy, zz, xy, yz, zx, o):
 # four-vectors, 4×4 matrices, quaternions
 
 for kind in ("vec4", "quaternion"):
-    @entry(f"{kind}_copy")
-    def _(x, o):
-        return exact(x)
-
-    @entry(f"{kind}_l2norm")
-    def _(x):
-        return [(ref.sqrt(dot(x, x)), norm(x))]
-
-    @entry(f"{kind}_scaled")
-    def _(x, a, o):
-        return [(a[:, None] * x, abs(a.astype(float)) * norm(x))]
-
-    @entry(f"{kind}_normalized")
-    def _(x, o):
-        return [(x / ref.sqrt(dot(x, x))[:, None], np.ones(len(x)))]
-
-    @entry(f"{kind}_normalize")
-    def _(x):
-        return [(x / ref.sqrt(dot(x, x))[:, None], np.ones(len(x)))]
+    entry(f"{kind}_copy")(lambda x, o: exact(x))
+    entry(f"{kind}_l2norm")(lambda x: [(ref.sqrt(dot(x, x)), norm(x))])
+    entry(f"{kind}_scaled")(lambda x, a, o: [(a[:, None] * x, abs(a.astype(float)) * norm(x))])
+    entry(f"{kind}_normalized")(lambda x, o: [(x / ref.sqrt(dot(x, x))[:, None], np.ones(len(x)))])
+    entry(f"{kind}_normalize")(lambda x: [(x / ref.sqrt(dot(x, x))[:, None], np.ones(len(x)))])
 
 
-@entry("vec4_scale")
-def _(x, a):
-    return [(a[:, None] * x, abs(a.astype(float)) * norm(x))]
-
-
-@entry("vec4_swap")
-def _(a, b):
-    return exact(b, a)
-
-
-@entry("vec4_inverted")
-def _(x, o):
-    return exact(-x)
-
-
-@entry("vec4_invert")
-def _(x):
-    return exact(-x)
-
-
-@entry("mat4x4_setIdentity")
-def _(M):
-    return exact(numbers(ref.identity(len(M), 4)))
-
-
-@entry("mat4x4_getTranslation")
-def _(M, o):
-    return exact(M[:, 12:15])
-
-
-@entry("mat4x4_toSE3")
-def _(M, o):
-    return exact(M.reshape(-1, 4, 4)[:, :, :3].reshape(len(M), 12))
+entry("vec4_scale")(lambda x, a: [(a[:, None] * x, abs(a.astype(float)) * norm(x))])
+entry("vec4_swap")(lambda a, b: exact(b, a))
+entry("vec4_inverted")(lambda x, o: exact(-x))
+entry("vec4_invert")(lambda x: exact(-x))
+entry("mat4x4_setIdentity")(lambda M: exact(numbers(ref.identity(len(M), 4))))
+entry("mat4x4_getTranslation")(lambda M, o: exact(M[:, 12:15]))
+entry("mat4x4_toSE3")(lambda M, o: exact(M.reshape(-1, 4, 4)[:, :, :3].reshape(len(M), 12)))
 
 
 def conj(q):
@@ -815,74 +428,20 @@ def product_quaternions(p, q):
     return [(hamilton(p, q), norm(p) * norm(q))]
 
 
-@entry("quaternion_setIdentity")
-def _(q):
-    return exact(0 * q + np.array([0, 0, 0, 1]))
-
-
-@entry("quaternion_conjugated")
-def _(q, o):
-    return exact(conj(q))
-
-
-@entry("quaternion_conjugate")
-def _(q):
-    return exact(conj(q))
-
-
-@entry("dot_qq")
-def _(p, q):
-    return [(dot(p, q), norm(p) * norm(q))]
-
-
-@entry("axpy_qq")
-def _(a, x, y):
-    return [(a[:, None] * x + y, abs(a.astype(float)) * norm(x) + norm(y))]
-
-
-@entry("product_qq", "quaternion_product_qq")
-def _(p, q, o):
-    return product_quaternions(p, q)
-
-
-@entry("product_qconjq", "quaternion_product_qconjq")
-def _(p, q, o):
-    return product_quaternions(conj(p), q)
-
-
-@entry("quaternion_product_uqinverseq")
-def _(p, q, o):
-    return exact(p, q) + product_quaternions(conj(p), q)
-
-
-@entry("product_qqconj", "quaternion_product_qqconj")
-def _(p, q, o):
-    return product_quaternions(p, conj(q))
-
-
-@entry("product_qconjqconj", "quaternion_product_qconjqconj")
-def _(p, q, o):
-    return product_quaternions(conj(p), conj(q))
-
-
-@entry("product_qv", "quaternion_product_qv")
-def _(q, v, o):
-    return product_quaternions(q, pure(v))
-
-
-@entry("product_qconjv", "quaternion_product_qconjv")
-def _(q, v, o):
-    return product_quaternions(conj(q), pure(v))
-
-
-@entry("product_vq", "quaternion_product_vq")
-def _(v, q, o):
-    return product_quaternions(pure(v), q)
-
-
-@entry("product_vqconj", "quaternion_product_vqconj")
-def _(v, q, o):
-    return product_quaternions(pure(v), conj(q))
+entry("quaternion_setIdentity")(lambda q: exact(0 * q + np.array([0, 0, 0, 1])))
+entry("quaternion_conjugated")(lambda q, o: exact(conj(q)))
+entry("quaternion_conjugate")(lambda q: exact(conj(q)))
+entry("dot_qq")(lambda p, q: [(dot(p, q), norm(p) * norm(q))])
+entry("axpy_qq")(lambda a, x, y: [(a[:, None] * x + y, abs(a.astype(float)) * norm(x) + norm(y))])
+entry("product_qq", "quaternion_product_qq")(lambda p, q, o: product_quaternions(p, q))
+entry("product_qconjq", "quaternion_product_qconjq")(lambda p, q, o: product_quaternions(conj(p), q))
+entry("quaternion_product_uqinverseq")(lambda p, q, o: exact(p, q) + product_quaternions(conj(p), q))
+entry("product_qqconj", "quaternion_product_qqconj")(lambda p, q, o: product_quaternions(p, conj(q)))
+entry("product_qconjqconj", "quaternion_product_qconjqconj")(lambda p, q, o: product_quaternions(conj(p), conj(q)))
+entry("product_qv", "quaternion_product_qv")(lambda q, v, o: product_quaternions(q, pure(v)))
+entry("product_qconjv", "quaternion_product_qconjv")(lambda q, v, o: product_quaternions(conj(q), pure(v)))
+entry("product_vq", "quaternion_product_vq")(lambda v, q, o: product_quaternions(pure(v), q))
+entry("product_vqconj", "quaternion_product_vqconj")(lambda v, q, o: product_quaternions(pure(v), conj(q)))
 
 
 @entry("product_qxq")
@@ -899,14 +458,8 @@ def turned(q, v):
     return [(v + 2 * w * cross(r, v) + 2 * cross(r, cross(r, v)), norm(v) * size)]
 
 
-@entry("product_qvqconj")
-def _(q, v, o):
-    return turned(q, v)
-
-
-@entry("product_qconjvq")
-def _(q, v, o):
-    return turned(conj(q), v)
+entry("product_qvqconj")(lambda q, v, o: turned(q, v))
+entry("product_qconjvq")(lambda q, v, o: turned(conj(q), v))
 
 
 def turning(q):
@@ -918,28 +471,16 @@ def turning(q):
     return [(R[:, :, j], 1 + 2 * cosine * sine + 2 * sine**2) for j in range(3)]
 
 
-@entry("mat3x3_setFromQuaternion")
-def _(o, q):
-    return turning(q)
-
-
-@entry("quaternion_toMat3x3")
-def _(q, o):
-    return [(q / ref.sqrt(dot(q, q))[:, None], np.ones(len(q)))] + turning(q)
+entry("mat3x3_setFromQuaternion")(lambda o, q: turning(q))
+entry("quaternion_toMat3x3")(lambda q, o: [(q / ref.sqrt(dot(q, q))[:, None], np.ones(len(q)))] + turning(q))
 
 
 def stepped(q, v, sign):
     return [(q + sign * hamilton(q, pure(v)) / 2, norm(q) * (1 + norm(v) / 2))]
 
 
-@entry("add_dpiToq")
-def _(v, q):
-    return stepped(q, v, 1)
-
-
-@entry("subtract_dpiFromq")
-def _(v, q):
-    return stepped(q, v, -1)
+entry("add_dpiToq")(lambda v, q: stepped(q, v, 1))
+entry("subtract_dpiFromq")(lambda v, q: stepped(q, v, -1))
 
 
 @entry("omega_to_dquaternion")
@@ -969,44 +510,14 @@ def _(o, w, v, b, c, db, dc):
 
 # by value
 
-@entry("vec3", "vec4", "quaternion", "screw", "coscrew", "mat3x3_cmo", "SE3_cmo", "mat4x4_cmo")
-def _(*numbers_):
-    return exact(np.stack(numbers_, -1))
-
-
-@entry("mat3x3", "SE3")
-def _(*numbers_):
-    return exact(numbers(np.stack(numbers_, -1).reshape(len(numbers_[0]), 3, -1)))
-
-
-@entry("mat4x4")
-def _(*numbers_):
-    return exact(numbers(np.stack(numbers_, -1).reshape(-1, 4, 4)))
-
-
-@entry("mat4x4_fromRt")
-def _(R, t):
-    return exact(numbers(pose(np.concatenate([R, t], 1))))
-
-
-@entry("mat4x4_fromSE3")
-def _(D):
-    return exact(numbers(pose(D)))
-
-
-@entry("SE3_fromRt")
-def _(R, t):
-    return exact(np.concatenate([R, t], 1))
-
-
-@entry("SE3_identity")
-def _():
-    return exact(numbers(ref.identity(1, 4)[:, :3]))
-
-
-@entry("inertia")
-def _(m, t, *I):
-    return [(m, np.zeros(len(m))), (m[:, None] * t, abs(m.astype(float)) * norm(t)), (np.stack(I, -1), np.zeros(len(m)))]
+entry("vec3", "vec4", "quaternion", "screw", "coscrew", "mat3x3_cmo", "SE3_cmo", "mat4x4_cmo")(lambda *numbers_: exact(np.stack(numbers_, -1)))
+entry("mat3x3", "SE3")(lambda *numbers_: exact(numbers(np.stack(numbers_, -1).reshape(len(numbers_[0]), 3, -1))))
+entry("mat4x4")(lambda *numbers_: exact(numbers(np.stack(numbers_, -1).reshape(-1, 4, 4))))
+entry("mat4x4_fromRt")(lambda R, t: exact(numbers(pose(np.concatenate([R, t], 1)))))
+entry("mat4x4_fromSE3")(lambda D: exact(numbers(pose(D))))
+entry("SE3_fromRt")(lambda R, t: exact(np.concatenate([R, t], 1)))
+entry("SE3_identity")(lambda: exact(numbers(ref.identity(1, 4)[:, :3])))
+entry("inertia")(lambda m, t, *I: [(m, np.zeros(len(m))), (m[:, None] * t, abs(m.astype(float)) * norm(t)), (np.stack(I, -1), np.zeros(len(m)))])
 
 
 # tested elsewhere: where

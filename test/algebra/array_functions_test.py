@@ -29,6 +29,8 @@ def functions():
 
 
 FUNCTIONS = functions()
+LENGTHS = (*range(18), 23, 31, 32, 33, 40)
+"""Every remainder of a division by 16, the most lanes that there are, and several packs."""
 GAP = 3
 """Numbers between two items of a strided array."""
 
@@ -95,7 +97,7 @@ def test_every_length_and_layout(ksl, name, layout):
     scalar, types, out = FUNCTIONS[name]
     dtype = DTYPE[scalar]
     shift = np.dtype(dtype).itemsize if layout == "misaligned" else 0
-    for n in range(41):
+    for n in LENGTHS:
         x = samples(name, n, n)
         expected = one_by_one(ksl, name, x) if n else np.zeros((0, WIDTHS[out]), dtype)
         places = []

@@ -1,9 +1,6 @@
 """Calls of every function of the algebra with one number of its arguments changed at a time: what NaN, infinities and subnormal numbers do
 (nan_test.py, not_finite_test.py)."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-
 import numpy as np
 
 import reference as ref
@@ -11,7 +8,7 @@ from cases import DTYPE
 from functions import SIZES, everything
 
 FUNCTIONS = everything()
-CASES = 24
+CASES = 12
 ROOM = 80  # numbers of an array argument, of which functions read 36 at most
 READ = 36
 # tested elsewhere: a refused argument is left as it is and told by what is returned (errata_test.py); indices alone
@@ -59,12 +56,13 @@ def arguments(f, random):
 
 
 def results(ksl, f, args):
-    """The real numbers that a call leaves, (CASES, n)."""
+    """The real numbers that each call leaves, (calls, n)."""
     result, after = ksl(f.name, *args)
+    calls = len(args[0])
     written = [x for t, x in zip(f.args, after) if t.kind != "value" and not t.const and is_number(t)]
     if f.returns.base in SIZES or f.returns.base == "real":
         written.append(np.asarray(result))
-    return np.concatenate([np.asarray(x, np.float64).reshape(CASES, -1) for x in written], 1) if written else np.zeros((CASES, 0))
+    return np.concatenate([np.asarray(x, np.float64).reshape(calls, -1) for x in written], 1) if written else np.zeros((calls, 0))
 
 
 def with_numbers():
@@ -73,37 +71,22 @@ def with_numbers():
             yield f
 
 
-@dataclass
-class Number:
-    """One number of the arguments of a function, in all cases."""
+def varied(ksl, f, args, variants):
+    """Of every number that a function is given: which it is, (argument, number), and the results (variants, CASES, n) with each variant in its place.
 
-    argument: int
-    number: int
-    values: np.ndarray
-    """(CASES,) what it is."""
-    with_values: Callable[[object], np.ndarray]
-    """The results with other values in its place."""
-
-    def decides(self, before: np.ndarray, others: list[np.ndarray]) -> np.ndarray:
-        """Which results (CASES, n) depend on it: those that one of the other values changes."""
-        depends = np.zeros(before.shape, bool)
-        for x in others:
-            after = self.with_values(x)
-            depends |= (after != before) & ~(np.isnan(after) & np.isnan(before))
-        return depends
+    variants(values) gives arrays (CASES,), or numbers.  All calls are made at once."""
+    places = [(k, j) for k, t in enumerate(f.args) if is_number(t) for j in range(min(args[k].reshape(CASES, -1).shape[1], READ))]
+    if not places:
+        return []
+    count = len(variants(np.zeros(CASES)))
+    many = [np.tile(a, (len(places) * count, *[1] * (a.ndim - 1))) for a in args]
+    for p, (k, j) in enumerate(places):
+        for n, x in enumerate(variants(args[k].reshape(CASES, -1)[:, j])):
+            first = (p * count + n) * CASES
+            many[k].reshape(len(many[k]), -1)[first : first + CASES, j] = x
+    return zip(places, results(ksl, f, many).reshape(len(places), count, CASES, -1))
 
 
-def numbers(ksl, f, args) -> Iterator[Number]:
-    """Every number that a function is given."""
-    for k, t in enumerate(f.args):
-        if not is_number(t):
-            continue
-        columns = args[k].reshape(CASES, -1)
-        for j in range(min(columns.shape[1], READ)):
-
-            def with_values(x, k=k, j=j, columns=columns):
-                changed = columns.copy()
-                changed[:, j] = x
-                return results(ksl, f, [*args[:k], changed.reshape(args[k].shape), *args[k + 1 :]])
-
-            yield Number(k, j, columns[:, j], with_values)
+def differ(before, after):
+    """Which results (CASES, n) one of the variants changes."""
+    return ((after != before) & ~(np.isnan(after) & np.isnan(before))).any(0)

@@ -1,4 +1,4 @@
-"""Every header compiles alone, without a warning.  `make lint` reads them so as C11 with both compilers, and as C++20 with clang: the rest is here."""
+"""Headers compile without a warning as C++17, and as C++20 with gcc.  `make lint` reads each of them alone, as C11 with both compilers and as C++20 with clang."""
 
 import subprocess
 import sys
@@ -17,14 +17,10 @@ C_HEADERS = ["SE3", "array", "articulated_inertia", "axis", "config", "coscrew",
 
 
 @pytest.mark.parametrize(("language", "family"), [("c++17", "gcc"), ("c++17", "clang"), ("c++", "gcc")])
-def test_headers_alone(language, family, tmp_path):
+def test_headers_in_this_order(language, family, tmp_path):
     headers = [f"{h}.h" for h in C_HEADERS] + (["algebra.hpp", "spatial.hpp"] if language == "c++" else [])
-    files = []
-    for header in headers:
-        path = tmp_path / f"{header.replace('.', '_')}.cpp"
-        path.write_text(f"#include <ksl/{header}>\nint {path.stem}_included;\n")
-        files.append(str(path))
-    run = subprocess.run([COMPILERS[family], STANDARDS[language], "-fsyntax-only", *options(family, "c++"), "-Werror", f"-I{INCLUDE}", *files], capture_output=True, text=True)
+    (tmp_path / "all.cpp").write_text("".join(f"#include <ksl/{header}>\n" for header in headers))
+    run = subprocess.run([COMPILERS[family], STANDARDS[language], "-fsyntax-only", *options(family, "c++"), "-Werror", f"-I{INCLUDE}", tmp_path / "all.cpp"], capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
 
 

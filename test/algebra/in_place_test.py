@@ -9,7 +9,7 @@ import pytest
 import reference as ref
 from functions import SIZES, everything
 
-CASES = 500
+CASES = 100
 FUNCTIONS = everything()
 # where a vec3 lies inside a larger argument
 INSIDE = {"SE3": [9], "screw": [0, 3], "coscrew": [0, 3], "motion": [0, 3], "force": [0, 3], "plucker": [9], "mat3x3": [0, 3, 6], "quaternion": [0], "inertia": [1], "spatial_inertia": [1]}

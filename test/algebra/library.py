@@ -53,7 +53,7 @@ class Library:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "helpers.so"
             flags = ["-std=c11", "-ffp-contract=off", "-fPIC", "-shared", "-DKSL_INLINE_HELPER=extern inline KSL_EXPORT"]
-            subprocess.run([*c_compiler("-O2"), *flags, "-I", ROOT / "include", ROOT / "src" / "ksl.c", "-o", path, "-lm"], check=True)
+            subprocess.run([*c_compiler("-O0"), *flags, "-I", ROOT / "include", ROOT / "src" / "ksl.c", "-o", path, "-lm"], check=True)
             return ctypes.CDLL(str(path))
 
     def _function(self, name):

@@ -107,7 +107,7 @@ def alias_all(ksl, name, K, D):
 @BOTH
 @pytest.mark.parametrize("what", ["stiffness", "compliance"])
 def test_in_place(ksl, what, scalar, f):
-    n = 200
+    n = min(CASES, 200)
     K, D = matrices(scalar, what == "stiffness")[:n].reshape(n, 36), sample("SE3", scalar, n=n, moderate=True)
     name = f"ksl_matrix6{f}_{what}Transformed"
     apart = ksl(name, K, D, room(36, scalar, n))[1][2]

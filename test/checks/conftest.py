@@ -12,13 +12,7 @@ pytest.importorskip("lxml")
 
 @pytest.fixture(autouse=True)
 def no_packages(monkeypatch):
-    for name in (
-        "ROS_PACKAGE_PATH",
-        "AMENT_PREFIX_PATH",
-        "CMAKE_PREFIX_PATH",
-        "GAZEBO_MODEL_PATH",
-        "GZ_SIM_RESOURCE_PATH",
-    ):
+    for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH", "GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH"):
         monkeypatch.delenv(name, raising=False)
 
 

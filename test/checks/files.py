@@ -71,10 +71,6 @@ def stl(triangles: int = 2, size: float = 0.1, declared: int | None = None) -> b
 
     record = np.dtype([("normal", "<f4", 3), ("points", "<f4", (3, 3)), ("attribute", "<u2")])
     data = np.zeros(triangles, record)
-    data["points"][:, 0], data["points"][:, 1], data["points"][:, 2] = (
-        -size / 2,
-        size / 2,
-        [[0, 0, size / 2]] * triangles,
-    )
+    data["points"][:, 0], data["points"][:, 1], data["points"][:, 2] = (-size / 2, size / 2, [[0, 0, size / 2]] * triangles)
     count = triangles if declared is None else declared
     return b"made by a test".ljust(80) + count.to_bytes(4, "little") + data.tobytes()

@@ -19,15 +19,10 @@ REPAIRABLE = {
     "link-undefined": changed(('<child link="fore"/>', '<child link="Fore"/>')),
     "mimic-unknown": more(link("f"), hinge("j", "fore", "f", '<mimic joint="Elbow"/>')),
     "mesh-missing": more(
-        '<link name="x"><visual><geometry><mesh filename="Meshes/Cube.STL"/></geometry></visual></link>',
-        hinge("j", "fore", "x", kind="fixed"),
+        '<link name="x"><visual><geometry><mesh filename="Meshes/Cube.STL"/></geometry></visual></link>', hinge("j", "fore", "x", kind="fixed")
     ),
-    "inertia-not-positive": changed(
-        ('ixx="0.0083" iyy="0.0084" izz="0.0017" ixy="0"', 'ixx="0.0083" iyy="0.0084" izz="0.0017" ixy="0.0084"')
-    ),
-    "mimic-unknown, a prefix": more(
-        link("f"), hinge("l_j1", "fore", "f"), link("g"), hinge("l_j2", "fore", "g", '<mimic joint="j1"/>')
-    ),
+    "inertia-not-positive": changed(('ixx="0.0083" iyy="0.0084" izz="0.0017" ixy="0"', 'ixx="0.0083" iyy="0.0084" izz="0.0017" ixy="0.0084"')),
+    "mimic-unknown, a prefix": more(link("f"), hinge("l_j1", "fore", "f"), link("g"), hinge("l_j2", "fore", "g", '<mimic joint="j1"/>')),
     "unknown-attribute": changed(('velocity="2"', 'velocty="2"')),
     "centroid-outside": changed(('<origin xyz="0 0 0.2"/>\n      <mass', '<origin xyz="0 0 200"/>\n      <mass')),
     "inertia-triangle": changed(('ixx="0.0083" iyy="0.0084" izz="0.0017"', 'ixx="0.0083" iyy="0.0110" izz="0.0017"')),
@@ -76,11 +71,7 @@ def test_what_needs_a_decision_is_left_until_it_is_accepted(written, rule, tmp_p
 def test_only_what_is_listed_changes(written, tmp_path):
     text = "<!-- by hand -->\n" + changed(('axis xyz="0 1 0"', 'axis xyz="0 3 4"')).split("?>\n")[1] + "<!-- end -->\n"
     fix(written(text), tmp_path / "out.urdf")
-    lines = [
-        (a, b)
-        for a, b in zip(text.splitlines(), (tmp_path / "out.urdf").read_text().splitlines(), strict=True)
-        if a != b
-    ]
+    lines = [(a, b) for a, b in zip(text.splitlines(), (tmp_path / "out.urdf").read_text().splitlines(), strict=True) if a != b]
     assert lines == [('    <axis xyz="0 3 4"/>', '    <axis xyz="0 0.6 0.8"/>')]
 
 
@@ -95,9 +86,7 @@ def test_accepted_numbers_by_hand(written, tmp_path):
     upper = repaired("inertia-units", (moments, 'ixx="28300" iyy="28300" izz="3300"')).link("upper")
     assert upper.inertia[:3] == pytest.approx([0.0283 + 2 * 0.04, 0.0283 + 2 * 0.04, 0.0033])
     assert repaired("mass-units", ('mass value="2"', 'mass value="2000"')).link("upper").mass == 2
-    assert repaired("limit-units", ('lower="-2" upper="2"', 'lower="-90" upper="90"')).joint(
-        "elbow"
-    ).upper == pytest.approx(np.pi / 2)
+    assert repaired("limit-units", ('lower="-2" upper="2"', 'lower="-90" upper="90"')).joint("elbow").upper == pytest.approx(np.pi / 2)
     upper = repaired("inertia-about-origin", (moments, 'ixx="0.1083" iyy="0.1083" izz="0.0033"')).link("upper")
     assert upper.inertia[:3] == pytest.approx([0.1083, 0.1083, 0.0033])  # about the origin, as they were meant
 
@@ -122,10 +111,7 @@ def test_a_chain_of_mimic_joints_keeps_its_motion(written, tmp_path):
 def test_a_prefix_that_was_left_out(written, tmp_path):
     """Two hands of one macro: the leader is that of the same hand."""
     hands = [
-        part
-        for s in ("l", "r")
-        for i in (1, 2)
-        for part in (link(f"{s}_{i}"), hinge(f"{s}_j{i}", "fore", f"{s}_{i}", '<mimic joint="j1"/>' if i == 2 else ""))
+        part for s in ("l", "r") for i in (1, 2) for part in (link(f"{s}_{i}"), hinge(f"{s}_j{i}", "fore", f"{s}_{i}", '<mimic joint="j1"/>' if i == 2 else ""))
     ]
     path = written(more(*hands))
     assert [f.repair for f in ksl.check(path)] == ["Did you mean l_j1?", "Did you mean r_j1?"]
@@ -185,10 +171,6 @@ def test_files_that_cannot_be_repaired(written, tmp_path):
 
 
 def test_other_encodings_stay(written, tmp_path):
-    text = changed(
-        ('<?xml version="1.0"?>', '<?xml version="1.0" encoding="ISO-8859-1"?>'),
-        ("an arm", "Kölner Arm"),
-        ('axis xyz="0 1 0"', 'axis xyz="0 3 4"'),
-    )
+    text = changed(('<?xml version="1.0"?>', '<?xml version="1.0" encoding="ISO-8859-1"?>'), ("an arm", "Kölner Arm"), ('axis xyz="0 1 0"', 'axis xyz="0 3 4"'))
     fix(written(text.encode("latin-1")), tmp_path / "out.urdf")
     assert (tmp_path / "out.urdf").read_bytes() == text.replace("0 3 4", "0 0.6 0.8").encode("latin-1")

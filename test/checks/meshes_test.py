@@ -27,12 +27,7 @@ def workspace(tmp_path):
 def test_packages_are_found_as_ros_finds_them(workspace, monkeypatch):
     robot = workspace / "src/arm-main/urdf/arm.urdf"
     robot.write_text(
-        robot_with(
-            "package://arm_description/meshes/part.stl",
-            "package://gripper/meshes/part.stl",
-            "package://tool/meshes/part.stl",
-            "../meshes/part.stl",
-        )
+        robot_with("package://arm_description/meshes/part.stl", "package://gripper/meshes/part.stl", "package://tool/meshes/part.stl", "../meshes/part.stl")
     )
     findings = ksl.check(robot)
     assert findings.rules == {"package-missing": 2} and "gripper" in findings[0].found
@@ -46,15 +41,9 @@ def test_packages_are_found_as_ros_finds_them(workspace, monkeypatch):
 
 def test_a_slash_too_many_is_told_and_the_mesh_is_found(workspace):
     robot = workspace / "src/arm-main/urdf/arm.urdf"
-    robot.write_text(
-        robot_with("package:///arm_description/meshes/part.stl", "package:///arm_description/meshes/part.stl")
-    )
+    robot.write_text(robot_with("package:///arm_description/meshes/part.stl", "package:///arm_description/meshes/part.stl"))
     (finding,) = ksl.check(robot)
-    assert (finding.rule, finding.value, finding.repair) == (
-        "mesh-uri",
-        2,
-        "Write package://arm_description/meshes/part.stl.",
-    ) and finding.fixable
+    assert (finding.rule, finding.value, finding.repair) == ("mesh-uri", 2, "Write package://arm_description/meshes/part.stl.") and finding.fixable
 
 
 def test_other_ways_to_name_a_file(tmp_path):

@@ -1,5 +1,6 @@
 """A lower layer never includes a higher one, and kernels bring no code of the standard library along."""
 
+import functools
 import re
 from pathlib import Path
 
@@ -41,6 +42,7 @@ def sources() -> list[Path]:
     return sorted(f for folder, pattern in folders for f in folder.glob(pattern) if f.suffix in (".h", ".hpp", ".inc", ".c", ".cpp"))
 
 
+@functools.cache
 def includes(path: Path) -> tuple[list[Path], list[str]]:
     """Files of the project and headers of others that a file includes."""
     own, foreign = [], []
@@ -64,12 +66,10 @@ def test_there_is_something_in_every_layer():
     assert {layer(f) for f in sources()} == set(range(len(LAYERS)))
 
 
-@pytest.mark.parametrize("path", sources(), ids=lambda p: p.relative_to(ROOT).as_posix())
-def test_no_file_includes_a_higher_layer(path):
-    for other in includes(path)[0]:
-        assert layer(other) <= layer(path), (
-            f"{path.relative_to(ROOT)} ({LAYERS[layer(path)][0]}) includes {other.relative_to(ROOT)} ({LAYERS[layer(other)][0]})"
-        )
+def test_no_file_includes_a_higher_layer():
+    higher = [f"{path.relative_to(ROOT)} ({LAYERS[layer(path)][0]}) includes {other.relative_to(ROOT)} ({LAYERS[layer(other)][0]})"
+              for path in sources() for other in includes(path)[0] if layer(other) > layer(path)]  # fmt: skip
+    assert not higher
 
 
 @pytest.mark.parametrize("folder, other", STRANGERS)
@@ -84,36 +84,32 @@ def test_an_old_path_leads_to_the_header_that_is_there_no_more():
         assert new.name == path.name and len(path.read_text(encoding="utf-8").splitlines()) == 2
 
 
-@pytest.mark.parametrize("path", [f for f in sources() if layer(f) < 2], ids=lambda p: p.relative_to(ROOT).as_posix())
-def test_the_algebra_needs_c_headers_only(path):
-    strangers = set(includes(path)[1]) - C_HEADERS
-    assert not strangers, f"{path.relative_to(ROOT)} includes {sorted(strangers)}; the C algebra depends on nothing but C"
+def test_the_algebra_needs_c_headers_only():
+    strangers = {path.relative_to(ROOT): unknown for path in sources() if layer(path) < 2 and (unknown := set(includes(path)[1]) - C_HEADERS)}
+    assert not strangers, "the C algebra depends on nothing but C"
 
 
 KERNELS = ["engine/finite.cpp", "engine/shared_steps.cpp", "engine/inverse_kinematics_kernels.cpp", "engine/array_kernels.cpp", *(f.relative_to(SRC).as_posix() for f in sorted((SRC / "engine/algorithms").glob("*/*.cpp")))]
 
 
-@pytest.mark.parametrize("source", KERNELS)
-def test_kernels_include_nothing_that_has_code_of_its_own(source):
+def test_kernels_include_nothing_that_has_code_of_its_own():
     """Inline functions of the standard library would be shared, weakly, between objects of different instruction sets."""
-    files = closure(SRC / source)
-    assert INCLUDE / "ksl" / "algebra.hpp" in files
-    for file in files:
-        strangers = set(includes(file)[1]) - NO_CODE_OF_THEIR_OWN
-        assert not strangers, f"{file.relative_to(ROOT)} includes {sorted(strangers)}, and {source} includes it"
+    for source in KERNELS:
+        files = closure(SRC / source)
+        assert INCLUDE / "ksl" / "algebra.hpp" in files
+        for file in files:
+            strangers = set(includes(file)[1]) - NO_CODE_OF_THEIR_OWN
+            assert not strangers, f"{file.relative_to(ROOT)} includes {sorted(strangers)}, and {source} includes it"
 
 
-GUARDED = [f for f in sources() if f.suffix in (".h", ".hpp") and f.parent.name != "compat"]
-"""Headers in compat/ are one line, which includes one of these (compat_test.py)."""
-
-
-@pytest.mark.parametrize("path", GUARDED, ids=lambda p: p.relative_to(ROOT).as_posix())
-def test_a_header_may_be_included_twice(path):
-    text = path.read_text(encoding="utf-8")
-    if path.name == "names.h":
-        assert "included" in text or "inclusion" in text, "names.h is included many times, and says so"
-    else:
-        assert "#pragma once" in text or re.search(r"#ifndef (KSL_\w+)\n#define \1\b", text), "no include guard"
+def test_a_header_may_be_included_twice():
+    """Those in compat/ are one line, which includes one of these (compat_test.py)."""
+    for path in (f for f in sources() if f.suffix in (".h", ".hpp") and f.parent.name != "compat"):
+        text = path.read_text(encoding="utf-8")
+        if path.name == "names.h":
+            assert "included" in text or "inclusion" in text, "names.h is included many times, and says so"
+        else:
+            assert "#pragma once" in text or re.search(r"#ifndef (KSL_\w+)\n#define \1\b", text), f"{path} has no include guard"
 
 
 def test_the_stub_of_the_ufuncs_names_what_the_module_has():

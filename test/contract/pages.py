@@ -38,11 +38,11 @@ def blocks_of(path: Path) -> list[Block]:
     return found
 
 
-def set_up(folder: Path) -> Path:
-    """The examples where README expects them, and a .venv that is this Python's."""
+def set_up(folder: Path, program: Path = Path(sys.executable).parent) -> Path:
+    """The examples where README expects them, and a .venv that is this Python's, with the `ksl` of warm_ksl.py in the folder `program`."""
     shutil.copytree(ROOT / "examples", folder / "examples")
     (folder / ".venv" / "bin").mkdir(parents=True)
-    (folder / ".venv" / "bin" / "activate").write_text(f'PATH="{Path(sys.executable).parent}:$PATH"\n')
+    (folder / ".venv" / "bin" / "activate").write_text(f'PATH="{program}:{Path(sys.executable).parent}:$PATH"\n')
     return folder
 
 
@@ -67,8 +67,8 @@ for line in sys.stdin:
 class Walk:
     """A page whose blocks run in order, in one folder.  Python blocks share their variables."""
 
-    def __init__(self, page: Path, folder: Path) -> None:
-        self.page, self.folder = page, set_up(folder)
+    def __init__(self, page: Path, folder: Path, program: Path = Path(sys.executable).parent) -> None:
+        self.page, self.folder = page, set_up(folder, program)
         self.blocks = blocks_of(page)
         self.printed: dict[int, str] = {}
         """What blocks have printed, by their place among the blocks."""

@@ -10,6 +10,7 @@ from pages import LANGUAGES, ROOT, TUTORIALS, blocks_of, environment, set_up
 
 sys.path.insert(0, str(ROOT / "test" / "algebra"))
 from library import find
+from warm_ksl import waiting
 
 SETS_UP = re.compile(r"^make (demo|test|bench)", re.MULTILINE)
 """Blocks with these set up the whole project; they are what runs the tests."""
@@ -26,9 +27,15 @@ def blocks() -> list:
     return found
 
 
+@pytest.fixture(scope="module")
+def program(tmp_path_factory):
+    with waiting(tmp_path_factory.mktemp("ksl")) as folder:
+        yield folder
+
+
 @pytest.fixture
-def checkout(tmp_path) -> Path:
-    return set_up(tmp_path)
+def checkout(tmp_path, program) -> Path:
+    return set_up(tmp_path, program)
 
 
 def run(command: list, folder: Path) -> subprocess.CompletedProcess:
@@ -68,7 +75,7 @@ def is_excerpt(code: str) -> bool:
 
 
 @pytest.mark.parametrize(("language", "code"), blocks())
-def test_block_runs(checkout, language, code):
+def test_block_runs(checkout, program, language, code):
     if language == "c" and is_excerpt(code):
         sources = [f for f in (ROOT / "include").rglob("*") if f.is_file()]
         assert any(bare(code) in bare(f.read_text(encoding="utf-8")) for f in sources), "an excerpt that is nowhere in include/"
@@ -77,7 +84,7 @@ def test_block_runs(checkout, language, code):
     elif language == "cpp":
         run_cpp(code, checkout)
     elif language == "python":
-        run([sys.executable, "-c", code], checkout)
+        run([program / "ksl", "-c", code], checkout)
     else:
         run(["sh", "-eu", "-c", code], checkout)
 
@@ -109,9 +116,8 @@ def test_the_c_example_prints_the_wrench_it_explains(checkout):
     assert numbers == pytest.approx([0, 10, 0, 0, 0, 10], abs=1e-12)
 
 
-@pytest.mark.parametrize("path", [ROOT / "README.md", *sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))], ids=lambda p: p.name)
-def test_links_lead_somewhere(path):
-    prose = re.sub(r"```.*?```|`[^`\n]*`(?!\])", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
-    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", prose):
-        if "://" not in target:
-            assert (path.parent / target).exists(), f"{path.name} links to {target}, which is not there"
+def test_links_lead_somewhere():
+    for path in [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]:
+        prose = re.sub(r"```.*?```|`[^`\n]*`(?!\])", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+        for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", prose):
+            assert "://" in target or (path.parent / target).exists(), f"{path.name} links to {target}, which is not there"

@@ -80,6 +80,7 @@ def test_viewer(folder, peaks):
                 assert np.linalg.norm(total[:, i, 3:], axis=1).max() == pytest.approx(row["moment_peak"], rel=1e-12)
 
 
+@pytest.mark.usefixtures("sweeps_here")
 def test_sweep(tmp_path, folder, peaks):
     """Of one case, which changes nothing."""
     results = ksl.sweep(PANDA, {"base": {"motion": str(PICK)}, "vary": [{"kind": "speed", "values": [1.0]}]}, tmp_path / "sweep", workers=1)

@@ -9,6 +9,7 @@ from pages import ROOT, TUTORIALS, Walk, blocks_of
 
 sys.path.insert(0, str(ROOT / "scripts"))
 from tutorial_pictures import PICTURES
+from warm_ksl import waiting
 
 IMAGES = ROOT / "docs" / "images"
 PAGES = sorted(path for path in TUTORIALS.glob("*.md") if path.name != "README.md")
@@ -18,10 +19,11 @@ NUMBER = re.compile(r"(?<![\w.])[-−+±]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
 @pytest.fixture(scope="module")
 def walks(tmp_path_factory):
     """{page: what has been run of it}."""
-    made = {page.stem: Walk(page, tmp_path_factory.mktemp(page.stem) / "work") for page in PAGES}
-    yield made
-    for walk in made.values():
-        walk.close()
+    with waiting(tmp_path_factory.mktemp("ksl")) as program:
+        made = {page.stem: Walk(page, tmp_path_factory.mktemp(page.stem) / "work", program) for page in PAGES}
+        yield made
+        for walk in made.values():
+            walk.close()
 
 
 def all_blocks() -> list:

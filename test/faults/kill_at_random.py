@@ -25,6 +25,7 @@ sys.path[:0] = map(str, Path(__file__).resolve().parents[:2])
 import ended_sweeps
 import full_disks
 import killing
+import sweeps_here
 import writers
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -191,7 +192,7 @@ def said(name: str, found: Found) -> Found:
 def prepared(work: Path, only: str) -> list[writers.Writer]:
     """The writers whose names hold `only`, with all modules imported, so that the time of a run is that of its work."""
     writers.same_date()
-    writers.sweeps_in_this_process()
+    sweeps_here.sweep_here()
     writers.export_a_small_page()
     chosen = [w for w in writers.prepare(work) if only in w.name]
     for writer in chosen:

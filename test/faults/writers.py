@@ -60,19 +60,6 @@ def same_date() -> None:
     provenance.datetime = run.datetime = Then
 
 
-def sweeps_in_this_process() -> None:
-    """Computes sweeps in this process: one for each worker would take a second to start."""
-    from ksl.sweeps import local
-    from ksl.sweeps.evaluate import Evaluator
-
-    def compute(plan, partitions, workers):
-        evaluator = Evaluator(plan)
-        for partition in partitions:
-            yield evaluator.partition(partition)
-
-    local.compute = compute
-
-
 def export_a_small_page() -> None:
     """Replaces the page of the viewer, which takes a second to make, by a small one: writing the file does not depend on what the page shows."""
     from ksl.viewer import export

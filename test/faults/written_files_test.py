@@ -13,6 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "output"))
 import ended_sweeps
 import killing
 import pytest
+import sweeps_here
 import writers
 from sets import files_of_at_most, folder_with, no_links
 
@@ -31,7 +32,7 @@ def test_what_a_killed_run_leaves_is_not_taken_for_files_of_others(tmp_path, bef
     names = killing.everything(out)
     folder_with(out, {"notes": "the user's"})
     _, changes = killing.in_a_copy(lambda: run.write(out), before=before)
-    for number in range(1, changes + 1, 3):
+    for number in range(1, changes + 1, 6):
         folder_with(out, {"notes": "the user's"})
         assert killing.in_a_copy(lambda: run.write(out), kill_at=number, before=before)[0] == -signal.SIGKILL
         run.write(out)
@@ -46,7 +47,7 @@ def work(tmp_path_factory) -> Iterator[Path]:
     folder = tmp_path_factory.mktemp("writers")
     with writers.stand_ins_end():
         writers.same_date()
-        writers.sweeps_in_this_process()
+        sweeps_here.sweep_here()
         writers.export_a_small_page()
         yield folder
 

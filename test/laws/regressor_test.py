@@ -7,12 +7,7 @@ from hypothesis import strategies as st
 from newton_euler import apply, coadjoint, inertia_matrix, transpose
 from random_tree import Case
 
-REQUESTS = (
-    {},
-    {"axes": "world", "at": "world"},
-    {"part": "constraint", "order": "ang_lin"},
-    {"part": "actuation", "on": "parent", "at": (0.3, -0.2, 0.5)},
-)
+REQUESTS = ({}, {"axes": "world", "at": "world"}, {"part": "constraint", "order": "ang_lin"}, {"part": "actuation", "on": "parent", "at": (0.3, -0.2, 0.5)})
 
 
 def close(found, expected, scale: float = 1.0, limit: float = 1e-12) -> None:

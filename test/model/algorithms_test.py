@@ -40,7 +40,7 @@ UNTOUCHED = {
 PRECISIONS = {np.float64: ("", ctypes.c_double), np.float32: ("f", ctypes.c_float)}
 
 
-@pytest.fixture(params=["fixed", "floating", "every kind", "coupled"])
+@pytest.fixture(scope="module", params=["fixed", "floating", "every kind", "coupled"])
 def robot(request, examples):
     """An arm, on the ground and floating, a robot with every kind of joint, and the same with joints that follow others."""
     if request.param in ("every kind", "coupled"):
@@ -115,7 +115,7 @@ def test_a_batch_of_any_size_is_its_states(robot, row, dtype):
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: r.name)
 def test_layouts_threads_and_out_change_nothing(robot, row):
     large = max((len(result.shape) for result in row.results), default=0) > 2  # derivatives of matrices: thousands of numbers a state
-    grid_of = (5, 60) if large else (20, 60)
+    grid_of = (5, 12) if large else (20, 60)
     arguments = inputs(robot, row, math.prod(grid_of))
     whole = python(robot, row, arguments, threads=1)
     for threads in (None, 5):

@@ -35,12 +35,7 @@ FLAGS = f"-O1 -U__OPTIMIZE__ -w -fmax-errors=0 -include {HERE / 'mutants.hpp'}"
 
 
 def files(scope):
-    return [
-        f
-        for p in SCOPES[scope]
-        for f in sorted(ROOT.glob(p))
-        if f.is_file() and str(f.relative_to(ROOT)) not in LEFT_OUT
-    ]
+    return [f for p in SCOPES[scope] for f in sorted(ROOT.glob(p)) if f.is_file() and str(f.relative_to(ROOT)) not in LEFT_OUT]
 
 
 def write_if_changed(path, data):
@@ -81,24 +76,16 @@ class Build:
                 f.unlink()
         for name in ("CMakeLists.txt", "test/CMakeLists.txt"):
             write_if_changed(self.tree / name, (ROOT / name).read_bytes())
-        cmake = (
-            (ROOT / "python/CMakeLists.txt")
-            .read_text()
-            .replace("core.cpp ufuncs.cpp)", f"core.cpp ufuncs.cpp {HERE / 'numbers.cpp'})")
-        )
+        cmake = (ROOT / "python/CMakeLists.txt").read_text().replace("core.cpp ufuncs.cpp)", f"core.cpp ufuncs.cpp {HERE / 'numbers.cpp'})")
         write_if_changed(self.tree / "python/CMakeLists.txt", cmake.encode())
         write_if_changed(self.tree / "test/main.cpp", (HERE / "driver.cpp").read_bytes())
         if not (self.tree / "examples").exists():
             (self.tree / "examples").symlink_to(ROOT / "examples")
-        (self.folder / "mutants.json").write_text(
-            json.dumps([asdict(m) for m in self.mutants], ensure_ascii=False, indent=0)
-        )
+        (self.folder / "mutants.json").write_text(json.dumps([asdict(m) for m in self.mutants], ensure_ascii=False, indent=0))
 
     def configure(self):
         """For the C++ tests and the Python module."""
-        nanobind = subprocess.run(
-            [sys.executable, "-m", "nanobind", "--cmake_dir"], check=True, capture_output=True, text=True
-        ).stdout.strip()
+        nanobind = subprocess.run([sys.executable, "-m", "nanobind", "--cmake_dir"], check=True, capture_output=True, text=True).stdout.strip()
         python = [
             "-DKSL_PYTHON=ON",
             f"-Dnanobind_DIR={nanobind}",
@@ -209,11 +196,7 @@ class Build:
         for place, member in places:
             if place:
                 by_file.setdefault(place[0], []).append((place, member))
-        new = {
-            (m.file, m.line, m.code, m.change)
-            for m in self.mutants
-            if any(wrong(m, *p) for p in by_file.get(m.file, []))
-        }
+        new = {(m.file, m.line, m.code, m.change) for m in self.mutants if any(wrong(m, *p) for p in by_file.get(m.file, []))}
         self.dropped_file.write_text(json.dumps(sorted(old | new), ensure_ascii=False, indent=0))
         print(f"{len(new - old)} mutants dropped that do not compile", flush=True)
         return new - old

@@ -15,14 +15,7 @@ ARITHMETIC = {"+": "add", "-": "subtract", "*": "multiply", "/": "divide", "%": 
 COMPARISONS = {"<": "less", ">": "greater", "<=": "at_most", ">=": "at_least"}
 EQUALITIES = {"==": "equal", "!=": "unequal"}
 LOGICAL = {"&&": "||", "||": "&&"}
-ASSIGNMENTS = {
-    "+=": "add_assign",
-    "-=": "subtract_assign",
-    "*=": "multiply_assign",
-    "/=": "divide_assign",
-    "&=": "and_assign",
-    "|=": "or_assign",
-}
+ASSIGNMENTS = {"+=": "add_assign", "-=": "subtract_assign", "*=": "multiply_assign", "/=": "divide_assign", "&=": "and_assign", "|=": "or_assign"}
 SHOWN = {
     "+": "-",
     "-": "+",
@@ -216,11 +209,7 @@ class Mutator:
             number = self.new(node, "operator", f"{op} → {LOGICAL[op]}")
             if not number:
                 return None
-            operands = [
-                (c.id, b"ksl_mutate::flip(%d, bool(" % number + text + b"))")
-                for c, text in pieces
-                if c.is_named and c.type != "comment"
-            ]
+            operands = [(c.id, b"ksl_mutate::flip(%d, bool(" % number + text + b"))") for c, text in pieces if c.is_named and c.type != "comment"]
             return b"ksl_mutate::flip(%d, " % number + self.joined(node, pieces, operands) + b")"
         return None
 
@@ -279,11 +268,7 @@ class Mutator:
         argument = node.named_children[0]
         if argument.type == "number_literal" and argument.text.isdigit():
             value = int(argument.text)
-            if (
-                value == 0
-                and node.parent.parent.type == "pointer_expression"
-                and node.parent.parent.children[0].type == "&"
-            ):
+            if value == 0 and node.parent.parent.type == "pointer_expression" and node.parent.parent.children[0].type == "&":
                 return None  # &x[0] is where an array begins
             other = value - 1 if value else 1
             number = self.new(node.parent, "index", f"[{value}] → [{other}]")
@@ -293,7 +278,5 @@ class Mutator:
         if argument.type in ("identifier", "field_expression", "call_expression"):
             number = self.new(node.parent, "index", f"[{argument.text.decode()}] → [0]")
             text = next(text for c, text in pieces if c.id == argument.id)
-            return number and self.joined(
-                node, pieces, [(argument.id, b"ksl_mutate::index(%d, " % number + text + b")")]
-            )
+            return number and self.joined(node, pieces, [(argument.id, b"ksl_mutate::index(%d, " % number + text + b")")])
         return None

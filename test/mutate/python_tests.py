@@ -85,12 +85,7 @@ def record(session, mutated, path):
     start = time.process_time()
     for item, bad in zip(session.items, run(session.items)):
         rows.append(
-            {
-                "test": item.nodeid,
-                "seconds": time.process_time() - start,
-                "failed": bad,
-                "reached": [i for i, x in enumerate(bytes(mutated.reached)) if x],
-            }
+            {"test": item.nodeid, "seconds": time.process_time() - start, "failed": bad, "reached": [i for i, x in enumerate(bytes(mutated.reached)) if x]}
         )
         ctypes.memset(mutated.reached, 0, ROOM)
         start = time.process_time()

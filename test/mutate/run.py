@@ -101,11 +101,7 @@ def python_tests(build, library, folders, numbers, jobs, packages=()):
         "reuse": reached.exists(),
     }
     path = [str(HERE), *map(str, packages), *filter(None, [os.environ.get("PYTHONPATH")])]
-    environment = os.environ | {
-        "KSL_MUTATE": json.dumps(settings),
-        "KSL_LIBRARY": str(library),
-        "PYTHONPATH": os.pathsep.join(path),
-    }
+    environment = os.environ | {"KSL_MUTATE": json.dumps(settings), "KSL_LIBRARY": str(library), "PYTHONPATH": os.pathsep.join(path)}
     subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "python_tests", "-p", "no:cacheprovider", *folders],
         cwd=ROOT,

@@ -66,15 +66,7 @@ def test_a_pendulum_held_level(robot):
     m = robot(PENDULUM)
     table = results_table(m, {"hold": held(m, 0.0)})
     motor = component(
-        "pivot",
-        "motor",
-        gear_ratio=50,
-        gear_efficiency=0.8,
-        rotor_inertia=1e-4,
-        rated_torque=0.5,
-        peak_torque=1.0,
-        brake_torque=0.25,
-        max_speed_rpm=3000,
+        "pivot", "motor", gear_ratio=50, gear_efficiency=0.8, rotor_inertia=1e-4, rated_torque=0.5, peak_torque=1.0, brake_torque=0.25, max_speed_rpm=3000
     )
     f = figures(ksl.size(table, motor))
     torque = 2 * G * 0.5 / 50
@@ -84,24 +76,9 @@ def test_a_pendulum_held_level(robot):
     assert f["holding torque"].utilisation == pytest.approx(torque / 0.25, rel=1e-12)
     assert f["peak speed"].value == 0 and f["regenerated energy"].value == 0
     assert f["reflected rotor inertia"].value == pytest.approx(0.25)
-    plain = figures(
-        ksl.size(
-            table,
-            component(
-                "pivot",
-                "limits",
-                radial_force=40.0,
-                torque=9.81,
-                axial_force=1.0,
-                at=[0.0, 0.2, 0.0],
-                bending_moment=10.0,
-            ),
-        )
-    )
+    plain = figures(ksl.size(table, component("pivot", "limits", radial_force=40.0, torque=9.81, axial_force=1.0, at=[0.0, 0.2, 0.0], bending_moment=10.0)))
     assert plain["radial force"].utilisation == pytest.approx(2 * G / 40, rel=1e-12)
-    assert plain["torque"].utilisation == pytest.approx(1.0, rel=1e-12) and plain["axial force"].value == pytest.approx(
-        0, abs=1e-12
-    )
+    assert plain["torque"].utilisation == pytest.approx(1.0, rel=1e-12) and plain["axial force"].value == pytest.approx(0, abs=1e-12)
     assert plain["bending moment"].value == pytest.approx(0.2 * 2 * G, rel=1e-12)  # the point lies 0.2 m along the axis
 
 
@@ -114,15 +91,7 @@ def test_a_shaft_with_an_overhung_load(robot):
         {"type": "deep groove", "position": -0.02, "C": 14000.0, "C0": 6700.0, "f0": 13.0},
         {"type": "deep groove", "position": -0.12, "C": 9000.0, "C0": 4500.0},
     )
-    f = figures(
-        ksl.size(
-            table,
-            {
-                "reliability": 95,
-                **component("spindle", "bearing pair", locating=front, floating=rear, required_life_h=20000),
-            },
-        )
-    )
+    f = figures(ksl.size(table, {"reliability": 95, **component("spindle", "bearing pair", locating=front, floating=rear, required_life_h=20000)}))
     assert f["locating: mean load"].value == pytest.approx(2.2 * W, rel=1e-12)
     assert f["floating: mean load"].value == pytest.approx(1.2 * W, rel=1e-12)
     assert f["locating: L10"].value == pytest.approx(0.64 * (14000 / (2.2 * W)) ** 3, rel=1e-12)
@@ -139,35 +108,20 @@ def test_axial_force_goes_to_the_locating_bearing(robot):
     W = 10 * G
     table = results_table(m, {"run": steady(10.0)})
     row = {"type": "deep groove", "C": 14000.0, "C0": 6700.0, "f0": 13.0}
-    f = figures(
-        ksl.size(
-            table,
-            component("spindle", "bearing pair", locating={**row, "position": 0.0}, floating={**row, "position": 0.1}),
-        )
-    )
+    f = figures(ksl.size(table, component("spindle", "bearing pair", locating={**row, "position": 0.0}, floating={**row, "position": 0.1})))
     relative = 13 * W / 6700
     Y = 2.30 + (relative - 0.172) / (0.345 - 0.172) * (1.99 - 2.30)
     assert 0.172 < relative < 0.345
     assert f["locating: mean load"].value == pytest.approx(Y * W, rel=1e-9)
     assert f["floating: mean load"].value == pytest.approx(0, abs=1e-9) and math.isinf(f["floating: L10h"].value)
     pair = {"type": "angular contact pair", "contact_angle_deg": 40, "C": 20000.0, "C0": 15000.0}
-    f = figures(
-        ksl.size(
-            table,
-            component("spindle", "bearing pair", locating={**pair, "position": 0.0}, floating={**row, "position": 0.1}),
-        )
-    )
+    f = figures(ksl.size(table, component("spindle", "bearing pair", locating={**pair, "position": 0.0}, floating={**row, "position": 0.1})))
     assert f["locating: mean load"].value == pytest.approx(0.93 * W, rel=1e-9)  # X2 Fr + Y2 Fa with Fr = 0
 
 
 @pytest.mark.parametrize(
     "arrangement, shaft, carries",
-    [
-        ("face-to-face", "child", "a"),
-        ("back-to-back", "child", "b"),
-        ("face-to-face", "parent", "b"),
-        ("back-to-back", "parent", "a"),
-    ],
+    [("face-to-face", "child", "a"), ("back-to-back", "child", "b"), ("face-to-face", "parent", "b"), ("back-to-back", "parent", "a")],
 )
 def test_which_of_two_opposed_rows_carries_the_weight(robot, arrangement, shaft, carries):
     """An upright shaft whose weight presses it down, against its axis: face to face the lower bearing's shoulder holds it.
@@ -177,8 +131,7 @@ def test_which_of_two_opposed_rows_carries_the_weight(robot, arrangement, shaft,
     rows = {"a": {"position": 0.0, "C": 20000.0, "C0": 15000.0}, "b": {"position": 0.1, "C": 20000.0, "C0": 15000.0}}
     f = figures(
         ksl.size(
-            results_table(m, {"run": steady(10.0)}),
-            component("spindle", "opposed angular contact bearings", arrangement=arrangement, shaft=shaft, **rows),
+            results_table(m, {"run": steady(10.0)}), component("spindle", "opposed angular contact bearings", arrangement=arrangement, shaft=shaft, **rows)
         )
     )
     other = {"a": "b", "b": "a"}[carries]
@@ -190,16 +143,8 @@ def test_radial_loads_of_opposed_rows_induce_axial_ones(robot):
     """Horizontal shaft without axial force: the larger induced force e Fr acts on both rows."""
     m = robot(SHAFT)
     W = 10 * G
-    rows = {
-        "a": {"position": -0.02, "C": 20000.0, "C0": 15000.0},
-        "b": {"position": -0.12, "C": 20000.0, "C0": 15000.0},
-    }
-    f = figures(
-        ksl.size(
-            results_table(m, {"run": steady(10.0)}),
-            component("spindle", "opposed angular contact bearings", arrangement="back-to-back", **rows),
-        )
-    )
+    rows = {"a": {"position": -0.02, "C": 20000.0, "C0": 15000.0}, "b": {"position": -0.12, "C": 20000.0, "C0": 15000.0}}
+    f = figures(ksl.size(results_table(m, {"run": steady(10.0)}), component("spindle", "opposed angular contact bearings", arrangement="back-to-back", **rows)))
     assert f["a: mean load"].value == pytest.approx(2.2 * W, rel=1e-12)  # Fa/Fr = e: the row carries Fr
     induced = 1.14 * 2.2 * W
     assert f["b: mean load"].value == pytest.approx(0.35 * 1.2 * W + 0.57 * induced, rel=1e-12)
@@ -212,15 +157,7 @@ def test_a_crossed_roller_bearing_with_an_offset_load(robot):
     f = figures(
         ksl.size(
             results_table(m, {"run": steady(speed)}),
-            component(
-                "spindle",
-                "crossed roller bearing",
-                position=-0.05,
-                pitch_diameter=0.1,
-                C=30000.0,
-                C0=45000.0,
-                load_factor=1.2,
-            ),
+            component("spindle", "crossed roller bearing", position=-0.05, pitch_diameter=0.1, C=30000.0, C0=45000.0, load_factor=1.2),
         )
     )
     P = W + 2 * 0.15 * W / 0.1
@@ -237,35 +174,20 @@ def test_a_flange_with_an_offset_mass(robot):
     table = results_table(m, {"stand": (t, empty, empty, empty)})
     points = [[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]]
     flange = component(
-        "base",
-        "bolted flange",
-        points=points,
-        preload=1000.0,
-        tightening_factor=1.5,
-        load_factor=0.1,
-        yield_force=2000.0,
-        friction=0.1,
-        embedding_loss=50.0,
+        "base", "bolted flange", points=points, preload=1000.0, tightening_factor=1.5, load_factor=0.1, yield_force=2000.0, friction=0.1, embedding_loss=50.0
     )
     f = figures(ksl.size(table, flange))
     W = 8 * G
     axial = -W / 4 + W * 0.3 / (4 * 0.1)  # the bolts behind hold the plate down, those in front are relieved
-    assert (
-        f["axial load of a bolt"].value == pytest.approx(axial, rel=1e-12)
-        and "-0.1" in f["axial load of a bolt"].inputs
-    )
+    assert f["axial load of a bolt"].value == pytest.approx(axial, rel=1e-12) and "-0.1" in f["axial load of a bolt"].inputs
     assert f["shear load of a bolt"].value == pytest.approx(0, abs=1e-12)
     assert f["bolt force"].value == pytest.approx(1500 + 0.1 * axial, rel=1e-12)
     assert f["residual clamp force"].value == pytest.approx(1000 - 50 - 0.9 * axial, rel=1e-12)
     assert f["residual clamp force"].utilisation == pytest.approx((0.9 * axial + 50) / 1000, rel=1e-12)
-    hanging = robot(
-        BRACKET, masses="optional", gravity=(0.0, 0.0, G)
-    )  # from the ceiling: the weight pulls at the bolts
+    hanging = robot(BRACKET, masses="optional", gravity=(0.0, 0.0, G))  # from the ceiling: the weight pulls at the bolts
     f = figures(ksl.size(results_table(hanging, {"hang": (t, empty, empty, empty)}), flange))
     assert f["axial load of a bolt"].value == pytest.approx(W / 4 + W * 0.3 / 0.4, rel=1e-12)
-    on_the_wall = robot(
-        BRACKET, masses="optional", gravity=(0.0, -G, 0.0)
-    )  # shear, and a torque about the bolts' direction
+    on_the_wall = robot(BRACKET, masses="optional", gravity=(0.0, -G, 0.0))  # shear, and a torque about the bolts' direction
     f = figures(ksl.size(results_table(on_the_wall, {"hang": (t, empty, empty, empty)}), flange))
     around = W * 0.3 / (4 * 0.1 * math.sqrt(2))  # on each bolt, across its arm of 0.1 √2
     shear = math.hypot(around / math.sqrt(2), W / 4 + around / math.sqrt(2))
@@ -284,24 +206,13 @@ def test_a_lead_screw(robot):
     f = figures(
         ksl.size(
             results_table(m, {"up": up, "down": down}),
-            component(
-                "lift",
-                "motor",
-                gear_ratio=ratio,
-                gear_efficiency=0.8,
-                rotor_inertia=1e-5,
-                rated_torque=0.1,
-                regenerated_energy=10.0,
-            ),
+            component("lift", "motor", gear_ratio=ratio, gear_efficiency=0.8, rotor_inertia=1e-5, rated_torque=0.1, regenerated_energy=10.0),
         )
     )
     T = 5 * G / ratio
     assert f["rms torque"].value == pytest.approx(math.sqrt(((T / 0.8) ** 2 + (T * 0.8) ** 2) / 2), rel=1e-12)
     assert f["peak torque"].value == pytest.approx(T / 0.8, rel=1e-12) and f["peak torque"].case == "up"
-    assert (
-        f["regenerated energy"].value == pytest.approx(0.8 * 5 * G * 0.2, rel=1e-12)
-        and f["regenerated energy"].case == "down"
-    )
+    assert f["regenerated energy"].value == pytest.approx(0.8 * 5 * G * 0.2, rel=1e-12) and f["regenerated energy"].case == "down"
 
 
 def test_a_swing_fatigues_what_carries_its_weight(robot):
@@ -310,9 +221,7 @@ def test_a_swing_fatigues_what_carries_its_weight(robot):
     t = np.linspace(0, 1000, 2001)
     angle = 0.5 * np.sin(2 * np.pi * t / 1000)
     table = results_table(m, {"swing": (t, angle[:, None], np.zeros((2001, 1)), np.zeros((2001, 1)))})
-    line = dict(
-        stress={"fx": 1.0}, k=5.0, knee_amplitude=100.0, knee_cycles=1e6, residue="repeating", required_repetitions=1e9
-    )
+    line = dict(stress={"fx": 1.0}, k=5.0, knee_amplitude=100.0, knee_cycles=1e6, residue="repeating", required_repetitions=1e9)
     f = figures(ksl.size(table, component("pivot", "fatigue", **line)))
     amplitude = 2 * G * math.sin(0.5)  # of the force along the arm, whose sign changes
     damage = (amplitude / 100) ** 5 / 1e6
@@ -349,19 +258,11 @@ def test_exceptional_cases_count_for_momentary_peaks_and_not_for_the_cycle(robot
     slow = (np.linspace(0, 1, 11), np.linspace(1.0, 1.1, 11)[:, None], np.full((11, 1), 0.1), np.zeros((11, 1)))
     stop = (np.linspace(0, 0.1, 11), np.linspace(0, 0.1, 11)[:, None], np.full((11, 1), 1.0), np.full((11, 1), -20.0))
     gear = dict(ratio=100, rated_torque=10.0, average_torque=10.0, repeated_peak_torque=8.0, momentary_peak_torque=30.0)
-    sizing = ksl.size(
-        results_table(m, {"pick": slow, "stop": stop}),
-        {"cases": {"stop": 0}, **component("pivot", "strain wave gear", **gear)},
-    )
+    sizing = ksl.size(results_table(m, {"pick": slow, "stop": stop}), {"cases": {"stop": 0}, **component("pivot", "strain wave gear", **gear)})
     f = figures(sizing)
     largest = 2 * G * 0.5 * math.cos(1.0)
-    assert (
-        f["repeated peak torque"].value == pytest.approx(largest, rel=1e-9) and f["repeated peak torque"].case == "pick"
-    )
-    assert (
-        f["momentary peak torque"].case == "stop"
-        and f["momentary peak torque"].value > 2 * f["repeated peak torque"].value
-    )
+    assert f["repeated peak torque"].value == pytest.approx(largest, rel=1e-9) and f["repeated peak torque"].case == "pick"
+    assert f["momentary peak torque"].case == "stop" and f["momentary peak torque"].value > 2 * f["repeated peak torque"].value
     n_in = 100 * 1.0 * 60 / (2 * math.pi)
     assert f["allowed occurrences of stop"].value == pytest.approx(1e4 / (2 * n_in / 60 * 0.1), rel=1e-9)
     assert any("exceptional cases" in note for note in sizing.notes)
@@ -384,13 +285,9 @@ def test_the_catalogues_selection_of_a_strain_wave_gear(robot):
         t, speed = np.linspace(0, seconds, 101), rpm * 2 * math.pi / 60
         return t, speed * t[:, None], np.full((101, 1), speed), np.full((101, 1), float(torque))
 
-    steps = {
-        f"step {k}": case(*row) for k, row in enumerate(zip(i["torque_Nm"], i["n_out_rpm"], i["t_s"], strict=True))
-    }
+    steps = {f"step {k}": case(*row) for k, row in enumerate(zip(i["torque_Nm"], i["n_out_rpm"], i["t_s"], strict=True))}
     emergency = i["emergency"]
-    table = results_table(
-        robot(WHEEL), steps | {"emergency": case(emergency["T"], emergency["n_out_rpm"], emergency["t"])}
-    )
+    table = results_table(robot(WHEEL), steps | {"emergency": case(emergency["T"], emergency["n_out_rpm"], emergency["t"])})
     limits = {
         "average_torque": i["limits"]["average"],
         "repeated_peak_torque": 450,
@@ -408,17 +305,12 @@ def test_the_catalogues_selection_of_a_strain_wave_gear(robot):
         **limits,
     )
     f = figures(ksl.size(table, {"cases": {"emergency": 0}, **gear}))
-    assert (
-        f["average torque"].value == pytest.approx(o["T_average"], rel=1e-12) and f["average torque"].case == "step 1"
-    )
+    assert f["average torque"].value == pytest.approx(o["T_average"], rel=1e-12) and f["average torque"].case == "step 1"
     assert f["average input speed"].value == pytest.approx(o["n_in_average_rpm"], rel=1e-12)
     assert f["peak input speed"].value == pytest.approx(o["n_in_max_rpm"], rel=1e-12)
     assert f["wave generator L10h"].value == pytest.approx(o["L10h"], rel=1e-12)
     assert f["wave generator L10h"].utilisation == pytest.approx(7000 / o["L10h"], rel=1e-12)
-    assert (f["repeated peak torque"].value, f["momentary peak torque"].value) == (
-        pytest.approx(400),
-        pytest.approx(500),
-    )
+    assert (f["repeated peak torque"].value, f["momentary peak torque"].value) == (pytest.approx(400), pytest.approx(500))
     assert f["momentary peak torque"].case == "emergency"
     assert f["allowed occurrences of emergency"].value == pytest.approx(o["allowed_momentary_events"], rel=1e-12)
 
@@ -427,21 +319,13 @@ def test_slow_oscillation_is_said(robot):
     m = robot(PENDULUM)
     t = np.linspace(0, 1, 101)
     swing = (t, np.sin(2 * np.pi * t)[:, None], 2 * np.pi * np.cos(2 * np.pi * t)[:, None], np.zeros((101, 1)))
-    f = figures(
-        ksl.size(
-            results_table(m, {"swing": swing}),
-            component("pivot", "crossed roller bearing", pitch_diameter=0.1, C=1e4, C0=1e4),
-        )
-    )
+    f = figures(ksl.size(results_table(m, {"swing": swing}), component("pivot", "crossed roller bearing", pitch_diameter=0.1, C=1e4, C0=1e4)))
     assert "indication only" in f["L10h"].note and "ISO 281" in f["L10h"].note
 
 
 def test_a_joint_that_never_turns_has_no_life_and_a_static_safety(robot):
     m = robot(PENDULUM)
-    sizing = ksl.size(
-        results_table(m, {"hold": held(m, 0.0)}),
-        component("pivot", "crossed roller bearing", pitch_diameter=0.1, C=1e4, C0=1e4),
-    )
+    sizing = ksl.size(results_table(m, {"hold": held(m, 0.0)}), component("pivot", "crossed roller bearing", pitch_diameter=0.1, C=1e4, C0=1e4))
     assert [f.figure for f in sizing.figures] == ["static safety"]
     assert "does not turn in the cycle" in str(sizing.left_out[0])
 
@@ -456,22 +340,15 @@ def test_the_rms_is_that_of_the_summary(examples):
     motion = (t, np.sin(np.outer(t, w)), w * np.cos(np.outer(t, w)), -w * w * np.sin(np.outer(t, w)))
     tau = m.inverse_dynamics(*motion[1:])[:, m.joint("elbow").v_index]
     f = figures(ksl.size(m.loads(*motion), component("elbow", "motor", gear_ratio=1.0, rotor_inertia=0.0)))
-    assert (
-        f["rms torque"].value == pytest.approx(rms(t, tau), rel=1e-13) and f["peak torque"].value == np.abs(tau).max()
-    )
+    assert f["rms torque"].value == pytest.approx(rms(t, tau), rel=1e-13) and f["peak torque"].value == np.abs(tau).max()
 
 
 def test_the_rotor_that_the_robot_file_gives_is_not_counted_twice(robot):
-    m = robot(
-        PENDULUM.replace("</joint>", '<dynamics rotor_inertia="0.0001" gear_ratio="50" friction="0.3"/></joint>'),
-        physics=["rotor", "exact friction"],
-    )
+    m = robot(PENDULUM.replace("</joint>", '<dynamics rotor_inertia="0.0001" gear_ratio="50" friction="0.3"/></joint>'), physics=["rotor", "exact friction"])
     t = np.linspace(0, 1, 11)
     table = m.loads(t, t[:, None] ** 2, 2 * t[:, None], np.full((11, 1), 2.0))
     own = figures(ksl.size(table, component("pivot", "motor", gear_ratio=50, rotor_inertia=1e-4)))
-    assert own["peak torque"].value == pytest.approx(
-        np.abs(np.array(table.filter(table["joint"].to_numpy() == "pivot")["effort"])).max() / 50, rel=1e-12
-    )
+    assert own["peak torque"].value == pytest.approx(np.abs(np.array(table.filter(table["joint"].to_numpy() == "pivot")["effort"])).max() / 50, rel=1e-12)
 
 
 def test_poses_alone_have_peaks_and_no_cycle(robot):
@@ -490,18 +367,9 @@ def test_poses_alone_have_peaks_and_no_cycle(robot):
     ]
     sizing = ksl.size(pose, {"component": parts})
     f = figures(sizing)
-    assert f["holding torque"].value == pytest.approx(2 * G * 0.5 / 50) and f[
-        "momentary peak torque"
-    ].value == pytest.approx(2 * G * 0.5)
-    assert (
-        f["static safety"].value == pytest.approx(1e4 / (2 * G)) and "rms torque" not in f and "fatigue life" not in f
-    )
-    assert {x.figure for x in sizing.left_out} >= {
-        "rms torque and regenerated energy",
-        "repeated peak torque",
-        "life",
-        "damage and life",
-    }
+    assert f["holding torque"].value == pytest.approx(2 * G * 0.5 / 50) and f["momentary peak torque"].value == pytest.approx(2 * G * 0.5)
+    assert f["static safety"].value == pytest.approx(1e4 / (2 * G)) and "rms torque" not in f and "fatigue life" not in f
+    assert {x.figure for x in sizing.left_out} >= {"rms torque and regenerated energy", "repeated peak torque", "life", "damage and life"}
 
 
 def test_the_envelope_of_a_drive():

@@ -51,17 +51,11 @@ GEAR = 'kind = "strain wave gear"\nratio = 100\n'
         ("iso_281 = 2010\n" + HEAD + GEAR, ":1: iso_281 = 2010: expected the edition 2007 or 1990"),
         ("relyability = 90\n" + HEAD + GEAR, ":1: no top-level key named 'relyability'; did you mean 'reliability'"),
         (HEAD, ":3: component without kind; known: motor, strain wave gear"),
-        (
-            HEAD + 'kind = "strain gear"\n',
-            ":5: no kind of component named 'strain gear'; did you mean 'strain wave gear'",
-        ),
+        (HEAD + 'kind = "strain gear"\n', ":5: no kind of component named 'strain gear'; did you mean 'strain wave gear'"),
         ('[[component]]\nkind = "motor"\n', ':1: expected joint = "NAME"'),
         ('[[component]]\njoints = []\nkind = "motor"\n', ':2: expected joint = "NAME"'),
         ('[[component]]\njoint = "a"\njoints = ["b"]\nkind = "motor"\n', 'expected joint = "NAME"'),
-        (
-            HEAD + GEAR + "rated_torqe = 3\n",
-            ":7: no strain wave gear key named 'rated_torqe'; did you mean 'rated_torque'",
-        ),
+        (HEAD + GEAR + "rated_torqe = 3\n", ":7: no strain wave gear key named 'rated_torqe'; did you mean 'rated_torque'"),
         (HEAD + GEAR + 'rated_torque = "67"\n', ":7: rated_torque = '67': expected a number, N m"),
         (HEAD + GEAR + "rated_torque = true\n", ":7: rated_torque = True: expected a number"),
         (HEAD + 'kind = "motor"\ntorque_speed = [[0, 1], [0, 2]]\n', ":6: torque_speed.*increasing speeds"),
@@ -69,19 +63,10 @@ GEAR = 'kind = "strain wave gear"\nratio = 100\n'
         (HEAD + 'kind = "bolted flange"\nbolts = 6\n', "a bolt circle needs both bolts and circle_diameter"),
         (HEAD + 'kind = "bolted flange"\n', "a bolted flange needs bolts and circle_diameter, or points"),
         (HEAD + 'kind = "bolted flange"\nbolts = 2\ncircle_diameter = 0.1\n', "at least three bolts"),
-        (
-            HEAD + 'kind = "bolted flange"\nbolts = 6.5\ncircle_diameter = 0.1\n',
-            ":6: bolts = 6.5: expected a whole number",
-        ),
-        (
-            HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = -0.1\n',
-            ":7: circle_diameter = -0.1 must be positive",
-        ),
+        (HEAD + 'kind = "bolted flange"\nbolts = 6.5\ncircle_diameter = 0.1\n', ":6: bolts = 6.5: expected a whole number"),
+        (HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = -0.1\n', ":7: circle_diameter = -0.1 must be positive"),
         (HEAD + 'kind = "bolted flange"\npoints = [[0, 0], [1, 0]]\n', "at least three bolts"),
-        (
-            HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = 0.1\nat = [0, 0]\n',
-            ":8: at = .0, 0.: expected three numbers",
-        ),
+        (HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = 0.1\nat = [0, 0]\n', ":8: at = .0, 0.: expected three numbers"),
         (
             HEAD + 'kind = "bearing pair"\nlocating = { type = "deep groove", position = 0.1 }\n',
             "bearing pair without floating; write a table .component.floating.",
@@ -91,23 +76,13 @@ GEAR = 'kind = "strain wave gear"\nratio = 100\n'
             + 'kind = "bearing pair"\n[component.locating]\ntype = "deep groove"\nposition = 0\n[component.floating]\ntype = "deep groove"\nposition = 0\n',
             ":11: locating and floating are at the same position",
         ),
+        (HEAD + 'kind = "bearing pair"\n[component.locating]\ntype = "deep grove"\n', ":7: locating.type = 'deep grove': did you mean 'deep groove'"),
         (
-            HEAD + 'kind = "bearing pair"\n[component.locating]\ntype = "deep grove"\n',
-            ":7: locating.type = 'deep grove': did you mean 'deep groove'",
-        ),
-        (
-            HEAD
-            + 'kind = "bearing pair"\n[component.locating]\ntype = "deep groove"\n[component.floating]\ntype = "deep groove"\nposition = 0\n',
+            HEAD + 'kind = "bearing pair"\n[component.locating]\ntype = "deep groove"\n[component.floating]\ntype = "deep groove"\nposition = 0\n',
             ":6: locating without position",
         ),
-        (
-            HEAD + 'kind = "crossed roller bearing"\npitch_diameter = 90\n',
-            ":6: pitch_diameter = 90: lengths are in metres; 90 mm are 0.09",
-        ),
-        (
-            HEAD + 'kind = "crossed roller bearing"\nposition = -30.5\n',
-            ":6: position = -30.5: lengths are in metres; 30.5 mm are 0.0305",
-        ),
+        (HEAD + 'kind = "crossed roller bearing"\npitch_diameter = 90\n', ":6: pitch_diameter = 90: lengths are in metres; 90 mm are 0.09"),
+        (HEAD + 'kind = "crossed roller bearing"\nposition = -30.5\n', ":6: position = -30.5: lengths are in metres; 30.5 mm are 0.0305"),
         (HEAD + 'kind = "fatigue"\nk = 5\n', "fatigue without stress"),
         (HEAD + 'kind = "fatigue"\nstress = { mx = 3.0 }\n', ":6: no stress key named 'mx'"),
         (HEAD + GEAR + "\n[cases]\npick = -1\n", ":9: cases.pick = -1: expected a number, 0 or more"),
@@ -130,29 +105,17 @@ def test_a_file_that_is_not_there(tmp_path):
 @pytest.mark.parametrize(
     "text, words",
     [
-        (
-            'robot = "ur5"\n\n[[component]]\njoint = "panda_joint2"\n' + GEAR,
-            "is for the robot 'ur5'.*results of 'panda'",
-        ),
-        (
-            '[[component]]\njoint = "panda_joint22"\n' + GEAR,
-            ":2: no joint named 'panda_joint22'; did you mean 'panda_joint2'",
-        ),
+        ('robot = "ur5"\n\n[[component]]\njoint = "panda_joint2"\n' + GEAR, "is for the robot 'ur5'.*results of 'panda'"),
+        ('[[component]]\njoint = "panda_joint22"\n' + GEAR, ":2: no joint named 'panda_joint22'; did you mean 'panda_joint2'"),
         (HEAD + GEAR + "[cases]\nsvay = 3\n", ":8: no case named 'svay'; did you mean 'sway'"),
-        (
-            '[[component]]\njoint = "base"\n' + GEAR,
-            ":2: a strain wave gear sits on a joint that turns about one axis, and base is fixed",
-        ),
+        ('[[component]]\njoint = "base"\n' + GEAR, ":2: a strain wave gear sits on a joint that turns about one axis, and base is fixed"),
         (
             HEAD + GEAR + "[[component]]\njoints = ['panda_joint2']\n" + GEAR,
             ":8: panda_joint2 has two components of kind strain wave gear named 'strain wave gear'; give each a name",
         ),
         (HEAD + 'kind = "bolted flange"\npoints = [[0, 0], [1, 1], [2, 2]]\n', "the bolts lie on one line"),
         (HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = 0.1\nnormal = [0, 0, 0]\n', "normal is zero"),
-        (
-            HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = 0.1\nnormal = [0, 0, 1]\nx_axis = [0, 0, 2]\n',
-            "x_axis is zero or along the normal",
-        ),
+        (HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = 0.1\nnormal = [0, 0, 1]\nx_axis = [0, 0, 2]\n', "x_axis is zero or along the normal"),
     ],
 )
 def test_components_that_do_not_fit_the_results(file, table, text, words):
@@ -165,34 +128,14 @@ def test_components_that_do_not_fit_the_results(file, table, text, words):
     [
         ('kind = "motor"\nrotor_inertia = 1e-5\n', "everything at the rotor", "gear_ratio is not given, and no gear"),
         ('kind = "motor"\ngear_ratio = 100\n', "rms torque, peak torque", "rotor_inertia is not given"),
-        (
-            'kind = "motor"\ngear_ratio = 100\nrotor_inertia = 1e-5\nrated_torque = -0.5\n',
-            "the limit of “rms torque”",
-            "rated_torque = -0.5 must be positive",
-        ),
-        (
-            'kind = "motor"\ngear_ratio = 100\nrotor_inertia = 1e-5\nmax_power = 0\n',
-            "the limit of “peak power”",
-            "max_power = 0 must be positive",
-        ),
-        (
-            'kind = "motor"\ngear_ratio = 100\ngear_efficiency = 80\n',
-            "the efficiency of the gear",
-            "gear_efficiency is not given",
-        ),
-        (
-            'kind = "strain wave gear"\nratio = 100\nrated_torque = nan\n',
-            "life of the wave generator",
-            "rated_torque = nan must be finite",
-        ),
+        ('kind = "motor"\ngear_ratio = 100\nrotor_inertia = 1e-5\nrated_torque = -0.5\n', "the limit of “rms torque”", "rated_torque = -0.5 must be positive"),
+        ('kind = "motor"\ngear_ratio = 100\nrotor_inertia = 1e-5\nmax_power = 0\n', "the limit of “peak power”", "max_power = 0 must be positive"),
+        ('kind = "motor"\ngear_ratio = 100\ngear_efficiency = 80\n', "the efficiency of the gear", "gear_efficiency is not given"),
+        ('kind = "strain wave gear"\nratio = 100\nrated_torque = nan\n', "life of the wave generator", "rated_torque = nan must be finite"),
         ('kind = "planetary gear"\nnominal_torque = 10\n', "input speeds", "ratio is not given"),
         ('kind = "crossed roller bearing"\nC = 1e4\n', "everything", "pitch_diameter is not given"),
         ('kind = "crossed roller bearing"\npitch_diameter = 0.1\nC0 = 1e4\n', "life", "C is not given"),
-        (
-            'kind = "crossed roller bearing"\npitch_diameter = 0.1\nC = 1e4\nC0 = -2\n',
-            "static safety",
-            "C0 = -2 must be positive",
-        ),
+        ('kind = "crossed roller bearing"\npitch_diameter = 0.1\nC = 1e4\nC0 = -2\n', "static safety", "C0 = -2 must be positive"),
         (
             'kind = "bearing pair"\n[component.locating]\ntype = "deep groove"\nposition = 0\nC = 1e4\nC0 = 5e3\n'
             '[component.floating]\ntype = "deep groove"\nposition = 0.1\nC = 1e4\nC0 = 1e4\n',
@@ -204,11 +147,7 @@ def test_components_that_do_not_fit_the_results(file, table, text, words):
             "bolt force, clamp force, slip",
             "bolt_resilience is not given; plate_resilience is not given",
         ),
-        (
-            'kind = "bolted flange"\nbolts = 6\ncircle_diameter = 0.1\nload_factor = 0.1\npreload = 1e4\n',
-            "slip and required preload",
-            "friction is not given",
-        ),
+        ('kind = "bolted flange"\nbolts = 6\ncircle_diameter = 0.1\nload_factor = 0.1\npreload = 1e4\n', "slip and required preload", "friction is not given"),
         ('kind = "fatigue"\nstress = { tx = 1.0 }\nk = 5\n', "damage and life", "knee_amplitude is not given"),
         ('kind = "limits"\n', "everything", "no limit is given"),
     ],
@@ -228,10 +167,7 @@ def test_a_motor_takes_ratio_and_efficiency_of_the_gear_on_its_joint(file, table
     own = ksl.size(table, file(HEAD + 'kind = "motor"\nrotor_inertia = 1e-5\ngear_ratio = 50\ngear_efficiency = 0.7\n'))
     of_gear = ksl.size(
         table,
-        file(
-            HEAD
-            + 'kind = "motor"\nrotor_inertia = 1e-5\n[[component]]\njoint = "panda_joint2"\nkind = "planetary gear"\nratio = 50\nefficiency = 0.7\n'
-        ),
+        file(HEAD + 'kind = "motor"\nrotor_inertia = 1e-5\n[[component]]\njoint = "panda_joint2"\nkind = "planetary gear"\nratio = 50\nefficiency = 0.7\n'),
     )
     values = [[f.value for f in s.in_order if f.kind == "motor"] for s in (own, of_gear)]
     assert values[0] == values[1] and len(values[0]) >= 5
@@ -271,10 +207,7 @@ def test_any_wrong_value_is_a_sentence(table, kind):
 
 def test_the_pandas_components_fit_the_panda(examples, table):
     parts = read_components(examples / "components/panda.toml")
-    assert parts.robot == "panda" and {j for p in parts.parts for j in p.joints} == {
-        *(f"panda_joint{i}" for i in range(1, 8)),
-        "base",
-    }
+    assert parts.robot == "panda" and {j for p in parts.parts for j in p.joints} == {*(f"panda_joint{i}" for i in range(1, 8)), "base"}
 
 
 def test_tables_of_a_program_are_the_same_as_a_file(file, table):
@@ -288,39 +221,23 @@ def test_tables_of_a_program_are_the_same_as_a_file(file, table):
 def test_tables_may_hold_tuples_and_arrays():
     points = np.array([[0.1, 0], [0, 0.1], [-0.1, 0]])
     parts = components_of(
-        {
-            "component": (
-                {
-                    "joint": "a",
-                    "kind": "bolted flange",
-                    "points": points,
-                    "at": (0, 0, 1),
-                    "preload": np.float32(500),
-                    "required_clamp": np.int64(3),
-                },
-            )
-        }
+        {"component": ({"joint": "a", "kind": "bolted flange", "points": points, "at": (0, 0, 1), "preload": np.float32(500), "required_clamp": np.int64(3)},)}
     ).parts
-    assert (
-        parts[0].get("points") == points.tolist() and parts[0].get("preload") == 500 and parts[0].get("at") == [0, 0, 1]
-    )
+    assert parts[0].get("points") == points.tolist() and parts[0].get("preload") == 500 and parts[0].get("at") == [0, 0, 1]
 
 
 def test_lines_of_keys():
     text = 'a = 1\n[b]\n"c d" = 2\n[[e]]\nf = 3\n[e.g]\nh = 4\n[[e]]\n  f=5\ni.j = 6\n'
     lines = toml_lines(text)
-    assert [
-        lines[p]
-        for p in (
-            ("a",),
-            ("b",),
-            ("b", "c d"),
-            ("e", 0),
-            ("e", 0, "f"),
-            ("e", 0, "g", "h"),
-            ("e", 1),
-            ("e", 1, "f"),
-            ("e", 1, "i", "j"),
-        )
-    ] == [1, 2, 3, 4, 5, 7, 8, 9, 10]
+    assert [lines[p] for p in (("a",), ("b",), ("b", "c d"), ("e", 0), ("e", 0, "f"), ("e", 0, "g", "h"), ("e", 1), ("e", 1, "f"), ("e", 1, "i", "j"))] == [
+        1,
+        2,
+        3,
+        4,
+        5,
+        7,
+        8,
+        9,
+        10,
+    ]
     assert line_of(lines, "e", 0, "g", "missing") == 6 and line_of(lines, "z") is None

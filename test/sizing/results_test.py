@@ -27,31 +27,9 @@ def sines(m, n=41):
 
 COMPONENTS = {
     "component": [
-        {
-            "joint": "elbow",
-            "kind": "crossed roller bearing",
-            "position": 0.05,
-            "pitch_diameter": 0.1,
-            "C": 1e4,
-            "C0": 1e4,
-        },
-        {
-            "joint": "elbow",
-            "kind": "limits",
-            "at": [0.1, 0.2, 0.3],
-            "axial_force": 10,
-            "radial_force": 10,
-            "bending_moment": 10,
-            "torque": 10,
-        },
-        {
-            "joint": "base",
-            "kind": "bolted flange",
-            "bolts": 6,
-            "circle_diameter": 0.2,
-            "load_factor": 0.1,
-            "preload": 4000,
-        },
+        {"joint": "elbow", "kind": "crossed roller bearing", "position": 0.05, "pitch_diameter": 0.1, "C": 1e4, "C0": 1e4},
+        {"joint": "elbow", "kind": "limits", "at": [0.1, 0.2, 0.3], "axial_force": 10, "radial_force": 10, "bending_moment": 10, "torque": 10},
+        {"joint": "base", "kind": "bolted flange", "bolts": 6, "circle_diameter": 0.2, "load_factor": 0.1, "preload": 4000},
     ]
 }
 
@@ -61,18 +39,12 @@ def same(a, b):
     np.testing.assert_allclose([f.value for f in a.in_order], [f.value for f in b.in_order], rtol=1e-9)
 
 
-@pytest.mark.parametrize(
-    "how",
-    [{"on": "parent"}, {"at": (0.1, -0.2, 0.05)}, {"on": "parent", "at": (0.0, 0.3, 0.0)}, {"order": "ang_lin"}],
-    ids=str,
-)
+@pytest.mark.parametrize("how", [{"on": "parent"}, {"at": (0.1, -0.2, 0.05)}, {"on": "parent", "at": (0.0, 0.3, 0.0)}, {"order": "ang_lin"}], ids=str)
 def test_other_sides_points_and_orders_are_undone(ur5, how):
     motion = {"sines": sines(ur5)}
     plain, other = (ksl.size(results_table(ur5, motion, **h), COMPONENTS) for h in ({}, how))
     same(plain, other)
-    np.testing.assert_allclose(
-        plain.peak_table["bending_moment"].to_pylist(), other.peak_table["bending_moment"].to_pylist(), rtol=1e-9
-    )
+    np.testing.assert_allclose(plain.peak_table["bending_moment"].to_pylist(), other.peak_table["bending_moment"].to_pylist(), rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -107,11 +79,7 @@ def test_rows_in_any_order_of_joints(ur5):
 def test_weights_are_the_time_each_sample_stands_for(ur5):
     table = Results(results_table(ur5, {"a": sines(ur5), "b": sines(ur5, 31)}))
     s = table.joint("elbow", Spectrum({"b": 3}))
-    assert (
-        s.weight.sum() == pytest.approx(2 + 3 * 2)
-        and s.weight[0] == pytest.approx(0.025)
-        and s.weight[1] == pytest.approx(0.05)
-    )
+    assert s.weight.sum() == pytest.approx(2 + 3 * 2) and s.weight[0] == pytest.approx(0.025) and s.weight[1] == pytest.approx(0.05)
     assert [(case, part.stop - part.start) for case, part in s.slices()] == [("a", 41), ("b", 31)]
 
 
@@ -243,13 +211,7 @@ def test_the_simultaneous_sets(ur5):
         if quantity in curves:
             x = curves[quantity]
             assert row[quantity] == pytest.approx(x.max() if which == "max" else x.min())
-    assert {row["extreme"] for row in rows} >= {
-        "axial_force max",
-        "axial_force min",
-        "axial_moment min",
-        "speed min",
-        "bending_moment max",
-    }
+    assert {row["extreme"] for row in rows} >= {"axial_force max", "axial_force min", "axial_moment min", "speed min", "bending_moment max"}
     assert {row["extreme"] for row in sizing.peaks if row["joint"] == "base"} == {
         "axial_force max",
         "axial_force min",

@@ -65,10 +65,7 @@ def test_bearing_angular_contact(case):
     P0 = bearings.angular_contact_static(i["Fr"], i["Fa"], i["contact_angle_deg"], arrangement)
     revolutions = life.rating_life(i["C"], load.P)
     near([load.X, load.Y, load.P, P0], [o["X"], o["Y"], o["P"], o["P0"]])
-    near(
-        [revolutions, life.hours(revolutions, i["n_rpm"]), bearings.static_safety(i["C0"], P0)],
-        [o["L10_million_rev"], o["L10h"], o["s0"]],
-    )
+    near([revolutions, life.hours(revolutions, i["n_rpm"]), bearings.static_safety(i["C0"], P0)], [o["L10_million_rev"], o["L10h"], o["s0"]])
 
 
 @pytest.mark.parametrize("case", cases("bearing_crossed_roller"))
@@ -78,10 +75,7 @@ def test_bearing_crossed_roller(case):
     P0 = bearings.crossed_roller_static(i["Fr"], i["Fa"], i["M"], i["dp"])
     revolutions = life.rating_life(i["C"] / i["fw"], load.P, life.ROLLER)
     near([load.X, load.Y, load.P, P0], [o["X"], o["Y"], o["P"], o["P0"]])
-    near(
-        [revolutions, life.hours(revolutions, i["n_rpm"]), bearings.static_safety(i["C0"], P0)],
-        [o["L10_million_rev"], o["L10h"], o["fs"]],
-    )
+    near([revolutions, life.hours(revolutions, i["n_rpm"]), bearings.static_safety(i["C0"], P0)], [o["L10_million_rev"], o["L10h"], o["fs"]])
 
 
 def test_reliability_factors_name_the_edition():
@@ -96,11 +90,7 @@ def test_reliability_factors_name_the_edition():
 
 
 def mean_load_case(kind: str) -> dict:
-    return next(
-        c["outputs"] | {"inputs": c.get("inputs", {})}
-        for c in example("mean_load")["cases"]
-        if c["kind"].startswith(kind)
-    )
+    return next(c["outputs"] | {"inputs": c.get("inputs", {})} for c in example("mean_load")["cases"] if c["kind"].startswith(kind))
 
 
 def test_mean_load_of_steps():
@@ -154,20 +144,12 @@ def test_strain_wave_gear():
     i, o, printed = e["inputs"], e["outputs"], e["published"]
     torque = life.mean_load(i["torque_Nm"], i["n_out_rpm"], i["t_s"])
     output = life.mean_speed(i["n_out_rpm"], i["t_s"])
-    L10 = gears.wave_generator_life(
-        torque, i["ratio"] * output, i["rated_torque"], i["rated_input_rpm"], i["L10_rated"]
-    )
+    L10 = gears.wave_generator_life(torque, i["ratio"] * output, i["rated_torque"], i["rated_input_rpm"], i["L10_rated"])
     events = gears.momentary_events(i["ratio"] * i["emergency"]["n_out_rpm"], i["emergency"]["t"])
     near([torque, output, i["ratio"] * output], [o["T_average"], o["n_out_average_rpm"], o["n_in_average_rpm"]])
     near([L10, events, i["ratio"] * max(i["n_out_rpm"])], [o["L10h"], o["allowed_momentary_events"], o["n_in_max_rpm"]])
-    assert (int(torque), round(output), int(events)) == (
-        printed["T_average"],
-        printed["n_out_average_rpm"],
-        printed["allowed_momentary_events"],
-    )
-    rounded = gears.wave_generator_life(
-        319, 1440, i["rated_torque"], i["rated_input_rpm"], i["L10_rated"]
-    )  # as the catalogue goes on
+    assert (int(torque), round(output), int(events)) == (printed["T_average"], printed["n_out_average_rpm"], printed["allowed_momentary_events"])
+    rounded = gears.wave_generator_life(319, 1440, i["rated_torque"], i["rated_input_rpm"], i["L10_rated"])  # as the catalogue goes on
     near(rounded, e["rounded_chain"]["L10h"])
     assert int(rounded / 10) * 10 == printed["L10h"]
 
@@ -175,15 +157,8 @@ def test_strain_wave_gear():
 def test_motor_rms_of_a_trapezoid_with_hold():
     case = example("motor_rms")["cases"][0]
     i, o = case["inputs"], case["outputs"]
-    a = {
-        "accelerate": i["w"] / i["t_accelerate"],
-        "cruise": 0.0,
-        "decelerate": -i["w"] / i["t_decelerate"],
-        "hold": 0.0,
-    }
-    load = np.array(
-        [i["J_load"] * a[p] + i["gravity_torque"] + (0 if p == "hold" else i["friction_torque"]) for p in a]
-    )
+    a = {"accelerate": i["w"] / i["t_accelerate"], "cruise": 0.0, "decelerate": -i["w"] / i["t_decelerate"], "hold": 0.0}
+    load = np.array([i["J_load"] * a[p] + i["gravity_torque"] + (0 if p == "hold" else i["friction_torque"]) for p in a])
     near(load, list(o["load_torque"].values()))
     moving = np.array([1.0, 1.0, 1.0, 0.0])
     duration = np.array([i["t_accelerate"], i["t_cruise"], i["t_decelerate"], i["t_hold"]])
@@ -229,10 +204,7 @@ def test_bolt_pattern():
     near(loads.shear, o["shear"])
     p = np.array(i["points"])  # the shares sum to the wrench
     near([loads.axial.sum(), p[:, 1] @ loads.axial, -p[:, 0] @ loads.axial], [i["force"][2], *i["moment"][:2]])
-    near(
-        [*loads.shear.sum(axis=0), p[:, 0] @ loads.shear[:, 1] - p[:, 1] @ loads.shear[:, 0]],
-        [*i["force"][:2], i["moment"][2]],
-    )
+    near([*loads.shear.sum(axis=0), p[:, 0] @ loads.shear[:, 1] - p[:, 1] @ loads.shear[:, 0]], [*i["force"][:2], i["moment"][2]])
 
 
 def test_bolts_on_a_line_and_two_bolts_are_refused():
@@ -249,16 +221,10 @@ def test_bolt_load_factor():
     clamp = float(bolts.residual_clamp(i["F_M"], i["F_Z"], phi, i["F_A"]))
     needed = float(bolts.clamp_against_slip(i["F_Q"], i["mu_T"], i["q_F"]))
     smallest = float(bolts.required_preload(needed, phi, i["F_A"], i["F_Z"]))
-    near(
-        [phi, phi * i["F_A"], (1 - phi) * i["F_A"], i["F_M"] + phi * i["F_A"]],
-        [o["Phi"], o["F_SA"], o["F_PA"], o["F_S_max"]],
-    )
+    near([phi, phi * i["F_A"], (1 - phi) * i["F_A"], i["F_M"] + phi * i["F_A"]], [o["Phi"], o["F_SA"], o["F_PA"], o["F_S_max"]])
     near([clamp, needed, clamp / needed], [o["F_KR"], o["F_KQ"], o["slip_safety"]])
     near([smallest, i["alpha_A"] * smallest], [o["F_M_min_required"], o["F_M_max_required"]])
-    near(
-        [phi * i["F_A"] / 2, (i["F_M"] - i["F_Z"]) / (1 - phi)],
-        [o["bolt_load_amplitude_for_pulsating"], o["opens_at_F_A"]],
-    )
+    near([phi * i["F_A"] / 2, (i["F_M"] - i["F_Z"]) / (1 - phi)], [o["bolt_load_amplitude_for_pulsating"], o["opens_at_F_A"]])
 
 
 # fatigue

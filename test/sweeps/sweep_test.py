@@ -24,10 +24,12 @@ from ksl.sweeps.description import sweep_from
 from ksl.sweeps.evaluate import Evaluator, Plan
 from ksl.sweeps.sampling import sample
 from ksl.sweeps.variants import Variants, shifted
+from ksl_command import run_ksl
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 PANDA, PICK = str(EXAMPLES / "robots" / "panda.urdf"), str(EXAMPLES / "motions" / "panda_pick.csv")
 TOOL = "panda_flange"
+HERE = pytest.mark.usefixtures("sweeps_here")
 PAYLOAD = {"kind": "payload", "link": TOOL, "center": [0, 0, 0.1], "values": [0, 1.5, 3]}
 SPEED = {"kind": "speed", "values": [0.5, 1.0]}
 
@@ -122,6 +124,7 @@ def test_a_shifted_centre_keeps_the_inertia_about_itself():
     np.testing.assert_allclose(found, moved.parameters, rtol=1e-12, atol=1e-14)
 
 
+@HERE
 def test_rows_are_those_of_the_summary_to_the_bit(tmp_path):
     """Of a robot with mimic, fixed and sliding joints, with physics of joints: every number is that of `ksl loads`."""
     robot = tmp_path / "robot.urdf"
@@ -162,6 +165,7 @@ GRIPPER = """<robot name="gripper"><link name="base_link"/>
 </robot>"""
 
 
+@HERE
 def test_shares_of_limits(tmp_path):
     """A limit of 0 is one that the file doesn't give."""
     robot = tmp_path / "robot.urdf"
@@ -258,6 +262,7 @@ def test_what_was_interrupted_goes_on(tmp_path, undisturbed):
     assert results.computed == 32 and contents(tmp_path) == undisturbed
 
 
+@HERE
 def test_the_worst_cases_are_those_of_the_table(tmp_path):
     results = ksl.sweep(PANDA, many(), tmp_path, workers=1)
     table = results.cases.to_table()
@@ -269,6 +274,7 @@ def test_the_worst_cases_are_those_of_the_table(tmp_path):
     assert (tmp_path / "worst.csv").read_text().startswith("joint,quantity,value,unit,case,payload_panda_flange,speed\n")
 
 
+@HERE
 def test_wrenches_on_request(tmp_path):
     results = ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1, wrenches=True)
     table = parquet.read_table(tmp_path / "wrenches" / "part-000000.parquet")
@@ -279,6 +285,7 @@ def test_wrenches_on_request(tmp_path):
     assert np.abs(effort).max() == results.cases.to_table().to_pylist()[3]["effort_peak"]
 
 
+@HERE
 def test_utilisations_are_those_of_sizing_each_case(tmp_path):
     components = str(EXAMPLES / "components" / "panda.toml")
     tables = {"base": {"motion": PICK, "components": components}, "vary": [PAYLOAD]}
@@ -294,6 +301,7 @@ def test_utilisations_are_those_of_sizing_each_case(tmp_path):
     assert "sha256" in (tmp_path / "sweep.json").read_text() and "panda.toml" in (tmp_path / "sweep.json").read_text()
 
 
+@HERE
 def test_metadata_say_units_and_parameters(tmp_path):
     results = ksl.sweep(PANDA, described({**PAYLOAD, "values": np.array([0.0, 2.0])}), tmp_path, workers=1)
     said = json.loads(results.cases.to_table().schema.metadata[b"ksl"])
@@ -303,6 +311,7 @@ def test_metadata_say_units_and_parameters(tmp_path):
     assert repr(results).startswith("<ksl sweep in ") and "of a limit" in repr(results) and len(repr(results)) < 250
 
 
+@HERE
 def test_motions_are_read_as_the_base_says(tmp_path, monkeypatch):
     """Degrees and a map, by names relative to the description, from wherever the sweep is started."""
     motion = ksl.read_motion(ksl.load(PANDA), PICK)
@@ -334,6 +343,7 @@ def test_a_fault_of_a_worker_is_said_at_once(monkeypatch):
     assert isinstance(answer, ksl.SweepError) and "fault in KSL: TypeError: of KSL (" in str(answer)
 
 
+@HERE
 def test_damaged_and_unknown_partitions(tmp_path):
     ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1)
     part = tmp_path / "cases" / "part-000000.parquet"
@@ -354,6 +364,7 @@ def test_a_number_of_processes_that_is_none(tmp_path, workers):
         ksl.sweep(PANDA, described(SPEED), tmp_path / "out", workers=workers)
 
 
+@HERE
 def test_a_folder_that_cannot_be_written(tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(OSError, match="file: is no folder, so results can't be written there; move it away"):
@@ -365,6 +376,7 @@ def test_a_folder_that_cannot_be_written(tmp_path):
     assert not list((tmp_path / "out").rglob("*.part"))
 
 
+@HERE
 def test_results_of_another_sweep_are_kept_unless_forced(tmp_path):
     ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1)
     before = contents(tmp_path)
@@ -431,11 +443,11 @@ def test_the_command(tmp_path):
     lines = done.stdout.splitlines()
     assert lines[0].split() == ["joint", "limit", "of", "share", "in", "case"] and "2 cases computed" in done.stdout
     assert max(len(line) for line in lines if "written to" not in line) <= 80
-    assert "0 cases computed" in command(PANDA, tmp_path / "sweep.toml", "-o", tmp_path / "out").stdout
+    assert "0 cases computed" in run_ksl("sweep", PANDA, tmp_path / "sweep.toml", "-o", tmp_path / "out").stdout
     broken = tmp_path / "broken.toml"
     broken.write_text("[base\n")
     for arguments, words in (((PANDA, broken), "is not TOML"), ((PANDA, tmp_path / "none.toml"), "can't be read"), ((PANDA, tmp_path / "sweep.toml", "--engine", "slurm"), "local")):
-        done = command(*arguments, "-o", tmp_path / "other")
+        done = run_ksl("sweep", *arguments, "-o", tmp_path / "other")
         assert done.returncode == 2 and words in done.stderr and done.stderr.count("\n") == 1 and not (tmp_path / "other").exists()
 
 

@@ -1,4 +1,4 @@
-"""The sine and cosine kernel against mpmath, over the whole range of angles, in every form that it is compiled in."""
+"""The sine and cosine kernel against MPFR and mpmath, over the whole range of angles, in every form that it is compiled in."""
 
 import functools
 import platform
@@ -6,6 +6,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import gmpy2
 import mpmath
 import numpy as np
 import pytest
@@ -76,26 +77,26 @@ def near_multiples(dtype, random, count):
 
 def hardest(dtype, per_binade=2):
     """Of each binade the numbers nearest to multiples of π/2: m 2ᵉ 2/π is then near an integer, and such m are among the
-    denominators of the continued fraction of 2ᵉ 2/π, and between two of them."""
+    denominators of the continued fraction of 2ᵉ 2/π, and between two of them.  Fractions are integers, in units of 2⁻ᵖ."""
     digits, exponents = (53, range(-53, 971)) if dtype is np.float64 else (24, range(-24, 104))
-    found, least, most = [], 2 ** (digits - 1), 2**digits
-    with mpmath.workprec(2 * BITS):
-        for e in exponents:
-            ratio = mpmath.ldexp(2 / mpmath.pi, e)
-            before, last, rest, candidates = 0, 1, ratio - mpmath.floor(ratio), {1}
-            while last < most:
-                rest = 1 / rest
-                a = int(mpmath.floor(rest))
-                rest -= a
-                fits = min(a, (most - 1 - before) // last)
-                candidates |= {before + t * last for t in {*range(1, min(fits, 20) + 1), *range(max(1, fits - 3), fits + 1)}}
-                before, last = last, before + a * last
-            for c in tuple(candidates):
-                if c < least:
-                    candidates |= {c * -(-least // c), c * (-(-least // c) + 1)}
-            within = [m for m in candidates if least <= m < most]
-            within.sort(key=lambda m: abs(m * ratio - mpmath.nint(m * ratio)))
-            found += [float(np.ldexp(float(m), e)) for m in within[:per_binade]]
+    found, least, most, p = [], 2 ** (digits - 1), 2**digits, 2 * BITS
+    with mpmath.workprec(p + 4):
+        two_over_pi = int(mpmath.floor(mpmath.ldexp(2 / mpmath.pi, p)))
+    for e in exponents:
+        fraction = (two_over_pi << e if e >= 0 else two_over_pi >> -e) % 2**p
+        before, last, above, below, candidates = 0, 1, 2**p, fraction, {1}
+        while last < most:
+            a, rest = divmod(above, below)
+            above, below = below, rest
+            fits = min(a, (most - 1 - before) // last)
+            candidates |= {before + t * last for t in {*range(1, min(fits, 20) + 1), *range(max(1, fits - 3), fits + 1)}}
+            before, last = last, before + a * last
+        for c in tuple(candidates):
+            if c < least:
+                candidates |= {c * -(-least // c), c * (-(-least // c) + 1)}
+        off = lambda m, fraction=fraction: min(m * fraction % 2**p, -m * fraction % 2**p)
+        within = sorted((m for m in candidates if least <= m < most), key=off)
+        found += [float(np.ldexp(float(m), e)) for m in within[:per_binade]]
     return found
 
 
@@ -121,15 +122,15 @@ def test_errs_by_less_than_a_unit_in_the_last_place_over_the_whole_range(kernels
     assert len(found) == len(x)
     digits, tiniest = (53, -1074) if dtype is np.float64 else (24, -149)
     worst = {"up to fast_range": 0.0, "beyond": 0.0}
-    with mpmath.workprec(BITS):
-        for angle, pair in zip(x, found, strict=True):
+    with gmpy2.context(precision=BITS):
+        for angle, pair in zip(x.tolist(), found.tolist(), strict=True):
             where = "up to fast_range" if abs(angle) <= 2.0**18 else "beyond"
-            for exact, number in zip(reversed(mpmath.cos_sin(mpmath.mpf(float(angle)))), pair, strict=True):
+            for exact, number in zip(gmpy2.sin_cos(gmpy2.mpfr(angle)), pair, strict=True):
                 if exact == 0:
                     assert number == 0
                     continue
-                unit = mpmath.ldexp(1, max(mpmath.frexp(exact)[1] - digits, tiniest))
-                worst[where] = max(worst[where], float(abs(mpmath.mpf(float(number)) - exact) / unit))
+                unit = max(gmpy2.frexp(exact)[0] - digits, tiniest)
+                worst[where] = max(worst[where], float(abs(number - exact) * gmpy2.mpfr(2) ** -unit))
     assert all(0.5 < error < 1 for error in worst.values()), worst
 
 
