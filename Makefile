@@ -2,6 +2,7 @@
 # make test   sets everything up, runs all tests
 # make test-long  the tests of many random cases with fifty times as many, of C++ with both compilers and each instruction set, and on an
 #              emulated Arm processor; writes test/long_results.md
+# make quick  after a change of an algorithm: compiles what includes it and runs the C++ tests of the engine (QUICK=NAME: those cases alone)
 # make bench  timings, beside what they are compared with (make bench-plots: and renews docs/performance.md)
 # make release   all of the C algebra as one header, build/release/ksl.h
 # make docs      the reference in docs/reference, from the headers and from api/algorithms/
@@ -31,7 +32,7 @@ unexport $(filter-out PYTHON,$(filter $(DROPPED),$(.VARIABLES)))
 
 SOURCES := $(shell find include src python cmake -type f -not -name '*.pyc') CMakeLists.txt pyproject.toml
 
-.PHONY: demo test test-c test-python build-gcc build-clang test-long bench bench-build bench-plots release docs clean
+.PHONY: demo test test-c test-python build-gcc build-clang quick test-long bench bench-build bench-plots release docs clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed
@@ -65,6 +66,12 @@ build-gcc: $(VENV)/.tested
 build-clang: $(VENV)/.packages
 	$(call build,clang,clang,clang++,-DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG= -DCMAKE_CXX_FLAGS_DEBUG= \
 	  "-DKSL_INSTRUCTION_SETS=x86_64_v3;x86_64_v4" -DKSL_INTERFACE_TESTS=OFF -DKSL_COUNT_WORK=ON)
+
+# One set, every algorithm a unit of its own, so that little is compiled again.  The first time takes as long as a build.
+quick: $(VENV)/.packages
+	$(call build,quick,gcc,g++,-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O0" "-DKSL_INSTRUCTION_SETS=x86_64_v3" -DKSL_UNITY_BUILD=OFF \
+	  -DKSL_INTERFACE_TESTS=OFF) engine_test
+	build/quick/test/engine/engine_test $(if $(QUICK),"--test-case=*$(QUICK)*")
 
 test-python: $(VENV)/.tested test-c
 	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile --no-loadscope-reorder test
