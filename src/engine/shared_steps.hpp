@@ -1,5 +1,5 @@
-// Steps that the kernels of nearly all algorithms call.  They are compiled once for each instruction set, in shared_steps.cpp, and not once
-// in every unit.
+// Steps that the kernels of nearly all algorithms call.  With KSL_SHARES_STEPS, which the library's build defines, they are compiled once for each
+// instruction set, in shared_steps.cpp, and not once in every unit.
 #pragma once
 
 #include "engine/kernel.hpp"
@@ -24,7 +24,7 @@
   KSL_SHARED_OF_LANES(elsewhere, double)                                                                               \
   KSL_SHARED_OF_LANES(elsewhere, float)
 
-#ifndef KSL_COMPILES_SHARED_STEPS
+#if defined(KSL_SHARES_STEPS) && !defined(KSL_COMPILES_SHARED_STEPS)
 namespace ksl {
 inline namespace KSL_ISA {
 KSL_SHARED_STEPS(extern)

@@ -14,7 +14,6 @@ ALGORITHMS = sorted((ROOT / "src/engine/algorithms").glob("*/*.cpp"))
 SOURCES: dict[str, list[str]] = {
     **{f.relative_to(ROOT / "src").as_posix(): ["-DKSL_ISA=neon"] for f in ALGORITHMS},
     "engine/finite.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_finite_neon"],
-    "engine/shared_steps.cpp": ["-DKSL_ISA=neon"],
     "engine/array_kernels.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_array_kernels_neon", "-fno-math-errno"],
     **{f"engine/{name}.cpp": [] for name in ("coupled", "dynamics", "examine", "dynamics_calls", "canonical_axes", "data", "joint_physics", "model", "model_builder", "thread_memory")},
     "engine/dispatch.cpp": ["-DKSL_HAS_neon"],

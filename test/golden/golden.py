@@ -88,7 +88,7 @@ class Build:
         program = self.compiled(HERE / "engine.cpp", "engine.o")  # as all but the kernels, for any processor
         if library:
             return self.linked("engine", [program, library / "libksl.a"], self.cpp, "-lpugixml", "-pthread")
-        kernels = [(f, [f"-DKSL_ISA={isa}", *self.march]) for f in [*ALGORITHMS, ROOT / "src/engine/shared_steps.cpp"]]
+        kernels = [(f, [f"-DKSL_ISA={isa}", *self.march]) for f in ALGORITHMS]
         kernels += [(ROOT / "src/engine/finite.cpp", [f"-DKSL_ISA={isa}", f"-DKSL_TABLE=ksl_finite_{isa}", *self.march])]
         kernels += [(ROOT / "src" / f, [f"-DKSL_HAS_{isa}"] if "dispatch" in f else []) for f in HOST]
         with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:

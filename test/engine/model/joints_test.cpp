@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <random>
 #include <string>
 #include <vector>
@@ -116,10 +117,59 @@ TEST_CASE("twist, effort and drive are those of the joint's bases") {
 
       ksl::coscrew<double> expected_drive;
       A::joint_space_drive(&bases, n, ordered.data(), &expected_drive);
-      const ksl::coscrew<double> drive = J::drive(rates.data());
+      const ksl::coscrew<double> drive = J::drive(b, rates.data());
       CHECK(largest_difference(&drive.lin.x, &expected_drive.lin.x, 6) < 1e-15);
     }
   });
+}
+
+/// The same bits.
+template <class T> bool same(const T &x, const T &y) { return std::memcmp(&x, &y, sizeof(T)) == 0; }
+
+TEST_CASE("general_joint computes what the struct of each of its kinds computes, to the bit") {
+  using general = ksl::joint<ksl::general_kind>;
+  std::mt19937_64 random(5);
+  int kinds = 0;
+  for_each_kind_of_body([&]<class J>(J, ksl::joint_kind kind) {
+    if (!general::includes(kind))
+      return;
+    ++kinds;
+    ksl::body<double> b{};
+    b.kind = kind, b.nv = J::nv, b.pitch = pitch;
+    for (int round = 0; round < 10; ++round) {
+      const std::vector<double> v = normal_numbers(random, J::nv), dv = normal_numbers(random, J::nv), x = normal_numbers(random, 40);
+      const ksl::coscrew<double> f = {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
+      const ksl::vec3<double> r = {x[6], x[7], x[8]};
+      const ksl::mat3x3<double> R = {x[9], x[10], x[11], x[12], x[13], x[14], x[15], x[16], x[17]};
+      const ksl::spatial_inertia<double> I = {x[18], {x[19], x[20], x[21]}, x[22], x[23], x[24], x[25], x[26], x[27]};
+      const ksl::body_motion<double> carried = {{x[28], x[29], x[30]}, {x[31], x[32], x[33]}, {x[34], x[35], x[36]}};
+      ksl::articulated_inertia<double> articulated;
+      A::spatial_inertia_toArticulated(&I, &articulated);
+
+      CHECK(same(general::twist(b, v.data()), J::twist(b, v.data())));
+      CHECK(same(general::drive(b, v.data()), J::drive(b, v.data())));
+      double effort[J::nv], expected_effort[J::nv];
+      general::effort(b, f, effort), J::effort(b, f, expected_effort);
+      CHECK(std::memcmp(effort, expected_effort, sizeof effort) == 0);
+      ksl::body_motion<double> motion = carried, expected_motion = carried;
+      general::add_motion(b, v.data(), dv.data(), motion), J::add_motion(b, v.data(), dv.data(), expected_motion);
+      CHECK(same(motion, expected_motion));
+      ksl::for_each_coordinate<J::nv>([&](auto k) {
+        CHECK(same(general::momentum(k, b, I), J::momentum(k, b, I)));
+        const auto S = general::column(k, b, R);
+        const auto expected = J::column(k, b, R);
+        ksl::screw<double> a = {f.lin, f.ang}, expected_a = a;
+        S.add(x[37], a), expected.add(x[37], expected_a);
+        CHECK(same(a, expected_a));
+        CHECK(same(S.effort(f), expected.effort(f)));
+        CHECK(same(S.twist(r), expected.twist(r)));
+        CHECK(same(S.about(r), expected.about(r)));
+        CHECK(same(S.momentum(articulated), expected.momentum(articulated)));
+      });
+      CHECK(ksl::shifts_origin<ksl::general_kind>(b) == J::shifts_origin);
+    }
+  });
+  CHECK(kinds == 5);
 }
 
 TEST_CASE("what leads from one position to another leads there") {
