@@ -28,8 +28,10 @@ CHANGING = ("COLUMNS", "FORCE_COLOR")
 """Variables that change what is printed."""
 
 
-def run_ksl(*arguments: object, cwd: str | os.PathLike[str] | None = None, text: bool = True, timeout: int = 60) -> subprocess.CompletedProcess:
-    """The command with its output, as from `subprocess.run(..., capture_output=True)`.  A sweep starts no processes."""
+def run_ksl(*arguments: object, cwd: str | os.PathLike[str] | None = None, text: bool = True, timeout: int = 60, **environment: str) -> subprocess.CompletedProcess:
+    """The command with its output, as from `subprocess.run(..., capture_output=True)`.  A sweep starts no processes.
+
+    environment: variables that are set for it; those that Python itself reads as it starts have no effect."""
     given = [os.fsdecode(a) if isinstance(a, bytes) else str(a) for a in arguments]
     for name in IMPORTED:
         with contextlib.suppress(ImportError):
@@ -40,6 +42,7 @@ def run_ksl(*arguments: object, cwd: str | os.PathLike[str] | None = None, text:
             signal.alarm(timeout)
             print_to(out.fileno(), err.fileno())
             _as_in_a_new_python()
+            os.environ.update(environment)
             if given[:1] == ["sweep"]:
                 sweep_here()
             os.chdir(cwd or ".")

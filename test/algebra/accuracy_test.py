@@ -95,14 +95,12 @@ for kind, letter in (("vec3", "v"), ("screw", "s"), ("coscrew", "c")):
     two = letter * 2
 
     entry(f"{kind}_copy")(lambda x, o: exact(x))
-    entry(f"{kind}_inverted")(lambda x, o: exact(-x))
-    entry(f"{kind}_invert")(lambda x: exact(-x))
+    entry(f"{kind}_inverted", f"{kind}_invert")(lambda x, o=None: exact(-x))
     entry(f"{kind}_scale")(lambda x, a: [(a[:, None] * p, abs(a.astype(float)) * norm(p)) for p in split(x)])
     entry(f"product_a{letter}")(lambda a, x, o: [(a[:, None] * p, abs(a.astype(float)) * norm(p)) for p in split(x)])
-    entry(f"add_{two}")(lambda x, y, o: [(p + q, norm(p) + norm(q)) for p, q in zip(split(x), split(y))])
+    entry(f"add_{two}", f"xpy_{two}")(lambda x, y, o=None: [(p + q, norm(p) + norm(q)) for p, q in zip(split(x), split(y))])
     entry(f"subtract_{two}")(lambda x, y, o: [(p - q, norm(p) + norm(q)) for p, q in zip(split(x), split(y))])
     entry(f"axpy_{two}")(lambda a, x, y: [(a[:, None] * p + q, abs(a.astype(float)) * norm(p) + norm(q)) for p, q in zip(split(x), split(y))])
-    entry(f"xpy_{two}")(lambda x, y: [(p + q, norm(p) + norm(q)) for p, q in zip(split(x), split(y))])
     entry(f"nxpy_{two}")(lambda x, y: [(q - p, norm(p) + norm(q)) for p, q in zip(split(x), split(y))])
 
 
@@ -113,8 +111,7 @@ entry("product_avinv")(lambda a, v, o: [(-a[:, None] * v, abs(a.astype(float)) *
 entry("vec3_divided", "product_ainvvf")(lambda v, a, o: [(v / a[:, None], norm(v) / abs(a.astype(float)))])
 entry("product_ainvv")(lambda a, v, o: [(v / a[:, None], norm(v) / abs(a.astype(float)))])
 entry("vec3_l2norm")(lambda v: [(ref.sqrt(dot(v, v)), norm(v))])
-entry("vec3_normalized")(lambda v, o: [(v / ref.sqrt(dot(v, v))[:, None], np.ones(len(v)))])
-entry("vec3_normalize")(lambda v: [(v / ref.sqrt(dot(v, v))[:, None], np.ones(len(v)))])
+entry("vec3_normalized", "vec3_normalize")(lambda v, o=None: [(v / ref.sqrt(dot(v, v))[:, None], np.ones(len(v)))])
 entry("dot_vv")(lambda a, b: [(dot(a, b), norm(a) * norm(b))])
 entry("cross_vv")(lambda a, b, o: [(cross(a, b), norm(a) * norm(b))])
 entry("cross_vvinv")(lambda a, b, o: [(-cross(a, b), norm(a) * norm(b))])
@@ -162,8 +159,7 @@ entry("mat3x3_setIdentity")(lambda R: exact(numbers(ref.identity(len(R), 3))))
 entry("mat3x3_copy")(lambda R, o: exact(R))
 entry("mat3x3_setFromVectors")(lambda o, x, y, z: exact(numbers(np.stack([x, y, z], -1))))
 entry("mat3x3_toVectors")(lambda R, x, y, z: exact(*(matrix(R)[:, :, j] for j in range(3))))
-entry("mat3x3_transposed")(lambda R, o: exact(numbers(T(matrix(R)))))
-entry("mat3x3_transpose")(lambda R: exact(numbers(T(matrix(R)))))
+entry("mat3x3_transposed", "mat3x3_transpose")(lambda R, o=None: exact(numbers(T(matrix(R)))))
 entry("mat3x3_determinant")(lambda R: [(dot(matrix(R)[:, :, 0], cross(matrix(R)[:, :, 1], matrix(R)[:, :, 2])), np.ones(len(R)))])
 
 
@@ -177,8 +173,7 @@ def gram_schmidt(R):
     return [(c, np.ones(len(R))) for c in (x, y, z)]
 
 
-entry("mat3x3_normalized")(lambda R, o: gram_schmidt(R))
-entry("mat3x3_normalize")(lambda R: gram_schmidt(R))
+entry("mat3x3_normalized", "mat3x3_normalize")(lambda R, o=None: gram_schmidt(R))
 
 
 def inverse3(R):
@@ -186,8 +181,7 @@ def inverse3(R):
     return [(0 * R[:, 0], np.zeros(len(R)))] + [(A[:, :, j], norm(A) * norm(R) / 3) for j in range(3)]
 
 
-entry("mat3x3_inverted")(lambda R, o: inverse3(R))
-entry("mat3x3_invert")(lambda R: inverse3(R))
+entry("mat3x3_inverted", "mat3x3_invert")(lambda R, o=None: inverse3(R))
 
 
 def rodrigues(a, s, c):
@@ -215,8 +209,7 @@ def inverted(D):
     return [(A[:, :3, j], norm(A[:, :3, j])) for j in range(4)]
 
 
-entry("SE3_inverted")(lambda D, o: inverted(D))
-entry("SE3_invert")(lambda D: inverted(D))
+entry("SE3_inverted", "SE3_invert")(lambda D, o=None: inverted(D))
 entry("product_dv")(lambda D, v, o: [(mul(pose(D)[:, :3, :3], v) + pose(D)[:, :3, 3], norm(v) + norm(D[:, 9:]))])
 
 
@@ -335,10 +328,8 @@ def translated(m, h, I, t):
     return moment((m, p, size), I + ref.parallel_axis(m, r), norm(I) + 2 * size**2 / m.astype(float))
 
 
-entry("inertia_rotated")(lambda M, R, o: rotated(M, R))
-entry("inertia_rotate")(lambda M, R: rotated(M, R))
-entry("inertia_translated")(lambda M, t, o: translated(*parts(M), t))
-entry("inertia_translate")(lambda M, t: translated(*parts(M), t))
+entry("inertia_rotated", "inertia_rotate")(lambda M, R, o=None: rotated(M, R))
+entry("inertia_translated", "inertia_translate")(lambda M, t, o=None: translated(*parts(M), t))
 
 
 def transformed(M, D):
@@ -347,8 +338,7 @@ def transformed(M, D):
     return translated(m, mul(R, h), mul(mul(R, I), T(R)), pose(D)[:, :3, 3])
 
 
-entry("inertia_transformed", bound=5)(lambda M, D, o: transformed(M, D))
-entry("inertia_transform", bound=5)(lambda M, D: transformed(M, D))
+entry("inertia_transformed", "inertia_transform", bound=5)(lambda M, D, o=None: transformed(M, D))
 
 
 @entry("inertia_merge", bound=6)
@@ -392,14 +382,12 @@ for kind in ("vec4", "quaternion"):
     entry(f"{kind}_copy")(lambda x, o: exact(x))
     entry(f"{kind}_l2norm")(lambda x: [(ref.sqrt(dot(x, x)), norm(x))])
     entry(f"{kind}_scaled")(lambda x, a, o: [(a[:, None] * x, abs(a.astype(float)) * norm(x))])
-    entry(f"{kind}_normalized")(lambda x, o: [(x / ref.sqrt(dot(x, x))[:, None], np.ones(len(x)))])
-    entry(f"{kind}_normalize")(lambda x: [(x / ref.sqrt(dot(x, x))[:, None], np.ones(len(x)))])
+    entry(f"{kind}_normalized", f"{kind}_normalize")(lambda x, o=None: [(x / ref.sqrt(dot(x, x))[:, None], np.ones(len(x)))])
 
 
 entry("vec4_scale")(lambda x, a: [(a[:, None] * x, abs(a.astype(float)) * norm(x))])
 entry("vec4_swap")(lambda a, b: exact(b, a))
-entry("vec4_inverted")(lambda x, o: exact(-x))
-entry("vec4_invert")(lambda x: exact(-x))
+entry("vec4_inverted", "vec4_invert")(lambda x, o=None: exact(-x))
 entry("mat4x4_setIdentity")(lambda M: exact(numbers(ref.identity(len(M), 4))))
 entry("mat4x4_getTranslation")(lambda M, o: exact(M[:, 12:15]))
 entry("mat4x4_toSE3")(lambda M, o: exact(M.reshape(-1, 4, 4)[:, :, :3].reshape(len(M), 12)))
@@ -429,8 +417,7 @@ def product_quaternions(p, q):
 
 
 entry("quaternion_setIdentity")(lambda q: exact(0 * q + np.array([0, 0, 0, 1])))
-entry("quaternion_conjugated")(lambda q, o: exact(conj(q)))
-entry("quaternion_conjugate")(lambda q: exact(conj(q)))
+entry("quaternion_conjugated", "quaternion_conjugate")(lambda q, o=None: exact(conj(q)))
 entry("dot_qq")(lambda p, q: [(dot(p, q), norm(p) * norm(q))])
 entry("axpy_qq")(lambda a, x, y: [(a[:, None] * x + y, abs(a.astype(float)) * norm(x) + norm(y))])
 entry("product_qq", "quaternion_product_qq")(lambda p, q, o: product_quaternions(p, q))

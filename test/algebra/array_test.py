@@ -1,14 +1,9 @@
-"""Arrays of any length, and two-dimensional arrays on the heap."""
+"""Arrays of any length.  Two-dimensional arrays on the heap: c_functions_test.cpp."""
 
 import ctypes
-import os
-import subprocess
 
 import numpy as np
 import pytest
-
-from functions import INCLUDE
-from library import c_compiler
 
 DTYPE = {"": np.float64, "f": np.float32, "i": np.int32}
 C = {"": ctypes.c_double, "f": ctypes.c_float, "i": ctypes.c_int}
@@ -122,28 +117,3 @@ def test_swapArray(ksl, f):
     for n in (0, -2):
         getattr(ksl.dll, f"ksl_swapArray{f}")(n, pointer(a), 1, pointer(b), 1)
     assert a.tolist() == [10, 1, 11, 3, 12, 5]
-
-
-def test_arrays_on_the_heap(tmp_path):
-    """Zeroed, one block, freed without a leak, NULL for sizes that are none or too large; under the address sanitizer."""
-    types = {"": "double", "f": "float", "i": "int", "ui": "unsigned int", "c": "char", "b": "bool"}
-    lines = []
-    for s, t in types.items():
-        lines.append(f"""{{
-          {t} **x = ksl_array2D{s}_alloc(7, 5);
-          for (int i = 0; i < 35; i++) {{ if (x[0][i] != 0) return 1; x[i / 5][i % 5] = ({t})(i % 2); }}
-          for (int i = 0; i < 35; i++) if (x[0][i] != ({t})(i % 2)) return 2;
-          if (x[1] != x[0] + 5) return 3;
-          ksl_array2D{s}_free(x);
-          ksl_array2D{s}_free(NULL);
-          const int bad[][2] = {{{{0, 5}}, {{5, 0}}, {{-1, 5}}, {{5, -1}}}};
-          for (int i = 0; i < 4; i++) if (ksl_array2D{s}_alloc(bad[i][0], bad[i][1])) return 4;
-          ksl_array{s}_free(({t} *)calloc(3, sizeof({t})));
-        }}""")
-    lines.append("if (ksl_array2D_alloc(INT_MAX, INT_MAX)) return 5;")
-    (tmp_path / "main.c").write_text("#include <ksl/memory.h>\n#include <limits.h>\nint main(void) {\n" + "\n".join(lines) + "\nreturn 0; }\n")
-    subprocess.run([*c_compiler("-fsanitize=address,undefined", "-fno-sanitize-recover"), "-std=c11", "-g", f"-I{INCLUDE}", tmp_path / "main.c",
-                    "-o", tmp_path / "main"], check=True)
-    run = subprocess.run([tmp_path / "main"], capture_output=True, text=True,
-                         env=os.environ | {"ASAN_OPTIONS": "allocator_may_return_null=1"})
-    assert run.returncode == 0, run.stderr

@@ -30,22 +30,35 @@ template <class Print> std::string printed(Print print) {
 
 } // namespace
 
-TEST_CASE("a table on the heap is zero, in one block, and freed with one call; sizes that are none give no table") {
-  double **const table = ksl_array2D_alloc(3, 4);
-  REQUIRE(table);
-  for (int k = 0; k < 12; ++k)
-    CHECK(table[0][k] == 0.0);
-  CHECK(table[1] == table[0] + 4);
-  CHECK(table[2] == table[0] + 8);
-  ksl_array2D_free(table);
-  ksl_array2D_free(nullptr);
-  for (const auto &size : {std::array{0, 4}, {3, 0}, {-1, 4}, {3, -1}})
-    CHECK(ksl_array2D_alloc(size[0], size[1]) == nullptr);
+#define KSL_CHECK_TABLE(type, suffix)                                                                                            \
+  do {                                                                                                                           \
+    type **const table = ksl_array2D##suffix##_alloc(7, 5);                                                                      \
+    REQUIRE(table);                                                                                                              \
+    for (int k = 0; k < 35; ++k) {                                                                                               \
+      CHECK(table[0][k] == static_cast<type>(0));                                                                                              \
+      table[k / 5][k % 5] = static_cast<type>(k % 2);                                                                            \
+    }                                                                                                                            \
+    for (int k = 0; k < 35; ++k)                                                                                                 \
+      CHECK(table[0][k] == static_cast<type>(k % 2));                                                                            \
+    CHECK((table[1] == table[0] + 5 && table[6] == table[0] + 30));                                                              \
+    ksl_array2D##suffix##_free(table);                                                                                           \
+    ksl_array2D##suffix##_free(nullptr);                                                                                         \
+    for (const auto &size : {std::array{0, 5}, {5, 0}, {-1, 5}, {5, -1}})                                                        \
+      CHECK(ksl_array2D##suffix##_alloc(size[0], size[1]) == nullptr);                                                           \
+    ksl_array##suffix##_free(static_cast<type *>(std::malloc(sizeof(type))));                                                    \
+  } while (false)
+
+TEST_CASE("a table on the heap is zero, in one block, and freed with one call; sizes that are none or too large give no table") {
+  KSL_CHECK_TABLE(double, );
+  KSL_CHECK_TABLE(float, f);
+  KSL_CHECK_TABLE(int, i);
+  KSL_CHECK_TABLE(unsigned, ui);
+  KSL_CHECK_TABLE(char, c);
+  KSL_CHECK_TABLE(bool, b);
 #ifndef KSL_TEST_SANITIZER // which ends a program that asks for too much
   volatile int most = INT_MAX; // unknown to compilers, which would warn
   CHECK(ksl_array2D_alloc(most, most) == nullptr);
 #endif
-  ksl_array_free(static_cast<double *>(std::malloc(sizeof(double))));
 }
 
 TEST_CASE("Euler angles without a reference are those near (0, 0, 0)") {

@@ -110,48 +110,19 @@ static void test_pendulum(const char *path) {
   CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &infinite, &a, NULL, &tau), KSL_BAD_ARGUMENT, "v[0]");
   CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &v, &nan, NULL, &tau), KSL_BAD_ARGUMENT, "a[0]");
   CHECK(tau == 7);
-  ksl_external_t bad = external;
-  bad.link = NULL;
-  CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &v, &a, &bad, &tau), KSL_BAD_ARGUMENT, "external");
-  const int nobody = 3;
-  bad = external;
-  bad.link = &nobody;
-  CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &v, &a, &bad, &tau), KSL_BAD_ARGUMENT, "link out of range");
-  bad = external;
-  bad.axes = (ksl_expressed_t)7;
-  CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &v, &a, &bad, &tau), KSL_BAD_ARGUMENT, "axes");
   const ksl_coscrew_t wrong = ksl_coscrew(1, 2, nan, 4, 5, 6);
-  bad = external;
+  ksl_external_t bad = external;
   bad.wrench = &wrong;
   CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &v, &a, &bad, &tau), KSL_BAD_ARGUMENT, "external wrench[2]");
-  bad.n = -1;
-  CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &v, &a, &bad, &tau), KSL_BAD_ARGUMENT, "external");
 
   CHECK_REFUSED(ksl_reactions(m, NULL, 3, joints, NULL, NULL, w), KSL_BAD_ARGUMENT, "null");
-  CHECK_REFUSED(ksl_reactions(m, d, 3, joints, NULL, NULL, NULL), KSL_BAD_ARGUMENT, "null");
-  CHECK_REFUSED(ksl_reactions(m, d, 3, NULL, NULL, NULL, w), KSL_BAD_ARGUMENT, "joints");
-  CHECK_REFUSED(ksl_reactions(m, d, -1, joints, NULL, NULL, w), KSL_BAD_ARGUMENT, "between 0");
-  CHECK_REFUSED(ksl_reactions(m, d, 1, &nobody, NULL, NULL, w), KSL_BAD_ARGUMENT, "out of range");
   CHECK(ksl_reactions(m, d, 0, NULL, NULL, NULL, NULL) == KSL_OK);
-  memset(&how, 0, sizeof how);
-  how.at = KSL_LINK;
-  how.at_link = 3;
-  CHECK_REFUSED(ksl_reactions(m, d, 1, joints, &how, NULL, w), KSL_BAD_ARGUMENT, "at_link");
-  memset(&how, 0, sizeof how);
-  how.axes = KSL_LINK;
-  how.axes_link = -1;
-  CHECK_REFUSED(ksl_reactions(m, d, 1, joints, &how, NULL, w), KSL_BAD_ARGUMENT, "axes_link");
-  memset(&how, 0, sizeof how);
-  how.part = (ksl_part_t)7;
-  CHECK_REFUSED(ksl_reactions(m, d, 1, joints, &how, NULL, w), KSL_BAD_ARGUMENT, "enumerations");
-  memset(&how, 0, sizeof how);
-  how.axes = (ksl_frame_t)7;
-  CHECK_REFUSED(ksl_reactions(m, d, 1, joints, &how, NULL, w), KSL_BAD_ARGUMENT, "enumerations");
   memset(&how, 0, sizeof how);
   how.offset[1] = nan;
   CHECK_REFUSED(ksl_reactions(m, d, 1, joints, &how, NULL, w), KSL_BAD_ARGUMENT, "offset");
 
-  CHECK_REFUSED(ksl_frame_pose(m, d, &q, 3, &pose), KSL_BAD_ARGUMENT, "out of range");
+  const int nobody = 3;
+  CHECK_REFUSED(ksl_frame_pose(m, d, &q, nobody, &pose), KSL_BAD_ARGUMENT, "out of range");
   CHECK_REFUSED(ksl_frame_pose(m, d, &q, 0, NULL), KSL_BAD_ARGUMENT, "null");
   CHECK_REFUSED(ksl_frame_poses(m, d, &q, 1, &nobody, poses[0][0]), KSL_BAD_ARGUMENT, "out of range");
   CHECK_REFUSED(ksl_frame_poses(m, d, &q, -1, two, poses[0][0]), KSL_BAD_ARGUMENT, "not negative");
@@ -161,10 +132,6 @@ static void test_pendulum(const char *path) {
   CHECK(ksl_frame_poses(m, d, &q, 0, NULL, NULL) == KSL_OK);
   CHECK_REFUSED(ksl_energy(m, d, &q, &nan, &kinetic, &potential), KSL_BAD_ARGUMENT, "v[0]");
   CHECK_REFUSED(ksl_energy(m, d, &q, &v, NULL, &potential), KSL_BAD_ARGUMENT, "null");
-  CHECK_REFUSED(ksl_data_create(m, NULL), KSL_BAD_ARGUMENT, "null");
-  ksl_data_t *none = d;
-  CHECK_REFUSED(ksl_data_create(NULL, &none), KSL_BAD_ARGUMENT, "null");
-  CHECK(!none);
   ksl_data_free(d);
   ksl_model_free(m);
   ksl_data_free(NULL);
@@ -503,14 +470,14 @@ static void test_unknown_enumerators(const char *path) {
     section = ksl_section(link), section.order = (ksl_order_t)value;
     CHECK(ksl_section_wrench(m, d, x, x, x, NULL, &section, out) == KSL_BAD_ARGUMENT);
     const ksl_external_t external = {1, &link, &wrench, (ksl_expressed_t)value};
-    CHECK(ksl_inverse_dynamics(m, d, x, x, x, &external, out) == KSL_BAD_ARGUMENT);
+    CHECK_REFUSED(ksl_inverse_dynamics(m, d, x, x, x, &external, out), KSL_BAD_ARGUMENT, "axes");
     const ksl_external_rows_t rows = {1, &link, x, 0, (ksl_expressed_t)value};
     CHECK(ksl_inverse_dynamics_external_batch(m, 1, x, 6, x, 6, x, 6, &rows, out, 6, 1) == KSL_BAD_ARGUMENT);
     for (int member = 0; member < 5; ++member) {
       ksl_reaction_options_t how = {0};
       int *const members[] = {(int *)&how.part, (int *)&how.on, (int *)&how.at, (int *)&how.axes, (int *)&how.order};
       memcpy(members[member], &value, sizeof value);
-      CHECK(ksl_inverse_dynamics_with_reactions(m, d, x, x, x, NULL, out, 1, &joint, &how, out + 6) == KSL_BAD_ARGUMENT);
+      CHECK_REFUSED(ksl_inverse_dynamics_with_reactions(m, d, x, x, x, NULL, out, 1, &joint, &how, out + 6), KSL_BAD_ARGUMENT, "enumerations");
     }
     for (int member = 0; member < 4; ++member) {
       ksl_frame_options_t how = {0};

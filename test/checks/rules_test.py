@@ -20,9 +20,6 @@ def visual(mesh, more=""):
     return f'<visual><geometry><mesh filename="{mesh}"{more}/></geometry></visual>'
 
 
-SHARED_MESH = [link("s1", inside=visual("cube.stl")), hinge("j1", "fore", "s1"), link("s2"), hinge("j2", "fore", "s2")]
-
-
 def limbs(left, right):
     return more(link("hand_left", left), hinge("l", "fore", "hand_left"), link("hand_right", right), hinge("r", "fore", "hand_right"))
 

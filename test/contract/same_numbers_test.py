@@ -2,8 +2,6 @@
 
 import csv
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +11,7 @@ import pytest
 import ksl
 from ksl.report.numbers import format_number
 from ksl.viewer.results_scene import read_results, scene_of_motion, scene_of_results
+from ksl_command import run_ksl
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 PANDA, PICK = EXAMPLES / "robots" / "panda.urdf", EXAMPLES / "motions" / "panda_pick.csv"
@@ -22,7 +21,7 @@ PANDA, PICK = EXAMPLES / "robots" / "panda.urdf", EXAMPLES / "motions" / "panda_
 def folder(tmp_path_factory) -> Path:
     """Results of the command, which writes the report and its JSON."""
     out = tmp_path_factory.mktemp("loads")
-    done = subprocess.run([sys.executable, "-m", "ksl", "loads", PANDA, PICK, "--json", "-o", out], capture_output=True, text=True, timeout=120)
+    done = run_ksl("loads", PANDA, PICK, "--json", "-o", out)
     assert done.returncode == 0, done.stderr
     return out
 

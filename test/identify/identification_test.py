@@ -83,8 +83,7 @@ def test_bodies_are_consistent_and_give_the_efforts(m, found):
             assert np.sqrt(np.mean((ours - true) ** 2, axis=0)) == pytest.approx(np.zeros(m.nv), abs=0.5 * sigma.max())
 
 
-@pytest.mark.parametrize("samples", [1, 2, 5, 12, 40])
-@pytest.mark.parametrize("size", [0.0, 1.0, 1e4])
+@pytest.mark.parametrize(("samples", "size"), [(1, 0.0), (2, 1.0), (5, 1e4), (12, 0.0), (12, 1e4), (40, 1.0)])
 def test_no_data_give_an_impossible_body(m, samples, size):
     rng = np.random.default_rng(samples)
     q, v, a, tau, _ = recording(m, rng)

@@ -1,7 +1,6 @@
 """docs/report.md: its example runs, and its table of keys is complete."""
 
 import json
-import os
 import re
 import subprocess
 import sys
@@ -10,20 +9,16 @@ from pathlib import Path
 import pytest
 
 from ksl.report.pdf import BROWSERS, VARIABLE
+from ksl_command import run_ksl
 
 ROOT = Path(__file__).parents[2]
 DOC = (ROOT / "docs" / "report.md").read_text(encoding="utf-8")
 
 
-def ksl(*arguments, **environment):
-    command = [sys.executable, "-m", "ksl", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, env={**os.environ, **environment}, check=False)
-
-
 @pytest.fixture(scope="module")
 def run(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("run")
-    done = ksl("loads", ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv", "-o", folder / "loads", "--json",
+    done = run_ksl("loads", ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv", "-o", folder / "loads", "--json",
                "--components", ROOT / "examples/components/panda.toml")  # fmt: skip
     assert done.returncode == 0, done.stderr
     return folder
@@ -65,30 +60,30 @@ def test_components_stand_beside_their_joints(run):
 def test_a_missing_browser_is_said_before_anything_is_computed(tmp_path):
     assert ", ".join(f"`{name}`" for name in BROWSERS[:3]) in DOC and VARIABLE in DOC
     for environment, words in (({"PATH": str(tmp_path)}, "a PDF needs Chromium, Chrome or Edge"), ({VARIABLE: "nothere"}, f"{VARIABLE}=nothere: no such program")):
-        done = ksl("loads", ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv", "-o", tmp_path / "o", "--pdf", **environment)
+        done = run_ksl("loads", ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv", "-o", tmp_path / "o", "--pdf", **environment)
         assert done.returncode == 2 and words in done.stderr and not (tmp_path / "o").exists()
 
 
 def test_a_browser_that_fails_leaves_nothing(tmp_path):
-    done = ksl("loads", ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv", "-o", tmp_path / "o", "--pdf", KSL_BROWSER="false")
+    done = run_ksl("loads", ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv", "-o", tmp_path / "o", "--pdf", KSL_BROWSER="false")
     assert done.returncode == 2 and "printed no PDF" in done.stderr and not (tmp_path / "o").exists()
 
 
 def test_an_unknown_paper(tmp_path):
-    done = ksl("loads", ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv", "-o", tmp_path / "o", "--paper", "A3")
+    done = run_ksl("loads", ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv", "-o", tmp_path / "o", "--paper", "A3")
     assert done.returncode == 2 and "--paper A3: expected A4 or letter" in done.stderr
 
 
 def test_components_that_cannot_be_are_refused_before_anything_is_computed(tmp_path):
     (tmp_path / "c.toml").write_text('[[component]]\njoints = ["panda_joint1"]\nkind = "moter"\n')
     two = ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv"
-    done = ksl("loads", *two, "-o", tmp_path / "o", "--components", tmp_path / "c.toml")
+    done = run_ksl("loads", *two, "-o", tmp_path / "o", "--components", tmp_path / "c.toml")
     assert done.returncode == 2 and "moter" in done.stderr and "motor" in done.stderr and "Traceback" not in done.stderr
     assert not (tmp_path / "o").exists()
 
 
 def test_several_load_cases_are_one_page(tmp_path):
-    done = ksl("loads", ROOT / "examples/robots/ur5.urdf", "--cases", ROOT / "examples/cases/ur5_cases.toml", "-o", tmp_path / "o", "--json")
+    done = run_ksl("loads", ROOT / "examples/robots/ur5.urdf", "--cases", ROOT / "examples/cases/ur5_cases.toml", "-o", tmp_path / "o", "--json")
     assert done.returncode == 0, done.stderr
     page, said = ((tmp_path / "o" / name).read_text(encoding="utf-8") for name in ("report.html", "report.json"))
     shown = [case["name"] for case in json.loads(said)["cases"]]
