@@ -53,7 +53,7 @@ bool moves_no_mass(const body<double> &b, const forward_dynamics_workspace<doubl
     for (double y : {x.lin.x, x.lin.y, x.lin.z, x.ang.x, x.ang.y, x.ang.z})
       none = none || !(std::fabs(y) * least * size <= 1);
   } else {
-    for (int k = 0; k < joint<K>::nv; ++k)
+    for (int k = 0; k < coordinates<K>(b); ++k)
       none = none || !(std::fabs(w.coordinate[b.v_index + k].D_inverse) * least * size <= 1); // D may be negative by rounding
   }
   return none;

@@ -90,8 +90,20 @@ template <> struct joint<general_kind> : general_joint<
 /// Do algorithms have code of its own for a kind?
 constexpr bool has_own_code(joint_kind kind) { return only_turns(kind) || kind == joint_kind::prismatic || kind == joint_kind::floating; }
 
-/// How many coordinates the joint of a body has: a constant for kinds with their own code.
-template <joint_kind K, class S> KSL_LANES int coordinates(const body<S> &b) { return K == general_kind ? b.nv : joint<K>::nv; }
+/// How many coordinates the joint of a body has: a constant for kinds with their own code.  most_coordinates: the size of arrays for them.
+template <joint_kind K, class S> KSL_LANES int coordinates(const body<S> &b) {
+  if constexpr (K == general_kind)
+    return b.nv;
+  else
+    return joint<K>::nv;
+}
+template <joint_kind K> constexpr int count_most_coordinates() {
+  if constexpr (K == general_kind)
+    return joint<K>::most_nv;
+  else
+    return joint<K>::nv;
+}
+template <joint_kind K> inline constexpr int most_coordinates = count_most_coordinates<K>();
 
 /// Does the joint move the body's origin in its parent?
 template <joint_kind K, class S> KSL_LANES bool shifts_origin(const body<S> &b) {

@@ -62,10 +62,10 @@ KSL_LANES void accelerate_given(const body<scalar_of<T>> &b, const forward_dynam
 }
 
 /// Writes the transmitted efforts of a joint, but for armature, to `left`: the motors' efforts less damping, friction and springs.
-template <int n, class T>
+template <joint_kind K, class T>
 KSL_LANES const T *without_physics(const model_view<scalar_of<T>> &model, const body<scalar_of<T>> &b, const T *q, const T *v,
                                    const T *tau, T *left) {
-  for (int k = 0; k < n; ++k)
+  for (int k = 0; k < coordinates<K>(b); ++k)
     left[k] = tau[b.v_index + k] - passive_effort(model.physics[b.v_index + k], q, v[b.v_index + k]);
   return left;
 }
@@ -94,7 +94,7 @@ void hybrid_dynamics(const model_view<scalar_of<T>> &model, const hybrid_dynamic
       if (w.given[i])
         pass_given<K>(b, w.forward, i, a_out + b.v_index);
       else
-        pass_to_parent<K>(b, w.forward, i, model.physics ? without_physics<joint<K>::nv>(model, b, q, v, tau_out, left) : tau_out + b.v_index,
+        pass_to_parent<K>(b, w.forward, i, model.physics ? without_physics<K>(model, b, q, v, tau_out, left) : tau_out + b.v_index,
                           physics_of(model, b));
     });
   }

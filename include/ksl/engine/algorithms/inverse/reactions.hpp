@@ -84,7 +84,7 @@ template <joint_kind K, class T, class Poses>
 KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, const Poses &pose, wrench_part part, const coscrew<T> &f) {
   if (part == (b.follows ? wrench_part::actuation : wrench_part::coupling))
     return {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
-  T tau[joint<K>::nv];
+  T tau[most_coordinates<K>];
   joint<K>::effort(b, f, tau);
   coscrew<T> actuation = joint<K>::drive(b, tau), constraint;
   algebra<T>::subtract_cc(&f, &actuation, &constraint);

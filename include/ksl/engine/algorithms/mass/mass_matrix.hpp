@@ -101,7 +101,7 @@ KSL_LANES void set_mass_matrix(const model_view<scalar_of<T>> &model, const mass
   locate_joints(model, w, q);
   for (int i = model.bodies - 1; i > 0; --i)
     by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED {
-      constexpr int n = joint<K>::nv; // at most
+      constexpr int n = most_coordinates<K>;
       const body<scalar_of<T>> &b = model.body[i];
       const index first = b.v_index;
       const spatial_inertia<T> I = subtree_inertia(model, w.children, i);

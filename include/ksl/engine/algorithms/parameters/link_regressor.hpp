@@ -83,8 +83,8 @@ KSL_LANES void columns_at_link(const model_view<scalar_of<T>> &model, const arra
   algebra<T>::product_dinvd(&of_link, &in_world[j], &D);
   by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
     for_coordinates<K>(b, [&](auto c) KSL_INLINED {
-      T unit[joint<K>::nv];
-      for (int k = 0; k < joint<K>::nv; ++k)
+      T unit[most_coordinates<K>];
+      for (int k = 0; k < most_coordinates<K>; ++k)
         unit[k] = T(k == c ? 1 : 0);
       screw<T> s = joint<K>::twist(b, unit);
       algebra<T>::product_Ads(&D, &s, &s);

@@ -25,10 +25,10 @@ template <joint_kind K, class T>
 KSL_LANES screw<T> part_of_twist(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wrench_part part, const screw<T> &s) {
   if (part == (b.follows ? wrench_part::actuation : wrench_part::coupling))
     return {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
-  T share[joint<K>::nv];
+  T share[most_coordinates<K>];
   for_coordinates<K>(b, [&](auto k) KSL_INLINED {
-    T unit[joint<K>::nv];
-    for (int c = 0; c < joint<K>::nv; ++c)
+    T unit[most_coordinates<K>];
+    for (int c = 0; c < most_coordinates<K>; ++c)
       unit[c] = T(c == k ? 1 : 0);
     const coscrew<T> f = joint<K>::drive(b, unit);
     share[k] = algebra<T>::dot_cs(&f, &s);

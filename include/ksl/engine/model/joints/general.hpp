@@ -120,7 +120,7 @@ private:
 template <joint_kind... kinds> struct general_joint {
   using base = general_joint;
   static constexpr bool is_free = false;
-  static constexpr int nv = [] { ///< at most
+  static constexpr int most_nv = [] { ///< no `nv`: how many a joint has is its body's to say
     int most = 0;
     ((most = joint<kinds>::nv > most ? joint<kinds>::nv : most), ...);
     return most;
