@@ -29,9 +29,7 @@ using P = ksl::native_pack<double>;
 constexpr int W = ksl::native_lanes<double>;
 using A = ksl::algebra<P>;
 
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 double median(std::vector<double> x) {
   std::nth_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2), x.end());
@@ -137,7 +135,8 @@ void hand_dd(ROWS) {
 void hand_Ms(ROWS) {
   NO_GATHERS
   for (int i = 0; i < items; i++, a += 10, b += 6, out += 6) {
-    const double m = a[0], hx = a[1], hy = a[2], hz = a[3], xx = a[4], yy = a[5], zz = a[6], xy = a[7], yz = a[8], zx = a[9];
+    const double m = a[0], hx = a[1], hy = a[2], hz = a[3], xx = a[4], yy = a[5], zz = a[6], xy = a[7], yz = a[8],
+                 zx = a[9];
     out[0] = m * b[0] + (b[4] * hz - b[5] * hy);
     out[1] = m * b[1] + (b[5] * hx - b[3] * hz);
     out[2] = m * b[2] + (b[3] * hy - b[4] * hx);
@@ -172,7 +171,8 @@ void loop(const double *a, const double *b, double *out) {
   }
 }
 
-template <class X, class Y, class Z, void (*f)(const X *, const Y *, Z *)> void block_loop(const P *a, const P *b, P *out) {
+template <class X, class Y, class Z, void (*f)(const X *, const Y *, Z *)> void block_loop(const P *a, const P *b,
+                                                                                           P *out) {
   const X *x = reinterpret_cast<const X *>(a);
   const Y *y = reinterpret_cast<const Y *>(b);
   Z *z = reinterpret_cast<Z *>(out);
@@ -181,11 +181,14 @@ template <class X, class Y, class Z, void (*f)(const X *, const Y *, Z *)> void 
 }
 
 #define OPERATION(label, name, X, Y, Z, hand)                                                                          \
-  {                                                                                                                    \
-    label, sizeof(ksl_##X##_t) / 8, sizeof(ksl_##Y##_t) / 8, sizeof(ksl_##Z##_t) / 8, hand,                            \
-        loop<ksl_##X##_t, ksl_##Y##_t, ksl_##Z##_t, ksl_##name>, ksl_array_##name,                                     \
-        block_loop<ksl::X<P>, ksl::Y<P>, ksl::Z<P>, A::name>                                                           \
-  }
+  {label,                                                                                                              \
+   sizeof(ksl_##X##_t) / 8,                                                                                            \
+   sizeof(ksl_##Y##_t) / 8,                                                                                            \
+   sizeof(ksl_##Z##_t) / 8,                                                                                            \
+   hand,                                                                                                               \
+   loop<ksl_##X##_t, ksl_##Y##_t, ksl_##Z##_t, ksl_##name>,                                                            \
+   ksl_array_##name,                                                                                                   \
+   block_loop<ksl::X<P>, ksl::Y<P>, ksl::Z<P>, A::name>}
 
 const operation operations[] = {
     OPERATION("Ad s", product_Ads, SE3, screw, screw, hand_Ads),
@@ -209,12 +212,13 @@ std::vector<double> random_numbers(std::size_t n) {
 
 void in_cache() {
   const auto count = [](int columns) { return static_cast<std::size_t>(columns * items); };
-  std::printf("%d items, medians of %d turns\n%-9s %9s %9s %9s %9s %14s %13s %13s\n", items, turns, "", "hand ns", "inline ns",
-              "array ns", "blocks ns", "inline/hand", "array gains", "blocks gain");
+  std::printf("%d items, medians of %d turns\n%-9s %9s %9s %9s %9s %14s %13s %13s\n", items, turns, "", "hand ns",
+              "inline ns", "array ns", "blocks ns", "inline/hand", "array gains", "blocks gain");
   for (const operation &o : operations) {
     const std::vector<double> a = random_numbers(count(o.a_columns)), b = random_numbers(count(o.b_columns));
     std::vector<double> out(count(o.out_columns));
-    std::vector<P> pa(count(o.a_columns) / W, P(0.5)), pb(count(o.b_columns) / W, P(0.25)), pout(count(o.out_columns) / W);
+    std::vector<P> pa(count(o.a_columns) / W, P(0.5)), pb(count(o.b_columns) / W, P(0.25)),
+        pout(count(o.out_columns) / W);
     std::vector<double> t[4], inline_ratio, array_gain, block_gain;
     const auto run = [&](int variant) {
       switch (variant) {
@@ -249,7 +253,8 @@ void in_cache() {
     std::printf("%-9s %9.2f %9.2f %9.2f %9.2f %14.2f %13.2f %13.2f\n", o.name, median(t[0]), median(t[1]), median(t[2]),
                 median(t[3]), median(inline_ratio), median(array_gain), median(block_gain));
   }
-  std::printf("inline/hand: mark <= 1; gains are over the faster of hand and inline: marks array >= 1.5, blocks >= 2\n\n");
+  std::printf(
+      "inline/hand: mark <= 1; gains are over the faster of hand and inline: marks array >= 1.5, blocks >= 2\n\n");
 }
 
 /// Bytes per second that an operation reads and writes, relative to memcpy on as many bytes.
@@ -277,7 +282,8 @@ void in_memory(std::size_t n) {
     inplace_share.push_back(y / s);
   }
   std::printf("memcpy %.1f GB/s; Ad* c %.1f GB/s, %.0f %% of it; in place %.1f GB/s, %.0f %%   (mark: 80 %%)\n",
-              median(copy_speed), median(speed), 100 * median(share), median(inplace_speed), 100 * median(inplace_share));
+              median(copy_speed), median(speed), 100 * median(share), median(inplace_speed),
+              100 * median(inplace_share));
 }
 
 } // namespace

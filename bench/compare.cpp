@@ -136,7 +136,8 @@ void print_row(const contest &c, const std::vector<const bench_peer *> &peers, c
     return ns(c.best([&](const bench_peer &p) { return p.library == std::string(library); }, theirs));
   };
   const auto ksl = [&](size_t i, auto... how) {
-    return i < peers.size() ? ns(c.best([&](const bench_peer &p) { return &p == peers[i]; }, operation, how...)) : std::numeric_limits<double>::quiet_NaN();
+    return i < peers.size() ? ns(c.best([&](const bench_peer &p) { return &p == peers[i]; }, operation, how...))
+                            : std::numeric_limits<double>::quiet_NaN();
   };
   const entry *rival = c.best([](const bench_peer &p) { return p.library == std::string("Pinocchio"); }, theirs);
   const double first = ksl(0), best = ns(rival), batch = ksl(0, 1), single = ksl(0, 1, 1), two = ksl(0, 1, 0, 2);

@@ -44,22 +44,24 @@ template <class Workspace, class Compute> int count(const ksl::model &m, Compute
 
 void print(const char *name, const ksl::model &m) {
   using T = counting;
-  const auto rnea = count<ksl::inverse_dynamics_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *v, const T *a, T *out) {
-    ksl::inverse_dynamics<T>(model, w, q, v, a, {}, out);
-  });
-  const auto aba = count<ksl::forward_dynamics_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *v, const T *tau, T *out) {
-    ksl::forward_dynamics<T>(model, w, q, v, tau, {}, out);
-  });
-  const auto crba = count<ksl::mass_matrix_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *, const T *, T *out) {
-    ksl::elements_of_mass_matrix<T>(model, w, q, out);
-  });
-  const auto fk = count<ksl::forward_kinematics_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *, const T *, T *) {
-    ksl::forward_kinematics<T>(model, w, q);
-  });
-  const auto sines = count<ksl::pose_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *, const T *, T *) {
-    ksl::sines_and_cosines<T>(model, w, q);
-  });
-  std::printf("\"%s\": {\"rnea\": %d, \"aba\": %d, \"crba\": %d, \"fk\": %d, \"sines_and_cosines\": %d}", name, rnea, aba, crba, fk, sines);
+  const auto rnea = count<ksl::inverse_dynamics_workspace<T>>(
+      m, [](const auto &model, const auto &w, const T *q, const T *v, const T *a, T *out) {
+        ksl::inverse_dynamics<T>(model, w, q, v, a, {}, out);
+      });
+  const auto aba = count<ksl::forward_dynamics_workspace<T>>(
+      m, [](const auto &model, const auto &w, const T *q, const T *v, const T *tau, T *out) {
+        ksl::forward_dynamics<T>(model, w, q, v, tau, {}, out);
+      });
+  const auto crba =
+      count<ksl::mass_matrix_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *, const T *,
+                                                 T *out) { ksl::elements_of_mass_matrix<T>(model, w, q, out); });
+  const auto fk =
+      count<ksl::forward_kinematics_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *,
+                                                        const T *, T *) { ksl::forward_kinematics<T>(model, w, q); });
+  const auto sines = count<ksl::pose_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *,
+                                                         const T *, T *) { ksl::sines_and_cosines<T>(model, w, q); });
+  std::printf("\"%s\": {\"rnea\": %d, \"aba\": %d, \"crba\": %d, \"fk\": %d, \"sines_and_cosines\": %d}", name, rnea,
+              aba, crba, fk, sines);
 }
 
 } // namespace
@@ -73,7 +75,8 @@ int main(int argc, char **argv) {
     options.floating_base = floating;
     std::printf(i == 1 ? "{" : ",\n ");
     print(word.substr(0, equals).c_str(),
-          ksl::load(word.substr(equals + 1, word.size() - equals - 1 - (floating ? suffix.size() : 0)), options, {.mimic_independent = true}));
+          ksl::load(word.substr(equals + 1, word.size() - equals - 1 - (floating ? suffix.size() : 0)), options,
+                    {.mimic_independent = true}));
   }
   std::printf("}\n");
 }

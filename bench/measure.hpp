@@ -149,7 +149,8 @@ private:
   }
 
   std::vector<double> results(const entry &e) const {
-    std::vector<double> out(e.n * static_cast<size_t>(e.what().width(model_)), std::numeric_limits<double>::quiet_NaN());
+    std::vector<double> out(e.n * static_cast<size_t>(e.what().width(model_)),
+                            std::numeric_limits<double>::quiet_NaN());
     e.peer->run(e.self, e.operation, out.data());
     return out;
   }

@@ -29,9 +29,9 @@ inline const quantity quantities[] = {
     {"crba_upper", matrices<1>, false, "crba"},
     {"crba_tree", matrices<1>, false, "crba"}, // only elements that aren't zero by the shape of the tree
     {"fk", per_joint<12>, false},              // rotation row-major, then position, of each joint's frame in the world
-    {"inverse_dynamics_derivatives", matrices<3>, false}, // ∂τ/∂q, ∂τ/∂v, ∂τ/∂a
+    {"inverse_dynamics_derivatives", matrices<3>, false},                                        // ∂τ/∂q, ∂τ/∂v, ∂τ/∂a
     {"reactions_derivatives", [](const bench_model &m) { return 18 * m.joints * m.nv; }, false}, // by q, v, a
-    {"forward_dynamics_derivatives", matrices<3>, true}, // ∂a/∂q, ∂a/∂v, ∂a/∂τ
+    {"forward_dynamics_derivatives", matrices<3>, true},                                         // ∂a/∂q, ∂a/∂v, ∂a/∂τ
     {"mass_matrix_inverse", matrices<1>, true},
     {"coriolis_matrix", per_coordinate<1>, false}, // C v: there are many C, but this is the same for all
     {"centroidal_momentum_matrix", per_coordinate<6>, false},

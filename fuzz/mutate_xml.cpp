@@ -67,24 +67,15 @@ void change(pugi::xml_document &document, generator &random) {
     if (node != document.document_element())
       node.parent().remove_child(node);
     break;
-  case 1:
-    other.append_copy(node);
-    break;
-  case 2:
-    other.prepend_copy(node);
-    break;
+  case 1: other.append_copy(node); break;
+  case 2: other.prepend_copy(node); break;
   case 3:
     if (other != document.document_element())
       other.parent().insert_copy_after(node, other);
     break;
-  case 4:
-    node.set_name(other.name());
-    break;
-  case 5:
-    node.append_attribute(other.first_attribute().name()) = one_of(values, random);
-    break;
-  default:
-    change_value(node, random);
+  case 4: node.set_name(other.name()); break;
+  case 5: node.append_attribute(other.first_attribute().name()) = one_of(values, random); break;
+  default: change_value(node, random);
   }
 }
 

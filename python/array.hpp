@@ -89,7 +89,8 @@ public:
 
   leading_shape leading() const { return {PyArray_DIMS(array_), axes() - row_axes_}; }
   bool has_leading(const leading_shape &shape) const {
-    return axes() - row_axes_ == shape.axes && std::equal(shape.length, shape.length + shape.axes, PyArray_DIMS(array_));
+    return axes() - row_axes_ == shape.axes &&
+           std::equal(shape.length, shape.length + shape.axes, PyArray_DIMS(array_));
   }
 
   /// Can the array be read as it is?  Its numbers must be of type S, aligned and in native byte order, rows contiguous, and the
@@ -97,7 +98,8 @@ public:
   template <class S> bool readable() const {
     if (PyArray_TYPE(array_) != numpy_type<S> || !PyArray_ISBEHAVED_RO(array_))
       return false;
-    const bool neighbours = row_axes_ == 0 || columns_ < 2 || PyArray_STRIDE(array_, axes() - 1) == static_cast<npy_intp>(sizeof(S)) ||
+    const bool neighbours = row_axes_ == 0 || columns_ < 2 ||
+                            PyArray_STRIDE(array_, axes() - 1) == static_cast<npy_intp>(sizeof(S)) ||
                             PyArray_SIZE(array_) == 0; // then NumPy may give any strides
     const auto distance = row_distance();
     return neighbours && distance && *distance % static_cast<npy_intp>(sizeof(S)) == 0;
@@ -118,8 +120,8 @@ public:
   /// Whether writing rows here does not overwrite rows of `other` that are still to be read.  So it is if their memory doesn't
   /// overlap, or if each row lies exactly on the row of the same state.
   bool spares(const row_array &other) const {
-    return apart_from(other) ||
-           (PyArray_DATA(array_) == PyArray_DATA(other.array_) && columns_ == other.columns_ && row_distance() == other.row_distance());
+    return apart_from(other) || (PyArray_DATA(array_) == PyArray_DATA(other.array_) && columns_ == other.columns_ &&
+                                 row_distance() == other.row_distance());
   }
 
 private:

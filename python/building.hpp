@@ -36,10 +36,12 @@ inline ksl::link_mass mass_of(const mass_numbers &given) {
 }
 
 inline ksl::joint_options options_of(const joint_numbers &given) {
-  const auto &[axis, axis2, pitch, lower, upper, effort, velocity, damping, friction, mimic, friction_width, physics, further] = given;
+  const auto &[axis, axis2, pitch, lower, upper, effort, velocity, damping, friction, mimic, friction_width, physics,
+               further] = given;
   const auto vector = [](const std::optional<three> &x) { return x ? std::optional(vector_of(*x)) : std::nullopt; };
-  ksl::joint_options options = {vector(axis), vector(axis2), pitch, lower, upper, effort, velocity, damping, friction, {}, friction_width,
-                                physics[0], physics[1], physics[2], physics[3], physics[4], {}};
+  ksl::joint_options options = {vector(axis), vector(axis2), pitch, lower,          upper,      effort,     velocity,
+                                damping,      friction,      {},    friction_width, physics[0], physics[1], physics[2],
+                                physics[3],   physics[4],    {}};
   for (std::size_t c = 0; c < 2; ++c)
     options.further[c] = {further[2 * c], further[2 * c + 1]};
   if (mimic)
@@ -80,9 +82,8 @@ inline void add_builder(nb::module_ &module) {
       .def(nb::init<std::string, three>(), "name"_a, "gravity"_a)
       .def(
           "read_from",
-          [](ksl::builder &b, const std::string &file, const std::vector<std::string> &unused, const std::vector<std::string> &warnings) {
-            b.read_from(file, unused, warnings);
-          },
+          [](ksl::builder &b, const std::string &file, const std::vector<std::string> &unused,
+             const std::vector<std::string> &warnings) { b.read_from(file, unused, warnings); },
           "file"_a, "unused"_a, "warnings"_a)
       .def(
           "add_link",
@@ -159,7 +160,8 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
           "physics"_a)
       .def_prop_ro("physics",
                    [](const ksl::model &m) {
-                     return physics_given{ksl::names_of(m.description().physics), m.description().physics.friction_width};
+                     return physics_given{ksl::names_of(m.description().physics),
+                                          m.description().physics.friction_width};
                    })
       .def("urdf_text", [](const ksl::model &m) { return ksl::urdf_text(m.description()); })
       .def("state", [](const ksl::model &m) { return plain_values(description_state::state_of(m.description())); })

@@ -49,10 +49,12 @@ inline int thread_count(nb::handle threads) {
     nb::raise_python_error();
   if (none)
     return 0;
-  const nb::object whole = nb::steal(PyBool_Check(threads.ptr()) ? nullptr : PyNumber_Index(threads.ptr())); // True is no count
+  const nb::object whole =
+      nb::steal(PyBool_Check(threads.ptr()) ? nullptr : PyNumber_Index(threads.ptr())); // True is no count
   if (!whole.is_valid()) {
     PyErr_Clear();
-    refuse("threads=" + std::string(nb::repr(threads).c_str()) + "; expected how many threads to use at most, or None or 0 for all cores");
+    refuse("threads=" + std::string(nb::repr(threads).c_str()) +
+           "; expected how many threads to use at most, or None or 0 for all cores");
   }
   int overflow = 0;
   const long n = PyLong_AsLongAndOverflow(whole.ptr(), &overflow);
@@ -91,7 +93,9 @@ struct argument {
     const auto given = reinterpret_cast<PyArrayObject *>(object.ptr());
     return PyArray_NDIM(given) > 0 && std::strchr("fiubc", PyArray_DESCR(given)->kind) != nullptr;
   }
-  void read() { array = {reinterpret_cast<PyArrayObject *>(object.ptr()), columns, 1}; } // is_array(), or made one by Python
+  void read() {
+    array = {reinterpret_cast<PyArrayObject *>(object.ptr()), columns, 1};
+  } // is_array(), or made one by Python
 };
 
 /// Numbers are checked and then computed in parts of this size, which stay in the inner caches in between.
@@ -117,7 +121,8 @@ template <class S> bool finite(const ksl::rows_view<const S> &rows, int columns,
 
 /// Warns where the method was called that a quaternion was normalised.
 inline void warn_of_quaternion(const std::string &which) {
-  const std::string text = which + " differs from unit length by more than 1e-6 and was normalised; give unit quaternions [qx qy qz qw]";
+  const std::string text =
+      which + " differs from unit length by more than 1e-6 and was normalised; give unit quaternions [qx qy qz qw]";
   const nb::object category = nb::module_::import_("ksl.base.errors").attr("QuaternionWarning");
   if (PyErr_WarnEx(category.ptr(), text.c_str(), 2) < 0)
     nb::raise_python_error();
@@ -126,7 +131,8 @@ inline void warn_of_quaternion(const std::string &which) {
 /// One call of an algorithm.
 class call {
 public:
-  call(const ksl::algorithm_row &row, const ksl::model &m, const nb::handle *inputs, nb::handle external, nb::handle request)
+  call(const ksl::algorithm_row &row, const ksl::model &m, const nb::handle *inputs, nb::handle external,
+       nb::handle request)
       : row_(row), m_(m), external_(nb::borrow(external)) {
     ksl::check_model(row, m, refuse);
     inputs_.reserve(ksl::most_inputs);
@@ -175,8 +181,8 @@ private:
     if (const int least = ksl::least_links(row_.request); least > 0 && link_count() != least)
       refuse(least == 1 ? "expected one link or joint" : "expected two links or joints");
     if (!ksl::may_name_links(row_, m_, link_count()))
-      refuse("names has " + std::to_string(link_count()) + " frames; expected at most as many as the model has links, " +
-             std::to_string(m_.links().size()));
+      refuse("names has " + std::to_string(link_count()) +
+             " frames; expected at most as many as the model has links, " + std::to_string(m_.links().size()));
   }
 
   /// Takes {link name: wrench}.  Returns false if it is not exactly a dict; subclasses of dict may override item access.
@@ -185,10 +191,12 @@ private:
       return true;
     if (!PyDict_CheckExact(external_.ptr()))
       return false;
-    const nb::list items = nb::steal<nb::list>(PyDict_Items(external_.ptr())); // a copy, since other threads may change the dict
+    const nb::list items =
+        nb::steal<nb::list>(PyDict_Items(external_.ptr())); // a copy, since other threads may change the dict
     wrenches_.clear();
     for (nb::handle item : items)
-      wrenches_.push_back({nb::borrow(PyTuple_GET_ITEM(item.ptr(), 1)), nullptr, 6, nb::borrow(PyTuple_GET_ITEM(item.ptr(), 0))});
+      wrenches_.push_back(
+          {nb::borrow(PyTuple_GET_ITEM(item.ptr(), 1)), nullptr, 6, nb::borrow(PyTuple_GET_ITEM(item.ptr(), 0))});
     return true;
   }
 
@@ -271,7 +279,8 @@ private:
     for (const ksl::link_description &l : m_.links())
       known.append(l.name);
     const ksl::robot_description &robot = m_.description();
-    refuse(text_of(nb::module_::import_("ksl.base.errors").attr("unknown_name")(robot.name.empty() ? robot.file : robot.name, "link", name, known)));
+    refuse(text_of(nb::module_::import_("ksl.base.errors")
+                       .attr("unknown_name")(robot.name.empty() ? robot.file : robot.name, "link", name, known)));
   }
 
   [[noreturn]] void refuse_leading_shapes() {
@@ -295,7 +304,7 @@ private:
     const ksl::result_row &result = row_.result[r];
     for (int i = 0; i < result.axes; ++i)
       add(ksl::length_of(result.shape[i], {m_.nq(), m_.nv(), link_count(), joints_ ? joints_->n : 0, m_.tree_elements(),
-                                          static_cast<int>(m_.links().size())}));
+                                           static_cast<int>(m_.links().size())}));
     return shape;
   }
   int link_count() const { return links_ ? static_cast<int>(links_->index.size()) : 0; }
@@ -387,7 +396,8 @@ private:
   }
 
   template <class S>
-  ksl::batch_view<S> batch_of(std::vector<ksl::external_rows<S>> &external, std::vector<ksl::reaction_rows<S>> &reactions) const {
+  ksl::batch_view<S> batch_of(std::vector<ksl::external_rows<S>> &external,
+                              std::vector<ksl::reaction_rows<S>> &reactions) const {
     ksl::batch_view<S> batch;
     batch.n = static_cast<std::size_t>(leading_.states());
     std::size_t i = 0;
@@ -420,12 +430,13 @@ private:
       well = well && finite(batch.external[e].wrench, 6, first, end);
     for (ksl::input x : {ksl::input::q, ksl::input::q1})
       if (row_.reads(x))
-        ksl::check_quaternions(m_, ksl::input_of(batch, x), first, end, [&](const auto &, std::size_t k, const S *numbers) {
-          std::size_t least = rough_state_.load(std::memory_order_relaxed);
-          while (k < least && !rough_state_.compare_exchange_weak(least, k))
-            ;
-          return well = ksl::is_unit_quaternion(numbers);
-        });
+        ksl::check_quaternions(m_, ksl::input_of(batch, x), first, end,
+                               [&](const auto &, std::size_t k, const S *numbers) {
+                                 std::size_t least = rough_state_.load(std::memory_order_relaxed);
+                                 while (k < least && !rough_state_.compare_exchange_weak(least, k))
+                                   ;
+                                 return well = ksl::is_unit_quaternion(numbers);
+                               });
     return well;
   }
 
@@ -485,12 +496,13 @@ private:
     });
     for (ksl::input x : {ksl::input::q, ksl::input::q1})
       if (row_.reads(x))
-        ksl::check_quaternions(m_, ksl::input_of(batch, x), 0, batch.n, [](const ksl::joint_row &joint, std::size_t k, const S *numbers) {
-          if (ksl::is_unit_quaternion(numbers))
-            return true;
-          refuse(joint.name + ": quaternion of state " + std::to_string(k) + " has length " + ksl::text::shown(ksl::quaternion_length(numbers)) +
-                 "; expected a unit quaternion [qx qy qz qw]");
-        });
+        ksl::check_quaternions(
+            m_, ksl::input_of(batch, x), 0, batch.n, [](const ksl::joint_row &joint, std::size_t k, const S *numbers) {
+              if (ksl::is_unit_quaternion(numbers))
+                return true;
+              refuse(joint.name + ": quaternion of state " + std::to_string(k) + " has length " +
+                     ksl::text::shown(ksl::quaternion_length(numbers)) + "; expected a unit quaternion [qx qy qz qw]");
+            });
     refuse("the arguments changed while they were read; other threads must not write to them during a call");
   }
 
@@ -499,7 +511,8 @@ private:
     std::string joints;
     for (const ksl::model::quaternion_in_q &quaternion : m_.quaternions())
       joints += (joints.empty() ? "" : ", ") + m_.joints()[static_cast<std::size_t>(quaternion.joint)].name;
-    warn_of_quaternion(std::string(row_.name) + ": a quaternion of state " + std::to_string(rough_state_.load()) + " (of " + joints + ")");
+    warn_of_quaternion(std::string(row_.name) + ": a quaternion of state " + std::to_string(rough_state_.load()) +
+                       " (of " + joints + ")");
   }
 
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
@@ -507,7 +520,7 @@ private:
   const ksl::algorithm_row &row_;
   const ksl::model &m_;
   mutable std::atomic<std::size_t> rough_state_{none}; ///< the first with a quaternion that isn't quite of unit length
-  mutable std::atomic<bool> ordinary_{true}; ///< are the results of all states
+  mutable std::atomic<bool> ordinary_{true};           ///< are the results of all states
   std::vector<argument> inputs_, wrenches_;
   nb::object external_;
   bool world_axes_ = false; ///< of external wrenches

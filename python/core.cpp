@@ -109,27 +109,48 @@ template <class Of> words words_of(int n, Of of) {
 void add_joint_kinds(nb::module_ &module) {
   using row = ksl::joint_kind_row;
   const auto some = [](int i) { return i < 0 ? std::optional<int>() : std::optional<int>(i); };
-  nb::class_<row>(module, "JointKind", "A kind of joint.  Names of numbers are what tables call them after JOINT. (\"x\"), empty where the joint's name says it.")
+  nb::class_<row>(
+      module, "JointKind",
+      "A kind of joint.  Names of numbers are what tables call them after JOINT. (\"x\"), empty where the joint's name says it.")
       .def_prop_ro("name", [](const row &k) { return std::string(k.name); })
-      .def_prop_ro("other_name", [](const row &k) { return k.other_name ? std::optional<std::string>(k.other_name) : std::nullopt; }, "A second name in files.")
+      .def_prop_ro(
+          "other_name",
+          [](const row &k) { return k.other_name ? std::optional<std::string>(k.other_name) : std::nullopt; },
+          "A second name in files.")
       .def_ro("nq", &row::nq)
       .def_ro("nv", &row::nv)
       .def_ro("has_axis", &row::has_axis)
       .def_ro("has_axis2", &row::has_axis2)
       .def_ro("has_pitch", &row::has_pitch)
       .def_ro("has_limits", &row::has_limits, "Has it one coordinate, whose position can have bounds?")
-      .def_prop_ro("numbers_with_limits", [](const row &k) { return ksl::numbers_with_limits(k); }, "How many numbers of q can have bounds.")
+      .def_prop_ro(
+          "numbers_with_limits", [](const row &k) { return ksl::numbers_with_limits(k); },
+          "How many numbers of q can have bounds.")
       .def_ro("is_free", &row::is_free)
       .def_ro("in_urdf", &row::in_urdf, "Does URDF itself define it?")
-      .def_ro("velocity_is_rate", &row::velocity_is_rate, "Is v the rate of q?  Else it is a twist in the child's axes.")
-      .def_prop_ro("angle", [some](const row &k) { return some(k.angle); }, "Where in q its angle about the axis is.")
-      .def_prop_ro("quaternion", [some](const row &k) { return some(k.quaternion); }, "Where in q a quaternion [x y z w] begins.")
-      .def_prop_ro("position", [](const row &k) { return words_of(k.nq, [&](int i) { return k.positions[i].name; }); }, "(nq)")
-      .def_prop_ro("velocity", [](const row &k) { return words_of(k.nv, [&](int i) { return k.velocities[i].velocity; }); }, "(nv)")
-      .def_prop_ro("acceleration", [](const row &k) { return words_of(k.nv, [&](int i) { return k.velocities[i].acceleration; }); }, "(nv)")
-      .def_prop_ro("effort", [](const row &k) { return words_of(k.nv, [&](int i) { return k.velocities[i].effort; }); }, "(nv)")
-      .def_prop_ro("position_unit", [](const row &k) { return words_of(k.nq, [&](int i) { return k.positions[i].unit; }); }, "(nq) m, rad, or empty for numbers of a quaternion.")
-      .def_prop_ro("velocity_unit", [](const row &k) { return words_of(k.nv, [&](int i) { return k.velocities[i].unit; }); }, "(nv) m or rad, of the coordinate.");
+      .def_ro("velocity_is_rate", &row::velocity_is_rate,
+              "Is v the rate of q?  Else it is a twist in the child's axes.")
+      .def_prop_ro(
+          "angle", [some](const row &k) { return some(k.angle); }, "Where in q its angle about the axis is.")
+      .def_prop_ro(
+          "quaternion", [some](const row &k) { return some(k.quaternion); },
+          "Where in q a quaternion [x y z w] begins.")
+      .def_prop_ro(
+          "position", [](const row &k) { return words_of(k.nq, [&](int i) { return k.positions[i].name; }); }, "(nq)")
+      .def_prop_ro(
+          "velocity", [](const row &k) { return words_of(k.nv, [&](int i) { return k.velocities[i].velocity; }); },
+          "(nv)")
+      .def_prop_ro(
+          "acceleration",
+          [](const row &k) { return words_of(k.nv, [&](int i) { return k.velocities[i].acceleration; }); }, "(nv)")
+      .def_prop_ro(
+          "effort", [](const row &k) { return words_of(k.nv, [&](int i) { return k.velocities[i].effort; }); }, "(nv)")
+      .def_prop_ro(
+          "position_unit", [](const row &k) { return words_of(k.nq, [&](int i) { return k.positions[i].unit; }); },
+          "(nq) m, rad, or empty for numbers of a quaternion.")
+      .def_prop_ro(
+          "velocity_unit", [](const row &k) { return words_of(k.nv, [&](int i) { return k.velocities[i].unit; }); },
+          "(nv) m or rad, of the coordinate.");
   nb::list rows;
   for (const ksl::joint_kind kind : ksl::joint_kinds)
     rows.append(ksl::row_of(kind));
@@ -173,8 +194,9 @@ void add_reactions_request(nb::module_ &module) {
   nb::class_<calls::reactions_request>(module, "Request", "Which reactions, and how they are to be expressed.")
       .def(
           "__init__",
-          [](calls::reactions_request *self, std::vector<int> links, ksl::wrench_part part, ksl::wrench_side on, ksl::wrench_frame at,
-             int at_link, std::array<double, 3> offset, ksl::wrench_frame axes, int axes_link, bool angular_first) {
+          [](calls::reactions_request *self, std::vector<int> links, ksl::wrench_part part, ksl::wrench_side on,
+             ksl::wrench_frame at, int at_link, std::array<double, 3> offset, ksl::wrench_frame axes, int axes_link,
+             bool angular_first) {
             new (self) calls::reactions_request{std::move(links), {}};
             ksl::reaction_request &r = self->request;
             r.n = static_cast<int>(self->links.size());
@@ -194,14 +216,17 @@ void add_reactions_request(nb::module_ &module) {
 }
 
 void add_link_request(nb::module_ &module) {
-  nb::class_<calls::link_request>(module, "Links", "Which links, by index, in what order; and how a motion of one is expressed.")
+  nb::class_<calls::link_request>(module, "Links",
+                                  "Which links, by index, in what order; and how a motion of one is expressed.")
       .def(
           "__init__",
-          [](calls::link_request *self, std::vector<int> index, bool world_axes, bool at_world, bool angular_first, int kind,
-             std::array<double, 3> offset) {
+          [](calls::link_request *self, std::vector<int> index, bool world_axes, bool at_world, bool angular_first,
+             int kind, std::array<double, 3> offset) {
             const auto in = [](bool world) { return world ? ksl::expressed_in::world : ksl::expressed_in::frame; };
             const auto which = static_cast<ksl::acceleration_kind>(kind);
-            new (self) calls::link_request{std::move(index), {in(world_axes), in(at_world), angular_first, which, {offset[0], offset[1], offset[2]}}};
+            new (self) calls::link_request{
+                std::move(index),
+                {in(world_axes), in(at_world), angular_first, which, {offset[0], offset[1], offset[2]}}};
           },
           "index"_a, "world_axes"_a = false, "at_world"_a = false, "angular_first"_a = false, "kind"_a = 0,
           "offset"_a = std::array<double, 3>{})
@@ -216,7 +241,8 @@ void add_properties(nb::class_<ksl::model> &model) {
       .def_prop_ro("tree_columns", nb::overload_cast<>(&ksl::model::tree_columns, nb::const_))
       .def_prop_ro("moving_joints", &ksl::model::moving_joints)
       .def_prop_ro_static(
-          "joint_kinds", [](nb::handle) { return nb::module_::import_("ksl._core").attr("joint_kinds"); }, "All kinds of joints, for what converts arguments.")
+          "joint_kinds", [](nb::handle) { return nb::module_::import_("ksl._core").attr("joint_kinds"); },
+          "All kinds of joints, for what converts arguments.")
       .def_prop_ro("followers", &ksl::model::followers)
       .def_prop_ro("name", [](const ksl::model &m) { return m.description().name; })
       .def_prop_ro("file", [](const ksl::model &m) { return paths::str_of_path(m.description().file); })
@@ -254,16 +280,18 @@ void add_calls(nb::class_<ksl::model> &model) {
   for (const ksl::algorithm_row *row : ksl::rows::all)
     model.def(
         row->name,
-        [row](const ksl::model &m, nb::handle q, nb::handle x, nb::handle y, nb::handle z, nb::handle external, nb::handle request,
-              nb::handle out, nb::handle threads) { return calls::run(*row, m, {q, x, y, z}, external, request, out, threads); },
-        "q"_a.none(), "x"_a.none(), "y"_a.none(), "z"_a.none(), "external"_a.none(), "request"_a.none(), "out"_a.none(), "threads"_a.none());
+        [row](const ksl::model &m, nb::handle q, nb::handle x, nb::handle y, nb::handle z, nb::handle external,
+              nb::handle request, nb::handle out,
+              nb::handle threads) { return calls::run(*row, m, {q, x, y, z}, external, request, out, threads); },
+        "q"_a.none(), "x"_a.none(), "y"_a.none(), "z"_a.none(), "external"_a.none(), "request"_a.none(), "out"_a.none(),
+        "threads"_a.none());
 }
 
 void add_loading(nb::module_ &module) {
   module.def("file_bytes", &file_bytes, "path"_a,
              "The bytes of a robot file, if it is a regular one and not too large.");
-  module.def("load_text", &load_text, "text"_a, "name"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a.none(),
-             "payloads"_a, "masses_optional"_a, "model_name"_a, "physics"_a);
+  module.def("load_text", &load_text, "text"_a, "name"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a,
+             "gravity"_a.none(), "payloads"_a, "masses_optional"_a, "model_name"_a, "physics"_a);
 }
 
 } // namespace
@@ -287,8 +315,9 @@ NB_MODULE(_core, module) {
   nb::class_<ksl::model> model(module, "Model");
   add_properties(model);
   add_calls(model);
-  model.def("inverse_kinematics", &calls::inverse_kinematics, "frames"_a, "target"_a, "start"_a.none(), "position_tolerance"_a,
-            "orientation_tolerance"_a, "iterations"_a, "starts"_a, "seed"_a, "limits"_a, "threads"_a.none());
+  model.def("inverse_kinematics", &calls::inverse_kinematics, "frames"_a, "target"_a, "start"_a.none(),
+            "position_tolerance"_a, "orientation_tolerance"_a, "iterations"_a, "starts"_a, "seed"_a, "limits"_a,
+            "threads"_a.none());
   building::add_surgery(model);
   building::add_builder(module);
   add_loading(module);
@@ -298,7 +327,9 @@ NB_MODULE(_core, module) {
 extern "C" NB_EXPORT PyObject *PyInit__core() {
   if (PyInterpreterState_Get() == PyInterpreterState_Main())
     return begin_core();
-  PyErr_SetString(PyExc_ImportError, "ksl can't be imported in a subinterpreter, since its types and NumPy's belong to the main interpreter; "
-                                     "import it there, or use another process");
+  PyErr_SetString(
+      PyExc_ImportError,
+      "ksl can't be imported in a subinterpreter, since its types and NumPy's belong to the main interpreter; "
+      "import it there, or use another process");
   return nullptr;
 }

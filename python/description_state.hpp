@@ -37,8 +37,8 @@ template <class Go> void fields(Go &go, ksl::coordinate_limits &l) { go(l.lower,
 template <class Go> void fields(Go &go, ksl::mimic_description &m) { go(m.joint, m.multiplier, m.offset, m.at); }
 template <class Go> void fields(Go &go, ksl::joint_description &j) {
   go(j.name, j.at, j.kind, j.parent, j.child, j.placement, j.axis, j.axis2, j.pitch, j.lower, j.upper, j.effort,
-     j.velocity, j.damping, j.friction, j.friction_width, j.armature, j.rotor_inertia, j.gear_ratio,
-     j.spring_stiffness, j.spring_rest, j.is_rotor, j.mimic, j.given);
+     j.velocity, j.damping, j.friction, j.friction_width, j.armature, j.rotor_inertia, j.gear_ratio, j.spring_stiffness,
+     j.spring_rest, j.is_rotor, j.mimic, j.given);
   go(j.further[0], j.further[1]);
 }
 template <class Go> void fields(Go &go, ksl::physics_options &p) {

@@ -10,11 +10,12 @@
 
 namespace calls {
 
-using wanted_frames = std::vector<std::tuple<int, double, double>>; ///< link, weight of the position, of the orientation
+using wanted_frames =
+    std::vector<std::tuple<int, double, double>>; ///< link, weight of the position, of the orientation
 
 template <class S>
-nb::tuple solve_inverse_kinematics(const ksl::model &m, const std::vector<ksl::wanted_frame> &frames, nb::handle target, nb::handle start,
-                                   ksl::inverse_kinematics_options options, int threads) {
+nb::tuple solve_inverse_kinematics(const ksl::model &m, const std::vector<ksl::wanted_frame> &frames, nb::handle target,
+                                   nb::handle start, ksl::inverse_kinematics_options options, int threads) {
   const int frames_n = static_cast<int>(frames.size());
   options.frames_n = frames_n, options.frames = frames.data();
   ksl::inverse_kinematics_batch<S> batch;
@@ -27,8 +28,9 @@ nb::tuple solve_inverse_kinematics(const ksl::model &m, const std::vector<ksl::w
     return made;
   };
   const auto data = [](const nb::object &x) { return PyArray_DATA(reinterpret_cast<PyArrayObject *>(x.ptr())); };
-  const nb::object q = array(2, q_shape, numpy_type<S>), error = array(2, error_shape, numpy_type<S>), end = array(1, q_shape, NPY_INT),
-                   iterations = array(1, q_shape, NPY_INT), used = array(1, q_shape, NPY_INT);
+  const nb::object q = array(2, q_shape, numpy_type<S>), error = array(2, error_shape, numpy_type<S>),
+                   end = array(1, q_shape, NPY_INT), iterations = array(1, q_shape, NPY_INT),
+                   used = array(1, q_shape, NPY_INT);
   batch.n = static_cast<std::size_t>(n);
   batch.target = targets.rows<const S>(), batch.start = starts.rows<const S>();
   batch.q = {static_cast<S *>(data(q)), m.nq()}, batch.error = {static_cast<S *>(data(error)), 2};
@@ -41,13 +43,15 @@ nb::tuple solve_inverse_kinematics(const ksl::model &m, const std::vector<ksl::w
                " is not a pose; expected a rotation, a position in the last column, and 0 0 0 1 in the last row");
   std::string rough;
   if (batch.start.first)
-    ksl::check_quaternions(m, batch.start, 0, batch.n, [&](const ksl::joint_row &joint, std::size_t k, const S *numbers) {
-      const std::string which = "q0 of target " + std::to_string(k) + ": the quaternion of " + joint.name;
-      if (!ksl::is_unit_quaternion(numbers))
-        refuse(which + " has length " + ksl::text::shown(ksl::quaternion_length(numbers)) + "; expected a unit quaternion [qx qy qz qw]");
-      rough = rough.empty() ? which : rough;
-      return true;
-    });
+    ksl::check_quaternions(
+        m, batch.start, 0, batch.n, [&](const ksl::joint_row &joint, std::size_t k, const S *numbers) {
+          const std::string which = "q0 of target " + std::to_string(k) + ": the quaternion of " + joint.name;
+          if (!ksl::is_unit_quaternion(numbers))
+            refuse(which + " has length " + ksl::text::shown(ksl::quaternion_length(numbers)) +
+                   "; expected a unit quaternion [qx qy qz qw]");
+          rough = rough.empty() ? which : rough;
+          return true;
+        });
   if (!rough.empty())
     warn_of_quaternion(rough);
   {
@@ -58,9 +62,9 @@ nb::tuple solve_inverse_kinematics(const ksl::model &m, const std::vector<ksl::w
 }
 
 /// target (n, 16 frames) and start (n, nq) or None, contiguous and of one precision.
-inline nb::tuple inverse_kinematics(const ksl::model &m, const wanted_frames &frames, nb::handle target, nb::handle start, double position_tolerance,
-                                    double orientation_tolerance, int iterations, int starts, std::uint64_t seed, bool limits,
-                                    nb::handle threads) {
+inline nb::tuple inverse_kinematics(const ksl::model &m, const wanted_frames &frames, nb::handle target,
+                                    nb::handle start, double position_tolerance, double orientation_tolerance,
+                                    int iterations, int starts, std::uint64_t seed, bool limits, nb::handle threads) {
   std::vector<ksl::wanted_frame> wanted;
   for (const auto &[link, position, orientation] : frames)
     wanted.push_back({link, position, orientation});

@@ -22,14 +22,18 @@ namespace {
 enum operand_type { screw, coscrew, vec3, mat3x3, SE3, inertia, spatial_inertia, real };
 
 /// An operand type: how many numbers an item has, the length of its last axis, and its core dimensions in NumPy's terms.
-struct shape_row { int numbers, last; const char *core, *meaning; };
+struct shape_row {
+  int numbers, last;
+  const char *core, *meaning;
+};
 constexpr shape_row shapes[] = {
     {6, 6, "(6)", "(6), a screw, linear first: twist (v, ω)"},
     {6, 6, "(6)", "(6), a coscrew, linear first: wrench (f, τ)"},
     {3, 3, "(3)", "(3), a vector or translation"},
     {9, 3, "(3,3)", "(3, 3), a rotation by columns: R[..., j, :] is column j, so the matrix is R.mT"},
     {12, 3, "(4,3)", "(4, 3), a pose by columns: D[..., :3, :] are the columns of R, D[..., 3, :] is t"},
-    {10, 10, "(10)", "(10), a centroidal inertia: m, m c (3), Ixx Iyy Izz Ixy Iyz Izx about the centroid, in the frame's axes"},
+    {10, 10, "(10)",
+     "(10), a centroidal inertia: m, m c (3), Ixx Iyy Izz Ixy Iyz Izx about the centroid, in the frame's axes"},
     {10, 10, "(10)", "(10), a spatial inertia about the frame's origin: m, h = m c (3), Ixx Iyy Izz Ixy Iyz Izx"},
     {1, 1, "()", "a number"},
 };
@@ -37,14 +41,16 @@ constexpr shape_row shapes[] = {
 struct text_row { const char *name, *text; };
 /// What each function computes, its source and its cost, as stated in include/ksl/detail.
 constexpr text_row texts[] = {
-    {"product_Ads", "[Ad](D) s = (R v + t × R ω, R ω): a twist in frame b, expressed in the frame a that D_ab carries to (coscrews (3)). 42 flops."},
+    {"product_Ads",
+     "[Ad](D) s = (R v + t × R ω, R ω): a twist in frame b, expressed in the frame a that D_ab carries to (coscrews (3)). 42 flops."},
     {"product_Adsinv", "−[Ad](D) s. 42 flops."},
     {"product_Adinvs", "[Ad]⁻¹(D) s = (Rᵀ (v − t × ω), Rᵀ ω) (coscrews (4), corrected). 42 flops."},
     {"product_Adrs", "[Ad](R, 0) s = (R v, R ω). 30 flops."},
     {"product_Adrinvs", "[Ad]⁻¹(R, 0) s = (Rᵀ v, Rᵀ ω). 30 flops."},
     {"product_Adts", "[Ad](1, t) s = (v + t × ω, ω). 12 flops."},
     {"product_Adtinvs", "[Ad]⁻¹(1, t) s = (v − t × ω, ω). 12 flops."},
-    {"product_CoAdc", "[Ad]*(D) c = (R f, R τ + t × R f): a wrench in frame b, expressed in the frame a that D_ab carries to (coscrews (6)). 42 flops."},
+    {"product_CoAdc",
+     "[Ad]*(D) c = (R f, R τ + t × R f): a wrench in frame b, expressed in the frame a that D_ab carries to (coscrews (6)). 42 flops."},
     {"product_CoAdcinv", "−[Ad]*(D) c. 42 flops."},
     {"product_CoAdinvc", "([Ad]*)⁻¹(D) c = (Rᵀ f, Rᵀ (τ − t × f)) (coscrews (6), corrected). 42 flops."},
     {"product_CoAdrc", "[Ad]*(R, 0) c = (R f, R τ). 30 flops."},
@@ -52,8 +58,10 @@ constexpr text_row texts[] = {
     {"product_CoAdtc", "[Ad]*(1, t) c = (f, τ + t × f). 12 flops."},
     {"product_CoAdtinvc", "([Ad]*)⁻¹(1, t) c = (f, τ − t × f). 12 flops."},
     {"cross_ss", "[ad](s1) s2 = (ω1 × v2 + v1 × ω2, ω1 × ω2): the Lie bracket. 30 flops."},
-    {"cross_sc", "[ad]*(s) c = (ω × f, ω × τ + v × f): the rate of change of a coscrew that is carried along (coscrews (12)). 30 flops."},
-    {"dot_cs", "c · s = f · v + τ · ω: the power of a wrench on a twist, the same in every frame (coscrews (2)). 11 flops."},
+    {"cross_sc",
+     "[ad]*(s) c = (ω × f, ω × τ + v × f): the rate of change of a coscrew that is carried along (coscrews (12)). 30 flops."},
+    {"dot_cs",
+     "c · s = f · v + τ · ω: the power of a wrench on a twist, the same in every frame (coscrews (2)). 11 flops."},
     {"product_dd", "D1 D2 = (R1 R2, R1 t2 + t1). 63 flops."},
     {"product_dinvd", "D1⁻¹ D2 = (R1ᵀ R2, R1ᵀ (t2 − t1)). 63 flops."},
     {"product_ddinv", "D1 D2⁻¹ = (R1 R2ᵀ, t1 − R1 R2ᵀ t2). 63 flops."},
@@ -62,9 +70,12 @@ constexpr text_row texts[] = {
     {"product_drv", "R v. 15 flops."},
     {"product_drinvv", "Rᵀ v. 15 flops."},
     {"product_Ms", "M s = (m v + ω × h, I ω + h × v): the momentum of a body that moves with the twist s. 42 flops."},
-    {"spatial_inertia_transformed", "[Ad]*(D) M [Ad]⁻¹(D): an inertia in frame b, expressed in the frame a that D_ab carries to. 120 flops."},
-    {"inertia_toSpatialInertia", "The inertia about the frame's origin of a centroidal one: h = m c, I + m (|c|² 1 − c cᵀ). 19 flops."},
-    {"spatial_inertia_toInertia", "The centroidal inertia: I − m (|c|² 1 − c cᵀ), c = h/m, 0 without mass. Cancels digits where c is far from the origin. 19 flops."},
+    {"spatial_inertia_transformed",
+     "[Ad]*(D) M [Ad]⁻¹(D): an inertia in frame b, expressed in the frame a that D_ab carries to. 120 flops."},
+    {"inertia_toSpatialInertia",
+     "The inertia about the frame's origin of a centroidal one: h = m c, I + m (|c|² 1 − c cᵀ). 19 flops."},
+    {"spatial_inertia_toInertia",
+     "The centroidal inertia: I − m (|c|² 1 − c cᵀ), c = h/m, 0 without mass. Cancels digits where c is far from the origin. 19 flops."},
     {"SE3_inverted", "D⁻¹ = (Rᵀ, −Rᵀ t). 15 flops."},
     {"SE3_exp", "exp s: the pose reached after unit time with the constant twist s. 136 flops, 2 roots and 2 sines."},
     {"SE3_log", "log D: the screw of smallest |ω| whose exponential is D. 83 flops, a root and an arctangent."},
@@ -76,17 +87,23 @@ struct function_row {
   int inputs;
   operand_type types[3]; ///< of the inputs, and of the output last
   const char *arguments[2];
-  void (*call_double)(size_t n, double *const *at, const ptrdiff_t *stride, size_t whole); ///< n items, of `whole` in the call
+  void (*call_double)(size_t n, double *const *at, const ptrdiff_t *stride,
+                      size_t whole); ///< n items, of `whole` in the call
   void (*call_float)(size_t n, float *const *at, const ptrdiff_t *stride, size_t whole);
 };
 
 const function_row functions[] = {
-#define KSL_CALL_1(member, T) [](size_t n, T *const *at, const ptrdiff_t *s, size_t) { ksl::array_kernels().member(n, at[0], s[0], at[1], s[1]); }
-#define KSL_CALL_2(member, T) [](size_t n, T *const *at, const ptrdiff_t *s, size_t whole) { ksl::array_kernels().member(n, at[0], s[0], at[1], s[1], at[2], s[2], whole); }
-#define KSL_ROW_1(name, namef, A, a, O) {#name, 1, {A, O, real}, {#a, nullptr}, KSL_CALL_1(name, double), KSL_CALL_1(namef, float)},
-#define KSL_ROW_2(name, namef, A, a, B, b, O) {#name, 2, {A, B, O}, {#a, #b}, KSL_CALL_2(name, double), KSL_CALL_2(namef, float)},
-    KSL_ARRAY_FUNCTIONS(KSL_ROW_1, KSL_ROW_2)
-};
+#define KSL_CALL_1(member, T)                                                                                          \
+  [](size_t n, T *const *at, const ptrdiff_t *s, size_t) { ksl::array_kernels().member(n, at[0], s[0], at[1], s[1]); }
+#define KSL_CALL_2(member, T)                                                                                          \
+  [](size_t n, T *const *at, const ptrdiff_t *s, size_t whole) {                                                       \
+    ksl::array_kernels().member(n, at[0], s[0], at[1], s[1], at[2], s[2], whole);                                      \
+  }
+#define KSL_ROW_1(name, namef, A, a, O)                                                                                \
+  {#name, 1, {A, O, real}, {#a, nullptr}, KSL_CALL_1(name, double), KSL_CALL_1(namef, float)},
+#define KSL_ROW_2(name, namef, A, a, B, b, O)                                                                          \
+  {#name, 2, {A, B, O}, {#a, #b}, KSL_CALL_2(name, double), KSL_CALL_2(namef, float)},
+    KSL_ARRAY_FUNCTIONS(KSL_ROW_1, KSL_ROW_2)};
 constexpr int function_count = sizeof functions / sizeof functions[0];
 
 /// An operand's items as they lie in NumPy's memory.
@@ -191,7 +208,8 @@ template <class T> void loop(char **args, const npy_intp *dimensions, const npy_
 
   if (n < static_cast<npy_intp>(2 * least_items))
     return range(0, n);
-  const ksl::partition parts(static_cast<std::size_t>(n), block, least_items, threads.load(std::memory_order_relaxed), parts_each);
+  const ksl::partition parts(static_cast<std::size_t>(n), block, least_items, threads.load(std::memory_order_relaxed),
+                             parts_each);
   ksl::on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t) {
     range(static_cast<npy_intp>(first), static_cast<npy_intp>(end));
   });
@@ -228,7 +246,9 @@ PyObject *set_threads(PyObject *, PyObject *argument) {
   Py_XDECREF(whole);
   PyErr_Clear(); // of what is no whole number, or beyond all that C has; the sentence below says it
   if (n < 0 || n > 4096)
-    return PyErr_Format(PyExc_ValueError, "set_threads(%R): expected how many threads to use at most, 1 to 4096, or 0 for all cores", argument);
+    return PyErr_Format(PyExc_ValueError,
+                        "set_threads(%R): expected how many threads to use at most, 1 to 4096, or 0 for all cores",
+                        argument);
   return PyLong_FromLong(threads.exchange(static_cast<int>(n)));
 }
 
@@ -238,8 +258,15 @@ PyMethodDef methods[] = {
      "Returns what was set before.  Results don't depend on it."},
     {nullptr, nullptr, 0, nullptr}};
 
-PyModuleDef definition = {PyModuleDef_HEAD_INIT, "_ufuncs", "The array functions of KSL as generalised ufuncs.", -1,
-                          methods, nullptr, nullptr, nullptr, nullptr};
+PyModuleDef definition = {PyModuleDef_HEAD_INIT,
+                          "_ufuncs",
+                          "The array functions of KSL as generalised ufuncs.",
+                          -1,
+                          methods,
+                          nullptr,
+                          nullptr,
+                          nullptr,
+                          nullptr};
 
 } // namespace
 
@@ -260,8 +287,9 @@ PyMODINIT_FUNC PyInit__ufuncs() {
     kept &k = keep[i];
     k = {{const_cast<function_row *>(&f), const_cast<function_row *>(&f)}, {}, {}};
     describe(f, k);
-    PyObject *ufunc = PyUFunc_FromFuncAndDataAndSignature(loops, k.data, f.inputs == 1 ? types_1 : types, 2, f.inputs, 1,
-                                                          PyUFunc_None, f.name, k.doc.c_str(), 0, k.signature.c_str());
+    PyObject *ufunc =
+        PyUFunc_FromFuncAndDataAndSignature(loops, k.data, f.inputs == 1 ? types_1 : types, 2, f.inputs, 1,
+                                            PyUFunc_None, f.name, k.doc.c_str(), 0, k.signature.c_str());
     if (!ufunc || PyModule_AddObject(module, f.name, ufunc) < 0) {
       Py_XDECREF(ufunc);
       Py_DECREF(module);

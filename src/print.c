@@ -6,8 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define FACTORY                                                                                                        \
-  { ", ", "%0.6g", "%d", "true", "false", "[", "]", "[", "]", KSL_BREAK_BETWEEN_LINES, KSL_ROW_MAJOR }
+#define FACTORY {", ", "%0.6g", "%d", "true", "false", "[", "]", "[", "]", KSL_BREAK_BETWEEN_LINES, KSL_ROW_MAJOR}
 
 static const ksl_print_options_t factory = FACTORY;
 static ksl_print_options_t defaults = FACTORY;
@@ -160,18 +159,10 @@ typedef enum number_kind { DOUBLE, FLOAT, INT, BOOL } number_kind;
 
 static void put_number(FILE *file, const ksl_print_options_t *o, number_kind kind, const void *data, ptrdiff_t i) {
   switch (kind) {
-  case DOUBLE:
-    fprintf(file, o->real_fmt, ((const double *)data)[i]);
-    break;
-  case FLOAT:
-    fprintf(file, o->real_fmt, (double)((const float *)data)[i]);
-    break;
-  case INT:
-    fprintf(file, o->int_fmt, ((const int *)data)[i]);
-    break;
-  case BOOL:
-    fputs(((const bool *)data)[i] ? o->true_fmt : o->false_fmt, file);
-    break;
+  case DOUBLE: fprintf(file, o->real_fmt, ((const double *)data)[i]); break;
+  case FLOAT: fprintf(file, o->real_fmt, (double)((const float *)data)[i]); break;
+  case INT: fprintf(file, o->int_fmt, ((const int *)data)[i]); break;
+  case BOOL: fputs(((const bool *)data)[i] ? o->true_fmt : o->false_fmt, file); break;
   }
 }
 

@@ -100,14 +100,10 @@ bool evaluate(self &s, int operation, size_t k) {
   if (!s.serial)
     return operation == 0 && s.branched->CartToJnt(s.q[k], s.v[k], s.a[k], s.none_by_name, s.result) >= 0;
   switch (operation) {
-  case 0:
-    return s.serial->inverse.CartToJnt(s.q[k], s.v[k], s.a[k], s.none, s.result) >= 0;
-  case 1:
-    return s.serial->forward.CartToJnt(s.q[k], s.v[k], s.tau[k], s.none, s.result) >= 0;
-  case 2:
-    return s.serial->matrix.JntToMass(s.q[k], s.M) >= 0;
-  default:
-    return s.serial->poses.JntToCart(s.q[k], s.frames) >= 0;
+  case 0: return s.serial->inverse.CartToJnt(s.q[k], s.v[k], s.a[k], s.none, s.result) >= 0;
+  case 1: return s.serial->forward.CartToJnt(s.q[k], s.v[k], s.tau[k], s.none, s.result) >= 0;
+  case 2: return s.serial->matrix.JntToMass(s.q[k], s.M) >= 0;
+  default: return s.serial->poses.JntToCart(s.q[k], s.frames) >= 0;
   }
 }
 

@@ -336,14 +336,10 @@ void put_inertia(const ksl::spatial_inertia<double> &canonical, const ksl::SE3<d
 int kind_of(ksl::joint_kind kind) {
   switch (kind) {
   case ksl::joint_kind::revolute:
-  case ksl::joint_kind::continuous:
-    return bench_revolute;
-  case ksl::joint_kind::prismatic:
-    return bench_prismatic;
-  case ksl::joint_kind::floating:
-    return bench_floating;
-  default:
-    return bench_other;
+  case ksl::joint_kind::continuous: return bench_revolute;
+  case ksl::joint_kind::prismatic: return bench_prismatic;
+  case ksl::joint_kind::floating: return bench_floating;
+  default: return bench_other;
   }
 }
 

@@ -41,8 +41,8 @@ struct self {
   pin::Data data;
   size_t n;
   std::vector<double> q, v, a, tau;
-  pin::JointIndex joint;         ///< which operations about one frame are about,
-  pin::FrameIndex frame;         ///< and its frame
+  pin::JointIndex joint;              ///< which operations about one frame are about,
+  pin::FrameIndex frame;              ///< and its frame
   pin::Data::Matrix6x J{6, model.nv}; ///< columns of joints that don't carry the frame are zero and stay so
   pin::Motion motion;
 };
@@ -157,7 +157,7 @@ operation one_state(const char *name, const char *variant, Evaluate, Put) {
 }
 
 // The arguments of each evaluation: model and workspace, q, v, a, tau; of each put: those, v, where to.
-#define EVALUATE(...) [](self & s, in q, in v, in a, in tau) { (void)q, (void)v, (void)a, (void)tau, __VA_ARGS__; }
+#define EVALUATE(...) [](self &s, in q, in v, in a, in tau) { (void)q, (void)v, (void)a, (void)tau, __VA_ARGS__; }
 #define PUT(...) [](const self &s, in v, double *out) { return (void)v, __VA_ARGS__; }
 #define PUT_SYMMETRIC(matrix) PUT(put_symmetric(s.data.matrix, out))
 

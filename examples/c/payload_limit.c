@@ -55,8 +55,9 @@ int main(void) {
     ksl_joint_info_t joint;
     ksl_model_joint_info(model, i, &joint);
     const double own = empty[joint.v_index], for_each_kilogram = loaded[joint.v_index] - own;
-    printf("%s (%s, carries %s and %.0f kg): %.1f N m of %.0f N m, and %.2f N m more for each kilogram\n", ksl_model_joint_name(model, i),
-           joint.kind, ksl_model_link_name(model, joint.link), ksl_model_subtree_mass(model, i), own, joint.effort, for_each_kilogram);
+    printf("%s (%s, carries %s and %.0f kg): %.1f N m of %.0f N m, and %.2f N m more for each kilogram\n",
+           ksl_model_joint_name(model, i), joint.kind, ksl_model_link_name(model, joint.link),
+           ksl_model_subtree_mass(model, i), own, joint.effort, for_each_kilogram);
     most = fmin(most, (joint.effort - own) / for_each_kilogram); /* its effort is linear in the mass */
   }
   printf("the hook holds %.2f kg\n", most);

@@ -18,20 +18,37 @@ template <class T> struct vec4 { T x, y, z, w; };
 template <class T> struct quaternion { T x, y, z, w; };
 template <class T> struct mat3x3 { T m00, m10, m20, m01, m11, m21, m02, m12, m22; };
 template <class T> struct mat4x4 { T m00, m10, m20, m30, m01, m11, m21, m31, m02, m12, m22, m32, m03, m13, m23, m33; };
-template <class T> struct SE3 { mat3x3<T> R; vec3<T> t; };
+template <class T> struct SE3 {
+  mat3x3<T> R;
+  vec3<T> t;
+};
 template <class T> struct screw { vec3<T> lin, ang; };
 template <class T> struct coscrew { vec3<T> lin, ang; };
-template <class T> struct inertia { T m; vec3<T> mt; T Ixx, Iyy, Izz, Ixy, Iyz, Izx; };
-template <class T> struct spatial_inertia { T m; vec3<T> h; T Ixx, Iyy, Izz, Ixy, Iyz, Izx; };
+template <class T> struct inertia {
+  T m;
+  vec3<T> mt;
+  T Ixx, Iyy, Izz, Ixy, Iyz, Izx;
+};
+template <class T> struct spatial_inertia {
+  T m;
+  vec3<T> h;
+  T Ixx, Iyy, Izz, Ixy, Iyz, Izx;
+};
 template <class T> struct articulated_inertia {
   T Mxx, Myy, Mzz, Mxy, Myz, Mzx;
   mat3x3<T> H;
   T Ixx, Iyy, Izz, Ixy, Iyz, Izx;
 };
-template <class T> struct joint_space { screw<T> s[6]; coscrew<T> c[6]; };
+template <class T> struct joint_space {
+  screw<T> s[6];
+  coscrew<T> c[6];
+};
 template <class T> struct motion { vec3<T> ang, lin; };
 template <class T> struct force { vec3<T> ang, lin; };
-template <class T> struct plucker { mat3x3<T> E; vec3<T> r; };
+template <class T> struct plucker {
+  mat3x3<T> E;
+  vec3<T> r;
+};
 
 inline namespace KSL_ISA {
 

@@ -63,7 +63,8 @@
 KSL_BEGIN_C
 
 #define KSL_DECLARE_ARRAY_1(name, namef, A, a, O)                                                                      \
-  KSL_EXPORT void ksl_array_##name(size_t n, const double *a, ptrdiff_t a##_stride, double *out, ptrdiff_t out_stride);\
+  KSL_EXPORT void ksl_array_##name(size_t n, const double *a, ptrdiff_t a##_stride, double *out,                       \
+                                   ptrdiff_t out_stride);                                                              \
   KSL_EXPORT void ksl_array_##namef(size_t n, const float *a, ptrdiff_t a##_stride, float *out, ptrdiff_t out_stride);
 #define KSL_DECLARE_ARRAY_2(name, namef, A, a, B, b, O)                                                                \
   KSL_EXPORT void ksl_array_##name(size_t n, const double *a, ptrdiff_t a##_stride, const double *b,                   \

@@ -24,12 +24,14 @@ struct joint_options {
   optional_number pitch;            ///< m/rad, positive for a right-handed screw; helical joints need it
   optional_number lower, upper;     ///< of its first number, rad or m
   optional_number effort, velocity; ///< N m or N; rad/s or m/s
-  double damping = 0, friction = 0; ///< of each coordinate (joint_description has the units); model_options::physics applies them
+  double damping = 0,
+         friction = 0; ///< of each coordinate (joint_description has the units); model_options::physics applies them
   std::optional<mimic_description> mimic; ///< the joint that it follows, which may be added later
   optional_number friction_width;         ///< rad/s or m/s
   double armature = 0, rotor_inertia = 0, gear_ratio = 1;
   double spring_stiffness = 0, spring_rest = 0; ///< of joints with one coordinate
-  std::array<coordinate_limits, 2> further;     ///< limits of its second and third number: cylindrical, universal, planar, translation
+  std::array<coordinate_limits, 2>
+      further; ///< limits of its second and third number: cylindrical, universal, planar, translation
 };
 
 /// A row of a table of Denavit–Hartenberg parameters: m and rad.
@@ -58,7 +60,8 @@ public:
 
   /// For readers of other formats: the file that messages name, a line for each kind of content that isn't carried over, and
   /// warnings, a line each.
-  builder &read_from(const std::string &file, const std::vector<std::string> &unused, const std::vector<std::string> &warnings = {});
+  builder &read_from(const std::string &file, const std::vector<std::string> &unused,
+                     const std::vector<std::string> &warnings = {});
 
   /// The link that no joint carries is the root.
   builder &add_link(const std::string &name, const link_mass &mass = {});

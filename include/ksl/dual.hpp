@@ -56,28 +56,37 @@ template <int n, class S> struct dual {
   }
 
   friend dual operator-(const dual &a) {
-    return result([](const dual &x, const dual &) { return map(-x.value, [&](int i) { return -x.derivative[i]; }); }, a, a);
+    return result([](const dual &x, const dual &) { return map(-x.value, [&](int i) { return -x.derivative[i]; }); }, a,
+                  a);
   }
   friend dual operator+(const dual &a, const dual &b) {
-    return result([](const dual &x, const dual &y) {
-      return map(x.value + y.value, [&](int i) { return x.derivative[i] + y.derivative[i]; });
-    }, a, b);
+    return result(
+        [](const dual &x, const dual &y) {
+          return map(x.value + y.value, [&](int i) { return x.derivative[i] + y.derivative[i]; });
+        },
+        a, b);
   }
   friend dual operator-(const dual &a, const dual &b) {
-    return result([](const dual &x, const dual &y) {
-      return map(x.value - y.value, [&](int i) { return x.derivative[i] - y.derivative[i]; });
-    }, a, b);
+    return result(
+        [](const dual &x, const dual &y) {
+          return map(x.value - y.value, [&](int i) { return x.derivative[i] - y.derivative[i]; });
+        },
+        a, b);
   }
   friend dual operator*(const dual &a, const dual &b) {
-    return result([](const dual &x, const dual &y) {
-      return map(x.value * y.value, [&](int i) { return x.derivative[i] * y.value + x.value * y.derivative[i]; });
-    }, a, b);
+    return result(
+        [](const dual &x, const dual &y) {
+          return map(x.value * y.value, [&](int i) { return x.derivative[i] * y.value + x.value * y.derivative[i]; });
+        },
+        a, b);
   }
   friend dual operator/(const dual &a, const dual &b) {
-    return result([](const dual &x, const dual &y) {
-      const S quotient = x.value / y.value, inverse = S(number(1)) / y.value;
-      return map(quotient, [&](int i) { return (x.derivative[i] - quotient * y.derivative[i]) * inverse; });
-    }, a, b);
+    return result(
+        [](const dual &x, const dual &y) {
+          const S quotient = x.value / y.value, inverse = S(number(1)) / y.value;
+          return map(quotient, [&](int i) { return (x.derivative[i] - quotient * y.derivative[i]) * inverse; });
+        },
+        a, b);
   }
   friend auto operator<(const dual &a, const dual &b) { return a.value < b.value; }
   friend auto operator>(const dual &a, const dual &b) { return a.value > b.value; }
@@ -104,7 +113,8 @@ private:
 #if defined(__clang__)
   static constexpr int most_inlined = 16;
 #else
-  static constexpr int most_inlined = 8; // gcc's inlined loops are no faster at -O2, and take three times as long to compile
+  static constexpr int most_inlined =
+      8; // gcc's inlined loops are no faster at -O2, and take three times as long to compile
 #endif
 
   template <class Operation> static dual result(Operation operation, const dual &a, const dual &b) {

@@ -22,7 +22,8 @@ typedef enum ksl_status_t {
   KSL_BAD_ARGUMENT = 1,    /**< a null pointer, an index out of range, a number that is not finite */
   KSL_BAD_DESCRIPTION = 2, /**< a file that can't be read or describes no mechanism */
   KSL_FAILED = 3,          /**< anything else: no memory, an unknown KSL_ISA */
-  KSL_NOT_FINITE = 4       /**< the arguments are finite and a result is not: numbers are too large or small, or a joint moves no mass at this
+  KSL_NOT_FINITE =
+      4 /**< the arguments are finite and a result is not: numbers are too large or small, or a joint moves no mass at this
                                 position; results have been written as they were computed */
 } ksl_status_t;
 
@@ -47,24 +48,28 @@ typedef struct ksl_payload_t {
     textbook.  docs/conventions.md has the laws. */
 typedef struct ksl_physics_t {
   bool damping, friction, armature, rotor, spring;
-  bool rotor_bodies;     /**< rotors are bodies that turn with the joint's parent link, instead of inertia of its coordinate */
-  bool exact_friction;   /**< F sign(v), instead of the smooth law; for inverse dynamics only: what solves or differentiates the law
+  bool
+      rotor_bodies; /**< rotors are bodies that turn with the joint's parent link, instead of inertia of its coordinate */
+  bool
+      exact_friction; /**< F sign(v), instead of the smooth law; for inverse dynamics only: what solves or differentiates the law
                               of friction is refused */
   double friction_width; /**< of the smooth law, rad/s or m/s, for joints that have none of their own; 0: 0.01 */
 } ksl_physics_t;
 
 /** How a file is made into a model.  Initialise it with ksl_model_options(). */
 typedef struct ksl_model_options_t {
-  bool floating_base;     /**< the root link floats: first joint floating_base (floating_root if the file has one of that name),
+  bool
+      floating_base; /**< the root link floats: first joint floating_base (floating_root if the file has one of that name),
                                q = [x y z qx qy qz qw], v = [linear, angular] in its frame */
   bool mimic_independent; /**< a mimic joint gets a coordinate of its own, instead of following another joint */
-  bool strict;            /**< an inertia that no body can have, or a moving link with geometry and no mass, is an error */
-  bool masses_optional;   /**< a robot whose moving links have no mass is accepted, for kinematics, instead of being refused */
-  double gravity[3];      /**< m/s², world axes */
+  bool strict; /**< an inertia that no body can have, or a moving link with geometry and no mass, is an error */
+  bool
+      masses_optional; /**< a robot whose moving links have no mass is accepted, for kinematics, instead of being refused */
+  double gravity[3]; /**< m/s², world axes */
   int payloads_n;
   const ksl_payload_t *payloads; /**< (payloads_n), read by ksl_model_load alone; several may be on one link */
-  bool file_gravity;      /**< a gravity that an SDF file gives replaces `gravity` */
-  const char *model_name; /**< which model of an SDF file with several; NULL: the only one that is not static */
+  bool file_gravity;             /**< a gravity that an SDF file gives replaces `gravity` */
+  const char *model_name;        /**< which model of an SDF file with several; NULL: the only one that is not static */
   ksl_physics_t physics;
 } ksl_model_options_t;
 
@@ -76,7 +81,8 @@ KSL_EXPORT ksl_model_options_t ksl_model_options(void);
 KSL_EXPORT ksl_status_t ksl_model_load(const char *path, const ksl_model_options_t *options, ksl_model_t **model);
 
 /** The same from a text in memory: `length` bytes, the contents of such a file.  Messages call it <string>. */
-KSL_EXPORT ksl_status_t ksl_model_load_memory(const char *text, size_t length, const ksl_model_options_t *options, ksl_model_t **model);
+KSL_EXPORT ksl_status_t ksl_model_load_memory(const char *text, size_t length, const ksl_model_options_t *options,
+                                              ksl_model_t **model);
 
 KSL_EXPORT void ksl_model_free(ksl_model_t *model);
 
@@ -126,8 +132,8 @@ typedef enum ksl_expressed_t KSL_INT_ENUM { KSL_IN_FRAME, KSL_IN_WORLD } ksl_exp
     of the world.  In derivatives by q, wrenches are held in these axes. */
 typedef struct ksl_external_t {
   int n;
-  const int *link;               /**< (n) */
-  const ksl_coscrew_t *wrench;   /**< (n) */
+  const int *link;             /**< (n) */
+  const ksl_coscrew_t *wrench; /**< (n) */
   ksl_expressed_t axes;
 } ksl_external_t;
 
@@ -166,7 +172,8 @@ typedef struct ksl_reaction_options_t {
   ksl_part_t part; /**< KSL_CONSTRAINT: what the structure carries, H̄* f; KSL_ACTUATION: along the joint's motion, h̄* f;
                        KSL_COUPLING: the same of a follower (mimic joint), which has no actuation */
   ksl_side_t on;
-  ksl_frame_t at;  /**< point: KSL_JOINT (plus offset, in the joint's axes, m), KSL_WORLD (its origin), KSL_LINK (origin of at_link) */
+  ksl_frame_t
+      at; /**< point: KSL_JOINT (plus offset, in the joint's axes, m), KSL_WORLD (its origin), KSL_LINK (origin of at_link) */
   int at_link;
   double offset[3];
   ksl_frame_t axes; /**< KSL_JOINT, KSL_WORLD, KSL_LINK (those of axes_link) */
@@ -217,13 +224,14 @@ typedef enum ksl_section_share_t KSL_INT_ENUM { KSL_BY_CENTER, KSL_FRACTION, KSL
 /** A plane that cuts a link, and what is beyond it.  Initialise it with ksl_section(). */
 typedef struct ksl_section_t {
   int link;
-  double point[3];   /**< on the plane, in the link's frame, m; moments are about it */
-  double normal[3];  /**< of the plane, in the link's axes, of any length; it points to the part beyond */
+  double point[3];  /**< on the plane, in the link's frame, m; moments are about it */
+  double normal[3]; /**< of the plane, in the link's axes, of any length; it points to the part beyond */
   ksl_section_share_t share;
-  double fraction;   /**< 0 to 1, with KSL_FRACTION */
-  double inertia[10]; /**< of the part beyond, with KSL_INERTIA: m, m c, Ixx Ixy Iyy Ixz Iyz Izz about the link's origin */
-  int beyond_n;      /**< how many joints are listed; −1: none, those whose origins are beyond, where no joint has moved */
-  const int *beyond; /**< (beyond_n) of the joint that carries the link and those that it carries */
+  double fraction; /**< 0 to 1, with KSL_FRACTION */
+  double
+      inertia[10]; /**< of the part beyond, with KSL_INERTIA: m, m c, Ixx Ixy Iyy Ixz Iyz Izz about the link's origin */
+  int beyond_n; /**< how many joints are listed; −1: none, those whose origins are beyond, where no joint has moved */
+  const int *beyond;    /**< (beyond_n) of the joint that carries the link and those that it carries */
   ksl_expressed_t axes; /**< KSL_IN_FRAME: those of the link */
   ksl_order_t order;
 } ksl_section_t;
@@ -236,14 +244,15 @@ KSL_EXPORT ksl_section_t ksl_section(int link);
     the link's origin.  external may be NULL.  O(bodies).
     KSL_NOT_FINITE: the state, the point or the inertia is too large. */
 KSL_EXPORT ksl_status_t ksl_section_wrench(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                           const double *a, const ksl_external_t *external, const ksl_section_t *section,
-                                           double *wrench);
+                                           const double *a, const ksl_external_t *external,
+                                           const ksl_section_t *section, double *wrench);
 KSL_EXPORT ksl_status_t ksl_section_wrenchf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                            const float *a, const ksl_externalf_t *external, const ksl_section_t *section,
-                                            float *wrench);
+                                            const float *a, const ksl_externalf_t *external,
+                                            const ksl_section_t *section, float *wrench);
 
 /** Pose of a link's frame in the world for q (nq).  KSL_NOT_FINITE: positions are too large. */
-KSL_EXPORT ksl_status_t ksl_frame_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, ksl_SE3_t *pose);
+KSL_EXPORT ksl_status_t ksl_frame_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
+                                       ksl_SE3_t *pose);
 
 /** A frame that is to reach a pose.  The weights say how much the errors of its position and of its orientation count.  With equal
     weights, an error of the position by a twentieth of the length of the chain that carries the frame counts as much as an error of the
@@ -255,10 +264,10 @@ typedef struct ksl_wanted_frame_t {
 
 typedef struct ksl_inverse_kinematics_options_t {
   double position_tolerance, orientation_tolerance; /**< m, rad; positive and finite */
-  int iterations;     /**< at most, from each start */
-  int starts;         /**< at most: the given one, if any, and random ones */
-  uint64_t seed;      /**< of the random starts */
-  bool limits;        /**< are the joints' limits to be kept */
+  int iterations;                                   /**< at most, from each start */
+  int starts;                                       /**< at most: the given one, if any, and random ones */
+  uint64_t seed;                                    /**< of the random starts */
+  bool limits;                                      /**< are the joints' limits to be kept */
 } ksl_inverse_kinematics_options_t;
 
 /** The defaults: 1e-6 m, 1e-6 rad (single precision reaches about 1e-5), 40 iterations, 5 starts, seed 0, with limits. */
@@ -266,7 +275,12 @@ KSL_EXPORT ksl_inverse_kinematics_options_t ksl_inverse_kinematics_options(void)
 
 /** How the attempts for a target ended: converged; or the best of them needed more iterations, was held by limits, or stood
     still where the error has a local minimum. */
-typedef enum ksl_inverse_kinematics_end_t { KSL_CONVERGED, KSL_ITERATIONS, KSL_LIMITS, KSL_STUCK } ksl_inverse_kinematics_end_t;
+typedef enum ksl_inverse_kinematics_end_t {
+  KSL_CONVERGED,
+  KSL_ITERATIONS,
+  KSL_LIMITS,
+  KSL_STUCK
+} ksl_inverse_kinematics_end_t;
 
 /** Positions q (n, nq) at which frames have the poses of each of n targets (n, frames_n, 4, 4), row-major, in the world, by
     damped least squares.  start (n, nq) may be NULL: random ones.  errors (n, 2): the largest error of a position, m,
@@ -274,14 +288,16 @@ typedef enum ksl_inverse_kinematics_end_t { KSL_CONVERGED, KSL_ITERATIONS, KSL_L
     threads: 0 is all cores that the process may use (batches: below).  A target that is not reached is no
     error.  KSL_NOT_FINITE: a target or a start is so far away that the square of its distance is not finite; what was
     found has been written. */
-KSL_EXPORT ksl_status_t ksl_inverse_kinematics(const ksl_model_t *model, size_t n, int frames_n, const ksl_wanted_frame_t *frames,
-                                               const double *targets, ptrdiff_t targets_stride, const double *start,
-                                               ptrdiff_t start_stride, const ksl_inverse_kinematics_options_t *options, double *q,
+KSL_EXPORT ksl_status_t ksl_inverse_kinematics(const ksl_model_t *model, size_t n, int frames_n,
+                                               const ksl_wanted_frame_t *frames, const double *targets,
+                                               ptrdiff_t targets_stride, const double *start, ptrdiff_t start_stride,
+                                               const ksl_inverse_kinematics_options_t *options, double *q,
                                                ptrdiff_t q_stride, double *errors, ptrdiff_t errors_stride, int *ends,
                                                int *iterations, int *starts, int threads);
-KSL_EXPORT ksl_status_t ksl_inverse_kinematicsf(const ksl_model_t *model, size_t n, int frames_n, const ksl_wanted_frame_t *frames,
-                                                const float *targets, ptrdiff_t targets_stride, const float *start,
-                                                ptrdiff_t start_stride, const ksl_inverse_kinematics_options_t *options, float *q,
+KSL_EXPORT ksl_status_t ksl_inverse_kinematicsf(const ksl_model_t *model, size_t n, int frames_n,
+                                                const ksl_wanted_frame_t *frames, const float *targets,
+                                                ptrdiff_t targets_stride, const float *start, ptrdiff_t start_stride,
+                                                const ksl_inverse_kinematics_options_t *options, float *q,
                                                 ptrdiff_t q_stride, float *errors, ptrdiff_t errors_stride, int *ends,
                                                 int *iterations, int *starts, int threads);
 

@@ -28,13 +28,14 @@ typedef struct ksl_joint_options_t {
   double lower, upper;        /**< rad or m; of the first number of its position */
   double effort, velocity;    /**< N m or N; rad/s or m/s */
   double damping, friction;   /**< of each coordinate, N m s/rad or N s/m, and N m or N */
-  const char *mimics;         /**< a joint that it follows: its position is multiplier × that joint's + offset; NULL: none */
+  const char *mimics; /**< a joint that it follows: its position is multiplier × that joint's + offset; NULL: none */
   double multiplier, offset;
-  double friction_width;      /**< of the smooth law of friction, rad/s or m/s */
-  double armature;            /**< inertia that each coordinate feels besides that of the links, kg m² or kg */
-  double rotor_inertia, gear_ratio;     /**< of the motor's rotor, kg m²; its turns for each of the joint */
+  double friction_width;            /**< of the smooth law of friction, rad/s or m/s */
+  double armature;                  /**< inertia that each coordinate feels besides that of the links, kg m² or kg */
+  double rotor_inertia, gear_ratio; /**< of the motor's rotor, kg m²; its turns for each of the joint */
   double spring_stiffness, spring_rest; /**< N m/rad or N/m; rad or m; of joints with one coordinate */
-  double further_lower[2], further_upper[2]; /**< of the second and third number: cylindrical, universal, planar, translation */
+  double further_lower[2],
+      further_upper[2]; /**< of the second and third number: cylindrical, universal, planar, translation */
 } ksl_joint_options_t;
 
 /** A row of a table of Denavit–Hartenberg parameters, m and rad.  theta is added to q of a joint that turns, d to q of
@@ -100,7 +101,8 @@ KSL_EXPORT ksl_status_t ksl_model_with_frame(const ksl_model_t *model, const cha
                                              const ksl_SE3_t *pose, ksl_model_t **made);
 
 /** The same robot with this physics of joints, instead of its own; NULL: none. */
-KSL_EXPORT ksl_status_t ksl_model_with_physics(const ksl_model_t *model, const ksl_physics_t *physics, ksl_model_t **made);
+KSL_EXPORT ksl_status_t ksl_model_with_physics(const ksl_model_t *model, const ksl_physics_t *physics,
+                                               ksl_model_t **made);
 
 /** The same robot with other inertias for n links: parameters (n, 10), m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the link's origin, in its
    axes. The structure is copied, not built again. */
@@ -125,15 +127,16 @@ KSL_EXPORT int ksl_model_parent_link(const ksl_model_t *model, int link);
 
 /** A joint.  SI units. */
 typedef struct ksl_joint_info_t {
-  const char *kind;         /**< as in ksl_builder_add_joint */
-  int parent_link, link;    /**< parent_link is −1 for the ground; link is the child */
-  int q_index, v_index;     /**< where its numbers begin in q and in v; −1 for fixed joints and followers */
-  int nq, nv;               /**< how many numbers it has in q and v; 0 for fixed joints and followers */
-  int quaternion;           /**< where, within them, a unit quaternion [qx qy qz qw] begins; −1: it has none */
-  double axis[3], axis2[3]; /**< unit vectors in the joint's frame; zero for kinds without one; axis2 of universal joints */
-  double pitch;             /**< m/rad, of helical joints */
+  const char *kind;      /**< as in ksl_builder_add_joint */
+  int parent_link, link; /**< parent_link is −1 for the ground; link is the child */
+  int q_index, v_index;  /**< where its numbers begin in q and in v; −1 for fixed joints and followers */
+  int nq, nv;            /**< how many numbers it has in q and v; 0 for fixed joints and followers */
+  int quaternion;        /**< where, within them, a unit quaternion [qx qy qz qw] begins; −1: it has none */
+  double axis[3],
+      axis2[3]; /**< unit vectors in the joint's frame; zero for kinds without one; axis2 of universal joints */
+  double pitch; /**< m/rad, of helical joints */
   double lower[3], upper[3]; /**< limits of the numbers of its position, rad or m; infinite where there are none */
-  double effort, velocity;  /**< limits, N m or N, rad/s or m/s; infinite where there are none */
+  double effort, velocity;   /**< limits, N m or N, rad/s or m/s; infinite where there are none */
 } ksl_joint_info_t;
 KSL_EXPORT ksl_status_t ksl_model_joint_info(const ksl_model_t *model, int joint, ksl_joint_info_t *info);
 

@@ -19,8 +19,8 @@ namespace ksl {
 /// A point mass fixed to a link.
 struct payload {
   std::string link;
-  double mass = 0;                ///< kg
-  std::array<double, 3> point{};  ///< in the link's frame, m
+  double mass = 0;               ///< kg
+  std::array<double, 3> point{}; ///< in the link's frame, m
 };
 
 /// What a program adds to a description.  A model keeps all of it in its own description.
@@ -29,19 +29,22 @@ struct model_options {
   /// q = [x y z qx qy qz qw] and v = [linear, angular] in its frame.  If the description has a joint of that name, it is called
   /// `floating_root` instead, and a warning says so.
   bool floating_base = false;
-  std::optional<std::array<double, 3>> gravity; ///< m/s², world axes; none: that of the description, (0, 0, −9.81) from a file
+  std::optional<std::array<double, 3>>
+      gravity; ///< m/s², world axes; none: that of the description, (0, 0, −9.81) from a file
   std::vector<payload> payloads;
   std::optional<physics_options> physics; ///< none: those of the description
 };
 
 /// The options that switch on the physics of these names: damping, friction, exact friction, armature, rotor, rotor bodies, spring; or
 /// all, which is the five without exact friction and rotor bodies.  Throws description_error for any other name; it lists the known ones.
-KSL_EXPORT physics_options physics_named(const std::vector<std::string> &names, double friction_width = physics_options().friction_width);
+KSL_EXPORT physics_options physics_named(const std::vector<std::string> &names,
+                                         double friction_width = physics_options().friction_width);
 /// The names of the physics that options switch on.
 KSL_EXPORT std::vector<std::string> names_of(const physics_options &options);
 
 /// A sentence for messages: no link or joint (`what`) has this name.  It proposes a known name that is near, or lists the known ones.
-KSL_EXPORT std::string unknown_name(const std::string &what, const std::string &name, const std::vector<std::string> &known);
+KSL_EXPORT std::string unknown_name(const std::string &what, const std::string &name,
+                                    const std::vector<std::string> &known);
 
 /// An inertia about the origin of a link, in its axes, that replaces the link's own.
 struct link_inertia {
@@ -54,13 +57,13 @@ struct link_inertia {
 struct joint_row {
   std::string name;
   joint_kind kind;
-  int link;              ///< the child link
-  int parent_link;       ///< −1: the ground
-  int q_index, v_index;  ///< where its numbers in q and v begin; −1 for fixed joints and followers
-  vec3<double> axis;     ///< unit vector in the joint's frame; for kinds that have one (joint_kind_row)
-  vec3<double> axis2;    ///< second axis of universal joints, fixed in the child: a unit vector in the joint's frame
-  double pitch;          ///< m/rad; of helical joints
-  int description;       ///< index into robot_description::joints; −1 for base and floating_base
+  int link;             ///< the child link
+  int parent_link;      ///< −1: the ground
+  int q_index, v_index; ///< where its numbers in q and v begin; −1 for fixed joints and followers
+  vec3<double> axis;    ///< unit vector in the joint's frame; for kinds that have one (joint_kind_row)
+  vec3<double> axis2;   ///< second axis of universal joints, fixed in the child: a unit vector in the joint's frame
+  double pitch;         ///< m/rad; of helical joints
+  int description;      ///< index into robot_description::joints; −1 for base and floating_base
   /// For a follower, a mimic joint: position = multiplier × that of its leader + offset.  The leader is an index into joints()
   /// and follows no other joint; −1 for joints that are no followers.
   int leader = -1;
@@ -116,9 +119,7 @@ public:
 
   /// The range of each number in q (nq): the limits of the description, those of followers included; where it gives none, −π to π
   /// for angles and −1 m to 1 m for lengths.  Of the numbers of quaternions, −1 to 1.
-  struct position_range {
-    double lower, upper;
-  };
+  struct position_range { double lower, upper; };
   const std::vector<position_range> &position_ranges() const { return position_ranges_; }
 
   /// Links, parents first, with name and inertia, payload included.
@@ -185,10 +186,25 @@ private:
     int first_angle = 0, angles_end = 0;
 
     model_view<S> view(const model &m) const {
-      return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), m.expanded_nq_, m.expanded_nv_, m.pose_numbers_, m.longest_path_,
-              m.tree_row_.back(), gravity, bodies.data(),
-              links.data(), inertia.data(), augmented.data(), theta0_sine.data(), theta0_cosine.data(),
-              m.tree_row_.data(), first_angle, angles_end, lower.data(), upper.data(),
+      return {static_cast<int>(bodies.size()),
+              static_cast<int>(links.size()),
+              m.expanded_nq_,
+              m.expanded_nv_,
+              m.pose_numbers_,
+              m.longest_path_,
+              m.tree_row_.back(),
+              gravity,
+              bodies.data(),
+              links.data(),
+              inertia.data(),
+              augmented.data(),
+              theta0_sine.data(),
+              theta0_cosine.data(),
+              m.tree_row_.data(),
+              first_angle,
+              angles_end,
+              lower.data(),
+              upper.data(),
               physics.empty() ? nullptr : physics.data()};
     }
     coupling_view<S> coupling(int nq, int nv, const std::vector<int> &in_q, const std::vector<int> &in_v) const {

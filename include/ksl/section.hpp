@@ -13,14 +13,15 @@ enum class section_share : int { by_center, fraction, inertia };
 
 /// A plane that cuts a link, and what is beyond it.
 struct link_section {
-  int link = 0;                        ///< index into model::links()
-  double point[3] = {0, 0, 0};         ///< on the plane, in the link's frame, m; moments are about it
-  double normal[3] = {0, 0, 1};        ///< of the plane, in the link's axes, of any length; it points to the part beyond
+  int link = 0;                 ///< index into model::links()
+  double point[3] = {0, 0, 0};  ///< on the plane, in the link's frame, m; moments are about it
+  double normal[3] = {0, 0, 1}; ///< of the plane, in the link's axes, of any length; it points to the part beyond
   section_share share = section_share::by_center;
-  double fraction = 0;                 ///< 0 to 1
-  spatial_inertia<double> inertia{};   ///< of the part beyond, about the link's origin, in its axes
-  int beyond_n = -1;                   ///< how many joints are named; −1: none, the plane says which are beyond
-  const int *beyond = nullptr;         ///< (beyond_n) indices into model::joints(): of that which carries the link, and those that it carries
+  double fraction = 0;               ///< 0 to 1
+  spatial_inertia<double> inertia{}; ///< of the part beyond, about the link's origin, in its axes
+  int beyond_n = -1;                 ///< how many joints are named; −1: none, the plane says which are beyond
+  const int *beyond =
+      nullptr; ///< (beyond_n) indices into model::joints(): of that which carries the link, and those that it carries
   expressed_in axes = expressed_in::frame;
   component_order order = component_order::linear_first;
 };
@@ -34,7 +35,7 @@ KSL_EXPORT bool is_beyond(const model &m, const link_section &section, int joint
 /// laws for the part beyond, with the reactions of its joints.  N, N m.  A wrench on the link itself acts on the part with the link's
 /// origin.  O(bodies).  No allocation.
 template <class S>
-KSL_EXPORT void section_wrench(const model &m, data &d, const S *q, const S *v, const S *a, const link_section &section, S *wrench,
-                               const external_wrenches<S> &external = {});
+KSL_EXPORT void section_wrench(const model &m, data &d, const S *q, const S *v, const S *a, const link_section &section,
+                               S *wrench, const external_wrenches<S> &external = {});
 
 } // namespace ksl

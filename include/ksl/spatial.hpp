@@ -83,18 +83,10 @@ struct coscrew_operations {
 };
 
 // Kinds; `rate` is the kind of cross(twist, x), the rate of change of an x that is carried along with the twist.
-struct acceleration_kind : screw_operations {
-  using rate = acceleration_kind;
-};
-struct twist_kind : screw_operations {
-  using rate = acceleration_kind;
-};
-struct wrench_kind : coscrew_operations {
-  using rate = wrench_kind;
-};
-struct momentum_kind : coscrew_operations {
-  using rate = wrench_kind;
-};
+struct acceleration_kind : screw_operations { using rate = acceleration_kind; };
+struct twist_kind : screw_operations { using rate = acceleration_kind; };
+struct wrench_kind : coscrew_operations { using rate = wrench_kind; };
+struct momentum_kind : coscrew_operations { using rate = wrench_kind; };
 
 /// A six-vector of one kind, linear part first, in the axes of frame F and about its origin.
 template <class Kind, class T, class F = unnamed> class spatial_vector : private Kind::template plain<T> {
@@ -333,10 +325,10 @@ template <class T, class A, class B> KSL_VALUE twist<T, A> log(const pose<T, A, 
 
 /// Size, layout and trivial copies are those of the plain struct.
 template <class Value>
-inline constexpr bool same_as_plain = sizeof(Value) == sizeof(typename Value::plain_type) &&
-                                      alignof(Value) == alignof(typename Value::plain_type) &&
-                                      std::is_standard_layout_v<Value> &&std::is_trivially_copyable_v<Value>
-                                          &&std::is_trivially_default_constructible_v<Value>;
+inline constexpr bool same_as_plain =
+    sizeof(Value) == sizeof(typename Value::plain_type) && alignof(Value) == alignof(typename Value::plain_type) &&
+    std::is_standard_layout_v<Value> && std::is_trivially_copyable_v<Value> &&
+    std::is_trivially_default_constructible_v<Value>;
 
 static_assert(same_as_plain<twist<double>> && same_as_plain<acceleration<float>> && same_as_plain<wrench<float>> &&
               same_as_plain<momentum<double>> && same_as_plain<pose<double>> && same_as_plain<rigid_inertia<float>>);

@@ -30,11 +30,13 @@ bool lacks_link(const algorithm_row &row, const model &m, const link_list &links
   return links.n < least_links(row.request) || (links_are_few(row) && links.n > m.view().links);
 }
 
-template <class S> bool compute_one(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t k) {
+template <class S> bool compute_one(const algorithm_row &row, const model &m, const batch_view<S> &batch,
+                                    std::size_t k) {
   const bool direct = m.followers() == 0;
   const kernels_in<S> &kernel = kernels_of_row<S>(row);
   const model_view<S> view = m.view_in<S>();
-  const std::size_t bytes = direct ? kernel.workspace_bytes(view) : coupled::state_bytes<S>(row, m, extents_of(m, batch));
+  const std::size_t bytes =
+      direct ? kernel.workspace_bytes(view) : coupled::state_bytes<S>(row, m, extents_of(m, batch));
   one_state_memory<S> state;
   arena measure(nullptr);
   state.lay_out(measure, row, m, batch, bytes);
@@ -51,7 +53,8 @@ template <class S> bool compute_one(const algorithm_row &row, const model &m, co
 } // namespace
 
 template <class S>
-bool compute_states(const algorithm_row &row, const model &m, const batch_view<S> &given, std::size_t first, std::size_t end) {
+bool compute_states(const algorithm_row &row, const model &m, const batch_view<S> &given, std::size_t first,
+                    std::size_t end) {
   const batch_view<S> batch = as_row_names(row, given);
   if (first == end || lacks_link(row, m, batch.links))
     return true;
@@ -63,7 +66,8 @@ bool compute_states(const algorithm_row &row, const model &m, const batch_view<S
 }
 
 template <class S>
-void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &given, int threads, arguments_are arguments) {
+void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &given, int threads,
+                   arguments_are arguments) {
   if (given.n > 0) // now, or the first call whose results are looked at would allocate
     thread_memory(kept_for::workspace, examination_bytes(row, m, given));
   if (given.n < 2) {
@@ -75,7 +79,8 @@ void compute_batch(const algorithm_row &row, const model &m, const batch_view<S>
     return;
   coupled::require_projection(row, m);
   const batch_view<S> batch = as_row_names(row, given);
-  const partition parts(batch.n, static_cast<std::size_t>(kernels_of_row<S>(row).lanes), least_states(m.moving_joints()), threads);
+  const partition parts(batch.n, static_cast<std::size_t>(kernels_of_row<S>(row).lanes),
+                        least_states(m.moving_joints()), threads);
   const std::size_t bytes = run_batch(row, m, batch, 0, 0, nullptr).bytes;
   std::byte *memory = thread_memory(kept_for::workspace, bytes * parts.threads);
   std::atomic<bool> ordinary{true};
@@ -89,7 +94,8 @@ void compute_batch(const algorithm_row &row, const model &m, const batch_view<S>
 
 template void compute_batch(const algorithm_row &, const model &, const batch_view<double> &, int, arguments_are);
 template void compute_batch(const algorithm_row &, const model &, const batch_view<float> &, int, arguments_are);
-template bool compute_states(const algorithm_row &, const model &, const batch_view<double> &, std::size_t, std::size_t);
+template bool compute_states(const algorithm_row &, const model &, const batch_view<double> &, std::size_t,
+                             std::size_t);
 template bool compute_states(const algorithm_row &, const model &, const batch_view<float> &, std::size_t, std::size_t);
 
 } // namespace ksl

@@ -19,6 +19,7 @@ void compute_batch(const algorithm_row &row, const model &m, const batch_view<S>
 /// The same for the states [first, end) of the batch, on the calling thread.  Returns whether the results are ordinary, instead of
 /// throwing result_error.
 template <class S>
-bool compute_states(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end);
+bool compute_states(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
+                    std::size_t end);
 
 } // namespace ksl

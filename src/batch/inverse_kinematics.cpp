@@ -43,7 +43,9 @@ template <class S> void inverse_kinematics(const model &m, const inverse_kinemat
   });
   normalize_quaternions(m, batch);
 }
-template void inverse_kinematics(const model &, const inverse_kinematics_options &, const inverse_kinematics_batch<double> &, int);
-template void inverse_kinematics(const model &, const inverse_kinematics_options &, const inverse_kinematics_batch<float> &, int);
+template void inverse_kinematics(const model &, const inverse_kinematics_options &,
+                                 const inverse_kinematics_batch<double> &, int);
+template void inverse_kinematics(const model &, const inverse_kinematics_options &,
+                                 const inverse_kinematics_batch<float> &, int);
 
 } // namespace ksl

@@ -29,7 +29,9 @@ struct partition {
 
 /// How many states make another thread worthwhile, in any algorithm.  Inverse dynamics, the fastest, takes about 10 ns for a
 /// joint.
-constexpr std::size_t least_states(int moving_joints) { return 64 + 4096 / (1 + static_cast<std::size_t>(moving_joints)); }
+constexpr std::size_t least_states(int moving_joints) {
+  return 64 + 4096 / (1 + static_cast<std::size_t>(moving_joints));
+}
 
 /// Computes one part, the items [first, end).  `seat` is the number of the executing thread within this call, less than
 /// partition::threads; no two threads at work have the same.

@@ -8,9 +8,7 @@
 #include <cmath>
 #include <limits>
 
-struct ksl_builder_t {
-  ksl::builder builder;
-};
+struct ksl_builder_t { ksl::builder builder; };
 
 namespace {
 
@@ -36,9 +34,23 @@ ksl::joint_options options_of(const ksl_joint_options_t &of) {
     return x ? std::optional(ksl::vec3<double>{x[0], x[1], x[2]}) : std::nullopt;
   };
   const auto number = [](double x) { return std::isnan(x) ? std::nullopt : ksl::optional_number(x); };
-  ksl::joint_options options = {vector(of.axis), vector(of.axis2), number(of.pitch), number(of.lower), number(of.upper),
-                                number(of.effort), number(of.velocity), of.damping, of.friction, {}, number(of.friction_width),
-                                of.armature, of.rotor_inertia, of.gear_ratio, of.spring_stiffness, of.spring_rest, {}};
+  ksl::joint_options options = {vector(of.axis),
+                                vector(of.axis2),
+                                number(of.pitch),
+                                number(of.lower),
+                                number(of.upper),
+                                number(of.effort),
+                                number(of.velocity),
+                                of.damping,
+                                of.friction,
+                                {},
+                                number(of.friction_width),
+                                of.armature,
+                                of.rotor_inertia,
+                                of.gear_ratio,
+                                of.spring_stiffness,
+                                of.spring_rest,
+                                {}};
   for (std::size_t c = 0; c < 2; ++c)
     options.further[c] = {number(of.further_lower[c]), number(of.further_upper[c])};
   if (of.mimics)
@@ -72,7 +84,8 @@ ksl_joint_options_t ksl_joint_options(void) {
 }
 
 ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder) {
-  return created(builder, name, "name and builder must not be null", [&] { return new ksl_builder_t{ksl::builder(name)}; });
+  return created(builder, name, "name and builder must not be null",
+                 [&] { return new ksl_builder_t{ksl::builder(name)}; });
 }
 
 void ksl_builder_free(ksl_builder_t *builder) { delete builder; }
@@ -98,7 +111,8 @@ ksl_status_t ksl_builder_add_dh_chain(ksl_builder_t *builder, const char *parent
   return guarded([&] {
     require(builder && parent && n >= 0 && (rows || n == 0),
             "builder, parent and rows must not be null, and their number not negative");
-    require(convention == KSL_DH_STANDARD || convention == KSL_DH_MODIFIED, "convention must be KSL_DH_STANDARD or KSL_DH_MODIFIED");
+    require(convention == KSL_DH_STANDARD || convention == KSL_DH_MODIFIED,
+            "convention must be KSL_DH_STANDARD or KSL_DH_MODIFIED");
     std::vector<ksl::dh_row> table;
     for (int i = 0; i < n; ++i) {
       const ksl_dh_row_t &row = rows[i];
@@ -224,9 +238,21 @@ ksl_status_t ksl_model_joint_info(const ksl_model_t *m, int joint, ksl_joint_inf
     const ksl::joint_row &row = m->model.joints()[static_cast<std::size_t>(joint)];
     const ksl::joint_kind_row kind = ksl::row_of(row.kind);
     const bool moves = row.q_index >= 0;
-    *info = {kind.name, row.parent_link, row.link, row.q_index, row.v_index, moves ? kind.nq : 0, moves ? kind.nv : 0, kind.quaternion,
-             {row.axis.x, row.axis.y, row.axis.z}, {row.axis2.x, row.axis2.y, row.axis2.z}, row.pitch,
-             {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, {HUGE_VAL, HUGE_VAL, HUGE_VAL}, HUGE_VAL, HUGE_VAL};
+    *info = {kind.name,
+             row.parent_link,
+             row.link,
+             row.q_index,
+             row.v_index,
+             moves ? kind.nq : 0,
+             moves ? kind.nv : 0,
+             kind.quaternion,
+             {row.axis.x, row.axis.y, row.axis.z},
+             {row.axis2.x, row.axis2.y, row.axis2.z},
+             row.pitch,
+             {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL},
+             {HUGE_VAL, HUGE_VAL, HUGE_VAL},
+             HUGE_VAL,
+             HUGE_VAL};
     if (!kind.has_axis2)
       info->axis2[0] = info->axis2[1] = info->axis2[2] = 0;
     if (row.description < 0)

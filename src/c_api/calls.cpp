@@ -20,10 +20,12 @@ template <class S> void require_position(const model &m, const S *q, const char 
   check_quaternions(m, rows_view<const S>{q, 0}, 0, 1, [&](const joint_row &joint, std::size_t, const S *x) {
     const std::string length = text::shown(quaternion_length(x)); // short: no memory is allocated for it
     if (!is_unit_quaternion(x))
-      throw bad_argument(std::string(name) + ": the quaternion [qx qy qz qw] of " + joint.name + " has length " + length + "; expected a unit quaternion");
-    std::snprintf(last_warning(), sizeof last_warning(),
-                  "%s: the quaternion [qx qy qz qw] of %s has length %s, differs from unit length by more than 1e-6 and was normalised", name,
-                  joint.name.c_str(), length.c_str());
+      throw bad_argument(std::string(name) + ": the quaternion [qx qy qz qw] of " + joint.name + " has length " +
+                         length + "; expected a unit quaternion");
+    std::snprintf(
+        last_warning(), sizeof last_warning(),
+        "%s: the quaternion [qx qy qz qw] of %s has length %s, differs from unit length by more than 1e-6 and was normalised",
+        name, joint.name.c_str(), length.c_str());
     return true;
   });
 }
@@ -38,7 +40,8 @@ namespace {
 
 /// Checks the n links that external wrenches act on.
 void require_external(const ksl_model_t *m, int n, const int *link, const void *wrench) {
-  require(n >= 0 && n <= most_named && (n == 0 || (link && wrench)), "external needs n links and n wrenches, 2^24 at most");
+  require(n >= 0 && n <= most_named && (n == 0 || (link && wrench)),
+          "external needs n links and n wrenches, 2^24 at most");
   for (int k = 0; k < n; ++k)
     require(link[k] >= 0 && link[k] < ksl_model_links(m), "external names a link out of range");
 }
@@ -55,7 +58,8 @@ wrench_frame frame_of(const ksl_model_t *m, ksl_frame_t frame, int link) {
 
 } // namespace
 
-template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const typename c_types<S>::external *external) {
+template <class S> external_wrenches<S> external_of(const ksl_model_t *m,
+                                                    const typename c_types<S>::external *external) {
   if (!external || external->n == 0)
     return {};
   require_external(m, external->n, external->link, external->wrench);
@@ -63,13 +67,17 @@ template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const 
   return {external->n, external->link, external->wrench->at, axes_of(external->axes)};
 }
 
-template <class S> void require_large_rows(const rows_view<S> &rows, std::size_t n, std::ptrdiff_t columns, const char *name) {
+template <class S> void require_large_rows(const rows_view<S> &rows, std::size_t n, std::ptrdiff_t columns,
+                                           const char *name) {
   if (!rows.first || n == 0)
     return;
   std::size_t numbers = 0, bytes = 0;
-  const std::size_t apart = rows.stride < 0 ? -static_cast<std::size_t>(rows.stride) : static_cast<std::size_t>(rows.stride);
-  const bool beyond = __builtin_mul_overflow(n - 1, apart, &numbers) || __builtin_add_overflow(numbers, static_cast<std::size_t>(columns), &numbers) ||
-                      __builtin_mul_overflow(numbers, sizeof(S), &bytes) || bytes > static_cast<std::size_t>(PTRDIFF_MAX);
+  const std::size_t apart =
+      rows.stride < 0 ? -static_cast<std::size_t>(rows.stride) : static_cast<std::size_t>(rows.stride);
+  const bool beyond = __builtin_mul_overflow(n - 1, apart, &numbers) ||
+                      __builtin_add_overflow(numbers, static_cast<std::size_t>(columns), &numbers) ||
+                      __builtin_mul_overflow(numbers, sizeof(S), &bytes) ||
+                      bytes > static_cast<std::size_t>(PTRDIFF_MAX);
   if (n > static_cast<std::size_t>(PTRDIFF_MAX) || beyond)
     throw bad_argument("n is " + std::to_string(n) + ": so many rows of " + name + " don't fit into any memory");
 }
@@ -111,8 +119,11 @@ frame_options frame_options_of(const ksl_frame_options_t *options) {
           "axes, at and order must be values of their enumerations");
   require(options->kind >= KSL_SPATIAL && options->kind <= KSL_RATE, "kind must be a value of its enumeration");
   require_finite(options->offset, 3, "offset");
-  return {static_cast<expressed_in>(options->axes), static_cast<expressed_in>(options->at), options->order == KSL_ANGULAR_FIRST,
-          static_cast<acceleration_kind>(options->kind), {options->offset[0], options->offset[1], options->offset[2]}};
+  return {static_cast<expressed_in>(options->axes),
+          static_cast<expressed_in>(options->at),
+          options->order == KSL_ANGULAR_FIRST,
+          static_cast<acceleration_kind>(options->kind),
+          {options->offset[0], options->offset[1], options->offset[2]}};
 }
 
 namespace {
@@ -137,7 +148,8 @@ private:
 
 /// Checks that all inputs and results of a batch that isn't empty are there, and that their rows can lie in memory.
 template <class S>
-void require_arrays(const algorithm_row &row, const model &m, const batch_view<S> &batch, int joints_n, const rows_view<S> &wrenches) {
+void require_arrays(const algorithm_row &row, const model &m, const batch_view<S> &batch, int joints_n,
+                    const rows_view<S> &wrenches) {
   for (int i = 0; i < row.inputs; ++i) {
     const input x = row.input_list[i];
     require(input_of(batch, x).first, "model and arrays must not be null");
@@ -160,8 +172,8 @@ void require_arrays(const algorithm_row &row, const model &m, const batch_view<S
 
 template <class S>
 ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_view<S> batch,
-                        const typename c_types<S>::external_of_batch *external, int threads, const ksl_frame_options_t *frame,
-                        const joints_argument &joints, const rows_view<S> &wrenches) {
+                        const typename c_types<S>::external_of_batch *external, int threads,
+                        const ksl_frame_options_t *frame, const joints_argument &joints, const rows_view<S> &wrenches) {
   return guarded([&] {
     require(m, "model and arrays must not be null");
     require_model_for(row, m->model);

@@ -43,7 +43,8 @@ template <class S> void require_position(const model &m, const S *q, const char 
 /// Checks that a workspace was created for this model.
 void require_workspace(const ksl_model_t *m, const ksl_data_t *d);
 
-template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const typename c_types<S>::external *external);
+template <class S> external_wrenches<S> external_of(const ksl_model_t *m,
+                                                    const typename c_types<S>::external *external);
 
 /// The request for reactions through joints; `links`, which has room for all joints, gets their child links.
 reaction_request request_of(const ksl_model_t *m, int *links, const joints_argument &joints);
@@ -54,16 +55,19 @@ frame_options frame_options_of(const ksl_frame_options_t *options);
 /// Checks that a result of one state is not null, unless it has no numbers, and that an int counts them.
 inline void require_result(const void *out, std::ptrdiff_t numbers, const char *name) {
   if (numbers > INT_MAX)
-    throw bad_argument(std::string(name) + " would have more than 2^31 - 1 numbers for a state; name fewer links or joints");
+    throw bad_argument(std::string(name) +
+                       " would have more than 2^31 - 1 numbers for a state; name fewer links or joints");
   if (!out && numbers > 0)
     throw bad_argument(std::string(name) + " must not be null");
 }
 
 /// As require_rows, of any numbers.
-template <class S> void require_large_rows(const rows_view<S> &rows, std::size_t n, std::ptrdiff_t columns, const char *name);
+template <class S> void require_large_rows(const rows_view<S> &rows, std::size_t n, std::ptrdiff_t columns,
+                                           const char *name);
 
 /// Checks that n rows of so many numbers, at most INT_MAX, can lie in memory, apart by the stride.
-template <class S> void require_rows(const rows_view<S> &rows, std::size_t n, std::ptrdiff_t columns, const char *name) {
+template <class S> void require_rows(const rows_view<S> &rows, std::size_t n, std::ptrdiff_t columns,
+                                     const char *name) {
   constexpr std::ptrdiff_t far = 1 << 26; // 2^32 rows that are nearer than that have less than 2^62 bytes
   if (n >> 32 || rows.stride >= far || rows.stride <= -far)
     require_large_rows(rows, n, columns, name);
@@ -98,8 +102,8 @@ template <const algorithm_row &row, class S> void check_state(const ksl_model_t 
 
 /// Computes one state in the caller's workspace.
 template <const algorithm_row &row, class S>
-ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, const typename c_types<S>::external *external,
-                        const ksl_frame_options_t *options = nullptr) {
+ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s,
+                        const typename c_types<S>::external *external, const ksl_frame_options_t *options = nullptr) {
   return guarded([&] {
     require_workspace(m, d);
     s.frame = frame_options_of(options);
@@ -115,8 +119,8 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, co
 
 /// The same for joints: all results are those of the row.
 template <const algorithm_row &row, class S>
-ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, const typename c_types<S>::external *external,
-                        const joints_argument &joints) {
+ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s,
+                        const typename c_types<S>::external *external, const joints_argument &joints) {
   return guarded([&] {
     require_workspace(m, d);
     const reaction_request request = request_of(m, d->links.data(), joints);
@@ -131,8 +135,8 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, co
 
 /// The same with reactions as a further result.
 template <const algorithm_row &row, class S>
-ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, const typename c_types<S>::external *external,
-                        const joints_argument &joints, S *wrenches) {
+ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s,
+                        const typename c_types<S>::external *external, const joints_argument &joints, S *wrenches) {
   return guarded([&] {
     require_workspace(m, d);
     require_result(wrenches, joints.n, "wrenches");

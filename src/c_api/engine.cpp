@@ -29,8 +29,9 @@ ksl_status_t reactions_of_last_state(const ksl_model_t *m, ksl_data_t *d, int n,
   return guarded([&] {
     ksl::c_api::require_workspace(m, d);
     require(wrenches || n == 0, "wrenches must not be null");
-    require(d->holds_wrenches == sizeof(S),
-            "ksl_reactions reads what ksl_inverse_dynamics left in the workspace; call that first, in the same precision");
+    require(
+        d->holds_wrenches == sizeof(S),
+        "ksl_reactions reads what ksl_inverse_dynamics left in the workspace; call that first, in the same precision");
     ksl::reactions<S>(m->model, d->data, ksl::c_api::request_of(m, d->links.data(), {n, joints, options}), wrenches,
                       ksl::c_api::external_of<S>(m, external));
     ksl::examine_numbers("reactions", "wrenches", wrenches, 6 * std::ptrdiff_t(n));
@@ -80,9 +81,11 @@ ksl::link_section section_of(const ksl_model_t *m, const ksl_section_t *given) {
   ksl::c_api::require_links(m, 1, &given->link);
   require_finite(given->point, 3, "point");
   require_finite(given->normal, 3, "normal");
-  require(given->normal[0] != 0 || given->normal[1] != 0 || given->normal[2] != 0, "normal is zero; it needs a direction");
+  require(given->normal[0] != 0 || given->normal[1] != 0 || given->normal[2] != 0,
+          "normal is zero; it needs a direction");
   require(given->share >= KSL_BY_CENTER && given->share <= KSL_INERTIA, "share must be a value of its enumeration");
-  require(given->share != KSL_FRACTION || (given->fraction >= 0 && given->fraction <= 1), "fraction must be between 0 and 1");
+  require(given->share != KSL_FRACTION || (given->fraction >= 0 && given->fraction <= 1),
+          "fraction must be between 0 and 1");
   require_finite(given->inertia, given->share == KSL_INERTIA ? 10 : 0, "inertia");
   require(given->beyond_n <= 0 || given->beyond, "beyond must not be null");
   for (int k = 0; k < given->beyond_n; ++k) {
@@ -90,8 +93,8 @@ ksl::link_section section_of(const ksl_model_t *m, const ksl_section_t *given) {
     require(j >= 0 && j < ksl_model_joints(m), "beyond names a joint out of range");
     const ksl::joint_row &joint = m->model.joints()[static_cast<std::size_t>(j)];
     if (joint.link != given->link && joint.parent_link != given->link)
-      throw ksl::c_api::bad_argument("beyond names " + joint.name + ", which neither carries " + ksl_model_link_name(m, given->link) +
-                                     " nor is carried by it");
+      throw ksl::c_api::bad_argument("beyond names " + joint.name + ", which neither carries " +
+                                     ksl_model_link_name(m, given->link) + " nor is carried by it");
   }
   const ksl_frame_options_t how = {given->axes, KSL_IN_FRAME, given->order, KSL_SPATIAL, {0, 0, 0}};
   ksl::c_api::frame_options_of(&how);
@@ -110,7 +113,8 @@ ksl::link_section section_of(const ksl_model_t *m, const ksl_section_t *given) {
 
 template <class S>
 ksl_status_t section_wrench(const ksl_model_t *m, ksl_data_t *d, const S *q, const S *v, const S *a,
-                            const typename ksl::c_api::c_types<S>::external *external, const ksl_section_t *given, S *wrench) {
+                            const typename ksl::c_api::c_types<S>::external *external, const ksl_section_t *given,
+                            S *wrench) {
   return guarded([&] {
     ksl::c_api::require_workspace(m, d);
     require(wrench, "wrench must not be null");
@@ -143,7 +147,8 @@ std::vector<ksl::payload> payloads_of(const ksl_model_options_t &options) {
 ksl_model_t *read_model(const std::string &text, const std::string &name, const ksl_model_options_t *options) {
   const ksl_model_options_t o = options ? *options : ksl_model_options();
   ksl::model_options others = ksl::c_api::options_of(o);
-  const ksl::file_options how = {o.mimic_independent, o.strict, std::exchange(others.floating_base, false), o.model_name ? o.model_name : ""};
+  const ksl::file_options how = {o.mimic_independent, o.strict, std::exchange(others.floating_base, false),
+                                 o.model_name ? o.model_name : ""};
   ksl::robot_description robot = ksl::read_robot_text(text, name, how);
   if (o.file_gravity && robot.gravity != ksl::robot_description().gravity)
     others.gravity.reset(); // that of the description
@@ -153,7 +158,8 @@ ksl_model_t *read_model(const std::string &text, const std::string &name, const 
 } // namespace
 
 ksl::physics_options ksl::c_api::physics_of(const ksl_physics_t &from) {
-  require(from.friction_width >= 0 && from.friction_width < HUGE_VAL, "friction_width must be a speed, or 0 for the default");
+  require(from.friction_width >= 0 && from.friction_width < HUGE_VAL,
+          "friction_width must be a speed, or 0 for the default");
   physics_options physics;
   physics.damping = from.damping, physics.armature = from.armature, physics.spring = from.spring;
   physics.friction = from.friction || from.exact_friction, physics.exact_friction = from.exact_friction;
@@ -184,13 +190,17 @@ const char *ksl_instruction_set(void) {
   return name;
 }
 
-ksl_model_options_t ksl_model_options(void) { return {false, false, false, false, {0, 0, -9.81}, 0, nullptr, true, nullptr, {}}; }
-
-ksl_status_t ksl_model_load(const char *path, const ksl_model_options_t *options, ksl_model_t **model) {
-  return created(model, path, "path and model must not be null", [&] { return read_model(ksl::bytes_of_robot_file(path), path, options); });
+ksl_model_options_t ksl_model_options(void) {
+  return {false, false, false, false, {0, 0, -9.81}, 0, nullptr, true, nullptr, {}};
 }
 
-ksl_status_t ksl_model_load_memory(const char *text, size_t length, const ksl_model_options_t *options, ksl_model_t **model) {
+ksl_status_t ksl_model_load(const char *path, const ksl_model_options_t *options, ksl_model_t **model) {
+  return created(model, path, "path and model must not be null",
+                 [&] { return read_model(ksl::bytes_of_robot_file(path), path, options); });
+}
+
+ksl_status_t ksl_model_load_memory(const char *text, size_t length, const ksl_model_options_t *options,
+                                   ksl_model_t **model) {
   return created(model, text, "text and model must not be null",
                  [&] { return read_model(ksl::bytes_of_robot_text(text, length, "<string>"), "<string>", options); });
 }
@@ -227,7 +237,8 @@ int ksl_model_leader(const ksl_model_t *m, int joint, double *multiplier, double
 }
 
 const char *ksl_model_link_name(const ksl_model_t *m, int link) {
-  return link < 0 || link >= ksl_model_links(m) ? nullptr : m->model.links()[static_cast<std::size_t>(link)].name.c_str();
+  return link < 0 || link >= ksl_model_links(m) ? nullptr
+                                                : m->model.links()[static_cast<std::size_t>(link)].name.c_str();
 }
 
 ksl_physics_t ksl_model_physics(const ksl_model_t *m) {
@@ -244,8 +255,12 @@ int ksl_model_link(const ksl_model_t *m, const char *name) {
   return found("link", m, name, [](const ksl::model &of) -> auto & { return of.links(); });
 }
 
-const char *ksl_model_warning(const ksl_model_t *m, int i) { return m ? line(m->model.description().warnings, i) : nullptr; }
-const char *ksl_model_unused(const ksl_model_t *m, int i) { return m ? line(m->model.description().unused, i) : nullptr; }
+const char *ksl_model_warning(const ksl_model_t *m, int i) {
+  return m ? line(m->model.description().warnings, i) : nullptr;
+}
+const char *ksl_model_unused(const ksl_model_t *m, int i) {
+  return m ? line(m->model.description().unused, i) : nullptr;
+}
 
 ksl_status_t ksl_reactions(const ksl_model_t *m, ksl_data_t *d, int n, const int *joints,
                            const ksl_reaction_options_t *options, const ksl_external_t *external, double *wrenches) {
@@ -272,8 +287,9 @@ int ksl_model_tree_elements(const ksl_model_t *m) { return m ? m->model.tree_ele
 ksl_status_t ksl_model_tree(const ksl_model_t *m, int *rows, int *columns) {
   return guarded([&] {
     require(m, "model must not be null");
-    require(m->model.followers() == 0, "a robot with mimic joints has a mass matrix with other zeros than those of its tree; load it with "
-                                       "mimic_independent, which gives each joint a coordinate of its own");
+    require(m->model.followers() == 0,
+            "a robot with mimic joints has a mass matrix with other zeros than those of its tree; load it with "
+            "mimic_independent, which gives each joint a coordinate of its own");
     if (rows)
       std::copy(m->model.tree_rows().begin(), m->model.tree_rows().end(), rows);
     if (columns)
@@ -283,8 +299,12 @@ ksl_status_t ksl_model_tree(const ksl_model_t *m, int *rows, int *columns) {
 
 ksl_status_t ksl_neutral(const ksl_model_t *m, double *q) { return neutral(m, q); }
 ksl_status_t ksl_neutralf(const ksl_model_t *m, float *q) { return neutral(m, q); }
-ksl_status_t ksl_random_position(const ksl_model_t *m, const double *uniform, double *q) { return random_position(m, uniform, q); }
-ksl_status_t ksl_random_positionf(const ksl_model_t *m, const float *uniform, float *q) { return random_position(m, uniform, q); }
+ksl_status_t ksl_random_position(const ksl_model_t *m, const double *uniform, double *q) {
+  return random_position(m, uniform, q);
+}
+ksl_status_t ksl_random_positionf(const ksl_model_t *m, const float *uniform, float *q) {
+  return random_position(m, uniform, q);
+}
 
 ksl_status_t ksl_frame_pose(const ksl_model_t *m, ksl_data_t *d, const double *q, int link, ksl_SE3_t *pose) {
   return guarded([&] {

@@ -9,9 +9,7 @@
 #include <string>
 #include <vector>
 
-struct ksl_model_t {
-  ksl::model model;
-};
+struct ksl_model_t { ksl::model model; };
 
 struct ksl_data_t {
   const ksl_model_t *model;
@@ -39,9 +37,7 @@ void say_out_of_memory() noexcept;
 /// The warning of this thread's last call that took positions; empty if there was none.  No memory is allocated for it.
 char (&last_warning() noexcept)[256];
 
-struct bad_argument : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+struct bad_argument : std::runtime_error { using std::runtime_error::runtime_error; };
 
 /// Runs a call and turns an exception into a status and a message.  No exception of C++ leaves it.  The unwinding of a thread that is
 /// cancelled, which is no std::exception, passes through, as C libraries expect.
@@ -72,7 +68,8 @@ inline void require(bool condition, const char *sentence) {
 }
 
 /// Runs `make`, which returns a new handle, with the result in *made.  Null where it fails, whatever the reason.
-template <class Handle, class Make> ksl_status_t created(Handle **made, bool is_given, const char *sentence, Make &&make) {
+template <class Handle, class Make> ksl_status_t created(Handle **made, bool is_given, const char *sentence,
+                                                         Make &&make) {
   if (made)
     *made = nullptr;
   return guarded([&] {
@@ -86,7 +83,8 @@ constexpr int most_named = 1 << 24;
 
 /// Checks n indices of links; n may be 0.
 inline void require_links(const ksl_model_t *m, int n, const int *links) {
-  require(n >= 0 && n <= most_named && (links || n == 0), "links must not be null, and their number not negative, and 2^24 at most");
+  require(n >= 0 && n <= most_named && (links || n == 0),
+          "links must not be null, and their number not negative, and 2^24 at most");
   for (int k = 0; k < n; ++k)
     require(links[k] >= 0 && static_cast<std::size_t>(links[k]) < m->model.links().size(), "a link is out of range");
 }

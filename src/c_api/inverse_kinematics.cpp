@@ -22,11 +22,13 @@ inverse_kinematics_options options_of(const ksl_inverse_kinematics_options_t *gi
 }
 
 template <class S>
-ksl_status_t solve(const ksl_model_t *m, int frames_n, const ksl_wanted_frame_t *frames, const ksl_inverse_kinematics_options_t *given,
-                   const inverse_kinematics_batch<S> &batch, int threads) {
+ksl_status_t solve(const ksl_model_t *m, int frames_n, const ksl_wanted_frame_t *frames,
+                   const ksl_inverse_kinematics_options_t *given, const inverse_kinematics_batch<S> &batch,
+                   int threads) {
   return guarded([&] {
     last_warning()[0] = '\0';
-    require(m && frames_n > 0 && frames_n <= most_named && frames, "model and frames must not be null, and there must be a frame, 2^24 at most");
+    require(m && frames_n > 0 && frames_n <= most_named && frames,
+            "model and frames must not be null, and there must be a frame, 2^24 at most");
     require(batch.n == 0 || (batch.target.first && batch.q.first), "targets and q must not be null");
     require(threads >= 0, "threads must not be negative; 0 is all cores that the process may use");
     require_rows(batch.target, batch.n, 16 * static_cast<std::ptrdiff_t>(frames_n), "targets");
@@ -45,7 +47,8 @@ ksl_status_t solve(const ksl_model_t *m, int frames_n, const ksl_wanted_frame_t 
     options.frames_n = frames_n, options.frames = wanted;
     for (std::size_t k = 0; k < batch.n; ++k) {
       for (int f = 0; f < frames_n; ++f)
-        require(is_pose(row(batch.target, k) + 16 * f), "a target is not a pose: a rotation, a position, and 0 0 0 1, row-major");
+        require(is_pose(row(batch.target, k) + 16 * f),
+                "a target is not a pose: a rotation, a position, and 0 0 0 1, row-major");
       if (batch.start.first)
         require_position(m->model, row(batch.start, k), "start");
     }
@@ -68,23 +71,37 @@ ksl_inverse_kinematics_options_t ksl_inverse_kinematics_options(void) {
   return {o.position_tolerance, o.orientation_tolerance, o.iterations, o.starts, o.seed, o.limits};
 }
 
-ksl_status_t ksl_inverse_kinematics(const ksl_model_t *model, size_t n, int frames_n, const ksl_wanted_frame_t *frames, const double *targets,
-                                    ptrdiff_t targets_stride, const double *start, ptrdiff_t start_stride,
-                                    const ksl_inverse_kinematics_options_t *options, double *q, ptrdiff_t q_stride, double *errors,
-                                    ptrdiff_t errors_stride, int *ends, int *iterations, int *starts, int threads) {
+ksl_status_t ksl_inverse_kinematics(const ksl_model_t *model, size_t n, int frames_n, const ksl_wanted_frame_t *frames,
+                                    const double *targets, ptrdiff_t targets_stride, const double *start,
+                                    ptrdiff_t start_stride, const ksl_inverse_kinematics_options_t *options, double *q,
+                                    ptrdiff_t q_stride, double *errors, ptrdiff_t errors_stride, int *ends,
+                                    int *iterations, int *starts, int threads) {
   return ksl::c_api::solve<double>(model, frames_n, frames, options,
-                                   {n, {start, start_stride}, {targets, targets_stride}, {q, q_stride}, {errors, errors_stride}, ends,
-                                    iterations, starts},
+                                   {n,
+                                    {start, start_stride},
+                                    {targets, targets_stride},
+                                    {q, q_stride},
+                                    {errors, errors_stride},
+                                    ends,
+                                    iterations,
+                                    starts},
                                    threads);
 }
 
-ksl_status_t ksl_inverse_kinematicsf(const ksl_model_t *model, size_t n, int frames_n, const ksl_wanted_frame_t *frames, const float *targets,
-                                     ptrdiff_t targets_stride, const float *start, ptrdiff_t start_stride,
-                                     const ksl_inverse_kinematics_options_t *options, float *q, ptrdiff_t q_stride, float *errors,
-                                     ptrdiff_t errors_stride, int *ends, int *iterations, int *starts, int threads) {
+ksl_status_t ksl_inverse_kinematicsf(const ksl_model_t *model, size_t n, int frames_n, const ksl_wanted_frame_t *frames,
+                                     const float *targets, ptrdiff_t targets_stride, const float *start,
+                                     ptrdiff_t start_stride, const ksl_inverse_kinematics_options_t *options, float *q,
+                                     ptrdiff_t q_stride, float *errors, ptrdiff_t errors_stride, int *ends,
+                                     int *iterations, int *starts, int threads) {
   return ksl::c_api::solve<float>(model, frames_n, frames, options,
-                                  {n, {start, start_stride}, {targets, targets_stride}, {q, q_stride}, {errors, errors_stride}, ends,
-                                   iterations, starts},
+                                  {n,
+                                   {start, start_stride},
+                                   {targets, targets_stride},
+                                   {q, q_stride},
+                                   {errors, errors_stride},
+                                   ends,
+                                   iterations,
+                                   starts},
                                   threads);
 }
 

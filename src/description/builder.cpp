@@ -91,22 +91,25 @@ void set_limits(const std::string &who, const joint_kind_row &row, const joint_o
   };
   const int numbers = numbers_with_limits(row);
   for (int c = 0; c < 3; ++c) {
-    const auto [lower, upper] = c == 0 ? coordinate_limits{from.lower, from.upper} : from.further[static_cast<std::size_t>(c - 1)];
+    const auto [lower, upper] =
+        c == 0 ? coordinate_limits{from.lower, from.upper} : from.further[static_cast<std::size_t>(c - 1)];
     const std::string which = c > 0 || numbers > 1 ? " of number " + std::to_string(c + 1) + " of its position" : "";
     check("lower limit" + which, lower, c < numbers);
     check("upper limit" + which, upper, c < numbers);
-    if ((lower && *lower == std::numeric_limits<double>::infinity()) || (upper && *upper == -std::numeric_limits<double>::infinity()))
-      refuse(who + "limits" + which + " from " + shown(lower.value_or(-INFINITY)) + " to " + shown(upper.value_or(INFINITY)) +
-             " leave no position; correct them");
+    if ((lower && *lower == std::numeric_limits<double>::infinity()) ||
+        (upper && *upper == -std::numeric_limits<double>::infinity()))
+      refuse(who + "limits" + which + " from " + shown(lower.value_or(-INFINITY)) + " to " +
+             shown(upper.value_or(INFINITY)) + " leave no position; correct them");
     if (lower && upper && *lower > *upper)
-      refuse(who + (which.empty() ? "" : "limits" + which + ": ") + "lower limit " + shown(*lower) + " is above upper limit " + shown(*upper) +
-             "; exchange or correct them");
+      refuse(who + (which.empty() ? "" : "limits" + which + ": ") + "lower limit " + shown(*lower) +
+             " is above upper limit " + shown(*upper) + "; exchange or correct them");
   }
   check("effort limit", from.effort, row.nv == 1);
   check("velocity limit", from.velocity, row.nv == 1);
   for (const optional_number &magnitude : {from.effort, from.velocity})
     if (magnitude && *magnitude < 0)
-      refuse(who + "its effort or velocity limit is " + shown(*magnitude) + "; it is one of magnitudes, and not negative");
+      refuse(who + "its effort or velocity limit is " + shown(*magnitude) +
+             "; it is one of magnitudes, and not negative");
   const auto finite_or_none = [](const optional_number &x) { return x && std::isfinite(*x) ? x : std::nullopt; };
   to.lower = finite_or_none(from.lower), to.upper = finite_or_none(from.upper);
   for (std::size_t c = 0; c < 2; ++c)
@@ -118,13 +121,16 @@ void set_limits(const std::string &who, const joint_kind_row &row, const joint_o
 void set_physics(const std::string &who, const joint_kind_row &row, const joint_options &from, joint_description &to) {
   for (const double x : {from.damping, from.friction, from.armature, from.rotor_inertia, from.spring_stiffness})
     if (!(x >= 0 && std::isfinite(x)))
-      refuse(who + "its damping, friction, armature, rotor inertia or stiffness is " + shown(x) + "; a finite number that is not negative is expected");
-  if (!finite({from.gear_ratio, from.spring_rest, 0}) || (from.friction_width && !(*from.friction_width > 0 && std::isfinite(*from.friction_width))))
+      refuse(who + "its damping, friction, armature, rotor inertia or stiffness is " + shown(x) +
+             "; a finite number that is not negative is expected");
+  if (!finite({from.gear_ratio, from.spring_rest, 0}) ||
+      (from.friction_width && !(*from.friction_width > 0 && std::isfinite(*from.friction_width))))
     refuse(who + "gear ratio and rest position must be finite, and a width of friction positive; correct them");
   if (row.nv == 0 && (from.damping != 0 || from.friction != 0 || from.armature != 0 || from.rotor_inertia != 0))
     refuse(who + "a " + row.name + " joint has neither damping nor friction, nor a drive; leave them out");
   if (row.nv != 1 && from.spring_stiffness != 0)
-    refuse(who + "only joints with one coordinate have springs, and a " + row.name + " joint hasn't one; leave its stiffness out");
+    refuse(who + "only joints with one coordinate have springs, and a " + row.name +
+           " joint hasn't one; leave its stiffness out");
   to.damping = from.damping, to.friction = from.friction, to.friction_width = from.friction_width;
   to.armature = from.armature, to.rotor_inertia = from.rotor_inertia, to.gear_ratio = from.gear_ratio;
   to.spring_stiffness = from.spring_stiffness, to.spring_rest = from.spring_rest;
@@ -190,7 +196,8 @@ builder::builder(std::string name, std::array<double, 3> gravity) {
   robot_.gravity = gravity;
 }
 
-builder &builder::read_from(const std::string &file, const std::vector<std::string> &unused, const std::vector<std::string> &warnings) {
+builder &builder::read_from(const std::string &file, const std::vector<std::string> &unused,
+                            const std::vector<std::string> &warnings) {
   std::string name = file;
   std::vector<std::string> lines = unused, doubts = warnings; // all copied before anything is changed
   robot_.file.swap(name);
@@ -268,7 +275,8 @@ model model_of(robot_description robot, const model_options &options, const chec
   for (const payload &p : options.payloads)
     if (p.mass > 0)
       with_payload.insert(p.link);
-  warn_of_links(robot, check_masses(robot, options.floating_base || robot.floating_base, with_payload, how.masses_optional),
+  warn_of_links(robot,
+                check_masses(robot, options.floating_base || robot.floating_base, with_payload, how.masses_optional),
                 how.strict, "add <inertial> to these links");
   return model(std::move(robot), options);
 }

@@ -55,7 +55,8 @@ void check_axes(const robot_description &robot, const joint_description &joint) 
   const auto check_unit = [&](const vec3<double> &u, const std::string &which) {
     if (!(std::fabs(length(u) - 1) <= 1e-6))
       refuse(robot, joint.at,
-             "joint " + joint.name + ": its " + which + " has length " + text::shown(length(u)) + ", expected 1; divide it by that");
+             "joint " + joint.name + ": its " + which + " has length " + text::shown(length(u)) +
+                 ", expected 1; divide it by that");
   };
   if (row.has_axis && length(joint.axis) != 0)
     check_unit(joint.axis, "axis");
@@ -63,13 +64,15 @@ void check_axes(const robot_description &robot, const joint_description &joint) 
     return;
   const std::string who = "joint " + joint.name + ": a " + row.name + " joint ";
   if (length(joint.axis2) == 0)
-    refuse(robot, joint.at, who + "needs a second axis, the direction fixed in its child that it also turns about; give it");
+    refuse(robot, joint.at,
+           who + "needs a second axis, the direction fixed in its child that it also turns about; give it");
   check_unit(joint.axis2, "second axis");
   vec3<double> normal;
   const vec3<double> first = axis_of(joint);
   algebra<double>::cross_vv(&first, &joint.axis2, &normal);
   if (length(normal) < 1e-6)
-    refuse(robot, joint.at, who + "needs two axes that are not parallel; correct one of them, or make it a revolute joint");
+    refuse(robot, joint.at,
+           who + "needs two axes that are not parallel; correct one of them, or make it a revolute joint");
 }
 
 void check_numbers(const robot_description &robot) {
@@ -79,7 +82,8 @@ void check_numbers(const robot_description &robot) {
   for (const joint_description &joint : robot.joints) {
     const joint_kind_row row = row_of(joint.kind);
     if (row.has_pitch && !(joint.pitch && std::isfinite(*joint.pitch)))
-      refuse(robot, joint.at, "joint " + joint.name + ": a " + row.name + " joint needs a finite pitch, in metres for each radian");
+      refuse(robot, joint.at,
+             "joint " + joint.name + ": a " + row.name + " joint needs a finite pitch, in metres for each radian");
     const mat3x3<double> &R = joint.placement.R;
     const vec3<double> &t = joint.placement.t, &u = joint.axis, &u2 = joint.axis2;
     const double all[] = {R.m00, R.m10, R.m20, R.m01, R.m11, R.m21, R.m02, R.m12, R.m22,
@@ -172,9 +176,7 @@ int only_root(const robot_description &robot, const std::vector<int> &above) {
   return root;
 }
 
-struct symmetric {
-  double xx, yy, zz, xy, yz, zx;
-};
+struct symmetric { double xx, yy, zz, xy, yz, zx; };
 
 /// Eigenvalues in ascending order, by Jacobi rotations (Golub and Van Loan, Matrix Computations, 8.5).
 void eigenvalues(const symmetric &A, double out[3]) {

@@ -22,9 +22,7 @@ SE3<double> about_x(double angle, double along) {
 }
 
 /// The joint in the frame of the row before, and the row's frame in the joint's child link.
-struct placement {
-  SE3<double> joint, frame;
-};
+struct placement { SE3<double> joint, frame; };
 
 placement placement_of(const dh_row &row, dh_convention convention) {
   const bool slides = row.kind == joint_kind::prismatic;

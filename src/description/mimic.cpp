@@ -14,9 +14,10 @@ using text::quoted;
 
 /// The end of a sentence: how a robot that was read from a file can be loaded all the same.
 std::string or_independent(const robot_description &robot) {
-  return robot.file.empty() ? ""
-                            : "; mimic=\"independent\" in Python, or --mimic independent on the command line, gives each joint a "
-                              "coordinate of its own";
+  return robot.file.empty()
+             ? ""
+             : "; mimic=\"independent\" in Python, or --mimic independent on the command line, gives each joint a "
+               "coordinate of its own";
 }
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
@@ -27,11 +28,14 @@ std::size_t index(int i) { return static_cast<std::size_t>(i); }
 }
 
 /// Refuses a follower or a leader that can't be one.
-void check_coordinates(const robot_description &robot, const joint_description &follower, const joint_description &joint,
-                       const std::string &who) {
+void check_coordinates(const robot_description &robot, const joint_description &follower,
+                       const joint_description &joint, const std::string &who) {
   const joint_kind_row kind = row_of(joint.kind);
   if (kind.nv == 0)
-    refuse(robot, follower, who + " is fixed; a mimic joint and the joint that it mimics both move: remove <mimic>, or name a moving joint");
+    refuse(
+        robot, follower,
+        who +
+            " is fixed; a mimic joint and the joint that it mimics both move: remove <mimic>, or name a moving joint");
   if (kind.nq != 1 || kind.nv != 1)
     refuse(robot, follower,
            who + " is a " + kind.name + " joint, with " + std::to_string(kind.nv) +
@@ -39,15 +43,17 @@ void check_coordinates(const robot_description &robot, const joint_description &
 }
 
 /// The index of the joint that a follower names.
-int named_leader(const robot_description &robot, const joint_description &follower, const std::map<std::string, int> &by_name) {
+int named_leader(const robot_description &robot, const joint_description &follower,
+                 const std::map<std::string, int> &by_name) {
   const std::string &name = follower.mimic->joint;
   const auto found = by_name.find(name);
   if (found == by_name.end()) {
     std::vector<std::string> names;
     for (const joint_description &joint : robot.joints)
       names.push_back(joint.name);
-    refuse(robot, follower, "it mimics joint " + quoted(name) + ", which does not exist" +
-                                text::suggestion(name, names, "correct the name") + or_independent(robot));
+    refuse(robot, follower,
+           "it mimics joint " + quoted(name) + ", which does not exist" +
+               text::suggestion(name, names, "correct the name") + or_independent(robot));
   }
   const joint_description &leader = robot.joints[index(found->second)];
   if (!std::isfinite(follower.mimic->multiplier) || !std::isfinite(follower.mimic->offset))

@@ -176,7 +176,9 @@ robot_description subtree(const robot_description &robot, const std::string &lin
       out.links.push_back(robot.links[l]);
     }
   const std::vector<leader_of_joint> leaders = leaders_of(robot);
-  const auto is_inside = [&](const joint_description &joint) { return new_index[index(joint.parent)] >= 0 && new_index[index(joint.child)] >= 0; };
+  const auto is_inside = [&](const joint_description &joint) {
+    return new_index[index(joint.parent)] >= 0 && new_index[index(joint.child)] >= 0;
+  };
   for (std::size_t j = 0; j < robot.joints.size(); ++j) {
     joint_description joint = robot.joints[j];
     if (leaders[j].joint >= 0 && is_inside(joint)) { // the joint that it names may be a follower, and left behind

@@ -23,7 +23,7 @@ using batch_kernel = batch_outcome (*)(const model_view<S> &, const batch_view<S
                                        void *memory);
 
 template <class S> struct kernels_in {
-  int lanes; ///< number of states computed at a time
+  int lanes;                                             ///< number of states computed at a time
   std::size_t (*workspace_bytes)(const model_view<S> &); ///< of one state
   state_kernel<S> state;
   batch_kernel<S> batch;
@@ -41,12 +41,26 @@ struct kernel_table;
 ///
 /// Along `motion` a result has nv velocities or accelerations, along `nv` efforts or derivatives by a motion.
 /// twists: six numbers for each link.
-enum class extent : unsigned char { three, four, five, six, ten, nq, nv, motion, links, twists, joints, tree, all_links };
+enum class extent : unsigned char {
+  three,
+  four,
+  five,
+  six,
+  ten,
+  nq,
+  nv,
+  motion,
+  links,
+  twists,
+  joints,
+  tree,
+  all_links
+};
 
 struct result_row {
   const char *name;
-  int axes;         ///< 0: a number
-  extent shape[4];  ///< (axes)
+  int axes;        ///< 0: a number
+  extent shape[4]; ///< (axes)
 };
 
 /// An input: positions, velocities, accelerations, efforts, second positions, or one number.
@@ -62,17 +76,19 @@ enum class request_kind : unsigned char { none, link, links, frame, frames, rela
 
 /// How an algorithm is computed where joints follow others (engine/coupled.hpp).
 enum class coupled_by : unsigned char {
-  projection,     ///< of the results for the expanded mechanism
-  solution,       ///< a of M a = τ − bias
-  product,        ///< M⁻¹ τ
-  inverse,        ///< M⁻¹
-  upper_triangle, ///< of M; the elements below the diagonal are not written
+  projection,           ///< of the results for the expanded mechanism
+  solution,             ///< a of M a = τ − bias
+  product,              ///< M⁻¹ τ
+  inverse,              ///< M⁻¹
+  upper_triangle,       ///< of M; the elements below the diagonal are not written
   solution_derivatives, ///< of a by q, v and τ
   solution_second_derivatives,
-  hybrid,         ///< a and τ, where some of each are given
-  jump,           ///< M⁻¹ Jᵀ impulses
-  operational_inverse, operational_inertia, operational_space, ///< J M⁻¹ Jᵀ, and what follows from it
-  refusal         ///< not at all: where the layout is that of the tree
+  hybrid, ///< a and τ, where some of each are given
+  jump,   ///< M⁻¹ Jᵀ impulses
+  operational_inverse,
+  operational_inertia,
+  operational_space, ///< J M⁻¹ Jᵀ, and what follows from it
+  refusal            ///< not at all: where the layout is that of the tree
 };
 
 constexpr int most_inputs = 4; ///< how many an algorithm can have
@@ -81,14 +97,15 @@ constexpr int most_inputs = 4; ///< how many an algorithm can have
 struct algorithm_row {
   const char *name;
   int inputs;
-  input input_list[most_inputs];      ///< (inputs), in the order of calls
+  input input_list[most_inputs];       ///< (inputs), in the order of calls
   const char *input_name[most_inputs]; ///< their names in calls
   external_use external;
   request_kind request;
-  bool needs_mass; ///< is it refused if a joint can move without moving any mass
+  bool needs_mass;       ///< is it refused if a joint can move without moving any mass
   bool nan_without_mass; ///< is its result NaN, as documented, where nothing that moves has mass
-  bool smooth_friction; ///< is it refused if dry friction is exact, since it solves or differentiates the law of friction
-  int results;     ///< besides reactions
+  bool
+      smooth_friction; ///< is it refused if dry friction is exact, since it solves or differentiates the law of friction
+  int results;         ///< besides reactions
   result_row result[most_results];
   const algorithm_kernels *kernel_table::*kernels = nullptr;
   /// The row whose kernels compute this one, with zeros for the inputs that this row lacks; null if it has its own.
@@ -126,7 +143,7 @@ constexpr bool names_links(request_kind request) {
 /// The extents that follow from a model and a request.
 struct extents {
   int nq, nv, links, joints;
-  int tree; ///< elements of a matrix that aren't zero by the shape of the tree (engine/steps/tree_rows.hpp)
+  int tree;      ///< elements of a matrix that aren't zero by the shape of the tree (engine/steps/tree_rows.hpp)
   int all_links; ///< of the model
 };
 

@@ -40,7 +40,8 @@ void check_quaternions(const model &m, const rows_view<const S> &q, std::size_t 
   for (const model::quaternion_in_q &quaternion : m.quaternions())
     for (std::size_t k = first; k < end; ++k)
       if (const S *x = row(q, k) + quaternion.q_index;
-          !is_unit_quaternion(x, quaternion_rounding) && !found(m.joints()[static_cast<std::size_t>(quaternion.joint)], k, x))
+          !is_unit_quaternion(x, quaternion_rounding) &&
+          !found(m.joints()[static_cast<std::size_t>(quaternion.joint)], k, x))
         return;
 }
 

@@ -17,7 +17,8 @@ template <class P> using real = P;
 template <template <class> class Type> constexpr int numbers = sizeof(Type<char>);
 
 /// Copies the rows of a last block that is not full, in either direction.  Missing rows repeat the last one.
-template <class T> void copy_rows(int columns, int rows, int last, const T *from, ptrdiff_t from_stride, T *to, ptrdiff_t to_stride) {
+template <class T> void copy_rows(int columns, int rows, int last, const T *from, ptrdiff_t from_stride, T *to,
+                                  ptrdiff_t to_stride) {
   for (int i = 0; i < rows; ++i)
     for (int c = 0; c < columns; ++c)
       to[i * to_stride + c] = from[(i < last ? i : last) * from_stride + c];
@@ -25,8 +26,10 @@ template <class T> void copy_rows(int columns, int rows, int last, const T *from
 
 /// out = f(a, b) for blocks of W items.  same: a is one item for all.  Each block is read before the previous one is stored:
 /// out-of-order execution reaches no further than a block or two, and so can compute while the next rows are loaded.
-template <class Function, bool same, class T, int W, template <class> class A, template <class> class B, template <class> class O>
-void blocks_2(size_t blocks, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride) {
+template <class Function, bool same, class T, int W, template <class> class A, template <class> class B,
+          template <class> class O>
+void blocks_2(size_t blocks, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out,
+              ptrdiff_t out_stride) {
   using P = pack<T, W>;
   A<P> x;
   B<P> y;
@@ -52,7 +55,8 @@ void blocks_2(size_t blocks, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff
 
 /// n items.  Not inlined for results that bypass the caches, since that would double the code.
 template <class Function, class T, int W, template <class> class A, template <class> class B, template <class> class O>
-__attribute__((noinline)) void rows_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride) {
+__attribute__((noinline)) void rows_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out,
+                                      ptrdiff_t out_stride) {
   const size_t full = n / W, done = full * W;
   const int rest = static_cast<int>(n % W);
   if (full && a_stride == 0)
@@ -85,7 +89,8 @@ void streamed_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t 
   char *to = reinterpret_cast<char *>(out) - foreign;
   for (size_t i = 0; i < n; i += some) {
     const size_t count = n - i < some ? n - i : some;
-    rows_2<Function, T, W, A, B, O>(count, a, a_stride, b, b_stride, reinterpret_cast<T *>(buffer + waiting), numbers<O>);
+    rows_2<Function, T, W, A, B, O>(count, a, a_stride, b, b_stride, reinterpret_cast<T *>(buffer + waiting),
+                                    numbers<O>);
     a += static_cast<ptrdiff_t>(some) * a_stride;
     b += static_cast<ptrdiff_t>(some) * b_stride;
     const size_t end = waiting + count * numbers<O> * sizeof(T), whole = end - end % cache_line;

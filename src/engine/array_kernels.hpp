@@ -6,7 +6,8 @@
 
 namespace ksl {
 
-template <class T> using array_function_1 = void (*)(size_t n, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t out_stride);
+template <class T> using array_function_1 = void (*)(size_t n, const T *a, ptrdiff_t a_stride, T *out,
+                                                     ptrdiff_t out_stride);
 
 /// whole: how many items the whole call has, of which these n are a part.  It decides whether the result is too large for the
 /// caches; such a result is written by stores that bypass them.

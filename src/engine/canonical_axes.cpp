@@ -76,7 +76,8 @@ void choose_canonical_axes(std::vector<body<double>> &bodies, std::vector<link<d
   for (std::size_t i = bodies.size(); i-- > 1;) { // the first joint on a body overwrites the choices of later ones
     const body<double> &b = bodies[i];
     const auto parent = static_cast<std::size_t>(b.parent);
-    if (row_of(b.kind).canonical_x && row_of(bodies[parent].kind).canonical_x && sine_to_axis(b.placement.R) >= negligible)
+    if (row_of(b.kind).canonical_x && row_of(bodies[parent].kind).canonical_x &&
+        sine_to_axis(b.placement.R) >= negligible)
       chosen[parent] = rotation_to_axis(b.placement.R);
   }
   for (link<double> &l : links)

@@ -13,11 +13,14 @@
 namespace ksl {
 
 /// Do the row's kernels, which are those of another row, write more results than this row has?
-constexpr bool has_unread_results(const algorithm_row &row) { return row.variant_of && row.results < row.variant_of->results; }
+constexpr bool has_unread_results(const algorithm_row &row) {
+  return row.variant_of && row.results < row.variant_of->results;
+}
 
 /// The state with memory for the results that kernels write and the row doesn't have.  They go to the end of the workspace, where
 /// ksl::data has unread_bytes more than any algorithm needs.
-template <class S> state_view<S> with_unread_results(const algorithm_row &row, const model &m, data &d, state_view<S> s) {
+template <class S> state_view<S> with_unread_results(const algorithm_row &row, const model &m, data &d,
+                                                     state_view<S> s) {
   arena memory(static_cast<std::byte *>(d.memory()) + d.bytes() - unread_bytes(row, extents_of(m, s)));
   for (int r = row.results; r < row.variant_of->results; ++r)
     s.result[r] = memory.take<S>(numbers_of(row.variant_of->result[r], extents_of(m, s)));
@@ -44,7 +47,8 @@ template <class S> bool compute_ordinary(const algorithm_row &row, const model &
 /// The same, and throws result_error if results are not finite although the arguments are.  Calls from C++ (arguments unchecked) look
 /// at the results of algorithms that need mass only, where that costs least.
 template <class S>
-void compute(const algorithm_row &row, const model &m, data &d, const state_view<S> &s, arguments_are given = arguments_are::unchecked) {
+void compute(const algorithm_row &row, const model &m, data &d, const state_view<S> &s,
+             arguments_are given = arguments_are::unchecked) {
   const bool ordinary = compute_ordinary<S>(row, m, d, s);
   if (!ordinary || (given == arguments_are::finite && !row.needs_mass && !ordinary_results(row, m, s)))
     examine_state(row, m, d.memory(), s, given);

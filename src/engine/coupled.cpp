@@ -47,7 +47,8 @@ template <class S> struct dense {
   std::size_t batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
     const int nv = m.nv(), states = 4 * inertia.kernel.lanes;
     arena pieces(memory);
-    S *const M = pieces.take<S>(static_cast<std::ptrdiff_t>(states) * nv * nv), *const bias = pieces.take<S>(states * nv), *const tau = pieces.take<S>(nv);
+    S *const M = pieces.take<S>(static_cast<std::ptrdiff_t>(states) * nv * nv),
+             *const bias = pieces.take<S>(states * nv), *const tau = pieces.take<S>(nv);
     batch_view<S> part = given;
     part.tau = {}, part.result[0] = {bias, nv};
     const std::size_t bytes = std::max(inertia.batch(part, 0, 0, nullptr), efforts.batch(part, 0, 0, nullptr));
@@ -81,7 +82,8 @@ private:
     void lay_out(arena &memory, const dense &of, const extents &asked) {
       const int nv = of.m.nv();
       M = memory.take<S>(nv * nv), bias = memory.take<S>(nv), zero = memory.take<S>(nv);
-      rest = memory.take<std::byte>(static_cast<std::ptrdiff_t>(std::max(of.inertia.state_bytes(asked), of.efforts.state_bytes(asked))));
+      rest = memory.take<std::byte>(
+          static_cast<std::ptrdiff_t>(std::max(of.inertia.state_bytes(asked), of.efforts.state_bytes(asked))));
     }
   };
 
@@ -113,10 +115,12 @@ private:
 void require_projection(const algorithm_row &row, const model &m) {
   if (!m.followers() || row.coupled != coupled_by::refusal)
     return;
-  throw std::invalid_argument(std::string(row.name) + " is not available for robots with mimic joints, whose mass matrix has other zeros " +
-                              "than those of the tree; use " + (row.needs_mass ? "solve_mass_matrix or mass_matrix_inverse" : "mass_matrix or mass_matrix_upper") +
-                              ", or load the robot with mimic=\"independent\" (mimic_independent in C and C++), which gives each joint a " +
-                              "coordinate of its own");
+  throw std::invalid_argument(
+      std::string(row.name) + " is not available for robots with mimic joints, whose mass matrix has other zeros " +
+      "than those of the tree; use " +
+      (row.needs_mass ? "solve_mass_matrix or mass_matrix_inverse" : "mass_matrix or mass_matrix_upper") +
+      ", or load the robot with mimic=\"independent\" (mimic_independent in C and C++), which gives each joint a " +
+      "coordinate of its own");
 }
 
 template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, const extents &asked) {
@@ -136,8 +140,8 @@ template <class S> void run_state(const algorithm_row &row, const model &m, void
 }
 
 template <class S>
-std::size_t run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
-                      void *memory) {
+std::size_t run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
+                      std::size_t end, void *memory) {
   if (row.coupled == coupled_by::projection)
     return projection<S>{computed(row), m}.batch(batch, first, end, memory);
   if (!by_states(row.coupled))
@@ -153,7 +157,8 @@ std::size_t run_batch(const algorithm_row &row, const model &m, const batch_view
 #define KSL_INSTANTIATE(S)                                                                                             \
   template std::size_t state_bytes<S>(const algorithm_row &, const model &, const extents &);                          \
   template void run_state<S>(const algorithm_row &, const model &, void *, const state_view<S> &);                     \
-  template std::size_t run_batch<S>(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t, void *);
+  template std::size_t run_batch<S>(const algorithm_row &, const model &, const batch_view<S> &, std::size_t,          \
+                                    std::size_t, void *);
 KSL_INSTANTIATE(double)
 KSL_INSTANTIATE(float)
 #undef KSL_INSTANTIATE

@@ -10,7 +10,12 @@ namespace ksl {
 
 /// The extents of what a user gives and gets.
 template <class View> extents extents_of(const model &m, const View &view) {
-  return {m.nq(), m.nv(), view.links.n, view.joints ? view.joints->n : 0, m.tree_elements(), static_cast<int>(m.links().size())};
+  return {m.nq(),
+          m.nv(),
+          view.links.n,
+          view.joints ? view.joints->n : 0,
+          m.tree_elements(),
+          static_cast<int>(m.links().size())};
 }
 
 /// Bytes of the results that the kernels of a row write and the row doesn't have (algorithm_row::variant_of).
@@ -29,8 +34,8 @@ void require_projection(const algorithm_row &row, const model &m);
 template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, const extents &asked);
 template <class S> void run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s);
 template <class S>
-std::size_t run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
-                      void *memory);
+std::size_t run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
+                      std::size_t end, void *memory);
 
 } // namespace coupled
 
@@ -40,10 +45,11 @@ template <class S> const kernels_in<S> &kernels_of_row(const algorithm_row &row)
 
 /// Computes states of a batch, as a batch_kernel does.
 template <class S>
-batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
-                      void *memory) {
+batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
+                        std::size_t end, void *memory) {
   if (m.followers())
-    return {coupled::run_batch<S>(row, m, batch, first, end, memory), ordinary_results(row, m, batch, first, memory ? end : first)};
+    return {coupled::run_batch<S>(row, m, batch, first, end, memory),
+            ordinary_results(row, m, batch, first, memory ? end : first)};
   return kernels_of_row<S>(row).batch(m.view_in<S>(), batch, first, end, memory);
 }
 

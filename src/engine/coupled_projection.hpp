@@ -32,7 +32,8 @@ inline bool is_reduced(const result_row &result) {
 }
 
 /// Reduces a result of one state in place.
-template <class S> void reduce(const coupling_view<S> &c, const result_row &result, const extents &full, const extents &own, S *x) {
+template <class S> void reduce(const coupling_view<S> &c, const result_row &result, const extents &full,
+                               const extents &own, S *x) {
   std::ptrdiff_t outer = 1, inner = numbers_of(result, full);
   for (int i = 0; i < result.axes; ++i) {
     const int length = length_of(result.shape[i], full);
@@ -114,7 +115,8 @@ template <class S> struct projection {
     e.lay_out(pieces, row, full, states);
     external_rows<S> *const external = pieces.take<external_rows<S>>(given.external_n);
     reaction_rows<S> *const reactions = pieces.take<reaction_rows<S>>(given.reactions_n);
-    void *const inner = pieces.take<std::byte>(static_cast<std::ptrdiff_t>(kernel.batch(view, given, 0, 0, nullptr).bytes));
+    void *const inner =
+        pieces.take<std::byte>(static_cast<std::ptrdiff_t>(kernel.batch(view, given, 0, 0, nullptr).bytes));
     for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
       const std::size_t n = std::min(end - k, static_cast<std::size_t>(states));
       batch_view<S> part = given;
@@ -132,7 +134,8 @@ template <class S> struct projection {
       kernel.batch(view, part, 0, n, inner);
       for (int r = 0; r < row.results; ++r)
         for (std::size_t i = 0; e.result_width[r] && given.result[r].first && i < n; ++i)
-          store(r, e.result_rows[r] + static_cast<std::ptrdiff_t>(i) * e.result_width[r], full, own, ksl::row(given.result[r], k + i));
+          store(r, e.result_rows[r] + static_cast<std::ptrdiff_t>(i) * e.result_width[r], full, own,
+                ksl::row(given.result[r], k + i));
     }
     return pieces.used();
   }
@@ -150,7 +153,8 @@ private:
   }
 
   /// Expands the inputs of the states k, k + 1, …, n in number.
-  void load(const batch_view<S> &given, std::size_t k, std::size_t n, const expansion<S> &e, batch_view<S> &part) const {
+  void load(const batch_view<S> &given, std::size_t k, std::size_t n, const expansion<S> &e,
+            batch_view<S> &part) const {
     for (int i = 0; i < row.inputs; ++i) {
       const input x = row.input_list[i];
       const rows_view<const S> &rows = input_of(given, x);

@@ -47,7 +47,8 @@ inline bool by_states(coupled_by how) {
 
 /// Is it one of the quantities of operational space, which are about frames?
 inline bool is_operational(coupled_by how) {
-  return how == coupled_by::operational_inverse || how == coupled_by::operational_inertia || how == coupled_by::operational_space;
+  return how == coupled_by::operational_inverse || how == coupled_by::operational_inertia ||
+         how == coupled_by::operational_space;
 }
 
 /// The model without gravity and without joint physics.
@@ -62,7 +63,8 @@ template <class S> struct systems {
   const coupled_by what;
   const model &m;
   projection<S> inertia{rows::mass_matrix, m}, efforts{rows::inverse_dynamics, m};
-  projection<S> derivatives{rows::inverse_dynamics_derivatives, m}, second{rows::inverse_dynamics_second_derivatives, m};
+  projection<S> derivatives{rows::inverse_dynamics_derivatives, m},
+      second{rows::inverse_dynamics_second_derivatives, m};
   projection<S> columns{rows::jacobian, m}, rates{rows::frame_accelerations, m};
   projection<S> impulses{rows::inverse_dynamics, m, weightless<S>(m)};
 
@@ -92,14 +94,14 @@ private:
   static constexpr S nan = std::numeric_limits<S>::quiet_NaN();
 
   struct memory_of_state {
-    S *M;              ///< (nv, nv)
-    S *x, *zero;       ///< (nv)
-    S *matrix;         ///< (nv, nv) of derivatives and of hybrid dynamics; by_q and by_v are two of them
-    S *first;          ///< (3, nv, nv) first derivatives of the accelerations, where second ones are asked for
-    S *J, *solved;     ///< (6 frames, nv) of frames, and the same rows times M⁻¹
+    S *M;               ///< (nv, nv)
+    S *x, *zero;        ///< (nv)
+    S *matrix;          ///< (nv, nv) of derivatives and of hybrid dynamics; by_q and by_v are two of them
+    S *first;           ///< (3, nv, nv) first derivatives of the accelerations, where second ones are asked for
+    S *J, *solved;      ///< (6 frames, nv) of frames, and the same rows times M⁻¹
     S *square, *pivots; ///< (6 frames, 6 frames), (4 × 6 frames)
-    int *user;         ///< (expanded nv) which of the user's coordinates each coordinate is, or follows
-    bool *is_given;    ///< (nv)
+    int *user;          ///< (expanded nv) which of the user's coordinates each coordinate is, or follows
+    bool *is_given;     ///< (nv)
     void *rest;
 
     void lay_out(arena &memory, const systems &of, const extents &asked) {
@@ -123,7 +125,8 @@ private:
     }
   };
 
-  static void run(const projection<S> &p, const memory_of_state &w, state_view<S> s, S *out, S *second = nullptr, S *third = nullptr) {
+  static void run(const projection<S> &p, const memory_of_state &w, state_view<S> s, S *out, S *second = nullptr,
+                  S *third = nullptr) {
     s.result[0] = out, s.result[1] = second, s.result[2] = third;
     p.state(w.rest, s);
   }

@@ -72,23 +72,28 @@ bool has_v4() {
 // best first
 constexpr instruction_set_row sets[] = {
 #ifdef KSL_HAS_x86_64_v4
-    {"x86-64-v4", &kernels_x86_64_v4, &ksl_finite_x86_64_v4, &ksl_array_kernels_x86_64_v4, &ksl_kernels_inverse_kinematics_x86_64_v4, has_v4},
+    {"x86-64-v4", &kernels_x86_64_v4, &ksl_finite_x86_64_v4, &ksl_array_kernels_x86_64_v4,
+     &ksl_kernels_inverse_kinematics_x86_64_v4, has_v4},
 #endif
 #ifdef KSL_HAS_x86_64_v3
-    {"x86-64-v3", &kernels_x86_64_v3, &ksl_finite_x86_64_v3, &ksl_array_kernels_x86_64_v3, &ksl_kernels_inverse_kinematics_x86_64_v3, has_v3},
+    {"x86-64-v3", &kernels_x86_64_v3, &ksl_finite_x86_64_v3, &ksl_array_kernels_x86_64_v3,
+     &ksl_kernels_inverse_kinematics_x86_64_v3, has_v3},
 #endif
 #ifdef KSL_HAS_x86_64_v2
-    {"x86-64-v2", &kernels_x86_64_v2, &ksl_finite_x86_64_v2, &ksl_array_kernels_x86_64_v2, &ksl_kernels_inverse_kinematics_x86_64_v2, has_v2},
+    {"x86-64-v2", &kernels_x86_64_v2, &ksl_finite_x86_64_v2, &ksl_array_kernels_x86_64_v2,
+     &ksl_kernels_inverse_kinematics_x86_64_v2, has_v2},
 #endif
 };
 
 #elif defined(__aarch64__)
 
-constexpr instruction_set_row sets[] = {{"neon", &kernels_neon, &ksl_finite_neon, &ksl_array_kernels_neon, &ksl_kernels_inverse_kinematics_neon, [] { return true; }}};
+constexpr instruction_set_row sets[] = {{"neon", &kernels_neon, &ksl_finite_neon, &ksl_array_kernels_neon,
+                                         &ksl_kernels_inverse_kinematics_neon, [] { return true; }}};
 
 #else
 
-constexpr instruction_set_row sets[] = {{"generic", &kernels_generic, &ksl_finite_generic, &ksl_array_kernels_generic, &ksl_kernels_inverse_kinematics_generic, [] { return true; }}};
+constexpr instruction_set_row sets[] = {{"generic", &kernels_generic, &ksl_finite_generic, &ksl_array_kernels_generic,
+                                         &ksl_kernels_inverse_kinematics_generic, [] { return true; }}};
 
 #endif
 
@@ -102,10 +107,10 @@ const instruction_set_row &choose() {
       return set;
     known += (known.empty() ? "" : ", ") + std::string(set.name);
   }
-  throw std::runtime_error(forced && *forced
-                               ? "KSL_ISA=" + std::string(forced) + " is no instruction set that runs here; known: " + known +
-                                     "; unset it to have the best one chosen"
-                               : std::string("this processor is older than x86-64-v2; build KSL from source for it"));
+  throw std::runtime_error(
+      forced && *forced ? "KSL_ISA=" + std::string(forced) + " is no instruction set that runs here; known: " + known +
+                              "; unset it to have the best one chosen"
+                        : std::string("this processor is older than x86-64-v2; build KSL from source for it"));
 }
 
 const instruction_set_row &chosen() {

@@ -11,7 +11,8 @@ namespace ksl {
 template <class S>
 void reactions(const model &m, data &d, const reaction_request &request, S *out, const external_wrenches<S> &external) {
   const reaction_result<S> wanted = {&request, out};
-  compute<S>(rows::inverse_dynamics_with_reactions, m, d, {.external = external, .reactions_n = 1, .reactions = &wanted});
+  compute<S>(rows::inverse_dynamics_with_reactions, m, d,
+             {.external = external, .reactions_n = 1, .reactions = &wanted});
 }
 template void reactions(const model &, data &, const reaction_request &, double *, const external_wrenches<double> &);
 template void reactions(const model &, data &, const reaction_request &, float *, const external_wrenches<float> &);
@@ -23,7 +24,8 @@ bool is_beyond(const model &m, const link_section &section, int joint) {
   if (section.beyond_n >= 0)
     return false;
   const joint_row &row = m.joints()[static_cast<std::size_t>(joint)];
-  double height = 0; // of the joint's origin, in the link's frame, above the plane; the joint that carries the link is at its origin
+  double height =
+      0; // of the joint's origin, in the link's frame, above the plane; the joint that carries the link is at its origin
   for (int i = 0; i < 3; ++i)
     height -= section.normal[i] * section.point[i];
   if (row.link == section.link)
@@ -32,10 +34,10 @@ bool is_beyond(const model &m, const link_section &section, int joint) {
   return height + sections::dot(section.normal, origin) >= 0;
 }
 
-template void section_wrench(const model &, data &, const double *, const double *, const double *, const link_section &, double *,
-                             const external_wrenches<double> &);
-template void section_wrench(const model &, data &, const float *, const float *, const float *, const link_section &, float *,
-                             const external_wrenches<float> &);
+template void section_wrench(const model &, data &, const double *, const double *, const double *,
+                             const link_section &, double *, const external_wrenches<double> &);
+template void section_wrench(const model &, data &, const float *, const float *, const float *, const link_section &,
+                             float *, const external_wrenches<float> &);
 
 template <class S> void neutral(const model &m, S *q) {
   for (int i = 0; i < m.nq(); ++i)
@@ -55,7 +57,8 @@ template <class S> void random_position(const model &m, const S *uniform, S *q) 
   const double turn = 2 * std::acos(-1.0);
   for (const model::quaternion_in_q &quaternion : m.quaternions()) {
     const S *const u = uniform + quaternion.q_index;
-    const double a = std::sqrt(1 - double(u[0])), b = std::sqrt(double(u[0])), x = turn * double(u[1]), y = turn * double(u[2]);
+    const double a = std::sqrt(1 - double(u[0])), b = std::sqrt(double(u[0])), x = turn * double(u[1]),
+                 y = turn * double(u[2]);
     const double numbers[4] = {a * std::sin(x), a * std::cos(x), b * std::sin(y), b * std::cos(y)};
     for (int i = 0; i < 4; ++i)
       q[quaternion.q_index + i] = S(numbers[i]);

@@ -178,8 +178,8 @@ template <class S> void examine_state(const algorithm_row &row, const model &m, 
 }
 
 template <class S>
-void examine_states(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
-                    arguments_are given) {
+void examine_states(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
+                    std::size_t end, arguments_are given) {
   arena pieces(thread_memory(kept_for::workspace, examination_bytes(row, m, batch)));
   examined_state<S> one{};
   one.lay_out(pieces, row, m, batch);
@@ -198,7 +198,8 @@ template <class S> bool all_finite(const S *x, std::ptrdiff_t n) {
 }
 
 /// Is result r of one state ordinary?
-template <class S> bool ordinary_result(const algorithm_row &row, const model &m, int r, const extents &own, const S *x) {
+template <class S> bool ordinary_result(const algorithm_row &row, const model &m, int r, const extents &own,
+                                        const S *x) {
   const bool triangle = row.coupled == coupled_by::upper_triangle; // below the diagonal nothing was written
   const std::ptrdiff_t rows = triangle ? m.nv() : 1, n = triangle ? m.nv() : numbers_of(row.result[r], own);
   for (std::ptrdiff_t i = 0; i < rows; ++i)
@@ -223,14 +224,16 @@ template <class S> bool ordinary_results(const algorithm_row &row, const model &
 }
 
 template <class S>
-bool ordinary_results(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end) {
+bool ordinary_results(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
+                      std::size_t end) {
   const extents own = extents_of(m, batch);
   bool ordinary = true;
   for (std::size_t k = first; k < end && ordinary; ++k) {
     for (int r = 0; r < row.results && ordinary; ++r)
       ordinary = !batch.result[r].first || ordinary_result(row, m, r, own, ksl::row(batch.result[r], k));
     for (int r = 0; r < batch.reactions_n && ordinary; ++r)
-      ordinary = !batch.reactions[r].out.first || all_finite(ksl::row(batch.reactions[r].out, k), 6 * std::ptrdiff_t(batch.reactions[r].request.n));
+      ordinary = !batch.reactions[r].out.first ||
+                 all_finite(ksl::row(batch.reactions[r].out, k), 6 * std::ptrdiff_t(batch.reactions[r].request.n));
   }
   return ordinary;
 }

@@ -37,7 +37,8 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
       matrix = memory.take<P>(model.nv * model.nv);
     }
     /// Computes the upper triangle, if it is wanted.
-    bool elements(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s, const block<P> &b) {
+    bool elements(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
+                  const block<P> &b) {
       if (!b.batch.result[0].first)
         return false;
       for (int i = 0; i < model.nv * model.nv && !cleared; ++i)
@@ -53,7 +54,8 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
       if (!elements(model, w, s, b))
         return;
       symmetric_columns<P> next{matrix, model.nv, b.stored};
-      store_next_of<scalar_of<P>, transposition::width_of<P>>(b.batch.n, next, model.nv * model.nv, b.valid, row(rows, b.k), rows.stride);
+      store_next_of<scalar_of<P>, transposition::width_of<P>>(b.batch.n, next, model.nv * model.nv, b.valid,
+                                                              row(rows, b.k), rows.stride);
     }
   };
 };
@@ -68,7 +70,8 @@ template <class Algorithm> struct upper_triangle : symmetric_matrix<Algorithm> {
       scalar_of<P> *const out = row(b.batch.result[0], b.k);
       for (std::ptrdiff_t i = 0; i < model.nv; ++i) {
         next_columns<P> next{this->matrix + i * (model.nv + 1), b.stored};
-        store_next<scalar_of<P>, transposition::width_of<P>>(next, model.nv - i, b.valid, out + i * (model.nv + 1), b.batch.result[0].stride);
+        store_next<scalar_of<P>, transposition::width_of<P>>(next, model.nv - i, b.valid, out + i * (model.nv + 1),
+                                                             b.batch.result[0].stride);
       }
     }
   };
@@ -131,15 +134,17 @@ constexpr reaction_request no_reactions{};
 /// dynamics.  If q is null, the reactions are those of the state that inverse dynamics computed last in the same workspace.
 template <class Algorithm> struct efforts_and_reactions {
   template <class T>
-  static void state(const model_view<scalar_of<T>> &model, const workspace_of<Algorithm, T> &w, const state_view<T> &s) {
+  static void state(const model_view<scalar_of<T>> &model, const workspace_of<Algorithm, T> &w,
+                    const state_view<T> &s) {
     const bool any = s.reactions_n > 0;
     if (s.q)
-      inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, s.result[0], any ? *s.reactions->request : no_reactions,
-                                      any ? s.reactions->out : nullptr);
+      inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, s.result[0],
+                                      any ? *s.reactions->request : no_reactions, any ? s.reactions->out : nullptr);
     for (int r = s.q ? 1 : 0; r < s.reactions_n; ++r)
       reactions(model, w, s.external, *s.reactions[r].request, s.reactions[r].out);
   }
-  template <class T> static void add_results(const model_view<scalar_of<T>> &model, const state_view<T> &s, sums<T> &written) {
+  template <class T> static void add_results(const model_view<scalar_of<T>> &model, const state_view<T> &s,
+                                             sums<T> &written) {
     written.add(s.result[0], model.nv);
     for (int r = 0; r < s.reactions_n; ++r)
       written.add(s.reactions[r].out, 6 * s.reactions[r].request->n);

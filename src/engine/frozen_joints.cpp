@@ -26,7 +26,7 @@ SE3<double> joint_pose(const joint_description &joint, const std::vector<double>
   alone.links[0].name = "parent", alone.links[1].name = "child";
   alone.joints = {joint};
   alone.joints[0].parent = 0, alone.joints[0].child = 1;
-  alone.joints[0].mimic.reset(); // the joint that it follows is not here
+  alone.joints[0].mimic.reset();    // the joint that it follows is not here
   alone.joints[0].is_rotor = false; // a rotor would be left out
   alone.joints[0].placement = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
   const model m(std::move(alone));
@@ -82,15 +82,16 @@ std::vector<frozen_joint> with_followers(const robot_description &robot, const s
     const std::string &name = robot.joints[j].name, &leader = robot.joints[index(leaders[j].joint)].name;
     const frozen_joint *const own = find_frozen(joints, name), *const frozen = find_frozen(joints, leader);
     if (own && !frozen)
-      refuse("joint " + name + " follows joint " + leader + ", and can't be frozen alone; freeze " + leader + ", which freezes both");
+      refuse("joint " + name + " follows joint " + leader + ", and can't be frozen alone; freeze " + leader +
+             ", which freezes both");
     if (!frozen || frozen->q.size() != 1) // which is refused when the leader is frozen
       continue;
     const double q = leaders[j].multiplier * frozen->q[0] + leaders[j].offset;
     if (!own)
       out.push_back({name, {q}});
     else if (own->q.size() == 1 && !(std::fabs(own->q[0] - q) <= 1e-9 * std::max(1.0, std::fabs(q))))
-      refuse("joint " + name + ": frozen at " + text::shown(own->q[0]) + ", but joint " + leader + ", which it follows, holds it at " +
-             text::shown(q) + "; leave it out");
+      refuse("joint " + name + ": frozen at " + text::shown(own->q[0]) + ", but joint " + leader +
+             ", which it follows, holds it at " + text::shown(q) + "; leave it out");
   }
   return out;
 }

@@ -7,8 +7,9 @@ namespace ksl {
 inline namespace KSL_ISA {
 
 template <class S>
-std::size_t solve_in_lanes(const model_view<S> &model, const coupling_view<S> &coupling, const inverse_kinematics_options &options,
-                           const inverse_kinematics_batch<S> &batch, std::size_t first, std::size_t end, void *memory) {
+std::size_t solve_in_lanes(const model_view<S> &model, const coupling_view<S> &coupling,
+                           const inverse_kinematics_options &options, const inverse_kinematics_batch<S> &batch,
+                           std::size_t first, std::size_t end, void *memory) {
   inverse_kinematics_solver<native_pack<S>> solver(model, coupling, options, batch);
   arena pieces(memory);
   solver.lay_out(pieces);

@@ -8,8 +8,10 @@ namespace ksl {
 /// Solves the targets [first, end).  Returns the bytes of memory that it needs, aligned to 64; with null for the memory it solves
 /// nothing.
 template <class S>
-using inverse_kinematics_kernel = std::size_t (*)(const model_view<S> &, const coupling_view<S> &, const inverse_kinematics_options &,
-                                                  const inverse_kinematics_batch<S> &, std::size_t first, std::size_t end, void *memory);
+using inverse_kinematics_kernel = std::size_t (*)(const model_view<S> &, const coupling_view<S> &,
+                                                  const inverse_kinematics_options &,
+                                                  const inverse_kinematics_batch<S> &, std::size_t first,
+                                                  std::size_t end, void *memory);
 
 struct inverse_kinematics_kernels {
   inverse_kinematics_kernel<double> in_double;

@@ -20,27 +20,39 @@ constexpr double narrowest = 1e-18;
 }
 
 void check(const robot_description &robot, const joint_description &j) {
-  const struct { const char *name; double value; } numbers[] = {
-      {"damping", j.damping}, {"friction", j.friction}, {"armature", j.armature}, {"rotor_inertia", j.rotor_inertia},
-      {"spring_stiffness", j.spring_stiffness}};
+  const struct {
+    const char *name;
+    double value;
+  } numbers[] = {{"damping", j.damping},
+                 {"friction", j.friction},
+                 {"armature", j.armature},
+                 {"rotor_inertia", j.rotor_inertia},
+                 {"spring_stiffness", j.spring_stiffness}};
   for (const auto &[name, value] : numbers)
     if (!(value >= 0 && std::isfinite(value)))
       refuse(robot, j, std::string(name) + " is " + text::shown(value) + "; expected a number that is not negative");
   if (j.friction_width && !(*j.friction_width > 0))
-    refuse(robot, j, "friction_width is " + text::shown(*j.friction_width) +
-                         "; expected the speed at which friction has 0.71 of its full strength");
+    refuse(robot, j,
+           "friction_width is " + text::shown(*j.friction_width) +
+               "; expected the speed at which friction has 0.71 of its full strength");
   const joint_kind_row kind = row_of(j.kind);
   if (kind.nv != 1 && j.spring_stiffness != 0)
-    refuse(robot, j, "a spring on a " + std::string(kind.name) + " joint; only joints with one coordinate can have one");
+    refuse(robot, j,
+           "a spring on a " + std::string(kind.name) + " joint; only joints with one coordinate can have one");
   if ((kind.is_free || kind.nv == 0) && (j.armature != 0 || j.rotor_inertia != 0))
     refuse(robot, j, "a rotor on a " + std::string(kind.name) + " joint; leave out armature and rotor_inertia");
 }
 
 void list_if_off(text::unused_list &unused, const joint_description &j, const physics_options &options) {
-  const struct { const char *name; bool on; double value; } all[] = {
-      {"damping", options.damping, j.damping}, {"friction", options.friction, j.friction},
-      {"armature", options.armature, j.armature}, {"rotor", options.rotor, j.rotor_inertia},
-      {"spring", options.spring, j.spring_stiffness}};
+  const struct {
+    const char *name;
+    bool on;
+    double value;
+  } all[] = {{"damping", options.damping, j.damping},
+             {"friction", options.friction, j.friction},
+             {"armature", options.armature, j.armature},
+             {"rotor", options.rotor, j.rotor_inertia},
+             {"spring", options.spring, j.spring_stiffness}};
   for (const auto &[name, on, value] : all)
     if (!on && value != 0)
       unused.in_joint(name, "read, not applied", j.name);
@@ -54,7 +66,8 @@ bool has_rotor_body(const joint_description &j, const physics_options &options) 
 
 coordinate_physics<double> physics_of(const joint_description &j, const physics_options &options, int q_index) {
   coordinate_physics<double> c{};
-  const double reflected = options.rotor && !has_rotor_body(j, options) ? j.rotor_inertia * j.gear_ratio * j.gear_ratio : 0;
+  const double reflected =
+      options.rotor && !has_rotor_body(j, options) ? j.rotor_inertia * j.gear_ratio * j.gear_ratio : 0;
   c.armature = (options.armature ? j.armature : 0) + reflected;
   c.damping = options.damping ? j.damping : 0;
   c.friction = options.friction ? j.friction : 0;
@@ -78,8 +91,9 @@ void remove_rotors(robot_description &robot) {
     return;
   for (const joint_description &j : robot.joints)
     if (!j.is_rotor && goes[static_cast<std::size_t>(j.parent)])
-      refuse(robot, j, "its parent link " + text::quoted(robot.links[static_cast<std::size_t>(j.parent)].name) +
-                           " is a rotor, which is a link with the physics \"rotor bodies\" alone; put the joint on another link");
+      refuse(robot, j,
+             "its parent link " + text::quoted(robot.links[static_cast<std::size_t>(j.parent)].name) +
+                 " is a rotor, which is a link with the physics \"rotor bodies\" alone; put the joint on another link");
   std::vector<int> index;
   std::vector<link_description> links;
   for (std::size_t l = 0; l < robot.links.size(); ++l) {
@@ -99,10 +113,12 @@ void add_rotor(robot_description &robot, const joint_description &j, std::set<st
   const double I = j.rotor_inertia;
   link_description link;
   joint_description joint;
-  link.name = joint.name = text::free_name(j.name + "_rotor", [&](const std::string &name) { return names.count(name) > 0; });
+  link.name = joint.name =
+      text::free_name(j.name + "_rotor", [&](const std::string &name) { return names.count(name) > 0; });
   names.insert(link.name);
   link.at = joint.at = j.at;
-  link.inertia = {0, {0, 0, 0}, I * a.x * a.x, I * a.y * a.y, I * a.z * a.z, I * a.x * a.y, I * a.y * a.z, I * a.z * a.x};
+  link.inertia = {
+      0, {0, 0, 0}, I * a.x * a.x, I * a.y * a.y, I * a.z * a.z, I * a.x * a.y, I * a.y * a.z, I * a.z * a.x};
   link.has_inertial = true;
   joint.kind = joint_kind::continuous;
   joint.parent = j.parent, joint.child = static_cast<int>(robot.links.size());
@@ -118,10 +134,13 @@ struct named_option {
   const char *name;
   bool physics_options::*option;
 };
-constexpr named_option named_options[] = {
-    {"damping", &physics_options::damping}, {"friction", &physics_options::friction}, {"exact friction", &physics_options::exact_friction},
-    {"armature", &physics_options::armature}, {"rotor", &physics_options::rotor}, {"rotor bodies", &physics_options::rotor_bodies},
-    {"spring", &physics_options::spring}};
+constexpr named_option named_options[] = {{"damping", &physics_options::damping},
+                                          {"friction", &physics_options::friction},
+                                          {"exact friction", &physics_options::exact_friction},
+                                          {"armature", &physics_options::armature},
+                                          {"rotor", &physics_options::rotor},
+                                          {"rotor bodies", &physics_options::rotor_bodies},
+                                          {"spring", &physics_options::spring}};
 
 } // namespace
 
@@ -129,7 +148,9 @@ physics_options physics_named(const std::vector<std::string> &names, double fric
   physics_options options;
   options.friction_width = friction_width;
   if (!(friction_width > 0 && std::isfinite(friction_width)))
-    text::refuse({}, 0, "friction_width is " + text::shown(friction_width) + "; expected the speed at which friction has 0.71 of its full strength");
+    text::refuse({}, 0,
+                 "friction_width is " + text::shown(friction_width) +
+                     "; expected the speed at which friction has 0.71 of its full strength");
   std::vector<std::string> known = {"all"};
   for (const named_option &each : named_options)
     known.push_back(each.name);
@@ -141,16 +162,19 @@ physics_options physics_named(const std::vector<std::string> &names, double fric
     else if (name == "all")
       options.damping = options.friction = options.armature = options.rotor = options.spring = true;
     else
-      text::refuse({}, 0, "physics " + text::quoted(name) + " is unknown, expected some of " + text::listed(known, known.size()) +
-                              text::suggestion(name, known, "write some of these"));
+      text::refuse({}, 0,
+                   "physics " + text::quoted(name) + " is unknown, expected some of " +
+                       text::listed(known, known.size()) + text::suggestion(name, known, "write some of these"));
   }
   const auto are_both = [&](const char *a, const char *b) {
-    return std::find(names.begin(), names.end(), a) != names.end() && std::find(names.begin(), names.end(), b) != names.end();
+    return std::find(names.begin(), names.end(), a) != names.end() &&
+           std::find(names.begin(), names.end(), b) != names.end();
   };
   for (const auto &[plain, refined] : {std::pair{"friction", "exact friction"}, {"rotor", "rotor bodies"}})
     if (are_both(plain, refined))
-      text::refuse({}, 0, "physics names both " + text::quoted(plain) + " and " + text::quoted(refined) +
-                              ", two laws for the same thing; keep one");
+      text::refuse({}, 0,
+                   "physics names both " + text::quoted(plain) + " and " + text::quoted(refined) +
+                       ", two laws for the same thing; keep one");
   options.friction |= options.exact_friction;
   options.rotor |= options.rotor_bodies;
   return options;
@@ -192,7 +216,8 @@ robot_description with_rotors(robot_description robot) {
   return robot;
 }
 
-std::vector<coordinate_physics<double>> joint_physics(robot_description &robot, const std::vector<joint_row> &joints, int nv) {
+std::vector<coordinate_physics<double>> joint_physics(robot_description &robot, const std::vector<joint_row> &joints,
+                                                      int nv) {
   const physics_options &options = robot.physics;
   text::unused_list unused;
   std::erase_if(robot.unused, is_off_line); // the description of another model has them

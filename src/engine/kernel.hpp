@@ -116,11 +116,13 @@ namespace forms {
 /// The usual form: results are computed whole and then stored.  Other forms are in engine/forms.hpp.
 template <class Algorithm> struct whole_results {
   template <class T>
-  static void state(const model_view<scalar_of<T>> &model, const workspace_of<Algorithm, T> &w, const state_view<T> &s) {
+  static void state(const model_view<scalar_of<T>> &model, const workspace_of<Algorithm, T> &w,
+                    const state_view<T> &s) {
     Algorithm::compute(model, w, s);
   }
   /// Adds the results that were written to the sums.
-  template <class T> static void add_results(const model_view<scalar_of<T>> &model, const state_view<T> &s, sums<T> &written) {
+  template <class T> static void add_results(const model_view<scalar_of<T>> &model, const state_view<T> &s,
+                                             sums<T> &written) {
     for (int r = 0; r < Algorithm::row.results; ++r)
       if (s.result[r])
         written.add(s.result[r], numbers_of(Algorithm::row.result[r], extents_of(model, s)));
@@ -201,8 +203,8 @@ template <class Algorithm, class P> struct input_lanes {
 
 /// Computes a batch block by block, so that the workspace of a block stays in the inner caches.
 template <class Algorithm, class P>
-batch_outcome states_in_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, std::size_t first,
-                            std::size_t end, void *memory) {
+batch_outcome states_in_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch,
+                              std::size_t first, std::size_t end, void *memory) {
   constexpr std::size_t lanes = sizeof(P) / sizeof(scalar_of<P>);
   arena pieces(memory);
   workspace_of<Algorithm, P> w;
@@ -271,7 +273,8 @@ private:
 /// Computes a batch state by state, with the kernel for one state.  The baseline does so: it is for processors of 2009, and code for
 /// lanes would double what is compiled for it.
 template <class Algorithm, class S>
-batch_outcome states_one_by_one(const model_view<S> &model, const batch_view<S> &batch, std::size_t first, std::size_t end, void *memory) {
+batch_outcome states_one_by_one(const model_view<S> &model, const batch_view<S> &batch, std::size_t first,
+                                std::size_t end, void *memory) {
   arena pieces(memory);
   state_of_batch<Algorithm, S> one;
   one.lay_out(pieces, model, batch);
@@ -286,11 +289,12 @@ batch_outcome states_one_by_one(const model_view<S> &model, const batch_view<S> 
 
 #ifdef KSL_BATCHES_BY_STATE
 template <class Algorithm, class S>
-constexpr kernels_in<S> kernels_in_precision = {1, state_workspace_bytes<Algorithm, S>, one_state<Algorithm, S>, states_one_by_one<Algorithm, S>};
+constexpr kernels_in<S> kernels_in_precision = {1, state_workspace_bytes<Algorithm, S>, one_state<Algorithm, S>,
+                                                states_one_by_one<Algorithm, S>};
 #else
 template <class Algorithm, class S>
-constexpr kernels_in<S> kernels_in_precision = {native_lanes<S>, state_workspace_bytes<Algorithm, S>, one_state<Algorithm, S>,
-                                                states_in_lanes<Algorithm, native_pack<S>>};
+constexpr kernels_in<S> kernels_in_precision = {native_lanes<S>, state_workspace_bytes<Algorithm, S>,
+                                                one_state<Algorithm, S>, states_in_lanes<Algorithm, native_pack<S>>};
 #endif
 
 template <class Algorithm>

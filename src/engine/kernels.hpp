@@ -20,7 +20,11 @@ const finite_kernels &finite_kernels_in_force();
 
 /// The kernels for double or float, by the template argument.
 template <class S> const kernels_in<S> &in_precision(const algorithm_kernels &kernels);
-template <> inline const kernels_in<double> &in_precision<double>(const algorithm_kernels &kernels) { return kernels.in_double; }
-template <> inline const kernels_in<float> &in_precision<float>(const algorithm_kernels &kernels) { return kernels.in_float; }
+template <> inline const kernels_in<double> &in_precision<double>(const algorithm_kernels &kernels) {
+  return kernels.in_double;
+}
+template <> inline const kernels_in<float> &in_precision<float>(const algorithm_kernels &kernels) {
+  return kernels.in_float;
+}
 
 } // namespace ksl

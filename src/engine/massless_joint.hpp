@@ -54,14 +54,15 @@ bool moves_no_mass(const body<double> &b, const forward_dynamics_workspace<doubl
       none = none || !(std::fabs(y) * least * size <= 1);
   } else {
     for (int k = 0; k < coordinates<K>(b); ++k)
-      none = none || !(std::fabs(w.coordinate[b.v_index + k].D_inverse) * least * size <= 1); // D may be negative by rounding
+      none = none ||
+             !(std::fabs(w.coordinate[b.v_index + k].D_inverse) * least * size <= 1); // D may be negative by rounding
   }
   return none;
 }
 
 /// The body whose joint moves no mass at one position, or 0.
-inline int body_without_mass(const model_view<double> &model, const forward_dynamics_workspace<double> &w, const double *q,
-                             const double *no_effort) {
+inline int body_without_mass(const model_view<double> &model, const forward_dynamics_workspace<double> &w,
+                             const double *q, const double *no_effort) {
   start_at_rest(model, w, q, {});
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<double> &b = model.body[i];

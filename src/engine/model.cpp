@@ -25,7 +25,9 @@ void add_payload(const payload &p, robot_description &robot) {
     std::vector<std::string> names;
     for (const link_description &link : robot.links)
       names.push_back(link.name);
-    text::refuse(robot.file, 0, "no link " + p.link + " to carry the payload" + text::suggestion(p.link, names, "name one of " + text::listed(names)));
+    text::refuse(robot.file, 0,
+                 "no link " + p.link + " to carry the payload" +
+                     text::suggestion(p.link, names, "name one of " + text::listed(names)));
   }
   const vec3<double> c = {p.point[0], p.point[1], p.point[2]};
   spatial_inertia<double> I;
@@ -45,7 +47,8 @@ robot_description with_options(robot_description robot, const model_options &opt
 
 } // namespace
 
-model::model(robot_description robot, const model_options &options) : description_(with_options(std::move(robot), options)) {
+model::model(robot_description robot, const model_options &options)
+    : description_(with_options(std::move(robot), options)) {
   model_builder(*this).build();
 }
 
@@ -159,7 +162,8 @@ std::string model::massless_joint_text(int index) const {
   const joint_row &joint = joints_[static_cast<std::size_t>(index)];
   return text::printable("joint " + joint.name + (index == massless_joint_ ? "" : ", at this position,") +
                          " can move without moving any mass, so that its acceleration is not determined; give link " +
-                         links_[static_cast<std::size_t>(joint.link)].name + " or a link beyond it mass and inertia, or fix the joint");
+                         links_[static_cast<std::size_t>(joint.link)].name +
+                         " or a link beyond it mass and inertia, or fix the joint");
 }
 
 std::string model::exact_friction_text() {

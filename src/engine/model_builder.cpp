@@ -24,7 +24,9 @@ constexpr vec3<double> none = {0, 0, 0}; ///< of a joint without an axis
 mat3x3<double> frame_with_z(const vec3<double> &z) {
   // x is the next coordinate axis (cyclically) after the one that z is closest to, made orthogonal to z
   const double ax = std::fabs(z.x), ay = std::fabs(z.y), az = std::fabs(z.z);
-  vec3<double> x = az >= ax && az >= ay ? vec3<double>{1, 0, 0} : ax >= ay ? vec3<double>{0, 1, 0} : vec3<double>{0, 0, 1};
+  vec3<double> x = az >= ax && az >= ay ? vec3<double>{1, 0, 0}
+                   : ax >= ay           ? vec3<double>{0, 1, 0}
+                                        : vec3<double>{0, 0, 1};
   vec3<double> y;
   A::axpy_vv(-A::dot_vv(&x, &z), &z, &x);
   A::vec3_normalize(&x);
@@ -134,12 +136,21 @@ void model_builder::add_link(const joint_description &j, int index) {
   SE3<double> placement; // of the joint's frame in the parent body's canonical frame
   A::product_dd(&p.pose, &j.placement, &placement);
   if (j.kind == joint_kind::fixed) {
-    fixed_joints_.push_back({j.name, j.kind, static_cast<int>(m_.double_.links.size()), parent, -1, -1, none, none, 0, index});
+    fixed_joints_.push_back(
+        {j.name, j.kind, static_cast<int>(m_.double_.links.size()), parent, -1, -1, none, none, 0, index});
     add_welded_link(j.child, parent, placement, p.body);
   } else {
     const joint_kind_row kind = row_of(j.kind);
-    joint_row row = {j.name, j.kind, -1, parent, m_.nq_, m_.nv_, kind.has_axis ? axis_of(j) : none, kind.has_axis2 ? j.axis2 : none,
-                     kind.has_pitch ? *j.pitch : 0, index};
+    joint_row row = {j.name,
+                     j.kind,
+                     -1,
+                     parent,
+                     m_.nq_,
+                     m_.nv_,
+                     kind.has_axis ? axis_of(j) : none,
+                     kind.has_axis2 ? j.axis2 : none,
+                     kind.has_pitch ? *j.pitch : 0,
+                     index};
     if (const leader_of_joint &leader = leaders_[static_cast<std::size_t>(index)]; leader.joint >= 0) {
       row.q_index = row.v_index = -1;
       row.leader = leader.joint; // an index into the description's joints until couple() replaces it
@@ -149,7 +160,8 @@ void model_builder::add_link(const joint_description &j, int index) {
   }
 }
 
-void model_builder::add_moving_link(int description_link, int parent, joint_row row, const SE3<double> &joint_placement, int parent_body) {
+void model_builder::add_moving_link(int description_link, int parent, joint_row row, const SE3<double> &joint_placement,
+                                    int parent_body) {
   const joint_kind_row kind = row_of(row.kind);
   SE3<double> canonical = kind.has_axis ? with_z(row.axis) : identity, placement, pose; // in the joint's frame
   A::product_dd(&joint_placement, &canonical, &placement);
@@ -175,7 +187,8 @@ void model_builder::add_moving_link(int description_link, int parent, joint_row 
 
 /// Adds a body, and its joint's numbers to the expanded arrays and, unless it follows another joint, to q and v.  Returns its
 /// index.
-int model_builder::add_body(joint_kind kind, int parent, int link, const SE3<double> &placement, double pitch, bool follows) {
+int model_builder::add_body(joint_kind kind, int parent, int link, const SE3<double> &placement, double pitch,
+                            bool follows) {
   const joint_kind_row row = row_of(kind);
   m_.double_.bodies.push_back(new_body(kind, parent, link, placement));
   m_.double_.bodies.back().pitch = pitch;
@@ -465,8 +478,8 @@ void model_builder::narrow(std::vector<model::position_range> &limits, const joi
   if (both.lower <= both.upper)
     range = both;
   else
-    warn("joint " + row.name + ": it follows " + moved.name + ", but at no position are both within their limits; those of " + row.name +
-         " are not used");
+    warn("joint " + row.name + ": it follows " + moved.name +
+         ", but at no position are both within their limits; those of " + row.name + " are not used");
 }
 
 void model_builder::round_to_single() {
@@ -477,7 +490,8 @@ void model_builder::round_to_single() {
   for (const link<double> &l : d.links)
     s.links.push_back(spread<float>(l));
   for (const follower<double> &f : d.followers)
-    s.followers.push_back({f.q, f.v, f.leader_q, f.leader_v, static_cast<float>(f.multiplier), static_cast<float>(f.offset)});
+    s.followers.push_back(
+        {f.q, f.v, f.leader_q, f.leader_v, static_cast<float>(f.multiplier), static_cast<float>(f.offset)});
   s.gravity = spread<float>(d.gravity);
   s.inertia.assign(d.inertia.begin(), d.inertia.end());
   for (const spatial_inertia<double> &I : d.augmented)

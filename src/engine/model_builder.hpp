@@ -31,7 +31,8 @@ private:
   void descend(int root);
   void push_children(int description_link, std::vector<int> &pending) const;
   void add_link(const joint_description &j, int index);
-  void add_moving_link(int description_link, int parent, joint_row row, const SE3<double> &joint_placement, int parent_body);
+  void add_moving_link(int description_link, int parent, joint_row row, const SE3<double> &joint_placement,
+                       int parent_body);
   int add_body(joint_kind kind, int parent, int link, const SE3<double> &placement, double pitch, bool follows = false);
   body<double> new_body(joint_kind kind, int parent, int link, const SE3<double> &placement) const;
   int chain_start(joint_kind kind, int parent) const;

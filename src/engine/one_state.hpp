@@ -13,7 +13,8 @@ template <class S> struct one_state_memory {
   int *links;
   reaction_result<S> *reactions;
 
-  void lay_out(arena &memory, const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t workspace_bytes) {
+  void lay_out(arena &memory, const algorithm_row &row, const model &m, const batch_view<S> &batch,
+               std::size_t workspace_bytes) {
     workspace = memory.take<std::byte>(static_cast<std::ptrdiff_t>(workspace_bytes));
     const algorithm_row &computed = row.variant_of ? *row.variant_of : row; // which may have more inputs and results
     for (int i = 0; i < most_inputs; ++i)
@@ -22,7 +23,8 @@ template <class S> struct one_state_memory {
     links = memory.take<int>(batch.external_n);
     reactions = memory.take<reaction_result<S>>(batch.reactions_n);
     for (int r = 0; r < computed.results; ++r)
-      unwanted[r] = batch.result[r].first ? nullptr : memory.take<S>(numbers_of(computed.result[r], extents_of(m, batch)));
+      unwanted[r] =
+          batch.result[r].first ? nullptr : memory.take<S>(numbers_of(computed.result[r], extents_of(m, batch)));
   }
 
   static const S *copy(const rows_view<const S> &rows, std::size_t k, int columns, S *out) {

@@ -21,13 +21,16 @@ inline spatial_inertia<double> inertia_beyond(const model &m, const link_section
     const vec3<double> at = three<double>(section.point);
     share = own.m > 0 && dot(section.normal, own.h) >= own.m * dot(section.normal, at) ? 1 : 0;
   }
-  return {share * own.m, {share * own.h.x, share * own.h.y, share * own.h.z},
-          share * own.Ixx, share * own.Iyy, share * own.Izz, share * own.Ixy, share * own.Iyz, share * own.Izx};
+  return {share * own.m,   {share * own.h.x, share * own.h.y, share * own.h.z},
+          share * own.Ixx, share * own.Iyy,
+          share * own.Izz, share * own.Ixy,
+          share * own.Iyz, share * own.Izx};
 }
 
 /// The wrench that the motion needs, I (a − g) + v ×* I v in the link's frame (Featherstone, RBDA (2008), eq. (5.9)).
 template <class S>
-coscrew<S> inertial_wrench(const model &m, data &d, const state_view<S> &state, const mat3x3<S> &R, const spatial_inertia<double> &of) {
+coscrew<S> inertial_wrench(const model &m, data &d, const state_view<S> &state, const mat3x3<S> &R,
+                           const spatial_inertia<double> &of) {
   using A = algebra<S>;
   screw<S> twist, acceleration;
   vec3<S> g = m.view_in<S>().gravity;
@@ -42,8 +45,8 @@ coscrew<S> inertial_wrench(const model &m, data &d, const state_view<S> &state, 
   acceleration = run(rows::frame_accelerations, numbers);
   A::product_drinvv(&R, &g, &g);
   A::nxpy_vv(&g, &acceleration.lin);
-  const spatial_inertia<S> I = {S(of.m), {S(of.h.x), S(of.h.y), S(of.h.z)}, S(of.Ixx), S(of.Iyy), S(of.Izz),
-                                S(of.Ixy), S(of.Iyz), S(of.Izx)};
+  const spatial_inertia<S> I = {
+      S(of.m), {S(of.h.x), S(of.h.y), S(of.h.z)}, S(of.Ixx), S(of.Iyy), S(of.Izz), S(of.Ixy), S(of.Iyz), S(of.Izx)};
   coscrew<S> momentum, wrench;
   A::product_Ms(&I, &twist, &momentum);
   A::product_Ms(&I, &acceleration, &wrench);

@@ -55,7 +55,8 @@ std::vector<std::string> mesh_scale_warnings(pugi::xml_node robot) {
   robot.traverse(found);
   std::vector<std::string> lines;
   for (const auto &[file, uses] : found.uses) {
-    const auto [least, most] = std::minmax_element(uses.begin(), uses.end(), [](const use &a, const use &b) { return a.scale < b.scale; });
+    const auto [least, most] =
+        std::minmax_element(uses.begin(), uses.end(), [](const use &a, const use &b) { return a.scale < b.scale; });
     if (most->scale / least->scale >= suspicious)
       lines.push_back(printable(
           "link " + least->link + (most->link == least->link ? "" : ", " + most->link) + ": mesh " + quoted(file) +

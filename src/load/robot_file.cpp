@@ -20,7 +20,9 @@ robot_description read_robot_text(const std::string &text, const std::string &na
   if (root == "sdf")
     return read_sdf(file, {options.model, options.mimic_independent, options.strict, options.floating_base});
   if (!options.model.empty())
-    text::refuse(name, 0, "model " + text::quoted(options.model) + " is asked for, but only SDF files hold several; leave that option out");
+    text::refuse(name, 0,
+                 "model " + text::quoted(options.model) +
+                     " is asked for, but only SDF files hold several; leave that option out");
   robot_description robot = read_urdf(file, {options.mimic_independent, options.strict});
   robot.floating_base = options.floating_base;
   return robot;

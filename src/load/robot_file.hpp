@@ -11,8 +11,8 @@ namespace ksl {
 struct file_options {
   bool mimic_independent = false; ///< urdf_options, sdf_options
   bool strict = false;
-  bool floating_base = false;     ///< the root floats; in an SDF file it does unless a joint connects it with the world
-  std::string model;              ///< of an SDF file with several: the one to read
+  bool floating_base = false; ///< the root floats; in an SDF file it does unless a joint connects it with the world
+  std::string model;          ///< of an SDF file with several: the one to read
 };
 
 /// The bytes of a file.  Throws description_error.

@@ -20,11 +20,11 @@ namespace ksl {
 
 namespace {
 
+using readers::sdf::frame_graph;
+using readers::sdf::own_frame;
 using text::element;
 using text::listed;
 using text::quoted;
-using readers::sdf::frame_graph;
-using readers::sdf::own_frame;
 
 class sdf_reader {
 public:
@@ -46,7 +46,8 @@ private:
   std::string name_of(pugi::xml_node node) const;
   void check_version();
   pugi::xml_node chosen_model();
-  void collect_model(pugi::xml_node node, const std::string &scope, const std::string &name, const std::string &full_name);
+  void collect_model(pugi::xml_node node, const std::string &scope, const std::string &name,
+                     const std::string &full_name);
   std::string collect_part(pugi::xml_node child, const std::string &scope);
   void check_content(const element &model);
   void read_link(const part &link);
@@ -85,7 +86,8 @@ private:
 bool is_drake(const element &joint) { return joint.tag() == "drake:joint"; }
 
 bool is_identity(const SE3<double> &X) {
-  const double off[] = {X.R.m00 - 1, X.R.m11 - 1, X.R.m22 - 1, X.R.m01, X.R.m02, X.R.m10, X.R.m12, X.R.m20, X.R.m21, X.t.x, X.t.y, X.t.z};
+  const double off[] = {X.R.m00 - 1, X.R.m11 - 1, X.R.m22 - 1, X.R.m01, X.R.m02, X.R.m10,
+                        X.R.m12,     X.R.m20,     X.R.m21,     X.t.x,   X.t.y,   X.t.z};
   // poses that cancel leave a few roundings
   return std::all_of(std::begin(off), std::end(off), [](double x) { return std::fabs(x) <= 1e-12; });
 }
@@ -128,7 +130,8 @@ void sdf_reader::check_version() {
   if (version == "1.11" || version == "1.12")
     robot_.warnings.push_back("SDF " + said + " is newer than 1.10, and read as that");
   else
-    root_.refuse("<sdf> has " + said + ", expected 1.7 to 1.10; gz sdf -p FILE writes an older file as the newest version");
+    root_.refuse("<sdf> has " + said +
+                 ", expected 1.7 to 1.10; gz sdf -p FILE writes an older file as the newest version");
 }
 
 /// The only model that isn't static, or the one that an option names.
@@ -137,11 +140,15 @@ pugi::xml_node sdf_reader::chosen_model() {
   element holder = root_;
   if (const element world = root_.child("world")) {
     holder = world;
-    world.expect({"name"}, {"model", "gravity", "physics", "light", "scene", "plugin", "gui", "state", "population", "wind", "atmosphere",
-                            "magnetic_field", "spherical_coordinates", "road", "audio", "actor", "frame", "include", "joint"});
+    world.expect({"name"}, {"model", "gravity", "physics", "light", "scene", "plugin", "gui", "state", "population",
+                            "wind", "atmosphere", "magnetic_field", "spherical_coordinates", "road", "audio", "actor",
+                            "frame", "include", "joint"});
     for (const char *tag : {"include", "joint"})
       if (const pugi::xml_node found = world.node().child(tag))
-        file_.refuse(found, "<" + std::string(tag) + "> in <world> is not read; put the robot in a <model> of its own (gz sdf -p FILE expands includes)");
+        file_.refuse(
+            found,
+            "<" + std::string(tag) +
+                "> in <world> is not read; put the robot in a <model> of its own (gz sdf -p FILE expands includes)");
     if (const element gravity = world.child("gravity")) {
       gravity.expect_text({});
       const auto g = gravity.content_numbers(3, "0 0 -9.81");
@@ -151,7 +158,8 @@ pugi::xml_node sdf_reader::chosen_model() {
   std::vector<std::string> names, all;
   pugi::xml_node model;
   for (const pugi::xml_node each : holder.node().children("model")) {
-    const bool is_static = readers::sdf::flag_in(in_file(each, "model", each.attribute("name").value()), "static", false);
+    const bool is_static =
+        readers::sdf::flag_in(in_file(each, "model", each.attribute("name").value()), "static", false);
     all.push_back(name_of(each));
     if (options_.model.empty() ? is_static : all.back() != options_.model) {
       unused_.in_robot(is_static ? "model " + all.back() + ", static" : "model " + all.back());
@@ -169,28 +177,32 @@ pugi::xml_node sdf_reader::chosen_model() {
                  text::suggestion(options_.model, all, all.empty() ? "there is none" : "name one of " + listed(all)));
   if (names.empty())
     root_.refuse("no <model> that moves in <" + holder.tag() + ">; a robot is a <model> with links");
-  root_.refuse("several models, " + listed(names) + "; say which: --model NAME on the command line, model=\"NAME\" in Python");
+  root_.refuse("several models, " + listed(names) +
+               "; say which: --model NAME on the command line, model=\"NAME\" in Python");
 }
 
 std::string sdf_reader::name_of(pugi::xml_node node) const {
   std::string name = node.attribute("name").value();
   if (name.empty())
     file_.refuse(node, "<" + std::string(node.name()) + "> has no name; write <" + node.name() + " name=\"...\">");
-  if (name == "world" || name.find("::") != name.npos || (name.size() > 3 && name.substr(0, 2) == "__" && name.substr(name.size() - 2) == "__"))
+  if (name == "world" || name.find("::") != name.npos ||
+      (name.size() > 3 && name.substr(0, 2) == "__" && name.substr(name.size() - 2) == "__"))
     file_.refuse(node, "<" + std::string(node.name()) + "> is called " + quoted(name) +
                            ", a name that SDF reserves; choose one without ::, without __ around it, and not world");
   return name;
 }
 
 /// Adds the frames of a model and of all in it.  The model's own frame is already named, in the scope that it is in.
-void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, const std::string &name, const std::string &full_name) {
+void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, const std::string &name,
+                               const std::string &full_name) {
   const element model = in_file(node, "model", name);
   check_content(model);
   const bool outermost = full_name == own_frame;
   const std::string inner = outermost ? "" : scope + name + "::";
   const auto pose = readers::sdf::pose_in(model);
   if (outermost && !pose.relative_to.empty() && pose.relative_to != "world")
-    model.refuse("its pose is relative to " + quoted(pose.relative_to) + ", but only world is read here; give the pose in the world");
+    model.refuse("its pose is relative to " + quoted(pose.relative_to) +
+                 ", but only world is read here; give the pose in the world");
 
   std::string canonical = node.attribute("canonical_link").value();
   for (const pugi::xml_node child : node.children()) {
@@ -243,14 +255,17 @@ std::string sdf_reader::collect_part(pugi::xml_node child, const std::string &sc
 /// Lists what a model holds and KSL doesn't use.  Refuses what would be links or joints to another reader.
 void sdf_reader::check_content(const element &model) {
   model.expect({"name", "canonical_link", "placement_frame"},
-               {"link", "joint", "drake:joint", "frame", "model", "pose", "static", "include", "plugin", "gripper", "self_collide",
-                "allow_auto_disable", "enable_wind"});
+               {"link", "joint", "drake:joint", "frame", "model", "pose", "static", "include", "plugin", "gripper",
+                "self_collide", "allow_auto_disable", "enable_wind"});
   for (const pugi::xml_node child : model.node().children()) {
     const std::string tag = child.name(), local = tag.substr(tag.find(':') == tag.npos ? 0 : tag.find(':') + 1);
     if (tag == "include")
-      file_.refuse(child, model.where().words() + ": <include> is not read; gz sdf -p FILE writes the file with everything in it");
+      file_.refuse(child, model.where().words() +
+                              ": <include> is not read; gz sdf -p FILE writes the file with everything in it");
     if (local == "joint" && tag != "joint" && tag != "drake:joint")
-      file_.refuse(child, model.where().words() + ": <" + tag + "> is a joint that KSL doesn't know; write <joint name=\"...\" type=\"...\">, or <drake:joint>");
+      file_.refuse(child,
+                   model.where().words() + ": <" + tag +
+                       "> is a joint that KSL doesn't know; write <joint name=\"...\" type=\"...\">, or <drake:joint>");
     for (const char *known : {"plugin", "gripper", "self_collide", "allow_auto_disable", "enable_wind"})
       if (tag == known)
         unused_.in_robot(tag);
@@ -267,13 +282,14 @@ int sdf_reader::add_link(const std::string &name) {
 }
 
 void sdf_reader::read_link(const part &link) {
-  link.at.expect({"name"}, {"pose", "inertial", "visual", "collision", "gravity", "sensor", "light", "battery", "audio_source", "audio_sink",
-                            "particle_emitter", "projector", "enable_wind", "self_collide", "kinematic", "must_be_base_link", "velocity_decay"});
+  link.at.expect({"name"}, {"pose", "inertial", "visual", "collision", "gravity", "sensor", "light", "battery",
+                            "audio_source", "audio_sink", "particle_emitter", "projector", "enable_wind",
+                            "self_collide", "kinematic", "must_be_base_link", "velocity_decay"});
   link_description &out = robot_.links[static_cast<std::size_t>(add_link(link.name))];
   out.at = {link.at.line()};
   for (const pugi::xml_node child : link.at.node().children())
-    for (const char *tag : {"sensor", "light", "battery", "audio_source", "audio_sink", "particle_emitter", "projector", "enable_wind", "self_collide",
-                            "kinematic", "must_be_base_link", "velocity_decay"})
+    for (const char *tag : {"sensor", "light", "battery", "audio_source", "audio_sink", "particle_emitter", "projector",
+                            "enable_wind", "self_collide", "kinematic", "must_be_base_link", "velocity_decay"})
       if (child.name() == std::string_view(tag))
         unused_.in_link(tag);
   for (const char *tag : {"visual", "collision"})
@@ -336,31 +352,42 @@ joint_kind sdf_reader::kind_of(const element &joint) {
   const std::string type = joint.text("type");
   if (is_drake(joint)) {
     if (type == "planar") {
-      drake_joints_["<drake:joint> type planar, an extension of SDF; v is along the child's axes, Drake's along the parent's"].push_back(joint.where().name);
+      drake_joints_
+          ["<drake:joint> type planar, an extension of SDF; v is along the child's axes, Drake's along the parent's"]
+              .push_back(joint.where().name);
       return joint_kind::planar;
     }
-    joint.refuse("<drake:joint> type " + quoted(type) + " is unknown, expected planar; other types are written as <joint>");
+    joint.refuse("<drake:joint> type " + quoted(type) +
+                 " is unknown, expected planar; other types are written as <joint>");
   }
   std::vector<std::string> names;
-  for (const auto &[name, kind] : {std::pair{"revolute", joint_kind::revolute}, {"continuous", joint_kind::continuous},
-                                   {"prismatic", joint_kind::prismatic}, {"fixed", joint_kind::fixed}, {"ball", joint_kind::spherical},
-                                   {"universal", joint_kind::universal}, {"revolute2", joint_kind::universal}, {"screw", joint_kind::helical}}) {
+  for (const auto &[name, kind] : {std::pair{"revolute", joint_kind::revolute},
+                                   {"continuous", joint_kind::continuous},
+                                   {"prismatic", joint_kind::prismatic},
+                                   {"fixed", joint_kind::fixed},
+                                   {"ball", joint_kind::spherical},
+                                   {"universal", joint_kind::universal},
+                                   {"revolute2", joint_kind::universal},
+                                   {"screw", joint_kind::helical}}) {
     if (type == name)
       return kind;
     names.push_back(name);
   }
   if (type == "gearbox")
-    joint.refuse("a gearbox couples joints of other links, so its model is no tree; remove it, or make it a revolute joint");
+    joint.refuse(
+        "a gearbox couples joints of other links, so its model is no tree; remove it, or make it a revolute joint");
   const std::string known = listed(names, names.size());
   if (type.empty())
     joint.refuse("<joint> has no type; write type=\"...\" with one of " + known);
-  joint.refuse("joint type " + quoted(type) + " is unknown, expected one of " + known + text::suggestion(type, names, "write one of these"));
+  joint.refuse("joint type " + quoted(type) + " is unknown, expected one of " + known +
+               text::suggestion(type, names, "write one of these"));
 }
 
 void sdf_reader::read_joint(const part &joint) {
   const element &at = joint.at;
-  at.expect({"name", "type"}, {"parent", "child", "drake:parent", "drake:child", "pose", "axis", "axis2", "screw_thread_pitch", "thread_pitch",
-                               "physics", "sensor", "gearbox_ratio", "gearbox_reference_body", "drake:damping"});
+  at.expect({"name", "type"},
+            {"parent", "child", "drake:parent", "drake:child", "pose", "axis", "axis2", "screw_thread_pitch",
+             "thread_pitch", "physics", "sensor", "gearbox_ratio", "gearbox_reference_body", "drake:damping"});
   joint_description out;
   out.name = joint.name;
   out.at = {at.line()};
@@ -374,7 +401,8 @@ void sdf_reader::read_joint(const part &joint) {
     at.refuse("its child is the world, which can only be a parent; exchange <parent> and <child>");
   const std::string parent = frames_.link_of(frames_.found(joint.scope, end_of(joint, "parent"), at, "<parent>"));
   if (options_.floating_base && parent == "world")
-    at.refuse("a floating base is asked for, but this joint connects link " + child + " with the world; remove the joint, or don't ask for that");
+    at.refuse("a floating base is asked for, but this joint connects link " + child +
+              " with the world; remove the joint, or don't ask for that");
   connect(std::move(out), parent, child, joint.name);
 }
 
@@ -425,20 +453,24 @@ vec3<double> sdf_reader::axis_in(const part &joint, const char *tag, vec3<double
     given = u;
     return given::direction_of(u);
   }
-  const mat3x3<double> R = frames_.relative(joint.name, frames_.found(joint.scope, expressed_in, xyz, "expressed_in")).R;
+  const mat3x3<double> R =
+      frames_.relative(joint.name, frames_.found(joint.scope, expressed_in, xyz, "expressed_in")).R;
   u = given::direction_of(u);
   return given::direction_of({R.m00 * u.x + R.m01 * u.y + R.m02 * u.z, R.m10 * u.x + R.m11 * u.y + R.m12 * u.z,
-                             R.m20 * u.x + R.m21 * u.y + R.m22 * u.z});
+                              R.m20 * u.x + R.m21 * u.y + R.m22 * u.z});
 }
 
 /// m/rad, positive for a right-handed screw.  <screw_thread_pitch> is metres a revolution, right-handed positive; the older
 /// <thread_pitch> is radians a metre, left-handed positive.
 double sdf_reader::pitch_in(const element &joint, double &metres_a_revolution) const {
-  const std::string mend = "write <screw_thread_pitch>0.005</screw_thread_pitch>, the advance along the axis in metres for each revolution";
-  const auto pitch = readers::sdf::number_in(joint, "screw_thread_pitch"), older = readers::sdf::number_in(joint, "thread_pitch");
+  const std::string mend =
+      "write <screw_thread_pitch>0.005</screw_thread_pitch>, the advance along the axis in metres for each revolution";
+  const auto pitch = readers::sdf::number_in(joint, "screw_thread_pitch"),
+             older = readers::sdf::number_in(joint, "thread_pitch");
   if (pitch) {
     if (older && !(std::fabs(given::pitch_of(*pitch) * *older + 1) <= 1e-3))
-      joint.refuse("its <screw_thread_pitch> and <thread_pitch> disagree; remove <thread_pitch>, which is in radians a metre, left-handed positive");
+      joint.refuse(
+          "its <screw_thread_pitch> and <thread_pitch> disagree; remove <thread_pitch>, which is in radians a metre, left-handed positive");
     metres_a_revolution = *pitch;
     return given::pitch_of(*pitch);
   }
@@ -479,7 +511,8 @@ void sdf_reader::read_limit(const element &axis, int number, joint_description &
   else
     out.further[0] = {lower, upper};
   if (lower && upper && *lower > *upper)
-    limit.refuse("lower limit " + text::shown(*lower) + " is above upper limit " + text::shown(*upper) + "; exchange or correct them");
+    limit.refuse("lower limit " + text::shown(*lower) + " is above upper limit " + text::shown(*upper) +
+                 "; exchange or correct them");
 }
 
 /// position = multiplier × (the other's − reference) + offset; SDF has it since version 1.11.
@@ -489,9 +522,12 @@ void sdf_reader::read_mimic(const element &mimic, const std::string &scope, join
   mimic.expect({"joint", "axis"}, {"multiplier", "offset", "reference"});
   if (mimic.text("joint").empty())
     mimic.refuse("<mimic> names no joint; write <mimic joint=\"...\">");
-  const auto read = [&](const char *tag, double otherwise) { return readers::sdf::number_in(mimic, tag).value_or(otherwise); };
+  const auto read = [&](const char *tag, double otherwise) {
+    return readers::sdf::number_in(mimic, tag).value_or(otherwise);
+  };
   const double multiplier = read("multiplier", 1);
-  out.mimic = {scope + mimic.text("joint"), multiplier, read("offset", 0) - multiplier * read("reference", 0), {mimic.line()}};
+  out.mimic = {
+      scope + mimic.text("joint"), multiplier, read("offset", 0) - multiplier * read("reference", 0), {mimic.line()}};
 }
 
 void sdf_reader::read_dynamics(const element &axis, const std::string &scope, joint_description &out) {
@@ -521,7 +557,8 @@ void sdf_reader::read_dynamics(const element &axis, const std::string &scope, jo
 
 /// Adds a joint between two links.  Where its frame is not that of its child, it carries a massless link at its frame, and the child
 /// is welded to that.
-void sdf_reader::connect(joint_description joint, const std::string &parent, const std::string &child, const std::string &frame) {
+void sdf_reader::connect(joint_description joint, const std::string &parent, const std::string &child,
+                         const std::string &frame) {
   const int parent_index = link_index_.at(parent), child_index = link_index_.at(child);
   const SE3<double> in_child = frames_.relative(child, frame);
   const bool at_child = is_identity(in_child);
@@ -533,7 +570,8 @@ void sdf_reader::connect(joint_description joint, const std::string &parent, con
     robot_.joints.push_back(std::move(joint));
     return;
   }
-  const std::string name = text::free_name(joint.name + "_frame", [&](const std::string &other) { return link_index_.count(other) > 0; });
+  const std::string name =
+      text::free_name(joint.name + "_frame", [&](const std::string &other) { return link_index_.count(other) > 0; });
   joint.child = add_link(name);
   const int carrier = joint.child;
   carried_.insert(carrier);
@@ -576,6 +614,8 @@ void sdf_reader::warn() {
 
 } // namespace
 
-robot_description read_sdf(const text::xml_file &file, const sdf_options &options) { return sdf_reader(file, options).read(); }
+robot_description read_sdf(const text::xml_file &file, const sdf_options &options) {
+  return sdf_reader(file, options).read();
+}
 
 } // namespace ksl

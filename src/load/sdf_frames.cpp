@@ -41,7 +41,8 @@ void frame_graph::place_by(const std::string &model, const std::string &placemen
   pose = product(pose, inverse(in_model));
 }
 
-std::string frame_graph::found(const std::string &scope, const std::string &name, const element &where, const std::string &role) const {
+std::string frame_graph::found(const std::string &scope, const std::string &name, const element &where,
+                               const std::string &role) const {
   if (name == "world")
     return name;
   for (const std::string &full_name : {scope + name, scope + name + "::" + own_frame})
@@ -78,7 +79,8 @@ int frame_graph::depth(const std::string &from) const {
     place &p = places_.at(*name);
     const int above = p.relative_to == "world" ? 0 : places_.at(p.relative_to).depth;
     if (above == unknown)
-      at(*name).where.refuse("its pose is relative to itself, by way of " + quoted(at(*name).relative_to) + "; correct one relative_to");
+      at(*name).where.refuse("its pose is relative to itself, by way of " + quoted(at(*name).relative_to) +
+                             "; correct one relative_to");
     p.depth = above + 1;
   }
   return from == "world" ? 0 : places_.at(from).depth;

@@ -22,7 +22,7 @@ public:
     std::string relative_to; ///< the frame in which `pose` is
     std::string attached_to; ///< the frame that it moves with; empty for links
     SE3<double> pose;
-    element where;           ///< for messages
+    element where; ///< for messages
   };
 
   /// Adds a frame.  Refuses a name that exists.
@@ -32,7 +32,8 @@ public:
   void place_by(const std::string &model, const std::string &placement_frame, const element &where);
 
   /// The full name of what `name` means in a scope.  `role` says in messages what it is named for: "relative_to".
-  std::string found(const std::string &scope, const std::string &name, const element &where, const std::string &role) const;
+  std::string found(const std::string &scope, const std::string &name, const element &where,
+                    const std::string &role) const;
 
   /// Pose of one frame in another, by full names.
   SE3<double> relative(const std::string &in, const std::string &of) const;

@@ -26,7 +26,8 @@ bool is_true(const element &of, const std::string &text, const std::string &what
 given_rotation quaternion_of(const element &pose, const std::vector<double> &n) {
   const double norm = std::sqrt(n[3] * n[3] + n[4] * n[4] + n[5] * n[5] + n[6] * n[6]);
   if (!(std::fabs(norm - 1) <= 1e-2))
-    pose.refuse("the quaternion of <pose> has length " + shown(norm) + ", expected 1; write x y z w of a unit quaternion");
+    pose.refuse("the quaternion of <pose> has length " + shown(norm) +
+                ", expected 1; write x y z w of a unit quaternion");
   return {given_rotation::quaternion, {n[3], n[4], n[5], n[6]}};
 }
 
@@ -39,7 +40,8 @@ given_pose pose_in(const element &parent) {
     return out;
   pose.expect_text({"relative_to", "degrees", "rotation_format"});
   if (pose.has("frame")) // before SDF 1.7; to ignore it would move the element
-    pose.refuse("<pose> has frame=" + quoted(pose.text("frame")) + ", which was replaced in SDF 1.7; write relative_to");
+    pose.refuse("<pose> has frame=" + quoted(pose.text("frame")) +
+                ", which was replaced in SDF 1.7; write relative_to");
   out.relative_to = pose.text("relative_to");
   const std::string format = pose.has("rotation_format") ? pose.text("rotation_format") : "euler_rpy";
   const bool in_degrees = pose.has("degrees") && is_true(pose, pose.text("degrees"), "degrees of <pose>");
@@ -92,7 +94,8 @@ optional_number number_in(const element &parent, const char *tag) {
 given_inertia inertia_in(const element &inertial, std::vector<std::string> &missing) {
   inertial.expect({"auto"}, {"pose", "mass", "inertia", "fluid_added_mass", "density", "auto_inertia_params"});
   if (inertial.has("auto") && is_true(inertial, inertial.text("auto"), "auto of <inertial>"))
-    inertial.refuse("its inertia is to be computed from its collision geometry, which KSL doesn't do; write mass and inertia instead of auto=\"true\"");
+    inertial.refuse(
+        "its inertia is to be computed from its collision geometry, which KSL doesn't do; write mass and inertia instead of auto=\"true\"");
   given_inertia out;
   const given_pose at = pose_in(inertial);
   if (!at.relative_to.empty())
@@ -116,7 +119,8 @@ given_inertia inertia_in(const element &inertial, std::vector<std::string> &miss
     return out;
   }
   I.expect({}, {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"});
-  out.moments = {read(I, "ixx", 1), read(I, "iyy", 1), read(I, "izz", 1), read(I, "ixy", 0), read(I, "iyz", 0), read(I, "ixz", 0)};
+  out.moments = {read(I, "ixx", 1), read(I, "iyy", 1), read(I, "izz", 1),
+                 read(I, "ixy", 0), read(I, "iyz", 0), read(I, "ixz", 0)};
   return out;
 }
 

@@ -147,7 +147,9 @@ void urdf_reader::check_joint_elements() const {
     const std::string name = child.name(), local = name.substr(name.find(':') == name.npos ? 0 : name.find(':') + 1);
     const bool is_joint = local.size() == 5 && (local == "joint" || local == "Joint" || local == "JOINT");
     if (is_joint && name != "joint" && name != "drake:joint")
-      file_.refuse(child, "<" + name + "> is a joint that KSL doesn't know; write <joint name=\"...\" type=\"...\">, or <drake:joint>");
+      file_.refuse(child,
+                   "<" + name +
+                       "> is a joint that KSL doesn't know; write <joint name=\"...\" type=\"...\">, or <drake:joint>");
   }
 }
 
@@ -194,8 +196,8 @@ void urdf_reader::read_joint(pugi::xml_node node) {
   if (joint.where().name.empty())
     joint.refuse("<" + joint.tag() + "> has no name; write <" + joint.tag() + " name=\"...\" type=\"...\">");
   joint.expect({"name", "type"},
-               {"origin", "parent", "child", "axis", "axis2", "limit", "limit1", "limit2", "limit3", "dynamics", "mimic", "safety_controller", "calibration",
-                "screw_thread_pitch", "drake:screw_thread_pitch"});
+               {"origin", "parent", "child", "axis", "axis2", "limit", "limit1", "limit2", "limit3", "dynamics",
+                "mimic", "safety_controller", "calibration", "screw_thread_pitch", "drake:screw_thread_pitch"});
   joint_description out;
   out.name = joint.where().name;
   out.at = {joint.line()};
@@ -234,11 +236,14 @@ joint_kind urdf_reader::kind_of(const element &joint) const {
 /// Drake reads its own types in <drake:joint> only.
 joint_kind urdf_reader::drake_kind_of(const element &joint) const {
   const std::string type = joint.text("type");
-  for (const auto &[name, kind] : {std::pair{"ball", joint_kind::spherical}, {"universal", joint_kind::universal},
-                                   {"planar", joint_kind::planar}, {"screw", joint_kind::helical}})
+  for (const auto &[name, kind] : {std::pair{"ball", joint_kind::spherical},
+                                   {"universal", joint_kind::universal},
+                                   {"planar", joint_kind::planar},
+                                   {"screw", joint_kind::helical}})
     if (type == name)
       return kind;
-  joint.refuse("<drake:joint> type " + quoted(type) + " is unknown, expected one of ball, universal, planar, screw; other types are written as <joint>");
+  joint.refuse("<drake:joint> type " + quoted(type) +
+               " is unknown, expected one of ball, universal, planar, screw; other types are written as <joint>");
 }
 
 /// The index of the link that <parent> or <child> names.
@@ -310,7 +315,8 @@ void urdf_reader::read_drake_motion(const element &joint, joint_description &out
   if (out.kind == joint_kind::planar)
     out.axis = {0, 0, 1}, differs = "; v is along the child's axes, Drake's along the parent's";
   if (out.kind == joint_kind::spherical)
-    differs = "; q is a quaternion [x y z w] and v in the child's axes, Drake's are roll, pitch, yaw and in the parent's axes";
+    differs =
+        "; q is a quaternion [x y z w] and v in the child's axes, Drake's are roll, pitch, yaw and in the parent's axes";
   drake_joints_["<drake:joint> type " + joint.text("type") + ", an extension of URDF" + differs].push_back(out.name);
 }
 
@@ -352,7 +358,8 @@ void urdf_reader::read_limit(const element &joint, joint_description &out) {
   if (!row_of(out.kind).has_limits) {
     for (const char *name : {"lower", "upper"})
       if (limit.has(name))
-        unused_.in_joint("limit " + std::string(name), "no effect on a " + std::string(row_of(out.kind).name) + " joint", out.name);
+        unused_.in_joint("limit " + std::string(name),
+                         "no effect on a " + std::string(row_of(out.kind).name) + " joint", out.name);
     return;
   }
   out.lower = limit.number("lower");
@@ -375,7 +382,8 @@ void urdf_reader::read_limits_of_several(const element &joint, joint_description
     limit.expect({"lower", "upper"}, {});
     const coordinate_limits given = {limit.number("lower"), limit.number("upper")};
     if (given.lower && given.upper && *given.lower > *given.upper)
-      limit.refuse("lower limit " + text::shown(*given.lower) + " is above upper limit " + text::shown(*given.upper) + "; exchange or correct them");
+      limit.refuse("lower limit " + text::shown(*given.lower) + " is above upper limit " + text::shown(*given.upper) +
+                   "; exchange or correct them");
     if (c == 0)
       out.lower = given.lower, out.upper = given.upper;
     else
@@ -391,7 +399,9 @@ void urdf_reader::read_dynamics(const element &joint, joint_description &out) {
     unused_.in_joint("dynamics", "not used", out.name);
     return;
   }
-  dynamics.expect({"damping", "friction", "friction_width", "armature", "rotor_inertia", "gear_ratio", "spring_stiffness", "spring_reference"}, {});
+  dynamics.expect({"damping", "friction", "friction_width", "armature", "rotor_inertia", "gear_ratio",
+                   "spring_stiffness", "spring_reference"},
+                  {});
   const auto read = [&](const char *name, double &value) { value = dynamics.number(name).value_or(value); };
   read("damping", out.damping);
   read("friction", out.friction);
@@ -414,7 +424,8 @@ void urdf_reader::read_mimic(const element &joint, joint_description &out) {
   mimic.expect({"joint", "multiplier", "offset"}, {});
   if (mimic.text("joint").empty())
     mimic.refuse("<mimic> names no joint; write <mimic joint=\"...\"/>");
-  out.mimic = {mimic.text("joint"), mimic.number("multiplier").value_or(1), mimic.number("offset").value_or(0), {mimic.line()}};
+  out.mimic = {
+      mimic.text("joint"), mimic.number("multiplier").value_or(1), mimic.number("offset").value_or(0), {mimic.line()}};
 }
 
 /// The rotor that Drake's documentation of URDF describes, <drake:rotor_inertia value="..."/> and <drake:gear_ratio value="..."/> in
@@ -431,7 +442,8 @@ void urdf_reader::read_transmission(pugi::xml_node node) {
   const std::string name = joint ? joint.text("name") : "";
   const auto found = joint_index_.find(name);
   if (found == joint_index_.end())
-    transmission.refuse("its actuator has a rotor, and its joint " + quoted(name) + " does not exist; name the joint in <joint name=\"...\"/>");
+    transmission.refuse("its actuator has a rotor, and its joint " + quoted(name) +
+                        " does not exist; name the joint in <joint name=\"...\"/>");
   if (actuators.size() > 1)
     transmission.refuse("two actuators have rotors for joint " + quoted(name) + "; keep one");
   read_rotor(element(file_, unused_, actuators.front(), {"joint", name}), robot_.joints[found->second]);
@@ -446,10 +458,12 @@ void urdf_reader::read_rotor(const element &actuator, joint_description &out) {
   const optional_number inertia = value("drake:rotor_inertia"), ratio = value("drake:gear_ratio");
   const joint_kind_row kind = row_of(out.kind);
   if (kind.nv == 0 || kind.is_free)
-    return unused_.in_joint("drake:rotor_inertia, drake:gear_ratio", "no effect on a " + std::string(kind.name) + " joint", out.name);
+    return unused_.in_joint("drake:rotor_inertia, drake:gear_ratio",
+                            "no effect on a " + std::string(kind.name) + " joint", out.name);
   const bool has_rotor = out.rotor_inertia != 0 || out.gear_ratio != 1;
   if (has_rotor && (inertia.value_or(0) != out.rotor_inertia || ratio.value_or(1) != out.gear_ratio))
-    return unused_.in_joint("drake:rotor_inertia, drake:gear_ratio", "differs from <dynamics>, which is used", out.name);
+    return unused_.in_joint("drake:rotor_inertia, drake:gear_ratio", "differs from <dynamics>, which is used",
+                            out.name);
   out.rotor_inertia = inertia.value_or(0), out.gear_ratio = ratio.value_or(1);
 }
 
@@ -463,6 +477,8 @@ robot_description read_urdf_text(const std::string &text, const std::string &nam
   return read_urdf(text::xml_file(text, name), options);
 }
 
-robot_description read_urdf(const text::xml_file &file, const urdf_options &options) { return urdf_reader(file, options).read(); }
+robot_description read_urdf(const text::xml_file &file, const urdf_options &options) {
+  return urdf_reader(file, options).read();
+}
 
 } // namespace ksl

@@ -92,13 +92,15 @@ vec3<double> axis_in(const element &joint) {
 vec3<double> axis2_in(const element &joint) {
   const element axis = joint.child("axis2");
   if (!axis)
-    joint.refuse("a universal joint needs its second axis; write <axis2 xyz=\"0 1 0\"/> for example, which is fixed in the child link");
+    joint.refuse(
+        "a universal joint needs its second axis; write <axis2 xyz=\"0 1 0\"/> for example, which is fixed in the child link");
   return direction_in(axis);
 }
 
 double pitch_in(const element &joint, const char *tag) {
   const element pitch = joint.child(tag);
-  const std::string mend = "write <" + std::string(tag) + " value=\"0.005\"/>, the advance along the axis in metres for each revolution";
+  const std::string mend =
+      "write <" + std::string(tag) + " value=\"0.005\"/>, the advance along the axis in metres for each revolution";
   if (!pitch)
     joint.refuse("a helical joint needs its pitch; " + mend);
   pitch.expect({"value"}, {});

@@ -74,8 +74,8 @@ std::vector<double> element::content_numbers(std::size_t count, const std::strin
     values.push_back(*value);
   }
   if (values.size() != count)
-    refuse("<" + tag() + "> needs " + std::to_string(count) + (count == 1 ? " number" : " numbers") + ", found " + std::to_string(values.size()) +
-           "; write <" + tag() + ">" + example + "</" + tag() + "> for example");
+    refuse("<" + tag() + "> needs " + std::to_string(count) + (count == 1 ? " number" : " numbers") + ", found " +
+           std::to_string(values.size()) + "; write <" + tag() + ">" + example + "</" + tag() + "> for example");
   return values;
 }
 

@@ -40,7 +40,7 @@ public:
   /// pipe's writer, and what has been opened is looked at.  The first look is for devices, some of which act when they
   /// are opened.
   explicit open_file(const std::string &path) : path_(path) {
-    struct stat status {};
+    struct stat status{};
     if (stat(path.c_str(), &status) != 0)
       refuse_unreadable(path, errno);
     check_regular(status, path);
@@ -53,7 +53,7 @@ public:
   open_file &operator=(const open_file &) = delete;
 
   std::string bytes() const {
-    struct stat status {};
+    struct stat status{};
     if (fstat(descriptor_, &status) != 0)
       refuse_unreadable(path_, errno);
     check_regular(status, path_);

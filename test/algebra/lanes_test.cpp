@@ -16,9 +16,7 @@ namespace {
 
 constexpr int width = 6;
 
-struct mask {
-  bool at[width];
-};
+struct mask { bool at[width]; };
 
 struct lanes {
   double at[width];
@@ -41,15 +39,33 @@ struct lanes {
     return m;
   }
 
-  friend lanes operator+(lanes a, lanes b) { return each([&](int k) { return a.at[k] + b.at[k]; }); }
-  friend lanes operator-(lanes a, lanes b) { return each([&](int k) { return a.at[k] - b.at[k]; }); }
-  friend lanes operator*(lanes a, lanes b) { return each([&](int k) { return a.at[k] * b.at[k]; }); }
-  friend lanes operator/(lanes a, lanes b) { return each([&](int k) { return a.at[k] / b.at[k]; }); }
-  friend lanes operator-(lanes a) { return each([&](int k) { return -a.at[k]; }); }
-  friend mask operator<(lanes a, lanes b) { return test([&](int k) { return a.at[k] < b.at[k]; }); }
-  friend mask operator>(lanes a, lanes b) { return test([&](int k) { return a.at[k] > b.at[k]; }); }
-  friend mask operator<=(lanes a, lanes b) { return test([&](int k) { return a.at[k] <= b.at[k]; }); }
-  friend mask operator==(lanes a, lanes b) { return test([&](int k) { return a.at[k] == b.at[k]; }); }
+  friend lanes operator+(lanes a, lanes b) {
+    return each([&](int k) { return a.at[k] + b.at[k]; });
+  }
+  friend lanes operator-(lanes a, lanes b) {
+    return each([&](int k) { return a.at[k] - b.at[k]; });
+  }
+  friend lanes operator*(lanes a, lanes b) {
+    return each([&](int k) { return a.at[k] * b.at[k]; });
+  }
+  friend lanes operator/(lanes a, lanes b) {
+    return each([&](int k) { return a.at[k] / b.at[k]; });
+  }
+  friend lanes operator-(lanes a) {
+    return each([&](int k) { return -a.at[k]; });
+  }
+  friend mask operator<(lanes a, lanes b) {
+    return test([&](int k) { return a.at[k] < b.at[k]; });
+  }
+  friend mask operator>(lanes a, lanes b) {
+    return test([&](int k) { return a.at[k] > b.at[k]; });
+  }
+  friend mask operator<=(lanes a, lanes b) {
+    return test([&](int k) { return a.at[k] <= b.at[k]; });
+  }
+  friend mask operator==(lanes a, lanes b) {
+    return test([&](int k) { return a.at[k] == b.at[k]; });
+  }
 };
 
 } // namespace
@@ -57,11 +73,21 @@ struct lanes {
 template <> struct ksl::math<lanes> {
   using one = ksl::math<double>;
   static inline const lanes epsilon{one::epsilon};
-  static lanes sqrt(lanes x) { return lanes::each([&](int k) { return one::sqrt(x.at[k]); }); }
-  static lanes fabs(lanes x) { return lanes::each([&](int k) { return one::fabs(x.at[k]); }); }
-  static lanes sin(lanes x) { return lanes::each([&](int k) { return one::sin(x.at[k]); }); }
-  static lanes cos(lanes x) { return lanes::each([&](int k) { return one::cos(x.at[k]); }); }
-  static lanes atan2(lanes y, lanes x) { return lanes::each([&](int k) { return one::atan2(y.at[k], x.at[k]); }); }
+  static lanes sqrt(lanes x) {
+    return lanes::each([&](int k) { return one::sqrt(x.at[k]); });
+  }
+  static lanes fabs(lanes x) {
+    return lanes::each([&](int k) { return one::fabs(x.at[k]); });
+  }
+  static lanes sin(lanes x) {
+    return lanes::each([&](int k) { return one::sin(x.at[k]); });
+  }
+  static lanes cos(lanes x) {
+    return lanes::each([&](int k) { return one::cos(x.at[k]); });
+  }
+  static lanes atan2(lanes y, lanes x) {
+    return lanes::each([&](int k) { return one::atan2(y.at[k], x.at[k]); });
+  }
   // a side not chosen must be finite all the same
   static lanes select(mask m, lanes a, lanes b) {
     return lanes::each([&](int k) {
@@ -93,7 +119,8 @@ template <class Y, class X> Y lane(const X &x, int k) {
 
 /// Twists that need different sides: zero, below and above the switch of the series, half turns about two axes, any.
 ksl::screw<lanes> twists() {
-  const double w[width][3] = {{0, 0, 0}, {1e-9, -2e-9, 0}, {0.02, 0.02, 0.02}, {M_PI, 0, 0}, {0, 1.8, -2.5}, {-0.5, 0.9, 1.1}};
+  const double w[width][3] = {{0, 0, 0},    {1e-9, -2e-9, 0}, {0.02, 0.02, 0.02},
+                              {M_PI, 0, 0}, {0, 1.8, -2.5},   {-0.5, 0.9, 1.1}};
   ksl::screw<lanes> s;
   lanes *const ang[] = {&s.ang.x, &s.ang.y, &s.ang.z};
   for (int j = 0; j < 3; j++)
@@ -184,8 +211,9 @@ TEST_CASE("joint spaces of a lane are those of one state, for every kind about e
     }
 }
 
-TEST_CASE_TEMPLATE("comparisons of packs of any width are those of their lanes", P, ksl::pack<double, 2>, ksl::pack<double, 4>,
-                   ksl::pack<double, 8>, ksl::pack<float, 4>, ksl::pack<float, 8>, ksl::pack<float, 16>) {
+TEST_CASE_TEMPLATE("comparisons of packs of any width are those of their lanes", P, ksl::pack<double, 2>,
+                   ksl::pack<double, 4>, ksl::pack<double, 8>, ksl::pack<float, 4>, ksl::pack<float, 8>,
+                   ksl::pack<float, 16>) {
   using T = ksl::scalar_of<P>;
   constexpr int W = sizeof(P) / sizeof(T);
   const T nan = std::numeric_limits<T>::quiet_NaN(), infinity = std::numeric_limits<T>::infinity();

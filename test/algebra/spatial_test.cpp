@@ -15,53 +15,29 @@ struct b_frame;
 struct c_frame;
 
 template <class X, class Y>
-concept adds = requires(X x, Y y) {
-  x + y;
-};
+concept adds = requires(X x, Y y) { x + y; };
 template <class X, class Y>
-concept subtracts = requires(X x, Y y) {
-  x - y;
-};
+concept subtracts = requires(X x, Y y) { x - y; };
 template <class X, class Y>
-concept accumulates = requires(X x, Y y) {
-  x += y;
-};
+concept accumulates = requires(X x, Y y) { x += y; };
 template <class X, class Y>
-concept multiplies = requires(X x, Y y) {
-  x *y;
-};
+concept multiplies = requires(X x, Y y) { x * y; };
 template <class X, class Y>
-concept divides = requires(X x, Y y) {
-  x / y;
-};
+concept divides = requires(X x, Y y) { x / y; };
 template <class X, class Y>
-concept dots = requires(X x, Y y) {
-  dot(x, y);
-};
+concept dots = requires(X x, Y y) { dot(x, y); };
 template <class X, class Y>
-concept crosses = requires(X x, Y y) {
-  cross(x, y);
-};
+concept crosses = requires(X x, Y y) { cross(x, y); };
 template <class X, class Y>
-concept assigns = requires(X x, Y y) {
-  x = y;
-};
+concept assigns = requires(X x, Y y) { x = y; };
 template <class X, class Y>
-concept constructs = requires(Y y) {
-  X(y);
-};
+concept constructs = requires(Y y) { X(y); };
 template <class X, class Y>
-concept divides_left = requires(X x, Y y) {
-  inverse_times(x, y);
-};
+concept divides_left = requires(X x, Y y) { inverse_times(x, y); };
 template <class X>
-concept exponential = requires(X x) {
-  exp(x);
-};
+concept exponential = requires(X x) { exp(x); };
 template <class X>
-concept logarithm = requires(X x) {
-  log(x);
-};
+concept logarithm = requires(X x) { log(x); };
 
 template <class T> struct refusals {
   template <class F> using twist = ksl::twist<T, F>;
@@ -262,7 +238,8 @@ TEST_CASE_TEMPLATE("laws that need the types of all frames", T, double, float) {
   CHECK(near(dot(x.ab * x.f, x.ab * x.v), dot(x.f, x.v)));
   CHECK(near(x.ab * (x.ab.inverse() * (x.ab * x.v)), x.ab * x.v));
   CHECK((near(inverse_times(x.ab, x.ab * x.v), x.v) && near(inverse_times(x.ab, x.ab * x.f), x.f)));
-  CHECK(near(inverse_times(x.ab, x.ac * log(exp(x.w).template named<c_frame, c_frame>())), inverse_times(x.ab, x.ac) * log(exp(x.w).template named<c_frame, c_frame>())));
+  CHECK(near(inverse_times(x.ab, x.ac * log(exp(x.w).template named<c_frame, c_frame>())),
+             inverse_times(x.ab, x.ac) * log(exp(x.w).template named<c_frame, c_frame>())));
   const ksl::twist<T, c_frame> v_c{x.v1, x.v3};
   CHECK(near((x.ab * x.bc) * v_c, x.ab * (x.bc * v_c)));
   CHECK(near((x.ab * x.M) * (x.ab * x.v), x.ab * (x.M * x.v)));

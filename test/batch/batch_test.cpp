@@ -80,7 +80,8 @@ template <class S> struct positions_and_energies {
 };
 
 /// The part of a batch that has the states [k, k + n).
-template <class S> positions_and_energies<S> found_in(const ksl::model &m, states<S> &s, std::size_t k, std::size_t n, int threads) {
+template <class S> positions_and_energies<S> found_in(const ksl::model &m, states<S> &s, std::size_t k, std::size_t n,
+                                                      int threads) {
   positions_and_energies<S> r;
   r.kinetic.assign(n, S(-7)), r.potential = r.kinetic;
   ksl::batch_view<S> b = s.view(m, n, r.poses, pose_numbers);
@@ -340,14 +341,17 @@ TEST_CASE("derivatives of a part of each reaction: a batch has the bits of each 
   for (std::size_t r = 0; r < 3; ++r) {
     double error = 0, most = 1;
     for (std::size_t i = 0; i < n * width; ++i)
-      error = std::fmax(error, std::fabs(held[r][i] + driven[r][i] - whole[r][i])), most = std::fmax(most, std::fabs(whole[r][i]));
+      error = std::fmax(error, std::fabs(held[r][i] + driven[r][i] - whole[r][i])),
+      most = std::fmax(most, std::fabs(whole[r][i]));
     CHECK(error <= 1e-13 * most);
   }
   for (std::size_t k = 0; k < n; ++k)
     for (ksl::wrench_part part : {ksl::wrench_part::constraint, ksl::wrench_part::actuation}) {
       const auto one = derivatives(part, k, 1);
       for (std::size_t r = 0; r < 3; ++r)
-        CHECK(std::equal(one[r].begin(), one[r].end(), (part == ksl::wrench_part::constraint ? held : driven)[r].begin() + static_cast<long>(k * width)));
+        CHECK(std::equal(one[r].begin(), one[r].end(),
+                         (part == ksl::wrench_part::constraint ? held : driven)[r].begin() +
+                             static_cast<long>(k * width)));
     }
 }
 
@@ -392,9 +396,7 @@ TEST_CASE("a mass matrix of other scalars than plain numbers has both triangles,
   ksl::arena measure(nullptr);
   workspace().lay_out(measure, m.view());
   std::vector<P> q, result(static_cast<std::size_t>(size), P(-7.0));
-  struct alignas(64) line {
-    std::byte bytes[64];
-  };
+  struct alignas(64) line { std::byte bytes[64]; };
   std::vector<line> memory(measure.used() / sizeof(line));
   std::vector<double> expected(static_cast<std::size_t>(size), -7.0);
   ksl::arena pieces(memory.data());

@@ -33,7 +33,8 @@ struct found {
 };
 
 /// From a start to a pose of the last link.
-found solve(const ksl::model &m, const numbers &start, const std::array<double, 16> &target, bool only_q = false, bool limits = true) {
+found solve(const ksl::model &m, const numbers &start, const std::array<double, 16> &target, bool only_q = false,
+            bool limits = true) {
   const ksl::wanted_frame frame = {m.view().links - 1, 1, 1};
   ksl::inverse_kinematics_options options;
   options.frames_n = 1, options.frames = &frame, options.limits = limits;
@@ -55,7 +56,8 @@ void check_pose(const ksl::model &m, const numbers &q, const std::array<double, 
 
 } // namespace
 
-TEST_CASE("inverse kinematics: a robot with every kind of joint, some of which follow others; results that nobody wants") {
+TEST_CASE(
+    "inverse kinematics: a robot with every kind of joint, some of which follow others; results that nobody wants") {
   for (const char *path : {KSL_EVERY_KIND, KSL_COUPLED}) {
     const ksl::model m = ksl::load(path);
     numbers start(static_cast<std::size_t>(m.nq())), near;
@@ -70,7 +72,8 @@ TEST_CASE("inverse kinematics: a robot with every kind of joint, some of which f
     CHECK((all.iterations > 0 && all.starts == 1 && all.error[0] <= 1e-6 && all.error[1] <= 1e-6));
     check_pose(m, all.q, target);
     CHECK(alone.q == all.q);
-    const found beyond = solve(m, start, {1, 0, 0, 1e4, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}); // further starts begin near the given one
+    const found beyond =
+        solve(m, start, {1, 0, 0, 1e4, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}); // further starts begin near the given one
     CHECK((beyond.starts >= 1 && std::isfinite(beyond.q[0])));
   }
 }
@@ -79,8 +82,10 @@ TEST_CASE("inverse kinematics: a follower that stands still, and limits of a fol
   const ksl::model still(following(0, 0.3)); // a joint at 0.3 rad, whatever its leader does
   const std::array<double, 16> target = pose(still, {0.8}, 2);
   check_pose(still, solve(still, {0.1}, target).q, target);
-  const found beyond = solve(still, {0.1}, {1, 0, 0, 3, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}); // all starts are tried; the best is kept
-  CHECK((beyond.end != static_cast<int>(ksl::inverse_kinematics_end::converged) && beyond.starts == 5 && std::isfinite(beyond.q[0])));
+  const found beyond =
+      solve(still, {0.1}, {1, 0, 0, 3, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}); // all starts are tried; the best is kept
+  CHECK((beyond.end != static_cast<int>(ksl::inverse_kinematics_end::converged) && beyond.starts == 5 &&
+         std::isfinite(beyond.q[0])));
   CHECK(beyond.error[0] > 1);
   ksl::robot_description r = with_limits(with_limits(following(1, 0), 0, -1, 1), 1, 2, 3);
   const ksl::model torn(r); // no position keeps both: those of the leader are kept

@@ -14,7 +14,8 @@
 namespace {
 
 template <class S> void compare_with_small_batches(const ksl::model &m, std::size_t before, std::size_t gap) {
-  const std::size_t width = static_cast<std::size_t>(m.nv()) * static_cast<std::size_t>(m.nv()), nq = static_cast<std::size_t>(m.nq());
+  const std::size_t width = static_cast<std::size_t>(m.nv()) * static_cast<std::size_t>(m.nv()),
+                    nq = static_cast<std::size_t>(m.nq());
   const std::size_t stride = width + gap, n = ksl::streamed_array / (width * sizeof(S)) + 37, part = 50;
   std::mt19937 random(5);
   std::uniform_real_distribution<S> number(S(-2), S(2));
@@ -40,7 +41,8 @@ template <class S> void compare_with_small_batches(const ksl::model &m, std::siz
     }
   }
   CHECK(different == 0);
-  CHECK(std::all_of(large.begin(), large.begin() + static_cast<std::ptrdiff_t>(before), [](S x) { return x == S(-7); }));
+  CHECK(
+      std::all_of(large.begin(), large.begin() + static_cast<std::ptrdiff_t>(before), [](S x) { return x == S(-7); }));
   CHECK(large.back() == S(-7));
 }
 
@@ -61,7 +63,8 @@ TEST_CASE("large batches hold the same bits as small ones") {
 
 TEST_CASE("large arrays of wrenches hold the same bits as small ones: packed, apart, and in place") {
   const double D[12] = {0.6, 0.8, 0, -0.8, 0.6, 0, 0, 0, 1, 0.3, -0.2, 0.5};
-  const std::size_t n = (std::size_t(8) << 20) / (6 * sizeof(double)) + 11, part = 1000; // of 8 MB on, caches are passed by
+  const std::size_t n = (std::size_t(8) << 20) / (6 * sizeof(double)) + 11,
+                    part = 1000; // of 8 MB on, caches are passed by
   std::mt19937 random(7);
   std::uniform_real_distribution<double> number(-2, 2);
   std::vector<double> c(6 * n), small(6 * n), packed(6 * n), apart(7 * n, -7);

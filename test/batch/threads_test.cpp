@@ -23,7 +23,8 @@ namespace {
 std::vector<int> counts(std::size_t n, int threads) {
   std::vector<std::atomic<int>> times(n);
   ksl::partition parts(n, 1, 1, threads, 1);
-  parts.threads = static_cast<std::size_t>(threads), parts.items_each = 1, parts.parts = n; // whatever number of cores there is
+  parts.threads = static_cast<std::size_t>(threads), parts.items_each = 1,
+  parts.parts = n; // whatever number of cores there is
   ksl::on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {
     for (std::size_t k = first; k < end; ++k)
       times[k] += seat < parts.threads ? 1 : 1000;
@@ -39,7 +40,8 @@ std::atomic<bool> no_threads{false};
 std::atomic<int> refused{0}, taken{0}; ///< threads that were asked for
 } // namespace
 
-extern "C" int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*start)(void *), void *argument) {
+extern "C" int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*start)(void *),
+                              void *argument) {
   if (no_threads) {
     ++refused;
     return EAGAIN;

@@ -14,10 +14,12 @@
 /* The call is refused as a bad argument, in one line that has the words. */
 #define CHECK_BAD(call, words) CHECK_REFUSED(call, KSL_BAD_ARGUMENT, words)
 
-#define INERTIAL "<inertial><origin xyz='0 0 -0.7'/><mass value='1.3'/><inertia ixx='0.1' iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial>"
+#define INERTIAL                                                                                                       \
+  "<inertial><origin xyz='0 0 -0.7'/><mass value='1.3'/><inertia ixx='0.1' iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial>"
 /* Two pendulums, the second of which follows the first, and a socket. */
 static const char robot[] =
-    "<robot name='r'><link name='ceiling'/><link name='bob'>" INERTIAL "</link><link name='shadow'>" INERTIAL "</link><link name='ball'>" INERTIAL
+    "<robot name='r'><link name='ceiling'/><link name='bob'>" INERTIAL "</link><link name='shadow'>" INERTIAL
+    "</link><link name='ball'>" INERTIAL
     "</link><joint name='pin' type='continuous'><parent link='ceiling'/><child link='bob'/><axis xyz='0 1 0'/></joint>"
     "<joint name='second' type='continuous'><parent link='ceiling'/><child link='shadow'/><axis xyz='0 1 0'/>"
     "<mimic joint='pin' multiplier='-2' offset='0.25'/></joint>"
@@ -31,18 +33,24 @@ static ksl_model_t *model_of(const char *text, const ksl_model_options_t *option
 
 static void test_nothing_of_nothing(const ksl_model_t *m) {
   CHECK(ksl_model_nq(NULL) == 0 && ksl_model_nv(NULL) == 0 && ksl_model_moving_joints(NULL) == 0);
-  CHECK(ksl_model_joints(NULL) == 0 && ksl_model_links(NULL) == 0 && ksl_model_tree_elements(NULL) == 0 && ksl_model_mass(NULL) == 0);
+  CHECK(ksl_model_joints(NULL) == 0 && ksl_model_links(NULL) == 0 && ksl_model_tree_elements(NULL) == 0 &&
+        ksl_model_mass(NULL) == 0);
   CHECK(ksl_model_warning(NULL, 0) == NULL && ksl_model_unused(NULL, 0) == NULL && ksl_model_link(NULL, "bob") == -1);
   CHECK(!ksl_model_physics(NULL).damping && ksl_model_physics(NULL).friction_width == 0);
-  CHECK(strstr(ksl_model_unused(m, 0), "transmission") && ksl_model_unused(m, -1) == NULL && ksl_model_unused(m, 99) == NULL);
+  CHECK(strstr(ksl_model_unused(m, 0), "transmission") && ksl_model_unused(m, -1) == NULL &&
+        ksl_model_unused(m, 99) == NULL);
   double multiplier = 7, offset = 7;
-  CHECK(ksl_model_joint(m, "nobody") == -1 && ksl_model_joint(m, NULL) == -1 && strstr(ksl_error_message(), "must not be null"));
-  CHECK(ksl_model_link(m, "nobody") == -1 && ksl_model_link(NULL, "x") == -1 && strstr(ksl_error_message(), "must not be null"));
+  CHECK(ksl_model_joint(m, "nobody") == -1 && ksl_model_joint(m, NULL) == -1 &&
+        strstr(ksl_error_message(), "must not be null"));
+  CHECK(ksl_model_link(m, "nobody") == -1 && ksl_model_link(NULL, "x") == -1 &&
+        strstr(ksl_error_message(), "must not be null"));
   CHECK(ksl_model_leader(m, ksl_model_joint(m, "second"), &multiplier, &offset) == ksl_model_joint(m, "pin"));
   CHECK(multiplier == -2 && offset == 0.25);
   for (int out = -1; out < 100; out += 100) {
-    CHECK(ksl_model_leader(m, out, NULL, NULL) == -1 && ksl_model_joint_above(m, out) == -1 && ksl_model_parent_link(m, out) == -1);
-    CHECK(ksl_model_support(m, out, NULL) == -1 && ksl_model_subtree_links(m, out, NULL) == -1 && ksl_model_subtree_mass(m, out) == 0);
+    CHECK(ksl_model_leader(m, out, NULL, NULL) == -1 && ksl_model_joint_above(m, out) == -1 &&
+          ksl_model_parent_link(m, out) == -1);
+    CHECK(ksl_model_support(m, out, NULL) == -1 && ksl_model_subtree_links(m, out, NULL) == -1 &&
+          ksl_model_subtree_mass(m, out) == 0);
   }
   CHECK(ksl_model_leader(m, 99, NULL, NULL) == -1);
   CHECK(ksl_model_subtree_mass(m, ksl_model_joint(m, "pin")) == 2.6);
@@ -96,7 +104,8 @@ static void test_reactions(const ksl_model_t *m, ksl_data_t *d) {
   float tauf[4], wf[6];
   const int pin = ksl_model_joint(m, "pin"), nobody = ksl_model_joints(m), below = -1;
   CHECK_BAD(ksl_reactions(m, d, 1, &pin, NULL, NULL, w), "call that first");
-  CHECK(ksl_inverse_dynamics(m, d, q, v, a, NULL, tau) == KSL_OK && ksl_reactions(m, d, 1, &pin, NULL, NULL, w) == KSL_OK);
+  CHECK(ksl_inverse_dynamics(m, d, q, v, a, NULL, tau) == KSL_OK &&
+        ksl_reactions(m, d, 1, &pin, NULL, NULL, w) == KSL_OK);
   CHECK_BAD(ksl_reactionsf(m, d, 1, &pin, NULL, NULL, wf), "in the same precision");
   CHECK_BAD(ksl_reactions(m, d, 1, &pin, NULL, NULL, NULL), "wrenches must not be null");
   CHECK_BAD(ksl_reactions(m, d, 1, NULL, NULL, NULL, w), "n must be between 0");
@@ -110,7 +119,8 @@ static void test_reactions(const ksl_model_t *m, ksl_data_t *d) {
   CHECK_BAD(ksl_reactions(m, d, 1, &pin, &how, NULL, w), "at_link or axes_link is out of range");
   how.at_link = ksl_model_links(m), how.axes_link = 1;
   CHECK_BAD(ksl_reactions(m, d, 1, &pin, &how, NULL, w), "at_link or axes_link is out of range");
-  CHECK(ksl_inverse_dynamicsf(m, d, qf, vf, af, NULL, tauf) == KSL_OK && ksl_reactionsf(m, d, 1, &pin, NULL, NULL, wf) == KSL_OK);
+  CHECK(ksl_inverse_dynamicsf(m, d, qf, vf, af, NULL, tauf) == KSL_OK &&
+        ksl_reactionsf(m, d, 1, &pin, NULL, NULL, wf) == KSL_OK);
   for (int i = 0; i < 6; ++i)
     CHECK(fabs(w[i] - (double)wf[i]) < 1e-4 * (1 + fabs(w[i])));
   CHECK(ksl_reactionsf(m, d, 0, NULL, NULL, NULL, NULL) == KSL_OK); /* none */
@@ -125,12 +135,18 @@ static void test_reactions(const ksl_model_t *m, ksl_data_t *d) {
   const ksl_externalf_t externalf = {1, &bob, &pushf, KSL_IN_FRAME};
   const ksl_external_rows_t rows = {1, &bob, push.at, 6, KSL_IN_FRAME};
   const ksl_external_rowsf_t rowsf = {1, &bob, pushf.at, 6, KSL_IN_FRAME};
-  CHECK(ksl_reactions_batch(m, 1, q, 5, v, 4, a, 4, 1, &pin, NULL, batch, 6, 1) == KSL_OK && memcmp(batch, w, sizeof w) == 0);
-  CHECK(ksl_reactions_batchf(m, 1, qf, 5, vf, 4, af, 4, 1, &pin, NULL, batchf, 6, 1) == KSL_OK && memcmp(batchf, wf, sizeof wf) == 0);
-  CHECK(ksl_inverse_dynamics(m, d, q, v, a, &external, tau) == KSL_OK && ksl_reactions(m, d, 1, &pin, NULL, &external, w) == KSL_OK);
-  CHECK(ksl_inverse_dynamicsf(m, d, qf, vf, af, &externalf, tauf) == KSL_OK && ksl_reactionsf(m, d, 1, &pin, NULL, &externalf, wf) == KSL_OK);
-  CHECK(ksl_reactions_external_batch(m, 1, q, 5, v, 4, a, 4, &rows, 1, &pin, NULL, pushed, 6, 1) == KSL_OK && memcmp(pushed, w, sizeof w) == 0);
-  CHECK(ksl_reactions_external_batchf(m, 1, qf, 5, vf, 4, af, 4, &rowsf, 1, &pin, NULL, pushedf, 6, 1) == KSL_OK && memcmp(pushedf, wf, sizeof wf) == 0);
+  CHECK(ksl_reactions_batch(m, 1, q, 5, v, 4, a, 4, 1, &pin, NULL, batch, 6, 1) == KSL_OK &&
+        memcmp(batch, w, sizeof w) == 0);
+  CHECK(ksl_reactions_batchf(m, 1, qf, 5, vf, 4, af, 4, 1, &pin, NULL, batchf, 6, 1) == KSL_OK &&
+        memcmp(batchf, wf, sizeof wf) == 0);
+  CHECK(ksl_inverse_dynamics(m, d, q, v, a, &external, tau) == KSL_OK &&
+        ksl_reactions(m, d, 1, &pin, NULL, &external, w) == KSL_OK);
+  CHECK(ksl_inverse_dynamicsf(m, d, qf, vf, af, &externalf, tauf) == KSL_OK &&
+        ksl_reactionsf(m, d, 1, &pin, NULL, &externalf, wf) == KSL_OK);
+  CHECK(ksl_reactions_external_batch(m, 1, q, 5, v, 4, a, 4, &rows, 1, &pin, NULL, pushed, 6, 1) == KSL_OK &&
+        memcmp(pushed, w, sizeof w) == 0);
+  CHECK(ksl_reactions_external_batchf(m, 1, qf, 5, vf, 4, af, 4, &rowsf, 1, &pin, NULL, pushedf, 6, 1) == KSL_OK &&
+        memcmp(pushedf, wf, sizeof wf) == 0);
   CHECK(memcmp(pushed, batch, sizeof batch) != 0);
 }
 
@@ -151,7 +167,8 @@ static void test_external(const ksl_model_t *m, ksl_data_t *d) {
   CHECK_BAD(ksl_inverse_dynamics(m, d, q, zero, zero, &external, tau), "external names a link out of range");
   external.n = 0;
   double alone[4];
-  CHECK(ksl_inverse_dynamics(m, d, q, zero, zero, &external, tau) == KSL_OK && ksl_inverse_dynamics(m, d, q, zero, zero, NULL, alone) == KSL_OK);
+  CHECK(ksl_inverse_dynamics(m, d, q, zero, zero, &external, tau) == KSL_OK &&
+        ksl_inverse_dynamics(m, d, q, zero, zero, NULL, alone) == KSL_OK);
   CHECK(memcmp(tau, alone, sizeof tau) == 0);
   CHECK_BAD(ksl_inverse_dynamics(m, d, NULL, zero, zero, NULL, tau), "must not be null");
   CHECK_BAD(ksl_inverse_dynamics(m, d, q, NULL, zero, NULL, tau), "must not be null");
@@ -163,13 +180,17 @@ static void test_sections(const ksl_model_t *m, ksl_data_t *d) {
   const float qf[5] = {0.8f, 0, 0, 0, 1}, zerof[4] = {0};
   double w[6], reaction[6], tau[4];
   float wf[6];
-  const int pin = ksl_model_joint(m, "pin"), second = ksl_model_joint(m, "second"), nobody = ksl_model_joints(m), below = -1;
+  const int pin = ksl_model_joint(m, "pin"), second = ksl_model_joint(m, "second"), nobody = ksl_model_joints(m),
+            below = -1;
   ksl_section_t s = ksl_section(ksl_model_link(m, "bob"));
   s.normal[2] = -1;
-  CHECK(ksl_section_wrench(m, d, q, zero, zero, NULL, &s, w) == KSL_OK && ksl_section_wrenchf(m, d, qf, zerof, zerof, NULL, &s, wf) == KSL_OK);
-  CHECK(ksl_inverse_dynamics(m, d, q, zero, zero, NULL, tau) == KSL_OK && ksl_reactions(m, d, 1, &pin, NULL, NULL, reaction) == KSL_OK);
+  CHECK(ksl_section_wrench(m, d, q, zero, zero, NULL, &s, w) == KSL_OK &&
+        ksl_section_wrenchf(m, d, qf, zerof, zerof, NULL, &s, wf) == KSL_OK);
+  CHECK(ksl_inverse_dynamics(m, d, q, zero, zero, NULL, tau) == KSL_OK &&
+        ksl_reactions(m, d, 1, &pin, NULL, NULL, reaction) == KSL_OK);
   for (int i = 0; i < 6; ++i)
-    CHECK(fabs(fabs(w[i]) - fabs(reaction[i])) < 1e-12 * (1 + fabs(w[i])) && fabs(w[i] - (double)wf[i]) < 1e-4 * (1 + fabs(w[i])));
+    CHECK(fabs(fabs(w[i]) - fabs(reaction[i])) < 1e-12 * (1 + fabs(w[i])) &&
+          fabs(w[i] - (double)wf[i]) < 1e-4 * (1 + fabs(w[i])));
   CHECK_BAD(ksl_section_wrench(m, d, q, zero, zero, NULL, &s, NULL), "wrench must not be null");
   CHECK_BAD(ksl_section_wrench(m, d, q, zero, zero, NULL, NULL, w), "section must not be null");
   s.normal[2] = 0;
@@ -189,7 +210,8 @@ static void test_sections(const ksl_model_t *m, ksl_data_t *d) {
   s.beyond = &below;
   CHECK_BAD(ksl_section_wrench(m, d, q, zero, zero, NULL, &s, w), "beyond names a joint out of range");
   s.beyond = &second;
-  CHECK_BAD(ksl_section_wrench(m, d, q, zero, zero, NULL, &s, w), "beyond names second, which neither carries bob nor is carried by it");
+  CHECK_BAD(ksl_section_wrench(m, d, q, zero, zero, NULL, &s, w),
+            "beyond names second, which neither carries bob nor is carried by it");
 }
 
 /* The hand of a pendulum that hangs at an angle is where that angle is found again. */
@@ -207,19 +229,23 @@ static void test_inverse_kinematics(const ksl_model_t *m) {
     for (int i = 0; i < 16; ++i)
       targetf[k][i] = (float)target[k][i];
   }
-  CHECK(ksl_inverse_kinematics(m, n, 1, &frame, target[0], 16, start[0], 5, NULL, q[0], 5, error[0], 2, ends, iterations, starts, 1) == KSL_OK);
+  CHECK(ksl_inverse_kinematics(m, n, 1, &frame, target[0], 16, start[0], 5, NULL, q[0], 5, error[0], 2, ends,
+                               iterations, starts, 1) == KSL_OK);
   for (int k = 0; k < n; ++k)
-    CHECK(fabs(q[k][0] - (k ? -0.5 : 0.5)) < 1e-5 && q[k][4] == 1 && error[k][0] <= 1e-6 && error[k][1] <= 1e-6 && ends[k] == KSL_CONVERGED &&
-          iterations[k] > 0 && starts[k] == 1);
+    CHECK(fabs(q[k][0] - (k ? -0.5 : 0.5)) < 1e-5 && q[k][4] == 1 && error[k][0] <= 1e-6 && error[k][1] <= 1e-6 &&
+          ends[k] == KSL_CONVERGED && iterations[k] > 0 && starts[k] == 1);
   double alone[n][5];
-  CHECK(ksl_inverse_kinematics(m, n, 1, &frame, target[0], 16, start[0], 5, NULL, alone[0], 5, NULL, 0, NULL, NULL, NULL, 1) == KSL_OK);
+  CHECK(ksl_inverse_kinematics(m, n, 1, &frame, target[0], 16, start[0], 5, NULL, alone[0], 5, NULL, 0, NULL, NULL,
+                               NULL, 1) == KSL_OK);
   CHECK(memcmp(alone, q, sizeof q) == 0); /* what is not wanted changes nothing */
   ksl_inverse_kinematics_options_t options = ksl_inverse_kinematics_options();
   options.position_tolerance = options.orientation_tolerance = 1e-4;
-  CHECK(ksl_inverse_kinematicsf(m, n, 1, &frame, targetf[0], 16, NULL, 0, &options, qf[0], 5, NULL, 0, NULL, NULL, NULL, 1) == KSL_OK);
+  CHECK(ksl_inverse_kinematicsf(m, n, 1, &frame, targetf[0], 16, NULL, 0, &options, qf[0], 5, NULL, 0, NULL, NULL, NULL,
+                                1) == KSL_OK);
   for (int k = 0; k < n; ++k)
     CHECK(fabs(remainder((double)qf[k][0] - (k ? -0.5 : 0.5), 6.283185307179586)) < 1e-3);
-  CHECK(ksl_inverse_kinematics(m, 0, 1, &frame, NULL, 16, NULL, 0, NULL, NULL, 5, NULL, 0, NULL, NULL, NULL, 1) == KSL_OK);
+  CHECK(ksl_inverse_kinematics(m, 0, 1, &frame, NULL, 16, NULL, 0, NULL, NULL, 5, NULL, 0, NULL, NULL, NULL, 1) ==
+        KSL_OK);
   /* Rows that are not there, and rows of no states, may be as far apart as can be. */
   CHECK(ksl_inverse_kinematics(m, 0, 1, &frame, target[0], PTRDIFF_MAX, NULL, PTRDIFF_MIN, NULL, q[0], PTRDIFF_MAX,
                                NULL, 0, NULL, NULL, NULL, 1) == KSL_OK);
@@ -227,8 +253,9 @@ static void test_inverse_kinematics(const ksl_model_t *m) {
                                NULL, NULL, NULL, 1) == KSL_OK);
 
   const ksl_inverse_kinematics_options_t usual = ksl_inverse_kinematics_options();
-#define SOLVE(model, frames_n, frames, targets, options, q)                                                             \
-  ksl_inverse_kinematics(model, n, frames_n, frames, targets, 16, start[0], 5, options, q, 5, NULL, 0, NULL, NULL, NULL, 1)
+#define SOLVE(model, frames_n, frames, targets, options, q)                                                            \
+  ksl_inverse_kinematics(model, n, frames_n, frames, targets, 16, start[0], 5, options, q, 5, NULL, 0, NULL, NULL,     \
+                         NULL, 1)
   CHECK_BAD(SOLVE(NULL, 1, &frame, target[0], NULL, q[0]), "model and frames must not be null");
   CHECK_BAD(SOLVE(m, 0, &frame, target[0], NULL, q[0]), "there must be a frame");
   CHECK_BAD(SOLVE(m, 1, NULL, target[0], NULL, q[0]), "model and frames must not be null");
@@ -281,8 +308,10 @@ static void test_frames(const ksl_model_t *m, ksl_data_t *d) {
   CHECK_BAD(ksl_frame_velocity(m, d, q, v, -1, NULL, twist), "a link is out of range");
   int all[99] = {0};
   double matrix[99], rank;
-  CHECK_BAD(ksl_operational_space_inertia(m, d, q, 99, all, NULL, matrix, &rank), "links: at most as many as the model has");
-  CHECK_BAD(ksl_operational_space_inertia_batch(m, 1, q, 5, 99, all, NULL, matrix, 99, &rank, 1, 1), "links: at most as many as the model has");
+  CHECK_BAD(ksl_operational_space_inertia(m, d, q, 99, all, NULL, matrix, &rank),
+            "links: at most as many as the model has");
+  CHECK_BAD(ksl_operational_space_inertia_batch(m, 1, q, 5, 99, all, NULL, matrix, 99, &rank, 1, 1),
+            "links: at most as many as the model has");
 }
 
 static void test_options(void) {
@@ -348,8 +377,10 @@ static void test_massless(void) {
   const double zero[2] = {0};
   double out[2];
   CHECK(ksl_data_create(m, &d) == KSL_OK && ksl_inverse_dynamics(m, d, zero, zero, zero, NULL, out) == KSL_OK);
-  CHECK_BAD(ksl_forward_dynamics(m, d, zero, zero, zero, NULL, out), "forward_dynamics: joint k can move without moving any mass");
-  CHECK_BAD(ksl_forward_dynamics_batch(m, 1, zero, 2, zero, 2, zero, 2, out, 2, 1), "joint k can move without moving any mass");
+  CHECK_BAD(ksl_forward_dynamics(m, d, zero, zero, zero, NULL, out),
+            "forward_dynamics: joint k can move without moving any mass");
+  CHECK_BAD(ksl_forward_dynamics_batch(m, 1, zero, 2, zero, 2, zero, 2, out, 2, 1),
+            "joint k can move without moving any mass");
   ksl_data_free(d), ksl_model_free(m);
 }
 
@@ -363,7 +394,8 @@ static void test_builders(const char *folder) {
   hinge.axis = axis;
   CHECK_BAD(ksl_builder_create(NULL, &b), "must not be null");
   CHECK_BAD(ksl_builder_create("r", NULL), "must not be null");
-  CHECK(ksl_builder_create("r", &b) == KSL_OK && ksl_builder_add_link(b, "ground", NULL) == KSL_OK && ksl_builder_add_link(b, "rod", &bob) == KSL_OK);
+  CHECK(ksl_builder_create("r", &b) == KSL_OK && ksl_builder_add_link(b, "ground", NULL) == KSL_OK &&
+        ksl_builder_add_link(b, "rod", &bob) == KSL_OK);
   CHECK_BAD(ksl_builder_add_link(NULL, "x", NULL), "must not be null");
   CHECK_BAD(ksl_builder_add_link(b, NULL, NULL), "must not be null");
   CHECK_BAD(ksl_builder_add_joint(NULL, "j", "revolute", "ground", "rod", NULL, &hinge), "must not be null");
@@ -384,7 +416,8 @@ static void test_builders(const char *folder) {
   CHECK_BAD(ksl_builder_build(b, NULL, NULL), "must not be null");
   CHECK(ksl_builder_build(b, NULL, &m) == KSL_OK && ksl_model_nv(m) == 2);
   double multiplier, offset;
-  CHECK(ksl_model_leader(m, ksl_model_joint(m, "k"), &multiplier, &offset) == ksl_model_joint(m, "j") && multiplier == 3 && offset == 0.5);
+  CHECK(ksl_model_leader(m, ksl_model_joint(m, "k"), &multiplier, &offset) == ksl_model_joint(m, "j") &&
+        multiplier == 3 && offset == 0.5);
 
   const int arm = ksl_model_joint(m, "arm_joint1"), rod = ksl_model_link(m, "rod");
   const double q = 0.3, heavy[10] = {1, 0, 0, 0, 1, 0, 1, 0, 0, 1};

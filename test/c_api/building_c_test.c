@@ -60,13 +60,15 @@ static void test_limits_of_several(void) {
   o.axis = up, o.lower = -1, o.upper = 1, o.further_lower[0] = 0.5, o.further_upper[0] = 0.25;
   CHECK_REFUSED(ksl_builder_add_joint(b, "screw", "cylindrical", "a", "b", NULL, &o), KSL_BAD_DESCRIPTION,
                 "number 2 of its position: lower limit 0.5 is above upper limit 0.25");
-  CHECK_REFUSED(ksl_builder_add_joint(b, "screw", "revolute", "a", "b", NULL, &o), KSL_BAD_DESCRIPTION, "has no lower limit of number 2");
+  CHECK_REFUSED(ksl_builder_add_joint(b, "screw", "revolute", "a", "b", NULL, &o), KSL_BAD_DESCRIPTION,
+                "has no lower limit of number 2");
   o.further_lower[0] = NAN;
   CHECK_REFUSED(ksl_builder_add_joint(b, "screw", "helical", "a", "b", NULL, &o), KSL_BAD_DESCRIPTION, "screw");
   CHECK(ksl_builder_add_joint(b, "screw", "cylindrical", "a", "b", NULL, &o) == KSL_OK);
   CHECK(ksl_builder_build(b, NULL, &m) == KSL_OK);
   CHECK(ksl_model_joint_info(m, 0, &info) == KSL_OK);
-  CHECK(info.lower[0] == -1 && info.upper[0] == 1 && isinf(info.lower[1]) && info.upper[1] == 0.25 && isinf(info.upper[2]));
+  CHECK(info.lower[0] == -1 && info.upper[0] == 1 && isinf(info.lower[1]) && info.upper[1] == 0.25 &&
+        isinf(info.upper[2]));
   CHECK(ksl_model_link(m, "bb") == -1 && strstr(ksl_error_message(), "no link named") != NULL);
   CHECK(ksl_model_joint(m, "scrw") == -1 && strstr(ksl_error_message(), "did you mean \"screw\"?") != NULL);
   ksl_model_free(m);

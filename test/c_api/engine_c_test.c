@@ -89,13 +89,15 @@ static void test_pendulum(const char *path) {
   const int two[2] = {hand, 0};
   double poses[2][4][4];
   CHECK(ksl_frame_poses(m, d, &q, 2, two, poses[0][0]) == KSL_OK);
-  CHECK(poses[0][0][3] == pose.t.x && poses[0][2][3] == pose.t.z && poses[0][0][2] == pose.R.m02 && poses[0][3][3] == 1);
+  CHECK(poses[0][0][3] == pose.t.x && poses[0][2][3] == pose.t.z && poses[0][0][2] == pose.R.m02 &&
+        poses[0][3][3] == 1);
   CHECK(poses[1][0][0] == 1 && poses[1][0][3] == 0 && poses[1][3][0] == 0); /* the ceiling */
   double kinetic, potential;
   CHECK(ksl_energy(m, d, &q, &v, &kinetic, &potential) == KSL_OK);
   CHECK(close_to(kinetic, mass * l * l * v * v / 2) && close_to(potential, -mass * g * l * cos(q)));
 
-  CHECK_REFUSED(ksl_reactions(m, d, 1, joints, NULL, NULL, w), KSL_BAD_ARGUMENT, "call that first"); /* energy wrote there */
+  CHECK_REFUSED(ksl_reactions(m, d, 1, joints, NULL, NULL, w), KSL_BAD_ARGUMENT,
+                "call that first"); /* energy wrote there */
   CHECK(ksl_inverse_dynamics(m, d, &q, &v, &a, NULL, &tau) == KSL_OK);
 
   /* what is refused, and that it changes nothing */
@@ -180,8 +182,11 @@ static void test_sdf(const char *folder) {
     return;
   fputs("<sdf version='1.9'><world name='w'><gravity>0 0 -2</gravity>", f);
   for (const char *name = "ab"; *name; ++name)
-    fprintf(f, "<model name='%c'><link name='l'><inertial><mass>3</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia>"
-               "</inertial></link></model>", *name);
+    fprintf(
+        f,
+        "<model name='%c'><link name='l'><inertial><mass>3</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia>"
+        "</inertial></link></model>",
+        *name);
   fputs("</world></sdf>", f);
   fclose(f);
   ksl_model_options_t options = ksl_model_options();
@@ -291,7 +296,8 @@ static void test_dynamics(const char *path) {
   CHECK(ksl_model_load(path, NULL, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
   if (!m || !d)
     return;
-  double q[n][nv], v[n][nv], a[n][nv], tau[n][nv], back[nv], M[nv][nv], bias[nv], gravity[nv], batch[n][nv], Ms[n][nv][nv];
+  double q[n][nv], v[n][nv], a[n][nv], tau[n][nv], back[nv], M[nv][nv], bias[nv], gravity[nv], batch[n][nv],
+      Ms[n][nv][nv];
   for (int k = 0; k < n; ++k)
     for (int i = 0; i < nv; ++i)
       q[k][i] = 0.3 * i - k, v[k][i] = 0.1 * k + 0.2, a[k][i] = 1.0 - 0.4 * i;
@@ -328,7 +334,8 @@ static void test_dynamics(const char *path) {
   ksl_model_free(same);
   CHECK(ksl_model_nq(NULL) == 0 && ksl_model_joint(NULL, "x") == -1 && ksl_model_warning(m, 0) == NULL);
   CHECK_REFUSED(ksl_mass_matrix_batch(m, n, q[0], nv, NULL, nv, 1), KSL_BAD_ARGUMENT, "null");
-  CHECK(strncmp(ksl_instruction_set(), "x86-64-v", 8) == 0 || strcmp(ksl_instruction_set(), "neon") == 0 || strcmp(ksl_instruction_set(), "generic") == 0);
+  CHECK(strncmp(ksl_instruction_set(), "x86-64-v", 8) == 0 || strcmp(ksl_instruction_set(), "neon") == 0 ||
+        strcmp(ksl_instruction_set(), "generic") == 0);
   ksl_data_free(d);
   ksl_model_free(m);
 }
@@ -358,13 +365,17 @@ static void test_positions_and_energies(const char *path) {
       CHECK(fabs((double)posesf[k][i] - alone[i]) < 1e-5);
     CHECK(ksl_energy(m, d, q[k], v[k], &kinetic, &potential) == KSL_OK);
     CHECK(energies[k][0] == kinetic && energies[k][1] == potential);
-    CHECK(fabs((double)energiesf[k][0] - kinetic) < 1e-4 * kinetic + 1e-6 && fabs((double)energiesf[k][1] - potential) < 1e-3);
+    CHECK(fabs((double)energiesf[k][0] - kinetic) < 1e-4 * kinetic + 1e-6 &&
+          fabs((double)energiesf[k][1] - potential) < 1e-3);
   }
   const int nobody = ksl_model_links(m);
-  CHECK_REFUSED(ksl_frame_poses_batch(m, n, q[0], nv, 1, &nobody, poses[0], width, 0), KSL_BAD_ARGUMENT, "out of range");
-  CHECK_REFUSED(ksl_frame_poses_batch(m, n, q[0], nv, -1, wanted, poses[0], width, 0), KSL_BAD_ARGUMENT, "not negative");
+  CHECK_REFUSED(ksl_frame_poses_batch(m, n, q[0], nv, 1, &nobody, poses[0], width, 0), KSL_BAD_ARGUMENT,
+                "out of range");
+  CHECK_REFUSED(ksl_frame_poses_batch(m, n, q[0], nv, -1, wanted, poses[0], width, 0), KSL_BAD_ARGUMENT,
+                "not negative");
   CHECK_REFUSED(ksl_frame_poses_batchf(m, n, NULL, nv, links, wanted, posesf[0], width, 0), KSL_BAD_ARGUMENT, "null");
-  CHECK_REFUSED(ksl_energy_batch(NULL, n, q[0], nv, v[0], nv, energies[0], 2, energies[0] + 1, 2, 0), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_energy_batch(NULL, n, q[0], nv, v[0], nv, energies[0], 2, energies[0] + 1, 2, 0), KSL_BAD_ARGUMENT,
+                "null");
   CHECK_REFUSED(ksl_energy_batch(m, n, q[0], nv, v[0], nv, energies[0], 2, NULL, 2, 0), KSL_BAD_ARGUMENT, "null");
   CHECK(ksl_energy_batch(m, 0, NULL, nv, NULL, nv, NULL, 2, NULL, 2, 0) == KSL_OK);
   CHECK(ksl_frame_poses_batch(m, n, q[0], nv, 0, NULL, NULL, 0, 0) == KSL_OK);
@@ -411,13 +422,15 @@ static void test_physics(void) {
     CHECK(ksl_inverse_dynamics(m, d, &q, &v, &a, NULL, &tau) == KSL_OK);
     CHECK(close_to(tau, transmitted + 0.3 * v + 0.25 * a));
     CHECK(ksl_effort_parts(m, d, &q, &v, &a, NULL, parts) == KSL_OK);
-    CHECK(close_to(parts[0], transmitted) && close_to(parts[1], 0.6) && parts[2] == 0 && close_to(parts[3], 0.25 * a) && parts[4] == 0);
+    CHECK(close_to(parts[0], transmitted) && close_to(parts[1], 0.6) && parts[2] == 0 && close_to(parts[3], 0.25 * a) &&
+          parts[4] == 0);
     const ksl_physics_t physics = {.exact_friction = true};
     CHECK(ksl_model_with_physics(m, &physics, &exact) == KSL_OK && ksl_model_links(exact) == 2);
     ksl_data_free(d), d = NULL;
     CHECK(ksl_data_create(exact, &d) == KSL_OK);
     CHECK(ksl_inverse_dynamics(exact, d, &q, &v, &a, NULL, &tau) == KSL_OK && close_to(tau, transmitted + 1.5));
-    CHECK_REFUSED(ksl_forward_dynamics(exact, d, &q, &v, &a, NULL, &tau), KSL_BAD_ARGUMENT, "exact dry friction jumps at rest");
+    CHECK_REFUSED(ksl_forward_dynamics(exact, d, &q, &v, &a, NULL, &tau), KSL_BAD_ARGUMENT,
+                  "exact dry friction jumps at rest");
     ksl_data_free(d), ksl_model_free(exact), ksl_model_free(m);
   }
   ksl_builder_free(b);
@@ -434,13 +447,15 @@ static void test_memory(const char *path) {
   memcpy(text, pendulum, n);
   memcpy(text + n, "<no>", 4);
   CHECK(ksl_model_load(path, NULL, &file) == KSL_OK && ksl_model_load_memory(text, n, NULL, &m) == KSL_OK);
-  CHECK(ksl_model_links(m) == 3 && ksl_model_joint_info(m, 0, &a) == KSL_OK && ksl_model_joint_info(file, 0, &b) == KSL_OK);
+  CHECK(ksl_model_links(m) == 3 && ksl_model_joint_info(m, 0, &a) == KSL_OK &&
+        ksl_model_joint_info(file, 0, &b) == KSL_OK);
   CHECK(!strcmp(a.kind, "continuous") && a.q_index == 0 && a.nv == 1 && !memcmp(a.axis, b.axis, sizeof a.axis));
   CHECK(ksl_model_mass(m) == 1.3);
   ksl_model_free(m), ksl_model_free(file);
   CHECK_REFUSED(ksl_model_load_memory(text, n + 4, NULL, &m), KSL_BAD_DESCRIPTION, "<string>");
   CHECK(m == NULL);
-  CHECK_REFUSED(ksl_model_load_memory("<robot name='r'>\n<link nam='a'/></robot>", 39, NULL, &m), KSL_BAD_DESCRIPTION, "<string>:2");
+  CHECK_REFUSED(ksl_model_load_memory("<robot name='r'>\n<link nam='a'/></robot>", 39, NULL, &m), KSL_BAD_DESCRIPTION,
+                "<string>:2");
   CHECK_REFUSED(ksl_model_load_memory("", 0, NULL, &m), KSL_BAD_DESCRIPTION, "<string>: the file is empty");
   CHECK_REFUSED(ksl_model_load_memory(NULL, 0, NULL, &m), KSL_BAD_ARGUMENT, "text and model must not be null");
   ksl_model_options_t options = ksl_model_options();
@@ -477,7 +492,8 @@ static void test_unknown_enumerators(const char *path) {
       ksl_reaction_options_t how = {0};
       int *const members[] = {(int *)&how.part, (int *)&how.on, (int *)&how.at, (int *)&how.axes, (int *)&how.order};
       memcpy(members[member], &value, sizeof value);
-      CHECK_REFUSED(ksl_inverse_dynamics_with_reactions(m, d, x, x, x, NULL, out, 1, &joint, &how, out + 6), KSL_BAD_ARGUMENT, "enumerations");
+      CHECK_REFUSED(ksl_inverse_dynamics_with_reactions(m, d, x, x, x, NULL, out, 1, &joint, &how, out + 6),
+                    KSL_BAD_ARGUMENT, "enumerations");
     }
     for (int member = 0; member < 4; ++member) {
       ksl_frame_options_t how = {0};
@@ -488,7 +504,8 @@ static void test_unknown_enumerators(const char *path) {
     ksl_builder_t *b = NULL;
     CHECK(ksl_builder_create("arm", &b) == KSL_OK && ksl_builder_add_link(b, "root", NULL) == KSL_OK);
     const ksl_dh_row_t row = {0.1, 0, 0, 0, NULL, {1, {0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}};
-    CHECK_REFUSED(ksl_builder_add_dh_chain(b, "root", 1, &row, (ksl_dh_convention_t)value, NULL), KSL_BAD_ARGUMENT, "convention");
+    CHECK_REFUSED(ksl_builder_add_dh_chain(b, "root", 1, &row, (ksl_dh_convention_t)value, NULL), KSL_BAD_ARGUMENT,
+                  "convention");
     ksl_builder_free(b);
   }
   ksl_data_free(d);
@@ -524,26 +541,32 @@ static void test_sizes(const char *path) {
   const int link = 3, joint = 1;
   double out[36] = {-7};
   float outf[36] = {-7};
-  const size_t beyond[] = {SIZE_MAX, SIZE_MAX - 1, SIZE_MAX / 2, SIZE_MAX / 8, SIZE_MAX / 64, (size_t)PTRDIFF_MAX / 48 + 2};
+  const size_t beyond[] = {SIZE_MAX,     SIZE_MAX - 1,  SIZE_MAX / 2,
+                           SIZE_MAX / 8, SIZE_MAX / 64, (size_t)PTRDIFF_MAX / 48 + 2};
   for (size_t i = 0; i < sizeof beyond / sizeof *beyond; ++i)
     for (int threads = 0; threads < 3; ++threads) {
       const size_t n = beyond[i];
       CHECK_REFUSED(ksl_inverse_dynamics_batch(m, n, x, 6, x, 6, x, 6, out, 6, threads), KSL_BAD_ARGUMENT, "memory");
       CHECK_REFUSED(ksl_inverse_dynamics_batch(m, n, x, 0, x, 0, x, 0, out, -6, threads), KSL_BAD_ARGUMENT, "memory");
       CHECK_REFUSED(ksl_mass_matrix_batch(m, n, x, 6, out, 36, threads), KSL_BAD_ARGUMENT, "memory");
-      CHECK_REFUSED(ksl_inverse_dynamics_with_reactions_batch(m, n, x, 0, x, 0, x, 0, out, 0, 1, &joint, NULL, out, 6, threads),
-                    KSL_BAD_ARGUMENT, "memory");
+      CHECK_REFUSED(
+          ksl_inverse_dynamics_with_reactions_batch(m, n, x, 0, x, 0, x, 0, out, 0, 1, &joint, NULL, out, 6, threads),
+          KSL_BAD_ARGUMENT, "memory");
       const ksl_external_rows_t rows = {1, &link, x, 6, KSL_IN_FRAME};
-      CHECK_REFUSED(ksl_inverse_dynamics_external_batch(m, n, x, 0, x, 0, x, 0, &rows, out, 6, threads), KSL_BAD_ARGUMENT, "memory");
+      CHECK_REFUSED(ksl_inverse_dynamics_external_batch(m, n, x, 0, x, 0, x, 0, &rows, out, 6, threads),
+                    KSL_BAD_ARGUMENT, "memory");
       const ksl_wanted_frame_t frame = {link, 1, 1};
-      CHECK_REFUSED(ksl_inverse_kinematics(m, n, 1, &frame, x, 16, NULL, 0, NULL, out, 6, NULL, 0, NULL, NULL, NULL, threads), KSL_BAD_ARGUMENT,
-                    "memory");
+      CHECK_REFUSED(
+          ksl_inverse_kinematics(m, n, 1, &frame, x, 16, NULL, 0, NULL, out, 6, NULL, 0, NULL, NULL, NULL, threads),
+          KSL_BAD_ARGUMENT, "memory");
       if (n > (size_t)PTRDIFF_MAX / 24 + 2)
-        CHECK_REFUSED(ksl_inverse_dynamics_batchf(m, n, xf, 6, xf, 6, xf, 6, outf, 6, threads), KSL_BAD_ARGUMENT, "memory");
+        CHECK_REFUSED(ksl_inverse_dynamics_batchf(m, n, xf, 6, xf, 6, xf, 6, outf, 6, threads), KSL_BAD_ARGUMENT,
+                      "memory");
     }
   CHECK_REFUSED(ksl_inverse_dynamics_batch(m, 1, x, 6, x, 6, x, 6, out, 6, -1), KSL_BAD_ARGUMENT, "threads");
   const ksl_external_rows_t many = {1 << 30, &link, x, 6, KSL_IN_FRAME};
-  CHECK_REFUSED(ksl_inverse_dynamics_external_batch(m, 1, x, 6, x, 6, x, 6, &many, out, 6, 1), KSL_BAD_ARGUMENT, "2^24");
+  CHECK_REFUSED(ksl_inverse_dynamics_external_batch(m, 1, x, 6, x, 6, x, 6, &many, out, 6, 1), KSL_BAD_ARGUMENT,
+                "2^24");
   CHECK_REFUSED(ksl_frame_poses_batch(m, 1, x, 6, 1 << 30, &link, out, 6, 1), KSL_BAD_ARGUMENT, "2^24");
   CHECK(out[0] == -7 && outf[0] == -7);
   CHECK(ksl_inverse_dynamics_batch(m, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, 0) == KSL_OK);
@@ -552,14 +575,16 @@ static void test_sizes(const char *path) {
 
 /* The layout of the mass matrix of a robot with a mimic joint is not that of its tree. */
 static void test_tree_of_followers(void) {
-  static const char robot[] = "<robot name='r'><link name='a'/><link name='b'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' "
-                              "iyz='0'/></inertial></link><link name='c'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' "
-                              "iyz='0'/></inertial></link><joint name='j' type='continuous'><parent link='a'/><child link='b'/></joint>"
-                              "<joint name='k' type='continuous'><parent link='b'/><child link='c'/><mimic joint='j'/></joint></robot>";
+  static const char robot[] =
+      "<robot name='r'><link name='a'/><link name='b'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' "
+      "iyz='0'/></inertial></link><link name='c'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' "
+      "iyz='0'/></inertial></link><joint name='j' type='continuous'><parent link='a'/><child link='b'/></joint>"
+      "<joint name='k' type='continuous'><parent link='b'/><child link='c'/><mimic joint='j'/></joint></robot>";
   ksl_model_t *m = NULL;
   CHECK(ksl_model_load_memory(robot, strlen(robot), NULL, &m) == KSL_OK && ksl_model_nv(m) == 1);
   int rows[3] = {-7, -7, -7};
-  CHECK_REFUSED(ksl_model_tree(m, rows, NULL), KSL_BAD_ARGUMENT, "mimic"); /* rows has nv + 1 numbers; there would be one more */
+  CHECK_REFUSED(ksl_model_tree(m, rows, NULL), KSL_BAD_ARGUMENT,
+                "mimic"); /* rows has nv + 1 numbers; there would be one more */
   CHECK(rows[0] == -7 && rows[2] == -7);
   ksl_model_free(m);
 }

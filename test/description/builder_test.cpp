@@ -160,9 +160,7 @@ TEST_CASE("builder: what a kind of joint needs and what it must not have") {
   using options = ksl::joint_options;
   const options plain, on_z = with([](options &) {});
   check_refused(refused_joint(joint_kind::revolute, plain), {"joint j", "revolute joint needs an axis"});
-  check_refused(refused_joint(joint_kind::revolute, with([](options &o) {
-                                o.axis = vector{0, 0, 0};
-                              })),
+  check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.axis = vector{0, 0, 0}; })),
                 {"its axis is zero"});
   check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.axis->y = not_a_number; })),
                 {"its axis is not finite"});
@@ -186,9 +184,12 @@ TEST_CASE("builder: what a kind of joint needs and what it must not have") {
                            change(o);
                          }));
   };
-  for (double options::*const each : {&options::damping, &options::friction, &options::armature, &options::rotor_inertia}) {
-    check_refused(losses(joint_kind::fixed, [&](options &o) { o.*each = 1; }), {"a fixed joint has neither damping nor friction"});
-    check_refused(losses(joint_kind::revolute, [&](options &o) { o.*each = std::numeric_limits<double>::infinity(); }), {"is inf", "finite"});
+  for (double options::*const each :
+       {&options::damping, &options::friction, &options::armature, &options::rotor_inertia}) {
+    check_refused(losses(joint_kind::fixed, [&](options &o) { o.*each = 1; }),
+                  {"a fixed joint has neither damping nor friction"});
+    check_refused(losses(joint_kind::revolute, [&](options &o) { o.*each = std::numeric_limits<double>::infinity(); }),
+                  {"is inf", "finite"});
   }
   check_refused(losses(joint_kind::spherical, [](options &o) { o.spring_stiffness = 1; }),
                 {"only joints with one coordinate have springs", "a spherical joint hasn't one"});
@@ -196,14 +197,17 @@ TEST_CASE("builder: what a kind of joint needs and what it must not have") {
   check_refused(losses(joint_kind::revolute, [](options &o) { o.gear_ratio = not_a_number; }), {sentence});
   check_refused(losses(joint_kind::revolute, [](options &o) { o.spring_rest = not_a_number; }), {sentence});
   check_refused(losses(joint_kind::revolute, [](options &o) { o.friction_width = 0; }), {sentence});
-  check_refused(losses(joint_kind::revolute, [](options &o) { o.friction_width = std::numeric_limits<double>::infinity(); }), {sentence});
+  check_refused(
+      losses(joint_kind::revolute, [](options &o) { o.friction_width = std::numeric_limits<double>::infinity(); }),
+      {sentence});
   CHECK(losses(joint_kind::revolute, [](options &o) { o.friction_width = 0.1; }) == "accepted");
   check_refused(losses(joint_kind::helical, [](options &o) { o.pitch = not_a_number; }), {"its pitch is not finite"});
   for (const auto &[multiplier, offset] : {std::pair{not_a_number, 0.0}, {1.0, not_a_number}}) {
     ksl::builder b = two_links();
     b.add_link("hand").add_joint("j", joint_kind::revolute, "ground", "arm", here, on_z);
     const double m = multiplier, o = offset;
-    b.add_joint("k", joint_kind::revolute, "arm", "hand", here, with([m, o](options &follower) { follower.mimic = {"j", m, o, {}}; }));
+    b.add_joint("k", joint_kind::revolute, "arm", "hand", here,
+                with([m, o](options &follower) { follower.mimic = {"j", m, o, {}}; }));
     check_refused(refusal([&] { b.build(); }), {"joint k", "multiplier and offset of its <mimic> must be finite"});
   }
 }
@@ -216,7 +220,8 @@ TEST_CASE("builder: gravity, where a description comes from, links without mass 
   }
   ksl::builder b("one link");
   b.add_link("ground").read_from("arm.xml", {"a tendon (not used)"}, {"a doubt"});
-  CHECK((b.description().file == "arm.xml" && b.description().unused == std::vector<std::string>{"a tendon (not used)"}));
+  CHECK(
+      (b.description().file == "arm.xml" && b.description().unused == std::vector<std::string>{"a tendon (not used)"}));
   CHECK(b.description().warnings[0] == "a doubt");
   for (std::size_t k = 0; k < 3; ++k) { // a rotor, say: moments about one axis and no mass
     ksl::link_mass mass;
@@ -289,7 +294,8 @@ TEST_CASE("builder: Denavit–Hartenberg tables") {
     CHECK(found.t.z == doctest::Approx(end.t.z).epsilon(1e-14));
     CHECK(found.R.m10 == doctest::Approx(end.R.m10).epsilon(1e-14));
     CHECK(found.R.m21 == doctest::Approx(end.R.m21).epsilon(1e-14));
-    for (double ksl::dh_row::*const each : {&ksl::dh_row::a, &ksl::dh_row::alpha, &ksl::dh_row::d, &ksl::dh_row::theta}) {
+    for (double ksl::dh_row::*const each :
+         {&ksl::dh_row::a, &ksl::dh_row::alpha, &ksl::dh_row::d, &ksl::dh_row::theta}) {
       std::vector<ksl::dh_row> wrong = rows;
       wrong[1].*each = not_a_number;
       check_refused(refusal([&] { ksl::builder("arm").add_link("base").add_dh_chain("base", wrong, convention); }),

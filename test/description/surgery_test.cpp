@@ -81,22 +81,14 @@ TEST_CASE("surgery: frozen joints") {
   const ksl::model stone(ksl::with_frozen_joints(ksl::load(KSL_EVERY_KIND, floating()).description(),
                                                  {{"floating_base", {1, 2, 3, 0, 0, 0, 1}}}));
   CHECK((stone.nv() == every_kind().nv() && stone.links()[0].name == "world_"));
-  check_refused(
-      [&] {
-        ksl::with_frozen_joints(described(), {{"shoulder", {0.5, 1}}});
-      },
-      {"joint shoulder", "2 numbers", "has 1 in q"});
-  check_refused(
-      [&] {
-        ksl::with_frozen_joints(described(), {{"socket", {0, 0, 0, 2}}});
-      },
-      {"joint socket", "length 2"});
-  check_refused([&] { ksl::with_frozen_joints(described(), {{"shoulder", {std::nan("")}}}); }, {"joint shoulder", "a position that is not finite"});
-  check_refused(
-      [&] {
-        ksl::with_frozen_joints(described(), {{"floating_base", {1}}});
-      },
-      {"no joint \"floating_base\""});
+  check_refused([&] { ksl::with_frozen_joints(described(), {{"shoulder", {0.5, 1}}}); },
+                {"joint shoulder", "2 numbers", "has 1 in q"});
+  check_refused([&] { ksl::with_frozen_joints(described(), {{"socket", {0, 0, 0, 2}}}); },
+                {"joint socket", "length 2"});
+  check_refused([&] { ksl::with_frozen_joints(described(), {{"shoulder", {std::nan("")}}}); },
+                {"joint shoulder", "a position that is not finite"});
+  check_refused([&] { ksl::with_frozen_joints(described(), {{"floating_base", {1}}}); },
+                {"no joint \"floating_base\""});
 }
 
 TEST_CASE("surgery: merged robots") {
@@ -113,11 +105,14 @@ TEST_CASE("surgery: merged robots") {
   ksl::robot_description renamed = arm;
   for (ksl::link_description &link : renamed.links)
     link.name = "second_" + link.name;
-  check_refused([&] { ksl::merged(arm, renamed, "base_link", beside); }, {"both robots have a joint named \"shoulder_pan\"", "give a prefix"});
+  check_refused([&] { ksl::merged(arm, renamed, "base_link", beside); },
+                {"both robots have a joint named \"shoulder_pan\"", "give a prefix"});
   ksl::robot_description doubtful = arm;
   doubtful.warnings = {"a doubt"}, doubtful.unused = {"a tendon (not used)"};
-  const ksl::robot_description both = ksl::merged(ksl::merged(arm, doubtful, "base_link", beside, "b_"), doubtful, "base_link", beside, "c_");
-  CHECK(std::count(both.warnings.begin(), both.warnings.end(), arm.name + ": a doubt") == 1); // once, though both have it
+  const ksl::robot_description both =
+      ksl::merged(ksl::merged(arm, doubtful, "base_link", beside, "b_"), doubtful, "base_link", beside, "c_");
+  CHECK(std::count(both.warnings.begin(), both.warnings.end(), arm.name + ": a doubt") ==
+        1); // once, though both have it
   CHECK(std::count(both.unused.begin(), both.unused.end(), arm.name + ": a tendon (not used)") == 1);
   flying.gravity = {0, 0, 0};
   check_refused([&] { ksl::merged(arm, flying, "base_link", beside, "x"); }, {"different gravity"});
@@ -132,7 +127,8 @@ TEST_CASE("surgery: subtrees, frames, payloads") {
          framed.mass() == every_kind().mass()));
   check_refused([&] { ksl::with_frame(described(), "tool", "tool", beside); }, {"frame \"tool\"", "another"});
   for (const char *name : {"", "a\nb"})
-    check_refused([&] { ksl::with_frame(described(), name, "tool", beside); }, {"give it a name without control characters"});
+    check_refused([&] { ksl::with_frame(described(), name, "tool", beside); },
+                  {"give it a name without control characters"});
   ksl::link_mass plate = {1, {}, {1, 0, 0, 0, 1, 0, 0, 0, 3}}; // no body has these moments: a warning, once
   ksl::robot_description with_plates = ksl::with_payload(ksl::with_payload(described(), "tool", plate), "tool", plate);
   CHECK(std::count_if(with_plates.warnings.begin(), with_plates.warnings.end(), [](const std::string &line) {
@@ -159,11 +155,8 @@ TEST_CASE("surgery: other inertias, the same structure") {
   ksl::inverse_dynamics(heavy, d, x.data(), x.data() + heavy.nq(), x.data() + heavy.nq() + heavy.nv(), one.data());
   ksl::inverse_dynamics(changed, e, x.data(), x.data() + heavy.nq(), x.data() + heavy.nq() + heavy.nv(), two.data());
   CHECK(one == two);
-  check_refused(
-      [&] {
-        every_kind().with_inertias({{tool, {-1, {0, 0, 0}, 0, 0, 0, 0, 0, 0}}});
-      },
-      {"link tool", "negative"});
+  check_refused([&] { every_kind().with_inertias({{tool, {-1, {0, 0, 0}, 0, 0, 0, 0, 0, 0}}}); },
+                {"link tool", "negative"});
 }
 
 TEST_CASE("surgery: another gravity, the same structure") {

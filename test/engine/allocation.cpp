@@ -65,7 +65,9 @@ void *realloc(void *p, std::size_t n) {
   live_blocks += (block != nullptr) - (p && (block || n == 0));
   return block;
 }
-void *memalign(std::size_t alignment, std::size_t n) { return refused(n) ? nullptr : counted(__libc_memalign(alignment, n)); }
+void *memalign(std::size_t alignment, std::size_t n) {
+  return refused(n) ? nullptr : counted(__libc_memalign(alignment, n));
+}
 void *aligned_alloc(std::size_t alignment, std::size_t n) { return memalign(alignment, n); }
 int posix_memalign(void **p, std::size_t alignment, std::size_t n) {
   void *const block = memalign(alignment, n);
@@ -106,11 +108,16 @@ void *allocated(std::size_t n, std::size_t alignment) {
 
 } // namespace
 
-#pragma GCC visibility push(default) // clang declares no sized forms in <new>, and would hide them from the library of C++
+#pragma GCC visibility push(                                                                                           \
+    default) // clang declares no sized forms in <new>, and would hide them from the library of C++
 void *operator new(std::size_t n) { return allocated(n, 1); }
 void *operator new[](std::size_t n) { return allocated(n, 1); }
-void *operator new(std::size_t n, std::align_val_t alignment) { return allocated(n, static_cast<std::size_t>(alignment)); }
-void *operator new[](std::size_t n, std::align_val_t alignment) { return allocated(n, static_cast<std::size_t>(alignment)); }
+void *operator new(std::size_t n, std::align_val_t alignment) {
+  return allocated(n, static_cast<std::size_t>(alignment));
+}
+void *operator new[](std::size_t n, std::align_val_t alignment) {
+  return allocated(n, static_cast<std::size_t>(alignment));
+}
 void *operator new(std::size_t n, const std::nothrow_t &) noexcept {
   try {
     return allocated(n, 1);

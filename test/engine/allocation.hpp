@@ -15,7 +15,7 @@
 
 extern std::atomic<long> allocations;     ///< calls so far
 extern std::atomic<long> allocated_bytes; ///< that they asked for
-extern std::atomic<long> live_blocks; ///< not freed yet; only where malloc is counted
+extern std::atomic<long> live_blocks;     ///< not freed yet; only where malloc is counted
 
 /// From now on the nth allocation fails, the first being 1, in whatever thread it is; and all later ones with `all_after`.
 void fail_allocation(long nth, bool all_after);

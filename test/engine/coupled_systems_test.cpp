@@ -62,7 +62,8 @@ struct state {
   /// By q, v and tau.
   std::vector<numbers> derivatives(const numbers &at, const numbers &speeds) {
     std::vector<numbers> out(3, numbers(nv * nv));
-    ksl::forward_dynamics_derivatives(m, d, at.data(), speeds.data(), tau.data(), out[0].data(), out[1].data(), out[2].data(), external);
+    ksl::forward_dynamics_derivatives(m, d, at.data(), speeds.data(), tau.data(), out[0].data(), out[1].data(),
+                                      out[2].data(), external);
     return out;
   }
   /// Jacobians of links below each other.
@@ -88,7 +89,8 @@ template <class F> numbers difference(F f, const numbers &before, const numbers 
 
 } // namespace
 
-TEST_CASE("coupled: derivatives of forward dynamics are central differences, and those by efforts invert the mass matrix") {
+TEST_CASE(
+    "coupled: derivatives of forward dynamics are central differences, and those by efforts invert the mass matrix") {
   for (unsigned seed : {1u, 2u}) {
     state s(seed);
     const std::vector<numbers> found = s.derivatives(s.q, s.v);
@@ -110,9 +112,10 @@ TEST_CASE("coupled: derivatives of forward dynamics are central differences, and
 TEST_CASE("coupled: second derivatives of forward dynamics are central differences of the first") {
   state s(3);
   const std::size_t n = s.nv, cube = n * n * n;
-  numbers qq(cube), vv(cube), qv(cube), qtau(cube), expected_qq(cube), expected_vv(cube), expected_qv(cube), expected_qtau(cube);
-  ksl::forward_dynamics_second_derivatives(s.m, s.d, s.q.data(), s.v.data(), s.tau.data(), qq.data(), vv.data(), qv.data(), qtau.data(),
-                                           s.external);
+  numbers qq(cube), vv(cube), qv(cube), qtau(cube), expected_qq(cube), expected_vv(cube), expected_qv(cube),
+      expected_qtau(cube);
+  ksl::forward_dynamics_second_derivatives(s.m, s.d, s.q.data(), s.v.data(), s.tau.data(), qq.data(), vv.data(),
+                                           qv.data(), qtau.data(), s.external);
   for (std::size_t k = 0; k < n; ++k) {
     numbers less = s.v, more = s.v;
     less[k] -= h, more[k] += h;
@@ -145,8 +148,8 @@ TEST_CASE("coupled: hybrid dynamics keep what is given, and solve the equations 
   REQUIRE(links.size() == 3);
   for (std::size_t count : {std::size_t(0), std::size_t(1), links.size()}) {
     numbers a(s.nv), tau(s.nv);
-    ksl::hybrid_dynamics(s.m, s.d, s.q.data(), s.v.data(), s.a.data(), s.tau.data(), static_cast<int>(count), links.data(), a.data(), tau.data(),
-                         s.external);
+    ksl::hybrid_dynamics(s.m, s.d, s.q.data(), s.v.data(), s.a.data(), s.tau.data(), static_cast<int>(count),
+                         links.data(), a.data(), tau.data(), s.external);
     check_equal(tau, s.efforts(s.v, a, s.external), 1e-10);
     std::size_t kept_a = 0, kept_tau = 0;
     for (std::size_t i = 0; i < s.nv; ++i)
@@ -186,8 +189,8 @@ TEST_CASE("coupled: operational space is what its definitions say") {
     check_equal(product(product(inverse, inertia, rows), inverse, rows), inverse, 1e-8); // also where it is singular
     if (rank == static_cast<double>(rows))
       check_equal(product(inertia, inverse, rows), identity(rows), 1e-8);
-    ksl::operational_space(s.m, s.d, s.q.data(), s.v.data(), n, links.data(), {}, again.data(), bias.data(), pseudo_inverse.data(), &rank_again,
-                           s.external);
+    ksl::operational_space(s.m, s.d, s.q.data(), s.v.data(), n, links.data(), {}, again.data(), bias.data(),
+                           pseudo_inverse.data(), &rank_again, s.external);
     CHECK(rank_again == rank);
     CHECK(rank >= 6);
     check_equal(again, inertia, 1e-12);

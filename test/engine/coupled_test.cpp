@@ -37,7 +37,8 @@ struct states {
   std::size_t n, nq, nv;
   std::vector<double> q, x;
   explicit states(std::size_t count)
-      : n(count), nq(static_cast<std::size_t>(robot().nq())), nv(static_cast<std::size_t>(robot().nv())), q(n * nq), x(n * nv) {
+      : n(count), nq(static_cast<std::size_t>(robot().nq())), nv(static_cast<std::size_t>(robot().nv())), q(n * nq),
+        x(n * nv) {
     std::mt19937 random(3);
     std::normal_distribution<double> normal;
     for (double &y : q)
@@ -65,7 +66,8 @@ struct states {
       batch.q.first = &q[k * nq], batch.v.first = batch.a.first = batch.tau.first = &x[k * nv],
       batch.result[which].first = alone.data();
       ksl::compute_batch(row, robot(), batch, 1);
-      CHECK(alone == std::vector<double>(out.begin() + static_cast<std::ptrdiff_t>(k * width), out.begin() + static_cast<std::ptrdiff_t>((k + 1) * width)));
+      CHECK(alone == std::vector<double>(out.begin() + static_cast<std::ptrdiff_t>(k * width),
+                                         out.begin() + static_cast<std::ptrdiff_t>((k + 1) * width)));
     }
     return out;
   }
@@ -78,9 +80,11 @@ TEST_CASE("coupled: the inverse of the mass matrix, its products, and its upper 
   const states s(70);
   const std::size_t nv = s.nv;
   const std::vector<double> M = s.results(ksl::rows::mass_matrix, nv * nv);
-  const std::vector<double> inverse = s.results(row_with(coupled_by::inverse, {"Minv", 2, {extent::motion, extent::motion}}), nv * nv);
+  const std::vector<double> inverse =
+      s.results(row_with(coupled_by::inverse, {"Minv", 2, {extent::motion, extent::motion}}), nv * nv);
   const std::vector<double> product = s.results(row_with(coupled_by::product, {"y", 1, {extent::motion}}), nv);
-  const std::vector<double> upper = s.results(row_with(coupled_by::upper_triangle, {"M", 2, {extent::nv, extent::nv}}), nv * nv, -7);
+  const std::vector<double> upper =
+      s.results(row_with(coupled_by::upper_triangle, {"M", 2, {extent::nv, extent::nv}}), nv * nv, -7);
   for (std::size_t k = 0; k < s.n; ++k)
     for (std::size_t i = 0; i < nv; ++i) {
       double along_x = 0, size = 0;
@@ -143,8 +147,8 @@ TEST_CASE("coupled: what is not available is refused in words") {
   const ksl::algorithm_row row = row_with(ksl::coupled_by::refusal, {"M", 2, {ksl::extent::nv, ksl::extent::nv}});
   ksl::batch_view<double> batch;
   batch.n = 5;
-  CHECK_THROWS_WITH_AS(ksl::compute_batch(row, robot(), batch, 1), doctest::Contains("trial is not available for robots with mimic joints"),
-                       std::invalid_argument);
+  CHECK_THROWS_WITH_AS(ksl::compute_batch(row, robot(), batch, 1),
+                       doctest::Contains("trial is not available for robots with mimic joints"), std::invalid_argument);
 }
 
 TEST_CASE("coupled: efforts that hold the mechanism are the gradient of its potential energy") {
@@ -161,7 +165,8 @@ TEST_CASE("coupled: efforts that hold the mechanism are the gradient of its pote
     const ksl::joint_row &joint = m.joints()[static_cast<std::size_t>(i)];
     if (!ksl::row_of(joint.kind).has_limits && joint.kind != ksl::joint_kind::continuous)
       continue; // joints with one coordinate, whose position is a number
-    std::vector<dual> q(s.q.begin(), s.q.end()), all(static_cast<std::size_t>(m.view().nq)), rest(static_cast<std::size_t>(m.view().nv), dual(0));
+    std::vector<dual> q(s.q.begin(), s.q.end()), all(static_cast<std::size_t>(m.view().nq)),
+        rest(static_cast<std::size_t>(m.view().nv), dual(0));
     q[static_cast<std::size_t>(joint.q_index)].derivative[0] = 1;
     ksl::expand_position(c, q.data(), all.data());
     dual kinetic, potential;
@@ -189,7 +194,8 @@ TEST_CASE("a call may ask for a link more often than the workspace has room for"
   const int last = m.view().links - 1;
   const std::vector<int> links(n, last);
   std::vector<double> by_q(n * width), by_v(n * width), one_q(width), one_v(width);
-  ksl::frame_velocities_derivatives(m, d, s.q.data(), s.x.data(), static_cast<int>(n), links.data(), {}, by_q.data(), by_v.data());
+  ksl::frame_velocities_derivatives(m, d, s.q.data(), s.x.data(), static_cast<int>(n), links.data(), {}, by_q.data(),
+                                    by_v.data());
   ksl::frame_velocities_derivatives(m, d, s.q.data(), s.x.data(), 1, &last, {}, one_q.data(), one_v.data());
   for (std::size_t k = 0; k < n; ++k) {
     REQUIRE(std::equal(one_q.begin(), one_q.end(), by_q.begin() + static_cast<long>(k * width)));
@@ -236,7 +242,8 @@ TEST_CASE("coupled: a batch with wrenches, reactions and several results has the
   b.reactions_n = 2, b.reactions = wanted;
   ksl::inverse_dynamics_with_reactions_batch(m, b, 1);
   ksl::data d(m);
-  std::vector<double> one(nv), out(12), one_by[3] = {std::vector<double>(nv * nv), std::vector<double>(nv * nv), std::vector<double>(nv * nv)};
+  std::vector<double> one(nv), out(12),
+      one_by[3] = {std::vector<double>(nv * nv), std::vector<double>(nv * nv), std::vector<double>(nv * nv)};
   const auto same = [](const std::vector<double> &x, const std::vector<double> &all, std::size_t k) {
     return std::equal(x.begin(), x.end(), all.begin() + static_cast<std::ptrdiff_t>(k * x.size()));
   };
@@ -250,7 +257,8 @@ TEST_CASE("coupled: a batch with wrenches, reactions and several results has the
       ksl::reactions(m, d, wanted[r].request, out.data(), pushes);
       CHECK(same(out, reactions[r], k));
     }
-    ksl::inverse_dynamics_derivatives(m, d, &q[k * nq], &v[k * nv], &a[k * nv], one_by[0].data(), one_by[1].data(), one_by[2].data(), pushes);
+    ksl::inverse_dynamics_derivatives(m, d, &q[k * nq], &v[k * nv], &a[k * nv], one_by[0].data(), one_by[1].data(),
+                                      one_by[2].data(), pushes);
     for (std::size_t r = 0; r < 3; ++r)
       CHECK(same(one_by[r], by[r], k));
   }

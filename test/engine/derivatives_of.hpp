@@ -28,12 +28,14 @@ template <class Compute> struct function {
 
   /// Its derivatives by coordinate k of q, along q ⊕ s e_k (which: 0), of v (1) or a (2).
   numbers<double> derivative(int which, int k) const {
-    numbers<T> q(s.q.begin(), s.q.end()), v(s.v.begin(), s.v.end()), a(s.a.begin(), s.a.end()), step(s.v.size(), T(0.0));
+    numbers<T> q(s.q.begin(), s.q.end()), v(s.v.begin(), s.v.end()), a(s.a.begin(), s.a.end()),
+        step(s.v.size(), T(0.0));
     (which == 0 ? step : which == 1 ? v : a)[static_cast<std::size_t>(k)].derivative[0] = 1;
     for (int i = 1; i < m.view().bodies; ++i) {
       const ksl::body<double> &b = m.view().body[i];
       numbers<T> moved(8);
-      ksl::with_joint(b.kind, [&]<class J>(J) { J::integrate(q.data() + b.q_index, step.data() + b.v_index, moved.data()); });
+      ksl::with_joint(b.kind,
+                      [&]<class J>(J) { J::integrate(q.data() + b.q_index, step.data() + b.v_index, moved.data()); });
       std::copy_n(moved.begin(), ksl::row_of(b.kind).nq, q.begin() + b.q_index);
     }
     const numbers<T> push(s.push.begin(), s.push.end());
@@ -52,7 +54,8 @@ inline double largest(const numbers<double> &x) {
 }
 
 /// Holds D (3, n, nv) against the derivatives of n numbers by q, v and a.
-template <class Compute> void check_derivatives(const function<Compute> &f, const numbers<double> &D, double tolerance) {
+template <class Compute> void check_derivatives(const function<Compute> &f, const numbers<double> &D,
+                                                double tolerance) {
   const int nv = f.m.nv();
   const std::size_t n = D.size() / static_cast<std::size_t>(3 * nv);
   double error = 0;
@@ -61,7 +64,9 @@ template <class Compute> void check_derivatives(const function<Compute> &f, cons
       const numbers<double> expected = f.derivative(which, k);
       REQUIRE(expected.size() == n);
       for (std::size_t i = 0; i < n; ++i)
-        error = std::fmax(error, std::fabs(D[(static_cast<std::size_t>(which) * n + i) * static_cast<std::size_t>(nv) + static_cast<std::size_t>(k)] - expected[i]));
+        error = std::fmax(error, std::fabs(D[(static_cast<std::size_t>(which) * n + i) * static_cast<std::size_t>(nv) +
+                                             static_cast<std::size_t>(k)] -
+                                           expected[i]));
     }
   CHECK(error <= tolerance * largest(D));
 }

@@ -31,9 +31,7 @@ const ksl::model &robot() {
 }
 
 /// Where a state is, how it moves, and what pushes: two wrenches.
-template <class T> struct state {
-  numbers<T> q, v, a, push;
-};
+template <class T> struct state { numbers<T> q, v, a, push; };
 
 constexpr int pushed_links[2] = {4, 7};
 
@@ -49,7 +47,8 @@ numbers<double> random_numbers(std::size_t n, std::mt19937 &random) {
 
 state<double> random_state(const ksl::model &m, std::mt19937 &random) {
   const std::size_t nq = static_cast<std::size_t>(m.nq()), nv = static_cast<std::size_t>(m.nv());
-  state<double> s = {random_numbers(nq, random), random_numbers(nv, random), random_numbers(nv, random), random_numbers(12, random)};
+  state<double> s = {random_numbers(nq, random), random_numbers(nv, random), random_numbers(nv, random),
+                     random_numbers(12, random)};
   robots::normalize_quaternions(m, s.q.data());
   return s;
 }
@@ -73,8 +72,8 @@ numbers<double> unit(std::size_t n, std::size_t i) {
 template <class T> numbers<T> efforts(const ksl::model &m, const state<T> &s, bool pushed = true) {
   const ksl::owned_workspace<ksl::inverse_dynamics_workspace<T>> w(m.view());
   numbers<T> tau(s.v.size());
-  ksl::inverse_dynamics<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), pushed ? pushes(s.push) : ksl::external_wrenches<T>{},
-                           tau.data());
+  ksl::inverse_dynamics<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(),
+                           pushed ? pushes(s.push) : ksl::external_wrenches<T>{}, tau.data());
   return tau;
 }
 
@@ -98,7 +97,8 @@ template <class T> numbers<T> derivatives_of_efforts(const ksl::model &m, const 
   const ksl::owned_workspace<ksl::inverse_dynamics_derivatives_workspace<T>> w(m.view());
   const std::size_t n = s.v.size() * s.v.size();
   numbers<T> D(3 * n);
-  ksl::inverse_dynamics_derivatives<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), pushes(s.push), &D[0], &D[n], &D[2 * n]);
+  ksl::inverse_dynamics_derivatives<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), pushes(s.push), &D[0], &D[n],
+                                       &D[2 * n]);
   return D;
 }
 
@@ -118,7 +118,8 @@ template <class T> numbers<T> derivatives_of_reactions(const ksl::model &m, cons
   request.link = links.data();
   const std::size_t n = 6 * links.size() * s.v.size();
   numbers<T> D(3 * n);
-  ksl::reactions_derivatives<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), request, pushes(s.push), &D[0], &D[n], &D[2 * n]);
+  ksl::reactions_derivatives<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), request, pushes(s.push), &D[0], &D[n],
+                                &D[2 * n]);
   return D;
 }
 
@@ -148,7 +149,8 @@ template <class T> numbers<T> poses(const ksl::model &m, const numbers<T> &q) {
 }
 
 /// The Jacobian of a link's frame, 6 × nv numbers.
-template <class T> numbers<T> jacobian_of(const ksl::model &m, const numbers<T> &q, int link, const ksl::frame_options &how = {}) {
+template <class T> numbers<T> jacobian_of(const ksl::model &m, const numbers<T> &q, int link,
+                                          const ksl::frame_options &how = {}) {
   const ksl::owned_workspace<ksl::jacobian_workspace<T>> w(m.view());
   numbers<T> J(6 * static_cast<std::size_t>(m.nv()));
   ksl::jacobian<T>(m.view(), *w, q.data(), link, how, J.data());
@@ -181,8 +183,8 @@ template <class T> numbers<T> efforts_with_reactions(const ksl::model &m, const 
   request.n = m.view().links;
   request.link = links.data();
   numbers<T> out(s.v.size() + 6 * links.size());
-  ksl::inverse_dynamics_with_reactions<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), pushes(s.push), out.data(), request,
-                                          out.data() + s.v.size());
+  ksl::inverse_dynamics_with_reactions<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), pushes(s.push), out.data(),
+                                          request, out.data() + s.v.size());
   return out;
 }
 
@@ -250,7 +252,8 @@ void check_close(const numbers<double> &found, const numbers<double> &expected, 
 TEST_CASE("dual numbers have the values of plain ones, to the bit") {
   std::mt19937 random(1);
   const state<double> s = random_state(robot(), random);
-  const state<first> d = {constants<first>(s.q), constants<first>(s.v), constants<first>(s.a), constants<first>(s.push)};
+  const state<first> d = {constants<first>(s.q), constants<first>(s.v), constants<first>(s.a),
+                          constants<first>(s.push)};
   const numbers<double> plain = everything(robot(), s);
   const numbers<first> dual = everything(robot(), d);
   REQUIRE(plain.size() == dual.size());
@@ -275,7 +278,8 @@ TEST_CASE("derivatives of every algorithm are the limits of difference quotients
         return y;
       };
       const numbers<double> zero(x.size(), 0.0);
-      return everything<double>(m, {moved(m, s.q, shifted(zero, x)), shifted(s.v, dv), shifted(s.a, da), shifted(s.push, df)});
+      return everything<double>(
+          m, {moved(m, s.q, shifted(zero, x)), shifted(s.v, dv), shifted(s.a, da), shifted(s.push, df)});
     };
     const double h = 1e-3; // central differences, extrapolated: the error is h⁴
     const numbers<double> p1 = at(h), m1 = at(-h), p2 = at(2 * h), m2 = at(-2 * h);
@@ -295,7 +299,8 @@ TEST_CASE("the derivative of efforts by accelerations is the mass matrix") {
   const numbers<double> M = inertias(m, s.q);
   const std::size_t nv = s.v.size();
   for (std::size_t i = 0; i < nv; ++i) {
-    const state<first> moving = {constants<first>(s.q), constants<first>(s.v), along(s.a, unit(nv, i)), constants<first>(s.push)};
+    const state<first> moving = {constants<first>(s.q), constants<first>(s.v), along(s.a, unit(nv, i)),
+                                 constants<first>(s.push)};
     const auto row = M.begin() + static_cast<std::ptrdiff_t>(i * nv);
     check_close(derivatives(efforts(m, moving)), numbers<double>(row, row + static_cast<std::ptrdiff_t>(nv)), 1e-13);
   }
@@ -323,7 +328,8 @@ TEST_CASE("the gradient of the potential energy is the effort that holds the mec
   s.v.assign(s.v.size(), 0.0), s.a = s.v;
   numbers<double> gradient;
   for (std::size_t i = 0; i < s.v.size(); ++i)
-    gradient.push_back(energy_of(m, moved(m, s.q, along(s.v, unit(s.v.size(), i))), constants<first>(s.v)).potential.derivative[0]);
+    gradient.push_back(
+        energy_of(m, moved(m, s.q, along(s.v, unit(s.v.size(), i))), constants<first>(s.v)).potential.derivative[0]);
   check_close(gradient, efforts(m, s, false), 1e-13);
 }
 
@@ -335,7 +341,8 @@ TEST_CASE("the power of external wrenches depends on velocities by the efforts t
   numbers<double> taken, slopes;
   for (std::size_t i = 0; i < s.v.size(); ++i) {
     taken.push_back(without[i] - with[i]);
-    const state<first> moving = {constants<first>(s.q), along(s.v, unit(s.v.size(), i)), constants<first>(s.a), constants<first>(s.push)};
+    const state<first> moving = {constants<first>(s.q), along(s.v, unit(s.v.size(), i)), constants<first>(s.a),
+                                 constants<first>(s.push)};
     slopes.push_back(power(m, moving).derivative[0]);
   }
   check_close(slopes, taken, 1e-12);
@@ -414,7 +421,8 @@ TEST_CASE("second derivatives of the energy along the manifold are symmetric, an
     x[j] = x[j] + ksl::second_order_variable<2>(0.0, 1);
     const energies<second> e = energy_of(m, moved(m, s.q, x), v);
     const second sum = e.kinetic + e.potential;
-    CHECK(std::fabs(sum.derivative[0].derivative[1] - sum.derivative[1].derivative[0]) <= 1e-12 * std::fabs(sum.value.value));
+    CHECK(std::fabs(sum.derivative[0].derivative[1] - sum.derivative[1].derivative[0]) <=
+          1e-12 * std::fabs(sum.value.value));
     const auto gradient = [&](double h) { // ∂/∂x_i at h in direction j
       numbers<first> y(nv, first(0));
       y[j] = first(h);
@@ -434,7 +442,8 @@ TEST_CASE("inverse dynamics of an arm is Lagrange's equation of its energies") {
   const state<double> s = random_state(m, random);
   const numbers<double> tau = efforts(m, s, false);
   numbers<double> lagrange;
-  for (std::size_t i = 0; i < s.v.size(); ++i) { // d/dt ∂L/∂v_i − ∂L/∂q_i: direction 0 is time, 1 the coordinate's velocity
+  for (std::size_t i = 0; i < s.v.size();
+       ++i) { // d/dt ∂L/∂v_i − ∂L/∂q_i: direction 0 is time, 1 the coordinate's velocity
     numbers<second> q = constants<second>(s.q), v = constants<second>(s.v);
     for (std::size_t k = 0; k < q.size(); ++k) {
       q[k].derivative[0] = ksl::dual<2>(s.v[k]), q[k].value.derivative[0] = s.v[k];
@@ -512,8 +521,10 @@ TEST_CASE("operations on many numbers, which are called instead of inlined, and 
   using many = ksl::dual<20>;
   const many x = many::variable(0.7, 19), y = many::variable(2, 0);
   const many product = x * y, quotient = x / y;
-  CHECK((product.value == 1.4 && product.derivative[19] == 2 && product.derivative[0] == 0.7 && product.derivative[7] == 0));
-  CHECK((quotient.value == 0.35 && quotient.derivative[19] == 0.5 && quotient.derivative[0] == doctest::Approx(-0.175).epsilon(1e-15)));
+  CHECK((product.value == 1.4 && product.derivative[19] == 2 && product.derivative[0] == 0.7 &&
+         product.derivative[7] == 0));
+  CHECK((quotient.value == 0.35 && quotient.derivative[19] == 0.5 &&
+         quotient.derivative[0] == doctest::Approx(-0.175).epsilon(1e-15)));
   CHECK((y >= x && x >= x && !(x >= y))); // by the values alone
 }
 
@@ -523,7 +534,8 @@ TEST_CASE("constants of double precision become those of a dual number in single
 }
 
 TEST_CASE("the exponential of a screw at zero has the screw as its derivative") {
-  const ksl::screw<first> s = {{first::variable(0, 0), first(0), first(0)}, {first(0), first(0), 2.0 * first::variable(0, 0)}};
+  const ksl::screw<first> s = {{first::variable(0, 0), first(0), first(0)},
+                               {first(0), first(0), 2.0 * first::variable(0, 0)}};
   ksl::SE3<first> D;
   ksl::algebra<first>::SE3_exp(&s, &D);
   CHECK(D.t.x.derivative[0] == 1);

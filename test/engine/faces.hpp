@@ -31,7 +31,7 @@ struct robot {
   std::vector<int> pushed{7, 3}, links{5, 2, 5}, joints, joint_links;
   ksl::reaction_request request;
   ksl::frame_options how;
-  const ksl_frame_options_t *c_how = nullptr; ///< the same
+  const ksl_frame_options_t *c_how = nullptr;             ///< the same
   ksl::expressed_in push_axes = ksl::expressed_in::frame; ///< in which wrenches push
 
   robot(const std::string &path, bool floating_base) : m(load(path, floating_base)) {
@@ -107,7 +107,8 @@ public:
   check(const ksl::algorithm_row &row, robot &r, std::size_t n) : row_(row), r_(r), n_(n) {
     std::mt19937 random(5);
     std::uniform_real_distribution<S> number(S(-2), S(2));
-    for (auto [numbers, width] : {std::pair{&q_, r.m.nq()}, {&v_, r.m.nv()}, {&x_, r.m.nv()}, {&w_, 12}, {&q1_, r.m.nq()}, {&fraction_, 1}}) {
+    for (auto [numbers, width] :
+         {std::pair{&q_, r.m.nq()}, {&v_, r.m.nv()}, {&x_, r.m.nv()}, {&w_, 12}, {&q1_, r.m.nq()}, {&fraction_, 1}}) {
       numbers->resize(n * static_cast<std::size_t>(width));
       std::generate(numbers->begin(), numbers->end(), [&] { return number(random); });
     }
@@ -121,9 +122,18 @@ public:
     results<S> found = room(n_, 0);
     for (std::size_t k = 0; k < n_; ++k) {
       const S *const wrench = &w_[12 * k];
-      one<S> s{r_, at(q_, r_.m.nq(), k), at(v_, r_.m.nv(), k), at(x_, r_.m.nv(), k), at(x_, r_.m.nv(), k), at(q1_, r_.m.nq(), k), at(fraction_, 1, k), {2, r_.pushed.data(), wrench, r_.push_axes},
+      one<S> s{r_,
+               at(q_, r_.m.nq(), k),
+               at(v_, r_.m.nv(), k),
+               at(x_, r_.m.nv(), k),
+               at(x_, r_.m.nv(), k),
+               at(q1_, r_.m.nq(), k),
+               at(fraction_, 1, k),
+               {2, r_.pushed.data(), wrench, r_.push_axes},
                {2, r_.pushed.data(), reinterpret_cast<const typename c_types<S>::coscrew *>(wrench),
-                static_cast<ksl_expressed_t>(r_.push_axes)}, {}, nullptr};
+                static_cast<ksl_expressed_t>(r_.push_axes)},
+               {},
+               nullptr};
       for (int i = 0; i < row_.results; ++i)
         s.result[i] = &found.numbers[static_cast<std::size_t>(i)][k * width(i)];
       if (row_.request == ksl::request_kind::reactions)
@@ -139,11 +149,14 @@ public:
   }
 
   /// The first `count` states as a batch, rows `gap` numbers apart, backwards if asked for.
-  template <class Call> results<S> batch(Call call, std::size_t count, int threads, std::size_t gap = 0, bool backwards = false) {
+  template <class Call> results<S> batch(Call call, std::size_t count, int threads, std::size_t gap = 0,
+                                         bool backwards = false) {
     results<S> found = room(count, gap);
     ksl::batch_view<S> b;
     b.n = count;
-    const auto rows = [&](const auto &x, int columns) -> ksl::rows_view<const S> { return direction(x.data(), columns, count, backwards); };
+    const auto rows = [&](const auto &x, int columns) -> ksl::rows_view<const S> {
+      return direction(x.data(), columns, count, backwards);
+    };
     b.q = rows(q_, r_.m.nq()), b.v = rows(v_, r_.m.nv()), b.a = b.tau = rows(x_, r_.m.nv());
     b.q1 = rows(q1_, r_.m.nq()), b.fraction = rows(fraction_, 1);
     const auto w = rows(w_, 12);
@@ -153,7 +166,8 @@ public:
     b.links = {links(), r_.links.data()};
     b.joints = &r_.request;
     const auto out = [&](int i) {
-      return direction(found.numbers[static_cast<std::size_t>(i)].data(), static_cast<int>(width(i) + gap), count, backwards);
+      return direction(found.numbers[static_cast<std::size_t>(i)].data(), static_cast<int>(width(i) + gap), count,
+                       backwards);
     };
     for (int i = 0; i < row_.results; ++i)
       b.result[i] = out(i);
@@ -162,7 +176,11 @@ public:
       wanted.out = out(row_.results);
       b.reactions_n = 1, b.reactions = &wanted;
     }
-    many<S> all{r_, count, b, {pushes_, r_.pushed.data(), w.first, w.stride, static_cast<ksl_expressed_t>(r_.push_axes)}, threads};
+    many<S> all{r_,
+                count,
+                b,
+                {pushes_, r_.pushed.data(), w.first, w.stride, static_cast<ksl_expressed_t>(r_.push_axes)},
+                threads};
     const long before = allocations;
     call(all);
     allocated_ = allocations - before;
@@ -180,13 +198,16 @@ public:
   results<S> first(const results<S> &all, std::size_t count) const {
     results<S> part;
     for (std::size_t i = 0; i < all.numbers.size(); ++i)
-      part.numbers.emplace_back(all.numbers[i].begin(), all.numbers[i].begin() + static_cast<std::ptrdiff_t>(count * width(static_cast<int>(i))));
+      part.numbers.emplace_back(all.numbers[i].begin(),
+                                all.numbers[i].begin() +
+                                    static_cast<std::ptrdiff_t>(count * width(static_cast<int>(i))));
     return part;
   }
 
 private:
   std::size_t width(int i) const {
-    const ksl::extents of = {r_.m.nq(), r_.m.nv(), links(), r_.request.n, r_.m.tree_elements(), static_cast<int>(r_.m.links().size())};
+    const ksl::extents of = {
+        r_.m.nq(), r_.m.nv(), links(), r_.request.n, r_.m.tree_elements(), static_cast<int>(r_.m.links().size())};
     return static_cast<std::size_t>(i < row_.results ? numbers_of(row_.result[i], of) : 6 * r_.request.n);
   }
   int links() const {
@@ -208,16 +229,20 @@ private:
       for (std::size_t k = 0; k < count; ++k) {
         const auto row = found.numbers[i].begin() + static_cast<std::ptrdiff_t>(k * (w + gap));
         std::copy_n(row, w, rows.numbers[i].begin() + static_cast<std::ptrdiff_t>(k * w));
-        CHECK(std::count(row + static_cast<std::ptrdiff_t>(w), row + static_cast<std::ptrdiff_t>(w + gap), S(-7)) == static_cast<std::ptrdiff_t>(gap));
+        CHECK(std::count(row + static_cast<std::ptrdiff_t>(w), row + static_cast<std::ptrdiff_t>(w + gap), S(-7)) ==
+              static_cast<std::ptrdiff_t>(gap));
       }
       rows.numbers[i].resize(count * w);
     }
     return rows;
   }
   template <class E> static ksl::rows_view<E> direction(E *first, int stride, std::size_t n, bool backwards) {
-    return backwards && n ? ksl::rows_view<E>{first + static_cast<std::ptrdiff_t>(n - 1) * stride, -stride} : ksl::rows_view<E>{first, stride};
+    return backwards && n ? ksl::rows_view<E>{first + static_cast<std::ptrdiff_t>(n - 1) * stride, -stride}
+                          : ksl::rows_view<E>{first, stride};
   }
-  static const S *at(const std::vector<S> &x, int width, std::size_t k) { return &x[k * static_cast<std::size_t>(width)]; }
+  static const S *at(const std::vector<S> &x, int width, std::size_t k) {
+    return &x[k * static_cast<std::size_t>(width)];
+  }
 
   const ksl::algorithm_row &row_;
   robot &r_;
@@ -229,7 +254,8 @@ private:
 
 /// All faces of one algorithm in one precision, for one robot.
 template <class S>
-void agree(robot &r, const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_call<S> cpp_batch, batch_call<S> c_batch) {
+void agree(robot &r, const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_call<S> cpp_batch,
+           batch_call<S> c_batch) {
   // More than one part of a batch.  Matrices have hundreds of numbers for each state, and their derivatives thousands; few states are
   // enough for them, since all algorithms share how a batch is divided.  So they are for all but one where a build is slow.
 #ifdef KSL_TEST_FEW_STATES
@@ -272,9 +298,11 @@ void agree(robot &r, const ksl::algorithm_row &row, one_call<S> cpp, one_call<S>
 /// Three robots: one that floats as a whole, one with every kind of joint, and the same with joints that follow others.  Where a
 /// frame's motion is asked for, or the order of six numbers, it is asked for in every way that tells the options apart.
 template <class S>
-void agree(const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_call<S> cpp_batch, batch_call<S> c_batch, bool ordered = false) {
+void agree(const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_call<S> cpp_batch,
+           batch_call<S> c_batch, bool ordered = false) {
   ksl::assume_cores(3);
-  static robot floating(KSL_EXAMPLES "/robots/panda.urdf", true), every_kind(KSL_EVERY_KIND, false), coupled(KSL_COUPLED, false);
+  static robot floating(KSL_EXAMPLES "/robots/panda.urdf", true), every_kind(KSL_EVERY_KIND, false),
+      coupled(KSL_COUPLED, false);
   static constexpr ksl_frame_options_t crossed[] = {
       {KSL_IN_WORLD, KSL_IN_FRAME, KSL_LINEAR_FIRST, KSL_CLASSICAL, {0, 0, 0}},
       {KSL_IN_FRAME, KSL_IN_WORLD, KSL_ANGULAR_FIRST, KSL_SPATIAL, {0.3, -0.2, 0.1}}};
@@ -290,10 +318,15 @@ void agree(const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_
     if (!of_frames && !ordered)
       continue;
     if (of_frames)
-      r->how = {.axes = expressed_in::world, .at = expressed_in::frame, .kind = ksl::acceleration_kind::classical}, r->c_how = &crossed[0];
+      r->how = {.axes = expressed_in::world, .at = expressed_in::frame, .kind = ksl::acceleration_kind::classical},
+      r->c_how = &crossed[0];
     if (of_frames)
       agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
-    r->how = {.axes = expressed_in::frame, .at = expressed_in::world, .angular_first = true, .offset = {0.3, -0.2, 0.1}}, r->c_how = &crossed[1];
+    r->how = {.axes = expressed_in::frame,
+              .at = expressed_in::world,
+              .angular_first = true,
+              .offset = {0.3, -0.2, 0.1}},
+    r->c_how = &crossed[1];
     agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
   }
 }

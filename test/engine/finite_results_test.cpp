@@ -106,12 +106,14 @@ TEST_CASE("finite results: overflow is an error of one state and of batches, NaN
   double tau[2];
   ksl::inverse_dynamics(m, d, q, v, a, tau); // of one state in C++ it isn't looked for, since it would take time
   CHECK(!std::isfinite(tau[0]));
-  CHECK_THROWS_WITH_AS(ksl::forward_dynamics(m, d, q, v, a, tau), doctest::Contains("forward_dynamics: a[0] is"), ksl::result_error);
+  CHECK_THROWS_WITH_AS(ksl::forward_dynamics(m, d, q, v, a, tau), doctest::Contains("forward_dynamics: a[0] is"),
+                       ksl::result_error);
   ksl::inverse_dynamics(m, d, q, nan, a, tau); // arguments of C++ calls are not checked
   CHECK(std::isnan(tau[0]));
   const float qf[2] = {0.3f, 0.4f}, vf[2] = {1e30f, 1}, af[2] = {0, 0};
   float tauf[2];
-  CHECK_THROWS_WITH_AS(ksl::forward_dynamics(m, d, qf, vf, af, tauf), doctest::Contains("single precision"), ksl::result_error);
+  CHECK_THROWS_WITH_AS(ksl::forward_dynamics(m, d, qf, vf, af, tauf), doctest::Contains("single precision"),
+                       ksl::result_error);
 
   const std::size_t n = 300;
   std::vector<double> Q(2 * n, 0.1), V(2 * n, 0.2), out(2 * n);
@@ -143,8 +145,8 @@ TEST_CASE("finite results: an upper triangle, and a centre of mass, that single 
   CHECK_THROWS_WITH_AS(ksl::mass_matrix_upper_batch(m, batch, 1),
                        doctest::Contains("mass_matrix_upper: state 0: M[0] is"), ksl::result_error);
   batch.q = {q, 1}, batch.result[0] = {c, 3};
-  CHECK_THROWS_WITH_AS(ksl::center_of_mass_batch(far, batch, 1), doctest::Contains("too large or too small for single precision"),
-                       ksl::result_error);
+  CHECK_THROWS_WITH_AS(ksl::center_of_mass_batch(far, batch, 1),
+                       doctest::Contains("too large or too small for single precision"), ksl::result_error);
 }
 
 TEST_CASE("finite results: a joint that moves no mass at one position is named") {
@@ -159,7 +161,8 @@ TEST_CASE("finite results: a joint that moves no mass at one position is named")
       FAIL("no error");
     } catch (const ksl::result_error &e) {
       CHECK(m.joints()[static_cast<std::size_t>(e.joint)].name == "shoulder");
-      CHECK(std::string(e.what()).find("joint shoulder, at this position, can move without moving any mass") != std::string::npos);
+      CHECK(std::string(e.what()).find("joint shoulder, at this position, can move without moving any mass") !=
+            std::string::npos);
     }
     double in_place[2] = {1, -1}, position[2] = {q[0], q[1]};
     CHECK_THROWS_AS(ksl::forward_dynamics(m, d, q, v, in_place, in_place), ksl::result_error);
@@ -183,11 +186,13 @@ TEST_CASE("finite results: a mechanism with a joint that moves no mass is refuse
   const ksl::model m(r);
   ksl::data d(m);
   REQUIRE(m.description().warnings.size() == 1);
-  CHECK(m.description().warnings[0].find("forward dynamics are refused: joint wrist can move without moving any mass") == 0);
+  CHECK(m.description().warnings[0].find(
+            "forward dynamics are refused: joint wrist can move without moving any mass") == 0);
   CHECK(ksl::model(m.description()).description().warnings.size() == 1);
   const double q[3] = {0.1, 0.2, 0.3}, zero[3] = {0, 0, 0};
   double a[3];
-  CHECK_THROWS_WITH_AS(ksl::forward_dynamics(m, d, q, zero, zero, a), doctest::Contains("joint wrist can move without moving any mass"), ksl::result_error);
+  CHECK_THROWS_WITH_AS(ksl::forward_dynamics(m, d, q, zero, zero, a),
+                       doctest::Contains("joint wrist can move without moving any mass"), ksl::result_error);
 }
 
 TEST_CASE("finite results: fingers without mass that move together leave nothing determined: NaN, and an error that "
@@ -371,7 +376,8 @@ TEST_CASE("finite results: the status of C") {
   REQUIRE(ksl_model_load(KSL_EXAMPLES "/robots/panda.urdf", nullptr, &m) == KSL_OK);
   REQUIRE(ksl_data_create(m, &d) == KSL_OK);
   const int nv = ksl_model_nv(m);
-  std::vector<double> q(static_cast<std::size_t>(nv), 0.3), v(static_cast<std::size_t>(nv), 1e200), out(static_cast<std::size_t>(nv));
+  std::vector<double> q(static_cast<std::size_t>(nv), 0.3), v(static_cast<std::size_t>(nv), 1e200),
+      out(static_cast<std::size_t>(nv));
   CHECK(ksl_bias(m, d, q.data(), v.data(), nullptr, out.data()) == KSL_NOT_FINITE);
   CHECK(std::string(ksl_error_message()).find("bias: tau[") == 0);
   CHECK(ksl_bias_batch(m, 1, q.data(), nv, v.data(), nv, out.data(), nv, 1) == KSL_NOT_FINITE);
@@ -495,7 +501,7 @@ TEST_CASE("finite results: places and random positions of joints with huge limit
                             "</joint>",
                     links = "<link name='a" + mass + "<link name='b" + mass + "<link name='c" + mass,
                     slide = " type='prismatic'><parent link=",
-                    text = "<robot name='slides'>" + links + //
+                    text = "<robot name='slides'>" + links +                              //
                            "<joint name='j'" + slide + "'a'/><child link='b'/>" + limit + //
                            "<joint name='k'" + slide + "'b'/><child link='c'/>" + limit + "</robot>";
   ksl_model_t *m = nullptr;

@@ -18,7 +18,8 @@ struct problem {
   std::vector<numbers> start, goal; ///< rows of nq; targets are the poses at the goals
   bool limits = false;
   std::vector<std::size_t> free = {}; ///< coordinates that no limit holds: those of a planar joint before its angle
-  std::vector<std::size_t> turning = {}; ///< coordinates with a whole turn between their limits, which go on at the other one
+  std::vector<std::size_t> turning =
+      {}; ///< coordinates with a whole turn between their limits, which go on at the other one
 };
 
 struct solution {
@@ -45,7 +46,8 @@ inline numbers targets_of(const ksl::model &m, const problem &p) {
   return poses;
 }
 
-inline solution solve(const ksl::model &m, const problem &p, const numbers &targets, ksl::inverse_kinematics_options options) {
+inline solution solve(const ksl::model &m, const problem &p, const numbers &targets,
+                      ksl::inverse_kinematics_options options) {
   const std::size_t n = targets.size() / 16 / p.frames.size(), nq = static_cast<std::size_t>(m.nq());
   numbers start, q(n * nq, NAN);
   for (const numbers &row : p.start)
@@ -54,13 +56,16 @@ inline solution solve(const ksl::model &m, const problem &p, const numbers &targ
   s.error.assign(2 * n, NAN), s.end.assign(n, -1), s.iterations.assign(n, -1), s.starts.assign(n, -1);
   options.frames_n = static_cast<int>(p.frames.size()), options.frames = p.frames.data(), options.limits = p.limits;
   ksl::inverse_kinematics_batch<double> batch;
-  batch.n = n, batch.target = {targets.data(), static_cast<std::ptrdiff_t>(16 * p.frames.size())}, batch.q = {q.data(), m.nq()};
+  batch.n = n, batch.target = {targets.data(), static_cast<std::ptrdiff_t>(16 * p.frames.size())},
+  batch.q = {q.data(), m.nq()};
   if (!start.empty())
     batch.start = {start.data(), m.nq()};
-  batch.error = {s.error.data(), 2}, batch.end = s.end.data(), batch.iterations = s.iterations.data(), batch.starts = s.starts.data();
+  batch.error = {s.error.data(), 2}, batch.end = s.end.data(), batch.iterations = s.iterations.data(),
+  batch.starts = s.starts.data();
   ksl::inverse_kinematics(m, options, batch, 1);
   for (std::size_t k = 0; k < n; ++k)
-    s.q.emplace_back(q.begin() + static_cast<std::ptrdiff_t>(k * nq), q.begin() + static_cast<std::ptrdiff_t>((k + 1) * nq));
+    s.q.emplace_back(q.begin() + static_cast<std::ptrdiff_t>(k * nq),
+                     q.begin() + static_cast<std::ptrdiff_t>((k + 1) * nq));
   return s;
 }
 
@@ -74,7 +79,8 @@ inline ksl::inverse_kinematics_options limited_to(int iterations, int starts = 1
 inline double length_to(const ksl::model &m, int link) {
   double length = 0;
   ksl::vec3<double> t = {0, 0, 0};
-  for (int j = m.joint_above(link); j >= 0 && m.joints()[static_cast<std::size_t>(j)].description >= 0; j = m.joint_above(link)) {
+  for (int j = m.joint_above(link); j >= 0 && m.joints()[static_cast<std::size_t>(j)].description >= 0;
+       j = m.joint_above(link)) {
     const ksl::joint_row &row = m.joints()[static_cast<std::size_t>(j)];
     const ksl::SE3<double> &at = m.description().joints[static_cast<std::size_t>(row.description)].placement;
     const ksl::mat3x3<double> &R = at.R;
@@ -93,7 +99,8 @@ inline double length_to(const ksl::model &m, int link) {
 /// 2 sin(θ/2) times the axis of a rotation by less than half a turn.
 inline std::array<double, 3> turn_of(const ksl::mat3x3<double> &R) {
   const std::array<double, 3> sines = {R.m21 - R.m12, R.m02 - R.m20, R.m10 - R.m01}; // 2 sin θ times the axis
-  const double sine = std::hypot(sines[0], sines[1], sines[2]) / 2, angle = std::atan2(sine, (R.m00 + R.m11 + R.m22 - 1) / 2);
+  const double sine = std::hypot(sines[0], sines[1], sines[2]) / 2,
+               angle = std::atan2(sine, (R.m00 + R.m11 + R.m22 - 1) / 2);
   const double scale = sine > 0 ? std::sin(angle / 2) / sine : 0;
   return {scale * sines[0], scale * sines[1], scale * sines[2]};
 }
@@ -109,8 +116,10 @@ inline errors errors_at(const ksl::model &m, const problem &p, const numbers &q,
   errors out;
   for (const ksl::wanted_frame &f : p.frames) {
     const ksl::SE3<double> at = ksl::frame_pose(m, d, q.data(), f.link);
-    ksl::SE3<double> wanted = {{target[0], target[4], target[8], target[1], target[5], target[9], target[2], target[6], target[10]},
-                               {target[3], target[7], target[11]}}, D;
+    ksl::SE3<double> wanted = {{target[0], target[4], target[8], target[1], target[5], target[9], target[2], target[6],
+                                target[10]},
+                               {target[3], target[7], target[11]}},
+                     D;
     target += 16;
     ksl::algebra<double>::product_dinvd(&at, &wanted, &D);
     const double weight[2] = {f.position_weight * 20 / length_to(m, f.link), f.orientation_weight};
@@ -151,8 +160,8 @@ inline ksl::robot_description chain(int joints, double lower = -2, double upper 
   for (int k = 0; k < joints; ++k) {
     r.links.push_back(robots::link(("link" + std::to_string(k)).c_str(), robots::solid(1, {0.1, 0, 0}, 0.1, 0.1, 0.1)));
     const double axis[5] = {0, 0, 1, 0, 0};
-    r.joints.push_back(robots::joint(("joint" + std::to_string(k)).c_str(), ksl::joint_kind::revolute, k, k + 1, {0.1, 0.2, 0.3 - 0.02 * k},
-                                     {axis[2 - k % 3], axis[3 - k % 3], axis[4 - k % 3]}));
+    r.joints.push_back(robots::joint(("joint" + std::to_string(k)).c_str(), ksl::joint_kind::revolute, k, k + 1,
+                                     {0.1, 0.2, 0.3 - 0.02 * k}, {axis[2 - k % 3], axis[3 - k % 3], axis[4 - k % 3]}));
     r.joints.back().lower = lower - 0.01 * k, r.joints.back().upper = upper + 0.02 * k;
   }
   return r;

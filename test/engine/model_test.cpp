@@ -56,7 +56,8 @@ TEST_CASE("names that the ground can't have") {
 
 TEST_CASE("a floating base beside a joint named floating_base") {
   ksl::robot_description r = robots::double_pendulum(1, 1, 1, 1);
-  r.links[0] = robots::link("ceiling", robots::solid(1, {0, 0, 0}, 1, 1, 1)); // two point masses alone would move in too many ways
+  r.links[0] = robots::link("ceiling",
+                            robots::solid(1, {0, 0, 0}, 1, 1, 1)); // two point masses alone would move in too many ways
   ksl::model_options floating;
   floating.floating_base = true;
   CHECK(ksl::model(r, floating).joints()[0].name == "floating_base");
@@ -178,7 +179,8 @@ TEST_CASE("zeros are numbers of their own type") {
   }
 }
 
-TEST_CASE("limits of each number of a position: given ones, one that is given, none; and the range of random positions") {
+TEST_CASE(
+    "limits of each number of a position: given ones, one that is given, none; and the range of random positions") {
   const double pi = std::acos(-1.0), inf = HUGE_VAL;
   ksl::robot_description r;
   r.links.push_back(robots::link("ground"));
@@ -207,14 +209,34 @@ TEST_CASE("limits of each number of a position: given ones, one that is given, n
   gantry.further[1] = {-7, 8};
   add(joint_kind::floating);
   const ksl::model m(r);
-  const double expected[][4] = { // limits, range
-      {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-inf, inf, -1, 1},
-      {-0.3, 1.2, -0.3, 1.2}, {0.25, inf, 0.25, 2.25}, {-inf, 0.5, 0.5 - 2 * pi, 0.5}, {-inf, inf, -pi, pi}, {-inf, inf, -1, 1}, {-inf, inf, -pi, pi},
-      {-0.7, 0.1, -0.7, 0.1}, {0.2, 0.9, 0.2, 0.9},
-      {-0.4, 0.6, -0.4, 0.6}, {-0.5, 0.8, -0.5, 0.8},
-      {-2, 3, -2, 3}, {-4, 5, -4, 5}, {-0.1, 0.2, -0.1, 0.2},
-      {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-7, 8, -7, 8},
-      {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-inf, inf, -1, 1}};
+  const double expected[][4] = {// limits, range
+                                {-inf, inf, -1, 1},
+                                {-inf, inf, -1, 1},
+                                {-inf, inf, -1, 1},
+                                {-inf, inf, -1, 1},
+                                {-0.3, 1.2, -0.3, 1.2},
+                                {0.25, inf, 0.25, 2.25},
+                                {-inf, 0.5, 0.5 - 2 * pi, 0.5},
+                                {-inf, inf, -pi, pi},
+                                {-inf, inf, -1, 1},
+                                {-inf, inf, -pi, pi},
+                                {-0.7, 0.1, -0.7, 0.1},
+                                {0.2, 0.9, 0.2, 0.9},
+                                {-0.4, 0.6, -0.4, 0.6},
+                                {-0.5, 0.8, -0.5, 0.8},
+                                {-2, 3, -2, 3},
+                                {-4, 5, -4, 5},
+                                {-0.1, 0.2, -0.1, 0.2},
+                                {-inf, inf, -1, 1},
+                                {-inf, inf, -1, 1},
+                                {-7, 8, -7, 8},
+                                {-inf, inf, -1, 1},
+                                {-inf, inf, -1, 1},
+                                {-inf, inf, -1, 1},
+                                {-inf, inf, -1, 1},
+                                {-inf, inf, -1, 1},
+                                {-inf, inf, -1, 1},
+                                {-inf, inf, -1, 1}};
   REQUIRE(m.nq() == static_cast<int>(std::size(expected)));
   const ksl::model_view<double> view = m.view();
   for (int i = 0; i < m.nq(); ++i) {
@@ -250,7 +272,8 @@ void check_single(const ksl::model &m) {
 
 } // namespace
 
-TEST_CASE("a model's numbers in single precision are those in double precision, rounded, also where inertias were changed") {
+TEST_CASE(
+    "a model's numbers in single precision are those in double precision, rounded, also where inertias were changed") {
   const ksl::model m = ksl::load(KSL_EVERY_KIND);
   check_single(m);
   std::vector<ksl::link_inertia> others;

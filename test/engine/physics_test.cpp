@@ -28,7 +28,8 @@ ksl::robot_description arm() {
 
 ksl::model_options all_physics() {
   ksl::model_options options;
-  options.physics = ksl::physics_options{.damping = true, .friction = true, .armature = true, .rotor = true, .spring = true, .friction_width = 0.01};
+  options.physics = ksl::physics_options{
+      .damping = true, .friction = true, .armature = true, .rotor = true, .spring = true, .friction_width = 0.01};
   return options;
 }
 
@@ -43,12 +44,14 @@ TEST_CASE("motor efforts are transmitted efforts and the parts of their laws") {
   ksl::inverse_dynamics(plain, d, q, v, a, tau);
   ksl::inverse_dynamics(whole, e, q, v, a, motor);
   ksl::effort_parts(whole, e, q, v, a, parts);
-  const double expected[10] = {tau[0], tau[1], 0.3 * v[0], 0.1 * v[1], friction(1.5, v[0], 0.01), friction(0.4, v[1], 0.5),
-                               0.12 * a[0], 0, 0, 7 * (q[1] - 0.2)};
+  const double expected[10] = {
+      tau[0],      tau[1], 0.3 * v[0], 0.1 * v[1],      friction(1.5, v[0], 0.01), friction(0.4, v[1], 0.5),
+      0.12 * a[0], 0,      0,          7 * (q[1] - 0.2)};
   for (int i = 0; i < 10; ++i)
     CHECK(parts[i] == doctest::Approx(expected[i]).epsilon(1e-15));
   for (int k = 0; k < 2; ++k)
-    CHECK(motor[k] == doctest::Approx(parts[k] + parts[2 + k] + parts[4 + k] + parts[6 + k] + parts[8 + k]).epsilon(1e-15));
+    CHECK(motor[k] ==
+          doctest::Approx(parts[k] + parts[2 + k] + parts[4 + k] + parts[6 + k] + parts[8 + k]).epsilon(1e-15));
   ksl::effort_parts(plain, d, q, v, a, parts); // options that name nothing
   for (int i = 0; i < 10; ++i)
     CHECK(parts[i] == (i < 2 ? tau[i] : 0));
@@ -162,9 +165,10 @@ TEST_CASE("friction is smooth, with a stated width; or exact, and zero at rest")
 
 TEST_CASE("what is off is listed, and values that no joint can have are refused") {
   const ksl::model plain(arm());
-  CHECK(plain.description().unused == std::vector<std::string>{"joint shoulder, elbow: damping, friction (read, not applied)",
-                                                               "joint shoulder: armature, rotor (read, not applied)",
-                                                               "joint elbow: spring (read, not applied)"});
+  CHECK(plain.description().unused ==
+        std::vector<std::string>{"joint shoulder, elbow: damping, friction (read, not applied)",
+                                 "joint shoulder: armature, rotor (read, not applied)",
+                                 "joint elbow: spring (read, not applied)"});
   CHECK(ksl::model(arm(), all_physics()).description().unused.empty());
   const auto refused = [](auto change, const char *sentence) {
     ksl::robot_description r = arm();
@@ -175,11 +179,14 @@ TEST_CASE("what is off is listed, and values that no joint can have are refused"
   refused([](auto &j) { j.friction_width = 0; },
           "joint \"elbow\": friction_width is 0; expected the speed at which friction has 0.71 of its full strength");
   for (const ksl::joint_kind kind : {ksl::joint_kind::fixed, ksl::joint_kind::floating})
-    for (double ksl::joint_description::*const each : {&ksl::joint_description::armature, &ksl::joint_description::rotor_inertia})
+    for (double ksl::joint_description::*const each :
+         {&ksl::joint_description::armature, &ksl::joint_description::rotor_inertia})
       refused([&](auto &j) { j.kind = kind, j.spring_stiffness = 0, j.*each = 0.1; },
-              kind == ksl::joint_kind::fixed ? "joint \"elbow\": a rotor on a fixed joint; leave out armature and rotor_inertia"
-                                             : "joint \"elbow\": a rotor on a floating joint; leave out armature and rotor_inertia");
-  refused([](auto &j) { j.kind = ksl::joint_kind::spherical; }, "joint \"elbow\": a spring on a spherical joint; only joints with one coordinate can have one");
+              kind == ksl::joint_kind::fixed
+                  ? "joint \"elbow\": a rotor on a fixed joint; leave out armature and rotor_inertia"
+                  : "joint \"elbow\": a rotor on a floating joint; leave out armature and rotor_inertia");
+  refused([](auto &j) { j.kind = ksl::joint_kind::spherical; },
+          "joint \"elbow\": a spring on a spherical joint; only joints with one coordinate can have one");
 }
 
 TEST_CASE("motor efforts may be written over any input") {
@@ -240,10 +247,14 @@ TEST_CASE("each part of the physics is on for itself, and has a name") {
   }
   using names_t = std::vector<std::string>;
   CHECK(ksl::names_of(ksl::physics_named({"all"})) == names_t{"damping", "friction", "armature", "rotor", "spring"});
-  CHECK(ksl::names_of(ksl::physics_named({"exact friction", "rotor bodies"})) == names_t{"exact friction", "rotor bodies"});
-  CHECK_THROWS_WITH_AS(ksl::physics_named({"dampin"}), doctest::Contains("physics \"dampin\" is unknown"), ksl::description_error);
-  CHECK_THROWS_WITH_AS(ksl::physics_named({"friction", "exact friction"}), doctest::Contains("physics names both"), ksl::description_error);
-  CHECK_THROWS_WITH_AS(ksl::physics_named({"rotor bodies", "rotor"}), doctest::Contains("physics names both"), ksl::description_error);
+  CHECK(ksl::names_of(ksl::physics_named({"exact friction", "rotor bodies"})) ==
+        names_t{"exact friction", "rotor bodies"});
+  CHECK_THROWS_WITH_AS(ksl::physics_named({"dampin"}), doctest::Contains("physics \"dampin\" is unknown"),
+                       ksl::description_error);
+  CHECK_THROWS_WITH_AS(ksl::physics_named({"friction", "exact friction"}), doctest::Contains("physics names both"),
+                       ksl::description_error);
+  CHECK_THROWS_WITH_AS(ksl::physics_named({"rotor bodies", "rotor"}), doctest::Contains("physics names both"),
+                       ksl::description_error);
   for (double width : {0.0, -1.0, double(INFINITY), double(NAN)})
     CHECK_THROWS_WITH_AS(ksl::physics_named({}, width), doctest::Contains("friction_width is"), ksl::description_error);
 }
@@ -254,7 +265,8 @@ namespace {
 ksl::robot_description geared() {
   ksl::robot_description r;
   r.links = {robots::link("ground"), robots::link("body", robots::solid(3, {0.1, 0.2, -0.1}, 0.2, 0.3, 0.25)),
-             robots::link("first", robots::solid(1.2, {0.3, 0, 0.1}, 0.02, 0.03, 0.01)), robots::link("second", robots::solid(0.7, {0, 0.2, 0.1}, 0.01, 0.02, 0.03))};
+             robots::link("first", robots::solid(1.2, {0.3, 0, 0.1}, 0.02, 0.03, 0.01)),
+             robots::link("second", robots::solid(0.7, {0, 0.2, 0.1}, 0.01, 0.02, 0.03))};
   r.joints = {robots::joint("ball", ksl::joint_kind::spherical, 0, 1, {0, 0, 0}, {0, 0, 1}),
               robots::joint("shoulder", ksl::joint_kind::revolute, 1, 2, {0.2, -0.1, 0.3}, {0.48, -0.6, 0.64}),
               robots::joint("elbow", ksl::joint_kind::continuous, 2, 3, {0.4, 0.1, 0}, {-0.6, 0.64, 0.48})};
@@ -283,13 +295,17 @@ TEST_CASE("rotors as bodies add their share of the kinetic energy to the mass ma
   double M[25], with_rotors[25], J[30];
   ksl::mass_matrix(plain, d, position, M);
   ksl::mass_matrix(m, e, position, with_rotors);
-  const struct { const char *carrier; double axis[3], inertia, ratio; int coordinate; } rotors[2] = {
-      {"body", {0.48, -0.6, 0.64}, 4e-4, 50, 3}, {"first", {-0.6, 0.64, 0.48}, 3e-4, -30, 4}};
+  const struct {
+    const char *carrier;
+    double axis[3], inertia, ratio;
+    int coordinate;
+  } rotors[2] = {{"body", {0.48, -0.6, 0.64}, 4e-4, 50, 3}, {"first", {-0.6, 0.64, 0.48}, 3e-4, -30, 4}};
   for (const auto &rotor : rotors) {
     ksl::jacobian(plain, d, position, plain.find_link(rotor.carrier), {}, J);
     double row[5];
     for (int k = 0; k < 5; ++k)
-      row[k] = rotor.axis[0] * J[15 + k] + rotor.axis[1] * J[20 + k] + rotor.axis[2] * J[25 + k] + (k == rotor.coordinate ? rotor.ratio : 0);
+      row[k] = rotor.axis[0] * J[15 + k] + rotor.axis[1] * J[20 + k] + rotor.axis[2] * J[25 + k] +
+               (k == rotor.coordinate ? rotor.ratio : 0);
     for (int i = 0; i < 25; ++i)
       M[i] += rotor.inertia * row[i / 5] * row[i % 5];
   }
@@ -297,9 +313,11 @@ TEST_CASE("rotors as bodies add their share of the kinetic energy to the mass ma
     CHECK(with_rotors[i] == doctest::Approx(M[i]).epsilon(1e-12));
 }
 
-TEST_CASE("rotors as bodies: models of the same description with and without them, names that are taken, rotors that carry something") {
+TEST_CASE(
+    "rotors as bodies: models of the same description with and without them, names that are taken, rotors that carry something") {
   const ksl::model m(geared(), with({"rotor bodies"}));
-  const ksl::model again(m.description(), with({"rotor bodies"})), without(m.description(), with({"rotor"})), plain(geared(), with({"rotor"}));
+  const ksl::model again(m.description(), with({"rotor bodies"})), without(m.description(), with({"rotor"})),
+      plain(geared(), with({"rotor"}));
   CHECK(again.links().size() == 6);
   CHECK(without.links().size() == 4);
   CHECK(without.joints().size() == plain.joints().size());
@@ -318,9 +336,11 @@ TEST_CASE("rotors as bodies: models of the same description with and without the
   for (const ksl::joint_description &j : loaded.joints)
     if (j.is_rotor) { // a link on each rotor
       loaded.links.push_back(robots::link("fan", robots::solid(0.1, {0, 0, 0}, 1e-4, 1e-4, 1e-4)));
-      loaded.joints.push_back(robots::joint("shaft", ksl::joint_kind::fixed, j.child, static_cast<int>(loaded.links.size()) - 1, {0, 0, 0}, {0, 0, 1}));
+      loaded.joints.push_back(robots::joint("shaft", ksl::joint_kind::fixed, j.child,
+                                            static_cast<int>(loaded.links.size()) - 1, {0, 0, 0}, {0, 0, 1}));
       break;
     }
-  CHECK_THROWS_WITH_AS((ksl::model{loaded, with({"rotor"})}), doctest::Contains("joint \"shaft\": its parent link \"shoulder_rotor\" is a rotor"),
+  CHECK_THROWS_WITH_AS((ksl::model{loaded, with({"rotor"})}),
+                       doctest::Contains("joint \"shaft\": its parent link \"shoulder_rotor\" is a rotor"),
                        ksl::description_error);
 }

@@ -20,7 +20,9 @@ struct state {
   numbers<int> pushed;
   ksl::expressed_in axes = ksl::expressed_in::frame; ///< of what pushes
 
-  ksl::external_wrenches<double> external() const { return {static_cast<int>(pushed.size()), pushed.data(), push.data(), axes}; }
+  ksl::external_wrenches<double> external() const {
+    return {static_cast<int>(pushed.size()), pushed.data(), push.data(), axes};
+  }
 };
 
 inline numbers<double> random_numbers(int n, std::mt19937 &random) {
@@ -33,8 +35,11 @@ inline numbers<double> random_numbers(int n, std::mt19937 &random) {
 
 inline state random_state(const ksl::model &m, std::mt19937 &random) {
   const int last = m.view().links - 1;
-  state s = {random_numbers(m.nq(), random), random_numbers(m.nv(), random), random_numbers(m.nv(), random),
-             random_numbers(18, random), {last, last / 2, 0}};
+  state s = {random_numbers(m.nq(), random),
+             random_numbers(m.nv(), random),
+             random_numbers(m.nv(), random),
+             random_numbers(18, random),
+             {last, last / 2, 0}};
   s.axes = static_cast<ksl::expressed_in>(random() % 2);
   normalize_quaternions(m, s.q.data());
   return s;

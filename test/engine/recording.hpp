@@ -9,7 +9,24 @@
 #include <tuple>
 #include <vector>
 
-enum class operation { constant, input, add, subtract, multiply, divide, negate, less, at_most, equal, select, root, absolute, sine, cosine, arctangent };
+enum class operation {
+  constant,
+  input,
+  add,
+  subtract,
+  multiply,
+  divide,
+  negate,
+  less,
+  at_most,
+  equal,
+  select,
+  root,
+  absolute,
+  sine,
+  cosine,
+  arctangent
+};
 
 /// One operation on earlier steps; a constant's number, or which input it is.
 struct step {
@@ -17,7 +34,9 @@ struct step {
   int a = -1, b = -1, c = -1;
   double number = 0;
 
-  bool operator<(const step &o) const { return std::tie(what, a, b, c, number) < std::tie(o.what, o.a, o.b, o.c, o.number); }
+  bool operator<(const step &o) const {
+    return std::tie(what, a, b, c, number) < std::tie(o.what, o.a, o.b, o.c, o.number);
+  }
 };
 
 inline double result_of(const step &s, double a, double b, double c) {
@@ -55,7 +74,8 @@ struct tape {
     const auto at = [&](int i) { return i < 0 ? 0.0 : value[static_cast<std::size_t>(i)]; };
     for (std::size_t i = 0; i < steps.size(); ++i) {
       const step &s = steps[i];
-      value[i] = s.what == operation::input ? inputs[static_cast<std::size_t>(s.number)] : result_of(s, at(s.a), at(s.b), at(s.c));
+      value[i] = s.what == operation::input ? inputs[static_cast<std::size_t>(s.number)]
+                                            : result_of(s, at(s.a), at(s.b), at(s.c));
     }
     for (int i : outputs)
       out.push_back(at(i));
@@ -94,7 +114,8 @@ struct tape {
 
 private:
   bool is(int i, double number) const {
-    return steps[static_cast<std::size_t>(i)].what == operation::constant && steps[static_cast<std::size_t>(i)].number == number;
+    return steps[static_cast<std::size_t>(i)].what == operation::constant &&
+           steps[static_cast<std::size_t>(i)].number == number;
   }
 
   int known_or_added(const step &s, std::map<step, int> &known) {
@@ -103,10 +124,13 @@ private:
   }
 
   int shorter(const step &s, std::map<step, int> &known) {
-    const auto constant = [&](int i) { return i < 0 || steps[static_cast<std::size_t>(i)].what == operation::constant; };
+    const auto constant = [&](int i) {
+      return i < 0 || steps[static_cast<std::size_t>(i)].what == operation::constant;
+    };
     const auto number = [&](int i) { return i < 0 ? 0.0 : steps[static_cast<std::size_t>(i)].number; };
     if (s.what != operation::input && constant(s.a) && constant(s.b) && constant(s.c))
-      return known_or_added({operation::constant, -1, -1, -1, result_of(s, number(s.a), number(s.b), number(s.c))}, known);
+      return known_or_added({operation::constant, -1, -1, -1, result_of(s, number(s.a), number(s.b), number(s.c))},
+                            known);
     switch (s.what) {
     case operation::add:
       if (is(s.a, 0))

@@ -20,25 +20,32 @@ enum : int { shoulder, wrist, mount };
 /// An arm that moves freely, with a hand beyond the cut and a camera before it.  In two parts the fifth link is what is beyond.
 ksl::robot_description robot(double near_mass, double far_mass, bool sawn) {
   const auto near_part = [&](ksl::vec3<double> from) {
-    return robots::solid(near_mass, {near_center.x - from.x, near_center.y - from.y, near_center.z - from.z}, 0.02 * near_mass, 0.03 * near_mass, 0.01 * near_mass);
+    return robots::solid(near_mass, {near_center.x - from.x, near_center.y - from.y, near_center.z - from.z},
+                         0.02 * near_mass, 0.03 * near_mass, 0.01 * near_mass);
   };
   const auto beyond = [&](ksl::vec3<double> from) {
-    return robots::solid(far_mass, {far_center.x - from.x, far_center.y - from.y, far_center.z - from.z}, 0.05 * far_mass, 0.04 * far_mass, 0.02 * far_mass);
+    return robots::solid(far_mass, {far_center.x - from.x, far_center.y - from.y, far_center.z - from.z},
+                         0.05 * far_mass, 0.04 * far_mass, 0.02 * far_mass);
   };
   const inertia a = near_part({0, 0, 0}), b = beyond({0, 0, 0});
-  const inertia whole = {a.m + b.m, {a.h.x + b.h.x, a.h.y + b.h.y, a.h.z + b.h.z}, a.Ixx + b.Ixx, a.Iyy + b.Iyy, a.Izz + b.Izz,
-                         a.Ixy + b.Ixy, a.Iyz + b.Iyz, a.Izx + b.Izx};
+  const inertia whole = {a.m + b.m,     {a.h.x + b.h.x, a.h.y + b.h.y, a.h.z + b.h.z},
+                         a.Ixx + b.Ixx, a.Iyy + b.Iyy,
+                         a.Izz + b.Izz, a.Ixy + b.Ixy,
+                         a.Iyz + b.Iyz, a.Izx + b.Izx};
   ksl::robot_description r;
-  r.links = {robots::link("ceiling"), robots::link("arm", sawn ? a : whole), robots::link("hand", robots::solid(0.8, {0.1, 0.05, 0.2}, 0.01, 0.02, 0.015)),
+  r.links = {robots::link("ceiling"), robots::link("arm", sawn ? a : whole),
+             robots::link("hand", robots::solid(0.8, {0.1, 0.05, 0.2}, 0.01, 0.02, 0.015)),
              robots::link("camera", robots::solid(0.3, {0.04, 0, 0.02}, 0.001, 0.002, 0.003))};
   const ksl::vec3<double> at_hand = {0.1, -0.2, 0.9};
   r.joints = {robots::joint("shoulder", ksl::joint_kind::floating, ceiling, arm, {0.3, 0.2, 0.1}, {0, 0, 1}),
               robots::joint("wrist", ksl::joint_kind::revolute, sawn ? far_part : arm, hand,
-                            sawn ? ksl::vec3<double>{at_hand.x - cut.x, at_hand.y - cut.y, at_hand.z - cut.z} : at_hand, {0.6, 0, 0.8}),
+                            sawn ? ksl::vec3<double>{at_hand.x - cut.x, at_hand.y - cut.y, at_hand.z - cut.z} : at_hand,
+                            {0.6, 0, 0.8}),
               robots::joint("mount", ksl::joint_kind::prismatic, arm, camera, {-0.1, 0.1, 0.2}, {0, 0.8, 0.6})};
   if (sawn) {
     r.links.push_back(robots::link("far_part", beyond(cut)));
-    r.joints.insert(r.joints.begin() + wrist, robots::joint("weld", ksl::joint_kind::fixed, arm, far_part, cut, {0, 0, 1})); // same q
+    r.joints.insert(r.joints.begin() + wrist,
+                    robots::joint("weld", ksl::joint_kind::fixed, arm, far_part, cut, {0, 0, 1})); // same q
   }
   return r;
 }
@@ -60,12 +67,14 @@ const double push[18] = {3, -5, 7, 0.4, 0.2, -0.6, 1, 2, -3, 0.1, 0.7, -0.5, -4,
 numbers weld(double near_mass, double far_mass, ksl::expressed_in axes) {
   const ksl::model m(robot(near_mass, far_mass, true));
   ksl::data d(m);
-  const int link = m.find_link("far_part"), pushed_here[3] = {m.find_link("hand"), m.find_link("camera"), arm}; // numbers follow the tree
+  const int link = m.find_link("far_part"),
+            pushed_here[3] = {m.find_link("hand"), m.find_link("camera"), arm}; // numbers follow the tree
   const ksl::external_wrenches<double> external = {3, pushed_here, push, axes};
   numbers tau(8), out(6);
   ksl::inverse_dynamics(m, d, q.data(), v.data(), a.data(), tau.data(), external);
   ksl::reaction_request request;
-  request.n = 1, request.link = &link, request.at = request.axes = ksl::wrench_frame::link, request.at_link = request.axes_link = link;
+  request.n = 1, request.link = &link, request.at = request.axes = ksl::wrench_frame::link,
+  request.at_link = request.axes_link = link;
   ksl::reactions(m, d, request, out.data(), external);
   return out;
 }
@@ -78,10 +87,12 @@ ksl::link_section section_of(ksl::section_share share) {
   return s;
 }
 
-template <class S> numbers section(double near_mass, double far_mass, const ksl::link_section &s, ksl::expressed_in axes) {
+template <class S> numbers section(double near_mass, double far_mass, const ksl::link_section &s,
+                                   ksl::expressed_in axes) {
   const ksl::model m(robot(near_mass, far_mass, false));
   ksl::data d(m);
-  const std::vector<S> x(q.begin(), q.end()), y(v.begin(), v.end()), z(a.begin(), a.end()), given(std::begin(push), std::end(push));
+  const std::vector<S> x(q.begin(), q.end()), y(v.begin(), v.end()), z(a.begin(), a.end()),
+      given(std::begin(push), std::end(push));
   std::vector<S> out(6);
   ksl::section_wrench<S>(m, d, x.data(), y.data(), z.data(), s, out.data(), {3, pushed, given.data(), axes});
   return numbers(out.begin(), out.end());
@@ -94,13 +105,17 @@ void check_same(const numbers &found, const numbers &expected, double tolerance 
 
 } // namespace
 
-TEST_CASE("a section carries what a weld would: an inertia that is given, beyond or with the joint that carries the link") {
+TEST_CASE(
+    "a section carries what a weld would: an inertia that is given, beyond or with the joint that carries the link") {
   for (const ksl::expressed_in axes : {ksl::expressed_in::frame, ksl::expressed_in::world}) {
     const numbers expected = weld(1.3, 2.1, axes);
     ksl::link_section s = section_of(ksl::section_share::inertia);
     const inertia near_one = near_inertia(1.3), whole = robot(1.3, 2.1, false).links[arm].inertia;
-    s.inertia = {whole.m - near_one.m, {whole.h.x - near_one.h.x, whole.h.y - near_one.h.y, whole.h.z - near_one.h.z}, whole.Ixx - near_one.Ixx,
-                 whole.Iyy - near_one.Iyy, whole.Izz - near_one.Izz, whole.Ixy - near_one.Ixy, whole.Iyz - near_one.Iyz, whole.Izx - near_one.Izx};
+    s.inertia = {
+        whole.m - near_one.m,     {whole.h.x - near_one.h.x, whole.h.y - near_one.h.y, whole.h.z - near_one.h.z},
+        whole.Ixx - near_one.Ixx, whole.Iyy - near_one.Iyy,
+        whole.Izz - near_one.Izz, whole.Ixy - near_one.Ixy,
+        whole.Iyz - near_one.Iyz, whole.Izx - near_one.Izx};
     check_same(section<double>(1.3, 2.1, s, axes), expected);
     check_same(section<float>(1.3, 2.1, s, axes), expected, 1e-4);
     // from the other side: the wrench is the opposite one

@@ -71,7 +71,8 @@ template <class Call> void refused(const char *name, ksl_status_t status, Call c
 /// A call from C++ that returns something, which is freed in the end.
 template <class Make> void makes(const char *name, Make make) {
   std::optional<decltype(make())> made;
-  starve::call(name, thread::this_one, [&] { return of_call([&] { made.emplace(make()); }); }, [&](end) { made.reset(); });
+  starve::call(
+      name, thread::this_one, [&] { return of_call([&] { made.emplace(make()); }); }, [&](end) { made.reset(); });
 }
 
 struct c_robot {
@@ -98,7 +99,8 @@ TEST_CASE("the counter counts, and allocations fail where they are told to, in o
   CHECK(allocations > before);
   // a call that allocates and hides it; a call that is not told of the failure; both are caught
   fail_allocation(2, false);
-  void *const first = ::operator new(1, std::nothrow), *const second = ::operator new(1, std::nothrow), *const third = ::operator new(1, std::nothrow);
+  void *const first = ::operator new(1, std::nothrow), *const second = ::operator new(1, std::nothrow),
+              *const third = ::operator new(1, std::nothrow);
   CHECK(stop_failing_allocations() == 1);
   CHECK(first);
   CHECK(!second);
@@ -129,13 +131,18 @@ TEST_CASE("robots are read, from files and texts, from C") {
   const std::string text = contents(urdf), model_of_sdf = contents(sdf);
   makes_model("ksl_model_load, URDF", [&](ksl_model_t **m) { return ksl_model_load(urdf.c_str(), nullptr, m); });
   makes_model("ksl_model_load, SDF", [&](ksl_model_t **m) { return ksl_model_load(sdf.c_str(), nullptr, m); });
-  makes_model("ksl_model_load_memory, URDF", [&](ksl_model_t **m) { return ksl_model_load_memory(text.data(), text.size(), nullptr, m); });
-  makes_model("ksl_model_load_memory, SDF",
-              [&](ksl_model_t **m) { return ksl_model_load_memory(model_of_sdf.data(), model_of_sdf.size(), nullptr, m); });
-  const ksl_payload_t payload = {"a payload whose link has a rather long name", 1, {0, 0, 0}}, held = {"tool", 1, {0, 0, 0.1}};
+  makes_model("ksl_model_load_memory, URDF",
+              [&](ksl_model_t **m) { return ksl_model_load_memory(text.data(), text.size(), nullptr, m); });
+  makes_model("ksl_model_load_memory, SDF", [&](ksl_model_t **m) {
+    return ksl_model_load_memory(model_of_sdf.data(), model_of_sdf.size(), nullptr, m);
+  });
+  const ksl_payload_t payload = {"a payload whose link has a rather long name", 1, {0, 0, 0}},
+                      held = {"tool", 1, {0, 0, 0.1}};
   ksl_model_options_t options = ksl_model_options();
-  options.floating_base = true, options.payloads_n = 1, options.payloads = &held, options.physics.damping = options.physics.rotor_bodies = true;
-  makes_model("with payload, physics and floating base", [&](ksl_model_t **m) { return ksl_model_load(urdf.c_str(), &options, m); });
+  options.floating_base = true, options.payloads_n = 1, options.payloads = &held,
+  options.physics.damping = options.physics.rotor_bodies = true;
+  makes_model("with payload, physics and floating base",
+              [&](ksl_model_t **m) { return ksl_model_load(urdf.c_str(), &options, m); });
   options.payloads = &payload;
   ksl_model_t *m = nullptr;
   refused("with a payload on no link", KSL_BAD_DESCRIPTION, [&] { return ksl_model_load(urdf.c_str(), &options, &m); });
@@ -143,29 +150,37 @@ TEST_CASE("robots are read, from files and texts, from C") {
 
 TEST_CASE("and refused, from C") {
   ksl_model_t *m = nullptr;
-  refused("a missing file", KSL_BAD_DESCRIPTION, [&] { return ksl_model_load("there is no such file, and its name is long", nullptr, &m); });
+  refused("a missing file", KSL_BAD_DESCRIPTION,
+          [&] { return ksl_model_load("there is no such file, and its name is long", nullptr, &m); });
   refused("a folder", KSL_BAD_DESCRIPTION, [&] { return ksl_model_load("/", nullptr, &m); });
-  for (const std::string &text :
-       {std::string("<robot name='twice'><link name='a link with a long name'/><link name='a link with a long name'/></robot>"),
-        std::string("<robot name='torn'><link name='a'"), std::string("no XML"), std::string("<robot name='empty'/>"), std::string(1, '\0'),
-        std::string("<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='turning round'><parent link='a'/><child link='b'/></joint></robot>"),
-        std::string("<sdf version='1.7'><model name='m'><link name='l'/><joint name='j' type='revolute'><parent>l</parent><child>nobody at all</child></joint></model></sdf>")})
-    refused(text.c_str(), KSL_BAD_DESCRIPTION, [&] { return ksl_model_load_memory(text.data(), text.size(), nullptr, &m); });
+  for (
+      const std::string &text :
+      {std::string(
+           "<robot name='twice'><link name='a link with a long name'/><link name='a link with a long name'/></robot>"),
+       std::string("<robot name='torn'><link name='a'"), std::string("no XML"), std::string("<robot name='empty'/>"),
+       std::string(1, '\0'),
+       std::string(
+           "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='turning round'><parent link='a'/><child link='b'/></joint></robot>"),
+       std::string(
+           "<sdf version='1.7'><model name='m'><link name='l'/><joint name='j' type='revolute'><parent>l</parent><child>nobody at all</child></joint></model></sdf>")})
+    refused(text.c_str(), KSL_BAD_DESCRIPTION,
+            [&] { return ksl_model_load_memory(text.data(), text.size(), nullptr, &m); });
   refused("no path", KSL_BAD_ARGUMENT, [&] { return ksl_model_load(nullptr, nullptr, &m); });
 }
 
 TEST_CASE("workspaces, queries and single calls, from C") {
   c_robot r(KSL_EVERY_KIND);
   ksl_data_t *d = nullptr;
-  starve::call("ksl_data_create", thread::this_one,
-               [&] {
-                 d = reinterpret_cast<ksl_data_t *>(1);
-                 return of_status(ksl_data_create(r.m, &d));
-               },
-               [&](end found) {
-                 CHECK((d != nullptr) == (found == end::usual));
-                 ksl_data_free(d);
-               });
+  starve::call(
+      "ksl_data_create", thread::this_one,
+      [&] {
+        d = reinterpret_cast<ksl_data_t *>(1);
+        return of_status(ksl_data_create(r.m, &d));
+      },
+      [&](end found) {
+        CHECK((d != nullptr) == (found == end::usual));
+        ksl_data_free(d);
+      });
   const std::size_t nq = static_cast<std::size_t>(ksl_model_nq(r.m)), nv = static_cast<std::size_t>(ksl_model_nv(r.m));
   std::vector<double> q(nq), v(nv, 0.1), uniform(nq, 0.3), wrenches(6 * 100), out(nv);
   std::vector<int> rows(nv + 1), columns(static_cast<std::size_t>(ksl_model_tree_elements(r.m))), list(100);
@@ -176,11 +191,15 @@ TEST_CASE("workspaces, queries and single calls, from C") {
   const ksl_section_t section = ksl_section(1);
   // none of these allocates, even on a thread that has made no call before
   const auto all = [&] {
-    bool fine = ksl_neutral(r.m, q.data()) == KSL_OK && ksl_random_position(r.m, uniform.data(), out.data() - 0) == KSL_OK;
+    bool fine =
+        ksl_neutral(r.m, q.data()) == KSL_OK && ksl_random_position(r.m, uniform.data(), out.data() - 0) == KSL_OK;
     fine &= ksl_model_tree(r.m, rows.data(), columns.data()) == KSL_OK && ksl_model_support(r.m, 3, list.data()) > 0;
-    fine &= ksl_model_subtree_links(r.m, 0, list.data()) > 0 && ksl_model_subtree_mass(r.m, 0) > 0 && ksl_model_mass(r.m) > 0;
-    fine &= ksl_model_joint_info(r.m, 0, &info) == KSL_OK && ksl_model_link_parameters(r.m, 1, wrenches.data()) == KSL_OK;
-    fine &= ksl_model_joint(r.m, "sleeve_on_nut") >= 0 && ksl_model_link(r.m, "satellite") >= 0 && ksl_instruction_set();
+    fine &= ksl_model_subtree_links(r.m, 0, list.data()) > 0 && ksl_model_subtree_mass(r.m, 0) > 0 &&
+            ksl_model_mass(r.m) > 0;
+    fine &=
+        ksl_model_joint_info(r.m, 0, &info) == KSL_OK && ksl_model_link_parameters(r.m, 1, wrenches.data()) == KSL_OK;
+    fine &=
+        ksl_model_joint(r.m, "sleeve_on_nut") >= 0 && ksl_model_link(r.m, "satellite") >= 0 && ksl_instruction_set();
     fine &= ksl_inverse_dynamics(r.m, r.d, q.data(), v.data(), v.data(), nullptr, out.data()) == KSL_OK;
     fine &= ksl_reactions(r.m, r.d, 1, &joint, nullptr, nullptr, wrenches.data()) == KSL_OK;
     fine &= ksl_frame_pose(r.m, r.d, q.data(), 1, &pose) == KSL_OK;
@@ -198,7 +217,8 @@ TEST_CASE("workspaces, queries and single calls, from C") {
     fine = fine && allocations == before;
   }).join();
   CHECK(fine);
-  refused("an unknown name", KSL_OK, [&] { return ksl_model_joint(r.m, "a joint that the model does not have") == -1 ? KSL_OK : KSL_FAILED; });
+  refused("an unknown name", KSL_OK,
+          [&] { return ksl_model_joint(r.m, "a joint that the model does not have") == -1 ? KSL_OK : KSL_FAILED; });
   v[0] = NAN;
   refused("a number that is not finite", KSL_BAD_ARGUMENT,
           [&] { return ksl_inverse_dynamics(r.m, r.d, q.data(), v.data(), v.data(), nullptr, out.data()); });
@@ -226,13 +246,16 @@ TEST_CASE("inverse kinematics, from C and C++") {
     std::fill(q.begin(), q.end(), -7);
   };
   std::fill(q.begin(), q.end(), -7);
-  starve::call("ksl_inverse_kinematics", thread::new_one,
-               [&] {
-                 return of_status(ksl_inverse_kinematics(r.m, n, 1, &wanted, target.data(), 16, nullptr, 0, nullptr, q.data(), m.nq(), nullptr, 0,
-                                                         nullptr, nullptr, nullptr, 2));
-               },
-               after);
-  starve::call("ksl::inverse_kinematics", thread::new_one, [&] { return of_call([&] { ksl::inverse_kinematics(m, options, batch, 2); }); }, after);
+  starve::call(
+      "ksl_inverse_kinematics", thread::new_one,
+      [&] {
+        return of_status(ksl_inverse_kinematics(r.m, n, 1, &wanted, target.data(), 16, nullptr, 0, nullptr, q.data(),
+                                                m.nq(), nullptr, 0, nullptr, nullptr, nullptr, 2));
+      },
+      after);
+  starve::call(
+      "ksl::inverse_kinematics", thread::new_one,
+      [&] { return of_call([&] { ksl::inverse_kinematics(m, options, batch, 2); }); }, after);
 }
 
 TEST_CASE("the builder, from C") {
@@ -246,21 +269,25 @@ TEST_CASE("the builder, from C") {
         static const double axis[3] = {0, 0, 1};
         ksl_joint_options_t options = ksl_joint_options();
         options.axis = axis;
-        return ksl_builder_add_joint(b, "the joint between the two of them", "revolute", "the link that carries all others",
-                                     "the link that is carried by it", nullptr, &options);
+        return ksl_builder_add_joint(b, "the joint between the two of them", "revolute",
+                                     "the link that carries all others", "the link that is carried by it", nullptr,
+                                     &options);
       },
       [](ksl_builder_t *b) {
         const ksl_link_mass_t mass = {1, {0, 0, 0.1}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
         const ksl_dh_row_t rows[2] = {{0.1, 0.2, 0.3, 0.4, nullptr, mass}, {0.1, 0.2, 0.3, 0.4, "prismatic", mass}};
-        return ksl_builder_add_dh_chain(b, "the link that is carried by it", 2, rows, KSL_DH_STANDARD, "an arm in addition_");
+        return ksl_builder_add_dh_chain(b, "the link that is carried by it", 2, rows, KSL_DH_STANDARD,
+                                        "an arm in addition_");
       }};
   ksl_builder_t *b = nullptr;
-  starve::call("ksl_builder_create", thread::this_one, [&] { return of_status(ksl_builder_create("a robot with quite a long name", &b)); },
-               [&](end found) {
-                 CHECK((b != nullptr) == (found == end::usual));
-                 ksl_builder_free(b);
-                 b = nullptr;
-               });
+  starve::call(
+      "ksl_builder_create", thread::this_one,
+      [&] { return of_status(ksl_builder_create("a robot with quite a long name", &b)); },
+      [&](end found) {
+        CHECK((b != nullptr) == (found == end::usual));
+        ksl_builder_free(b);
+        b = nullptr;
+      });
   // after a step that failed, the builder is as it was: the same step succeeds
   for (std::size_t i = 0; i < steps.size(); ++i) {
     CAPTURE(i);
@@ -271,20 +298,22 @@ TEST_CASE("the builder, from C") {
         REQUIRE(steps[k](b) == KSL_OK);
     };
     begin();
-    starve::call("a step", thread::this_one, [&] { return of_status(steps[i](b)); },
-                 [&](end found) {
-                   if (found == end::no_memory)
-                     CHECK(steps[i](b) == KSL_OK);
-                   ksl_builder_free(b);
-                   begin();
-                 });
+    starve::call(
+        "a step", thread::this_one, [&] { return of_status(steps[i](b)); },
+        [&](end found) {
+          if (found == end::no_memory)
+            CHECK(steps[i](b) == KSL_OK);
+          ksl_builder_free(b);
+          begin();
+        });
     ksl_builder_free(b);
   }
   b = nullptr;
   REQUIRE(ksl_builder_create("robot", &b) == KSL_OK);
   for (const auto &step : steps)
     REQUIRE(step(b) == KSL_OK);
-  refused("a second link of that name", KSL_BAD_DESCRIPTION, [&] { return ksl_builder_add_link(b, "the link that is carried by it", nullptr); });
+  refused("a second link of that name", KSL_BAD_DESCRIPTION,
+          [&] { return ksl_builder_add_link(b, "the link that is carried by it", nullptr); });
   makes_model("ksl_builder_build", [&](ksl_model_t **m) { return ksl_builder_build(b, nullptr, m); });
   ksl_builder_free(b);
 }
@@ -296,14 +325,19 @@ TEST_CASE("models from models, from C") {
   const ksl_link_mass_t mass = {1, {0, 0, 0.1}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   const double zero[7] = {}, gravity[3] = {0, 0, -1.6}, parameters[10] = {1, 0, 0, 0, 1, 0, 1, 0, 0, 1};
   const ksl_physics_t physics = {true, true, true, true, true, true, false, 0};
-  makes_model("with_root", [&](ksl_model_t **m) { return ksl_model_with_root(other.m, ksl_model_link(other.m, "tool0"), m); });
-  makes_model("with_frozen_joints", [&](ksl_model_t **m) { return ksl_model_with_frozen_joints(r.m, 1, &slide, zero, m); });
+  makes_model("with_root",
+              [&](ksl_model_t **m) { return ksl_model_with_root(other.m, ksl_model_link(other.m, "tool0"), m); });
+  makes_model("with_frozen_joints",
+              [&](ksl_model_t **m) { return ksl_model_with_frozen_joints(r.m, 1, &slide, zero, m); });
   makes_model("with_payload", [&](ksl_model_t **m) { return ksl_model_with_payload(r.m, tool, &mass, m); });
-  makes_model("merged", [&](ksl_model_t **m) { return ksl_model_merged(r.m, other.m, tool, nullptr, "the other one's ", m); });
+  makes_model("merged",
+              [&](ksl_model_t **m) { return ksl_model_merged(r.m, other.m, tool, nullptr, "the other one's ", m); });
   makes_model("subtree", [&](ksl_model_t **m) { return ksl_model_subtree(r.m, tool, m); });
-  makes_model("with_frame", [&](ksl_model_t **m) { return ksl_model_with_frame(r.m, "a frame with a long name", tool, nullptr, m); });
+  makes_model("with_frame",
+              [&](ksl_model_t **m) { return ksl_model_with_frame(r.m, "a frame with a long name", tool, nullptr, m); });
   makes_model("with_physics", [&](ksl_model_t **m) { return ksl_model_with_physics(r.m, &physics, m); });
-  makes_model("with_parameters", [&](ksl_model_t **m) { return ksl_model_with_parameters(r.m, 1, &tool, parameters, m); });
+  makes_model("with_parameters",
+              [&](ksl_model_t **m) { return ksl_model_with_parameters(r.m, 1, &tool, parameters, m); });
   makes_model("with_gravity", [&](ksl_model_t **m) { return ksl_model_with_gravity(r.m, gravity, m); });
 }
 
@@ -318,14 +352,20 @@ TEST_CASE("robots are written: the file is whole or not touched") {
     put();
   };
   put();
-  starve::call("ksl_model_write_urdf", thread::this_one, [&] { return of_status(ksl_model_write_urdf(r.m, scratch.c_str())); }, after);
-  starve::call("ksl::write_urdf", thread::this_one, [&] { return of_call([&] { ksl::write_urdf(m.description(), scratch); }); }, after);
+  starve::call(
+      "ksl_model_write_urdf", thread::this_one, [&] { return of_status(ksl_model_write_urdf(r.m, scratch.c_str())); },
+      after);
+  starve::call(
+      "ksl::write_urdf", thread::this_one, [&] { return of_call([&] { ksl::write_urdf(m.description(), scratch); }); },
+      after);
   std::optional<std::string> text;
-  starve::call("ksl::urdf_text", thread::this_one, [&] { return of_call([&] { text.emplace(ksl::urdf_text(m.description())); }); },
-               [&](end found) {
-                 CHECK((found == end::usual ? *text == whole : !text));
-                 text.reset();
-               });
+  starve::call(
+      "ksl::urdf_text", thread::this_one,
+      [&] { return of_call([&] { text.emplace(ksl::urdf_text(m.description())); }); },
+      [&](end found) {
+        CHECK((found == end::usual ? *text == whole : !text));
+        text.reset();
+      });
   ksl::robot_description long_name = m.description();
   long_name.name = std::string(40'000, 'x'); // which XML libraries keep in a block of its own
   starve::call(
@@ -335,7 +375,8 @@ TEST_CASE("robots are written: the file is whole or not touched") {
         CHECK((found == end::usual ? text->find(long_name.name) != std::string::npos : !text));
         text.reset();
       });
-  refused("where nothing can be written", KSL_BAD_DESCRIPTION, [&] { return ksl_model_write_urdf(r.m, "/there is no such folder/robot.urdf"); });
+  refused("where nothing can be written", KSL_BAD_DESCRIPTION,
+          [&] { return ksl_model_write_urdf(r.m, "/there is no such folder/robot.urdf"); });
   std::remove(scratch.c_str());
 }
 
@@ -364,14 +405,18 @@ TEST_CASE("C++: models, workspaces, the builder, models from models") {
   makes("names_of", [&] { return ksl::names_of(ksl::physics_options()); });
   makes("builder", [&] {
     ksl::builder b("a robot with quite a long name");
-    b.add_link("the link that carries all others").add_link("the link that is carried by it", {1, {0, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}});
+    b.add_link("the link that carries all others")
+        .add_link("the link that is carried by it", {1, {0, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}});
     ksl::joint_options options;
     options.axis = ksl::vec3<double>{0, 0, 1};
-    b.add_joint("the joint between the two of them", ksl::joint_kind::revolute, "the link that carries all others", "the link that is carried by it", at(0), options);
+    b.add_joint("the joint between the two of them", ksl::joint_kind::revolute, "the link that carries all others",
+                "the link that is carried by it", at(0), options);
     return b.build();
   });
   for (const thread where : {thread::this_one, thread::new_one})
-    starve::call("load, refused", where, [&] { return of_call([&] { ksl::load("there is no such file, and its name is long"); }, true); }, [](end) {});
+    starve::call(
+        "load, refused", where,
+        [&] { return of_call([&] { ksl::load("there is no such file, and its name is long"); }, true); }, [](end) {});
 }
 
 TEST_CASE("what has been tried") {

@@ -45,9 +45,7 @@ template <class Call> end of_call(Call call, bool refused = false) {
 enum class thread { this_one, new_one };
 
 /// What has been tried, for the last test.
-struct totals {
-  long calls = 0, failures = 0;
-};
+struct totals { long calls = 0, failures = 0; };
 inline totals &all() {
   static totals t;
   return t;

@@ -11,7 +11,8 @@ namespace starved {
 using starve::end;
 
 /// A call for each state succeeds although no allocation does.
-template <class S> void without_memory(faces::check<S> &faces, faces::one_call<S> call, const faces::results<S> &expected) {
+template <class S> void without_memory(faces::check<S> &faces, faces::one_call<S> call,
+                                       const faces::results<S> &expected) {
   const auto starving = [&](faces::one<S> &s) {
     fail_allocation(1, true);
     call(s);
@@ -22,7 +23,8 @@ template <class S> void without_memory(faces::check<S> &faces, faces::one_call<S
 
 /// Every allocation of the first batch of a thread fails in turn.
 template <class S>
-void first_batch(faces::check<S> &faces, faces::batch_call<S> call, std::size_t n, int threads, const faces::results<S> &expected) {
+void first_batch(faces::check<S> &faces, faces::batch_call<S> call, std::size_t n, int threads,
+                 const faces::results<S> &expected) {
   faces::results<S> untouched = expected;
   for (std::vector<S> &x : untouched.numbers)
     std::fill(x.begin(), x.end(), S(-7));
@@ -60,8 +62,8 @@ void first_batch(faces::check<S> &faces, faces::batch_call<S> call, std::size_t 
 }
 
 template <class S>
-void check_robot(faces::robot &r, const ksl::algorithm_row &row, faces::one_call<S> cpp, faces::one_call<S> c, faces::batch_call<S> cpp_batch,
-                 faces::batch_call<S> c_batch) {
+void check_robot(faces::robot &r, const ksl::algorithm_row &row, faces::one_call<S> cpp, faces::one_call<S> c,
+                 faces::batch_call<S> cpp_batch, faces::batch_call<S> c_batch) {
   // threads are the same for all algorithms: of most, one part of a batch is enough
   const bool shared = &row == &ksl::rows::inverse_dynamics_with_reactions || &row == &ksl::rows::forward_dynamics;
   const std::size_t n = shared ? 2 * ksl::least_states(r.m.moving_joints()) : 5;
@@ -85,7 +87,8 @@ namespace faces {
 
 /// What algorithms_test.cpp calls for each algorithm, each with its faces.
 template <class S>
-void starve_all(const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_call<S> cpp_batch, batch_call<S> c_batch, bool = false) {
+void starve_all(const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_call<S> cpp_batch,
+                batch_call<S> c_batch, bool = false) {
   ksl::assume_cores(2);
   static robot every_kind(KSL_EVERY_KIND, false), coupled(KSL_COUPLED, false);
   starved::check_robot<S>(every_kind, row, cpp, c, cpp_batch, c_batch);

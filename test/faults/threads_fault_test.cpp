@@ -47,7 +47,8 @@ extern "C" const char *__tsan_default_options() { return "report_thread_leaks=0"
 
 #ifndef KSL_TEST_THREAD_SANITIZER
 /// As many threads as allowed; then the system has no more.
-extern "C" int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*begin)(void *), void *argument) {
+extern "C" int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*begin)(void *),
+                              void *argument) {
   using function = int (*)(pthread_t *, const pthread_attr_t *, void *(*)(void *), void *);
   static const function create = reinterpret_cast<function>(dlsym(RTLD_NEXT, "pthread_create"));
   ++threads_asked;
@@ -357,7 +358,8 @@ TEST_CASE("quotas of control groups, as files give them") {
   CHECK(cores_of_cpu_max("150000 100000\n") == 2); // a core and a half
   CHECK(cores_of_cpu_max("1000 100000\n") == 1);
   CHECK(cores_of_cpu_max("1600000 100000\n") == 16);
-  for (const char *no_quota : {"", "\n", "max", "max\n", "100000", "x y", "0 100000", "100000 0", "-1 100000", "99999999999999999999 100000"})
+  for (const char *no_quota :
+       {"", "\n", "max", "max\n", "100000", "x y", "0 100000", "100000 0", "-1 100000", "99999999999999999999 100000"})
     CHECK(cores_of_cpu_max(no_quota) == 0);
   CHECK(cores_of_quota("-1\n", "100000\n") == 0);
   CHECK(cores_of_quota("250000\n", "100000\n") == 3);

@@ -21,7 +21,8 @@ ksl::link_description link(int i) {
   l.name = "link" + std::to_string(i);
   l.has_inertial = true;
   // binary fractions: a body of 1 kg or more whose moments are those of a solid
-  l.inertia = {1.0 + i % 3, {0.125, -0.25 * (i % 2), 0.0625}, 1.5, 1.25, 1.0 + 0.25 * (i % 4), 0.03125, -0.0625, 0.015625};
+  l.inertia = {1.0 + i % 3, {0.125, -0.25 * (i % 2), 0.0625}, 1.5, 1.25, 1.0 + 0.25 * (i % 4), 0.03125, -0.0625,
+               0.015625};
   return l;
 }
 
@@ -35,7 +36,8 @@ ksl::joint_description joint(ksl::joint_kind kind, int parent, int child) {
   j.axis2 = {0.8, 0, -0.6};
   j.pitch = 0.3125;
   const bool one = ksl::row_of(kind).nv == 1; // springs and rotors are for those
-  j.damping = 0.5, j.friction = 0.25, j.armature = one ? 0.125 : 0, j.spring_stiffness = one ? 0.75 : 0, j.spring_rest = one ? 0.5 : 0;
+  j.damping = 0.5, j.friction = 0.25, j.armature = one ? 0.125 : 0, j.spring_stiffness = one ? 0.75 : 0,
+  j.spring_rest = one ? 0.5 : 0;
   return j;
 }
 
@@ -90,8 +92,9 @@ template <class S> bool add_results(const ksl::algorithm_row &row, const ksl::mo
   ksl::data d(m);
   uint64_t seed = 7;
   const std::size_t nq = static_cast<std::size_t>(m.nq()), nv = static_cast<std::size_t>(m.nv());
-  std::vector<S> q = numbers<S>(states * nq, seed), q1 = numbers<S>(states * nq, seed), v = numbers<S>(states * nv, seed),
-                 a = numbers<S>(states * nv, seed), tau = numbers<S>(states * nv, seed), push = numbers<S>(states * 12, seed),
+  std::vector<S> q = numbers<S>(states * nq, seed), q1 = numbers<S>(states * nq, seed),
+                 v = numbers<S>(states * nv, seed), a = numbers<S>(states * nv, seed),
+                 tau = numbers<S>(states * nv, seed), push = numbers<S>(states * 12, seed),
                  fraction = numbers<S>(states, seed);
   for (std::vector<S> *x : {&q, &q1})
     for (std::size_t k = 0; k < states; ++k)
@@ -121,7 +124,8 @@ template <class S> bool add_results(const ksl::algorithm_row &row, const ksl::mo
 
   for (std::size_t k = 0; k < states; ++k) {
     ksl::state_view<S> s;
-    s.q = &q[k * nq], s.q1 = &q1[k * nq], s.v = &v[k * nv], s.a = &a[k * nv], s.tau = &tau[k * nv], s.fraction = &fraction[k];
+    s.q = &q[k * nq], s.q1 = &q1[k * nq], s.v = &v[k * nv], s.a = &a[k * nv], s.tau = &tau[k * nv],
+    s.fraction = &fraction[k];
     for (ksl::input x : {ksl::input::v, ksl::input::a, ksl::input::tau})
       if (!row.reads(x))
         input_of(s, x) = d.zero<S>();
@@ -136,13 +140,17 @@ template <class S> bool add_results(const ksl::algorithm_row &row, const ksl::mo
     ksl::compute<S>(row, m, d, s);
   }
   ksl::batch_view<S> b;
-  const auto rows = [](const std::vector<S> &x, std::size_t w) { return ksl::rows_view<const S>{x.data(), static_cast<std::ptrdiff_t>(w)}; };
-  b.n = states, b.q = rows(q, nq), b.q1 = rows(q1, nq), b.v = rows(v, nv), b.a = rows(a, nv), b.tau = rows(tau, nv), b.fraction = rows(fraction, 1);
+  const auto rows = [](const std::vector<S> &x, std::size_t w) {
+    return ksl::rows_view<const S>{x.data(), static_cast<std::ptrdiff_t>(w)};
+  };
+  b.n = states, b.q = rows(q, nq), b.q1 = rows(q1, nq), b.v = rows(v, nv), b.a = rows(a, nv), b.tau = rows(tau, nv),
+  b.fraction = rows(fraction, 1);
   const ksl::external_rows<S> external[2] = {{pushed[0], {push.data(), 12}}, {pushed[1], {push.data() + 6, 12}}};
   b.external_n = 2, b.external = external, b.links = {links_n, links}, b.joints = &request;
   ksl::reaction_rows<S> wanted{request, {}};
   for (std::size_t r = 0; r < width.size(); ++r)
-    (r < static_cast<std::size_t>(row.results) ? b.result[r] : wanted.out) = ksl::rows_view<S>{all[r].data(), static_cast<std::ptrdiff_t>(width[r])};
+    (r < static_cast<std::size_t>(row.results) ? b.result[r] : wanted.out) =
+        ksl::rows_view<S>{all[r].data(), static_cast<std::ptrdiff_t>(width[r])};
   if (reactions)
     b.reactions_n = 1, b.reactions = &wanted;
   ksl::compute_batch(row, m, b, 1);
@@ -169,7 +177,8 @@ void report(const std::string &name, const char *precision, uint64_t hash) {
 }
 
 /// One line for each precision: of these algorithms on these robots.
-bool compare(const std::string &name, const std::vector<const ksl::algorithm_row *> &algorithms, const std::vector<const ksl::model *> &robots) {
+bool compare(const std::string &name, const std::vector<const ksl::algorithm_row *> &algorithms,
+             const std::vector<const ksl::model *> &robots) {
   bool same = true;
   for (int bytes : {8, 4}) {
     uint64_t hash = golden_start;

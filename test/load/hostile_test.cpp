@@ -27,7 +27,8 @@
 #include <vector>
 
 using namespace ksl;
-using ksl::test::a_joint, ksl::test::a_link, ksl::test::many, ksl::test::number, ksl::test::repeated, ksl::test::robot, ksl::test::sdf;
+using ksl::test::a_joint, ksl::test::a_link, ksl::test::many, ksl::test::number, ksl::test::repeated, ksl::test::robot,
+    ksl::test::sdf;
 using ksl::test::check_message;
 using ksl::test::refusal;
 using ksl::test::refusal_of;
@@ -52,9 +53,7 @@ std::string refusal_of_file(const std::string &path) {
 }
 
 /// What a text costs that is loaded or refused: basic blocks of the library, where they are counted, and bytes that are allocated.
-struct cost {
-  double blocks, bytes;
-};
+struct cost { double blocks, bytes; };
 
 cost cost_of(const std::string &text) {
   const long blocks = work(), bytes = allocated_bytes;
@@ -84,10 +83,10 @@ TEST_CASE("hostile: the work is in proportion to the size") {
     const double blocks = share_of_square(one.blocks, two.blocks, four.blocks),
                  bytes = share_of_square(one.bytes, two.bytes, four.bytes);
     if (std::getenv("KSL_COSTS"))
-      std::printf("%-40s %12.0f blocks, %6.3f of them with the square; %12.0f bytes, %6.3f\n", title.c_str(), four.blocks,
-                  blocks, four.bytes, bytes);
+      std::printf("%-40s %12.0f blocks, %6.3f of them with the square; %12.0f bytes, %6.3f\n", title.c_str(),
+                  four.blocks, blocks, four.bytes, bytes);
     CHECK(blocks < 0.11); // of maps it is up to 0.08
-    CHECK(bytes < 0.3); // vectors double: that is up to a quarter by itself
+    CHECK(bytes < 0.3);   // vectors double: that is up to a quarter by itself
   }
 }
 
@@ -220,14 +219,16 @@ TEST_CASE("hostile: what XML forbids is no robot file") {
   check_message(refusal(named("a\x1b[31mb")), {"r.urdf:3: a control character, \\x1b, which XML forbids"});
   check_message(refusal(named("a\xef\xbf\xbf")), {"r.urdf:3: the character U+FFFF, which XML forbids"});
   check_message(refusal(named("a\xef\xbf\xbe")), {"r.urdf:3: the character U+FFFE, which XML forbids"});
-  check_message(refusal(named("a\x01") + "\x02&ohm;"), {"r.urdf:3: a control character, \\x01"}); // the first fault is named
+  check_message(refusal(named("a\x01") + "\x02&ohm;"),
+                {"r.urdf:3: a control character, \\x01"}); // the first fault is named
   for (const char *unknown : {"&a.b;", "&a-b;", "&a_b;", "&a:b;", "&\xc3\xa9;", "&A9z;"})
     check_message(refusal(named(unknown)), {"r.urdf:3: ", unknown, "is unknown"});
   for (const char *bad : {"&#x1G2;", "&#x;", "&#1a;", "&#xFFFE;"})
     check_message(refusal(named(bad)), {"r.urdf:3: ", bad, "no character that XML allows"});
   for (const std::string &endless : {"&" + std::string(80, 'e') + ";", std::string("&e")})
     check_message(refusal(robot(a_link("a")) + "\n" + endless), {"r.urdf:", "an & that begins no reference"});
-  CHECK(read_urdf_text("<robot name=\"a&#9;b&#10;c&#13;d&#xe000;\"><link name=\"a\"/></robot>", "r.urdf").name == "a\tb\nc\rd\xee\x80\x80");
+  CHECK(read_urdf_text("<robot name=\"a&#9;b&#10;c&#13;d&#xe000;\"><link name=\"a\"/></robot>", "r.urdf").name ==
+        "a\tb\nc\rd\xee\x80\x80");
   const robot_description read =
       read_urdf_text("<!-- & &x; <!DOCTYPE --><?p & ?><robot name=\"&lt;&gt;&amp;&quot;&apos;&#65;&#x1F916;'>\">"
                      "<link name='a\"'/><![CDATA[ & &x; ]]></robot><!-- & -->",
@@ -236,7 +237,8 @@ TEST_CASE("hostile: what XML forbids is no robot file") {
   CHECK(read.links[0].name == "a\"");
   check_message(refusal("<robot>\n<material x=\"1\" y=\"\" x=\"2\"/><link name=\"a\"/></robot>"),
                 {"r.urdf:2: ", "<material> gives x twice"});
-  check_message(refusal("<robot name=\"r\"><link name=\"a\"/></robot>\n<!-- a remark --><?p ?>\n<robot/>"), {"r.urdf:3: broken XML, a second root element <robot>"});
+  check_message(refusal("<robot name=\"r\"><link name=\"a\"/></robot>\n<!-- a remark --><?p ?>\n<robot/>"),
+                {"r.urdf:3: broken XML, a second root element <robot>"});
 }
 
 TEST_CASE("hostile: messages are short, and show control characters instead of obeying them") {

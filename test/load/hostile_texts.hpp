@@ -33,7 +33,8 @@ inline std::string number(std::size_t i) { return std::to_string(i); }
 
 struct hostile_text {
   const char *title;
-  std::size_t small, large; ///< work is counted for small, 2 small and 4 small, beyond what limits change; time is measured for large
+  std::size_t small,
+      large; ///< work is counted for small, 2 small and 4 small, beyond what limits change; time is measured for large
   std::function<std::string(std::size_t)> of_size;
 };
 
@@ -50,11 +51,14 @@ inline std::vector<hostile_text> hostile_texts() {
                           a_joint("j" + number(i), "l" + number(i), "l" + number(i + 1), "revolute", inside(i));
                  }));
   };
-  const auto each_on = [](size_t i) { return a_link("l" + number(i)) + a_joint("j" + number(i), "a", "l" + number(i)); };
+  const auto each_on = [](size_t i) {
+    return a_link("l" + number(i)) + a_joint("j" + number(i), "a", "l" + number(i));
+  };
   const auto attributes = [](size_t n) { return many(n, [](size_t i) { return " x" + number(i) + "=\"\""; }); };
   const auto elements = [](size_t n) { return many(n, [](size_t i) { return "<e" + number(i) + "/>"; }); };
   return {
-      {"attributes of one element", 1100, 40'000, [=](size_t n) { return robot("<link name=\"a\"" + attributes(n) + "/>"); }},
+      {"attributes of one element", 1100, 40'000,
+       [=](size_t n) { return robot("<link name=\"a\"" + attributes(n) + "/>"); }},
       {"attributes of many elements", 50, 400,
        [=](size_t n) { return robot(a_link("a") + repeated(n, "<z" + attributes(500) + "/>")); }},
       {"links of one name", 500, 40'000, [](size_t n) { return robot(repeated(n, a_link("a"))); }},
@@ -67,7 +71,8 @@ inline std::vector<hostile_text> hostile_texts() {
       {"digits of one number", 500, 900'000, [=](size_t n) { return two_links("0." + string(n, '1')); }},
       {"materials", 500, 40'000, [](size_t n) { return robot(a_link("a") + repeated(n, "<material name=\"m\"/>")); }},
       {"unknown elements", 500, 40'000, [=](size_t n) { return robot(a_link("a") + elements(n)); }},
-      {"unknown elements in a link", 500, 40'000, [=](size_t n) { return robot("<link name=\"a\">" + elements(n) + "</link>"); }},
+      {"unknown elements in a link", 500, 40'000,
+       [=](size_t n) { return robot("<link name=\"a\">" + elements(n) + "</link>"); }},
       {"texts", 500, 40'000, [](size_t n) { return robot(a_link("a") + repeated(n, "<material/>x")); }},
       {"joints on one link", 500, 40'000, [=](size_t n) { return robot(a_link("a") + many(n, each_on)); }},
       {"a chain", 500, 10'000, [=](size_t n) { return chain(n, [](size_t) { return ""; }); }},

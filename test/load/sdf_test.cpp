@@ -12,7 +12,9 @@ using ksl::test::check_message;
 
 namespace {
 
-robot_description read(const std::string &text, const file_options &options = {}) { return read_robot_text(text, "r.sdf", options); }
+robot_description read(const std::string &text, const file_options &options = {}) {
+  return read_robot_text(text, "r.sdf", options);
+}
 
 std::string refusal(const std::string &text, const file_options &options = {}) {
   return test::refusal_of([&] { read(text, options); });
@@ -23,7 +25,8 @@ std::string model(const std::string &inside, const std::string &attributes = "",
   return "<sdf version=\"" + version + "\">\n<model name=\"m\" " + attributes + ">\n" + inside + "\n</model>\n</sdf>\n";
 }
 
-const std::string inertial = "<inertial><mass>2</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>";
+const std::string inertial =
+    "<inertial><mass>2</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>";
 
 std::string link(const std::string &name, const std::string &inside = "") {
   return "<link name=\"" + name + "\">" + inside + inertial + "</link>\n";
@@ -33,12 +36,14 @@ std::string pose(const std::string &numbers, const std::string &relative_to = ""
 }
 /// A joint from a to b, in line 5 of a model with these links, that holds `inside`.
 std::string joint(const std::string &inside, const std::string &type = "revolute", const std::string &in_b = "") {
-  return model(link("a") + link("b", in_b) + "<joint name=\"j\" type=\"" + type + "\"><parent>a</parent><child>b</child>" + inside + "</joint>");
+  return model(link("a") + link("b", in_b) + "<joint name=\"j\" type=\"" + type +
+               "\"><parent>a</parent><child>b</child>" + inside + "</joint>");
 }
 const std::string about_z = "<axis><xyz>0 0 1</xyz></axis>";
 
 const joint_description &joint_named(const robot_description &robot, const std::string &name) {
-  const auto found = std::find_if(robot.joints.begin(), robot.joints.end(), [&](const joint_description &j) { return j.name == name; });
+  const auto found = std::find_if(robot.joints.begin(), robot.joints.end(),
+                                  [&](const joint_description &j) { return j.name == name; });
   REQUIRE(found != robot.joints.end());
   return *found;
 }
@@ -96,16 +101,18 @@ TEST_CASE("a model floats on the world unless a joint connects it") {
   file_options floating;
   floating.floating_base = true;
   CHECK(read(model(link("a")), floating).joints.size() == 1);
-  check_message(refusal(model(link("a") + held), floating), {"r.sdf:4: joint j: a floating base is asked for", "link a", "remove the joint"});
+  check_message(refusal(model(link("a") + held), floating),
+                {"r.sdf:4: joint j: a floating base is asked for", "link a", "remove the joint"});
 }
 
 TEST_CASE("poses are relative to what the file says") {
   const double quarter = 1.5707963267948966;
   const std::string turned = "1 0 0 0 0 1.5707963267948966";
-  const auto robot = read(model(link("a", pose(turned)) + link("b", pose("0 2 0 0 0 0", "a")) + link("c", pose("0 0 3 0 0 0", "f")) +
-                                "<frame name=\"f\" attached_to=\"b\">" + pose("0 0 1 0 0 0") + "</frame>" +
-                                "<joint name=\"ab\" type=\"continuous\"><parent>a</parent><child>b</child>" + about_z + "</joint>" +
-                                "<joint name=\"bc\" type=\"continuous\"><parent>f</parent><child>c</child>" + about_z + "</joint>"));
+  const auto robot =
+      read(model(link("a", pose(turned)) + link("b", pose("0 2 0 0 0 0", "a")) + link("c", pose("0 0 3 0 0 0", "f")) +
+                 "<frame name=\"f\" attached_to=\"b\">" + pose("0 0 1 0 0 0") + "</frame>" +
+                 "<joint name=\"ab\" type=\"continuous\"><parent>a</parent><child>b</child>" + about_z + "</joint>" +
+                 "<joint name=\"bc\" type=\"continuous\"><parent>f</parent><child>c</child>" + about_z + "</joint>"));
   check_vector(joint_named(robot, "floating_base").placement.t, 1, 0, 0);
   const auto &ab = joint_named(robot, "ab").placement;
   CHECK(ab.t.y == 2); // as the file gives it, to the last bit
@@ -121,10 +128,13 @@ TEST_CASE("poses are relative to what the file says") {
     check_vector(joint_named(read(model(inside, "placement_frame=\"a\"")), "floating_base").placement.t, 0, 0, 5);
   }
   SUBCASE("in degrees and as quaternions") {
-    const auto R = [](const std::string &given) { return joint_named(read(model(link("a", given))), "floating_base").placement.R; };
+    const auto R = [](const std::string &given) {
+      return joint_named(read(model(link("a", given))), "floating_base").placement.R;
+    };
     CHECK(R("<pose degrees=\"true\">0 0 0 0 0 90</pose>").m10 == doctest::Approx(1));
     CHECK(R("<pose>0 0 0 0 0 " + std::to_string(quarter) + "</pose>").m10 == doctest::Approx(1));
-    CHECK(R("<pose rotation_format=\"quat_xyzw\">0 0 0 0 0 0.7071067811865476 0.7071067811865476</pose>").m10 == doctest::Approx(1));
+    CHECK(R("<pose rotation_format=\"quat_xyzw\">0 0 0 0 0 0.7071067811865476 0.7071067811865476</pose>").m10 ==
+          doctest::Approx(1));
   }
 }
 
@@ -140,31 +150,43 @@ TEST_CASE("a joint's frame that is not its child's is a massless link") {
 
 TEST_CASE("axes are in the frame that the file says") {
   const std::string turned = pose("0 0 0 0 0 1.5707963267948966");
-  const auto axis = [&](const std::string &xyz) { return joint_named(read(joint("<axis>" + xyz + "</axis>", "revolute", turned)), "j").axis; };
+  const auto axis = [&](const std::string &xyz) {
+    return joint_named(read(joint("<axis>" + xyz + "</axis>", "revolute", turned)), "j").axis;
+  };
   check_vector(axis("<xyz>2 0 0</xyz>"), 1, 0, 0);
   check_vector(axis("<xyz expressed_in=\"__model__\">2 0 0</xyz>"), 0, -1, 0);
   check_vector(axis("<xyz expressed_in=\"a\">0 1 0</xyz>"), 1, 0, 0);
 }
 
 TEST_CASE("types of joints") {
-  for (const auto &[type, kind] : {std::pair{"revolute", joint_kind::revolute}, {"continuous", joint_kind::continuous}, {"prismatic", joint_kind::prismatic},
-                                   {"fixed", joint_kind::fixed}, {"ball", joint_kind::spherical}})
-    CHECK(joint_named(read(joint(kind == joint_kind::fixed || kind == joint_kind::spherical ? "" : about_z, type)), "j").kind == kind);
+  for (const auto &[type, kind] : {std::pair{"revolute", joint_kind::revolute},
+                                   {"continuous", joint_kind::continuous},
+                                   {"prismatic", joint_kind::prismatic},
+                                   {"fixed", joint_kind::fixed},
+                                   {"ball", joint_kind::spherical}})
+    CHECK(joint_named(read(joint(kind == joint_kind::fixed || kind == joint_kind::spherical ? "" : about_z, type)), "j")
+              .kind == kind);
   for (const char *type : {"universal", "revolute2"}) {
     const auto robot = read(joint(about_z + "<axis2><xyz>0 3 4</xyz></axis2>", type));
     CHECK(joint_named(robot, "j").kind == joint_kind::universal);
     check_vector(joint_named(robot, "j").axis2, 0, 0.6, 0.8);
   }
   const double turn = 6.283185307179586;
-  CHECK(*joint_named(read(joint(about_z + "<screw_thread_pitch>0.02</screw_thread_pitch>", "screw")), "j").pitch == doctest::Approx(0.02 / turn));
-  CHECK(*joint_named(read(joint(about_z + "<thread_pitch>-50</thread_pitch>", "screw")), "j").pitch == doctest::Approx(0.02)); // left-handed positive
-  const auto planar = read(model(link("a") + link("b") + "<drake:joint name=\"j\" type=\"planar\"><drake:parent>a</drake:parent><drake:child>b</drake:child></drake:joint>"));
+  CHECK(*joint_named(read(joint(about_z + "<screw_thread_pitch>0.02</screw_thread_pitch>", "screw")), "j").pitch ==
+        doctest::Approx(0.02 / turn));
+  CHECK(*joint_named(read(joint(about_z + "<thread_pitch>-50</thread_pitch>", "screw")), "j").pitch ==
+        doctest::Approx(0.02)); // left-handed positive
+  const auto planar = read(model(
+      link("a") + link("b") +
+      "<drake:joint name=\"j\" type=\"planar\"><drake:parent>a</drake:parent><drake:child>b</drake:child></drake:joint>"));
   CHECK(joint_named(planar, "j").kind == joint_kind::planar);
   check_said(planar.warnings, {"joint j", "drake:joint", "Drake's along the parent's"});
 }
 
 TEST_CASE("limits and dynamics") {
-  const auto limited = [](const std::string &limit) { return joint_named(read(joint("<axis><xyz>0 0 1</xyz><limit>" + limit + "</limit></axis>")), "j"); };
+  const auto limited = [](const std::string &limit) {
+    return joint_named(read(joint("<axis><xyz>0 0 1</xyz><limit>" + limit + "</limit></axis>")), "j");
+  };
   const auto j = limited("<lower>-1</lower><upper>2</upper><effort>30</effort><velocity>4</velocity>");
   CHECK(*j.lower == -1);
   CHECK(*j.upper == 2);
@@ -175,8 +197,9 @@ TEST_CASE("limits and dynamics") {
   CHECK(!free.upper);
   CHECK(!free.effort);
   CHECK(!free.velocity);
-  const auto robot = read(joint("<axis><xyz>0 0 1</xyz><dynamics><damping>0.5</damping><friction>0.25</friction><spring_stiffness>3</spring_stiffness>"
-                                "<spring_reference>0.1</spring_reference></dynamics></axis>"));
+  const auto robot = read(joint(
+      "<axis><xyz>0 0 1</xyz><dynamics><damping>0.5</damping><friction>0.25</friction><spring_stiffness>3</spring_stiffness>"
+      "<spring_reference>0.1</spring_reference></dynamics></axis>"));
   CHECK(joint_named(robot, "j").damping == 0.5);
   CHECK(joint_named(robot, "j").friction == 0.25);
   CHECK(joint_named(robot, "j").spring_stiffness == 3);
@@ -186,9 +209,11 @@ TEST_CASE("limits and dynamics") {
 TEST_CASE("damping of two axes is used if it is the same") {
   const auto axes = [](const std::string &first, const std::string &second) {
     const auto axis = [](const std::string &xyz, const std::string &damping) {
-      return "<xyz>" + xyz + "</xyz>" + (damping.empty() ? "" : "<dynamics><damping>" + damping + "</damping></dynamics>");
+      return "<xyz>" + xyz + "</xyz>" +
+             (damping.empty() ? "" : "<dynamics><damping>" + damping + "</damping></dynamics>");
     };
-    return read(joint("<axis>" + axis("1 0 0", first) + "</axis><axis2>" + axis("0 1 0", second) + "</axis2>", "universal"));
+    return read(
+        joint("<axis>" + axis("1 0 0", first) + "</axis><axis2>" + axis("0 1 0", second) + "</axis2>", "universal"));
   };
   CHECK(joint_named(axes("0.5", "0.5"), "j").damping == 0.5);
   for (const auto &robot : {axes("0.5", "0.25"), axes("0.5", ""), axes("", "0.5")}) {
@@ -199,10 +224,12 @@ TEST_CASE("damping of two axes is used if it is the same") {
 }
 
 TEST_CASE("joints that mimic others") {
-  const std::string text =
-      model(link("a") + link("b") + link("c") + "<joint name=\"i\" type=\"continuous\"><parent>a</parent><child>b</child>" + about_z +
-            "</joint><joint name=\"j\" type=\"continuous\"><parent>b</parent><child>c</child><axis><xyz>0 0 1</xyz><mimic joint=\"i\">"
-            "<multiplier>2</multiplier><offset>3</offset><reference>0.5</reference></mimic></axis></joint>", "", "1.11");
+  const std::string text = model(
+      link("a") + link("b") + link("c") + "<joint name=\"i\" type=\"continuous\"><parent>a</parent><child>b</child>" +
+          about_z +
+          "</joint><joint name=\"j\" type=\"continuous\"><parent>b</parent><child>c</child><axis><xyz>0 0 1</xyz><mimic joint=\"i\">"
+          "<multiplier>2</multiplier><offset>3</offset><reference>0.5</reference></mimic></axis></joint>",
+      "", "1.11");
   const auto robot = read(text);
   const auto &j = joint_named(robot, "j");
   REQUIRE(j.mimic);
@@ -213,8 +240,9 @@ TEST_CASE("joints that mimic others") {
 }
 
 TEST_CASE("inertias: rotated, and missing") {
-  const auto robot = read(model("<link name=\"a\"><inertial><pose>1 0 0 0 0 1.5707963267948966</pose><mass>2</mass>"
-                                "<inertia><ixx>1</ixx><iyy>2</iyy><izz>2.5</izz><ixy>0.1</ixy></inertia></inertial></link>"));
+  const auto robot =
+      read(model("<link name=\"a\"><inertial><pose>1 0 0 0 0 1.5707963267948966</pose><mass>2</mass>"
+                 "<inertia><ixx>1</ixx><iyy>2</iyy><izz>2.5</izz><ixy>0.1</ixy></inertia></inertial></link>"));
   const auto &I = robot.links[1].inertia;
   CHECK(I.m == 2);
   CHECK(I.h.x == 2);
@@ -238,7 +266,8 @@ TEST_CASE("nested models") {
   const std::string hand = "<model name=\"hand\">" + pose("0 0 1 0 0 0", "a") + link("palm", pose("0 0 2 0 0 0")) +
                            "<frame name=\"tip\" attached_to=\"palm\"/></model>";
   const auto robot = read(model(link("a", pose("5 0 0 0 0 0")) + hand +
-                                "<joint name=\"j\" type=\"continuous\"><parent>a</parent><child>hand::palm</child>" + about_z + "</joint>"));
+                                "<joint name=\"j\" type=\"continuous\"><parent>a</parent><child>hand::palm</child>" +
+                                about_z + "</joint>"));
   const auto &j = joint_named(robot, "j");
   CHECK(link_name(robot, j.child) == "hand::palm");
   check_vector(j.placement.t, 0, 0, 3);
@@ -246,9 +275,12 @@ TEST_CASE("nested models") {
 }
 
 TEST_CASE("worlds, and files with several models") {
-  const std::string ground = "<model name=\"ground\"><static>true</static><link name=\"g\"/></model>", one = "<model name=\"one\">" + link("a") + "</model>",
+  const std::string ground = "<model name=\"ground\"><static>true</static><link name=\"g\"/></model>",
+                    one = "<model name=\"one\">" + link("a") + "</model>",
                     two = "<model name=\"two\">" + link("b") + "</model>";
-  const auto world = [](const std::string &inside) { return "<sdf version=\"1.9\"><world name=\"w\"><gravity>0 0 -1.6</gravity><physics/>" + inside + "</world></sdf>"; };
+  const auto world = [](const std::string &inside) {
+    return "<sdf version=\"1.9\"><world name=\"w\"><gravity>0 0 -1.6</gravity><physics/>" + inside + "</world></sdf>";
+  };
   const auto robot = read(world(ground + one));
   CHECK(robot.name == "one");
   CHECK(robot.gravity[2] == -1.6);
@@ -262,12 +294,16 @@ TEST_CASE("worlds, and files with several models") {
   check_message(refusal(world(ground)), {"no <model> that moves"});
   options.model = "ground";
   check_message(refusal(world(ground), options), {"static"});
-  check_message(test::refusal_of([] { read_robot_text("<robot><link name=\"a\"/></robot>", "r.urdf", {false, false, false, "x"}); }), {"only SDF files"});
+  check_message(test::refusal_of(
+                    [] { read_robot_text("<robot><link name=\"a\"/></robot>", "r.urdf", {false, false, false, "x"}); }),
+                {"only SDF files"});
 }
 
 TEST_CASE("what is not used is listed") {
-  const auto robot = read(model("<plugin name=\"p\" filename=\"f\"/><what/>" + link("a", "<visual name=\"v\"/><sensor name=\"s\"/><gravity>false</gravity>") + link("b") +
-                                "<joint name=\"j\" type=\"continuous\"><parent>a</parent><child>b</child>" + about_z + "<physics/><odd/></joint>"));
+  const auto robot = read(model("<plugin name=\"p\" filename=\"f\"/><what/>" +
+                                link("a", "<visual name=\"v\"/><sensor name=\"s\"/><gravity>false</gravity>") +
+                                link("b") + "<joint name=\"j\" type=\"continuous\"><parent>a</parent><child>b</child>" +
+                                about_z + "<physics/><odd/></joint>"));
   check_said(robot.unused, {"plugin"});
   check_said(robot.unused, {"unknown element <what>", "model m"});
   check_said(robot.unused, {"unknown element <odd>", "joint j"});
@@ -279,14 +315,20 @@ TEST_CASE("what is not used is listed") {
 
 TEST_CASE("meshes that are used in two units") {
   const auto visual = [](const std::string &scale) {
-    return "<visual name=\"v\"><geometry><mesh><uri>arm.stl</uri>" + (scale.empty() ? "" : "<scale>" + scale + "</scale>") + "</mesh></geometry></visual>";
+    return "<visual name=\"v\"><geometry><mesh><uri>arm.stl</uri>" +
+           (scale.empty() ? "" : "<scale>" + scale + "</scale>") + "</mesh></geometry></visual>";
   };
-  check_said(read(model(link("a", visual("0.001 0.001 0.001") + visual("")))).warnings, {"link a: mesh \"arm.stl\"", "scale 0.001 and at scale 1", "other units"});
+  check_said(read(model(link("a", visual("0.001 0.001 0.001") + visual("")))).warnings,
+             {"link a: mesh \"arm.stl\"", "scale 0.001 and at scale 1", "other units"});
   CHECK(read(model(link("a", visual("1 1 1") + visual("1 1 -2")))).warnings.empty());
   const auto urdf = [](const std::string &scale) {
-    return read("<robot><link name=\"a\"><visual><geometry><mesh filename=\"arm.stl\"/></geometry></visual></link><link name=\"b\"><collision><geometry>"
-                "<mesh filename=\"arm.stl\" scale=\"" + scale + "\"/></geometry></collision></link><joint name=\"j\" type=\"fixed\"><parent link=\"a\"/>"
-                "<child link=\"b\"/></joint></robot>").warnings;
+    return read(
+               "<robot><link name=\"a\"><visual><geometry><mesh filename=\"arm.stl\"/></geometry></visual></link><link name=\"b\"><collision><geometry>"
+               "<mesh filename=\"arm.stl\" scale=\"" +
+               scale +
+               "\"/></geometry></collision></link><joint name=\"j\" type=\"fixed\"><parent link=\"a\"/>"
+               "<child link=\"b\"/></joint></robot>")
+        .warnings;
   };
   check_said(urdf("0.0254 0.0254 0.0254"), {"link b, a: mesh \"arm.stl\""});
   CHECK(urdf("0.5 0.5 0.5").empty());
@@ -302,15 +344,26 @@ TEST_CASE("SDF files that are wrong") {
       {"reserved name", model(link("world")), {"r.sdf:3:", "\"world\"", "reserves"}},
       {"twice", model(link("a") + link("a")), {"r.sdf:4: link a: the name is given twice", "line 3", "rename"}},
       {"include", model("<include><uri>model://x</uri></include>"), {"r.sdf:3:", "<include> is not read", "gz sdf -p"}},
-      {"unknown joint element", model(link("a") + "<x:joint name=\"j\"/>"), {"r.sdf:4:", "<x:joint> is a joint that KSL doesn't know"}},
-      {"unknown type", joint("", "hinge"), {"r.sdf:5: joint j: joint type \"hinge\" is unknown", "expected one of revolute"}},
+      {"unknown joint element",
+       model(link("a") + "<x:joint name=\"j\"/>"),
+       {"r.sdf:4:", "<x:joint> is a joint that KSL doesn't know"}},
+      {"unknown type",
+       joint("", "hinge"),
+       {"r.sdf:5: joint j: joint type \"hinge\" is unknown", "expected one of revolute"}},
       {"misspelt type", joint("", "prismatc"), {"did you mean \"prismatic\"?"}},
       {"gearbox", joint(about_z, "gearbox"), {"joint j: a gearbox couples", "remove it"}},
-      {"no type", model(link("a") + link("b") + "<joint name=\"j\"><parent>a</parent><child>b</child></joint>"), {"no type"}},
-      {"no child", model(link("a") + "<joint name=\"j\" type=\"fixed\"><parent>world</parent></joint>"), {"r.sdf:4: joint j: no <child>"}},
-      {"unknown parent", model(link("arm") + "<joint name=\"j\" type=\"fixed\"><parent>arn</parent><child>arm</child></joint>"),
+      {"no type",
+       model(link("a") + link("b") + "<joint name=\"j\"><parent>a</parent><child>b</child></joint>"),
+       {"no type"}},
+      {"no child",
+       model(link("a") + "<joint name=\"j\" type=\"fixed\"><parent>world</parent></joint>"),
+       {"r.sdf:4: joint j: no <child>"}},
+      {"unknown parent",
+       model(link("arm") + "<joint name=\"j\" type=\"fixed\"><parent>arn</parent><child>arm</child></joint>"),
        {"joint j: <parent> names \"arn\"", "did you mean \"arm\"?"}},
-      {"child is the world", model(link("a") + "<joint name=\"j\" type=\"fixed\"><parent>a</parent><child>world</child></joint>"), {"exchange"}},
+      {"child is the world",
+       model(link("a") + "<joint name=\"j\" type=\"fixed\"><parent>a</parent><child>world</child></joint>"),
+       {"exchange"}},
       {"no axis", joint(""), {"joint j: a revolute joint needs <axis>", "<xyz>0 0 1</xyz>"}},
       {"no xyz", joint("<axis/>"), {"<axis> has no <xyz>"}},
       {"zero axis", joint("<axis><xyz>0 0 0</xyz></axis>"), {"the axis is zero"}},
@@ -321,76 +374,122 @@ TEST_CASE("SDF files that are wrong") {
       {"parallel axes", joint(about_z + "<axis2><xyz>0 0 1</xyz></axis2>", "universal"), {"joint j", "not parallel"}},
       {"no pitch", joint(about_z, "screw"), {"a screw joint needs its pitch", "<screw_thread_pitch>"}},
       {"zero thread_pitch", joint(about_z + "<thread_pitch>0</thread_pitch>", "screw"), {"<thread_pitch> is zero"}},
-      {"two pitches", joint(about_z + "<thread_pitch>3</thread_pitch><screw_thread_pitch>1</screw_thread_pitch>", "screw"), {"disagree"}},
-      {"limits", joint("<axis><xyz>0 0 1</xyz><limit><lower>2</lower><upper>1</upper></limit></axis>"), {"lower limit 2 is above upper limit 1"}},
-      {"old axis", joint("<axis><xyz>0 0 1</xyz><use_parent_model_frame>1</use_parent_model_frame></axis>"), {"expressed_in=\"__model__\""}},
+      {"two pitches",
+       joint(about_z + "<thread_pitch>3</thread_pitch><screw_thread_pitch>1</screw_thread_pitch>", "screw"),
+       {"disagree"}},
+      {"limits",
+       joint("<axis><xyz>0 0 1</xyz><limit><lower>2</lower><upper>1</upper></limit></axis>"),
+       {"lower limit 2 is above upper limit 1"}},
+      {"old axis",
+       joint("<axis><xyz>0 0 1</xyz><use_parent_model_frame>1</use_parent_model_frame></axis>"),
+       {"expressed_in=\"__model__\""}},
       {"old pose", model(link("a", "<pose frame=\"x\">0 0 0 0 0 0</pose>")), {"frame=\"x\"", "relative_to"}},
-      {"unknown child", model(link("a") + "<joint name=\"j\" type=\"fixed\"><parent>a</parent><child>bb</child></joint>"),
+      {"unknown child",
+       model(link("a") + "<joint name=\"j\" type=\"fixed\"><parent>a</parent><child>bb</child></joint>"),
        {"joint j: <child> names \"bb\", which is no link"}},
-      {"unknown frame of a joint", model(link("a") + link("b") + "<joint name=\"j\" type=\"fixed\"><parent>a</parent><child>b</child>" + pose("0 0 0 0 0 0", "c") + "</joint>"),
+      {"unknown frame of a joint",
+       model(link("a") + link("b") + "<joint name=\"j\" type=\"fixed\"><parent>a</parent><child>b</child>" +
+             pose("0 0 0 0 0 0", "c") + "</joint>"),
        {"joint j: relative_to names \"c\""}},
-      {"unknown frame of a frame", model(link("a") + "<frame name=\"f\" attached_to=\"b\"/>"), {"frame f: attached_to names \"b\""}},
+      {"unknown frame of a frame",
+       model(link("a") + "<frame name=\"f\" attached_to=\"b\"/>"),
+       {"frame f: attached_to names \"b\""}},
       {"unknown frame", model(link("a", pose("0 0 0 0 0 0", "b"))), {"r.sdf:3: link a: relative_to names \"b\""}},
-      {"cycle", model(link("a", pose("0 0 0 0 0 0", "b")) + link("b", pose("0 0 0 0 0 0", "a"))), {"relative to itself", "correct one relative_to"}},
-      {"attached to itself", model(link("a") + "<frame name=\"f\" attached_to=\"g\"/><frame name=\"g\" attached_to=\"f\"/>"), {"frame ", "itself"}},
+      {"cycle",
+       model(link("a", pose("0 0 0 0 0 0", "b")) + link("b", pose("0 0 0 0 0 0", "a"))),
+       {"relative to itself", "correct one relative_to"}},
+      {"attached to itself",
+       model(link("a") + "<frame name=\"f\" attached_to=\"g\"/><frame name=\"g\" attached_to=\"f\"/>"),
+       {"frame ", "itself"}},
       {"pose of five", model(link("a", pose("0 0 0 0 0"))), {"<pose> needs 6 numbers, found 5"}},
       {"two poses", model(link("a", pose("") + pose(""))), {"a second <pose>"}},
       {"pose format", model(link("a", "<pose rotation_format=\"matrix\">0</pose>")), {"rotation_format \"matrix\""}},
       {"quaternion", model(link("a", "<pose rotation_format=\"quat_xyzw\">0 0 0 0 0 0 2</pose>")), {"length 2"}},
-      {"pose of an inertial", model("<link name=\"a\"><inertial>" + pose("0 0 0 0 0 0", "b") + "</inertial></link>"), {"link a", "relative_to"}},
-      {"computed inertia", model("<link name=\"a\"><inertial auto=\"true\"/></link>", "", "1.11"), {"collision geometry", "auto"}},
+      {"pose of an inertial",
+       model("<link name=\"a\"><inertial>" + pose("0 0 0 0 0 0", "b") + "</inertial></link>"),
+       {"link a", "relative_to"}},
+      {"computed inertia",
+       model("<link name=\"a\"><inertial auto=\"true\"/></link>", "", "1.11"),
+       {"collision geometry", "auto"}},
       {"negative mass", model("<link name=\"a\"><inertial><mass>-1</mass></inertial></link>"), {"link a", "negative"}},
       {"static", model("<static>1</static>" + link("a")), {"no <model> that moves"}},
-      {"loop", model(link("a") + link("b") + "<joint name=\"i\" type=\"fixed\"><parent>a</parent><child>b</child></joint>" +
-                     "<joint name=\"j\" type=\"fixed\"><parent>world</parent><child>b</child></joint>"),
+      {"loop",
+       model(link("a") + link("b") + "<joint name=\"i\" type=\"fixed\"><parent>a</parent><child>b</child></joint>" +
+             "<joint name=\"j\" type=\"fixed\"><parent>world</parent><child>b</child></joint>"),
        {"b", "i", "j"}},
-      {"mimic", joint("<axis><xyz>0 0 1</xyz><mimic joint=\"i\"><multiplier>2</multiplier></mimic></axis>"), {"mimics joint \"i\"", "does not exist"}},
+      {"mimic",
+       joint("<axis><xyz>0 0 1</xyz><mimic joint=\"i\"><multiplier>2</multiplier></mimic></axis>"),
+       {"mimics joint \"i\"", "does not exist"}},
       {"canonical link", model(link("a"), "canonical_link=\"x\""), {"\"x\""}},
-      {"drake", model(link("a") + "<drake:joint name=\"j\" type=\"ball\"><drake:child>a</drake:child><drake:parent>world</drake:parent></drake:joint>"),
+      {"drake",
+       model(
+           link("a") +
+           "<drake:joint name=\"j\" type=\"ball\"><drake:child>a</drake:child><drake:parent>world</drake:parent></drake:joint>"),
        {"<drake:joint> type \"ball\"", "planar"}},
   });
 }
 
 TEST_CASE("SDF: one limit alone, a name that begins as reserved ones do, and joints of a floating base") {
-  const joint_description lower = joint_named(read(joint("<axis><xyz>0 0 1</xyz><limit><lower>-2</lower></limit></axis>")), "j");
+  const joint_description lower =
+      joint_named(read(joint("<axis><xyz>0 0 1</xyz><limit><lower>-2</lower></limit></axis>")), "j");
   CHECK((lower.lower == -2.0 && lower.upper != lower.lower));
-  const joint_description upper = joint_named(read(joint("<axis><xyz>0 0 1</xyz><limit><upper>2</upper></limit></axis>")), "j");
+  const joint_description upper =
+      joint_named(read(joint("<axis><xyz>0 0 1</xyz><limit><upper>2</upper></limit></axis>")), "j");
   CHECK(upper.upper == 2.0);
   CHECK(link_name(read(model(link("__a"))), 1) == "__a"); // after the world
   file_options floating;
   floating.floating_base = true;
   CHECK(joint_named(read(joint(about_z), floating), "j").kind == joint_kind::revolute);
-  check_message(refusal(model(link("a") + "<joint name=\"j\" type=\"fixed\"><parent>world</parent><child>a</child></joint>"), floating),
-                {"joint j", "a floating base is asked for"});
+  check_message(
+      refusal(model(link("a") + "<joint name=\"j\" type=\"fixed\"><parent>world</parent><child>a</child></joint>"),
+              floating),
+      {"joint j", "a floating base is asked for"});
 }
 
 TEST_CASE("SDF: what has no effect is listed, with the joint that it is on") {
   const auto of = [](const std::string &inside, const std::string &type) { return read(joint(inside, type)).unused; };
   check_said(of(about_z, "fixed"), {"joint j: axis", "no effect on a fixed joint"});
-  check_said(of(about_z + "<thread_pitch>1</thread_pitch>", "revolute"), {"joint j: thread_pitch", "no effect on a revolute joint"});
-  check_said(of(about_z + "<axis2><xyz>1 0 0</xyz></axis2>", "revolute"), {"joint j: axis2", "no effect on a revolute joint"});
-  check_said(of("<axis><xyz>0 0 1</xyz><limit><stiffness>1</stiffness></limit></axis>", "revolute"), {"joint j: limit stiffness", "not used"});
-  check_said(of("<axis><xyz>0 0 1</xyz><limit><dissipation>1</dissipation></limit></axis>", "revolute"), {"joint j: limit dissipation", "not used"});
-  const auto two = [&](const std::string &first) { return "<axis><xyz>1 0 0</xyz>" + first + "</axis><axis2><xyz>0 1 0</xyz></axis2>"; };
+  check_said(of(about_z + "<thread_pitch>1</thread_pitch>", "revolute"),
+             {"joint j: thread_pitch", "no effect on a revolute joint"});
+  check_said(of(about_z + "<axis2><xyz>1 0 0</xyz></axis2>", "revolute"),
+             {"joint j: axis2", "no effect on a revolute joint"});
+  check_said(of("<axis><xyz>0 0 1</xyz><limit><stiffness>1</stiffness></limit></axis>", "revolute"),
+             {"joint j: limit stiffness", "not used"});
+  check_said(of("<axis><xyz>0 0 1</xyz><limit><dissipation>1</dissipation></limit></axis>", "revolute"),
+             {"joint j: limit dissipation", "not used"});
+  const auto two = [&](const std::string &first) {
+    return "<axis><xyz>1 0 0</xyz>" + first + "</axis><axis2><xyz>0 1 0</xyz></axis2>";
+  };
   for (const char *tag : {"effort", "velocity"})
-    check_said(of(two("<limit><" + std::string(tag) + ">3</" + tag + "></limit>"), "universal"), {"joint j: limit effort, velocity", "not used on a universal joint"});
-  check_said(of(two("<dynamics><spring_stiffness>3</spring_stiffness></dynamics>"), "universal"), {"spring_stiffness", "only joints with one coordinate have springs"});
+    check_said(of(two("<limit><" + std::string(tag) + ">3</" + tag + "></limit>"), "universal"),
+               {"joint j: limit effort, velocity", "not used on a universal joint"});
+  check_said(of(two("<dynamics><spring_stiffness>3</spring_stiffness></dynamics>"), "universal"),
+             {"spring_stiffness", "only joints with one coordinate have springs"});
   for (const char *tag : {"lower", "upper"})
-    check_said(of("<axis><xyz>0 0 1</xyz><limit><" + std::string(tag) + ">1</" + tag + "></limit></axis>", "continuous"),
-               {"joint j: limit lower, upper", "no effect on a continuous joint"});
+    check_said(
+        of("<axis><xyz>0 0 1</xyz><limit><" + std::string(tag) + ">1</" + tag + "></limit></axis>", "continuous"),
+        {"joint j: limit lower, upper", "no effect on a continuous joint"});
   CHECK(of("<axis><xyz>0 0 1</xyz><limit><effort>1</effort></limit></axis>", "continuous").empty());
-  const auto friction = read(joint("<axis><xyz>1 0 0</xyz><dynamics><friction>1</friction></dynamics></axis><axis2><xyz>0 1 0</xyz><dynamics><friction>2</friction>"
-                                   "</dynamics></axis2>", "universal"));
+  const auto friction = read(joint(
+      "<axis><xyz>1 0 0</xyz><dynamics><friction>1</friction></dynamics></axis><axis2><xyz>0 1 0</xyz><dynamics><friction>2</friction>"
+      "</dynamics></axis2>",
+      "universal"));
   check_said(friction.unused, {"joint j: dynamics", "differ"});
   CHECK(joint_named(friction, "j").friction == 0);
-  check_said(read(model("<link name=\"a\"><inertial><mass>2</mass><fluid_added_mass/><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>")).unused,
-             {"fluid_added_mass"});
+  check_said(
+      read(
+          model(
+              "<link name=\"a\"><inertial><mass>2</mass><fluid_added_mass/><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"))
+          .unused,
+      {"fluid_added_mass"});
 }
 
 TEST_CASE("SDF: limits of the two axes of a universal joint") {
   const auto limits = [](const std::string &lower, const std::string &upper) {
-    return joint("<axis><xyz>1 0 0</xyz><limit><lower>-1</lower><upper>2</upper></limit></axis><axis2><xyz>0 1 0</xyz><limit><lower>" + lower + "</lower><upper>" +
-                 upper + "</upper></limit></axis2>", "universal");
+    return joint(
+        "<axis><xyz>1 0 0</xyz><limit><lower>-1</lower><upper>2</upper></limit></axis><axis2><xyz>0 1 0</xyz><limit><lower>" +
+            lower + "</lower><upper>" + upper + "</upper></limit></axis2>",
+        "universal");
   };
   const auto j = joint_named(read(limits("-3", "4")), "j");
   CHECK((*j.lower == -1 && *j.upper == 2 && *j.further[0].lower == -3 && *j.further[0].upper == 4));
@@ -399,27 +498,35 @@ TEST_CASE("SDF: limits of the two axes of a universal joint") {
 
 TEST_CASE("SDF: flags, poses, versions and worlds that are wrong, or unusual") {
   check_message(refusal(model(link("a"), "static=\"maybe\"")), {"accepted"}); // static is an element
-  check_message(refusal(model("<link name=\"a\"><pose degrees=\"maybe\">0 0 0 0 0 90</pose></link>")), {"degrees of <pose> is \"maybe\"", "expected true or false"});
-  check_message(refusal(model("<link name=\"a\"><pose degrees=\"1\" rotation_format=\"quat_xyzw\">0 0 0 0 0 0 1</pose></link>")),
-                {"degrees and a quaternion", "remove degrees"});
-  check_message(refusal(model("<link name=\"a\"><inertial auto=\"true\"/></link>")), {"computed from its collision geometry"});
+  check_message(refusal(model("<link name=\"a\"><pose degrees=\"maybe\">0 0 0 0 0 90</pose></link>")),
+                {"degrees of <pose> is \"maybe\"", "expected true or false"});
+  check_message(
+      refusal(model("<link name=\"a\"><pose degrees=\"1\" rotation_format=\"quat_xyzw\">0 0 0 0 0 0 1</pose></link>")),
+      {"degrees and a quaternion", "remove degrees"});
+  check_message(refusal(model("<link name=\"a\"><inertial auto=\"true\"/></link>")),
+                {"computed from its collision geometry"});
   CHECK(refusal(model("<link name=\"a\"><inertial auto=\"0\"><mass>1</mass></inertial></link>")) == "accepted");
-  const auto turned = [](const std::string &p) { return joint_named(read(joint(about_z, "revolute", p)), "j").placement.R; };
+  const auto turned = [](const std::string &p) {
+    return joint_named(read(joint(about_z, "revolute", p)), "j").placement.R;
+  };
   CHECK(turned("<pose degrees=\"false\">0 0 0 0 0 1.5707963267948966</pose>").m10 == doctest::Approx(1));
   CHECK(turned("<pose degrees=\"true\">0 0 0 0 0 90</pose>").m10 == doctest::Approx(1));
   CHECK(turned("<pose>0 0 0 0 0.5 0</pose>").m20 == doctest::Approx(-std::sin(0.5)));
   CHECK(turned("<pose/>").m00 == 1);
-  const auto strange = read(model("<link name=\"a\"><pose>1 2 3 0 0 0<x/></pose><inertial><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"));
+  const auto strange = read(model(
+      "<link name=\"a\"><pose>1 2 3 0 0 0<x/></pose><inertial><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"));
   check_said(strange.unused, {"unknown element <x> in link a"});
   check_said(strange.warnings, {"a (<mass>)"});
   CHECK(turned("<pose>1 2 3 0 0 0</pose>").m00 == 1);
   for (const char *version : {"1.11", "1.12"})
     check_said(read(model(link("a"), "", version)).warnings, {"is newer than 1.10, and read as that"});
   const auto world = [](const std::string &inside) {
-    return "<sdf version=\"1.10\"><world name=\"w\">" + inside + "<model name=\"m\">" + link("a") + "</model></world></sdf>";
+    return "<sdf version=\"1.10\"><world name=\"w\">" + inside + "<model name=\"m\">" + link("a") +
+           "</model></world></sdf>";
   };
   for (const char *tag : {"include", "joint"})
-    check_message(refusal(world("<" + std::string(tag) + "/>")), {"in <world> is not read", "put the robot in a <model> of its own"});
+    check_message(refusal(world("<" + std::string(tag) + "/>")),
+                  {"in <world> is not read", "put the robot in a <model> of its own"});
   CHECK((read(world("")).gravity[2] == -9.81 && read(world("<gravity>1 2 3</gravity>")).gravity[0] == 1));
   const std::string nowhere = "<sdf version=\"1.10\"><world name=\"w\"/></sdf>";
   check_message(refusal(nowhere, {false, false, false, "arm"}), {"no model \"arm\" in <world>", "there is none"});
@@ -428,18 +535,30 @@ TEST_CASE("SDF: flags, poses, versions and worlds that are wrong, or unusual") {
     check_message(refusal(model(link(name))), {"a name that SDF reserves"});
   for (const char *name : {"__", "___", "__a", "a__"})
     CHECK(refusal(model(link(name))) == "accepted");
-  check_message(refusal(model("<pose relative_to=\"a\">0 0 0 0 0 0</pose>" + link("a"))), {"its pose is relative to \"a\"", "give the pose in the world"});
+  check_message(refusal(model("<pose relative_to=\"a\">0 0 0 0 0 0</pose>" + link("a"))),
+                {"its pose is relative to \"a\"", "give the pose in the world"});
   CHECK(refusal(model("<pose relative_to=\"world\">0 0 1 0 0 0</pose>" + link("a"))) == "accepted");
   check_message(refusal(model("<inertia/>")), {"no <link> in <model>"});
 }
 
 TEST_CASE("SDF: models of models, frames on the model's own frame") {
-  const auto nested = read(model("<model name=\"inner\"><pose relative_to=\"shifted\">0 0 2 0 0 0</pose>" + link("a") + "</model><frame name=\"shifted\">" +
-                                 pose("1 0 0 0 0 0") + "</frame>"));
-  CHECK(std::any_of(nested.links.begin(), nested.links.end(), [](const link_description &l) { return l.name == "inner::a"; }));
-  CHECK(read(model("<frame name=\"f\" attached_to=\"a\"/>" + link("a"), "placement_frame=\"__model__\"")).links.size() >= 1);
-  check_message(refusal(joint(about_z + "<screw_thread_pitch>0.02</screw_thread_pitch><thread_pitch>50</thread_pitch>", "screw")), {"disagree", "remove <thread_pitch>"});
-  CHECK(*joint_named(read(joint(about_z + "<screw_thread_pitch>0.02</screw_thread_pitch><thread_pitch>-314.1592653589793</thread_pitch>", "screw")), "j").pitch ==
-        doctest::Approx(0.02 / 6.283185307179586));
-  check_message(refusal(joint("<axis><xyz>0 0 1</xyz><mimic><multiplier>2</multiplier></mimic></axis>")), {"<mimic> names no joint", "write <mimic joint"});
+  const auto nested = read(model("<model name=\"inner\"><pose relative_to=\"shifted\">0 0 2 0 0 0</pose>" + link("a") +
+                                 "</model><frame name=\"shifted\">" + pose("1 0 0 0 0 0") + "</frame>"));
+  CHECK(std::any_of(nested.links.begin(), nested.links.end(),
+                    [](const link_description &l) { return l.name == "inner::a"; }));
+  CHECK(
+      read(model("<frame name=\"f\" attached_to=\"a\"/>" + link("a"), "placement_frame=\"__model__\"")).links.size() >=
+      1);
+  check_message(
+      refusal(joint(about_z + "<screw_thread_pitch>0.02</screw_thread_pitch><thread_pitch>50</thread_pitch>", "screw")),
+      {"disagree", "remove <thread_pitch>"});
+  CHECK(
+      *joint_named(
+           read(joint(
+               about_z + "<screw_thread_pitch>0.02</screw_thread_pitch><thread_pitch>-314.1592653589793</thread_pitch>",
+               "screw")),
+           "j")
+           .pitch == doctest::Approx(0.02 / 6.283185307179586));
+  check_message(refusal(joint("<axis><xyz>0 0 1</xyz><mimic><multiplier>2</multiplier></mimic></axis>")),
+                {"<mimic> names no joint", "write <mimic joint"});
 }

@@ -72,10 +72,18 @@ TEST_CASE("no XML") {
       {"bad attribute", "<robot>\n<link name=a/></robot>", {"r.urdf:2: broken XML", "attribute", "correct it"}},
       {"bad comment", "<robot>\n<!-- x </robot>", {"r.urdf:2: broken XML", "comment"}},
       {"second root", "<robot><link name=\"a\"/></robot>\n<robot/>", {"r.urdf:2: broken XML", "second root", "remove"}},
-      {"text behind", "<robot><link name=\"a\"/></robot>\n\n <!-- x -->\n junk", {"r.urdf:4: broken XML, text outside of <robot>", "remove"}},
-      {"text before", "<!-- x -->\njunk\n<robot><link name=\"a\"/></robot>", {"r.urdf:2: broken XML, text outside of <robot>"}},
-      {"a character behind", "<robot><link name=\"a\"/></robot>\n&#65;", {"r.urdf:2: broken XML, text outside of <robot>"}},
-      {"CDATA behind", "<robot><link name=\"a\"/></robot>\n<![CDATA[ ]]>", {"r.urdf:2: broken XML, text outside of <robot>"}},
+      {"text behind",
+       "<robot><link name=\"a\"/></robot>\n\n <!-- x -->\n junk",
+       {"r.urdf:4: broken XML, text outside of <robot>", "remove"}},
+      {"text before",
+       "<!-- x -->\njunk\n<robot><link name=\"a\"/></robot>",
+       {"r.urdf:2: broken XML, text outside of <robot>"}},
+      {"a character behind",
+       "<robot><link name=\"a\"/></robot>\n&#65;",
+       {"r.urdf:2: broken XML, text outside of <robot>"}},
+      {"CDATA behind",
+       "<robot><link name=\"a\"/></robot>\n<![CDATA[ ]]>",
+       {"r.urdf:2: broken XML, text outside of <robot>"}},
       {"words and comments", "hello <!-- x -->", {"r.urdf: the file holds no XML element"}},
       {"zero byte",
        std::string("<robot>\n<link name=\"a\"/></robot>\0<x>", 37),
@@ -91,10 +99,16 @@ TEST_CASE("no URDF") {
       {"MJCF", "\n<mujoco/>", {"r.urdf:2:", "<mujoco>, expected <robot>", "MJCF"}},
       {"SDF", "<sdf/>", {"r.urdf:1:", "<sdf>", "convert"}},
       {"xacro's root", "<xacro:robot xmlns:xacro=\"x\"/>", {"r.urdf:1:", "<xacro:robot>", "run xacro first"}},
-      {"joint in capitals", "<robot>\n<link name=\"a\"/>\n<JOINT name=\"j\"/></robot>", {"r.urdf:3: <JOINT> is a joint that KSL doesn't know"}},
-      {"joint with a capital", "<robot>\n<link name=\"a\"/>\n<Joint name=\"j\"/></robot>", {"r.urdf:3: <Joint> is a joint that KSL doesn't know"}},
+      {"joint in capitals",
+       "<robot>\n<link name=\"a\"/>\n<JOINT name=\"j\"/></robot>",
+       {"r.urdf:3: <JOINT> is a joint that KSL doesn't know"}},
+      {"joint with a capital",
+       "<robot>\n<link name=\"a\"/>\n<Joint name=\"j\"/></robot>",
+       {"r.urdf:3: <Joint> is a joint that KSL doesn't know"}},
       {"another word of five letters", "<robot>\n<link name=\"a\"/>\n<other/></robot>", {"accepted"}},
-      {"quaternion of three numbers", joint("<origin quat_xyzw=\"0 0 1\"/>"), {"needs 4 numbers, found 3", "quat_xyzw=\"0 0 0 1\""}},
+      {"quaternion of three numbers",
+       joint("<origin quat_xyzw=\"0 0 1\"/>"),
+       {"needs 4 numbers, found 3", "quat_xyzw=\"0 0 0 1\""}},
       {"xacro",
        "<robot xmlns:xacro=\"x\">\n<link name=\"a\"/>\n<gazebo><xacro:macro/></gazebo></robot>",
        {"r.urdf:3: <xacro:macro> is not expanded", "run xacro first"}},
@@ -111,18 +125,22 @@ TEST_CASE("names and types of joints") {
   check_all({
       {"type",
        joint("", "revolut"),
-       {"r.urdf:4: joint j: joint type \"revolut\" is unknown", "fixed, revolute, continuous, prismatic, helical, cylindrical",
-        "did you mean \"revolute\"?"}},
+       {"r.urdf:4: joint j: joint type \"revolut\" is unknown",
+        "fixed, revolute, continuous, prismatic, helical, cylindrical", "did you mean \"revolute\"?"}},
       {"far type", joint("", "gearbox"), {"r.urdf:4: joint j:", "\"gearbox\" is unknown", "write one of these"}},
       {"no type", joint("", ""), {"r.urdf:4: joint j: <joint> has no type", "write type"}},
       {"helical without pitch",
        joint("", "helical"),
        {"r.urdf:4: joint j: a helical joint needs its pitch", "<screw_thread_pitch value=\"0.005\"/>"}},
-      {"pitch without value", joint("<screw_thread_pitch/>", "screw"), {"r.urdf:", "<screw_thread_pitch> has no value", "metres for each revolution"}},
+      {"pitch without value",
+       joint("<screw_thread_pitch/>", "screw"),
+       {"r.urdf:", "<screw_thread_pitch> has no value", "metres for each revolution"}},
       {"universal with one axis",
        joint("<axis xyz=\"0 0 1\"/>", "universal"),
        {"r.urdf:4: joint j: a universal joint needs its second axis", "<axis2 xyz=\"0 1 0\"/>"}},
-      {"second axis zero", joint("<axis2 xyz=\"0 0 0\"/>", "universal"), {"r.urdf:6: joint j: the axis is zero", "<axis2 xyz="}},
+      {"second axis zero",
+       joint("<axis2 xyz=\"0 0 0\"/>", "universal"),
+       {"r.urdf:6: joint j: the axis is zero", "<axis2 xyz="}},
       {"second axis parallel",
        joint("<axis2 xyz=\"-2 0 0\"/>", "universal"),
        {"r.urdf:4: joint j: a universal joint needs two axes that are not parallel", "revolute"}},
@@ -249,10 +267,11 @@ TEST_CASE("masses and inertias") {
 
 TEST_CASE("mimic joints that can't be coupled are refused, with the way out") {
   check_message(refusal(joint("<mimic joint=\"k\" multiplier=\"2\"/>")),
-                {"r.urdf:6: joint j: it mimics joint \"k\", which does not exist", "--mimic independent", "mimic=\"independent\"",
-                 "coordinate of its own"});
+                {"r.urdf:6: joint j: it mimics joint \"k\", which does not exist", "--mimic independent",
+                 "mimic=\"independent\"", "coordinate of its own"});
   check_message(refusal(joint("<mimic joint=\"j\"/>")), {"r.urdf:6: joint j: it mimics joint \"j\"", "back to itself"});
-  check_message(refusal(joint("<mimic joint=\"k\" multiplier=\"two\"/>")), {"r.urdf:6: joint j: <mimic> multiplier holds \"two\""});
+  check_message(refusal(joint("<mimic joint=\"k\" multiplier=\"two\"/>")),
+                {"r.urdf:6: joint j: <mimic> multiplier holds \"two\""});
   check_message(refusal(joint("<mimic multiplier=\"2\"/>")), {"r.urdf:6: joint j: <mimic> names no joint"});
 }
 
@@ -272,15 +291,22 @@ TEST_CASE("strict refuses the first inertias that no body can have") {
 }
 
 TEST_CASE("limits of joints with several numbers, and rotors of transmissions") {
-  check_message(refusal(joint("<limit1 lower=\"1\" upper=\"-1\"/>", "cylindrical")), {"r.urdf:6: joint j: lower limit 1 is above upper limit -1"});
-  check_message(refusal(joint("<limit2 lower=\"1\" upper=\"-1\"/>", "cylindrical")), {"r.urdf:6: joint j: lower limit 1 is above upper limit -1"});
+  check_message(refusal(joint("<limit1 lower=\"1\" upper=\"-1\"/>", "cylindrical")),
+                {"r.urdf:6: joint j: lower limit 1 is above upper limit -1"});
+  check_message(refusal(joint("<limit2 lower=\"1\" upper=\"-1\"/>", "cylindrical")),
+                {"r.urdf:6: joint j: lower limit 1 is above upper limit -1"});
   const auto driven = [](const std::string &type, const std::string &dynamics, const std::string &actuators) {
-    return "<robot>\n<link name=\"a\"/>\n<link name=\"b\"/>\n<joint name=\"j\" type=\"" + type + "\"><parent link=\"a\"/><child link=\"b\"/>" + dynamics +
-           "</joint>\n<transmission name=\"t\">" + actuators + "</transmission></robot>";
+    return "<robot>\n<link name=\"a\"/>\n<link name=\"b\"/>\n<joint name=\"j\" type=\"" + type +
+           "\"><parent link=\"a\"/><child link=\"b\"/>" + dynamics + "</joint>\n<transmission name=\"t\">" + actuators +
+           "</transmission></robot>";
   };
-  const std::string rotor = "<actuator name=\"m\"><drake:rotor_inertia value=\"0.02\"/><drake:gear_ratio value=\"30\"/></actuator>", of_j = "<joint name=\"j\"/>";
-  check_message(refusal(driven("revolute", "", of_j + rotor + rotor)), {"r.urdf:5:", "two actuators have rotors for joint \"j\"", "keep one"});
-  check_message(refusal(driven("revolute", "", rotor)), {"r.urdf:5:", "its joint \"\" does not exist", "name the joint"});
+  const std::string
+      rotor = "<actuator name=\"m\"><drake:rotor_inertia value=\"0.02\"/><drake:gear_ratio value=\"30\"/></actuator>",
+      of_j = "<joint name=\"j\"/>";
+  check_message(refusal(driven("revolute", "", of_j + rotor + rotor)),
+                {"r.urdf:5:", "two actuators have rotors for joint \"j\"", "keep one"});
+  check_message(refusal(driven("revolute", "", rotor)),
+                {"r.urdf:5:", "its joint \"\" does not exist", "name the joint"});
   check_message(refusal(driven("revolute", "", "<joint name=\"k\"/>" + rotor)), {"its joint \"k\" does not exist"});
   const auto read = [&](const std::string &text) { return read_urdf_text(text, "r.urdf"); };
   const auto says = [](const robot_description &robot, const std::string &words) {
@@ -291,18 +317,22 @@ TEST_CASE("limits of joints with several numbers, and rotors of transmissions") 
   };
   const robot_description whole = read(driven("revolute", "", of_j + rotor));
   CHECK((whole.joints[0].rotor_inertia == 0.02 && whole.joints[0].gear_ratio == 30));
-  const robot_description ratio = read(driven("revolute", "", of_j + "<actuator><drake:gear_ratio value=\"30\"/></actuator><actuator/>"));
+  const robot_description ratio =
+      read(driven("revolute", "", of_j + "<actuator><drake:gear_ratio value=\"30\"/></actuator><actuator/>"));
   CHECK((ratio.joints[0].rotor_inertia == 0 && ratio.joints[0].gear_ratio == 30));
-  const robot_description inertia = read(driven("revolute", "", of_j + "<actuator><drake:rotor_inertia value=\"0.02\"/></actuator>"));
+  const robot_description inertia =
+      read(driven("revolute", "", of_j + "<actuator><drake:rotor_inertia value=\"0.02\"/></actuator>"));
   CHECK((inertia.joints[0].rotor_inertia == 0.02 && inertia.joints[0].gear_ratio == 1));
   for (const char *type : {"fixed", "floating"})
     CHECK(says(read(driven(type, "", of_j + rotor)), "no effect on a " + std::string(type) + " joint"));
-  for (const char *other : {"rotor_inertia=\"0.01\" gear_ratio=\"30\"", "rotor_inertia=\"0.02\" gear_ratio=\"20\"", "gear_ratio=\"20\""}) {
+  for (const char *other :
+       {"rotor_inertia=\"0.01\" gear_ratio=\"30\"", "rotor_inertia=\"0.02\" gear_ratio=\"20\"", "gear_ratio=\"20\""}) {
     const robot_description kept = read(driven("revolute", "<dynamics " + std::string(other) + "/>", of_j + rotor));
     CHECK(says(kept, "differs from <dynamics>, which is used"));
     CHECK(!(kept.joints[0].rotor_inertia == 0.02 && kept.joints[0].gear_ratio == 30));
   }
-  CHECK(!says(read(driven("revolute", "<dynamics rotor_inertia=\"0.02\" gear_ratio=\"30\"/>", of_j + rotor)), "differs"));
+  CHECK(
+      !says(read(driven("revolute", "<dynamics rotor_inertia=\"0.02\" gear_ratio=\"30\"/>", of_j + rotor)), "differs"));
 }
 
 TEST_CASE("joints that can't mimic, or be mimicked, and factors whose products overflow") {

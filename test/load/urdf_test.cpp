@@ -100,14 +100,16 @@ TEST_CASE("both axes of a universal joint, and the normal of a planar one") {
   CHECK(joint_with("universal", "<axis2 xyz=\"0 1 0\"/>").axis.x == 1);
   CHECK(joint_with("planar", "<axis xyz=\"0 0 1\"/>").axis.z == 1);
   CHECK(joint_with("planar", "").axis.x == 1); // URDF's default
-  check_unused(read(robot_with("planar", "<axis2 xyz=\"0 0 1\"/><limit lower=\"1\"/>")), {"joint j: axis2, limit (no effect on a planar joint)"});
+  check_unused(read(robot_with("planar", "<axis2 xyz=\"0 0 1\"/><limit lower=\"1\"/>")),
+               {"joint j: axis2, limit (no effect on a planar joint)"});
 }
 
 TEST_CASE("types beyond URDF are read with a warning") {
   for (const joint_kind kind : joint_kinds) {
     const joint_kind_row row = row_of(kind);
     const std::string type = row.name, needed = "<screw_thread_pitch value=\"0.01\"/><axis2 xyz=\"0 1 0\"/>";
-    const bool standard = kind <= joint_kind::prismatic || kind == joint_kind::continuous || kind == joint_kind::planar || kind == joint_kind::floating;
+    const bool standard = kind <= joint_kind::prismatic || kind == joint_kind::continuous ||
+                          kind == joint_kind::planar || kind == joint_kind::floating;
     CAPTURE(type);
     const auto warnings = read(robot_with(type, needed)).warnings;
     CHECK(warnings.size() == (standard ? 0 : 1));
@@ -119,20 +121,23 @@ TEST_CASE("types beyond URDF are read with a warning") {
 TEST_CASE("joints of Drake") {
   const auto drake = [](const std::string &type, const std::string &inside) {
     return read("<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><drake:joint name=\"j\" type=\"" + type +
-                "\"><parent link=\"a\"/><child link=\"b\"/><origin xyz=\"1 2 3\"/>" + inside + "</drake:joint></robot>");
+                "\"><parent link=\"a\"/><child link=\"b\"/><origin xyz=\"1 2 3\"/>" + inside +
+                "</drake:joint></robot>");
   };
   const robot_description ball = drake("ball", "");
   CHECK(ball.joints[0].kind == joint_kind::spherical);
   CHECK(ball.joints[0].placement.t.y == 2);
   REQUIRE(ball.warnings.size() == 1);
-  CHECK(ball.warnings[0] == "joint j: <drake:joint> type ball, an extension of URDF; q is a quaternion [x y z w] and v in "
-                            "the child's axes, Drake's are roll, pitch, yaw and in the parent's axes");
+  CHECK(ball.warnings[0] ==
+        "joint j: <drake:joint> type ball, an extension of URDF; q is a quaternion [x y z w] and v in "
+        "the child's axes, Drake's are roll, pitch, yaw and in the parent's axes");
   const joint_description universal = drake("universal", "").joints[0];
   CHECK((universal.kind == joint_kind::universal && universal.axis.x == 1 && universal.axis2.y == 1));
   const robot_description planar = drake("planar", "<axis xyz=\"1 0 0\"/><dynamics damping=\"1 2 3\"/>");
   CHECK((planar.joints[0].kind == joint_kind::planar && planar.joints[0].axis.z == 1));
   check_unused(planar, {"joint j: axis (no effect on a planar joint)", "joint j: dynamics (not used)"});
-  const joint_description screw = drake("screw", "<axis xyz=\"0 0 1\"/><drake:screw_thread_pitch value=\"0.005\"/>").joints[0];
+  const joint_description screw =
+      drake("screw", "<axis xyz=\"0 0 1\"/><drake:screw_thread_pitch value=\"0.005\"/>").joints[0];
   CHECK((screw.kind == joint_kind::helical && screw.axis.z == 1));
   CHECK(std::fabs(*screw.pitch - 0.005 / (2 * std::acos(-1.0))) < 1e-19);
 }
@@ -287,7 +292,8 @@ TEST_CASE("a mimic joint follows another") {
   <joint name="k" type="prismatic"><parent link="b"/><child link="c"/></joint></robot>)");
   REQUIRE(robot.joints[0].mimic);
   CHECK(robot.joints[0].mimic->joint == "k");
-  CHECK((robot.joints[0].mimic->multiplier == -2 && robot.joints[0].mimic->offset == 0.5 && robot.joints[0].mimic->at.line == 2));
+  CHECK((robot.joints[0].mimic->multiplier == -2 && robot.joints[0].mimic->offset == 0.5 &&
+         robot.joints[0].mimic->at.line == 2));
   CHECK(!robot.joints[1].mimic);
   check_unused(robot, {});
 }
@@ -301,15 +307,19 @@ TEST_CASE("meshes are not looked for") {
 TEST_CASE("limits of joints with several numbers, where they have an effect") {
   const joint_description j = joint_with("cylindrical", "<limit1 lower=\"-1\" upper=\"2\"/><limit2 upper=\"3\"/>");
   CHECK((*j.lower == -1 && *j.upper == 2 && !j.further[0].lower && *j.further[0].upper == 3 && !j.further[1].upper));
-  check_unused(read(robot_with("revolute", "<limit1 lower=\"-1\" upper=\"2\"/>")), {"joint j: limit1 (no effect on a revolute joint)"});
-  check_unused(read(robot_with("continuous", "<limit upper=\"1\"/>")), {"joint j: limit upper (no effect on a continuous joint)"});
-  CHECK((*joint_with("revolute", "<limit lower=\"1\"/>").lower == 1 && !joint_with("revolute", "<limit lower=\"1\"/>").upper));
+  check_unused(read(robot_with("revolute", "<limit1 lower=\"-1\" upper=\"2\"/>")),
+               {"joint j: limit1 (no effect on a revolute joint)"});
+  check_unused(read(robot_with("continuous", "<limit upper=\"1\"/>")),
+               {"joint j: limit upper (no effect on a continuous joint)"});
+  CHECK((*joint_with("revolute", "<limit lower=\"1\"/>").lower == 1 &&
+         !joint_with("revolute", "<limit lower=\"1\"/>").upper));
 }
 
 TEST_CASE("unknown attributes of one place are one line if they are as many; namespaces are no attributes") {
   check_unused(read("<robot><link name=\"a\" D=\"1\" E=\"2\" F=\"3\"/>\n<link name=\"b\" E=\"1\"/>"
                     "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint></robot>"),
-               {"unknown attribute D, F of <link> in link a, line 1", "unknown attribute E of <link> in link a, line 1, and 1 more"});
+               {"unknown attribute D, F of <link> in link a, line 1",
+                "unknown attribute E of <link> in link a, line 1, and 1 more"});
   check_unused(read("<robot xmlns=\"x\" xmlns:drake=\"y\"><link name=\"a\"/></robot>"), {});
 }
 

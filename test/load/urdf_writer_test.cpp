@@ -159,7 +159,8 @@ TEST_CASE("urdf: names, and what isn't written") {
 }
 
 TEST_CASE("urdf: a file appears complete or not at all") {
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("ksl_urdf_" + std::to_string(getpid()));
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("ksl_urdf_" + std::to_string(getpid()));
   const std::filesystem::path file = folder / "robot.urdf", link = folder / "link.urdf";
   const auto text = [&] {
     std::ifstream in(file);
@@ -267,7 +268,7 @@ TEST_CASE("urdf: signals don't end writing into a pipe whose reader is slow") {
   REQUIRE(reader >= 0);
   static std::atomic<int> heard;
   heard = 0;
-  struct sigaction count {}, earlier {};
+  struct sigaction count{}, earlier{};
   count.sa_handler = [](int) { ++heard; }; // without SA_RESTART: calls that wait end
   sigaction(SIGUSR1, &count, &earlier);
   const pthread_t writer = pthread_self();
@@ -303,9 +304,11 @@ TEST_CASE("urdf: signals don't end writing into a pipe whose reader is slow") {
   std::filesystem::remove(pipe);
 }
 
-TEST_CASE("urdf: a file below a file can't be written; through a link that leads nowhere, and in a very deep folder, files are written") {
+TEST_CASE(
+    "urdf: a file below a file can't be written; through a link that leads nowhere, and in a very deep folder, files are written") {
   namespace fs = std::filesystem;
-  const fs::path here = fs::current_path(), folder = fs::temp_directory_path() / ("ksl_places_" + std::to_string(getpid()));
+  const fs::path here = fs::current_path(),
+                 folder = fs::temp_directory_path() / ("ksl_places_" + std::to_string(getpid()));
   const robot_description robot = read_urdf_text("<robot name='r'><link name='a'/></robot>", "r.urdf");
   const auto text = [](const char *path) {
     std::ifstream in(path);
@@ -314,7 +317,8 @@ TEST_CASE("urdf: a file below a file can't be written; through a link that leads
   fs::create_directory(folder);
   fs::current_path(folder);
   std::ofstream("file") << "mine";
-  CHECK(test::refusal_of([&] { write_urdf(robot, "file/robot.urdf"); }).find("the robot can't be written") != std::string::npos);
+  CHECK(test::refusal_of([&] { write_urdf(robot, "file/robot.urdf"); }).find("the robot can't be written") !=
+        std::string::npos);
   CHECK(text("file") == "mine");
   fs::create_symlink("new.urdf", "link.urdf");
   write_urdf(robot, "link.urdf");
@@ -338,9 +342,12 @@ TEST_CASE("urdf: a file below a file can't be written; through a link that leads
 }
 
 TEST_CASE("urdf: what was changed after it was read is written as it is now") {
-  const std::string thread = "<joint name=\"j\" type=\"screw\"><parent link=\"a\"/><child link=\"b\"/><origin rpy=\"0.1 0.2 0.3\"/><axis xyz=\"0 3 4\"/>"
-                             "<screw_thread_pitch value=\"0.005\"/></joint>";
-  robot_description robot = read_urdf_text(robot_of("<mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>", thread), "r.urdf");
+  const std::string thread =
+      "<joint name=\"j\" type=\"screw\"><parent link=\"a\"/><child link=\"b\"/><origin rpy=\"0.1 0.2 0.3\"/><axis xyz=\"0 3 4\"/>"
+      "<screw_thread_pitch value=\"0.005\"/></joint>";
+  robot_description robot = read_urdf_text(
+      robot_of("<mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>", thread),
+      "r.urdf");
   check_round_trip(robot);
   joint_description &j = robot.joints[0];
   std::mt19937 random(4);
@@ -359,12 +366,17 @@ TEST_CASE("urdf: what was changed after it was read is written as it is now") {
 
 TEST_CASE("urdf: any number of an inertia, and any angle of a placement, may be changed after it was read") {
   const auto read = [](const char *rpy) {
-    return read_urdf_text(robot_of("<origin xyz=\"0.1 0.2 0.3\" rpy=\"0.3 0.2 0.1\"/><mass value=\"2\"/><inertia ixx=\"1\" iyy=\"1.1\" izz=\"1.2\" ixy=\"0.1\" ixz=\"0.2\" iyz=\"0.3\"/>",
-                                   "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/><origin rpy=\"" + std::string(rpy) + "\"/></joint>"),
-                          "r.urdf");
+    return read_urdf_text(
+        robot_of(
+            "<origin xyz=\"0.1 0.2 0.3\" rpy=\"0.3 0.2 0.1\"/><mass value=\"2\"/><inertia ixx=\"1\" iyy=\"1.1\" izz=\"1.2\" ixy=\"0.1\" ixz=\"0.2\" iyz=\"0.3\"/>",
+            "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/><origin rpy=\"" +
+                std::string(rpy) + "\"/></joint>"),
+        "r.urdf");
   };
   using inertia = spatial_inertia<double>;
-  const auto numbers = [](inertia &I) { return std::array<double *, 10>{&I.m, &I.h.x, &I.h.y, &I.h.z, &I.Ixx, &I.Iyy, &I.Izz, &I.Ixy, &I.Iyz, &I.Izx}; };
+  const auto numbers = [](inertia &I) {
+    return std::array<double *, 10>{&I.m, &I.h.x, &I.h.y, &I.h.z, &I.Ixx, &I.Iyy, &I.Izz, &I.Ixy, &I.Iyz, &I.Izx};
+  };
   for (std::size_t changed = 0; changed < 10; ++changed) {
     robot_description robot = read("0 0 0");
     *numbers(robot.links[1].inertia)[changed] += 0.01;
@@ -372,21 +384,25 @@ TEST_CASE("urdf: any number of an inertia, and any angle of a placement, may be 
     for (std::size_t i = 0; i < 10; ++i)
       CHECK(std::fabs(*numbers(again.links[1].inertia)[i] - *numbers(robot.links[1].inertia)[i]) < 2e-15);
   }
-  const char *const turns[][2] = {{"0 0 0.5", "0 0 0.7"}, {"0 0 0.5", "0 0 -0.5"}, {"0 0.5 0", "0 -0.5 0"}, {"0 0 0.5", "0.2 0 0.5"}, {"0.3 0 0", "0.6 0 0"}, {"0.3 0 0", "-0.3 0 0"}};
+  const char *const turns[][2] = {{"0 0 0.5", "0 0 0.7"},   {"0 0 0.5", "0 0 -0.5"}, {"0 0.5 0", "0 -0.5 0"},
+                                  {"0 0 0.5", "0.2 0 0.5"}, {"0.3 0 0", "0.6 0 0"},  {"0.3 0 0", "-0.3 0 0"}};
   for (const auto &[before, after] : turns) {
     robot_description robot = read(before);
     const mat3x3<double> R = robot.joints[0].placement.R = read(after).joints[0].placement.R;
     const mat3x3<double> again = read_urdf_text(urdf_text(robot), "again.urdf").joints[0].placement.R;
-    for (const auto element : {&mat3x3<double>::m00, &mat3x3<double>::m10, &mat3x3<double>::m20, &mat3x3<double>::m01, &mat3x3<double>::m11,
-                               &mat3x3<double>::m21, &mat3x3<double>::m02, &mat3x3<double>::m12, &mat3x3<double>::m22})
+    for (const auto element :
+         {&mat3x3<double>::m00, &mat3x3<double>::m10, &mat3x3<double>::m20, &mat3x3<double>::m01, &mat3x3<double>::m11,
+          &mat3x3<double>::m21, &mat3x3<double>::m02, &mat3x3<double>::m12, &mat3x3<double>::m22})
       CHECK(std::fabs(again.*element - R.*element) < 1e-15);
   }
 }
 
 TEST_CASE("urdf: a quaternion of a joint alone asks for version 1.1; joints that follow others") {
   const std::string ends = "<parent link=\"a\"/><child link=\"b\"/>";
-  const robot_description turned = read_urdf_text("<robot name=\"r\" version=\"1.1\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"fixed\">" + ends +
-                                                  "<origin quat_xyzw=\"0 0 0.6 0.8\"/></joint></robot>", "r.urdf");
+  const robot_description turned = read_urdf_text(
+      "<robot name=\"r\" version=\"1.1\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"fixed\">" + ends +
+          "<origin quat_xyzw=\"0 0 0.6 0.8\"/></joint></robot>",
+      "r.urdf");
   CHECK(urdf_text(turned).find("version=\"1.1\"") != std::string::npos);
   check_round_trip(turned);
 }

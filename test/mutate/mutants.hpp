@@ -96,7 +96,7 @@ template <class A> constexpr auto negative(int id, const A &a) -> std::remove_cv
 // that are not integers is no change that a test could notice.
 #define KSL_COMPARISON(name, op, opposite, moved)                                                                      \
   template <class A, class B>                                                                                          \
-  constexpr auto name(int id, const A &a, const B &b)->std::remove_cvref_t<decltype(a op b)> {                         \
+  constexpr auto name(int id, const A &a, const B &b) -> std::remove_cvref_t<decltype(a op b)> {                       \
     if constexpr (requires { a opposite b; })                                                                          \
       if (on(id))                                                                                                      \
         return a opposite b;                                                                                           \

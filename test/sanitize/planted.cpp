@@ -8,7 +8,8 @@ static volatile double huge = 1e300;
 static int shared;
 
 static void add() {
-  for (int i = 0; i < 1000; ++i) shared = shared + 1;
+  for (int i = 0; i < 1000; ++i)
+    shared = shared + 1;
 }
 
 int main(int, char **argv) {
@@ -23,7 +24,8 @@ int main(int, char **argv) {
     lost = nullptr;
   } else if (is("uninitialised")) {
     volatile int *const number = static_cast<int *>(std::malloc(sizeof(int)));
-    if (*number == 17) one = 2;
+    if (*number == 17)
+      one = 2;
     std::free(const_cast<int *>(number));
   } else if (is("shift")) {
     one = one << large;

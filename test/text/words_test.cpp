@@ -91,11 +91,13 @@ TEST_CASE("words, lists and quotes") {
   CHECK(listed({"a", "b", "c", "d"}, 2) == "a, b and 2 more");
   CHECK(listed({"a", "b", "c"}, 2) == "a, b, c");
   CHECK(listed({std::string(200, 'x'), "b"}) == std::string(100, 'x') + "..., b");
-  CHECK(printable("a\tb\x1b[m\x7f\xc2\x85\xe2\x80\xae\xe2\x81\xa6\xff\xc3") == "a b\\x1b[m\\x7f\\u0085\\u202e\\u2066\\xff\\xc3");
+  CHECK(printable("a\tb\x1b[m\x7f\xc2\x85\xe2\x80\xae\xe2\x81\xa6\xff\xc3") ==
+        "a b\\x1b[m\\x7f\\u0085\\u202e\\u2066\\xff\\xc3");
   CHECK(printable("\xc3\xa9 \xf0\x9f\xa4\x96 \xe2\x82\xac") == "\xc3\xa9 \xf0\x9f\xa4\x96 \xe2\x82\xac");
-  CHECK(printable("\xd8\x9c\xe2\x80\x8e\xe2\x80\x8f\xe2\x80\xa8\xe2\x80\xaf\xe2\x81\xa5\xe2\x81\xa9\xe2\x81\xaa\r\n") ==
-        "\\u061c\\u200e\\u200f\\u2028\xe2\x80\xaf\xe2\x81\xa5\\u2069\xe2\x81\xaa  "); // marks of direction, and their neighbours
-  CHECK(shortened(std::string(9, '\x80'), 4) == "..."); // no character begins there
+  CHECK(
+      printable("\xd8\x9c\xe2\x80\x8e\xe2\x80\x8f\xe2\x80\xa8\xe2\x80\xaf\xe2\x81\xa5\xe2\x81\xa9\xe2\x81\xaa\r\n") ==
+      "\\u061c\\u200e\\u200f\\u2028\xe2\x80\xaf\xe2\x81\xa5\\u2069\xe2\x81\xaa  "); // marks of direction, and their neighbours
+  CHECK(shortened(std::string(9, '\x80'), 4) == "...");                             // no character begins there
   CHECK(shortened_in_middle(std::string(9, '\x80'), 4) == "...");
   CHECK(shortened_in_middle("abcdefgh", 8) == "abcdefgh");
   CHECK(shortened_in_middle("abcdefghi", 8) == "abcd...fghi");

@@ -11,7 +11,8 @@ namespace {
 using namespace derivatives;
 
 void check_inverse_dynamics(const ksl::model &m, const state &s) {
-  const auto tau = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a, const ksl::external_wrenches<T> &external) {
+  const auto tau = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a,
+                       const ksl::external_wrenches<T> &external) {
     numbers<T> out(v.size());
     const ksl::owned_workspace<ksl::inverse_dynamics_workspace<T>> w(m.view());
     ksl::inverse_dynamics<T>(m.view(), *w, q.data(), v.data(), a.data(), external, out.data());
@@ -20,7 +21,8 @@ void check_inverse_dynamics(const ksl::model &m, const state &s) {
   const std::size_t n = s.v.size() * s.v.size();
   numbers<double> D(3 * n, NAN);
   const ksl::owned_workspace<ksl::inverse_dynamics_derivatives_workspace<double>> w(m.view());
-  ksl::inverse_dynamics_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), s.external(), D.data(), &D[n], &D[2 * n]);
+  ksl::inverse_dynamics_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), s.external(), D.data(), &D[n],
+                                    &D[2 * n]);
   check_derivatives(function<decltype(tau)>{m, s, tau}, D, 1e-13);
 }
 
@@ -31,15 +33,18 @@ void check_reactions(const ksl::model &m, const state &s, ksl::reaction_request 
   request.n = m.view().links;
   request.link = links.data();
   const std::size_t n = 6 * links.size(), size = n * s.v.size();
-  const auto found = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a, const ksl::external_wrenches<T> &external) {
+  const auto found = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a,
+                         const ksl::external_wrenches<T> &external) {
     numbers<T> tau(v.size()), out(n);
     const ksl::owned_workspace<ksl::reactions_workspace<T>> w(m.view());
-    ksl::inverse_dynamics_with_reactions<T>(m.view(), *w, q.data(), v.data(), a.data(), external, tau.data(), request, out.data());
+    ksl::inverse_dynamics_with_reactions<T>(m.view(), *w, q.data(), v.data(), a.data(), external, tau.data(), request,
+                                            out.data());
     return out;
   };
   numbers<double> D(3 * size, NAN);
   const ksl::owned_workspace<ksl::reactions_derivatives_workspace<double>> w(m.view());
-  ksl::reactions_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), request, s.external(), D.data(), &D[size], &D[2 * size]);
+  ksl::reactions_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), request, s.external(), D.data(),
+                             &D[size], &D[2 * size]);
   check_derivatives(function<decltype(found)>{m, s, found}, D, 1e-13);
 }
 
@@ -55,15 +60,17 @@ void check_reactions_by_external(const ksl::model &m, const state &s, ksl::react
   numbers<T> dual(rows * columns, T(NAN)), push(columns, T(0.5)), tau(v.size()), out(rows);
   numbers<double> D(rows * columns, NAN);
   using workspace = ksl::reactions_external_derivatives_workspace<double>;
-  ksl::reactions_external_derivatives(m.view(), *ksl::owned_workspace<workspace>(m.view()), s.q.data(), request, D.data());
+  ksl::reactions_external_derivatives(m.view(), *ksl::owned_workspace<workspace>(m.view()), s.q.data(), request,
+                                      D.data());
   const ksl::owned_workspace<ksl::reactions_external_derivatives_workspace<T>> own(m.view());
   ksl::reactions_external_derivatives<T>(m.view(), *own, q.data(), request, dual.data());
   const ksl::owned_workspace<ksl::reactions_workspace<T>> w(m.view());
   double error = 0;
   for (std::size_t c = 0; c < columns; ++c) {
     push[c].derivative[0] = 1;
-    ksl::inverse_dynamics_with_reactions<T>(m.view(), *w, q.data(), v.data(), a.data(), {m.view().links, links.data(), push.data()}, tau.data(),
-                                            request, out.data());
+    ksl::inverse_dynamics_with_reactions<T>(m.view(), *w, q.data(), v.data(), a.data(),
+                                            {m.view().links, links.data(), push.data()}, tau.data(), request,
+                                            out.data());
     push[c].derivative[0] = 0;
     for (std::size_t r = 0; r < rows; ++r) {
       error = std::fmax(error, std::fabs(out[r].derivative[0] - D[r * columns + c]));

@@ -14,7 +14,8 @@ using enum ksl::inverse_kinematics_end;
 
 TEST_CASE("starts beyond the limits begin at the limits, each number at its own") {
   const ksl::model m(several_numbers());
-  problem p = {{{6, 1, 1}}, {numbers(12, 5), numbers(12, -5), numbers(12, 0.01)}, {numbers(12), numbers(12), numbers(12)}, true};
+  problem p = {
+      {{6, 1, 1}}, {numbers(12, 5), numbers(12, -5), numbers(12, 0.01)}, {numbers(12), numbers(12), numbers(12)}, true};
   const solution s = solve(m, p, targets_of(m, p), limited_to(0));
   for (std::size_t i = 0; i < 12; ++i)
     CHECK((s.q[0][i] == m.view().upper[i] && s.q[1][i] == m.view().lower[i] && s.q[2][i] == 0.01));
@@ -22,7 +23,8 @@ TEST_CASE("starts beyond the limits begin at the limits, each number at its own"
   CHECK(solve(m, p, targets_of(m, p), limited_to(0)).q[0] == p.start[0]);
 }
 
-TEST_CASE("attempts end: after 8 steps without progress, at the number of iterations, at once where the target is no number") {
+TEST_CASE(
+    "attempts end: after 8 steps without progress, at the number of iterations, at once where the target is no number") {
   const ksl::model m(robots::pendulum(1, 0.5)); // turns about y, hangs down
   problem p = {{{1, 1, 0}}, {{0.0}}, {{0.0}}, false};
   numbers beside = targets_of(m, p);
@@ -48,7 +50,8 @@ TEST_CASE("attempts end at limits only if a joint is at one, and limits count") 
   problem p = {{{2, 1, 1}}, {{0.1, 0.2}, {0.1, 0.2}}, {{0.2, 1.6}, {1.5, 0.1}}, true};
   solution s = solve(m, p, targets_of(m, p), limited_to(60));
   CHECK((s.end[0] == static_cast<int>(limits) && s.end[1] == static_cast<int>(limits)));
-  CHECK((s.q[0][1] == m.view().upper[1] && std::fabs(s.q[0][0]) < 0.99 && s.q[1][0] == 1 && std::fabs(s.q[1][1]) < 0.99));
+  CHECK(
+      (s.q[0][1] == m.view().upper[1] && std::fabs(s.q[0][0]) < 0.99 && s.q[1][0] == 1 && std::fabs(s.q[1][1]) < 0.99));
   p.limits = false;
   numbers beside = targets_of(m, p);
   for (std::size_t k : {0u, 16u})
@@ -82,7 +85,8 @@ TEST_CASE("tolerances: errors at the tolerance are small enough, errors beyond i
   const problem p = {{{6, 1, 1}}, positions(m, 1, 0.4, 0), positions(m, 1, 0.41, 0)};
   const numbers targets = targets_of(m, p);
   const errors e = errors_at(m, p, p.start[0], targets.data());
-  for (const auto &[position, orientation, ends] : {std::tuple{1.001, 1.001, true}, {0.999, 1.001, false}, {1.001, 0.999, false}}) {
+  for (const auto &[position, orientation, ends] :
+       {std::tuple{1.001, 1.001, true}, {0.999, 1.001, false}, {1.001, 0.999, false}}) {
     ksl::inverse_kinematics_options o = limited_to(40);
     o.position_tolerance = position * e.position, o.orientation_tolerance = orientation * e.orientation;
     const solution s = solve(m, p, targets, o);
@@ -137,7 +141,8 @@ TEST_CASE("random starts are uniform within limits, and further ones lie in othe
   CHECK(solve(m, p, anywhere, seeded).q[0] != first.q[0]);
 }
 
-TEST_CASE("random starts without limits, and from a start that is given: up to half a turn, or pi metres, to both sides") {
+TEST_CASE(
+    "random starts without limits, and from a start that is given: up to half a turn, or pi metres, to both sides") {
   constexpr int joints = 6, n = 1500;
   const double pi = std::acos(-1.0);
   const ksl::model bounded(chain(joints, -3.3, 3.4));

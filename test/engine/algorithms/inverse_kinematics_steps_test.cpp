@@ -99,7 +99,8 @@ void check_steps(const ksl::model &m, const problem &p, double tolerance = 1e-9)
 
 } // namespace
 
-TEST_CASE("steps of inverse kinematics are damped least squares: chains with less, as many and more joints than errors") {
+TEST_CASE(
+    "steps of inverse kinematics are damped least squares: chains with less, as many and more joints than errors") {
   for (int joints : {3, 5, 6, 7, 9}) {
     const ksl::model m(chain(joints));
     check_steps(m, {{{joints, 1, 1}}, positions(m, 11, 0.5, 0), positions(m, 11, 0.9, 1)});
@@ -147,7 +148,8 @@ TEST_CASE("steps of inverse kinematics are damped least squares: limits of joint
   check_steps(m, p);
 }
 
-TEST_CASE("steps of inverse kinematics are damped least squares: joints with a whole turn between their limits, and with less") {
+TEST_CASE(
+    "steps of inverse kinematics are damped least squares: joints with a whole turn between their limits, and with less") {
   ksl::robot_description r = chain(4, -3.3, 3.3);
   r.joints[0].lower = -0.5, r.joints[0].upper = 0.4;
   r.joints[3].lower = -2, r.joints[3].upper = 3.2;
@@ -164,7 +166,10 @@ TEST_CASE("steps of inverse kinematics are damped least squares: joints with a w
   // A leader doesn't go on at its other limit: its followers would jump.
   r.joints[2].mimic = {r.joints[1].name, 0.25, 0.1, {}};
   const ksl::model coupled(r);
-  p = {{{4, 1, 1}}, {{0.1, 3.29, 0.5}, {0.1, -3.3, 0.5}, {0.4, 3.1, 3.2}}, {{0.2, 3.6, 0.4}, {0, -3.5, 0.4}, {0.3, 3.5, 3}}, true};
+  p = {{{4, 1, 1}},
+       {{0.1, 3.29, 0.5}, {0.1, -3.3, 0.5}, {0.4, 3.1, 3.2}},
+       {{0.2, 3.6, 0.4}, {0, -3.5, 0.4}, {0.3, 3.5, 3}},
+       true};
   const solution s = solve(coupled, p, targets_of(coupled, p), limited_to(3));
   for (std::size_t k = 0; k < p.start.size(); ++k) {
     CHECK((s.end[k] == static_cast<int>(iterations) || s.end[k] == static_cast<int>(limits)));
@@ -195,7 +200,12 @@ TEST_CASE("limits of joints that follow others are those of their leaders") {
     for (double far : {0.9, -0.9}) {
       const numbers q = ends_at(f, far);
       for (std::size_t i = 0; i < 2; ++i) {
-        const double lower = f > 0 ? i ? -0.45 : -0.15 : i ? -0.3 : -0.1, upper = f > 0 ? i ? 0.3 : 0.1 : i ? 0.45 : 0.15;
+        const double lower = f > 0 ? i ? -0.45 : -0.15
+                             : i   ? -0.3
+                                   : -0.1,
+                     upper = f > 0 ? i ? 0.3 : 0.1
+                             : i   ? 0.45
+                                   : 0.15;
         CHECK((std::fabs(q[i] - lower) < 1e-12 || std::fabs(q[i] - upper) < 1e-12)); // all are held at one end
       }
     }
@@ -215,7 +225,8 @@ TEST_CASE("a joint with a whole turn between its limits goes on at the other one
   const ksl::model less(chain(1, -3.0, 3.0)); // with less it does where the same orientation is within the limits
   p.start = {{2.9}, {2.9}, {-2.9}}, p.goal = {{-2.9}, {3.1}, {-3.1}};
   const solution held = solve(less, p, targets_of(less, p), limited_to(40));
-  CHECK((held.end[0] == static_cast<int>(converged) && held.end[1] == static_cast<int>(limits) && held.end[2] == static_cast<int>(limits)));
+  CHECK((held.end[0] == static_cast<int>(converged) && held.end[1] == static_cast<int>(limits) &&
+         held.end[2] == static_cast<int>(limits)));
   CHECK((held.q[0][0] == doctest::Approx(-2.9).epsilon(1e-5) && held.q[1][0] == 3 && held.q[2][0] == -3));
 }
 
@@ -228,12 +239,17 @@ TEST_CASE("the vector of a rotation is 2 sin(θ/2) times its axis, up to half a 
     n = {n.x / length, n.y / length, n.z / length};
     for (double angle : {0.0, 1e-9, 1e-3, 0.7, 2.0, 3.0, 3.139, 3.1405, 3.14159265358979}) {
       const double c = std::cos(angle), s = std::sin(angle), w = 1 - c; // Rodrigues
-      const ksl::mat3x3<double> R = {c + w * n.x * n.x, w * n.x * n.y + s * n.z, w * n.x * n.z - s * n.y, w * n.x * n.y - s * n.z, c + w * n.y * n.y,
-                                     w * n.y * n.z + s * n.x, w * n.x * n.z + s * n.y, w * n.y * n.z - s * n.x, c + w * n.z * n.z};
+      const ksl::mat3x3<double> R = {c + w * n.x * n.x,       w * n.x * n.y + s * n.z, w * n.x * n.z - s * n.y,
+                                     w * n.x * n.y - s * n.z, c + w * n.y * n.y,       w * n.y * n.z + s * n.x,
+                                     w * n.x * n.z + s * n.y, w * n.y * n.z - s * n.x, c + w * n.z * n.z};
       const ksl::vec3<double> found = ksl::half_sine_vector(R);
-      const double size = 2 * std::sin(angle / 2), sign = found.x * n.x + found.y * n.y + found.z * n.z < 0 && angle > 3.14 ? -1 : 1;
-      const double off = std::hypot(sign * found.x - size * n.x, sign * found.y - size * n.y, sign * found.z - size * n.z);
-      CHECK(off < (angle < 3.14 ? 1e-12 + 1e-15 / (c + 1) : angle < 3.141 ? 3e-3 : 1e-12)); // near it as if it were half a turn
+      const double size = 2 * std::sin(angle / 2),
+                   sign = found.x * n.x + found.y * n.y + found.z * n.z < 0 && angle > 3.14 ? -1 : 1;
+      const double off =
+          std::hypot(sign * found.x - size * n.x, sign * found.y - size * n.y, sign * found.z - size * n.z);
+      CHECK(off < (angle < 3.14    ? 1e-12 + 1e-15 / (c + 1)
+                   : angle < 3.141 ? 3e-3
+                                   : 1e-12)); // near it as if it were half a turn
     }
   }
 }

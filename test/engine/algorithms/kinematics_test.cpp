@@ -23,9 +23,7 @@ const ksl::model &robot() {
   return m;
 }
 
-struct motion {
-  numbers<double> q, v, a;
-};
+struct motion { numbers<double> q, v, a; };
 
 motion random_motion(std::mt19937 &random) {
   const auto some = [&](int n) {
@@ -55,7 +53,8 @@ template <class T> numbers<T> jacobian_of(const numbers<T> &q, int link, const k
   return J;
 }
 
-template <class T> numbers<T> rate_of(const numbers<T> &q, const numbers<T> &v, int link, const ksl::frame_options &how) {
+template <class T> numbers<T> rate_of(const numbers<T> &q, const numbers<T> &v, int link,
+                                      const ksl::frame_options &how) {
   const ksl::owned_workspace<ksl::jacobian_rate_workspace<T>> w(robot().view());
   numbers<T> rate(6 * v.size());
   ksl::jacobian_rate<T>(robot().view(), *w, q.data(), v.data(), link, how, rate.data());
@@ -63,30 +62,31 @@ template <class T> numbers<T> rate_of(const numbers<T> &q, const numbers<T> &v, 
 }
 
 template <class T>
-numbers<T> velocities(const numbers<T> &q, const numbers<T> &v, const numbers<int> &links, const ksl::frame_options &how) {
+numbers<T> velocities(const numbers<T> &q, const numbers<T> &v, const numbers<int> &links,
+                      const ksl::frame_options &how) {
   const ksl::owned_workspace<ksl::frame_velocities_workspace<T>> w(robot().view());
   numbers<T> out(6 * links.size());
-  ksl::frame_velocities<T>(robot().view(), *w, q.data(), v.data(), static_cast<int>(links.size()), links.data(), how, out.data());
+  ksl::frame_velocities<T>(robot().view(), *w, q.data(), v.data(), static_cast<int>(links.size()), links.data(), how,
+                           out.data());
   return out;
 }
 
-template <class T> numbers<T> accelerations(const numbers<T> &q, const numbers<T> &v, const numbers<T> &a, const numbers<int> &links,
-                                            const ksl::frame_options &how) {
+template <class T> numbers<T> accelerations(const numbers<T> &q, const numbers<T> &v, const numbers<T> &a,
+                                            const numbers<int> &links, const ksl::frame_options &how) {
   const ksl::owned_workspace<ksl::frame_accelerations_workspace<T>> w(robot().view());
   numbers<T> out(6 * links.size());
-  ksl::frame_accelerations<T>(robot().view(), *w, q.data(), v.data(), a.data(), static_cast<int>(links.size()), links.data(), how,
-                              out.data());
+  ksl::frame_accelerations<T>(robot().view(), *w, q.data(), v.data(), a.data(), static_cast<int>(links.size()),
+                              links.data(), how, out.data());
   return out;
 }
 numbers<double> accelerations(const motion &s, const numbers<int> &links, const ksl::frame_options &how) {
   return accelerations(s.q, s.v, s.a, links, how);
 }
 
-template <class T> struct relative_motion {
-  numbers<T> pose, velocity, J;
-};
+template <class T> struct relative_motion { numbers<T> pose, velocity, J; };
 template <class T>
-relative_motion<T> relative_motion_of(const numbers<T> &q, const numbers<T> &v, int link, int seen_from, const ksl::frame_options &how) {
+relative_motion<T> relative_motion_of(const numbers<T> &q, const numbers<T> &v, int link, int seen_from,
+                                      const ksl::frame_options &how) {
   const ksl::owned_workspace<ksl::relative_pose_workspace<T>> w(robot().view());
   relative_motion<T> m = {numbers<T>(16), numbers<T>(6), numbers<T>(6 * v.size())};
   ksl::relative_pose<T>(robot().view(), *w, q.data(), link, seen_from, how, m.pose.data());
@@ -95,14 +95,15 @@ relative_motion<T> relative_motion_of(const numbers<T> &q, const numbers<T> &v, 
   return m;
 }
 
-template <class T> numbers<T> point_velocity_of(const numbers<T> &q, const numbers<T> &v, int link, const ksl::frame_options &how) {
+template <class T> numbers<T> point_velocity_of(const numbers<T> &q, const numbers<T> &v, int link,
+                                                const ksl::frame_options &how) {
   const ksl::owned_workspace<ksl::frame_velocities_workspace<T>> w(robot().view());
   numbers<T> out(3);
   ksl::point_velocity<T>(robot().view(), *w, q.data(), v.data(), link, how, out.data());
   return out;
 }
-template <class T> numbers<T>
-point_acceleration_of(const numbers<T> &q, const numbers<T> &v, const numbers<T> &a, int link, const ksl::frame_options &how) {
+template <class T> numbers<T> point_acceleration_of(const numbers<T> &q, const numbers<T> &v, const numbers<T> &a,
+                                                    int link, const ksl::frame_options &how) {
   const ksl::owned_workspace<ksl::frame_accelerations_workspace<T>> w(robot().view());
   numbers<T> out(3);
   ksl::point_acceleration<T>(robot().view(), *w, q.data(), v.data(), a.data(), link, how, out.data());
@@ -178,7 +179,9 @@ TEST_CASE("kinematics: a frame's velocity is the derivative of its pose, and J v
   ksl::frame_poses<time_dual>(robot().view(), *w, q.data(), static_cast<int>(links.size()), links.data(), poses.data());
   const numbers<double> found = velocities(s.q, s.v, links, {});
   for (std::size_t l = 0; l < links.size(); ++l) {
-    check_close({found.begin() + 6 * static_cast<std::ptrdiff_t>(l), found.begin() + 6 * static_cast<std::ptrdiff_t>(l + 1)}, twist_of(&poses[16 * l]));
+    check_close(
+        {found.begin() + 6 * static_cast<std::ptrdiff_t>(l), found.begin() + 6 * static_cast<std::ptrdiff_t>(l + 1)},
+        twist_of(&poses[16 * l]));
   }
   for_all_options([&](const ksl::frame_options &how) {
     for (int link : links)
@@ -245,7 +248,8 @@ TEST_CASE("kinematics: several frames at once have the bits of each alone") {
 TEST_CASE("kinematics: the motion of a frame as seen from another is the derivative of its pose in that, and J v") {
   std::mt19937 random(5);
   const motion s = random_motion(random);
-  const numbers<time_dual> q = robots::moved(robot(), s.q, moving(numbers<double>(s.v.size(), 0.0), s.v)), v = moving(s.v, s.a);
+  const numbers<time_dual> q = robots::moved(robot(), s.q, moving(numbers<double>(s.v.size(), 0.0), s.v)),
+                           v = moving(s.v, s.a);
   for (int link : all_links())
     for (int seen_from : all_links()) {
       ksl::frame_options how;
@@ -259,7 +263,8 @@ TEST_CASE("kinematics: the motion of a frame as seen from another is the derivat
       });
       how.axes = expressed_in::world, how.at = expressed_in::frame; // ṗ, in the axes of the other
       const numbers<double> seen = relative_motion_of(s.q, s.v, link, seen_from, how).velocity;
-      check_close({seen[0], seen[1], seen[2]}, {m.pose[3].derivative[0], m.pose[7].derivative[0], m.pose[11].derivative[0]});
+      check_close({seen[0], seen[1], seen[2]},
+                  {m.pose[3].derivative[0], m.pose[7].derivative[0], m.pose[11].derivative[0]});
     }
   for_all_options([&](const ksl::frame_options &how) { // seen from the ground, which is the world
     for (int link : all_links())
@@ -270,12 +275,14 @@ TEST_CASE("kinematics: the motion of a frame as seen from another is the derivat
 TEST_CASE("kinematics: points move as their positions and velocities change") {
   std::mt19937 random(6);
   const motion s = random_motion(random);
-  const numbers<time_dual> q = robots::moved(robot(), s.q, moving(numbers<double>(s.v.size(), 0.0), s.v)), v = moving(s.v, s.a);
+  const numbers<time_dual> q = robots::moved(robot(), s.q, moving(numbers<double>(s.v.size(), 0.0), s.v)),
+                           v = moving(s.v, s.a);
   ksl::frame_options how;
   how.axes = expressed_in::world, how.offset[0] = 0.3, how.offset[1] = -0.2, how.offset[2] = 0.5;
   for (int link : all_links()) {
     const relative_motion<time_dual> m = relative_motion_of(q, v, link, 0, how);
-    check_close(point_velocity_of(s.q, s.v, link, how), {m.pose[3].derivative[0], m.pose[7].derivative[0], m.pose[11].derivative[0]});
+    check_close(point_velocity_of(s.q, s.v, link, how),
+                {m.pose[3].derivative[0], m.pose[7].derivative[0], m.pose[11].derivative[0]});
     check_close(point_acceleration_of(s.q, s.v, s.a, link, how), derivatives(point_velocity_of(q, v, link, how)));
   }
 }

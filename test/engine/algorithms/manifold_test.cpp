@@ -83,9 +83,7 @@ void set_angles(const ksl::model &m, numbers<double> &dv, double angle) {
 }
 
 /// Both matrices of a function of the manifold, column after column.
-struct matrices {
-  numbers<double> one, other;
-};
+struct matrices { numbers<double> one, other; };
 
 /// Column k of the two matrices by dual numbers: along q ⊕ s e_k of the first position, and along the other argument.
 matrices integrate_by_duals(const ksl::model &m, const numbers<double> &q, const numbers<double> &dv) {
@@ -96,7 +94,8 @@ matrices integrate_by_duals(const ksl::model &m, const numbers<double> &q, const
     numbers<dual> step(nv, dual(0)), moving = constants<dual>(dv);
     step[k] = dual::variable(0, 0);
     moving[k].derivative[0] = 1;
-    const numbers<dual> by_q = differed(m, there, integrated(m, integrated(m, constants<dual>(q), step), constants<dual>(dv)));
+    const numbers<dual> by_q =
+        differed(m, there, integrated(m, integrated(m, constants<dual>(q), step), constants<dual>(dv)));
     const numbers<dual> by_dv = differed(m, there, integrated(m, constants<dual>(q), moving));
     for (std::size_t r = 0; r < nv; ++r)
       J.one[r * nv + k] = by_q[r].derivative[0], J.other[r * nv + k] = by_dv[r].derivative[0];
@@ -195,8 +194,10 @@ TEST_CASE("manifold: Jacobians are the slopes of differences") {
   for (std::size_t k = 0; k < nv; ++k) {
     numbers<double> forwards(nv), backwards(nv);
     forwards[k] = step, backwards[k] = -step;
-    const numbers<double> a = differed(m, q0, integrated(m, q1, forwards)), b = differed(m, q0, integrated(m, q1, backwards));
-    const numbers<double> c = differed(m, integrated(m, q0, forwards), q1), d = differed(m, integrated(m, q0, backwards), q1);
+    const numbers<double> a = differed(m, q0, integrated(m, q1, forwards)),
+                          b = differed(m, q0, integrated(m, q1, backwards));
+    const numbers<double> c = differed(m, integrated(m, q0, forwards), q1),
+                          d = differed(m, integrated(m, q0, backwards), q1);
     for (std::size_t r = 0; r < nv; ++r) {
       CHECK(std::fabs((a[r] - b[r]) / (2 * step) - by_q1[r * nv + k]) < 1e-8);
       CHECK(std::fabs((c[r] - d[r]) / (2 * step) - by_q0[r * nv + k]) < 1e-8);

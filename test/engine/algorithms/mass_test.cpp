@@ -56,7 +56,8 @@ ksl::model heavy_tree(int bodies, std::mt19937 &random, bool physics) {
     r.links.push_back(robots::link(("link" + number).c_str(), robots::solid(1, vector(), 1, 1.2, 0.9)));
     ksl::vec3<double> axis = vector();
     ksl::algebra<double>::vec3_normalize(&axis);
-    r.joints.push_back(robots::joint(("joint" + number).c_str(), ksl::joint_kinds[below(static_cast<int>(std::size(ksl::joint_kinds)))],
+    r.joints.push_back(robots::joint(("joint" + number).c_str(),
+                                     ksl::joint_kinds[below(static_cast<int>(std::size(ksl::joint_kinds)))],
                                      below(3) ? i - 1 : below(i), i, vector(), axis));
     r.joints.back().pitch = 0.3;
     r.joints.back().axis2 = vector();
@@ -97,13 +98,16 @@ struct mechanism {
   }
 
   template <class T> numbers<T> M(const numbers<T> &at) const {
-    return run<ksl::mass_matrix_workspace, T>(n * n, [&](auto model, auto &w, T *out) { ksl::mass_matrix<T>(model, w, at.data(), out); });
+    return run<ksl::mass_matrix_workspace, T>(
+        n * n, [&](auto model, auto &w, T *out) { ksl::mass_matrix<T>(model, w, at.data(), out); });
   }
   /// Efforts; any argument but q may be null for zeros.
-  numbers<double> efforts(const numbers<double> *rates, const numbers<double> *accelerations, const numbers<double> *pushes) const {
+  numbers<double> efforts(const numbers<double> *rates, const numbers<double> *accelerations,
+                          const numbers<double> *pushes) const {
     const numbers<double> zero(n, 0.0);
     return run<ksl::inverse_dynamics_workspace, double>(n, [&](auto model, auto &w, double *out) {
-      ksl::inverse_dynamics<double>(model, w, q.data(), (rates ? *rates : zero).data(), (accelerations ? *accelerations : zero).data(),
+      ksl::inverse_dynamics<double>(model, w, q.data(), (rates ? *rates : zero).data(),
+                                    (accelerations ? *accelerations : zero).data(),
                                     pushes ? external(*pushes) : ksl::external_wrenches<double>{}, out);
     });
   }
@@ -140,29 +144,37 @@ double condition(const numbers<double> &M, const numbers<double> &W, std::size_t
 }
 
 /// All calls with one scalar, one after the other.
-template <class T> numbers<T> everything(const mechanism &s, const numbers<T> &q, const numbers<T> &v, const numbers<T> &a,
-                                         const numbers<T> &tau, const numbers<T> &push) {
+template <class T> numbers<T> everything(const mechanism &s, const numbers<T> &q, const numbers<T> &v,
+                                         const numbers<T> &a, const numbers<T> &tau, const numbers<T> &push) {
   const std::size_t n = s.n, tree = static_cast<std::size_t>(s.m.tree_elements());
   const ksl::external_wrenches<T> external = s.external(push);
   numbers<T> all;
   const auto add = [&](const numbers<T> &x) { all.insert(all.end(), x.begin(), x.end()); };
-  add(s.run<ksl::mass_matrix_workspace, T>(tree, [&](auto m, auto &w, T *out) { ksl::mass_matrix_tree<T>(m, w, q.data(), out); }));
-  add(s.run<ksl::mass_matrix_factor_workspace, T>(tree, [&](auto m, auto &w, T *out) { ksl::mass_matrix_factor<T>(m, w, q.data(), out); }));
-  add(s.run<ksl::mass_matrix_inverse_workspace, T>(n * n, [&](auto m, auto &w, T *out) { ksl::mass_matrix_inverse<T>(m, w, q.data(), out); }));
-  add(s.run<ksl::solve_mass_matrix_workspace, T>(n, [&](auto m, auto &w, T *out) { ksl::solve_mass_matrix<T>(m, w, q.data(), tau.data(), out); }));
-  add(s.run<ksl::coriolis_matrix_workspace, T>(n * n, [&](auto m, auto &w, T *out) { ksl::coriolis_matrix<T>(m, w, q.data(), v.data(), out); }));
+  add(s.run<ksl::mass_matrix_workspace, T>(
+      tree, [&](auto m, auto &w, T *out) { ksl::mass_matrix_tree<T>(m, w, q.data(), out); }));
+  add(s.run<ksl::mass_matrix_factor_workspace, T>(
+      tree, [&](auto m, auto &w, T *out) { ksl::mass_matrix_factor<T>(m, w, q.data(), out); }));
+  add(s.run<ksl::mass_matrix_inverse_workspace, T>(
+      n * n, [&](auto m, auto &w, T *out) { ksl::mass_matrix_inverse<T>(m, w, q.data(), out); }));
+  add(s.run<ksl::solve_mass_matrix_workspace, T>(
+      n, [&](auto m, auto &w, T *out) { ksl::solve_mass_matrix<T>(m, w, q.data(), tau.data(), out); }));
+  add(s.run<ksl::coriolis_matrix_workspace, T>(
+      n * n, [&](auto m, auto &w, T *out) { ksl::coriolis_matrix<T>(m, w, q.data(), v.data(), out); }));
   add(s.run<ksl::forward_dynamics_by_mass_matrix_workspace, T>(n, [&](auto m, auto &w, T *out) {
     ksl::forward_dynamics_by_mass_matrix<T>(m, w, q.data(), v.data(), tau.data(), external, out);
   }));
   add(s.run<ksl::hybrid_dynamics_workspace, T>(2 * n, [&](auto m, auto &w, T *out) {
     ksl::hybrid_dynamics<T>(m, w, q.data(), v.data(), a.data(), tau.data(), 2, s.pushed.data(), external, out, out + n);
   }));
-  add(s.run<ksl::velocity_jump_workspace, T>(n, [&](auto m, auto &w, T *out) { ksl::velocity_jump<T>(m, w, q.data(), external, out); }));
+  add(s.run<ksl::velocity_jump_workspace, T>(
+      n, [&](auto m, auto &w, T *out) { ksl::velocity_jump<T>(m, w, q.data(), external, out); }));
   add(s.run<ksl::forward_dynamics_derivatives_workspace, T>(3 * n * n, [&](auto m, auto &w, T *out) {
-    ksl::forward_dynamics_derivatives<T>(m, w, q.data(), v.data(), tau.data(), external, out, out + n * n, out + 2 * n * n);
+    ksl::forward_dynamics_derivatives<T>(m, w, q.data(), v.data(), tau.data(), external, out, out + n * n,
+                                         out + 2 * n * n);
   }));
   numbers<T> upper(n * n, T(0));
-  ksl::mass_matrix_upper<T>(s.m.view(), *ksl::owned_workspace<ksl::mass_matrix_workspace<T>>(s.m.view()), q.data(), upper.data());
+  ksl::mass_matrix_upper<T>(s.m.view(), *ksl::owned_workspace<ksl::mass_matrix_workspace<T>>(s.m.view()), q.data(),
+                            upper.data());
   add(upper);
   return all;
 }
@@ -174,8 +186,10 @@ numbers<dual> moving(const ksl::model &m, const numbers<double> &q, const number
     step[i] = 0.0, step[i].derivative[0] = rate[i];
   for (int i = 1; i < m.view().bodies; ++i) {
     const ksl::body<double> &b = m.view().body[i];
-    ksl::with_joint(b.kind, [&]<class J>(J) { J::integrate(&from[static_cast<std::size_t>(b.q_index)], &step[static_cast<std::size_t>(b.v_index)],
-                                                           &out[static_cast<std::size_t>(b.q_index)]); });
+    ksl::with_joint(b.kind, [&]<class J>(J) {
+      J::integrate(&from[static_cast<std::size_t>(b.q_index)], &step[static_cast<std::size_t>(b.v_index)],
+                   &out[static_cast<std::size_t>(b.q_index)]);
+    });
   }
   return out;
 }
@@ -205,10 +219,13 @@ TEST_CASE("mass matrix: its forms agree, and M = Lᵀ D L") {
   for_trees(1, 60, [](const mechanism &s) {
     const std::size_t n = s.n, tree = static_cast<std::size_t>(s.m.tree_elements());
     const numbers<double> M = s.M(s.q);
-    const auto elements = s.run<ksl::mass_matrix_workspace, double>(tree, [&](auto m, auto &w, double *out) { ksl::mass_matrix_tree(m, w, s.q.data(), out); });
-    const auto LD = s.run<ksl::mass_matrix_factor_workspace, double>(tree, [&](auto m, auto &w, double *out) { ksl::mass_matrix_factor(m, w, s.q.data(), out); });
+    const auto elements = s.run<ksl::mass_matrix_workspace, double>(
+        tree, [&](auto m, auto &w, double *out) { ksl::mass_matrix_tree(m, w, s.q.data(), out); });
+    const auto LD = s.run<ksl::mass_matrix_factor_workspace, double>(
+        tree, [&](auto m, auto &w, double *out) { ksl::mass_matrix_factor(m, w, s.q.data(), out); });
     numbers<double> upper(n * n, -7.0), expected(upper), from_tree(n * n, 0.0), L = identity(n), Lt = L, D(n * n, 0.0);
-    ksl::mass_matrix_upper(s.m.view(), *ksl::owned_workspace<ksl::mass_matrix_workspace<double>>(s.m.view()), s.q.data(), upper.data());
+    ksl::mass_matrix_upper(s.m.view(), *ksl::owned_workspace<ksl::mass_matrix_workspace<double>>(s.m.view()),
+                           s.q.data(), upper.data());
     for (std::size_t i = 0; i < n; ++i)
       for (std::size_t k = i; k < n; ++k)
         expected[i * n + k] = M[i * n + k];
@@ -231,13 +248,17 @@ TEST_CASE("inverse of the mass matrix, and solutions by the articulated-body alg
   for_trees(2, 60, [](const mechanism &s) {
     const std::size_t n = s.n;
     const numbers<double> M = s.M(s.q);
-    const auto W = s.run<ksl::mass_matrix_inverse_workspace, double>(n * n, [&](auto m, auto &w, double *out) { ksl::mass_matrix_inverse(m, w, s.q.data(), out); });
-    const auto a = s.run<ksl::solve_mass_matrix_workspace, double>(n, [&](auto m, auto &w, double *out) { ksl::solve_mass_matrix(m, w, s.q.data(), s.tau.data(), out); });
-    const auto jump = s.run<ksl::velocity_jump_workspace, double>(n, [&](auto m, auto &w, double *out) { ksl::velocity_jump(m, w, s.q.data(), s.external(s.push), out); });
+    const auto W = s.run<ksl::mass_matrix_inverse_workspace, double>(
+        n * n, [&](auto m, auto &w, double *out) { ksl::mass_matrix_inverse(m, w, s.q.data(), out); });
+    const auto a = s.run<ksl::solve_mass_matrix_workspace, double>(
+        n, [&](auto m, auto &w, double *out) { ksl::solve_mass_matrix(m, w, s.q.data(), s.tau.data(), out); });
+    const auto jump = s.run<ksl::velocity_jump_workspace, double>(
+        n, [&](auto m, auto &w, double *out) { ksl::velocity_jump(m, w, s.q.data(), s.external(s.push), out); });
     const double small = 1e-15 * condition(M, W, n);
     check_close(product(M, W, n), identity(n), small);
     check_close(a, product(W, s.tau, n), small);
-    numbers<double> impulse = s.efforts(nullptr, nullptr, nullptr); // Jᵀ f: what external wrenches take from the efforts
+    numbers<double> impulse =
+        s.efforts(nullptr, nullptr, nullptr); // Jᵀ f: what external wrenches take from the efforts
     const numbers<double> rest = s.efforts(nullptr, nullptr, &s.push);
     for (std::size_t i = 0; i < n; ++i)
       impulse[i] -= rest[i];
@@ -248,7 +269,8 @@ TEST_CASE("inverse of the mass matrix, and solutions by the articulated-body alg
 TEST_CASE("Coriolis matrix: C v is the bias without gravity, dM/dt − 2 C is skew-symmetric") {
   for_trees(3, 60, [](const mechanism &s) {
     const std::size_t n = s.n;
-    const auto C = s.run<ksl::coriolis_matrix_workspace, double>(n * n, [&](auto m, auto &w, double *out) { ksl::coriolis_matrix(m, w, s.q.data(), s.v.data(), out); });
+    const auto C = s.run<ksl::coriolis_matrix_workspace, double>(
+        n * n, [&](auto m, auto &w, double *out) { ksl::coriolis_matrix(m, w, s.q.data(), s.v.data(), out); });
     numbers<double> bias = s.efforts(&s.v, nullptr, nullptr), sum(n * n);
     const numbers<double> gravity = s.efforts(nullptr, nullptr, nullptr);
     for (std::size_t i = 0; i < n; ++i)
@@ -262,89 +284,104 @@ TEST_CASE("Coriolis matrix: C v is the bias without gravity, dM/dt − 2 C is sk
 }
 
 TEST_CASE("forward and hybrid dynamics are the inverse of inverse dynamics") {
-  for_trees(4, 60, [](const mechanism &s) {
-    const std::size_t n = s.n;
-    const ksl::external_wrenches<double> external = s.external(s.push);
-    const auto W = s.run<ksl::mass_matrix_inverse_workspace, double>(n * n, [&](auto m, auto &w, double *out) { ksl::mass_matrix_inverse(m, w, s.q.data(), out); });
-    const double small = 1e-14 * condition(s.M(s.q), W, n);
-    const auto a = s.run<ksl::forward_dynamics_by_mass_matrix_workspace, double>(n, [&](auto m, auto &w, double *out) {
-      ksl::forward_dynamics_by_mass_matrix(m, w, s.q.data(), s.v.data(), s.tau.data(), external, out);
-    });
-    check_close(s.efforts(&s.v, &a, &s.push), s.tau, small);
-    const auto by_bodies = s.run<ksl::forward_dynamics_workspace, double>(n, [&](auto m, auto &w, double *out) {
-      ksl::forward_dynamics(m, w, s.q.data(), s.v.data(), s.tau.data(), external, out);
-    });
-    check_close(a, by_bodies, small);
-    for (int given = 0; given <= s.m.view().links; given += s.m.view().links / 2) { // none, every other one, all
-      numbers<int> links;
-      numbers<bool> known(n, false);
-      for (int l = s.m.view().links - 1; l >= 0 && given > 0; l -= given < s.m.view().links ? 2 : 1) {
-        links.push_back(l);
-        const ksl::body<double> &b = s.m.view().body[s.m.view().link[l].body];
-        for (int c = 0; c < b.nv; ++c)
-          known[static_cast<std::size_t>(b.v_index + c)] = true;
-        if (b.ends_universal) // both axes belong to the joint
-          known[static_cast<std::size_t>(b.v_index - 1)] = true;
-      }
-      const auto both = s.run<ksl::hybrid_dynamics_workspace, double>(2 * n, [&](auto m, auto &w, double *out) {
-        ksl::hybrid_dynamics(m, w, s.q.data(), s.v.data(), s.a.data(), s.tau.data(), static_cast<int>(links.size()), links.data(), external,
-                             out, out + n);
-      });
-      const numbers<double> all_a(both.begin(), both.begin() + static_cast<std::ptrdiff_t>(n)),
-          all_tau(both.begin() + static_cast<std::ptrdiff_t>(n), both.end());
-      for (std::size_t i = 0; i < n; ++i)
-        CHECK((known[i] ? all_a[i] == s.a[i] : all_tau[i] == s.tau[i]));
-      check_close(s.efforts(&s.v, &all_a, &s.push), all_tau, small);
-    }
-  }, joints_are::physical_in_turn);
+  for_trees(
+      4, 60,
+      [](const mechanism &s) {
+        const std::size_t n = s.n;
+        const ksl::external_wrenches<double> external = s.external(s.push);
+        const auto W = s.run<ksl::mass_matrix_inverse_workspace, double>(
+            n * n, [&](auto m, auto &w, double *out) { ksl::mass_matrix_inverse(m, w, s.q.data(), out); });
+        const double small = 1e-14 * condition(s.M(s.q), W, n);
+        const auto a =
+            s.run<ksl::forward_dynamics_by_mass_matrix_workspace, double>(n, [&](auto m, auto &w, double *out) {
+              ksl::forward_dynamics_by_mass_matrix(m, w, s.q.data(), s.v.data(), s.tau.data(), external, out);
+            });
+        check_close(s.efforts(&s.v, &a, &s.push), s.tau, small);
+        const auto by_bodies = s.run<ksl::forward_dynamics_workspace, double>(n, [&](auto m, auto &w, double *out) {
+          ksl::forward_dynamics(m, w, s.q.data(), s.v.data(), s.tau.data(), external, out);
+        });
+        check_close(a, by_bodies, small);
+        for (int given = 0; given <= s.m.view().links; given += s.m.view().links / 2) { // none, every other one, all
+          numbers<int> links;
+          numbers<bool> known(n, false);
+          for (int l = s.m.view().links - 1; l >= 0 && given > 0; l -= given < s.m.view().links ? 2 : 1) {
+            links.push_back(l);
+            const ksl::body<double> &b = s.m.view().body[s.m.view().link[l].body];
+            for (int c = 0; c < b.nv; ++c)
+              known[static_cast<std::size_t>(b.v_index + c)] = true;
+            if (b.ends_universal) // both axes belong to the joint
+              known[static_cast<std::size_t>(b.v_index - 1)] = true;
+          }
+          const auto both = s.run<ksl::hybrid_dynamics_workspace, double>(2 * n, [&](auto m, auto &w, double *out) {
+            ksl::hybrid_dynamics(m, w, s.q.data(), s.v.data(), s.a.data(), s.tau.data(), static_cast<int>(links.size()),
+                                 links.data(), external, out, out + n);
+          });
+          const numbers<double> all_a(both.begin(), both.begin() + static_cast<std::ptrdiff_t>(n)),
+              all_tau(both.begin() + static_cast<std::ptrdiff_t>(n), both.end());
+          for (std::size_t i = 0; i < n; ++i)
+            CHECK((known[i] ? all_a[i] == s.a[i] : all_tau[i] == s.tau[i]));
+          check_close(s.efforts(&s.v, &all_a, &s.push), all_tau, small);
+        }
+      },
+      joints_are::physical_in_turn);
 }
 
 TEST_CASE("derivatives of forward dynamics are those of dual numbers") {
-  for_trees(5, 30, [](const mechanism &s) {
-    const std::size_t n = s.n;
-    const auto D = s.run<ksl::forward_dynamics_derivatives_workspace, double>(3 * n * n, [&](auto m, auto &w, double *out) {
-      ksl::forward_dynamics_derivatives(m, w, s.q.data(), s.v.data(), s.tau.data(), s.external(s.push), out, out + n * n, out + 2 * n * n);
-    });
-    numbers<double> expected(3 * n * n);
-    for (std::size_t which = 0; which < 3; ++which)
-      for (std::size_t k = 0; k < n; ++k) {
-        numbers<double> unit(n, 0.0);
-        unit[k] = 1;
-        numbers<dual> q(s.q.begin(), s.q.end()), v(s.v.begin(), s.v.end()), tau(s.tau.begin(), s.tau.end()), push(s.push.begin(), s.push.end());
-        if (which == 0)
-          q = moving(s.m, s.q, unit);
-        else
-          (which == 1 ? v : tau)[k].derivative[0] = 1;
-        const numbers<double> column = derivatives(s.run<ksl::forward_dynamics_workspace, dual>(n, [&](auto m, auto &w, dual *out) {
-          ksl::forward_dynamics<dual>(m, w, q.data(), v.data(), tau.data(), s.external(push), out);
-        }));
-        for (std::size_t i = 0; i < n; ++i)
-          expected[(which * n + i) * n + k] = column[i];
-      }
-    const numbers<double> W(D.begin() + static_cast<std::ptrdiff_t>(2 * n * n), D.end());
-    check_close(D, expected, 1e-14 * condition(s.M(s.q), W, n));
-  }, joints_are::physical_in_turn);
+  for_trees(
+      5, 30,
+      [](const mechanism &s) {
+        const std::size_t n = s.n;
+        const auto D =
+            s.run<ksl::forward_dynamics_derivatives_workspace, double>(3 * n * n, [&](auto m, auto &w, double *out) {
+              ksl::forward_dynamics_derivatives(m, w, s.q.data(), s.v.data(), s.tau.data(), s.external(s.push), out,
+                                                out + n * n, out + 2 * n * n);
+            });
+        numbers<double> expected(3 * n * n);
+        for (std::size_t which = 0; which < 3; ++which)
+          for (std::size_t k = 0; k < n; ++k) {
+            numbers<double> unit(n, 0.0);
+            unit[k] = 1;
+            numbers<dual> q(s.q.begin(), s.q.end()), v(s.v.begin(), s.v.end()), tau(s.tau.begin(), s.tau.end()),
+                push(s.push.begin(), s.push.end());
+            if (which == 0)
+              q = moving(s.m, s.q, unit);
+            else
+              (which == 1 ? v : tau)[k].derivative[0] = 1;
+            const numbers<double> column =
+                derivatives(s.run<ksl::forward_dynamics_workspace, dual>(n, [&](auto m, auto &w, dual *out) {
+                  ksl::forward_dynamics<dual>(m, w, q.data(), v.data(), tau.data(), s.external(push), out);
+                }));
+            for (std::size_t i = 0; i < n; ++i)
+              expected[(which * n + i) * n + k] = column[i];
+          }
+        const numbers<double> W(D.begin() + static_cast<std::ptrdiff_t>(2 * n * n), D.end());
+        check_close(D, expected, 1e-14 * condition(s.M(s.q), W, n));
+      },
+      joints_are::physical_in_turn);
 }
 
 TEST_CASE("mass and forward groups: dual numbers have the values of plain ones") {
-  for_trees(6, 20, [](const mechanism &s) {
-    const numbers<double> plain = everything<double>(s, s.q, s.v, s.a, s.tau, s.push);
-    const auto in = [](const numbers<double> &x) { return numbers<dual>(x.begin(), x.end()); };
-    const numbers<dual> duals = everything<dual>(s, in(s.q), in(s.v), in(s.a), in(s.tau), in(s.push));
-    REQUIRE(plain.size() == duals.size());
-    for (std::size_t i = 0; i < plain.size(); ++i) {
-      CAPTURE(i);
-      CHECK(duals[i].value == plain[i]);
-    }
-  }, joints_are::physical_in_turn);
+  for_trees(
+      6, 20,
+      [](const mechanism &s) {
+        const numbers<double> plain = everything<double>(s, s.q, s.v, s.a, s.tau, s.push);
+        const auto in = [](const numbers<double> &x) { return numbers<dual>(x.begin(), x.end()); };
+        const numbers<dual> duals = everything<dual>(s, in(s.q), in(s.v), in(s.a), in(s.tau), in(s.push));
+        REQUIRE(plain.size() == duals.size());
+        for (std::size_t i = 0; i < plain.size(); ++i) {
+          CAPTURE(i);
+          CHECK(duals[i].value == plain[i]);
+        }
+      },
+      joints_are::physical_in_turn);
 }
 
 TEST_CASE("a joint that can move without moving any mass is found, and named") {
   ksl::robot_description r = robots::double_pendulum(1, 1, 1, 1);
   CHECK((ksl::model(r).massless_joint() == -1 && ksl::model(r).massless_joint_text().empty()));
   r.links.push_back(robots::link("tool"));
-  r.joints.push_back(robots::joint("wrist", ksl::joint_kind::revolute, static_cast<int>(r.links.size()) - 2, static_cast<int>(r.links.size()) - 1,
-                                   {0.1, 0, 0}, {1, 0, 0}));
+  r.joints.push_back(robots::joint("wrist", ksl::joint_kind::revolute, static_cast<int>(r.links.size()) - 2,
+                                   static_cast<int>(r.links.size()) - 1, {0.1, 0, 0}, {1, 0, 0}));
   const ksl::model m(r);
   REQUIRE(m.massless_joint() >= 0);
   CHECK(m.joints()[static_cast<std::size_t>(m.massless_joint())].name == "wrist");

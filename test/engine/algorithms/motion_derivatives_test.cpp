@@ -38,22 +38,26 @@ template <class N> using velocities_workspace = ksl::owned_workspace<ksl::frame_
 void check_velocities(const ksl::model &m, const state &s, int turn) {
   const frames_of f(m, turn);
   const std::size_t n = 6 * f.links.size(), size = n * s.v.size();
-  const auto twists = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &, const ksl::external_wrenches<T> &) {
+  const auto twists = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &,
+                          const ksl::external_wrenches<T> &) {
     numbers<T> out(n);
-    ksl::frame_velocities<T>(m.view(), *velocities_workspace<T>(m.view()), q.data(), v.data(), f.n(), f.links.data(), f.how, out.data());
+    ksl::frame_velocities<T>(m.view(), *velocities_workspace<T>(m.view()), q.data(), v.data(), f.n(), f.links.data(),
+                             f.how, out.data());
     return out;
   };
   numbers<double> D(3 * size, 0);
   const ksl::owned_workspace<ksl::frame_velocities_derivatives_workspace<double>> w(m.view());
   std::fill_n(D.begin(), 2 * size, NAN);
-  ksl::frame_velocities_derivatives(m.view(), *w, s.q.data(), s.v.data(), f.n(), f.links.data(), f.how, D.data(), &D[size]);
+  ksl::frame_velocities_derivatives(m.view(), *w, s.q.data(), s.v.data(), f.n(), f.links.data(), f.how, D.data(),
+                                    &D[size]);
   check_derivatives(function<decltype(twists)>{m, s, twists}, D, 1e-13);
 }
 
 void check_accelerations(const ksl::model &m, const state &s, int turn) {
   const frames_of f(m, turn);
   const std::size_t n = 6 * f.links.size(), size = n * s.v.size();
-  const auto found = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a, const ksl::external_wrenches<T> &) {
+  const auto found = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a,
+                         const ksl::external_wrenches<T> &) {
     numbers<T> out(n);
     const ksl::owned_workspace<ksl::frame_accelerations_workspace<T>> w(m.view());
     ksl::frame_accelerations<T>(m.view(), *w, q.data(), v.data(), a.data(), f.n(), f.links.data(), f.how, out.data());
@@ -61,14 +65,15 @@ void check_accelerations(const ksl::model &m, const state &s, int turn) {
   };
   numbers<double> D(3 * size, NAN);
   const ksl::owned_workspace<ksl::frame_accelerations_derivatives_workspace<double>> w(m.view());
-  ksl::frame_accelerations_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), f.n(), f.links.data(), f.how, D.data(), &D[size],
-                                       &D[2 * size]);
+  ksl::frame_accelerations_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), f.n(), f.links.data(), f.how,
+                                       D.data(), &D[size], &D[2 * size]);
   check_derivatives(function<decltype(found)>{m, s, found}, D, 1e-13);
 }
 
 void check_momentum(const ksl::model &m, const state &s) {
   const std::size_t size = 6 * s.v.size();
-  const auto momentum = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &, const ksl::external_wrenches<T> &) {
+  const auto momentum = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &,
+                            const ksl::external_wrenches<T> &) {
     numbers<T> out(6);
     const ksl::owned_workspace<ksl::centroidal_momentum_workspace<T>> w(m.view());
     ksl::centroidal_momentum<T>(m.view(), *w, q.data(), v.data(), order, out.data());
@@ -83,7 +88,8 @@ void check_momentum(const ksl::model &m, const state &s) {
 
 void check_momentum_rate(const ksl::model &m, const state &s) {
   const std::size_t size = 6 * s.v.size();
-  const auto rate = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a, const ksl::external_wrenches<T> &) {
+  const auto rate = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a,
+                        const ksl::external_wrenches<T> &) {
     numbers<T> out(6);
     const ksl::owned_workspace<ksl::centroidal_momentum_rate_workspace<T>> w(m.view());
     ksl::centroidal_momentum_rate<T>(m.view(), *w, q.data(), v.data(), a.data(), order, out.data());
@@ -91,12 +97,14 @@ void check_momentum_rate(const ksl::model &m, const state &s) {
   };
   numbers<double> D(3 * size, NAN);
   const ksl::owned_workspace<ksl::centroidal_momentum_rate_derivatives_workspace<double>> w(m.view());
-  ksl::centroidal_momentum_rate_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), order, D.data(), &D[size], &D[2 * size]);
+  ksl::centroidal_momentum_rate_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), order, D.data(), &D[size],
+                                            &D[2 * size]);
   check_derivatives(function<decltype(rate)>{m, s, rate}, D, 1e-13);
 }
 
 void check_energy(const ksl::model &m, const state &s) {
-  const auto energies = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &, const ksl::external_wrenches<T> &) {
+  const auto energies = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &,
+                            const ksl::external_wrenches<T> &) {
     numbers<T> out(2);
     const ksl::owned_workspace<ksl::energy_workspace<T>> w(m.view());
     ksl::energy<T>(m.view(), *w, q.data(), v.data(), &out[0], &out[1]);
@@ -133,10 +141,12 @@ void check_duals(const ksl::model &m, const state &s) {
     const ksl::owned_workspace<ksl::energy_derivatives_workspace<S>> energy(m.view());
     using T = S;
     ksl::frame_velocities_derivatives<T>(m.view(), *frames, p, r, f.n(), f.links.data(), f.how, x, x + n);
-    ksl::frame_accelerations_derivatives<T>(m.view(), *frames, p, r, t, f.n(), f.links.data(), f.how, x + 2 * n, x + 3 * n, x + 4 * n);
+    ksl::frame_accelerations_derivatives<T>(m.view(), *frames, p, r, t, f.n(), f.links.data(), f.how, x + 2 * n,
+                                            x + 3 * n, x + 4 * n);
     x += 5 * n;
     ksl::centroidal_momentum_derivatives<T>(m.view(), *momentum, p, r, order, x, x + one);
-    ksl::centroidal_momentum_rate_derivatives<T>(m.view(), *rate, p, r, t, order, x + 2 * one, x + 3 * one, x + 4 * one);
+    ksl::centroidal_momentum_rate_derivatives<T>(m.view(), *rate, p, r, t, order, x + 2 * one, x + 3 * one,
+                                                 x + 4 * one);
     x += 5 * one;
     ksl::energy_derivatives<T>(m.view(), *energy, p, r, x, x + nv, x + 2 * nv);
   };

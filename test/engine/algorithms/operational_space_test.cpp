@@ -21,11 +21,13 @@ template <class T> struct dynamics {
   T rank;
 };
 
-template <class T> dynamics<T> dynamics_of(const ksl::model &m, const numbers<T> &q, const numbers<T> &v, const int link) {
+template <class T> dynamics<T> dynamics_of(const ksl::model &m, const numbers<T> &q, const numbers<T> &v,
+                                           const int link) {
   const ksl::frame_options how = {.axes = ksl::expressed_in::world};
   const ksl::owned_workspace<ksl::operational_space_workspace<T>> w(m.view());
   const ksl::owned_workspace<ksl::jacobian_workspace<T>> w_jacobian(m.view());
-  dynamics<T> d = {numbers<T>(36), numbers<T>(36), numbers<T>(6), numbers<T>(6 * v.size()), numbers<T>(6 * v.size()), T(0)};
+  dynamics<T> d = {numbers<T>(36),           numbers<T>(36),           numbers<T>(6),
+                   numbers<T>(6 * v.size()), numbers<T>(6 * v.size()), T(0)};
   ksl::operational_space_inertia_inverse<T>(m.view(), w->propagation, q.data(), 1, &link, how, d.inverse.data());
   ksl::operational_space_inertia<T>(m.view(), w->propagation, q.data(), 1, &link, how, d.inertia.data(), &d.rank);
   ksl::operational_space<T>(m.view(), *w, q.data(), v.data(), 1, &link, how, {}, d.inertia.data(), d.bias.data(),
@@ -78,7 +80,8 @@ TEST_CASE("operational space: more frames than the workspace has room for are re
   const std::vector<int> links(m.links().size() + 1, 3);
   const std::size_t rows = 6 * links.size();
   numbers<double> inverse(rows * rows);
-  CHECK_THROWS_WITH(ksl::operational_space_inertia_inverse(m, d, q.data(), static_cast<int>(links.size()), links.data(), {}, inverse.data()),
+  CHECK_THROWS_WITH(ksl::operational_space_inertia_inverse(m, d, q.data(), static_cast<int>(links.size()), links.data(),
+                                                           {}, inverse.data()),
                     "operational_space_inertia_inverse: more links than the model has");
 }
 
@@ -90,7 +93,8 @@ TEST_CASE("a semidefinite matrix is inverted where it is regular, whatever the s
       numbers<double> B(size * inner), A(size * size), memory(4 * size);
       for (std::size_t i = 0; i < size; ++i)
         for (std::size_t k = 0; k < inner; ++k)
-          B[i * inner + k] = std::pow(10.0, static_cast<double>(i % 3)) * (std::sin(1.0 + static_cast<double>(i * i + 3 * k + i * k)) + (i % inner == k));
+          B[i * inner + k] = std::pow(10.0, static_cast<double>(i % 3)) *
+                             (std::sin(1.0 + static_cast<double>(i * i + 3 * k + i * k)) + (i % inner == k));
       if (rank > 0)
         A = matrices::product(B, matrices::transposed(B, size), inner);
       if (rank > 0 && rank < m && m > 2) // what rounding leaves of a row that is zero

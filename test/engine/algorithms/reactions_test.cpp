@@ -30,7 +30,8 @@ std::vector<int> links_of(const ksl::model &m, int joints) {
 /// Both ways, for one request.
 void check(const ksl::model &m, ksl::reaction_request request, const std::vector<int> &links) {
   std::mt19937_64 random(11);
-  const std::vector<double> q = random_numbers(random, m.nq()), v = random_numbers(random, m.nv()), a = random_numbers(random, m.nv());
+  const std::vector<double> q = random_numbers(random, m.nq()), v = random_numbers(random, m.nv()),
+                            a = random_numbers(random, m.nv());
   std::vector<double> tau(static_cast<std::size_t>(m.nv())), at_once(tau);
   std::vector<double> after(6 * links.size()), found(after);
   request.n = static_cast<int>(links.size());
@@ -53,11 +54,14 @@ TEST_CASE("reactions at once: moving joints, all joints, any order, parts, sides
       const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/" + name + ".urdf", options);
       CAPTURE(name);
       CAPTURE(floating);
-      const std::vector<int> moving = links_of(m, m.moving_joints()), all = links_of(m, static_cast<int>(m.joints().size()));
+      const std::vector<int> moving = links_of(m, m.moving_joints()),
+                             all = links_of(m, static_cast<int>(m.joints().size()));
       std::vector<int> backwards(moving.rbegin(), moving.rend()), twice = moving;
       twice.insert(twice.end(), moving.begin(), moving.end());
-      for (const std::vector<int> &links : {moving, all, backwards, twice, std::vector<int>(1, moving[2]), std::vector<int>()})
-        for (const ksl::wrench_part part : {ksl::wrench_part::total, ksl::wrench_part::constraint, ksl::wrench_part::actuation})
+      for (const std::vector<int> &links :
+           {moving, all, backwards, twice, std::vector<int>(1, moving[2]), std::vector<int>()})
+        for (const ksl::wrench_part part :
+             {ksl::wrench_part::total, ksl::wrench_part::constraint, ksl::wrench_part::actuation})
           for (const bool angular_first : {false, true}) {
             ksl::reaction_request request;
             request.part = part;

@@ -33,7 +33,8 @@ template <class T> void move(const ksl::model &m, numbers<T> &q, int k, const T 
   for (int i = 1; i < m.view().bodies; ++i) {
     const ksl::body<double> &b = m.view().body[i];
     numbers<T> moved(8);
-    ksl::with_joint(b.kind, [&]<class J>(J) { J::integrate(q.data() + b.q_index, x.data() + b.v_index, moved.data()); });
+    ksl::with_joint(b.kind,
+                    [&]<class J>(J) { J::integrate(q.data() + b.q_index, x.data() + b.v_index, moved.data()); });
     std::copy_n(moved.begin(), ksl::row_of(b.kind).nq, q.begin() + b.q_index);
   }
 }
@@ -55,7 +56,8 @@ template <class Compute> struct function {
         x[variable][static_cast<std::size_t>(coordinate)] = x[variable][static_cast<std::size_t>(coordinate)] + step;
     const numbers<twice> push(s.push.begin(), s.push.end());
     numbers<double> out;
-    for (const twice &y : compute(x[0], x[1], x[2], ksl::external_wrenches<twice>{s.external().n, s.pushed.data(), push.data(), s.axes}))
+    for (const twice &y :
+         compute(x[0], x[1], x[2], ksl::external_wrenches<twice>{s.external().n, s.pushed.data(), push.data(), s.axes}))
       out.push_back(y.derivative[0].derivative[0]);
     return out;
   }
@@ -81,7 +83,8 @@ template <class Compute> struct function {
 };
 
 /// The four results, one after the other.  third: a or tau.
-template <class T, class Compute> numbers<T> results(const state &s, const numbers<T> &q, const numbers<T> &third, Compute compute) {
+template <class T, class Compute> numbers<T> results(const state &s, const numbers<T> &q, const numbers<T> &third,
+                                                     Compute compute) {
   const numbers<T> v(s.v.begin(), s.v.end()), push(s.push.begin(), s.push.end());
   const std::size_t n = s.v.size() * s.v.size() * s.v.size();
   numbers<T> D(4 * n, T(NAN));
@@ -90,18 +93,21 @@ template <class T, class Compute> numbers<T> results(const state &s, const numbe
   return D;
 }
 
-template <class T> numbers<T> of_efforts(const ksl::model &m, const state &s, const numbers<T> &q, const numbers<T> &a) {
+template <class T> numbers<T> of_efforts(const ksl::model &m, const state &s, const numbers<T> &q,
+                                         const numbers<T> &a) {
   const ksl::owned_workspace<ksl::inverse_dynamics_second_derivatives_workspace<T>> w(m.view());
   return results(s, q, a, [&](auto... x) { ksl::inverse_dynamics_second_derivatives<T>(m.view(), *w, x...); });
 }
 
-template <class T> numbers<T> of_accelerations(const ksl::model &m, const state &s, const numbers<T> &q, const numbers<T> &tau) {
+template <class T> numbers<T> of_accelerations(const ksl::model &m, const state &s, const numbers<T> &q,
+                                               const numbers<T> &tau) {
   const ksl::owned_workspace<ksl::forward_dynamics_second_derivatives_workspace<T>> w(m.view());
   return results(s, q, tau, [&](auto... x) { ksl::forward_dynamics_second_derivatives<T>(m.view(), *w, x...); });
 }
 
 void check_inverse_dynamics(const ksl::model &m, const state &s) {
-  const auto tau = [&](const numbers<twice> &q, const numbers<twice> &v, const numbers<twice> &a, const ksl::external_wrenches<twice> &external) {
+  const auto tau = [&](const numbers<twice> &q, const numbers<twice> &v, const numbers<twice> &a,
+                       const ksl::external_wrenches<twice> &external) {
     numbers<twice> out(v.size());
     const ksl::owned_workspace<ksl::inverse_dynamics_workspace<twice>> w(m.view());
     ksl::inverse_dynamics<twice>(m.view(), *w, q.data(), v.data(), a.data(), external, out.data());
@@ -118,7 +124,8 @@ void check_inverse_dynamics(const ksl::model &m, const state &s) {
 
 /// s.a holds the efforts.
 void check_forward_dynamics(const ksl::model &m, const state &s) {
-  const auto a = [&](const numbers<twice> &q, const numbers<twice> &v, const numbers<twice> &tau, const ksl::external_wrenches<twice> &external) {
+  const auto a = [&](const numbers<twice> &q, const numbers<twice> &v, const numbers<twice> &tau,
+                     const ksl::external_wrenches<twice> &external) {
     numbers<twice> out(v.size());
     const ksl::owned_workspace<ksl::forward_dynamics_workspace<twice>> w(m.view());
     ksl::forward_dynamics<twice>(m.view(), *w, q.data(), v.data(), tau.data(), external, out.data());
@@ -134,7 +141,8 @@ void check_forward_dynamics(const ksl::model &m, const state &s) {
 }
 
 /// Third derivatives commute: that of the first result by a_j or tau_j is that of the last by a coordinate of q.
-template <class Compute> void check_third_derivatives(const ksl::model &m, const state &s, bool j_is_last, double tolerance, Compute compute) {
+template <class Compute> void check_third_derivatives(const ksl::model &m, const state &s, bool j_is_last,
+                                                      double tolerance, Compute compute) {
   using T = ksl::dual<1>;
   const std::size_t nv = s.v.size(), n = nv * nv * nv, j = nv / 2, l = nv - 1;
   const numbers<double> values = compute(s.q, s.a);
@@ -162,7 +170,8 @@ TEST_CASE("second derivatives on dual numbers") {
   const ksl::model m = ksl::load(KSL_EVERY_KIND);
   const state s = random_state(m, random);
   check_third_derivatives(m, s, false, 1e-12, [&](const auto &q, const auto &a) { return of_efforts(m, s, q, a); });
-  check_third_derivatives(m, s, true, 1e-9, [&](const auto &q, const auto &tau) { return of_accelerations(m, s, q, tau); });
+  check_third_derivatives(m, s, true, 1e-9,
+                          [&](const auto &q, const auto &tau) { return of_accelerations(m, s, q, tau); });
 }
 
 TEST_CASE("second derivatives of forward dynamics: every kind of joint") {

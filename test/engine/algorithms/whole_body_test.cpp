@@ -31,9 +31,7 @@ ksl::model robot(bool with_gravity = true) {
 }
 
 /// A motion at one time: positions, velocities and accelerations, each with its derivative by time.
-template <class T> struct motion {
-  numbers<T> q, v, a;
-};
+template <class T> struct motion { numbers<T> q, v, a; };
 
 numbers<double> random_numbers(int n, std::mt19937 &random) {
   std::normal_distribution<double> normal;
@@ -97,12 +95,14 @@ template <class T> numbers<T> acceleration(const ksl::model &m, const motion<T> 
   });
 }
 template <class T> numbers<T> momentum(const ksl::model &m, const motion<T> &s) {
-  return results<ksl::centroidal_momentum_workspace<T>, T>(
-      m, 6, [&](const auto &w, T *out) { ksl::centroidal_momentum<T>(m.view(), w, s.q.data(), s.v.data(), order, out); });
+  return results<ksl::centroidal_momentum_workspace<T>, T>(m, 6, [&](const auto &w, T *out) {
+    ksl::centroidal_momentum<T>(m.view(), w, s.q.data(), s.v.data(), order, out);
+  });
 }
 template <class T> numbers<T> momentum_matrix(const ksl::model &m, const motion<T> &s) {
-  return results<ksl::centroidal_momentum_matrix_workspace<T>, T>(
-      m, 6 * s.v.size(), [&](const auto &w, T *out) { ksl::centroidal_momentum_matrix<T>(m.view(), w, s.q.data(), order, out); });
+  return results<ksl::centroidal_momentum_matrix_workspace<T>, T>(m, 6 * s.v.size(), [&](const auto &w, T *out) {
+    ksl::centroidal_momentum_matrix<T>(m.view(), w, s.q.data(), order, out);
+  });
 }
 template <class T> numbers<T> momentum_rate(const ksl::model &m, const motion<T> &s) {
   return results<ksl::centroidal_momentum_rate_workspace<T>, T>(m, 6, [&](const auto &w, T *out) {
@@ -114,15 +114,17 @@ template <class T> numbers<T> momentum_rate(const ksl::model &m, const motion<T>
 template <class T> numbers<T> effort_regressor(const ksl::model &m, const motion<T> &s) {
   const numbers<int> links = all_links(m);
   const int n = static_cast<int>(links.size());
-  return results<ksl::inverse_dynamics_regressor_workspace<T>, T>(m, 10 * links.size() * s.v.size(), [&](const auto &w, T *out) {
-    ksl::inverse_dynamics_regressor<T>(m.view(), w, s.q.data(), s.v.data(), s.a.data(), n, links.data(), out);
-  });
+  return results<ksl::inverse_dynamics_regressor_workspace<T>, T>(
+      m, 10 * links.size() * s.v.size(), [&](const auto &w, T *out) {
+        ksl::inverse_dynamics_regressor<T>(m.view(), w, s.q.data(), s.v.data(), s.a.data(), n, links.data(), out);
+      });
 }
 template <class T> numbers<T> energy_regressors(const ksl::model &m, const motion<T> &s) {
   const numbers<int> links = all_links(m);
   const std::size_t n = 10 * links.size();
   numbers<T> both = results<ksl::energy_regressor_workspace<T>, T>(m, 2 * n, [&](const auto &w, T *out) {
-    ksl::energy_regressor<T>(m.view(), w, s.q.data(), s.v.data(), static_cast<int>(links.size()), links.data(), out, out + n);
+    ksl::energy_regressor<T>(m.view(), w, s.q.data(), s.v.data(), static_cast<int>(links.size()), links.data(), out,
+                             out + n);
   });
   for (std::size_t k = 0; k < n; ++k)
     both[k] = both[k] + both[n + k];
@@ -132,7 +134,8 @@ template <class T> numbers<T> energy_regressors(const ksl::model &m, const motio
 template <class T> numbers<T> momenta(const ksl::model &m, const motion<T> &s) {
   const numbers<int> links = all_links(m);
   return results<ksl::momentum_regressor_workspace<T>, T>(m, 60 * links.size(), [&](const auto &w, T *out) {
-    ksl::momentum_regressor<T>(m.view(), w, s.q.data(), s.v.data(), static_cast<int>(links.size()), links.data(), order, out);
+    ksl::momentum_regressor<T>(m.view(), w, s.q.data(), s.v.data(), static_cast<int>(links.size()), links.data(), order,
+                               out);
   });
 }
 /// The wrench through the joint that carries the root, and with it all links; about the world's origin, in its axes.

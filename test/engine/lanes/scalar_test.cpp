@@ -13,8 +13,8 @@
 namespace {
 
 /// Efforts, reactions of all links' joints in world axes, and energies.
-template <class T> std::vector<T> everything(const ksl::model_view<T> &m, const std::vector<double> &q, const std::vector<double> &v,
-                                             const std::vector<double> &a) {
+template <class T> std::vector<T> everything(const ksl::model_view<T> &m, const std::vector<double> &q,
+                                             const std::vector<double> &v, const std::vector<double> &a) {
   const ksl::owned_workspace<ksl::reactions_workspace<T>> w(m);
   const ksl::owned_workspace<ksl::energy_workspace<T>> for_energy(m);
   const std::vector<T> qt(q.begin(), q.end()), vt(v.begin(), v.end()), at(a.begin(), a.end());

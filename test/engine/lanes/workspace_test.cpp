@@ -78,9 +78,12 @@ TEST_CASE("arrays follow each other, aligned, within the memory that was measure
   ksl::arena pieces(d.memory());
   const auto w = pieces.take_workspace<ksl::reactions_workspace<double>>(m.view());
   CHECK(pieces.used() == bytes);
-  const auto offset = [&](const void *p) { return static_cast<const char *>(p) - static_cast<const char *>(d.memory()); };
-  const std::ptrdiff_t at[] = {offset(w.dynamics.pose.sine), offset(w.dynamics.pose.cosine), offset(w.dynamics.motion.data()),
-                               offset(w.dynamics.wrench.data()), offset(&w.in_world[0]), offset(&w.link_wrench[0])};
+  const auto offset = [&](const void *p) {
+    return static_cast<const char *>(p) - static_cast<const char *>(d.memory());
+  };
+  const std::ptrdiff_t at[] = {offset(w.dynamics.pose.sine),     offset(w.dynamics.pose.cosine),
+                               offset(w.dynamics.motion.data()), offset(w.dynamics.wrench.data()),
+                               offset(&w.in_world[0]),           offset(&w.link_wrench[0])};
   for (std::size_t i = 0; i < std::size(at); ++i) {
     CHECK(at[i] % 64 == 0);
     CHECK(at[i] < static_cast<std::ptrdiff_t>(bytes));

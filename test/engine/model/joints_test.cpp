@@ -137,7 +137,8 @@ TEST_CASE("general_joint computes what the struct of each of its kinds computes,
     ksl::body<double> b{};
     b.kind = kind, b.nv = J::nv, b.pitch = pitch;
     for (int round = 0; round < 10; ++round) {
-      const std::vector<double> v = normal_numbers(random, J::nv), dv = normal_numbers(random, J::nv), x = normal_numbers(random, 40);
+      const std::vector<double> v = normal_numbers(random, J::nv), dv = normal_numbers(random, J::nv),
+                                x = normal_numbers(random, 40);
       const ksl::coscrew<double> f = {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
       const ksl::vec3<double> r = {x[6], x[7], x[8]};
       const ksl::mat3x3<double> R = {x[9], x[10], x[11], x[12], x[13], x[14], x[15], x[16], x[17]};
@@ -254,8 +255,8 @@ TEST_CASE("positions after a tenth of a second") {
         {-0.823371183009773, 0.36843282598488375});
   check(ksl::joint<ksl::joint_kind::universal>(), {0.7613960547684804, -1.3227561578725324}, {0.731, 1.749},
         {0.8344960547684803, -1.1478561578725324});
-  check(ksl::joint<ksl::joint_kind::planar>(), {0.4032409817018343, -0.470796889030335, 1.5780047475042736}, {0.777, -0.683, 0.1},
-        {0.4705870405252575, -0.39226919215581835, 1.5880047475042736});
+  check(ksl::joint<ksl::joint_kind::planar>(), {0.4032409817018343, -0.470796889030335, 1.5780047475042736},
+        {0.777, -0.683, 0.1}, {0.4705870405252575, -0.39226919215581835, 1.5880047475042736});
   check(ksl::joint<ksl::joint_kind::translation>(), {-0.20820135776744497, 0.27021613149481327, -0.18668628296713008},
         {3.32, 0.559, -0.418}, {0.12379864223255502, 0.3261161314948133, -0.22848628296713008});
   check(ksl::joint<ksl::joint_kind::spherical>(),
@@ -278,8 +279,8 @@ TEST_CASE("where a helical joint on a revolute one carries its link") {
                             {0.7321866876650546, 0.48842847443429716, 0.47470019988184237}),
               robots::joint("j01", ksl::joint_kind::helical, 1, 2, {-0.0064, -0.2168, -0.3255},
                             {-0.7088489926073881, -0.5780664594032374, -0.40419336238055187})};
-  r.joints[0].placement.R = {-0.5852454887743694, 0.7239361215526596, 0.3652454103483601,
-                             0.40782556470191,    0.6521239511214205, -0.6390717183144277,
+  r.joints[0].placement.R = {-0.5852454887743694, 0.7239361215526596,  0.3652454103483601,
+                             0.40782556470191,    0.6521239511214205,  -0.6390717183144277,
                              -0.7008323812758778, -0.2250574244167027, -0.6768922580958527};
   r.joints[1].placement.R = {0.51490753885955,     -0.7380179901819989, -0.4361188743832626,
                              0.8556855464485834,   0.4118065334132974,  0.31339691229671,
@@ -289,9 +290,9 @@ TEST_CASE("where a helical joint on a revolute one carries its link") {
   ksl::data d(m);
   const double q[2] = {-1.0017744261111723, 1.2812554481053793};
   const ksl::SE3<double> D = ksl::frame_pose(m, d, q, m.find_link("b01"));
-  const double expected[12] = {-0.473366920113245,   -0.7625218605789216, -0.4410035953161384, -0.7883217045692268,
-                               0.14333767430104902,  0.5983336871938894,  -0.39303008669511474, 0.6308840806877489,
-                               -0.6689638463229568,  -0.3133171854827434, 0.063595934264609,    0.5639721561439568};
+  const double expected[12] = {-0.473366920113245,  -0.7625218605789216, -0.4410035953161384,  -0.7883217045692268,
+                               0.14333767430104902, 0.5983336871938894,  -0.39303008669511474, 0.6308840806877489,
+                               -0.6689638463229568, -0.3133171854827434, 0.063595934264609,    0.5639721561439568};
   CHECK(largest_difference(&D.R.m00, expected, 12) < 1e-15);
 }
 

@@ -62,7 +62,7 @@ template <class S> struct batch_view {
   std::size_t n = 0;
   rows_view<const S> q = {}, v = {}, a = {}, tau = {}, q1 = {}, fraction = {};
   int external_n = 0;
-  const external_rows<S> *external = nullptr; ///< (external_n)
+  const external_rows<S> *external = nullptr;       ///< (external_n)
   expressed_in external_axes = expressed_in::frame; ///< of all of them
   link_list links = {};
   frame_options frame = {};

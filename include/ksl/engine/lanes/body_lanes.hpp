@@ -24,7 +24,8 @@ template <class V, class T> inline constexpr int numbers_in = static_cast<int>(s
 
 /// Where the numbers of body i begin in an array over bodies with n numbers each; they are lane_block<T> apart.
 template <int n, class T> KSL_LANES T *numbers_of(T *array, int i) {
-  const unsigned body = static_cast<unsigned>(i), g = static_cast<unsigned>(lane_block<T>); // unsigned division costs less
+  const unsigned body = static_cast<unsigned>(i),
+                 g = static_cast<unsigned>(lane_block<T>); // unsigned division costs less
   return array + (body / g * (n * g) + body % g);
 }
 
@@ -38,7 +39,9 @@ namespace body_lanes {
 template <class T> KSL_LANES void read(const T *from, T &to) { to = *from; }
 template <class T, int W> KSL_LANES void read(const T *from, pack<T, W> &to) { __builtin_memcpy(&to, from, sizeof to); }
 template <class T> KSL_LANES void write(const T &from, T *to) { *to = from; }
-template <class T, int W> KSL_LANES void write(const pack<T, W> &from, T *to) { __builtin_memcpy(to, &from, sizeof from); }
+template <class T, int W> KSL_LANES void write(const pack<T, W> &from, T *to) {
+  __builtin_memcpy(to, &from, sizeof from);
+}
 
 /// Always unrolled: a struct filled in a loop would be kept in memory instead of registers.
 template <int n, class T, class P> KSL_LANES void read_all(const T *from, P *to) {
@@ -64,7 +67,8 @@ template <class T> KSL_LANES void clear_numbers(T *to, std::ptrdiff_t n) {
     return store_first<T>(zero, to, static_cast<int>(n));
   T *const end = to + n;
   body_lanes::write(zero, to);
-  for (to += lanes - reinterpret_cast<std::intptr_t>(to) % size / static_cast<std::ptrdiff_t>(sizeof(T)); to + lanes <= end; to += lanes)
+  for (to += lanes - reinterpret_cast<std::intptr_t>(to) % size / static_cast<std::ptrdiff_t>(sizeof(T));
+       to + lanes <= end; to += lanes)
     body_lanes::write(zero, to);
   body_lanes::write(zero, end - lanes);
 }

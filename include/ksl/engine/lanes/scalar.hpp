@@ -57,9 +57,8 @@ concept has_functions = requires(const T &a, const T &b) {
 /// math<T>::sine_cosine(angle, sine, cosine).  KSL's own kernel is for plain numbers and packs only: it rounds to integers by
 /// adding and subtracting a large number, which fails for scalars that differentiate or record operations.
 template <class T>
-concept has_sine_cosine = is_number<T> || is_pack<T> || requires(const T &angle, T &sine, T &cosine) {
-  math<T>::sine_cosine(angle, sine, cosine);
-};
+concept has_sine_cosine = is_number<T> || is_pack<T> ||
+                          requires(const T &angle, T &sine, T &cosine) { math<T>::sine_cosine(angle, sine, cosine); };
 
 /// A type that every algorithm of the engine accepts.  Structs of scalars are read and written as arrays of scalars, so a scalar
 /// must be default constructible and copyable, and must have no alignment beyond that of its members.

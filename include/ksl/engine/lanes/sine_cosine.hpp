@@ -22,21 +22,25 @@ inline namespace KSL_ISA {
 template <class S> struct trigonometry;
 
 template <> struct trigonometry<double> {
-  static constexpr double fast_range = 262144.0; ///< 2¹⁸: beyond it, three parts of π/2 may not be accurate enough for a small hi
+  static constexpr double fast_range =
+      262144.0; ///< 2¹⁸: beyond it, three parts of π/2 may not be accurate enough for a small hi
   static constexpr double two_over_pi = 6.36619772367581382433e-01;
-  static constexpr double half_pi[3] = {1.57079632673412561417e+00, 6.07710050630396597660e-11, 2.02226624879595063154e-21};
+  static constexpr double half_pi[3] = {1.57079632673412561417e+00, 6.07710050630396597660e-11,
+                                        2.02226624879595063154e-21};
   static constexpr double round = 6755399441055744.0; ///< 1.5 × 2⁵²: adding and subtracting it rounds to an integer
-  static constexpr double sine[6] = {-1.66666666666666324348e-01, 8.33333333332248946124e-03,  -1.98412698298579493134e-04,
-                                     2.75573137070700676789e-06,  -2.50507602534068634195e-08, 1.58969099521155010221e-10};
-  static constexpr double cosine[6] = {4.16666666666666019037e-02,  -1.38888888888741095749e-03, 2.48015872894767294178e-05,
-                                       -2.75573143513906633035e-07, 2.08757232129817482790e-09,  -1.13596475577881948265e-11};
+  static constexpr double sine[6] = {-1.66666666666666324348e-01, 8.33333333332248946124e-03,
+                                     -1.98412698298579493134e-04, 2.75573137070700676789e-06,
+                                     -2.50507602534068634195e-08, 1.58969099521155010221e-10};
+  static constexpr double cosine[6] = {4.16666666666666019037e-02, -1.38888888888741095749e-03,
+                                       2.48015872894767294178e-05, -2.75573143513906633035e-07,
+                                       2.08757232129817482790e-09, -1.13596475577881948265e-11};
 };
 
 template <> struct trigonometry<float> {
   static constexpr float fast_range = 262144.0f;
   static constexpr float two_over_pi = 6.36619772367581382433e-01f;
   static constexpr float half_pi[3] = {0x1.921fb6p+0f, -0x1.777a5cp-25f, -0x1.ee59dap-50f}; ///< 24 bits each
-  static constexpr float round = 12582912.0f; ///< 1.5 × 2²³
+  static constexpr float round = 12582912.0f;                                               ///< 1.5 × 2²³
   static constexpr float sine[3] = {-1.6666654611e-1f, 8.3321608736e-3f, -1.9515295891e-4f};
   static constexpr float cosine[3] = {4.166664568298827e-2f, -1.388731625493765e-3f, 2.443315711809948e-5f};
 };
@@ -67,7 +71,8 @@ template <int W> KSL_LANES pack<float, W> difference(pack<float, W> x, pack<floa
     return _mm256_fnmadd_ps(k.lanes, pack<float, W>(p).lanes, x.lanes);
 #endif
   using wide = typename vector_of<double, W>::type;
-  const wide d = __builtin_convertvector(x.lanes, wide) - __builtin_convertvector(k.lanes, wide) * static_cast<double>(p);
+  const wide d =
+      __builtin_convertvector(x.lanes, wide) - __builtin_convertvector(k.lanes, wide) * static_cast<double>(p);
   return __builtin_convertvector(d, typename vector_of<float, W>::type);
 }
 
@@ -75,7 +80,8 @@ template <int W> KSL_LANES pack<float, W> difference(pack<float, W> x, pack<floa
 template <class T> KSL_LANES reduced_angle<T> reduce(T x, const float &) {
   using C = trigonometry<float>;
   const T round = T(C::round), c = T(C::two_over_pi);
-  const T near = (x * c + round) - round, left = difference(x, near, C::half_pi[0]); // large products round to a neighbour
+  const T near = (x * c + round) - round,
+          left = difference(x, near, C::half_pi[0]); // large products round to a neighbour
   const T more = (left * c + round) - round, k = near + more;
   const T a = difference(left, more, C::half_pi[0]), p = k * T(C::half_pi[1]), rest = difference(p, k, C::half_pi[1]);
   const T hi = a - p, b = hi - a; // Knuth (1969): the error of a sum
@@ -181,7 +187,8 @@ template <class T>
 void sine_cosine(const T &x, T &sine, T &cosine) {
   static_assert(has_sine_cosine<T>, "this scalar has no sine and cosine of its own: "
                                     "give it math<T>::sine_cosine(angle, sine, cosine) (docs/scalars.md)");
-  static_assert(scalar<T>, "this type is no scalar for KSL: ksl/engine/lanes/scalar.hpp lists what is asked (docs/scalars.md)");
+  static_assert(scalar<T>,
+                "this type is no scalar for KSL: ksl/engine/lanes/scalar.hpp lists what is asked (docs/scalars.md)");
   if constexpr (has_sine_cosine<T>)
     math<T>::sine_cosine(x, sine, cosine);
 }

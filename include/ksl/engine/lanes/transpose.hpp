@@ -68,7 +68,8 @@ template <class V> KSL_LANES V join(__m256d a, __m256d b, numbers<0, 1, 2, 3, 4,
   return _mm512_maskz_insertf64x4(0xff, _mm512_castpd256_pd512(a), b, 1);
 }
 template <class V> KSL_LANES V join(__m256 a, __m256 b, numbers<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15>) {
-  return _mm512_castpd_ps(_mm512_maskz_insertf64x4(0xff, _mm512_castps_pd(_mm512_castps256_ps512(a)), _mm256_castps_pd(b), 1));
+  return _mm512_castpd_ps(
+      _mm512_maskz_insertf64x4(0xff, _mm512_castps_pd(_mm512_castps256_ps512(a)), _mm256_castps_pd(b), 1));
 }
 #endif
 
@@ -258,13 +259,18 @@ KSL_LANES __m512d from_two(__m512d a, __m512i place, __m512d b) { return _mm512_
 KSL_LANES __m512 from_two(__m512 a, __m512i place, __m512 b) { return _mm512_permutex2var_ps(a, place, b); }
 KSL_LANES void stream(double *to, __m512d v) { _mm512_stream_pd(to, v); }
 KSL_LANES void stream(float *to, __m512 v) { _mm512_stream_ps(to, v); }
-KSL_LANES void store_some(double *to, unsigned which, __m512d v) { _mm512_mask_storeu_pd(to, static_cast<__mmask8>(which), v); }
-KSL_LANES void store_some(float *to, unsigned which, __m512 v) { _mm512_mask_storeu_ps(to, static_cast<__mmask16>(which), v); }
+KSL_LANES void store_some(double *to, unsigned which, __m512d v) {
+  _mm512_mask_storeu_pd(to, static_cast<__mmask8>(which), v);
+}
+KSL_LANES void store_some(float *to, unsigned which, __m512 v) {
+  _mm512_mask_storeu_ps(to, static_cast<__mmask16>(which), v);
+}
 KSL_LANES __m512i places_from(double, int first) {
   return _mm512_add_epi64(_mm512_set_epi64(7, 6, 5, 4, 3, 2, 1, 0), _mm512_set1_epi64(first));
 }
 KSL_LANES __m512i places_from(float, int first) {
-  return _mm512_add_epi32(_mm512_set_epi32(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0), _mm512_set1_epi32(first));
+  return _mm512_add_epi32(_mm512_set_epi32(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0),
+                          _mm512_set1_epi32(first));
 }
 
 } // namespace transposition
@@ -282,7 +288,8 @@ inline void stream_next(Next &next, std::ptrdiff_t columns, T *rows, std::ptrdif
   transpose_blocks<W>(last);
   for (int r = 0; r < W; ++r) {
     T *const row = rows + r * stride;
-    const int before = static_cast<int>(-(reinterpret_cast<std::uintptr_t>(row) / sizeof(T)) % W); // numbers before its first line
+    const int before =
+        static_cast<int>(-(reinterpret_cast<std::uintptr_t>(row) / sizeof(T)) % W); // numbers before its first line
     store_some(row, (1u << before) - 1, last[r].lanes);
     to[r] = row + before, at[r] = places_from(T(), before);
   }
@@ -311,7 +318,8 @@ inline constexpr std::size_t streamed_row = 1024, streamed_array = std::size_t(4
 
 /// As store_next.  `all` is the number of rows of the whole array, which decides whether they are written past the caches.
 template <class T, int W, class Next>
-inline void store_next_of(std::size_t all, Next &next, std::ptrdiff_t columns, int valid, T *rows, std::ptrdiff_t stride) {
+inline void store_next_of(std::size_t all, Next &next, std::ptrdiff_t columns, int valid, T *rows,
+                          std::ptrdiff_t stride) {
 #if defined(__AVX512F__)
   if constexpr (sizeof(T) * W == 64) {
     const std::size_t bytes = static_cast<std::size_t>(columns) * sizeof(T);

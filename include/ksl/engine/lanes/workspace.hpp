@@ -25,7 +25,9 @@ public:
     return reinterpret_cast<E *>(at);
   }
   /// Lays out arrays of n elements each.
-  template <class N, class... Arrays> KSL_LANES void lay_out(N n, Arrays &...arrays) { (arrays.lay_out(*this, n), ...); }
+  template <class N, class... Arrays> KSL_LANES void lay_out(N n, Arrays &...arrays) {
+    (arrays.lay_out(*this, n), ...);
+  }
   /// Lays out a workspace after the arrays taken so far.
   template <class Workspace, class Model> KSL_LANES Workspace take_workspace(const Model &model) {
     Workspace w;

@@ -20,10 +20,10 @@ template <class T> struct follower {
 
 /// All followers of a mechanism, and where the numbers of the other joints are.
 template <class T> struct coupling_view {
-  int followers;              ///< how many
+  int followers;                    ///< how many
   const ksl::follower<T> *follower; ///< (followers)
-  int nq, nv;                 ///< how many numbers a user gives
-  const int *in_q, *in_v;     ///< (nq), (nv) where each of them is in the expanded arrays
+  int nq, nv;                       ///< how many numbers a user gives
+  const int *in_q, *in_v;           ///< (nq), (nv) where each of them is in the expanded arrays
 };
 
 inline namespace KSL_ISA {
@@ -57,7 +57,8 @@ enum class along : unsigned char {
 
 /// Reduces one axis of an array x (outer, expanded length, inner) in place, to (outer, nq or nv, inner).
 template <class T>
-void reduce_axis(const coupling_view<scalar_of<T>> &c, along what, int expanded_length, std::ptrdiff_t outer, std::ptrdiff_t inner, T *x) {
+void reduce_axis(const coupling_view<scalar_of<T>> &c, along what, int expanded_length, std::ptrdiff_t outer,
+                 std::ptrdiff_t inner, T *x) {
   const int length = what == along::positions ? c.nq : c.nv;
   const int *const kept = what == along::positions ? c.in_q : c.in_v;
   T *out = x;

@@ -14,9 +14,7 @@
 namespace ksl {
 
 /// A position in a file; line 0 if it was not read from a file.
-struct file_position {
-  int line = 0;
-};
+struct file_position { int line = 0; };
 
 /// A rotation in the numbers that a file gives, from which its matrix was computed.
 struct given_rotation {
@@ -27,9 +25,9 @@ struct given_rotation {
 /// An inertia in the numbers that a file or a program gives, from which the one about the link's origin was computed.
 struct given_inertia {
   double mass = 0;
-  vec3<double> center_of_mass{};       ///< in the link's axes
-  given_rotation axes;                 ///< those of `moments`, seen from the link's
-  std::array<double, 6> moments{};     ///< Ixx Iyy Izz Ixy Iyz Izx about the centre of mass
+  vec3<double> center_of_mass{};   ///< in the link's axes
+  given_rotation axes;             ///< those of `moments`, seen from the link's
+  std::array<double, 6> moments{}; ///< Ixx Iyy Izz Ixy Iyz Izx about the centre of mass
 };
 
 struct link_description {
@@ -76,25 +74,27 @@ struct joint_description {
   std::string name;
   file_position at;
   joint_kind kind = joint_kind::fixed;
-  int parent = -1, child = -1;   ///< indices into robot_description::links
-  SE3<double> placement{};       ///< the joint's frame (the child link's at q = 0) in the parent link's frame
-  vec3<double> axis{0, 0, 0};    ///< unit vector in the joint's frame, for kinds that have one (joint_kind_row); zero: the usual
-                                 ///< one of the kind, which is x, but z for planar joints
-  vec3<double> axis2{0, 0, 0};   ///< likewise the second axis of universal joints, which must give it; fixed in the child
-  optional_number pitch;         ///< m/rad; for kinds that have one (joint_kind_row), which must give it
-  optional_number lower, upper;  ///< of its first number, rad or m
+  int parent = -1, child = -1; ///< indices into robot_description::links
+  SE3<double> placement{};     ///< the joint's frame (the child link's at q = 0) in the parent link's frame
+  vec3<double> axis{0, 0,
+                    0}; ///< unit vector in the joint's frame, for kinds that have one (joint_kind_row); zero: the usual
+                        ///< one of the kind, which is x, but z for planar joints
+  vec3<double> axis2{0, 0, 0}; ///< likewise the second axis of universal joints, which must give it; fixed in the child
+  optional_number pitch;       ///< m/rad; for kinds that have one (joint_kind_row), which must give it
+  optional_number lower, upper;             ///< of its first number, rad or m
   std::array<coordinate_limits, 2> further; ///< of its second and third, for kinds with several (numbers_with_limits)
-  optional_number effort;        ///< N m or N
-  optional_number velocity;      ///< rad/s or m/s
-  double damping = 0;            ///< of each coordinate, N m s/rad or N s/m
-  double friction = 0;           ///< dry friction of each coordinate, N m or N
-  optional_number friction_width; ///< of its smooth law (joint_physics.hpp), rad/s or m/s; physics_options has one for all others
-  double armature = 0;           ///< inertia that each coordinate feels besides that of the links, kg m² or kg
-  double rotor_inertia = 0;      ///< of the motor's rotor about its own axis, kg m²
-  double gear_ratio = 1;         ///< turns of the rotor for each of the joint; rad/m where the joint slides
-  double spring_stiffness = 0;   ///< N m/rad or N/m; of joints with one coordinate
-  double spring_rest = 0;        ///< position where the spring is slack, rad or m
-  bool is_rotor = false;         ///< does it carry the rotor of the joint that it mimics (physics_options::rotor_bodies)
+  optional_number effort;                   ///< N m or N
+  optional_number velocity;                 ///< rad/s or m/s
+  double damping = 0;                       ///< of each coordinate, N m s/rad or N s/m
+  double friction = 0;                      ///< dry friction of each coordinate, N m or N
+  optional_number
+      friction_width;  ///< of its smooth law (joint_physics.hpp), rad/s or m/s; physics_options has one for all others
+  double armature = 0; ///< inertia that each coordinate feels besides that of the links, kg m² or kg
+  double rotor_inertia = 0;    ///< of the motor's rotor about its own axis, kg m²
+  double gear_ratio = 1;       ///< turns of the rotor for each of the joint; rad/m where the joint slides
+  double spring_stiffness = 0; ///< N m/rad or N/m; of joints with one coordinate
+  double spring_rest = 0;      ///< position where the spring is slack, rad or m
+  bool is_rotor = false;       ///< does it carry the rotor of the joint that it mimics (physics_options::rotor_bodies)
   std::optional<mimic_description> mimic; ///< of joints with one coordinate
   given_joint given;
 };
@@ -119,12 +119,12 @@ struct robot_description {
   std::string name;
   std::string file; ///< as given to the reader; empty for a robot built in a program
   std::vector<link_description> links;
-  std::vector<joint_description> joints; ///< in the order of the file
+  std::vector<joint_description> joints;      ///< in the order of the file
   std::array<double, 3> gravity{0, 0, -9.81}; ///< m/s², world axes; files don't give it
-  physics_options physics;               ///< of the joints; files don't say so
-  bool floating_base = false;            ///< does the root float (model_options); files don't say so
-  std::vector<std::string> unused;       ///< a line for each kind of content that KSL doesn't use
-  std::vector<std::string> warnings;     ///< a line for each thing that is suspicious but used, with link and condition
+  physics_options physics;                    ///< of the joints; files don't say so
+  bool floating_base = false;                 ///< does the root float (model_options); files don't say so
+  std::vector<std::string> unused;            ///< a line for each kind of content that KSL doesn't use
+  std::vector<std::string> warnings; ///< a line for each thing that is suspicious but used, with link and condition
 };
 
 } // namespace ksl

@@ -70,7 +70,8 @@ void add_physics_derivatives(const model_view<scalar_of<T>> &model, const T *v, 
 }
 
 /// Adds what dry friction contributes to the second derivatives of efforts by v, (nv, nv, nv).  The other laws are linear.
-template <class T> void add_physics_second_derivatives(const model_view<scalar_of<T>> &model, const T *v, T *d2tau_dvdv) {
+template <class T> void add_physics_second_derivatives(const model_view<scalar_of<T>> &model, const T *v,
+                                                       T *d2tau_dvdv) {
   const std::ptrdiff_t n = model.nv;
   for (std::ptrdiff_t k = 0; k < n; ++k) {
     const coordinate_physics<scalar_of<T>> &c = model.physics[k];

@@ -44,8 +44,8 @@ concept described_joint = requires(const double *q, double *out) {
   { J::pose_numbers } -> std::convertible_to<int>;
   { J::positions } -> std::convertible_to<const position_number *>;  // (nq)
   { J::velocities } -> std::convertible_to<const velocity_number *>; // (nv)
-  J::integrate(q, q, out);  // q ⊕ dv
-  J::difference(q, q, out); // q1 ⊖ q0
+  J::integrate(q, q, out);                                           // q ⊕ dv
+  J::difference(q, q, out);                                          // q1 ⊖ q0
 };
 
 /// Members that algorithms need of joints that move; one_axis.hpp explains each.
@@ -54,16 +54,16 @@ concept moving_joint =
     requires(const body<double> &b, const pose_workspace<double> &w, const double *q, double *out,
              const coscrew<double> &f, body_motion<double> &m, const per_body<mat3x3, double> &rotation,
              const spatial_inertia<double> &I, const mat3x3<double> &R) {
-  { J::computed_pose(b, w, q) } -> std::same_as<decltype(J::kept_pose(b, w))>;
-  { J::twist(b, q) } -> std::same_as<screw<double>>;
-  J::effort(b, f, out);
-  { J::drive(b, q) } -> std::same_as<coscrew<double>>;
-  J::add_motion(b, q, q, m);
-  J::add_steady_motion(b, rotation, 0, q, m);
-  { J::column(coordinate_number<0>(), b, rotation, 0).effort(f) } -> std::same_as<double>;
-  { J::column(coordinate_number<0>(), b, R).about(I.h) } -> std::same_as<screw<double>>;
-  { J::momentum(coordinate_number<0>(), b, I) } -> std::same_as<coscrew<double>>;
-};
+      { J::computed_pose(b, w, q) } -> std::same_as<decltype(J::kept_pose(b, w))>;
+      { J::twist(b, q) } -> std::same_as<screw<double>>;
+      J::effort(b, f, out);
+      { J::drive(b, q) } -> std::same_as<coscrew<double>>;
+      J::add_motion(b, q, q, m);
+      J::add_steady_motion(b, rotation, 0, q, m);
+      { J::column(coordinate_number<0>(), b, rotation, 0).effort(f) } -> std::same_as<double>;
+      { J::column(coordinate_number<0>(), b, R).about(I.h) } -> std::same_as<screw<double>>;
+      { J::momentum(coordinate_number<0>(), b, I) } -> std::same_as<coscrew<double>>;
+    };
 
 /// Members that the kinds have that move.
 template <class J>
@@ -88,7 +88,9 @@ template <> struct joint<general_kind> : general_joint<
 // clang-format on
 
 /// Do algorithms have code of its own for a kind?
-constexpr bool has_own_code(joint_kind kind) { return only_turns(kind) || kind == joint_kind::prismatic || kind == joint_kind::floating; }
+constexpr bool has_own_code(joint_kind kind) {
+  return only_turns(kind) || kind == joint_kind::prismatic || kind == joint_kind::floating;
+}
 
 /// How many coordinates the joint of a body has: a constant for kinds with their own code.  most_coordinates: the size of arrays for them.
 template <joint_kind K, class S> KSL_LANES int coordinates(const body<S> &b) {
@@ -133,7 +135,8 @@ template <joint_kind K, class S, class Step> KSL_LANES void for_coordinates_back
 /// Calls step.operator()<K>() for the kind of a body's joint, or for general_kind.  There is a branch with its own code for each, since
 /// values that are merged after a switch are spilled (docs/decisions/0006-bodies-in-lanes.md).
 template <class Step> KSL_LANES void by_slower_kind(joint_kind kind, Step step) {
-  static_assert(moving_joint<joint<joint_kind::prismatic>> && moving_joint<joint<joint_kind::floating>> && moving_joint<joint<general_kind>>);
+  static_assert(moving_joint<joint<joint_kind::prismatic>> && moving_joint<joint<joint_kind::floating>> &&
+                moving_joint<joint<general_kind>>);
   if (kind == joint_kind::prismatic)
     step.template operator()<joint_kind::prismatic>();
   else if (kind == joint_kind::floating)
@@ -186,15 +189,16 @@ template <class Step> constexpr auto with_joint(joint_kind kind, Step step) {
   __builtin_unreachable();
 }
 
-inline constexpr joint_kind joint_kinds[] = {
-    joint_kind::fixed,       joint_kind::revolute,  joint_kind::continuous, joint_kind::prismatic, joint_kind::helical,
-    joint_kind::cylindrical, joint_kind::universal, joint_kind::spherical,  joint_kind::planar,    joint_kind::translation,
-    joint_kind::floating};
+inline constexpr joint_kind joint_kinds[] = {joint_kind::fixed,       joint_kind::revolute,  joint_kind::continuous,
+                                             joint_kind::prismatic,   joint_kind::helical,   joint_kind::cylindrical,
+                                             joint_kind::universal,   joint_kind::spherical, joint_kind::planar,
+                                             joint_kind::translation, joint_kind::floating};
 
 static_assert(
     [] {
       for (joint_kind kind : joint_kinds) // a universal joint is two bodies on revolute joints, a fixed one is none
-        if (kind != joint_kind::fixed && kind != joint_kind::universal && !has_own_code(kind) && !joint<general_kind>::includes(kind))
+        if (kind != joint_kind::fixed && kind != joint_kind::universal && !has_own_code(kind) &&
+            !joint<general_kind>::includes(kind))
           return false;
       return true;
     }(),
@@ -204,10 +208,13 @@ static_assert(
 constexpr joint_kind_row row_of(joint_kind kind) {
   return with_joint(kind, [kind]<class J>(J) -> joint_kind_row {
     static_assert(described_joint<J>);
-    static_assert(J::nq == 0 || sizeof J::positions == J::nq * sizeof(position_number), "a name and a unit for each number of q");
-    static_assert(J::nv == 0 || sizeof J::velocities == J::nv * sizeof(velocity_number), "names and a unit for each number of v");
-    return {kind, J::name, J::other_name, J::nq, J::nv, J::has_axis, J::has_axis2, J::has_pitch, J::has_limits, J::is_free,
-            J::in_urdf, J::velocity_is_rate, J::canonical_x, J::usual_axis, J::angle, J::quaternion, J::pose_numbers, J::positions,
+    static_assert(J::nq == 0 || sizeof J::positions == J::nq * sizeof(position_number),
+                  "a name and a unit for each number of q");
+    static_assert(J::nv == 0 || sizeof J::velocities == J::nv * sizeof(velocity_number),
+                  "names and a unit for each number of v");
+    return {kind,           J::name,       J::other_name, J::nq,         J::nv,           J::has_axis,
+            J::has_axis2,   J::has_pitch,  J::has_limits, J::is_free,    J::in_urdf,      J::velocity_is_rate,
+            J::canonical_x, J::usual_axis, J::angle,      J::quaternion, J::pose_numbers, J::positions,
             J::velocities};
   });
 }

@@ -13,7 +13,7 @@ inline namespace KSL_ISA {
 /// The parts of the bodies' poses that depend on q: computed in the forward pass, reloaded in the backward pass.
 template <class T> struct pose_workspace {
   T *sine, *cosine; ///< of theta = theta0 + joint angle, one for each number in q; used where q holds angles
-  T *moved;         ///< from body.pose_index on: the translation of a joint that slides, the pose of one without an axis
+  T *moved; ///< from body.pose_index on: the translation of a joint that slides, the pose of one without an axis
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     const int angles = padded(model.nq) + padded(1); // a register may be loaded at any index
@@ -23,7 +23,9 @@ template <class T> struct pose_workspace {
   }
 
   /// The rotation about z of a joint that has an angle.
-  KSL_LANES plane_rotation<T> rotation(const body<scalar_of<T>> &b) const { return {sine[b.angle_index], cosine[b.angle_index]}; }
+  KSL_LANES plane_rotation<T> rotation(const body<scalar_of<T>> &b) const {
+    return {sine[b.angle_index], cosine[b.angle_index]};
+  }
 
   /// The stored part of a body's pose, as a V<T>.
   template <template <class> class V> KSL_LANES V<T> &kept(const body<scalar_of<T>> &b) const {
@@ -33,7 +35,8 @@ template <class T> struct pose_workspace {
 
 /// Sines and cosines of all joint rotations about z, each by compute(angle, sine, cosine).
 template <class T, class Compute>
-KSL_LANES void rotations_about_z(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q, Compute compute) {
+KSL_LANES void rotations_about_z(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q,
+                                 Compute compute) {
   for (int i = 1; i < model.bodies; ++i) {
     const int k = model.body[i].angle_index;
     if (k < 0)
@@ -63,7 +66,8 @@ rotations_about_z(const model_view<double> &model, const pose_workspace<double> 
 
 /// Sines and cosines of all joint rotations about z.  Nearly all angles are within the fast range, so all are computed without
 /// a branch for each.  If one is outside, all are computed again.
-template <class T> void sines_and_cosines(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q) {
+template <class T> void sines_and_cosines(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w,
+                                          const T *q) {
   const auto any = []<class P>(const P &x, P &sine, P &cosine) { sine_cosine(x, sine, cosine); };
   if constexpr (is_number<T> || is_pack<T>) {
     bool in_range = true;
@@ -166,8 +170,8 @@ private:
   KSL_LANES static void combine(const T &a, const vec3<T> &x, const T &b, const vec3<T> &y, vec3<T> &out) {
     out = {a * x.x + b * y.x, a * x.y + b * y.y, a * x.z + b * y.z};
   }
-  KSL_LANES static void combine(const T &a, const vec3<T> &x, const T &b, const vec3<T> &y, const T &c, const vec3<T> &z,
-                                vec3<T> &out) {
+  KSL_LANES static void combine(const T &a, const vec3<T> &x, const T &b, const vec3<T> &y, const T &c,
+                                const vec3<T> &z, vec3<T> &out) {
     out.x = a * x.x + (b * y.x + c * z.x);
     out.y = a * x.y + (b * y.y + c * z.y);
     out.z = a * x.z + (b * y.z + c * z.z);

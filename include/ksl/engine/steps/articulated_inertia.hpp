@@ -41,8 +41,8 @@ template <class T> inline screw<T> solve(const articulated_inertia<T> &A, const 
 ///
 /// It is computed one row of H at a time, so that the intermediate values fit into the registers.  147 flops.
 template <class T>
-KSL_LANES void add_beyond_joint(const articulated_inertia<T> &A, const coscrew<T> &U, const T &D_inverse, const vec3<T> &t,
-                                articulated_inertia<T> &sum) {
+KSL_LANES void add_beyond_joint(const articulated_inertia<T> &A, const coscrew<T> &U, const T &D_inverse,
+                                const vec3<T> &t, articulated_inertia<T> &sum) {
   const vec3<T> &n = U.ang;
   vec3<T> F, N;
   algebra<T>::vec3_scaled(&U.lin, D_inverse, &F); // U.lin/D

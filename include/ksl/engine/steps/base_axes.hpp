@@ -14,8 +14,8 @@ inline namespace KSL_ISA {
 /// Sets rotation[i], the axes of body i on a joint of kind K, and returns the translation from the parent's origin; both in the
 /// axes of the base.  R holds the parent's axes on entry and the body's on return.
 template <joint_kind K, class T>
-KSL_LANES vec3<T> place(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, const per_body<mat3x3, T> &rotation, int i,
-                        const T *q, mat3x3<T> &R) {
+KSL_LANES vec3<T> place(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, const per_body<mat3x3, T> &rotation,
+                        int i, const T *q, mat3x3<T> &R) {
   const auto D = joint<K>::computed_pose(b, pose, q);
   vec3<T> offset = {T(0), T(0), T(0)};
   if (b.parent == 0) {
@@ -35,9 +35,7 @@ effort_in_base(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation,
   if (b.is_base)
     joint<K>::effort(b, f, tau);
   else
-    for_coordinates<K>(b, [&](auto k) KSL_INLINED {
-      tau[k] = joint<K>::column(k, b, rotation, i).effort(f);
-    });
+    for_coordinates<K>(b, [&](auto k) KSL_INLINED { tau[k] = joint<K>::column(k, b, rotation, i).effort(f); });
 }
 
 /// Computes the axes of all bodies in those of the base.  Then calls one<K>(i, offset from the parent's origin) and lanes(k), in
@@ -46,7 +44,8 @@ template <class T, class One, class Lanes>
 KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
                                const per_body<mat3x3, T> &rotation, const T *q, One one, Lanes lanes) {
   const T o = T(0), l = T(1);
-  mat3x3<T> last = {l, o, o, o, l, o, o, o, l}; // axes of body i − 1, usually the parent; avoids a reload of what was just stored
+  mat3x3<T> last = {l, o, o, o, l,
+                    o, o, o, l}; // axes of body i − 1, usually the parent; avoids a reload of what was just stored
   sines_and_cosines(model, pose, q);
   rotation.set(0, last);
   const auto step = [&](int i) KSL_INLINED {

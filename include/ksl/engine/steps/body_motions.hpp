@@ -10,8 +10,8 @@ inline namespace KSL_ISA {
 /// Twists of all bodies for q (nq) and v (nv), and their poses in their parents: v_i = Ad⁻¹ v_λ + S q̇ (Featherstone, RBDA (2008),
 /// eq. (5.14)).  Calls lanes(k) in the order of for_bodies.
 template <class T, class Lanes>
-KSL_LANES void body_twists(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose, const per_body<screw, T> &twist,
-                           const T *q, const T *v, Lanes lanes) {
+KSL_LANES void body_twists(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
+                           const per_body<screw, T> &twist, const T *q, const T *v, Lanes lanes) {
   using A = algebra<T>;
   sines_and_cosines(model, pose, q);
   twist.set(0, {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}});
@@ -36,8 +36,8 @@ KSL_LANES void body_twists(const model_view<scalar_of<T>> &model, const pose_wor
 /// body is that of the point of its parent at its origin, plus that of its joint.  Featherstone, RBDA (2008), eqs. (5.7), (5.8).
 template <class T, class Lanes>
 KSL_LANES void body_motions(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
-                            const per_body<body_motion, T> &motion, const body_motion<T> &ground, const T *q, const T *v,
-                            const T *dv, Lanes lanes) {
+                            const per_body<body_motion, T> &motion, const body_motion<T> &ground, const T *q,
+                            const T *v, const T *dv, Lanes lanes) {
   sines_and_cosines(model, pose, q);
   motion.set(0, ground);
   const auto move = [&](int i) KSL_INLINED {

@@ -9,19 +9,21 @@ namespace ksl {
 /// Linear first, at the link's origin; in the link's axes, or in those of the world.
 template <class T> struct external_wrenches {
   int n = 0;
-  const int *link = nullptr;  ///< (n)
-  const T *wrench = nullptr;  ///< (n, 6)
+  const int *link = nullptr;               ///< (n)
+  const T *wrench = nullptr;               ///< (n, 6)
   expressed_in axes = expressed_in::frame; ///< in derivatives by q, wrenches are held in these axes
 };
 
 inline namespace KSL_ISA {
 
 /// The axes of body i in the world, from the poses of the bodies that carry it.
-template <class T> inline mat3x3<T> axes_in_world(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose, int i) {
+template <class T> inline mat3x3<T> axes_in_world(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
+                                                  int i) {
   const T o = T(0), l = T(1);
   vec3<T> x = {l, o, o}, y = {o, l, o}, z = {o, o, l};
   for (; i > 0; i = model.body[i].parent)
-    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { joint<K>::kept_pose(model.body[i], pose).to_parent(x, y, z); });
+    by_kind(model.body[i].kind,
+            [&]<joint_kind K>() KSL_INLINED { joint<K>::kept_pose(model.body[i], pose).to_parent(x, y, z); });
   mat3x3<T> R;
   R.m00 = x.x, R.m10 = x.y, R.m20 = x.z;
   R.m01 = y.x, R.m11 = y.y, R.m21 = y.z;
@@ -59,7 +61,8 @@ template <class T> KSL_LANES void add_wrench(const per_body<coscrew, T> &wrench,
 /// body's axes to those of the algorithm.
 template <class T, class Express>
 KSL_LANES void subtract_external(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
-                                 const external_wrenches<T> &external, const per_body<coscrew, T> &wrench, Express express) {
+                                 const external_wrenches<T> &external, const per_body<coscrew, T> &wrench,
+                                 Express express) {
   for (int k = 0; k < external.n; ++k) {
     const int i = model.link[external.link[k]].body;
     coscrew<T> f = external_in_body(model, pose, external, k), rest = wrench[i];

@@ -22,7 +22,7 @@ struct frame_options {
   expressed_in at = expressed_in::frame;
   bool angular_first = false;
   acceleration_kind kind = acceleration_kind::spatial; ///< for accelerations
-  double offset[3] = {0, 0, 0}; ///< of the frame's origin from the link's, in the link's axes, m
+  double offset[3] = {0, 0, 0};                        ///< of the frame's origin from the link's, in the link's axes, m
 };
 
 inline namespace KSL_ISA {

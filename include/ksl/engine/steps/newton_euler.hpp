@@ -20,7 +20,7 @@ template <class T> KSL_LANES rate_products<T> products_of(const vec3<T> &w) {
 /// The field A of accelerations in a body, relative to its origin: the point at r has A r = ω̇ × r + ω × (ω × r).  15 flops with
 /// the products.
 template <class T> KSL_LANES mat3x3<T> acceleration_field(const rate_products<T> &p, const vec3<T> &dw) {
-  return {-(p.yy + p.zz), p.xy + dw.z,    p.zx - dw.y, p.xy - dw.z,    -(p.zz + p.xx),
+  return {-(p.yy + p.zz), p.xy + dw.z, p.zx - dw.y, p.xy - dw.z,   -(p.zz + p.xx),
           p.yz + dw.x,    p.zx + dw.y, p.yz - dw.x, -(p.xx + p.yy)};
 }
 

@@ -7,7 +7,10 @@
 namespace ksl {
 
 /// A mass and its first moment, mass × centroid.
-template <class T> struct mass_moment { T m; vec3<T> h; };
+template <class T> struct mass_moment {
+  T m;
+  vec3<T> h;
+};
 
 inline namespace KSL_ISA {
 
@@ -42,10 +45,14 @@ KSL_LANES void add_to_parent(const mass_moment<T> &subtree, const model_view<sca
 }
 
 /// The centroid; NaN without mass.
-template <class T> KSL_LANES vec3<T> centroid(const mass_moment<T> &of) { return {of.h.x / of.m, of.h.y / of.m, of.h.z / of.m}; }
+template <class T> KSL_LANES vec3<T> centroid(const mass_moment<T> &of) {
+  return {of.h.x / of.m, of.h.y / of.m, of.h.z / of.m};
+}
 
 /// The mass, by which momenta are divided; 1 where it is zero, since all momenta are zero then.
-template <class T> KSL_LANES T mass_divisor(const mass_moment<T> &of) { return math<T>::select(of.m > T(0), of.m, T(1)); }
+template <class T> KSL_LANES T mass_divisor(const mass_moment<T> &of) {
+  return math<T>::select(of.m > T(0), of.m, T(1));
+}
 
 /// The point about which momenta are taken: the centroid, or the origin without mass.
 template <class T> KSL_LANES vec3<T> point_of_momentum(const mass_moment<T> &of) {

@@ -12,8 +12,9 @@ inline namespace KSL_ISA {
 
 /// Computes the joint rotations about z of the bodies on the path from `first` to `last`, which carries `first` and is left out.
 /// compute(angle, sine, cosine) is called for each.
-template <class T, class Compute> KSL_LANES void rotations_of_supports(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w,
-                                                                       const T *q, int first, int last, Compute compute) {
+template <class T, class Compute> KSL_LANES void rotations_of_supports(const model_view<scalar_of<T>> &model,
+                                                                       const pose_workspace<T> &w, const T *q,
+                                                                       int first, int last, Compute compute) {
   for (int i = first; i != last; i = model.body[i].parent) {
     const int k = model.body[i].angle_index;
     if (k < 0)
@@ -27,8 +28,9 @@ template <class T, class Compute> KSL_LANES void rotations_of_supports(const mod
 
 /// The same for plain doubles, with joints in lanes.  A register ends with the next angle that isn't computed yet, since the angles of
 /// supports descend in q.
-template <class Compute> KSL_LANES void rotations_of_supports(const model_view<double> &model, const pose_workspace<double> &w,
-                                                              const double *q, int first, int last, Compute compute) {
+template <class Compute> KSL_LANES void rotations_of_supports(const model_view<double> &model,
+                                                              const pose_workspace<double> &w, const double *q,
+                                                              int first, int last, Compute compute) {
   using P = native_pack<double>;
   constexpr int lanes = native_lanes<double>;
   int computed = model.nq; // angles from here on
@@ -48,8 +50,8 @@ template <class Compute> KSL_LANES void rotations_of_supports(const model_view<d
 }
 
 /// sines_and_cosines for the bodies from `first` to `last`, which carries it and is left out.
-template <class T> void sines_and_cosines_of_supports(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q,
-                                                      int first, int last = 0) {
+template <class T> void sines_and_cosines_of_supports(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w,
+                                                      const T *q, int first, int last = 0) {
   const auto any = []<class P>(const P &x, P &sine, P &cosine) { sine_cosine(x, sine, cosine); };
   if constexpr (is_number<T> || is_pack<T>) {
     bool in_range = true;
@@ -70,7 +72,8 @@ template <class T> KSL_LANES vec3<T> offset_of(const frame_options &how) {
 }
 
 /// The pose of a link's body in a frame of that link, `offset` from the link's origin.
-template <class T> inline SE3<T> body_in_frame(const model_view<scalar_of<T>> &model, int link, const frame_options &how) {
+template <class T> inline SE3<T> body_in_frame(const model_view<scalar_of<T>> &model, int link,
+                                               const frame_options &how) {
   using A = algebra<T>;
   SE3<T> frame = spread<T>(model.link[link].pose), D;
   const vec3<T> offset = offset_of<T>(how);
@@ -82,8 +85,8 @@ template <class T> inline SE3<T> body_in_frame(const model_view<scalar_of<T>> &m
 /// Walks from body `first` to body `last`, which carries `first`.  D is the pose of `first` in some frame.  step<K>(i, D) is called
 /// for each body but the last, with its pose in that frame.  Returns the pose of the last.
 template <class T, class Step>
-KSL_LANES SE3<T> walk_supports(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q, SE3<T> D, int first,
-                               int last, Step step) {
+KSL_LANES SE3<T> walk_supports(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q, SE3<T> D,
+                               int first, int last, Step step) {
   for (int i = first; i != last;) {
     const body<scalar_of<T>> &b = model.body[i];
     if (only_turns(b.kind)) {
@@ -103,7 +106,8 @@ KSL_LANES SE3<T> walk_supports(const model_view<scalar_of<T>> &model, const pose
 }
 
 /// Column k of a joint's motion subspace, in the frame in which its body has the pose D.
-template <joint_kind K, class Index, class T> KSL_LANES screw<T> column_in(Index k, const body<scalar_of<T>> &b, const SE3<T> &D) {
+template <joint_kind K, class Index, class T> KSL_LANES screw<T> column_in(Index k, const body<scalar_of<T>> &b,
+                                                                           const SE3<T> &D) {
   return joint<K>::column(k, b, D.R).about(D.t);
 }
 

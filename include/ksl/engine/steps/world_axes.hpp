@@ -27,7 +27,8 @@ template <class T, class Place, class Lanes>
 KSL_LANES void rotate_to_world(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
                                const per_body<mat3x3, T> &rotation, const T *q, Place place, Lanes lanes) {
   const T o = T(0), l = T(1);
-  mat3x3<T> last = {l, o, o, o, l, o, o, o, l}; // of body i − 1, usually the parent; avoids a reload of what was just stored
+  mat3x3<T> last = {l, o, o, o, l,
+                    o, o, o, l}; // of body i − 1, usually the parent; avoids a reload of what was just stored
   sines_and_cosines(model, pose, q);
   rotation.set(0, last);
   const auto put = [&]<joint_kind K>(int i, mat3x3<T> &R) KSL_INLINED {

@@ -65,9 +65,9 @@ KSL_LANES sum_of_trees<T> sum_trees(const model_view<scalar_of<T>> &model, const
 /// Moves the columns of one tree to the centre of mass and to the world's axes (1).  Vectors are in the tree's common axes, from its
 /// common point.
 template <class P> struct to_center {
-  mat3x3<P> R; ///< the tree's axes in the world
+  mat3x3<P> R;           ///< the tree's axes in the world
   vec3<P> center, force; ///< c, and the sum of all forces f
-  P per_mass; ///< 1 / mass of all trees
+  P per_mass;            ///< 1 / mass of all trees
 
   /// (∂f, ∂n − c × ∂f) in the world's axes.
   KSL_LANES screw<P> moved(const coscrew<P> &f) const {
@@ -92,8 +92,9 @@ template <class P> struct to_center {
 };
 
 /// Sets the columns (6, nv) of each result (1), from the derivatives of the wrenches through the joints.  by_v may be null.
-template <class T> void set_centroidal_columns(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
-                                               component_order order, T *by_q, T *by_v, T *by_a) {
+template <class T> void set_centroidal_columns(const model_view<scalar_of<T>> &model,
+                                               const wrench_derivatives_workspace<T> &w, component_order order, T *by_q,
+                                               T *by_v, T *by_a) {
   using A = algebra<T>;
   const sum_of_trees<T> all = sum_trees(model, w);
   const vec3<T> center = point_of_momentum(all.moment);
@@ -125,8 +126,8 @@ template <class T> void set_centroidal_columns(const model_view<scalar_of<T>> &m
 /// by v, and by a, which is the centroidal momentum matrix.  O(bodies).
 template <class T>
 void centroidal_momentum_rate_derivatives(const model_view<scalar_of<T>> &model,
-                                          const centroidal_momentum_rate_derivatives_workspace<T> &w, const T *q, const T *v, const T *a,
-                                          component_order order, T *by_q, T *by_v, T *by_a) {
+                                          const centroidal_momentum_rate_derivatives_workspace<T> &w, const T *q,
+                                          const T *v, const T *a, component_order order, T *by_q, T *by_v, T *by_a) {
   const T o = T(0);
   forward_motions<T>(model, w, {o, o, o}, q, v, a, {});
   sum_subtrees(model, w);
@@ -136,8 +137,9 @@ void centroidal_momentum_rate_derivatives(const model_view<scalar_of<T>> &model,
 /// The derivatives of centroidal_momentum(q, v), each (6, nv), row-major: by q along q ⊕ s e_k with v held componentwise, and by v,
 /// which is the centroidal momentum matrix.  O(bodies).
 template <class T>
-void centroidal_momentum_derivatives(const model_view<scalar_of<T>> &model, const centroidal_momentum_derivatives_workspace<T> &w,
-                                     const T *q, const T *v, component_order order, T *by_q, T *by_v) {
+void centroidal_momentum_derivatives(const model_view<scalar_of<T>> &model,
+                                     const centroidal_momentum_derivatives_workspace<T> &w, const T *q, const T *v,
+                                     component_order order, T *by_q, T *by_v) {
   const T o = T(0);
   for (int k = 0; k < model.nv; ++k)
     w.rest[k] = o;

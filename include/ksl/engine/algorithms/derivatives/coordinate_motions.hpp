@@ -64,7 +64,8 @@ template <class T> KSL_LANES void set_rates(const body_twist<T> &carrier, coordi
 }
 
 /// Ψ̇ + Ṡ (1) of a coordinate of a joint that has several; `velocity` is v_body.
-template <class T> KSL_LANES screw<T> several_rates(const screw<T> &velocity, const screw<T> &S, const screw<T> &velocity_by_q) {
+template <class T> KSL_LANES screw<T> several_rates(const screw<T> &velocity, const screw<T> &S,
+                                                    const screw<T> &velocity_by_q) {
   screw<T> rate;
   algebra<T>::cross_ss(&velocity, &S, &rate);
   algebra<T>::xpy_ss(&velocity_by_q, &rate);
@@ -72,7 +73,8 @@ template <class T> KSL_LANES screw<T> several_rates(const screw<T> &velocity, co
 }
 
 /// Sets the motion of the ground.  An acceleration upwards has the effect of gravity.
-template <class T> KSL_LANES void start_at_ground(const coordinate_motions_workspace<T> &w, const vec3<T> &acceleration) {
+template <class T> KSL_LANES void start_at_ground(const coordinate_motions_workspace<T> &w,
+                                                  const vec3<T> &acceleration) {
   const vec3<T> zero = {T(0), T(0), T(0)};
   w.origin.set(0, zero);
   w.motion.set(0, {{zero, zero}, {acceleration, zero}});
@@ -88,8 +90,8 @@ template <class T> KSL_LANES vec3<T> sum(const vec3<T> &a, const vec3<T> &b) {
 /// coordinates.  Featherstone, RBDA (2008), eqs. (5.7), (5.8), where Ṡ takes the place of Ψ̇.  Their difference vanishes in the sum
 /// over the coordinates of a joint.
 template <joint_kind K, class T>
-KSL_LANES void move_body(const body<scalar_of<T>> &b, const coordinate_motions_workspace<T> &w, int i, const vec3<T> &offset,
-                         const T *v, const T *a) {
+KSL_LANES void move_body(const body<scalar_of<T>> &b, const coordinate_motions_workspace<T> &w, int i,
+                         const vec3<T> &offset, const T *v, const T *a) {
   using A = algebra<T>;
   body_twist<T> m = w.motion[b.parent];
   vec3<T> r = {T(0), T(0), T(0)};
@@ -122,7 +124,8 @@ KSL_LANES void move_body(const body<scalar_of<T>> &b, const coordinate_motions_w
 }
 
 /// Corrects Ψ̇ + Ṡ of the joint of body i if it has several coordinates.
-template <class T> KSL_LANES void correct_several(const coordinate_motions_workspace<T> &w, const body<scalar_of<T>> &b, int i) {
+template <class T> KSL_LANES void correct_several(const coordinate_motions_workspace<T> &w, const body<scalar_of<T>> &b,
+                                                  int i) {
   if (b.nv < 2)
     return;
   const screw<T> velocity = w.motion[i].velocity;
@@ -149,7 +152,8 @@ template <class T> KSL_LANES void set_rates_in_lanes(const coordinate_motions_wo
 template <class T, class Lanes>
 KSL_LANES void coordinate_motions(const model_view<scalar_of<T>> &model, const coordinate_motions_workspace<T> &w,
                                   const vec3<T> &ground, const T *q, const T *v, const T *a, Lanes lanes) {
-  w.rotation.clear_last_lanes(model.bodies), w.origin.clear_last_lanes(model.bodies), w.motion.clear_last_lanes(model.bodies);
+  w.rotation.clear_last_lanes(model.bodies), w.origin.clear_last_lanes(model.bodies),
+      w.motion.clear_last_lanes(model.bodies);
   w.carrier.clear_beyond(model.nv), w.coordinate.clear_beyond(model.nv);
   start_at_ground(w, ground);
   const auto move = [&]<joint_kind K>(int i, const vec3<T> &offset) KSL_INLINED {

@@ -31,8 +31,8 @@ template <class T> struct energy_derivatives_workspace {
 };
 
 /// Adds the contributions of rotors and springs.
-template <class T> void add_physics_energy_derivatives(const model_view<scalar_of<T>> &model, const T *q, const T *v, T *kinetic_by_v,
-                                                       T *potential_by_q) {
+template <class T> void add_physics_energy_derivatives(const model_view<scalar_of<T>> &model, const T *q, const T *v,
+                                                       T *kinetic_by_v, T *potential_by_q) {
   for (int k = 0; k < model.nv; ++k) {
     const coordinate_physics<scalar_of<T>> &c = model.physics[k];
     kinetic_by_v[k] = kinetic_by_v[k] + T(c.armature) * v[k];
@@ -43,8 +43,8 @@ template <class T> void add_physics_energy_derivatives(const model_view<scalar_o
 /// The derivatives of the kinetic energy by q, along q ⊕ s e_k with v held componentwise, and by v, which is M v, and of the potential
 /// energy by q, which is the effort that holds the mechanism at rest; each (nv).  q (nq), v (nv).  O(bodies).
 template <class T>
-void energy_derivatives(const model_view<scalar_of<T>> &model, const energy_derivatives_workspace<T> &w, const T *q, const T *v,
-                        T *kinetic_by_q, T *kinetic_by_v, T *potential_by_q) {
+void energy_derivatives(const model_view<scalar_of<T>> &model, const energy_derivatives_workspace<T> &w, const T *q,
+                        const T *v, T *kinetic_by_q, T *kinetic_by_v, T *potential_by_q) {
   using A = algebra<T>;
   body_twists(model, w.pose, w.twist, q, v, [&]<class P>(bodies_at<P, T> k) KSL_INLINED {
     const spatial_inertia<P> I = own_inertia(model, k);

@@ -38,12 +38,12 @@ template <class T> struct forward_dynamics_derivatives_workspace {
   inverse_dynamics_derivatives_workspace<T> derivatives;
   factor_workspace<T> factor;
   per_coordinate<acceleration_change, T> change; ///< with plain numbers
-  array_of<screw<T>> acceleration; ///< what joint accelerations add to the acceleration of each body
-  array_of<coscrew<T>> wrench;     ///< the sum of I_k S_k a_k over the coordinates of each body's joint and beyond
-  padded_matrix<T> W;              ///< M⁻¹; with plain numbers
-  array_of<T> a, rest;             ///< accelerations, and the efforts that cause them: tau − bias
-  array_of<T> dtau;                ///< derivatives of inverse dynamics by q, then by v
-  array_of<int> related;           ///< lists of related coordinates, for each group of columns (list_related)
+  array_of<screw<T>> acceleration;               ///< what joint accelerations add to the acceleration of each body
+  array_of<coscrew<T>> wrench; ///< the sum of I_k S_k a_k over the coordinates of each body's joint and beyond
+  padded_matrix<T> W;          ///< M⁻¹; with plain numbers
+  array_of<T> a, rest;         ///< accelerations, and the efforts that cause them: tau − bias
+  array_of<T> dtau;            ///< derivatives of inverse dynamics by q, then by v
+  array_of<int> related;       ///< lists of related coordinates, for each group of columns (list_related)
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     derivatives.lay_out(memory, model);
@@ -52,14 +52,15 @@ template <class T> struct forward_dynamics_derivatives_workspace {
     memory.lay_out(model.nv, a, rest);
     memory.lay_out(model.bodies, acceleration, wrench);
     W.lay_out(memory, is_number<T> ? model.nv : 0);
-    dtau.lay_out(memory, std::ptrdiff_t(2) * model.nv * model.nv + (is_number<T> ? padded(1) : 0)); // registers are loaded at any column
+    dtau.lay_out(memory, std::ptrdiff_t(2) * model.nv * model.nv +
+                             (is_number<T> ? padded(1) : 0)); // registers are loaded at any column
     related.lay_out(memory, column_groups * model.nv);
   }
 };
 
 /// Sets I S of all coordinates, and rest = tau − Sᵀ f (2).
-template <class T> KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
-                                              const T *tau, T *rest) {
+template <class T> KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model,
+                                              const wrench_derivatives_workspace<T> &w, const T *tau, T *rest) {
   if constexpr (is_number<T>) {
     using P = native_pack<T>;
     using A = algebra<P>;
@@ -85,7 +86,8 @@ template <class T> KSL_LANES void set_momenta(const model_view<scalar_of<T>> &mo
 }
 
 /// Sets the rows of M (tree_rows.hpp): row i has S_k · I_i S_i for the coordinates k that carry i (2).
-template <class T> KSL_LANES void set_mass_rows(const model_view<scalar_of<T>> &model, const inverse_dynamics_derivatives_workspace<T> &w,
+template <class T> KSL_LANES void set_mass_rows(const model_view<scalar_of<T>> &model,
+                                                const inverse_dynamics_derivatives_workspace<T> &w,
                                                 const tree_rows<T> &rows) {
   const wrench_derivatives_workspace<T> &d = w.wrenches;
   rows.clear_padding(model.nv);
@@ -117,7 +119,8 @@ template <class T> KSL_LANES void set_mass_rows(const model_view<scalar_of<T>> &
 }
 
 /// Adds the physics of joints: armature to the diagonal of M, and damping, friction and springs to the bias.
-template <class T> void add_physics(const model_view<scalar_of<T>> &model, const tree_rows<T> &rows, const T *q, const T *v, T *rest) {
+template <class T> void add_physics(const model_view<scalar_of<T>> &model, const tree_rows<T> &rows, const T *q,
+                                    const T *v, T *rest) {
   for_each_row(model, [&](const auto &, index row, index place) {
     const coordinate_physics<scalar_of<T>> &c = model.physics[row];
     rows[row][place] = rows[row][place] + T(c.armature);
@@ -163,8 +166,8 @@ template <class T> KSL_LANES void accelerate_bodies(const model_view<scalar_of<T
 
 /// Adds what the joint accelerations a contribute (3) to the quantities without them, and sets the derivatives of inverse dynamics.
 template <class T>
-KSL_LANES void accelerate(const model_view<scalar_of<T>> &model, const forward_dynamics_derivatives_workspace<T> &w, const T *a,
-                          const tau_derivative_matrices<T, false> &dtau) {
+KSL_LANES void accelerate(const model_view<scalar_of<T>> &model, const forward_dynamics_derivatives_workspace<T> &w,
+                          const T *a, const tau_derivative_matrices<T, false> &dtau) {
   using A = algebra<T>;
   const wrench_derivatives_workspace<T> &d = w.derivatives.wrenches;
   w.change.clear_beyond(model.nv);
@@ -251,16 +254,21 @@ KSL_LANES void multiply_related(const T *W, index pitch, const T *X, const T *Y,
 }
 
 /// A group of columns: the first one, and the coordinates that are related to any of them.
-struct related_columns { index column, terms; const int *related; };
+struct related_columns {
+  index column, terms;
+  const int *related;
+};
 
 /// Computes all rows of a few groups of columns; a group has as many columns as P has lanes.  Rows are taken in blocks of up to four:
 /// a block stays in the nearest cache for all groups, and the sums of several rows hide each other's latency.
 template <class P, class T>
-KSL_LANES void multiply_columns(const T *W, index pitch, const T *X, const T *Y, index n, const related_columns *columns, index groups,
-                                T *X_out, T *Y_out) {
-  const auto multiply = [&](auto rows, index row) KSL_INLINED {
+KSL_LANES void multiply_columns(const T *W, index pitch, const T *X, const T *Y, index n,
+                                const related_columns *columns, index groups, T *X_out, T *Y_out) {
+  const auto multiply = [&](auto rows, index row)
+                            KSL_INLINED {
     for (index g = 0; g < groups; ++g)
-      multiply_related<P, rows>(W, pitch, X, Y, n, row, columns[g].column, columns[g].related, columns[g].terms, X_out, Y_out);
+      multiply_related<P, rows>(W, pitch, X, Y, n, row, columns[g].column, columns[g].related, columns[g].terms, X_out,
+                                Y_out);
   };
   index row = 0;
   for (; row + 4 <= n; row += 4)
@@ -276,7 +284,9 @@ KSL_LANES void multiply_columns(const T *W, index pitch, const T *X, const T *Y,
 /// Two coordinates are related if one carries the other, or if they are of the same joint.  This lists, in ascending order, the
 /// coordinates that are related to any of the columns [column, end), and returns how many there are.
 template <class S> KSL_LANES index list_related(const model_view<S> &model, index column, index end, int *related) {
-  index terms = 0, carried = 0; // carried: where the subtrees of the columns end; a later body that begins before it is in one of them
+  index terms = 0,
+        carried =
+            0; // carried: where the subtrees of the columns end; a later body that begins before it is in one of them
   for (int i = 1; i < model.bodies; ++i) {
     const body<S> &b = model.body[i];
     if (b.v_index < end && b.v_index + b.nv > column && b.v_end > carried)
@@ -291,8 +301,8 @@ template <class S> KSL_LANES index list_related(const model_view<S> &model, inde
 /// The products −W X and −W Y, where an element of X or Y is zero unless its row and its column are related.  Leaving out these zeros
 /// doesn't change the sums, which begin with +0.  With plain numbers, columns are in lanes.
 template <class T>
-void negative_products(const model_view<scalar_of<T>> &model, const array_of<int> &related, const T *W, index pitch, const T *X,
-                       const T *Y, T *X_out, T *Y_out) {
+void negative_products(const model_view<scalar_of<T>> &model, const array_of<int> &related, const T *W, index pitch,
+                       const T *X, const T *Y, T *X_out, T *Y_out) {
   using P = lanes_of_coordinates<T>;
   constexpr index lanes = static_cast<index>(sizeof(P) / sizeof(T));
   const index n = model.nv;
@@ -311,9 +321,9 @@ void negative_products(const model_view<scalar_of<T>> &model, const array_of<int
 /// held componentwise, to v, and to tau, which is M⁻¹.  External wrenches are held in the axes in which they are given, those of
 /// their links, which move, or of the world.  q (nq), v and tau (nv).  O(nv² × depth).
 template <class T>
-void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model, const forward_dynamics_derivatives_workspace<T> &w,
-                                  const T *q, const T *v, const T *tau, const external_wrenches<T> &external, T *da_dq, T *da_dv,
-                                  T *da_dtau) {
+void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model,
+                                  const forward_dynamics_derivatives_workspace<T> &w, const T *q, const T *v,
+                                  const T *tau, const external_wrenches<T> &external, T *da_dq, T *da_dv, T *da_dtau) {
   const index n = model.nv;
   const inverse_dynamics_derivatives_workspace<T> &d = w.derivatives;
   T *const by_q = &w.dtau[0], *const by_v = by_q + n * n, *const a = &w.a[0], *const rest = &w.rest[0];
@@ -335,7 +345,7 @@ void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model, const f
   } else {
     invert_factorised(model, w.factor, da_dtau);
   }
-  multiply_symmetric(W, pitch, rest, n, a); // a = M⁻¹ (tau − bias)
+  multiply_symmetric(W, pitch, rest, n, a);                                           // a = M⁻¹ (tau − bias)
   accelerate(model, w, a, tau_derivative_matrices<T, false>{by_q, by_v, nullptr, n}); // (3)
   if (external.axes == expressed_in::world)
     add_turning_of_external(model, d.wrenches, external, by_q);

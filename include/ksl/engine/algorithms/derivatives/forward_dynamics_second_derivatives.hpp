@@ -76,7 +76,8 @@ void multiply_in_place(const forward_dynamics_second_derivatives_workspace<T> &w
 /// one path.
 template <class T>
 void add_product(const array_of<int> &subtree_end, index n, index i, const T *M, const T *X, T *out) {
-  const auto on_one_path = [&](index a, index b) KSL_INLINED { return a < b ? b < subtree_end[a] : a < subtree_end[b]; };
+  const auto on_one_path = [&](index a, index b)
+                               KSL_INLINED { return a < b ? b < subtree_end[a] : a < subtree_end[b]; };
   for (index l = 0; l < n; ++l) {
     if (!on_one_path(i, l))
       continue;
@@ -94,7 +95,8 @@ void add_product(const array_of<int> &subtree_end, index n, index i, const T *M,
 
 /// Replaces the second derivatives of efforts by −M times those of accelerations: the right sides of (1), with the sign changed.
 template <class T>
-void add_products_of_first_derivatives(const forward_dynamics_second_derivatives_workspace<T> &w, index n, T *by_qq, T *by_qv, T *by_qtau) {
+void add_products_of_first_derivatives(const forward_dynamics_second_derivatives_workspace<T> &w, index n, T *by_qq,
+                                       T *by_qv, T *by_qtau) {
   const index matrix = n * n;
   T *const M = &w.M_by_q[0], *const product = &w.product[0];
   for (index i = 0; i < n; ++i) {
@@ -116,15 +118,17 @@ void add_products_of_first_derivatives(const forward_dynamics_second_derivatives
 /// and that of d2a_dqdtau by q_k and tau_m.  External wrenches are held in the axes in which they are given, those of their links, which
 /// move, or of the world.  q (nq), v and tau (nv).  O(nv⁴).
 template <class T>
-void forward_dynamics_second_derivatives(const model_view<scalar_of<T>> &model, const forward_dynamics_second_derivatives_workspace<T> &w,
-                                         const T *q, const T *v, const T *tau, const external_wrenches<T> &external, T *d2a_dqdq,
+void forward_dynamics_second_derivatives(const model_view<scalar_of<T>> &model,
+                                         const forward_dynamics_second_derivatives_workspace<T> &w, const T *q,
+                                         const T *v, const T *tau, const external_wrenches<T> &external, T *d2a_dqdq,
                                          T *d2a_dvdv, T *d2a_dqdv, T *d2a_dqdtau) {
   const index n = model.nv;
   for (int i = 1; i < model.bodies; ++i)
     for (int k = 0; k < model.body[i].nv; ++k)
       w.subtree_end[model.body[i].v_index + k] = model.body[i].v_end;
   forward_dynamics_derivatives(model, w.first, q, v, tau, external, &w.da_dq[0], &w.da_dv[0], &w.M_inverse[0]);
-  inverse_dynamics_second_derivatives(model, w.second, q, v, &w.first.a[0], external, d2a_dqdq, d2a_dvdv, d2a_dqdv, d2a_dqdtau);
+  inverse_dynamics_second_derivatives(model, w.second, q, v, &w.first.a[0], external, d2a_dqdq, d2a_dvdv, d2a_dqdv,
+                                      d2a_dqdtau);
   add_products_of_first_derivatives(w, n, d2a_dqdq, d2a_dqdv, d2a_dqdtau);
   T *const results[] = {d2a_dqdq, d2a_dvdv, d2a_dqdv, d2a_dqdtau};
   for (T *x : results)

@@ -32,8 +32,8 @@ template <class T> using frame_accelerations_derivatives_workspace = frame_veloc
 
 /// Motions of the bodies that carry n links, and of their coordinates, without gravity: coordinate_motions for a part of the tree.
 template <class T>
-void motions_of_supports(const model_view<scalar_of<T>> &model, const frame_velocities_derivatives_workspace<T> &w, const T *q,
-                         const T *v, const T *a, int n, const int *links) {
+void motions_of_supports(const model_view<scalar_of<T>> &model, const frame_velocities_derivatives_workspace<T> &w,
+                         const T *q, const T *v, const T *a, int n, const int *links) {
   const coordinate_motions_workspace<T> &m = w.motions;
   const T o = T(0), l = T(1);
   const body_list list = list_supports(model, w, n, links);
@@ -50,7 +50,8 @@ void motions_of_supports(const model_view<scalar_of<T>> &model, const frame_velo
     });
   }
   if (n == 1) // lanes beyond a run get the same numbers again, or belong to coordinates that don't carry the link
-    for_carriers(model, model.link[links[0]].body, [&](int first, int end) KSL_INLINED { set_rates_in_lanes(m, first, end); });
+    for_carriers(model, model.link[links[0]].body,
+                 [&](int first, int end) KSL_INLINED { set_rates_in_lanes(m, first, end); });
   else
     set_rates_in_lanes(m, 0, model.nv);
   for (const int *i = list.first; i < list.end; ++i)
@@ -71,7 +72,8 @@ template <class T> KSL_LANES screw<T> in_target(const SE3<T> &target, const scre
 }
 
 template <class T>
-inline expressed_motion<T> expressed_motion_of(const model_view<scalar_of<T>> &model, const coordinate_motions_workspace<T> &w, int link,
+inline expressed_motion<T> expressed_motion_of(const model_view<scalar_of<T>> &model,
+                                               const coordinate_motions_workspace<T> &w, int link,
                                                const frame_options &how) {
   using A = algebra<T>;
   const int i = model.link[link].body;
@@ -109,7 +111,8 @@ template <class P> KSL_LANES screw<P> cross(const screw<P> &x, const screw<P> &y
 
 /// The derivative of V by q_k: Ψ̇ + ξ × V, by (1) and (2).
 template <class P>
-KSL_LANES screw<P> velocity_by_q(const expressed_motion<P> &m, const coordinate_motion<P> &c, const screw<P> &relative) {
+KSL_LANES screw<P> velocity_by_q(const expressed_motion<P> &m, const coordinate_motion<P> &c,
+                                 const screw<P> &relative) {
   screw<P> by = in_target(m.target, c.velocity_by_q);
   const screw<P> turned = cross(relative, m.velocity);
   algebra<P>::xpy_ss(&turned, &by);
@@ -118,7 +121,8 @@ KSL_LANES screw<P> velocity_by_q(const expressed_motion<P> &m, const coordinate_
 
 /// Calls step<P>(columns, motion in all lanes) for the coordinates that carry a link.
 template <class T, class Step>
-KSL_LANES void for_columns_of(const model_view<scalar_of<T>> &model, int link, const expressed_motion<T> &m, Step step) {
+KSL_LANES void for_columns_of(const model_view<scalar_of<T>> &model, int link, const expressed_motion<T> &m,
+                              Step step) {
   for_carriers(model, model.link[link].body, [&](int first, int end) KSL_INLINED {
     for_columns<T>(first, end, [&]<class P>(columns_at<P> k) KSL_INLINED {
       step(k, expressed_motion<P>{in_lanes<P>(m.target), in_lanes<P>(m.velocity), in_lanes<P>(m.acceleration)});
@@ -129,12 +133,14 @@ KSL_LANES void for_columns_of(const model_view<scalar_of<T>> &model, int link, c
 /// The derivatives of frame_velocities, each (n, 6, nv), row-major: by q along q ⊕ s e_k with v held componentwise; by v they are
 /// the Jacobians.  O(bodies that carry the links + links × depth), besides writing 12 nv numbers for each link.
 template <class T>
-void frame_velocities_derivatives(const model_view<scalar_of<T>> &model, const frame_velocities_derivatives_workspace<T> &w, const T *q,
-                                  const T *v, int n, const int *links, const frame_options &how, T *by_q, T *by_v) {
+void frame_velocities_derivatives(const model_view<scalar_of<T>> &model,
+                                  const frame_velocities_derivatives_workspace<T> &w, const T *q, const T *v, int n,
+                                  const int *links, const frame_options &how, T *by_q, T *by_v) {
   motions_of_supports(model, w, q, v, v, n, links); // the accelerations have no effect here
   for (int l = 0; l < n; ++l) {
     const std::ptrdiff_t at = std::ptrdiff_t(6) * model.nv * l;
-    const twist_columns<T> of_q = {by_q + at, model.nv, how.angular_first}, of_v = {by_v + at, model.nv, how.angular_first};
+    const twist_columns<T> of_q = {by_q + at, model.nv, how.angular_first},
+                           of_v = {by_v + at, model.nv, how.angular_first};
     of_q.clear(), of_v.clear();
     const expressed_motion<T> found = expressed_motion_of(model, w.motions, links[l], how);
     for_columns_of(model, links[l], found, [&]<class P>(columns_at<P> k, const expressed_motion<P> &m) KSL_INLINED {
@@ -159,13 +165,15 @@ template <class P> KSL_LANES void add_turning(const P &times, const screw<P> &V,
 /// The derivatives of frame_accelerations, each (n, 6, nv), row-major: by q along q ⊕ s e_k with v and dv held componentwise; by v;
 /// by dv they are the Jacobians.  O(bodies that carry the links + links × depth), besides writing 18 nv numbers for each link.
 template <class T>
-void frame_accelerations_derivatives(const model_view<scalar_of<T>> &model, const frame_accelerations_derivatives_workspace<T> &w,
-                                     const T *q, const T *v, const T *dv, int n, const int *links, const frame_options &how, T *by_q,
-                                     T *by_v, T *by_dv) {
+void frame_accelerations_derivatives(const model_view<scalar_of<T>> &model,
+                                     const frame_accelerations_derivatives_workspace<T> &w, const T *q, const T *v,
+                                     const T *dv, int n, const int *links, const frame_options &how, T *by_q, T *by_v,
+                                     T *by_dv) {
   motions_of_supports(model, w, q, v, dv, n, links);
   for (int l = 0; l < n; ++l) {
     const std::ptrdiff_t at = std::ptrdiff_t(6) * model.nv * l;
-    const twist_columns<T> of_q = {by_q + at, model.nv, how.angular_first}, of_v = {by_v + at, model.nv, how.angular_first},
+    const twist_columns<T> of_q = {by_q + at, model.nv, how.angular_first},
+                           of_v = {by_v + at, model.nv, how.angular_first},
                            of_dv = {by_dv + at, model.nv, how.angular_first};
     of_q.clear(), of_v.clear(), of_dv.clear();
     const expressed_motion<T> found = expressed_motion_of(model, w.motions, links[l], how);
@@ -176,7 +184,8 @@ void frame_accelerations_derivatives(const model_view<scalar_of<T>> &model, cons
       const screw<P> S = in_target(m.target, c.S), own = in_target(m.target, c.velocity_by_q);
       const screw<P> relative = relative_to_options(S, how), moved = velocity_by_q(m, c, relative);
       screw<P> q_rate = in_target(m.target, c.acceleration_by_q), v_rate = in_target(m.target, c.acceleration_by_v);
-      const screw<P> q_turned = cross(own, m.velocity), v_turned = cross(S, m.velocity), a_turned = cross(relative, m.acceleration);
+      const screw<P> q_turned = cross(own, m.velocity), v_turned = cross(S, m.velocity),
+                     a_turned = cross(relative, m.acceleration);
       A::xpy_ss(&q_turned, &q_rate); // Ψ̈ − V × Ψ̇ = Ψ̈ + Ψ̇ × V (1)
       A::xpy_ss(&a_turned, &q_rate); // ξ × A (2)
       A::xpy_ss(&v_turned, &v_rate); // Ψ̇ + Ṡ − V × S (1)

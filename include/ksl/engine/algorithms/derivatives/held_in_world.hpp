@@ -18,11 +18,15 @@ namespace ksl {
 inline namespace KSL_ISA {
 
 /// A wrench f about its link's origin, and the position of this origin from the common point; both in common axes.
-template <class T> struct held_wrench { vec3<T> point; coscrew<T> f; };
+template <class T> struct held_wrench {
+  vec3<T> point;
+  coscrew<T> f;
+};
 
 /// External wrench e, given in the world's axes.
 template <class T>
-inline held_wrench<T> held_in_common_axes(const model_view<scalar_of<T>> &model, const coordinate_motions_workspace<T> &w,
+inline held_wrench<T> held_in_common_axes(const model_view<scalar_of<T>> &model,
+                                          const coordinate_motions_workspace<T> &w,
                                           const external_wrenches<T> &external, int e) {
   const T *x = external.wrench + 6 * e;
   const int link = external.link[e];
@@ -70,14 +74,19 @@ void add_turning_of_external(const model_view<scalar_of<T>> &model, const coordi
         A::cross_vv(&held.f.lin, &S.lin, &g);
         A::cross_vv(&held.f.ang, &S.ang, &moment);
         A::xpy_vv(&moment, &g);
-        for_carriers(model, i, [&](int first, int end) { add_along_turns(w, g, first, end, dtau_dq + std::ptrdiff_t(j) * model.nv); });
+        for_carriers(model, i, [&](int first, int end) {
+          add_along_turns(w, g, first, end, dtau_dq + std::ptrdiff_t(j) * model.nv);
+        });
       }
     });
   }
 }
 
 /// A column of the Jacobian of a link's origin, in axes that don't turn, and the body of its joint.
-template <class T> struct jacobian_column { screw<T> S; int joint; };
+template <class T> struct jacobian_column {
+  screw<T> S;
+  int joint;
+};
 
 /// Both halves of S turned: (turn × S.lin, turn × S.ang).
 template <class T> inline screw<T> turned(const vec3<T> &turn, const screw<T> &S) {

@@ -156,8 +156,8 @@ KSL_LANES void set_rows(const model_view<T> &model, const inverse_dynamics_deriv
 /// Sets the elements of coordinate k of body i with the coordinates that carry it and those of its joint, in its row (2) and in its
 /// column (1).
 template <class T, bool three>
-KSL_LANES void set_elements(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &d, int i, int k,
-                            const wrench_derivative<T> &own, const tau_derivative_matrices<T, three> &out) {
+KSL_LANES void set_elements(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &d, int i,
+                            int k, const wrench_derivative<T> &own, const tau_derivative_matrices<T, three> &out) {
   const body<scalar_of<T>> &b = model.body[i];
   for (int m = b.v_index; m < b.v_index + b.nv; ++m)
     out.set(k, m, by_carrier(own, d.coordinate.at(m)));
@@ -170,8 +170,8 @@ KSL_LANES void set_elements(const model_view<scalar_of<T>> &model, const wrench_
 
 /// Sets the elements of all coordinates of body i's joint, and adds the dynamics of its subtree to its parent's.
 template <class T>
-KSL_LANES void set_joint(const model_view<scalar_of<T>> &model, const inverse_dynamics_derivatives_workspace<T> &w, int i,
-                         const tau_derivative_matrices<T> &out) {
+KSL_LANES void set_joint(const model_view<scalar_of<T>> &model, const inverse_dynamics_derivatives_workspace<T> &w,
+                         int i, const tau_derivative_matrices<T> &out) {
   const wrench_derivatives_workspace<T> &d = w.wrenches;
   const body<scalar_of<T>> &b = model.body[i];
   const int own_end = b.v_index + b.nv;
@@ -186,8 +186,9 @@ KSL_LANES void set_joint(const model_view<scalar_of<T>> &model, const inverse_dy
 /// is a plain number.
 template <class T>
 void elements_of_inverse_dynamics_derivatives(const model_view<scalar_of<T>> &model,
-                                              const inverse_dynamics_derivatives_workspace<T> &w, const T *q, const T *v, const T *a,
-                                              const external_wrenches<T> &external, T *dtau_dq, T *dtau_dv, T *dtau_da) {
+                                              const inverse_dynamics_derivatives_workspace<T> &w, const T *q,
+                                              const T *v, const T *a, const external_wrenches<T> &external, T *dtau_dq,
+                                              T *dtau_dv, T *dtau_da) {
   forward_motions(model, w.wrenches, q, v, a, external);
   const tau_derivative_matrices<T> out = {dtau_dq, dtau_dv, dtau_da, model.nv};
   if constexpr (is_number<T>) {
@@ -207,8 +208,9 @@ void elements_of_inverse_dynamics_derivatives(const model_view<scalar_of<T>> &mo
 /// held componentwise, to v, and to a, which is the mass matrix.  External wrenches are held in the axes in which they
 /// are given, those of their links, which move, or of the world.  q (nq), v and a (nv).
 template <class T>
-void inverse_dynamics_derivatives(const model_view<scalar_of<T>> &model, const inverse_dynamics_derivatives_workspace<T> &w,
-                                  const T *q, const T *v, const T *a, const external_wrenches<T> &external, T *dtau_dq, T *dtau_dv,
+void inverse_dynamics_derivatives(const model_view<scalar_of<T>> &model,
+                                  const inverse_dynamics_derivatives_workspace<T> &w, const T *q, const T *v,
+                                  const T *a, const external_wrenches<T> &external, T *dtau_dq, T *dtau_dv,
                                   T *dtau_da) {
   if constexpr (!is_number<T>)
     tau_derivative_matrices<T>{dtau_dq, dtau_dv, dtau_da, model.nv}.clear_all();

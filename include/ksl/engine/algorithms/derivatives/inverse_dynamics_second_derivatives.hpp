@@ -56,11 +56,11 @@ namespace ksl {
 
 /// The vectors of a pair of coordinates: z, the outermost one, and u, on the path to the joint of z, which is included.
 template <class T> struct pair_derivatives {
-  coscrew<T> effort_by_q;  ///< e of (6), for efforts of z by q_u and another coordinate
-  coscrew<T> turned;       ///< g of (6)
-  coscrew<T> effort_by_v;  ///< h of (6), for efforts of z by v_u and another coordinate
-  coscrew<T> by_qq;        ///< the wrench through joint z by q_u and q_z (7), for efforts of coordinates that u displaces
-  coscrew<T> by_qq_beyond; ///< the same for efforts of coordinates that carry u: S_u ×* ∂f_z is added
+  coscrew<T> effort_by_q; ///< e of (6), for efforts of z by q_u and another coordinate
+  coscrew<T> turned;      ///< g of (6)
+  coscrew<T> effort_by_v; ///< h of (6), for efforts of z by v_u and another coordinate
+  coscrew<T> by_qq; ///< the wrench through joint z by q_u and q_z (7), for efforts of coordinates that u displaces
+  coscrew<T> by_qq_beyond;        ///< the same for efforts of coordinates that carry u: S_u ×* ∂f_z is added
   coscrew<T> by_vv;               ///< by v_u and v_z
   coscrew<T> by_qv, by_qv_beyond; ///< by q_u and v_z, likewise
   coscrew<T> by_vq;               ///< by v_u and q_z
@@ -76,9 +76,9 @@ struct path_place { int coordinate, first, end; };
 template <class T> struct inverse_dynamics_second_derivatives_workspace {
   wrench_derivatives_workspace<T> wrenches;
   per_coordinate<subtree_rates, T> rates;
-  array_of<path_place> place;                 ///< the path to the joint that is visited
-  per_coordinate<coordinate_motion, T> path;  ///< the motions of the coordinates at these places
-  per_coordinate<pair_derivatives, T> pair;   ///< the pairs of one coordinate z with those at these places
+  array_of<path_place> place;                ///< the path to the joint that is visited
+  per_coordinate<coordinate_motion, T> path; ///< the motions of the coordinates at these places
+  per_coordinate<pair_derivatives, T> pair;  ///< the pairs of one coordinate z with those at these places
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     wrenches.lay_out(memory, model);
@@ -135,7 +135,8 @@ template <class T> KSL_LANES coscrew<T> momentum_of(const spatial_inertia<T> &I,
 /// Sets e, g and h of (6).  z are the rates of the subtree of coordinate z, and d is how the wrench through its joint changes with z:
 /// d.by_a = I S_z, and d.turn is the angular half of 2 Bᵀ S_z.
 template <class T>
-KSL_LANES void set_own(const subtree_rates<T> &z, const wrench_derivative<T> &d, const coordinate_motion<T> &u, pair_derivatives<T> &out) {
+KSL_LANES void set_own(const subtree_rates<T> &z, const wrench_derivative<T> &d, const coordinate_motion<T> &u,
+                       pair_derivatives<T> &out) {
   using A = algebra<T>;
   vec3<T> turn;
   out.turned = carried(u.S, d.by_a); // g
@@ -182,7 +183,8 @@ template <class T> KSL_LANES void set_pairs(const inverse_dynamics_second_deriva
 /// Corrects the pairs of z with coordinates u of its own joint.  v_u changes S_u q̇_u, but not v_λ, so that (4) doesn't hold between
 /// them: I (S_z × S_u) is added to by_vv.
 template <class T>
-KSL_LANES void correct_pairs_of_joint(const inverse_dynamics_second_derivatives_workspace<T> &w, int z, const path_place &own) {
+KSL_LANES void correct_pairs_of_joint(const inverse_dynamics_second_derivatives_workspace<T> &w, int z,
+                                      const path_place &own) {
   constexpr int by_vv = 30;
   const spatial_inertia<T> I = w.wrenches.subtree.template part<spatial_inertia, T>(z);
   const screw<T> S = w.wrenches.coordinate.template part<screw, T>(z);
@@ -233,18 +235,21 @@ KSL_LANES void set_effort_of_outermost(const inverse_dynamics_second_derivatives
 /// Sets the second derivatives (7) of the effort of the coordinate at place `carrier`, which carries z, by z and each coordinate u at
 /// the places [first, end).  `beyond` says whether it carries these as well.  `own` is the place where the joint of z begins.
 template <bool beyond, class T>
-KSL_LANES void set_effort_of_carrier(const inverse_dynamics_second_derivatives_workspace<T> &w, index z, int own, int carrier, int first,
-                                     int end, const tau_second_derivatives<T> &out) {
+KSL_LANES void set_effort_of_carrier(const inverse_dynamics_second_derivatives_workspace<T> &w, index z, int own,
+                                     int carrier, int first, int end, const tau_second_derivatives<T> &out) {
   using P = lanes_of_coordinates<T>;
   using A = algebra<P>;
   constexpr int lanes = static_cast<int>(sizeof(P) / sizeof(T));
   const index i = w.place[carrier].coordinate;
   for (int u = first; u < end; u += lanes) {
     const auto S = in_all_lanes<P, screw>(w.path.template part<screw, T>(carrier));
-    const coscrew<P> by_qq = w.pair.template part<coscrew, P, beyond ? 24 : 18>(u), by_vv = w.pair.template part<coscrew, P, 30>(u);
-    const coscrew<P> by_qv = w.pair.template part<coscrew, P, beyond ? 42 : 36>(u), by_vq = w.pair.template part<coscrew, P, 48>(u);
+    const coscrew<P> by_qq = w.pair.template part<coscrew, P, beyond ? 24 : 18>(u),
+                     by_vv = w.pair.template part<coscrew, P, 30>(u);
+    const coscrew<P> by_qv = w.pair.template part<coscrew, P, beyond ? 42 : 36>(u),
+                     by_vq = w.pair.template part<coscrew, P, 48>(u);
     const coscrew<P> by_aq = w.pair.template part<coscrew, P, 54>(u);
-    const P x[5] = {A::dot_cs(&by_qq, &S), A::dot_cs(&by_vv, &S), A::dot_cs(&by_qv, &S), A::dot_cs(&by_vq, &S), A::dot_cs(&by_aq, &S)};
+    const P x[5] = {A::dot_cs(&by_qq, &S), A::dot_cs(&by_vv, &S), A::dot_cs(&by_qv, &S), A::dot_cs(&by_vq, &S),
+                    A::dot_cs(&by_aq, &S)};
     for_lanes<T>(x, u, end, [&](int place, auto number) KSL_INLINED {
       const index m = w.place[place].coordinate;
       out.by_qq[out.at(i, z, m)] = number(0);
@@ -278,7 +283,8 @@ void set_elements_of(const inverse_dynamics_second_derivatives_workspace<T> &w, 
 
 /// How the dynamics of each subtree change with the coordinates of its joint.
 template <class T>
-KSL_LANES void set_rates_of_subtrees(const model_view<scalar_of<T>> &model, const inverse_dynamics_second_derivatives_workspace<T> &w) {
+KSL_LANES void set_rates_of_subtrees(const model_view<scalar_of<T>> &model,
+                                     const inverse_dynamics_second_derivatives_workspace<T> &w) {
   using P = lanes_of_coordinates<T>;
   for (int k = 0; k < model.nv; k += static_cast<int>(sizeof(P) / sizeof(T)))
     w.rates.set(k, rates_of(w.wrenches.subtree.template get<P>(k), w.wrenches.coordinate.template get<P>(k)));
@@ -287,8 +293,9 @@ KSL_LANES void set_rates_of_subtrees(const model_view<scalar_of<T>> &model, cons
 /// The second derivatives of inverse_dynamics at q (nq), v and a (nv), without the zeros that follow from the shape of the tree.
 template <class T>
 void elements_of_inverse_dynamics_second_derivatives(const model_view<scalar_of<T>> &model,
-                                                     const inverse_dynamics_second_derivatives_workspace<T> &w, const T *q, const T *v,
-                                                     const T *a, const external_wrenches<T> &external, T *d2tau_dqdq, T *d2tau_dvdv,
+                                                     const inverse_dynamics_second_derivatives_workspace<T> &w,
+                                                     const T *q, const T *v, const T *a,
+                                                     const external_wrenches<T> &external, T *d2tau_dqdq, T *d2tau_dvdv,
                                                      T *d2tau_dqdv, T *dM_dq) {
   const tau_second_derivatives<T> out = {d2tau_dqdq, d2tau_dvdv, d2tau_dqdv, dM_dq, model.nv};
   const bool held = external.axes == expressed_in::world; // these wrenches are added at the end
@@ -319,11 +326,13 @@ void elements_of_inverse_dynamics_second_derivatives(const model_view<scalar_of<
 /// that of dM_dq is the derivative of M_ik by q_m, or d²tau_i / da_k dq_m.  External wrenches are held in the axes in which they are
 /// given, those of their links, which move, or of the world.  q (nq), v and a (nv).  O(nv × depth²), besides writing 4 nv³ numbers.
 template <class T>
-void inverse_dynamics_second_derivatives(const model_view<scalar_of<T>> &model, const inverse_dynamics_second_derivatives_workspace<T> &w,
-                                         const T *q, const T *v, const T *a, const external_wrenches<T> &external, T *d2tau_dqdq,
+void inverse_dynamics_second_derivatives(const model_view<scalar_of<T>> &model,
+                                         const inverse_dynamics_second_derivatives_workspace<T> &w, const T *q,
+                                         const T *v, const T *a, const external_wrenches<T> &external, T *d2tau_dqdq,
                                          T *d2tau_dvdv, T *d2tau_dqdv, T *dM_dq) {
   tau_second_derivatives<T>{d2tau_dqdq, d2tau_dvdv, d2tau_dqdv, dM_dq, model.nv}.clear_all();
-  elements_of_inverse_dynamics_second_derivatives(model, w, q, v, a, external, d2tau_dqdq, d2tau_dvdv, d2tau_dqdv, dM_dq);
+  elements_of_inverse_dynamics_second_derivatives(model, w, q, v, a, external, d2tau_dqdq, d2tau_dvdv, d2tau_dqdv,
+                                                  dM_dq);
 }
 
 } // namespace KSL_ISA

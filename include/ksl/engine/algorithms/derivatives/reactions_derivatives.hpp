@@ -21,7 +21,8 @@ inline namespace KSL_ISA {
 
 template <class T> struct reactions_derivatives_workspace {
   wrench_derivatives_workspace<T> wrenches;
-  array_of<subtree_dynamics<T>> link; ///< dynamics of each link and all that it carries; used if a fixed joint is asked for
+  array_of<subtree_dynamics<T>>
+      link; ///< dynamics of each link and all that it carries; used if a fixed joint is asked for
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     wrenches.lay_out(memory, model);
@@ -30,8 +31,8 @@ template <class T> struct reactions_derivatives_workspace {
 };
 
 /// Pose of a link's frame in the common axes of any tree, also of another one than the link's own.
-template <class T> inline SE3<T> link_in_other_tree(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
-                                                    int link, int tree) {
+template <class T> inline SE3<T> link_in_other_tree(const model_view<scalar_of<T>> &model,
+                                                    const wrench_derivatives_workspace<T> &w, int link, int tree) {
   SE3<T> D = link_in_tree(model, w, link);
   const int own = tree_of(model, model.link[link].body);
   if (own == tree)
@@ -43,7 +44,8 @@ template <class T> inline SE3<T> link_in_other_tree(const model_view<scalar_of<T
 }
 
 /// Pose of the frame that a reaction is asked for in, in the common axes of a tree.
-template <class T> inline SE3<T> requested_frame(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
+template <class T> inline SE3<T> requested_frame(const model_view<scalar_of<T>> &model,
+                                                 const wrench_derivatives_workspace<T> &w,
                                                  const reaction_request &request, int link, int tree) {
   using A = algebra<T>;
   SE3<T> target = link_in_other_tree(model, w, link, tree), world;
@@ -73,7 +75,8 @@ inline bool moves_with_joint(const reaction_request &request) {
 
 /// Sets the dynamics of each link and all that it carries, fixed joints included.  The trees on links of the ground have different
 /// common axes, so that only their wrenches are added to those of the ground's links, in the world's axes.
-template <class T> void link_dynamics(const model_view<scalar_of<T>> &model, const reactions_derivatives_workspace<T> &w,
+template <class T> void link_dynamics(const model_view<scalar_of<T>> &model,
+                                      const reactions_derivatives_workspace<T> &w,
                                       const external_wrenches<T> &external) {
   using A = algebra<T>;
   const wrench_derivatives_workspace<T> &d = w.wrenches;
@@ -109,7 +112,8 @@ template <class S> inline coordinate_run carried_by(const model_view<S> &model, 
     ++end;
   coordinate_run run = {0, 0};
   for (int i = l.body + 1; i < model.bodies; ++i) {
-    const bool inside = !(model.body[i].link >= 0); // the massless body of a universal joint; the joint's link is on the next body
+    const bool inside =
+        !(model.body[i].link >= 0); // the massless body of a universal joint; the joint's link is on the next body
     const int child = model.body[i + inside].link;
     if (child > link && child < end)
       run = {run.end > 0 ? run.first : model.body[i].v_index, model.body[i].v_index + model.body[i].nv};
@@ -234,7 +238,8 @@ template <class P> KSL_LANES wrench_by<P> by_carrier_of(const subtree_dynamics<P
 /// common axes and the common point to the frame that is wanted.
 template <class T, class Dynamics, class Express>
 KSL_LANES void set_reaction(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int body,
-                            Dynamics dynamics, coordinate_run carried, const reaction_rows_of_joint<T> &out, Express express) {
+                            Dynamics dynamics, coordinate_run carried, const reaction_rows_of_joint<T> &out,
+                            Express express) {
   out.set(carried.first, carried.end, [&]<class P>(int k) KSL_INLINED {
     const wrench_derivative<P> f = w.derivative.template get<P>(k);
     return express(wrench_by<P>{f.by_q, f.by_v, f.by_a});
@@ -265,8 +270,10 @@ template <class T>
 inline void add_rate_of_split(const wrench_derivatives_workspace<T> &w, const body<scalar_of<T>> &b, wrench_part part,
                               const coscrew<T> &f, const SE3<T> &D, const reaction_rows_of_joint<T> &out) {
   const plane_rotation<T> theta = w.pose.rotation(b);
-  const T normal = theta.cosine * f.ang.x - theta.sine * f.ang.y, across = theta.sine * f.ang.x + theta.cosine * f.ang.y, o = T(0);
-  coscrew<T> rate = {{o, o, o}, {theta.sine * normal + theta.cosine * across, theta.cosine * normal - theta.sine * across, o}};
+  const T normal = theta.cosine * f.ang.x - theta.sine * f.ang.y,
+          across = theta.sine * f.ang.x + theta.cosine * f.ang.y, o = T(0);
+  coscrew<T> rate = {{o, o, o},
+                     {theta.sine * normal + theta.cosine * across, theta.cosine * normal - theta.sine * across, o}};
   if (part == wrench_part::constraint)
     algebra<T>::coscrew_invert(&rate);
   algebra<T>::product_CoAdc(&D, &rate, &rate);
@@ -287,8 +294,10 @@ template <class P, class T> struct rotation_in_lanes {
 };
 
 /// Splits a wrench, which is given in the frame of its body, and expresses the part in the frame in which the body has the pose D.
-template <joint_kind K, class T, class P> KSL_LANES coscrew<P>
-split_and_moved(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wrench_part part, const SE3<P> &D, const coscrew<P> &f) {
+template <joint_kind K, class T, class P> KSL_LANES coscrew<P> split_and_moved(const body<scalar_of<T>> &b,
+                                                                               const pose_workspace<T> &pose,
+                                                                               wrench_part part, const SE3<P> &D,
+                                                                               const coscrew<P> &f) {
   coscrew<P> x = part_through<K>(b, rotation_in_lanes<P, T>{pose}, part, f);
   algebra<P>::product_CoAdc(&D, &x, &x);
   return x;
@@ -296,20 +305,20 @@ split_and_moved(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wren
 
 /// set_reaction in any frame; d are the dynamics of the bodies beyond the joint.
 template <class T>
-void set_reaction_in(const SE3<T> &frame, const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int body,
-                     const subtree_dynamics<T> &d, coordinate_run carried, const reaction_rows_of_joint<T> &out) {
+void set_reaction_in(const SE3<T> &frame, const model_view<scalar_of<T>> &model,
+                     const wrench_derivatives_workspace<T> &w, int body, const subtree_dynamics<T> &d,
+                     coordinate_run carried, const reaction_rows_of_joint<T> &out) {
   const auto dynamics = [&]<class P>() KSL_INLINED { return in_all_lanes<P, subtree_dynamics>(d); };
-  set_reaction(model, w, body, dynamics, carried, out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
-    return expressed(in_all_lanes<P, SE3>(frame), by);
-  });
+  set_reaction(model, w, body, dynamics, carried, out,
+               [&]<class P>(const wrench_by<P> &by) KSL_INLINED { return expressed(in_all_lanes<P, SE3>(frame), by); });
 }
 
 /// The same for a part of the wrench.  The derivatives of the whole wrench are set in the frame of body i, in which the joint's motion
 /// subspace is constant, then split, and then expressed in the requested frame.  Returns the part itself.
 template <class T>
 coscrew<T> set_part_of_reaction(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int i,
-                                const subtree_dynamics<T> &d, coordinate_run carried, wrench_part part, const SE3<T> &frame,
-                                const reaction_rows_of_joint<T> &out) {
+                                const subtree_dynamics<T> &d, coordinate_run carried, wrench_part part,
+                                const SE3<T> &frame, const reaction_rows_of_joint<T> &out) {
   const ksl::body<scalar_of<T>> &b = model.body[i];
   const SE3<T> body = {w.rotation[i], w.origin[i]};
   const coscrew<T> whole = expressed(body, d.f);
@@ -334,8 +343,8 @@ coscrew<T> set_part_of_reaction(const model_view<scalar_of<T>> &model, const wre
 /// the velocity of the body's point at the frame's origin, and `angular` times its angular velocity.
 template <class T>
 KSL_LANES void add_motion(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
-                          const reaction_request &request, int link, int body, int linear, int angular, const coscrew<T> &f,
-                          const reaction_rows_of_joint<T> &out) {
+                          const reaction_request &request, int link, int body, int linear, int angular,
+                          const coscrew<T> &f, const reaction_rows_of_joint<T> &out) {
   const SE3<T> frame = requested_frame(model, w, request, link, tree_of(model, body));
   const auto add = [&]<class P>(int k) KSL_INLINED {
     using A = algebra<P>;
@@ -355,9 +364,9 @@ KSL_LANES void add_motion(const model_view<scalar_of<T>> &model, const wrench_de
 
 /// Adds (3): x is the motion of the joint's frame, as far as axes and point don't move with it, less the motion of the links that
 /// they move with.  f is the reaction itself.
-template <class T> void add_relative_motion(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
-                                            const reaction_request &request, int link, const coscrew<T> &f,
-                                            const reaction_rows_of_joint<T> &out) {
+template <class T> void add_relative_motion(const model_view<scalar_of<T>> &model,
+                                            const wrench_derivatives_workspace<T> &w, const reaction_request &request,
+                                            int link, const coscrew<T> &f, const reaction_rows_of_joint<T> &out) {
   const int other_point = request.at != wrench_frame::joint, other_axes = request.axes != wrench_frame::joint;
   add_motion(model, w, request, link, model.link[link].body, other_point, other_axes, f, out);
   if (request.at == wrench_frame::link)
@@ -407,7 +416,8 @@ void add_turning_of_external(const model_view<scalar_of<T>> &model, const wrench
       algebra<T>::product_dinvd(&frame, &own, &D);
       by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
         add([&]<class P>(const coscrew<P> &f) KSL_INLINED {
-          return split_and_moved<K>(b, w.pose, request.part, in_all_lanes<P, SE3>(D), expressed(in_all_lanes<P, SE3>(own), f));
+          return split_and_moved<K>(b, w.pose, request.part, in_all_lanes<P, SE3>(D),
+                                    expressed(in_all_lanes<P, SE3>(own), f));
         });
       });
     }
@@ -469,17 +479,17 @@ KSL_LANES void set_whole_reaction(const model_view<scalar_of<T>> &model, const w
   if (clear && leaves_columns(model, l.body, carried))
     out.clear();
   const auto dynamics = [&]<class P>() KSL_INLINED { return w.subtree.template in_all_lanes<P>(carried.first - 1); };
-  set_reaction(model, w, l.body, dynamics, carried, out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
-    return expressed(in_all_lanes<P, SE3>(frame), by);
-  });
+  set_reaction(model, w, l.body, dynamics, carried, out,
+               [&]<class P>(const wrench_by<P> &by) KSL_INLINED { return expressed(in_all_lanes<P, SE3>(frame), by); });
 }
 
 /// The derivatives of reactions(q, v, a) with the same request, each (n, 6, nv), row-major.  Unless `clear` is set, zeros that follow
 /// from the shape of the tree are left out where the whole wrench is asked for in the joint's own frame.
 template <class T>
-void elements_of_reactions_derivatives(const model_view<scalar_of<T>> &model, const reactions_derivatives_workspace<T> &w, const T *q,
-                                       const T *v, const T *a, const reaction_request &request, const external_wrenches<T> &external,
-                                       T *by_q, T *by_v, T *by_a, bool clear = is_number<T>) {
+void elements_of_reactions_derivatives(const model_view<scalar_of<T>> &model,
+                                       const reactions_derivatives_workspace<T> &w, const T *q, const T *v, const T *a,
+                                       const reaction_request &request, const external_wrenches<T> &external, T *by_q,
+                                       T *by_v, T *by_a, bool clear = is_number<T>) {
   forward_motions(model, w.wrenches, q, v, a, external);
   sum_subtrees(model, w.wrenches);
   bool any_inside = false; // is any of the joints fixed, and so inside of a body
@@ -507,9 +517,9 @@ void elements_of_reactions_derivatives(const model_view<scalar_of<T>> &model, co
 /// axes, about the requested point; by q along q ⊕ s e_k with v and a held componentwise, by v and by a.  External wrenches are
 /// held in the axes in which they are given, those of their links, which move, or of the world.
 template <class T>
-void reactions_derivatives(const model_view<scalar_of<T>> &model, const reactions_derivatives_workspace<T> &w, const T *q, const T *v,
-                           const T *a, const reaction_request &request, const external_wrenches<T> &external, T *by_q, T *by_v,
-                           T *by_a) {
+void reactions_derivatives(const model_view<scalar_of<T>> &model, const reactions_derivatives_workspace<T> &w,
+                           const T *q, const T *v, const T *a, const reaction_request &request,
+                           const external_wrenches<T> &external, T *by_q, T *by_v, T *by_a) {
   elements_of_reactions_derivatives(model, w, q, v, a, request, external, by_q, by_v, by_a, true);
 }
 

@@ -16,8 +16,9 @@ template <class T> using reactions_external_derivatives_workspace = forward_kine
 /// link's axes, linear first; Featherstone, RBDA (2008), table 5.1.  Point, axes, part, side and order of reactions are those of the
 /// request.  O(joints × links).
 template <class T>
-void reactions_external_derivatives(const model_view<scalar_of<T>> &model, const reactions_external_derivatives_workspace<T> &w,
-                                    const T *q, const reaction_request &request, T *by_external) {
+void reactions_external_derivatives(const model_view<scalar_of<T>> &model,
+                                    const reactions_external_derivatives_workspace<T> &w, const T *q,
+                                    const reaction_request &request, T *by_external) {
   const int n = model.links;
   for (std::ptrdiff_t k = 0; k < std::ptrdiff_t(36) * request.n * n; ++k)
     by_external[k] = T(0);

@@ -19,7 +19,7 @@ template <class T> struct velocity_product {
 
 /// How I and 2 B of the subtree of a coordinate change with it.
 template <class T> struct subtree_rates {
-  spatial_inertia<T> I_by_q; ///< S ×* I − I S ×; its mass is zero
+  spatial_inertia<T> I_by_q;  ///< S ×* I − I S ×; its mass is zero
   velocity_product<T> B_by_q; ///< by (1): S ×* 2 B − 2 B S × + 2 B(I, Ψ̇)
   velocity_product<T> B_by_v; ///< by (2): 2 B(I, S)
 };

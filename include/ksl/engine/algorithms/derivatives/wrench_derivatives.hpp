@@ -47,8 +47,9 @@ template <class T> struct wrench_derivative {
 inline namespace KSL_ISA {
 
 template <class T> struct wrench_derivatives_workspace : coordinate_motions_workspace<T> {
-  per_coordinate<subtree_dynamics, T> subtree; ///< at first of each body, at its joint's last coordinate; then of its subtree, at
-                                               ///< all coordinates of its joint
+  per_coordinate<subtree_dynamics, T>
+      subtree; ///< at first of each body, at its joint's last coordinate; then of its subtree, at
+               ///< all coordinates of its joint
   per_coordinate<wrench_derivative, T> derivative;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
@@ -103,7 +104,8 @@ template <class T> KSL_LANES subtree_dynamics<T> body_dynamics(const spatial_ine
 
   d.K = moment_of_momentum(I, m.velocity);
 
-  body_motion<T> at_point = {w, m.acceleration.ang, {}}; // of the body's point at the common point; classical: a.lin + ω × v
+  body_motion<T> at_point = {
+      w, m.acceleration.ang, {}}; // of the body's point at the common point; classical: a.lin + ω × v
   A::cross_vv(&w, &v, &at_point.acceleration);
   A::xpy_vv(&m.acceleration.lin, &at_point.acceleration);
   d.f = newton_euler(I, at_point);
@@ -111,7 +113,8 @@ template <class T> KSL_LANES subtree_dynamics<T> body_dynamics(const spatial_ine
 }
 
 /// 2 B x + I y (1); x is the angular half, which is all that counts.
-template <class T> KSL_LANES coscrew<T> wrench_change(const subtree_dynamics<T> &d, const vec3<T> &x, const screw<T> &y) {
+template <class T> KSL_LANES coscrew<T> wrench_change(const subtree_dynamics<T> &d, const vec3<T> &x,
+                                                      const screw<T> &y) {
   using A = algebra<T>;
   coscrew<T> change;
   vec3<T> lin, ang;
@@ -125,7 +128,8 @@ template <class T> KSL_LANES coscrew<T> wrench_change(const subtree_dynamics<T> 
 
 /// How the wrench through a joint changes with one of its coordinates (3).  d is the sum over the joint's subtree; by_a is I S.
 template <class T>
-KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c, const coscrew<T> &by_a) {
+KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c,
+                                             const coscrew<T> &by_a) {
   using A = algebra<T>;
   wrench_derivative<T> out;
   coscrew<T> carried;
@@ -140,7 +144,8 @@ KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const
   A::xpy_vv(&turn, &out.turn);
   return out;
 }
-template <class T> KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c) {
+template <class T> KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d,
+                                                                const coordinate_motion<T> &c) {
   coscrew<T> by_a;
   algebra<T>::product_Ms(&d.I, &c.S, &by_a);
   return derivative_of(d, c, by_a);
@@ -158,17 +163,20 @@ KSL_LANES void set_bodies(const model_view<scalar_of<T>> &model, const per_coord
   } else {
     const int last = k.i + lanes < model.bodies ? k.i + lanes - 1 : model.bodies - 1;
     if (last_coordinate(model, last) - first == last - k.i)
-      return subtree.set(first, d); // each has one coordinate; lanes beyond the last body are overwritten later, or unused
+      return subtree.set(first,
+                         d); // each has one coordinate; lanes beyond the last body are overwritten later, or unused
     for (int i = k.i; i <= last; ++i)
       for (int c = 0; c < numbers; ++c)
         if (i > 0)
-          subtree.number(last_coordinate(model, i), c) = reinterpret_cast<const T *>(reinterpret_cast<const P *>(&d) + c)[i - k.i];
+          subtree.number(last_coordinate(model, i), c) =
+              reinterpret_cast<const T *>(reinterpret_cast<const P *>(&d) + c)[i - k.i];
   }
 }
 
 /// External wrench e, in common axes and about the common point.
 template <class T>
-inline coscrew<T> external_in_common_axes(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
+inline coscrew<T> external_in_common_axes(const model_view<scalar_of<T>> &model,
+                                          const wrench_derivatives_workspace<T> &w,
                                           const external_wrenches<T> &external, int e) {
   const int i = model.link[external.link[e]].body;
   const SE3<T> D = {w.rotation[i], w.origin[i]};
@@ -180,8 +188,9 @@ inline coscrew<T> external_in_common_axes(const model_view<scalar_of<T>> &model,
 /// Sets the motions of all bodies and coordinates, and the dynamics of each body by itself.  `ground` is the acceleration of the
 /// ground.
 template <class T>
-KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, const vec3<T> &ground,
-                               const T *q, const T *v, const T *a, const external_wrenches<T> &external) {
+KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
+                               const vec3<T> &ground, const T *q, const T *v, const T *a,
+                               const external_wrenches<T> &external) {
   w.derivative.clear_beyond(model.nv);
   coordinate_motions(model, w, ground, q, v, a, [&](auto k) KSL_INLINED {
     set_bodies(model, w.subtree, k, body_dynamics(own_inertia(model, k), w.rotation[k], w.origin[k], w.motion[k]));
@@ -200,8 +209,8 @@ KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wren
 
 /// The same with gravity: the ground accelerates upwards.
 template <class T>
-KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, const T *q, const T *v,
-                               const T *a, const external_wrenches<T> &external) {
+KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
+                               const T *q, const T *v, const T *a, const external_wrenches<T> &external) {
   forward_motions(model, w, ground_motion<T>(model).acceleration, q, v, a, external);
 }
 

@@ -42,7 +42,8 @@ void body_twists(const model_view<scalar_of<T>> &model, const energy_workspace<T
 
 /// Adds twice the kinetic energy of rotors, and subtracts the energy of springs from minus the potential energy.
 template <class T>
-void add_physics_energy(const model_view<scalar_of<T>> &model, const T *q, const T *v, T &twice_kinetic, T &minus_potential) {
+void add_physics_energy(const model_view<scalar_of<T>> &model, const T *q, const T *v, T &twice_kinetic,
+                        T &minus_potential) {
   for (int k = 0; k < model.nv; ++k) {
     const coordinate_physics<scalar_of<T>> &c = model.physics[k];
     twice_kinetic = twice_kinetic + T(c.armature) * (v[k] * v[k]);
@@ -54,7 +55,8 @@ void add_physics_energy(const model_view<scalar_of<T>> &model, const T *q, const
 /// Kinetic energy and potential energy of gravity (J); the latter is zero with every centroid at the world's origin.  The energies of
 /// rotors and springs are included if the model has them.  Fills the workspace w.  q (nq), v (nv).
 template <class T>
-void energy(const model_view<scalar_of<T>> &model, const energy_workspace<T> &w, const T *q, const T *v, T *kinetic, T *potential) {
+void energy(const model_view<scalar_of<T>> &model, const energy_workspace<T> &w, const T *q, const T *v, T *kinetic,
+            T *potential) {
   using A = algebra<T>;
   forward_kinematics(model, w.poses, q);
   body_twists(model, w, v);

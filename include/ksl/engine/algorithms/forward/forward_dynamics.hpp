@@ -34,13 +34,13 @@ template <class T> struct coordinate_state {
 /// All quantities are about each body's origin and in the axes of the base.
 template <class T> struct forward_dynamics_workspace {
   pose_workspace<T> pose;
-  per_body<mat3x3, T> rotation;           ///< axes of each body
-  per_body<body_motion, T> motion;        ///< of each body, without joint accelerations
-  per_body<coscrew, T> wrench;            ///< bias force p of each body
-  per_body<articulated_inertia, T> A;     ///< of each body
-  array_of<vec3<T>> offset;               ///< from the parent's origin to that of each body
+  per_body<mat3x3, T> rotation;       ///< axes of each body
+  per_body<body_motion, T> motion;    ///< of each body, without joint accelerations
+  per_body<coscrew, T> wrench;        ///< bias force p of each body
+  per_body<articulated_inertia, T> A; ///< of each body
+  array_of<vec3<T>> offset;           ///< from the parent's origin to that of each body
   array_of<coordinate_state<T>> coordinate;
-  array_of<screw<T>> acceleration;        ///< a' of each body, caused by the joint accelerations
+  array_of<screw<T>> acceleration; ///< a' of each body, caused by the joint accelerations
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     pose.lay_out(memory, model);
@@ -52,8 +52,8 @@ template <class T> struct forward_dynamics_workspace {
 /// Sets axes, offsets and inertias of all bodies, their motions without joint accelerations, and the wrenches p that these motions
 /// need.
 template <class T>
-void start_articulated(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q, const T *v,
-                       const external_wrenches<T> &external) {
+void start_articulated(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q,
+                       const T *v, const external_wrenches<T> &external) {
   w.motion.set(0, ground_motion<T>(model));
   const auto move = [&]<joint_kind K>(int i, const vec3<T> &offset) KSL_INLINED {
     const body<scalar_of<T>> &b = model.body[i];
@@ -90,7 +90,8 @@ KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamic
   using algebra = ksl::algebra<T>;
   in_place<articulated_inertia, T> A(w.A, i);
   coscrew<T> p = w.wrench[i];
-  if constexpr (joint<K>::is_free) { // a free joint transmits its effort alone: a' = A⁻¹ (τ − p), and the parent feels τ
+  if constexpr (joint<
+                    K>::is_free) { // a free joint transmits its effort alone: a' = A⁻¹ (τ − p), and the parent feels τ
     const mat3x3<T> R = w.rotation[i];
     coscrew<T> effort = {{tau[0], tau[1], tau[2]}, {tau[3], tau[4], tau[5]}}, rest;
     algebra::product_CoAdrc(&R, &effort, &effort);
@@ -108,7 +109,7 @@ KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamic
       w.coordinate[b.v_index + k] = {U, D_inverse, u};
       if (k > 0) {
         algebra::articulated_inertia_downdated(&*A, &U, D_inverse, &*A); // (2)
-      } else if (b.parent > 0) { // (2), and the step to the parent
+      } else if (b.parent > 0) {                                         // (2), and the step to the parent
         in_place<articulated_inertia, T> sum(w.A, b.parent);
         add_beyond_joint(*A, U, D_inverse, w.offset[i], *sum);
         sum.put();
@@ -148,7 +149,8 @@ KSL_LANES void accelerate(const body<scalar_of<T>> &b, const forward_dynamics_wo
 /// The passes from the leaves to the root and back, after start_articulated: accelerations dv (nv) under efforts tau (nv).  Both may
 /// be the same array.
 template <class T>
-KSL_LANES void accelerate_articulated(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *tau, T *dv) {
+KSL_LANES void accelerate_articulated(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w,
+                                      const T *tau, T *dv) {
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
     const coordinate_physics<scalar_of<T>> *physics = physics_of(model, b);
@@ -164,10 +166,11 @@ KSL_LANES void accelerate_articulated(const model_view<scalar_of<T>> &model, con
 /// Accelerations dv (nv) for positions q (nq), velocities v (nv) and motors' efforts tau (nv) under gravity and external
 /// wrenches.  O(bodies), about 590 flops for each.
 template <class T>
-void forward_dynamics(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q, const T *v,
-                      const T *tau, const external_wrenches<T> &external, T *dv) {
+void forward_dynamics(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q,
+                      const T *v, const T *tau, const external_wrenches<T> &external, T *dv) {
   start_articulated(model, w, q, v, external);
-  if (model.physics) { // the transmitted efforts, but for armature; stored in dv, where accelerations replace them one by one
+  if (model
+          .physics) { // the transmitted efforts, but for armature; stored in dv, where accelerations replace them one by one
     for (int k = 0; k < model.nv; ++k)
       dv[k] = tau[k] - passive_effort(model.physics[k], q, v[k]);
     tau = dv;

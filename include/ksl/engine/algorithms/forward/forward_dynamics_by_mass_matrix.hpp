@@ -27,8 +27,9 @@ template <class T> struct forward_dynamics_by_mass_matrix_workspace {
 /// Accelerations a (nv) for positions q (nq), velocities v (nv) and joint efforts tau (nv) under gravity and external wrenches.
 /// Leaves the factors of M in the workspace.  O(nv × depth²).
 template <class T>
-void forward_dynamics_by_mass_matrix(const model_view<scalar_of<T>> &model, const forward_dynamics_by_mass_matrix_workspace<T> &w,
-                                     const T *q, const T *v, const T *tau, const external_wrenches<T> &external, T *a) {
+void forward_dynamics_by_mass_matrix(const model_view<scalar_of<T>> &model,
+                                     const forward_dynamics_by_mass_matrix_workspace<T> &w, const T *q, const T *v,
+                                     const T *tau, const external_wrenches<T> &external, T *a) {
   T *const zero = &w.zero[0];
   for (int k = 0; k < model.nv; ++k)
     zero[k] = T(0);

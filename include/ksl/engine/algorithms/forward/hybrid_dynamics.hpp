@@ -48,7 +48,8 @@ KSL_LANES void pass_given(const body<scalar_of<T>> &b, const forward_dynamics_wo
 
 /// Sets a' of body i, whose joint has the given accelerations a, and the efforts of its joint (2).
 template <joint_kind K, class T>
-KSL_LANES void accelerate_given(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i, const T *a, T *tau) {
+KSL_LANES void accelerate_given(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i, const T *a,
+                                T *tau) {
   using A = algebra<T>;
   const articulated_inertia<T> inertia = w.A[i];
   coscrew<T> p = w.wrench[i], f;
@@ -63,8 +64,8 @@ KSL_LANES void accelerate_given(const body<scalar_of<T>> &b, const forward_dynam
 
 /// Writes the transmitted efforts of a joint, but for armature, to `left`: the motors' efforts less damping, friction and springs.
 template <joint_kind K, class T>
-KSL_LANES const T *without_physics(const model_view<scalar_of<T>> &model, const body<scalar_of<T>> &b, const T *q, const T *v,
-                                   const T *tau, T *left) {
+KSL_LANES const T *without_physics(const model_view<scalar_of<T>> &model, const body<scalar_of<T>> &b, const T *q,
+                                   const T *v, const T *tau, T *left) {
   for (int k = 0; k < coordinates<K>(b); ++k)
     left[k] = tau[b.v_index + k] - passive_effort(model.physics[b.v_index + k], q, v[b.v_index + k]);
   return left;
@@ -74,8 +75,9 @@ KSL_LANES const T *without_physics(const model_view<scalar_of<T>> &model, const 
 /// external wrenches.  For the joints that directly carry the links named, accelerations are given, in a (nv); for the others, efforts,
 /// in tau (nv).  O(bodies).
 template <class T>
-void hybrid_dynamics(const model_view<scalar_of<T>> &model, const hybrid_dynamics_workspace<T> &w, const T *q, const T *v, const T *a,
-                     const T *tau, int links, const int *link, const external_wrenches<T> &external, T *a_out, T *tau_out) {
+void hybrid_dynamics(const model_view<scalar_of<T>> &model, const hybrid_dynamics_workspace<T> &w, const T *q,
+                     const T *v, const T *a, const T *tau, int links, const int *link,
+                     const external_wrenches<T> &external, T *a_out, T *tau_out) {
   for (int i = 0; i < model.bodies; ++i)
     w.given[i] = 0;
   for (int k = 0; k < links; ++k) {
@@ -94,7 +96,8 @@ void hybrid_dynamics(const model_view<scalar_of<T>> &model, const hybrid_dynamic
       if (w.given[i])
         pass_given<K>(b, w.forward, i, a_out + b.v_index);
       else
-        pass_to_parent<K>(b, w.forward, i, model.physics ? without_physics<K>(model, b, q, v, tau_out, left) : tau_out + b.v_index,
+        pass_to_parent<K>(b, w.forward, i,
+                          model.physics ? without_physics<K>(model, b, q, v, tau_out, left) : tau_out + b.v_index,
                           physics_of(model, b));
     });
   }

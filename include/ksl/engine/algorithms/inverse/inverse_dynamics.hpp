@@ -21,8 +21,8 @@ inline namespace KSL_ISA {
 template <class T> struct inverse_dynamics_workspace {
   pose_workspace<T> pose;
   per_body<body_motion, T> motion; ///< of each body, in its frame
-  per_body<coscrew, T> wrench;     ///< through its joint, about its origin and in its axes; body 0: between ground and root
-  array_of<T> besides;             ///< what motors supply besides the transmitted efforts; empty unless the model has joint physics
+  per_body<coscrew, T> wrench; ///< through its joint, about its origin and in its axes; body 0: between ground and root
+  array_of<T> besides; ///< what motors supply besides the transmitted efforts; empty unless the model has joint physics
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     pose.lay_out(memory, model);
@@ -35,8 +35,9 @@ template <class T> struct inverse_dynamics_workspace {
 /// wrenches.  Fills the workspace w.  O(bodies), about 270 flops for each.  receive<K>(body, wrench) is called with the wrench
 /// through each joint during the backward pass, from the last body to the first.
 template <class T, class Receive>
-KSL_LANES void inverse_dynamics_by_joint(const model_view<scalar_of<T>> &model, const inverse_dynamics_workspace<T> &w, const T *q,
-                                         const T *v, const T *dv, const external_wrenches<T> &external, T *tau, Receive receive) {
+KSL_LANES void inverse_dynamics_by_joint(const model_view<scalar_of<T>> &model, const inverse_dynamics_workspace<T> &w,
+                                         const T *q, const T *v, const T *dv, const external_wrenches<T> &external,
+                                         T *tau, Receive receive) {
   if (model.physics) // first, since tau may be one of the inputs
     efforts_besides(model, q, v, dv, &w.besides[0]);
   sines_and_cosines(model, w.pose, q);
@@ -52,9 +53,8 @@ KSL_LANES void inverse_dynamics_by_joint(const model_view<scalar_of<T>> &model, 
       w.motion.set(i, m);
     });
   };
-  for_bodies<T>(model.bodies, move, [&](auto k) KSL_INLINED {
-    w.wrench.set(k, newton_euler(own_inertia(model, k), w.motion[k]));
-  });
+  for_bodies<T>(model.bodies, move,
+                [&](auto k) KSL_INLINED { w.wrench.set(k, newton_euler(own_inertia(model, k), w.motion[k])); });
   subtract_external(model, w.pose, external, w.wrench, [](int, coscrew<T> &) KSL_INLINED {});
 
   for (int i = model.bodies - 1; i > 0; --i) {
@@ -74,8 +74,8 @@ KSL_LANES void inverse_dynamics_by_joint(const model_view<scalar_of<T>> &model, 
 }
 
 template <class T>
-void inverse_dynamics(const model_view<scalar_of<T>> &model, const inverse_dynamics_workspace<T> &w, const T *q, const T *v,
-                      const T *dv, const external_wrenches<T> &external, T *tau) {
+void inverse_dynamics(const model_view<scalar_of<T>> &model, const inverse_dynamics_workspace<T> &w, const T *q,
+                      const T *v, const T *dv, const external_wrenches<T> &external, T *tau) {
   inverse_dynamics_by_joint(model, w, q, v, dv, external, tau, []<joint_kind>(int, const coscrew<T> &) KSL_INLINED {});
 }
 

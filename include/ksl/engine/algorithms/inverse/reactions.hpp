@@ -15,13 +15,13 @@ enum class wrench_frame : int { joint, world, link }; ///< whose origin, or whos
 
 /// The joints whose reactions are wanted, and how these are expressed.
 struct reaction_request {
-  int n = 0;                  ///< joints
-  const int *link = nullptr;  ///< (n) the child link of each
+  int n = 0;                 ///< joints
+  const int *link = nullptr; ///< (n) the child link of each
   wrench_part part = wrench_part::total;
   wrench_side on = wrench_side::child;
-  wrench_frame at = wrench_frame::joint;   ///< point
-  int at_link = -1;                        ///< whose origin, if `at` is link
-  double offset[3] = {0, 0, 0};            ///< added to the joint's origin, in the joint's axes, if `at` is joint
+  wrench_frame at = wrench_frame::joint; ///< point
+  int at_link = -1;                      ///< whose origin, if `at` is link
+  double offset[3] = {0, 0, 0};          ///< added to the joint's origin, in the joint's axes, if `at` is joint
   wrench_frame axes = wrench_frame::joint;
   int axes_link = -1;
   bool angular_first = false; ///< the order of the six numbers
@@ -46,7 +46,8 @@ template <class T> using inverse_dynamics_with_reactions_workspace = reactions_w
 /// The wrench through the joint that carries each link, fixed joints included, into w.link_wrench; after inverse_dynamics
 /// with the same external wrenches.
 template <class T>
-void link_wrenches(const model_view<scalar_of<T>> &model, const reactions_workspace<T> &w, const external_wrenches<T> &external) {
+void link_wrenches(const model_view<scalar_of<T>> &model, const reactions_workspace<T> &w,
+                   const external_wrenches<T> &external) {
   using A = algebra<T>;
   for (int l = 0; l < model.links; ++l)
     w.link_wrench[l] = newton_euler(spread<T>(model.link[l].inertia), w.dynamics.motion[model.link[l].body]);
@@ -57,7 +58,8 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const reactions_worksp
   for (int l = model.links - 1; l > 0; --l) {
     const link<scalar_of<T>> &child = model.link[l];
     coscrew<T> f = w.link_wrench[l];
-    const int parent_body = model.link[child.parent].body; // that of a welded link; two bodies up through a universal joint
+    const int parent_body =
+        model.link[child.parent].body; // that of a welded link; two bodies up through a universal joint
     for (int i = child.body; i != parent_body; i = model.body[i].parent) {
       const body<scalar_of<T>> &b = model.body[i];
       by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
@@ -81,7 +83,8 @@ template <class S> inline bool is_carried(const model_view<S> &model, int first,
 /// coupling where the joint follows another; the constraint part is the rest (coscrews (7), (9)).  pose: a
 /// pose_workspace<T>, or what has such a function rotation.
 template <joint_kind K, class T, class Poses>
-KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, const Poses &pose, wrench_part part, const coscrew<T> &f) {
+KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, const Poses &pose, wrench_part part,
+                                  const coscrew<T> &f) {
   if (part == (b.follows ? wrench_part::actuation : wrench_part::coupling))
     return {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   T tau[most_coordinates<K>];
@@ -109,8 +112,9 @@ template <class T> inline coscrew<T> part_of(const model_view<scalar_of<T>> &mod
 }
 
 /// The requested frame of a joint's wrench, in the world; joint: pose of the joint's frame.
-template <class T> inline SE3<T> requested_frame(const model_view<scalar_of<T>> &model, const array_of<SE3<T>> &in_world,
-                                                 const reaction_request &request, const SE3<T> &joint) {
+template <class T> inline SE3<T> requested_frame(const model_view<scalar_of<T>> &model,
+                                                 const array_of<SE3<T>> &in_world, const reaction_request &request,
+                                                 const SE3<T> &joint) {
   vec3<T> point = {T(request.offset[0]), T(request.offset[1]), T(request.offset[2])}; // in the joint's frame
   if (request.at == wrench_frame::joint) {
     algebra<T>::product_dv(&joint, &point, &point);
@@ -180,8 +184,8 @@ KSL_LANES void put_canonical(coscrew<T> f, const link<scalar_of<T>> &l, bool ang
 /// Reactions of the requested joints into out (n, 6); after inverse_dynamics.  The wrench is split in the joint's frame and the
 /// part is then transformed by the coadjoint.  A split at another point would give a different result.
 template <class T>
-void reactions(const model_view<scalar_of<T>> &model, const reactions_workspace<T> &w, const external_wrenches<T> &external,
-               const reaction_request &request, T *out) {
+void reactions(const model_view<scalar_of<T>> &model, const reactions_workspace<T> &w,
+               const external_wrenches<T> &external, const reaction_request &request, T *out) {
   bool any_welded = false;
   for (int k = 0; k < request.n; ++k)
     any_welded |= !model.link[request.link[k]].carried_by_moving_joint;
@@ -213,9 +217,9 @@ void reactions(const model_view<scalar_of<T>> &model, const reactions_workspace<
 /// Efforts tau (nv) and the requested reactions out (n, 6) in one call.  Reactions of moving joints, if requested in their own
 /// frames and in the order of the joints, are written during the backward pass.  Others are computed afterwards.
 template <class T>
-void inverse_dynamics_with_reactions(const model_view<scalar_of<T>> &model, const reactions_workspace<T> &w, const T *q, const T *v,
-                                     const T *dv, const external_wrenches<T> &external, T *tau, const reaction_request &request,
-                                     T *out) {
+void inverse_dynamics_with_reactions(const model_view<scalar_of<T>> &model, const reactions_workspace<T> &w, const T *q,
+                                     const T *v, const T *dv, const external_wrenches<T> &external, T *tau,
+                                     const reaction_request &request, T *out) {
   const bool as_found = in_joint_frame(request) && request.on == wrench_side::child;
   const bool angular_first = request.angular_first;
   const wrench_part part = request.part;
@@ -233,9 +237,10 @@ void inverse_dynamics_with_reactions(const model_view<scalar_of<T>> &model, cons
             return;
           --missing;
           if (part == wrench_part::total) // not one call for both: a struct chosen as a whole is copied through memory
-        put_canonical(f, l, angular_first, out + 6 * missing);
-      else
-        put_canonical(part_through<K>(model.body[i], w.dynamics.pose, part, f), l, angular_first, out + 6 * missing);
+            put_canonical(f, l, angular_first, out + 6 * missing);
+          else
+            put_canonical(part_through<K>(model.body[i], w.dynamics.pose, part, f), l, angular_first,
+                          out + 6 * missing);
         });
   if (missing > 0)
     reactions(model, w, external, request, out);

@@ -23,13 +23,13 @@ template <class T> KSL_LANES SE3<T> ground_pose(const model_view<scalar_of<T>> &
 
 /// Poses of all bodies in the world from their poses in their parents, which another algorithm has stored.
 template <class T>
-void compose_poses(const model_view<scalar_of<T>> &model, const pose_workspace<T> &kept, const array_of<SE3<T>> &in_world) {
+void compose_poses(const model_view<scalar_of<T>> &model, const pose_workspace<T> &kept,
+                   const array_of<SE3<T>> &in_world) {
   in_world[0] = ground_pose<T>(model);
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
-    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-      in_world[i] = composed(in_world[b.parent], joint<K>::kept_pose(b, kept));
-    });
+    by_kind(b.kind,
+            [&]<joint_kind K>() KSL_INLINED { in_world[i] = composed(in_world[b.parent], joint<K>::kept_pose(b, kept)); });
   }
 }
 

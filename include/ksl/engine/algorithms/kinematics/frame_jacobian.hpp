@@ -105,25 +105,25 @@ void jacobian(const model_view<scalar_of<T>> &model, const jacobian_workspace<T>
 /// A column is the twist S, constant in its body.  Seen from the frame, its rate is v × S, where v is the twist of the body relative to
 /// the frame: minus the sum of S q̇ over the joints between body and frame.  Featherstone, RBDA (2008), eqs. (2.45), (3.35).
 template <class T>
-void jacobian_rate(const model_view<scalar_of<T>> &model, const jacobian_rate_workspace<T> &w, const T *q, const T *v, int link,
-                   const frame_options &how, T *rate) {
+void jacobian_rate(const model_view<scalar_of<T>> &model, const jacobian_rate_workspace<T> &w, const T *q, const T *v,
+                   int link, const frame_options &how, T *rate) {
   using A = algebra<T>;
   const twist_columns<T> rates = {rate, model.nv, how.angular_first}, columns = {w.jacobian, model.nv, false};
   const int last = model.link[link].body;
   rates.clear(), columns.clear();
   sines_and_cosines_of_supports(model, w.pose, q, last);
   screw<T> twist = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}}; // of the frame relative to the body
-  const SE3<T> world = walk_supports(
-      model, w.pose, q, body_in_frame<T>(model, link, how), last, 0, [&]<joint_kind K>(int i, const SE3<T> &D) KSL_INLINED {
-        const body<scalar_of<T>> &b = model.body[i];
-        const screw<T> beyond = twist;
-        for_coordinates<K>(b, [&](auto k) KSL_INLINED {
-          screw<T> s = column_in<K>(k, b, D), ds;
-          A::cross_ss(&s, &beyond, &ds);
-          columns.set(b.v_index + k, s), rates.set(b.v_index + k, ds);
-          A::axpy_ss(v[b.v_index + k], &s, &twist);
-        });
-      });
+  const SE3<T> world = walk_supports(model, w.pose, q, body_in_frame<T>(model, link, how), last, 0,
+                                     [&]<joint_kind K>(int i, const SE3<T> &D) KSL_INLINED {
+                                       const body<scalar_of<T>> &b = model.body[i];
+                                       const screw<T> beyond = twist;
+                                       for_coordinates<K>(b, [&](auto k) KSL_INLINED {
+                                         screw<T> s = column_in<K>(k, b, D), ds;
+                                         A::cross_ss(&s, &beyond, &ds);
+                                         columns.set(b.v_index + k, s), rates.set(b.v_index + k, ds);
+                                         A::axpy_ss(v[b.v_index + k], &s, &twist);
+                                       });
+                                     });
   if (in_own_frame(how))
     return;
   // other axes or another origin: they belong to a frame that moves relative to the link, by which the columns turn in addition

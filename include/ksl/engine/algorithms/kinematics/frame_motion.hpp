@@ -67,8 +67,8 @@ body_list list_supports(const model_view<S> &model, const Workspace &w, int n, c
 }
 
 /// Sines and cosines for the supports of n links.
-template <class T> void
-sines_and_cosines_of_links(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q, int n, const int *links) {
+template <class T> void sines_and_cosines_of_links(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w,
+                                                   const T *q, int n, const int *links) {
   if (n == 1)
     sines_and_cosines_of_supports(model, w, q, model.link[links[0]].body);
   else
@@ -90,7 +90,9 @@ template <class T> KSL_LANES void move_along(const vec3<T> &r, frame_motion<T> &
 }
 
 /// Applies `rotate` to the vectors of a motion.
-template <class T, class Rotate> KSL_LANES void rotate_motion(screw<T> &s, Rotate rotate) { rotate(s.lin), rotate(s.ang); }
+template <class T, class Rotate> KSL_LANES void rotate_motion(screw<T> &s, Rotate rotate) {
+  rotate(s.lin), rotate(s.ang);
+}
 template <class T, class Rotate> KSL_LANES void rotate_motion(frame_motion<T> &m, Rotate rotate) {
   rotate(m.velocity), rotate(m.body.acceleration);
   rotate(m.body.angular_velocity), rotate(m.body.angular_acceleration);
@@ -99,8 +101,9 @@ template <class T, class Rotate> KSL_LANES void rotate_motion(frame_motion<T> &m
 /// Sets the motions of the bodies in a list, in their own axes, and their poses if these are wanted.  add<K>(body, m) adds the motion
 /// of a joint.  Featherstone, RBDA (2008), eqs. (5.14), (5.15).
 template <class T, class Motions, class Add>
-KSL_LANES void move_bodies(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose, const array_of<SE3<T>> &in_world,
-                           const Motions &motions, const T *q, body_list list, bool with_poses, Add add) {
+KSL_LANES void move_bodies(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
+                           const array_of<SE3<T>> &in_world, const Motions &motions, const T *q, body_list list,
+                           bool with_poses, Add add) {
   in_world[0] = ground_pose<T>(model);
   for (const int *i = list.first; i < list.end; ++i) {
     const body<scalar_of<T>> &b = model.body[*i];
@@ -137,7 +140,8 @@ template <class T, class Motion> KSL_LANES void to_world_origin(const SE3<T> &fr
 
 /// Pose in the world of a link's frame, with the options' offset.
 template <class T>
-KSL_LANES SE3<T> frame_pose_at(const model_view<scalar_of<T>> &model, const array_of<SE3<T>> &in_world, int link, const frame_options &how) {
+KSL_LANES SE3<T> frame_pose_at(const model_view<scalar_of<T>> &model, const array_of<SE3<T>> &in_world, int link,
+                               const frame_options &how) {
   SE3<T> D = link_pose(model, in_world, link);
   const vec3<T> offset = offset_of<T>(how);
   algebra<T>::product_dv(&D, &offset, &D.t);
@@ -153,8 +157,8 @@ template <class T> KSL_LANES void write_motion(const screw<T> &s, const frame_op
 
 /// Calls write(k, m) with the motion of each of n frames at the requested origin and in the requested axes.
 template <class T, class Motions, class Write>
-KSL_LANES void express_motions(const model_view<scalar_of<T>> &model, const array_of<SE3<T>> &in_world, const Motions &motions,
-                               int n, const int *links, const frame_options &how, Write write) {
+KSL_LANES void express_motions(const model_view<scalar_of<T>> &model, const array_of<SE3<T>> &in_world,
+                               const Motions &motions, int n, const int *links, const frame_options &how, Write write) {
   for (int k = 0; k < n; ++k) {
     auto m = motions[model.link[links[k]].body];
     to_frame<T>(model, links[k], how, m);
@@ -171,8 +175,8 @@ KSL_LANES void express_motions(const model_view<scalar_of<T>> &model, const arra
 
 /// Twists of n links' frames into out (n, 6) for q (nq) and v (nv).  O(bodies that carry the links).
 template <class T>
-void frame_velocities(const model_view<scalar_of<T>> &model, const frame_velocities_workspace<T> &w, const T *q, const T *v, int n,
-                      const int *links, const frame_options &how, T *out) {
+void frame_velocities(const model_view<scalar_of<T>> &model, const frame_velocities_workspace<T> &w, const T *q,
+                      const T *v, int n, const int *links, const frame_options &how, T *out) {
   const body_list list = list_supports(model, w, n, links);
   sines_and_cosines_of_links(model, w.pose, q, n, links);
   w.twist[0] = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
@@ -196,8 +200,8 @@ constexpr int times_turning(const frame_options &how) {
 /// Accelerations of n links' frames into out (n, 6) for q (nq), v (nv) and dv (nv), without gravity: of the kind that the
 /// options say.  O(bodies that carry the links).
 template <class T>
-void frame_accelerations(const model_view<scalar_of<T>> &model, const frame_accelerations_workspace<T> &w, const T *q, const T *v,
-                         const T *dv, int n, const int *links, const frame_options &how, T *out) {
+void frame_accelerations(const model_view<scalar_of<T>> &model, const frame_accelerations_workspace<T> &w, const T *q,
+                         const T *v, const T *dv, int n, const int *links, const frame_options &how, T *out) {
   const vec3<T> none = {T(0), T(0), T(0)};
   const body_list list = list_supports(model, w, n, links);
   sines_and_cosines_of_links(model, w.pose, q, n, links);
@@ -217,8 +221,8 @@ void frame_accelerations(const model_view<scalar_of<T>> &model, const frame_acce
 }
 
 /// Velocity (3) of the point of a link at the options' offset, for q (nq) and v (nv); in the link's axes or the world's.
-template <class T> void point_velocity(const model_view<scalar_of<T>> &model, const frame_velocities_workspace<T> &w, const T *q,
-                                       const T *v, int link, frame_options how, T *out) {
+template <class T> void point_velocity(const model_view<scalar_of<T>> &model, const frame_velocities_workspace<T> &w,
+                                       const T *q, const T *v, int link, frame_options how, T *out) {
   T twist[6];
   how.at = expressed_in::frame, how.angular_first = false;
   frame_velocities(model, w, q, v, 1, &link, how, twist);
@@ -228,8 +232,8 @@ template <class T> void point_velocity(const model_view<scalar_of<T>> &model, co
 
 /// Acceleration (3) of the point, for q (nq), v (nv) and dv (nv), without gravity.
 template <class T>
-void point_acceleration(const model_view<scalar_of<T>> &model, const frame_accelerations_workspace<T> &w, const T *q, const T *v,
-                        const T *dv, int link, frame_options how, T *out) {
+void point_acceleration(const model_view<scalar_of<T>> &model, const frame_accelerations_workspace<T> &w, const T *q,
+                        const T *v, const T *dv, int link, frame_options how, T *out) {
   T acceleration[6];
   how.at = expressed_in::frame, how.angular_first = false, how.kind = acceleration_kind::classical;
   frame_accelerations(model, w, q, v, dv, 1, &link, how, acceleration);

@@ -39,7 +39,7 @@ struct inverse_kinematics_options {
   int iterations = 40;                  ///< at most, from each start
   int starts = 5;                       ///< at most: the given one, if any, and random ones
   std::uint64_t seed = 0;
-  bool limits = true;                   ///< are the joints' limits to be kept
+  bool limits = true; ///< are the joints' limits to be kept
 };
 
 /// How the attempts for a target ended: converged, or why the best of them stopped.  It had no iterations left, was held by limits, or
@@ -62,17 +62,17 @@ inline namespace KSL_ISA {
 
 template <class P> struct inverse_kinematics_workspace {
   pose_workspace<P> pose;
-  P *q, *lower, *upper;   ///< (nq)
-  P *step;                ///< (nv)
-  SE3<P> *target;         ///< (frames)
-  P *columns;             ///< (coordinates, 6 frames): a row for each coordinate, weighted
-  P *error;               ///< (6 frames), weighted
+  P *q, *lower, *upper;    ///< (nq)
+  P *step;                 ///< (nv)
+  SE3<P> *target;          ///< (frames)
+  P *columns;              ///< (coordinates, 6 frames): a row for each coordinate, weighted
+  P *error;                ///< (6 frames), weighted
   scalar_of<P> *per_metre; ///< (frames) weight of the error of a position, per metre
   double heaviest;         ///< the largest weight, by which all are divided
-  P *matrix, *solution;   ///< (size, size), (size); size is the smaller one of coordinates and 6 frames
-  int *coordinate;        ///< (nv) the coordinate's row in `columns`; −1: it moves no frame
-  bool *leads;            ///< (nv) do others follow the coordinate
-  int *body;              ///< (bodies) those that move the frames, or whose followers do
+  P *matrix, *solution;    ///< (size, size), (size); size is the smaller one of coordinates and 6 frames
+  int *coordinate;         ///< (nv) the coordinate's row in `columns`; −1: it moves no frame
+  bool *leads;             ///< (nv) do others follow the coordinate
+  int *body;               ///< (bodies) those that move the frames, or whose followers do
   int coordinates, bodies;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<P>> &model, int frames) {
@@ -150,12 +150,15 @@ inline double heaviest_weight(const inverse_kinematics_options &options) {
 }
 
 /// Sets the weighted errors e of all frames at w.q and their Jacobian J, both in the frames' axes.  Returns the size of the errors.
-template <class P> pose_errors<P> errors_and_columns(const model_view<scalar_of<P>> &model, const coupling_view<scalar_of<P>> &coupling,
-                                                     const inverse_kinematics_workspace<P> &w, const inverse_kinematics_options &options) {
+template <class P> pose_errors<P> errors_and_columns(const model_view<scalar_of<P>> &model,
+                                                     const coupling_view<scalar_of<P>> &coupling,
+                                                     const inverse_kinematics_workspace<P> &w,
+                                                     const inverse_kinematics_options &options) {
   using A = algebra<P>;
   pose_errors<P> largest = {P(0), P(0), P(0)};
   const int rows = 6 * options.frames_n;
-  if (options.frames_n > 1 || coupling.followers > 0) // some coordinates may not move all frames: their numbers stay zero
+  // some coordinates may not move all frames: their numbers stay zero
+  if (options.frames_n > 1 || coupling.followers > 0)
     for (int i = 0; i < w.coordinates * rows; ++i)
       w.columns[i] = P(0);
   for (int f = 0; f < options.frames_n; ++f) {
@@ -170,7 +173,8 @@ template <class P> pose_errors<P> errors_and_columns(const model_view<scalar_of<
                                  const screw<P> s = column_in<K>(k, b, in_frame);
                                  P *const out = w.columns + w.coordinate[b.v_index + k] * rows + 6 * f;
                                  out[0] = position * s.lin.x, out[1] = position * s.lin.y, out[2] = position * s.lin.z;
-                                 out[3] = orientation * s.ang.x, out[4] = orientation * s.ang.y, out[5] = orientation * s.ang.z;
+                                 out[3] = orientation * s.ang.x, out[4] = orientation * s.ang.y,
+                                 out[5] = orientation * s.ang.z;
                                });
                              });
     A::product_dd(&D, &w.target[f], &D); // the target in the frame
@@ -195,7 +199,8 @@ inline constexpr double whole_turn = 6.283185307179586;
 /// that is within the limits.
 template <class P> KSL_LANES P within_turns(const P &q, const P &lower, const P &upper) {
   const P turn = P(scalar_of<P>(whole_turn));
-  const P back = math<P>::select(q - turn >= lower, q - turn, q), forth = math<P>::select(q + turn <= upper, q + turn, q);
+  const P back = math<P>::select(q - turn >= lower, q - turn, q),
+          forth = math<P>::select(q + turn <= upper, q + turn, q);
   return math<P>::select(q >= upper, back, math<P>::select(q <= lower, forth, q));
 }
 
@@ -204,8 +209,8 @@ template <class P> KSL_LANES P within_turns(const P &q, const P &lower, const P 
 /// of a planar joint: its velocities are along axes that turn with the angle.
 template <joint_kind K>
 constexpr int first_held = joint<K>::nq != joint<K>::nv || (joint<K>::nv == 1 && !joint<K>::has_limits) ? joint<K>::nv
-                           : joint<K>::angle > 0                                                        ? joint<K>::angle
-                                                                                                        : 0;
+                           : joint<K>::angle > 0 ? joint<K>::angle
+                                                 : 0;
 
 /// Holds coordinates that are at a limit and would cross it, by clearing their columns.  The sign of Jᵀ e says where a coordinate goes.
 template <class P>
@@ -224,7 +229,8 @@ void hold_at_limits(const model_view<scalar_of<P>> &model, const inverse_kinemat
           const P below = math<P>::select(q <= w.lower[b.q_index + c], smaller(slope, zero), zero);
           const P above = math<P>::select(q >= w.upper[b.q_index + c], larger(slope, zero), zero);
           P free = math<P>::select(above - below > zero, zero, one);
-          if constexpr (only_turns(K)) // if the limits are a whole turn apart, it goes on at the other one (within_turns)
+          if constexpr (only_turns(
+                            K)) // if the limits are a whole turn apart, it goes on at the other one (within_turns)
             if (!w.leads[b.v_index])
               free = math<P>::select(w.upper[b.q_index] - w.lower[b.q_index] >= P(scalar_of<P>(whole_turn)), one, free);
           for (int r = 0; r < rows; ++r)
@@ -290,8 +296,8 @@ template <class P> void place_followers(const coupling_view<scalar_of<P>> &coupl
 
 /// Moves w.q by a damped step, in the lanes where `active` is one; where it is zero q stays.
 template <class P> void improve(const model_view<scalar_of<P>> &model, const coupling_view<scalar_of<P>> &coupling,
-                                const inverse_kinematics_workspace<P> &w, const inverse_kinematics_options &options, const P &cost,
-                                const P &active) {
+                                const inverse_kinematics_workspace<P> &w, const inverse_kinematics_options &options,
+                                const P &cost, const P &active) {
   constexpr double damping = 0.2, longest = 1; // of the squared error; rad or m
   const int rows = 6 * options.frames_n;
   if (options.limits)
@@ -324,7 +330,8 @@ template <class P> void improve(const model_view<scalar_of<P>> &model, const cou
         if (!w.leads[b.v_index]) // a whole turn of a leader would move its followers by another angle
           moved[0] = options.limits ? within_turns(moved[0], w.lower[b.q_index], w.upper[b.q_index]) : moved[0];
       for (int c = 0; c < joint<K>::nq; ++c)
-        w.q[b.q_index + c] = options.limits ? smaller(larger(moved[c], w.lower[b.q_index + c]), w.upper[b.q_index + c]) : moved[c];
+        w.q[b.q_index + c] =
+            options.limits ? smaller(larger(moved[c], w.lower[b.q_index + c]), w.upper[b.q_index + c]) : moved[c];
     });
   }
   place_followers(coupling, w.q);
@@ -340,11 +347,11 @@ inline double random_number(std::uint64_t key) {
 
 /// The target that a lane works on, and how far it is.
 struct inverse_kinematics_lane {
-  std::size_t state;    ///< index of the target
+  std::size_t state; ///< index of the target
   bool busy = false;
-  int start;            ///< how many starts it has begun
+  int start;                                      ///< how many starts it has begun
   int iterations, since_progress, all_iterations; ///< from this start; from all
-  double least, best;   ///< the least cost from this start; the cost of the result that is stored
+  double least, best; ///< the least cost from this start; the cost of the result that is stored
 };
 
 /// Solves the targets [first, end) of a batch, a target in each lane.
@@ -353,8 +360,8 @@ public:
   using S = scalar_of<P>;
   static constexpr int lanes = static_cast<int>(sizeof(P) / sizeof(S));
 
-  inverse_kinematics_solver(const model_view<S> &model, const coupling_view<S> &coupling, const inverse_kinematics_options &options,
-                            const inverse_kinematics_batch<S> &batch)
+  inverse_kinematics_solver(const model_view<S> &model, const coupling_view<S> &coupling,
+                            const inverse_kinematics_options &options, const inverse_kinematics_batch<S> &batch)
       : model_(model), coupling_(coupling), options_(options), batch_(batch) {}
 
   void lay_out(arena &memory) { w_.lay_out(memory, model_, options_.frames_n); }
@@ -371,7 +378,8 @@ public:
       for (int l = 0; l < lanes; ++l) {
         if (!lane_[l].busy)
           continue;
-        if (goes_on(l, double(number(&errors.position, l)), double(number(&errors.orientation, l)), double(number(&errors.cost, l))))
+        if (goes_on(l, double(number(&errors.position, l)), double(number(&errors.orientation, l)),
+                    double(number(&errors.cost, l))))
           set(&moves, l, S(1));
         else if (!lane_[l].busy && next < end)
           take(l, next++);
@@ -451,7 +459,8 @@ private:
 
   /// Narrows the limits of a number in q, unless nothing would be left between them.
   void limit(int q, S from, S to) {
-    const S lower = number(w_.lower + q, 0), upper = number(w_.upper + q, 0), most = from > lower ? from : lower, least = to < upper ? to : upper;
+    const S lower = number(w_.lower + q, 0), upper = number(w_.upper + q, 0), most = from > lower ? from : lower,
+            least = to < upper ? to : upper;
     if (most <= least)
       w_.lower[q] = P(most), w_.upper[q] = P(least);
   }
@@ -465,7 +474,8 @@ private:
     lane.busy = true, lane.state = state, lane.best = 1e300;
     const S *pose = row(batch_.target, state);
     for (int f = 0; f < options_.frames_n; ++f, pose += 16) {
-      const SE3<S> D = {{pose[0], pose[4], pose[8], pose[1], pose[5], pose[9], pose[2], pose[6], pose[10]}, {pose[3], pose[7], pose[11]}};
+      const SE3<S> D = {{pose[0], pose[4], pose[8], pose[1], pose[5], pose[9], pose[2], pose[6], pose[10]},
+                        {pose[3], pose[7], pose[11]}};
       for (int c = 0; c < 12; ++c)
         set(reinterpret_cast<P *>(&w_.target[f]) + c, l, reinterpret_cast<const S *>(&D)[c]);
     }
@@ -569,7 +579,8 @@ private:
   bool held(int l) const {
     for (int k = 0; k < w_.bodies; ++k)
       for (int c = model_.body[w_.body[k]].q_index, n = 0; n < model_.body[w_.body[k]].nv; ++n, ++c)
-        if (options_.limits && (number(w_.q + c, l) <= number(w_.lower + c, l) || number(w_.q + c, l) >= number(w_.upper + c, l)))
+        if (options_.limits &&
+            (number(w_.q + c, l) <= number(w_.lower + c, l) || number(w_.q + c, l) >= number(w_.upper + c, l)))
           return true;
     return false;
   }

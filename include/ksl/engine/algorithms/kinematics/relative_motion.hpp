@@ -28,22 +28,25 @@ template <class S> int common_support(const model_view<S> &model, int link, int 
 /// poses in the frame of `link`, as by walk_supports; of_other likewise for the other link, in its frame.  Returns the pose of the
 /// other frame in the first one.
 template <class T, class OfLink, class OfOther>
-KSL_LANES SE3<T> walk_between(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q, int link, int other,
-                              int common, const frame_options &how, OfLink of_link, OfOther of_other) {
+KSL_LANES SE3<T> walk_between(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q, int link,
+                              int other, int common, const frame_options &how, OfLink of_link, OfOther of_other) {
   sines_and_cosines_of_supports(model, w, q, model.link[link].body, common);
   sines_and_cosines_of_supports(model, w, q, model.link[other].body, common);
-  const SE3<T> in_link = walk_supports(model, w, q, body_in_frame<T>(model, link, how), model.link[link].body, common, of_link);
-  const SE3<T> in_other = walk_supports(model, w, q, body_in_frame<T>(model, other, {}), model.link[other].body, common, of_other);
+  const SE3<T> in_link =
+      walk_supports(model, w, q, body_in_frame<T>(model, link, how), model.link[link].body, common, of_link);
+  const SE3<T> in_other =
+      walk_supports(model, w, q, body_in_frame<T>(model, other, {}), model.link[other].body, common, of_other);
   SE3<T> D;
   algebra<T>::product_ddinv(&in_link, &in_other, &D);
   return D;
 }
 
 /// The pose of a link's frame as seen from another link's, as a matrix (4, 4), row-major, for q (nq).  O(joints between).
-template <class T> void relative_pose(const model_view<scalar_of<T>> &model, const relative_pose_workspace<T> &w, const T *q, int link,
-                                      int seen_from, const frame_options &how, T *out) {
+template <class T> void relative_pose(const model_view<scalar_of<T>> &model, const relative_pose_workspace<T> &w,
+                                      const T *q, int link, int seen_from, const frame_options &how, T *out) {
   const auto nothing = []<joint_kind>(int, const SE3<T> &) KSL_INLINED {};
-  SE3<T> D = walk_between(model, w.pose, q, link, seen_from, common_support(model, link, seen_from), how, nothing, nothing);
+  SE3<T> D =
+      walk_between(model, w.pose, q, link, seen_from, common_support(model, link, seen_from), how, nothing, nothing);
   algebra<T>::SE3_inverted(&D, &D);
   write_matrix(D, out);
 }
@@ -51,8 +54,8 @@ template <class T> void relative_pose(const model_view<scalar_of<T>> &model, con
 /// The twist (6) of a link's frame relative to another link's, m/s and rad/s, for q (nq) and v (nv).  The other frame takes the place of
 /// the world in the options.  O(joints between).
 template <class T>
-void relative_velocity(const model_view<scalar_of<T>> &model, const relative_velocity_workspace<T> &w, const T *q, const T *v, int link,
-                       int seen_from, const frame_options &how, T *out) {
+void relative_velocity(const model_view<scalar_of<T>> &model, const relative_velocity_workspace<T> &w, const T *q,
+                       const T *v, int link, int seen_from, const frame_options &how, T *out) {
   using A = algebra<T>;
   const screw<T> none = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   screw<T> of_link = none, of_other = none;
@@ -77,8 +80,8 @@ void relative_velocity(const model_view<scalar_of<T>> &model, const relative_vel
 
 /// J (6, nv), row-major, such that J v is relative_velocity.  Columns of joints that don't lie between the links are zero.
 template <class T>
-void relative_jacobian(const model_view<scalar_of<T>> &model, const relative_jacobian_workspace<T> &w, const T *q, int link,
-                       int seen_from, const frame_options &how, T *J) {
+void relative_jacobian(const model_view<scalar_of<T>> &model, const relative_jacobian_workspace<T> &w, const T *q,
+                       int link, int seen_from, const frame_options &how, T *J) {
   using A = algebra<T>;
   const twist_columns<T> columns = {J, model.nv, how.angular_first};
   columns.clear();

@@ -70,8 +70,8 @@ KSL_LANES void for_blocks(const model_view<scalar_of<T>> &model, T *one, T *othe
 /// Derivatives of q ⊕ dv by q and by dv, (nv, nv) each, row-major: (q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first
 /// order.  They don't depend on q.  O(joints), besides writing 2 nv² numbers.
 template <class T>
-void integrate_jacobians(const model_view<scalar_of<T>> &model, const manifold_workspace<T> &, const T *, const T *dv, T *by_q,
-                         T *by_dv) {
+void integrate_jacobians(const model_view<scalar_of<T>> &model, const manifold_workspace<T> &, const T *, const T *dv,
+                         T *by_q, T *by_dv) {
   for_blocks(model, by_q, by_dv, [&]<joint_kind K>(const auto &b, T *q_block, T *dv_block) KSL_INLINED {
     joint<K>::integrate_jacobians(dv + b.v_index, q_block, dv_block, model.nv);
   });
@@ -81,8 +81,8 @@ void integrate_jacobians(const model_view<scalar_of<T>> &model, const manifold_w
 /// first order.  Where a rotation between q0 and q1 is half a turn, they are those of the difference that is returned.
 /// O(joints), besides writing 2 nv² numbers.
 template <class T>
-void difference_jacobians(const model_view<scalar_of<T>> &model, const manifold_workspace<T> &, const T *q0, const T *q1,
-                          T *by_q0, T *by_q1) {
+void difference_jacobians(const model_view<scalar_of<T>> &model, const manifold_workspace<T> &, const T *q0,
+                          const T *q1, T *by_q0, T *by_q1) {
   for_blocks(model, by_q0, by_q1, [&]<joint_kind K>(const auto &b, T *q0_block, T *q1_block) KSL_INLINED {
     T dv[joint<K>::nv];
     joint<K>::difference(q0 + b.q_index, q1 + b.q_index, dv);

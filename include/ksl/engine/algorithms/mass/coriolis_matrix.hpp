@@ -45,7 +45,8 @@ template <class T> KSL_LANES moments_of_velocity<T> moments_of(const spatial_ine
   using A = algebra<T>;
   const vec3<T> &v = twist.lin, &w = twist.ang, &h = I.h;
   const T half_trace = T(0.5) * (I.Ixx + I.Iyy + I.Izz), hv = A::dot_vv(&h, &v);
-  const T xx = half_trace - I.Ixx, yy = half_trace - I.Iyy, zz = half_trace - I.Izz; // of Σ; the others are −Ixy, −Iyz, −Izx
+  const T xx = half_trace - I.Ixx, yy = half_trace - I.Iyy,
+          zz = half_trace - I.Izz; // of Σ; the others are −Ixy, −Iyz, −Izx
   moments_of_velocity<T> m;
   A::cross_vv(&w, &h, &m.p);
   A::axpy_vv(I.m, &v, &m.p);
@@ -65,13 +66,14 @@ template <class T> KSL_LANES moments_of_velocity<T> moments_of(const spatial_ine
 template <class T>
 KSL_LANES moments_of_velocity<T> sum_of(const moments_of_velocity<T> &a, const moments_of_velocity<T> &b) {
   return {{a.p.x + b.p.x, a.p.y + b.p.y, a.p.z + b.p.z},
-          {a.N.m00 + b.N.m00, a.N.m10 + b.N.m10, a.N.m20 + b.N.m20, a.N.m01 + b.N.m01, a.N.m11 + b.N.m11, a.N.m21 + b.N.m21,
-           a.N.m02 + b.N.m02, a.N.m12 + b.N.m12, a.N.m22 + b.N.m22}};
+          {a.N.m00 + b.N.m00, a.N.m10 + b.N.m10, a.N.m20 + b.N.m20, a.N.m01 + b.N.m01, a.N.m11 + b.N.m11,
+           a.N.m21 + b.N.m21, a.N.m02 + b.N.m02, a.N.m12 + b.N.m12, a.N.m22 + b.N.m22}};
 }
 
 /// Sets the twists of all bodies, Ṡ of all coordinates, and I, p and N of each body.
 template <class T>
-KSL_LANES void move_bodies(const model_view<scalar_of<T>> &model, const coriolis_matrix_workspace<T> &w, const T *q, const T *v) {
+KSL_LANES void move_bodies(const model_view<scalar_of<T>> &model, const coriolis_matrix_workspace<T> &w, const T *q,
+                           const T *v) {
   using A = algebra<T>;
   locate_joints(model, w.joints, q);
   w.twist.set(0, {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}});
@@ -93,14 +95,16 @@ KSL_LANES void move_bodies(const model_view<scalar_of<T>> &model, const coriolis
       A::cross_vv(&s.ang, &S.ang, &rate.ang);
     }
   }
-  for_bodies<T>(model.bodies, [](int) KSL_INLINED {}, [&](auto k) KSL_INLINED {
-    using P = typename decltype(k)::scalar;
-    spatial_inertia<P> I = rotated(own_inertia(model, k), w.joints.rotation[k]);
-    const vec3<P> o = w.origin[k];
-    algebra<P>::spatial_inertia_translated(&I, &o, &I);
-    w.inertia.set(k, I);
-    w.moving.set(k, moments_of(I, w.twist[k]));
-  });
+  for_bodies<T>(
+      model.bodies, [](int) KSL_INLINED {},
+      [&](auto k) KSL_INLINED {
+        using P = typename decltype(k)::scalar;
+        spatial_inertia<P> I = rotated(own_inertia(model, k), w.joints.rotation[k]);
+        const vec3<P> o = w.origin[k];
+        algebra<P>::spatial_inertia_translated(&I, &o, &I);
+        w.inertia.set(k, I);
+        w.moving.set(k, moments_of(I, w.twist[k]));
+      });
 }
 
 /// Sets the elements (2) of coordinate k of body i, in its row and its column.  I and m are those of the subtree.
@@ -132,7 +136,8 @@ KSL_LANES void set_coriolis(const model_view<scalar_of<T>> &model, const corioli
 /// C (nv, nv), row-major, for q (nq) and v (nv): inverse_dynamics(q, v, a) = M a + C v + gravity.  O(bodies × depth), besides
 /// writing nv² numbers.
 template <class T>
-void coriolis_matrix(const model_view<scalar_of<T>> &model, const coriolis_matrix_workspace<T> &w, const T *q, const T *v, T *C) {
+void coriolis_matrix(const model_view<scalar_of<T>> &model, const coriolis_matrix_workspace<T> &w, const T *q,
+                     const T *v, T *C) {
   using A = algebra<T>;
   for (index k = 0; k < index(model.nv) * model.nv; ++k)
     C[k] = T(0);

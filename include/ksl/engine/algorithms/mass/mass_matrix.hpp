@@ -35,16 +35,17 @@ template <class T> struct mass_matrix_workspace {
 };
 
 /// Sets the axes and the origins of all bodies, and S of all coordinates, in the frame of the base.
-template <class T> KSL_LANES void locate_joints(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const T *q) {
+template <class T> KSL_LANES void locate_joints(const model_view<scalar_of<T>> &model,
+                                                const mass_matrix_workspace<T> &w, const T *q) {
   w.origin[0] = {T(0), T(0), T(0)};
-  const auto locate = [&]<joint_kind K>(int i, const vec3<T> &offset) KSL_INLINED {
+  const auto locate = [&]<joint_kind K>(int i, const vec3<T> &offset)
+                          KSL_INLINED {
     const body<scalar_of<T>> &b = model.body[i];
     const vec3<T> &p = w.origin[b.parent];
     const vec3<T> o = {p.x + offset.x, p.y + offset.y, p.z + offset.z};
     w.origin[i] = o;
-    for_coordinates<K>(b, [&](auto c) KSL_INLINED {
-      w.column[b.v_index + c] = joint<K>::column(c, b, w.rotation, i).about(o);
-    });
+    for_coordinates<K>(
+        b, [&](auto c) KSL_INLINED { w.column[b.v_index + c] = joint<K>::column(c, b, w.rotation, i).about(o); });
   };
   express_in_base(model, w.pose, w.rotation, q, locate, [](auto) KSL_INLINED {});
 }
@@ -71,8 +72,8 @@ KSL_LANES coscrew<T> in_base(const mass_matrix_workspace<T> &w, int i, const cos
 /// zeros in the rows between.  F is in the frame of the base.  It goes from joint i to the ground, line by line (model.hpp), and in a
 /// line from the last row to the first.
 template <class T, class Matrix>
-KSL_LANES void set_ancestors(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, int i, const coscrew<T> &F,
-                             index column, Matrix M) {
+KSL_LANES void set_ancestors(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, int i,
+                             const coscrew<T> &F, index column, Matrix M) {
   index written = model.body[i].v_index; // rows from here on are written
   for (int j = model.body[i].parent; j > 0;) {
     const body<scalar_of<T>> &b = model.body[j], &start = model.body[b.line_start];
@@ -81,10 +82,12 @@ KSL_LANES void set_ancestors(const model_view<scalar_of<T>> &model, const mass_m
     const index last = start.is_base ? start.v_index + start.nv : start.v_index;
     for (; row >= last; --row, --place) {
       const screw<T> &S = w.column[row];
-      M.set(row, place, column, (S.lin.x * F.lin.x + S.lin.y * F.lin.y + S.lin.z * F.lin.z) +
-                                    (S.ang.x * F.ang.x + S.ang.y * F.ang.y + S.ang.z * F.ang.z));
+      M.set(row, place, column,
+            (S.lin.x * F.lin.x + S.lin.y * F.lin.y + S.lin.z * F.lin.z) +
+                (S.ang.x * F.ang.x + S.ang.y * F.ang.y + S.ang.z * F.ang.z));
     }
-    if (start.is_base) { // S of a floating base are the unit twists, in the frame of the base: the products are the numbers of F
+    if (start
+            .is_base) { // S of a floating base are the unit twists, in the frame of the base: the products are the numbers of F
       const T numbers[6] = {F.lin.x, F.lin.y, F.lin.z, F.ang.x, F.ang.y, F.ang.z};
       for_each_coordinate_backwards<6>([&](auto k) KSL_INLINED { M.set(start.v_index + k, k, column, numbers[k]); });
     }
@@ -97,7 +100,8 @@ KSL_LANES void set_ancestors(const model_view<scalar_of<T>> &model, const mass_m
 /// Sets the elements of M for q (nq) in a matrix of one of several layouts (symmetric_matrix.hpp, tree_rows.hpp).
 /// M.set(row, place, column, x) sets an element with row ≤ column, and M.clear(k, from, end) sets zeros, elements k with [from, end).
 template <class T, class Matrix>
-KSL_LANES void set_mass_matrix(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const T *q, Matrix M) {
+KSL_LANES void set_mass_matrix(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const T *q,
+                               Matrix M) {
   locate_joints(model, w, q);
   for (int i = model.bodies - 1; i > 0; --i)
     by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED {
@@ -113,7 +117,8 @@ KSL_LANES void set_mass_matrix(const model_view<scalar_of<T>> &model, const mass
         if (model.physics)
           own[c] = own[c] + T(model.physics[first + c].armature);
         for (int k = 0; k <= c; ++k)
-          M.set(first + k, b.ancestors + k, first + c, coordinates<K>(b) > 1 ? own[k] + T(0) : own[k]); // turns −0 into 0
+          M.set(first + k, b.ancestors + k, first + c,
+                coordinates<K>(b) > 1 ? own[k] + T(0) : own[k]); // turns −0 into 0
       });
       add_to_parent<K>(I, model, w.pose, w.children, i); // (3)
       for (int c = 0; c < coordinates<K>(b); ++c) {
@@ -129,7 +134,8 @@ KSL_LANES void set_mass_matrix(const model_view<scalar_of<T>> &model, const mass
 /// M (nv, nv), row-major, for q (nq).  For other scalars than plain numbers only the upper triangle is written, without the zeros
 /// that follow from the shape of the tree.
 template <class T>
-void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const T *q, T *M) {
+void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const T *q,
+                             T *M) {
   set_mass_matrix(model, w, q, symmetric_matrix<T>{M, model.nv});
 }
 

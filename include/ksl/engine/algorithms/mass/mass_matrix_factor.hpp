@@ -17,8 +17,8 @@ inline namespace KSL_ISA {
 /// Holds the rows of M, and then those of its factors.
 template <class T> struct factor_workspace {
   tree_rows<T> rows;
-  array_of<T> D_inverse;   ///< of each coordinate
-  array_of<int> path;      ///< the coordinates on the path from the ground to one coordinate, by their places
+  array_of<T> D_inverse; ///< of each coordinate
+  array_of<int> path;    ///< the coordinates on the path from the ground to one coordinate, by their places
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     rows.lay_out(memory, model);
@@ -39,7 +39,8 @@ template <class T> struct mass_matrix_factor_workspace {
 
 /// Sets the rows of M for q (nq).
 template <class T>
-void rows_of_mass_matrix(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const tree_rows<T> &rows, const T *q) {
+void rows_of_mass_matrix(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w,
+                         const tree_rows<T> &rows, const T *q) {
   rows.clear_padding(model.nv);
   set_mass_matrix(model, w, q, rows);
 }
@@ -58,7 +59,7 @@ template <class T> void factorise(const model_view<scalar_of<T>> &model, const f
       });
       const T diagonal = row[n];
       scale(D_inverse, row, n); // L_kj
-      row[n] = diagonal; // scale() may have overwritten it
+      row[n] = diagonal;        // scale() may have overwritten it
     }
   }
 }
@@ -83,7 +84,8 @@ template <class T> void solve_factorised(const model_view<scalar_of<T>> &model, 
 
 /// The rows of L, row by row without gaps, with D on the diagonal, for q (nq): M = Lᵀ D L.  O(nv × depth²).
 template <class T>
-void mass_matrix_factor(const model_view<scalar_of<T>> &model, const mass_matrix_factor_workspace<T> &w, const T *q, T *LD) {
+void mass_matrix_factor(const model_view<scalar_of<T>> &model, const mass_matrix_factor_workspace<T> &w, const T *q,
+                        T *LD) {
   rows_of_mass_matrix(model, w.mass, w.factor.rows, q);
   factorise(model, w.factor);
   store_tree_rows(model, w.factor.rows, LD);

@@ -48,7 +48,8 @@ template <class T> KSL_LANES void mirror_row(const padded_matrix<T> &W, index fi
 }
 
 /// W = M⁻¹ from the factors (2).  Rows begin at distances of W.pitch().  Elements of coordinates in different trees are zero.
-template <class T> void invert_factorised(const model_view<scalar_of<T>> &model, const factor_workspace<T> &w, const padded_matrix<T> &W) {
+template <class T> void invert_factorised(const model_view<scalar_of<T>> &model, const factor_workspace<T> &w,
+                                          const padded_matrix<T> &W) {
   using P = native_pack<T>;
   constexpr index lanes = native_lanes<T>;
   index first = 0; // first column of the tree that the row belongs to
@@ -102,7 +103,8 @@ template <class T> void invert_factorised(const model_view<scalar_of<T>> &model,
 
 /// M⁻¹ (nv, nv), row-major and symmetric, for q (nq).  O(nv² × depth) additions and multiplications, in lanes.
 template <class T>
-void mass_matrix_inverse(const model_view<scalar_of<T>> &model, const mass_matrix_inverse_workspace<T> &w, const T *q, T *W) {
+void mass_matrix_inverse(const model_view<scalar_of<T>> &model, const mass_matrix_inverse_workspace<T> &w, const T *q,
+                         T *W) {
   rows_of_mass_matrix(model, w.mass, w.factor.rows, q);
   factorise(model, w.factor);
   if constexpr (is_number<T>) {

@@ -34,7 +34,8 @@ void start_at_rest(const model_view<scalar_of<T>> &model, const forward_dynamics
 
 /// a (nv) with M a = tau (nv), at positions q (nq).  O(bodies), about 400 flops for each.
 template <class T>
-void solve_mass_matrix(const model_view<scalar_of<T>> &model, const solve_mass_matrix_workspace<T> &w, const T *q, const T *tau, T *a) {
+void solve_mass_matrix(const model_view<scalar_of<T>> &model, const solve_mass_matrix_workspace<T> &w, const T *q,
+                       const T *tau, T *a) {
   start_at_rest(model, w, q, {});
   accelerate_articulated(model, w, tau, a);
 }

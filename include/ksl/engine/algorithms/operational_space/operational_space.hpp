@@ -100,8 +100,8 @@ void articulated_inertias(const model_view<scalar_of<T>> &model, const forward_d
 }
 
 /// The frame that the options name: its origin, seen from the origin of the link's body, and its axes, both in the axes of the base.
-template <class T> SE3<T> frame_about_body(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, int link,
-                                           const frame_options &how) {
+template <class T> SE3<T> frame_about_body(const model_view<scalar_of<T>> &model,
+                                           const forward_dynamics_workspace<T> &w, int link, const frame_options &how) {
   using A = algebra<T>;
   const int first = model.link[link].body;
   SE3<T> in_body = spread<T>(model.link[link].pose), frame;
@@ -116,13 +116,13 @@ template <class T> SE3<T> frame_about_body(const model_view<scalar_of<T>> &model
   vec3<T> origin = {T(0), T(0), T(0)}; // of the body, from that of the base
   for (int i = first; i > 0; i = model.body[i].parent)
     if (model.body[i].is_base)
-      by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED {
-        base = composed(base, joint<K>::kept_pose(model.body[i], w.pose));
-      });
+      by_kind(model.body[i].kind,
+              [&]<joint_kind K>() KSL_INLINED { base = composed(base, joint<K>::kept_pose(model.body[i], w.pose)); });
     else
       A::xpy_vv(&w.offset[i], &origin);
   if (how.axes == expressed_in::world) // the world's axes in those of the base
-    frame.R = {base.R.m00, base.R.m01, base.R.m02, base.R.m10, base.R.m11, base.R.m12, base.R.m20, base.R.m21, base.R.m22};
+    frame.R = {base.R.m00, base.R.m01, base.R.m02, base.R.m10, base.R.m11,
+               base.R.m12, base.R.m20, base.R.m21, base.R.m22};
   if (how.at == expressed_in::world) {
     A::product_drinvv(&base.R, &base.t, &frame.t);
     A::xpy_vv(&origin, &frame.t);
@@ -148,8 +148,8 @@ template <class T> KSL_LANES wrench_columns<T> unit_wrenches(const SE3<T> &frame
 /// coordinate that they pass.  u (6 n) is Sᵀ f for the 6 columns of each frame, zero for frames that the coordinate doesn't carry.
 /// A free joint transmits nothing: receive_free(i) is called when wrenches have reached body i on one, those with w.at[f] == i.
 template <class T, class Receive, class ReceiveFree>
-void propagate(const model_view<scalar_of<T>> &model, const operational_space_inertia_inverse_workspace<T> &w, int n, const int *links,
-               const frame_options &how, Receive receive, ReceiveFree receive_free) {
+void propagate(const model_view<scalar_of<T>> &model, const operational_space_inertia_inverse_workspace<T> &w, int n,
+               const int *links, const frame_options &how, Receive receive, ReceiveFree receive_free) {
   using A = algebra<T>;
   const forward_dynamics_workspace<T> &d = w.dynamics;
   for (int i = 0; i < model.bodies; ++i)
@@ -234,8 +234,8 @@ template <class T> void mirror_lower(int m, T *matrix) {
 /// Λ⁻¹ (3), after articulated_inertias.  keep(row in v, u) is called with u of each coordinate, and keep_free(body, frame, column, a)
 /// with A⁻¹ f of bodies on free joints.
 template <class T, class Keep, class KeepFree>
-void inertia_inverse(const model_view<scalar_of<T>> &model, const operational_space_inertia_inverse_workspace<T> &w, int n,
-                     const int *links, const frame_options &how, T *inverse, Keep keep, KeepFree keep_free) {
+void inertia_inverse(const model_view<scalar_of<T>> &model, const operational_space_inertia_inverse_workspace<T> &w,
+                     int n, const int *links, const frame_options &how, T *inverse, Keep keep, KeepFree keep_free) {
   const int m = 6 * n;
   for (int i = 0; i < m * m; ++i)
     inverse[i] = T(0);
@@ -251,9 +251,10 @@ void inertia_inverse(const model_view<scalar_of<T>> &model, const operational_sp
 
 /// Λ⁻¹ = J M⁻¹ Jᵀ (n, 6, n, 6), symmetric, for q (nq): the rates of all twists for a unit wrench on each frame.  n is at most the
 /// number of links.  O(bodies + n² depth); depth: how many coordinates carry any of the frames.
-template <class T> void
-operational_space_inertia_inverse(const model_view<scalar_of<T>> &model, const operational_space_inertia_inverse_workspace<T> &w,
-                                  const T *q, int n, const int *links, const frame_options &how, T *inverse) {
+template <class T> void operational_space_inertia_inverse(const model_view<scalar_of<T>> &model,
+                                                          const operational_space_inertia_inverse_workspace<T> &w,
+                                                          const T *q, int n, const int *links, const frame_options &how,
+                                                          T *inverse) {
   articulated_inertias(model, w.dynamics, q);
   inertia_inverse(model, w, n, links, how, inverse, [](int, const T *) {}, [](int, int, int, const screw<T> &) {});
 }
@@ -317,8 +318,8 @@ template <class T> T invert_semidefinite(int m, T *A, T *memory) {
 /// Λ (n, 6, n, 6), symmetric, and the rank of Λ⁻¹, for q (nq).  Where the frames can't move in every direction, Λ⁻¹ is singular:
 /// as many rows of it as its rank are inverted, and the others are zero in Λ.
 template <class T>
-void operational_space_inertia(const model_view<scalar_of<T>> &model, const operational_space_inertia_workspace<T> &w, const T *q, int n,
-                               const int *links, const frame_options &how, T *inertia, T *rank) {
+void operational_space_inertia(const model_view<scalar_of<T>> &model, const operational_space_inertia_workspace<T> &w,
+                               const T *q, int n, const int *links, const frame_options &how, T *inertia, T *rank) {
   operational_space_inertia_inverse(model, w, q, n, links, how, inertia);
   *rank = invert_semidefinite(6 * n, inertia, w.u);
 }
@@ -326,7 +327,8 @@ void operational_space_inertia(const model_view<scalar_of<T>> &model, const oper
 /// Computes column `column` of M⁻¹ Jᵀ (nv, m): the accelerations under a unit wrench on a frame, by (3) of forward_dynamics.hpp.  On
 /// entry the column has what inertia_inverse keeps, u of each coordinate and A⁻¹ f of free joints.
 template <class T>
-void accelerate_column(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, int m, int column, T *matrix) {
+void accelerate_column(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, int m, int column,
+                       T *matrix) {
   using A = algebra<T>;
   w.acceleration[0] = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   for (int i = 1; i < model.bodies; ++i) {
@@ -361,9 +363,11 @@ void accelerate_column(const model_view<scalar_of<T>> &model, const forward_dyna
 /// inertia Λ (n, 6, n, 6) and its rank as above.  bias p (n, 6) = −Λ x''_free = Λ (J M⁻¹ b − (rate of J) v), b the bias of the
 /// joints: the wrenches under which the twists stay as they are.  pseudo_inverse (nv, n, 6) = M⁻¹ Jᵀ Λ, the accelerations a with
 /// J a = x'' that need efforts Jᵀ F only (Khatib 1987, eq. (58)).  O(n bodies) and O(n² depth + n³).
-template <class T> void operational_space(const model_view<scalar_of<T>> &model, const operational_space_workspace<T> &w, const T *q,
-                                          const T *v, int n, const int *links, const frame_options &how,
-                                          const external_wrenches<T> &external, T *inertia, T *bias, T *pseudo_inverse, T *rank) {
+template <class T> void operational_space(const model_view<scalar_of<T>> &model,
+                                          const operational_space_workspace<T> &w, const T *q, const T *v, int n,
+                                          const int *links, const frame_options &how,
+                                          const external_wrenches<T> &external, T *inertia, T *bias, T *pseudo_inverse,
+                                          T *rank) {
   const operational_space_inertia_inverse_workspace<T> &p = w.propagation;
   const int m = 6 * n;
   for (int i = 0; i < model.nv; ++i)

@@ -22,8 +22,8 @@ template <class T> using momentum_regressor_workspace = energy_regressor_workspa
 /// their products with the parameters of the links (link_regressor.hpp).  The potential energy is that of gravity, zero with every
 /// centroid at the world's origin.  O(bodies + links).
 template <class T>
-void energy_regressor(const model_view<scalar_of<T>> &model, const energy_regressor_workspace<T> &w, const T *q, const T *v, int n,
-                      const int *links, T *kinetic, T *potential) {
+void energy_regressor(const model_view<scalar_of<T>> &model, const energy_regressor_workspace<T> &w, const T *q,
+                      const T *v, int n, const int *links, T *kinetic, T *potential) {
   using A = algebra<T>;
   body_twists(model, w.poses.pose, w.twist, q, v, [](auto) KSL_INLINED {});
   compose_poses(model, w.poses.pose, w.poses.in_world);
@@ -47,8 +47,8 @@ void energy_regressor(const model_view<scalar_of<T>> &model, const energy_regres
 /// Regressor of the momentum of n links about the world's origin, in the world's axes: P (6, n, 10), row-major, for q (nq) and v (nv).
 /// O(bodies + links).
 template <class T>
-void momentum_regressor(const model_view<scalar_of<T>> &model, const momentum_regressor_workspace<T> &w, const T *q, const T *v, int n,
-                        const int *links, component_order order, T *P) {
+void momentum_regressor(const model_view<scalar_of<T>> &model, const momentum_regressor_workspace<T> &w, const T *q,
+                        const T *v, int n, const int *links, component_order order, T *P) {
   const T o = T(0), one = T(1);
   body_twists(model, w.poses.pose, w.twist, q, v, [](auto) KSL_INLINED {});
   compose_poses(model, w.poses.pose, w.poses.in_world);

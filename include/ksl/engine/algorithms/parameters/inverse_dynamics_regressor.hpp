@@ -22,8 +22,8 @@ template <class T> struct inverse_dynamics_regressor_workspace {
 /// parameters φ of each of them (link_regressor.hpp).  Of all links, it is inverse dynamics under gravity without external wrenches.
 /// Only joints that carry a link enter: O(links × depth), besides writing 10 n nv numbers.
 template <class T>
-void inverse_dynamics_regressor(const model_view<scalar_of<T>> &model, const inverse_dynamics_regressor_workspace<T> &w, const T *q,
-                                const T *v, const T *dv, int n, const int *links, T *Y) {
+void inverse_dynamics_regressor(const model_view<scalar_of<T>> &model, const inverse_dynamics_regressor_workspace<T> &w,
+                                const T *q, const T *v, const T *dv, int n, const int *links, T *Y) {
   const std::ptrdiff_t row = std::ptrdiff_t(parameters_of_link) * n;
   for (std::ptrdiff_t k = 0; k < row * model.nv; ++k)
     Y[k] = T(0);

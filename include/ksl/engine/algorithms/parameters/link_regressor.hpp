@@ -76,8 +76,8 @@ template <class T> KSL_LANES body_motion<T> motion_of_link(const link<scalar_of<
 
 /// Calls use(twist) for each column of the motion subspace of body j's joint, expressed at a link's origin and in its axes.
 template <class T, class Use>
-KSL_LANES void columns_at_link(const model_view<scalar_of<T>> &model, const array_of<SE3<T>> &in_world, int j, const SE3<T> &of_link,
-                               Use use) {
+KSL_LANES void columns_at_link(const model_view<scalar_of<T>> &model, const array_of<SE3<T>> &in_world, int j,
+                               const SE3<T> &of_link, Use use) {
   const body<scalar_of<T>> &b = model.body[j];
   SE3<T> D; // of the joint's body in the link's frame
   algebra<T>::product_dinvd(&of_link, &in_world[j], &D);

@@ -22,7 +22,8 @@ template <class T> struct reactions_regressor_workspace {
 /// The twist t with t · f = s · (the requested part of f) for every wrench f: the transpose of part_through (reactions.hpp), applied to
 /// s.  All is in the frame of body b.
 template <joint_kind K, class T>
-KSL_LANES screw<T> part_of_twist(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wrench_part part, const screw<T> &s) {
+KSL_LANES screw<T> part_of_twist(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wrench_part part,
+                                 const screw<T> &s) {
   if (part == (b.follows ? wrench_part::actuation : wrench_part::coupling))
     return {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   T share[most_coordinates<K>];
@@ -47,8 +48,8 @@ KSL_LANES screw<T> part_of_twist(const body<scalar_of<T>> &b, const pose_workspa
 /// The same for the wrench through the joint that carries a link, with twists of the link's frame in its axes.  A fixed joint has
 /// neither actuation nor coupling.
 template <class T>
-inline screw<T> part_at_link(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose, const link<scalar_of<T>> &l,
-                             wrench_part part, screw<T> s) {
+inline screw<T> part_at_link(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
+                             const link<scalar_of<T>> &l, wrench_part part, screw<T> s) {
   const body<scalar_of<T>> &b = model.body[l.body];
   if (part == wrench_part::total)
     return s;
@@ -102,8 +103,8 @@ KSL_LANES void for_components(const model_view<scalar_of<T>> &model, const forwa
 /// ten parameters φ (link_regressor.hpp), under gravity without external wrenches.  Point, axes, part, side and order are those of the
 /// request.  A component of a wrench is its power on a unit twist.  O(joints × links).
 template <class T>
-void reactions_regressor(const model_view<scalar_of<T>> &model, const reactions_regressor_workspace<T> &w, const T *q, const T *v,
-                         const T *dv, const reaction_request &request, T *Y) {
+void reactions_regressor(const model_view<scalar_of<T>> &model, const reactions_regressor_workspace<T> &w, const T *q,
+                         const T *v, const T *dv, const reaction_request &request, T *Y) {
   const int n = model.links;
   for (std::ptrdiff_t k = 0; k < std::ptrdiff_t(60) * request.n * n; ++k)
     Y[k] = T(0);

@@ -24,7 +24,8 @@ template <class T> struct center_of_mass_workspace {
 
 /// The centre of mass (3) in the world, m, for q (nq).  O(bodies), about 30 flops for each.
 template <class T>
-void center_of_mass(const model_view<scalar_of<T>> &model, const center_of_mass_workspace<T> &w, const T *q, T *center) {
+void center_of_mass(const model_view<scalar_of<T>> &model, const center_of_mass_workspace<T> &w, const T *q,
+                    T *center) {
   sines_and_cosines(model, w.pose, q);
   w.children.set(0, {T(0), {T(0), T(0), T(0)}}); // remains if nothing moves
   for (int i = model.bodies - 1; i > 0; --i)
@@ -50,7 +51,8 @@ template <class T> struct center_of_mass_jacobian_workspace {
 /// J (3, nv), row-major, for q (nq): J v is the velocity of the centre of mass, in the world's axes.  A column is the linear
 /// momentum of a subtree at unit velocity of its joint, divided by the mass of all.  O(bodies), about 85 flops for each.
 template <class T>
-void center_of_mass_jacobian(const model_view<scalar_of<T>> &model, const center_of_mass_jacobian_workspace<T> &w, const T *q, T *J) {
+void center_of_mass_jacobian(const model_view<scalar_of<T>> &model, const center_of_mass_jacobian_workspace<T> &w,
+                             const T *q, T *J) {
   const std::ptrdiff_t nv = model.nv;
   rotate_to_world(
       model, w.pose, w.rotation, q, []<joint_kind>(int, const auto &, const auto &) KSL_INLINED {}, [](auto) KSL_INLINED {});
@@ -61,7 +63,8 @@ void center_of_mass_jacobian(const model_view<scalar_of<T>> &model, const center
       const mass_moment<T> subtree = subtree_moment(model, w.children, i);
       const mat3x3<T> R = w.rotation[i];
       for_coordinates<K>(b, [&](auto c) KSL_INLINED {
-        const spatial_inertia<T> I = {subtree.m, subtree.h, o, o, o, o, o, o}; // linear momentum needs no moments of inertia
+        const spatial_inertia<T> I = {subtree.m, subtree.h, o, o,
+                                      o,         o,         o, o}; // linear momentum needs no moments of inertia
         vec3<T> p = joint<K>::momentum(c, b, I).lin;
         algebra<T>::product_drv(&R, &p, &p);
         T *const column = J + b.v_index + c;

@@ -33,8 +33,8 @@ template <class T> struct center_of_mass_acceleration_workspace {
 
 /// Writes Σ x / Σ m to out (3), in the world's axes.  On entry sum[i] is x of body i in its axes; the ground is left out.
 template <class T>
-KSL_LANES void mean_over_mass(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose, const per_body<vec3, T> &sum,
-                              T *out) {
+KSL_LANES void mean_over_mass(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
+                              const per_body<vec3, T> &sum, T *out) {
   scalar_of<T> mass = 0;
   sum.set(0, {T(0), T(0), T(0)});
   for (int i = model.bodies - 1; i > 0; --i) {
@@ -55,8 +55,8 @@ KSL_LANES void mean_over_mass(const model_view<scalar_of<T>> &model, const pose_
 
 /// Velocity (3) of the centre of mass, in the world's axes, m/s, for q (nq) and v (nv).  O(bodies).
 template <class T>
-void center_of_mass_velocity(const model_view<scalar_of<T>> &model, const center_of_mass_velocity_workspace<T> &w, const T *q,
-                             const T *v, T *velocity) {
+void center_of_mass_velocity(const model_view<scalar_of<T>> &model, const center_of_mass_velocity_workspace<T> &w,
+                             const T *q, const T *v, T *velocity) {
   body_twists(model, w.pose, w.twist, q, v, [&]<class P>(bodies_at<P, T> k) KSL_INLINED {
     const spatial_inertia<P> I = own_inertia(model, k);
     const screw<P> s = w.twist[k];
@@ -71,8 +71,9 @@ void center_of_mass_velocity(const model_view<scalar_of<T>> &model, const center
 /// Acceleration (3) of the centre of mass, in the world's axes, m/s², for q (nq), v (nv) and dv (nv).  Gravity doesn't enter.
 /// O(bodies).
 template <class T>
-void center_of_mass_acceleration(const model_view<scalar_of<T>> &model, const center_of_mass_acceleration_workspace<T> &w,
-                                 const T *q, const T *v, const T *dv, T *acceleration) {
+void center_of_mass_acceleration(const model_view<scalar_of<T>> &model,
+                                 const center_of_mass_acceleration_workspace<T> &w, const T *q, const T *v, const T *dv,
+                                 T *acceleration) {
   body_motions(model, w.pose, w.motion, ground_at_rest<T>(), q, v, dv, [&]<class P>(bodies_at<P, T> k) KSL_INLINED {
     const spatial_inertia<P> I = own_inertia(model, k);
     const body_motion<P> m = w.motion[k];

@@ -40,7 +40,8 @@ template <class T> struct centroidal_momentum_rate_workspace {
 
 /// The origin of body 1 in the world; zero if nothing moves.  Sums are taken about this point, so that no digits are lost where a robot
 /// stands or floats far from the world's origin.
-template <class T> KSL_LANES vec3<T> first_origin(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose) {
+template <class T> KSL_LANES vec3<T> first_origin(const model_view<scalar_of<T>> &model,
+                                                  const pose_workspace<T> &pose) {
   vec3<T> origin = {T(0), T(0), T(0)};
   if (model.bodies > 1)
     by_kind(model.body[1].kind, [&]<joint_kind K>() KSL_INLINED { origin = joint<K>::kept_pose(model.body[1], pose).t; });
@@ -50,8 +51,9 @@ template <class T> KSL_LANES vec3<T> first_origin(const model_view<scalar_of<T>>
 /// Sums the momenta of all bodies but the ground, or their rates, and writes the sum about the centre of mass and in the world's axes
 /// to out (6).  On entry sum[i] is that of body i, in its frame.
 template <class T>
-KSL_LANES void sum_about_center(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose, const per_body<coscrew, T> &sum,
-                                const per_body<mass_moment, T> &children, component_order order, T *out) {
+KSL_LANES void sum_about_center(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
+                                const per_body<coscrew, T> &sum, const per_body<mass_moment, T> &children,
+                                component_order order, T *out) {
   using A = algebra<T>;
   const vec3<T> reference = first_origin(model, pose);
   const T o = T(0);
@@ -81,8 +83,8 @@ KSL_LANES void sum_about_center(const model_view<scalar_of<T>> &model, const pos
 
 /// Momentum (6) about the centre of mass and in the world's axes, kg m/s and kg m²/s, for q (nq) and v (nv).  O(bodies).
 template <class T>
-void centroidal_momentum(const model_view<scalar_of<T>> &model, const centroidal_momentum_workspace<T> &w, const T *q, const T *v,
-                         component_order order, T *momentum) {
+void centroidal_momentum(const model_view<scalar_of<T>> &model, const centroidal_momentum_workspace<T> &w, const T *q,
+                         const T *v, component_order order, T *momentum) {
   body_twists(model, w.pose, w.twist, q, v, [&]<class P>(bodies_at<P, T> k) KSL_INLINED {
     const spatial_inertia<P> I = own_inertia(model, k);
     const screw<P> s = w.twist[k];
@@ -96,11 +98,10 @@ void centroidal_momentum(const model_view<scalar_of<T>> &model, const centroidal
 /// Rate (6) of the momentum about the centre of mass, in the world's axes, N and N m, for q (nq), v (nv) and dv (nv): the sum of all
 /// external wrenches, those of gravity and of the ground among them.  O(bodies).
 template <class T>
-void centroidal_momentum_rate(const model_view<scalar_of<T>> &model, const centroidal_momentum_rate_workspace<T> &w, const T *q,
-                              const T *v, const T *dv, component_order order, T *rate) {
-  body_motions(model, w.pose, w.motion, ground_at_rest<T>(), q, v, dv, [&](auto k) KSL_INLINED {
-    w.sum.set(k, newton_euler(own_inertia(model, k), w.motion[k]));
-  });
+void centroidal_momentum_rate(const model_view<scalar_of<T>> &model, const centroidal_momentum_rate_workspace<T> &w,
+                              const T *q, const T *v, const T *dv, component_order order, T *rate) {
+  body_motions(model, w.pose, w.motion, ground_at_rest<T>(), q, v, dv,
+               [&](auto k) KSL_INLINED { w.sum.set(k, newton_euler(own_inertia(model, k), w.motion[k])); });
   sum_about_center(model, w.pose, w.sum, w.children, order, rate);
 }
 

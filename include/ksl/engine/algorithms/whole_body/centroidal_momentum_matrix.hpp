@@ -39,8 +39,8 @@ template <class T> struct momentum_rows {
 /// Sets the columns of joint i, about the reference point, and adds the inertia of its subtree to its parent's.  If the ground carries
 /// the joint, it adds mass and first moment of the subtree to `all`.
 template <joint_kind K, class T>
-KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const centroidal_momentum_matrix_workspace<T> &w, int i,
-                           const momentum_rows<T> &rows, mass_moment<T> &all) {
+KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const centroidal_momentum_matrix_workspace<T> &w,
+                           int i, const momentum_rows<T> &rows, mass_moment<T> &all) {
   using A = algebra<T>;
   const body<scalar_of<T>> &b = model.body[i];
   const spatial_inertia<T> I = subtree_inertia(model, w.children, i);
@@ -64,8 +64,8 @@ KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const centroid
 /// A (6, nv), row-major: A v is the momentum of the bodies that move, about their centre of mass and in the world's axes, for q (nq).
 /// O(bodies).
 template <class T>
-void centroidal_momentum_matrix(const model_view<scalar_of<T>> &model, const centroidal_momentum_matrix_workspace<T> &w, const T *q,
-                                component_order order, T *matrix) {
+void centroidal_momentum_matrix(const model_view<scalar_of<T>> &model, const centroidal_momentum_matrix_workspace<T> &w,
+                                const T *q, component_order order, T *matrix) {
   const std::ptrdiff_t nv = model.nv;
   const bool angular_first = order == component_order::angular_first;
   const momentum_rows<T> rows = {matrix + (angular_first ? 3 * nv : 0), matrix + (angular_first ? 0 : 3 * nv), nv};

@@ -11,7 +11,8 @@ template <> struct joint<joint_kind::cylindrical> : several_axes_joint<5, 2> {
   static constexpr int nq = 2, angle = 0, quaternion = -1, pose_numbers = 3; // its translation
   static constexpr bool has_axis = true, canonical_x = true;
   static constexpr position_number positions[] = {{"angle", "rad"}, {"travel", "m"}};
-  static constexpr velocity_number velocities[] = {{"angle.v", "angle.a", "angle", "rad"}, {"travel.v", "travel.a", "travel", "m"}};
+  static constexpr velocity_number velocities[] = {{"angle.v", "angle.a", "angle", "rad"},
+                                                   {"travel.v", "travel.a", "travel", "m"}};
 
   /// As of a joint with one axis: the frame is canonical, with z along the axis.
   template <class T>

@@ -12,7 +12,8 @@ template <> struct joint<joint_kind::floating> : several_axes_joint<0, 1, 2, 3, 
   static constexpr const char *name = "floating", *other_name = "free";
   static constexpr int nq = 7, angle = -1, quaternion = 3, pose_numbers = 12;
   static constexpr bool in_urdf = true;
-  static constexpr position_number positions[] = {{"x", "m"}, {"y", "m"}, {"z", "m"}, {"qx", ""}, {"qy", ""}, {"qz", ""}, {"qw", ""}};
+  static constexpr position_number positions[] = {{"x", "m"}, {"y", "m"}, {"z", "m"}, {"qx", ""},
+                                                  {"qy", ""}, {"qz", ""}, {"qw", ""}};
 
   /// The pose in the parent: placement · (R(q), p).
   template <class T>

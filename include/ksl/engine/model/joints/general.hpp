@@ -131,14 +131,18 @@ template <joint_kind... kinds> struct general_joint {
     ((kind == kinds ? step.template operator()<kinds>() : void()), ...);
   }
 
-  template <class S> static KSL_LANES const general_joint_row &row(const body<S> &b) { return table.of[static_cast<int>(b.kind)]; }
+  template <class S> static KSL_LANES const general_joint_row &row(const body<S> &b) {
+    return table.of[static_cast<int>(b.kind)];
+  }
 
-  template <class T> static KSL_LANES general_pose<T> computed_pose(const body<scalar_of<T>> &b, const pose_workspace<T> &w, const T *q) {
+  template <class T> static KSL_LANES general_pose<T> computed_pose(const body<scalar_of<T>> &b,
+                                                                    const pose_workspace<T> &w, const T *q) {
     general_pose<T> D = {.b = b, .has_axis = false, .theta = {}, .R = {}, .t = {}};
     compute_pose(w, q, D);
     return D;
   }
-  template <class T> static KSL_LANES general_pose<T> kept_pose(const body<scalar_of<T>> &b, const pose_workspace<T> &w) {
+  template <class T> static KSL_LANES general_pose<T> kept_pose(const body<scalar_of<T>> &b,
+                                                                const pose_workspace<T> &w) {
     general_pose<T> D = {.b = b, .has_axis = false, .theta = {}, .R = {}, .t = {}};
     reload_pose(w, D);
     return D;
@@ -181,8 +185,8 @@ template <joint_kind... kinds> struct general_joint {
       add_relative_motion(twist(b, v), twist(b, dv), r.slides, r.turns, m);
   }
   template <class T>
-  static KSL_LANES void add_steady_motion(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i, const T *v,
-                                          body_motion<T> &m) {
+  static KSL_LANES void add_steady_motion(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i,
+                                          const T *v, body_motion<T> &m) {
     const general_joint_row &r = row(b);
     if (r.coordinate[0] == helical_coordinate)
       return one_axis_joint<true, true>::add_steady_motion(b, rotation, i, v, m);
@@ -194,7 +198,8 @@ template <joint_kind... kinds> struct general_joint {
   }
 
   template <class T>
-  static KSL_LANES general_column<T> column(int k, const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i) {
+  static KSL_LANES general_column<T> column(int k, const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation,
+                                            int i) {
     const int c = row(b).coordinate[k];
     return {axis_of(rotation, i, c == helical_coordinate ? 2 : c % 3), T(b.pitch), c};
   }
@@ -207,7 +212,8 @@ template <joint_kind... kinds> struct general_joint {
       S.z = axis_of<1>(R);
     return S;
   }
-  template <class T> static KSL_LANES coscrew<T> momentum(int k, const body<scalar_of<T>> &b, const spatial_inertia<T> &I) {
+  template <class T> static KSL_LANES coscrew<T> momentum(int k, const body<scalar_of<T>> &b,
+                                                          const spatial_inertia<T> &I) {
     const int c = row(b).coordinate[k];
     if (c == helical_coordinate)
       return one_axis_joint<true, true>::momentum(k, b, I);
@@ -216,14 +222,16 @@ template <joint_kind... kinds> struct general_joint {
 
 private:
   /// One function for all algorithms, which calls those of the kinds.
-  template <class T> [[gnu::noinline]] static void compute_pose(const pose_workspace<T> &w, const T *q, general_pose<T> &D) {
+  template <class T> [[gnu::noinline]] static void compute_pose(const pose_workspace<T> &w, const T *q,
+                                                                general_pose<T> &D) {
     ((D.b.kind == kinds ? void(D = joint<kinds>::computed_pose(D.b, w, q)) : void()), ...);
   }
   template <class T> [[gnu::noinline]] static void reload_pose(const pose_workspace<T> &w, general_pose<T> &D) {
     ((D.b.kind == kinds ? void(D = joint<kinds>::kept_pose(D.b, w)) : void()), ...);
   }
 
-  template <class T> static KSL_LANES void spread_numbers(const body<scalar_of<T>> &b, const general_joint_row &r, const T *numbers, T *six) {
+  template <class T> static KSL_LANES void spread_numbers(const body<scalar_of<T>> &b, const general_joint_row &r,
+                                                          const T *numbers, T *six) {
     for (int k = 0; k < b.nv; ++k)
       six[r.coordinate[k]] = numbers[k];
   }

@@ -26,7 +26,8 @@ template <bool turns, bool slides> struct one_axis_joint {
   static constexpr const char *other_name = nullptr;
   static constexpr int nq = 1, nv = 1;
   static constexpr int coordinate[nv] = {turns && slides ? helical_coordinate : turns ? 5 : 2};
-  static constexpr bool has_axis = true, has_axis2 = false, has_pitch = turns && slides, has_limits = true, is_free = false;
+  static constexpr bool has_axis = true, has_axis2 = false, has_pitch = turns && slides, has_limits = true,
+                        is_free = false;
   static constexpr bool in_urdf = false, velocity_is_rate = true;
   static constexpr position_number positions[] = {{"", turns ? "rad" : "m"}};
   static constexpr velocity_number velocities[] = {{"v", "a", "", turns ? "rad" : "m"}};
@@ -91,8 +92,8 @@ template <bool turns, bool slides> struct one_axis_joint {
 
   /// The same without joint acceleration, and in the axes of the base, to which `rotation` leads.
   template <class T>
-  static KSL_LANES void add_steady_motion(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i, const T *v,
-                                          body_motion<T> &m) {
+  static KSL_LANES void add_steady_motion(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i,
+                                          const T *v, body_motion<T> &m) {
     using A = algebra<T>;
     const vec3<T> z = axis_of(rotation, i);
     vec3<T> coupling;
@@ -107,10 +108,12 @@ template <bool turns, bool slides> struct one_axis_joint {
 
   /// column: S in the axes of the base, or in those to which R leads.  momentum: I S in the body's own axes.
   template <class Index, class T>
-  static KSL_LANES column_type<T> column(Index, const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i) {
+  static KSL_LANES column_type<T> column(Index, const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation,
+                                         int i) {
     return {axis_of(rotation, i), T(b.pitch)};
   }
-  template <class Index, class T> static KSL_LANES column_type<T> column(Index, const body<scalar_of<T>> &b, const mat3x3<T> &R) {
+  template <class Index, class T> static KSL_LANES column_type<T> column(Index, const body<scalar_of<T>> &b,
+                                                                         const mat3x3<T> &R) {
     return {axis_of<2>(R), T(b.pitch)};
   }
   template <class Index, class T>
@@ -131,7 +134,9 @@ template <bool turns, bool slides> struct one_axis_joint {
   /// Their derivatives, as blocks of matrices whose rows lie `stride` numbers apart.  A position changes along q ⊕ s e_k.
   /// integrate_jacobians: of q ⊕ dv by q and by dv.  difference_jacobians: of dv = q1 ⊖ q0 by q0 and by q1.
   template <class T> static void integrate_jacobians(const T *, T *by_q, T *by_dv, int) { by_q[0] = by_dv[0] = T(1); }
-  template <class T> static void difference_jacobians(const T *, T *by_q0, T *by_q1, int) { by_q0[0] = T(-1), by_q1[0] = T(1); }
+  template <class T> static void difference_jacobians(const T *, T *by_q0, T *by_q1, int) {
+    by_q0[0] = T(-1), by_q1[0] = T(1);
+  }
 
 private:
   /// Displacement along the axis for a change x of the joint's coordinate.

@@ -8,14 +8,17 @@ namespace ksl {
 inline namespace KSL_ISA {
 
 /// The words of these coordinates in tables: of positions, where each is the integral of its velocity; and of velocities.
-inline constexpr position_number position_along[] = {{"x", "m"}, {"y", "m"}, {"z", "m"}, {"angle", "rad"}, {"angle", "rad"}, {"angle", "rad"}};
-inline constexpr velocity_number velocity_along[] = {{"vx", "ax", "fx", "m"},   {"vy", "ay", "fy", "m"},   {"vz", "az", "fz", "m"},
-                                                     {"wx", "bx", "tx", "rad"}, {"wy", "by", "ty", "rad"}, {"wz", "bz", "tz", "rad"}};
+inline constexpr position_number position_along[] = {{"x", "m"},       {"y", "m"},       {"z", "m"},
+                                                     {"angle", "rad"}, {"angle", "rad"}, {"angle", "rad"}};
+inline constexpr velocity_number velocity_along[] = {{"vx", "ax", "fx", "m"},   {"vy", "ay", "fy", "m"},
+                                                     {"vz", "az", "fz", "m"},   {"wx", "bx", "tx", "rad"},
+                                                     {"wy", "by", "ty", "rad"}, {"wz", "bz", "tz", "rad"}};
 
 /// Adds the twist (v, ω_J) of a joint and its rate (v̇, ω̇_J) to a motion ω, ω̇, a, all in the same axes:
 /// a += v̇ + ω_J × v + 2 ω × v,   ω̇ += ω̇_J + ω × ω_J,   ω += ω_J.   slides, turns: does the joint move along axes, about axes?
 template <class T>
-KSL_LANES void add_relative_motion(const screw<T> &twist, const screw<T> &rate, bool slides, bool turns, body_motion<T> &m) {
+KSL_LANES void add_relative_motion(const screw<T> &twist, const screw<T> &rate, bool slides, bool turns,
+                                   body_motion<T> &m) {
   using A = algebra<T>;
   vec3<T> turning, coupling;
   if (slides) {
@@ -40,7 +43,8 @@ template <int... coordinates> struct several_axes_joint {
   static constexpr int nv = sizeof...(coordinates);
   static constexpr int coordinate[nv] = {coordinates...};
   static constexpr const char *other_name = nullptr;
-  static constexpr bool has_axis = false, has_axis2 = false, has_pitch = false, has_limits = false, is_free = nv == 6, in_urdf = false;
+  static constexpr bool has_axis = false, has_axis2 = false, has_pitch = false, has_limits = false, is_free = nv == 6,
+                        in_urdf = false;
   static constexpr position_number positions[] = {position_along[coordinates]...};
   static constexpr velocity_number velocities[] = {velocity_along[coordinates]...};
   static constexpr bool canonical_x = false;
@@ -52,7 +56,9 @@ template <int... coordinates> struct several_axes_joint {
   static constexpr bool velocity_is_rate = commutes;
 
   /// S q̇
-  template <class T> static KSL_LANES screw<T> twist(const body<scalar_of<T>> &, const T *v) { return to_vectors<screw>(v); }
+  template <class T> static KSL_LANES screw<T> twist(const body<scalar_of<T>> &, const T *v) {
+    return to_vectors<screw>(v);
+  }
 
   /// effort: tau = Sᵀ f.  drive: the wrench h* tau.
   template <class T> static KSL_LANES void effort(const body<scalar_of<T>> &, const coscrew<T> &f, T *tau) {
@@ -62,7 +68,9 @@ template <int... coordinates> struct several_axes_joint {
       tau[k] = c % 3 == 0 ? u.x : c % 3 == 1 ? u.y : u.z;
     });
   }
-  template <class T> static KSL_LANES coscrew<T> drive(const body<scalar_of<T>> &, const T *tau) { return to_vectors<coscrew>(tau); }
+  template <class T> static KSL_LANES coscrew<T> drive(const body<scalar_of<T>> &, const T *tau) {
+    return to_vectors<coscrew>(tau);
+  }
 
   /// Adds the joint's motion, given by its velocities and accelerations, to m.  On entry m is the motion of the joint's frame as
   /// it is carried by the parent.
@@ -73,8 +81,8 @@ template <int... coordinates> struct several_axes_joint {
 
   /// The same without joint acceleration, and in the axes of the base, to which `rotation` leads.
   template <class T>
-  static KSL_LANES void add_steady_motion(const body<scalar_of<T>> &, const per_body<mat3x3, T> &rotation, int i, const T *v,
-                                          body_motion<T> &m) {
+  static KSL_LANES void add_steady_motion(const body<scalar_of<T>> &, const per_body<mat3x3, T> &rotation, int i,
+                                          const T *v, body_motion<T> &m) {
     const mat3x3<T> R = rotation[i];
     const T zero = T(0);
     screw<T> twist = to_vectors<screw>(v);
@@ -91,7 +99,8 @@ template <int... coordinates> struct several_axes_joint {
     constexpr int c = coordinate[k];
     return joint_column<(c >= 3), (c < 3), T>{axis_of(rotation, i, c % 3), T(0)};
   }
-  template <class Index, class T> static KSL_LANES auto column(Index k, const body<scalar_of<T>> &, const mat3x3<T> &R) {
+  template <class Index, class T> static KSL_LANES auto column(Index k, const body<scalar_of<T>> &,
+                                                               const mat3x3<T> &R) {
     constexpr int c = coordinate[k];
     return joint_column<(c >= 3), (c < 3), T>{axis_of<c % 3>(R), T(0)};
   }

@@ -16,7 +16,8 @@ template <> struct joint<joint_kind::universal> {
   static constexpr bool has_axis = true, has_axis2 = true, has_pitch = false, has_limits = false, is_free = false;
   static constexpr bool in_urdf = false, velocity_is_rate = true;
   static constexpr position_number positions[] = {{"angle1", "rad"}, {"angle2", "rad"}};
-  static constexpr velocity_number velocities[] = {{"angle1.v", "angle1.a", "angle1", "rad"}, {"angle2.v", "angle2.a", "angle2", "rad"}};
+  static constexpr velocity_number velocities[] = {{"angle1.v", "angle1.a", "angle1", "rad"},
+                                                   {"angle2.v", "angle2.a", "angle2", "rad"}};
   static constexpr bool canonical_x = true, shifts_origin = false;
 
   template <class T> static void integrate(const T *q, const T *dv, T *out) { add_numbers<2>(q, dv, out); }
@@ -27,7 +28,8 @@ template <> struct joint<joint_kind::universal> {
   /// the force and the moment normal to both.  All is in the canonical frame of the second body: z is u₂, and the normal
   /// (cos θ, −sin θ, 0) is the axis about which the parent's z is turned by alpha.
   template <class T>
-  static KSL_LANES void move_first_drive(const plane_rotation<T> &theta, coscrew<T> &constraint, coscrew<T> &actuation) {
+  static KSL_LANES void move_first_drive(const plane_rotation<T> &theta, coscrew<T> &constraint,
+                                         coscrew<T> &actuation) {
     const T normal = theta.cosine * constraint.ang.x - theta.sine * constraint.ang.y;
     const T across = theta.sine * constraint.ang.x + theta.cosine * constraint.ang.y;
     actuation.ang.x = across * theta.sine, actuation.ang.y = across * theta.cosine;
