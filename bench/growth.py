@@ -143,7 +143,9 @@ def main(programs: Path) -> None:
         x = read_motion(m, ROOT / "examples/motions/panda_pick.csv")
         table = m.loads(x.time, x.q, x.v, x.a)
         try:
-            print(f"{'sizing of the Panda by its pick motion':46} {seconds(lambda: ksl.size(table, ROOT / 'examples/components/panda.toml')):6.3f} s; at most 2 s\n")
+            print(
+                f"{'sizing of the Panda by its pick motion':46} {seconds(lambda: ksl.size(table, ROOT / 'examples/components/panda.toml')):6.3f} s; at most 2 s\n"
+            )
         except ModuleNotFoundError as error:
             print(f"no sizing: {error}\n")
     sys.stdout.flush()
