@@ -1,14 +1,14 @@
 # What CI runs on each change: the tests, and beside them the static analysis, the comparison of the C interface, and a short run of each fuzz
-# target.  Nothing is recorded.  What more than one of them needs is made first.  The tests have both cores where they can use them: the others
-# are nice, and take what is left.
+# target.  Nothing is recorded.  What more than one of them needs is made first.  The tests have all cores where they can use them: lint is nice,
+# and takes what is left.  Fuzz targets run for a time, so they have their part of the machine.
 .PHONY: ci ci-builds
-BESIDE := CMAKE_BUILD_PARALLEL_LEVEL=1 nice -n 10 $(MAKE) --no-print-directory
+BESIDE := CMAKE_BUILD_PARALLEL_LEVEL=1 $(MAKE) --no-print-directory
 
 ci:
 	scripts/system_packages.sh demo test lint abi fuzz
 	$(MAKE) --no-print-directory $(VENV)/.tools
 	$(MAKE) --no-print-directory -j2 ci-builds
-	$(PYTHON) scripts/side_by_side.py "test=$(MAKE) --no-print-directory test" "lint=$(BESIDE) lint-alone LINT_OPTIONS='--without mypy'" \
+	$(PYTHON) scripts/side_by_side.py "test=$(MAKE) --no-print-directory test" "lint=nice -n 10 env $(BESIDE) lint-alone LINT_OPTIONS='--without mypy'" \
 	  "abi and fuzz-short=$(BESIDE) -k abi fuzz-short"
 
 # test/contract/types_test.py runs mypy.
