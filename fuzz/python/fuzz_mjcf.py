@@ -11,7 +11,7 @@ import re
 from zlib import crc32
 
 from ksl.base.errors import DescriptionError
-from ksl.model.model import loading, mjcf
+from ksl.model import loading, mjcf
 from mutate import of_xml
 from target import BrokenPromise, check_message, finite, run
 

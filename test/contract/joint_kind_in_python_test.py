@@ -106,14 +106,14 @@ ROBOT = """<robot name="table"><link name="floor"/><link name="plate"><inertial>
 def follow(tree: Path) -> Path:
     """The first three steps of CONTRIBUTING.md in a copy of the tree.  Returns the list of kinds, joints.hpp."""
     struct, value, lines = blocks("A new kind of joint")
-    include, by_kind, with_joint, listed = lines.splitlines()
+    include, general, with_joint, listed = lines.splitlines()
     header = tree / re.search(r"`(include/[\w/]*/joints/xy_table\.hpp)`", TEXT)[1]
     header.write_text(struct, encoding="utf-8")
     folder = header.parent.parent
     insert_before(folder / "joint.hpp", "continuous = ", value.rstrip())
     joints = folder / "joints.hpp"
     insert_before(joints, "<concepts>", include)
-    insert_before(joints, "case joint_kind::floating: return of.", by_kind)
+    insert_before(joints, "    joint_kind::helical,\n", general)
     insert_before(joints, "case joint_kind::floating: return step(", with_joint)
     insert_before(joints, "    joint_kind::floating};", listed)
     return joints

@@ -63,9 +63,9 @@ def test_what_show_returns_is_what_type_checkers_are_told():
 
 
 def test_the_class_of_models_is_found_in_its_room():
-    assert python("from ksl.model.model import Model\nimport ksl\nprint(Model is ksl.Model)") == "True\n"
+    assert python("from ksl.model import Model\nimport ksl\nprint(Model is ksl.Model)") == "True\n"
     with pytest.raises(ImportError, match="Modle"):
-        exec("from ksl.model.model import Modle")
+        exec("from ksl.model import Modle")
 
 
 def test_unknown_name():

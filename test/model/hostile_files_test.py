@@ -84,7 +84,7 @@ def test_messages_from_long_files_are_short():
 @pytest.mark.parametrize("before", [b"", b"<?xml version='1.0'?><!--" + b"x" * 1_200_000 + b"-->"])
 def test_no_more_than_two_megabytes_are_searched_for_the_root_element(monkeypatch, before):
     """Python's parser takes its input in blocks, and looks at a tag again with each of them: 50 MB took a minute."""
-    from ksl.model.model import loading
+    from ksl.model import loading
 
     searched, first_element = [], loading._first_element
     monkeypatch.setattr(loading, "_first_element", lambda xml: searched.append(len(xml)) or first_element(xml))
