@@ -2,7 +2,7 @@
 // api/algorithms/ names the form of its results.
 #pragma once
 
-#include "engine/shared_steps.hpp"
+#include "engine/kernel.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {

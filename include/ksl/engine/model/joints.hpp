@@ -141,12 +141,12 @@ template <class Step> KSL_LANES void by_slower_kind(joint_kind kind, Step step) 
     step.template operator()<joint_kind::prismatic>();
   else if (kind == joint_kind::floating)
     step.template operator()<joint_kind::floating>();
-  else if (joint<general_kind>::includes(kind))
+  else if (joint<general_kind>::includes(kind)) [[unlikely]]
     step.template operator()<general_kind>();
 }
 template <class Step> KSL_LANES void by_kind(joint_kind kind, Step step) {
   static_assert(moving_joint<joint<joint_kind::revolute>>);
-  if (only_turns(kind))
+  if (only_turns(kind)) [[likely]]
     step.template operator()<joint_kind::revolute>();
   else
     by_slower_kind(kind, step);

@@ -169,8 +169,8 @@ template <class T>
 void forward_dynamics(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q,
                       const T *v, const T *tau, const external_wrenches<T> &external, T *dv) {
   start_articulated(model, w, q, v, external);
-  if (model
-          .physics) { // the transmitted efforts, but for armature; stored in dv, where accelerations replace them one by one
+  // the transmitted efforts, but for armature; stored in dv, where accelerations replace them one by one
+  if (model.physics) {
     for (int k = 0; k < model.nv; ++k)
       dv[k] = tau[k] - passive_effort(model.physics[k], q, v[k]);
     tau = dv;

@@ -86,8 +86,8 @@ KSL_LANES void set_ancestors(const model_view<scalar_of<T>> &model, const mass_m
             (S.lin.x * F.lin.x + S.lin.y * F.lin.y + S.lin.z * F.lin.z) +
                 (S.ang.x * F.ang.x + S.ang.y * F.ang.y + S.ang.z * F.ang.z));
     }
-    if (start
-            .is_base) { // S of a floating base are the unit twists, in the frame of the base: the products are the numbers of F
+    // S of a floating base are the unit twists, in the frame of the base: the products are the numbers of F
+    if (start.is_base) {
       const T numbers[6] = {F.lin.x, F.lin.y, F.lin.z, F.ang.x, F.ang.y, F.ang.z};
       for_each_coordinate_backwards<6>([&](auto k) KSL_INLINED { M.set(start.v_index + k, k, column, numbers[k]); });
     }
@@ -97,6 +97,33 @@ KSL_LANES void set_ancestors(const model_view<scalar_of<T>> &model, const mass_m
   M.clear(column, 0, written);
 }
 
+/// Steps (1) to (4) for joint i.  M is a copy of its own, whose members stay in registers.
+template <joint_kind K, class T, class Matrix>
+KSL_LANES void set_columns(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, int i, Matrix M) {
+  const body<scalar_of<T>> &b = model.body[i];
+  const index first = b.v_index;
+  const spatial_inertia<T> I = subtree_inertia(model, w.children, i);
+  constexpr int n = most_coordinates<K>;
+  coscrew<T> F[n];
+  for_coordinates<K>(b, [&](auto c) KSL_INLINED {
+    F[c] = joint<K>::momentum(c, b, I); // (1)
+    T own[n];
+    joint<K>::effort(b, F[c], own); // (2)
+    if (model.physics)
+      own[c] = own[c] + T(model.physics[first + c].armature);
+    for (int k = 0; k <= c; ++k) // turns −0 into 0 where there are several
+      M.set(first + k, b.ancestors + k, first + c, coordinates<K>(b) > 1 ? own[k] + T(0) : own[k]);
+  });
+  add_to_parent<K>(I, model, w.pose, w.children, i); // (3)
+  for (int c = 0; c < coordinates<K>(b); ++c) {
+    if (b.parent == 0)
+      M.clear(first + c, 0, first);
+    else
+      set_ancestors(model, w, i, in_base<K>(w, i, F[c]), first + c, M); // (4)
+    M.clear(first + c, b.v_end, model.nv);
+  }
+}
+
 /// Sets the elements of M for q (nq) in a matrix of one of several layouts (symmetric_matrix.hpp, tree_rows.hpp).
 /// M.set(row, place, column, x) sets an element with row ≤ column, and M.clear(k, from, end) sets zeros, elements k with [from, end).
 template <class T, class Matrix>
@@ -104,31 +131,7 @@ KSL_LANES void set_mass_matrix(const model_view<scalar_of<T>> &model, const mass
                                Matrix M) {
   locate_joints(model, w, q);
   for (int i = model.bodies - 1; i > 0; --i)
-    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED {
-      constexpr int n = most_coordinates<K>;
-      const body<scalar_of<T>> &b = model.body[i];
-      const index first = b.v_index;
-      const spatial_inertia<T> I = subtree_inertia(model, w.children, i);
-      coscrew<T> F[n];
-      for_coordinates<K>(b, [&](auto c) KSL_INLINED {
-        F[c] = joint<K>::momentum(c, b, I); // (1)
-        T own[n];
-        joint<K>::effort(b, F[c], own); // (2)
-        if (model.physics)
-          own[c] = own[c] + T(model.physics[first + c].armature);
-        for (int k = 0; k <= c; ++k)
-          M.set(first + k, b.ancestors + k, first + c,
-                coordinates<K>(b) > 1 ? own[k] + T(0) : own[k]); // turns −0 into 0
-      });
-      add_to_parent<K>(I, model, w.pose, w.children, i); // (3)
-      for (int c = 0; c < coordinates<K>(b); ++c) {
-        if (b.parent == 0)
-          M.clear(first + c, 0, first);
-        else
-          set_ancestors(model, w, i, in_base<K>(w, i, F[c]), first + c, M); // (4)
-        M.clear(first + c, b.v_end, model.nv);
-      }
-    });
+    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { set_columns<K>(model, w, i, M); });
 }
 
 /// M (nv, nv), row-major, for q (nq).  For other scalars than plain numbers only the upper triangle is written, without the zeros

@@ -118,7 +118,6 @@ private:
 };
 
 template <joint_kind... kinds> struct general_joint {
-  using base = general_joint;
   static constexpr bool is_free = false;
   static constexpr int most_nv = [] { ///< no `nv`: how many a joint has is its body's to say
     int most = 0;
