@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "test" / "algebra"))
 from library import find
 
-FLAGS = ["-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-I", ROOT / "include"]
+FLAGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-I", ROOT / "include"]
 COMPILERS = {"c": ("gcc -std=c11", "clang -std=c11"), "cpp": ("g++ -std=c++20", "clang++ -std=c++20")}
 PRINTED = {
     "tool_wrench.c": [
