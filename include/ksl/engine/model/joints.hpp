@@ -208,10 +208,12 @@ static_assert(
 constexpr joint_kind_row row_of(joint_kind kind) {
   return with_joint(kind, [kind]<class J>(J) -> joint_kind_row {
     static_assert(described_joint<J>);
+    // NOLINTBEGIN(bugprone-sizeof-expression): arrays, but for fixed joints
     static_assert(J::nq == 0 || sizeof J::positions == J::nq * sizeof(position_number),
                   "a name and a unit for each number of q");
     static_assert(J::nv == 0 || sizeof J::velocities == J::nv * sizeof(velocity_number),
                   "names and a unit for each number of v");
+    // NOLINTEND(bugprone-sizeof-expression)
     return {kind,           J::name,       J::other_name, J::nq,         J::nv,           J::has_axis,
             J::has_axis2,   J::has_pitch,  J::has_limits, J::is_free,    J::in_urdf,      J::velocity_is_rate,
             J::canonical_x, J::usual_axis, J::angle,      J::quaternion, J::pose_numbers, J::positions,

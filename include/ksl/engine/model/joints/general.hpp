@@ -59,8 +59,8 @@ template <class T> struct general_pose {
   mat3x3<T> R;             ///< of a free_pose
   vec3<T> t;
 
-  void operator=(const axis_pose<T> &D) { has_axis = true, theta = D.theta, t = D.t; }
-  void operator=(const free_pose<T> &D) { has_axis = false, R = D.R, t = D.t; }
+  void set(const axis_pose<T> &D) { has_axis = true, theta = D.theta, t = D.t; }
+  void set(const free_pose<T> &D) { has_axis = false, R = D.R, t = D.t; }
 
   template <class... V> KSL_LANES void to_body(V &...v) const {
     by_form([&](const auto &D) KSL_INLINED { D.to_body(v...); });
@@ -223,10 +223,10 @@ private:
   /// One function for all algorithms, which calls those of the kinds.
   template <class T> [[gnu::noinline]] static void compute_pose(const pose_workspace<T> &w, const T *q,
                                                                 general_pose<T> &D) {
-    ((D.b.kind == kinds ? void(D = joint<kinds>::computed_pose(D.b, w, q)) : void()), ...);
+    ((D.b.kind == kinds ? D.set(joint<kinds>::computed_pose(D.b, w, q)) : void()), ...);
   }
   template <class T> [[gnu::noinline]] static void reload_pose(const pose_workspace<T> &w, general_pose<T> &D) {
-    ((D.b.kind == kinds ? void(D = joint<kinds>::kept_pose(D.b, w)) : void()), ...);
+    ((D.b.kind == kinds ? D.set(joint<kinds>::kept_pose(D.b, w)) : void()), ...);
   }
 
   template <class T> static KSL_LANES void spread_numbers(const body<scalar_of<T>> &b, const general_joint_row &r,
