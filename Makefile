@@ -45,8 +45,8 @@ test: $(VENV)/.tools
 	$(MAKE) --no-print-directory -j2 build-clang $(VENV)/.tested
 	$(MAKE) --no-print-directory test-c test-python
 
-# C and C++.  Optimising kernels takes most of the time: with -O3 at least 200 s of processor time for each set and compiler, with -O1 a
-# third of that and the same bits.  So gcc takes -O1 for one set, and -O0 for a second one, so that tests can compare sets; the wheel's
+# C and C++.  Optimising kernels takes most of the time: with -O3 some 150 s of processor time for each set and compiler, with -O1 two
+# thirds of that and the same bits.  So gcc takes -O1 for one set, and -O0 for a second one, so that tests can compare sets; the wheel's
 # build in build/gcc has done that.  clang makes a debug build of two sets: workspaces are NaN where nothing has been computed, and
 # thousands of states of every interface would take too long.  It alone has the tests of single functions: with gcc, too,
 # they would take a minute more.  It counts the work of readers, so that a test can say how it grows.

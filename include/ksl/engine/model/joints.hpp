@@ -1,5 +1,5 @@
-// KSL: the list of all kinds of joints.  A new kind is a file in joints/, a value of joint_kind (joint.hpp), and a line in each of
-// the two functions here; the compiler reports the members that its struct lacks.
+// KSL: the list of all kinds of joints.  A new kind is a file in joints/, a value of joint_kind (joint.hpp), and three lines here: in
+// the list of general_joint, in with_joint and in joint_kinds.  The compiler reports what is missing, members of its struct too.
 #pragma once
 
 #include "ksl/engine/model/joints/cylindrical.hpp"
