@@ -8,8 +8,7 @@ ci:
 	scripts/system_packages.sh demo test lint abi fuzz
 	$(MAKE) --no-print-directory $(VENV)/.tools
 	$(MAKE) --no-print-directory -j2 ci-builds
-	$(PYTHON) scripts/side_by_side.py "test=$(MAKE) --no-print-directory test" "lint=nice -n 10 env $(BESIDE) lint-alone LINT_OPTIONS='--without mypy'" \
+	$(PYTHON) scripts/side_by_side.py "test=$(MAKE) --no-print-directory test" "lint=nice -n 10 env $(BESIDE) lint-alone" \
 	  "abi and fuzz-short=$(BESIDE) -k abi fuzz-short"
 
-# test/contract/types_test.py runs mypy.
 ci-builds: build-gcc build-clang fuzz-build-short lint-tools
