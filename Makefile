@@ -6,7 +6,6 @@
 # make bench  timings, beside what they are compared with (make bench-plots: and renews docs/performance.md)
 # make release   all of the C algebra as one header, build/release/ksl.h
 # make docs      the reference in docs/reference, from the headers and from api/algorithms/
-# make quick NAME=…   after a change of an algorithm: its kernel, and the tests that name it
 # make ci     what CI runs on each change: make test, and beside it lint, abi and fuzz-short
 # make format    C and C++ as .clang-format says
 # make lint, coverage, mutate, sanitize, fuzz, golden, test-faults, abi, dist   long checks of what docs/trust.md promises; each writes its record
@@ -140,7 +139,7 @@ $(VENV)/.tested: $(VENV)/.tools $(SOURCES)
 	rm -f $(VENV)/.installed
 	touch $@
 
--include scripts/ci.mk scripts/quick.mk scripts/lint/lint.mk scripts/abi/abi.mk scripts/dist/dist.mk scripts/trust/trust.mk fuzz/fuzz.mk test/golden/golden.mk test/mutate/mutate.mk \
+-include scripts/ci.mk scripts/lint/lint.mk scripts/abi/abi.mk scripts/dist/dist.mk scripts/trust/trust.mk fuzz/fuzz.mk test/golden/golden.mk test/mutate/mutate.mk \
   test/coverage/coverage.mk test/sanitize/sanitize.mk test/faults/faults.mk
 
 clean:
