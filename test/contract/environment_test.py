@@ -37,7 +37,7 @@ def test_ci_runs_make_and_nothing_else():
     assert commands == ["set -eu", 'cd "$(dirname "$0")/.."', "command -v make >/dev/null || scripts/system_packages.sh demo", "exec make ci"]
     asked = subprocess.run(["make", "-n", "--no-print-directory", "ci"], cwd=ROOT, env=KEPT | {"MAKEFLAGS": ""}, capture_output=True, text=True, timeout=60).stdout
     assert '"test=make --no-print-directory test"' in asked
-    assert all(part in asked for part in ("lint=", " lint-alone ", " abi fuzz-short"))
+    assert all(part in asked for part in ("lint=", " lint-alone", " abi fuzz-short"))
 
 
 def test_a_part_of_ci_that_fails_is_told_with_its_own_output_in_one_block():
