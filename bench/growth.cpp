@@ -18,7 +18,7 @@ int main() {
     for (int turn = 0; turn < 3; ++turn) {
       const double start = own_seconds();
       try {
-        ksl::model_of(ksl::read_robot_text(text, "r.xml"), {}, false, true);
+        ksl::model_of(ksl::read_robot_text(text, "r.xml"), {}, {.masses_optional = true});
       } catch (const ksl::description_error &) { // refused
       }
       least = std::min(least, (own_seconds() - start) / megabytes);
