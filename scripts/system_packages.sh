@@ -19,14 +19,12 @@ has_header() { echo "#include <$1>" | c++ -x c++ -E -; }
 has_browser() { command -v chromium || command -v chromium-browser || command -v google-chrome; }
 
 need g++ command -v c++
+need clang command -v clang++ # its kernels are faster, and faster to compile; cmake/compiler.cmake
 need cmake command -v cmake
 need make command -v make
 need python3-venv "$python" -c 'import ensurepip, venv'
 need python3-dev "$python" -c 'import os, sysconfig; assert os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h"))'
 need libpugixml-dev has_header pugixml.hpp
-if for_any test bench lint abi fuzz trust; then
-  need clang command -v clang++
-fi
 if for_any test; then
   # it only saves time; where there is no apt-get, the Makefile takes the one of PyPI
   ! command -v apt-get >/dev/null || need ccache command -v ccache

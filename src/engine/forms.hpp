@@ -10,12 +10,11 @@ namespace forms {
 
 /// Returns the elements of a symmetric n × n matrix in lanes, row after row, from its upper triangle.  Left of the diagonal it goes down
 /// a column of the triangle, and then along its row.
-template <class P> struct symmetric_columns {
-  const P *upper;
-  int n;
-  sums<P> &seen;
-  const P *element = upper;
-  int row = 0, column = 0;
+template <class P> struct symmetric_columns : summed_columns<P> {
+  const P *upper, *element;
+  int n, row = 0, column = 0;
+  symmetric_columns(const P *triangle, int size, sums<P> &stored)
+      : summed_columns<P>{&stored}, upper(triangle), element(triangle), n(size) {}
 
   KSL_LANES const P &operator()() {
     const P &x = *element;
@@ -24,7 +23,6 @@ template <class P> struct symmetric_columns {
       column = 0, element = upper + ++row;
     return x;
   }
-  template <int K> KSL_LANES void look(const P (&x)[K]) { seen.add(x); }
 };
 
 /// A symmetric matrix (nv, nv).  In lanes only its upper triangle is computed, by Algorithm::elements.
@@ -53,9 +51,10 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
       const rows_view<scalar_of<P>> &rows = b.batch.result[0];
       if (!elements(model, w, s, b))
         return;
-      symmetric_columns<P> next{matrix, model.nv, b.stored};
+      symmetric_columns<P> next(matrix, model.nv, b.stored);
       store_next_of<scalar_of<P>, transposition::width_of<P>>(b.batch.n, next, model.nv * model.nv, b.valid,
                                                               row(rows, b.k), rows.stride);
+      next.finish();
     }
   };
 };
@@ -69,9 +68,10 @@ template <class Algorithm> struct upper_triangle : symmetric_matrix<Algorithm> {
         return;
       scalar_of<P> *const out = row(b.batch.result[0], b.k);
       for (std::ptrdiff_t i = 0; i < model.nv; ++i) {
-        next_columns<P> next{this->matrix + i * (model.nv + 1), b.stored};
+        next_columns<P> next(this->matrix + i * (model.nv + 1), b.stored);
         store_next<scalar_of<P>, transposition::width_of<P>>(next, model.nv - i, b.valid, out + i * (model.nv + 1),
                                                              b.batch.result[0].stride);
+        next.finish();
       }
     }
   };

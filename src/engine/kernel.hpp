@@ -22,13 +22,13 @@ template <class T> struct sums {
     else
       add_each(x, n, [](const T &y) { return y; });
   }
-  /// Adds numbers that are in registers: their sum is added to one of the sums in memory.
-  template <int K> KSL_LANES void add(const T (&x)[K]) {
+  /// The sum of numbers that are in registers, or of their squares.
+  template <int K> KSL_LANES T sum_in_registers(const T (&x)[K]) const {
     if (squared)
-      sum[0] = sum[0] + sum_of<0, K>(x, [](const T &y) { return y * y; });
-    else
-      sum[0] = sum[0] + sum_of<0, K>(x, [](const T &y) { return y; });
+      return sum_of<0, K>(x, [](const T &y) { return y * y; });
+    return sum_of<0, K>(x, [](const T &y) { return y; });
   }
+  KSL_LANES void add_sum(const T &x) { sum[0] = sum[0] + x; }
   /// Are the results ordinary (engine/algorithm.hpp)?  This may be false for finite results whose sum is too large; the caller then looks
   /// at each result.
   bool ordinary() const {
@@ -76,12 +76,20 @@ private:
   T sum[4] = {};
 };
 
-/// Returns columns in lanes, one after the other.  Each is added to the sums while it is in a register, on its way into rows.
-template <class P> struct next_columns {
+/// Columns that are stored are summed while they are in registers, on their way into rows.  The sum is a number of its own, which stays
+/// in a register: rows that are written could be the sums in memory, for all that the compiler knows.
+template <class P> struct summed_columns {
+  sums<P> *seen;
+  P sum = P(scalar_of<P>(0));
+  template <int K> KSL_LANES void look(const P (&x)[K]) { sum = sum + seen->sum_in_registers(x); }
+  KSL_LANES void finish() const { seen->add_sum(sum); }
+};
+
+/// Returns columns in lanes, one after the other.
+template <class P> struct next_columns : summed_columns<P> {
   const P *in;
-  sums<P> &seen;
+  next_columns(const P *columns, sums<P> &stored) : summed_columns<P>{&stored}, in(columns) {}
   KSL_LANES const P &operator()() { return *in++; }
-  template <int K> KSL_LANES void look(const P (&x)[K]) { seen.add(x); }
 };
 
 /// The states k, k + 1, ... of a batch, `valid` in number, one in each lane.
@@ -103,8 +111,9 @@ template <class P> struct block {
   void store(const P *in, std::ptrdiff_t columns, const rows_view<S> &rows) const {
     if (!rows.first)
       return;
-    next_columns<P> next{in, stored};
+    next_columns<P> next(in, stored);
     store_next_of<S, transposition::width_of<P>>(batch.n, next, columns, valid, row(rows, k), rows.stride);
+    next.finish();
   }
 };
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-BUILD = Path(os.environ.get("KSL_LIBRARY", ROOT / "build/gcc/libksl.so")).parent
+BUILD = Path(os.environ.get("KSL_LIBRARY", ROOT / "build/clang/libksl.so")).parent
 
 C = """
 #include <ksl/engine.h>

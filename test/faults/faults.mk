@@ -3,4 +3,4 @@
 .PHONY: test-faults
 # 100 random moments and each change of a folder; disks of 20 sizes where they can be mounted.  About a quarter of an hour; writes its record.
 test-faults: $(VENV)/.tested
-	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python test/faults/kill_at_random.py
+	KSL_LIBRARY=$(CURDIR)/build/clang/libksl.so $(BIN)/python test/faults/kill_at_random.py

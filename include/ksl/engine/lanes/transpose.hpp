@@ -241,12 +241,14 @@ inline void load_rows(const T *rows, std::ptrdiff_t stride, int columns, int val
 template <class T, int W, int K = transposition::widest<pack<T, W>>, class Next>
 inline void store_next(Next &next, std::ptrdiff_t columns, int valid, T *rows, std::ptrdiff_t stride) {
   std::ptrdiff_t c = 0;
+  Next in_registers = next; // for all that compilers know, `next` could be in the rows
   if (valid == W)
     for (; c + K <= columns; c += K)
-      transposition::store_columns<K, T, W>(next, rows + c, stride, W - 1);
+      transposition::store_columns<K, T, W>(in_registers, rows + c, stride, W - 1);
   else
     for (; c + K <= columns; c += K)
-      transposition::store_columns<K, T, W>(next, rows + c, stride, valid - 1);
+      transposition::store_columns<K, T, W>(in_registers, rows + c, stride, valid - 1);
+  next = in_registers;
   if constexpr (K > 1)
     if (c < columns)
       store_next<T, W, K / 2>(next, columns - c, valid, rows + c, stride);

@@ -158,14 +158,17 @@ KSL_LANES void set_rows(const model_view<T> &model, const inverse_dynamics_deriv
 template <class T, bool three>
 KSL_LANES void set_elements(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &d, int i,
                             int k, const wrench_derivative<T> &own, const tau_derivative_matrices<T, three> &out) {
-  const body<scalar_of<T>> &b = model.body[i];
-  for (int m = b.v_index; m < b.v_index + b.nv; ++m)
-    out.set(k, m, by_carrier(own, d.coordinate.at(m)));
-  for (int j = b.parent; j > 0; j = model.body[j].parent)
-    for (int m = model.body[j].v_index; m < model.body[j].v_index + model.body[j].nv; ++m) {
-      out.set(k, m, by_carrier(own, d.coordinate.at(m)));
-      out.set(m, k, by_carried(d.coordinate.at(m).S, own));
+  const auto coordinate = d.coordinate; // in registers, whatever is written
+  const body<scalar_of<T>> *const body = model.body;
+  for (int m = body[i].v_index; m < body[i].v_index + body[i].nv; ++m)
+    out.set(k, m, by_carrier(own, coordinate.at(m)));
+  for (int j = body[i].parent; j > 0; j = body[j].parent) {
+    const int end = body[j].v_index + body[j].nv;
+    for (int m = body[j].v_index; m < end; ++m) {
+      out.set(k, m, by_carrier(own, coordinate.at(m)));
+      out.set(m, k, by_carried(coordinate.at(m).S, own));
     }
+  }
 }
 
 /// Sets the elements of all coordinates of body i's joint, and adds the dynamics of its subtree to its parent's.
