@@ -54,9 +54,10 @@ template <class V> double fused_rate() {
   return 2.0 * lanes * chains * turns / time;
 }
 
-/// The same for multiplications and additions in equal numbers, none of them fused.
+/// The same for multiplications and additions in equal numbers, none of them fused.  Both constants and all chains must stay in registers, of
+/// which AVX2 has sixteen.
 template <class V> double unfused_rate() {
-  constexpr int chains = 8, turns = 4000, lanes = lanes_of<V>;
+  constexpr int chains = register_bytes == 64 ? 8 : 7, turns = 4000, lanes = lanes_of<V>;
   const V a = V{} + opaque(0.999f), b = V{} + opaque(1e-3f);
   V x[chains], y[chains];
   for (int i = 0; i < chains; ++i)

@@ -5,6 +5,8 @@
 #pragma once
 
 #include "array.hpp"
+#include "one_state.hpp"
+#include "result_memory.hpp"
 #include "without_gil.hpp"
 
 #include "batch/compute_batch.hpp"
@@ -322,9 +324,7 @@ private:
       if (given)
         array = several ? nb::object(out[r]) : nb::borrow(out);
       else
-        array = nb::steal(PyArray_SimpleNew(shape.axes, shape.length, numpy_type<S>));
-      if (!array.is_valid())
-        nb::raise_python_error();
+        array = new_array(shape.axes, shape.length, numpy_type<S>);
       if (given)
         check_out<S>(array, shape);
       int columns = 1;
@@ -536,6 +536,8 @@ private:
 /// Runs an algorithm and returns its result, or a tuple of results.  inputs are those that the row lists.
 inline nb::object run(const ksl::algorithm_row &row, const ksl::model &m, const nb::handle (&inputs)[ksl::most_inputs],
                       nb::handle external, nb::handle request, nb::handle out, nb::handle threads) {
+  if (nb::object result = one_state_call(row, m, inputs).run(external, request, out, threads); result.is_valid())
+    return result;
   return call(row, m, inputs, external, request).run(out, threads);
 }
 

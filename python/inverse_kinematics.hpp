@@ -21,16 +21,10 @@ nb::tuple solve_inverse_kinematics(const ksl::model &m, const std::vector<ksl::w
   ksl::inverse_kinematics_batch<S> batch;
   const row_array targets(target, 16 * frames_n, 1), starts(start, m.nq(), 1);
   const npy_intp n = targets.length(0), q_shape[2] = {n, m.nq()}, error_shape[2] = {n, 2};
-  const auto array = [](int axes, const npy_intp *shape, int type) {
-    nb::object made = nb::steal(PyArray_SimpleNew(axes, const_cast<npy_intp *>(shape), type));
-    if (!made.is_valid())
-      nb::raise_python_error();
-    return made;
-  };
   const auto data = [](const nb::object &x) { return PyArray_DATA(reinterpret_cast<PyArrayObject *>(x.ptr())); };
-  const nb::object q = array(2, q_shape, numpy_type<S>), error = array(2, error_shape, numpy_type<S>),
-                   end = array(1, q_shape, NPY_INT), iterations = array(1, q_shape, NPY_INT),
-                   used = array(1, q_shape, NPY_INT);
+  const nb::object q = new_array(2, q_shape, numpy_type<S>), error = new_array(2, error_shape, numpy_type<S>),
+                   end = new_array(1, q_shape, NPY_INT), iterations = new_array(1, q_shape, NPY_INT),
+                   used = new_array(1, q_shape, NPY_INT);
   batch.n = static_cast<std::size_t>(n);
   batch.target = targets.rows<const S>(), batch.start = starts.rows<const S>();
   batch.q = {static_cast<S *>(data(q)), m.nq()}, batch.error = {static_cast<S *>(data(error)), 2};
