@@ -4,6 +4,7 @@
 #              emulated Arm processor; writes test/long_results.md
 # make quick  after a change of an algorithm: compiles what includes it and runs the C++ tests of the engine (QUICK=NAME: those cases alone)
 # make bench  timings, beside what they are compared with (make bench-plots: and renews docs/performance.md)
+# make bench-arm  instructions on an emulated Arm processor, beside Pinocchio's; renews their table in docs/performance.md
 # make release   all of the C algebra as one header, build/release/ksl.h
 # make docs      the reference in docs/reference, from the headers and from api/algorithms/
 # make ci     what CI runs on each change: make test, and beside it lint, abi and fuzz-short
@@ -33,7 +34,7 @@ unexport $(filter-out PYTHON,$(filter $(DROPPED),$(.VARIABLES)))
 
 SOURCES := $(shell find include src python cmake -type f -not -name '*.pyc') CMakeLists.txt pyproject.toml
 
-.PHONY: demo test test-c test-python build-gcc build-clang quick test-long bench bench-build bench-plots release docs clean
+.PHONY: demo test test-c test-python build-gcc build-clang quick test-long bench bench-build bench-plots bench-arm release docs clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed
@@ -86,7 +87,9 @@ test-long: $(VENV)/.tested $(VENV)/.packages
 	  --junitxml=build/long_pytest.xml test/algebra test/laws test/contract/neon_test.py || status=1; \
 	$(BIN)/python scripts/trust/long_results.py test/long_results.md build/long_*.xml && exit $$status
 
-# Peers are built once, in build/bench/peers (about ten minutes), KSL with gcc and with clang each time.
+# Peers are built once, in build/bench/peers (about ten minutes), KSL with gcc and with clang each time.  Where the processor has AVX-512, KSL gets
+# the kernels for AVX2 beside those of a source build, so that both are measured.
+bench_sets = $(if $(shell grep -sow -m1 avx512vl /proc/cpuinfo),-DKSL_INSTRUCTION_SETS=all,-UKSL_INSTRUCTION_SETS)
 bench: bench-build
 	$(BIN)/python bench/run.py build/bench
 	$(BIN)/python bench/growth.py build/bench
@@ -95,12 +98,17 @@ bench: bench-build
 bench-plots: bench-build
 	$(BIN)/python bench/run.py build/bench --docs
 
+bench-arm: $(VENV)/.tools
+	scripts/system_packages.sh bench-arm
+	$(MAKE) --no-print-directory -s -j $(CMAKE_BUILD_PARALLEL_LEVEL) -f bench/arm.mk
+	$(BIN)/python bench/arm/run.py build/bench
+
 bench-build: $(VENV)/.installed
 	scripts/system_packages.sh bench
 	$(MAKE) --no-print-directory -s -j2 -f bench/peers.mk
 	for compiler in gcc clang; do \
 	  case $$compiler in gcc) cxx=g++; programs="compare flops algebra_bench growth";; clang) cxx=clang++; programs=;; esac; \
-	  cmake -S . -B build/bench/$$compiler -DCMAKE_C_COMPILER=$$compiler -DCMAKE_CXX_COMPILER=$$cxx -DKSL_BENCHMARKS=ON \
+	  cmake -S . -B build/bench/$$compiler -DCMAKE_C_COMPILER=$$compiler -DCMAKE_CXX_COMPILER=$$cxx -DKSL_BENCHMARKS=ON $(bench_sets) \
 	    -DKSL_BENCH_OUTPUT=$(CURDIR)/build/bench >/dev/null && \
 	  cmake --build build/bench/$$compiler --target ksl_peer $$programs -- --no-print-directory -s || exit 1; \
 	done

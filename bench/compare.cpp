@@ -14,7 +14,7 @@ struct settings {
   size_t few = 128, many = 1024;
   int repetitions = 31;
   double least_seconds = 1.5;
-  bool batch = true;
+  bool batch = true, only_isa = false;
   std::string json;
   std::filesystem::path home; ///< folder of this program, which contains peers/ and robots.txt
 };
@@ -22,7 +22,8 @@ struct settings {
 [[noreturn]] void usage() {
   std::puts(
       "usage: compare ROBOT... [--ops rnea,derivatives,...] [--reps 31] [--seconds 1.5] [--few 128] [--many 1024]\n"
-      "               [--libraries KSL,Pinocchio,...] [--ksl FILE] [--one-state] [--json FILE]\n"
+      "               [--libraries KSL,Pinocchio,...] [--ksl FILE] [--isa SET] [--one-state] [--json FILE]\n"
+      "       compare [--isa SET] --show-isa\n"
       "ROBOT: a name in robots.txt beside this program, or a URDF file; FILE:floating for a floating base.\n"
       "ops: names of operations, or parts of names; all by default.\n"
       "reps, seconds: at least so many turns, and so long, for each robot.\n"
@@ -30,6 +31,8 @@ struct settings {
       "libraries: KSL, Pinocchio, Pinocchio wheel, MuJoCo, KDL; all by default.\n"
       "ksl: a ksl_peer (ksl_gcc.so) of another build; twice to compare two builds.  By default those beside this "
       "program.\n"
+      "isa: the instruction set of KSL's kernels, x86-64-v3 say; the best that is built and runs here by default.  "
+      "--show-isa prints its name.\n"
       "\nOperations:");
   for (const quantity &x : quantities)
     std::printf("  %s\n", x.name);
@@ -85,6 +88,10 @@ settings parse(int argc, char **argv) {
       s.few = std::strtoull(value(), nullptr, 10);
     else if (word == "--many")
       s.many = std::strtoull(value(), nullptr, 10);
+    else if (word == "--isa")
+      setenv("KSL_ISA", value(), 1); // KSL builds read it at their first call
+    else if (word == "--show-isa")
+      s.only_isa = true;
     else if (word == "--one-state")
       s.batch = false;
     else if (word == "--json")
@@ -95,7 +102,7 @@ settings parse(int argc, char **argv) {
       s.robots.push_back(word);
   }
   s.operations = find_operations(words);
-  if (s.operations.empty() || s.robots.empty() || s.repetitions < 1 || s.few < 1 || s.many < 1)
+  if (s.operations.empty() || s.robots.empty() != s.only_isa || s.repetitions < 1 || s.few < 1 || s.many < 1)
     usage();
   return s;
 }
@@ -231,9 +238,18 @@ void write_json(const settings &s, const peaks &p, const std::vector<std::string
 
 int main(int argc, char **argv) {
   const settings s = parse(argc, argv);
-  const std::string ksl = s.ksl.empty() ? (s.home / "peers/ksl_gcc.so").string() : s.ksl[0];
+  const std::filesystem::path ours = s.home / "peers/ksl_clang.so";
+  const std::string ksl = !s.ksl.empty()               ? s.ksl[0]
+                          : std::filesystem::exists(ours) ? ours.string()
+                                                       : (s.home / "peers/ksl_gcc.so").string();
   auto *const describe = symbol<bool(const char *, int, bench_model *)>(ksl, "bench_describe");
   const char *instruction_set = symbol<const char *()>(ksl, "bench_instruction_set")();
+  if (!instruction_set)
+    return 1;
+  if (s.only_isa) {
+    std::puts(instruction_set);
+    return 0;
+  }
   const std::vector<const bench_peer *> peers = load_peers(s.home / "peers", s.ksl);
   const auto wanted = [&](const bench_peer &p, const bench_operation &o) {
     const auto meant = [&](const std::string &operation) {

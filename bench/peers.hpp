@@ -34,7 +34,7 @@ inline std::vector<const bench_peer *> load_peers(const std::filesystem::path &f
     }
   std::sort(others.begin(), others.end());
   if (!given)
-    std::sort(ksl.rbegin(), ksl.rend()); // gcc first
+    std::sort(ksl.begin(), ksl.end()); // clang first: what users build where it is there
   ksl.insert(ksl.end(), others.begin(), others.end());
   std::vector<const bench_peer *> peers;
   for (const std::string &path : ksl)

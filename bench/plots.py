@@ -1,4 +1,4 @@
-"""Draws the plots of docs/performance.md from results.json: plots.py RESULTS OUTPUT_DIR."""
+"""Draws the plots of docs/performance.md for an instruction set from results.json: plots.py RESULTS SET OUTPUT_DIR."""
 
 import json
 import sys
@@ -14,7 +14,7 @@ import tables
 
 Results = dict[str, Any]
 plt.rcParams |= {"svg.hashsalt": "ksl", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "axes.spines.top": False, "axes.spines.right": False}
-COLOURS = {"KSL, gcc": "tab:blue", "Pinocchio": "tab:orange"}
+COLOURS = {tables.OURS: "tab:blue", "Pinocchio": "tab:orange"}
 
 
 def over_bodies(results: Results) -> plt.Figure:
@@ -24,10 +24,10 @@ def over_bodies(results: Results) -> plt.Figure:
     for axis, operation in zip(axes, ("rnea", "aba", "crba")):
         for shape, marker in (("chain", "o"), ("tree", "^")):
             some = {r["joints"]: r for name, r in robots.items() if name.startswith(shape)}
-            for peer, batch, style in (("Pinocchio", 0, "-"), ("KSL, gcc", 0, "-"), ("KSL, gcc", 1, "--")):
+            for peer, batch, style in (("Pinocchio", 0, "-"), (tables.OURS, 0, "-"), (tables.OURS, 1, "--")):
                 points = [(n, tables.ns(r, peer, operation, batch)) for n, r in sorted(some.items())]
                 xy = [(n, t) for n, t in points if t]
-                name = {"Pinocchio": "best Pinocchio", "KSL, gcc": "KSL, batch" if batch else "KSL"}[peer]
+                name = {"Pinocchio": "best Pinocchio", tables.OURS: "KSL, batch" if batch else "KSL"}[peer]
                 axis.loglog(*zip(*xy), style, marker=marker, ms=3.5, color=COLOURS[peer], label=f"{name}, {shape}s")
         axis.set(title=tables.OPERATIONS[operation], xlabel="bodies")
     axes[0].set_ylabel("ns a state")
@@ -40,7 +40,7 @@ def over_batch(results: Results) -> plt.Figure:
     figure, axes = plt.subplots(1, 2, figsize=(8, 3.2))
     for axis, robot in zip(axes, ("ur5", "talos")):
         for single, threads, style in ((0, 1, "o-"), (1, 1, "^-"), (0, 2, "o--"), (1, 2, "^--")):
-            points = [(int(n), tables.ns(run[robot], "KSL, gcc", "rnea", 1, single, threads)) for n, run in results["sizes"].items()]
+            points = [(int(n), tables.ns(run[robot], tables.OURS, "rnea", 1, single, threads)) for n, run in results["sizes"].items()]
             xy = [(n, 1e3 / t) for n, t in points if t]
             if xy:
                 label = f"{'float' if single else 'double'}, {threads} thread{'s' if threads > 1 else ''}"
@@ -58,7 +58,7 @@ def of_peak(results: Results) -> plt.Figure:
     bars = [(operation, single) for operation in ("rnea", "aba", "crba") for single in (0, 1)]
     for k, (operation, single) in enumerate(bars):
         peak = "fused_float" if single else "fused_double"
-        rates = [results["flops"][name][operation] / tables.ns(robot, "KSL, gcc", operation, 1, single) for name, robot in robots.items()]
+        rates = [results["flops"][name][operation] / tables.ns(robot, tables.OURS, operation, 1, single) for name, robot in robots.items()]
         shares = [100e9 * rate / robot["limits"][peak] for rate, robot in zip(rates, robots.values())]
         label = f"{tables.OPERATIONS[operation]}, {'float' if single else 'double'}"
         axis.bar([i + (k - 2.5) * 0.13 for i in range(len(shares))], shares, 0.12, label=label, color=f"C{k // 2}", alpha=0.55 if single else 1)
@@ -67,11 +67,13 @@ def of_peak(results: Results) -> plt.Figure:
     return figure
 
 
-def main(results: str, output: str) -> None:
-    figures = json.loads(Path(results).read_text())
+def main(results: str, isa: str, output: str) -> None:
+    figures = json.loads(Path(results).read_text())[isa]
     Path(output).mkdir(parents=True, exist_ok=True)
-    for name, draw in {"time_over_bodies": over_bodies, "states_per_second": over_batch, "fraction_of_peak": of_peak}.items():
-        draw(figures).savefig(Path(output) / f"{name}.svg", bbox_inches="tight", metadata={"Date": None})
+    needs = {"time_over_bodies": (over_bodies, "scaling"), "states_per_second": (over_batch, "sizes"), "fraction_of_peak": (of_peak, "flops")}
+    for name, (draw, part) in needs.items():
+        if part in figures:
+            draw(figures).savefig(Path(output) / f"{name}_{isa}.svg", bbox_inches="tight", metadata={"Date": None})
 
 
 if __name__ == "__main__":

@@ -22,7 +22,12 @@ FURTHER = {
     "inverse_dynamics_regressor": "regressor",
 }
 BESIDE = {"crba_upper": "crba", "crba_tree": "crba"}  # what other libraries have in its place
-BEGIN, END = "<!-- figures: make bench-plots -->", "<!-- end of figures -->"
+OURS, BY_GCC = "KSL, clang", "KSL, gcc"  # what users build where clang is there, and where it is not
+PLOTS = {  # name of the file without the set: caption
+    "time_over_bodies": "Time of one state and of one state in a batch, over the number of bodies",
+    "states_per_second": "States per second over the size of a batch",
+    "fraction_of_peak": "Share of the peak rate",
+}
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -66,13 +71,13 @@ def one_state(results: Results) -> str:
     rows = []
     for name, robot in results["robots"]["robots"].items():
         for operation, label in OPERATIONS.items():
-            ours, clang = ns(robot, "KSL, gcc", operation), ns(robot, "KSL, clang", operation)
+            ours, by_gcc = ns(robot, OURS, operation), ns(robot, BY_GCC, operation)
             rival = best(robot, "Pinocchio", operation)
             others = [cell(over(ns(robot, library, operation), ours)) for library in ("Pinocchio", "Pinocchio wheel", "MuJoCo", "KDL")]
-            spread = over(max(ours, clang), min(ours, clang)) if ours and clang else None
-            rows.append([f"{name} {label}", cell(ours, 0), cell(ns(robot, "Pinocchio", operation), 0), *others, cell(clang, 0), cell(spread), way(rival)])
+            spread = over(max(ours, by_gcc), min(ours, by_gcc)) if ours and by_gcc else None
+            rows.append([f"{name} {label}", cell(ours, 0), cell(ns(robot, "Pinocchio", operation), 0), *others, cell(by_gcc, 0), cell(spread), way(rival)])
     ratios = ["× best Pinocchio", "× its wheel", "× MuJoCo", "× KDL"]
-    return table(["one state", "KSL, ns", "best Pinocchio, ns", *ratios, "KSL by clang, ns", "slower : faster", "best Pinocchio is"], rows)
+    return table(["one state", "KSL, ns", "best Pinocchio, ns", *ratios, "KSL by gcc, ns", "slower : faster", "best Pinocchio is"], rows)
 
 
 def further(results: Results) -> str:
@@ -81,10 +86,10 @@ def further(results: Results) -> str:
     for operation, label in FURTHER.items():
         for name, robot in results["robots"]["robots"].items():
             theirs = BESIDE.get(operation, operation)
-            ours, rival = ns(robot, "KSL, gcc", operation), best(robot, "Pinocchio", theirs)
+            ours, rival = ns(robot, OURS, operation), best(robot, "Pinocchio", theirs)
             if not ours or not rival:
                 continue
-            best_ns, (double, single) = rival["median_ns"], (ns(robot, "KSL, gcc", operation, 1, s) for s in (0, 1))
+            best_ns, (double, single) = rival["median_ns"], (ns(robot, OURS, operation, 1, s) for s in (0, 1))
             alone = [cell(ours, 0), cell(best_ns, 0), cell(over(best_ns, ours)), cell(over(ns(robot, "MuJoCo", theirs), ours))]
             rows.append([f"{label}, {name}", *alone, cell(double, 1), cell(over(best_ns, double)), cell(single, 1), way(rival)])
     batches = [f"batch of {results['robots']['many']}, ns", "× best Pinocchio, one state", "float, ns"]
@@ -95,7 +100,7 @@ def reactions(results: Results) -> str:
     rows = []
     for name, robot in results["robots"]["robots"].items():
         for alone, both, label in (("rnea", "reactions", ""), ("inverse_dynamics_derivatives", "reactions_derivatives", ", derivatives")):
-            times = [ns(robot, "KSL, gcc", operation) for operation in (alone, both)]
+            times = [ns(robot, OURS, operation) for operation in (alone, both)]
             if all(times):
                 rows.append([name + label, cell(times[0], 0), cell(times[1], 0), f"{100 * times[1] / times[0] - 100:.0f} %"])
     return table(["reactions beside inverse dynamics", "without, ns", "with reactions, ns", "more"], rows)
@@ -105,7 +110,7 @@ def kinds(results: Results) -> str:
     rows, robots = [], results["kinds"]["robots"]
     for operation, label in (OPERATIONS | FURTHER).items():
         for is_batch in (0, 1):
-            found = [best(robots[name], "KSL, gcc", operation, is_batch) for name in ("kinds", "kinds_by_axes")]
+            found = [best(robots[name], OURS, operation, is_batch) for name in ("kinds", "kinds_by_axes")]
             if all(found):
                 times = [time["minimum_ns"] for time in found]
                 rows.append([label + (", batch" if is_batch else ""), cell(times[0], 1), cell(times[1], 1), cell(over(times[1], times[0]))])
@@ -117,7 +122,7 @@ def batch(results: Results) -> str:
     for name, robot in results["robots"]["robots"].items():
         limits = robot["limits"]
         for operation in ("rnea", "aba", "crba"):
-            double, single = ns(robot, "KSL, gcc", operation, 1), ns(robot, "KSL, gcc", operation, 1, 1)
+            double, single = ns(robot, OURS, operation, 1), ns(robot, OURS, operation, 1, 1)
             flops = results.get("flops", {}).get(name, {}).get(operation)
             share = [over(over(flops, time), limits[peak] * 1e-9) for time, peak in ((double, "fused_double"), (single, "fused_float"))]
             percent = [f"{100 * s:.0f} %" if s else "–" for s in share]
@@ -132,7 +137,7 @@ def threads(results: Results) -> str:
     run, rows = results["threads"], []
     for name, robot in run["robots"].items():
         for operation in ("rnea", "aba"):
-            times = [ns(robot, "KSL, gcc", operation, 1, 0, n) for n in (1, 2)]
+            times = [ns(robot, OURS, operation, 1, 0, n) for n in (1, 2)]
             if all(times):
                 rows.append([f"{name} {OPERATIONS[operation]}", cell(times[0], 1), cell(times[1], 1), cell(over(*times))])
     return table([f"{run['many']} states", "one thread, ns", "two threads, ns", "faster"], rows)
@@ -144,7 +149,7 @@ def linearity(results: Results) -> str:
         if name not in robots:
             continue
         robot = robots[name]
-        figures = [ns(robot, "KSL, gcc", operation, is_batch) for operation in ("rnea", "aba") for is_batch in (0, 1)]
+        figures = [ns(robot, OURS, operation, is_batch) for operation in ("rnea", "aba") for is_batch in (0, 1)]
         rows.append([name, *(cell(over(x, robot["joints"]), 1) for x in figures), cell(robot["state_bytes"] / 1024, 1)])
     return table(["ns for each body", "RNEA, one state", "RNEA, batch", "ABA, one state", "ABA, batch", "kB for a state in flight"], rows)
 
@@ -155,7 +160,7 @@ def long_chains(results: Results) -> str:
     for name, robot in results["scaling"]["robots"].items():
         theirs = ns(robot, "Pinocchio", "crba")
         if name.startswith("chain") and theirs:
-            times = [ns(robot, "KSL, gcc", *which) for which in (("crba",), ("crba_upper",), ("crba", 1), ("crba_upper", 1))]
+            times = [ns(robot, OURS, *which) for which in (("crba",), ("crba_upper",), ("crba", 1), ("crba_upper", 1))]
             rows.append([name, cell(theirs, 0), *(x for time in times for x in (cell(time, 0), cell(over(theirs, time))))])
     columns = [x for which in ("KSL", "upper triangle", "batch", "batch, upper") for x in (f"{which}, ns", "×")]
     return table(["CRBA of chains", "best Pinocchio, ns", *columns], rows)
@@ -183,29 +188,42 @@ def machine(results: Results) -> str:
     peers = ", ".join(f"{name} {version}" for name, version in results["robots"]["peers"].items() if not name.startswith(("KSL", "Pinocchio, ")))
     pinocchio = results["robots"]["peers"].get("Pinocchio, gcc", "")
     return (
-        f"{m['processor']}, {m['cores']} cores, {m['system']}, kernels {results['robots']['instruction_set']}; {m['gcc']}; {m['clang']}; Python {m['python']}; "
-        f"Pinocchio {pinocchio}, {peers}.\n"
+        f"### {results['robots']['instruction_set']}, {m['processor']}\n\n"
+        f"{m['date']}; {m['cores']} cores, {m['system']}; {m['gcc']}; {m['clang']}; Python {m['python']}; Pinocchio {pinocchio}, {peers}.\n"
         f"Peak on one core: {rate['fused_double']:.1f} GFLOP/s double, {rate['fused_float']:.1f} float with fused multiply-adds; "
         f"{rate['unfused_double']:.1f} and {rate['unfused_float']:.1f} without; copying {rate['copy']:.1f} GB/s read and written."
     )
 
 
 def everything(results: Results) -> str:
-    """All tables for which there are figures."""
+    """All tables of an instruction set for which there are figures.  Each names processor, set and day."""
     parts = {
-        "robots": [machine, one_state, batch, further, reactions],
+        "robots": [one_state, batch, further, reactions],
         "kinds": [kinds],
         "threads": [threads],
         "scaling": [linearity, long_chains],
         "python": [python_level],
         "loads": [loads],
     }
-    return "\n\n".join(write(results) for part, writers in parts.items() if part in results for write in writers)
+    if "robots" not in results:
+        return ""
+    m = results["machine"]
+    where = f"*{m['processor']}, {results['robots']['instruction_set']}, {m['date']}:*"
+    written = [f"{where}\n\n{write(results)}" for part, writers in parts.items() if part in results for write in writers]
+    return "\n\n".join([machine(results), *written])
 
 
-def renew(page: Path, results: Results) -> None:
-    """Puts the tables between the two marks of a page."""
-    text = page.read_text()
-    if not re.search(f"{BEGIN}.*{END}", text, re.S):
-        raise SystemExit(f"{page}: the lines {BEGIN} and {END} are missing")
-    page.write_text(re.sub(f"{BEGIN}.*{END}", lambda _: f"{BEGIN}\n\n{everything(results)}\n\n{END}", text, flags=re.S))
+def images(isa: str, docs: Path) -> str:
+    """The plots of an instruction set that are there."""
+    there = {f"images/{name}_{isa}.svg": caption for name, caption in PLOTS.items()}
+    return "".join(f"\n\n![{caption}; {isa}]({path})" for path, caption in there.items() if (docs / path).exists())
+
+
+def renew(page: Path, section: str, text: str) -> None:
+    """Puts figures between the two marks of a section; all other sections stay as they are."""
+    begin, end = f"<!-- figures: {section} -->", f"<!-- end of figures: {section} -->"
+    old = page.read_text()
+    between = re.compile(re.escape(begin) + ".*" + re.escape(end), re.S)
+    if not between.search(old):
+        raise SystemExit(f"{page} has no place for the figures of {section}: the lines {begin} and {end} are missing")
+    page.write_text(between.sub(lambda _: f"{begin}\n\n{text}\n\n{end}", old))

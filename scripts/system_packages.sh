@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs the Debian or Ubuntu packages that are missing.  Usage: system_packages.sh demo|test|bench|lint|abi|fuzz|trust, one or several
+# Installs the Debian or Ubuntu packages that are missing.  Usage: system_packages.sh demo|test|bench|bench-arm|lint|abi|fuzz|trust, one or several
 set -eu
 wanted=" $* "
 for_any() { # for_any NAME...: is one of them wanted
@@ -34,8 +34,14 @@ if for_any test; then
   need binutils command -v nm
   need chromium has_browser
 fi
-if for_any bench; then
+if for_any bench bench-arm; then
   need libeigen3-dev test -e /usr/include/eigen3/Eigen/Core
+fi
+if for_any bench-arm; then
+  need g++-aarch64-linux-gnu command -v aarch64-linux-gnu-g++
+  need qemu-user command -v qemu-aarch64
+fi
+if for_any bench; then
   need liborocos-kdl-dev has_header kdl/chain.hpp
   need binutils command -v nm
 fi

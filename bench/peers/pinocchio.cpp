@@ -1,21 +1,23 @@
 // Pinocchio through its headers, as its users call it: a model of its own joint types, one state at a time.
 // Compiled several times (peers.mk): with gcc and clang, with and without Eigen's vectorisation, and against the
-// compiled library of the wheel.
+// compiled library of the wheel.  BENCH_FEW_OPERATIONS leaves out what bench/arm.mk doesn't count: the rest compiles in a fraction of the time.
 #include "../peer.h"
 
 #include <pinocchio/multibody/model.hpp>
 #include <pinocchio/multibody/data.hpp>
-#include <pinocchio/algorithm/aba-derivatives.hpp>
 #include <pinocchio/algorithm/aba.hpp>
+#include <pinocchio/algorithm/crba.hpp>
+#include <pinocchio/algorithm/rnea-derivatives.hpp>
+#include <pinocchio/algorithm/rnea.hpp>
+#ifndef BENCH_FEW_OPERATIONS
+#include <pinocchio/algorithm/aba-derivatives.hpp>
 #include <pinocchio/algorithm/center-of-mass.hpp>
 #include <pinocchio/algorithm/centroidal.hpp>
-#include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/frames.hpp>
 #include <pinocchio/algorithm/jacobian.hpp>
 #include <pinocchio/algorithm/kinematics.hpp>
 #include <pinocchio/algorithm/regressor.hpp>
-#include <pinocchio/algorithm/rnea-derivatives.hpp>
-#include <pinocchio/algorithm/rnea.hpp>
+#endif
 
 #include <string>
 #include <vector>
@@ -23,6 +25,31 @@
 namespace {
 
 namespace pin = pinocchio;
+#ifdef BENCH_FEW_OPERATIONS
+/// Pinocchio's joint types that URDF files have, without those that no file here has.  What is compiled for each of them is the same.
+template <class S, int options> struct few_joints : pin::JointCollectionDefaultTpl<S, options> {
+  using all = pin::JointCollectionDefaultTpl<S, options>;
+  using JointModelVariant =
+      boost::variant<typename all::JointModelRX, typename all::JointModelRY, typename all::JointModelRZ,
+                     typename all::JointModelFreeFlyer, typename all::JointModelRevoluteUnaligned,
+                     typename all::JointModelPX, typename all::JointModelPY, typename all::JointModelPZ,
+                     typename all::JointModelPrismaticUnaligned,
+                     boost::recursive_wrapper<pin::JointModelMimicTpl<S, options, few_joints>>>;
+  using JointDataVariant =
+      boost::variant<typename all::JointDataRX, typename all::JointDataRY, typename all::JointDataRZ,
+                     typename all::JointDataFreeFlyer, typename all::JointDataRevoluteUnaligned,
+                     typename all::JointDataPX, typename all::JointDataPY, typename all::JointDataPZ,
+                     typename all::JointDataPrismaticUnaligned,
+                     boost::recursive_wrapper<pin::JointDataMimicTpl<S, options, few_joints>>>;
+};
+using Model = pin::ModelTpl<double, 0, few_joints>;
+using Data = pin::DataTpl<double, 0, few_joints>;
+using JointModel = pin::JointModelTpl<double, 0, few_joints>;
+#else
+using pin::Data;
+using pin::JointModel;
+using pin::Model;
+#endif
 using vector = Eigen::VectorXd;
 #ifdef PINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION
 using row = Eigen::Ref<const vector>; // what the compiled functions are instantiated for
@@ -37,34 +64,34 @@ row row_at(const std::vector<double> &x, Eigen::Index k, Eigen::Index n) {
 }
 
 struct self {
-  pin::Model model;
-  pin::Data data;
+  Model model;
+  Data data;
   size_t n;
   std::vector<double> q, v, a, tau;
   pin::JointIndex joint;              ///< which operations about one frame are about,
   pin::FrameIndex frame;              ///< and its frame
-  pin::Data::Matrix6x J{6, model.nv}; ///< columns of joints that don't carry the frame are zero and stay so
+  Data::Matrix6x J{6, model.nv}; ///< columns of joints that don't carry the frame are zero and stay so
   pin::Motion motion;
 };
 
 /// The joint types that Pinocchio's URDF reader would choose.
-pin::JointModel joint_of(const bench_joint &j) {
+JointModel joint_of(const bench_joint &j) {
   const Eigen::Vector3d axis(j.axis[0], j.axis[1], j.axis[2]);
   const bool turning = j.kind == bench_revolute;
   if (j.kind == bench_floating)
     return pin::JointModelFreeFlyer();
   if (axis == Eigen::Vector3d::UnitX())
-    return turning ? pin::JointModel(pin::JointModelRX()) : pin::JointModel(pin::JointModelPX());
+    return turning ? JointModel(pin::JointModelRX()) : JointModel(pin::JointModelPX());
   if (axis == Eigen::Vector3d::UnitY())
-    return turning ? pin::JointModel(pin::JointModelRY()) : pin::JointModel(pin::JointModelPY());
+    return turning ? JointModel(pin::JointModelRY()) : JointModel(pin::JointModelPY());
   if (axis == Eigen::Vector3d::UnitZ())
-    return turning ? pin::JointModel(pin::JointModelRZ()) : pin::JointModel(pin::JointModelPZ());
-  return turning ? pin::JointModel(pin::JointModelRevoluteUnaligned(axis))
-                 : pin::JointModel(pin::JointModelPrismaticUnaligned(axis));
+    return turning ? JointModel(pin::JointModelRZ()) : JointModel(pin::JointModelPZ());
+  return turning ? JointModel(pin::JointModelRevoluteUnaligned(axis))
+                 : JointModel(pin::JointModelPrismaticUnaligned(axis));
 }
 
-pin::Model model_of(const bench_model &m) {
-  pin::Model model;
+Model model_of(const bench_model &m) {
+  Model model;
   for (int i = 0; i < m.joints; ++i) {
     const bench_joint &j = m.joint[i];
     Eigen::Matrix3d R, I;
@@ -87,12 +114,12 @@ void *create(const bench_model *m, const bench_states *few, const bench_states *
   for (int i = 0; i < m->joints; ++i)
     if (m->joint[i].kind == bench_other)
       return nullptr;
-  const pin::Model model = model_of(*m);
+  const Model model = model_of(*m);
   if (model.nq != m->nq || model.nv != m->nv)
     return nullptr;
   const size_t nq = few->n * static_cast<size_t>(m->nq), nv = few->n * static_cast<size_t>(m->nv);
   auto *s = new self{model,
-                     pin::Data(model),
+                     Data(model),
                      few->n,
                      {few->q, few->q + nq},
                      {few->v, few->v + nv},
@@ -170,9 +197,10 @@ const operation operations[] = {
               PUT(put(s.data.ddq, out))),
     one_state("crba", "LOCAL", EVALUATE(pin::crba(s.model, s.data, q, pin::Convention::LOCAL)), PUT_SYMMETRIC(M)),
     one_state("crba", "WORLD", EVALUATE(pin::crba(s.model, s.data, q, pin::Convention::WORLD)), PUT_SYMMETRIC(M)),
-    one_state("fk", "LOCAL + update", EVALUATE(pin::forwardKinematics(s.model, s.data, q)), PUT(put_poses(s, v, out))),
     one_state("inverse_dynamics_derivatives", "", EVALUATE(pin::computeRNEADerivatives(s.model, s.data, q, v, a)),
               PUT(put_symmetric(s.data.M, put(s.data.dtau_dv, put(s.data.dtau_dq, out))))),
+#ifndef BENCH_FEW_OPERATIONS
+    one_state("fk", "LOCAL + update", EVALUATE(pin::forwardKinematics(s.model, s.data, q)), PUT(put_poses(s, v, out))),
     one_state("forward_dynamics_derivatives", "", EVALUATE(pin::computeABADerivatives(s.model, s.data, q, v, tau)),
               PUT(put_symmetric(s.data.Minv, put(s.data.ddq_dv, put(s.data.ddq_dq, out))))),
     one_state("mass_matrix_inverse", "", EVALUATE(pin::computeMinverse(s.model, s.data, q)), PUT_SYMMETRIC(Minv)),
@@ -198,6 +226,7 @@ const operation operations[] = {
               PUT(put(s.motion.toVector(), out))),
     one_state("inverse_dynamics_regressor", "", EVALUATE(pin::computeJointTorqueRegressor(s.model, s.data, q, v, a)),
               PUT(put(s.data.jointTorqueRegressor, out))),
+#endif
 };
 
 #define BENCH_STRING(x) #x
