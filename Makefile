@@ -101,7 +101,7 @@ bench-plots: bench-build
 bench-arm: $(VENV)/.tools
 	scripts/system_packages.sh bench-arm
 	$(MAKE) --no-print-directory -s -j $(CMAKE_BUILD_PARALLEL_LEVEL) -f bench/arm.mk
-	$(BIN)/python bench/arm/run.py build/bench
+	$(BIN)/python bench/arm/count.py build/bench
 
 bench-build: $(VENV)/.installed
 	scripts/system_packages.sh bench

@@ -49,8 +49,8 @@ $(ARM)/count_instructions.so: bench/arm/count_instructions.c
 	@mkdir -p $(dir $@)
 	cc -O2 -shared -fPIC -fvisibility=hidden $< -o $@
 
-$(ARM)/robots.txt: bench/arm/tables.py $(OUT)/robots.txt
-	$(VENV)/bin/python bench/arm/tables.py $(OUT)/robots.txt $(ARM) $(ARM_ROBOTS)
+$(ARM)/robots.txt: bench/arm/robot_tables.py $(OUT)/robots.txt
+	$(VENV)/bin/python bench/arm/robot_tables.py $(OUT)/robots.txt $(ARM) $(ARM_ROBOTS)
 
 .PHONY: arm
 arm: $(foreach c,$(ARM_COMPILERS),$(ARM)/peers/ksl_$(c).so $(ARM)/peers/pinocchio_$(c).so $(ARM)/peers/pinocchio_$(c)_scalar.so) \

@@ -1,4 +1,4 @@
-// ksl::load where there is no reader of robot files: robots come as the tables that tables.py writes, a line for each joint and the body
+// ksl::load where there is no reader of robot files: robots come as the tables that robot_tables.py writes, a line for each joint and the body
 // that it carries.
 #include "ksl/dynamics.hpp"
 

@@ -1,4 +1,4 @@
-"""Counts instructions on an emulated Arm processor: `make bench-arm`, or run.py BUILD_DIR.
+"""Counts instructions on an emulated Arm processor: `make bench-arm`, or count.py BUILD_DIR.
 
 Figures go to BUILD_DIR/arm/counts.json and, as a table, into docs/performance.md.  They are those of compilers and sources: of no machine.
 """
