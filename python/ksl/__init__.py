@@ -33,7 +33,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.model.mechanism import Link as Link
     from ksl.model.model import Model as Model
     from ksl.motions.reading import read_motion as read_motion
-    from ksl.report.compute_loads import loads as loads
+    from ksl.report.compute_loads import compute_loads as compute_loads
     from ksl.report.hold_pose import hold as hold
     from ksl.report.loads_run import Run as Run
     from ksl.sizing.compute_sizing import size as size
@@ -71,10 +71,10 @@ _MODULE_OF = {
     "Wrench": "ksl.spatial",
     "__version__": "ksl._core",
     "check": "ksl.checks.run",
+    "compute_loads": "ksl.report.compute_loads",
     "hold": "ksl.report.hold_pose",
     "load": "ksl.model.loading",
     "load_string": "ksl.model.loading",
-    "loads": "ksl.report.compute_loads",
     "read_motion": "ksl.motions.reading",
     "size": "ksl.sizing.compute_sizing",
     "sweep": "ksl.sweeps.compute_sweep",
@@ -87,8 +87,8 @@ __all__ = list(_MODULE_OF)
 _higher_rooms.FUNCTIONS.update(
     {
         "_repr_html_": "ksl.viewer.notebook:html_of",
-        "loads": "ksl.load_cases.wrench_table:wrench_table",
         "show": "ksl.viewer.live:show",
+        "wrench_table": "ksl.load_cases.wrench_table:wrench_table",
     }
 )
 """Methods of a model that rooms above the model's compute."""

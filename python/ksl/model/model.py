@@ -131,7 +131,7 @@ class Model(Surgery, InverseKinematicsCalls):
         html: str = function_of("_repr_html_")(self)
         return html
 
-    def loads(
+    def wrench_table(
         self,
         time: ArrayLike,
         q: ArrayLike,
@@ -150,7 +150,7 @@ class Model(Surgery, InverseKinematicsCalls):
         external: {link: (n, 6), or (6) for all samples}, or {link: ksl.Wrench}.  on, at, axes, order: as in :meth:`reactions`.
         Raises :class:`ksl.MotionError`.  Needs the extra `ksl[loads]`.
         """
-        return function_of("loads")(self, time, q, v, a, external=external, on=on, at=at, axes=axes, order=order)
+        return function_of("wrench_table")(self, time, q, v, a, external=external, on=on, at=at, axes=axes, order=order)
 
     def show(
         self,

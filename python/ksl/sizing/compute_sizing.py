@@ -56,7 +56,7 @@ def size(
 ) -> Sizing:
     """Checks components against the loads of their joints.
 
-    results: what `ksl loads` has written (the folder or its wrenches.parquet), the table that `Model.loads` returns, or an
+    results: what `ksl loads` has written (the folder or its wrenches.parquet), the table that `Model.wrench_table` returns, or an
     object with such a table as `wrenches`.  components: a TOML file, its tables as a dictionary, or what
     `ksl.sizing.components.read_components` has read; None for the simultaneous
     sets alone.  joints: only these.  at: {joint: (x, y, z)} points of the moments in the simultaneous sets, from the joint's
@@ -102,7 +102,7 @@ def _results(results: Any) -> Results:
     table = getattr(results, "wrenches", results)
     if not hasattr(table, "column_names"):
         raise SizingError(
-            f"results: {type(results).__name__} is no table of wrenches; give a folder of `ksl loads`, or what Model.loads returns"
+            f"results: {type(results).__name__} is no table of wrenches; give a folder of `ksl loads`, or what Model.wrench_table returns"
         )
     return Results(table)
 
