@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import time
+import warnings
 from collections.abc import Callable, Generator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from ksl.base.errors import SweepError
+from ksl.base.errors import DescriptionWarning, SweepError
 from ksl.load_cases.verdict import percent
 from ksl.model.mechanism import Joint
 from ksl.sweeps.description import Sweep, read_sweep, sweep_from
@@ -125,6 +126,8 @@ def _plan(robot: str, given: Sweep, wrenches: bool) -> tuple[Plan, tuple[Joint, 
     if wrenches and not given.partition:
         size = max(1, min(size, ROWS_OF_WRENCHES // (joints * samples)))
     first.partition(0)
+    for doubt in first.doubts:
+        warnings.warn(doubt, DescriptionWarning, stacklevel=3)
     return Plan(robot, given, size, wrenches), first.joints
 
 

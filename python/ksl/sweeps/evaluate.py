@@ -84,6 +84,11 @@ class Evaluator:
         self._dynamics = 0.0
 
     @property
+    def doubts(self) -> list[str]:
+        """What the sweep most likely has in other units."""
+        return self._variants.doubts()
+
+    @property
     def joints(self) -> tuple[Joint, ...]:
         return self._variants.model.joints
 
@@ -187,7 +192,7 @@ class Evaluator:
         from ksl.load_cases.wrench_table import TableWriter
 
         cases_described = [{"name": str(i), **{name: x[i].item() for name, x in self._values.items()}} for i in cases]
-        provenance = Provenance(load_case.model.name, [joint_description(j) for j in load_case.model.joints], cases_described)
+        provenance = Provenance(load_case.model.name, [joint_description(j) for j in load_case.model.joints], cases_described, extent=self._variants.extent)
         table = TableWriter(load_case.model, load_case.placement, provenance).table(block, case - cases.start)
         return table.set_column(0, "case", pa.array(np.full(len(table), case)))
 
