@@ -114,7 +114,7 @@ def test_every_field_that_takes_a_length_is_judged():
     keys = varied | set(description.KINDS) | set(description.OF_BASE)
     assert keys == OTHERS["sweep"] | {key for file, key in FILES if file == "sweep"}
     for kind in KINDS.values():
-        for key in (k for key in kind.keys for k in (key, *key.keys)):
+        for key in (inner for outer in kind.keys for inner in (outer, *outer.keys)):
             assert key.unit in OTHERS["components"] | {"m"}, f"{kind.name}: {key.name}: is it a length? See ksl.sizing.catalogue_numbers.lengths_of"
 
 

@@ -75,7 +75,7 @@ def far_inertia(what: str, mass: float, moments: Sequence[float], reach: float) 
     return [f"{what} is that of a body with a radius of {radius:.4g} m, {radius / reach:.3g} times the robot's extent of {reach:.3g} m: {meant}"]
 
 
-def strong_gravity(gravity: Sequence[float]) -> list[str]:
+def strong_gravity(gravity: Iterable[float]) -> list[str]:
     """A sentence about gravity that is likely in mm/s²."""
     g = math.hypot(*(float(x) for x in gravity))
     return [f"gravity is {g:.6g} m/s²: is that in mm/s²? That of the earth is 9.81"] if HEAVY_GRAVITY < g <= 30 * HEAVY_GRAVITY else []

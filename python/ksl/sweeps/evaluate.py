@@ -18,6 +18,7 @@ from ksl.load_cases.summary_table import PEAKS
 from ksl.model.mechanism import Joint
 from ksl.sizing.components import read_components
 from ksl.sweeps.description import Sweep, described
+from ksl.sweeps.given_model import GivenModel
 from ksl.sweeps.joint_summaries import Peaks
 from ksl.sweeps.sampling import sample
 from ksl.sweeps.variants import Variants
@@ -37,7 +38,8 @@ UTILISATION = ("utilisation", "utilisation_of")
 class Plan:
     """All that a worker needs to know, on any machine that has the files."""
 
-    robot: str
+    robot: str | GivenModel
+    """A file, or a model."""
     sweep: Sweep
     size: int
     """Cases of a partition."""

@@ -19,12 +19,13 @@ from ksl.model.states import Array
 from ksl.motions.motion import Motion
 from ksl.motions.reading import read_motion
 from ksl.sweeps.description import EvenlySpaced, Parameter, Sweep
+from ksl.sweeps.given_model import GivenModel
 
 
 class Variants:
     """Makes the variants of a robot and of its motions.  Files are read once; a variant takes some microseconds."""
 
-    def __init__(self, robot: str | os.PathLike[str], sweep: Sweep) -> None:
+    def __init__(self, robot: str | os.PathLike[str] | GivenModel, sweep: Sweep) -> None:
         self.sweep = sweep
         self.model = _base(robot, sweep)
         reading = dict(sweep.reading)
@@ -73,9 +74,13 @@ class Variants:
         return model, _faster(self.motions[file], factor)
 
 
-def _base(robot: str | os.PathLike[str], sweep: Sweep) -> Model:
+def _base(robot: str | os.PathLike[str] | GivenModel, sweep: Sweep) -> Model:
     try:
+        if isinstance(robot, GivenModel):
+            return robot.model(dict(sweep.base), sweep.file)
         return load(robot, **sweep.base)
+    except SweepError:
+        raise
     except (TypeError, ValueError) as error:
         raise SweepError(f"{sweep.file}: the robot can't be loaded as [base] says: {error}") from None
 
