@@ -79,7 +79,6 @@ OF_PACKAGE = {
     "read": "ksl.load(path) reads a robot, ksl.read_motion(model, path) a motion",
     "reactions": "ksl.load(path).reactions(q, v, a): algorithms are methods of a model",
     "inverse_dynamics": "ksl.load(path).inverse_dynamics(q, v, a): algorithms are methods of a model",
-    "report": "ksl.compute_loads(robot, motion).report(path) writes the report",
     "run": "ksl.compute_loads(robot, motion) computes every wrench along a motion",
     "show": "ksl.load(path).show(q)",
     "to_urdf": "ksl.load(path).to_urdf(path)",
