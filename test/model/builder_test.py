@@ -292,7 +292,7 @@ def test_the_joint_that_mounts_a_robot_takes_no_name_of_either():
 def test_poses_in_other_forms(ur5):
     """Angles as URDF has them, a quaternion, a matrix and a typed pose: the same robot; and typed poses wherever a model takes one."""
     xyz, rpy = (0.1, -0.2, 0.3), (0.4, -0.5, 0.6)
-    text = f"""<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/><origin xyz="1 2 3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0"
+    text = """<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/><origin xyz="1 2 3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0"
     iyz="0"/></inertial></link><joint name="j" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0.1 -0.2 0.3" rpy="0.4 -0.5 0.6"/>
     <axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
     expected = ksl.load_string(text).frame_pose([0.7], "b")
