@@ -17,7 +17,7 @@ from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.model_tables import given_physics, joint_table, link_table
 
 DEEPEST_INDENT = 20
-"""Levels of the tree beyond this one are written as numbers; in narrow terminals, those beyond an eighth of the columns, which take half of them."""
+"""Levels of the tree beyond this one are written as numbers; in narrow terminals, those beyond a tenth of the columns, whose indents take two fifths of them."""
 
 
 def print_info(model: Mechanism, console: Console) -> None:
@@ -44,7 +44,7 @@ def tree_lines(model: Mechanism, width: int = 200) -> Iterator[str]:
 
     Joints that don't fit into the columns beside their links are below them.
     """
-    deepest = min(DEEPEST_INDENT, width // 8)
+    deepest = min(DEEPEST_INDENT, width // 10)
     children: dict[str | None, list[Joint]] = {}
     order = {link.name: i for i, link in enumerate(model.links)}
     for joint in sorted(model.joints, key=lambda j: order[j.child]):
