@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ksl import _core
 from ksl.base.errors import unknown_name
+from ksl.model.joint_kinds import Kind
 from ksl.model.states import Array, argument, in_order
 
 
@@ -21,7 +22,7 @@ class Joint:
     """A joint as the file gives it.  Limits that the file doesn't give are None.  SI units."""
 
     name: str
-    kind: str
+    kind: Kind
     """fixed, revolute, continuous, prismatic, helical, cylindrical, universal, spherical, planar, translation or floating."""
     parent: str | None
     """Link on the parent side; None is the ground."""
@@ -267,6 +268,8 @@ class Mechanism:
         Uniform between the limits of joints, those of mimic joints included; where the file gives none, in (−π, π] for angles
         and between −1 m and 1 m for lengths.  Quaternions are uniform on the sphere of orientations.
         rng: a generator, a seed for one, or None for a fresh one.
+
+            q = m.random(1, size=1000)                                      # (1000, 6)
         """
         try:
             generator = np.random.default_rng(rng)
