@@ -43,7 +43,7 @@ def rows(arm, text: str, joint: str = "pin") -> dict[str, dict[str, np.ndarray]]
     """{case: {column: values}} of a joint."""
     m, folder = arm
     (folder / "cases.toml").write_text(text)
-    table = ksl.loads(m, cases=folder / "cases.toml").wrenches
+    table = ksl.compute_loads(m, cases=folder / "cases.toml").wrenches
     of = lambda name: table.filter(pc.and_(pc.equal(table["joint"], joint), pc.equal(table["case"], name)))
     return {name: {c: of(name)[c].to_numpy() for c in table.column_names if c not in ("case", "joint", "on", "at", "axes")} for name in table["case"].unique().to_pylist()}
 
@@ -149,7 +149,7 @@ def test_a_moving_arm_is_held_at_rest_at_every_sample(arm):
     t = np.arange(60) / 50
     np.savetxt(folder / "m.csv", np.column_stack([t, np.sin(3 * t)]), "%.17g", ",", header="time,pin", comments="")
     (folder / "cases.toml").write_text('[cases.held]\nmotion = "m.csv"\nhold = true\n')
-    r = ksl.loads(m, cases=folder / "cases.toml")
+    r = ksl.compute_loads(m, cases=folder / "cases.toml")
     assert r.wrenches["brake"].drop_null().to_numpy() == pytest.approx(-WEIGHT * LENGTH * np.cos(np.sin(3 * t)))
     assert r.verdict.level == "green" and r.results[0].balance.at_rest, "the energies of positions at rest are no motion's"
 

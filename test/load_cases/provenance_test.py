@@ -86,7 +86,7 @@ def test_limits_of_zero_are_not_given(robot):
         '<joint name="j" type="continuous"><parent link="a"/><child link="b"/><limit effort="0" velocity="0"/></joint></robot>'
     )
     t = np.linspace(0, 1, 10)
-    said = json.loads(m.loads(t, np.zeros((10, 1))).schema.metadata[b"ksl"])
+    said = json.loads(m.wrench_table(t, np.zeros((10, 1))).schema.metadata[b"ksl"])
     assert (said["joints"][0]["effort"], said["joints"][0]["velocity"]) == (None, None)
 
 

@@ -508,7 +508,7 @@ def test_external_wrenches_that_are_no_mapping_are_said(arm):
         refused(lambda: arm.inverse_dynamics(q, v, a, external), sentence)
         refused(lambda: arm.reactions(q, v, a, external), sentence)
         refused(lambda: arm.external_power(q, v, external), sentence)
-        refused(lambda: arm.loads(time, q, v, a, external=external), sentence)
+        refused(lambda: arm.wrench_table(time, q, v, a, external=external), sentence)
 
 
 def test_a_missing_argument_is_said(arm):

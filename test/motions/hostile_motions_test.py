@@ -460,7 +460,7 @@ def test_a_last_line_with_fewer_values_is_refused(leg, written):
 
 
 def test_the_doubt_forbids_a_green_verdict(leg, written):
-    whole, cut = (ksl.loads(leg, read_motion(leg, written(text))).verdict.reasons for text in (HEAD + ROWS, (HEAD + ROWS)[:-1]))
+    whole, cut = (ksl.compute_loads(leg, read_motion(leg, written(text))).verdict.reasons for text in (HEAD + ROWS, (HEAD + ROWS)[:-1]))
     assert not any("cut" in r for r in whole) and any("cut" in r for r in cut)
 
 

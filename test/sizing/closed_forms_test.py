@@ -339,21 +339,21 @@ def test_the_rms_is_that_of_the_summary(examples):
     w = np.arange(1, 7)
     motion = (t, np.sin(np.outer(t, w)), w * np.cos(np.outer(t, w)), -w * w * np.sin(np.outer(t, w)))
     tau = m.inverse_dynamics(*motion[1:])[:, m.joint("elbow").v_index]
-    f = figures(ksl.size(m.loads(*motion), component("elbow", "motor", gear_ratio=1.0, rotor_inertia=0.0)))
+    f = figures(ksl.size(m.wrench_table(*motion), component("elbow", "motor", gear_ratio=1.0, rotor_inertia=0.0)))
     assert f["rms torque"].value == pytest.approx(rms(t, tau), rel=1e-13) and f["peak torque"].value == np.abs(tau).max()
 
 
 def test_the_rotor_that_the_robot_file_gives_is_not_counted_twice(robot):
     m = robot(PENDULUM.replace("</joint>", '<dynamics rotor_inertia="0.0001" gear_ratio="50" friction="0.3"/></joint>'), physics=["rotor", "exact friction"])
     t = np.linspace(0, 1, 11)
-    table = m.loads(t, t[:, None] ** 2, 2 * t[:, None], np.full((11, 1), 2.0))
+    table = m.wrench_table(t, t[:, None] ** 2, 2 * t[:, None], np.full((11, 1), 2.0))
     own = figures(ksl.size(table, component("pivot", "motor", gear_ratio=50, rotor_inertia=1e-4)))
     assert own["peak torque"].value == pytest.approx(np.abs(np.array(table.filter(table["joint"].to_numpy() == "pivot")["effort"])).max() / 50, rel=1e-12)
 
 
 def test_poses_alone_have_peaks_and_no_cycle(robot):
     m = robot(PENDULUM)
-    pose = m.loads(*held(m, 0.0)).slice(0, len(m.joints))
+    pose = m.wrench_table(*held(m, 0.0)).slice(0, len(m.joints))
     parts = [
         component("pivot", kind, **numbers)["component"][0]
         for kind, numbers in {

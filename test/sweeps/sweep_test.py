@@ -292,7 +292,7 @@ def test_utilisations_are_those_of_sizing_each_case(tmp_path):
     results = ksl.sweep(PANDA, tables, tmp_path, workers=1)
     rows = results.cases.to_table().to_pylist()
     for case, mass in enumerate(PAYLOAD["values"]):
-        sizing = ksl.size(ksl.loads(PANDA, PICK, payloads={TOOL: (mass, PAYLOAD["center"])}), components)
+        sizing = ksl.size(ksl.compute_loads(PANDA, PICK, payloads={TOOL: (mass, PAYLOAD["center"])}), components)
         for row in (r for r in rows if r["case"] == case):
             found = [f for f in sizing.figures if f.joint == row["joint"] and f.utilisation is not None]
             assert (row["utilisation"], row["utilisation_of"]) == ((None, None) if not found else (pytest.approx(found[0].utilisation, rel=1e-9), f"{found[0].component}: {found[0].figure}"))

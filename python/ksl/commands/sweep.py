@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 import typer
 
 from ksl.commands.app import app, console, errors, fail
-from ksl.commands.options import Robot, path_with_a_name
+from ksl.commands.options import Robot, described_warnings, path_with_a_name
 
 if TYPE_CHECKING:
     from ksl.sweeps.compute_sweep import SweepResults
@@ -43,7 +43,7 @@ def sweep(
     out = console(120)
     columns = (TextColumn("cases"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("to go"), TimeRemainingColumn())
     try:
-        with Progress(*columns, console=out, transient=True, disable=not out.is_terminal) as progress:
+        with described_warnings(), Progress(*columns, console=out, transient=True, disable=not out.is_terminal) as progress:
             task = progress.add_task("cases", total=None)
             results = run_sweep(
                 robot,

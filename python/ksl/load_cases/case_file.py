@@ -7,6 +7,7 @@ import os
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
@@ -20,11 +21,13 @@ from ksl.load_cases.provenance import InputFile, input_file
 from ksl.load_cases.stops import Law, Stop, at_rest, nearest_sample, worst_start
 from ksl.load_cases.summary_table import ALL_CASES
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
+from ksl.model.lengths import extent, far_point
 from ksl.model.model import Model
 from ksl.model.states import Array
 from ksl.motions.motion import Motion
 from ksl.motions.reading import WRENCH_COLUMNS, read_motion
 from ksl.motions.reading_options import OPTIONS
+from ksl.motions.signal.suspicions import suspicions
 
 KEYS = ("motion", "payloads", "external", "gravity", "mounting", "physics", "friction_width", "hold", "stop")
 """The keys of a load case, and of the defaults of all."""
@@ -103,6 +106,11 @@ class _Reader:
     def model(self) -> Model:
         return self._model
 
+    @cached_property
+    def reach(self) -> float:
+        """The extent of the robot, by which lengths are judged."""
+        return extent(self._model, [(p.link, p.mass, p.center) for p in self._payloads])
+
     @property
     def placement(self) -> Placement:
         return self._placement
@@ -176,7 +184,7 @@ class _Case:
         external = [self._external(i, e) for i, e in enumerate(_list(f"{self.where}: external", self.spec.get("external", [])))]
         if self.spec.get("hold", False) is not False:
             motion, file = self._held(model)
-            return [self._made(model, at_rest(motion), file, payloads, external, "held at rest by brakes", brake=True)]
+            return [self._made(model, replace(at_rest(motion), doubts=_about_units(model, motion)), file, payloads, external, "held at rest by brakes", brake=True)]
         motion, file = self.reader.motion(self.where, self.spec.get("motion"))
         if "stop" in self.spec:
             return self._stops(model, motion, file, payloads, external)
@@ -263,6 +271,8 @@ class _Case:
         if len(ways) != 1:
             raise CaseError(f"{where}: {' and '.join(ways) or 'no wrench'}; give one of wrench (constant), steps, file")
         point = _numbers(f"{where}: point", given.get("point", [0, 0, 0]), 3)
+        if any(point):
+            self.reader.doubts += far_point(f"the point of external wrench {i + 1}, on {link}, is", point, self.reader.reach)
         between = "hold"
         time: Array
         wrench: Array
@@ -309,12 +319,12 @@ class _Case:
         if len(starts) > MOST_STOPS:
             raise CaseError(f"{self.where}: stop: {len(starts)} starts, at most {MOST_STOPS}; give a longer step, in s, or from = \"worst\"")
         tried = f", worst of {len(stop.starts(motion))} starts" if stop.start == "worst" else ""
-        made = []
+        made, doubts = [], _about_units(model, motion)
         for start in starts:
             at = float(motion.time[start])
             kind = f"emergency stop from {at:.6g} s in {stop.duration:g} s, {stop.law} law, by the {by}{tried}"
             name = f"{self.name} {at:.6g} s" if stop.start == "all" else self.name
-            stopped = stop.motion(model, motion, start)
+            stopped = replace(stop.motion(model, motion, start), doubts=doubts)
             made.append(self._made(model, stopped, file, payloads, external, kind, by == "brakes", name, at))
         return made
 
@@ -342,6 +352,14 @@ class _Case:
         if step is not None and step <= 0:
             raise CaseError(f"{where}: step {step:g}; expected seconds, more than 0")
         return Stop(duration, cast(Law, law), start, step), str(by)
+
+
+def _about_units(model: Model, motion: Motion) -> list[str]:
+    """Doubts about the units of a motion, which its positions at rest and its stops share; those about noise they don't."""
+    if len(motion.time) < 2:  # a pose, which has no others
+        return motion.doubts
+    about_units = suspicions(model, motion.time, motion.q, motion.v)
+    return [line for line in motion.doubts if line in about_units]
 
 
 def _known_keys(where: str, given: Mapping[str, Any], known: Collection[str]) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 
 from ksl._core import __version__
 from ksl.load_cases.load_case import LoadCase, Payload
+from ksl.model.lengths import extent
 from ksl.model.mechanism import Joint
 
 CONVENTIONS = (
@@ -53,6 +54,8 @@ class Provenance:
     versions: dict[str, str] = field(default_factory=dict)
     directory: str = ""
     """That the names of files are relative to."""
+    extent: float = 0.0
+    """How far the robot reaches, m; lengths that come later are judged by it."""
 
     def metadata(self) -> dict[str, Any]:
         """For the key `ksl` of Parquet files: values that JSON can hold."""
@@ -87,6 +90,7 @@ def provenance_of(cases: Sequence[LoadCase], inputs: Sequence[InputFile] = (), o
         datetime.now(timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z"),
         versions(),
         os.getcwd(),
+        extent(model, [(p.link, p.mass, p.center) for p in cases[0].payloads]),
     )
 
 

@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 from ksl import _core
 from ksl.base.errors import DescriptionError, DescriptionWarning
 from ksl.model import given
+from ksl.model.lengths import extent, far_point, strong_gravity
 from ksl.model.model import Model
 from ksl.model.requests import one_of, three_numbers
 
@@ -57,7 +58,7 @@ def load(
         raise DescriptionError("the path of the file is the contents of one; ksl.load_string(text) reads these")
     options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width)
     loaded = _loaded(file, None, options)
-    _warn_of(loaded)
+    _warn_of(loaded, options)
     return loaded
 
 
@@ -86,7 +87,7 @@ def load_string(
         raise DescriptionError(f"text {text[:60]!r} holds no XML; expected the contents of a robot file; ksl.load(path) reads a file")
     options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width)
     loaded = _loaded("<string>", contents, options)
-    _warn_of(loaded)
+    _warn_of(loaded, options)
     return loaded
 
 
@@ -126,8 +127,12 @@ def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
     return Model(made, (os.path.abspath(file), *options) if text is None else None)
 
 
-def _warn_of(loaded: Model) -> None:
-    for line in loaded.warnings:
+def _warn_of(loaded: Model, o: _Options) -> None:
+    """Warns of what the file contains, and of lengths of options that are likely in millimetres."""
+    points = [(link, mass, point) for link, mass, point in given.payload_points(o.payloads) if any(point)]
+    reach = extent(loaded, points) if points else 0.0
+    doubts = [line for link, _, point in points for line in far_point(f"the payload on {link} is", point, reach)]
+    for line in (*loaded.warnings, *doubts, *([] if o.gravity is None else strong_gravity(o.gravity))):
         warnings.warn(line, DescriptionWarning, stacklevel=3)
 
 

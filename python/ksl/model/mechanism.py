@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ksl import _core
 from ksl.base.errors import unknown_name
+from ksl.model.joint_kinds import Kind
 from ksl.model.states import Array, argument, in_order
 
 
@@ -21,7 +22,7 @@ class Joint:
     """A joint as the file gives it.  Limits that the file doesn't give are None.  SI units."""
 
     name: str
-    kind: str
+    kind: Kind
     """fixed, revolute, continuous, prismatic, helical, cylindrical, universal, spherical, planar, translation or floating."""
     parent: str | None
     """Link on the parent side; None is the ground."""

@@ -10,7 +10,7 @@ import os
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ksl.base.errors import DescriptionError, DescriptionWarning
 from ksl.model import given
 from ksl.model.builder import Builder
-from ksl.model.joint_kinds import KINDS
+from ksl.model.joint_kinds import KINDS, Kind
 from ksl.model.model import Layout, Model
 from ksl.model.requests import one_of
 from ksl.model.states import in_order
@@ -208,7 +208,7 @@ class _Reader:
     def weld(self, link: str, parent: str, pose: Array) -> None:
         self.builder.add_joint(self.new("joint", f"{link}_joint"), "fixed", parent, link, pose)
 
-    def kind_of(self, joints: list[int]) -> str | None:
+    def kind_of(self, joints: list[int]) -> Kind | None:
         """The kind of several joints in one body that has exactly their motion and all that is said of them; None otherwise."""
         mj = self.mj
         types = [int(mj.jnt_type[j]) for j in joints]
@@ -233,7 +233,7 @@ class _Reader:
             return "translation"
         return "planar" if types == [SLIDE, SLIDE, HINGE] else None
 
-    def add_joint_of_kind(self, kind: str, joints: list[int], parent: str, body: int, pose: Array) -> None:
+    def add_joint_of_kind(self, kind: Kind, joints: list[int], parent: str, body: int, pose: Array) -> None:
         mj, names = self.mj, [self.joints[j] for j in joints]
         if kind == "cylindrical":  # angle, then travel
             joints = sorted(joints, key=lambda j: -int(mj.jnt_type[j]))
@@ -260,7 +260,7 @@ class _Reader:
             if not is_body:
                 self.builder.add_link(child)
             placement = pose @ _moved(at) @ self.before_reference(j, kind)
-            self.builder.add_joint(name, OF_MUJOCO[kind].name, parent, child, placement, **self.numbers_of(j, kind))
+            self.builder.add_joint(name, cast("Kind", OF_MUJOCO[kind].name), parent, child, placement, **self.numbers_of(j, kind))
             self.note(name, ("free", "ball", "plain", "plain")[kind], [j], placement)
             parent, pose = child, _moved(-at)
         if parent != self.bodies[body]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 from numpy.typing import ArrayLike
 
@@ -17,8 +17,7 @@ from ksl.model.states import EFFORT_PARTS, Array, External, ExternalAxes, Order,
 from ksl.model.surgery import Surgery
 
 if TYPE_CHECKING:
-    import pyarrow
-
+    from ksl.base.arrow_table import ArrowTable
     from ksl.model.section import Share
     from ksl.model.shown import ShownModel
 
@@ -38,8 +37,25 @@ class Model(Surgery, InverseKinematicsCalls):
     """
 
     def __init__(self, core: _core.Model, arguments: _Arguments | None = None, layout: Layout | None = None) -> None:
+        if not isinstance(core, _core.Model):
+            given_too = f"({core!r})" if isinstance(core, (str, os.PathLike)) else "(path)"
+            said = f"ksl.load{given_too} reads a robot file, ksl.load_string(text) its contents, and ksl.Builder describes a robot in a program"
+            raise TypeError(f"ksl.Model is not called with {type(core).__name__}: {said}")
         self._arguments, self._layout = arguments, layout
         super().__init__(core)
+
+    if not TYPE_CHECKING:  # otherwise a type checker would believe in any name
+
+        def __getattr__(self, name: str) -> object:
+            """Says which call is meant, above all of names of other libraries."""
+            if name.startswith("_") or "nv" not in self.__dict__:  # protocols of Python; models that are being made
+                raise AttributeError(name)
+            from ksl.base.errors import near_names
+            from ksl.base.other_names import OF_MODEL
+
+            known = [own for own in dir(type(self)) if not own.startswith("_")] + [own for own in self.__dict__ if not own.startswith("_")]
+            mend = f"that is m.{OF_MODEL[name]}" if name in OF_MODEL else f"{near_names(name, known)}dir(m) lists all"
+            raise AttributeError(f"a ksl.Model has no {name!r}; {mend}")
 
     def _made(self, core: _core.Model) -> Model:
         return Model(core)
@@ -131,7 +147,7 @@ class Model(Surgery, InverseKinematicsCalls):
         html: str = function_of("_repr_html_")(self)
         return html
 
-    def loads(
+    def wrench_table(
         self,
         time: ArrayLike,
         q: ArrayLike,
@@ -143,14 +159,14 @@ class Model(Surgery, InverseKinematicsCalls):
         at: Point = "joint",
         axes: str = "joint",
         order: Order = "lin_ang",
-    ) -> pyarrow.Table:
+    ) -> ArrowTable:
         """Every wrench along a motion, as a table with a row for each sample and joint; see :func:`ksl.load_cases.wrench_table.wrench_table`.
 
         time (n), increasing, s; q (n, nq); v and a (n, nv) are differentiated from a quintic spline where they are missing.
         external: {link: (n, 6), or (6) for all samples}, or {link: ksl.Wrench}.  on, at, axes, order: as in :meth:`reactions`.
         Raises :class:`ksl.MotionError`.  Needs the extra `ksl[loads]`.
         """
-        return function_of("loads")(self, time, q, v, a, external=external, on=on, at=at, axes=axes, order=order)
+        return cast("ArrowTable", function_of("wrench_table")(self, time, q, v, a, external=external, on=on, at=at, axes=axes, order=order))
 
     def show(
         self,
@@ -178,6 +194,16 @@ class Model(Surgery, InverseKinematicsCalls):
         """
         shown: ShownModel = function_of("show")(self, q, v, a, time, external, joint=joint, port=port, package_paths=package_paths, browser=browser)
         return shown
+
+
+def sealed(model: Model) -> tuple[str, bytes]:
+    """SHA-256 of all that a model is made of, the same in every process, and a pickle that contains all of it, and no file."""
+    import hashlib
+    import pickle
+
+    state = model._core.state()
+    said = hashlib.sha256(repr(state).encode()).hexdigest()
+    return said, pickle.dumps(_rebuilt(state, model._layout), protocol=4)
 
 
 def _rebuilt(state: list[Any], layout: Layout | None = None) -> Model:

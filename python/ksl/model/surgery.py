@@ -61,28 +61,28 @@ class Surgery(Calls):
         that in the link's axes, kg m²; None for a point mass."""
         return self._made(self._core.with_payload(given.name(link, "link"), given.mass(f"payload on {link}", mass, center_of_mass, inertia)))
 
-    def merged(self: S, other: Surgery, parent_link: str, pose: ArrayLike | None = None, prefix: str = "") -> S:
+    def merged(self: S, other: Surgery, parent_link: str, pose: given.PoseLike | None = None, prefix: str = "") -> S:
         """This robot with another one on it.
 
-        The root of `other` is welded to `parent_link`, at `pose` (4, 4) in that link's frame, by a joint `PREFIXmount`.  If `other` floats,
+        The root of `other` is welded to `parent_link`, at `pose`, (4, 4) or :class:`ksl.Pose`, in that link's frame, by a joint `PREFIXmount`.  If `other` floats,
         it floats there: the joint is then `PREFIXfloating_base`.  The names of its links and joints get the prefix.  Both need the
         same gravity.
         """
         if not isinstance(other, Surgery):
             raise ValueError(f"other is {type(other).__name__}; expected a model")
-        return self._made(self._core.merged(other._core, given.name(parent_link, "parent_link"), given.pose(pose, "pose"), given.name(prefix, "prefix")))
+        return self._made(self._core.merged(other._core, given.name(parent_link, "parent_link"), given.pose(pose, "pose", parent_link), given.name(prefix, "prefix")))
 
     def subtree(self: S, link: str) -> S:
         """What a link carries, and itself as the root.  The root is fixed unless it is that of a robot that floats.
         A mimic joint that would be without its leader is refused."""
         return self._made(self._core.subtree(given.name(link, "link")))
 
-    def with_frame(self: S, name: str, link: str, pose: ArrayLike | None = None) -> S:
-        """A frame `name`, at `pose` (4, 4) in a link's frame, that may be used wherever a link may.
+    def with_frame(self: S, name: str, link: str, pose: given.PoseLike | None = None) -> S:
+        """A frame `name`, at `pose`, (4, 4) or :class:`ksl.Pose`, in a link's frame, that may be used wherever a link may.
 
         It is a massless link, welded by a joint `NAME_joint`; no result of the other links changes, not in a bit.
         """
-        return self._made(self._core.with_frame(given.name(name, "name"), given.name(link, "link"), given.pose(pose, f"frame {name}: its pose")))
+        return self._made(self._core.with_frame(given.name(name, "name"), given.name(link, "link"), given.pose(pose, f"frame {name}: its pose", link)))
 
     def with_parameters(self: S, parameters: Mapping[str, ArrayLike | tuple[float, ArrayLike, ArrayLike]]) -> S:
         """Other inertias for some links.

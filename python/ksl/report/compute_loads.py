@@ -1,4 +1,4 @@
-"""`ksl.loads`: every wrench of a robot along a motion, or in load cases."""
+"""`ksl.compute_loads`: every wrench of a robot along a motion, or in load cases."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ksl.motions.reading_options import check_options
 from ksl.report.loads_run import Run
 
 
-def loads(
+def compute_loads(
     model: Model | str | os.PathLike[str],
     motion: MotionGiven | None = None,
     cases: str | os.PathLike[str] | Sequence[LoadCase] | None = None,
@@ -77,7 +77,7 @@ def _cases(
     found: list[LoadCase]
     if cases is None:
         if motion is None:
-            raise MotionError("loads needs a motion, or load cases")
+            raise MotionError("compute_loads needs a motion, or load cases")
         case, files = one_case(model, motion, placement, payloads, external, reading)
         return [case], files
     if isinstance(cases, (str, os.PathLike)):
@@ -87,5 +87,5 @@ def _cases(
     else:
         raise MotionError("cases: expected a file of load cases, or a list of ksl.load_cases.load_case.LoadCase")
     if not found:
-        raise MotionError("loads: no load cases")
+        raise MotionError("compute_loads: no load cases")
     return found, files

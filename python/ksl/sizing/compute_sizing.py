@@ -13,12 +13,14 @@ from typing import Any
 from ksl._core import __version__
 from ksl.base.errors import SizingError, unknown_name
 from ksl.load_cases.provenance import input_file, versions
+from ksl.model.lengths import far, far_point
 from ksl.sizing.bearing_figures import (
     crossed_roller_figures,
     opposed_figures,
     pair_figures,
 )
 from ksl.sizing.bolt_figures import flange_figures
+from ksl.sizing.catalogue_numbers import lengths_of
 from ksl.sizing.components import Components, Part, components_of, read_components
 from ksl.sizing.fatigue_figures import fatigue_figures
 from ksl.sizing.figures import Figure, LeftOut
@@ -56,7 +58,7 @@ def size(
 ) -> Sizing:
     """Checks components against the loads of their joints.
 
-    results: what `ksl loads` has written (the folder or its wrenches.parquet), the table that `Model.loads` returns, or an
+    results: what `ksl loads` has written (the folder or its wrenches.parquet), the table that `Model.wrench_table` returns, or an
     object with such a table as `wrenches`.  components: a TOML file, its tables as a dictionary, or what
     `ksl.sizing.components.read_components` has read; None for the simultaneous
     sets alone.  joints: only these.  at: {joint: (x, y, z)} points of the moments in the simultaneous sets, from the joint's
@@ -81,7 +83,7 @@ def size(
     figures = tuple(sorted(in_order, key=_by_utilisation))
     peaks = [row for joint in chosen for row in simultaneous_sets(samples(joint).about(points.get(joint, (0, 0, 0))))]
     left_out = tuple(x for sheet in sheets for x in sheet.left_out)
-    notes = (*table.notes, *_notes(table, parts, left_out))
+    notes = (*table.notes, *_doubtful_lengths(table, points, parts), *_notes(table, parts, left_out))
     return Sizing(
         table.robot,
         figures,
@@ -102,7 +104,7 @@ def _results(results: Any) -> Results:
     table = getattr(results, "wrenches", results)
     if not hasattr(table, "column_names"):
         raise SizingError(
-            f"results: {type(results).__name__} is no table of wrenches; give a folder of `ksl loads`, or what Model.loads returns"
+            f"results: {type(results).__name__} is no table of wrenches; give a folder of `ksl loads`, or what Model.wrench_table returns"
         )
     return Results(table)
 
@@ -195,6 +197,16 @@ def _has_effort(s: JointSamples) -> bool:
 
 def _by_utilisation(figure: Figure) -> tuple[bool, float]:
     return (figure.utilisation is None, -(figure.utilisation or 0.0))
+
+
+def _doubtful_lengths(table: Results, points: Mapping[str, Sequence[float]], parts: Components | None) -> list[str]:
+    """Lengths that are likely in millimetres: points of moments, and what components have in m."""
+    reach = table.extent
+    found = [line for name, point in points.items() for line in far_point(f"the point of the moments of {name} is", point, reach, "the joint's origin")]
+    for part in parts.parts if parts else ():
+        for name, value in lengths_of(part.kind.keys, part.values):
+            found += far(f"{part.where}: {part.name}: {name} is", value, reach, times=1.0)  # a component is in its joint
+    return found
 
 
 def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut]) -> list[str]:

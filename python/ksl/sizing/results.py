@@ -68,6 +68,12 @@ class Results:
         ]
 
     @property
+    def extent(self) -> float:
+        """How far the robot reaches, m; 0 if the results don't say."""
+        said = self.metadata.get("extent")
+        return float(said) if isinstance(said, (int, float)) and math.isfinite(said) else 0.0
+
+    @property
     def cases(self) -> tuple[str, ...]:
         return self._cases
 

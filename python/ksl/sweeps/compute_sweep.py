@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import os
 import time
+import warnings
 from collections.abc import Callable, Generator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from ksl.base.errors import SweepError
+from ksl.base.errors import DescriptionWarning, SweepError
 from ksl.load_cases.verdict import percent
 from ksl.model.mechanism import Joint
+from ksl.model.model import Model
 from ksl.sweeps.description import Sweep, read_sweep, sweep_from
 from ksl.sweeps.evaluate import Evaluator, Plan, Result
+from ksl.sweeps.given_model import GivenModel
 from ksl.sweeps.store import Store
 
 if TYPE_CHECKING:
@@ -60,7 +63,7 @@ class SweepResults:
 
 
 def sweep(
-    robot: str | os.PathLike[str],
+    robot: Model | str | os.PathLike[str],
     description: str | os.PathLike[str] | Mapping[str, Any],
     directory: str | os.PathLike[str],
     *,
@@ -73,7 +76,7 @@ def sweep(
 ) -> SweepResults:
     """Computes a load case in all variants that a description names, in parallel, and writes them into a folder.
 
-    robot: a file, as :func:`ksl.load` takes it.  description: a TOML file, or its tables as a mapping (docs/sweep.md).
+    robot: a model, or a file, as :func:`ksl.load` takes it.  description: a TOML file, or its tables as a mapping (docs/sweep.md).
     directory: gets cases/part-….parquet, with a row for each case and joint: peaks with their times, root mean squares, work, shares of
     the limits; worst.csv, the worst case of each joint and quantity; sweep.json, what made them; and with `wrenches` every wrench
     at every sample, in wrenches/part-….parquet.  Partitions that are there, of the same sweep, are not computed again.
@@ -83,8 +86,8 @@ def sweep(
     One run at a time may write into a folder.  Raises SweepError and OutputError.  About 1 ms of a core for a case of 1,000 samples and 7 joints.
     """
     for name, what in (("robot", robot), ("directory", directory)):
-        if not isinstance(what, (str, os.PathLike)):
-            raise SweepError(f"{name} is {type(what).__name__}; expected the name of a file or folder, since workers read it themselves")
+        if not isinstance(what, (str, os.PathLike)) and not (name == "robot" and isinstance(what, Model)):
+            raise SweepError(f"{name} is {type(what).__name__}; expected {'a ksl.Model, or the name of a file' if name == 'robot' else 'the name of a folder'}")
     if not isinstance(description, (str, os.PathLike, Mapping)):
         raise SweepError(f"description is {type(description).__name__}; expected a TOML file, or its tables as a mapping")
     given = sweep_from(description) if isinstance(description, Mapping) else read_sweep(description)
@@ -94,7 +97,7 @@ def sweep(
     if not isinstance(count, int) or count < 1:
         raise SweepError(f"workers={workers!r}; expected a number of processes, at least 1")
     start = time.perf_counter()
-    plan, joints = _plan(os.path.abspath(robot), given, wrenches)
+    plan, joints = _plan(GivenModel.of(robot) if isinstance(robot, Model) else os.path.abspath(robot), given, wrenches)
     with Store(Path(directory), plan, force) as store:
         missing = store.missing()
         computed, busy, dynamics = 0, 0.0, 0.0
@@ -117,7 +120,7 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _plan(robot: str, given: Sweep, wrenches: bool) -> tuple[Plan, tuple[Joint, ...]]:
+def _plan(robot: str | GivenModel, given: Sweep, wrenches: bool) -> tuple[Plan, tuple[Joint, ...]]:
     """Checks the sweep on its first case, before any worker starts, and chooses the size of partitions.  Also returns the joints."""
     first = Evaluator(Plan(robot, given, 1))
     joints, samples = first.extent()
@@ -125,6 +128,8 @@ def _plan(robot: str, given: Sweep, wrenches: bool) -> tuple[Plan, tuple[Joint, 
     if wrenches and not given.partition:
         size = max(1, min(size, ROWS_OF_WRENCHES // (joints * samples)))
     first.partition(0)
+    for doubt in first.doubts:
+        warnings.warn(doubt, DescriptionWarning, stacklevel=3)
     return Plan(robot, given, size, wrenches), first.joints
 
 

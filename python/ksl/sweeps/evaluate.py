@@ -18,6 +18,7 @@ from ksl.load_cases.summary_table import PEAKS
 from ksl.model.mechanism import Joint
 from ksl.sizing.components import read_components
 from ksl.sweeps.description import Sweep, described
+from ksl.sweeps.given_model import GivenModel
 from ksl.sweeps.joint_summaries import Peaks
 from ksl.sweeps.sampling import sample
 from ksl.sweeps.variants import Variants
@@ -37,7 +38,8 @@ UTILISATION = ("utilisation", "utilisation_of")
 class Plan:
     """All that a worker needs to know, on any machine that has the files."""
 
-    robot: str
+    robot: str | GivenModel
+    """A file, or a model."""
     sweep: Sweep
     size: int
     """Cases of a partition."""
@@ -82,6 +84,11 @@ class Evaluator:
         if taken:
             raise SweepError(f"{plan.sweep.file}: parameter {taken[0]!r} is named like a column of the results; give it another `name`")
         self._dynamics = 0.0
+
+    @property
+    def doubts(self) -> list[str]:
+        """What the sweep most likely has in other units."""
+        return self._variants.doubts()
 
     @property
     def joints(self) -> tuple[Joint, ...]:
@@ -187,7 +194,7 @@ class Evaluator:
         from ksl.load_cases.wrench_table import TableWriter
 
         cases_described = [{"name": str(i), **{name: x[i].item() for name, x in self._values.items()}} for i in cases]
-        provenance = Provenance(load_case.model.name, [joint_description(j) for j in load_case.model.joints], cases_described)
+        provenance = Provenance(load_case.model.name, [joint_description(j) for j in load_case.model.joints], cases_described, extent=self._variants.extent)
         table = TableWriter(load_case.model, load_case.placement, provenance).table(block, case - cases.start)
         return table.set_column(0, "case", pa.array(np.full(len(table), case)))
 

@@ -28,7 +28,9 @@ from ksl.output.locks import Lock, LockedError, lock
 from ksl.output.parts import remove_parts, write_part
 from ksl.output.signals import uninterrupted
 from ksl.sweeps.description import described
+
 from ksl.sweeps.evaluate import CONVENTIONS_OF_SWEEPS, UNITS_OF_SWEEPS, Plan, Result
+from ksl.sweeps.given_model import GivenModel
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -56,7 +58,7 @@ class Store:
         Raises SweepError if it holds another sweep, or if another run is writing into it.
         """
         manifest = describe(self.plan)
-        refuse_inputs([self.directory / MANIFEST, self.directory / WORST], [f.file for f in _inputs(self.plan)])
+        refuse_inputs([self.directory / MANIFEST, self.directory / WORST], [f.file for f in _inputs(self.plan) if not (f.role == "robot" and isinstance(self.plan.robot, GivenModel))])
         atexit.register(self._close)  # a signal may come when the folder has been opened and the block not yet entered
         try:
             try:
@@ -160,7 +162,9 @@ def _inputs(plan: Plan) -> list[InputFile]:
     named = [("motion", sweep.path(name)) for name in sweep.motions]
     named += [("map", sweep.path(columns))] if isinstance(columns, str) else []
     named += [("components", sweep.path(sweep.components))] if sweep.components is not None else []
-    files = [input_file(role, file) for role, file in (("robot", plan.robot), *named)]
+    robot = plan.robot
+    of_robot = InputFile("robot", f"model {robot.name}", robot.sha256) if isinstance(robot, GivenModel) else input_file("robot", robot)
+    files = [of_robot, *(input_file(role, file) for role, file in named)]
     for f in files:
         if f.sha256 is None:  # the results could not be told from those of another file
             raise SweepError(f"{f.file}: can't be read again; a sweep needs its {f.role} as a file")

@@ -392,7 +392,7 @@ def show(
 
 
 def _differentiated(model: Calls, time: Array, q: Array, v: ArrayLike | None, a: ArrayLike | None) -> tuple[Array, Array]:
-    """Velocities and accelerations of a motion, the missing ones from splines as in `Model.loads`."""
+    """Velocities and accelerations of a motion, the missing ones from splines as in `Model.wrench_table`."""
     from ksl.base.errors import MotionError
     from ksl.motions.motion import complete
 
