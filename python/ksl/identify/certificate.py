@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from ksl.identify.base_parameters import BaseParameters
+from ksl.identify.base_parameters import BaseParameters, triangle
 from ksl.identify.consistency import Array
 from ksl.identify.fit import FREEDOM, SETTLED, Fit
 from ksl.identify.possible_bodies import Minimum
@@ -126,7 +126,7 @@ def _prior_and_motion(fit: Fit, base: BaseParameters) -> tuple[_Said, float]:
     motion_root = np.linalg.inv(R / scale) / scale[:, None]  # times its transpose: the covariance
     motion = motion_root @ (Q.T @ fit.weighted[:, -1])
     prior, prior_root = base.values(fit.prior), base.matrix @ fit.from_steps
-    both = np.linalg.qr(np.hstack([motion_root, prior_root]).T, mode="r").T  # lower triangular
+    both = triangle(np.hstack([motion_root, prior_root]).T).T  # lower triangular
     length = np.linalg.norm(both, axis=1)
     apart = np.linalg.solve(both / length[:, None], (motion - prior) / length)
     return _Said(prior, np.linalg.norm(prior_root, axis=1), motion, np.linalg.norm(motion_root, axis=1)), float(np.sqrt(np.mean(apart**2)))

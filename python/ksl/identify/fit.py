@@ -8,7 +8,7 @@ import numpy as np
 
 from ksl.identify.base_parameters import triangle
 from ksl.identify.consistency import Array, from_pseudo_inertia, is_consistent, pseudo_inertia
-from ksl.identify.possible_bodies import SYMMETRIC, LeastSquares, Minimum, minimum
+from ksl.identify.possible_bodies import SYMMETRIC, LeastSquares, Minimum, block_diagonal, minimum
 from ksl.model.model import Model
 
 SAMPLES_AT_A_TIME = 4096
@@ -133,13 +133,12 @@ class Fit:
         return self._settle(sigma, self._noise_without_prior)
 
     def _settle(self, sigma: Array, after: Callable[[], Array]) -> tuple[int, float]:
-        for done in range(1, ROUNDS + 1):
+        done, change = 0, np.inf
+        while done < ROUNDS and change > SETTLED:
             self.weigh(sigma)
             left = after()
             change = float(np.abs(left / sigma - 1).max(initial=0.0))
-            if change <= SETTLED:
-                break
-            sigma = left
+            sigma, done = left, done + 1
         return done, change
 
     def _noise_without_prior(self) -> Array:
@@ -166,14 +165,6 @@ class Fit:
         """By how much the squares of residuals over noise sum to more than with bodies that can't exist."""
         squares = [float(np.sum((self.problem.r - self.problem.B @ x) ** 2)) for x in (found.x, self.problem.least)]
         return max(0.0, squares[0] - squares[1])
-
-
-def block_diagonal(blocks: Array) -> Array:
-    """(n k, n k) of blocks (n, k, k)."""
-    n, k, _ = blocks.shape
-    out = np.zeros((n, k, n, k))
-    out[np.arange(n), :, np.arange(n), :] = blocks
-    return out.reshape(n * k, n * k)
 
 
 def _round_bodies(prior: Array) -> tuple[Array, Array]:

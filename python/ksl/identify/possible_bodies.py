@@ -57,6 +57,14 @@ def numbers_of(X: Array) -> Array:
     return np.asarray(np.einsum("...ij,kij->...k", X, SYMMETRIC))
 
 
+def block_diagonal(blocks: Array) -> Array:
+    """(n k, n k) of blocks (n, k, k)."""
+    n, k, _ = blocks.shape
+    out = np.zeros((n, k, n, k))
+    out[np.arange(n), :, np.arange(n), :] = blocks
+    return out.reshape(n * k, n * k)
+
+
 @dataclass(frozen=True)
 class Minimum:
     """Where the sum of squares is least, as far as it was found."""
@@ -138,11 +146,9 @@ def _stepped(problem: LeastSquares, x: Array, S: Array, Z: Array, d: float) -> t
     U, size, Vt = np.linalg.svd(np.swapaxes(LZ, -1, -2) @ LS)  # R⁻¹ S R⁻ᵀ = Rᵀ Z R = diag(size)
     inverse = (np.swapaxes(U, -1, -2) @ np.swapaxes(LZ, -1, -2)) / np.sqrt(size)[:, :, None]
     L = np.eye(4) * size[:, None, :]
-    n, bodies = len(x), len(S)
+    n = len(x)
     scaled = numbers_of(inverse[:, None] @ SYMMETRIC @ np.swapaxes(inverse, -1, -2)[:, None])  # (bodies, 10 of x, 10)
-    T = np.zeros((bodies, 10, bodies, 10))
-    T[np.arange(bodies), :, np.arange(bodies), :] = d * np.swapaxes(scaled, -1, -2)
-    T = T.reshape(n, n)
+    T = d * block_diagonal(np.swapaxes(scaled, -1, -2))
     Q, R = np.linalg.qr(np.vstack([problem.B, np.eye(n), T]))
     rest = problem.rest(x)
 

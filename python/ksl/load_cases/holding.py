@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ksl.base.errors import MotionError, unknown_name
+from ksl.base.files_read import being_read
 from ksl.base.input_files import STANDARD_INPUT
 from ksl.base.real_arrays import real_array
 from ksl.load_cases.joint_limits import limits_of
@@ -135,9 +136,13 @@ def given_pose(model: Model, pose: Any) -> Array:
 
 def read_pose(model: Model, path: str | os.PathLike[str], time: float | None = None) -> dict[str, float]:
     """A pose from a file: a TOML file of positions by names, or a sample of a motion, the first or the one nearest to a time, s."""
+    with being_read("pose", path, MotionError):
+        return _pose_of_file(model, os.fspath(path), time)
+
+
+def _pose_of_file(model: Model, file: str, time: float | None) -> dict[str, float]:
     from ksl.model.motion_columns import columns_of
 
-    file = os.fspath(path)
     if file.endswith(".toml"):
         from ksl.base.toml_files import read_toml
 

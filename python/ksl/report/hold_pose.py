@@ -6,11 +6,12 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
+from ksl.base.files_read import InputFile
 from ksl.load_cases.given_cases import checked, robot_file
 from ksl.load_cases.holding import Pose, given_pose, worst_pose
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.poses import held_still, neutral, pose_of
-from ksl.load_cases.provenance import InputFile, provenance_of
+from ksl.load_cases.provenance import provenance_of
 from ksl.model.loading import load
 from ksl.model.model import Model
 from ksl.model.states import Order, Point, Side

@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from ksl._core import __version__
+from ksl.base.files_read import InputFile, recorded
 from ksl.base.errors import SizingError, unknown_name
-from ksl.load_cases.provenance import input_file, versions
+from ksl.load_cases.provenance import versions
 from ksl.model.lengths import far, far_point
 from ksl.sizing.bearing_figures import (
     crossed_roller_figures,
@@ -65,10 +66,11 @@ def size(
     origin in its axes, m; components say their own positions.  Returns figures with formula, inputs, source and utilisation.
     Raises SizingError.  Cost: O(samples) for each component.
     """
-    table = _results(results)
+    with recorded() as ledger:
+        table = _results(results)
+        parts = None if components is None else _components(components)
     chosen = _chosen(table, joints)
     points = _points(table, at)
-    parts = None if components is None else _components(components)
     if parts is not None:
         _check(table, parts)
     kept: dict[str, JointSamples] = {}
@@ -92,7 +94,7 @@ def size(
         notes,
         tuple(clouds),
         in_order,
-        _provenance(table, results, components, parts),
+        _provenance(table, ledger.files, parts),
     )
 
 
@@ -239,14 +241,8 @@ def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut]
     return notes
 
 
-def _provenance(table: Results, results: Any, components: Any, parts: Components | None) -> dict[str, Any]:
-    inputs = []
-    for role, given in (("results", results), ("components", components)):
-        file = Path(given) if isinstance(given, (str, os.PathLike)) else None
-        if file is not None and (file / "wrenches.parquet").is_file():
-            file = file / "wrenches.parquet"
-        if file is not None and file.is_file():
-            inputs.append(asdict(input_file(role, file)))
+def _provenance(table: Results, files: Sequence[InputFile], parts: Components | None) -> dict[str, Any]:
+    inputs = [asdict(file) for file in files if file.sha256 is not None]
     spectrum = (
         {
             case: parts.spectrum.shares.get(case, 0.0)
