@@ -53,10 +53,10 @@ def hold(
     physics: Physics = "",
 ) -> None:
     """Print the efforts and every wrench of one pose at rest, or of the worst pose for a joint."""
+    from ksl.base.files_read import recorded
     from ksl.commands.print_loads import print_pose
     from ksl.load_cases.holding import read_pose
     from ksl.load_cases.load_case import Payload
-    from ksl.base.files_read import recorded
     from ksl.output import OutputError
     from ksl.report.hold_pose import hold as held
 

@@ -70,8 +70,8 @@ def print_results(results: SweepResults) -> None:
     from rich.text import Text
 
     from ksl.load_cases.verdict import percent
-    from ksl.sweeps.compute_sweep import again_of
     from ksl.report.numbers import format_number
+    from ksl.sweeps.compute_sweep import again_of
 
     out = console(80)
     shares = [row for row in results.worst if row["quantity"].endswith(("_share", "utilisation"))]

@@ -27,6 +27,7 @@ from ksl.model.given import mapping, number, numbers
 from ksl.model.model import Model
 from ksl.model.states import External, items_of
 
+
 @dataclass(frozen=True, repr=False)
 class Identification:
     """What a motion says about the parameters of some links."""

@@ -14,8 +14,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from ksl.base.files_read import InputFile, being_read, recorded
 from ksl.base.errors import CaseError, MotionError, near_names
+from ksl.base.files_read import InputFile, being_read, recorded
 from ksl.base.toml_files import read_toml, toml_of
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.stops import Law, Stop, at_rest, nearest_sample, worst_start

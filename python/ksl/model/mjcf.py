@@ -15,8 +15,8 @@ from typing import Any, Literal, NamedTuple, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ksl.base.files_read import InputFile
 from ksl.base.errors import DescriptionError, DescriptionWarning
+from ksl.base.files_read import InputFile
 from ksl.model import given
 from ksl.model.builder import Builder
 from ksl.model.joint_kinds import KINDS, Kind

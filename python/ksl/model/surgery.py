@@ -11,8 +11,8 @@ from typing import TypeVar
 from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.base.files_read import InputFile
 from ksl.base.errors import QuaternionWarning
+from ksl.base.files_read import InputFile
 from ksl.model import given
 from ksl.model.calls import Calls
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ksl.base.files_read import being_read
 from ksl.base.errors import MotionError
+from ksl.base.files_read import being_read
 from ksl.base.words import listed
 from ksl.model.mechanism import Mechanism
 from ksl.model.motion_columns import columns_of

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ksl.base.files_read import InputFile
 from ksl.base.errors import MotionError
+from ksl.base.files_read import InputFile
 from ksl.load_cases.case_file import read_cases
 from ksl.load_cases.given_cases import MotionGiven, checked, one_case, robot_file
 from ksl.load_cases.load_case import LoadCase, Placement

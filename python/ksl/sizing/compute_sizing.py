@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from ksl._core import __version__
-from ksl.base.files_read import InputFile, recorded
 from ksl.base.errors import SizingError, unknown_name
+from ksl.base.files_read import InputFile, recorded
 from ksl.load_cases.provenance import versions
 from ksl.model.lengths import far, far_point
 from ksl.sizing.bearing_figures import (

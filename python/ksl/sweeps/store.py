@@ -28,7 +28,6 @@ from ksl.output.locks import Lock, LockedError, lock
 from ksl.output.parts import remove_parts, write_part
 from ksl.output.signals import uninterrupted
 from ksl.sweeps.description import described
-
 from ksl.sweeps.evaluate import CONVENTIONS_OF_SWEEPS, UNITS_OF_SWEEPS, Plan, Result, portable
 from ksl.sweeps.given_model import GivenModel
 
