@@ -77,7 +77,7 @@ NEED_NONE = {
     "motions/generate/profiles.py: _fastest_within_efforts": "a search in a bracket of one number, whose ends are motions within the limits as well",
     "motions/generate/sweep.py: chirp": "raises MotionError",
     "viewer/shapes.py: simplified": "how many triangles are drawn",
-    "checks/joint_rules.py: _chains": "a walk along a chain",
+    "checks/joint_rules.py: mimic_chain": "a walk along a chain",
 }
 
 
@@ -98,8 +98,9 @@ def comes_near(node) -> bool:
         return counted and (ast.unparse(node.target) == "_" or any(isinstance(inner, ast.Break) for inner in ast.walk(node)))
     if isinstance(node, ast.While):
         called = [part.func for part in ast.walk(node.test) if isinstance(part, ast.Call)]
-        names = [part for part in ast.walk(node.test) if isinstance(part, ast.Name)]
-        return any(name.id.isupper() or (name.id == "done" and name in called) for name in names)
+        compared = [end for part in ast.walk(node.test) if isinstance(part, ast.Compare) for end in (part.left, *part.comparators)]
+        names = [part for part in (*called, *compared) if isinstance(part, ast.Name)]
+        return any(name.id.isupper() or name.id == "done" for name in names if name.id != "done" or name in called)
     return False
 
 
