@@ -474,3 +474,77 @@ def test_a_ray_cluster_out_of_reach(tmp_path):
     pytest.importorskip("ray")
     with pytest.raises(ksl.SweepError, match="out of reach"):
         ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1, engine="ray", address="127.0.0.1:1")
+
+
+# --------------------------------------------------------------------------------------------------- inputs that are replaced
+
+
+def with_copies(tmp_path):
+    """Robot and motion of their own, and a sweep of them in four partitions."""
+    robot, motion = tmp_path / "panda.urdf", tmp_path / "pick.csv"
+    robot.write_bytes(Path(PANDA).read_bytes())
+    motion.write_bytes(Path(PICK).read_bytes())
+    tables = {"sweep": {"partition": 1}, "base": {"motion": str(motion)}, "vary": [{"kind": "speed", "values": [0.4, 0.6, 0.8, 1.0]}]}
+    return robot, motion, tables
+
+
+def faster(motion):
+    """Another motion at the same path."""
+    lines = motion.read_text().splitlines()
+    other = motion.with_name("other.csv")
+    other.write_text("\n".join([lines[0], *(f"{0.5 * float(line.split(',', 1)[0])},{line.split(',', 1)[1]}" for line in lines[1:])]) + "\n")
+    os.replace(other, motion)
+
+
+@pytest.mark.parametrize("which", ["motion", "robot"])
+def test_a_file_that_is_replaced_during_a_sweep_is_refused(tmp_path, monkeypatch, which):
+    """A worker that starts after it reads other contents: no partition is computed from them."""
+    from ksl.sweeps import local
+
+    robot, motion, tables = with_copies(tmp_path)
+
+    def compute(plan, partitions, workers):
+        for k, partition in enumerate(partitions):
+            if k == 2:
+                faster(motion) if which == "motion" else robot.write_text(robot.read_text().replace("mass value=\"", "mass value=\"1"))
+            yield Evaluator(plan).partition(partition)
+
+    monkeypatch.setattr(local, "compute", compute)
+    with pytest.raises(ksl.SweepError, match=f"{(motion if which == 'motion' else robot).name}: has changed since the sweep began"):
+        ksl.sweep(robot, tables, tmp_path / "out")
+    assert len(contents(tmp_path / "out")) == 2
+    with pytest.raises(ksl.SweepError, match=f"holds another sweep .of other files: {(motion if which == 'motion' else robot).name} had other contents"):
+        ksl.sweep(robot, tables, tmp_path / "out")
+
+
+@HERE
+def test_partitions_carry_the_hashes_they_were_computed_from(tmp_path, capsys):
+    """Those of other contents are computed again, and that is said."""
+    robot, motion, tables = with_copies(tmp_path)
+    ksl.sweep(robot, tables, tmp_path / "old")
+    right = contents(tmp_path / "old")
+    for file in sorted((tmp_path / "old" / "cases").iterdir()):
+        said = json.loads(parquet.read_schema(file).metadata[b"ksl"])["inputs"]
+        assert [(f["role"], f["file"]) for f in said] == [("robot", "panda.urdf"), ("motion", "pick.csv")] and all(len(f["sha256"]) == 64 for f in said)
+    faster(motion)
+    ksl.sweep(robot, tables, tmp_path / "new")
+    name = sorted(right)[1]
+    (tmp_path / "new" / "cases" / name).write_bytes(right[name])  # a mixture, as an earlier version left it
+    again = ksl.sweep(robot, tables, tmp_path / "new")
+    assert again.computed == 1 and again.replaced == 1 and "1 partition again, since files had other contents" in repr(again)
+    assert (tmp_path / "new" / "cases" / name).read_bytes() != right[name]
+    whole = ksl.sweep(robot, tables, tmp_path / "new")
+    assert whole.computed == 0 and whole.replaced == 0
+
+
+@HERE
+def test_results_of_other_files_are_not_sized_together(tmp_path):
+    from ksl.sizing.results import read_results
+
+    robot, motion, tables = with_copies(tmp_path)
+    ksl.sweep(robot, tables, tmp_path / "old", wrenches=True)
+    faster(motion)
+    ksl.sweep(robot, tables, tmp_path / "new", wrenches=True)
+    (tmp_path / "new/wrenches/part-000001.parquet").write_bytes((tmp_path / "old/wrenches/part-000001.parquet").read_bytes())
+    with pytest.raises(ksl.SizingError, match=r"part-000001.parquet: was computed from other files than part-000000.parquet"):
+        read_results(tmp_path / "new")

@@ -53,10 +53,10 @@ def hold(
     physics: Physics = "",
 ) -> None:
     """Print the efforts and every wrench of one pose at rest, or of the worst pose for a joint."""
+    from ksl.base.files_read import recorded
     from ksl.commands.print_loads import print_pose
     from ksl.load_cases.holding import read_pose
     from ksl.load_cases.load_case import Payload
-    from ksl.load_cases.provenance import input_file
     from ksl.output import OutputError
     from ksl.report.hold_pose import hold as held
 
@@ -72,11 +72,12 @@ def hold(
     _check_words(model, files, time, of, worst, seed)
     try:
         positions: dict[str, Any] = {}
-        for file in files:
-            positions |= read_pose(model, file, time)
+        with recorded() as ledger:
+            for file in files:
+                positions |= read_pose(model, file, time)
         positions |= named
         carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
-        inputs = [input_file("robot", robot), *(input_file("pose", file) for file in files)]
+        inputs = [*model.inputs, *ledger.files]
         options = {"on": on, "at": at, "axes": axes, "order": order, "gravity": gravity, "physics": physics, "mimic": mimic, "floating_base": floating_base}
         run = held(
             model, positions, worst or None, of, payloads=carried, on=cast("Side", on), at=point, axes=axes, order=cast("Order", order), seed=seed,

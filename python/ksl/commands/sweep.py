@@ -71,6 +71,7 @@ def print_results(results: SweepResults) -> None:
 
     from ksl.load_cases.verdict import percent
     from ksl.report.numbers import format_number
+    from ksl.sweeps.compute_sweep import again_of
 
     out = console(80)
     shares = [row for row in results.worst if row["quantity"].endswith(("_share", "utilisation"))]
@@ -85,7 +86,7 @@ def print_results(results: SweepResults) -> None:
         table.add_row(Text(row["joint"]), what, value, Text(f"{row['case']}: {at}"))
     out.print(table)
     rate = f", {results.computed / results.seconds:.0f} a second; {100 * results.share_of_dynamics:.0f} % of the time was dynamics"
-    out.print(Text(f"{results.computed} cases computed in {results.seconds:.1f} s{rate if results.computed else ': all were there'}"))
+    out.print(Text(f"{results.computed} cases computed in {results.seconds:.1f} s{rate if results.computed else ': all were there, computed from these files'}{again_of(results.replaced)}"))
     out.print(Text(f"written to {results.directory}: cases/part-….parquet, worst.csv, sweep.json"), soft_wrap=True)
 
 

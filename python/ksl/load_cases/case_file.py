@@ -15,9 +15,9 @@ from typing import Any, cast
 import numpy as np
 
 from ksl.base.errors import CaseError, MotionError, near_names
+from ksl.base.files_read import InputFile, being_read, recorded
 from ksl.base.toml_files import read_toml, toml_of
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
-from ksl.load_cases.provenance import InputFile, input_file
 from ksl.load_cases.stops import Law, Stop, at_rest, nearest_sample, worst_start
 from ksl.load_cases.summary_table import ALL_CASES
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
@@ -56,7 +56,7 @@ def read_cases(
 
 def cases_of_text(model: Model, text: str, file: str = "cases.toml") -> list[LoadCase]:
     """The load cases of the text of such a file, which messages call by this name; what it names is looked for in that file's folder."""
-    return _Reader(model, file, Placement(), None, (), {}).read_from(toml_of(text, file, CaseError))[0]
+    return _Reader(model, file, Placement(), None, (), {}).read_from(toml_of(text, file, CaseError))
 
 
 class _Reader:
@@ -67,16 +67,16 @@ class _Reader:
         self._model, self._file, self._placement, self._motion, self._payloads = model, file, placement, motion, payloads
         self._folder = Path(file).parent
         self._motions: dict[str, Motion] = {}
-        self._inputs: dict[str, InputFile] = {}
         self.doubts: list[str] = []
         """About the tables of wrenches that were read so far."""
 
     def read(self) -> tuple[list[LoadCase], list[InputFile]]:
-        tables = read_toml(self._file, CaseError, "load cases")
-        self._input("cases", self._file)
-        return self.read_from(tables)
+        with recorded() as ledger:
+            with being_read("cases", self._file, CaseError):
+                tables = read_toml(self._file, CaseError, "load cases")
+            return self.read_from(tables), ledger.files
 
-    def read_from(self, tables: Mapping[str, Any]) -> tuple[list[LoadCase], list[InputFile]]:
+    def read_from(self, tables: Mapping[str, Any]) -> list[LoadCase]:
         _known_keys(self._file, tables, ("defaults", "cases"))
         defaults = _table(f"{self._file}: defaults", tables.get("defaults", {}))
         _known_keys(f"{self._file}: defaults", defaults, KEYS)
@@ -88,7 +88,7 @@ class _Reader:
         repeated = next((n for n, k in Counter(names).items() if k > 1), None)
         if repeated is not None:
             raise CaseError(f"{self._file}: two load cases are called {repeated!r}; rename one")
-        return found, list(self._inputs.values())
+        return found
 
     def _cases_of(self, name: str, keys: Any, defaults: Mapping[str, Any]) -> list[LoadCase]:
         """The load cases of a table: several where an emergency stop begins at several samples."""
@@ -139,9 +139,6 @@ class _Reader:
                 self._motions[key] = read_motion(self._model, file, **{**self._reading, **options})
             except MotionError as e:
                 raise CaseError(f"{where}: motion: {e}") from None
-            self._input("motion", file)
-            if isinstance(options.get("map"), str):
-                self._input("map", options["map"])
         return self._motions[key], file
 
     def path(self, where: str, file: Any) -> str:
@@ -152,14 +149,10 @@ class _Reader:
     def columns(self, where: str, file: Any) -> tuple[Array, Array]:
         """Times (n) and wrenches (n, 6) of a file with the columns time, fx … tz."""
         path = self.path(where, file)
-        time, wrench, doubts = _read_wrench(path)
+        with being_read("external", path, CaseError):
+            time, wrench, doubts = _read_wrench(path)
         self.doubts += doubts
-        self._input("external", path)
         return time, wrench
-
-    def _input(self, role: str, file: str) -> None:
-        if file not in self._inputs:
-            self._inputs[file] = input_file(role, file)
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from ksl.base.files_read import InputFile, recorded
 from ksl.base.printable import one_line
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.motion_given import motion_given
-from ksl.load_cases.provenance import InputFile, input_file
 from ksl.load_cases.wrench_table import wrenches_of_arrays
 from ksl.model.model import Model
 from ksl.model.states import External
@@ -32,8 +32,8 @@ def checked(model: Model, placement: Placement) -> Placement:
 
 
 def robot_file(model: Model) -> list[InputFile]:
-    """The file that a model was read from, if it is still there."""
-    return [input_file("robot", model.file)] if model.file and os.path.exists(model.file) else []
+    """The files that a model was read from, with the hashes of what was read."""
+    return list(model.inputs)
 
 
 def one_case(
@@ -53,7 +53,9 @@ def one_case(
         model = model.with_payload(p.link, p.mass, p.center)
     if isinstance(motion, (str, os.PathLike)):
         file = os.fspath(motion)
-        moved, name, inputs = read_motion(model, file, **(reading or {})), one_line(Path(file).stem), [input_file("motion", file)]
+        with recorded() as ledger:
+            moved = read_motion(model, file, **(reading or {}))
+        name, inputs = one_line(Path(file).stem), ledger.files
     else:
         file, name, inputs = "", "motion", []
         moved = motion_given(model, motion)

@@ -15,7 +15,7 @@ from ksl import _core
 from ksl.base.errors import DescriptionError, DescriptionWarning
 from ksl.model import given
 from ksl.model.lengths import extent, far_point, strong_gravity
-from ksl.model.model import Model
+from ksl.model.model import Model, hashed
 from ksl.model.requests import one_of, three_numbers
 
 
@@ -124,11 +124,11 @@ def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
 
         if o.model:
             raise DescriptionError(f'{file}: model "{o.model}" is asked for, but only SDF files hold several; leave that option out')
-        loaded = mjcf._load(file, text, floating_base, independent, strict, gravity, o.payloads, o.masses)
+        loaded = mjcf._load(file, text, contents, floating_base, independent, strict, gravity, o.payloads, o.masses)
         return loaded if o.physics is None and o.friction_width == loaded.friction_width else loaded.with_physics(o.physics, o.friction_width)
     options = (floating_base, independent, strict, gravity, points, o.masses is not None, o.model or "", given.physics(o.physics, o.friction_width))
     made = _core.load_text(contents, os.fsencode(file), *options)
-    return Model(made, (os.path.abspath(file), *options) if text is None else None)
+    return Model(made, (os.path.abspath(file), *options), inputs=hashed(file, contents)) if text is None else Model(made)
 
 
 def _warn_of(loaded: Model, o: _Options) -> None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ksl import _core
 from ksl.base.errors import unknown_name
+from ksl.base.files_read import InputFile
 from ksl.model.joint_kinds import Kind
 from ksl.model.states import Array, argument, in_order
 
@@ -119,8 +120,10 @@ def _read_only(x: Array) -> Array:
 class Mechanism:
     """Joints and links of a model, by name and in order; immutable."""
 
-    def __init__(self, core: _core.Model) -> None:
+    def __init__(self, core: _core.Model, inputs: tuple[InputFile, ...] = ()) -> None:
         self._core = core
+        self.inputs: tuple[InputFile, ...] = inputs
+        """The files that it was read from, with the hashes of what was read: the robot's, those that it includes, meshes that give inertia."""
         self.name: str = core.name
         self.file: str = core.file
         self.nq: int = core.nq

@@ -16,9 +16,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import DescriptionError, DescriptionWarning
+from ksl.base.files_read import InputFile
 from ksl.model import given
 from ksl.model.builder import Builder
 from ksl.model.joint_kinds import KINDS, Kind
+from ksl.model.mjcf_files import FilesOfMjcf
 from ksl.model.model import Layout, Model
 from ksl.model.requests import one_of
 from ksl.model.states import in_order
@@ -86,6 +88,7 @@ def model_of(mj: Any, file: str = "", mimic: Literal["coupled", "independent"] =
 def _load(
     file: str,
     text: bytes | None,
+    contents: bytes,
     floating_base: bool,
     independent: bool,
     strict: bool,
@@ -103,6 +106,7 @@ def _load(
         readable = os.fsencode(file).decode("utf-8", "backslashreplace")
         raise DescriptionError(f"{readable}: MuJoCo reads only paths in UTF-8; rename the file or its folder")
     said: list[str] = []
+    files = FilesOfMjcf(file, contents, text is not None)
     handler = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: said.append(f"MuJoCo's compiler says: {_one_line(text)}"))  # instead of a log file in the current folder
     try:
@@ -111,7 +115,7 @@ def _load(
         raise DescriptionError(f"{file}: MuJoCo's compiler refuses the file: {_one_line(e)}; correct it there") from None
     finally:
         mujoco.set_mju_user_warning(handler)
-    return _model(compiled, file, floating_base, independent, strict, gravity, payloads, masses, said)
+    return _model(compiled, file, floating_base, independent, strict, gravity, payloads, masses, said, files.inputs(DescriptionError))
 
 
 def _is_utf_8(path: str) -> bool:
@@ -132,6 +136,7 @@ def _model(
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None,
     masses: str | None,
     said: list[str],
+    inputs: tuple[InputFile, ...] = (),
 ) -> Model:
     try:
         with np.errstate(all="ignore"):  # numbers beyond the range, which the builder refuses
@@ -143,7 +148,7 @@ def _model(
     except ValueError as e:
         sentence = "a name in it is not UTF-8; save the file in UTF-8, or give other names" if isinstance(e, UnicodeDecodeError) else str(e)
         raise DescriptionError(sentence if not file or sentence.startswith(f"{file}:") else f"{file}: {sentence}") from None
-    return Model(core, layout=reader.layout)
+    return Model(core, layout=reader.layout, inputs=inputs)
 
 
 class _Reader:

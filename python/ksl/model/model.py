@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 from numpy.typing import ArrayLike
 
 from ksl import _core
+from ksl.base.errors import DescriptionError
+from ksl.base.files_read import InputFile, note, state_of
 from ksl.base.higher_rooms import function_of
 from ksl.model import given
 from ksl.model.inverse_kinematics import InverseKinematicsCalls
@@ -36,13 +38,15 @@ class Model(Surgery, InverseKinematicsCalls):
     other model contains all that the model is made of.  A copy, deep or not, is the model itself.
     """
 
-    def __init__(self, core: _core.Model, arguments: _Arguments | None = None, layout: Layout | None = None) -> None:
+    def __init__(
+        self, core: _core.Model, arguments: _Arguments | None = None, layout: Layout | None = None, inputs: tuple[InputFile, ...] = ()
+    ) -> None:
         if not isinstance(core, _core.Model):
             given_too = f"({core!r})" if isinstance(core, (str, os.PathLike)) else "(path)"
             said = f"ksl.load{given_too} reads a robot file, ksl.load_string(text) its contents, and ksl.Builder describes a robot in a program"
             raise TypeError(f"ksl.Model is not called with {type(core).__name__}: {said}")
         self._arguments, self._layout = arguments, layout
-        super().__init__(core)
+        super().__init__(core, inputs)
 
     if not TYPE_CHECKING:  # otherwise a type checker would believe in any name
 
@@ -57,8 +61,8 @@ class Model(Surgery, InverseKinematicsCalls):
             mend = f"that is m.{OF_MODEL[name]}" if name in OF_MODEL else f"{near_names(name, known)}dir(m) lists all"
             raise AttributeError(f"a ksl.Model has no {name!r}; {mend}")
 
-    def _made(self, core: _core.Model) -> Model:
-        return Model(core)
+    def _made(self, core: _core.Model, inputs: tuple[InputFile, ...] | None = None) -> Model:
+        return Model(core, inputs=self.inputs if inputs is None else inputs)
 
     def __copy__(self) -> Model:
         return self
@@ -68,7 +72,7 @@ class Model(Surgery, InverseKinematicsCalls):
 
     def __reduce__(self) -> tuple[Callable[..., Model], tuple[object, ...]]:
         if self._arguments is None:
-            return _rebuilt, (self._core.state(), self._layout)
+            return _rebuilt, (self._core.state(), self._layout, self.inputs)
         return _reloaded, (self._arguments, self._fingerprint())
 
     def _fingerprint(self) -> str:
@@ -96,7 +100,7 @@ class Model(Surgery, InverseKinematicsCalls):
 
             tau = m.with_physics(["damping", "friction"]).inverse_dynamics(q, v, a)
         """
-        return Model(self._core.with_physics(given.physics(physics, friction_width)), layout=self._layout)
+        return Model(self._core.with_physics(given.physics(physics, friction_width)), layout=self._layout, inputs=self.inputs)
 
     def effort_part(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, part: str = "motor", external: External | None = None, threads: int | None = None,
@@ -212,14 +216,24 @@ def sealed(model: Model) -> tuple[str, bytes]:
     return said, pickle.dumps(_rebuilt(state, model._layout), protocol=4)
 
 
-def _rebuilt(state: list[Any], layout: Layout | None = None) -> Model:
-    return Model(_core.Model.from_state(state), layout=layout)
+def _rebuilt(state: list[Any], layout: Layout | None = None, inputs: tuple[InputFile, ...] = ()) -> Model:
+    return Model(_core.Model.from_state(state), layout=layout, inputs=inputs)
+
+
+def hashed(file: str, contents: bytes) -> tuple[InputFile, ...]:
+    """The file that a model was read from, and the hash of what was read."""
+    import hashlib
+
+    found = InputFile("robot", file, hashlib.sha256(contents).hexdigest() if state_of(file) is not None else None)
+    note(found, DescriptionError)
+    return (found,)
 
 
 def _reloaded(arguments: _Arguments, fingerprint: str) -> Model:
     """Loads the model of a pickle, without warnings, which were given when it was first loaded."""
     name = os.fsencode(arguments[0])
-    model = Model(_core.load_text(_core.file_bytes(name), name, *arguments[1:]), arguments)
+    contents = _core.file_bytes(name)
+    model = Model(_core.load_text(contents, name, *arguments[1:]), arguments, inputs=hashed(arguments[0], contents))
     if model._fingerprint() != fingerprint:
         raise ValueError(f"{model.file}: joints or links have changed since the model was pickled; load the file again")
     return model

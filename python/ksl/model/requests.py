@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.base.errors import near_names
+from ksl.base.files_read import InputFile
 from ksl.base.printable import sentence
 from ksl.base.real_arrays import real_array
 from ksl.model.mechanism import Mechanism
@@ -31,10 +32,10 @@ _ANGULAR_FIRST = _core.Links([], angular_first=True)
 class Requests(Mechanism):
     """A mechanism with a cache of its requests."""
 
-    def __init__(self, core: _core.Model) -> None:
+    def __init__(self, core: _core.Model, inputs: tuple[InputFile, ...] = ()) -> None:
         self._requests: dict[tuple[object, ...], _core.Request] = {}
         self._link_lists: dict[tuple[object, ...] | str | None, _core.Links] = {}
-        super().__init__(core)
+        super().__init__(core, inputs)
 
     def _links_of(self, names: Iterable[str] | None, order: str = "lin_ang") -> _core.Links:
         """The request for `frame_poses` of these names.  Cached, since looking names up takes longer than computing the poses of a state."""

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.base.errors import QuaternionWarning
+from ksl.base.files_read import InputFile
 from ksl.model import given
 from ksl.model.calls import Calls
 
@@ -25,7 +26,7 @@ class Surgery(Calls):
     base are kept unless a method says otherwise.
     """
 
-    def _made(self: S, core: _core.Model) -> S:
+    def _made(self: S, core: _core.Model, inputs: tuple[InputFile, ...] | None = None) -> S:
         """A model of the same class that was not read from a file."""
         raise NotImplementedError
 
@@ -75,7 +76,8 @@ class Surgery(Calls):
         """
         if not isinstance(other, Surgery):
             raise ValueError(f"other is {type(other).__name__}; expected a model")
-        return self._made(self._core.merged(other._core, given.name(parent_link, "parent_link"), given.pose(pose, "pose", parent_link), given.name(prefix, "prefix")))
+        core = self._core.merged(other._core, given.name(parent_link, "parent_link"), given.pose(pose, "pose", parent_link), given.name(prefix, "prefix"))
+        return self._made(core, tuple(dict.fromkeys((*self.inputs, *other.inputs))))
 
     def subtree(self: S, link: str) -> S:
         """What a link carries, and itself as the root.  The root is fixed unless it is that of a robot that floats.

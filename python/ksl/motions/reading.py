@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ksl.base.errors import MotionError
+from ksl.base.files_read import being_read
 from ksl.base.words import listed
 from ksl.model.mechanism import Mechanism
 from ksl.model.motion_columns import columns_of
@@ -72,12 +73,13 @@ def read_motion(
     check_options(os.fspath(path), {"map": map, "time_unit": time_unit, "topic": topic, **flags, **numbers})
     if not isinstance(model, Mechanism):
         raise ValueError(f"model is {type(model).__name__}; expected a model, which ksl.load(file) makes")
-    table = open_table(path, topic, positions_only)
-    if isinstance(table, NpzTable):
-        table = with_matrices(table, model)
     columns = read_map(map) if map is not None else ColumnMap("")
-    choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
-    values = _values(table, choice)
+    with being_read("motion", _whole(path), MotionError):
+        table = open_table(path, topic, positions_only)
+        if isinstance(table, NpzTable):
+            table = with_matrices(table, model)
+        choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
+        values = _values(table, choice)
     time, time_notes = in_seconds(table, with_unit(table, choice.time, time_unit), values.pop(TIME))
     rows = _checked_rows(table, time, start, stop)
     time, values = time[rows], {n: x[rows] for n, x in values.items()}
@@ -101,6 +103,11 @@ def read_motion(
     motion = complete(model, time, q, given, table.file, place, smooth, measured)
     source = Source(table.file, table.format, len(time), float(np.median(np.diff(time))), with_unused_together(notes))
     return replace(motion, source=source, doubts=[*table.doubts, *columns.doubts, *motion.doubts])
+
+
+def _whole(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
+    """The folder of a bag whose description is given."""
+    return os.path.dirname(path) or "." if os.path.basename(path) == "metadata.yaml" else path
 
 
 def _values(table: Recorded, choice: Choice) -> dict[str, Array]:
@@ -164,6 +171,11 @@ def read_external(model: Mechanism, path: str | os.PathLike[str], time: Array) -
 
 def read_wrenches(model: Mechanism, path: str | os.PathLike[str], time: Array) -> tuple[dict[str, Array], list[str]]:
     """The same, and why they may be wrong, as `Motion.doubts` says it."""
+    with being_read("external", path, MotionError):
+        return _wrenches_of(model, path, time)
+
+
+def _wrenches_of(model: Mechanism, path: str | os.PathLike[str], time: Array) -> tuple[dict[str, Array], list[str]]:
     try:
         table = open_table(path)
     except MotionError as e:

@@ -8,10 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 from ksl.base.errors import MotionError
+from ksl.base.files_read import InputFile
 from ksl.load_cases.case_file import read_cases
 from ksl.load_cases.given_cases import MotionGiven, checked, one_case, robot_file
 from ksl.load_cases.load_case import LoadCase, Placement
-from ksl.load_cases.provenance import InputFile, provenance_of
+from ksl.load_cases.provenance import provenance_of
 from ksl.model.loading import load
 from ksl.model.model import Model
 from ksl.model.states import External, Order, Point, Side

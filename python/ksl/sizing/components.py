@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ksl.base.errors import SizingError, near_names, unknown_name
+from ksl.base.files_read import being_read
 from ksl.base.toml_files import read_text, toml_of
 from ksl.base.toml_lines import line_of, toml_lines
 from ksl.sizing.catalogue import COMMON, FLANGE, KINDS, Key, Kind
@@ -69,7 +70,9 @@ class Components:
 def read_components(path: str | os.PathLike[str]) -> Components:
     """Reads and checks a components file.  Raises SizingError with the line."""
     file = os.fspath(path)
-    return components_of_text(read_text(file, SizingError, "give a TOML file that describes components: `ksl size --example` prints one"), file)
+    with being_read("components", file, SizingError):
+        text = read_text(file, SizingError, "give a TOML file that describes components: `ksl size --example` prints one")
+    return components_of_text(text, file)
 
 
 def components_of_text(text: str, file: str = "components") -> Components:

@@ -12,7 +12,8 @@ from typing import Any
 
 from ksl._core import __version__
 from ksl.base.errors import SizingError, unknown_name
-from ksl.load_cases.provenance import input_file, versions
+from ksl.base.files_read import InputFile, recorded
+from ksl.load_cases.provenance import versions
 from ksl.model.lengths import far, far_point
 from ksl.sizing.bearing_figures import (
     crossed_roller_figures,
@@ -70,10 +71,11 @@ def size(
         sizing = ksl.size(loads, {"component": [motor]})
         print(sizing.verdict)
     """
-    table = _results(results)
+    with recorded() as ledger:
+        table = _results(results)
+        parts = None if components is None else _components(components)
     chosen = _chosen(table, joints)
     points = _points(table, at)
-    parts = None if components is None else _components(components)
     if parts is not None:
         _check(table, parts)
     kept: dict[str, JointSamples] = {}
@@ -97,7 +99,7 @@ def size(
         notes,
         tuple(clouds),
         in_order,
-        _provenance(table, results, components, parts),
+        _provenance(table, ledger.files, parts),
     )
 
 
@@ -244,14 +246,8 @@ def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut]
     return notes
 
 
-def _provenance(table: Results, results: Any, components: Any, parts: Components | None) -> dict[str, Any]:
-    inputs = []
-    for role, given in (("results", results), ("components", components)):
-        file = Path(given) if isinstance(given, (str, os.PathLike)) else None
-        if file is not None and (file / "wrenches.parquet").is_file():
-            file = file / "wrenches.parquet"
-        if file is not None and file.is_file():
-            inputs.append(asdict(input_file(role, file)))
+def _provenance(table: Results, files: Sequence[InputFile], parts: Components | None) -> dict[str, Any]:
+    inputs = [asdict(file) for file in files if file.sha256 is not None]
     spectrum = (
         {
             case: parts.spectrum.shares.get(case, 0.0)

@@ -13,6 +13,7 @@ import numpy as np
 
 from ksl.base.arrow_files import arrow_file
 from ksl.base.errors import SizingError, unknown_name
+from ksl.base.files_read import being_read
 from ksl.base.input_files import Unreadable, check_regular
 from ksl.model.joint_kinds import has_one_coordinate
 from ksl.model.states import Array
@@ -233,7 +234,12 @@ def read_results(path: str | Path) -> Results:
         parts = sorted(table.rglob("*.parquet")) if table.is_dir() else [table]  # of a sweep there are several
         for each in parts:
             check_regular(str(each))
-        return Results(pa.concat_tables([_columns(each) for each in parts]), str(file))
+        tables = []
+        for each in parts:
+            with being_read("results", each, SizingError):
+                tables.append(_columns(each))
+        _of_one_sweep(parts, tables)
+        return Results(pa.concat_tables(tables), str(file))
     except Unreadable as e:
         raise SizingError(f"{table}: {e}; give the folder or wrenches.parquet that `ksl loads` writes") from None
     except (pa.ArrowException, OSError) as e:
@@ -246,6 +252,14 @@ def read_results(path: str | Path) -> Results:
         raise
     except (KeyError, TypeError, AttributeError, IndexError, ValueError, RecursionError, OverflowError):
         raise SizingError(f"{file}: its metadata or columns are not those that `ksl loads` writes; run `ksl loads` again") from None
+
+
+def _of_one_sweep(parts: list[Path], tables: list[pa.Table]) -> None:
+    """Refuses partitions that were computed from other files than the first."""
+    made_of = [json.loads((table.schema.metadata or {}).get(b"ksl", b"{}")).get("inputs") for table in tables]
+    for part, inputs in zip(parts, made_of):
+        if inputs != made_of[0]:
+            raise SizingError(f"{part}: was computed from other files than {parts[0].name}; run the sweep again, which computes it anew")
 
 
 def _columns(file: Path) -> pa.Table:

@@ -37,10 +37,12 @@ class SweepResults:
     worst: list[dict[str, Any]]
     """For each joint and quantity the largest value, its unit, and its case with its parameters: the rows of worst.csv."""
     computed: int
-    """Cases that this run has computed; others were there."""
+    """Cases that this run has computed; others were there, computed from the same files."""
     seconds: float
     share_of_dynamics: float
     """The share of dynamics in the time of the workers; the rest is sums, peaks and tables."""
+    replaced: int = 0
+    """Partitions that were there, but computed from other contents of the files: they are computed again."""
 
     def __repr__(self) -> str:
         share = max((row for row in self.worst if row["quantity"].endswith(("_share", "utilisation"))), key=lambda row: row["value"], default=None)
@@ -48,7 +50,7 @@ class SweepResults:
         if share is not None:
             what = share["quantity"].removesuffix("_share").replace("utilisation", "components")
             worst = f", at most {percent(share['value'])} of a limit ({what} of {share['joint']}, case {share['case']})"
-        return f"<ksl sweep in {self.directory}: {self.computed} cases computed in {self.seconds:.3g} s{worst}>"
+        return f"<ksl sweep in {self.directory}: {self.computed} cases computed in {self.seconds:.3g} s{again_of(self.replaced)}{worst}>"
 
     @property
     def cases(self) -> pyarrow.dataset.Dataset:
@@ -103,6 +105,7 @@ def sweep(
     start = time.perf_counter()
     plan, joints = _plan(GivenModel.of(robot) if isinstance(robot, Model) else os.path.abspath(robot), given, wrenches)
     with Store(Path(directory), plan, force) as store:
+        others = store.remove_others()
         missing = store.missing()
         computed, busy, dynamics = 0, 0.0, 0.0
         done = given.cases - sum(len(plan.cases(p)) for p in missing)
@@ -116,7 +119,12 @@ def sweep(
                 if progress:
                     progress(done + computed, given.cases)
         worst = store.worst(joints)
-    return SweepResults(Path(directory), worst, computed, time.perf_counter() - start, dynamics / busy if busy else 0.0)
+    return SweepResults(Path(directory), worst, computed, time.perf_counter() - start, dynamics / busy if busy else 0.0, others)
+
+
+def again_of(replaced: int) -> str:
+    """The clause on partitions that were computed again."""
+    return "" if not replaced else f", {replaced} partition{'s' if replaced > 1 else ''} again, since files had other contents when they were computed"
 
 
 def usable_cores() -> int:
@@ -134,7 +142,7 @@ def _plan(robot: str | GivenModel, given: Sweep, wrenches: bool) -> tuple[Plan, 
     first.partition(0)
     for doubt in first.doubts:
         warnings.warn(doubt, DescriptionWarning, stacklevel=3)
-    return Plan(robot, given, size, wrenches), first.joints
+    return Plan(robot, given, size, wrenches, first.inputs), first.joints
 
 
 def _results(plan: Plan, missing: list[int], engine: str, workers: int, address: str | None) -> Generator[Result]:
