@@ -26,7 +26,7 @@ class Curves:
         model, motion = self.case.model, self.case.motion
         for joint in model.joints:
             empty = joint_loads(joint, np.empty((0, 6)), None, None)
-            speed = model.velocity_of(joint, motion.v) if joint.one_coordinate else None
+            speed = model.velocity_of(joint, motion.resolved_v) if joint.one_coordinate else None
             effort = np.zeros(n) if joint.one_coordinate and joint.leader is None else None
             brake = np.empty(n) if effort is not None and self.case.brake else None
             coupling = np.empty(n) if joint.leader is not None else None
@@ -50,9 +50,10 @@ class Curves:
             if block.parts is not None:
                 for k, part_of_effort in enumerate(collected.parts.values()):
                     part_of_effort[block.rows] = block.parts[:, k, collected.joint.v_index]
-        self._drive[block.rows] = np.sum(block.tau * block.v, axis=1)
+        v = self.case.motion.v[block.rows]  # energies are those of these rates, also where joints stand
+        self._drive[block.rows] = np.sum(block.tau * v, axis=1)
         if self._dissipation is not None and block.parts is not None:
-            self._dissipation[block.rows] = np.sum((block.parts[:, 1] + block.parts[:, 2]) * block.v, axis=1)
+            self._dissipation[block.rows] = np.sum((block.parts[:, 1] + block.parts[:, 2]) * v, axis=1)
         self._largest_effort = max(self._largest_effort, float(np.max(np.abs(block.tau), initial=0.0)))
 
     def power_balance(self) -> PowerBalance | None:

@@ -1,0 +1,128 @@
+"""Where joints stand: what can be told of a rate, and below what it is none.
+
+A position is known up to its resolution δ: the rounding in memory, the step to which it was rounded, or what its noise spans.  A rate that
+comes from positions is known up to δ / h, h being the step between samples.  Below that its sign is that of the noise.  Whatever depends on
+the sign, the share or the count of a motion then takes the joint to stand: friction, efficiencies of gears, powers, revolutions.
+
+Noise alone can't be told from a slow motion by single samples.  So a joint whose positions are noisy or rounded stands only if, besides, its
+position keeps within δ for eight samples, and doesn't drift by more than that in the end: rates down to δ / (7 h) are seen, and slower ones
+if they last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ksl.model.joint_kinds import KINDS
+from ksl.model.mechanism import Joint
+from ksl.model.motion_columns import units_of
+from ksl.model.states import Array
+from ksl.motions.signal.noise import step_of, white_noise
+from ksl.motions.signal.quality import Samples
+
+ROUND_OFF = 64 * float(np.finfo(float).eps)
+"""Rounding of a position, relative to the joint's largest: some units in the last place, amplified by the spline."""
+
+DEVIATIONS = 8.0
+"""Noise spans so many of its standard deviations: a million samples of normal noise span ten, eight of them seldom five."""
+
+WINDOW = 8
+"""Samples for which a position must keep within its resolution."""
+
+NOTED = 1e-3
+"""Rates that can't be told from zero are worth a line from this share of the largest rate on."""
+
+COARSEST = {"rad": 0.02, "m": 0.002}
+"""Coarser positions are no measurement of a joint that stands: steps and noise beyond this are motion."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Which samples are at a stand, and what can be told of rates."""
+
+    stands: NDArray[np.bool_]
+    """(n, nv)."""
+    rate: Array
+    """(nv): rates up to this are not told from zero, rad/s or m/s."""
+    noisy: dict[str, float]
+    """{joint: δ, rad or m}: joints that stand somewhere although their numbers are not still, which is worth a line."""
+
+
+def standing_of(joints: Sequence[Joint], measured: Samples, time: Array, q: Array, v: Array) -> Standing:
+    """Stands in a motion q (n, nq), v (n, nv) at `time`; measured: as it was before it was resampled or smoothed.
+
+    O(n nv), besides an estimate of noise for joints that turn back and forth within small ranges.
+    """
+    steps = np.diff(time)
+    beside = np.minimum(np.append(steps[:1], steps), np.append(steps, steps[-1:]))  # the shorter of the steps before and after a sample
+    rounded = np.zeros(v.shape[1])
+    for j in joints:
+        rounded[j.v_index : j.v_index + j.nv] = ROUND_OFF * np.abs(q[:, j.q_index : j.q_index + j.nq]).max(initial=0.0)
+    found = Standing(np.abs(v) <= rounded / beside[:, None], rounded / np.median(steps), {})
+    for joint, (given_v, _) in zip(joints, measured.given, strict=True):
+        if joint.quaternion is None and KINDS[joint.kind].velocity_is_rate:
+            for k in range(joint.nv):
+                _add_noisy(found, joint, k, measured, given_v, (time, q, v))
+    return found
+
+
+def _add_noisy(found: Standing, joint: Joint, k: int, measured: Samples, given_v: Array | None, motion: tuple[Array, Array, Array]) -> None:
+    """Adds where the coordinate k of a joint stands although its numbers are not still."""
+    column, (time, q, v) = joint.v_index + k, motion
+    x, coarsest = q[:, joint.q_index + k], COARSEST[units_of(joint)[0][k]]
+    moving = np.where(found.stands[:, column], 0.0, v[:, column])
+    turns = np.flatnonzero(moving[1:] * moving[:-1] < 0)
+    if not (np.abs(np.diff(x[turns])) <= coarsest).any():  # a smooth motion goes further before it turns back
+        return
+    h = float(np.median(np.diff(measured.time)))
+    resolution = _resolution(measured.time, measured.q[:, joint.q_index + k])
+    resolution = max(resolution if resolution <= coarsest else 0.0, ROUND_OFF * float(np.abs(x).max()))
+    slowest = resolution / h if given_v is None else _resolution(measured.time, given_v[:, k])
+    window = int(np.clip(np.rint((WINDOW - 1) * h / float(np.median(np.diff(time)))) + 1, 2, len(time)))
+    here = _keeps_within(x, resolution, window)
+    if given_v is not None:  # a spline through such positions has rates of their noise, and at its ends larger ones
+        here &= np.abs(v[:, column]) <= slowest
+    here &= ~_drifts(x, here, 2 * resolution)
+    if (here & ~found.stands[:, column]).any():
+        found.stands[:, column] |= here
+        found.rate[column] = max(found.rate[column], slowest)
+        if found.rate[column] > NOTED * np.abs(v[:, column]).max():
+            found.noisy[joint.name] = resolution
+
+
+def _resolution(time: Array, x: Array) -> float:
+    """What samples x (n) can't tell: the step to which they are rounded, or what their noise spans."""
+    step = step_of(x)
+    deviation = float(white_noise(time, x[:, None], np.array([step]))[0])
+    return max(1.001 * step, DEVIATIONS * deviation)
+
+
+def _keeps_within(x: Array, width: float, window: int) -> NDArray[np.bool_]:
+    """(n): whether the sample is one of `window` neighbours that differ by no more than the width."""
+    views = np.lib.stride_tricks.sliding_window_view(x, window)
+    within = (views.max(axis=1) - views.min(axis=1) <= width).astype(int)
+    return np.convolve(within, np.ones(window, dtype=int)) > 0
+
+
+def _drifts(x: Array, chosen: NDArray[np.bool_], width: float) -> NDArray[np.bool_]:
+    """(n): whether the sample is of a run of chosen ones in whose middle half x moves by more than the width.
+
+    At its ends a joint may still come to a stand, or begin to move.
+    """
+    edges = np.diff(np.concatenate([[0], chosen.astype(int), [0]]))
+    first, last = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0)
+    if not len(first):
+        return np.zeros_like(chosen)
+    quarter = (last - first) // 4
+    middle = np.column_stack([first + quarter, last - quarter]).ravel()
+    padded = np.append(x, x[-1])
+    spans = (np.maximum.reduceat(padded, middle) - np.minimum.reduceat(padded, middle))[::2]
+    drifting = np.zeros(len(x) + 1, dtype=int)
+    far = spans > width
+    drifting[first[far]] += 1
+    drifting[last[far]] -= 1
+    return np.cumsum(drifting[:-1]) > 0
