@@ -17,15 +17,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.base.rounding import OF_POSITIONS
 from ksl.model.joint_kinds import KINDS
 from ksl.model.mechanism import Joint
 from ksl.model.motion_columns import units_of
 from ksl.model.states import Array
 from ksl.motions.signal.noise import step_of, white_noise
 from ksl.motions.signal.quality import Samples
-
-ROUND_OFF = 64 * float(np.finfo(float).eps)
-"""Rounding of a position, relative to the joint's largest: some units in the last place, amplified by the spline."""
 
 DEVIATIONS = 8.0
 """Noise spans so many of its standard deviations: a million samples of normal noise span ten, eight of them seldom five."""
@@ -61,7 +59,7 @@ def standing_of(joints: Sequence[Joint], measured: Samples, time: Array, q: Arra
     beside = np.minimum(np.append(steps[:1], steps), np.append(steps, steps[-1:]))  # the shorter of the steps before and after a sample
     rounded = np.zeros(v.shape[1])
     for j in joints:
-        rounded[j.v_index : j.v_index + j.nv] = ROUND_OFF * np.abs(q[:, j.q_index : j.q_index + j.nq]).max(initial=0.0)
+        rounded[j.v_index : j.v_index + j.nv] = OF_POSITIONS * np.abs(q[:, j.q_index : j.q_index + j.nq]).max(initial=0.0)
     found = Standing(np.abs(v) <= rounded / beside[:, None], rounded / np.median(steps), {})
     for joint, (given_v, _) in zip(joints, measured.given, strict=True):
         if joint.quaternion is None and KINDS[joint.kind].velocity_is_rate:
@@ -78,15 +76,15 @@ def _add_noisy(found: Standing, joint: Joint, k: int, measured: Samples, given_v
     turns = np.flatnonzero(moving[1:] * moving[:-1] < 0)
     if not (np.abs(np.diff(x[turns])) <= coarsest).any():  # a smooth motion goes further before it turns back
         return
-    h = float(np.median(np.diff(measured.time)))
-    resolution = _resolution(measured.time, measured.q[:, joint.q_index + k])
-    resolution = max(resolution if resolution <= coarsest else 0.0, ROUND_OFF * float(np.abs(x).max()))
-    slowest = resolution / h if given_v is None else _resolution(measured.time, given_v[:, k])
-    window = int(np.clip(np.rint((WINDOW - 1) * h / float(np.median(np.diff(time)))) + 1, 2, len(time)))
-    here = _keeps_within(x, resolution, window)
+    given = measured.q[:, joint.q_index + k]
+    resolution = _resolution(measured.time, given)
+    resolution = max(resolution if resolution <= coarsest else 0.0, OF_POSITIONS * float(np.abs(given).max()))
+    slowest = resolution / float(np.median(np.diff(measured.time))) if given_v is None else _resolution(measured.time, given_v[:, k])
+    here = _keeps_within(given, resolution, min(WINDOW, len(given)))
     if given_v is not None:  # a spline through such positions has rates of their noise, and at its ends larger ones
-        here &= np.abs(v[:, column]) <= slowest
-    here &= ~_drifts(x, here, 2 * resolution)
+        here &= np.abs(given_v[:, k]) <= slowest
+    here &= ~_drifts(given, here, 2 * resolution)
+    here = _at(time, measured.time, here)
     if (here & ~found.stands[:, column]).any():
         found.stands[:, column] |= here
         found.rate[column] = max(found.rate[column], slowest)
@@ -99,6 +97,14 @@ def _resolution(time: Array, x: Array) -> float:
     step = step_of(x)
     deviation = float(white_noise(time, x[:, None], np.array([step]))[0])
     return max(1.001 * step, DEVIATIONS * deviation)
+
+
+def _at(time: Array, of: Array, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether the samples of a time series on both sides of each time are chosen."""
+    last = len(of) - 1
+    before = np.clip(np.searchsorted(of, time, side="right") - 1, 0, last)
+    after = np.clip(np.searchsorted(of, time), 0, last)
+    return chosen[before] & chosen[after]
 
 
 def _keeps_within(x: Array, width: float, window: int) -> NDArray[np.bool_]:
