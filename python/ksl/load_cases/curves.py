@@ -10,6 +10,7 @@ from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.quantities import JointLoads, PowerBalance, joint_loads, power_round_off
 from ksl.model.states import EFFORT_PARTS, Array
 from ksl.motions.signal.rates import SPLINE_SAMPLES, rates_beside_corners
+from ksl.motions.signal.standing import with_means
 
 
 @dataclass
@@ -31,7 +32,7 @@ class Curves:
             brake = np.empty(n) if effort is not None and self.case.brake else None
             coupling = np.empty(n) if joint.leader is not None else None
             parts: dict[str, Array] = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None and brake is None else {}
-            position, acceleration = (model.position_of(joint, motion.q), model.velocity_of(joint, motion.a)) if joint.one_coordinate else (None, None)
+            position, acceleration = (model.position_of(joint, motion.q), model.velocity_of(joint, motion.resolved_a)) if joint.one_coordinate else (None, None)
             wrench: dict[str, Array] = {name: np.empty(n) for name in empty.wrench}
             self.loads.append(JointLoads(joint, wrench, speed, effort, coupling, parts, position, acceleration, brake))
 
@@ -50,10 +51,9 @@ class Curves:
             if block.parts is not None:
                 for k, part_of_effort in enumerate(collected.parts.values()):
                     part_of_effort[block.rows] = block.parts[:, k, collected.joint.v_index]
-        v = self.case.motion.v[block.rows]  # energies are those of these rates, also where joints stand
-        self._drive[block.rows] = np.sum(block.tau * v, axis=1)
+        self._drive[block.rows] = np.sum(block.tau * block.v, axis=1)
         if self._dissipation is not None and block.parts is not None:
-            self._dissipation[block.rows] = np.sum((block.parts[:, 1] + block.parts[:, 2]) * v, axis=1)
+            self._dissipation[block.rows] = np.sum((block.parts[:, 1] + block.parts[:, 2]) * block.v, axis=1)
         self._largest_effort = max(self._largest_effort, float(np.max(np.abs(block.tau), initial=0.0)))
 
     def power_balance(self) -> PowerBalance | None:
@@ -64,10 +64,13 @@ class Curves:
         if self.case.static:
             none = np.zeros(len(motion.time))
             return PowerBalance(none, none, none, none)
-        kinetic, potential = self.case.model.energy(motion.q, motion.v)
+        q, v = motion.q, motion.resolved_v
+        if motion.held is not None and motion.held.any():  # noise of their positions is no change of energy
+            q = with_means(q, motion.held, self.case.model.joints)
+        kinetic, potential = self.case.model.energy(q, v)
         energy = kinetic + potential
-        supplied = self.case.model.external_power(motion.q, motion.v, external) if external else np.zeros(len(motion.time))
-        round_off = power_round_off(motion.time, kinetic, potential, motion.q, motion.v, self._largest_effort)
+        supplied = self.case.model.external_power(q, v, external) if external else np.zeros(len(motion.time))
+        round_off = power_round_off(motion.time, kinetic, potential, q, v, self._largest_effort)
         before, after = rates_beside_corners(motion.time, energy, motion.corner_times)
         total = self._drive + supplied - (0.0 if self._dissipation is None else self._dissipation)
         # at a jump of the acceleration the power is that before or after it: the motion says which

@@ -78,19 +78,30 @@ class Motion:
     """The file that it was read from, if it was."""
     stands: NDArray[np.bool_] | None = None
     """(n, nv): where a rate can't be told from zero, so that the joint stands; None for motions that are made, whose rates are exact."""
+    held: NDArray[np.bool_] | None = None
+    """(n, nv): those of them that last, at which accelerations that were differentiated are noise."""
     resolution: Array | None = None
     """(nv): rates up to this can't be told from zero, rad/s or m/s: the resolution of the positions over the step between samples."""
 
     @cached_property
     def resolved_v(self) -> Array:
         """Velocities (n, nv), zero where joints stand: what signs, shares and counts of a motion are taken from."""
-        return self.v if self.stands is None or not (self.stands & (self.v != 0)).any() else np.where(self.stands, 0.0, self.v)
+        return _zero_at(self.stands, self.v)
+
+    @cached_property
+    def resolved_a(self) -> Array:
+        """Accelerations (n, nv), zero while joints are held."""
+        return _zero_at(self.held, self.a)
 
     def __repr__(self) -> str:
         """Sizes and what is said about it: arrays would fill a notebook."""
         file = f" of {self.source.file}" if self.source is not None else ""
         lasts = f", {self.time[0]:.6g} s to {self.time[-1]:.6g} s" if len(self.time) else ""
         return "\n  ".join([f"<ksl motion{file}: {len(self.time)} samples, {self.v.shape[-1]} degrees of freedom{lasts}>", *self.doubts, *self.contradictions, *self.differentiated])
+
+
+def _zero_at(chosen: NDArray[np.bool_] | None, x: Array) -> Array:
+    return x if chosen is None or not (chosen & (x != 0)).any() else np.where(chosen, 0.0, x)
 
 
 def complete(
@@ -124,15 +135,15 @@ def complete(
         for joint, (joint_v, joint_a) in zip(joints, given, strict=True):
             rows, cols = _places(joint)
             contradictions += _contradictions(joint, time, q[:, rows], v[:, cols], joint_v, joint_a)
-        standing = standing_of(joints, as_given, time, q, v)
+        standing = standing_of(joints, as_given, time, q, v, smooth)
         given_jumps = _jumps(joints, as_given, differentiated=False)
     corners, corner_times, impossible = sentences_about_jumps(joints, found, given_jumps, time)
     doubts = [*suspicions(model, time, q, v), *impossible, *doubts_about_gaps(joints, as_given.time, as_given.q)]
     if isinstance(model, Calls):
-        doubts += doubts_about_noise(model, joints, as_given, found, (q, v, a), smooth)
+        doubts += doubts_about_noise(model, joints, as_given, found, (q, v, a), smooth, standing.held.all(axis=0))
     said = [*_differentiated(joints, given, smooth), *corners, *_stands(joints, standing)]
     unsmoothed = None if smooth is None else raw_q
-    return Motion(time, q, v, a, said, contradictions, doubts, unsmoothed, smooth, corner_times, None, standing.stands, standing.rate)
+    return Motion(time, q, v, a, said, contradictions, doubts, unsmoothed, smooth, corner_times, None, standing.stands, standing.held, standing.rate)
 
 
 def _places(joint: Joint) -> tuple[slice, slice]:

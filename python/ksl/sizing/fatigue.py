@@ -16,8 +16,9 @@ BelowKnee = Literal["elementary", "haibach", "original"]
 
 RESIDUES, MEAN_STRESSES, BELOW_KNEES = get_args(Residue), get_args(MeanStress), get_args(BelowKnee)
 
-ROUND_OFF = 1e-9
-"""Share of a stress that may be rounding: accelerations are second derivatives, and a joint that is held has some of them."""
+ROUND_OFF = 1e-6
+"""Cycles below this share of a stress are rounding or noise of a joint that is held; a cycle of the whole stress does 10¹⁸ times their damage
+with a slope of 3."""
 
 RAINFLOW = "rainflow count of ASTM E1049-85 (2023)"
 DAMAGE = Formula("D = Σ c/N, N = N_k (S_k/S_a)^k, S_a = range/2", RAINFLOW + ", 5.4; Palmgren–Miner")
@@ -61,7 +62,7 @@ def rainflow_cycles(series: ArrayLike, residue: Residue = "half cycles") -> Cycl
 
 
 def without_round_off(cycles: Cycles, largest: float) -> Cycles:
-    """The cycles whose range is more than rounding makes of a stress of this magnitude: 10⁻⁹ of it."""
+    """The cycles whose range is more than rounding and noise make of a stress of this magnitude: 10⁻⁶ of it."""
     kept = cycles.ranges > ROUND_OFF * largest
     return Cycles(cycles.ranges[kept], cycles.means[kept], cycles.counts[kept])
 

@@ -44,14 +44,18 @@ class Standing:
 
     stands: NDArray[np.bool_]
     """(n, nv)."""
+    held: NDArray[np.bool_]
+    """(n, nv): samples among these in stands of noise or rounding, whose differentiated accelerations are none, either.  At single samples
+    a joint may begin to move."""
     rate: Array
     """(nv): rates up to this are not told from zero, rad/s or m/s."""
     noisy: dict[str, float]
     """{joint: δ, rad or m}: joints that stand somewhere although their numbers are not still, which is worth a line."""
 
 
-def standing_of(joints: Sequence[Joint], measured: Samples, time: Array, q: Array, v: Array) -> Standing:
-    """Stands in a motion q (n, nq), v (n, nv) at `time`; measured: as it was before it was resampled or smoothed.
+def standing_of(joints: Sequence[Joint], measured: Samples, time: Array, q: Array, v: Array, smooth: float | None = None) -> Standing:
+    """Stands in a motion q (n, nq), v (n, nv) at `time`; measured: as it was before it was resampled or smoothed, which decides.
+    smooth: at how many Hz it was.
 
     O(n nv), besides an estimate of noise for joints that turn back and forth within small ranges.
     """
@@ -60,16 +64,38 @@ def standing_of(joints: Sequence[Joint], measured: Samples, time: Array, q: Arra
     rounded = np.zeros(v.shape[1])
     for j in joints:
         rounded[j.v_index : j.v_index + j.nv] = OF_POSITIONS * np.abs(q[:, j.q_index : j.q_index + j.nq]).max(initial=0.0)
-    found = Standing(np.abs(v) <= rounded / beside[:, None], rounded / np.median(steps), {})
-    for joint, (given_v, _) in zip(joints, measured.given, strict=True):
+    found = Standing(np.abs(v) <= rounded / beside[:, None], np.zeros(v.shape, dtype=bool), rounded / np.median(steps), {})
+    for joint, (given_v, given_a) in zip(joints, measured.given, strict=True):
         if joint.quaternion is None and KINDS[joint.kind].velocity_is_rate:
             for k in range(joint.nv):
-                _add_noisy(found, joint, k, measured, given_v, (time, q, v))
+                _add_noisy(found, joint, k, measured, given_v, (time, q, v), 0.0 if smooth is None else 1 / smooth)
+            if given_a is not None:
+                found.held[:, joint.v_index : joint.v_index + joint.nv] = False
     return found
 
 
-def _add_noisy(found: Standing, joint: Joint, k: int, measured: Samples, given_v: Array | None, motion: tuple[Array, Array, Array]) -> None:
-    """Adds where the coordinate k of a joint stands although its numbers are not still."""
+def with_means(q: Array, held: NDArray[np.bool_], joints: Sequence[Joint]) -> Array:
+    """Positions q (n, nq) with the mean of each stand in place of its samples; held (n, nv)."""
+    out = q.copy()
+    for joint in joints:
+        for k in range(joint.nv if joint.v_index >= 0 and held[:, joint.v_index : joint.v_index + joint.nv].any() else 0):
+            first, last = _runs(held[:, joint.v_index + k])
+            if len(first):
+                x = out[:, joint.q_index + k]
+                sums = np.concatenate([[0.0], np.cumsum(x - x[0])])
+                means = x[0] + (sums[last] - sums[first]) / (last - first)
+                x[held[:, joint.v_index + k]] = np.repeat(means, last - first)
+    return out
+
+
+def _runs(chosen: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Where runs of chosen samples begin and end: the first of each, and the one behind its last."""
+    edges = np.diff(np.concatenate([[0], chosen.astype(int), [0]]))
+    return np.flatnonzero(edges > 0), np.flatnonzero(edges < 0)
+
+
+def _add_noisy(found: Standing, joint: Joint, k: int, measured: Samples, given_v: Array | None, motion: tuple[Array, Array, Array], blur: float) -> None:
+    """Adds where the coordinate k of a joint stands although its numbers are not still.  blur: s, over which a filter spread what moves."""
     column, (time, q, v) = joint.v_index + k, motion
     x, coarsest = q[:, joint.q_index + k], COARSEST[units_of(joint)[0][k]]
     moving = np.where(found.stands[:, column], 0.0, v[:, column])
@@ -87,6 +113,7 @@ def _add_noisy(found: Standing, joint: Joint, k: int, measured: Samples, given_v
     here = _at(time, measured.time, here)
     if (here & ~found.stands[:, column]).any():
         found.stands[:, column] |= here
+        found.held[:, column] = _inside(time, here, blur)
         found.rate[column] = max(found.rate[column], slowest)
         if found.rate[column] > NOTED * np.abs(v[:, column]).max():
             found.noisy[joint.name] = resolution
@@ -97,6 +124,23 @@ def _resolution(time: Array, x: Array) -> float:
     step = step_of(x)
     deviation = float(white_noise(time, x[:, None], np.array([step]))[0])
     return max(1.001 * step, DEVIATIONS * deviation)
+
+
+def _inside(time: Array, chosen: NDArray[np.bool_], blur: float) -> NDArray[np.bool_]:
+    """The chosen samples but for those near the ends of their runs, where a joint comes to a stand and begins to move."""
+    n, (first, last) = len(time), _runs(chosen)
+    begin = np.where(first > 0, np.searchsorted(time, time[np.minimum(first + WINDOW, n - 1)] + blur), 0)
+    end = np.where(last < n, np.searchsorted(time, time[np.maximum(last - WINDOW, 0)] - blur), n)
+    some = begin < end
+    return _in_runs(begin[some], end[some], n)
+
+
+def _in_runs(first: NDArray[np.intp], last: NDArray[np.intp], n: int) -> NDArray[np.bool_]:
+    """(n): whether the sample is in one of the runs, which don't overlap."""
+    edges = np.zeros(n + 1, dtype=int)
+    np.add.at(edges, first, 1)
+    np.add.at(edges, last, -1)
+    return np.cumsum(edges[:-1]) > 0
 
 
 def _at(time: Array, of: Array, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -119,16 +163,12 @@ def _drifts(x: Array, chosen: NDArray[np.bool_], width: float) -> NDArray[np.boo
 
     At its ends a joint may still come to a stand, or begin to move.
     """
-    edges = np.diff(np.concatenate([[0], chosen.astype(int), [0]]))
-    first, last = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0)
+    first, last = _runs(chosen)
     if not len(first):
         return np.zeros_like(chosen)
     quarter = (last - first) // 4
     middle = np.column_stack([first + quarter, last - quarter]).ravel()
     padded = np.append(x, x[-1])
     spans = (np.maximum.reduceat(padded, middle) - np.minimum.reduceat(padded, middle))[::2]
-    drifting = np.zeros(len(x) + 1, dtype=int)
     far = spans > width
-    drifting[first[far]] += 1
-    drifting[last[far]] -= 1
-    return np.cumsum(drifting[:-1]) > 0
+    return _in_runs(first[far], last[far], len(x))
