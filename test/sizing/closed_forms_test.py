@@ -115,6 +115,28 @@ def test_a_joint_that_is_held_is_sized_as_one_with_zero_velocities(robot, noise)
     assert "at a stand = 4 s, held without help of friction" in by_name["rms torque"].inputs
 
 
+def test_speeds_are_those_of_the_joint_and_of_the_rotor(robot):
+    """100 r/min of the joint, with a ratio of 50; 5 s, of which 3 s count once and 2 s three times."""
+    m = robot(SHAFT)
+    w = 100 * 2 * math.pi / 60
+    table = results_table(m, {"run": steady(w), "slow": steady(w / 4, 2.0)})
+    file = {"component": [{"joint": "spindle", **part} for part in (
+        {"kind": "motor", "gear_ratio": 50, "gear_efficiency": 1.0, "rotor_inertia": 1e-6, "max_speed_rpm": 10000, "continuous_torque_speed": [[0, 1], [6000, 0.4]]},
+        {"kind": "limits", "speed_rpm": 200},
+        {"kind": "planetary gear", "ratio": 20, "max_input_rpm": 4000, "nominal_input_rpm": 1000},
+    )], "cases": {"slow": 3}}  # fmt: skip
+    sizing = ksl.size(table, file)
+    f = figures(sizing)
+    assert f["peak speed"].value == pytest.approx(5000) and f["peak speed"].utilisation == pytest.approx(0.5) and f["peak speed"].case == "run"
+    assert f["speed"].value == pytest.approx(100) and f["speed"].utilisation == pytest.approx(0.5)
+    assert f["peak input speed"].value == pytest.approx(2000)
+    mean = (3 * 100 + 6 * 25) / 9
+    assert f["average input speed"].value == pytest.approx(20 * mean) and f["average input speed"].case == "run"
+    assert f"n_m = {50 * mean:.0f} r/min, T_S1(n_m) = {1 - 0.6 * 50 * mean / 6000:.4g} N m" in f["rms torque, S1 curve"].inputs
+    (cloud,) = sizing.clouds
+    assert sorted(set(np.round(cloud.rpm))) == [1250, 5000]
+
+
 def test_speeds_of_rounding_in_a_table_are_none(robot):
     """The same of a table whose speeds were differentiated elsewhere: ksl size knows what rounding makes of a position."""
     m = robot(PENDULUM)

@@ -202,7 +202,7 @@ class _Reader:
         except ValueError as e:
             raise self.fail(f"bolt = {values['bolt']!r}: {e}", *path, "bolt") from None
         values["bolt"] = bolt.name
-        if values.get("shank_length", 0.0) > values.get("clamp_length", float("inf")):
+        if "clamp_length" not in refused and values.get("shank_length", 0.0) > values.get("clamp_length", float("inf")):
             raise self.fail("shank_length is more than clamp_length, of which it is a part", *path, "shank_length")
         given = {key.name: values.get(key.name, key.default) for key in FLANGE.keys if key.name not in refused}
         found, absent = numbers_of_bolt(bolt, given | {"tightening_factor": values.get("tightening_factor")})
