@@ -66,7 +66,7 @@ def either(number, op, *late):
     return late[-1]()
 
 
-def number(number, x):  # noqa: A002
+def number(number, x):
     if not on(number):
         return x
     return x * 1.1 if isinstance(x, float) else x + max(1, x // 10)

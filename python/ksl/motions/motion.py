@@ -140,7 +140,7 @@ def complete(
     corners, corner_times, impossible = sentences_about_jumps(joints, found, given_jumps, time)
     doubts = [*suspicions(model, time, q, v), *impossible, *doubts_about_gaps(joints, as_given.time, as_given.q)]
     if isinstance(model, Calls):
-        doubts += doubts_about_noise(model, joints, as_given, found, (q, v, a), smooth, standing.held.all(axis=0))
+        doubts += doubts_about_noise(model, joints, as_given, found, (q, v, a), smooth, np.asarray(standing.held.all(axis=0)))
     said = [*_differentiated(joints, given, smooth), *corners, *_stands(joints, standing)]
     unsmoothed = None if smooth is None else raw_q
     return Motion(time, q, v, a, said, contradictions, doubts, unsmoothed, smooth, corner_times, None, standing.stands, standing.held, standing.rate)
