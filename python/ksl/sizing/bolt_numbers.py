@@ -18,8 +18,8 @@ FOR_BOLTS = ("clamp_length", "shank_length", "plates", "thread_in", "tightening"
 def numbers_of_bolt(bolt: Bolt, given: Mapping[str, Any]) -> tuple[dict[str, float], dict[str, str]]:
     """{key: number} that the name gives, and {key: sentence} of those for which something is missing.
 
-    given: the flange's keys, defaults included, without those that were refused; `tightening_factor` only if it is in the file.  The smallest assembly preload is the largest one that the
-    bolt bears, divided by the tightening factor.
+    given: the flange's keys, defaults included, without those that were refused; `tightening_factor` only if it is in the file.  The smallest
+    assembly preload is the largest one that the bolt bears, divided by the tightening factor.
     """
     found: dict[str, float] = {}
     absent: dict[str, str] = {}
