@@ -8,8 +8,10 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 import pytest
 
+from scipy.spatial.transform import Rotation
+
 import ksl
-from ksl.load_cases.case_file import read_cases
+from ksl.load_cases.case_file import OF_MOUNTING, read_cases
 from ksl.load_cases.stops import Stop
 from ksl.motions.motion import Motion
 from ksl_command import run_ksl
@@ -71,6 +73,22 @@ mounting = { rpy = [1.5707963267948966, 0, 0] }
     assert effort["moon"] == pytest.approx(-MASS * 1.62 * LENGTH)
     assert effort["ceiling"] == pytest.approx(WEIGHT * LENGTH) == effort["upside"]
     assert effort["wall"] == pytest.approx(0, abs=1e-12) and abs(found["wall"]["fy"][3]) == pytest.approx(WEIGHT)
+
+
+MOUNTINGS = {
+    "quaternion": lambda x: Rotation.from_quat(x),
+    "rpy": lambda x: Rotation.from_euler("xyz", x),
+    "rpy_degrees": lambda x: Rotation.from_euler("xyz", x, degrees=True),
+}
+
+
+@pytest.mark.parametrize("key", OF_MOUNTING)
+def test_every_way_to_mount_a_base(arm, key):
+    """Gravity of random mountings in the base's axes, by SciPy's rotations; and a level arm that leans by 30° about its hinge carries cos 30°."""
+    for numbers in np.random.default_rng(3).normal(size=(8, 4)):
+        given = numbers / np.linalg.norm(numbers) if key == "quaternion" else numbers[:3]
+        text = f'[cases.a]\nmotion = "m.csv"\ngravity = [1, 2, -9]\nmounting = {{ {key} = {given.tolist()} }}\n'
+        assert cases(arm, text)["a"].model.gravity == pytest.approx(MOUNTINGS[key](given).inv().apply([1, 2, -9]), rel=1e-12)
 
 
 def test_the_inertia_of_a_payload(arm):

@@ -107,6 +107,7 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
         "motion": case.motion_file,
         "format": source.format if source else None,
         "step": float(np.median(np.diff(time))) if len(time) > 1 else 0.0,
+        "resolution": _resolution(case),
         "reading": list(source.notes) if source else [],
         "samples": len(time),
         "start": float(time[0]),
@@ -116,6 +117,14 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
         "physics": list(case.model.physics),
         "external": list(case.external),
     }
+
+
+def _resolution(case: LoadCase) -> dict[str, float]:
+    """{joint: the speed up to which it stands, rad/s or m/s}, of joints with one coordinate."""
+    rate = case.motion.resolution
+    if rate is None:
+        return {}
+    return {j.name: abs(float(case.model.velocity_of(j, rate))) for j in case.model.joints if j.one_coordinate}
 
 
 def _of_case(case: Mapping[str, Any], several: bool) -> list[tuple[str, str]]:

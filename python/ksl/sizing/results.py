@@ -15,6 +15,7 @@ from ksl.base.arrow_files import arrow_file
 from ksl.base.errors import SizingError, unknown_name
 from ksl.base.files_read import being_read
 from ksl.base.input_files import Unreadable, check_regular
+from ksl.base.rounding import OF_POSITIONS
 from ksl.model.joint_kinds import has_one_coordinate
 from ksl.model.states import Array
 from ksl.sizing.samples import JointSamples, ResultJoint, Spectrum
@@ -173,6 +174,7 @@ class Results:
             raise SizingError(
                 f"{self.file}: {name} has samples without position, speed or acceleration; run `ksl loads` again"
             )
+        speed, resolution = self._resolved(name, cases, time, position, speed)
         weight = self._weights(time, cases, spectrum)
         return JointSamples(
             self.joints[name],
@@ -186,8 +188,29 @@ class Results:
             speed,
             acceleration,
             effort,
+            resolution,
             rotor,
         )
+
+    def _resolved(self, name: str, cases: np.ndarray, time: Array, position: Array, speed: Array) -> tuple[Array, float]:
+        """Speeds, zero where rounding of the positions makes as much in a step, and the speed up to which the joint stands.
+
+        `ksl loads` knows noise and steps of the positions, too, and says so in the metadata.
+        """
+        if not self.joints[name].driven or len(time) < 2:
+            return speed, 0.0
+        steps = np.where(np.diff(cases) == 0, np.diff(time), np.inf)
+        with np.errstate(divide="ignore", over="ignore"):
+            rounding = OF_POSITIONS * float(np.abs(position).max()) / np.minimum(np.append(np.inf, steps), np.append(steps, np.inf))
+        return np.where(np.abs(speed) <= rounding, 0.0, speed), max(float(np.median(rounding)), self._resolution_of(name))
+
+    def _resolution_of(self, name: str) -> float:
+        """The largest of those that the metadata say of the cases; 0 if they say none."""
+        try:
+            found = [float(case.get("resolution", {}).get(name, 0.0)) for case in self.metadata.get("cases", [])]
+        except (AttributeError, TypeError, ValueError, OverflowError):
+            return 0.0
+        return max((x for x in found if math.isfinite(x)), default=0.0)
 
     def _numbers_of(self, name: str) -> Array:
         """Columns as arrays, converted once."""

@@ -137,4 +137,6 @@ def _faster(motion: Motion, factor: float) -> Motion:
     if factor == 1.0:
         return motion
     with np.errstate(over="ignore", invalid="ignore"):  # results that are not finite are refused
-        return replace(motion, time=motion.time / factor, v=motion.v * factor, a=motion.a * factor * factor)
+        slow = motion.resolution
+        faster = None if slow is None else slow * factor
+        return replace(motion, time=motion.time / factor, v=motion.v * factor, a=motion.a * factor * factor, resolution=faster)
