@@ -2,6 +2,7 @@
 
 #include "batch/threads.hpp"
 #include "engine/inverse_kinematics_kernels.hpp"
+#include "text/rounding.hpp"
 #include "engine/thread_memory.hpp"
 #include "ksl/engine/model/quaternion_tolerance.hpp"
 
@@ -32,6 +33,7 @@ template <class S> void normalize_quaternions(const model &m, const inverse_kine
 
 template <class S> void inverse_kinematics(const model &m, const inverse_kinematics_options &options,
                                            const inverse_kinematics_batch<S> &batch, int threads) {
+  const nearest_rounding rounding;
   const inverse_kinematics_kernel<S> solve = kernel<S>();
   const model_view<S> view = m.view_in<S>();
   const coupling_view<S> coupling = m.coupling_in<S>();

@@ -204,14 +204,14 @@ class Calls(Requests):
     ) -> tuple[Array, Array]:
         """Accelerations and efforts of all joints, where the accelerations of some are given, and the efforts of the others.
 
-        names: the joints (or the links that they carry) whose accelerations are given, in a (…, nv); by default all.  For the other joints the
-        efforts are given, in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint
-        that is named stands for its leader.
+        names: the joints whose accelerations are given, in a (…, nv); by default all.  For the other joints the efforts are given, in
+        tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint that is named stands
+        for its leader.  Fixed joints, and links, are refused.
         q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm (Featherstone, RBDA 2008, section 9.2); O(bodies).
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
-        return self._core.hybrid_dynamics(q, v, a, tau, external, self._links_of(names), out, threads)
+        return self._core.hybrid_dynamics(q, v, a, tau, external, self._held_of(names), out, threads)
 
     def velocity_jump(
         self, q: ArrayLike, external: External, out: Array | None = None, threads: int | None = None, external_axes: ExternalAxes = "link"

@@ -39,7 +39,8 @@ def section_wrench(
     external_axes: ExternalAxes = "link",
 ) -> Array:
     """See :meth:`ksl.Model.section_wrench`."""
-    link, at = m.links[m._index(m._link_index, name, "link")], np.array(three_numbers(point, "point"))
+    link, at = m.link(name), np.array(three_numbers(point, "point"))
+    name = link.name
     n = np.array(three_numbers(normal, "normal"))
     if not np.linalg.norm(n) > 0:
         raise ValueError(f"normal={normal!r}; expected a direction")
@@ -48,7 +49,7 @@ def section_wrench(
     one_of(external_axes, "external_axes", "link", "world")
     wrenches = items_of(external, external_axes)
     for target, _ in wrenches:
-        m._index(m._link_index, target, "link")
+        m.link(target)
     parent = next(j for j in m.joints if j.child == name)
     children = [j for j in m.joints if j.parent == name]
     q, v, a = (np.asarray(argument(x, *role, m._core), float) for x, role in ((q, ("q", m.nq)), (v, ("v", m.nv)), (a, ("a", m.nv))))
