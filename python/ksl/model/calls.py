@@ -984,7 +984,7 @@ class Calls(Requests):
         parameters of their own.  Those of a link: m, m cx, m cy, m cz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz, about its origin and in its axes.
         q, v, a, out, threads: as in :meth:`inverse_dynamics`.  Atkeson, An, Hollerbach, IJRR 5, 1986; O(links × depth).
         """
-        return self._core.inverse_dynamics_regressor(q, v, a, None, None, self._links_of(links), out, threads)
+        return self._core.inverse_dynamics_regressor(q, v, a, None, None, self._own_links_of(links), out, threads)
 
     def gravity_torque_regressor(self, q: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None) -> Array:
         """Regressor (…, nv, links, 10) of the efforts at rest: those of :meth:`gravity_torque` for each inertial parameter.
@@ -992,7 +992,7 @@ class Calls(Requests):
         Only masses and first moments enter: columns 4 to 9 are zero.
         links, q, out, threads: as in :meth:`inverse_dynamics_regressor`, of which this is the case v = a = 0.
         """
-        return self._core.gravity_torque_regressor(q, None, None, None, None, self._links_of(links), out, threads)
+        return self._core.gravity_torque_regressor(q, None, None, None, None, self._own_links_of(links), out, threads)
 
     def reactions_regressor(
         self,
@@ -1026,7 +1026,7 @@ class Calls(Requests):
         springs.  out: two arrays, for the one and for the other.
         links, q, v, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
         """
-        return self._core.energy_regressor(q, v, None, None, None, self._links_of(links), out, threads)
+        return self._core.energy_regressor(q, v, None, None, None, self._own_links_of(links), out, threads)
 
     def momentum_regressor(
         self, q: ArrayLike, v: ArrayLike, links: Iterable[str] | None = None, order: Order = "lin_ang", out: Array | None = None, threads: int | None = None
@@ -1037,7 +1037,7 @@ class Calls(Requests):
         order: of the six rows, "lin_ang" (px py pz Lx Ly Lz) or "ang_lin".
         links, q, v, out, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
         """
-        return self._core.momentum_regressor(q, v, None, None, None, self._links_of(links, order), out, threads)
+        return self._core.momentum_regressor(q, v, None, None, None, self._own_links_of(links, order), out, threads)
 
     def integrate(self, q: ArrayLike, dv: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """Positions q ⊕ dv (…, nq): where q (…, nq) is after unit time at the constant joint velocity dv (…, nv).

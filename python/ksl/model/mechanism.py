@@ -398,18 +398,21 @@ class Mechanism:
 
     def _qualified_frame(self, name: str) -> int:
         if isinstance(name, str):
-            if name in self._link_index:  # and of a joint that carries another one
-                other = self.links[self._children[name]].name
-                said = f"{name!r} names a link and also a joint, which carries another link, {other!r}; say 'link:{name}' or 'joint:{name}'"
-                raise ValueError(sentence(f"{self.name or self.file}: {said}"))
             kind, _, rest = name.partition(":")
             table = {"link": self._link_index, "joint": self._children}.get(kind, {})
             if rest in table:
                 return table[rest]
+            if name in self._link_index:  # and of a joint that carries another one
+                other = self.links[self._children[name]].name
+                said = f"{name!r} names a link and also a joint, which carries another link, {other!r}; say 'link:{name}' or 'joint:{name}'"
+                raise ValueError(sentence(f"{self.name or self.file}: {said}"))
         raise ValueError(unknown_name(self.name or self.file, "link or joint", name, self.frames))
 
     def _is_one_frame(self, name: str, link: int) -> bool:
-        return self._link_index.get(name, link) == link == self._children.get(name, link)
+        """Does a name mean this link alone?  Not if joint and link of the name differ, and not if it says what `link:` and `joint:` say of another."""
+        kind, _, rest = name.partition(":")
+        is_said = rest in {"link": self._link_index, "joint": self._children}.get(kind, {})
+        return not is_said and self._link_index.get(name, link) == link == self._children.get(name, link)
 
     def _index(self, table: Mapping[str, int], name: str, what: str) -> int:
         """Where a joint or link is in its table.  `joint:NAME` and `link:NAME` are taken, too, since other calls need them."""

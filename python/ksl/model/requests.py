@@ -49,10 +49,28 @@ class Requests(Mechanism):
         except TypeError:  # a list, say, instead of a name: refused below
             links = None
         if links is None:
-            wanted = self.link_names if key is None else [key] if isinstance(key, str) else key
-            links = _core.Links([self.frame_link(name) for name in wanted])
+            links = _core.Links(self._frame_links(key))
             self._keep_links(key, links)
         return links
+
+    def _own_links_of(self, names: Iterable[str] | None, order: str = "lin_ang") -> _core.Links:
+        """The request of regressors: links, for which joints that carry them don't stand."""
+        names = _names(names, "links")
+        key = ("links alone", names, order)
+        try:
+            links = self._link_lists.get(key)
+        except TypeError:  # refused below
+            links = None
+        if links is None:
+            wanted = self.link_names if names is None else [names] if isinstance(names, str) else names
+            angular_first = one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin"
+            links = _core.Links([self._index(self._link_index, name, "link") for name in wanted], angular_first=angular_first)
+            self._keep_links(key, links)
+        return links
+
+    def _frame_links(self, names: tuple[str, ...] | str | None) -> list[int]:
+        """Links by index; all of them for None."""
+        return list(range(len(self.links))) if names is None else [self.frame_link(name) for name in ([names] if isinstance(names, str) else names)]
 
     def _held_of(self, names: Iterable[str] | None) -> _core.Links:
         """The request for `hybrid_dynamics`: joints whose accelerations are given.  Every one must be able to move, by itself or with its leader."""
@@ -96,9 +114,8 @@ class Requests(Mechanism):
         except TypeError:  # unhashable, for example a list instead of a word: refused below
             request = None
         if request is None:
-            wanted = self.link_names if names is None else [names] if isinstance(names, str) else names
             request = _core.Links(
-                [self.frame_link(name) for name in wanted],
+                self._frame_links(names),
                 world_axes=one_of(axes, "axes", "frame", "world") == "world",
                 at_world=one_of(at, "at", "frame", "world") == "world",
                 angular_first=one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin",
@@ -119,7 +136,8 @@ class Requests(Mechanism):
             return _core.Frame.world, -1
         if word == "joint":
             return _core.Frame.joint, -1
-        link = word if word in self._link_index else word.removeprefix("link:")
+        link = word.removeprefix("link:")
+        link = link if link in self._link_index else word
         if link not in self._link_index or not isinstance(name, str):
             hint = near_names(name, ("joint", "world", *self._link_index))
             if word in self._children:
