@@ -81,11 +81,13 @@ class Calls(Requests):
         """The wrench through each joint: what the parent side exerts on the child side.
 
         q, v, a, external: as in :meth:`inverse_dynamics`.  Returns (…, joints, 6); N and N m.
-        joints: names in the order wanted, mimic joints, fixed ones and `base` too; by default the moving joints in the order of q.
+        joints: names in the order wanted, mimic joints, fixed ones and `base` too; by default the moving joints in the order of q.  `base` joins
+        a fixed root to the ground; it is `ground` where a joint, or a link other than the root, is called `base`.
         on: the side that the wrench acts on; "parent" gives the negative.
         at: the point that moments are about: "joint" (the joint's origin), "world" (its origin), a link's name (its
         origin), or three numbers, an offset from the joint's origin in the joint's axes, m.
-        axes: "joint" (those of the joint's frame on the child side: the child link's), "world", or a link's name.
+        axes: "joint" (those of the joint's frame on the child side: the child link's), "world", or a link's name.  "link:NAME" is a link
+        whatever it is called, "joint" say; "ksl:world" is the world beside a link `world` that is elsewhere, for which "world" is refused.
         order: "lin_ang" (fx fy fz tx ty tz) or "ang_lin".
         part: "constraint" is what the structure carries, H̄* f; "actuation" what lies along the joint's motion, h̄* f
         (revolute: the moment about the axis; prismatic: the force along it; fixed: nothing; floating: all); "coupling" the
@@ -308,7 +310,8 @@ class Calls(Requests):
     def frame_poses(self, q: ArrayLike, names: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None) -> Array:
         """Poses (…, names, 4, 4) in the world of links' frames, or of joints' (the child links'), for q (…, nq); m.
 
-        names: in the order wanted; by default all links in the order of `link_names`.
+        names: in the order wanted; by default all links in the order of `link_names`.  "link:NAME" and "joint:NAME" say which is meant where a
+        link and a joint that carries another one have the same name, which alone is refused.
         q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies + links).
         """
         return self._core.frame_poses(q, None, None, None, None, self._links_of(names), out, threads)
