@@ -8,6 +8,7 @@
 #include <numpy/ufuncobject.h>
 
 #include "batch/threads.hpp"
+#include "text/rounding.hpp"
 #include "engine/array_kernels.hpp"
 
 #include <algorithm>
@@ -189,6 +190,7 @@ constexpr std::size_t block = 64, least_items = 32768, parts_each = 16;
 
 /// The inner loop.
 template <class T> void loop(char **args, const npy_intp *dimensions, const npy_intp *steps, void *data) {
+  const ksl::nearest_rounding rounding;
   operands<T> all{*static_cast<const function_row *>(data), dimensions[0], {}, {}};
   const npy_intp n = all.n, *inner = steps + all.count();
   bool all_plain = true;

@@ -55,6 +55,10 @@ def request_of(row: Algorithm) -> tuple[str, str]:
     keywords, request = (text.replace("names", row.links_keyword) for text in REQUEST[row.request])
     if row.keywords == "kind":
         return keywords.replace("axes:", 'kind: Acceleration = "spatial", axes:'), request[:-1] + ", kind)"
+    if row.links_keyword == "links":
+        request = "self._own_links_of(links)"
+    if row.coupled == "hybrid":
+        return keywords, "self._held_of(names)"
     if ordered(row) and row.request == "links":
         return f'{keywords}, order: Order = "lin_ang"', request[:-1] + ", order)"
     if ordered(row):

@@ -201,6 +201,9 @@ def _placement(model: Model, on: str, at: list[str], axes: str, order: str, join
     chosen = [name.strip() for name in joints.split(",")] if joints else []
     for name in chosen:
         _known(model, name, f"--joints {joints}")
+    for name in points:
+        if chosen and name not in chosen:
+            fail(f"--at {name}=…: a point of a joint that --joints leaves out; add it there, or leave out the point")
     try:
         model.reaction_request(on, point, axes, order, "total", [])
     except ValueError as e:

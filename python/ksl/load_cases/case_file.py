@@ -23,6 +23,7 @@ from ksl.load_cases.summary_table import ALL_CASES
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
 from ksl.model.lengths import extent, far_point
 from ksl.model.model import Model
+from ksl.model.requests import WORLD
 from ksl.model.states import Array
 from ksl.motions.motion import Motion
 from ksl.motions.reading import WRENCH_COLUMNS, read_motion
@@ -247,16 +248,32 @@ class _Case:
             raise CaseError(f"{where}: no {what} {name!r}; {near_names(name, known)}known: {', '.join(known)}")
         return str(name)
 
+    def _link_of_frame(self, where: str, name: Any, what: str, *words: str) -> str:
+        """The link that a frame's name stands for; `words` are what may be named instead."""
+        model = self.reader.model
+        try:
+            return model.link_names[model.frame_link(name)]
+        except ValueError as e:
+            if name in model.link_names:  # and of a joint that carries another one
+                raise CaseError(f"{where}: {what}: {e}") from None
+        return self._frame(where, name, what, [*model.frames, *words])
+
+    def _axes(self, where: str, axes: Any) -> str:
+        if axes == "world":
+            try:
+                self.reader.model.reaction_request(axes=axes, joints=[])
+            except ValueError as e:
+                raise CaseError(f"{where}: {e}") from None
+        elif axes not in ("link", WORLD):
+            self._link_of_frame(where, axes, "axes", "link", "world")
+        return "world" if axes == WORLD else str(axes)
+
     def _external(self, i: int, given: Any) -> WrenchOverTime:
         """link may be any frame; the wrench acts on the link that has it."""
         where = f"{self.where}: external wrench {i + 1}"
         _known_keys(where, _table(where, given), OF_EXTERNAL)
-        frames, links = self.reader.model.frames, self.reader.model.link_names
-        link = self._frame(where, given.get("link"), "link", frames)
-        link = link if link in links else self.reader.model.joint(link).child
-        axes = given.get("axes", "link")
-        if axes not in ("link", "world"):
-            self._frame(where, axes, "axes", [*frames, "link", "world"])
+        link = self._link_of_frame(where, given.get("link"), "link")
+        axes = self._axes(where, given.get("axes", "link"))
         order = given.get("order", "lin_ang")
         if order not in ("lin_ang", "ang_lin"):
             raise CaseError(f"{where}: order {order!r}; expected \"lin_ang\" (force first) or \"ang_lin\"")
@@ -281,7 +298,7 @@ class _Case:
             between, order = "linear", "lin_ang"  # columns have names
         if order == "ang_lin":
             wrench = np.roll(wrench, 3, axis=1)
-        return WrenchOverTime(link, time, wrench, "hold" if between == "hold" else "linear", str(axes), point)
+        return WrenchOverTime(link, time, wrench, "hold" if between == "hold" else "linear", axes, point)
 
     def _held(self, model: Model) -> tuple[Motion, str]:
         """The positions that are held: those of the motion, or a pose."""

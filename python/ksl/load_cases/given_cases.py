@@ -10,7 +10,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ksl.base.files_read import InputFile, recorded
-from ksl.base.printable import one_line
+from ksl.base.printable import one_line, sentence
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.motion_given import motion_given
 from ksl.load_cases.wrench_table import wrenches_of_arrays
@@ -23,9 +23,12 @@ MotionGiven = str | os.PathLike[str] | Motion | Sequence[ArrayLike] | Any
 
 
 def checked(model: Model, placement: Placement) -> Placement:
-    """The same placement.  Raises ValueError for unknown sides, points, axes, orders and joints."""
+    """The same placement.  Raises ValueError for unknown sides, points, axes, orders and joints, and for points of joints that aren't wanted."""
     for joint in (*placement.joints, *placement.points):
         model.joint(joint)
+    for joint in placement.points:
+        if not placement.wanted(joint):
+            raise ValueError(sentence(f"at: a point of {joint!r}, which is none of the joints that are wanted: {', '.join(placement.joints)}; add it there, or leave out the point"))
     for point in (placement.at, *placement.points.values()):
         model.reaction_request(placement.on, point, placement.axes, placement.order, "total", [])
     return placement

@@ -10,6 +10,7 @@ import numpy as np
 from ksl import _core
 from ksl.base.errors import MotionError, ResultError
 from ksl.model.calls import Calls
+from ksl.model.requests import WORLD
 from ksl.model.states import Array, Order, Point, Side
 from ksl.motions.motion import Motion
 
@@ -52,7 +53,7 @@ class Placement:
     def _common(self) -> str:
         if not isinstance(self.at, str):
             return f"the point ({', '.join(f'{x:g}' for x in self.at)}) m from the joint's origin, in its axes"
-        return {"joint": "the joint's origin", "world": "the world's origin"}.get(self.at, f"the origin of {self.at}")
+        return {"joint": "the joint's origin", "world": "the world's origin", WORLD: "the world's origin"}.get(self.at, f"the origin of {self.at.removeprefix('link:')}")
 
 
 @dataclass(frozen=True)

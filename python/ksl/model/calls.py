@@ -84,11 +84,13 @@ class Calls(Requests):
         """The wrench through each joint: what the parent side exerts on the child side.
 
         q, v, a, external: as in :meth:`inverse_dynamics`.  Returns (…, joints, 6); N and N m.
-        joints: names in the order wanted, mimic joints, fixed ones and `base` too; by default the moving joints in the order of q.
+        joints: names in the order wanted, mimic joints, fixed ones and `base` too; by default the moving joints in the order of q.  `base` joins
+        a fixed root to the ground; it is `ground` where a joint, or a link other than the root, is called `base`.
         on: the side that the wrench acts on; "parent" gives the negative.
         at: the point that moments are about: "joint" (the joint's origin), "world" (its origin), a link's name (its
         origin), or three numbers, an offset from the joint's origin in the joint's axes, m.
-        axes: "joint" (those of the joint's frame on the child side: the child link's), "world", or a link's name.
+        axes: "joint" (those of the joint's frame on the child side: the child link's), "world", or a link's name.  "link:NAME" is a link
+        whatever it is called, "joint" say; "ksl:world" is the world beside a link `world` that is elsewhere, for which "world" is refused.
         order: "lin_ang" (fx fy fz tx ty tz) or "ang_lin".
         part: "constraint" is what the structure carries, H̄* f; "actuation" what lies along the joint's motion, h̄* f
         (revolute: the moment about the axis; prismatic: the force along it; fixed: nothing; floating: all); "coupling" the
@@ -218,16 +220,16 @@ class Calls(Requests):
     ) -> tuple[Array, Array]:
         """Accelerations and efforts of all joints, where the accelerations of some are given, and the efforts of the others.
 
-        names: the joints (or the links that they carry) whose accelerations are given, in a (…, nv); by default all.  For the other joints the
-        efforts are given, in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint
-        that is named stands for its leader.
+        names: the joints whose accelerations are given, in a (…, nv); by default all.  For the other joints the efforts are given, in
+        tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint that is named stands
+        for its leader.  Fixed joints, and links, are refused.
         q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm (Featherstone, RBDA 2008, section 9.2); O(bodies).
 
             a, tau = m.hybrid_dynamics(q, v, a, tau, names=["elbow"])           # the acceleration of elbow is given, the efforts of the others
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
-        return self._core.hybrid_dynamics(q, v, a, tau, external, self._links_of(names), out, threads)
+        return self._core.hybrid_dynamics(q, v, a, tau, external, self._held_of(names), out, threads)
 
     def velocity_jump(
         self, q: ArrayLike, external: External, out: Array | None = None, threads: int | None = None, external_axes: ExternalAxes = "link"
@@ -331,7 +333,8 @@ class Calls(Requests):
     def frame_poses(self, q: ArrayLike, names: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None) -> Array:
         """Poses (…, names, 4, 4) in the world of links' frames, or of joints' (the child links'), for q (…, nq); m.
 
-        names: in the order wanted; by default all links in the order of `link_names`.
+        names: in the order wanted; by default all links in the order of `link_names`.  "link:NAME" and "joint:NAME" say which is meant where a
+        link and a joint that carries another one have the same name, which alone is refused.
         q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies + links).
 
             T = m.frame_poses(q, ["wrist_3_link", "tool0"])                     # (2, 4, 4)
@@ -1024,7 +1027,7 @@ class Calls(Requests):
             Y = m.inverse_dynamics_regressor(q, v, a)
             tau = np.einsum("vlp,lp->v", Y, m.parameters)                       # (6,): that of inverse_dynamics
         """
-        return self._core.inverse_dynamics_regressor(q, v, a, None, None, self._links_of(links), out, threads)
+        return self._core.inverse_dynamics_regressor(q, v, a, None, None, self._own_links_of(links), out, threads)
 
     def gravity_torque_regressor(self, q: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None) -> Array:
         """Regressor (…, nv, links, 10) of the efforts at rest: those of :meth:`gravity_torque` for each inertial parameter.
@@ -1032,7 +1035,7 @@ class Calls(Requests):
         Only masses and first moments enter: columns 4 to 9 are zero.
         links, q, out, threads: as in :meth:`inverse_dynamics_regressor`, of which this is the case v = a = 0.
         """
-        return self._core.gravity_torque_regressor(q, None, None, None, None, self._links_of(links), out, threads)
+        return self._core.gravity_torque_regressor(q, None, None, None, None, self._own_links_of(links), out, threads)
 
     def reactions_regressor(
         self,
@@ -1066,7 +1069,7 @@ class Calls(Requests):
         springs.  out: two arrays, for the one and for the other.
         links, q, v, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
         """
-        return self._core.energy_regressor(q, v, None, None, None, self._links_of(links), out, threads)
+        return self._core.energy_regressor(q, v, None, None, None, self._own_links_of(links), out, threads)
 
     def momentum_regressor(
         self, q: ArrayLike, v: ArrayLike, links: Iterable[str] | None = None, order: Order = "lin_ang", out: Array | None = None, threads: int | None = None
@@ -1077,7 +1080,7 @@ class Calls(Requests):
         order: of the six rows, "lin_ang" (px py pz Lx Ly Lz) or "ang_lin".
         links, q, v, out, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
         """
-        return self._core.momentum_regressor(q, v, None, None, None, self._links_of(links, order), out, threads)
+        return self._core.momentum_regressor(q, v, None, None, None, self._own_links_of(links, order), out, threads)
 
     def integrate(self, q: ArrayLike, dv: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """Positions q ⊕ dv (…, nq): where q (…, nq) is after unit time at the constant joint velocity dv (…, nv).

@@ -90,7 +90,7 @@ class InverseKinematicsCalls(Requests):
         for name in weights if isinstance(weights, Mapping) else ():
             if name not in wanted:
                 raise ValueError(unknown_name("weights", "frame", name, wanted))
-        frames = [(self._index(self._frame_index, name, "link or joint"), *_weights_of(weights, name)) for name in wanted]
+        frames = [(self.frame_link(name), *_weights_of(weights, name)) for name in wanted]
         poses = real_array(target.array_in("world") if isinstance(target, TypedPose) else target, "target")
         axes = (4, 4) if isinstance(names, str) else (len(wanted), 4, 4)
         if poses.dtype.kind not in "fiu" or poses.shape[poses.ndim - len(axes) :] != axes:

@@ -55,8 +55,9 @@ def _flange_axes(sheet: Sheet) -> Array:
     z = normal / np.linalg.norm(normal)
     given = part.get("x_axis")
     x = np.array(given or np.eye(3)[0 if abs(z[0]) < 0.9 else 1], dtype=float)
+    length = np.linalg.norm(x)
     x = x - (x @ z) * z
-    if np.linalg.norm(x) < 1e-6:
+    if np.linalg.norm(x) <= 1e-6 * length:
         raise SizingError(
             f"{part.where}: {part.name}: x_axis is zero or along the normal; give a direction across the bolts"
         )

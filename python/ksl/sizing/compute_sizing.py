@@ -75,7 +75,7 @@ def size(
         table = _results(results)
         parts = None if components is None else _components(components)
     chosen = _chosen(table, joints)
-    points = _points(table, at)
+    points = _points(table, at, chosen)
     if parts is not None:
         _check(table, parts)
     kept: dict[str, JointSamples] = {}
@@ -132,11 +132,13 @@ def _chosen(table: Results, joints: Iterable[str] | None) -> list[str]:
     return names
 
 
-def _points(table: Results, at: Mapping[str, Sequence[float]] | None) -> dict[str, tuple[float, float, float]]:
+def _points(table: Results, at: Mapping[str, Sequence[float]] | None, chosen: Sequence[str]) -> dict[str, tuple[float, float, float]]:
     points = {}
     for name, point in (at or {}).items():
         if name not in table.joints:
             raise SizingError(unknown_name("at", "joint", name, table.joints))
+        if name not in chosen:
+            raise SizingError(f"at: a point of {name}, which is none of the joints that are sized: {', '.join(chosen)}; add it to them, or leave out the point")
         if len(point) != 3 or not all(math.isfinite(x) for x in point):
             raise SizingError(f"at: the point of {name} must be three finite numbers, m")
         points[name] = (float(point[0]), float(point[1]), float(point[2]))

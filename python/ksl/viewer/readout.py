@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from ksl.model.requests import WORLD
 from ksl.model.states import Array, Part, Side
 from ksl.viewer.scene import Scene
 
@@ -21,12 +23,17 @@ class Choice:
     part: Part = "total"
 
 
+def _plain(word: Any) -> Any:
+    """What a choice means: "world" is the world, whatever links are called."""
+    return WORLD if isinstance(word, str) and word == "world" else word
+
+
 def wrench_at(scene: Scene, sample: int, joint: str, choice: Choice) -> Array:
     """The wrench (6) through a joint in one state, force first; N, N m."""
     one = slice(sample, sample + 1)
     external = {name: w[one] for name, w in scene.external.items()}
     wrench: Array = scene.model.reactions(
-        scene.q[one], scene.v[one], scene.a[one], external, on=choice.on, at=choice.at, axes=choice.axes, part=choice.part, joints=[joint]
+        scene.q[one], scene.v[one], scene.a[one], external, on=choice.on, at=_plain(choice.at), axes=_plain(choice.axes), part=choice.part, joints=[joint]
     )[0, 0]
     return wrench
 
