@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from html import escape
+from ksl.base.markup import html as escape
 
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import JointLoads, unit

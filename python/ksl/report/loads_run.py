@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from html import escape
+from ksl.base.markup import html as escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 

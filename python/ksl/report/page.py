@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import os
-from html import escape
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
 from string import Template
 
 from ksl._core import __version__
+from ksl.base.markup import css_string, json_in_page, script, source_of
+from ksl.base.markup import html as escape
 from ksl.report.balance_section import balance_verdict
 from ksl.report.case_section import Anchors, case_head, case_sections
 from ksl.report.charts import Charts
@@ -30,13 +30,15 @@ def write_report(path: str | os.PathLike[str], report: ReportInput) -> None:
     page = _Page(report)
     content = page.content()
     data = {"charts": page.charts.data, "stills": page.charts.stills}
+    plotly, own = (f"\n{script(code)}\n" for code in (_plotly(), _asset("report.js")))
     html = Template(_asset("report.html")).substitute(
         title=escape(report.title),
-        style=Template(_asset("report.css")).substitute(foot=_css_string(_foot(report))),
+        style=Template(_asset("report.css")).substitute(foot=css_string(_foot(report))),
         content=content,
-        data=json.dumps(data, allow_nan=False).replace("<", "\\u003c"),
-        plotly=_inline(_plotly()),
-        script=_inline(_asset("report.js")),
+        data=json_in_page(data),
+        plotly=plotly,
+        script=own,
+        scripts=f"{source_of(plotly)} {source_of(own)}",
     )
     Path(path).write_bytes(html.encode("utf-8", errors="replace"))
 
@@ -122,16 +124,6 @@ class _Page:
             html += f'<div data-case="{i}"><ul>{fixed}</ul><h2>Joints</h2><ul>{links}</ul></div>'
         html += '<ul><li><a href="#provenance">What made these results</a></li></ul>' if self.report.provenance else ""
         return f'<nav aria-label="Contents">{html}</nav>'
-
-
-def _inline(script: str) -> str:
-    """Escapes JavaScript for an HTML page, so that no string in it ends the element or opens a comment."""
-    return script.replace("</script", "<\\/script").replace("<!--", "<\\!--")
-
-
-def _css_string(text: str) -> str:
-    """A string of a style sheet; names come from files, so that every character but letters and digits is escaped."""
-    return '"' + "".join(c if c.isascii() and c.isalnum() else f"\\{ord(c):x} " for c in text) + '"'
 
 
 def _plotly() -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from html import escape
+from ksl.base.markup import html as escape
 
 from ksl.load_cases.verdict import Level
 from ksl.report.numbers import Clock
@@ -51,7 +51,7 @@ def sizing_table(sizing: Sizing, joint: str, clock: Clock) -> str:
     heads = ("component", "figure", "value", "limit", "utilisation", "governed by")
     head = "".join(f'<th scope="col">{name}</th>' for name in heads)
     table = f'<table class="sizing"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
-    title = f"Components of {escape(joint, quote=True)}"
+    title = f"Components of {escape(joint)}"
     return f'<h3>Components</h3><div class="wide" role="region" aria-label="{title}" tabindex="0">{table}</div>'
 
 

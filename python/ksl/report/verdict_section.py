@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from html import escape
+from ksl.base.markup import html as escape
 
 from ksl.load_cases.verdict import AMBER, Level, Use, Verdict, percent
 from ksl.report.numbers import PLAIN_CLOCK, Clock, format_number, link

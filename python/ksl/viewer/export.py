@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from html import escape
+from ksl.base.markup import html as escape
 from pathlib import Path
 
 import numpy as np
@@ -48,7 +48,7 @@ def export(scene: Scene, path: str | os.PathLike[str], *, joint: str | None = No
 
 
 def _html(scene: Scene, shown: Shown) -> str:
-    server = start_server(None, scene.model.name)
+    server, _ = start_server(None, scene.model.name)
     try:
         stage = Stage(server, scene, shown)
         recording = server.get_scene_serializer()

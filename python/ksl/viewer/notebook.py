@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from html import escape
+from ksl.base.markup import html as escape
 
 import numpy as np
 
