@@ -18,6 +18,7 @@ from ksl.report.charts import POINTS, decimate, limits_in_sight
 from ksl.report.input import NOT_USED, CaseCurves, ReportInput
 from ksl.report.numbers import format_number
 from ksl.report.page import write_report
+from ksl.report.verdict_section import ComponentsVerdict, verdict_section
 from ksl.report.rows import exceeds, with_limits
 
 NASTY = """</script><script>alert('1')</script><!-- & "x" <b> \\u003c µ"""
@@ -385,8 +386,20 @@ def test_clock_times_are_counted_from_the_first_sample(tmp_path):
 def test_round_off_is_zero(tmp_path):
     time = np.linspace(0, 1, 50)
     glue = joint_loads(joints()[4], 1e-16 * np.cos(time)[:, None] * np.ones(6), None, None)
-    charts = json.loads(written(ReportInput("t", [], [], [summarise(time, glue)], [CaseCurves("c", time, [glue], None)]), tmp_path).scripts[0])["charts"]
-    assert not unpack(charts[0]["panels"][0]["curves"][0]["data"]).any()
+    page = written(ReportInput("t", [], [], [summarise(time, glue)], [CaseCurves("c", time, [glue], None)]), tmp_path)
+    assert not json.loads(page.scripts[0])["charts"] and "It carries nothing throughout" in page.words
+
+
+def test_colours_mean_the_same_in_charts_and_pictures(page):
+    """Blue is what the structure carries, orange what the drive exerts: in no chart is a curve of one in the colour of the other."""
+    by_colour = {}
+    for chart in json.loads(page.scripts[0])["charts"]:
+        for panel in chart["panels"]:
+            for curve in panel["curves"]:
+                by_colour.setdefault(curve["color"], set()).add(panel["label"].partition(",")[0])
+    assert by_colour["structure"] | by_colour["structure-2"] <= {"Force", "Moment"} and not by_colour["drive"] & {"Force", "Moment", "Position", "Speed"}
+    for colour in by_colour:
+        assert page.style.count(f"--{colour}:") == 2, "light and dark"
 
 
 def test_one_sample(tmp_path):
@@ -401,6 +414,16 @@ def test_one_sample(tmp_path):
 
 def verdict(share, reasons=()):
     return Verdict((Use(NASTY, "hinge", "effort", "hinge", share, 12 * share, 12.0, "effort", "N m", 1.0),), reasons)
+
+
+@pytest.mark.parametrize(("limits", "components", "level"), [("green", "amber", "amber"), ("red", "green", "red"), ("amber", "red", "red"), ("green", "green", "green")])
+def test_limits_and_components_have_one_verdict(limits, components, level):
+    """The worse of the two, on one card, with what it holds for."""
+    share = {"green": 0.5, "amber": 0.9, "red": 1.2}[limits]
+    card = verdict_section(verdict(share), ComponentsVerdict(components, "motor: 50 % of its rated torque", ["joint b, bearing: life: no C"]), [("Payloads", "3 kg on <hand>")])
+    assert card.count("<section") == 1 and f'class="verdict {level}"' in card and f'<p class="level">{level.capitalize()}: ' in card
+    assert f'Components: <strong class="{components}">' in card and f'robot&#x27;s file: <strong class="{limits}">'.replace("&#x27;", "'") in card
+    assert "3 kg on &lt;hand&gt;" in card and "left out: joint b" in card
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,16 @@ from ksl.model.states import Array
 from ksl.report.numbers import Clock, peak
 from ksl.report.stills import Still, still_figure
 
+COLOURS = {
+    "axial": "structure", "radial": "structure-2", "force": "structure", "moment": "structure", "bending": "structure-2", "about axis": "structure",
+    "drive": "drive", "power": "drive", "brake": "drive", "coupling": "drive", "external": "external",
+    "position": "motion", "speed": "motion-2", "raw": "motion-2", "smoothed": "motion", "difference": "motion",
+    "rate of energy": "broad", "residual": "motion", "energy": "motion", "− dissipation": "part-2",
+    "transmitted": "part-1", "damping": "part-2", "friction": "part-3", "rotor": "part-4", "spring": "part-5",
+}  # fmt: skip
+"""The colour of each curve, by what it is.  They are those of the pictures: blue is what the structure carries, orange what the drive exerts,
+green what acts from outside."""
+
 Indices = NDArray[np.intp]
 Limits = tuple[float, ...]
 
@@ -74,7 +84,7 @@ class Panel:
     """The first curve is drawn wide, so that others drawn over it leave it visible."""
 
     def packed(self, keep: Indices) -> dict[str, Any]:
-        curves = [{"name": name, "data": _packed(x[keep])} for name, x in self.curves.items()]
+        curves = [{"name": name, "color": COLOURS.get(name, "drive" if " over " in name else "motion"), "data": _packed(x[keep])} for name, x in self.curves.items()]
         return {"label": self.label, "curves": curves, "limits": self.limits, "emphasis": self.emphasis}
 
 

@@ -18,11 +18,13 @@ from ksl.report.input import ReportInput
 from ksl.report.numbers import Clock
 from ksl.report.provenance_section import provenance_section, signature_box
 from ksl.report.rows import with_limits
-from ksl.report.verdict_section import uses_table, verdict_section
+from ksl.report.verdict_section import ComponentsVerdict, uses_table, verdict_section
 from ksl.report.worst_section import worst_section
 
 FEW_NOTES = 8
 """Up to this number, notes are shown unfolded."""
+NAMED = 8
+"""So many load cases are named in the verdict."""
 
 
 def write_report(path: str | os.PathLike[str], report: ReportInput) -> None:
@@ -61,9 +63,9 @@ class _Page:
 
     def content(self) -> str:
         r = self.report
-        verdicts = self._components() + (verdict_section(r.verdict) if r.verdict else "")
+        card = verdict_section(r.verdict, self._components(), self._holds_for())
         balance = "" if self.several else balance_verdict(r.cases[0].balance, "balance")
-        head = f"<h1>{escape(r.title)}</h1>{self._made()}{verdicts}{signature_box()}{self._uses()}{self._facts()}{balance}{self._notes()}"
+        head = f"<h1>{escape(r.title)}</h1>{self._made()}{card}{signature_box()}{self._uses()}{self._facts()}{balance}{self._notes()}"
         made = provenance_section(r.provenance, r.notes) if r.provenance else ""
         return f"{self._navigation()}<main><header>{head}</header>{self._cases()}{made}</main>"
 
@@ -71,9 +73,18 @@ class _Page:
         p = self.report.provenance
         return f'<p class="made">KSL {escape(__version__)}{", " + escape(p.date) if p else ""}</p>'
 
-    def _components(self) -> str:
+    def _holds_for(self) -> list[tuple[str, str]]:
+        """What the verdict is of: the payloads and the load cases, which a reader of the card alone must know."""
+        r = self.report
+        said = [dict(facts).get("payloads") for facts in (r.facts, *(case.facts for case in r.cases))]
+        payloads = "; ".join(dict.fromkeys(text for text in said if text))
+        cases = list(dict.fromkeys(str(row["case"]) for row in r.summary if row.get("case"))) or [case.name for case in r.cases]
+        listed = ", ".join(cases[:NAMED]) + (f" and {len(cases) - NAMED} more" if len(cases) > NAMED else "")
+        return ([("Payloads", payloads)] if payloads else []) + [("Load cases" if len(cases) > 1 else "Load case", listed)]
+
+    def _components(self) -> ComponentsVerdict | None:
         if self.report.sizing is None:
-            return ""
+            return None
         from ksl.report.sizing_section import sizing_verdict
 
         return sizing_verdict(self.report.sizing)
