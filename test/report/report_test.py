@@ -397,7 +397,7 @@ def test_colours_mean_the_same_in_charts_and_pictures(page):
         for panel in chart["panels"]:
             for curve in panel["curves"]:
                 by_colour.setdefault(curve["color"], set()).add(panel["label"].partition(",")[0])
-    assert by_colour["structure"] | by_colour["structure-2"] <= {"Force", "Moment"} and not by_colour["drive"] & {"Force", "Moment", "Position", "Speed"}
+    assert by_colour["structure"] | by_colour["structure-2"] <= {"Force", "Moment"} and not by_colour["drive"] & {"Position", "Speed"}
     for colour in by_colour:
         assert page.style.count(f"--{colour}:") == 2, "light and dark"
 

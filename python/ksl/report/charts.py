@@ -82,9 +82,11 @@ class Panel:
     """Where dashed lines are drawn: see `limits_in_sight`."""
     emphasis: bool = False
     """The first curve is drawn wide, so that others drawn over it leave it visible."""
+    driven: str = ""
+    """The curve that the drive exerts, where the others are what the structure carries."""
 
     def packed(self, keep: Indices) -> dict[str, Any]:
-        curves = [{"name": name, "color": COLOURS.get(name, "drive" if " over " in name else "motion"), "data": _packed(x[keep])} for name, x in self.curves.items()]
+        curves = [{"name": name, "color": "drive" if name == self.driven else COLOURS.get(name, "motion"), "data": _packed(x[keep])} for name, x in self.curves.items()]
         return {"label": self.label, "curves": curves, "limits": self.limits, "emphasis": self.emphasis}
 
 
@@ -109,7 +111,7 @@ class Charts:
         if all(math.isfinite(peak(z)) and np.ptp(z) <= STILL * peak(z) for z in (x[1], y[1])):
             keep = keep[:1]  # a single point needs a marker, since a line would be invisible
         abscissa = {"label": x[0], "data": _packed(x[1][keep]), "limits": limits[0]}
-        panel = Panel(y[0], {title: y[1]}, limits[1])
+        panel = Panel(y[0], {title: y[1]}, limits[1], driven=title)
         return self._figure(title, "", {**_packed_time(time, keep), "x": abscissa, "panels": [panel.packed(keep)]})
 
     def still(self, still: Still, time: Array) -> str:

@@ -62,8 +62,9 @@ def _magnitude_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
 
 def _axis_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
     joint, curves = loads.joint, {name: quiet(x) for name, x in loads.wrench.items()}
-    html = charts.over_time(time, "Forces", [Panel("Force, N", {"axial": curves["axial_force"], "radial": curves["radial_force"]})])
-    html += charts.over_time(time, "Moments", [Panel("Moment, N m", {"about axis": curves["axial_moment"], "bending": curves["bending_moment"]})])
+    along, about = ("", "about axis") if joint.has_angle else ("axial", "")  # what the drive exerts, or a coupling
+    html = charts.over_time(time, "Forces", [Panel("Force, N", {"axial": curves["axial_force"], "radial": curves["radial_force"]}, driven=along)])
+    html += charts.over_time(time, "Moments", [Panel("Moment, N m", {"about axis": curves["axial_moment"], "bending": curves["bending_moment"]}, driven=about)])
     moving, names = [], []
     if loads.position is not None:
         given = limits_of(joint)
