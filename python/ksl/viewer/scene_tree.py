@@ -18,6 +18,12 @@ from ksl.viewer.still import LEVELS, SEE_THROUGH, link_colours
 if TYPE_CHECKING:
     import viser
 
+BACKGROUND = (226, 231, 237)
+"""Before which links are seen: many are white or light grey, which is lost before white."""
+ENVIRONMENT = 0.5
+"""Of the light from all sides.  The whole of it, as viser has it, leaves no side of a link in its own colour."""
+
+
 @dataclass
 class Shown:
     """What is drawn besides the links."""
@@ -49,6 +55,8 @@ class Stage:
         self._tree = server.scene
         self._quaternions: dict[int, Array] = {}
         self._tree.set_up_direction("+z")
+        self._tree.configure_environment_map("warehouse", environment_intensity=ENVIRONMENT)
+        self._tree.set_background_image(np.full((2, 2, 3), BACKGROUND, dtype=np.uint8))
         self._add_ground()
         links, joints = scene.model.link_names, [j.name for j in scene.model.joints]
         self._link_nodes = dict(zip(links, _nodes(links, "link"), strict=True))
