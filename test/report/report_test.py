@@ -485,3 +485,30 @@ def test_many_sections_make_thin_curves(tmp_path):
     write_report(tmp_path / "report.html", ReportInput("t", [], [], [summarise(time, x) for x in loads], [CaseCurves("c", time, loads, None)]))
     pictures = 20 * 30_000  # of a mechanism, in base 64
     assert (tmp_path / "report.html").stat().st_size + pictures < 8e6
+
+
+MESHES = """<robot name="r"><link name="base"/><link name="arm">
+  <inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+  VISUALS</link><joint name="j" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="9" velocity="9"/></joint></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("geometry", "unused", "missing"),
+    [
+        ('<box size="0.1 0.1 0.1"/>', False, []),
+        ('<mesh filename="no.stl"/>', True, ["pictures are without the mesh of the file: no.stl is not found"]),
+        ('<mesh filename="package://p/no.stl"/>', True, ["pictures are without the mesh of the file: package://p/no.stl is not found; ROS_PACKAGE_PATH names folders of packages"]),
+        ('<mesh filename="empty.stl"/>', True, ["pictures are without the mesh of the file: empty.stl is empty"]),
+        ('<mesh filename="no.stl"/></geometry></visual><visual><geometry><mesh filename="e.dae"/></geometry></visual><visual><geometry><sphere radius="1"/>', False,
+         ["pictures are without 2 of 2 meshes of the file, the first: no.stl is not found"]),
+    ],
+)  # fmt: skip
+def test_what_is_drawn_is_not_called_unused_and_missing_meshes_are_named(tmp_path, geometry, unused, missing):
+    import ksl
+
+    (tmp_path / "r.urdf").write_text(MESHES.replace("VISUALS", f"<visual><geometry>{geometry}</geometry></visual>"))
+    (tmp_path / "empty.stl").write_bytes(b"")
+    time = np.linspace(0, 1, 20)
+    notes = ksl.loads(tmp_path / "r.urdf", (time, 0.1 * np.sin(time)[:, None])).notes
+    assert any(note.startswith("in the file and not used: visual") for note in notes) == unused
+    assert [note for note in notes if note.startswith("pictures")] == missing

@@ -68,20 +68,6 @@ def test_the_page_shows_the_first_state(live):
     np.testing.assert_allclose(at(page, "hand"), viewer.scene.poses[0, 3, :3, 3], atol=1e-6)
 
 
-def test_white_links_stand_out(live):
-    """The background was white, as many robots are."""
-    import io
-
-    from PIL import Image
-
-    _, page = live
-
-    def corner():
-        return np.asarray(Image.open(io.BytesIO(page.screenshot(timeout=60_000))).convert("RGB"))[-2, 2]
-
-    until(lambda: 200 < corner().min() and corner().max() < 250, page=page)  # the page fades in
-
-
 def test_a_slider_moves_the_hand_and_arrows_have_the_length_of_the_numbers(live, arm, swing):
     viewer, page = live
     field = page.get_by_text("shoulder, rad", exact=True).locator("xpath=ancestor::*[.//input][1]").locator("input").last
