@@ -1,10 +1,10 @@
-"""Every small constant of engine, readers, checks and sizing is in docs/decisions/0015-tolerances.md, which says what it is relative to."""
+"""Every small constant of engine, readers, checks and sizing is in docs/decisions/0016-tolerances.md, which says what it is relative to."""
 
 import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs/decisions/0015-tolerances.md"
+PAGE = ROOT / "docs/decisions/0016-tolerances.md"
 ROOMS = ("src/engine", "src/description", "src/load", "include/ksl/engine", "python/ksl/checks", "python/ksl/sizing")
 NONE = {"sine_cosine.hpp": "coefficients of series", "catalogue.py": "examples of values", "large_angle.hpp": "coefficients"}
 SMALL = re.compile(r"(?<![\w.])\d+(?:\.\d+)?e-(\d+)\b")
