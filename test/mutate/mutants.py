@@ -69,7 +69,7 @@ def either(number, op, *late):
 def number(number, x):
     if not on(number):
         return x
-    return x * 1.1 if isinstance(x, float) else x + max(1, x // 10)
+    return (x * 1.1 if x else 0.1) if isinstance(x, float) else x + max(1, x // 10)
 
 
 class Importer(importlib.abc.MetaPathFinder, importlib.abc.Loader):

@@ -40,7 +40,7 @@ KNOWN = {
     "sweeps": [("python/ksl/sweeps/variants.py", "motion.time / factor", "/ → *")],
     "checks": [("python/ksl/checks/extent.py", "bounds[1] - bounds[0]", "- → +")],
 }
-PROGRAMS = {"engine": ("engine_test", "interfaces_test"), "load": ("load_test",), "batch": ("engine_test", "threads_test", "interfaces_test")}
+PROGRAMS = {"engine": ("engine_test", "interfaces_test"), "load": ("load_test",), "batch": ("engine_test", "interfaces_test")}
 FOLDERS = {"load_test": "test/load"}
 PYTHON = python_mutator.ROOMS
 NONE = 0  # the number of a run without a mutant

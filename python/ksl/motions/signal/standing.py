@@ -78,7 +78,7 @@ def with_means(q: Array, held: NDArray[np.bool_], joints: Sequence[Joint]) -> Ar
     """Positions q (n, nq) with the mean of each stand in place of its samples; held (n, nv)."""
     out = q.copy()
     for joint in joints:
-        for k in range(joint.nv if joint.v_index >= 0 and held[:, joint.v_index : joint.v_index + joint.nv].any() else 0):
+        for k in range(joint.nv if joint.v_index >= 0 and joint.leader is None and held[:, joint.v_index : joint.v_index + joint.nv].any() else 0):
             first, last = _runs(held[:, joint.v_index + k])
             if len(first):
                 x = out[:, joint.q_index + k]
