@@ -82,7 +82,8 @@ inline bool coincide(const memory_of_rows &a, const memory_of_rows &b, std::size
 /// Calls refuse(sentence) for a result whose rows overlap each other.
 template <class S, class Refuse>
 void check_stride(const rows_view<S> &rows, std::ptrdiff_t columns, std::size_t n, const char *name, Refuse refuse) {
-  if (rows.first && n > 1 && rows.stride < columns && rows.stride > -columns)
+  const std::ptrdiff_t apart = rows.stride < 0 ? -rows.stride : rows.stride;
+  if (rows.first && n > 1 && apart < columns)
     refuse(std::string(name) + ": its rows have " + std::to_string(columns) + " numbers, and its stride is " +
            std::to_string(rows.stride) + ", so that they overlap; give a stride of " + std::to_string(columns) +
            " or more");
