@@ -41,7 +41,7 @@ static void one_state(const ksl_model_t *model) {
   int joints[ALL];
   double wrench[ALL][6]; /* force, then moment, that the parent side exerts on the child side */
   for (int j = 0; j < ALL; ++j)
-    joints[j] = j; /* the moving ones first, `base` to the ground last */
+    joints[j] = j;                      /* the moving ones first, `base` to the ground last */
   ksl_reaction_options_t options = {0}; /* at the joint's origin, in the child's axes */
   options.part = KSL_CONSTRAINT;        /* what the bearings carry: all but the motor's moment */
   check(ksl_reactions(model, data, ALL, joints, &options, NULL, wrench[0]));
@@ -66,8 +66,9 @@ static void whole_motion(const ksl_model_t *model) {
     force = fmax(force, size_of(wrench[k]));
     difference = fmax(difference, fabs(wrench[k][5] - tau[k][1])); /* the joint's axis is z of its child */
   }
-  printf("over the motion, panda_joint2: motor %.2f N m at most, bearings %.1f N; they differ by %.0e N m about the axis\n",
-         largest, force, difference);
+  printf(
+      "over the motion, panda_joint2: motor %.2f N m at most, bearings %.1f N; they differ by %.0e N m about the axis\n",
+      largest, force, difference);
 }
 
 int main(void) {

@@ -78,9 +78,7 @@ template <class S> void require_rows(const rows_view<S> &rows, std::size_t n, st
 constexpr auto refuse_argument = [](const std::string &sentence) { throw bad_argument(sentence); };
 
 /// Checks what a row needs of the model.
-inline void require_model_for(const algorithm_row &row, const model &m) {
-  check_model(row, m, refuse_argument);
-}
+inline void require_model_for(const algorithm_row &row, const model &m) { check_model(row, m, refuse_argument); }
 
 template <class S> rows_view<S> rows_of(S *numbers) { return {numbers, 0}; }
 template <class S> const rows_view<S> &rows_of(const rows_view<S> &rows) { return rows; }
@@ -152,13 +150,12 @@ bool clearly_apart(const model &m, const state_view<S> &s, const S *wrenches = n
     return !before(a, b + b_numbers) || !before(b, a + a_numbers);
   };
   const auto result = [&](int r) { return r < row.results ? s.result[r] : wrenches; };
-  const auto length = [&](int r) {
-    return r < row.results ? numbers_of(row.result[r], extents_of(m, s)) : numbers;
-  };
+  const auto length = [&](int r) { return r < row.results ? numbers_of(row.result[r], extents_of(m, s)) : numbers; };
   bool all = true;
   for (int r = 0; r < row.results + (numbers > 0); ++r) {
     for (int i = 0; i < row.inputs; ++i)
-      all = all && apart(result(r), length(r), input_of(s, row.input_list[i]), length_of(row.input_list[i], m.nq(), m.nv()));
+      all = all &&
+            apart(result(r), length(r), input_of(s, row.input_list[i]), length_of(row.input_list[i], m.nq(), m.nv()));
     all = all && apart(result(r), length(r), s.external.wrench, 6 * static_cast<std::ptrdiff_t>(s.external.n));
     for (int other = 0; other < r; ++other)
       all = all && apart(result(r), length(r), result(other), length(other));

@@ -27,14 +27,16 @@ inline bool may_name_links(const algorithm_row &row, const model &m, int n) {
 }
 
 /// Calls refuse(sentence) for a link that says nothing: hybrid dynamics hold the joints that carry the links named, and a fixed one can't be held.
-template <class Refuse> void check_links(const algorithm_row &row, const model &m, int n, const int *index, Refuse refuse) {
+template <class Refuse> void check_links(const algorithm_row &row, const model &m, int n, const int *index,
+                                         Refuse refuse) {
   if (row.coupled != coupled_by::hybrid)
     return;
   for (int k = 0; k < n; ++k) {
     const joint_row &joint = m.joints()[static_cast<std::size_t>(m.joint_above(index[k]))];
     if (joint.v_index < 0 && joint.leader < 0)
       refuse(std::string(row.name) + ": link " + m.links()[static_cast<std::size_t>(index[k])].name +
-             " is carried by joint " + joint.name + ", which is fixed and has no acceleration to be given; name links "
+             " is carried by joint " + joint.name +
+             ", which is fixed and has no acceleration to be given; name links "
              "that a moving joint carries");
   }
 }
@@ -67,8 +69,8 @@ inline bool are_apart(const memory_of_rows &a, const memory_of_rows &b, std::siz
   if (n == 1 || a.stride != b.stride || a.stride == 0)
     return false;
   const std::size_t distance = static_cast<std::size_t>(a.stride < 0 ? -a.stride : a.stride);
-  const std::size_t ahead = a.first <= b.first ? (b.first - a.first) % distance
-                                               : (distance - (a.first - b.first) % distance) % distance;
+  const std::size_t ahead =
+      a.first <= b.first ? (b.first - a.first) % distance : (distance - (a.first - b.first) % distance) % distance;
   return ahead >= a.bytes && ahead + b.bytes <= distance;
 }
 
@@ -80,7 +82,8 @@ inline bool coincide(const memory_of_rows &a, const memory_of_rows &b, std::size
 /// Calls refuse(sentence) for a result whose rows overlap each other.
 template <class S, class Refuse>
 void check_stride(const rows_view<S> &rows, std::ptrdiff_t columns, std::size_t n, const char *name, Refuse refuse) {
-  if (rows.first && n > 1 && rows.stride < columns && rows.stride > -columns)
+  const std::ptrdiff_t apart = rows.stride < 0 ? -rows.stride : rows.stride;
+  if (rows.first && n > 1 && apart < columns)
     refuse(std::string(name) + ": its rows have " + std::to_string(columns) + " numbers, and its stride is " +
            std::to_string(rows.stride) + ", so that they overlap; give a stride of " + std::to_string(columns) +
            " or more");

@@ -121,10 +121,10 @@ const instruction_set_row &choose() {
       return set;
     known += (known.empty() ? "" : ", ") + std::string(set.name);
   }
-  throw std::runtime_error(
-      forced && *forced && !known.empty() ? "KSL_ISA=" + std::string(forced) + " is no instruction set that runs here; known: " + known +
-                              "; unset it to have the best one chosen"
-                        : none_runs());
+  throw std::runtime_error(forced && *forced && !known.empty()
+                               ? "KSL_ISA=" + std::string(forced) + " is no instruction set that runs here; known: " +
+                                     known + "; unset it to have the best one chosen"
+                               : none_runs());
 }
 
 const instruction_set_row &chosen() {

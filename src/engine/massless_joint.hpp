@@ -44,7 +44,8 @@ struct term_bounds {
   /// Adds the terms of a child's A, about a point that is t away.
   void add_child(const term_bounds &child, const vec3<double> &t) {
     const double x = std::fabs(t.x), y = std::fabs(t.y), z = std::fabs(t.z), *const c = child.reach;
-    const double moved[6] = {c[0], c[1], c[2], c[3] + y * c[2] + z * c[1], c[4] + z * c[0] + x * c[2], c[5] + x * c[1] + y * c[0]};
+    const double moved[6] = {
+        c[0], c[1], c[2], c[3] + y * c[2] + z * c[1], c[4] + z * c[0] + x * c[2], c[5] + x * c[1] + y * c[0]};
     for (int i = 0; i < 6; ++i)
       add(i, moved[i] * moved[i]);
   }
@@ -71,7 +72,8 @@ struct massless_joint_workspace {
     if (!factors_mass_matrix(m))
       return;
     inertia.lay_out(memory, view);
-    M = memory.take<double>(static_cast<std::ptrdiff_t>(view.nv) * view.nv), terms_of_pivot = memory.take<double>(view.nv);
+    M = memory.take<double>(static_cast<std::ptrdiff_t>(view.nv) * view.nv),
+    terms_of_pivot = memory.take<double>(view.nv);
   }
 };
 
@@ -99,8 +101,12 @@ template <joint_kind K> bool moves_no_mass(const body<double> &b, const massless
   bool none = false;
   if constexpr (joint<K>::is_free) { // the pivots of A = L D Lᵀ, as `solve` has them
     const articulated_inertia<double> A = w.dynamics.A[i];
-    double L[6][6] = {{A.Mxx}, {A.Mxy, A.Myy}, {A.Mzx, A.Myz, A.Mzz}, {A.H.m00, A.H.m10, A.H.m20, A.Ixx},
-                      {A.H.m01, A.H.m11, A.H.m21, A.Ixy, A.Iyy}, {A.H.m02, A.H.m12, A.H.m22, A.Izx, A.Iyz, A.Izz}};
+    double L[6][6] = {{A.Mxx},
+                      {A.Mxy, A.Myy},
+                      {A.Mzx, A.Myz, A.Mzz},
+                      {A.H.m00, A.H.m10, A.H.m20, A.Ixx},
+                      {A.H.m01, A.H.m11, A.H.m21, A.Ixy, A.Iyy},
+                      {A.H.m02, A.H.m12, A.H.m22, A.Izx, A.Iyz, A.Izz}};
     for (int k = 0; k < 6; ++k) {
       none = none || !(L[k][k] > cancelled * terms.reach[k] * terms.reach[k]);
       for (int r = k + 1; r < 6; ++r) {
@@ -196,8 +202,7 @@ template <class S> int massless_joint_at(const model &m, const massless_joint_wo
     return body == 0 ? -1 : joint_of_body(m, body);
   }
   expand_position(m.coupling_in<double>(), w.q, w.expanded_q);
-  if (body_without_mass(m.view(), w, w.expanded_q) == 0 ||
-      !massless_joint_workspace::factors_mass_matrix(m))
+  if (body_without_mass(m.view(), w, w.expanded_q) == 0 || !massless_joint_workspace::factors_mass_matrix(m))
     return -1;
   const int coordinate = coordinate_without_mass(m, w);
   return coordinate < 0 ? -1 : joint_of_coordinate(m, coordinate);

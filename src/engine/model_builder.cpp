@@ -56,7 +56,8 @@ void model_builder::build() {
     m_.double_.links.back().carried_by_moving_joint = true;
     m_.double_.bodies[0].link = 0;
     const bool other_link = names_other_link("base", root);
-    fixed_joints_.push_back({free_name(other_link ? "ground" : "base", "ground"), joint_kind::fixed, 0, -1, -1, -1, none, none, 0, -1});
+    fixed_joints_.push_back(
+        {free_name(other_link ? "ground" : "base", "ground"), joint_kind::fixed, 0, -1, -1, -1, none, none, 0, -1});
   }
   descend(root);
   if (static_cast<std::size_t>(m_.expanded_nv_) > text::limits::coordinates)

@@ -29,7 +29,8 @@ public:
 private:
 #if defined(__x86_64__)
   using word = unsigned;
-  static constexpr word nearest = 0, bits = 0xE040; ///< of MXCSR: flush to zero, rounding control, subnormal inputs are zero
+  static constexpr word nearest = 0,
+                        bits = 0xE040; ///< of MXCSR: flush to zero, rounding control, subnormal inputs are zero
   static word mode() { return _mm_getcsr() & bits; }
   static void set(word to) { _mm_setcsr((_mm_getcsr() & ~bits) | to); }
 #elif defined(__aarch64__)
