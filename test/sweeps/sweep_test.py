@@ -18,7 +18,7 @@ from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.quantities import summarise
 from ksl.motions.reading import read_motion
-from ksl.sweeps import on_ray
+from ksl.sweeps import local, on_ray
 from ksl.sweeps.description import described as parameters_described
 from ksl.sweeps.description import sweep_from
 from ksl.sweeps.evaluate import Evaluator, Plan
@@ -227,9 +227,13 @@ def killing(words: str):
     return progress, killed
 
 
-def test_one_worker_more_or_less_changes_no_bit(tmp_path, undisturbed):
-    results = ksl.sweep(PANDA, many(), tmp_path, workers=1)
+def test_one_worker_more_or_less_changes_no_bit(tmp_path, undisturbed, monkeypatch):
+    """Nor does a robot that is given as a model; and no pipe of a worker is left to the garbage collector, which would warn of it."""
+    started, popen = [], subprocess.Popen
+    monkeypatch.setattr(local.subprocess, "Popen", lambda *a, **how: started.append(popen(*a, **how)) or started[-1])
+    results = ksl.sweep(ksl.load(PANDA), many(), tmp_path, workers=1)
     assert results.computed == 40 and contents(tmp_path) == undisturbed and len(undisturbed) == 10
+    assert len(started) == 1 and started[0].stdin.closed and started[0].stdout.closed and started[0].returncode is not None
 
 
 def test_a_worker_that_dies_costs_its_partition_only(tmp_path, undisturbed):
@@ -426,10 +430,25 @@ def test_mistakes_are_named_before_anything_is_written(tmp_path, tables, words):
 
 
 def test_robots_and_descriptions_that_are_none(tmp_path):
-    with pytest.raises(ksl.SweepError, match="robot is Model; expected the name of a file"):
-        ksl.sweep(ksl.load(PANDA), described(SPEED), tmp_path)
+    with pytest.raises(ksl.SweepError, match="robot is int; expected a ksl.Model, or the name of a file"):
+        ksl.sweep(7, described(SPEED), tmp_path)
     with pytest.raises(ksl.SweepError, match="description is int; expected a TOML file"):
         ksl.sweep(PANDA, 5, tmp_path)
+
+
+@HERE
+def test_a_model_in_place_of_a_file(tmp_path):
+    """What a file and its [base] give, a model gives: gravity, physics; the folder knows it again, and another one too."""
+    m = ksl.load(PANDA, payloads={TOOL: (1.0, (0, 0, 0.1))})
+    tables = described(PAYLOAD) | {"base": {"motion": PICK, "gravity": [0, 0, -1.62]}}
+    results = ksl.sweep(m, tables, tmp_path / "m")
+    found = results.cases.to_table()
+    same = ksl.sweep(ksl.load(PANDA, payloads={TOOL: (1.0, (0, 0, 0.1))}, gravity=(0, 0, -1.62)), described(PAYLOAD), tmp_path / "n")
+    assert found.equals(same.cases.to_table()) and ksl.sweep(m, tables, tmp_path / "m").computed == 0
+    with pytest.raises(ksl.SweepError, match="holds another sweep"):
+        ksl.sweep(m.with_payload(TOOL, 0.5), tables, tmp_path / "m")
+    with pytest.raises(ksl.SweepError, match=r"\[base\] mimic: the robot is a ksl.Model, which has been loaded already"):
+        ksl.sweep(m, tables | {"base": {"motion": PICK, "mimic": "coupled"}}, tmp_path / "o")
 
 
 def command(*arguments) -> subprocess.CompletedProcess:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 OF_MODEL = {
-    "aba": "forward_dynamics(q, v, tau)",
     "add_payload": "with_payload(link, mass, center_of_mass)",
     "body_jacobian": "jacobian(q, name)",
     "centroidal_map": "centroidal_momentum_matrix(q)",
@@ -11,7 +10,6 @@ OF_MODEL = {
     "compute_jacobian": "jacobian(q, name)",
     "compute_loads": "wrench_table(time, q, v, a), or ksl.compute_loads(m, motion)",
     "coriolis": "coriolis_matrix(q, v), or bias(q, v)",
-    "crba": "mass_matrix(q)",
     "display": "show(q)",
     "dof": "nv",
     "dofs": "nv",
@@ -49,7 +47,6 @@ OF_MODEL = {
     "potential_energy": "energy(q, v)[1]",
     "random_configuration": "random()",
     "reaction_forces": "reactions(q, v, a)",
-    "rnea": "inverse_dynamics(q, v, a)",
     "save": "to_urdf(path)",
     "set_gravity": "with_gravity(gravity): models are immutable",
     "set_payload": "with_payload(link, mass, center_of_mass)",
@@ -79,7 +76,6 @@ OF_PACKAGE = {
     "read": "ksl.load(path) reads a robot, ksl.read_motion(model, path) a motion",
     "reactions": "ksl.load(path).reactions(q, v, a): algorithms are methods of a model",
     "inverse_dynamics": "ksl.load(path).inverse_dynamics(q, v, a): algorithms are methods of a model",
-    "report": "ksl.compute_loads(robot, motion).report(path) writes the report",
     "run": "ksl.compute_loads(robot, motion) computes every wrench along a motion",
     "show": "ksl.load(path).show(q)",
     "to_urdf": "ksl.load(path).to_urdf(path)",

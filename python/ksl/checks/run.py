@@ -67,6 +67,9 @@ def check(
     Raises DescriptionError where there is no XML file to check, ValueError for an unknown rule.  Cost: O(links), and
     the first bytes of
     each mesh; of STL and OBJ meshes also a sample of the vertices.  Needs lxml, of the extra `ksl[check]`.
+
+        findings = ksl.check("robot.urdf")
+        print(findings.summary, [f.rule for f in findings])
     """
     robot, left_out = _read(path, ignore, package_paths, symmetry)
     return _findings(robot, left_out)

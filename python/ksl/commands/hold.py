@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from ksl.commands.app import app, command_line, console, fail
+from ksl.commands.app import GroupedOptions, app, command_line, console, fail
 from ksl.commands.options import (
     FloatingBase,
     Gravity,
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from ksl.model.states import Order, Side
 
 
-@app.command()
+@app.command(cls=GroupedOptions)
 def hold(
     robot: Robot,
     pose: Annotated[list[str], typer.Option(metavar="FILE|NAME=VALUE", help="Position of a joint, rad or m, or 90deg (repeatable); or a file: TOML of positions, or a motion.")] = [],
@@ -87,9 +87,7 @@ def hold(
     except (ValueError, OutputError, RuntimeError) as e:
         fail(e)
     out = console(120)
-    print_pose(out, run)
-    if output:
-        out.print(f"written to {output}: {', '.join(written)}", markup=False, soft_wrap=True)
+    print_pose(out, run, [f"written to {output}: {', '.join(written)}"] if output else [])
 
 
 def _check_words(model: Model, files: list[str], time: float | None, of: str, worst: str, seed: int) -> None:

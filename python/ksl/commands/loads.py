@@ -10,7 +10,7 @@ import typer
 
 from ksl.base.files_read import recorded
 from ksl.base.printable import one_line
-from ksl.commands.app import app, command_line, console, discard_output, fail, unwritable
+from ksl.commands.app import GroupedOptions, app, command_line, console, discard_output, fail, unwritable
 from ksl.commands.options import (
     MOTION_HELP,
     ColumnMapFile,
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from ksl.report.pdf import Paper
 
 
-@app.command()
+@app.command(cls=GroupedOptions)
 def loads(
     robot: Robot,
     motion: Annotated[Path | None, typer.Argument(metavar="[MOTION]", help=MOTION_HELP)] = None,
@@ -125,9 +125,7 @@ def loads(
         run = _run(model, robot, motion, cases, external, columns, placement, loaded, reading, options)
         out = console(120)
         written = _written(run, output, csv, force, out, report)
-        print_run(out, run)
-        for line in (f"written to {output}: {', '.join(written)}", f"report: {output / 'report.html'}"):
-            out.print(line, markup=False, soft_wrap=True)
+        print_run(out, run, [f"written to {output}: {', '.join(written)}", f"report: {output / 'report.html'}"])
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA

@@ -78,6 +78,9 @@ class InverseKinematicsCalls(Requests):
         Never raises for a target that is not reached: the result says so, and why.  Raises ResultError for one, or for a start, that is so far
         away that the square of its distance is not finite.  Damped least squares (Levenberg 1944,
         Marquardt 1963; damping as Sugihara, IEEE Trans. Robotics 27 (2011) 984).  About 15 iterations a target, O(depth) each.
+
+            found = m.inverse_kinematics("tool0", m.frame_pose(q, "tool0"), q0=q + 0.1)
+            assert found.converged, found.reason
         """
         if not isinstance(names, str) and not isinstance(names, Iterable):
             raise ValueError(f"names={names!r}; expected a link or joint, or several")

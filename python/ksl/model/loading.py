@@ -45,6 +45,8 @@ def load(
     model: which model of an SDF file that has several; None is the only one that is not static.
     physics, friction_width: which physics of joints the model has, as :meth:`Model.with_physics` takes them; none by default.
     Raises :class:`DescriptionError`, which names file, line, link or joint, what is wrong and how to mend it.
+
+        m = ksl.load("robot.urdf", payloads={"tool0": (2.0, (0, 0, 0.05))})   # 2 kg, 5 cm in front of the flange
     """
     try:
         file = os.fsdecode(path)
@@ -79,6 +81,8 @@ def load_string(
     text: the contents; the encoding of bytes is found out.  Messages call it `<string>`, and name its lines.  Meshes of an MJCF text are
     looked for in the current folder.  The other arguments, and errors, are those of :func:`load`.  A pickle of the model contains all
     that it is made of.
+
+        m = ksl.load_string(open("robot.urdf").read())
     """
     if not isinstance(text, (str, bytes)):
         raise ValueError(f"text is {type(text).__name__}; expected the contents of a robot file; ksl.load(path) reads a file")

@@ -271,6 +271,8 @@ class Mechanism:
         Uniform between the limits of joints, those of mimic joints included; where the file gives none, in (−π, π] for angles
         and between −1 m and 1 m for lengths.  Quaternions are uniform on the sphere of orientations.
         rng: a generator, a seed for one, or None for a fresh one.
+
+            q = m.random(1, size=1000)                                      # (1000, 6)
         """
         try:
             generator = np.random.default_rng(rng)

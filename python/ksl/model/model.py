@@ -97,6 +97,8 @@ class Model(Surgery, InverseKinematicsCalls):
 
         Efforts of inverse and forward dynamics are then those of the motors; :meth:`effort_parts` splits them.  Mass matrix, energies
         and derivatives follow.  What the robot has and the model doesn't apply is listed in `unused`.
+
+            tau = m.with_physics(["damping", "friction"]).inverse_dynamics(q, v, a)
         """
         return Model(self._core.with_physics(given.physics(physics, friction_width)), layout=self._layout, inputs=self.inputs)
 
@@ -141,6 +143,8 @@ class Model(Surgery, InverseKinematicsCalls):
         axes: "link" or "world".  order: "lin_ang" or "ang_lin".
 
         Newton's and Euler's laws for the part beyond, with the reactions of its joints.  O(bodies) for each joint beyond.
+
+            cut = m.section_wrench(q, v, a, "forearm_link", point=(0, 0, 0.2), normal=(0, 0, 1))
         """
         from ksl.model.section import section_wrench
 
@@ -169,6 +173,8 @@ class Model(Surgery, InverseKinematicsCalls):
         time (n), increasing, s; q (n, nq); v and a (n, nv) are differentiated from a quintic spline where they are missing.
         external: {link: (n, 6), or (6) for all samples}, or {link: ksl.Wrench}.  on, at, axes, order: as in :meth:`reactions`.
         Raises :class:`ksl.MotionError`.  Needs the extra `ksl[loads]`.
+
+            table = m.wrench_table(time, q_over_time)
         """
         return cast("ArrowTable", function_of("wrench_table")(self, time, q, v, a, external=external, on=on, at=at, axes=axes, order=order))
 

@@ -48,6 +48,8 @@ class Surgery(Calls):
         joints: {name: q}, a number, or as many as the joint has in q.  Names and links are kept, reactions through the joints are still
         available.  A `floating_base` that is frozen puts the root where it is, on a massless link `world`.  Mimic joints are frozen with
         their leaders, where these hold them; one alone is refused.
+
+            held = m.with_frozen_joints({"elbow": 1.5})
         """
         positions = given.mapping(joints, "joints", "{joint: position}")
         frozen = [(given.name(name, "a joint"), [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in positions]
@@ -59,7 +61,10 @@ class Surgery(Calls):
 
     def with_payload(self: S, link: str, mass: float, center_of_mass: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike | None = None) -> S:
         """A rigid body is welded to a link: its mass, kg, its centre of mass (3) in the link's frame, m, and its inertia (3, 3) about
-        that in the link's axes, kg m²; None for a point mass."""
+        that in the link's axes, kg m²; None for a point mass.
+
+            loaded = m.with_payload("tool0", 2.0, (0, 0, 0.05))
+        """
         return self._made(self._core.with_payload(given.name(link, "link"), given.mass(f"payload on {link}", mass, center_of_mass, inertia)))
 
     def merged(self: S, other: Surgery, parent_link: str, pose: given.PoseLike | None = None, prefix: str = "") -> S:
@@ -83,6 +88,8 @@ class Surgery(Calls):
         """A frame `name`, at `pose`, (4, 4) or :class:`ksl.Pose`, in a link's frame, that may be used wherever a link may.
 
         It is a massless link, welded by a joint `NAME_joint`; no result of the other links changes, not in a bit.
+
+            T = m.with_frame("tip", "tool0", ksl.Pose.from_rpy((0, 0, 0.1))).frame_pose(q, "tip")
         """
         return self._made(self._core.with_frame(given.name(name, "name"), given.name(link, "link"), given.pose(pose, f"frame {name}: its pose", link)))
 

@@ -45,6 +45,11 @@ def compute_loads(
     have theirs at "joint".  joints: one or several, whose wrenches are wanted; all by default.
     reading: arguments of :func:`ksl.read_motion`, for example {"degrees": True, "smooth": 20}.
     Raises MotionError, DescriptionError or ValueError, and says how to mend it.  Needs the extra `ksl[loads]`.
+
+        run = ksl.compute_loads("robot.urdf", "motion.csv", payloads={"tool0": (2.0, (0, 0, 0.05))})
+        print(run.verdict.headline)
+        table = run.wrenches.to_pandas()
+        run.write("results")
     """
     robot = model if isinstance(model, Model) else load(model)
     if reading is not None and not isinstance(reading, Mapping):

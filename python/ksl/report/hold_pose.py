@@ -47,6 +47,9 @@ def hold(
     it is reproducible, and finds the largest value unless that has a very narrow peak.  How many of the 12 came to the same value is in `run.cases[0].kind`,
     the pose is `run.cases[0].motion.q[0]`.
     Raises MotionError or ValueError.  inputs, options, command: for the provenance.
+
+        run = ksl.hold("robot.urdf", {"elbow": 1.5})
+        worst = ksl.hold("robot.urdf", worst="elbow").cases[0].motion.q[0]
     """
     if isinstance(payloads, Mapping) or not all(isinstance(p, Payload) for p in payloads):
         said = "payloads only describe what the model carries already, each as a ksl.load_cases.load_case.Payload"

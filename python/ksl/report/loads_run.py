@@ -39,6 +39,8 @@ class Run(ComputedCases):
         and not refused; files that the run reads never are.  advance: is told the number of samples of each block that is done.
         report: whether there shall be report.json and report.pdf, and components that the report checks.  Returns the names of the files.  All are written, or none: see :func:`staged`.
         Raises MotionError where results are not finite, SizingError and OutputError.
+
+            ksl.compute_loads("robot.urdf", "motion.csv").write("results", csv=True)
         """
         folder = Path(directory)
         refuse_inputs([folder / name for name in RESULTS], [*self._files_read, *([report.components] if report.components else [])])

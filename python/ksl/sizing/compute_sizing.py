@@ -65,6 +65,11 @@ def size(
     sets alone.  joints: only these.  at: {joint: (x, y, z)} points of the moments in the simultaneous sets, from the joint's
     origin in its axes, m; components say their own positions.  Returns figures with formula, inputs, source and utilisation.
     Raises SizingError.  Cost: O(samples) for each component.
+
+        loads = m.wrench_table(time, q_over_time)
+        motor = {"kind": "motor", "joint": "elbow", "gear_ratio": 100, "rotor_inertia": 2.6e-5, "rated_torque": 0.45}
+        sizing = ksl.size(loads, {"component": [motor]})
+        print(sizing.verdict)
     """
     with recorded() as ledger:
         table = _results(results)

@@ -86,6 +86,10 @@ def sweep(
     workers: processes; None: one for each core that this process may use.
     force: replaces the results of another sweep.  progress(cases done, cases): called after each partition.
     One run at a time may write into a folder.  Raises SweepError and OutputError.  About 1 ms of a core for a case of 1,000 samples and 7 joints.
+
+        masses = {"kind": "payload", "link": "tool0", "values": [0.0, 1.0, 2.0]}
+        results = ksl.sweep(m, {"base": {"motion": "motion.csv"}, "vary": [masses]}, "swept")
+        table = results.cases.to_table()
     """
     for name, what in (("robot", robot), ("directory", directory)):
         if not isinstance(what, (str, os.PathLike)) and not (name == "robot" and isinstance(what, Model)):
