@@ -43,18 +43,23 @@ State = tuple[tuple[str, int, int, int, int, int], ...]
 class Ledger:
     """The files that were read while it was the current one."""
 
-    _by_path: dict[str, InputFile] = field(default_factory=dict)
+    _by_path: dict[str, InputFile | None] = field(default_factory=dict)
     _open: set[str] = field(default_factory=set)
 
     @property
     def files(self) -> list[InputFile]:
         """In the order in which they were read first."""
-        return list(self._by_path.values())
+        return [file for file in self._by_path.values() if file is not None]
+
+    def expect(self, file: str) -> None:
+        """Its place is here: what is read inside its block comes after it."""
+        self._by_path.setdefault(os.path.abspath(file), None)
 
     def add(self, file: InputFile, error: type[ValueError]) -> None:
         """Raises `error` if another content of the file was read before."""
         path = os.path.abspath(file.file)
-        before = self._by_path.setdefault(path, file)
+        before = self._by_path.get(path) or file
+        self._by_path[path] = before
         if before.sha256 != file.sha256:
             raise error(changed(file.file, "since it was read first"))
 
@@ -83,6 +88,7 @@ def being_read(role: str, path: str | os.PathLike[str], error: type[ValueError])
     if ledger is None or file in ledger._open:
         yield
         return
+    ledger.expect(file)
     before = state_of(file)
     if before is None:
         yield

@@ -107,6 +107,7 @@ def _load(
         raise DescriptionError(f"{readable}: MuJoCo reads only paths in UTF-8; rename the file or its folder")
     said: list[str] = []
     files = FilesOfMjcf(file, contents, text is not None)
+    _forget_meshes(mujoco)
     handler = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: said.append(f"MuJoCo's compiler says: {_one_line(text)}"))  # instead of a log file in the current folder
     try:
@@ -116,6 +117,12 @@ def _load(
     finally:
         mujoco.set_mju_user_warning(handler)
     return _model(compiled, file, floating_base, independent, strict, gravity, payloads, masses, said, files.inputs(DescriptionError))
+
+
+def _forget_meshes(mujoco: Any) -> None:
+    """MuJoCo keeps meshes by the names of their files and times of change in whole seconds: one that was replaced a moment ago would be the old one."""
+    if hasattr(mujoco, "mj_clearCache") and hasattr(mujoco, "mj_getCache"):
+        mujoco.mj_clearCache(mujoco.mj_getCache())
 
 
 def _is_utf_8(path: str) -> bool:

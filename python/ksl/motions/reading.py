@@ -73,11 +73,11 @@ def read_motion(
     check_options(os.fspath(path), {"map": map, "time_unit": time_unit, "topic": topic, **flags, **numbers})
     if not isinstance(model, Mechanism):
         raise ValueError(f"model is {type(model).__name__}; expected a model, which ksl.load(file) makes")
-    columns = read_map(map) if map is not None else ColumnMap("")
     with being_read("motion", _whole(path), MotionError):
         table = open_table(path, topic, positions_only)
         if isinstance(table, NpzTable):
             table = with_matrices(table, model)
+        columns = read_map(map) if map is not None else ColumnMap("")
         choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
         values = _values(table, choice)
     time, time_notes = in_seconds(table, with_unit(table, choice.time, time_unit), values.pop(TIME))
