@@ -33,6 +33,19 @@ def balanced(text: str, vocabulary: Mapping[str, Collection[str]]) -> tuple[str,
     return by_words if len(by_words[1]) <= len(plain[1]) else plain
 
 
+def end_of_root(data: bytes) -> int:
+    """Where the root element of a well-formed file ends: behind the last tag that is in no comment or instruction.  O(length)."""
+    text = data.decode("iso-8859-1")  # a character for each byte
+    at = end = 0
+    while token := TOKEN.search(text, at):
+        at = token.end()
+        if token[0] in SKIPPED:
+            at = text.find(SKIPPED[token[0]], at) + 1 or len(text)
+        else:
+            end = at
+    return end
+
+
 class _Mender:
     """Copies a text, and closes what is open where that is asked for."""
 
