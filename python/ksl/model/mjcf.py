@@ -313,7 +313,9 @@ class _Reader:
         v = slice(int(mj.jnt_dofadr[j]), int(mj.jnt_dofadr[j]) + OF_MUJOCO[int(mj.jnt_type[j])].nv)
         for ours, theirs in (("damping", "damping"), ("friction", "frictionloss"), ("armature", "armature")):
             values = getattr(mj, f"dof_{theirs}")[v]
-            if values.any() and np.ptp(values):
+            if ours == "armature" and values.any() and int(mj.jnt_type[j]) == FREE:  # mostly that of a default class
+                self.not_carried("armature of a free joint", name)
+            elif values.any() and np.ptp(values):
                 self.not_carried(f"{theirs}, unequal", name)
             elif values.any():
                 numbers[ours] = float(values[0])
