@@ -141,7 +141,7 @@ def main(programs: Path) -> None:
             print(f"{what:46} {seconds(ours) / seconds(theirs):6.2f} times as long as {other}; at most {most:g} times")
         m = ksl.load(ROOT / "examples/robots/panda.urdf")
         x = read_motion(m, ROOT / "examples/motions/panda_pick.csv")
-        table = m.loads(x.time, x.q, x.v, x.a)
+        table = m.wrench_table(x.time, x.q, x.v, x.a)
         try:
             print(
                 f"{'sizing of the Panda by its pick motion':46} {seconds(lambda: ksl.size(table, ROOT / 'examples/components/panda.toml')):6.3f} s; at most 2 s\n"

@@ -10,7 +10,16 @@ target_include_directories(ksl_compat INTERFACE
 target_link_libraries(ksl_compat INTERFACE ksl_algebra)
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/ksl)
-install(DIRECTORY include/ksl DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+# Headers whose code is in the engine's library come with it.  What is in C++ beside them is written with the engine's headers.
+set(of_the_engine)
+if(NOT KSL_ENGINE)
+  file(GLOB cpp RELATIVE ${PROJECT_SOURCE_DIR}/include/ksl ${PROJECT_SOURCE_DIR}/include/ksl/*.hpp)
+  list(REMOVE_ITEM cpp algebra.hpp isa.hpp pack.hpp spatial.hpp) # templates of the algebra
+  foreach(header IN ITEMS engine arrays.h engine.h engine_building.h engine_calls.h LISTS cpp)
+    list(APPEND of_the_engine PATTERN include/ksl/${header} EXCLUDE)
+  endforeach()
+endif()
+install(DIRECTORY include/ksl DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} ${of_the_engine})
 install(TARGETS ksl_algebra ksl_algebra_static ksl_compat EXPORT ksl_algebra)
 install(EXPORT ksl_algebra NAMESPACE ksl:: FILE ksl-algebra-targets.cmake DESTINATION ${package})
 if(KSL_ENGINE)

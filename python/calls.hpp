@@ -13,6 +13,7 @@
 #include "batch/threads.hpp"
 #include "engine/arguments.hpp"
 #include "engine/coupled.hpp"
+#include "text/rounding.hpp"
 #include "ksl/dynamics.hpp"
 #include "text/words.hpp"
 
@@ -144,6 +145,7 @@ public:
   }
 
   nb::object run(nb::handle out, nb::handle threads) {
+    const ksl::nearest_rounding rounding;
     const int most = thread_count(threads);
     ksl::coupled::require_projection(row_, m_);
     ksl::kernels(); // raises the error of an unusable KSL_ISA here and not on another thread

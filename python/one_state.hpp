@@ -43,7 +43,8 @@ public:
     const ksl::kernels_in<double> &kernel = ksl::kernels_of_row<double>(row_);
     const ksl::model_view<double> view = m_.view_in<double>();
     const std::size_t bytes = kernel.workspace_bytes(view), nv = static_cast<std::size_t>(m_.nv());
-    std::byte *const workspace = ksl::thread_memory(ksl::kept_for::workspace, bytes + (row_.variant_of ? nv * sizeof(double) : 0));
+    std::byte *const workspace =
+        ksl::thread_memory(ksl::kept_for::workspace, bytes + (row_.variant_of ? nv * sizeof(double) : 0));
     if (row_.variant_of)
       take_zeros(state, reinterpret_cast<double *>(workspace + bytes), nv);
     if (!kernel.state(view, workspace, state) || !(row_.needs_mass || results_are_finite(state)))

@@ -32,12 +32,14 @@ class kept_blocks {
 public:
   /// One with at least so many bytes, and not many times as many; or null.
   header *take(std::size_t bytes) {
-    const std::unique_lock<std::mutex> lock(mutex_, std::try_to_lock); // in a child of fork() it may be held by nobody who is left
+    const std::unique_lock<std::mutex> lock(
+        mutex_, std::try_to_lock); // in a child of fork() it may be held by nobody who is left
     if (!lock)
       return nullptr;
     int best = -1;
     for (int i = 0; i < n_; ++i)
-      if (block_[i]->bytes >= bytes && block_[i]->bytes / 2 <= bytes && (best < 0 || block_[i]->bytes < block_[best]->bytes))
+      if (block_[i]->bytes >= bytes && block_[i]->bytes / 2 <= bytes &&
+          (best < 0 || block_[i]->bytes < block_[best]->bytes))
         best = i;
     return best < 0 ? nullptr : remove(best);
   }
@@ -53,6 +55,15 @@ public:
     kept_ += block->bytes;
     block_[n_++] = block;
     return true;
+  }
+
+  /// Gives all up.  Were there any?
+  bool give_up() {
+    const std::unique_lock<std::mutex> lock(mutex_, std::try_to_lock);
+    const bool any = lock && n_ > 0;
+    while (lock && n_ > 0)
+      std::free(remove(n_ - 1));
+    return any;
   }
 
 private:
@@ -83,7 +94,9 @@ inline void *allocate(void *, std::size_t bytes) noexcept {
     const std::size_t whole = (bytes + sizeof(header) + unit - 1) / unit * unit;
     if (whole < bytes)
       return nullptr;
-    block = static_cast<header *>(std::aligned_alloc(unit, whole));
+    do
+      block = static_cast<header *>(std::aligned_alloc(unit, whole));
+    while (!block && kept().give_up());
     if (!block)
       return nullptr;
 #if defined(__linux__)

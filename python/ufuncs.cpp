@@ -8,6 +8,7 @@
 #include <numpy/ufuncobject.h>
 
 #include "batch/threads.hpp"
+#include "text/rounding.hpp"
 #include "engine/array_kernels.hpp"
 
 #include <algorithm>
@@ -189,6 +190,7 @@ constexpr std::size_t block = 64, least_items = 32768, parts_each = 16;
 
 /// The inner loop.
 template <class T> void loop(char **args, const npy_intp *dimensions, const npy_intp *steps, void *data) {
+  const ksl::nearest_rounding rounding;
   operands<T> all{*static_cast<const function_row *>(data), dimensions[0], {}, {}};
   const npy_intp n = all.n, *inner = steps + all.count();
   bool all_plain = true;
@@ -226,11 +228,14 @@ struct kept {
 };
 kept keep[function_count];
 
-/// Sets signature and docstring.  NumPy adds the first line, with the arguments.
+/// Sets signature and docstring.  NumPy adds the first line, with the arguments.  The next one says what a user of matrices gets wrong.
 void describe(const function_row &f, kept &k) {
+  if (std::any_of(f.types, f.types + f.inputs + 1, [](operand_type t) { return t == mat3x3 || t == SE3; }))
+    k.doc =
+        "Rotations are stored by columns, the transpose of the usual matrix: ksl.ufuncs.poses(matrix) converts.\n\n";
   for (const text_row &t : texts)
     if (std::strcmp(t.name, f.name) == 0)
-      k.doc = t.text;
+      k.doc += t.text;
   k.doc += "\n\n";
   for (int i = 0; i <= f.inputs; ++i) {
     const shape_row &s = shapes[f.types[i]];

@@ -247,7 +247,7 @@ class Flattener:
                 continue  # PROLOGUE has them
             elif m := re.match(r"#define KSL_NAMES KSL_NAMES_(\w+)", line):
                 macros = scalar_macros(m[1]) if m[1] != "END" else {}
-            elif line.startswith("#pragma"):
+            elif line.startswith("#pragma") and "diagnostic" not in line:
                 continue  # no name of the user's is touched any more
             elif (m := re.match(r"#define (\w+)", line)) and depth == 1 and m[1] in undefined:
                 defined, value = parse_define(line)

@@ -275,7 +275,7 @@ static const char *sequence(ksl_axis_enum_t axis, char text[4]) {
   for (int i = 0; i < 3; i++)
     text[i] = "xyz"[axes.at[i]];
   text[3] = 0;
-  return (int)axis < 0 || axis >= KSL_AXIS_INVALID ? "invalid" : text;
+  return (unsigned)axis >= (unsigned)KSL_AXIS_INVALID ? "invalid" : text;
 }
 
 void ksl_eulerangles_printWithOptions(FILE *file, const ksl_eulerangles_t *self, ...) {

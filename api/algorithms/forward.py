@@ -55,9 +55,9 @@ Composite-rigid-body algorithm and sparse factors (Featherstone, RBDA 2008, tabl
         "carry the links named, the accelerations {a} are given, and of the others the efforts {tau} (Featherstone, RBDA 2008, section 9.2).  "
         "O(bodies).",
         python="""
-names: the joints (or the links that they carry) whose accelerations are given, in a (…, nv); by default all.  For the other joints the
-efforts are given, in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint
-that is named stands for its leader.
+names: the joints whose accelerations are given, in a (…, nv); by default all.  For the other joints the efforts are given, in
+tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint that is named stands
+for its leader.  Fixed joints, and links, are refused.
 q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm (Featherstone, RBDA 2008, section 9.2); O(bodies).
 """,
     ),

@@ -62,11 +62,13 @@ Raises ValueError for shapes that don't fit and numbers that are complex or not 
         "parent side exerts on the child side through each joint, whole or its constraint, actuation or coupling part (Coscrews page, (7)–(9)).",
         python="""
 q, v, a, external: as in :meth:`inverse_dynamics`.  Returns (…, joints, 6); N and N m.
-joints: names in the order wanted, mimic joints, fixed ones and `base` too; by default the moving joints in the order of q.
+joints: names in the order wanted, mimic joints, fixed ones and `base` too; by default the moving joints in the order of q.  `base` joins
+a fixed root to the ground; it is `ground` where a joint, or a link other than the root, is called `base`.
 on: the side that the wrench acts on; "parent" gives the negative.
 at: the point that moments are about: "joint" (the joint's origin), "world" (its origin), a link's name (its
 origin), or three numbers, an offset from the joint's origin in the joint's axes, m.
-axes: "joint" (those of the joint's frame on the child side: the child link's), "world", or a link's name.
+axes: "joint" (those of the joint's frame on the child side: the child link's), "world", or a link's name.  "link:NAME" is a link
+whatever it is called, "joint" say; "ksl:world" is the world beside a link `world` that is elsewhere, for which "world" is refused.
 order: "lin_ang" (fx fy fz tx ty tz) or "ang_lin".
 part: "constraint" is what the structure carries, H̄* f; "actuation" what lies along the joint's motion, h̄* f
 (revolute: the moment about the axis; prismatic: the force along it; fixed: nothing; floating: all); "coupling" the

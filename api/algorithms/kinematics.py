@@ -29,7 +29,8 @@ q, out, threads: as in :meth:`inverse_dynamics`.  :meth:`frame_poses` gives seve
         text="Poses {poses} of links' frames in the world, m, each matrix row-major, for {q}.  A link may come twice.  All are computed "
         "from one walk over the bodies: O(bodies + links).",
         python="""
-names: in the order wanted; by default all links in the order of `link_names`.
+names: in the order wanted; by default all links in the order of `link_names`.  "link:NAME" and "joint:NAME" say which is meant where a
+link and a joint that carries another one have the same name, which alone is refused.
 q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies + links).
 """,
     ),

@@ -10,7 +10,7 @@ KSL_BEGIN_C
 KSL_INLINE ksl_vec3i_t ksl_axis_getVector(ksl_axis_enum_t axis) {
   const int axes[13][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {1, 0, 2}, {2, 1, 0}, {0, 1, 0},
                            {0, 2, 0}, {1, 0, 1}, {1, 2, 1}, {2, 0, 2}, {2, 1, 2}, {0, 1, 2}};
-  const int n = (int)axis < 0 || axis > KSL_AXIS_INVALID ? (int)KSL_AXIS_INVALID : (int)axis;
+  const int n = (unsigned)axis > (unsigned)KSL_AXIS_INVALID ? (int)KSL_AXIS_INVALID : (int)axis;
   ksl_vec3i_t v;
   v.x = axes[n][0];
   v.y = axes[n][1];

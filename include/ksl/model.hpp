@@ -53,7 +53,7 @@ struct link_inertia {
 };
 
 /// A joint as a user sees it.  Every link is carried by exactly one joint.  For a fixed root it is called `base`, or `ground` if
-/// the description has a joint named `base`.
+/// the description has a joint, or another link, named `base`.
 struct joint_row {
   std::string name;
   joint_kind kind;

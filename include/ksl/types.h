@@ -6,7 +6,12 @@
 
 #include <stdbool.h>
 
-/* Anonymous structs are C11; in C++ they are an extension that gcc and clang accept in silence behind this word. */
+/* Anonymous structs are C11; in C++ they are an extension that gcc and clang accept in silence behind this word.  In C99, -pedantic
+   is told once that they are meant. */
+#if !defined(__cplusplus) && defined(__GNUC__) && __STDC_VERSION__ < 201112L
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpedantic"
+#endif
 #ifdef __cplusplus
 #define KSL_VIEW __extension__ struct
 #else
@@ -69,5 +74,8 @@ typedef enum ksl_axis_enum_t {
 typedef enum ksl_matrix_enum_t { KSL_ROW_MAJOR = 0, KSL_COLUMN_MAJOR } ksl_matrix_enum_t;
 
 #undef KSL_VIEW
+#if !defined(__cplusplus) && defined(__GNUC__) && __STDC_VERSION__ < 201112L
+#pragma GCC diagnostic pop
+#endif
 
 #endif

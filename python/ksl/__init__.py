@@ -6,12 +6,30 @@
     held = m.reactions(q, v, a, part="constraint")           # (…, joints, 6): what the structure carries
 
 SI units, radians; six-vectors are linear first unless `order="ang_lin"`; arrays have the state on the leading axes.
+
+What there is for users; help(ksl.load) and the like say more:
+
+    robots        load(path), load_string(text), Builder: a Model, with its Joint and Link; every algorithm is a method, help(ksl.Model)
+    jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, sweep; check: Findings of one Finding each
+    motions       read_motion; motions.generate makes some
+    algebra       Pose, Twist, Acceleration, Wrench, Momentum, Inertia: typed, with checked frames; ufuncs: the same over plain arrays
+    modules       identification, base_parameters, consistency; mjcf, states in MuJoCo's layout
+    errors        DescriptionError, MotionError, CaseError, ResultError, SizingError, SweepError, ViewerError, FrameError: all are ValueErrors
+    warnings      DescriptionWarning, QuaternionWarning
+
+The other modules are inner ones, which may change with every version.
 """
 
 from ksl.base import higher_rooms as _higher_rooms
 
 TYPE_CHECKING = False  # a type checker takes it for true, and `import typing` would take longer than all the rest
 if TYPE_CHECKING:  # what the table below says, for type checkers and editors
+    from ksl import base_parameters as base_parameters
+    from ksl import consistency as consistency
+    from ksl import identification as identification
+    from ksl import mjcf as mjcf
+    from ksl import motions as motions
+    from ksl import ufuncs as ufuncs
     from ksl._core import __version__ as __version__
     from ksl.base.errors import CaseError as CaseError
     from ksl.base.errors import DescriptionError as DescriptionError
@@ -33,7 +51,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.model.mechanism import Link as Link
     from ksl.model.model import Model as Model
     from ksl.motions.reading import read_motion as read_motion
-    from ksl.report.compute_loads import loads as loads
+    from ksl.report.compute_loads import compute_loads as compute_loads
     from ksl.report.hold_pose import hold as hold
     from ksl.report.loads_run import Run as Run
     from ksl.sizing.compute_sizing import size as size
@@ -71,10 +89,10 @@ _MODULE_OF = {
     "Wrench": "ksl.spatial",
     "__version__": "ksl._core",
     "check": "ksl.checks.run",
+    "compute_loads": "ksl.report.compute_loads",
     "hold": "ksl.report.hold_pose",
     "load": "ksl.model.loading",
     "load_string": "ksl.model.loading",
-    "loads": "ksl.report.compute_loads",
     "read_motion": "ksl.motions.reading",
     "size": "ksl.sizing.compute_sizing",
     "sweep": "ksl.sweeps.compute_sweep",
@@ -82,13 +100,23 @@ _MODULE_OF = {
 """Public names, and the modules that are imported when they are first used.  `import ksl` alone imports not even NumPy: the help of the
 command line needs none of it, and NumPy takes longer to import than the help to print.  A public name has a line here and one above."""
 
+_MODULES = {
+    "base_parameters": "ksl.base_parameters",
+    "consistency": "ksl.consistency",
+    "identification": "ksl.identification",
+    "mjcf": "ksl.mjcf",
+    "motions": "ksl.motions.generate",
+    "ufuncs": "ksl.ufuncs",
+}
+"""Public modules, and what is imported when they are first used as `ksl.NAME`."""
+
 __all__ = list(_MODULE_OF)
 
 _higher_rooms.FUNCTIONS.update(
     {
         "_repr_html_": "ksl.viewer.notebook:html_of",
-        "loads": "ksl.load_cases.wrench_table:wrench_table",
         "show": "ksl.viewer.live:show",
+        "wrench_table": "ksl.load_cases.wrench_table:wrench_table",
     }
 )
 """Methods of a model that rooms above the model's compute."""
@@ -97,16 +125,22 @@ if not TYPE_CHECKING:  # otherwise a type checker would believe in any name
 
     def __getattr__(name: str) -> object:
         """Imports the module of a public name (PEP 562)."""
+        import sys
         from importlib import import_module
 
+        if name in _MODULES:
+            import_module(_MODULES[name])
+            return sys.modules[f"ksl.{name}"]
         if name not in _MODULE_OF:
             from ksl.base.errors import near_names
+            from ksl.base.other_names import OF_PACKAGE
 
-            raise AttributeError(f"module 'ksl' has no attribute {name!r}; {near_names(name, _MODULE_OF)}dir(ksl) lists them", name=name)
+            mend = OF_PACKAGE[name] if name in OF_PACKAGE else f"{near_names(name, [*_MODULE_OF, *_MODULES])}dir(ksl) lists them"
+            raise AttributeError(f"module 'ksl' has no attribute {name!r}; {mend}", name=name)
         value = getattr(import_module(_MODULE_OF[name]), name)
         globals()[name] = value  # from now on an ordinary attribute
         return value
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return sorted([*__all__, *_MODULES])

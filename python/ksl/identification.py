@@ -1,5 +1,6 @@
 """Identification: what :mod:`ksl.identify.identification` has for users (docs/identification.md)."""
 
+from ksl.identify.certificate import Certificate
 from ksl.identify.identification import Identification, identify
 
-__all__ = ["Identification", "identify"]
+__all__ = ["Certificate", "Identification", "identify"]

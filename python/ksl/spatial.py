@@ -13,7 +13,7 @@ passed on, in poses and inertias it is refused.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, ClassVar, Literal, NoReturn, TypeVar, overload
 
 import numpy as np
@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ksl import ufuncs
 from ksl.base.errors import FrameError, near_names
+from ksl.base.rotations import rotation_of_quaternion, rotation_of_rpy
 
 Floats = NDArray[np.floating[Any]]
 Order = Literal["lin_ang", "ang_lin"]
@@ -461,6 +462,38 @@ class Pose(_Value):
         return cls.from_columns(columns, to=to, of=of, project=project)
 
     @classmethod
+    def from_rpy(cls, xyz: ArrayLike = (0.0, 0.0, 0.0), rpy: ArrayLike = (0.0, 0.0, 0.0), *, to: str | None = None, of: str | None = None) -> Pose:
+        """From t = xyz (…, 3), m, and rpy (…, 3): roll, pitch, yaw, rad, about the fixed axes x, y, z in this order, as `<origin>` of URDF.
+
+        R = Rz(yaw) Ry(pitch) Rx(roll).
+
+            X = ksl.Pose.from_rpy((0, 0, 0.1), (0, 0, 1.5708), to="flange", of="tool")
+        """
+        return cls._turned(rotation_of_rpy, xyz, rpy, 3, "rpy", to, of)
+
+    @classmethod
+    def from_quaternion(
+        cls, xyz: ArrayLike = (0.0, 0.0, 0.0), quaternion: ArrayLike = (0.0, 0.0, 0.0, 1.0), *, to: str | None = None, of: str | None = None
+    ) -> Pose:
+        """From t = xyz (…, 3), m, and a unit quaternion (…, 4), **x, y, z, w**: `np.roll(q, -1, axis=-1)` of one with w first.
+
+        It is normalised; raises ValueError where its length is not 1 within 1e-2.
+
+            X = ksl.Pose.from_quaternion((0, 0, 0.1), (0, 0, 0.7071, 0.7071), to="flange", of="tool")
+        """
+        return cls._turned(rotation_of_quaternion, xyz, quaternion, 4, "quaternion", to, of)
+
+    @classmethod
+    def _turned(cls, rotation: Callable[[Floats], Floats], xyz: ArrayLike, turn: ArrayLike, count: int, what: str, to: str | None, of: str | None) -> Pose:
+        t, given = _floats(xyz, (3,), "Pose xyz"), _floats(turn, (count,), f"Pose {what}")
+        _all_or_raise(np.isfinite(given).all(axis=-1), f"Pose {what}", "has numbers that aren't finite")
+        try:
+            R = rotation(given.astype(np.float64)).astype(given.dtype)
+        except ValueError as error:
+            raise ValueError(f"Pose: {error}") from None
+        return cls.from_Rt(R, t, to=to, of=of)
+
+    @classmethod
     def identity(cls, *, to: str | None = None, of: str | None = None, dtype: DTypeLike = np.float64) -> Pose:
         """Frame `of` where frame `to` is."""
         return cls.from_columns(np.eye(4, 3, dtype=dtype), to=to, of=of)
@@ -502,6 +535,12 @@ class Pose(_Value):
         M[..., :3, :] = np.swapaxes(self._numbers, -1, -2)
         M[..., 3, 3] = 1
         return M
+
+    def array_in(self, to: str | None = None) -> Floats:
+        """(…, 4, 4), as calls of models take poses.  Raises :class:`ksl.FrameError` for the pose in a frame of another name than `to`, unless it has none."""
+        if self._to is not None and to is not None and self._to != to:
+            raise FrameError(f"{self._name()} is given in {_frame(self._to)}; expected it in {_frame(to)}")
+        return self.matrix
 
     @property
     def columns(self) -> Floats:

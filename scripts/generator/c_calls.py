@@ -111,7 +111,11 @@ HEADER = """\
    by affinity and quotas; never more).  Arrays are row-major: a row a state, strides
    in numbers between rows, negative ones too.  No workspace is passed; memory is kept for each calling thread.  Results are
    the bits of the one-state calls.  Numbers are not checked: a NaN spoils its own state only.  Where an algorithm takes
-   external wrenches or does without, _external_batch is the call that takes them. */
+   external wrenches or does without, _external_batch is the call that takes them.
+
+   Memory: rows of a result must not overlap, and a result must not overlap another one, external wrenches, or an input unless both
+   have the same rows: the same address, stride and length.  Such calls are KSL_BAD_ARGUMENT.  Arrays of equal strides may be parts
+   of one record. */
 #ifndef KSL_ENGINE_CALLS_H
 #define KSL_ENGINE_CALLS_H
 

@@ -4,6 +4,8 @@ import textwrap
 
 from generator.rows import ALGORITHMS, MARK, Algorithm, has, ordered
 
+from algorithms.examples import EXAMPLES  # the rows have made its folder known
+
 WIDTH = 160
 
 EXPRESSED = 'axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang"'
@@ -36,7 +38,7 @@ METHOD = '''\
         {arguments}
     ) -> {result}:
         """{summary}
-{paragraphs}
+{paragraphs}{example}
         """
 {held}{choice}        return self._core.{compiled}({passed})
 '''
@@ -53,6 +55,10 @@ def request_of(row: Algorithm) -> tuple[str, str]:
     keywords, request = (text.replace("names", row.links_keyword) for text in REQUEST[row.request])
     if row.keywords == "kind":
         return keywords.replace("axes:", 'kind: Acceleration = "spatial", axes:'), request[:-1] + ", kind)"
+    if row.links_keyword == "links":
+        request = "self._own_links_of(links)"
+    if row.coupled == "hybrid":
+        return keywords, "self._held_of(names)"
     if ordered(row) and row.request == "links":
         return f'{keywords}, order: Order = "lin_ang"', request[:-1] + ", order)"
     if ordered(row):
@@ -88,6 +94,7 @@ def method(row: Algorithm) -> str:
     given = ", ".join(passed)
     text = METHOD.format(
         name=row.name, arguments=line, result=array, summary=row.summary, compiled=row.name, passed=given, choice=choices(row, given), held=HELD if row.external else "",
+        example=textwrap.indent("\n\n" + EXAMPLES[row.name].strip(), " " * 12, lambda l: l.strip() != "") if row.name in EXAMPLES else "",
         paragraphs=textwrap.indent("\n" + row.python.strip(), "        ", lambda l: l.strip() != ""),
     )  # fmt: skip
     one_line = f"    def {row.name}({line}) -> {array}:"

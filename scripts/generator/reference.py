@@ -1,6 +1,7 @@
 """The reference page of all algorithms: docs/reference/dynamics.md."""
 
-from generator.rows import ALGORITHMS, DEFAULTS, MARK, ORDER, Algorithm, has, kernels_of, ordered, sentence, shape
+from generator.c_calls import batch_arguments, batches, state_arguments
+from generator.rows import ALGORITHMS, DEFAULTS, MARK, ORDER, Algorithm, call, has, kernels_of, ordered, sentence, shape
 
 PAGE = """\
 # Dynamics
@@ -14,7 +15,8 @@ six-vectors linear first unless `order` says otherwise. q has nq numbers; v, a a
   `batch_view` has pointers to the rows.
 * **C**, one state: `ksl_NAME(model, data, inputs…, external, request…, results…)`. Batches: `ksl_NAME_batch(model, n, …, threads)`, with a
   stride behind each array; where external wrenches are optional, `ksl_NAME_external_batch` takes them. The suffix `f` is
-  single precision. (Where reactions are computed beside efforts, the request comes between the two.)
+  single precision. (Where reactions are computed beside efforts, the request comes between the two.) Each section below has the
+  calls in double precision whole; [From C](../c.md) shows them at work.
 * **Python**: `model.NAME(inputs…, external, …, out, threads)`, any leading shape. `rnea`, `aba` and `crba` are other names of
   `inverse_dynamics`, `forward_dynamics` and `mass_matrix`.
 
@@ -70,6 +72,13 @@ def table_row(row: Algorithm) -> str:
     return f"| [{row.name}](#{row.name}) | {', '.join(inputs)} | {', '.join(results)} | {external} | {faces} |"
 
 
+def c_signatures(row: Algorithm) -> str:
+    """The calls from C in double precision, as ksl/engine_calls.h declares them."""
+    calls = [call(f"ksl_status_t ksl_{row.name}(", state_arguments(row, "double"), ");")] if has(row, "c") and "c" in row.faces else []
+    calls += [call(f"ksl_status_t {name}(", batch_arguments(row, "double", external), ");") for name, external in batches(row)] if has(row, "c batch") else []
+    return "```c\n" + "\n".join(calls) + "\n```" if calls else ""
+
+
 def section(row: Algorithm) -> str:
     lines = [sentence(row).replace(".  ", ". ")]
     request = {
@@ -89,7 +98,7 @@ def section(row: Algorithm) -> str:
     lines += [f"By default: {DEFAULTS[row.request]}."] if row.request in DEFAULTS else []
     lines += [f"Computed by `{kernels_of(row).name}`."] if row.variant_of else []
     lines += [f"`{r.name}`{shape(r)}: {r.text}." for r in row.results]
-    return SECTION.format(name=row.name, text="\n\n".join(lines))
+    return SECTION.format(name=row.name, text="\n\n".join(filter(None, [*lines, c_signatures(row)])))
 
 
 def files() -> dict[str, str]:

@@ -3,6 +3,7 @@
 #include "batch/threads.hpp"
 #include "engine/coupled.hpp"
 #include "engine/one_state.hpp"
+#include "text/rounding.hpp"
 #include "engine/thread_memory.hpp"
 
 #include <atomic>
@@ -68,6 +69,7 @@ bool compute_states(const algorithm_row &row, const model &m, const batch_view<S
 template <class S>
 void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &given, int threads,
                    arguments_are arguments) {
+  const nearest_rounding rounding;
   if (given.n > 0) // now, or the first call whose results are looked at would allocate
     thread_memory(kept_for::workspace, examination_bytes(row, m, given));
   if (given.n < 2) {

@@ -2,9 +2,12 @@
 
 #include "batch/threads.hpp"
 #include "engine/inverse_kinematics_kernels.hpp"
+#include "text/rounding.hpp"
 #include "engine/thread_memory.hpp"
 #include "ksl/engine/model/quaternion_tolerance.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 namespace ksl {
@@ -28,10 +31,25 @@ template <class S> void normalize_quaternions(const model &m, const inverse_kine
       }
 }
 
+/// Kernels measure an orientation's error θ by 2 sin(θ/2), which is the largest, 2, at half a turn.
+double chord_of(double angle) {
+  const double pi = std::acos(-1.0);
+  return angle < pi ? 2 * std::sin(angle / 2) : 4;
+}
+template <class S> void chords_to_angles(const inverse_kinematics_batch<S> &batch) {
+  for (std::size_t k = 0; batch.error.first && k < batch.n; ++k) {
+    S &error = row(batch.error, k)[1];
+    error = static_cast<S>(2 * std::asin(std::min(double(error) / 2, 1.0)));
+  }
+}
+
 } // namespace
 
-template <class S> void inverse_kinematics(const model &m, const inverse_kinematics_options &options,
+template <class S> void inverse_kinematics(const model &m, const inverse_kinematics_options &given,
                                            const inverse_kinematics_batch<S> &batch, int threads) {
+  const nearest_rounding rounding;
+  inverse_kinematics_options options = given;
+  options.orientation_tolerance = chord_of(given.orientation_tolerance);
   const inverse_kinematics_kernel<S> solve = kernel<S>();
   const model_view<S> view = m.view_in<S>();
   const coupling_view<S> coupling = m.coupling_in<S>();
@@ -42,6 +60,7 @@ template <class S> void inverse_kinematics(const model &m, const inverse_kinemat
     solve(view, coupling, options, batch, first, end, memory + bytes * seat);
   });
   normalize_quaternions(m, batch);
+  chords_to_angles(batch);
 }
 template void inverse_kinematics(const model &, const inverse_kinematics_options &,
                                  const inverse_kinematics_batch<double> &, int);

@@ -2,6 +2,7 @@
 #include "batch/threads.hpp"
 
 #include "batch/cores.hpp"
+#include "text/rounding.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -128,6 +129,7 @@ private:
   }
 
   void work() {
+    const nearest_rounding rounding; // a new thread has the mode of the one that created it
     std::unique_lock<std::mutex> lock(mutex_);
     while (!stopping_) {
       job *j = open_;
@@ -216,8 +218,15 @@ partition::partition(std::size_t n, std::size_t block, std::size_t least, int mo
 }
 
 void on_threads(const partition &parts, part_function work, void *context) noexcept {
-  job j{parts, work, context};
-  threads_kept().run(j);
+  // Helpers write to the job, and a thread that is cancelled while it waits for them would leave it.  It is cancelled after the call.
+  int before = PTHREAD_CANCEL_ENABLE;
+  pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &before);
+  {
+    const nearest_rounding rounding;
+    job j{parts, work, context};
+    threads_kept().run(j);
+  }
+  pthread_setcancelstate(before, nullptr);
 }
 
 } // namespace ksl

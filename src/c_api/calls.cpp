@@ -159,13 +159,18 @@ void require_arrays(const algorithm_row &row, const model &m, const batch_view<S
     const std::ptrdiff_t numbers = numbers_of(row.result[r], extents_of(m, batch));
     require_result(batch.result[r].first, numbers, row.result[r].name);
     require_rows(batch.result[r], batch.n, numbers, row.result[r].name);
+    check_stride(batch.result[r], numbers, batch.n, row.result[r].name, refuse_argument);
   }
-  if (row.request == request_kind::reactions) {
+  const bool reactions = row.request == request_kind::reactions;
+  const std::ptrdiff_t numbers = reactions ? 6 * static_cast<std::ptrdiff_t>(joints_n) : 0;
+  if (reactions) {
     require_result(wrenches.first, joints_n, "wrenches");
-    require_rows(wrenches, batch.n, 6 * static_cast<std::ptrdiff_t>(joints_n), "wrenches");
+    require_rows(wrenches, batch.n, numbers, "wrenches");
+    check_stride(wrenches, numbers, batch.n, "wrenches", refuse_argument);
   }
   for (int e = 0; e < batch.external_n; ++e)
     require_rows(batch.external[e].wrench, batch.n, 6, "external wrenches");
+  require_apart(row, m, batch, batch.n, wrenches, numbers);
 }
 
 } // namespace
@@ -180,6 +185,7 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
     batch.frame = frame_options_of(frame);
     if (names_links(row.request))
       require_links(m, batch.links.n, batch.links.index);
+    check_links(row, m->model, names_links(row.request) ? batch.links.n : 0, batch.links.index, refuse_argument);
     require(may_name_links(row, m->model, batch.links.n), "links: at most as many as the model has");
     require(threads >= 0, "threads must not be negative; 0 is all cores that the process may use");
     const bool any = batch.n > 0;

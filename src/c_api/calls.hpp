@@ -8,6 +8,7 @@
 
 #include <array>
 #include <climits>
+#include <functional>
 
 namespace ksl::c_api {
 
@@ -73,9 +74,48 @@ template <class S> void require_rows(const rows_view<S> &rows, std::size_t n, st
     require_large_rows(rows, n, columns, name);
 }
 
+/// What checks of engine/arguments.hpp call.
+constexpr auto refuse_argument = [](const std::string &sentence) { throw bad_argument(sentence); };
+
 /// Checks what a row needs of the model.
-inline void require_model_for(const algorithm_row &row, const model &m) {
-  check_model(row, m, [](const std::string &sentence) { throw bad_argument(sentence); });
+inline void require_model_for(const algorithm_row &row, const model &m) { check_model(row, m, refuse_argument); }
+
+template <class S> rows_view<S> rows_of(S *numbers) { return {numbers, 0}; }
+template <class S> const rows_view<S> &rows_of(const rows_view<S> &rows) { return rows; }
+
+/// The memory of external wrenches: of the one array of a state, or of those of a batch.
+template <class S, class Use> void for_external(const state_view<S> &s, Use use) {
+  use(memory_of_rows(rows_of(s.external.wrench), 6 * static_cast<std::ptrdiff_t>(s.external.n)));
+}
+template <class S, class Use> void for_external(const batch_view<S> &batch, Use use) {
+  for (int e = 0; e < batch.external_n; ++e)
+    use(memory_of_rows(batch.external[e].wrench, 6));
+}
+
+/// Checks that the results of n states, and reactions of so many numbers for each, overwrite neither each other nor what is still to be
+/// read.  As Python's calls have it, a result may have the memory of an input if both have the same rows.
+template <class View, class S>
+void require_apart(const algorithm_row &row, const model &m, const View &view, std::size_t n,
+                   const rows_view<S> &reactions, std::ptrdiff_t numbers) {
+  const auto result = [&](int r) {
+    return r < row.results ? memory_of_rows(rows_of(view.result[r]), numbers_of(row.result[r], extents_of(m, view)))
+                           : memory_of_rows(reactions, numbers);
+  };
+  const auto name = [&](int r) { return r < row.results ? row.result[r].name : "wrenches"; };
+  for (int r = 0; r < row.results + (numbers > 0); ++r) {
+    const memory_of_rows out = result(r);
+    for (int i = 0; i < row.inputs; ++i) {
+      const input x = row.input_list[i];
+      check_overlap(out, name(r), {rows_of(input_of(view, x)), length_of(x, m.nq(), m.nv())}, row.input_name[i], n,
+                    true, refuse_argument);
+    }
+    for_external(view, [&](const memory_of_rows &wrench) {
+      check_overlap(out, name(r), wrench, "the external wrenches", n, false, refuse_argument);
+    });
+    for (int other = 0; other < r; ++other)
+      if (!are_apart(out, result(other), n))
+        refuse_argument(std::string(name(other)) + " and " + name(r) + " overlap; give each memory of its own");
+  }
 }
 
 /// Checks the arguments of a row for one state: the workspace, the results and the numbers.  Inputs that the row doesn't have
@@ -85,6 +125,8 @@ template <const algorithm_row &row, class S> void check_state(const ksl_model_t 
   require_model_for(row, m->model);
   if constexpr (names_links(row.request))
     require_links(m, s.links.n, s.links.index);
+  if constexpr (row.coupled == coupled_by::hybrid)
+    check_links(row, model, s.links.n, s.links.index, refuse_argument);
   require(may_name_links(row, model, s.links.n), "links: at most as many as the model has");
   for (int r = 0; r < row.results; ++r)
     require_result(s.result[r], numbers_of(row.result[r], extents_of(model, s)), row.result[r].name);
@@ -100,6 +142,27 @@ template <const algorithm_row &row, class S> void check_state(const ksl_model_t 
       input_of(s, x) = d->data.template zero<S>();
 }
 
+/// Are the results of one state apart from each other and from what is read?  The usual answer, found in a nanosecond.
+template <const algorithm_row &row, class S>
+bool clearly_apart(const model &m, const state_view<S> &s, const S *wrenches = nullptr, std::ptrdiff_t numbers = 0) {
+  const std::less<const S *> before;
+  const auto apart = [&](const S *a, std::ptrdiff_t a_numbers, const S *b, std::ptrdiff_t b_numbers) {
+    return !before(a, b + b_numbers) || !before(b, a + a_numbers);
+  };
+  const auto result = [&](int r) { return r < row.results ? s.result[r] : wrenches; };
+  const auto length = [&](int r) { return r < row.results ? numbers_of(row.result[r], extents_of(m, s)) : numbers; };
+  bool all = true;
+  for (int r = 0; r < row.results + (numbers > 0); ++r) {
+    for (int i = 0; i < row.inputs; ++i)
+      all = all &&
+            apart(result(r), length(r), input_of(s, row.input_list[i]), length_of(row.input_list[i], m.nq(), m.nv()));
+    all = all && apart(result(r), length(r), s.external.wrench, 6 * static_cast<std::ptrdiff_t>(s.external.n));
+    for (int other = 0; other < r; ++other)
+      all = all && apart(result(r), length(r), result(other), length(other));
+  }
+  return all;
+}
+
 /// Computes one state in the caller's workspace.
 template <const algorithm_row &row, class S>
 ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s,
@@ -110,6 +173,8 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s,
     check_state<row>(m, d, s);
     if constexpr (row.external != external_use::none)
       s.external = external_of<S>(m, external);
+    if (!clearly_apart<row>(m->model, s))
+      require_apart(row, m->model, s, 1, rows_view<S>(), 0);
     d->holds_wrenches = 0;
     compute<S>(row, m->model, d->data, s, arguments_are::finite);
     if constexpr (row.kernels == rows::inverse_dynamics.kernels && row.reads(input::a))
@@ -128,6 +193,8 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s,
     check_state<row>(m, d, s);
     if constexpr (row.external != external_use::none)
       s.external = external_of<S>(m, external);
+    if (!clearly_apart<row>(m->model, s))
+      require_apart(row, m->model, s, 1, rows_view<S>(), 0);
     d->holds_wrenches = 0;
     compute<S>(row, m->model, d->data, s, arguments_are::finite);
   });
@@ -145,6 +212,9 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s,
     const reaction_request request = request_of(m, d->links.data(), joints);
     const reaction_result<S> wanted = {&request, wrenches};
     s.reactions_n = 1, s.reactions = &wanted;
+    const std::ptrdiff_t numbers = 6 * static_cast<std::ptrdiff_t>(joints.n);
+    if (!clearly_apart<row>(m->model, s, wrenches, numbers))
+      require_apart(row, m->model, s, 1, rows_of(wrenches), numbers);
     d->holds_wrenches = 0;
     compute<S>(row, m->model, d->data, s, arguments_are::finite);
     d->holds_wrenches = sizeof(S);

@@ -21,6 +21,21 @@ inverse_kinematics_options options_of(const ksl_inverse_kinematics_options_t *gi
   return options;
 }
 
+/// Checks that q and errors overwrite neither each other nor the targets.  q may have the memory of the starts.
+template <class S>
+void require_results_apart(const model &m, const inverse_kinematics_batch<S> &batch, int frames_n) {
+  const std::size_t n = batch.n;
+  check_stride(batch.q, m.nq(), n, "q", refuse_argument);
+  check_stride(batch.error, 2, n, "errors", refuse_argument);
+  const memory_of_rows q(batch.q, m.nq()), errors(batch.error, 2), start(batch.start, m.nq()),
+      targets(batch.target, 16 * static_cast<std::ptrdiff_t>(frames_n));
+  check_overlap(q, "q", targets, "targets", n, false, refuse_argument);
+  check_overlap(errors, "errors", targets, "targets", n, false, refuse_argument);
+  check_overlap(q, "q", start, "start", n, true, refuse_argument);
+  check_overlap(errors, "errors", start, "start", n, false, refuse_argument);
+  check_overlap(errors, "errors", q, "q", n, false, refuse_argument);
+}
+
 template <class S>
 ksl_status_t solve(const ksl_model_t *m, int frames_n, const ksl_wanted_frame_t *frames,
                    const ksl_inverse_kinematics_options_t *given, const inverse_kinematics_batch<S> &batch,
@@ -35,6 +50,7 @@ ksl_status_t solve(const ksl_model_t *m, int frames_n, const ksl_wanted_frame_t 
     require_rows(batch.start, batch.n, m->model.nq(), "start");
     require_rows(batch.q, batch.n, m->model.nq(), "q");
     require_rows(batch.error, batch.n, 2, "errors");
+    require_results_apart(m->model, batch, frames_n);
     inverse_kinematics_options options = options_of(given);
     arena memory(thread_memory(kept_for::arguments, static_cast<std::size_t>(frames_n) * sizeof(wanted_frame)));
     wanted_frame *const wanted = memory.take<wanted_frame>(frames_n);

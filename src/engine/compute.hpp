@@ -3,6 +3,7 @@
 
 #include "engine/coupled.hpp"
 #include "engine/examine.hpp"
+#include "text/rounding.hpp"
 #include "engine/thread_memory.hpp"
 
 #include "ksl/engine/lanes/workspace.hpp"
@@ -49,6 +50,7 @@ template <class S> bool compute_ordinary(const algorithm_row &row, const model &
 template <class S>
 void compute(const algorithm_row &row, const model &m, data &d, const state_view<S> &s,
              arguments_are given = arguments_are::unchecked) {
+  const nearest_rounding rounding;
   const bool ordinary = compute_ordinary<S>(row, m, d, s);
   if (!ordinary || (given == arguments_are::finite && !row.needs_mass && !ordinary_results(row, m, s)))
     examine_state(row, m, d.memory(), s, given);

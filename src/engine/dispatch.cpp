@@ -3,6 +3,7 @@
 #include "engine/inverse_kinematics_kernels.hpp"
 #include "engine/kernel_tables.hpp"
 #include "engine/kernels.hpp"
+#include "engine/no_instruction_set.hpp"
 
 #include "ksl/dynamics.hpp"
 
@@ -97,6 +98,19 @@ constexpr instruction_set_row sets[] = {{"generic", &kernels_generic, &ksl_finit
 
 #endif
 
+/// Why no set of this library runs here.
+std::string none_runs() {
+  std::string built;
+  for (const instruction_set_row &set : sets)
+    built += (built.empty() ? "" : ", ") + std::string(set.name);
+#if defined(__x86_64__)
+  const char *const here = has_v3() ? "x86-64-v3" : has_v2() ? "x86-64-v2" : "";
+#else
+  const char *const here = "another one";
+#endif
+  return no_instruction_set_text(built, here);
+}
+
 const instruction_set_row &choose() {
   const char *forced = std::getenv("KSL_ISA"); // NOLINT(concurrency-mt-unsafe): read, and once
   std::string known;
@@ -107,10 +121,10 @@ const instruction_set_row &choose() {
       return set;
     known += (known.empty() ? "" : ", ") + std::string(set.name);
   }
-  throw std::runtime_error(
-      forced && *forced ? "KSL_ISA=" + std::string(forced) + " is no instruction set that runs here; known: " + known +
-                              "; unset it to have the best one chosen"
-                        : std::string("this processor is older than x86-64-v2; build KSL from source for it"));
+  throw std::runtime_error(forced && *forced && !known.empty()
+                               ? "KSL_ISA=" + std::string(forced) + " is no instruction set that runs here; known: " +
+                                     known + "; unset it to have the best one chosen"
+                               : none_runs());
 }
 
 const instruction_set_row &chosen() {

@@ -49,6 +49,7 @@ template void neutral(const model &, double *);
 template void neutral(const model &, float *);
 
 template <class S> void random_position(const model &m, const S *uniform, S *q) {
+  const nearest_rounding rounding;
   for (std::size_t i = 0; i < m.position_ranges().size(); ++i) {
     const auto [lower, upper] = m.position_ranges()[i];
     const double number = double(uniform[i]), width = upper - lower;

@@ -17,12 +17,47 @@ namespace ksl {
 /// The most coordinates of a mass matrix that the search factors, which takes O(nv³).
 constexpr int most_coordinates_factored = 500;
 
+/// What is less than this share of the sum of the magnitudes of its terms counts as cancelled: rounding leaves about 1e−16 of them for
+/// each step.  All terms of a sum have one unit.
+constexpr double cancelled = 1e-13;
+
+/// Bounds of the terms that make the articulated inertia of a body: reach[i]² is at least the sum of the magnitudes of the terms of its
+/// diagonal element i, and reach[i] reach[j] that of element (i, j), since inertias are positive semidefinite.  kg^½, and kg^½ m.
+struct term_bounds {
+  double reach[6];
+
+  void add(int i, double terms) { reach[i] = std::sqrt(reach[i] * reach[i] + std::fabs(terms)); }
+  /// Of Sᵀ A S.
+  double of(const screw<double> &S) const {
+    const double s[6] = {S.lin.x, S.lin.y, S.lin.z, S.ang.x, S.ang.y, S.ang.z};
+    double sum = 0;
+    for (int i = 0; i < 6; ++i)
+      sum += std::fabs(s[i]) * reach[i];
+    return sum * sum;
+  }
+  /// U D⁻¹ Uᵀ is subtracted from A.
+  void downdated(const coscrew<double> &U, double D_inverse) {
+    const double u[6] = {U.lin.x, U.lin.y, U.lin.z, U.ang.x, U.ang.y, U.ang.z};
+    for (int i = 0; i < 6; ++i)
+      add(i, u[i] * u[i] * D_inverse);
+  }
+  /// Adds the terms of a child's A, about a point that is t away.
+  void add_child(const term_bounds &child, const vec3<double> &t) {
+    const double x = std::fabs(t.x), y = std::fabs(t.y), z = std::fabs(t.z), *const c = child.reach;
+    const double moved[6] = {
+        c[0], c[1], c[2], c[3] + y * c[2] + z * c[1], c[4] + z * c[0] + x * c[2], c[5] + x * c[1] + y * c[0]};
+    for (int i = 0; i < 6; ++i)
+      add(i, moved[i] * moved[i]);
+  }
+};
+
 /// Arrays of the search, laid out for a model.  All are in double precision, whatever that of the call.
 struct massless_joint_workspace {
   forward_dynamics_workspace<double> dynamics;
+  array_of<term_bounds> terms;           ///< of the articulated inertia of each body
   double *q, *expanded_q, *no_effort;    ///< (nq), (expanded nq), (expanded nv)
   mass_matrix_workspace<double> inertia; ///< with mimic joints only, like all that follows
-  double *M, *own;                       ///< (expanded nv, expanded nv), (nv)
+  double *M, *terms_of_pivot;            ///< (expanded nv, expanded nv), (expanded nv)
 
   static bool factors_mass_matrix(const model &m) {
     return m.followers() > 0 && m.view().nv <= most_coordinates_factored;
@@ -31,45 +66,80 @@ struct massless_joint_workspace {
   void lay_out(arena &memory, const model &m) {
     const model_view<double> view = m.view();
     dynamics.lay_out(memory, view);
+    memory.lay_out(view.bodies, terms);
     q = memory.take<double>(m.nq()), expanded_q = memory.take<double>(view.nq),
     no_effort = memory.take<double>(view.nv);
     if (!factors_mass_matrix(m))
       return;
     inertia.lay_out(memory, view);
-    M = memory.take<double>(static_cast<std::ptrdiff_t>(view.nv) * view.nv), own = memory.take<double>(m.nv());
+    M = memory.take<double>(static_cast<std::ptrdiff_t>(view.nv) * view.nv),
+    terms_of_pivot = memory.take<double>(view.nv);
   }
 };
 
-/// Has one of the joint's coordinates no inertia, after pass_to_parent?  What is less than 1e−13 of the articulated inertia counts as
-/// none; rounding leaves about 1e−16.
-template <joint_kind K>
-bool moves_no_mass(const body<double> &b, const forward_dynamics_workspace<double> &w, int i) {
-  constexpr double least = 1e-13;
-  const articulated_inertia<double> A = w.A[i];
-  const double size = A.Mxx + A.Myy + A.Mzz + A.Ixx + A.Iyy + A.Izz;
+/// The terms of each body's own inertia: those of its links, moved to the body's origin and rotated to any axes.
+inline void own_terms(const model_view<double> &model, const massless_joint_workspace &w) {
+  for (int i = 0; i < model.bodies; ++i)
+    w.terms[i] = {};
+  for (int l = 0; l < model.links; ++l) {
+    const link<double> &link = model.link[l];
+    const spatial_inertia<double> &I = link.inertia;
+    const vec3<double> &t = link.pose.t, &h = I.h;
+    const double mass = std::fabs(I.m), far = std::sqrt(t.x * t.x + t.y * t.y + t.z * t.z),
+                 moment = std::sqrt(h.x * h.x + h.y * h.y + h.z * h.z);
+    const double turned = std::fabs(I.Ixx) + std::fabs(I.Iyy) + std::fabs(I.Izz) + 4 * far * (moment + mass * far);
+    term_bounds &terms = w.terms[link.body];
+    for (int k = 0; k < 3; ++k)
+      terms.add(k, mass), terms.add(3 + k, turned);
+  }
+}
+
+/// Has one of the joint's coordinates no inertia but what rounding leaves of its terms?  After pass_to_parent, which has eliminated them;
+/// D is compared with the terms that made it, and these are added to those of A.
+template <joint_kind K> bool moves_no_mass(const body<double> &b, const massless_joint_workspace &w, int i) {
+  term_bounds &terms = w.terms[i];
   bool none = false;
-  if constexpr (joint<K>::is_free) {
-    const screw<double> x = solve<double>(A, {{1, 1, 1}, {1, 1, 1}});
-    for (double y : {x.lin.x, x.lin.y, x.lin.z, x.ang.x, x.ang.y, x.ang.z})
-      none = none || !(std::fabs(y) * least * size <= 1);
+  if constexpr (joint<K>::is_free) { // the pivots of A = L D Lᵀ, as `solve` has them
+    const articulated_inertia<double> A = w.dynamics.A[i];
+    double L[6][6] = {{A.Mxx},
+                      {A.Mxy, A.Myy},
+                      {A.Mzx, A.Myz, A.Mzz},
+                      {A.H.m00, A.H.m10, A.H.m20, A.Ixx},
+                      {A.H.m01, A.H.m11, A.H.m21, A.Ixy, A.Iyy},
+                      {A.H.m02, A.H.m12, A.H.m22, A.Izx, A.Iyz, A.Izz}};
+    for (int k = 0; k < 6; ++k) {
+      none = none || !(L[k][k] > cancelled * terms.reach[k] * terms.reach[k]);
+      for (int r = k + 1; r < 6; ++r) {
+        const double l = L[r][k] / L[k][k];
+        terms.add(r, l * L[r][k]);
+        for (int c = k + 1; c <= r; ++c)
+          L[r][c] -= l * L[c][k];
+      }
+    }
   } else {
-    for (int k = 0; k < coordinates<K>(b); ++k)
-      none = none ||
-             !(std::fabs(w.coordinate[b.v_index + k].D_inverse) * least * size <= 1); // D may be negative by rounding
+    for_coordinates_backwards<K>(b, [&](auto k) {
+      screw<double> S = {{0, 0, 0}, {0, 0, 0}};
+      joint<K>::column(k, b, w.dynamics.rotation, i).add(1.0, S);
+      const coordinate_state<double> &c = w.dynamics.coordinate[b.v_index + k];
+      none = none || !(std::fabs(c.D_inverse) * cancelled * terms.of(S) < 1); // D may be negative by rounding
+      terms.downdated(c.U, c.D_inverse);
+    });
   }
   return none;
 }
 
 /// The body whose joint moves no mass at one position, or 0.
-inline int body_without_mass(const model_view<double> &model, const forward_dynamics_workspace<double> &w,
-                             const double *q, const double *no_effort) {
-  start_at_rest(model, w, q, {});
+inline int body_without_mass(const model_view<double> &model, const massless_joint_workspace &w, const double *q) {
+  start_at_rest(model, w.dynamics, q, {});
+  own_terms(model, w);
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<double> &b = model.body[i];
     bool none = false;
     by_kind(b.kind, [&]<joint_kind K>() {
-      pass_to_parent<K>(b, w, i, no_effort + b.v_index, physics_of(model, b));
+      pass_to_parent<K>(b, w.dynamics, i, w.no_effort + b.v_index, physics_of(model, b));
       none = moves_no_mass<K>(b, w, i);
+      if (b.parent > 0 && !joint<K>::is_free)
+        w.terms[b.parent].add_child(w.terms[i], w.dynamics.offset[i]);
     });
     if (none)
       return i; // the bodies that carry it have numbers that are not finite
@@ -100,12 +170,18 @@ inline int coordinate_without_mass(const model &m, const massless_joint_workspac
   const std::size_t n = static_cast<std::size_t>(m.nv());
   double *const M = w.M;
   mass_matrix(view, w.inertia, w.expanded_q, M);
-  reduce_axis(m.coupling_in<double>(), along::efforts, view.nv, 1, view.nv, M);
-  reduce_axis(m.coupling_in<double>(), along::efforts, view.nv, m.nv(), 1, M);
-  for (std::size_t k = 0; k < n; ++k)
-    w.own[k] = M[k * n + k];
+  const coupling_view<double> coupling = m.coupling_in<double>();
+  double *const terms = w.terms_of_pivot; // first their roots: |Mᵢⱼ| is at most √(Mᵢᵢ Mⱼⱼ)
+  for (int k = 0; k < view.nv; ++k)
+    terms[k] = std::sqrt(std::fabs(M[static_cast<std::ptrdiff_t>(k) * (view.nv + 1)]));
+  for (int f = 0; f < coupling.followers; ++f)
+    terms[coupling.follower[f].leader_v] += std::fabs(coupling.follower[f].multiplier) * terms[coupling.follower[f].v];
+  for (std::size_t k = 0; k < n; ++k) // in_v increases
+    terms[k] = terms[coupling.in_v[k]] * terms[coupling.in_v[k]];
+  reduce_axis(coupling, along::efforts, view.nv, 1, view.nv, M);
+  reduce_axis(coupling, along::efforts, view.nv, m.nv(), 1, M);
   for (std::size_t k = 0; k < n; ++k) {
-    if (!(M[k * n + k] > 1e-13 * w.own[k]))
+    if (!(M[k * n + k] > cancelled * terms[k]))
       return static_cast<int>(k);
     for (std::size_t i = k + 1; i < n; ++i)
       for (std::size_t j = k + 1; j <= i; ++j)
@@ -122,12 +198,11 @@ template <class S> int massless_joint_at(const model &m, const massless_joint_wo
     w.q[i] = static_cast<double>(q[i]);
   std::fill_n(w.no_effort, m.view().nv, 0.0);
   if (!m.followers()) {
-    const int body = body_without_mass(m.view(), w.dynamics, w.q, w.no_effort);
+    const int body = body_without_mass(m.view(), w, w.q);
     return body == 0 ? -1 : joint_of_body(m, body);
   }
   expand_position(m.coupling_in<double>(), w.q, w.expanded_q);
-  if (body_without_mass(m.view(), w.dynamics, w.expanded_q, w.no_effort) == 0 ||
-      !massless_joint_workspace::factors_mass_matrix(m))
+  if (body_without_mass(m.view(), w, w.expanded_q) == 0 || !massless_joint_workspace::factors_mass_matrix(m))
     return -1;
   const int coordinate = coordinate_without_mass(m, w);
   return coordinate < 0 ? -1 : joint_of_coordinate(m, coordinate);

@@ -5,6 +5,7 @@
 #include "engine/joint_physics.hpp"
 #include "engine/massless_joint.hpp"
 #include "text/limits.hpp"
+#include "text/rounding.hpp"
 #include "text/words.hpp"
 
 #include <algorithm>
@@ -40,6 +41,7 @@ SE3<double> with_z(const vec3<double> &z) { return {frame_with_z(z), {0, 0, 0}};
 } // namespace
 
 void model_builder::build() {
+  const nearest_rounding rounding;
   const int root = check_tree(m_.description_);
   leaders_ = leaders_of(m_.description_);
   collect_children();
@@ -53,7 +55,9 @@ void model_builder::build() {
     add_welded_link(root, -1, identity, 0);
     m_.double_.links.back().carried_by_moving_joint = true;
     m_.double_.bodies[0].link = 0;
-    fixed_joints_.push_back({free_name("base", "ground"), joint_kind::fixed, 0, -1, -1, -1, none, none, 0, -1});
+    const bool other_link = names_other_link("base", root);
+    fixed_joints_.push_back(
+        {free_name(other_link ? "ground" : "base", "ground"), joint_kind::fixed, 0, -1, -1, -1, none, none, 0, -1});
   }
   descend(root);
   if (static_cast<std::size_t>(m_.expanded_nv_) > text::limits::coordinates)
@@ -64,6 +68,7 @@ void model_builder::build() {
 }
 
 void model_builder::add_inertias() {
+  const nearest_rounding rounding;
   sum_inertias();
   augment_inertias();
   auto &s = m_.single_;
@@ -110,6 +115,16 @@ void model_builder::add_ground() {
 std::string model_builder::free_name(const char *usual, const char *otherwise) const {
   const auto is_taken = [&](const std::string &name) { return text::has_name(m_.description_.joints, name); };
   return text::free_name(is_taken(usual) ? otherwise : usual, is_taken);
+}
+
+/// Has a link other than the root this name?  A joint that the model adds is then not called so, since it would be taken for the joint
+/// that carries that link.
+bool model_builder::names_other_link(const char *name, int root) const {
+  const std::vector<link_description> &links = m_.description_.links;
+  for (std::size_t l = 0; l < links.size(); ++l)
+    if (links[l].name == name && static_cast<int>(l) != root)
+      return true;
+  return false;
 }
 
 /// Adds all links, depth first, children in the order of the file.  Not recursive, since chains can be long.

@@ -28,6 +28,7 @@ private:
   void collect_children();
   void add_ground();
   std::string free_name(const char *usual, const char *otherwise) const;
+  bool names_other_link(const char *name, int root) const;
   void descend(int root);
   void push_children(int description_link, std::vector<int> &pending) const;
   void add_link(const joint_description &j, int index);

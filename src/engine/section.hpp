@@ -79,6 +79,7 @@ void subtract_joint(const model &m, data &d, state_view<S> s, const joint_row &j
 template <class S>
 void section_wrench(const model &m, data &d, const S *q, const S *v, const S *a, const link_section &section, S *out,
                     const external_wrenches<S> &external) {
+  const nearest_rounding rounding;
   using A = algebra<S>;
   const int carrier = m.joint_above(section.link);
   const state_view<S> s = {.q = q, .v = v, .a = a, .external = external, .links = {1, &section.link}};

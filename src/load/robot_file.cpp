@@ -3,6 +3,7 @@
 #include "load/sdf.hpp"
 #include "load/urdf.hpp"
 #include "text/regular_file.hpp"
+#include "text/rounding.hpp"
 #include "text/words.hpp"
 
 namespace ksl {
@@ -15,6 +16,7 @@ std::string bytes_of_robot_text(const char *text, std::size_t length, const std:
 }
 
 robot_description read_robot_text(const std::string &text, const std::string &name, const file_options &options) {
+  const nearest_rounding rounding;
   const text::xml_file file(text, name);
   const std::string root = file.root().name();
   if (root == "sdf")

@@ -1,5 +1,5 @@
-// Reads SDF 1.7 to 1.10: http://sdformat.org/spec, with frames as "Pose frame semantics" there has them, and <drake:joint> as
-// Drake's documentation of SDF describes it.
+// Reads SDF 1.4 to 1.10: http://sdformat.org/spec, with frames as "Pose frame semantics" there has them, for 1.4 to 1.6 as "Pose frame
+// semantics: legacy behavior", and <drake:joint> as Drake's documentation of SDF describes it.
 #include "load/sdf.hpp"
 
 #include "ksl/engine/model/joints.hpp"
@@ -37,6 +37,7 @@ private:
   /// A link, joint or frame, to be read when all frames are known.
   struct part {
     std::string scope, name; ///< "arm::", "arm::hand"
+    std::string frame;       ///< full name of its frame: `name`, unless a link has that name, too
     element at;
   };
 
@@ -49,6 +50,8 @@ private:
   void collect_model(pugi::xml_node node, const std::string &scope, const std::string &name,
                      const std::string &full_name);
   std::string collect_part(pugi::xml_node child, const std::string &scope);
+  readers::sdf::given_pose pose_of(const element &at);
+  void read_gravity(const element &holder);
   void check_content(const element &model);
   void read_link(const part &link);
   void read_frame(const part &frame);
@@ -56,7 +59,8 @@ private:
   joint_kind kind_of(const element &joint);
   std::string end_of(const part &joint, const char *tag) const;
   void read_motion(const part &joint, joint_description &out);
-  vec3<double> axis_in(const part &joint, const char *tag, vec3<double> &given) const;
+  vec3<double> axis_in(const part &joint, const char *tag, vec3<double> &given);
+  std::string frame_of_axis(const element &axis, const element &xyz);
   double pitch_in(const element &joint, double &metres_a_revolution) const;
   void read_limit(const element &axis, int number, joint_description &out);
   void read_dynamics(const element &axis, const std::string &scope, joint_description &out);
@@ -72,6 +76,7 @@ private:
   const sdf_options &options_;
   mutable text::unused_list unused_;
   element root_;
+  readers::sdf::version version_;
   robot_description robot_;
   frame_graph frames_;
   std::vector<part> links_, joints_, other_frames_;
@@ -80,6 +85,7 @@ private:
   std::set<std::string> joint_names_; ///< of the file
   std::set<int> carried_;
   std::vector<std::string> without_inertia_, incomplete_inertia_, without_weight_;
+  std::vector<std::string> with_frame_, with_newer_frame_; ///< what an old file places by another frame, "link hand"
   std::map<std::string, std::vector<std::string>> drake_joints_; ///< what is said of a type: the names of its joints
 };
 
@@ -123,15 +129,17 @@ robot_description sdf_reader::read() {
 
 void sdf_reader::check_version() {
   const std::string version = root_.text("version");
-  for (const char *known : {"1.7", "1.8", "1.9", "1.10"})
-    if (version == known)
+  for (int minor = 4; minor <= 10; ++minor)
+    if (version == "1." + std::to_string(minor)) {
+      version_.minor = minor;
       return;
+    }
   const std::string said = version.empty() ? "no version" : "version " + quoted(version);
   if (version == "1.11" || version == "1.12")
     robot_.warnings.push_back("SDF " + said + " is newer than 1.10, and read as that");
   else
     root_.refuse("<sdf> has " + said +
-                 ", expected 1.7 to 1.10; gz sdf -p FILE writes an older file as the newest version");
+                 ", expected 1.4 to 1.10; gz sdf -p FILE writes an older file as the newest version");
 }
 
 /// The only model that isn't static, or the one that an option names.
@@ -149,11 +157,7 @@ pugi::xml_node sdf_reader::chosen_model() {
             found,
             "<" + std::string(tag) +
                 "> in <world> is not read; put the robot in a <model> of its own (gz sdf -p FILE expands includes)");
-    if (const element gravity = world.child("gravity")) {
-      gravity.expect_text({});
-      const auto g = gravity.content_numbers(3, "0 0 -9.81");
-      robot_.gravity = {g[0], g[1], g[2]};
-    }
+    read_gravity(world);
   }
   std::vector<std::string> names, all;
   pugi::xml_node model;
@@ -181,15 +185,43 @@ pugi::xml_node sdf_reader::chosen_model() {
                "; say which: --model NAME on the command line, model=\"NAME\" in Python");
 }
 
+/// The <gravity> of a world; before SDF 1.6 that of its <physics>.
+void sdf_reader::read_gravity(const element &world) {
+  element gravity = world.child("gravity");
+  for (const pugi::xml_node physics : world.node().children("physics")) {
+    const element inside = in_file(physics, "world", world.text("name")).child("gravity");
+    if (!inside)
+      continue;
+    if (!version_.has_gravity_in_physics() || gravity)
+      unused_.in_robot("gravity of physics");
+    else
+      gravity = inside;
+  }
+  if (!gravity)
+    return;
+  gravity.expect_text({});
+  const auto g = gravity.content_numbers(3, "0 0 -9.81");
+  robot_.gravity = {g[0], g[1], g[2]};
+}
+
 std::string sdf_reader::name_of(pugi::xml_node node) const {
   std::string name = node.attribute("name").value();
   if (name.empty())
     file_.refuse(node, "<" + std::string(node.name()) + "> has no name; write <" + node.name() + " name=\"...\">");
-  if (name == "world" || name.find("::") != name.npos ||
-      (name.size() > 3 && name.substr(0, 2) == "__" && name.substr(name.size() - 2) == "__"))
+  const bool has_scope = name.find("::") != name.npos; // programs wrote links of included models so before SDF 1.7
+  const bool is_marked = name.size() > 3 && name.substr(0, 2) == "__" && name.substr(name.size() - 2) == "__";
+  if (name == "world" || name == own_frame || (!version_.has_old_frames() && (has_scope || is_marked)))
     file_.refuse(node, "<" + std::string(node.name()) + "> is called " + quoted(name) +
                            ", a name that SDF reserves; choose one without ::, without __ around it, and not world");
   return name;
+}
+
+/// The pose of a model, link, joint or frame.  Notes frames that programs read in different ways.
+readers::sdf::given_pose sdf_reader::pose_of(const element &at) {
+  readers::sdf::given_pose pose = readers::sdf::pose_in(at, version_);
+  if (version_.has_old_frames() && !pose.relative_to.empty())
+    (at.child("pose").has("frame") ? with_frame_ : with_newer_frame_).push_back(at.where().words());
+  return pose;
 }
 
 /// Adds the frames of a model and of all in it.  The model's own frame is already named, in the scope that it is in.
@@ -199,13 +231,17 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
   check_content(model);
   const bool outermost = full_name == own_frame;
   const std::string inner = outermost ? "" : scope + name + "::";
-  const auto pose = readers::sdf::pose_in(model);
+  const auto pose = pose_of(model);
   if (outermost && !pose.relative_to.empty() && pose.relative_to != "world")
     model.refuse("its pose is relative to " + quoted(pose.relative_to) +
                  ", but only world is read here; give the pose in the world");
 
   std::string canonical = node.attribute("canonical_link").value();
-  for (const pugi::xml_node child : node.children()) {
+  std::vector<pugi::xml_node> parts(node.begin(), node.end());
+  if (version_.has_old_frames()) // joints last: a joint gives way to a link of the same name, which others may refer to
+    std::stable_partition(parts.begin(), parts.end(),
+                          [](const pugi::xml_node &part) { return part.name() != std::string_view("joint"); });
+  for (const pugi::xml_node child : parts) {
     const std::string tag = child.name();
     if (tag == "model") {
       const std::string nested = name_of(child);
@@ -233,22 +269,25 @@ std::string sdf_reader::collect_part(pugi::xml_node child, const std::string &sc
   const std::string tag = child.name(), kind = tag == "drake:joint" ? "joint" : tag;
   std::string name = name_of(child);
   const element at = in_file(child, kind, scope + name);
-  const auto pose = readers::sdf::pose_in(at);
-  std::string usual = own_frame, attached_to;
+  const auto pose = pose_of(at);
+  std::string usual = own_frame, attached_to, frame = scope + name;
   if (kind == "joint") {
-    usual = attached_to = end_of({scope, scope + name, at}, "child");
+    usual = attached_to = end_of({scope, scope + name, frame, at}, "child");
+    if (version_.has_old_frames())
+      frame = text::free_name(
+          frame, [&](const std::string &other) { return frames_.has(other) && !joint_names_.count(other); });
   } else if (kind == "frame") {
     attached_to = at.text("attached_to").empty() ? own_frame : at.text("attached_to");
     usual = attached_to;
   }
-  frames_.add(scope + name, {scope, pose.relative_to.empty() ? usual : pose.relative_to, attached_to, pose.pose, at});
+  frames_.add(frame, {scope, pose.relative_to.empty() ? usual : pose.relative_to, attached_to, pose.pose, at});
   if (kind == "joint") {
     text::check_count(file_, child, joints_.size(), text::limits::joints, "joints");
     joint_names_.insert(scope + name);
   } else {
     text::check_count(file_, child, links_.size() + other_frames_.size(), text::limits::links, "links");
   }
-  (kind == "link" ? links_ : kind == "joint" ? joints_ : other_frames_).push_back({scope, scope + name, at});
+  (kind == "link" ? links_ : kind == "joint" ? joints_ : other_frames_).push_back({scope, scope + name, frame, at});
   return name;
 }
 
@@ -302,7 +341,7 @@ void sdf_reader::read_link(const part &link) {
   out.has_inertial = true;
   std::vector<std::string> missing;
   if (const element inertial = link.at.child("inertial")) {
-    out.given = readers::sdf::inertia_in(inertial, missing);
+    out.given = readers::sdf::inertia_in(inertial, version_, missing);
     if (inertial.child("fluid_added_mass"))
       unused_.in_link("fluid_added_mass");
     if (!missing.empty())
@@ -317,6 +356,8 @@ void sdf_reader::read_link(const part &link) {
 /// A frame is a massless link that is welded to the link it moves with.
 void sdf_reader::read_frame(const part &frame) {
   frame.at.expect({"name", "attached_to"}, {"pose"});
+  if (version_.has_old_frames() && frame.at.has("attached_to"))
+    with_newer_frame_.push_back(frame.at.where().words());
   const std::string link = frames_.link_of(frame.name);
   const SE3<double> pose = frames_.relative(link, frame.name);
   const int parent = link_index_.at(link);
@@ -396,14 +437,14 @@ void sdf_reader::read_joint(const part &joint) {
     if (at.node().child(tag))
       unused_.in_joint(tag, "not used", out.name);
   read_motion(joint, out);
-  const std::string child = frames_.link_of(joint.name);
+  const std::string child = frames_.link_of(joint.frame);
   if (child == "world")
     at.refuse("its child is the world, which can only be a parent; exchange <parent> and <child>");
   const std::string parent = frames_.link_of(frames_.found(joint.scope, end_of(joint, "parent"), at, "<parent>"));
   if (options_.floating_base && parent == "world")
     at.refuse("a floating base is asked for, but this joint connects link " + child +
               " with the world; remove the joint, or don't ask for that");
-  connect(std::move(out), parent, child, joint.name);
+  connect(std::move(out), parent, child, joint.frame);
 }
 
 /// Axes, limits and pitch, as the kind needs them.
@@ -426,20 +467,18 @@ void sdf_reader::read_motion(const part &joint, joint_description &out) {
     out.pitch = pitch_in(joint.at, out.given.pitch);
   for (const char *tag : {"axis", "axis2"})
     if (const element axis = joint.at.child(tag); axis && has_axis) {
-      axis.expect({}, {"xyz", "limit", "dynamics", "mimic"});
+      axis.expect({}, {"xyz", "limit", "dynamics", "mimic", "use_parent_model_frame"});
       read_limit(axis, tag == std::string_view("axis2"), out);
       read_dynamics(axis, joint.scope, out);
     }
 }
 
 /// The unit vector of an axis in the joint's frame, and the one that the file gives if it is in that frame.
-vec3<double> sdf_reader::axis_in(const part &joint, const char *tag, vec3<double> &given) const {
+vec3<double> sdf_reader::axis_in(const part &joint, const char *tag, vec3<double> &given) {
   const element axis = joint.at.child(tag);
   const std::string t = "<" + std::string(tag) + ">", example = t + "<xyz>0 0 1</xyz></" + tag + ">";
   if (!axis)
     joint.at.refuse("a " + joint.at.text("type") + " joint needs " + t + "; write " + example + " for example");
-  if (axis.node().child("use_parent_model_frame"))
-    axis.refuse("<use_parent_model_frame> was replaced in SDF 1.7; write <xyz expressed_in=\"__model__\">");
   const element xyz = axis.child("xyz");
   if (!xyz)
     axis.refuse(t + " has no <xyz>; write " + example + " for example");
@@ -448,16 +487,33 @@ vec3<double> sdf_reader::axis_in(const part &joint, const char *tag, vec3<double
   vec3<double> u = {n[0], n[1], n[2]};
   if (u.x == 0 && u.y == 0 && u.z == 0)
     xyz.refuse("the axis is zero; give the direction of motion, <xyz>0 0 1</xyz> for example");
-  const std::string expressed_in = xyz.text("expressed_in");
+  const std::string expressed_in = frame_of_axis(axis, xyz);
   if (expressed_in.empty()) {
     given = u;
     return given::direction_of(u);
   }
   const mat3x3<double> R =
-      frames_.relative(joint.name, frames_.found(joint.scope, expressed_in, xyz, "expressed_in")).R;
+      frames_.relative(joint.frame, frames_.found(joint.scope, expressed_in, xyz, "expressed_in")).R;
   u = given::direction_of(u);
   return given::direction_of({R.m00 * u.x + R.m01 * u.y + R.m02 * u.z, R.m10 * u.x + R.m11 * u.y + R.m12 * u.z,
                               R.m20 * u.x + R.m21 * u.y + R.m22 * u.z});
+}
+
+/// The name of the frame in which an axis is given; empty for the joint's own.
+std::string sdf_reader::frame_of_axis(const element &axis, const element &xyz) {
+  const bool has_flag = static_cast<bool>(axis.node().child("use_parent_model_frame"));
+  if (has_flag && !version_.has_old_frames())
+    axis.refuse("<use_parent_model_frame> was replaced in SDF 1.7; write <xyz expressed_in=\"__model__\">");
+  std::string named = xyz.text("expressed_in");
+  if (!version_.has_old_frames())
+    return named;
+  if (!named.empty() && has_flag)
+    axis.refuse("it has <use_parent_model_frame> and expressed_in; remove one of them");
+  if (!named.empty()) {
+    with_newer_frame_.push_back(axis.where().words());
+    return named;
+  }
+  return readers::sdf::flag_in(axis, "use_parent_model_frame", version_.has_axes_in_model()) ? own_frame : "";
 }
 
 /// m/rad, positive for a right-handed screw.  <screw_thread_pitch> is metres a revolution, right-handed positive; the older
@@ -608,6 +664,15 @@ void sdf_reader::warn() {
   if (!without_weight_.empty())
     robot_.warnings.push_back(
         text::printable("link " + listed(without_weight_) + ": <gravity> is false, but gravity acts on all links"));
+  if (!with_frame_.empty())
+    robot_.warnings.push_back(text::printable(
+        listed(with_frame_) +
+        ": <pose frame=\"...\"> is read as relative_to, as gz sdf -p writes it; programs of the time of SDF 1." +
+        std::to_string(version_.minor) + " may ignore it"));
+  if (!with_newer_frame_.empty())
+    robot_.warnings.push_back(text::printable(
+        listed(with_newer_frame_) +
+        ": relative_to, expressed_in and attached_to came with SDF 1.7, and are read as there; write version=\"1.7\""));
   for (const auto &[what, joints] : drake_joints_)
     robot_.warnings.push_back(text::printable("joint " + listed(joints) + ": " + what));
 }

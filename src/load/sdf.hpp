@@ -1,4 +1,4 @@
-// Reads SDF 1.7 to 1.10.
+// Reads SDF 1.4 to 1.10.
 #pragma once
 
 #include "text/xml.hpp"

@@ -28,6 +28,8 @@ public:
   /// Adds a frame.  Refuses a name that exists.
   void add(const std::string &full_name, frame f);
 
+  bool has(const std::string &full_name) const { return frames_.count(full_name) > 0; }
+
   /// Moves a model so that one of its frames is at the pose that the file gives the model (placement_frame).
   void place_by(const std::string &model, const std::string &placement_frame, const element &where);
 

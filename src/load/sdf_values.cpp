@@ -33,16 +33,21 @@ given_rotation quaternion_of(const element &pose, const std::vector<double> &n) 
 
 } // namespace
 
-given_pose pose_in(const element &parent) {
+given_pose pose_in(const element &parent, version of_file) {
   given_pose out;
   const element pose = parent.child("pose");
   if (!pose)
     return out;
-  pose.expect_text({"relative_to", "degrees", "rotation_format"});
-  if (pose.has("frame")) // before SDF 1.7; to ignore it would move the element
-    pose.refuse("<pose> has frame=" + quoted(pose.text("frame")) +
-                ", which was replaced in SDF 1.7; write relative_to");
+  pose.expect_text({"relative_to", "degrees", "rotation_format", "frame"});
+  const std::string frame = pose.text("frame"); // many files of SDF 1.6 have frame="" everywhere
   out.relative_to = pose.text("relative_to");
+  if (!frame.empty() && !of_file.has_old_frames()) // to ignore it would move the element
+    pose.refuse("<pose> has frame=" + quoted(frame) + ", which was replaced in SDF 1.7; write relative_to");
+  if (!frame.empty() && !out.relative_to.empty() && frame != out.relative_to)
+    pose.refuse("<pose> has frame=" + quoted(frame) + " and relative_to=" + quoted(out.relative_to) +
+                "; remove one of them");
+  if (!frame.empty())
+    out.relative_to = frame;
   const std::string format = pose.has("rotation_format") ? pose.text("rotation_format") : "euler_rpy";
   const bool in_degrees = pose.has("degrees") && is_true(pose, pose.text("degrees"), "degrees of <pose>");
   if (pose.content().empty())
@@ -91,15 +96,16 @@ optional_number number_in(const element &parent, const char *tag) {
   return child.content_numbers(1, "0.5")[0];
 }
 
-given_inertia inertia_in(const element &inertial, std::vector<std::string> &missing) {
+given_inertia inertia_in(const element &inertial, version of_file, std::vector<std::string> &missing) {
   inertial.expect({"auto"}, {"pose", "mass", "inertia", "fluid_added_mass", "density", "auto_inertia_params"});
   if (inertial.has("auto") && is_true(inertial, inertial.text("auto"), "auto of <inertial>"))
     inertial.refuse(
         "its inertia is to be computed from its collision geometry, which KSL doesn't do; write mass and inertia instead of auto=\"true\"");
   given_inertia out;
-  const given_pose at = pose_in(inertial);
+  const given_pose at = pose_in(inertial, of_file);
   if (!at.relative_to.empty())
-    inertial.refuse("the <pose> of an <inertial> is in its link, but has relative_to; remove that");
+    inertial.refuse("the <pose> of an <inertial> is in its link, but is relative to " + quoted(at.relative_to) +
+                    "; remove relative_to or frame");
   out.center_of_mass = at.pose.t, out.axes = at.rotation;
   const auto read = [&](const element &parent, const char *tag, double otherwise) {
     const element child = parent.child(tag);

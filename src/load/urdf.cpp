@@ -53,7 +53,10 @@ private:
   void read_dynamics(const element &joint, joint_description &out);
   void read_mimic(const element &joint, joint_description &out);
   void read_transmission(pugi::xml_node node);
+  void read_ros_rotor(pugi::xml_node transmission);
   void read_rotor(const element &actuator, joint_description &out);
+  void set_rotor(optional_number inertia, optional_number ratio, const std::string &what, joint_description &out);
+  void drop_what_has_no_effect(joint_description &out);
 
   const text::xml_file &file_;
   const urdf_options &options_;
@@ -93,6 +96,8 @@ robot_description urdf_reader::read() {
     joint_index_.try_emplace(robot_.joints[j].name, j);
   for (const pugi::xml_node transmission : root_.node().children("transmission"))
     read_transmission(transmission);
+  for (const pugi::xml_node transmission : root_.node().children("transmission"))
+    read_ros_rotor(transmission);
   for (const pugi::xml_node other : root_.node().children())
     for (const char *tag : {"material", "transmission", "gazebo"})
       if (other.name() == std::string_view(tag))
@@ -411,6 +416,26 @@ void urdf_reader::read_dynamics(const element &joint, joint_description &out) {
   read("spring_stiffness", out.spring_stiffness);
   read("spring_reference", out.spring_rest);
   out.friction_width = dynamics.number("friction_width");
+  drop_what_has_no_effect(out);
+}
+
+/// Many files give every joint the same <dynamics>.  What a joint of this kind can't use is listed.
+void urdf_reader::drop_what_has_no_effect(joint_description &out) {
+  const joint_kind_row kind = row_of(out.kind);
+  const std::string why = "no effect on a " + std::string(kind.name) + " joint";
+  const bool has_rotor = kind.nv != 0 && !kind.is_free;
+  const struct {
+    const char *name;
+    double *value;
+    bool is_usable;
+  } numbers[] = {{"armature", &out.armature, has_rotor},
+                 {"rotor_inertia", &out.rotor_inertia, has_rotor},
+                 {"spring_stiffness", &out.spring_stiffness, kind.nv == 1}};
+  for (const auto &[name, value, is_usable] : numbers)
+    if (!is_usable && *value != 0) {
+      unused_.in_joint(name, why, out.name);
+      *value = 0;
+    }
 }
 
 void urdf_reader::read_mimic(const element &joint, joint_description &out) {
@@ -455,16 +480,50 @@ void urdf_reader::read_rotor(const element &actuator, joint_description &out) {
     const element given = actuator.child(tag);
     return given ? optional_number(given.required_number("value", "write value=\"...\"")) : std::nullopt;
   };
-  const optional_number inertia = value("drake:rotor_inertia"), ratio = value("drake:gear_ratio");
+  set_rotor(value("drake:rotor_inertia"), value("drake:gear_ratio"), "drake:rotor_inertia, drake:gear_ratio", out);
+}
+
+/// A rotor that stands elsewhere than in <dynamics>, which comes first.
+void urdf_reader::set_rotor(optional_number inertia, optional_number ratio, const std::string &what,
+                            joint_description &out) {
   const joint_kind_row kind = row_of(out.kind);
   if (kind.nv == 0 || kind.is_free)
-    return unused_.in_joint("drake:rotor_inertia, drake:gear_ratio",
-                            "no effect on a " + std::string(kind.name) + " joint", out.name);
+    return unused_.in_joint(what, "no effect on a " + std::string(kind.name) + " joint", out.name);
   const bool has_rotor = out.rotor_inertia != 0 || out.gear_ratio != 1;
   if (has_rotor && (inertia.value_or(0) != out.rotor_inertia || ratio.value_or(1) != out.gear_ratio))
-    return unused_.in_joint("drake:rotor_inertia, drake:gear_ratio", "differs from <dynamics>, which is used",
-                            out.name);
+    return unused_.in_joint(what, "differs from <dynamics>, which is used", out.name);
   out.rotor_inertia = inertia.value_or(0), out.gear_ratio = ratio.value_or(1);
+}
+
+/// Rotor and gear as transmissions of ROS have them: <motorInertia>, kg m², and <mechanicalReduction>, revolutions of the motor for
+/// one of the joint.  They stand in the actuator, in the joint or beside them, of a transmission between one of each.
+void urdf_reader::read_ros_rotor(pugi::xml_node node) {
+  const pugi::xml_node actuator = node.child("actuator"), joint = node.child("joint");
+  const bool is_plain = !actuator.next_sibling("actuator") && !joint.next_sibling("joint");
+  const auto found = joint_index_.find(joint.attribute("name").value());
+  optional_number inertia, ratio;
+  for (const auto &[tag, value] : {std::pair{"motorInertia", &inertia}, {"mechanicalReduction", &ratio}})
+    for (const pugi::xml_node parent : {actuator, joint, node}) {
+      const pugi::xml_node given = parent.child(tag);
+      if (!given)
+        continue;
+      const optional_number number = text::number_in(text::trimmed(given.child_value()));
+      const bool is_possible = number && (value == &ratio ? *number != 0 : *number >= 0);
+      if (!is_plain || !is_possible || found == joint_index_.end() || (*value && *value != number))
+        unused_.in_robot(std::string(tag) + " of <transmission>");
+      else
+        *value = number;
+    }
+  if (!inertia && ratio.value_or(1) == 1)
+    return;
+  joint_description &out = robot_.joints[found->second];
+  if (!inertia && out.rotor_inertia == 0 && out.gear_ratio == 1) // kept for those who size drives
+    unused_.in_joint("mechanicalReduction", "read as gear_ratio, no effect without a rotor's inertia", out.name);
+  if (!inertia && ratio == out.gear_ratio)
+    return;
+  if (inertia && out.armature != 0) // most likely the same inertia, reflected
+    return unused_.in_joint("motorInertia", "not used, since <dynamics> has an armature", out.name);
+  set_rotor(inertia, ratio, inertia ? "motorInertia, mechanicalReduction" : "mechanicalReduction", out);
 }
 
 } // namespace

@@ -484,3 +484,30 @@ def test_every_product_is_that_of_dense_matrices(dtype):
     ]
     for k, (found, expected) in enumerate(pairs):
         assert np.allclose(found, expected, **tolerance), f"row {k}: {found}, expected {expected}"
+
+
+@pytest.mark.parametrize("shape", [(), (7,), (2, 3)])
+def test_poses_of_angles_and_quaternions_are_those_of_scipy(shape):
+    """scipy's Rotation: "xyz" in small letters are fixed axes; its quaternions have w last."""
+    rotation = pytest.importorskip("scipy.spatial.transform").Rotation
+    rng = np.random.default_rng(3)
+    xyz, rpy, q = rng.normal(size=(*shape, 3)), rng.uniform(-4, 4, (*shape, 3)), rng.normal(size=(*shape, 4))
+    q /= np.linalg.norm(q, axis=-1, keepdims=True)
+    for made, expected in (
+        (ksl.Pose.from_rpy(xyz, rpy, to="a", of="b"), rotation.from_euler("xyz", rpy.reshape(-1, 3))),
+        (ksl.Pose.from_quaternion(xyz, 1.009 * q, to="a", of="b"), rotation.from_quat(q.reshape(-1, 4))),
+    ):
+        assert made.shape == shape and (made.to, made.of) == ("a", "b")
+        np.testing.assert_allclose(made.R.reshape(-1, 3, 3), expected.as_matrix(), atol=1e-15)
+        np.testing.assert_array_equal(made.t, xyz)
+    assert ksl.Pose.from_rpy() == ksl.Pose.from_quaternion() == ksl.Pose.identity()
+
+
+def test_angles_and_quaternions_that_are_none():
+    for wrong, words in (
+        (lambda: ksl.Pose.from_quaternion((0, 0, 0), (1, 1, 0, 0)), "a quaternion has length 1.414; expected unit quaternions x, y, z, w"),
+        (lambda: ksl.Pose.from_quaternion((0, 0, 0), (0, 0, 0)), "Pose quaternion has shape"),
+        (lambda: ksl.Pose.from_rpy((0, 0, 0), (0, 0, np.nan)), "Pose rpy has numbers that aren't finite"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            wrong()

@@ -232,3 +232,12 @@ def test_large_results_wherever_they_begin(threads, dtype):
         ufuncs.product_CoAdc(D, c, out=memory[begin : begin + 6 * n].reshape(n, 6))
         assert np.array_equal(memory[begin : begin + 6 * n].reshape(n, 6), expected)
         assert (memory[:begin] == 7).all() and (memory[begin + 6 * n :] == 7).all()
+
+
+def test_the_first_line_says_that_rotations_are_transposed():
+    """Of each function with a pose or a rotation among its operands, and of no other one."""
+    functions = [f for f in (getattr(ufuncs, name) for name in ufuncs.__all__) if isinstance(f, np.ufunc)]
+    assert len(functions) > 25
+    for f in functions:
+        first = f.__doc__.split("\n\n")[1]
+        assert ("the transpose of the usual matrix" in first) == ("(4,3)" in f.signature or "(3,3)" in f.signature), f.__name__

@@ -50,7 +50,11 @@ def changed(*pairs: tuple[str, str], text: str = ARM) -> str:
     return text
 
 
-def link(name: str, mass: float = 1.0, inside: str = "", moments: str = 'ixx="0.011" iyy="0.012" izz="0.013"') -> str:
+def link(name: str, mass: float = 1.0, inside: str = "", moments: str | None = None) -> str:
+    """A link whose moments are of a part of a fixed size."""
+    if moments is None:
+        xx, yy, zz = (f"{x * (mass or 1.0):g}" for x in (0.011, 0.012, 0.013))
+        moments = f'ixx="{xx}" iyy="{yy}" izz="{zz}"'
     return f"""<link name="{name}"><inertial><mass value="{mass}"/><inertia {moments} ixy="0" ixz="0" iyz="0"/></inertial>{inside}</link>"""
 
 

@@ -68,6 +68,32 @@ def test_what_needs_a_decision_is_left_until_it_is_accepted(written, rule, tmp_p
     assert rule not in accepted.left.rules and len(accepted.changes) == 1
 
 
+AROUND_THE_ROOT = {
+    "nothing": ("", ""),
+    "an end of the root in a comment": ("<!-- </robot> -->", "\n<!-- was: </robot> -->\n"),
+    "several": ("", "<!-- </robot> --><!-- </robot><robot name='x'> -->\n\n"),
+    "in instructions": ("<?a </robot>?>", "<?x </robot> <?y?>\n"),
+    "in a comment behind a CDATA": ("", "<!-- <![CDATA[</robot>]]> </robot > -->"),
+    "without a line end": ("", ""),
+    "blank lines": ("\n\n", "\n\n\n"),
+}
+
+
+@pytest.mark.parametrize("before, after", AROUND_THE_ROOT.values(), ids=AROUND_THE_ROOT)
+def test_what_is_written_is_well_formed_whatever_stands_around_the_root(written, tmp_path, before, after):
+    inside = changed(('axis xyz="0 1 0"', 'axis xyz="0 3 4"')).split("?>\n")[1].rstrip().replace("</robot>", "<!-- </robot> --></robot>")
+    out = fix(written(before + inside + after), tmp_path / "out.urdf")
+    assert len(out.changes) == 1 and ksl.load(tmp_path / "out.urdf").nv
+    assert (tmp_path / "out.urdf").read_text() == before + inside.replace("0 3 4", "0 0.6 0.8") + after
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
+def test_files_of_other_encodings_are_written_as_they_can_be_read(written, tmp_path, encoding):
+    text = f'<?xml version="1.0" encoding="{encoding[:6]}"?>' + changed(('axis xyz="0 1 0"', 'axis xyz="0 3 4"')).split("?>")[1] + "<!-- </robot> -->"
+    fix(written(text.encode(encoding)), tmp_path / "out.urdf")
+    assert ksl.load(tmp_path / "out.urdf").nv and "</robot>" in (tmp_path / "out.urdf").read_bytes().decode(encoding)
+
+
 def test_only_what_is_listed_changes(written, tmp_path):
     text = "<!-- by hand -->\n" + changed(('axis xyz="0 1 0"', 'axis xyz="0 3 4"')).split("?>\n")[1] + "<!-- end -->\n"
     fix(written(text), tmp_path / "out.urdf")

@@ -24,6 +24,12 @@ def limbs(left, right):
     return more(link("hand_left", left), hinge("l", "fore", "hand_left"), link("hand_right", right), hinge("r", "fore", "hand_right"))
 
 
+def wheel(moments):
+    """A disc that turns about y, on whose collision the cylinder is turned, and its moments with or without the turn."""
+    turned = '<collision><origin rpy="1.5707963 0 0"/><geometry><cylinder radius="0.1" length="0.04"/></geometry></collision>'
+    return link("x", 1.0, turned, moments), hinge("j", "fore", "x")
+
+
 # rule: (a file that breaks it, one beside it that doesn't), with a cube.stl of 0.1 m in the folder
 CASES = {
     "xml-syntax": (changed((END, END + "</robot>")), changed((END, END + "<!-- </robot> -->"))),
@@ -130,6 +136,9 @@ CASES = {
         more('<link name="x">' + visual("cube.stl") + visual("cube.stl", ' scale="0.01 0.01 0.01"') + "</link>", hinge("j", "fore", "x", kind="fixed")),
         more('<link name="x">' + visual("cube.stl") + visual("cube.stl", ' scale="0.5 0.5 0.5"') + "</link>", hinge("j", "fore", "x", kind="fixed")),
     ),
+    "portability": (changed(('mass value="1"', 'mass value="1 "')), changed(('mass value="1"', 'mass value=" 1"'))),
+    "shape-size": (changed(('<box size="0.1 0.1 0.4"/>', '<box size="0.1 0 0.4"/>')), changed(('<box size="0.1 0.1 0.4"/>', '<box size="0.1 0.1 0.4"/>'))),
+    "inertia-axis": (more(*wheel('ixx="0.0026" iyy="0.0026" izz="0.0050"')), more(*wheel('ixx="0.0026" iyy="0.0050" izz="0.0026"'))),
     "symmetry-mass": (limbs(1.0, 1.2), limbs(1.0, 1.04)),
 }
 
@@ -178,3 +187,86 @@ def test_a_link_of_sdf_without_inertial(check):
     findings = check(SDF.format(ixx=0.02, more=one))
     assert set(findings.rules) == {"inertial-default"} and findings[0].name == "b"
     assert not check(SDF.format(ixx=0.02, more=""))
+
+
+SIZES = {
+    "a box without size": "<box/>",
+    "a negative box": '<box size="0.1 -0.1 0.1"/>',
+    "a sphere without radius": "<sphere/>",
+    "a sphere of nothing": '<sphere radius="0"/>',
+    "a cylinder without length": '<cylinder radius="0.1"/>',
+    "a cylinder without radius": '<cylinder length="0.1"/>',
+    "a negative capsule": '<capsule radius="0.1" length="-1"/>',
+    "a mesh of nothing": '<mesh filename="cube.stl" scale="0 0 0"/>',
+    "no shape": "",
+}
+SDF_SIZES = {
+    "a box without size": "<box/>",
+    "a negative box": "<box><size>0.1 -0.1 0.1</size></box>",
+    "a sphere without radius": "<sphere/>",
+    "a cylinder of nothing": "<cylinder><radius>0</radius><length>1</length></cylinder>",
+    "an ellipsoid without radii": "<ellipsoid/>",
+    "a cone without length": "<cone><radius>1</radius></cone>",
+    "no shape": "",
+}
+
+
+@pytest.mark.parametrize("role", ["visual", "collision"])
+def test_sizes_that_no_shape_has(check, role):
+    for what, shape in SIZES.items():
+        findings = check(more(link("x", inside=f"<{role}><geometry>{shape}</geometry></{role}>"), hinge("j", "fore", "x")))
+        assert [f.name for f in findings if f.rule == "shape-size"] == ["x"], what
+    for what, shape in SDF_SIZES.items():
+        findings = check(SDF.format(ixx=0.02, more=f'<link name="b"><{role} name="c"><geometry>{shape}</geometry></{role}></link>'))
+        assert [f.name for f in findings if f.rule == "shape-size"] == ["b"], what
+    assert "shape-size" in check(more(f'<link name="x"><{role}/></link>', hinge("j", "fore", "x", kind="fixed"))).rules
+    mirrored = f'<link name="x"><{role}><geometry><mesh filename="cube.stl" scale="1 -1 1"/></geometry></{role}></link>'
+    assert not check(more(mirrored, hinge("j", "fore", "x", kind="fixed")))
+
+
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        ('ixy="0" ixz="0" iyz="0"/>\n    </inertial>\n    <collision>', 'ixy="0 " ixz="0" iyz="0\t"/>\n    </inertial>\n    <collision>'),
+        ('upper="2" effort', 'upper="2  " effort'),
+        ('<origin xyz="0 0 0.4"/>', '<origin xyz="0\t0\t0.4"/>'),
+        ('<box size="0.1 0.1 0.4"/>', '<box size="0.1\n0.1 0.4"/>'),
+    ],
+)
+def test_numbers_that_readers_take_differently(check, tmp_path, old, new):
+    from ksl.checks.run import fix
+
+    text = changed((old, new))
+    findings = check(text)
+    assert findings.rules == {"portability": 1} and findings[0].fixable
+    (tmp_path / "a.urdf").write_text(text)
+    assert not fix(tmp_path / "a.urdf", tmp_path / "b.urdf").left
+    assert not check(changed((END, "<!-- <origin xyz='1\t2\t3'/> -->" + END)))
+
+
+def test_moments_that_do_not_change_with_the_mass_are_those_of_a_template(check):
+    moments = 'ixx="0.01" iyy="0.01" izz="0.01"'
+    chain = [x for k, mass in enumerate((0.5, 1, 2, 5)) for x in (link(f"c{k}", mass, moments=moments), hinge(f"j{k}", f"c{k - 1}" if k else "fore", f"c{k}"))]
+    (finding,) = check(more(*chain))
+    assert finding.rule == "inertia-placeholder" and "in 4 links of 0.5 to 5 kg: c0, c1, c2, c3" in finding.found
+    copies = [x for k in range(4) for x in (link(f"c{k}"), hinge(f"j{k}", "fore", f"c{k}"))]  # four equal fingers
+    assert not check(more(*copies))
+
+
+def test_names_of_sides_in_a_chain_are_none(check):
+    names = ("link_s", "link_l", "link_u", "link_r", "link_b", "link_t")
+    chain = [x for k, name in enumerate(names) for x in (link(name, 9.0 - k), hinge(f"j{k}", names[k - 1] if k else "fore", name))]
+    assert not check(more(*chain))
+
+
+def test_a_bumper_does_not_show_where_the_centroid_is(check):
+    body = '<link name="x"><inertial><mass value="9"/><inertia ixx="0.3" iyy="0.31" izz="0.32" ixy="0" ixz="0" iyz="0"/></inertial>{}</link>'
+    shape = '<visual{}><origin xyz="0.4 0 0"/><geometry><box size="0.05 {} 0.1"/></geometry></visual>'
+    for name, width in ((' name="front_bumper"', "0.3"), ("", "0.1")):  # named so, or too small for 9 kg
+        assert "centroid-outside" not in check(more(body.format(shape.format(name, width)), hinge("j", "fore", "x"))).rules
+    assert "centroid-outside" in check(more(body.format(shape.format("", "0.3")), hinge("j", "fore", "x"))).rules
+
+
+def test_a_computed_inertia_of_sdf_holds_no_placeholder(check):
+    computed = '<link name="b"><inertial auto="true"><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>'
+    assert set(check(SDF.format(ixx=0.02, more=computed)).rules) == {"not-loaded"}  # which says that KSL doesn't compute it

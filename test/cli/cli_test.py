@@ -112,7 +112,7 @@ def test_the_table_is_what_python_gives(done, ur5, examples):
     motion = read_motion(m, ur5[1])
     table = pq.read_table(done[1] / "wrenches.parquet")
     assert table.num_rows == len(motion.time) * len(m.joints)
-    expected = m.loads(motion.time, motion.q, motion.v, motion.a)
+    expected = m.wrench_table(motion.time, motion.q, motion.v, motion.a)
     assert table.column_names == expected.column_names and set(table["case"].to_pylist()) == {"ur5_pick"}
     for name in expected.column_names[1:]:
         assert table[name].to_pylist() == expected[name].to_pylist(), name
@@ -674,6 +674,66 @@ def test_help_and_version():
         assert option in p.stdout, option
     p = run("lods")
     assert p.returncode == 2 and "lods" in p.stderr
+
+
+@pytest.fixture(scope="module")
+def terminal(tmp_path_factory):
+    """What commands print to a terminal of 80 columns, line by line, without colours."""
+    folder = tmp_path_factory.mktemp("terminal")
+    (folder / "deep.urdf").write_text(chain_with_long_names(30))
+
+    def printed(*arguments: object) -> list[str]:
+        p = run_ksl(*arguments, cwd=folder, TTY_COMPATIBLE="1", NO_COLOR="1", COLUMNS="80", TERM="xterm")
+        assert p.returncode in (0, 1), p.stderr
+        return [line for line in re.sub("\x1b\\[[0-9;]*m", "", p.stdout + p.stderr).splitlines() if "\\x1b" not in line]  # where a bar would move, which is shown as no terminal is there
+
+    return printed
+
+
+def chain_with_long_names(n: int) -> str:
+    """A chain whose tree would be wider than any terminal, with contents that are not used."""
+    links = "".join(f'<link name="link_{k:02}_of_some_length"/>' for k in range(n))
+    joints = "".join(
+        f'<joint name="joint_{k:02}_of_some_length" type="continuous"><parent link="link_{k:02}_of_some_length"/>'
+        f'<child link="link_{k + 1:02}_of_some_length"/><gazebo_{k:02} with="contents that nobody uses"/></joint>'
+        for k in range(n - 1)
+    )
+    return f'<robot name="deep">{links}{joints}</robot>'
+
+
+def test_a_terminal_of_80_columns_is_wide_enough(terminal, ur5, tmp_path):
+    """Of each command: nothing is cut, and lines break between words."""
+    commands = (
+        ("info", ur5[0]), ("info", "deep.urdf"), ("loads", *ur5, "-o", "o", "--payload", "900,0,0,60", "--on-link", "tool0"), ("hold", ur5[0]),
+        ("check", ur5[0]), ("motion", ur5[0], "--kind", "minjerk", "-o", "m.csv"), ("size", "o"), ("--help",), ("loads", "--help"),
+    )  # fmt: skip
+    for command in commands:
+        lines = terminal(*command)
+        wide = [line for line in lines if len(line) > 80 and len(line.split()) > 1]
+        assert not wide, (command[0], wide[:3])
+        if command[0] == "loads" and "--help" not in command:
+            assert any("are these millimetres?" in " ".join(lines[k : k + 3]).replace("  ", " ") for k in range(len(lines)))
+
+
+def test_the_verdict_is_seen_at_last(terminal, ur5):
+    """On 24 lines: the verdict is the last sentence, and its reasons and the shares of the limits stand above it."""
+    for command in (("loads", *ur5, "-o", "v"), ("hold", ur5[0])):
+        last = terminal(*command)[-24:]
+        assert any(line.startswith("verdict: ") for line in last[-3:]), last
+    assert any(line.startswith("Share of limits used") for line in terminal("loads", *ur5, "-o", "v")[-24:])
+
+
+def test_help_has_whole_sentences_and_groups(terminal):
+    whole = " ".join(" ".join(terminal("--help")).split())
+    assert "..." not in whole.replace("[ARGS]...", "") and "in a page on this machine or in a file." in whole
+    from ksl.commands.app import GROUPS
+
+    for name in ("loads", "hold", "view"):
+        lines = terminal(name, "--help")
+        heads = [line.removesuffix(":") for line in lines if re.fullmatch(r"[A-Z][a-z ]+:", line)]
+        assert heads[0] == "Arguments" and set(heads[1:-1]) <= set(GROUPS) and heads[-1] == "Other options"
+        others = [line for line in lines[lines.index("Other options:") :] if re.match("  (-., )?--", line)]
+        assert len(others) == 1 and "--help" in others[0], "a new option needs a group"
 
 
 def test_nothing_asked_of_info(tmp_path):

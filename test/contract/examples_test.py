@@ -25,6 +25,11 @@ PRINTED = {
         "fold (revolute, carries jib and 5 kg): 24.5 N m of 200 N m",  # 9.81 m/s² · 5 kg · 0.5 m
         "the hook holds 17.89 kg",  # (200 − 24.525) / 9.81, less than (900 − 318.825) / 29.43
     ],
+    "joint_loads.c": [
+        "base               motor    0.000 N m, bearings  163.75 N",  # 9.81 m/s² times the sum of the file's masses
+        "panda_flange_joint motor    0.000 N m, bearings    0.00 N",
+        "motor 107.72 N m at most, bearings 291.2 N; they differ by 0e+00 N m about the axis",
+    ],
     "frames.cpp": [
         "power of the rope: 49.050 W, seen from the world: 49.050 W",  # 50 kg · 9.81 m/s² · 0.2 m · 0.5 rad/s
         "about the world's origin: moment 98.100 N m",

@@ -228,6 +228,9 @@ def test_without_the_engine(tmp_path):
         done = subprocess.run(command, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
     assert {p.name for p in prefix.rglob("*") if p.suffix in (".a", ".so", ".pc")} == {"libksl_algebra.a", "libksl_algebra.so", "ksl-algebra.pc"}
+    headers = {p.relative_to(prefix / "include/ksl").as_posix() for p in (prefix / "include/ksl").rglob("*") if p.is_file()}
+    assert not [name for name in headers if name.startswith(("engine", "dynamics", "model", "batch")) or name in ("arrays.h", "builder.hpp", "dual.hpp")]
+    assert {"ksl.h", "spatial.hpp", "detail/vec3.inc", "compat/coscrew.h"} <= headers
     user = tmp_path / "user"
     user.mkdir()
     printed(built(user, "C", [FIND, program("app", "algebra.c", "ksl::algebra")], f"-DCMAKE_PREFIX_PATH={prefix}") / "app", user, ALGEBRA_PRINTS)

@@ -3,13 +3,16 @@
 import ast
 import inspect
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import ksl
 import pytest
+from ksl.base.other_names import OF_MODEL, OF_PACKAGE
 
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 SLOW = ("numpy", "ksl._core", "scipy", "pyarrow", "plotly", "pandas", "lxml", "viser", "trimesh", "ray", "mujoco", "mcap", "rosbags")
 
 
@@ -24,16 +27,48 @@ def test_type_checkers_see_what_the_table_says():
     tree = ast.parse(Path(ksl.__file__).read_text(encoding="utf-8"))
     block = next(node for node in tree.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
     seen = {alias.asname: line.module for line in block.body for alias in line.names if alias.name == alias.asname}
-    assert seen == ksl._MODULE_OF
+    assert seen == ksl._MODULE_OF | dict.fromkeys(ksl._MODULES, "ksl")
     assert sorted(ksl._MODULE_OF) == list(ksl._MODULE_OF), "in alphabetical order, so that lines are found and merged"
 
 
 def test_every_name_is_there():
     for name in ksl.__all__:
         assert getattr(ksl, name) is not None
-    assert dir(ksl) == sorted(ksl.__all__)
+    assert dir(ksl) == sorted([*ksl.__all__, *ksl._MODULES])
     assert python("from ksl import *\nprint(load.__name__, Model.__name__, Wrench.__name__)") == "load Model Wrench\n"
     assert python("from ksl import load, Pose\nimport ksl\nprint(ksl.load is load, ksl.Pose is Pose)") == "True True\n"
+
+
+def test_help_begins_with_all_that_users_may_use():
+    for name in (*ksl.__all__, *ksl._MODULES):
+        assert name == "__version__" or re.search(rf"\b{name}\b", ksl.__doc__), f"{name} is missing in the docstring of ksl"
+    assert python("import ksl\nprint(ksl.motions.generate.chirp.__name__, ksl.ufuncs.product_dd.__name__, ksl.mjcf.from_mujoco.__name__)") == "chirp product_dd from_mujoco\n"
+
+
+@pytest.mark.parametrize(("names", "owner"), [(OF_PACKAGE, ksl), (OF_MODEL, ksl.Model)], ids=["ksl", "a model"])
+def test_names_of_other_libraries_lead_to_what_there_is(names, owner):
+    """Each is absent, and what is named in its place is there."""
+    m = ksl.load(EXAMPLES / "robots/ur5.urdf")
+    assert owner is not ksl or not {path.stem for path in Path(ksl.__file__).parent.iterdir()} & names.keys(), "an import would give it"
+    for name, mend in names.items():
+        with pytest.raises(AttributeError) as error:
+            getattr(ksl if owner is ksl else m, name)
+        assert mend in str(error.value)
+        of_package = re.findall(r"ksl\.(\w+)", mend)
+        assert all(hasattr(ksl, word) for word in of_package), mend
+        first = re.match(r"\w+", mend).group() if owner is ksl.Model else (re.findall(r"\)\.(\w+)", mend) or ["joints"])[0]
+        assert hasattr(m, first), mend
+
+
+def test_a_name_that_is_nearly_right():
+    m = ksl.load(EXAMPLES / "robots/ur5.urdf")
+    with pytest.raises(AttributeError, match="a ksl.Model has no 'invers_dynamics'; did you mean 'inverse_dynamics'"):
+        m.invers_dynamics  # noqa: B018
+    assert not hasattr(m, "__array__") and not hasattr(m, "_repr_png_")
+    with pytest.raises(TypeError, match=r"ksl.load\('robot.urdf'\) reads a robot file, ksl.load_string\(text\) its contents, and ksl.Builder"):
+        ksl.Model("robot.urdf")
+    with pytest.raises(TypeError, match=r"not called with int: ksl.load\(path\)"):
+        ksl.Model(3)
 
 
 def test_no_public_function_is_hidden_by_a_module():
@@ -46,7 +81,7 @@ def test_methods_of_models_that_higher_rooms_compute():
     """The model's room imports nothing of theirs; `ksl/__init__.py` names the functions, which take the model first."""
     from ksl.base import higher_rooms
 
-    assert set(higher_rooms.FUNCTIONS) == {"_repr_html_", "loads", "show"}
+    assert set(higher_rooms.FUNCTIONS) == {"_repr_html_", "show", "wrench_table"}
     for method in higher_rooms.FUNCTIONS:
         own = list(inspect.signature(getattr(ksl.Model, method)).parameters.values())
         function = list(inspect.signature(higher_rooms.function_of(method)).parameters.values())

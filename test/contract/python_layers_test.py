@@ -86,7 +86,7 @@ def test_no_module_imports_a_higher_room(module):
 
 
 def test_rooms_take_nothing_from_the_root_but_modules():
-    """Not `import ksl` and then `ksl.loads`, which would reach every room."""
+    """Not `import ksl` and then `ksl.compute_loads`, which would reach every room."""
     for path in sorted((PYTHON / "ksl").rglob("*.py")):
         if module_name(path, PYTHON) in FACES:
             continue

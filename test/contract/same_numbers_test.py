@@ -57,7 +57,7 @@ def test_json_and_report(folder, peaks):
 
 
 def test_python(peaks):
-    run = ksl.loads(PANDA, PICK)
+    run = ksl.compute_loads(PANDA, PICK)
     for row in run.summary.to_pylist():
         assert {name: row[name] for name in peaks[row["joint"]]} == peaks[row["joint"]]
 

@@ -87,7 +87,7 @@ def test_the_same_functions_token_for_token(folder):
     assert one.keys() - many.keys() == {name + f for name in ("fabs", "floor", "fmod", "fma") for f in ("", "f")}
 
 
-COMPILERS = ["gcc -std=c11", "gcc -std=c17", "clang -std=c11", "clang -std=c17", "g++ -std=c++20 -x c++", "clang++ -std=c++20 -x c++"]
+COMPILERS = ["gcc -std=c99", "clang -std=c99", "gcc -std=c99 -fshort-enums", "gcc -std=c11", "gcc -std=c17", "clang -std=c11", "clang -std=c17", "g++ -std=c++20 -x c++", "clang++ -std=c++20 -x c++"]
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
@@ -95,6 +95,14 @@ def test_no_warning(folder, compiler):
     compile_(*compiler.split(), *WARNINGS, "-fsyntax-only", folder / "include.c")
     if "++" not in compiler:
         compile_(*compiler.split(), *WARNINGS, "-fsyntax-only", folder / "implementation.c")
+
+
+@pytest.mark.parametrize("compiler", ["gcc -std=c99", "gcc -std=c11 -fshort-enums", "clang -std=c99"])
+def test_no_warning_of_the_headers(folder, compiler):
+    """In C99, and where enumerations have one byte, as compilers for microcontrollers have them."""
+    (folder / "headers.c").write_text("".join(f"#include <ksl/{name}.h>\n" for name in ("ksl", "engine", "arrays", "memory", "trig", "print")))
+    for source in (folder / "headers.c", ROOT / "src/ksl.c", ROOT / "src/print.c"):
+        compile_(*compiler.split(), *WARNINGS, "-fsyntax-only", "-I", ROOT / "include", source)
 
 
 @pytest.mark.parametrize("target", ["thumbv7em", "riscv32"])

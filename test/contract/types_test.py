@@ -22,12 +22,25 @@ held: np.ndarray = m.reactions(q, q, q, on="parent", at=(0, 0, 0.1), part="const
 kinetic, potential = m.energy(q, q, out=(np.empty(()), np.empty(())))
 poses: np.ndarray = m.frame_poses(q, ["tool"], threads=2)
 moved: np.ndarray = ufuncs.product_CoAdc(ufuncs.poses(m.frame_pose(q, "tool")), held)
+run = ksl.compute_loads(m, "motion.csv")
+columns: list[str] = run.summary.column_names + m.wrench_table([0.0], [q]).column_names
+kind = ksl.Builder("b").add_joint("j", "revolute", "a", "b", ksl.Pose.from_rpy((0, 0, 1))).build().joint("j").kind
+"""
+WRONG = """
+m.reactions(q, q, q, on="both")
+m.nq = "seven"
+m.forward_kinematics(q)
+run.summary.columns_names
+ksl.Builder("b").add_joint("j", "revolut", "a", "b")
+kind == "revolut"
 """
 
 
 def test_a_users_program(tmp_path):
-    """Two lines that are wrong are found, and nothing else."""
+    """Lines that are wrong are found, and nothing else."""
     program = tmp_path / "program.py"
-    program.write_text(PROGRAM + 'm.reactions(q, q, q, on="both")\nm.nq = "seven"\n')
+    program.write_text(PROGRAM + WRONG)
     done = subprocess.run([sys.executable, "-m", "mypy", program], cwd=ROOT, capture_output=True, text=True)
-    assert [line.rpartition(" ")[2] for line in done.stdout.splitlines() if " error: " in line] == ["[arg-type]", "[assignment]"], done.stdout + done.stderr
+    assert [line.rpartition(" ")[2] for line in done.stdout.splitlines() if " error: " in line] == [
+        "[arg-type]", "[assignment]", "[attr-defined]", "[attr-defined]", "[arg-type]", "[comparison-overlap]",
+    ], done.stdout + done.stderr

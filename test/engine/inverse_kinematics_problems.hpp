@@ -134,7 +134,8 @@ inline errors errors_at(const ksl::model &m, const problem &p, const numbers &q,
     if (f.position_weight > 0)
       out.position = std::fmax(out.position, std::hypot(e[0], e[1], e[2]));
     if (f.orientation_weight > 0)
-      out.orientation = std::fmax(out.orientation, std::hypot(e[3], e[4], e[5]));
+      out.orientation =
+          std::fmax(out.orientation, 2 * std::asin(std::fmin(std::hypot(e[3], e[4], e[5]) / 2, 1))); // e: 2 sin(θ/2)
   }
   return out;
 }

@@ -131,7 +131,7 @@ def _to_urdf(arm: Path, out: Path, mass: float) -> None:
 def _report(arm: Path, motion: Path, out: Path) -> None:
     import ksl
 
-    ksl.loads(arm, motion).report(out / "report.html")
+    ksl.compute_loads(arm, motion).report(out / "report.html")
 
 
 def earlier_results(writer: Writer, folder: Path) -> killing.Seen:

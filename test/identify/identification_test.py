@@ -1,12 +1,21 @@
 """Base parameters, and identification from recorded motions: statistics of noise, and bodies that can exist whatever the data."""
 
+import re
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import ksl
 from ksl import base_parameters, consistency
-from ksl.consistency import from_pseudo_inertia, is_consistent
+from ksl.consistency import from_log_cholesky, from_pseudo_inertia, is_consistent
 from ksl.identification import identify
+from ksl.identify import fit
+from ksl.identify.possible_bodies import LeastSquares, matrices, minimum, numbers_of
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "laws"))
+from random_tree import load_text, random_states, random_tree
 
 
 @pytest.fixture(scope="module")
@@ -216,3 +225,149 @@ def test_physics_of_the_model_need_not_be_subtracted():
     motor = b.build(physics="all")
     q, v, a = np.random.default_rng(0).normal(size=(3, 50, 1))
     assert np.abs(identify(motor, q, v, a, motor.inverse_dynamics(q, v, a)).residuals).max() < 1e-9
+
+
+# ------------------------------------------------------------------------------------- how far it got, and what it says of that
+
+
+def other_bodies(rng, names):
+    """Links of 0.3 to 30 kg, some 10 cm large and off their origins."""
+    theta = 0.5 * rng.normal(size=(len(names), 10))
+    theta[:, 0] += 0.5 * np.log(3.0)
+    theta[:, 1:4] += np.log(0.05)
+    theta[:, 4:] *= np.repeat([0.05, 0.1], 3)
+    return from_log_cholesky(theta)
+
+
+def a_panda(seed):
+    panda = ksl.load("examples/robots/panda.urdf")
+    return panda, *periodic_motion(np.random.default_rng(seed), panda, samples=300)
+
+
+def a_tree(seed, bodies=3, floating=False):
+    rng = np.random.default_rng(seed)
+    tree = load_text(random_tree(rng, bodies), floating_base=floating)
+    return tree, *random_states(tree, rng, 200)
+
+
+ROBOTS = {
+    "panda 0": lambda: a_panda(0),
+    "panda 1": lambda: a_panda(1),
+    **{f"tree {seed} of three": lambda seed=seed: a_tree(seed) for seed in range(1, 9)},
+    "tree of eight": lambda: a_tree(11, 8),
+    "floating tree": lambda: a_tree(12, 5, floating=True),
+}
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_exact_efforts_of_other_links_come_back(name):
+    """Bodies that can exist, and give zero residuals, are found from a prior that is wrong."""
+    robot, q, v, a = ROBOTS[name]()
+    links = [link.name for link in robot.links if link.name in base_parameters.moving_links(robot) and link.mass > 0]
+    truth = other_bodies(np.random.default_rng(1), links)
+    tau = robot.with_parameters(dict(zip(links, truth))).inverse_dynamics(q, v, a)
+    f = identify(robot, q, v, a, tau)
+    assert f.converged and f.certificate.reason == "converged" and is_consistent(f.parameters).all()
+    assert np.abs(f.residuals).max() < 1e-9 * np.abs(tau).max()
+    assert np.allclose(f.base_values, f.base.values(truth), rtol=1e-6, atol=1e-7 * np.abs(f.base_values).max())
+    assert f.certificate.excess < 1 and f.certificate.steps < 50 and "converged" in repr(f)
+
+
+def clipped(S):
+    """The nearest positive semidefinite matrix in the Frobenius norm (Higham, 1988)."""
+    values, axes = np.linalg.eigh(S)
+    return axes * np.maximum(values, 0) @ axes.T
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3, 1e8])
+def test_the_minimum_is_the_projection_where_that_is_the_problem(scale):
+    """With B a multiple of one, the sum of squares is a multiple of the distance from a point."""
+    rng = np.random.default_rng(3)
+    S0 = np.array([2 * np.eye(4) + 0.3 * np.diag(rng.normal(size=4)) for _ in range(3)])
+    wanted = rng.normal(size=30) * 3
+    problem = LeastSquares(scale * np.eye(30), scale * (1 + scale**-2) * wanted)  # least at `wanted`
+    found = minimum(problem, S0, 0.7, lambda x: np.linalg.eigvalsh(S0 + 0.7 * matrices(x.reshape(-1, 10))).min() > 0)
+    S = S0 + 0.7 * matrices(found.x.reshape(-1, 10))
+    expected = np.array([clipped(one) for one in S0 + 0.7 * matrices(wanted.reshape(-1, 10))])
+    assert found.converged and not found.free and np.abs(S - expected).max() < 1e-3 / max(scale, 1) ** 0.5
+
+
+def test_the_bound_holds(m):
+    """No possible bodies near what was found have a sum of squares below its bound; the bound of a wrong result is large."""
+    rng = np.random.default_rng(4)
+    S0 = np.broadcast_to(np.eye(4), (2, 4, 4))
+    problem = LeastSquares(rng.normal(size=(25, 20)), 30 * rng.normal(size=25))
+    found = minimum(problem, S0, 1.0, lambda x: np.linalg.eigvalsh(S0 + matrices(x.reshape(-1, 10))).min() > 0)
+    assert found.converged and found.gradient < 1e-6 and found.steps > 0
+    for size in np.logspace(-6, 1, 400):
+        x = found.x + size * rng.normal(size=20)
+        x = numbers_of(np.array([clipped(one) for one in S0 + matrices(x.reshape(-1, 10))]) - S0).ravel()
+        assert problem.value(x) >= found.sum_of_squares - found.above
+
+
+def of_the_panda(m, share=0.02, **changes):
+    rng = np.random.default_rng(0)
+    q, v, a, tau, sigma = recording(m, rng, share)
+    names = [link.name for link in m.links[1:] if link.mass > 0]
+    truth = truth_of(m, names)
+    given = {
+        "nothing": {},
+        "half": {"prior": dict(zip(names, 0.5 * truth)), "prior_deviation": 0.01},
+        "rough": {"prior": dict(zip(names, rough_bodies(rng, truth)))},
+        "another": {"prior": dict(zip(names, other_bodies(rng, names))), "prior_deviation": 0.1},
+        "thousandth": {"prior": dict(zip(names, 1e-3 * truth))},
+        "noise": {"noise": sigma},
+        "noise / 5": {"noise": sigma / 5},
+        "5 noise": {"noise": 5 * sigma},
+    }[changes.pop("given", "nothing")]
+    return identify(m, q, v, a, changes.pop("tau", lambda tau, v: tau)(tau, v), **given, **changes), truth
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentences"),
+    [
+        ({}, []),
+        ({"given": "rough"}, []),
+        ({"given": "noise"}, []),
+        ({"share": 0.3}, []),
+        ({"given": "half"}, ["prior and motion disagree: by", r"it pulls panda_link.* by [\d.]{2,} of the standard deviation"]),
+        ({"given": "another"}, ["prior and motion disagree"]),
+        ({"given": "thousandth"}, ["prior and motion disagree"]),
+        ({"tau": lambda tau, v: -tau}, ["no possible bodies explain the efforts"]),
+        ({"tau": lambda tau, v: -tau, "given": "noise"}, ["no possible bodies explain the efforts", "times the noise that was given"]),
+        ({"given": "noise / 5"}, ["are [45].* times the noise that was given"]),
+        ({"given": "5 noise"}, ["are only 0.[12].* times the noise that was given"]),
+        ({"tau": lambda tau, v: tau + [0, 0, 0, 0, 30, 0, 0]}, ["no possible bodies|residuals are not noise"]),
+        ({"links": ["panda_link6", "panda_link7"], "tau": lambda tau, v: 1.5 * tau}, ["residuals are not noise: those of panda_joint"]),
+        ({"tau": lambda tau, v: 0 * tau, "noise": 1e-12}, ["not converged: rounding", "no possible bodies"]),
+    ],
+)
+def test_what_is_doubtful_is_said(m, changes, sentences):
+    """In `doubts` and in what is printed; and nothing where all is well."""
+    f, _ = of_the_panda(m, **changes)
+    assert len(f.doubts) >= len(sentences) and bool(f.doubts) == bool(sentences), f
+    for sentence in sentences:
+        assert any(re.search(sentence, doubt) for doubt in f.doubts), f
+    assert all(doubt in repr(f) for doubt in f.doubts) and f.converged == (not any("not converged" in doubt for doubt in f.doubts))
+
+
+def test_noise_that_does_not_settle_is_said(m, monkeypatch):
+    monkeypatch.setattr(fit, "ROUNDS", 1)
+    q, v, a, tau, _ = recording(m, np.random.default_rng(1))
+    f = identify(m, q[:12], v[:12], a[:12], tau[:12])
+    assert not f.converged and f.certificate.reason == "noise" and f.certificate.noise_change > 0.01 and "not converged" in repr(f)
+
+
+def test_a_wrong_prior_does_not_become_noise(m):
+    """What the motion alone says stays in the fields, and the noise is that of the efforts."""
+    f, truth = of_the_panda(m, given="half")
+    expected, _ = of_the_panda(m)
+    assert np.allclose(f.noise, expected.noise, rtol=1e-6)
+    by_motion = f.base_values - f.certificate.pull * f.base_deviations
+    assert np.abs(by_motion - f.base.values(truth)).max() < 1.0 and f.certificate.prior_distance > 10
+    assert np.abs(f.certificate.prior_differences).max() > 10 and np.abs(f.certificate.pull).max() > 50
+
+
+def test_false_alarms_are_rare(m):
+    alarms = [f.doubts for seed in range(3) for q, v, a, tau, _ in [recording(m, np.random.default_rng(seed))] if (f := identify(m, q, v, a, tau)).doubts]
+    assert not alarms

@@ -41,6 +41,7 @@ class Case:
             "links": {row.links_keyword: names}, "frames": {"names": names}, "link": {"name": names[0]}, "frame": {"name": names[0]},
             "relative": {"name": names[0], "seen_from": names[-1]}, "joints": {"joints": self.joints}, "reactions": {"joints": self.joints},
         }.get(row.request, {})  # fmt: skip
+        asked |= {"names": [j.name for j in self.p.m.joints if j.nv or j.leader][:3]} if row.coupled == "hybrid" else {}
         asked |= {"point": [0.1, -0.2, 0.3]} if "point" in row.keywords else {}
         return asked | ({"external": self.external} if row.external else {}) | more
 

@@ -9,12 +9,12 @@ from random_tree import load_text, random_states, random_tree
 
 
 def errors(found: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """(…, 2): distance of positions, and twice the sine of half the angle between orientations."""
+    """(…, 2): distance of positions, and the angle between orientations."""
     R = np.swapaxes(found[..., :3, :3], -1, -2) @ wanted[..., :3, :3]
     cosine = np.clip((np.trace(R, axis1=-2, axis2=-1) - 1) / 2, -1, 1)
     sine = np.linalg.norm(R - np.swapaxes(R, -1, -2), axis=(-2, -1)) / np.sqrt(8)
     angle = np.arctan2(sine, cosine)
-    return np.stack([np.linalg.norm(found[..., :3, 3] - wanted[..., :3, 3], axis=-1), 2 * np.sin(angle / 2)], axis=-1)
+    return np.stack([np.linalg.norm(found[..., :3, 3] - wanted[..., :3, 3], axis=-1), angle], axis=-1)
 
 
 @pytest.fixture(scope="module")

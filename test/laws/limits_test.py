@@ -115,7 +115,7 @@ def test_what_is_beyond_limits_is_reported(chain):
     q = np.tile(chain.neutral(), (12, 1))
     q[:, 1], q[5, 5] = 0.1, -0.4
     motion = Motion(time, q, np.zeros((12, chain.nv)), np.zeros((12, chain.nv)))
-    exceeded = ksl.loads(chain, cases=[LoadCase(chain, motion)]).verdict.exceeded
+    exceeded = ksl.compute_loads(chain, cases=[LoadCase(chain, motion)]).verdict.exceeded
     assert [use.exceeded for use in exceeded] == ["pla: y -0.4 m is beyond the lower limit -0.1 m"]
 
 

@@ -40,6 +40,13 @@ std::string joint(const std::string &inside, const std::string &type = "revolute
                "\"><parent>a</parent><child>b</child>" + inside + "</joint>");
 }
 const std::string about_z = "<axis><xyz>0 0 1</xyz></axis>";
+/// A joint from a to b as above: b is 2 above a and turned about x, the joint's frame along y of b and turned about z.
+std::string old_joint(const std::string &version, const std::string &inside) {
+  return model(link("a") + link("b", pose("0 0 2 1.5707963267948966 0 0")) +
+                   "<joint name=\"j\" type=\"revolute\"><parent>a</parent><child>b</child>" +
+                   pose("0 0.25 0 0 0 1.5707963267948966") + inside + "</joint>",
+               "", version);
+}
 
 const joint_description &joint_named(const robot_description &robot, const std::string &name) {
   const auto found = std::find_if(robot.joints.begin(), robot.joints.end(),
@@ -334,9 +341,67 @@ TEST_CASE("meshes that are used in two units") {
   CHECK(urdf("0.5 0.5 0.5").empty());
 }
 
+// Links a and b, b turned by 90° about x, and a joint whose frame is turned by 90° about z in b.  Columns of the turn from the model to
+// b: x = (1,0,0), y = (0,0,1), z = (0,−1,0); from b to the joint: x = (0,1,0), y = (−1,0,0), z = (0,0,1).
+TEST_CASE(
+    "Axes of SDF 1.4 are in the model's frame, those of 1.5 and 1.6 in the joint's, unless use_parent_model_frame is true") {
+  const auto axis = [](const std::string &version, const std::string &flag, const std::string &xyz = "0 0 1") {
+    const std::string said = flag.empty() ? "" : "<use_parent_model_frame>" + flag + "</use_parent_model_frame>";
+    const auto robot = read(old_joint(version, "<axis><xyz>" + xyz + "</xyz>" + said + "</axis>"));
+    CHECK(robot.warnings.empty());
+    CHECK(robot.unused.empty());
+    const joint_description &j = joint_named(robot, "j");
+    // the joint's frame is placed in its child, and where it is doesn't depend on the version
+    check_vector(j.placement.t, 0, 0, 2 + 0.25); // b is 2 above a, and its y, along which the joint is, leads up
+    return j.axis;
+  };
+  // z of the model is y of b, which is x of the joint; y of the model is −z of both
+  for (const auto &[version, flag] : {std::pair{"1.4", ""}, {"1.4", "1"}, {"1.5", "true"}, {"1.6", "1"}}) {
+    check_vector(axis(version, flag), 1, 0, 0);
+    check_vector(axis(version, flag, "0 2 0"), 0, 0, -1);
+  }
+  for (const auto &[version, flag] : {std::pair{"1.4", "0"}, {"1.5", ""}, {"1.5", "false"}, {"1.6", ""}})
+    check_vector(axis(version, flag), 0, 0, 1);
+}
+
+TEST_CASE("Names and frames that SDF allowed before 1.7") {
+  SUBCASE("a link, its joint and a frame of the same name; links of included models") {
+    const auto robot = read(
+        model(link("arm") + "<joint name=\"arm::hand\" type=\"revolute\"><parent>arm</parent><child>arm::hand</child>" +
+                  pose("0 0 1 0 0 0") + about_z + "</joint>" + link("arm::hand", pose("0 0 5 0 0 0")),
+              "", "1.6"));
+    check_vector(joint_named(robot, "arm::hand").placement.t, 0, 0, 6);
+    CHECK(robot.warnings.empty());
+  }
+  SUBCASE("frame of a pose, which is empty in most files") {
+    const auto in = [](const std::string &attribute) {
+      return read(
+          model(link("a", pose("1 0 0 0 0 0")) + link("b", "<pose " + attribute + ">0 2 0 0 0 0</pose>"), "", "1.6"));
+    };
+    check_vector(joint_named(in("frame=\"\""), "b_floating").placement.t, 0, 2, 0);
+    CHECK(in("frame=\"\"").warnings.empty());
+    check_vector(joint_named(in("frame=\"a\""), "b_floating").placement.t, 1, 2, 0);
+    check_said(in("frame=\"a\"").warnings,
+               {"link b: <pose frame=\"...\"> is read as relative_to", "SDF 1.6 may ignore it"});
+    check_said(in("relative_to=\"a\"").warnings,
+               {"link b: relative_to,", "came with SDF 1.7", "write version=\"1.7\""});
+  }
+  SUBCASE("gravity in the physics of a world, before 1.6") {
+    const auto gravity = [](const std::string &version, const std::string &inside) {
+      return read("<sdf version=\"" + version + "\"><world name=\"w\">" + inside + "<model name=\"m\">" + link("a") +
+                  "</model></world></sdf>");
+    };
+    const std::string moon = "<physics><gravity>0 0 -1.62</gravity></physics>";
+    CHECK(gravity("1.5", moon).gravity[2] == -1.62);
+    CHECK(gravity("1.6", moon).gravity[2] == -9.81);
+    check_said(gravity("1.6", moon).unused, {"gravity of physics"});
+    CHECK(gravity("1.4", moon + "<gravity>0 0 -3</gravity>").gravity[2] == -3);
+  }
+}
+
 TEST_CASE("SDF files that are wrong") {
   check_all({
-      {"old", model(link("a"), "", "1.5"), {"r.sdf:1:", "version \"1.5\"", "expected 1.7 to 1.10", "gz sdf"}},
+      {"old", model(link("a"), "", "1.3"), {"r.sdf:1:", "version \"1.3\"", "expected 1.4 to 1.10", "gz sdf"}},
       {"no version", "<sdf>" + model(link("a")).substr(20), {"no version"}},
       {"nothing", "<sdf version=\"1.9\"/>", {"no <model>"}},
       {"no link", model(""), {"r.sdf:2: model m: no <link>"}},
@@ -384,6 +449,24 @@ TEST_CASE("SDF files that are wrong") {
        joint("<axis><xyz>0 0 1</xyz><use_parent_model_frame>1</use_parent_model_frame></axis>"),
        {"expressed_in=\"__model__\""}},
       {"old pose", model(link("a", "<pose frame=\"x\">0 0 0 0 0 0</pose>")), {"frame=\"x\"", "relative_to"}},
+      {"old pose in a frame that isn't there",
+       model(link("a", "<pose frame=\"x\">0 0 0 0 0 0</pose>"), "", "1.6"),
+       {"link a: relative_to names \"x\""}},
+      {"two frames of a pose",
+       model(link("a") + link("b", "<pose frame=\"a\" relative_to=\"c\">0 0 0 0 0 0</pose>"), "", "1.6"),
+       {"link b: <pose> has frame=\"a\" and relative_to=\"c\"", "remove one"}},
+      {"two frames of an axis",
+       old_joint("1.6",
+                 "<axis><xyz expressed_in=\"a\">0 0 1</xyz><use_parent_model_frame>1</use_parent_model_frame></axis>"),
+       {"joint j: it has <use_parent_model_frame> and expressed_in"}},
+      {"old flag of an axis",
+       old_joint("1.5", "<axis><xyz>0 0 1</xyz><use_parent_model_frame>maybe</use_parent_model_frame></axis>"),
+       {"<use_parent_model_frame> is \"maybe\", expected true or false"}},
+      {"old frame of an inertial",
+       model("<link name=\"a\"><inertial><pose frame=\"b\">0 0 0 0 0 0</pose></inertial></link>", "", "1.5"),
+       {"link a", "relative to \"b\""}},
+      {"a scope in a new name", model(link("a::b")), {"\"a::b\"", "reserves"}},
+      {"a name of the format in an old file", model(link("__model__"), "", "1.4"), {"reserves"}},
       {"unknown child",
        model(link("a") + "<joint name=\"j\" type=\"fixed\"><parent>a</parent><child>bb</child></joint>"),
        {"joint j: <child> names \"bb\", which is no link"}},

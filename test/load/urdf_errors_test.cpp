@@ -1,6 +1,7 @@
 // Each way in which a file can be wrong, and what the message must say: file, line, name, fault and mend.
 #include "refusal.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <vector>
 
@@ -333,6 +334,73 @@ TEST_CASE("limits of joints with several numbers, and rotors of transmissions") 
   }
   CHECK(
       !says(read(driven("revolute", "<dynamics rotor_inertia=\"0.02\" gear_ratio=\"30\"/>", of_j + rotor)), "differs"));
+}
+
+// What a default, a macro or a template gives every joint.
+TEST_CASE("what a joint can't use is listed, and the file is read") {
+  const auto read = [](const std::string &type, const std::string &dynamics) {
+    return read_urdf_text("<robot><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"" + type +
+                              "\"><parent link=\"a\"/><child link=\"b\"/><dynamics " + dynamics + "/></joint></robot>",
+                          "r.urdf");
+  };
+  const struct {
+    const char *name;
+    double joint_description::*member;
+    std::vector<std::string> of;
+  } cases[] = {
+      {"armature", &joint_description::armature, {"fixed", "floating"}},
+      {"rotor_inertia", &joint_description::rotor_inertia, {"fixed", "floating"}},
+      {"spring_stiffness",
+       &joint_description::spring_stiffness,
+       {"fixed", "floating", "planar", "spherical", "cylindrical", "translation"}},
+  };
+  for (const auto &[name, member, kinds] : cases)
+    for (const std::string &kind : kinds) {
+      const robot_description robot = read(kind, std::string(name) + "=\"0.5\"");
+      CHECK(robot.joints[0].*member == 0);
+      CHECK(std::count(robot.unused.begin(), robot.unused.end(),
+                       "joint j: " + std::string(name) + " (no effect on a " + kind + " joint)") == 1);
+    }
+  CHECK(read("revolute", "armature=\"0.5\" spring_stiffness=\"2\"").joints[0].armature == 0.5);
+}
+
+TEST_CASE("rotors and gears of transmissions, as ROS has them") {
+  const auto read = [](const std::string &transmission, const std::string &dynamics = "",
+                       const std::string &type = "continuous") {
+    return read_urdf_text("<robot><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"" + type +
+                              "\"><parent link=\"a\"/><child link=\"b\"/>" + dynamics +
+                              "</joint><transmission name=\"t\">" + transmission + "</transmission></robot>",
+                          "r.urdf");
+  };
+  const auto says = [](const robot_description &robot, const std::string &words) {
+    return std::any_of(robot.unused.begin(), robot.unused.end(),
+                       [&](const std::string &line) { return line.find(words) != line.npos; });
+  };
+  const std::string of_j = "<joint name=\"j\"/>", gear = "<mechanicalReduction>-50</mechanicalReduction>",
+                    rotor = "<motorInertia> 2e-4 </motorInertia>";
+  for (const std::string &text :
+       {of_j + "<actuator name=\"m\">" + gear + rotor + "</actuator>",
+        "<joint name=\"j\">" + gear + "</joint><actuator name=\"m\">" + gear + rotor + "</actuator>",
+        of_j + "<actuator name=\"m\"/>" + gear + rotor}) {
+    const robot_description robot = read(text);
+    CHECK((robot.joints[0].rotor_inertia == 2e-4 && robot.joints[0].gear_ratio == -50));
+  }
+  const robot_description ratio = read(of_j + "<actuator>" + gear + "</actuator>");
+  CHECK((ratio.joints[0].rotor_inertia == 0 && ratio.joints[0].gear_ratio == -50));
+  CHECK(says(ratio, "joint j: mechanicalReduction (read as gear_ratio, no effect without a rotor's inertia)"));
+  CHECK(!says(read(of_j + "<actuator><mechanicalReduction>1</mechanicalReduction></actuator>"), "mechanicalReduction"));
+  CHECK(says(read(of_j + "<actuator>" + gear + rotor + "</actuator>", "<dynamics gear_ratio=\"20\"/>"),
+             "differs from <dynamics>"));
+  CHECK(says(read(of_j + "<actuator>" + rotor + "</actuator>", "<dynamics armature=\"2\"/>"),
+             "<dynamics> has an armature"));
+  CHECK(says(read(of_j + "<actuator>" + rotor + "</actuator>", "", "fixed"), "no effect on a fixed joint"));
+  for (const std::string &text :
+       {of_j + "<actuator>" + rotor + "</actuator><actuator/>", of_j + of_j + rotor, "<joint name=\"k\"/>" + rotor,
+        rotor, of_j + "<motorInertia>-1</motorInertia>", of_j + "<motorInertia>many</motorInertia>"}) {
+    const robot_description robot = read(text);
+    CHECK(robot.joints[0].rotor_inertia == 0);
+    CHECK(says(robot, "motorInertia of <transmission>"));
+  }
 }
 
 TEST_CASE("joints that can't mimic, or be mimicked, and factors whose products overflow") {

@@ -53,7 +53,7 @@ def sines(m: ksl.Model, n: int = 12):
 
 
 def test_columns_types_and_metadata(ur5):
-    table = ur5.loads(*sines(ur5))
+    table = ur5.wrench_table(*sines(ur5))
     assert table.column_names == COLUMNS + TAIL
     for name in table.column_names:
         words = name in ("case", "joint", "on", "at", "axes")
@@ -67,7 +67,7 @@ def test_columns_types_and_metadata(ur5):
 
 def test_rows_are_samples_and_in_each_the_joints(ur5):
     t, *state = sines(ur5, 5)
-    table = ur5.loads(t, *state)
+    table = ur5.wrench_table(t, *state)
     names = [j.name for j in ur5.joints]
     assert table.num_rows == 5 * len(names)
     assert table["joint"].to_pylist() == names * 5
@@ -95,7 +95,7 @@ def test_wrenches_are_those_of_reactions(ur5, how):
     how = {k: (ur5.link_names[4] if x == "wrist_1_link" else x) for k, x in how.items()}
     t, *state = sines(ur5)
     external = {"tool0": np.random.default_rng(0).normal(size=(len(t), 6))}
-    table = ur5.loads(t, *state, external=external, **how)
+    table = ur5.wrench_table(t, *state, external=external, **how)
     names = [j.name for j in ur5.joints]
     order = ("fx", "fy", "fz", "tx", "ty", "tz") if how.get("order") != "ang_lin" else ("tx", "ty", "tz", "fx", "fy", "fz")
     assert table.column_names[3:9] == list(order)
@@ -108,7 +108,7 @@ def test_wrenches_are_those_of_reactions(ur5, how):
 
 def test_effort_speed_power_of_joints_with_one_coordinate(ur5):
     t, q, v, a = sines(ur5)
-    table = ur5.loads(t, q, v, a)
+    table = ur5.wrench_table(t, q, v, a)
     tau = ur5.inverse_dynamics(q, v, a)
     for i, name in enumerate(ur5.joint_names):
         rows = np.array(table["joint"].to_pylist()) == name
@@ -128,14 +128,14 @@ def test_a_floating_base_has_no_effort_but_a_wrench(robot):
     )
     t = np.linspace(0, 1, 6)
     q = np.tile([0, 0, 0, 0, 0, 0, 1.0], (6, 1))
-    (first, *_) = rows = m.loads(t, q).to_pylist()
+    (first, *_) = rows = m.wrench_table(t, q).to_pylist()
     assert len(rows) == 6 and first["joint"] == "floating_base"
     assert first["fz"] == pytest.approx(2 * 9.81) and first["constraint_fz"] == 0 and first["effort"] is None
 
 
 def test_missing_rates_are_differentiated(ur5):
     t, q, v, a = sines(ur5, 200)
-    given, found = ur5.loads(t, q, v, a), ur5.loads(t, q)
+    given, found = ur5.wrench_table(t, q, v, a), ur5.wrench_table(t, q)
     assert np.abs(given["fx"].to_numpy() - found["fx"].to_numpy()).max() < 1e-4
     assert np.abs(given["speed"].drop_null().to_numpy() - found["speed"].drop_null().to_numpy()).max() < 1e-7
 
@@ -148,7 +148,7 @@ def test_long_motions_are_computed_in_blocks_that_fit_together(robot):
     external = {"bob": np.stack([np.sin(k * t) for k in range(6)], axis=1)}
     case = LoadCase(m, Motion(t, q, v, a), external=external)
     assert [len(b.time) for b in case.blocks()] == [BLOCK_ROWS // len(m.joints)] * 2 + [17]
-    table = m.loads(t, q, v, a, external=external)
+    table = m.wrench_table(t, q, v, a, external=external)
     expected = m.reactions(q, v, a, external, joints=[j.name for j in m.joints])
     assert np.array_equal(wrenches(table, "", ("fx", "fy", "fz", "tx", "ty", "tz"), len(m.joints)), expected)
 
@@ -156,47 +156,47 @@ def test_long_motions_are_computed_in_blocks_that_fit_together(robot):
 def test_one_wrench_for_all_samples(ur5):
     t, *state = sines(ur5)
     w = np.arange(6.0)
-    assert ur5.loads(t, *state, external={"tool0": w}).equals(ur5.loads(t, *state, external={"tool0": np.tile(w, (len(t), 1))}))
+    assert ur5.wrench_table(t, *state, external={"tool0": w}).equals(ur5.wrench_table(t, *state, external={"tool0": np.tile(w, (len(t), 1))}))
 
 
 def test_what_loads_refuses(ur5):
     t, q, v, a = sines(ur5)
     for bad in ((t[:-1], q, v, a), (t, q[:, :-1], v, a), (t, q, v[:-1], a), (t[:, None], q, v, a)):
         with pytest.raises(ksl.MotionError, match="shapes don't fit"):
-            ur5.loads(*bad)
+            ur5.wrench_table(*bad)
     with pytest.raises(ksl.MotionError, match="times must increase"):
-        ur5.loads(t[::-1], q, v, a)
+        ur5.wrench_table(t[::-1], q, v, a)
     with pytest.raises(ksl.MotionError, match="times must increase"):
-        ur5.loads(np.zeros_like(t), q, v, a)
+        ur5.wrench_table(np.zeros_like(t), q, v, a)
     for k in range(4):
         broken = [x.copy() for x in (t, q, v, a)]
         broken[k].flat[3] = np.nan
         with pytest.raises(ksl.MotionError, match="finite"):
-            ur5.loads(*broken)
+            ur5.wrench_table(*broken)
     with pytest.raises(ksl.MotionError, match="5 samples.*needs at least 6"):
-        ur5.loads(t[:5], q[:5])
+        ur5.wrench_table(t[:5], q[:5])
     with pytest.raises(ValueError, match="no link named 'hand'"):
-        ur5.loads(t, q, v, a, external={"hand": np.zeros(6)})
+        ur5.wrench_table(t, q, v, a, external={"hand": np.zeros(6)})
     with pytest.raises(ValueError, match="on='both'"):
-        ur5.loads(t, q, v, a, on="both")
+        ur5.wrench_table(t, q, v, a, on="both")
     with pytest.raises(ksl.MotionError, match=r"q is complex \(complex128\); expected real numbers"):
-        ur5.loads(t, q + 0j)
+        ur5.wrench_table(t, q + 0j)
     with pytest.raises(ksl.MotionError, match="time: .*expected an array of numbers"):
-        ur5.loads(["now"] * len(t), q)
+        ur5.wrench_table(["now"] * len(t), q)
 
 
 @pytest.mark.parametrize("shape", [(), (5,), (12, 1), (11, 6), (6, 12), (1, 12, 6)])
 def test_external_wrenches_of_another_shape_are_refused(ur5, shape):
     message = re.escape(f"external['tool0'] has shape {shape}; expected (12, 6), a wrench for each sample, or (6)")
     with pytest.raises(ksl.MotionError, match=message):
-        ur5.loads(*sines(ur5), external={"tool0": np.zeros(shape)})
+        ur5.wrench_table(*sines(ur5), external={"tool0": np.zeros(shape)})
 
 
 def test_external_wrenches_are_finite_and_real(ur5):
     with pytest.raises(ksl.MotionError, match=r"external\['tool0'\] must be finite"):
-        ur5.loads(*sines(ur5), external={"tool0": [0, 0, np.nan, 0, 0, 0]})
+        ur5.wrench_table(*sines(ur5), external={"tool0": [0, 0, np.nan, 0, 0, 0]})
     with pytest.raises(ksl.MotionError, match=r"external\['tool0'\] is complex"):
-        ur5.loads(*sines(ur5), external={"tool0": np.zeros(6, complex)})
+        ur5.wrench_table(*sines(ur5), external={"tool0": np.zeros(6, complex)})
 
 
 # a pendulum
@@ -213,7 +213,7 @@ def test_pin_of_a_pendulum(robot):
     m = robot(PENDULUM)
     t = np.linspace(0, 2, 50)
     th, w, dw = 1.2 * np.sin(3 * t), 3.6 * np.cos(3 * t), -10.8 * np.sin(3 * t)
-    row = {name: x.to_numpy() for name, x in zip(COLUMNS[3:], m.loads(t, th[:, None], w[:, None], dw[:, None]).columns[3:15])}
+    row = {name: x.to_numpy() for name, x in zip(COLUMNS[3:], m.wrench_table(t, th[:, None], w[:, None], dw[:, None]).columns[3:15])}
     row = {name: x[::2] for name, x in row.items()}  # the pin, without `base`
     pull, across = MASS * (G * np.cos(th) + LENGTH * w**2), MASS * (G * np.sin(th) + LENGTH * dw)
     assert row["fz"] == pytest.approx(pull, rel=1e-12, abs=1e-12)
@@ -415,7 +415,7 @@ def test_a_mimic_joint_has_a_coupling_and_no_drive(tmp_path):
     time = np.linspace(0, 1, 21)
     q = 0.5 + 0.4 * np.sin(3 * time)[:, None]
     v, a = 1.2 * np.cos(3 * time)[:, None], -3.6 * np.sin(3 * time)[:, None]
-    table = m.loads(time, q, v, a)
+    table = m.wrench_table(time, q, v, a)
     rows = {name: table.filter(pc.equal(table["joint"], name)) for name in ("finger", "follower")}
     coupling = 0.2 * (9.81 - 2 * a[:, 0])  # what lifts the follower
     assert rows["follower"]["coupling"].to_numpy() == pytest.approx(coupling)

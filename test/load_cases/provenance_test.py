@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 
 import ksl
+from ksl.base.files_read import being_read, recorded
 from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import LoadCase
-from ksl.load_cases.provenance import input_file
 from ksl.load_cases.quantities import joint_loads, summarise
 from ksl.model.mechanism import Joint
 from ksl.motions.motion import Motion, complete
@@ -77,7 +77,11 @@ def test_the_head_of_the_summary_is_comments_with_units(two):
 
 
 def test_what_can_t_be_read_twice_has_no_hash(tmp_path):
-    assert input_file("motion", "/dev/null").sha256 is None and input_file("motion", tmp_path / "none").sha256 is None
+    with recorded() as ledger:
+        for name in ("/dev/null", tmp_path / "none"):
+            with being_read("motion", name, ValueError):
+                pass
+    assert [f.sha256 for f in ledger.files] == [None, None]
 
 
 def test_limits_of_zero_are_not_given(robot):
@@ -86,7 +90,7 @@ def test_limits_of_zero_are_not_given(robot):
         '<joint name="j" type="continuous"><parent link="a"/><child link="b"/><limit effort="0" velocity="0"/></joint></robot>'
     )
     t = np.linspace(0, 1, 10)
-    said = json.loads(m.loads(t, np.zeros((10, 1))).schema.metadata[b"ksl"])
+    said = json.loads(m.wrench_table(t, np.zeros((10, 1))).schema.metadata[b"ksl"])
     assert (said["joints"][0]["effort"], said["joints"][0]["velocity"]) == (None, None)
 
 

@@ -45,7 +45,7 @@ def held(m: ksl.Model, samples: int = 3) -> list[np.ndarray]:
 
 def test_a_flange_with_an_offset_mass_held_level(flange):
     """The flange carries m g upwards, and m g times the offset about its y axis: 0.3 m; the pin 0.5 m."""
-    run = ksl.loads(flange, held(flange))
+    run = ksl.compute_loads(flange, held(flange))
     first = {row["joint"]: row for row in run.wrenches.to_pylist()[:3]}
     weight = MASS * G
     assert [first["flange"][c] for c in ("fx", "fy", "fz", "tx", "ty", "tz")] == pytest.approx([0, 0, weight, 0, -0.3 * weight, 0], abs=1e-12)
@@ -57,7 +57,7 @@ def test_the_run_is_what_the_command_writes(examples, tmp_path):
     """Summary, wrenches and report: the same numbers."""
     given = examples / "robots/ur5.urdf", examples / "motions/ur5_pick.csv"
     assert run("loads", *given, "-o", tmp_path / "command").returncode == 0
-    r = ksl.loads(*given)
+    r = ksl.compute_loads(*given)
     files = r.write(tmp_path / "program", csv=True)
     assert files == ["report.html", "summary.csv", "wrenches.csv", "wrenches.parquet"]
     written = pq.read_table(tmp_path / "command/wrenches.parquet")
@@ -82,7 +82,7 @@ def several(m: ksl.Model, count: int) -> list[LoadCase]:
 
 
 def test_several_cases_are_one_data_set_with_the_worst_below(flange, tmp_path):
-    r = ksl.loads(flange, cases=several(flange, 3))
+    r = ksl.compute_loads(flange, cases=several(flange, 3))
     files = r.write(tmp_path / "out")
     assert files == ["report.html", "summary.csv", "wrenches.parquet"]
     table = pq.read_table(tmp_path / "out/wrenches.parquet")
@@ -96,7 +96,7 @@ def test_several_cases_are_one_data_set_with_the_worst_below(flange, tmp_path):
 
 
 def test_of_many_cases_the_report_has_the_worst(flange, tmp_path):
-    r = ksl.loads(flange, cases=several(flange, KEPT_CASES + 2))
+    r = ksl.compute_loads(flange, cases=several(flange, KEPT_CASES + 2))
     assert [result.loads is not None for result in r.results] == [False] * 2 + [True] * KEPT_CASES
     assert [result.case.name for result in r._shown()] == [f"case {k}" for k in range(KEPT_CASES + 1, 1, -1)], "worst first"
     r.report(tmp_path / "other.html", "case 1")
@@ -108,7 +108,7 @@ def test_of_many_cases_the_report_has_the_worst(flange, tmp_path):
 def test_a_case_that_governs_wrenches_has_curves_though_no_limit_is_near(flange, tmp_path):
     """The first case turns the arm sideways: force along the pin's axis, and no effort.  Its curves are dropped at first, and computed again."""
     sideways = replace(several(flange, 1)[0], name="sideways", model=flange.with_gravity([0, 100, 0]))
-    r = ksl.loads(flange, cases=[sideways, *several(flange, KEPT_CASES + 2)])
+    r = ksl.compute_loads(flange, cases=[sideways, *several(flange, KEPT_CASES + 2)])
     assert [result.case.name for result in r._shown()][:2] == [f"case {KEPT_CASES + 1}", "sideways"]
     r.write(tmp_path / "out")
     page = (tmp_path / "out/report.html").read_text(encoding="utf-8")
@@ -117,8 +117,8 @@ def test_a_case_that_governs_wrenches_has_curves_though_no_limit_is_near(flange,
 
 @pytest.mark.parametrize("options", [{}, {"axes": "world", "order": "ang_lin"}, {"on": "parent"}], ids=str)
 def test_points_of_single_joints(flange, options):
-    common, own = (ksl.loads(flange, held(flange), at=at, **options).wrenches for at in ((0.1, 0, 0.2), {"flange": (0.1, 0, 0.2)}))
-    plain = ksl.loads(flange, held(flange), **options).wrenches
+    common, own = (ksl.compute_loads(flange, held(flange), at=at, **options).wrenches for at in ((0.1, 0, 0.2), {"flange": (0.1, 0, 0.2)}))
+    plain = ksl.compute_loads(flange, held(flange), **options).wrenches
     for name, expected, at in (("flange", common, "joint + 0.1 0 0.2"), ("pin", plain, "joint")):
         rows = [table.filter(pc.equal(table["joint"], name)).drop_columns(["at"]) for table in (own, expected)]
         assert rows[0].equals(rows[1]), name
@@ -134,7 +134,7 @@ def test_chosen_joints(flange, tmp_path):
     assert table["joint"].unique().to_pylist() == ["flange", "base"] and table["at"].unique().to_pylist() == ["joint + 0 0 0.1", "world"]
     rows = [line.split(",")[1] for line in (tmp_path / "o/summary.csv").read_text().splitlines() if not line.startswith("#")]
     assert rows == ["joint", "flange", "base"]
-    assert p.stdout.startswith("verdict: GREEN: pin "), "the verdict is on all joints"
+    assert p.stdout.splitlines()[-1].startswith("verdict: GREEN: pin "), "the verdict is on all joints"
 
 
 @pytest.mark.parametrize(
@@ -155,23 +155,23 @@ def test_unknown_joints_and_points(flange, tmp_path, options, sentence):
 def test_results_of_another_robot_are_refused_without_force(robot, tmp_path):
     m, other = robot(FLANGE.format(name="arm")), robot(FLANGE.format(name="leg"))
     renamed = robot(FLANGE.format(name="arm").replace('"pin"', '"hinge"'))
-    ksl.loads(m, held(m)).write(tmp_path / "o")
+    ksl.compute_loads(m, held(m)).write(tmp_path / "o")
     before = (tmp_path / "o/wrenches.parquet").read_bytes()
     with pytest.raises(OutputError, match="o: holds results of another robot, arm; give another folder with -o, or replace them with --force"):
-        ksl.loads(other, held(other)).write(tmp_path / "o")
+        ksl.compute_loads(other, held(other)).write(tmp_path / "o")
     with pytest.raises(OutputError, match="of a robot of this name with other joints"):
-        ksl.loads(renamed, held(renamed)).write(tmp_path / "o")
+        ksl.compute_loads(renamed, held(renamed)).write(tmp_path / "o")
     assert (tmp_path / "o/wrenches.parquet").read_bytes() == before
-    ksl.loads(other, held(other)).write(tmp_path / "o", force=True)
+    ksl.compute_loads(other, held(other)).write(tmp_path / "o", force=True)
     (tmp_path / "o/wrenches.parquet").write_bytes(before[:100])  # cut off: nobody's results
-    ksl.loads(m, held(m)).write(tmp_path / "o")
+    ksl.compute_loads(m, held(m)).write(tmp_path / "o")
     assert pq.read_table(tmp_path / "o/wrenches.parquet").num_rows == 9
 
 
 def test_a_report_over_its_own_motion_is_refused(flange, tmp_path):
     motion = tmp_path / "m.csv"
     motion.write_text("time,pin\n" + "".join(f"{k / 10},0\n" for k in range(8)))
-    run = ksl.loads(flange, motion)
+    run = ksl.compute_loads(flange, motion)
     with pytest.raises(OutputError, match="this run reads it"):
         run.report(motion)
     assert motion.read_text().startswith("time,pin")
@@ -180,7 +180,7 @@ def test_a_report_over_its_own_motion_is_refused(flange, tmp_path):
 
 def test_force_on_the_command_line(robot, tmp_path):
     m = robot(FLANGE.format(name="leg"))
-    ksl.loads(m, held(m)).write(tmp_path / "o")
+    ksl.compute_loads(m, held(m)).write(tmp_path / "o")
     robot(FLANGE.format(name="arm"))
     (tmp_path / "m.csv").write_text("time,pin\n" + "".join(f"{k / 10},0\n" for k in range(8)))
     given = tmp_path / "robot.urdf", tmp_path / "m.csv", "-o", tmp_path / "o"
@@ -190,7 +190,7 @@ def test_force_on_the_command_line(robot, tmp_path):
 
 
 def test_payloads_and_wrenches_from_a_program(flange):
-    r = ksl.loads(flange, held(flange), payloads={"tool": (1.0, (0.3, 0, 0.04))}, external={"tool": (0, 0, -MASS * G, 0, 0.3 * MASS * G, 0)})
+    r = ksl.compute_loads(flange, held(flange), payloads={"tool": (1.0, (0.3, 0, 0.04))}, external={"tool": (0, 0, -MASS * G, 0, 0.3 * MASS * G, 0)})
     first = {row["joint"]: row for row in r.wrenches.to_pylist()[:3]}
     assert first["pin"]["effort"] == pytest.approx(-0.5 * G * (1 + 2 * MASS))
     assert r.provenance.cases[0]["payloads"] == [{"link": "tool", "mass": 1.0, "center": [0.3, 0.0, 0.04]}]
@@ -198,19 +198,19 @@ def test_payloads_and_wrenches_from_a_program(flange):
 
 def test_what_loads_refuses(flange):
     with pytest.raises(ksl.MotionError, match="needs a motion"):
-        ksl.loads(flange)
+        ksl.compute_loads(flange)
     with pytest.raises(ValueError, match="no joint named 'flnage'; did you mean 'flange'"):
-        ksl.loads(flange, held(flange), joints=["flnage"])
+        ksl.compute_loads(flange, held(flange), joints=["flnage"])
     with pytest.raises(ValueError, match="no link named 'tol'|at='tol'"):
-        ksl.loads(flange, held(flange), at="tol")
+        ksl.compute_loads(flange, held(flange), at="tol")
     with pytest.raises(ksl.MotionError, match="reading is int; expected a mapping"):
-        ksl.loads(flange, held(flange), reading=3)
+        ksl.compute_loads(flange, held(flange), reading=3)
     with pytest.raises(ksl.MotionError, match="cases: expected a file of load cases, or a list"):
-        ksl.loads(flange, cases=[3])
+        ksl.compute_loads(flange, cases=[3])
 
 
 def test_one_joint_by_its_name(flange):
-    assert ksl.loads(flange, held(flange), joints="pin").wrenches.equals(ksl.loads(flange, held(flange), joints=["pin"]).wrenches)
+    assert ksl.compute_loads(flange, held(flange), joints="pin").wrenches.equals(ksl.compute_loads(flange, held(flange), joints=["pin"]).wrenches)
 
 
 NARROW = 80
@@ -222,7 +222,7 @@ def test_tables_fit_80_columns(tmp_path, examples):
     command = [sys.executable, "-m", "ksl", "loads", *map(str, given), "-o", str(tmp_path / "o"), "--physics", "all"]
     p = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert p.returncode == 0, p.stderr
-    tables = p.stdout[p.stdout.index("Share of limits") : p.stdout.index("note: ")]
+    tables = p.stdout[: p.stdout.index("note: ")] + p.stdout[p.stdout.index("Share of limits") : p.stdout.index("verdict: ")]
     assert max(map(len, tables.splitlines())) <= NARROW and "…" not in p.stdout
     for head in ("axial", "radial", "bending", "about axis", "effort", "speed", "power", "work", "transmitted", "peak N m", "rms N", "peak rad/s", "mean W"):
         assert head in tables, head
@@ -230,7 +230,7 @@ def test_tables_fit_80_columns(tmp_path, examples):
 
 def test_how_a_motion_is_read(flange, tmp_path):
     (tmp_path / "m.csv").write_text("time,pin\n" + "".join(f"{k / 10},90\n" for k in range(8)))
-    r = ksl.loads(flange, tmp_path / "m.csv", reading={"degrees": True})
+    r = ksl.compute_loads(flange, tmp_path / "m.csv", reading={"degrees": True})
     assert r.rows[0]["position_highest"] == pytest.approx(np.pi / 2) and r.provenance.options["degrees"] is True
 
 
@@ -238,15 +238,15 @@ def test_a_motion_as_a_table_is_taken_by_name(flange):
     pd = pytest.importorskip("pandas")
     time = np.linspace(0, 1, 20)
     table = pd.DataFrame({"pin": np.sin(time), "time": time})
-    expected = ksl.loads(flange, (time, np.sin(time)[:, None])).rows
-    assert ksl.loads(flange, table).rows == expected == ksl.loads(flange, pa.table({"pin": np.sin(time), "time": time})).rows
+    expected = ksl.compute_loads(flange, (time, np.sin(time)[:, None])).rows
+    assert ksl.compute_loads(flange, table).rows == expected == ksl.compute_loads(flange, pa.table({"pin": np.sin(time), "time": time})).rows
     for wrong, words in (
         (table.rename(columns={"pin": "pinn"}), "no column 'pin'; did you mean 'pinn'"),
         (table.assign(temperature=0.0), "unknown column 'temperature'"),
         (5, "motion is int; expected a file, a table"),
     ):
         with pytest.raises(ksl.MotionError, match=words):
-            ksl.loads(flange, wrong)
+            ksl.compute_loads(flange, wrong)
     with pytest.raises(ksl.MotionError, match="reading: unknown key 'degree'; did you mean 'degrees'"):
-        ksl.loads(flange, table, reading={"degree": True})
-    assert repr(ksl.loads(flange, table).cases[0].motion).startswith("<ksl motion: 20 samples")
+        ksl.compute_loads(flange, table, reading={"degree": True})
+    assert repr(ksl.compute_loads(flange, table).cases[0].motion).startswith("<ksl motion: 20 samples")

@@ -107,7 +107,7 @@ def test_a_pendulum_held_level(tmp_path):
     """The drive holds m g l = 9.81 N m: 54.5 % of 18 N m."""
     p = run(tmp_path, np.zeros(8), "--fail-on", "limits")
     assert p.returncode == 0, p.stderr
-    assert p.stdout.splitlines()[0] == "verdict: GREEN: pin uses 54.5 % of its effort limit (9.81 of 18 N m) at 0 s"
+    assert p.stdout.splitlines()[-1] == "verdict: GREEN: pin uses 54.5 % of its effort limit (9.81 of 18 N m) at 0 s"
     assert MASS * G * LENGTH / 18 == 0.545 and "50.0 %" in p.stdout, "the middle of the range is at 1 rad"
     assert "GREEN" in (tmp_path / "out/report.html").read_text(encoding="utf-8")
 
@@ -116,8 +116,8 @@ def test_degrees_taken_as_radians_are_red_and_fail(tmp_path):
     q = np.rad2deg(np.sin(np.linspace(0, 9, 200)))
     p = run(tmp_path, q, "--fail-on", "limits")
     assert p.returncode == 3 and (tmp_path / "out/report.html").exists()
-    first, *rest = p.stdout.splitlines()
-    assert first.startswith("verdict: RED: pin uses ") and re.search(r"\d\d,\d{3} % of its", first)
+    *rest, last = p.stdout.splitlines()
+    assert last.startswith("verdict: RED: pin uses ") and re.search(r"\d\d,\d{3} % of its", last)
     assert next(line for line in rest if line.startswith("note: ")).startswith("note: pin: position -57.29 rad is beyond the lower limit -1 rad")
     assert run(tmp_path, q).returncode == 0
 
@@ -125,20 +125,20 @@ def test_degrees_taken_as_radians_are_red_and_fail(tmp_path):
 def test_limits_that_are_not_given_forbid_green(tmp_path):
     p = run(tmp_path, np.zeros(8), robot=PENDULUM.replace('effort="18"', 'effort="0"'))
     lines = p.stdout.splitlines()
-    assert lines[0].startswith("verdict: AMBER: ") and lines[1] == "  not green: no effort limit of pin in the robot's file (or 0): not compared"
+    assert lines[-1].startswith("verdict: AMBER: ") and lines[-2] == "  not green: no effort limit of pin in the robot's file (or 0): not compared"
     assert sum("no effort limit of pin" in line for line in lines) == 1, "said once"
 
 
 def test_notes_are_in_order_of_weight(tmp_path):
     p = run(tmp_path, np.full(8, 4.0), robot=PENDULUM.replace('effort="18"', 'effort="0"').replace("</joint>", "</joint><gazebo/>"))
     notes = [line for line in p.stdout.splitlines() if line.startswith(("  besides: ", "note: "))]
-    assert [next(i for i, word in enumerate(("not compared", "beyond", "differentiated", "not used")) if word in note) for note in notes] == [0, 1, 2, 3]
+    assert [next(i for i, word in enumerate(("not compared", "beyond", "differentiated", "not used")) if word in note) for note in notes] == [1, 2, 3, 0], "what concerns the verdict is beside it"
 
 
 def test_a_payload_in_grams_is_suspected(tmp_path):
     """Below a red verdict, too, the suspicion stands beside it."""
     p = run(tmp_path, np.zeros(8), "--payload", "500,1,0,0", "--on-link", "rod")
-    assert p.stdout.startswith("verdict: RED") and "the payload on rod has 500 kg" in p.stdout.splitlines()[1] and "grams?" in p.stdout.splitlines()[1]
+    assert p.stdout.splitlines()[-1].startswith("verdict: RED") and "the payload on rod has 500 kg" in p.stdout.splitlines()[-2] and "grams?" in p.stdout.splitlines()[-2]
     assert "grams?" not in run(tmp_path, np.zeros(8), "--payload", "2", "--on-link", "rod").stdout
 
 

@@ -66,6 +66,8 @@ def inputs(m, row, *leading, dtype=np.float64):
         "link": {"name": links[0]}, "frame": {"name": links[0], "offset": OFFSET} | CROSSED, "links": {row.links_keyword: links}, "frames": {row.links_keyword: links} | CROSSED,
         "relative": {"name": links[0], "seen_from": links[1], "offset": OFFSET} | CROSSED,
     }.get(row.request, {})  # fmt: skip
+    if row.coupled == "hybrid":
+        arguments["names"] = [m.joint_above(link).name for link in links]
     if row.keywords == "order":
         arguments["order"] = "ang_lin"
     if row.keywords == "kind":

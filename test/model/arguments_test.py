@@ -121,7 +121,7 @@ def test_other_calls_take_tables_too(ur5):
     table = [pa.table(shuffled(x, ur5.joint_names)) for x in (q, v, a)]
     section = ("forearm_link", (0, 0, 0.1), (0, 0, 1))
     assert np.array_equal(ur5.section_wrench(*table, *section), ur5.section_wrench(q, v, a, *section))
-    assert ur5.loads(time, *table).equals(ur5.loads(time, q, v, a))
+    assert ur5.wrench_table(time, *table).equals(ur5.wrench_table(time, q, v, a))
     poses = ur5.frame_pose(q, "tool0")
     found = [ur5.inverse_kinematics("tool0", poses, q0=x, starts=1).q for x in (table[0], q)]
     assert np.array_equal(*found)
@@ -156,7 +156,7 @@ def test_one_number_is_one_for_each_coordinate(ur5):
     assert np.array_equal(ur5.inverse_dynamics(0.5, v=0.0, a=np.float64(1)), ur5.inverse_dynamics(np.full(6, 0.5), np.zeros(6), np.ones(6)))
     assert np.array_equal(ur5.reactions(q, 0, np.array(0)), ur5.reactions(q, zero, zero))
     assert ur5.inverse_dynamics(q.astype(np.float32), 0, 0.0).dtype == np.float32, "numbers of Python have no precision"
-    assert ur5.loads(np.arange(4.0), q, 0, 0).equals(ur5.loads(np.arange(4.0), q, zero, zero))
+    assert ur5.wrench_table(np.arange(4.0), q, 0, 0).equals(ur5.wrench_table(np.arange(4.0), q, zero, zero))
 
 
 def test_typed_wrenches(ur5):
@@ -225,8 +225,8 @@ def test_numbers_of_threads(ur5, bad):
         (lambda m: m.merged(m, "tool0", prefix=1), "prefix is 1; expected a name"),
         (lambda m: m.random(rng="seed"), "rng='seed'; expected a generator"),
         (lambda m: m.to_urdf(3.5), "path is float; expected the path"),
-        (lambda m: m.loads(np.arange(8.0), np.zeros((8, 6)), order="first"), "order='first'; expected one of"),
-        (lambda m: m.loads(np.arange(8.0), np.zeros((8, 6)), at=None), "at needs three finite numbers"),
+        (lambda m: m.wrench_table(np.arange(8.0), np.zeros((8, 6)), order="first"), "order='first'; expected one of"),
+        (lambda m: m.wrench_table(np.arange(8.0), np.zeros((8, 6)), at=None), "at needs three finite numbers"),
         (lambda m: ksl.load(3), "path is int; expected the path"),
     ],
 )

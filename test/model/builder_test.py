@@ -3,6 +3,7 @@
 import copy
 import os
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -286,3 +287,37 @@ def test_the_joint_that_mounts_a_robot_takes_no_name_of_either():
     both = one.merged(one, "arm", prefix="second_")
     assert both.joint_names == ["mount", "second_mount"]
     assert "second_mount_" in {joint.name for joint in both.joints}
+
+
+def test_poses_in_other_forms(ur5):
+    """Angles as URDF has them, a quaternion, a matrix and a typed pose: the same robot; and typed poses wherever a model takes one."""
+    xyz, rpy = (0.1, -0.2, 0.3), (0.4, -0.5, 0.6)
+    text = """<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/><origin xyz="1 2 3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0"
+    iyz="0"/></inertial></link><joint name="j" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0.1 -0.2 0.3" rpy="0.4 -0.5 0.6"/>
+    <axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+    expected = ksl.load_string(text).frame_pose([0.7], "b")
+    X = ksl.Pose.from_rpy(xyz, rpy)
+    q = pytest.importorskip("scipy.spatial.transform").Rotation.from_euler("xyz", rpy).as_quat()
+
+    def built(**how):
+        b = ksl.Builder("r").add_link("a").add_link("b", 1.0, (1, 2, 3))
+        return b.add_joint("j", "revolute", "a", "b", axis=(0, 0, 1), **how).build()
+
+    for how in ({"xyz": xyz, "rpy": rpy}, {"xyz": xyz, "quaternion": q}, {"pose": X}, {"pose": X.named("a", "j")}, {"pose": X.matrix}):
+        np.testing.assert_allclose(built(**how).frame_pose([0.7], "b"), expected, atol=1e-15)
+    np.testing.assert_allclose(built(xyz=xyz).frame_pose([0.0], "b")[:3, 3], xyz, atol=0)
+    for how, words in (
+        ({"pose": X, "rpy": rpy}, "joint j: its pose is given twice: pose and rpy"),
+        ({"rpy": rpy, "quaternion": q}, "joint j: its pose is given twice: rpy and quaternion"),
+        ({"quaternion": (1, 1, 1, 1)}, "joint j: its pose: a quaternion has length 2"),
+        ({"rpy": (0, 0)}, "joint j: its pose: rpy"),
+        ({"pose": X.named("world", "j")}, "is given in frame 'world'; expected it in frame 'a'"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            built(**how)
+    assert ur5.with_frame("f", "tool0", X).to_urdf() == ur5.with_frame("f", "tool0", X.matrix).to_urdf()
+    target = ksl.Pose(ur5.frame_pose(np.full(6, 0.5), "tool0"), to="world", of="tool0")
+    found = ur5.inverse_kinematics("tool0", target)
+    assert found.converged and repr(found).startswith("<ksl inverse kinematics: converged, error ") and "\n" not in repr(found)
+    many = ur5.inverse_kinematics("tool0", np.stack([target.matrix, np.diag([1.0, 1, 1, 1]) + 90 * np.eye(4, k=3)]))
+    assert re.fullmatch(r"<ksl inverse kinematics of 2 targets: 1 converged, 1 \w+; largest error .* m, .* rad>", repr(many))

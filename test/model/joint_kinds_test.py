@@ -2,12 +2,14 @@
 
 from collections import Counter
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 
 import ksl
 from ksl import _core
+from ksl.model.joint_kinds import ANY_NAME, AnyKind, Kind
 
 ROOT = Path(__file__).resolve().parents[2]
 KINDS = {kind.name: kind for kind in _core.joint_kinds}
@@ -33,6 +35,11 @@ def test_names_of_a_table_are_distinct(kind):
     names = Counter(kind.position + kind.velocity + kind.acceleration)
     assert not [name for name, times in names.items() if times > 1]
     assert len(set(kind.effort)) == kind.nv
+
+
+def test_type_checkers_know_the_kinds():
+    first, second = get_args(AnyKind)
+    assert get_args(Kind) == tuple(KINDS) and {*get_args(first), *get_args(second)} == set(ANY_NAME)
 
 
 def test_rows_say_what_models_say(model):

@@ -367,10 +367,10 @@ def test_angles_of_many_turns(robot, angle):
     assert [T[0, 0], T[1, 0]] == pytest.approx([np.cos(angle), np.sin(angle)], rel=1e-15, abs=1e-16)
 
 
-def test_where_link_and_joint_share_a_name_the_link_is_meant(robot):
+def test_where_link_and_joint_share_a_name_one_says_which(robot):
     m = robot(ARM.replace('"upper"', '"slide"'))  # the link that the joint `slide` hangs on
     q = np.array([0.3, -0.2])
-    assert np.array_equal(m.frame_pose(q, "slide"), m.frame_pose(q, "shoulder"))
+    assert np.array_equal(m.frame_pose(q, "link:slide"), m.frame_pose(q, "shoulder"))
 
 
 def test_gravity_is_an_argument(robot):
@@ -508,7 +508,7 @@ def test_external_wrenches_that_are_no_mapping_are_said(arm):
         refused(lambda: arm.inverse_dynamics(q, v, a, external), sentence)
         refused(lambda: arm.reactions(q, v, a, external), sentence)
         refused(lambda: arm.external_power(q, v, external), sentence)
-        refused(lambda: arm.loads(time, q, v, a, external=external), sentence)
+        refused(lambda: arm.wrench_table(time, q, v, a, external=external), sentence)
 
 
 def test_a_missing_argument_is_said(arm):

@@ -192,7 +192,7 @@ def test_the_table_splits_the_effort_and_the_power_balances(physics):
     t = np.linspace(0, 2, 801)
     angle = np.array([1.3, -2.2]) * t[:, None]
     q, v, a = np.sin(angle), np.array([1.3, -2.2]) * np.cos(angle), -np.array([1.3, -2.2]) ** 2 * np.sin(angle)
-    table = m.loads(t, q, v, a, external={"lower": [1, 2, 3, 0.1, 0.2, 0.3]})
+    table = m.wrench_table(t, q, v, a, external={"lower": [1, 2, 3, 0.1, 0.2, 0.3]})
     columns = {name: np.array(table[name].to_pylist(), dtype=float) for name in ("effort", "transmitted", "damping", "friction", "rotor", "spring")}
     own = np.array(table["joint"].to_pylist()) == "elbow"
     np.testing.assert_allclose(sum(x[own] for name, x in columns.items() if name != "effort"), columns["effort"][own], rtol=1e-12, atol=1e-12)
@@ -211,7 +211,7 @@ def test_the_table_splits_the_effort_and_the_power_balances(physics):
 
 def test_a_table_without_physics_is_as_ever():
     m, t = arm().build(), np.linspace(0, 1, 20)
-    table = m.loads(t, np.sin(np.outer(t, [1, 2])))
+    table = m.wrench_table(t, np.sin(np.outer(t, [1, 2])))
     assert table.column_names[-7:] == ["speed", "acceleration", "effort", "power", "on", "at", "axes"]
     assert json.loads(table.schema.metadata[b"ksl"])["cases"][0]["physics"] == []
 

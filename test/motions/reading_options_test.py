@@ -203,8 +203,8 @@ def test_a_window_of_time(leg, written, time, refusal):
     assert refusal(leg, path).startswith(":2: column 'hip' is infinite")
     m = read_motion(leg, path, start=0.5, stop=2)
     assert np.array_equal(m.time, time[2:9]) and m.source.notes == ["used is the part from 0.5 s to 2 s"]
-    bad = written(text({"time": time, "hip": np.where(time == 1.5, np.nan, time), "slide": time}))
-    assert refusal(leg, bad, start=0.5).startswith(":8: column 'hip' is not a number"), "the line is that of the file"
+    bad = written(text({"time": time, "hip": np.where(time == 1.5, -np.inf, time), "slide": time}))
+    assert refusal(leg, bad, start=0.5).startswith(":8: column 'hip' is infinite"), "the line is that of the file"
     assert refusal(leg, path, start=5) == ": no samples from 5 s; its times are 0 s to 2.75 s: check --from and --to (start=, stop=)"
     assert "--from (start=) is nan; expected a time" in refusal(leg, path, start=float("nan"))
 

@@ -27,6 +27,12 @@ FEW = 20  # random cases of a test, where it takes thousands elsewhere
 # Tests that compile programs from the sources, which are not mutated, or that compare declarations.
 LEFT_OUT = ("exports_test", "headers_test", "print_test", "array_functions_test", "nan_test")
 
+IMPORTER = None
+if "scope" in SETTINGS:  # mutants of Python, in place before a test imports what they are in
+    import mutants
+
+    IMPORTER = mutants.install(Path(SETTINGS["root"]), SETTINGS["scope"])
+
 failed = False
 
 
@@ -55,6 +61,30 @@ class Mutated:
         self.number = ctypes.c_int.in_dll(self.dll, "ksl_mutant")
         self.reached = (ctypes.c_ubyte * ROOM).in_dll(self.dll, "ksl_mutant_reached")
 
+    def clear(self):
+        ctypes.memset(self.reached, 0, ROOM)
+
+    def activate(self, number):
+        self.number.value = number
+
+
+class MutatedPython:
+    """The same of Python.  What modules computed when they were imported is reached by all tests."""
+
+    def __init__(self):
+        self.reached = mutants.reached
+        self.imported = {m.number for m in IMPORTER.mutants if m.statement is not None and self.reached[m.number]}
+
+    def clear(self):
+        self.reached[:] = bytes(len(self.reached))
+        for number in self.imported:
+            self.reached[number] = 1
+
+    def activate(self, number):
+        mutants.active = number
+        if number in self.imported:
+            IMPORTER.recompute(number)
+
 
 def in_child(function, *arguments):
     """The process that runs function(*arguments), and ends."""
@@ -81,13 +111,13 @@ def run(items):
 def record(session, mutated, path):
     """Runs all tests without a mutant."""
     rows = []
-    ctypes.memset(mutated.reached, 0, ROOM)
+    mutated.clear()
     start = time.process_time()
     for item, bad in zip(session.items, run(session.items)):
         rows.append(
             {"test": item.nodeid, "seconds": time.process_time() - start, "failed": bad, "reached": [i for i, x in enumerate(bytes(mutated.reached)) if x]}
         )
-        ctypes.memset(mutated.reached, 0, ROOM)
+        mutated.clear()
         start = time.process_time()
     Path(path).write_text(json.dumps(rows))
     return 0
@@ -100,7 +130,7 @@ def kill(session, mutated, number, order, seconds, killer):
     limit = int(seconds + 10 * sum(r["seconds"] for r, _ in order)) + 1
     resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
     signal.alarm(8 * limit)
-    mutated.number.value = number
+    mutated.activate(number)
     outcomes = run([item for _, item in order])
     for place in range(len(order)):
         killer[4 * number : 4 * number + 4] = place.to_bytes(4, "little")
@@ -155,7 +185,7 @@ class Children:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtestloop(session):
-    mutated = Mutated()
+    mutated = Mutated() if IMPORTER is None else MutatedPython()
     if "library" in sys.modules:  # the algebra's: helpers are symbols of the mutated library
         sys.modules["library"].Library.helpers = property(lambda self: mutated.dll)
     ordered = tests_in_order(session, mutated)

@@ -1,6 +1,6 @@
 """`make mutate`: how many sign, index and operator mutants the tests notice.
 
-    run.py algebra engine [--fraction 0.25] [--seed 11] [--jobs 2] [--cpp] [--list] [--write]
+    run.py algebra engine load batch sizing load_cases motions sweeps checks [--fraction 0.25] [--seed 11] [--jobs 2] [--cpp] [--list] [--write]
 
 Each scope is compiled once with all its mutants (build.py).  The run begins with its own proof: in the same kind of process, order and
 limits, tests pass without a mutant, and mutants that are known to be wrong die.  Then every mutant, or a random part of them, is activated in turn.  Equivalent mutants,
@@ -19,7 +19,8 @@ import time
 from collections import Counter
 from dataclasses import dataclass
 
-from build import HERE, ROOT, Build, files
+import python_mutator
+from build import HERE, ROOT, WORK, Build, files
 
 try:
     import tomllib
@@ -31,11 +32,21 @@ SECONDS = 10  # a run with a mutant may take ten times as long as the tests take
 KNOWN = {
     "algebra": [("include/ksl/detail/vec3.inc", "a.y * b.z - a.z * b.y", "- → +")],
     "engine": [("include/ksl/engine/model/plane_rotation.hpp", "cs + cs", "+ → -")],
+    "load": [("src/load/sdf_values.cpp", "n[3] * unit", "* → /")],
+    "batch": [("src/batch/batch.cpp", "row.request != request_kind::reactions", "!= → ==")],
+    "sizing": [("python/ksl/sizing/motor.py", "T / ratio * factor", "* → /"), ("python/ksl/sizing/life.py", "0.47", "a tenth more")],
+    "load_cases": [("python/ksl/load_cases/case_file.py", "x * y - z * w", "- → +")],
+    "motions": [("python/ksl/motions/signal/rates.py", "cosine * x[:, 0] + sine * x[:, 1]", "+ → -")],
+    "sweeps": [("python/ksl/sweeps/variants.py", "motion.time / factor", "/ → *")],
+    "checks": [("python/ksl/checks/extent.py", "bounds[1] - bounds[0]", "- → +")],
 }
-PROGRAMS = ("engine_test", "interfaces_test")
+PROGRAMS = {"engine": ("engine_test", "interfaces_test"), "load": ("load_test",), "batch": ("engine_test", "interfaces_test")}
+FOLDERS = {"load_test": "test/load"}
+PYTHON = python_mutator.ROOMS
 NONE = 0  # the number of a run without a mutant
 NOTICED = ("failed", "crashed", "timeout")
-PROMISED = 0.95  # of the mutants of each scope
+PROMISED = {"algebra": 0.95, "engine": 0.95}  # of the mutants of each scope; of the others
+PROMISED_ELSEWHERE = 0.90
 
 
 class Results:
@@ -71,7 +82,7 @@ def as_without(results, name):
 
 def engine_tests(build, program, numbers, jobs):
     """{number: (how, seconds, test)} by one C++ program, and the numbers that its tests reach."""
-    path = build.out / "test/engine" / program
+    path = build.out / FOLDERS.get(program, "test/engine") / program
     reached, wanted = (build.folder / f"{program}_{name}" for name in ("reached.tsv", "wanted.txt"))
     results = Results(build.folder / f"{program}_results.tsv", path, [], reached)
     if not reached.exists():
@@ -87,12 +98,14 @@ def engine_tests(build, program, numbers, jobs):
 
 
 def python_tests(build, library, folders, numbers, jobs, packages=()):
+    """The same by Python tests; library: the mutated one, or none where Python itself is mutated."""
     reached = build.folder / "reached.json"
     sources = [f for folder in (*folders, "python/ksl") for f in (ROOT / folder).rglob("*.py")]
-    results = Results(build.folder / "python_results.tsv", library, [HERE / "python_tests.py", *sources], reached)
+    own = [HERE / name for name in ("python_tests.py", "python_mutator.py", "mutants.py")]
+    results = Results(build.folder / "python_results.tsv", library or own[1], [*own, *sources], reached)
     done = results.read()
     settings = {
-        "library": str(library),
+        **({"library": str(library)} if library else {"scope": build.scope, "root": str(ROOT)}),
         "mutants": [n for n in [NONE, *numbers] if n not in done],
         "results": str(results.more),
         "reached": str(reached),
@@ -101,7 +114,8 @@ def python_tests(build, library, folders, numbers, jobs, packages=()):
         "reuse": reached.exists(),
     }
     path = [str(HERE), *map(str, packages), *filter(None, [os.environ.get("PYTHONPATH")])]
-    environment = os.environ | {"KSL_MUTATE": json.dumps(settings), "KSL_LIBRARY": str(library), "PYTHONPATH": os.pathsep.join(path)}
+    environment = os.environ | {"KSL_MUTATE": json.dumps(settings), "PYTHONPATH": os.pathsep.join(path)}
+    environment |= {"KSL_LIBRARY": str(library)} if library else {}
     subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "python_tests", "-p", "no:cacheprovider", *folders],
         cwd=ROOT,
@@ -114,11 +128,13 @@ def python_tests(build, library, folders, numbers, jobs, packages=()):
 
 def all_tests(build, numbers, jobs, laws):
     """Of the engine, first the C++ tests, which are fast; then Python's laws, and those of all interfaces, for what is left."""
+    if build.scope in PYTHON:
+        return python_tests(build, None, [f"test/{build.scope}"], numbers, jobs)
     if build.scope == "algebra":
         return python_tests(build, build.folder / "libksl_algebra.so", ["test/algebra"], numbers, jobs)
     results, reached = dict.fromkeys(numbers, ("unreached", 0, "")), set()
-    stages = [lambda left, p=p: engine_tests(build, p, left, jobs) for p in PROGRAMS]
-    if laws:
+    stages = [lambda left, p=p: engine_tests(build, p, left, jobs) for p in PROGRAMS[build.scope]]
+    if laws and build.scope == "engine":
         packages = [build.folder / "package"]
         stages.insert(1, lambda left: python_tests(build, build.module(), ["test/laws"], left, jobs, packages))
     for stage in stages:
@@ -126,6 +142,18 @@ def all_tests(build, numbers, jobs, laws):
         results |= {n: more[n] for n in numbers if n in more and more[n][0] != "unreached"}
         reached |= also
     return results, reached
+
+
+class PythonBuild:
+    """What Build is for mutants of Python, which need no compiler."""
+
+    def __init__(self, scope):
+        self.scope, self.folder, self.mutants = scope, WORK / scope, []
+        self.dropped_file = self.folder / "dropped.json"
+
+    def write_tree(self):
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.mutants = python_mutator.mutated(ROOT, self.scope)[1]
 
 
 def read(path):
@@ -136,7 +164,7 @@ def read(path):
 def equivalent_mutants(scope, mutants):
     """{number: reason}, and the entries of equivalent.toml that fit no mutant of the scope, nor belong to another."""
     sources, found, stale = {}, {}, []
-    others = {str(f.relative_to(ROOT)) for other in KNOWN if other != scope for f in files(other)}
+    others = {str(f.relative_to(ROOT)) for other in KNOWN if other != scope for f in (python_mutator.files(ROOT, other) if other in PYTHON else files(other))}
     for entry in tomllib.loads((HERE / "equivalent.toml").read_text()).get("mutant", []):
         if entry["file"] in others:
             continue
@@ -182,11 +210,11 @@ class Result:
 
 
 def compile_all(build, laws):
-    if build.scope == "engine":
-        build.configure()
-        build.compile(*PROGRAMS, *(["_core"] if laws else []))
-    else:
+    if build.scope == "algebra":
         build.compile_algebra()
+    elif build.scope not in PYTHON:
+        build.configure()
+        build.compile(*PROGRAMS[build.scope], *(["_core"] if laws and build.scope == "engine" else []))
 
 
 def is_no_mutant(n, mutants, results, reached):
@@ -197,16 +225,16 @@ def is_no_mutant(n, mutants, results, reached):
     return results[n][0] == "unreached" and same_place and m.change[0] in "<>"
 
 
-def run(scope, fraction, seed, jobs, laws=True):
+def run(scope, fraction, seed, jobs, laws=True, only=""):
     """The Result of one scope.  Ends the program if a mutant that is known to be wrong is not noticed."""
     start = time.time()
-    build = Build(scope)
+    build = PythonBuild(scope) if scope in PYTHON else Build(scope)
     build.write_tree()
     compile_all(build, laws)
     compiled = time.time() - start
     mutants = {m.number: m for m in build.mutants}
     known = [next(m.number for m in build.mutants if (m.file, m.code, m.change) == k) for k in KNOWN[scope]]
-    chosen = sorted(mutants)
+    chosen = sorted(n for n, m in mutants.items() if only in m.file)
     if fraction < 1:
         chosen = sorted(random.Random(seed).sample(chosen, round(fraction * len(chosen))))
     results, reached = all_tests(build, [*known, *(n for n in chosen if n not in known)], jobs, laws)
@@ -238,8 +266,10 @@ def table(result):
         "| kind | mutants | noticed |",
         "|---|---|---|",
     ]
-    for kind in ("sign", "index", "operator"):
+    for kind in ("sign", "index", "operator", "number"):
         _, k, n = result.counts([m for m in result.chosen if result.mutants[m].kind == kind])
+        if not n:
+            continue
         lines.append(f"| {kind} | {n} | {f'{k / n:.1%}' if n else ''} |")
     lines += ["", "| file | mutants | noticed | not | not reached |", "|---|---|---|---|---|"]
     for file in sorted({m.file for m in result.mutants.values()}):
@@ -274,19 +304,20 @@ def main():
     parser.add_argument("--fraction", type=float, default=1.0, help="of the mutants, chosen at random")
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--only", default="", help="mutants of files with this in their names")
     parser.add_argument("--cpp", action="store_true", help="of the engine, the C++ tests alone")
     parser.add_argument("--list", action="store_true", help="print the mutants that were not noticed")
     parser.add_argument("--write", action="store_true", help="write results.md and the record")
     options = parser.parse_args()
-    if options.write and (set(options.scopes) != set(KNOWN) or options.fraction != 1 or options.cpp):
+    if options.write and (set(options.scopes) != set(KNOWN) or options.fraction != 1 or options.cpp or options.only):
         parser.error("a part of the mutants or of the tests is not recorded: leave out --write")
     if options.write:
         to_record("--begun")
-    results = [run(scope, options.fraction, options.seed, options.jobs, not options.cpp) for scope in options.scopes]
+    results = [run(scope, options.fraction, options.seed, options.jobs, not options.cpp, options.only) for scope in options.scopes]
     figures, kept = [], True
     for result in results:
         outcomes, noticed, counted = result.counts(result.chosen)
-        kept &= noticed >= PROMISED * counted and not result.faults
+        kept &= noticed >= PROMISED.get(result.scope, PROMISED_ELSEWHERE) * counted and not result.faults
         of = "" if result.fraction == 1 else f", a random {result.fraction:.0%} of all"
         figures.append(f"noticed, {result.scope}={noticed / counted:.1%} of {counted} mutants{of}")
         print(f"{figures[-1]}; {dict(outcomes)}; compiled in {result.compiled:.0f} s, {result.seconds:.0f} s in all")

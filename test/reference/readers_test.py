@@ -19,7 +19,8 @@ class Case:
         self.m = ksl.load(HERE / file)
         self.case = json.loads((HERE / f"{name}.json").read_text())
         self.by_link = {j["child"]: j for j in self.case["joints"]}
-        moving = [self.by_link[self.m.joint(name).child] for name in self.m.joint_names]
+        by_name = {j["name"]: j for j in self.case["joints"]}
+        moving = [by_name[name] if name in by_name else self.by_link[self.m.joint(name).child] for name in self.m.joint_names]
         columns = lambda i, n: np.concatenate([np.arange(j[i], j[i] + j[n]) for j in moving])
         self.in_q, self.in_v = columns("idx_q", "nq"), columns("idx_v", "nv")
 
@@ -27,7 +28,11 @@ class Case:
         return [{k: np.asarray(x, float) for k, x in s.items()} for s in self.case["states"]]
 
 
-@pytest.fixture(scope="module", params=[("read_sdf", "read_sdf.sdf"), ("read_mjcf", "read_mjcf.xml")], ids=["sdf", "mjcf"])
+FILES = {"read_sdf.sdf": "read_sdf", "read_sdf_1_4.sdf": "read_sdf", "read_sdf_1_6.sdf": "read_sdf", "read_mjcf.xml": "read_mjcf"}
+"""Description files, and the case that each of them describes.  Joints of the older SDF files have frames of their own."""
+
+
+@pytest.fixture(scope="module", params=[(case, file) for file, case in FILES.items()], ids=list(FILES))
 def case(request) -> Case:
     return Case(*request.param)
 
@@ -42,7 +47,10 @@ def test_links_and_joints_are_those_of_the_case(case):
     m = case.m
     assert (m.nq, m.nv, m.root) == (case.case["nq"], case.case["nv"], "world")
     assert m.warnings == m.unused == ()
-    assert {link.name for link in m.links} == {"world", *case.by_link}
+    frames = {f"{j['name']}_frame" for j in case.by_link.values() if j["nv"] == 1} if "_1_" in m.file else set()
+    assert {link.name for link in m.links} == {"world", *case.by_link, *frames}
+    if frames:  # between the joint and its child, which the poses below show
+        return
     for j in m.joints[:-1]:
         expected = case.by_link[j.child]
         kind = expected["type"].replace("free", "floating")

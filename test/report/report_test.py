@@ -18,6 +18,7 @@ from ksl.report.charts import POINTS, decimate, limits_in_sight
 from ksl.report.input import NOT_USED, CaseCurves, ReportInput
 from ksl.report.numbers import format_number
 from ksl.report.page import write_report
+from ksl.report.verdict_section import ComponentsVerdict, verdict_section
 from ksl.report.rows import exceeds, with_limits
 
 NASTY = """</script><script>alert('1')</script><!-- & "x" <b> \\u003c µ"""
@@ -199,7 +200,7 @@ def test_page_loads_nothing(page):
     assert not {"link", "iframe", "object", "embed", "img", "base"} & set(page.tags)
     assert "url(" not in page.style
     assert "@import" not in page.style
-    assert [a for a in page.attributes if a[0] == "meta" and a[2].startswith("default-src 'none'; script-src 'unsafe-inline'")]
+    assert [a for a in page.attributes if a[0] == "meta" and a[2].startswith("default-src 'none'; script-src 'sha256-")]
 
 
 def test_names_are_only_text(page):
@@ -385,8 +386,20 @@ def test_clock_times_are_counted_from_the_first_sample(tmp_path):
 def test_round_off_is_zero(tmp_path):
     time = np.linspace(0, 1, 50)
     glue = joint_loads(joints()[4], 1e-16 * np.cos(time)[:, None] * np.ones(6), None, None)
-    charts = json.loads(written(ReportInput("t", [], [], [summarise(time, glue)], [CaseCurves("c", time, [glue], None)]), tmp_path).scripts[0])["charts"]
-    assert not unpack(charts[0]["panels"][0]["curves"][0]["data"]).any()
+    page = written(ReportInput("t", [], [], [summarise(time, glue)], [CaseCurves("c", time, [glue], None)]), tmp_path)
+    assert not json.loads(page.scripts[0])["charts"] and "It carries nothing throughout" in page.words
+
+
+def test_colours_mean_the_same_in_charts_and_pictures(page):
+    """Blue is what the structure carries, orange what the drive exerts: in no chart is a curve of one in the colour of the other."""
+    by_colour = {}
+    for chart in json.loads(page.scripts[0])["charts"]:
+        for panel in chart["panels"]:
+            for curve in panel["curves"]:
+                by_colour.setdefault(curve["color"], set()).add(panel["label"].partition(",")[0])
+    assert by_colour["structure"] | by_colour["structure-2"] <= {"Force", "Moment"} and not by_colour["drive"] & {"Position", "Speed"}
+    for colour in by_colour:
+        assert page.style.count(f"--{colour}:") == 2, "light and dark"
 
 
 def test_one_sample(tmp_path):
@@ -401,6 +414,16 @@ def test_one_sample(tmp_path):
 
 def verdict(share, reasons=()):
     return Verdict((Use(NASTY, "hinge", "effort", "hinge", share, 12 * share, 12.0, "effort", "N m", 1.0),), reasons)
+
+
+@pytest.mark.parametrize(("limits", "components", "level"), [("green", "amber", "amber"), ("red", "green", "red"), ("amber", "red", "red"), ("green", "green", "green")])
+def test_limits_and_components_have_one_verdict(limits, components, level):
+    """The worse of the two, on one card, with what it holds for."""
+    share = {"green": 0.5, "amber": 0.9, "red": 1.2}[limits]
+    card = verdict_section(verdict(share), ComponentsVerdict(components, "motor: 50 % of its rated torque", ["joint b, bearing: life: no C"]), [("Payloads", "3 kg on <hand>")])
+    assert card.count("<section") == 1 and f'class="verdict {level}"' in card and f'<p class="level">{level.capitalize()}: ' in card
+    assert f'Components: <strong class="{components}">' in card and f'robot&#x27;s file: <strong class="{limits}">'.replace("&#x27;", "'") in card
+    assert "3 kg on &lt;hand&gt;" in card and "left out: joint b" in card
 
 
 @pytest.mark.parametrize(
@@ -462,3 +485,30 @@ def test_many_sections_make_thin_curves(tmp_path):
     write_report(tmp_path / "report.html", ReportInput("t", [], [], [summarise(time, x) for x in loads], [CaseCurves("c", time, loads, None)]))
     pictures = 20 * 30_000  # of a mechanism, in base 64
     assert (tmp_path / "report.html").stat().st_size + pictures < 8e6
+
+
+MESHES = """<robot name="r"><link name="base"/><link name="arm">
+  <inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+  VISUALS</link><joint name="j" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="9" velocity="9"/></joint></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("geometry", "unused", "missing"),
+    [
+        ('<box size="0.1 0.1 0.1"/>', False, []),
+        ('<mesh filename="no.stl"/>', True, ["pictures are without the mesh of the file: no.stl is not found"]),
+        ('<mesh filename="package://p/no.stl"/>', True, ["pictures are without the mesh of the file: package://p/no.stl is not found; ROS_PACKAGE_PATH names folders of packages"]),
+        ('<mesh filename="empty.stl"/>', True, ["pictures are without the mesh of the file: empty.stl is empty"]),
+        ('<mesh filename="no.stl"/></geometry></visual><visual><geometry><mesh filename="e.dae"/></geometry></visual><visual><geometry><sphere radius="1"/>', False,
+         ["pictures are without 2 of 2 meshes of the file, the first: no.stl is not found"]),
+    ],
+)  # fmt: skip
+def test_what_is_drawn_is_not_called_unused_and_missing_meshes_are_named(tmp_path, geometry, unused, missing):
+    import ksl
+
+    (tmp_path / "r.urdf").write_text(MESHES.replace("VISUALS", f"<visual><geometry>{geometry}</geometry></visual>"))
+    (tmp_path / "empty.stl").write_bytes(b"")
+    time = np.linspace(0, 1, 20)
+    notes = ksl.loads(tmp_path / "r.urdf", (time, 0.1 * np.sin(time)[:, None])).notes
+    assert any(note.startswith("in the file and not used: visual") for note in notes) == unused
+    assert [note for note in notes if note.startswith("pictures")] == missing

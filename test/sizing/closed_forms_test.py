@@ -6,7 +6,9 @@ from pathlib import Path
 
 import ksl
 import numpy as np
+import pyarrow as pa
 import pytest
+from ksl.sizing.results import Results
 from results_tables import results_table
 
 G = 9.81
@@ -80,6 +82,77 @@ def test_a_pendulum_held_level(robot):
     assert plain["radial force"].utilisation == pytest.approx(2 * G / 40, rel=1e-12)
     assert plain["torque"].utilisation == pytest.approx(1.0, rel=1e-12) and plain["axial force"].value == pytest.approx(0, abs=1e-12)
     assert plain["bending moment"].value == pytest.approx(0.2 * 2 * G, rel=1e-12)  # the point lies 0.2 m along the axis
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-16, 1e-7, 1e-5])
+def test_a_joint_that_is_held_is_sized_as_one_with_zero_velocities(robot, noise):
+    """Positions alone, or with noise, say no direction of power: efficiency, revolutions, lives and cycles are those of a stand."""
+    m = robot(PENDULUM)
+    t = np.linspace(0, 4, 1001)
+    q = 0.3 + noise * np.random.default_rng(5).standard_normal((1001, 1))
+    parts = [
+        {"kind": "motor", "rotor_inertia": 1e-6, "rated_torque": 0.25, "peak_torque": 0.25, "brake_torque": 0.25, "max_speed_rpm": 3000, "regenerated_energy": 1},
+        {"kind": "strain wave gear", "ratio": 50, "efficiency": 0.7, "average_torque": 10, "rated_torque": 10, "required_life_h": 1000},
+        {"kind": "planetary gear", "ratio": 50, "nominal_torque": 10},
+        {"kind": "crossed roller bearing", "pitch_diameter": 0.1, "C": 1e4, "C0": 1e4},
+        {"kind": "fatigue", "stress": {"ty": 1e6}, "k": 5, "knee_amplitude": 60e6, "knee_cycles": 2e6},
+        {"kind": "limits", "speed_rpm": 25},
+    ]
+    parts = [part for part in parts if noise < 1e-6 or part["kind"] != "fatigue"]  # whose stress follows the noise of the position
+    file = {"component": [{"joint": "pivot", **part} for part in parts]}
+    found, wanted = (ksl.size(m.loads(t, *motion), file) for motion in ((q,), (np.full_like(q, 0.3), 0 * q, 0 * q)))
+    assert [str(x) for x in found.left_out] == [str(x) for x in wanted.left_out]
+    assert "crossed roller bearing: life is left out: the joint does not turn" in str([str(x) for x in wanted.left_out])
+    tolerance = max(1e-9, 10 * noise)  # positions are noisy, and what holds them is, too
+    for f, g in zip(found.in_order, wanted.in_order, strict=True):
+        assert f.figure == g.figure
+        assert f.value == pytest.approx(g.value, rel=tolerance, abs=1e-9), f.figure
+    torque = 2 * G * 0.5 * math.cos(0.3) / 50
+    by_name = figures(found)
+    assert by_name["peak torque"].value == pytest.approx(torque, rel=tolerance), "with η = 0.7 it would be 43 % more, or 30 % less"
+    for name in ("peak torque", "holding torque"):
+        assert by_name[name].note.endswith("held without help of friction") and "rad/s, what its positions resolve" in by_name[name].note
+    assert "at a stand = 4 s, held without help of friction" in by_name["rms torque"].inputs
+
+
+def test_speeds_are_those_of_the_joint_and_of_the_rotor(robot):
+    """100 r/min of the joint, with a ratio of 50; 5 s, of which 3 s count once and 2 s three times."""
+    m = robot(SHAFT)
+    w = 100 * 2 * math.pi / 60
+    table = results_table(m, {"run": steady(w), "slow": steady(w / 4, 2.0)})
+    file = {"component": [{"joint": "spindle", **part} for part in (
+        {"kind": "motor", "gear_ratio": 50, "gear_efficiency": 1.0, "rotor_inertia": 1e-6, "max_speed_rpm": 10000, "continuous_torque_speed": [[0, 1], [6000, 0.4]]},
+        {"kind": "limits", "speed_rpm": 200},
+        {"kind": "planetary gear", "ratio": 20, "max_input_rpm": 4000, "nominal_input_rpm": 1000},
+    )], "cases": {"slow": 3}}  # fmt: skip
+    sizing = ksl.size(table, file)
+    f = figures(sizing)
+    assert f["peak speed"].value == pytest.approx(5000) and f["peak speed"].utilisation == pytest.approx(0.5) and f["peak speed"].case == "run"
+    assert f["speed"].value == pytest.approx(100) and f["speed"].utilisation == pytest.approx(0.5)
+    assert f["peak input speed"].value == pytest.approx(2000)
+    mean = (3 * 100 + 6 * 25) / 9
+    assert f["average input speed"].value == pytest.approx(20 * mean) and f["average input speed"].case == "run"
+    assert f"n_m = {50 * mean:.0f} r/min, T_S1(n_m) = {1 - 0.6 * 50 * mean / 6000:.4g} N m" in f["rms torque, S1 curve"].inputs
+    (cloud,) = sizing.clouds
+    assert sorted(set(np.round(cloud.rpm))) == [1250, 5000]
+
+
+def test_speeds_of_rounding_in_a_table_are_none(robot):
+    """The same of a table whose speeds were differentiated elsewhere: ksl size knows what rounding makes of a position."""
+    m = robot(PENDULUM)
+    t, q, v, a = held(m, 0.3)
+    v[:] = np.where(np.arange(9) % 2, 4e-15, -4e-15)[:, None]
+    s = Results(with_speeds(results_table(m, {"hold": (t, q, 0 * v, a)}), v[:, 0])).joint("pivot")
+    assert s.stands.all() and 4e-15 < s.resolution < 1e-13
+    moving = Results(with_speeds(results_table(m, {"hold": (t, q, 0 * v, a)}), 1e9 * v[:, 0])).joint("pivot")
+    assert not moving.stands.any()
+
+
+def with_speeds(table, speeds):
+    rows = [j == "pivot" for j in table["joint"].to_pylist()]
+    column = np.array([x or 0.0 for x in table["speed"].to_pylist()])
+    column[np.array(rows)] = speeds
+    return table.set_column(table.column_names.index("speed"), "speed", pa.array(column))
 
 
 def test_a_shaft_with_an_overhung_load(robot):
@@ -339,21 +412,21 @@ def test_the_rms_is_that_of_the_summary(examples):
     w = np.arange(1, 7)
     motion = (t, np.sin(np.outer(t, w)), w * np.cos(np.outer(t, w)), -w * w * np.sin(np.outer(t, w)))
     tau = m.inverse_dynamics(*motion[1:])[:, m.joint("elbow").v_index]
-    f = figures(ksl.size(m.loads(*motion), component("elbow", "motor", gear_ratio=1.0, rotor_inertia=0.0)))
+    f = figures(ksl.size(m.wrench_table(*motion), component("elbow", "motor", gear_ratio=1.0, rotor_inertia=0.0)))
     assert f["rms torque"].value == pytest.approx(rms(t, tau), rel=1e-13) and f["peak torque"].value == np.abs(tau).max()
 
 
 def test_the_rotor_that_the_robot_file_gives_is_not_counted_twice(robot):
     m = robot(PENDULUM.replace("</joint>", '<dynamics rotor_inertia="0.0001" gear_ratio="50" friction="0.3"/></joint>'), physics=["rotor", "exact friction"])
     t = np.linspace(0, 1, 11)
-    table = m.loads(t, t[:, None] ** 2, 2 * t[:, None], np.full((11, 1), 2.0))
+    table = m.wrench_table(t, t[:, None] ** 2, 2 * t[:, None], np.full((11, 1), 2.0))
     own = figures(ksl.size(table, component("pivot", "motor", gear_ratio=50, rotor_inertia=1e-4)))
     assert own["peak torque"].value == pytest.approx(np.abs(np.array(table.filter(table["joint"].to_numpy() == "pivot")["effort"])).max() / 50, rel=1e-12)
 
 
 def test_poses_alone_have_peaks_and_no_cycle(robot):
     m = robot(PENDULUM)
-    pose = m.loads(*held(m, 0.0)).slice(0, len(m.joints))
+    pose = m.wrench_table(*held(m, 0.0)).slice(0, len(m.joints))
     parts = [
         component("pivot", kind, **numbers)["component"][0]
         for kind, numbers in {

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from ksl.base.errors import SizingError
 from ksl.base.toml_lines import line_of, toml_lines
+from ksl.sizing.bolt_numbers import OF_BOLT
 from ksl.sizing.catalogue import KINDS
 from ksl.sizing.components import components_of, read_components
 from ksl.sizing.example import example_file
@@ -181,7 +182,7 @@ def test_the_example_has_every_kind_and_key_and_can_be_used(file, table):
     assert [p.kind.name for p in parts] == list(KINDS)
     for part in parts:
         for key in part.kind.keys:
-            assert key.name in part.values or key.name in ("points", "load_factor"), (part.name, key.name)
+            assert key.name in part.values or key.name in ("points", "load_factor", *OF_BOLT), (part.name, key.name)
     sizing = ksl.size(table, file(used))
     assert {f.kind for f in sizing.figures} == set(KINDS) and not sizing.left_out
 

@@ -78,6 +78,63 @@ def test_bearing_crossed_roller(case):
     near([revolutions, life.hours(revolutions, i["n_rpm"]), bearings.static_safety(i["C0"], P0)], [o["L10_million_rev"], o["L10h"], o["fs"]])
 
 
+A1 = {  # ISO 281:2007, Table 12, and ISO 281:1990, Table 5
+    2007: {90: 1.0, 95: 0.64, 96: 0.55, 97: 0.47, 98: 0.37, 99: 0.25},
+    1990: {90: 1.0, 95: 0.62, 96: 0.53, 97: 0.44, 98: 0.33, 99: 0.21},
+}
+DEEP_GROOVE = {  # ISO 281:2007, Table 3: f0 Fa/C0 → e, Y; X is 0.56
+    0.172: (0.19, 2.30), 0.345: (0.22, 1.99), 0.689: (0.26, 1.71), 1.03: (0.28, 1.55), 1.38: (0.30, 1.45),
+    2.07: (0.34, 1.31), 3.45: (0.38, 1.15), 5.17: (0.42, 1.04), 6.89: (0.44, 1.00),
+}  # fmt: skip
+ANGULAR = {  # the same, and ISO 76:2006, Table 2: angle → e, X, Y; Y1, X2, Y2 of a pair; X0, Y0; X0, Y0 of a pair
+    20: (0.57, 0.43, 1.00, 1.09, 0.70, 1.63, 0.5, 0.42, 1.0, 0.84), 25: (0.68, 0.41, 0.87, 0.92, 0.67, 1.41, 0.5, 0.38, 1.0, 0.76),
+    30: (0.80, 0.39, 0.76, 0.78, 0.63, 1.24, 0.5, 0.33, 1.0, 0.66), 35: (0.95, 0.37, 0.66, 0.66, 0.60, 1.07, 0.5, 0.29, 1.0, 0.58),
+    40: (1.14, 0.35, 0.57, 0.55, 0.57, 0.93, 0.5, 0.26, 1.0, 0.52), 45: (1.34, 0.33, 0.50, 0.47, 0.54, 0.81, 0.5, 0.22, 1.0, 0.44),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("edition", A1)
+def test_every_reliability_factor(edition):
+    """By the function that lives take them from, and nothing else."""
+    assert {r: life.reliability_factor(r, edition) for r in A1[edition]} == A1[edition] == life.RELIABILITY[edition]
+
+
+def test_every_row_of_deep_groove_bearings():
+    """At each row's axial load the bearing has the row's e and Y: below e Fa does not count, beyond it P = 0.56 Fr + Y Fa."""
+    C0, f0 = 10000.0, 13.0
+    for relative, (e, Y) in DEEP_GROOVE.items():
+        Fa = relative * C0 / f0
+        near(bearings.deep_groove_factors(Fa, C0, f0), [e, Y])
+        near(bearings.deep_groove_load(1.01 * Fa / e, Fa, C0, f0).P, 1.01 * Fa / e)
+        near(bearings.deep_groove_load(0.99 * Fa / e, Fa, C0, f0).P, 0.56 * 0.99 * Fa / e + Y * Fa)
+    near(bearings.deep_groove_factors([0.0, 1e6], C0, f0), [(0.19, 0.44), (2.30, 1.00)])  # held beyond both ends
+    assert len(bearings.DEEP_GROOVE_AXIAL) == len(DEEP_GROOVE)
+
+
+def test_every_row_of_angular_contact_bearings():
+    for angle, (e, X, Y, Y1, X2, Y2, X0, Y0, X0_pair, Y0_pair) in ANGULAR.items():
+        for Fr, Fa in ((1000.0, 999.0 * e), (1000.0, 1001.0 * e)):
+            light = Fa < e * Fr
+            near(bearings.angular_contact_load(Fr, Fa, angle, "single").P, Fr if light else X * Fr + Y * Fa)
+            near(bearings.angular_contact_load(Fr, Fa, angle, "pair").P, Fr + Y1 * Fa if light else X2 * Fr + Y2 * Fa)
+        near(bearings.angular_contact_static(1000.0, 4000.0, angle, "single"), X0 * 1000 + Y0 * 4000)
+        near(bearings.angular_contact_static(1000.0, 100.0, angle, "single"), 1000.0)
+        near(bearings.angular_contact_static(1000.0, 4000.0, angle, "pair"), X0_pair * 1000 + Y0_pair * 4000)
+    assert bearings.ANGULAR_CONTACT.keys() == ANGULAR.keys()
+
+
+def test_factors_that_stand_in_formulas():
+    """ISO 76:2006, 5.2: 0.6 and 0.5.  Crossed rollers: 1.5; 1, 0.45; 0.67, 0.67; 0.44.  Exponents 3 and 10/3.  Wave generator: 10⁴ peaks."""
+    near(bearings.deep_groove_static([1000.0, 1000.0], [4000.0, 100.0]), [0.6 * 1000 + 0.5 * 4000, 1000.0])
+    near(bearings.crossed_roller_load(100.0, [299.0, 301.0], 10.0, 0.2).P, [200 + 0.45 * 299, 0.67 * 200 + 0.67 * 301])
+    near(bearings.crossed_roller_static(100.0, 300.0, 10.0, 0.2), 200 + 0.44 * 300)
+    assert (life.BALL, life.ROLLER) == (3, 10 / 3)
+    near(life.rating_life(2000.0, 1000.0, life.ROLLER, 0.47), 0.47 * 2 ** (10 / 3))
+    near(life.hours(6.0, 1000.0), 100.0)
+    near(gears.momentary_events(1500.0, 2.0), 100.0)
+    near(gears.wave_generator_life(50.0, 1000.0, 100.0, 2000.0), 7000 * 8 * 2)
+
+
 def test_reliability_factors_name_the_edition():
     assert life.reliability_factor(95) == 0.64 and life.reliability_factor(95, 1990) == 0.62
     with pytest.raises(ValueError, match="no a1 for a reliability of 92 %; it has 90, 95"):

@@ -18,7 +18,7 @@ from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.quantities import summarise
 from ksl.motions.reading import read_motion
-from ksl.sweeps import on_ray
+from ksl.sweeps import local, on_ray
 from ksl.sweeps.description import described as parameters_described
 from ksl.sweeps.description import sweep_from
 from ksl.sweeps.evaluate import Evaluator, Plan
@@ -227,9 +227,13 @@ def killing(words: str):
     return progress, killed
 
 
-def test_one_worker_more_or_less_changes_no_bit(tmp_path, undisturbed):
-    results = ksl.sweep(PANDA, many(), tmp_path, workers=1)
+def test_one_worker_more_or_less_changes_no_bit(tmp_path, undisturbed, monkeypatch):
+    """Nor does a robot that is given as a model; and no pipe of a worker is left to the garbage collector, which would warn of it."""
+    started, popen = [], subprocess.Popen
+    monkeypatch.setattr(local.subprocess, "Popen", lambda *a, **how: started.append(popen(*a, **how)) or started[-1])
+    results = ksl.sweep(ksl.load(PANDA), many(), tmp_path, workers=1)
     assert results.computed == 40 and contents(tmp_path) == undisturbed and len(undisturbed) == 10
+    assert len(started) == 1 and started[0].stdin.closed and started[0].stdout.closed and started[0].returncode is not None
 
 
 def test_a_worker_that_dies_costs_its_partition_only(tmp_path, undisturbed):
@@ -292,7 +296,7 @@ def test_utilisations_are_those_of_sizing_each_case(tmp_path):
     results = ksl.sweep(PANDA, tables, tmp_path, workers=1)
     rows = results.cases.to_table().to_pylist()
     for case, mass in enumerate(PAYLOAD["values"]):
-        sizing = ksl.size(ksl.loads(PANDA, PICK, payloads={TOOL: (mass, PAYLOAD["center"])}), components)
+        sizing = ksl.size(ksl.compute_loads(PANDA, PICK, payloads={TOOL: (mass, PAYLOAD["center"])}), components)
         for row in (r for r in rows if r["case"] == case):
             found = [f for f in sizing.figures if f.joint == row["joint"] and f.utilisation is not None]
             assert (row["utilisation"], row["utilisation_of"]) == ((None, None) if not found else (pytest.approx(found[0].utilisation, rel=1e-9), f"{found[0].component}: {found[0].figure}"))
@@ -426,10 +430,25 @@ def test_mistakes_are_named_before_anything_is_written(tmp_path, tables, words):
 
 
 def test_robots_and_descriptions_that_are_none(tmp_path):
-    with pytest.raises(ksl.SweepError, match="robot is Model; expected the name of a file"):
-        ksl.sweep(ksl.load(PANDA), described(SPEED), tmp_path)
+    with pytest.raises(ksl.SweepError, match="robot is int; expected a ksl.Model, or the name of a file"):
+        ksl.sweep(7, described(SPEED), tmp_path)
     with pytest.raises(ksl.SweepError, match="description is int; expected a TOML file"):
         ksl.sweep(PANDA, 5, tmp_path)
+
+
+@HERE
+def test_a_model_in_place_of_a_file(tmp_path):
+    """What a file and its [base] give, a model gives: gravity, physics; the folder knows it again, and another one too."""
+    m = ksl.load(PANDA, payloads={TOOL: (1.0, (0, 0, 0.1))})
+    tables = described(PAYLOAD) | {"base": {"motion": PICK, "gravity": [0, 0, -1.62]}}
+    results = ksl.sweep(m, tables, tmp_path / "m")
+    found = results.cases.to_table()
+    same = ksl.sweep(ksl.load(PANDA, payloads={TOOL: (1.0, (0, 0, 0.1))}, gravity=(0, 0, -1.62)), described(PAYLOAD), tmp_path / "n")
+    assert found.equals(same.cases.to_table()) and ksl.sweep(m, tables, tmp_path / "m").computed == 0
+    with pytest.raises(ksl.SweepError, match="holds another sweep"):
+        ksl.sweep(m.with_payload(TOOL, 0.5), tables, tmp_path / "m")
+    with pytest.raises(ksl.SweepError, match=r"\[base\] mimic: the robot is a ksl.Model, which has been loaded already"):
+        ksl.sweep(m, tables | {"base": {"motion": PICK, "mimic": "coupled"}}, tmp_path / "o")
 
 
 def command(*arguments) -> subprocess.CompletedProcess:
@@ -455,3 +474,77 @@ def test_a_ray_cluster_out_of_reach(tmp_path):
     pytest.importorskip("ray")
     with pytest.raises(ksl.SweepError, match="out of reach"):
         ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1, engine="ray", address="127.0.0.1:1")
+
+
+# --------------------------------------------------------------------------------------------------- inputs that are replaced
+
+
+def with_copies(tmp_path):
+    """Robot and motion of their own, and a sweep of them in four partitions."""
+    robot, motion = tmp_path / "panda.urdf", tmp_path / "pick.csv"
+    robot.write_bytes(Path(PANDA).read_bytes())
+    motion.write_bytes(Path(PICK).read_bytes())
+    tables = {"sweep": {"partition": 1}, "base": {"motion": str(motion)}, "vary": [{"kind": "speed", "values": [0.4, 0.6, 0.8, 1.0]}]}
+    return robot, motion, tables
+
+
+def faster(motion):
+    """Another motion at the same path."""
+    lines = motion.read_text().splitlines()
+    other = motion.with_name("other.csv")
+    other.write_text("\n".join([lines[0], *(f"{0.5 * float(line.split(',', 1)[0])},{line.split(',', 1)[1]}" for line in lines[1:])]) + "\n")
+    os.replace(other, motion)
+
+
+@pytest.mark.parametrize("which", ["motion", "robot"])
+def test_a_file_that_is_replaced_during_a_sweep_is_refused(tmp_path, monkeypatch, which):
+    """A worker that starts after it reads other contents: no partition is computed from them."""
+    from ksl.sweeps import local
+
+    robot, motion, tables = with_copies(tmp_path)
+
+    def compute(plan, partitions, workers):
+        for k, partition in enumerate(partitions):
+            if k == 2:
+                faster(motion) if which == "motion" else robot.write_text(robot.read_text().replace("mass value=\"", "mass value=\"1"))
+            yield Evaluator(plan).partition(partition)
+
+    monkeypatch.setattr(local, "compute", compute)
+    with pytest.raises(ksl.SweepError, match=f"{(motion if which == 'motion' else robot).name}: has changed since the sweep began"):
+        ksl.sweep(robot, tables, tmp_path / "out")
+    assert len(contents(tmp_path / "out")) == 2
+    with pytest.raises(ksl.SweepError, match=f"holds another sweep .of other files: {(motion if which == 'motion' else robot).name} had other contents"):
+        ksl.sweep(robot, tables, tmp_path / "out")
+
+
+@HERE
+def test_partitions_carry_the_hashes_they_were_computed_from(tmp_path, capsys):
+    """Those of other contents are computed again, and that is said."""
+    robot, motion, tables = with_copies(tmp_path)
+    ksl.sweep(robot, tables, tmp_path / "old")
+    right = contents(tmp_path / "old")
+    for file in sorted((tmp_path / "old" / "cases").iterdir()):
+        said = json.loads(parquet.read_schema(file).metadata[b"ksl"])["inputs"]
+        assert [(f["role"], f["file"]) for f in said] == [("robot", "panda.urdf"), ("motion", "pick.csv")] and all(len(f["sha256"]) == 64 for f in said)
+    faster(motion)
+    ksl.sweep(robot, tables, tmp_path / "new")
+    name = sorted(right)[1]
+    (tmp_path / "new" / "cases" / name).write_bytes(right[name])  # a mixture, as an earlier version left it
+    again = ksl.sweep(robot, tables, tmp_path / "new")
+    assert again.computed == 1 and again.replaced == 1 and "1 partition again, since files had other contents" in repr(again)
+    assert (tmp_path / "new" / "cases" / name).read_bytes() != right[name]
+    whole = ksl.sweep(robot, tables, tmp_path / "new")
+    assert whole.computed == 0 and whole.replaced == 0
+
+
+@HERE
+def test_results_of_other_files_are_not_sized_together(tmp_path):
+    from ksl.sizing.results import read_results
+
+    robot, motion, tables = with_copies(tmp_path)
+    ksl.sweep(robot, tables, tmp_path / "old", wrenches=True)
+    faster(motion)
+    ksl.sweep(robot, tables, tmp_path / "new", wrenches=True)
+    (tmp_path / "new/wrenches/part-000001.parquet").write_bytes((tmp_path / "old/wrenches/part-000001.parquet").read_bytes())
+    with pytest.raises(ksl.SizingError, match=r"part-000001.parquet: was computed from other files than part-000000.parquet"):
+        read_results(tmp_path / "new")

@@ -72,7 +72,7 @@ def test_surfaces(tmp_path):
 def test_motions_and_verdicts_are_shown_in_short(examples):
     """Not as arrays and lists of all limits."""
     pytest.importorskip("scipy")
-    run = ksl.loads(examples / "robots/panda.urdf", examples / "motions/panda_pick.csv")
+    run = ksl.compute_loads(examples / "robots/panda.urdf", examples / "motions/panda_pick.csv")
     assert repr(run.verdict).startswith("<ksl verdict green: panda_joint2 uses 66.1 % of its speed limit") and "not green" not in repr(run.verdict)
     motion = ksl.read_motion(ksl.load(examples / "robots/panda.urdf"), examples / "motions/panda_pick.csv")
     first, *more = repr(motion).splitlines()

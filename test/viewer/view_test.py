@@ -144,3 +144,16 @@ def test_the_readout_follows_axes_point_side_and_part(arm):
 def test_what_is_wrong_is_said_once(examples):
     p = run_ksl("view", examples / "robots/ur5.urdf", "--gravity", "1")
     assert (p.returncode, p.stderr) == (2, "ksl: --gravity 1: expected 3 finite numbers separated by commas\n")
+
+
+def test_white_links_stand_out(arm, monkeypatch):
+    """The background was white, as many robots are, and the light from all sides as strong as viser has it."""
+    import viser
+
+    from ksl.viewer.scene import make_scene
+
+    seen = {}
+    monkeypatch.setattr(viser.SceneApi, "set_background_image", lambda self, image: seen.update(background=image))
+    monkeypatch.setattr(viser.SceneApi, "configure_environment_map", lambda self, hdri, environment_intensity: seen.update(light=environment_intensity))
+    with ksl.viewer.live.Viewer(make_scene(arm)):
+        assert 200 < seen["background"].min() and seen["background"].max() < 245 and seen["light"] < 0.7

@@ -41,6 +41,10 @@ LOOSE = 1.5
 """How much more room than its geometry a body may need: drives are often drawn with the link before."""
 ABOUT_END, NEAR, ORDINARY, CHANGES = 2.0, 0.25, (0.15, 2.0), 0.1
 """What makes it likely that moments are about the link's origin; see about_origin."""
+PARTS = ("bumper", "sensor", "antenna", "marker", "contact", "caster")
+"""Words in names of shapes that stand for a part of a link."""
+SOLID = 6000.0
+"""kg/m³ of the box around a geometry.  Motors in their boxes have less: where it is more, the geometry is not the whole link."""
 LIKELY = (0.02, 1.0)
 """Ratio of the squares of radius of gyration and half diagonal: a bar has 1/3, a hollow part more, a heavy core
 0.05."""
@@ -142,7 +146,7 @@ def _of_size(size: Array) -> str:
 )
 def centroid_outside(robot: RobotFile) -> Iterator[Broken]:
     for fit in _fits(robot):
-        if not fit.inside:
+        if not fit.inside and not _is_of_a_part(fit):
             c = fit.inertial.centroid
             away = float(np.linalg.norm(np.maximum(np.maximum(fit.box[0] - c, c - fit.box[1]), 0)))
             millimetres = away > 50 * float(fit.size.max())
@@ -157,6 +161,15 @@ def centroid_outside(robot: RobotFile) -> Iterator[Broken]:
             )
             found = f"centroid {' '.join(shown(x) for x in c)} m; the geometry has {ends}"
             yield Broken(found, fit.inertial.line, "link", fit.link.name, away, cause=cause, guess=guess)
+
+
+def _is_of_a_part(fit: Fit) -> bool:
+    """Whether the geometry is only that of a part of the link: a bumper, or something in which the mass has no room."""
+    words = [f"{shape.name} {shape.uri.rpartition('/')[2]}".lower() for shape in fit.link.shapes]
+    if all(any(part in each for part in PARTS) for each in words):
+        return True
+    volume = float(np.prod(np.maximum(fit.size, 1e-3) + 2 * ROOM))
+    return (fit.inertial.mass or 0.0) > SOLID * volume
 
 
 @rule(

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ksl.base.words import listed
 from ksl.checks.findings import Repair, Severity
 from ksl.checks.repair import digits, shown
 from ksl.checks.robot import Array, Inertial, Link, RobotFile
@@ -22,6 +23,8 @@ SMALL = 1e-12
 """m².  Moments below this times the mass are zero: a body of a micrometre, or the rounding of a CAD program."""
 COPIES = 3
 """Links with the same mass and moments, on different shapes, from which on they are placeholders."""
+DIFFERENT = 1.5
+"""Ratio of masses beyond which parts with the same moments aren't copies of each other."""
 
 
 def usable(link: Link) -> Inertial | None:
@@ -199,25 +202,28 @@ def _is_moved(robot: RobotFile, name: str) -> bool:
 )
 def inertia_placeholder(robot: RobotFile) -> Iterator[Broken]:
     for links in placeholders(robot):
-        link, n = links[0], len(links) - 1
-        moment = link.largest_moment
-        others = f", and so {'have' if n > 1 else 'has'} {n} other link{'s' if n > 1 else ''}" if n else ""
-        assert link.inertial
-        yield Broken(
-            f"mass {shown(link.mass)} kg, ixx = iyy = izz = {shown(moment)} kg m²{others}",
-            link.inertial.line,
-            "link",
-            link.name,
-            moment,
-        )
+        link = links[0]
+        assert link.inertial and link.inertial.moments is not None
+        moments = np.diag(link.inertial.moments)
+        said = f"ixx = iyy = izz = {shown(float(moments[0]))}" if not np.ptp(moments) else f"moments {', '.join(shown(float(x)) for x in moments)}"
+        masses = sorted({each.mass for each in links})
+        if len(masses) == 1:
+            n = len(links) - 1
+            others = f", and so {'have' if n > 1 else 'has'} {n} other link{'s' if n > 1 else ''}" if n else ""
+            found = f"mass {shown(link.mass)} kg, {said} kg m²{others}"
+        else:
+            found = f"{said} kg m² in {len(links)} links of {shown(masses[0])} to {shown(masses[-1])} kg: {listed(each.name for each in links)}"
+        yield Broken(found, link.inertial.line, "link", link.name, float(moments.max()))
 
 
 def placeholders(robot: RobotFile) -> list[list[Link]]:
-    """Links with the same mass and the same moments, all equal and a power of ten."""
+    """Links that share what is not theirs: the same moments with masses that differ, or with one mass, all equal and a power of ten."""
+    constant = _constant_moments(robot)
+    told = {link.name for links in constant for link in links}
     same: dict[tuple[float, float], list[Link]] = defaultdict(list)
     for link in robot.links:
         inertial = usable(link)
-        if inertial is None or inertial.moments is None or not robot.matters(link) or _has_equal_moments(link):
+        if inertial is None or inertial.moments is None or not robot.matters(link) or _has_equal_moments(link) or link.name in told:
             continue
         I = inertial.moments
         if (
@@ -226,7 +232,18 @@ def placeholders(robot: RobotFile) -> list[list[Link]]:
             and _is_power_of_ten(float(I[0, 0]))
         ):
             same[link.mass, float(I[0, 0])].append(link)
-    return [links for (mass, moment), links in same.items() if len(links) >= COPIES or mass == 1 or moment >= 0.1]
+    return constant + [links for (mass, moment), links in same.items() if len(links) >= COPIES or mass == 1 or moment >= 0.1]
+
+
+def _constant_moments(robot: RobotFile) -> list[list[Link]]:
+    """Links with the same moments, to the last digit, whose masses differ by more than a part and its copy may."""
+    same: dict[tuple[float, ...], list[Link]] = defaultdict(list)
+    for link in robot.links:
+        inertial = usable(link)
+        if inertial is not None and inertial.moments is not None and inertial.moments.any() and robot.matters(link):
+            same[tuple(inertial.moments.ravel().tolist())].append(link)
+    masses = {key: [link.mass for link in links] for key, links in same.items()}
+    return [links for key, links in same.items() if len(links) >= COPIES and max(masses[key]) > DIFFERENT * min(masses[key])]
 
 
 def _is_power_of_ten(x: float) -> bool:

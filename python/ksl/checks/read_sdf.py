@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.checks.robot import IN_SDF_ALONE, Array, Inertial, Joint, Link, Mimic, RobotFile, Shape
+from ksl.checks.shape_sizes import NEEDED, note_missing_shape, note_sizes
 from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
 from ksl.model.joint_kinds import ANY_NAME
 
@@ -49,7 +50,7 @@ def _pose(numbers: Numbers, parent: _Element) -> tuple[Array, Array] | None:
     pose = parent.find("pose")
     if pose is None:
         return np.eye(3), np.zeros(3)
-    if pose.get("relative_to"):
+    if pose.get("relative_to") or pose.get("frame"):
         return None
     quaternion = pose.get("rotation_format") == "quat_xyzw"
     values = numbers.several(pose.text, 7 if quaternion else 6, line_of(pose), "<pose>")
@@ -74,7 +75,7 @@ def _link(robot: RobotFile, element: _Element, scope: str) -> Link:
         )  # what the format takes; a rule says it
     for role in ("visual", "collision"):
         for each in children(element, role):
-            shape = _shape(numbers, each, role)
+            shape = _shape(robot, numbers, each, role)
             if shape:
                 link.shapes.append(shape)
     return link
@@ -82,6 +83,8 @@ def _link(robot: RobotFile, element: _Element, scope: str) -> Link:
 
 def _inertial(numbers: Numbers, element: _Element) -> Inertial:
     pose = _pose(numbers, element)
+    if element.get("auto", "").strip() in ("true", "1"):  # computed from shapes: what else is given there has no effect
+        return Inertial(line_of(element), element, None, np.zeros(3), np.eye(3), None)
     rotation, centroid = pose if pose else (np.eye(3), np.zeros(3))
     mass = numbers.text(element, "mass")
     inertia = element.find("inertia")
@@ -102,13 +105,24 @@ def _one(value: Array | None, otherwise: float) -> float:
     return otherwise if value is None else float(value[0])
 
 
-def _shape(numbers: Numbers, element: _Element, role: str) -> Shape | None:
+def _shape(robot: RobotFile, numbers: Numbers, element: _Element, role: str) -> Shape | None:
     geometry, pose = element.find("geometry"), _pose(numbers, element)
     given = [] if geometry is None else children(geometry)
+    note_missing_shape(robot, numbers.name, element, geometry, bool(given))
     if not given:
         return None
-    shape, line = given[0], line_of(given[0])
-    rotation, translation = pose if pose else (np.eye(3), np.full(3, np.nan))
+    found = _shape_of(robot, numbers, given[0], role, *(pose if pose else (np.eye(3), np.full(3, np.nan))))
+    if found is not None:
+        found.name = element.get("name", "")
+    return found
+
+
+def _shape_of(robot: RobotFile, numbers: Numbers, shape: _Element, role: str, rotation: Array, translation: Array) -> Shape | None:
+    line = line_of(shape)
+    if shape.tag in NEEDED or shape.tag == "mesh":
+        names = NEEDED.get(shape.tag, ("scale",))
+        sizes = {name: Numbers(RobotFile(robot.path), "link", "").text(shape, name, 1 if name in ("radius", "length") else 3) for name in names}
+        note_sizes(robot, numbers.name, role, shape, sizes, {name: shape.find(name) is not None for name in names})
     if shape.tag == "mesh":
         scale = numbers.text(shape, "scale", 3)
         return Shape(

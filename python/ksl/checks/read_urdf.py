@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.checks.robot import Array, Inertial, Joint, Kind, Link, Mimic, Note, RobotFile, Shape
+from ksl.checks.shape_sizes import note_missing_shape, note_sizes
 from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
 from ksl.model.joint_kinds import ANY_NAME
 
@@ -69,7 +70,7 @@ def _link(robot: RobotFile, element: _Element) -> Link:
         link.inertial = _inertial(numbers, inertial)
     for role in ("visual", "collision"):
         for each in children(element, role):
-            shape = _shape(numbers, each, role)
+            shape = _shape(robot, numbers, each, role)
             if shape:
                 link.shapes.append(shape)
     return link
@@ -101,15 +102,28 @@ def _inertial(numbers: Numbers, element: _Element) -> Inertial:
     return Inertial(line_of(element), element, numbers.attribute(mass, "value"), centroid, rotation, moments, rounding)
 
 
-def _shape(numbers: Numbers, element: _Element, role: str) -> Shape | None:
+def _shape(robot: RobotFile, numbers: Numbers, element: _Element, role: str) -> Shape | None:
     geometry = element.find("geometry")
     given = [] if geometry is None else children(geometry)
+    note_missing_shape(robot, numbers.name, element, geometry, bool(given))
     if not given:
         return None
-    shape, line = given[0], line_of(given[0])
-    rotation, translation = _origin(numbers, element)
+    found = _shape_of(robot, numbers, given[0], role, *_origin(numbers, element))
+    if found is not None:
+        found.name = element.get("name", "")
+    return found
+
+
+def _shape_of(robot: RobotFile, numbers: Numbers, shape: _Element, role: str, rotation: Array, translation: Array) -> Shape | None:
+    line = line_of(shape)
+
+    def note(**given: Array | float | None) -> None:
+        sizes = {name: None if x is None else np.atleast_1d(x) for name, x in given.items()}
+        note_sizes(robot, numbers.name, role, shape, sizes, {name: shape.get(name) is not None for name in given})
+
     if shape.tag == "mesh":
         scale = numbers.vector(shape, "scale")
+        note(scale=scale)
         return Shape(
             line,
             shape,
@@ -123,8 +137,10 @@ def _shape(numbers: Numbers, element: _Element, role: str) -> Shape | None:
         )
     if shape.tag == "box":
         size = numbers.vector(shape, "size")
+        note(size=size)
         return None if size is None else Shape(line, shape, role, "box", abs(size) / 2, rotation, translation)
     radius, length = numbers.attribute(shape, "radius"), numbers.attribute(shape, "length")
+    note(**({"radius": radius} if shape.tag == "sphere" else {"radius": radius, "length": length}))
     if shape.tag == "sphere" and radius is not None:
         return Shape(line, shape, role, "sphere", np.full(3, abs(radius)), rotation, translation)
     if shape.tag in ("cylinder", "capsule") and radius is not None and length is not None:

@@ -73,6 +73,8 @@ class Shape:
     translation: Array
     uri: str = ""
     scale: Array = field(default_factory=lambda: np.ones(3))
+    name: str = ""
+    """As the file has it, for what its words tell."""
 
 
 @dataclass
@@ -167,6 +169,10 @@ class RobotFile:
     encoding: list[Note] = field(default_factory=list)
     unreadable: list[Note] = field(default_factory=list)
     """Attributes and elements that are no numbers."""
+    text: str = ""
+    """A character for each byte, of files that aren't too large for rules that look at how it is written."""
+    sizes: list[Note] = field(default_factory=list)
+    """Shapes whose sizes are missing, zero or negative, or that aren't there."""
     repeated: list[Note] = field(default_factory=list)
     """Elements that may stand once and stand there several times."""
     refusal: str | None = None
@@ -224,6 +230,28 @@ class RobotFile:
                 if joint.child not in seen:
                     seen.add(joint.child)
                     waiting.append(joint.child)
+
+    @cached_property
+    def _turns(self) -> dict[str, tuple[int, int]]:
+        """{link: when a walk through the tree comes to it, and when it leaves it}."""
+        turns: dict[str, tuple[int, int]] = {}
+        step = 0
+        waiting = [(link.name, False) for link in self.roots]
+        while waiting:
+            name, leaves = waiting.pop()
+            step += 1
+            if leaves:
+                turns[name] = (turns[name][0], step)
+            elif name not in turns:
+                turns[name] = (step, step)
+                waiting.append((name, True))
+                waiting += [(joint.child, False) for joint in self.joints_below.get(name, ())]
+        return turns
+
+    def carries(self, one: str, other: str) -> bool:
+        """Whether a link is between another one and the root.  O(1) after the first call."""
+        first, second = self._turns.get(one), self._turns.get(other)
+        return first is not None and second is not None and first[0] < second[0] and second[1] <= first[1]
 
     @cached_property
     def welded(self) -> dict[str, str]:

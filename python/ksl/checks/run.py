@@ -20,6 +20,8 @@ from ksl.checks import (
     limit_rules,
     mesh_rules,
     name_rules,
+    portability_rules,
+    shape_rules,
     symmetry_rules,
     tree_rules,
 )
@@ -29,13 +31,14 @@ from ksl.checks.rule import Rule
 from ksl.checks.xml_file import parse
 
 TOPICS: dict[str, list[Rule]] = {
-    "The file": [*file_rules.RULES, file_rules.not_loaded],
+    "The file": [*file_rules.RULES, file_rules.not_loaded, *portability_rules.RULES],
     "Names": name_rules.RULES,
     "The tree": tree_rules.RULES,
     "Masses and inertias": inertia_rules.RULES,
     "Masses and inertias against the geometry": fit_rules.RULES,
     "Joints": joint_rules.RULES,
     "Limits": limit_rules.RULES,
+    "Shapes": shape_rules.RULES,
     "Meshes": mesh_rules.RULES,
     "Left and right": symmetry_rules.RULES,
 }
@@ -67,6 +70,9 @@ def check(
     Raises DescriptionError where there is no XML file to check, ValueError for an unknown rule.  Cost: O(links), and
     the first bytes of
     each mesh; of STL and OBJ meshes also a sample of the vertices.  Needs lxml, of the extra `ksl[check]`.
+
+        findings = ksl.check("robot.urdf")
+        print(findings.summary, [f.rule for f in findings])
     """
     robot, left_out = _read(path, ignore, package_paths, symmetry)
     return _findings(robot, left_out)

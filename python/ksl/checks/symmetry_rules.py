@@ -48,11 +48,14 @@ def _cased(word: str, like: str) -> str:
 
 
 def pairs(robot: RobotFile) -> dict[str, str]:
-    """{left link: right link}, of all that have a counterpart."""
+    """{left link: right link}, of all that have a counterpart.
+
+    A link that carries the other one is on no side: the arm of a Motoman robot has the links S, L, U, R, B and T.
+    """
     found = {}
     for name in robot.link_of:
         for other in right_of(name):
-            if other in robot.link_of:
+            if other in robot.link_of and not robot.carries(name, other) and not robot.carries(other, name):
                 found[name] = other
                 break
     return found

@@ -10,7 +10,7 @@ it: in URDF a
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from ksl.checks.robot import Note
 
@@ -31,6 +31,31 @@ def balanced(text: str, vocabulary: Mapping[str, Collection[str]]) -> tuple[str,
         return plain
     by_words = _balanced(text, vocabulary)
     return by_words if len(by_words[1]) <= len(plain[1]) else plain
+
+
+def end_of_root(data: bytes) -> int:
+    """Where the root element of a well-formed file ends: behind the last tag that is in no comment or instruction.  O(length)."""
+    text = data.decode("iso-8859-1")  # a character for each byte
+    at = end = 0
+    while token := TOKEN.search(text, at):
+        at = token.end()
+        if token[0] in SKIPPED:
+            at = text.find(SKIPPED[token[0]], at) + 1 or len(text)
+        else:
+            end = at
+    return end
+
+
+def elements(text: str) -> Iterator[tuple[str, str, int]]:
+    """(name, attributes as they are written, line) of all opening tags that are in no comment.  O(length)."""
+    at, line, counted = 0, 1, 0
+    while token := TOKEN.search(text, at):
+        line += text.count("\n", counted, token.start())
+        counted, at = token.start(), token.end()
+        if token[0] in SKIPPED:
+            at = text.find(SKIPPED[token[0]], at) + 1 or len(text)
+        elif token[2]:
+            yield token[2], token[3], line
 
 
 class _Mender:

@@ -5,9 +5,14 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ksl.checks.robot import RobotFile
+from ksl.checks.tags import end_of_root
 from ksl.output import OutputError, whole_file
+
+if TYPE_CHECKING:
+    from lxml.etree import _ElementTree
 
 
 def write_tree(robot: RobotFile, out: Path, force: bool = False) -> None:
@@ -25,7 +30,10 @@ def write_tree(robot: RobotFile, out: Path, force: bool = False) -> None:
 
 
 def _text(robot: RobotFile) -> bytes:
-    """The tree, between what stands before and after the root element in the original, to the byte."""
+    """The tree, between what stands before and after the root element in the original, to the byte.
+
+    Where that can't be told, the parser writes the whole file: comments beside the root element stay, and blank lines there may not.
+    """
     from lxml import etree
 
     root = robot.root
@@ -37,8 +45,20 @@ def _text(robot: RobotFile) -> bytes:
         original, encoding = original.decode("latin-1").encode("utf-8"), "UTF-8"
     before = re.match(rb"(?:\xef\xbb\xbf)?(?:\s|<\?.*?\?>|<!--.*?-->)*", original, re.DOTALL)
     assert before is not None  # it matches nothing, too: if it could fail, the time would be exponential in the number of comments
-    if not re.match(rb"<[^!?]", original[before.end() : before.end() + 2]):  # a DOCTYPE, or two bytes a character
-        return bytes(etree.tostring(tree, encoding=encoding, xml_declaration=True))
-    end = original.rfind(b"</" + root.tag.encode())
-    after = original[original.index(b">", end) + 1 :] if end >= 0 else b"\n"
-    return before[0] + bytes(etree.tostring(root, encoding=encoding, xml_declaration=False, with_tail=False)) + after
+    text = bytes(etree.tostring(root, encoding=encoding, xml_declaration=False, with_tail=False))
+    spliced = before[0] + text + original[end_of_root(original) :]
+    if re.match(rb"<[^!?]", original[before.end() : before.end() + 2]) and _reads_as(spliced, tree):  # no DOCTYPE, and one byte a character
+        return spliced
+    return bytes(etree.tostring(tree, encoding=encoding, xml_declaration=True))
+
+
+def _reads_as(data: bytes, tree: _ElementTree) -> bool:
+    """Whether a parser makes this tree of the data, and the same comments beside its root."""
+    from lxml import etree
+
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False)
+    try:
+        other = etree.fromstring(data, parser).getroottree()
+    except (etree.XMLSyntaxError, ValueError, LookupError):
+        return False
+    return bool(etree.tostring(other) == etree.tostring(tree))

@@ -80,6 +80,8 @@ def parse_bytes(robot: RobotFile, data: bytes) -> None:
             robot.encoding.append(
                 Note(data.count(b"\n", 0, e.start) + 1, f"byte 0x{data[e.start]:02x} is not UTF-8; read as Latin-1")
             )
+    if len(data) <= LARGEST_MENDED:
+        robot.text = data.decode("iso-8859-1")
     try:
         robot.root, robot.syntax = _tree(data, encoding)
         if robot.syntax and len(data) <= LARGEST_MENDED:

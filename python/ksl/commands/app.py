@@ -9,19 +9,33 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from types import FrameType
 from typing import Annotated, Any, NoReturn, cast
 
 import typer
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
-from typer.core import TyperGroup
+from rich.text import Text
+from typer.core import TyperCommand, TyperGroup
 
 from ksl.base.printable import PrintableStream, printable, sentence
 
 TRACEBACK = "KSL_TRACEBACK"
 """Variable of the environment with which faults of KSL print where they happened."""
+
+
+HANGING = "  "
+"""Before all lines of a paragraph but the first."""
+GROUPS = {
+    "Load cases": {"--cases", "--payload", "--on-link", "--external", "--gravity", "--pose", "--time", "--worst", "--of", "--seed"},
+    "Wrenches": {"--on", "--at", "--axes", "--order", "--joints"},
+    "Results": {"--output", "--csv", "--json", "--pdf", "--paper", "--components", "--fail-on", "--force"},
+    "Page": {"--export", "--joint", "--case", "--port", "--browser"},
+    "Robot": {"--floating-base", "--mimic", "--strict", "--model", "--physics", "--friction-width", "--package-path"},
+    "Motion": {"--map", "--degrees", "--time-unit", "--smooth", "--resample", "--from", "--to", "--ignore-extra", "--topic", "--positions-only"},
+}
+"""Options of commands that have many, by what they are about."""
 
 
 class SafeConsole(Console):
@@ -35,8 +49,53 @@ class SafeConsole(Console):
             yield segment if segment.control else Segment(printable(segment.text), segment.style)
 
 
+class Sentences(SafeConsole):
+    """For lines of text, which break between words where a terminal is narrow; what reads a pipe or a file gets each in one line."""
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        if len(objects) == 1 and isinstance(objects[0], (str, Text)) and not options:
+            paragraph(super().print, self, objects[0])
+        else:
+            super().print(*objects, **options)
+
+
+def say(out: Console, text: str | Text) -> None:
+    """Prints a line of text, which breaks between words where a terminal is narrow."""
+    paragraph(out.print, out, text)
+
+
+def paragraph(write: Callable[..., None], out: Console, text: str | Text) -> None:
+    whole = Text(text) if isinstance(text, str) else text
+    lines = whole.wrap(out, max(out.width - len(HANGING), 20)) if out.is_terminal else [whole]
+    for i, line in enumerate(lines):
+        line.rstrip()
+        write(Text.assemble(HANGING, line) if i else line, soft_wrap=True)
+
+
+class GroupedOptions(TyperCommand):
+    """A command with many options: its help has them in groups."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        groups: dict[str, list[Any]] = {"Arguments": []} | {group: [] for group in GROUPS} | {"Other options": []}
+        for param in self.get_params(ctx):
+            record = param.get_help_record(ctx)
+            if record is not None:
+                own = (group for group, names in GROUPS.items() if not names.isdisjoint(param.opts))
+                groups["Arguments" if param.param_type_name == "argument" else next(own, "Other options")].append(record)
+        for group, records in groups.items():
+            if records:
+                with formatter.section(group):
+                    formatter.write_dl(records)
+
+
 class Commands(TyperGroup):
     """The commands.  They print no control characters, end on signals, and end with a sentence whatever happens."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Each command with the whole first sentence of its help."""
+        commands = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, command.get_short_help_str(limit=1000)) for name, command in commands if command is not None and not command.hidden])
 
     def invoke(self, ctx: Any) -> Any:
         end_on_signals()
@@ -120,7 +179,7 @@ def _interrupt_main_thread() -> None:
 
 
 app = typer.Typer(cls=Commands, pretty_exceptions_enable=False, no_args_is_help=True, rich_markup_mode=None, help="Every wrench in a mechanism.")
-errors = SafeConsole(stderr=True, soft_wrap=True)
+errors = Sentences(stderr=True, soft_wrap=True)
 
 
 def command_line() -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from ksl.commands.app import app, command_line, console, fail
+from ksl.commands.app import GroupedOptions, app, command_line, console, fail
 from ksl.commands.options import (
     FloatingBase,
     Gravity,
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from ksl.model.states import Order, Side
 
 
-@app.command()
+@app.command(cls=GroupedOptions)
 def hold(
     robot: Robot,
     pose: Annotated[list[str], typer.Option(metavar="FILE|NAME=VALUE", help="Position of a joint, rad or m, or 90deg (repeatable); or a file: TOML of positions, or a motion.")] = [],
@@ -53,10 +53,10 @@ def hold(
     physics: Physics = "",
 ) -> None:
     """Print the efforts and every wrench of one pose at rest, or of the worst pose for a joint."""
+    from ksl.base.files_read import recorded
     from ksl.commands.print_loads import print_pose
     from ksl.load_cases.holding import read_pose
     from ksl.load_cases.load_case import Payload
-    from ksl.load_cases.provenance import input_file
     from ksl.output import OutputError
     from ksl.report.hold_pose import hold as held
 
@@ -72,11 +72,12 @@ def hold(
     _check_words(model, files, time, of, worst, seed)
     try:
         positions: dict[str, Any] = {}
-        for file in files:
-            positions |= read_pose(model, file, time)
+        with recorded() as ledger:
+            for file in files:
+                positions |= read_pose(model, file, time)
         positions |= named
         carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
-        inputs = [input_file("robot", robot), *(input_file("pose", file) for file in files)]
+        inputs = [*model.inputs, *ledger.files]
         options = {"on": on, "at": at, "axes": axes, "order": order, "gravity": gravity, "physics": physics, "mimic": mimic, "floating_base": floating_base}
         run = held(
             model, positions, worst or None, of, payloads=carried, on=cast("Side", on), at=point, axes=axes, order=cast("Order", order), seed=seed,
@@ -86,9 +87,7 @@ def hold(
     except (ValueError, OutputError, RuntimeError) as e:
         fail(e)
     out = console(120)
-    print_pose(out, run)
-    if output:
-        out.print(f"written to {output}: {', '.join(written)}", markup=False, soft_wrap=True)
+    print_pose(out, run, [f"written to {output}: {', '.join(written)}"] if output else [])
 
 
 def _check_words(model: Model, files: list[str], time: float | None, of: str, worst: str, seed: int) -> None:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from ksl.base.files_read import recorded
 from ksl.base.printable import one_line
-from ksl.commands.app import app, command_line, console, discard_output, fail, unwritable
+from ksl.commands.app import GroupedOptions, app, command_line, console, discard_output, fail, unwritable
 from ksl.commands.options import (
     MOTION_HELP,
     ColumnMapFile,
@@ -41,8 +42,8 @@ from ksl.commands.options import (
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from ksl.base.files_read import InputFile
     from ksl.load_cases.load_case import LoadCase, Payload, Placement
-    from ksl.load_cases.provenance import InputFile
     from ksl.model.model import Model
     from ksl.model.states import Order, Side
     from ksl.report.files import ReportFiles
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
     from ksl.report.pdf import Paper
 
 
-@app.command()
+@app.command(cls=GroupedOptions)
 def loads(
     robot: Robot,
     motion: Annotated[Path | None, typer.Argument(metavar="[MOTION]", help=MOTION_HELP)] = None,
@@ -124,9 +125,7 @@ def loads(
         run = _run(model, robot, motion, cases, external, columns, placement, loaded, reading, options)
         out = console(120)
         written = _written(run, output, csv, force, out, report)
-        print_run(out, run)
-        for line in (f"written to {output}: {', '.join(written)}", f"report: {output / 'report.html'}"):
-            out.print(line, markup=False, soft_wrap=True)
+        print_run(out, run, [f"written to {output}: {', '.join(written)}", f"report: {output / 'report.html'}"])
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
@@ -158,12 +157,12 @@ def _run(
 ) -> Run:  # fmt: skip
     """The load cases that the arguments name, with what made them."""
     from ksl.load_cases.load_case import Payload
-    from ksl.load_cases.provenance import input_file, provenance_of
+    from ksl.load_cases.provenance import provenance_of
     from ksl.report.loads_run import Run
 
     carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
     found, files = _cases(model, motion, cases, external, placement, carried, reading)
-    inputs = [input_file("robot", robot), *([input_file("map", columns)] if columns else []), *files]
+    inputs = [*model.inputs, *files]
     return Run(found, provenance_of(found, inputs, options, command_line()))
 
 
@@ -174,17 +173,16 @@ def _cases(
     """The load cases, and the files that they come from.  reading: how motions are read, in a file of cases those without options."""
     from ksl.load_cases.case_file import read_cases
     from ksl.load_cases.load_case import LoadCase
-    from ksl.load_cases.provenance import input_file
     from ksl.motions.reading import read_motion, read_wrenches
 
     if cases is not None:
         return read_cases(model, cases, placement, motion, carried, reading)
     assert motion is not None
-    moved = read_motion(model, motion, **reading)
-    wrenches, doubts = read_wrenches(model, external, moved.time) if external else ({}, [])
+    with recorded() as ledger:
+        moved = read_motion(model, motion, **reading)
+        wrenches, doubts = read_wrenches(model, external, moved.time) if external else ({}, [])
     moved = replace(moved, doubts=[*moved.doubts, *doubts])
-    inputs = [input_file(role, file) for role, file in (("motion", motion), ("external", external)) if file]
-    return [LoadCase(model, moved, placement, wrenches, "standard input" if str(motion) == "-" else one_line(motion.stem), str(motion), carried)], inputs
+    return [LoadCase(model, moved, placement, wrenches, "standard input" if str(motion) == "-" else one_line(motion.stem), str(motion), carried)], ledger.files
 
 
 def _placement(model: Model, on: str, at: list[str], axes: str, order: str, joints: str) -> Placement:
@@ -203,6 +201,9 @@ def _placement(model: Model, on: str, at: list[str], axes: str, order: str, join
     chosen = [name.strip() for name in joints.split(",")] if joints else []
     for name in chosen:
         _known(model, name, f"--joints {joints}")
+    for name in points:
+        if chosen and name not in chosen:
+            fail(f"--at {name}=…: a point of a joint that --joints leaves out; add it there, or leave out the point")
     try:
         model.reaction_request(on, point, axes, order, "total", [])
     except ValueError as e:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ksl.commands.app import app, console, fail
+from ksl.commands.app import app, console, fail, say
 from ksl.commands.options import FloatingBase, Gravity, Mimic, ModelName, Robot, file_with_a_name, read_model
 
 if TYPE_CHECKING:
@@ -113,8 +113,9 @@ def _progress() -> Iterator[Callable[[float, float], None]]:
 
 
 def _print(model: Model, made: Generated, output: Path) -> None:
+    out = console(80)
     for note in made.notes:
-        print(f"note: {note}")
+        say(out, f"note: {note}")
     f, t = made.facts, made.motion.time
     if f["kind"] == "excite":
         print(

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
@@ -102,6 +103,18 @@ def in_options(error: ValueError, **options: object) -> str:
     return text
 
 
+@contextmanager
+def described_warnings() -> Iterator[None]:
+    """Prints warnings about robots, and about options, as sentences of the command."""
+    from ksl.base.errors import DescriptionWarning
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", DescriptionWarning)
+        yield
+    for line in dict.fromkeys(str(w.message) for w in caught):
+        errors.print(f"ksl: warning: {line}")
+
+
 def read_model(
     robot: Path,
     floating_base: bool,
@@ -114,13 +127,11 @@ def read_model(
     physics: str = "",
     friction_width: float = DEFAULT_FRICTION_WIDTH,
 ) -> Model:
-    from ksl.base.errors import DescriptionWarning
     from ksl.model.loading import load
 
     how = cast(Literal["coupled", "independent"], mimic)  # load refuses other words
     given_gravity = numbers(gravity, "--gravity", 3) if gravity else None
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", DescriptionWarning)
+    with described_warnings():
         try:
             on = [word.strip() for word in physics.split(",")] if physics else None
             model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None, on, friction_width)
@@ -130,8 +141,6 @@ def read_model(
                 bare = load(robot, floating_base, how, masses="optional", model=name or None)
                 fail(f"--on-link {absent[0]}: no such link; {suggestion(absent[0], bare.link_names, f'the links of {bare.name} are')}")
             fail(in_options(e, mimic=mimic))
-    for w in caught:
-        errors.print(f"ksl: warning: {w.message}")
     if friction_width != DEFAULT_FRICTION_WIDTH and not {"friction", "all"} & set(model.physics):
         why = "exact friction has none" if "exact friction" in model.physics else "--physics names no friction; add friction there"
         errors.print(f"ksl: warning: --friction-width {friction_width:g} has no effect: {why}")

@@ -12,11 +12,12 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.text import Text
 
+from ksl.commands.app import say
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.model_tables import given_physics, joint_table, link_table
 
 DEEPEST_INDENT = 20
-"""Levels of the tree beyond this one are written as numbers."""
+"""Levels of the tree beyond this one are written as numbers; in narrow terminals, those beyond a tenth of the columns, whose indents take two fifths of them."""
 
 
 def print_info(model: Mechanism, console: Console) -> None:
@@ -27,18 +28,23 @@ def print_info(model: Mechanism, console: Console) -> None:
     console.print(f"degrees of freedom {model.nv} (nq {model.nq}), moving joints {moving}, {of_followers}fixed joints {len(model.joints) - moving - following}, links {len(model.links)}")
     console.print(f"total mass {model.mass:.6g} kg, gravity ({', '.join(f'{g:g}' for g in model.gravity)}) m/s²")
     console.print(f"physics of joints: {', '.join(model.physics) or 'none; --physics applies what joints have'}\n" if model.physics or given_physics(model.joints) else "")
-    console.out("\n".join(tree_lines(model)), highlight=False)
+    console.out("\n".join(tree_lines(model, console.width)), highlight=False)
     followers = "the mimic joints and " if following else ""
     _print_table(console, f"Joints, in the order of q, then {followers}the fixed ones", *joint_table(model))
     _print_table(console, "Links with mass: centroid in the link's frame (m), inertia about it (kg m²)", *link_table(model))
     for title, lines in (("Warnings", model.warnings), ("In the file and not used", model.unused)):
         if lines:
             console.print(Text(f"\n{title}", style="bold"))
-            console.out("\n".join(f"  {line}" for line in lines), highlight=False)
+            for line in lines:
+                say(console, f"  {line}")
 
 
-def tree_lines(model: Mechanism) -> Iterator[str]:
-    """A line for each link, below the one that carries it; parents first, children in the order of the file."""
+def tree_lines(model: Mechanism, width: int = 200) -> Iterator[str]:
+    """A line for each link, below the one that carries it; parents first, children in the order of the file.
+
+    Joints that don't fit into the columns beside their links are below them.
+    """
+    deepest = min(DEEPEST_INDENT, width // 10)
     children: dict[str | None, list[Joint]] = {}
     order = {link.name: i for i, link in enumerate(model.links)}
     for joint in sorted(model.joints, key=lambda j: order[j.child]):
@@ -47,10 +53,14 @@ def tree_lines(model: Mechanism) -> Iterator[str]:
     pending = [(joint, "", joint is children[None][-1], 1) for joint in reversed(children[None])]
     while pending:
         joint, guides, last, level = pending.pop()
-        deep = f"({level}) " if level > DEEPEST_INDENT else ""
-        yield f"{guides}{'└── ' if last else '├── '}{deep}{joint.child}  {joint.name}, {joint.kind}"
+        deep = f"({level}) " if level > deepest else ""
         below = children.get(joint.child, [])
-        further = guides + ("    " if last else "│   ") if level < DEEPEST_INDENT else guides
+        further = guides + ("    " if last else "│   ") if level < deepest else guides
+        link, name = f"{guides}{'└── ' if last else '├── '}{deep}{joint.child}", f"{joint.name}, {joint.kind}"
+        if cell_len(link) + 2 + cell_len(name) <= width:
+            yield f"{link}  {name}"
+        else:
+            yield from (link, f"{guides}{'    ' if last else '│   '}{'│ ' if below else '  '}{name}")
         pending.extend((child, further, child is below[-1], level + 1) for child in reversed(below))
 
 

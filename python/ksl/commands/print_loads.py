@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from ksl.commands.app import say
 from ksl.load_cases.case_result import CaseResult
 from ksl.load_cases.load_case import Placement
 from ksl.load_cases.quantities import PowerBalance, SummaryRow, unit
@@ -28,20 +29,23 @@ LABELS = {"axial_force": "axial", "radial_force": "radial", "bending_moment": "b
 STYLE = {"green": "green", "amber": "yellow", "red": "bold red"}
 
 
-def print_run(console: Console, run: Run) -> None:
-    """Everything: the verdict first, then the summary, of several load cases the worst over all, notes and power balance."""
+def print_run(console: Console, run: Run, written: Sequence[str] = ()) -> None:
+    """Everything: the summary, of several load cases the worst over all, notes, power balance, what was written; and last, where it is seen, the verdict."""
     verdict, several = run.verdict, len(run.cases) > 1
-    print_verdict(console, verdict, run.model.joints)
-    if several:
-        _print_cases(console, run)
     rows = worst_rows(run.rows) if several else run.rows
     print_summary(console, rows, run.model.joints, run.cases[0].placement, "worst over all load cases" if several else "")
     for line in run.notes:
         if line not in verdict.reasons:  # those have been printed
-            console.print(Text(f"note: {line}"), soft_wrap=True)
+            say(console, f"note: {line}")
     worst = max(run.results, key=_residual)
     of = f"power balance, worst of {len(run.cases)} load cases, {worst.case.name}: " if several else "power balance: "
-    console.print(Text(of + balance_line(worst.balance)), soft_wrap=True)
+    say(console, of + balance_line(worst.balance))
+    for line in written:
+        say(console, line)
+    console.print()
+    if several:
+        _print_cases(console, run)
+    print_verdict(console, verdict, run.model.joints)
 
 
 def _residual(result: CaseResult) -> float:
@@ -50,12 +54,15 @@ def _residual(result: CaseResult) -> float:
 
 
 def print_verdict(console: Console, verdict: Verdict, joints: Sequence[Joint]) -> None:
-    """The verdict in a line, the reasons that forbid green, and the shares of limits, worst joints first."""
+    """The shares of limits, worst joints first; the reasons that forbid green; and in the last line the verdict."""
     level = verdict.level
-    console.print(Text.assemble(("verdict: ", "bold"), (level.upper(), STYLE[level]), f": {verdict.headline}"), soft_wrap=True)
+    _print_shares(console, verdict, joints)
     for reason in verdict.reasons:
-        console.print(Text(f"  {'besides' if level == 'red' else 'not green'}: {reason}"), soft_wrap=True)
-    console.print()
+        say(console, f"  {'besides' if level == 'red' else 'not green'}: {reason}")
+    say(console, Text.assemble(("verdict: ", "bold"), (level.upper(), STYLE[level]), f": {verdict.headline}"))
+
+
+def _print_shares(console: Console, verdict: Verdict, joints: Sequence[Joint]) -> None:
     used = {joint.name: of for joint in joints if (of := verdict.of(joint.name))}
     if not used:
         return
@@ -169,11 +176,10 @@ def balance_line(balance: PowerBalance | None) -> str:
     )
 
 
-def print_pose(console: Console, run: Run) -> None:
-    """A run of one sample: the verdict, the pose with efforts, and every wrench."""
+def print_pose(console: Console, run: Run, written: Sequence[str] = ()) -> None:
+    """A run of one sample: the pose with efforts, every wrench, and last the verdict."""
     result = run.results[0]
     case, model = result.case, run.model
-    print_verdict(console, run.verdict, ())
     rows = {str(row["joint"]): row for row in run.wrenches.to_pylist()}
     table = _empty_table()
     for head in ("position", "effort", "limit", "share"):
@@ -196,3 +202,6 @@ def print_pose(console: Console, run: Run) -> None:
         wrenches.add_row(Text(joint.name), *(f"{0.0 if abs(rows[joint.name][c]) < 1e-9 else rows[joint.name][c]:.4g}" for c in components))
     p = case.placement
     _print_table(console, f"Wrenches on the {p.on} side, moments about {p.about}, axes {p.axes}", wrenches)
+    for line in written:
+        say(console, line)
+    print_verdict(console, run.verdict, ())

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 import typer
 
 from ksl.commands.app import app, console, errors, fail
-from ksl.commands.options import Robot, path_with_a_name
+from ksl.commands.options import Robot, described_warnings, path_with_a_name
 
 if TYPE_CHECKING:
     from ksl.sweeps.compute_sweep import SweepResults
@@ -43,7 +43,7 @@ def sweep(
     out = console(120)
     columns = (TextColumn("cases"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("to go"), TimeRemainingColumn())
     try:
-        with Progress(*columns, console=out, transient=True, disable=not out.is_terminal) as progress:
+        with described_warnings(), Progress(*columns, console=out, transient=True, disable=not out.is_terminal) as progress:
             task = progress.add_task("cases", total=None)
             results = run_sweep(
                 robot,
@@ -71,6 +71,7 @@ def print_results(results: SweepResults) -> None:
 
     from ksl.load_cases.verdict import percent
     from ksl.report.numbers import format_number
+    from ksl.sweeps.compute_sweep import again_of
 
     out = console(80)
     shares = [row for row in results.worst if row["quantity"].endswith(("_share", "utilisation"))]
@@ -85,7 +86,7 @@ def print_results(results: SweepResults) -> None:
         table.add_row(Text(row["joint"]), what, value, Text(f"{row['case']}: {at}"))
     out.print(table)
     rate = f", {results.computed / results.seconds:.0f} a second; {100 * results.share_of_dynamics:.0f} % of the time was dynamics"
-    out.print(Text(f"{results.computed} cases computed in {results.seconds:.1f} s{rate if results.computed else ': all were there'}"))
+    out.print(Text(f"{results.computed} cases computed in {results.seconds:.1f} s{rate if results.computed else ': all were there, computed from these files'}{again_of(results.replaced)}"))
     out.print(Text(f"written to {results.directory}: cases/part-….parquet, worst.csv, sweep.json"), soft_wrap=True)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ksl.commands.app import app, errors, fail
+from ksl.commands.app import GroupedOptions, app, errors, fail
 from ksl.commands.options import (
     ColumnMapFile,
     Degrees,
@@ -36,7 +36,7 @@ NOTES = 5
 """How many notes are printed: a robot without any of its meshes has dozens."""
 
 
-@app.command()
+@app.command(cls=GroupedOptions)
 def view(
     robot: Robot,
     motion: Annotated[Path | None, typer.Argument(metavar="MOTION|RESULTS", help="A motion, as for `ksl loads`, or the folder that `ksl loads` has written; otherwise the robot at rest.")] = None,

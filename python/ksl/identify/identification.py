@@ -19,31 +19,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.base.errors import near_names, unknown_name
-from ksl.identify.base_parameters import BaseParameters, check_tolerance, moving_links, of_regressor, triangle
-from ksl.identify.consistency import (
-    Array,
-    barrier,
-    barrier_gradient,
-    consistency_metric,
-    from_pseudo_inertia,
-    is_consistent,
-    nearest_consistent,
-    pseudo_inertia,
-)
+from ksl.identify.base_parameters import BaseParameters, check_tolerance, moving_links, of_regressor
+from ksl.identify.certificate import Certificate, certificate, rare
+from ksl.identify.consistency import Array, is_consistent, nearest_consistent
+from ksl.identify.fit import Fit
 from ksl.model.given import mapping, number, numbers
 from ksl.model.model import Model
 from ksl.model.states import External, items_of
 
-ACCURACY = 1e-6
-"""How far the sum of squares, in units of the noise, may be above its minimum where parameters are at the limit of consistency."""
 
-ROUNDS = 4
-"""How often noise is estimated from residuals and the parameters from the noise."""
-
-SAMPLES_AT_A_TIME = 4096
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Identification:
     """What a motion says about the parameters of some links."""
 
@@ -62,6 +47,8 @@ class Identification:
     """(nv): standard deviation of each joint's efforts, as given or as estimated from the residuals."""
     free: bool
     """Did least squares by itself give consistent parameters?  If not, the constraint that they be so is at work."""
+    certificate: Certificate
+    """How far the minimum was found, and whether prior, bodies and noise agree with the motion."""
     model: Model = field(repr=False)
     """The model with these parameters."""
 
@@ -69,6 +56,24 @@ class Identification:
     def base_deviations(self) -> Array:
         """Standard deviations of the base values."""
         return np.asarray(np.sqrt(np.diag(self.base_covariance)))
+
+    @property
+    def converged(self) -> bool:
+        """Is the sum of squares at its minimum, and the noise settled?  `certificate.reason` says why not."""
+        return self.certificate.converged
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Sentences on what is doubtful: no minimum, a prior or bodies that contradict the motion, residuals that are not the noise.  Empty if nothing is."""
+        return self.certificate.doubts
+
+    def __repr__(self) -> str:
+        n, nv = self.residuals.shape
+        with np.errstate(invalid="ignore"):
+            left = float(np.sqrt(np.mean(self.residuals**2)))
+        at_work = "" if self.free else "; the constraint that bodies be possible is at work"
+        head = f"<ksl identification: {len(self.links)} links, {len(self.base)} combinations of their parameters from {n} samples of {nv} efforts, residuals {left:.3g} rms"
+        return "\n  ".join([head + at_work, *str(self.certificate).splitlines()]) + ">"
 
 
 def identify(
@@ -94,11 +99,13 @@ def identify(
     prior_deviation: how far parameters may be from the prior, as a standard deviation relative to the size of the body: 1 means that
     its mass may as well be twice as large, and its centroid anywhere within it.  The prior decides what the motion doesn't identify,
     and hardly anything else.
-    noise: standard deviation of each joint's efforts (nv); by default estimated from the residuals.
+    noise: standard deviation of each joint's efforts (nv); by default estimated from the residuals of least squares without prior, and from those of
+    possible bodies if none explain the efforts.
     tolerance: of what counts as identified; see :func:`ksl.identify.base_parameters.of_motion`.
 
-    Least squares with the prior is solved first.  If a link's parameters are not those of a body, the least sum of squares among those
-    of bodies is found, a convex problem (Wensing, Kim, Slotine, RA-L 3, 2018), by an interior point method.  O(n · nv · (10 links)²).
+    The least sum of squares among parameters of bodies is found, a convex problem (Wensing, Kim, Slotine, RA-L 3, 2018), by a primal-dual
+    interior point method where least squares by itself gives impossible ones.  `certificate` bounds what is left to the minimum, and says
+    whether prior, bodies and noise agree with the motion; `doubts` has the sentences.  O(n · nv · (10 links)²).
     Raises ValueError for arrays that don't fit, numbers that aren't finite, links without mass, and links that are named twice.
     """
     if not isinstance(model, Model):
@@ -109,152 +116,42 @@ def identify(
     if links is not None and not isinstance(links, Iterable):
         raise ValueError(f"links={links!r}; expected names of links")
     names = tuple(_links_with_mass(model) if links is None else [links] if isinstance(links, str) else links)
-    problem = _Problem(model, names, _prior(model, names, {} if prior is None else prior), prior_deviation, q, v, a, tau, _wrenches(external, len(tau)))
-    sigma = _given_noise(noise, model.nv) if noise is not None else problem.first_noise()
-    for _ in range(1 if noise is not None else ROUNDS):
-        problem.weigh(sigma)
-        solution, free = problem.solve()
-        covariance = problem.covariance()
-        if noise is None:
-            sigma = problem.noise(solution, covariance, sigma)
-    base = of_regressor(problem.stacked, names, tolerance)
+    start = _prior(model, names, {} if prior is None else prior)
+    if not 0 < number(prior_deviation, "prior_deviation") < np.inf:
+        raise ValueError(f"prior_deviation={prior_deviation}; expected a positive number")
+    fit = Fit(model, names, start, prior_deviation, (q, v, a), tau, _wrenches(external, len(tau)))
+    rounds, change = 1, 0.0
+    if noise is not None:
+        fit.weigh(_given_noise(noise, model.nv))
+    else:
+        rounds, change = fit.estimate_noise()
+    base = of_regressor(fit.stacked, names, tolerance)
+    minimum = fit.solve()
+    if noise is None and fit.excess(minimum) > rare(len(base)):
+        minimum, rounds, change = fit.solve_with_noise()
+    parameters, root = fit.parameters(minimum.x), fit.root_of_covariance()
     return Identification(
         links=names,
-        parameters=solution,
-        covariance=covariance,
+        parameters=parameters,
+        covariance=root @ root.T,
         base=base,
-        base_values=base.values(solution),
-        base_covariance=base.matrix @ covariance @ base.matrix.T,
-        residuals=problem.residuals(solution),
-        noise=sigma,
-        free=free,
-        model=model.with_parameters(dict(zip(names, solution))),
+        base_values=base.values(parameters),
+        base_covariance=(base.matrix @ root) @ (base.matrix @ root).T,
+        residuals=fit.residuals(parameters),
+        noise=fit.sigma,
+        free=minimum.free,
+        certificate=certificate(fit, parameters, minimum, base, _effort_names(model), noise is not None, rounds, change),
+        model=model.with_parameters(dict(zip(names, parameters))),
     )
 
 
-class _Problem:
-    """Weighted least squares with a prior.  Of the samples only triangular factors for each joint are kept."""
-
-    def __init__(self, model: Model, names: tuple[str, ...], prior: Array, deviation: float, q: Array, v: Array, a: Array, tau: Array,
-                 wrenches: dict[str, Array]) -> None:  # fmt: skip
-        if not 0 < number(deviation, "prior_deviation") < np.inf:
-            raise ValueError(f"prior_deviation={deviation}; expected a positive number")
-        self.prior, self.n, self.nv = prior, len(tau), model.nv
-        size = prior.size
-        # efforts of what is not identified: all, less those of the links as the model has them
-        where = [model.link_names.index(name) for name in names]
-        own = model.parameters[where].ravel()
-        self._factors = [np.zeros((0, size + 1)) for _ in range(model.nv)]
-        self._blocks: list[tuple[Array, Array]] = []
-        for first in range(0, self.n, SAMPLES_AT_A_TIME):
-            part = slice(first, first + SAMPLES_AT_A_TIME)
-            Y: Array = np.asarray(model.inverse_dynamics_regressor(q[part], v[part], a[part], links=names), dtype=float).reshape(-1, model.nv, size)
-            pushed = {link: f[part] for link, f in wrenches.items()}
-            rest = model.inverse_dynamics(q[part], v[part], a[part], pushed) - Y @ own
-            self._blocks.append((Y, tau[part] - rest))
-            for j in range(model.nv):
-                rows = np.column_stack([Y[:, j], tau[part, j] - rest[:, j]])
-                self._factors[j] = triangle(np.vstack([self._factors[j], rows]))
-        lengths = np.linalg.cholesky(consistency_metric(_rounded(prior)))  # G = L Lᵀ
-        self._from_steps = deviation * _block_diagonal(np.swapaxes(np.linalg.inv(lengths), -1, -2))
-
-    @property
-    def stacked(self) -> Array:
-        """A matrix (…, links, 10) with the same null space and inner products as the regressor of all samples."""
-        return np.vstack([F[:, :-1] for F in self._factors]).reshape(-1, *self.prior.shape)
-
-    def residuals(self, parameters: Array) -> Array:
-        return np.concatenate([efforts - Y @ parameters.ravel() for Y, efforts in self._blocks])
-
-    def first_noise(self) -> Array:
-        """A tenth of each joint's efforts, until residuals are known."""
-        size = np.sqrt(np.mean(np.concatenate([y for _, y in self._blocks]) ** 2, axis=0))
-        return np.asarray(np.maximum(0.1 * size, 1e-9 * max(size.max(initial=0.0), 1e-300)))
-
-    def weigh(self, sigma: Array) -> None:
-        """The problem in steps x from the prior, in which the prior is the unit sphere: |B x − r|² + |x|²."""
-        R = triangle(np.vstack([F / s for F, s in zip(self._factors, sigma)]))
-        self._B = R[:, :-1] @ self._from_steps
-        self._r = R[:, -1] - R[:, :-1] @ self.prior.ravel()
-
-    def _parameters(self, x: Array) -> Array:
-        return np.asarray(self.prior + (self._from_steps @ x).reshape(self.prior.shape))
-
-    def solve(self) -> tuple[Array, bool]:
-        """Parameters, and whether least squares alone gave consistent ones."""
-        n = self.prior.size
-        x = np.linalg.lstsq(np.vstack([self._B, np.eye(n)]), np.concatenate([self._r, np.zeros(n)]), rcond=None)[0]
-        phi = self._parameters(x)
-        if is_consistent(phi).all():
-            return phi, True
-        return self._solve_among_consistent(), False
-
-    def _solve_among_consistent(self) -> Array:
-        """The least sum of squares among consistent parameters, by an interior point method: −μ ln det of each pseudo-inertia is added,
-        whose second derivative is μ times the metric, and μ is reduced.  All iterates are consistent, and the problem is convex
-        (Boyd, Vandenberghe, Convex optimization (2004), section 11.3)."""
-        x, P = np.zeros(self.prior.size), self._from_steps
-        H, g = self._B.T @ self._B + np.eye(len(x)), self._B.T @ self._r
-        barriers = 4 * len(self.prior)  # the sum of squares is above its minimum by at most twice this, times μ
-        mu = max(1.0, float(self._r @ self._r)) / barriers
-        while True:
-            for _ in range(50):
-                phi = self._parameters(x)
-                gradient = H @ x - g + mu * P.T @ barrier_gradient(phi).ravel()
-                hessian = H + mu * P.T @ _block_diagonal(consistency_metric(phi)) @ P
-                step = _newton_step(hessian, gradient)
-                decrement = -float(gradient @ step)
-                if not decrement > 1e-9 * mu:
-                    break
-                x = self._moved(x, step, gradient, H, g, mu)
-            if mu * barriers < ACCURACY:
-                return self._parameters(x)
-            mu *= 0.1
-
-    def _moved(self, x: Array, step: Array, gradient: Array, H: Array, g: Array, mu: float) -> Array:
-        """x + a share of the step that stays consistent and lowers the sum."""
-
-        def value(y: Array) -> float:
-            phi = self._parameters(y)
-            return float(y @ (0.5 * H @ y - g)) + mu * barrier(phi) if is_consistent(phi).all() else np.inf
-
-        before, share = value(x), 1.0
-        while share > 1e-12:
-            if value(x + share * step) <= before + 1e-4 * share * float(gradient @ step):
-                return x + share * step
-            share *= 0.5
-        return x
-
-    def covariance(self) -> Array:
-        R = triangle(np.vstack([self._B, np.eye(self.prior.size)]))
-        half = self._from_steps @ np.linalg.inv(R)
-        return np.asarray(half @ half.T)
-
-    def noise(self, parameters: Array, covariance: Array, before: Array) -> Array:
-        """Standard deviation of each joint's residuals, for as many degrees of freedom as the parameters leave."""
-        rest = self.residuals(parameters)
-        out = np.empty(self.nv)
-        for j, F in enumerate(self._factors):
-            weighted = F[:, :-1] / before[j]
-            used = np.einsum("rk,kl,rl->", weighted, covariance, weighted)
-            freedom = self.n - used
-            # where a joint has hardly more samples than parameters, residuals say nothing of its noise
-            out[j] = np.sqrt(np.sum(rest[:, j] ** 2) / freedom) if freedom > 0.1 * self.n else before[j]
-        return np.maximum(out, self.first_noise() * 1e-8)
-
-
-def _newton_step(hessian: Array, gradient: Array) -> Array:
-    """The Newton step of a Hessian that is positive definite but for rounding.  Close to bodies without extension its numbers span more than the
-    digits of a double: they are scaled to a unit diagonal, and directions without any digits left are not stepped along."""
-    scale = 1 / np.sqrt(np.diagonal(hessian))
-    return np.asarray(-scale * np.linalg.lstsq(scale[:, None] * hessian * scale, scale * gradient, rcond=None)[0])
-
-
-def _block_diagonal(blocks: Array) -> Array:
-    n, k, _ = blocks.shape
-    out = np.zeros((n, k, n, k))
-    out[np.arange(n), :, np.arange(n), :] = blocks
-    return out.reshape(n * k, n * k)
+def _effort_names(model: Model) -> list[str]:
+    """Of the nv numbers of tau."""
+    names = [""] * model.nv
+    for joint in model.joints:
+        for k in range(joint.nv):
+            names[joint.v_index + k] = joint.name if joint.nv == 1 else f"{joint.name}[{k}]"
+    return names
 
 
 def _check_motion(model: Model, q: Array, v: Array, a: Array, tau: Array) -> None:
@@ -306,16 +203,6 @@ def _prior(model: Model, names: tuple[str, ...], given: Mapping[str, ArrayLike])
         if not phi[0] > 0:
             raise ValueError(f"prior: link {name} has mass {phi[0]} kg; give a positive one in `prior`, or leave the link out of `links`")
     return np.where(is_consistent(out)[:, None], out, nearest_consistent(out))
-
-
-def _rounded(prior: Array) -> Array:
-    """Bodies of the same mass, centroid and size that are round, whose metric the prior uses.  That of a thin body would hold its
-    thickness and the direction of its centroid as if they were known."""
-    m, h = prior[:, 0], prior[:, 1:4]
-    J = pseudo_inertia(prior)
-    size = np.trace(J[:, :3, :3], axis1=1, axis2=2) - np.sum(h * h, axis=1) / m  # of the second moments about the centroid
-    J[:, :3, :3] = h[:, :, None] * h[:, None, :] / m[:, None, None] + np.maximum(size, 1e-4 * m)[:, None, None] * np.eye(3)
-    return from_pseudo_inertia(J)
 
 
 def _given_noise(noise: ArrayLike, nv: int) -> Array:

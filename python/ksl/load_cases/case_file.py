@@ -7,6 +7,7 @@ import os
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
@@ -14,17 +15,20 @@ from typing import Any, cast
 import numpy as np
 
 from ksl.base.errors import CaseError, MotionError, near_names
+from ksl.base.files_read import InputFile, being_read, recorded
 from ksl.base.toml_files import read_toml, toml_of
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
-from ksl.load_cases.provenance import InputFile, input_file
 from ksl.load_cases.stops import Law, Stop, at_rest, nearest_sample, worst_start
 from ksl.load_cases.summary_table import ALL_CASES
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
+from ksl.model.lengths import extent, far_point
 from ksl.model.model import Model
+from ksl.model.requests import WORLD
 from ksl.model.states import Array
 from ksl.motions.motion import Motion
 from ksl.motions.reading import WRENCH_COLUMNS, read_motion
 from ksl.motions.reading_options import OPTIONS
+from ksl.motions.signal.suspicions import suspicions
 
 KEYS = ("motion", "payloads", "external", "gravity", "mounting", "physics", "friction_width", "hold", "stop")
 """The keys of a load case, and of the defaults of all."""
@@ -53,7 +57,7 @@ def read_cases(
 
 def cases_of_text(model: Model, text: str, file: str = "cases.toml") -> list[LoadCase]:
     """The load cases of the text of such a file, which messages call by this name; what it names is looked for in that file's folder."""
-    return _Reader(model, file, Placement(), None, (), {}).read_from(toml_of(text, file, CaseError))[0]
+    return _Reader(model, file, Placement(), None, (), {}).read_from(toml_of(text, file, CaseError))
 
 
 class _Reader:
@@ -64,16 +68,16 @@ class _Reader:
         self._model, self._file, self._placement, self._motion, self._payloads = model, file, placement, motion, payloads
         self._folder = Path(file).parent
         self._motions: dict[str, Motion] = {}
-        self._inputs: dict[str, InputFile] = {}
         self.doubts: list[str] = []
         """About the tables of wrenches that were read so far."""
 
     def read(self) -> tuple[list[LoadCase], list[InputFile]]:
-        tables = read_toml(self._file, CaseError, "load cases")
-        self._input("cases", self._file)
-        return self.read_from(tables)
+        with recorded() as ledger:
+            with being_read("cases", self._file, CaseError):
+                tables = read_toml(self._file, CaseError, "load cases")
+            return self.read_from(tables), ledger.files
 
-    def read_from(self, tables: Mapping[str, Any]) -> tuple[list[LoadCase], list[InputFile]]:
+    def read_from(self, tables: Mapping[str, Any]) -> list[LoadCase]:
         _known_keys(self._file, tables, ("defaults", "cases"))
         defaults = _table(f"{self._file}: defaults", tables.get("defaults", {}))
         _known_keys(f"{self._file}: defaults", defaults, KEYS)
@@ -85,7 +89,7 @@ class _Reader:
         repeated = next((n for n, k in Counter(names).items() if k > 1), None)
         if repeated is not None:
             raise CaseError(f"{self._file}: two load cases are called {repeated!r}; rename one")
-        return found, list(self._inputs.values())
+        return found
 
     def _cases_of(self, name: str, keys: Any, defaults: Mapping[str, Any]) -> list[LoadCase]:
         """The load cases of a table: several where an emergency stop begins at several samples."""
@@ -102,6 +106,11 @@ class _Reader:
     @property
     def model(self) -> Model:
         return self._model
+
+    @cached_property
+    def reach(self) -> float:
+        """The extent of the robot, by which lengths are judged."""
+        return extent(self._model, [(p.link, p.mass, p.center) for p in self._payloads])
 
     @property
     def placement(self) -> Placement:
@@ -131,9 +140,6 @@ class _Reader:
                 self._motions[key] = read_motion(self._model, file, **{**self._reading, **options})
             except MotionError as e:
                 raise CaseError(f"{where}: motion: {e}") from None
-            self._input("motion", file)
-            if isinstance(options.get("map"), str):
-                self._input("map", options["map"])
         return self._motions[key], file
 
     def path(self, where: str, file: Any) -> str:
@@ -144,14 +150,10 @@ class _Reader:
     def columns(self, where: str, file: Any) -> tuple[Array, Array]:
         """Times (n) and wrenches (n, 6) of a file with the columns time, fx … tz."""
         path = self.path(where, file)
-        time, wrench, doubts = _read_wrench(path)
+        with being_read("external", path, CaseError):
+            time, wrench, doubts = _read_wrench(path)
         self.doubts += doubts
-        self._input("external", path)
         return time, wrench
-
-    def _input(self, role: str, file: str) -> None:
-        if file not in self._inputs:
-            self._inputs[file] = input_file(role, file)
 
 
 @dataclass(frozen=True)
@@ -176,7 +178,7 @@ class _Case:
         external = [self._external(i, e) for i, e in enumerate(_list(f"{self.where}: external", self.spec.get("external", [])))]
         if self.spec.get("hold", False) is not False:
             motion, file = self._held(model)
-            return [self._made(model, at_rest(motion), file, payloads, external, "held at rest by brakes", brake=True)]
+            return [self._made(model, replace(at_rest(motion), doubts=_about_units(model, motion)), file, payloads, external, "held at rest by brakes", brake=True)]
         motion, file = self.reader.motion(self.where, self.spec.get("motion"))
         if "stop" in self.spec:
             return self._stops(model, motion, file, payloads, external)
@@ -246,16 +248,32 @@ class _Case:
             raise CaseError(f"{where}: no {what} {name!r}; {near_names(name, known)}known: {', '.join(known)}")
         return str(name)
 
+    def _link_of_frame(self, where: str, name: Any, what: str, *words: str) -> str:
+        """The link that a frame's name stands for; `words` are what may be named instead."""
+        model = self.reader.model
+        try:
+            return model.link_names[model.frame_link(name)]
+        except ValueError as e:
+            if name in model.link_names:  # and of a joint that carries another one
+                raise CaseError(f"{where}: {what}: {e}") from None
+        return self._frame(where, name, what, [*model.frames, *words])
+
+    def _axes(self, where: str, axes: Any) -> str:
+        if axes == "world":
+            try:
+                self.reader.model.reaction_request(axes=axes, joints=[])
+            except ValueError as e:
+                raise CaseError(f"{where}: {e}") from None
+        elif axes not in ("link", WORLD):
+            self._link_of_frame(where, axes, "axes", "link", "world")
+        return "world" if axes == WORLD else str(axes)
+
     def _external(self, i: int, given: Any) -> WrenchOverTime:
         """link may be any frame; the wrench acts on the link that has it."""
         where = f"{self.where}: external wrench {i + 1}"
         _known_keys(where, _table(where, given), OF_EXTERNAL)
-        frames, links = self.reader.model.frames, self.reader.model.link_names
-        link = self._frame(where, given.get("link"), "link", frames)
-        link = link if link in links else self.reader.model.joint(link).child
-        axes = given.get("axes", "link")
-        if axes not in ("link", "world"):
-            self._frame(where, axes, "axes", [*frames, "link", "world"])
+        link = self._link_of_frame(where, given.get("link"), "link")
+        axes = self._axes(where, given.get("axes", "link"))
         order = given.get("order", "lin_ang")
         if order not in ("lin_ang", "ang_lin"):
             raise CaseError(f"{where}: order {order!r}; expected \"lin_ang\" (force first) or \"ang_lin\"")
@@ -263,6 +281,8 @@ class _Case:
         if len(ways) != 1:
             raise CaseError(f"{where}: {' and '.join(ways) or 'no wrench'}; give one of wrench (constant), steps, file")
         point = _numbers(f"{where}: point", given.get("point", [0, 0, 0]), 3)
+        if any(point):
+            self.reader.doubts += far_point(f"the point of external wrench {i + 1}, on {link}, is", point, self.reader.reach)
         between = "hold"
         time: Array
         wrench: Array
@@ -278,7 +298,7 @@ class _Case:
             between, order = "linear", "lin_ang"  # columns have names
         if order == "ang_lin":
             wrench = np.roll(wrench, 3, axis=1)
-        return WrenchOverTime(link, time, wrench, "hold" if between == "hold" else "linear", str(axes), point)
+        return WrenchOverTime(link, time, wrench, "hold" if between == "hold" else "linear", axes, point)
 
     def _held(self, model: Model) -> tuple[Motion, str]:
         """The positions that are held: those of the motion, or a pose."""
@@ -309,12 +329,12 @@ class _Case:
         if len(starts) > MOST_STOPS:
             raise CaseError(f"{self.where}: stop: {len(starts)} starts, at most {MOST_STOPS}; give a longer step, in s, or from = \"worst\"")
         tried = f", worst of {len(stop.starts(motion))} starts" if stop.start == "worst" else ""
-        made = []
+        made, doubts = [], _about_units(model, motion)
         for start in starts:
             at = float(motion.time[start])
             kind = f"emergency stop from {at:.6g} s in {stop.duration:g} s, {stop.law} law, by the {by}{tried}"
             name = f"{self.name} {at:.6g} s" if stop.start == "all" else self.name
-            stopped = stop.motion(model, motion, start)
+            stopped = replace(stop.motion(model, motion, start), doubts=doubts)
             made.append(self._made(model, stopped, file, payloads, external, kind, by == "brakes", name, at))
         return made
 
@@ -342,6 +362,14 @@ class _Case:
         if step is not None and step <= 0:
             raise CaseError(f"{where}: step {step:g}; expected seconds, more than 0")
         return Stop(duration, cast(Law, law), start, step), str(by)
+
+
+def _about_units(model: Model, motion: Motion) -> list[str]:
+    """Doubts about the units of a motion, which its positions at rest and its stops share; those about noise they don't."""
+    if len(motion.time) < 2:  # a pose, which has no others
+        return motion.doubts
+    about_units = suspicions(model, motion.time, motion.q, motion.v)
+    return [line for line in motion.doubts if line in about_units]
 
 
 def _known_keys(where: str, given: Mapping[str, Any], known: Collection[str]) -> None:

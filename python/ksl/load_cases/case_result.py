@@ -13,6 +13,7 @@ from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.quantities import CAUSES_OF_RESIDUALS, JointLoads, PowerBalance, SummaryRow, summarise
 from ksl.load_cases.verdict import Use, uses_of
+from ksl.model.lengths import extent, far_inertia, far_point, strong_gravity
 from ksl.model.states import EFFORT_PARTS
 
 HEAVY = 5.0
@@ -63,7 +64,7 @@ def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
     lines = [*case.motion.doubts, *case.motion.contradictions]
     if balance is not None and balance.doubtful:
         lines.append(f"power balance: the residual is {balance.relative_residual:.2g} of the largest power: {CAUSES_OF_RESIDUALS}")
-    return _about_payloads(case) + lines + [line for line in case.model.warnings if line.startswith(("link ", "none of the links"))]  # those of masses
+    return _about_payloads(case) + _about_lengths(case) + lines + [line for line in case.model.warnings if line.startswith(("link ", "none of the links"))]  # those of masses
 
 
 def _about_payloads(case: LoadCase) -> list[str]:
@@ -71,6 +72,22 @@ def _about_payloads(case: LoadCase) -> list[str]:
     own = case.model.mass - sum(p.mass for p in case.payloads)
     heavy = [p for p in case.payloads if own > 0 and p.mass > HEAVY * own]
     return [f"the payload on {p.link} has {p.mass:g} kg, {p.mass / own:.3g} times the robot's own {own:.4g} kg: is that in grams? Masses are in kg" for p in heavy]
+
+
+def _about_lengths(case: LoadCase) -> list[str]:
+    """Points and inertias that are likely in millimetres, and gravity."""
+    p, found = case.placement, strong_gravity(case.model.gravity)
+    points = {"the point of the moments is": p.at} if not isinstance(p.at, str) else {}
+    points |= {f"the point of the moments of {joint} is": point for joint, point in p.points.items()}
+    if not points and not case.payloads:
+        return found
+    reach = extent(case.model, [(x.link, x.mass, x.center) for x in case.payloads])
+    for what, point in points.items():
+        found += far_point(what, point, reach, "the joint's origin")
+    for x in case.payloads:
+        found += far_point(f"the payload on {x.link} is", x.center, reach)
+        found += far_inertia(f"the inertia of the payload on {x.link}", x.mass, x.inertia or (), reach)
+    return found
 
 
 def _check_block(case: LoadCase, block: Block) -> None:

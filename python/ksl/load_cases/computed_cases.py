@@ -16,7 +16,7 @@ from ksl.load_cases.wrench_table import TableWriter
 from ksl.model.model import Model
 
 if TYPE_CHECKING:
-    import pyarrow as pa
+    from ksl.base.arrow_table import ArrowTable
 
 KEPT_CASES, KEPT_CURVES = 5, 24
 """The report has the curves of the load cases that govern most: of so many at most, and of so many joints in all of them together, but of one at least."""
@@ -49,20 +49,20 @@ class ComputedCases:
         return self._results
 
     @property
-    def summary(self) -> pa.Table:
+    def summary(self) -> ArrowTable:
         """A row per load case and joint: peaks with their times, rms, work; if there are several cases, the worst over all below them.
 
         Columns as in summary.csv; the metadata (key `ksl`, JSON) says units and what made the numbers.
         """
-        return summary_table(self.rows, self.provenance)
+        return cast("ArrowTable", summary_table(self.rows, self.provenance))
 
     @property
-    def wrenches(self) -> pa.Table:
+    def wrenches(self) -> ArrowTable:
         """Every wrench: a row for each load case, sample and joint, as in wrenches.parquet.  Computed anew each time."""
         import pyarrow as pa
 
         writer = self.writer()
-        return pa.concat_tables([writer.table(block, i) for i, case in enumerate(self.cases) for block in case.blocks()])
+        return cast("ArrowTable", pa.concat_tables([writer.table(block, i) for i, case in enumerate(self.cases) for block in case.blocks()]))
 
     @property
     def rows(self) -> list[dict[str, float | str | None]]:

@@ -10,6 +10,7 @@ from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.quantities import JointLoads, PowerBalance, joint_loads, power_round_off
 from ksl.model.states import EFFORT_PARTS, Array
 from ksl.motions.signal.rates import SPLINE_SAMPLES, rates_beside_corners
+from ksl.motions.signal.standing import with_means
 
 
 @dataclass
@@ -26,12 +27,12 @@ class Curves:
         model, motion = self.case.model, self.case.motion
         for joint in model.joints:
             empty = joint_loads(joint, np.empty((0, 6)), None, None)
-            speed = model.velocity_of(joint, motion.v) if joint.one_coordinate else None
+            speed = model.velocity_of(joint, motion.resolved_v) if joint.one_coordinate else None
             effort = np.zeros(n) if joint.one_coordinate and joint.leader is None else None
             brake = np.empty(n) if effort is not None and self.case.brake else None
             coupling = np.empty(n) if joint.leader is not None else None
             parts: dict[str, Array] = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None and brake is None else {}
-            position, acceleration = (model.position_of(joint, motion.q), model.velocity_of(joint, motion.a)) if joint.one_coordinate else (None, None)
+            position, acceleration = (model.position_of(joint, motion.q), model.velocity_of(joint, motion.resolved_a)) if joint.one_coordinate else (None, None)
             wrench: dict[str, Array] = {name: np.empty(n) for name in empty.wrench}
             self.loads.append(JointLoads(joint, wrench, speed, effort, coupling, parts, position, acceleration, brake))
 
@@ -63,10 +64,13 @@ class Curves:
         if self.case.static:
             none = np.zeros(len(motion.time))
             return PowerBalance(none, none, none, none)
-        kinetic, potential = self.case.model.energy(motion.q, motion.v)
+        q, v = motion.q, motion.resolved_v
+        if motion.held is not None and motion.held.any():  # noise of their positions is no change of energy
+            q = with_means(q, motion.held, self.case.model.joints)
+        kinetic, potential = self.case.model.energy(q, v)
         energy = kinetic + potential
-        supplied = self.case.model.external_power(motion.q, motion.v, external) if external else np.zeros(len(motion.time))
-        round_off = power_round_off(motion.time, kinetic, potential, motion.q, motion.v, self._largest_effort)
+        supplied = self.case.model.external_power(q, v, external) if external else np.zeros(len(motion.time))
+        round_off = power_round_off(motion.time, kinetic, potential, q, v, self._largest_effort)
         before, after = rates_beside_corners(motion.time, energy, motion.corner_times)
         total = self._drive + supplied - (0.0 if self._dissipation is None else self._dissipation)
         # at a jump of the acceleration the power is that before or after it: the motion says which

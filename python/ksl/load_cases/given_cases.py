@@ -9,10 +9,10 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from ksl.base.printable import one_line
+from ksl.base.files_read import InputFile, recorded
+from ksl.base.printable import one_line, sentence
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.motion_given import motion_given
-from ksl.load_cases.provenance import InputFile, input_file
 from ksl.load_cases.wrench_table import wrenches_of_arrays
 from ksl.model.model import Model
 from ksl.model.states import External
@@ -23,17 +23,20 @@ MotionGiven = str | os.PathLike[str] | Motion | Sequence[ArrayLike] | Any
 
 
 def checked(model: Model, placement: Placement) -> Placement:
-    """The same placement.  Raises ValueError for unknown sides, points, axes, orders and joints."""
+    """The same placement.  Raises ValueError for unknown sides, points, axes, orders and joints, and for points of joints that aren't wanted."""
     for joint in (*placement.joints, *placement.points):
         model.joint(joint)
+    for joint in placement.points:
+        if not placement.wanted(joint):
+            raise ValueError(sentence(f"at: a point of {joint!r}, which is none of the joints that are wanted: {', '.join(placement.joints)}; add it there, or leave out the point"))
     for point in (placement.at, *placement.points.values()):
         model.reaction_request(placement.on, point, placement.axes, placement.order, "total", [])
     return placement
 
 
 def robot_file(model: Model) -> list[InputFile]:
-    """The file that a model was read from, if it is still there."""
-    return [input_file("robot", model.file)] if model.file and os.path.exists(model.file) else []
+    """The files that a model was read from, with the hashes of what was read."""
+    return list(model.inputs)
 
 
 def one_case(
@@ -53,7 +56,9 @@ def one_case(
         model = model.with_payload(p.link, p.mass, p.center)
     if isinstance(motion, (str, os.PathLike)):
         file = os.fspath(motion)
-        moved, name, inputs = read_motion(model, file, **(reading or {})), one_line(Path(file).stem), [input_file("motion", file)]
+        with recorded() as ledger:
+            moved = read_motion(model, file, **(reading or {}))
+        name, inputs = one_line(Path(file).stem), ledger.files
     else:
         file, name, inputs = "", "motion", []
         moved = motion_given(model, motion)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ksl.base.errors import MotionError, unknown_name
+from ksl.base.files_read import being_read
 from ksl.base.input_files import STANDARD_INPUT
 from ksl.base.real_arrays import real_array
 from ksl.load_cases.joint_limits import limits_of
@@ -28,20 +30,55 @@ COMPONENTS = ("fx", "fy", "fz", "tx", "ty", "tz")
 TRIED = 4096
 """Random poses that are tried, of which the best are refined."""
 REFINED = 12
+SEARCH = {"maxiter": 1000}
+"""Of each refinement, for scipy."""
+AGREE = 1e-3
+"""Searches whose values differ by less, as a share, came to the same."""
 STEP = 1e-4
 """The step of central differences, as a share of the range of each joint."""
 
 Pose = Mapping[str, Any] | Sequence[float]
 
 
-def worst_pose(model: Model, joint: str, quantity: str, placement: Placement, q: Array, fixed: set[str], seed: int = 0) -> Array:
-    """q (nq) of the pose at rest with the largest magnitude of a quantity of a joint; joints that are not searched are as in `q`."""
+@dataclass(frozen=True)
+class WorstPose:
+    """What a search for the worst pose found, and how far it came."""
+
+    q: Array
+    """(nq)."""
+    value: float
+    """The largest magnitude that was found, N or N m."""
+    tried: int
+    """Random poses."""
+    refined: int
+    """Searches from the best of them."""
+    ended: int
+    """Of these, that ended at a maximum: no step within limits makes more of it."""
+    agree: int
+    """Of these, that came to the value within 0.1 %.  One alone may have missed a larger one."""
+
+    @property
+    def converged(self) -> bool:
+        """Whether the search that found the value ended at a maximum, and another came to the same."""
+        return self.refined == 0 or self.agree > 1
+
+    def __str__(self) -> str:
+        if not self.refined:
+            return "no joint can move: there was nothing to search"
+        said = f"{self.agree} of {self.refined} searches, from the best of {self.tried} random poses, came to this value"
+        doubt = "" if self.converged else "; there may be a worse pose: try other seeds"
+        unfinished = f", {self.refined - self.ended} ended before a maximum" if self.ended < self.refined else ""
+        return said + unfinished + doubt
+
+
+def worst_pose(model: Model, joint: str, quantity: str, placement: Placement, q: Array, fixed: set[str], seed: int = 0) -> WorstPose:
+    """The pose at rest with the largest magnitude of a quantity of a joint; joints that are not searched are as in `q` (nq)."""
     from scipy.optimize import minimize
 
     size = _size(model, model.joint(joint), quantity, placement)
     searched = [(j, bounds) for j in model.joints[: len(model.joint_names)] if j.name not in fixed and (bounds := _range(j))]
     if not searched:
-        return q
+        return WorstPose(q, float(size(q[None])[0]), 0, 0, 0, 0)
     columns = [j.q_index for j, _ in searched]
     lower, upper = (np.array([bounds[k] for _, bounds in searched]) for k in (0, 1))
 
@@ -61,13 +98,18 @@ def worst_pose(model: Model, joint: str, quantity: str, placement: Placement, q:
     sizes = largest(tried)
     scale = float(sizes.max()) ** 2 or 1.0
     best, found = tried[int(sizes.argmax())], float(sizes.max())
+    ends: list[tuple[float, bool]] = []
     for k in np.argsort(-sizes, kind="stable")[:REFINED]:
-        x = np.clip(minimize(descent, tried[k], jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * len(columns)).x, 0, 1)
-        if (value := float(largest(x[None])[0])) > found:
+        end = minimize(descent, tried[k], jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * len(columns), options=SEARCH)
+        x = np.clip(end.x, 0, 1)
+        value = float(largest(x[None])[0])
+        ends.append((value, bool(end.success)))
+        if value > found:
             best, found = x, value
     pose = q.copy()
     pose[columns] = lower + best * (upper - lower)
-    return _nearest(pose, q, searched, size)
+    agree = sum(done and value >= (1 - AGREE) * found for value, done in ends)
+    return WorstPose(_nearest(pose, q, searched, size), found, TRIED, len(ends), sum(done for _, done in ends), agree)
 
 
 def _nearest(pose: Array, q: Array, searched: Sequence[tuple[Joint, tuple[float, float]]], size: Callable[[Array], Array]) -> Array:
@@ -135,9 +177,13 @@ def given_pose(model: Model, pose: Any) -> Array:
 
 def read_pose(model: Model, path: str | os.PathLike[str], time: float | None = None) -> dict[str, float]:
     """A pose from a file: a TOML file of positions by names, or a sample of a motion, the first or the one nearest to a time, s."""
+    with being_read("pose", path, MotionError):
+        return _pose_of_file(model, os.fspath(path), time)
+
+
+def _pose_of_file(model: Model, file: str, time: float | None) -> dict[str, float]:
     from ksl.model.motion_columns import columns_of
 
-    file = os.fspath(path)
     if file.endswith(".toml"):
         from ksl.base.toml_files import read_toml
 

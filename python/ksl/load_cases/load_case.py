@@ -10,6 +10,7 @@ import numpy as np
 from ksl import _core
 from ksl.base.errors import MotionError, ResultError
 from ksl.model.calls import Calls
+from ksl.model.requests import WORLD
 from ksl.model.states import Array, Order, Point, Side
 from ksl.motions.motion import Motion
 
@@ -52,7 +53,7 @@ class Placement:
     def _common(self) -> str:
         if not isinstance(self.at, str):
             return f"the point ({', '.join(f'{x:g}' for x in self.at)}) m from the joint's origin, in its axes"
-        return {"joint": "the joint's origin", "world": "the world's origin"}.get(self.at, f"the origin of {self.at}")
+        return {"joint": "the joint's origin", "world": "the world's origin", WORLD: "the world's origin"}.get(self.at, f"the origin of {self.at.removeprefix('link:')}")
 
 
 @dataclass(frozen=True)
@@ -101,13 +102,13 @@ class LoadCase:
         """These samples.  threads: at most so many; None: all cores."""
         p = self.placement
         external = {link: w[rows] for link, w in self.external.items()}
-        m, in_joint_axes = self.motion, p.axes == "joint" and p.order == "lin_ang"
+        m, v, a, in_joint_axes = self.motion, self.motion.resolved_v, self.motion.resolved_a, p.axes == "joint" and p.order == "lin_ang"
         wanted = self._requests("total", p.axes, p.order) + self._requests("constraint", p.axes, p.order)
         wanted += [] if in_joint_axes else self._requests("total", "joint", "lin_ang")
         if self.model.follower_names:
             wanted.append(self.model.reaction_request("child", "joint", "joint", "lin_ang", "coupling", self.model.follower_names))
         try:
-            tau, *found = self.model.inverse_dynamics_with_reactions(m.q[rows], m.v[rows], m.a[rows], wanted, external, threads)
+            tau, *found = self.model.inverse_dynamics_with_reactions(m.q[rows], v[rows], a[rows], wanted, external, threads)
         except ResultError as e:
             sample = (rows.start or 0) + e.state
             raise MotionError(
@@ -117,8 +118,8 @@ class LoadCase:
         coupling = self._coupling(found.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
         each = 1 + len(p.points)
         total, constraint, *others = [self._merged(found[i : i + each]) for i in range(0, len(found), each)]
-        parts = self.model.effort_parts(m.q[rows], m.v[rows], m.a[rows], external, threads=threads) if self.model.physics and not self.brake else None
-        return Block(rows, m.time[rows], m.q[rows], m.v[rows], m.a[rows], tau, total, constraint, others[0] if others else total, coupling, parts, self.brake)
+        parts = self.model.effort_parts(m.q[rows], v[rows], a[rows], external, threads=threads) if self.model.physics and not self.brake else None
+        return Block(rows, m.time[rows], m.q[rows], v[rows], a[rows], tau, total, constraint, others[0] if others else total, coupling, parts, self.brake)
 
     def _requests(self, part: str, axes: str, order: str) -> list[_core.Request]:
         """Requests for all joints at the common point, and for each joint that has a point of its own."""
@@ -148,6 +149,7 @@ class Block:
     time: Array
     q: Array
     v: Array
+    """Zero where joints stand: see `Motion.resolved_v`, also for accelerations."""
     a: Array
     tau: Array
     total: Array

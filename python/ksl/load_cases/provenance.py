@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import platform
-import stat
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import datetime, timezone
@@ -13,25 +13,18 @@ from typing import Any
 import numpy as np
 
 from ksl._core import __version__
+from ksl.base.files_read import InputFile
 from ksl.load_cases.load_case import LoadCase, Payload
+from ksl.model.lengths import extent
 from ksl.model.mechanism import Joint
 
 CONVENTIONS = (
     "vectors of the columns are in the axes `axes`, moments about the point `at`; a wrench acts on the side `on`; "
     "constraint_… is what the structure carries, the rest acts along the joint's motion; effort is the drive's, the same for every on, at and axes"
 )
+LISTED = 4
+"""More files of one role are one line."""
 UNITS = "s, N, N m; position rad or m, speed rad/s or m/s, acceleration rad/s² or m/s², effort N m or N, power W, work J"
-
-
-@dataclass(frozen=True)
-class InputFile:
-    """A file that a result depends on."""
-
-    role: str
-    """robot, motion, external or cases."""
-    file: str
-    sha256: str | None
-    """The hash of its bytes, in hexadecimal digits.  None for what can't be read twice, such as a pipe."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +46,8 @@ class Provenance:
     versions: dict[str, str] = field(default_factory=dict)
     directory: str = ""
     """That the names of files are relative to."""
+    extent: float = 0.0
+    """How far the robot reaches, m; lengths that come later are judged by it."""
 
     def metadata(self) -> dict[str, Any]:
         """For the key `ksl` of Parquet files: values that JSON can hold."""
@@ -62,7 +57,7 @@ class Provenance:
         """The same for people: names and texts, most important first."""
         several = len(self.cases) > 1
         by_case = [(f"case {c['name']}" if several else name, text) for c in self.cases for name, text in _of_case(c, several)]
-        files = [(f"{f.role} file", f"{f.file}, SHA-256 {f.sha256 or 'unknown, since it is no regular file'}") for f in self.inputs]
+        files = [line for role in dict.fromkeys(f.role for f in self.inputs) for line in _of_files(role, [f for f in self.inputs if f.role == role])]
         said = {name: value for name, value in self.options.items() if value not in ("", None, False, [])}
         return [
             *by_case,
@@ -87,26 +82,8 @@ def provenance_of(cases: Sequence[LoadCase], inputs: Sequence[InputFile] = (), o
         datetime.now(timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z"),
         versions(),
         os.getcwd(),
+        extent(model, [(p.link, p.mass, p.center) for p in cases[0].payloads]),
     )
-
-
-def input_file(role: str, path: str | os.PathLike[str]) -> InputFile:
-    """Reads a file once more for its hash.  What is neither a regular file nor a folder has none; that of a bag's folder is of all its files."""
-    import hashlib
-
-    file = os.fspath(path)
-    try:
-        mode = os.stat(file).st_mode
-        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
-            return InputFile(role, file, None)
-        digest = hashlib.sha256()
-        for name in sorted(os.path.join(file, f) for f in os.listdir(file)) if stat.S_ISDIR(mode) else [file]:
-            with open(name, "rb") as f:
-                while chunk := f.read(1 << 20):
-                    digest.update(chunk)
-    except OSError:
-        return InputFile(role, file, None)
-    return InputFile(role, file, digest.hexdigest())
 
 
 def versions() -> dict[str, str]:
@@ -130,6 +107,7 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
         "motion": case.motion_file,
         "format": source.format if source else None,
         "step": float(np.median(np.diff(time))) if len(time) > 1 else 0.0,
+        "resolution": _resolution(case),
         "reading": list(source.notes) if source else [],
         "samples": len(time),
         "start": float(time[0]),
@@ -139,6 +117,14 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
         "physics": list(case.model.physics),
         "external": list(case.external),
     }
+
+
+def _resolution(case: LoadCase) -> dict[str, float]:
+    """{joint: the speed up to which it stands, rad/s or m/s}, of joints with one coordinate."""
+    rate = case.motion.resolution
+    if rate is None:
+        return {}
+    return {j.name: abs(float(case.model.velocity_of(j, rate))) for j in case.model.joints if j.one_coordinate}
 
 
 def _of_case(case: Mapping[str, Any], several: bool) -> list[tuple[str, str]]:
@@ -153,6 +139,14 @@ def _of_case(case: Mapping[str, Any], several: bool) -> list[tuple[str, str]]:
         "external wrenches": ", ".join(case["external"]) or "none",
     }
     return [("", "; ".join(f"{name} {text}" for name, text in parts.items()))] if several else list(parts.items())
+
+
+def _of_files(role: str, files: Sequence[InputFile]) -> list[tuple[str, str]]:
+    """A line for each; one for all where there are many: meshes, partitions of a sweep."""
+    if len(files) <= LISTED:
+        return [(f"{role} file", f"{f.file}, SHA-256 {f.sha256 or 'unknown, since it is no regular file'}") for f in files]
+    together = hashlib.sha256("".join(f.sha256 or "" for f in files).encode()).hexdigest()
+    return [(f"{role} files", f"{len(files)} files, from {files[0].file} to {files[-1].file}, SHA-256 of their hashes {together}")]
 
 
 def _shown(value: object) -> str:

@@ -79,7 +79,7 @@ class Stop:
     def states(self, model: Calls, motion: Motion, starts: NDArray[np.intp], x: Array) -> tuple[Array, Array, Array]:
         """q, v and a, each (starts, len(x), …), at shares x of the duration."""
         way, speed, change = (y[:, None] for y in self.profile(x))
-        q0, v0 = motion.q[starts][:, None], motion.v[starts][:, None]
+        q0, v0 = motion.q[starts][:, None], motion.resolved_v[starts][:, None]
         q = model.integrate(np.broadcast_to(q0, (len(starts), len(x), q0.shape[-1])), v0 * self.duration * way)
         return q, v0 * speed, v0 * change / self.duration
 

@@ -42,7 +42,7 @@ class WrenchOverTime:
         wrench = self.at(time)
         force, moment = wrench[:, :3], wrench[:, 3:]
         if self.axes != "link":
-            to_link = np.swapaxes(model.frame_pose(q, self.link)[:, :3, :3], 1, 2)
+            to_link = np.swapaxes(model.frame_pose(q, f"link:{self.link}")[:, :3, :3], 1, 2)
             rotation = to_link if self.axes == "world" else to_link @ model.frame_pose(q, self.axes)[:, :3, :3]
             force, moment = (np.einsum("nij,nj->ni", rotation, x) for x in (force, moment))
         return np.hstack([force, moment + np.cross(np.asarray(self.point, dtype=float), force)])

@@ -11,11 +11,10 @@ from numpy.typing import ArrayLike
 from ksl import _core
 from ksl.base.errors import DescriptionWarning
 from ksl.model import given
-from ksl.model.joint_kinds import names_with
+from ksl.model.joint_kinds import AnyKind, names_with
 from ksl.model.model import Model
 from ksl.model.requests import one_of, three_numbers
 
-Kind = str
 DHRow = Mapping[str, Any] | Sequence[Any]
 """{"a": m, "alpha": rad, "d": m, "theta": rad, …}, or a sequence a, alpha, d, theta[, kind]."""
 Convention = Literal["standard", "modified"]
@@ -54,10 +53,10 @@ class Builder:
     def add_joint(
         self,
         name: str,
-        kind: Kind,
+        kind: AnyKind,
         parent: str,
         child: str,
-        pose: ArrayLike | None = None,
+        pose: given.PoseLike | None = None,
         axis: ArrayLike | None = None,
         axis2: ArrayLike | None = None,
         pitch: float | None = None,
@@ -73,12 +72,17 @@ class Builder:
         gear_ratio: float = 1.0,
         spring_stiffness: float = 0.0,
         spring_rest: float = 0.0,
+        *,
+        xyz: ArrayLike | None = None,
+        rpy: ArrayLike | None = None,
+        quaternion: ArrayLike | None = None,
     ) -> Builder:
         """A joint between two links that have been added.  Returns the builder.
 
         kind: fixed, revolute, continuous, prismatic, helical (or screw), cylindrical, universal, spherical (or ball), planar, translation,
         floating (or free); docs/conventions.md has the table.
-        pose (4, 4): of the joint's frame in the parent link; the child link's frame is the joint's at q = 0.
+        pose: of the joint's frame in the parent link, (4, 4) or a :class:`ksl.Pose`; the child link's frame is the joint's at q = 0.  Or, in its place,
+        xyz (3), m, with rpy (3), rad, about the fixed axes x, y, z in this order, as URDF has them, or with quaternion (4), x, y, z, w.
         axis (3): of any length, in the joint's frame; kinds that have one need it, others must not have it.  That of a planar joint is the
         normal, z if it is left out.  axis2 (3): the second axis of a universal joint, fixed in the child.
         pitch: of helical joints, m/rad, positive for a right-handed screw.
@@ -95,11 +99,12 @@ class Builder:
             given.name(word, f"joint {name}: its {what}")
         if kind in _SEVERAL_LIMITS and limits is not None and not any(hasattr(x, "__len__") for x in limits):
             raise ValueError(f"joint {name}: its limits are {limits!r}; a {kind} joint has several numbers in q, each of which needs (lower, upper) or None")
+        placed = given.pose_of(f"joint {name}: its pose", pose, xyz, rpy, quaternion)
         options = _options(f"joint {name}", axis, axis2, pitch, limits, effort, velocity, damping, friction, mimic)
         physics = {"armature": armature, "rotor inertia": rotor_inertia, "gear ratio": gear_ratio, "stiffness": spring_stiffness, "rest position": spring_rest}
         numbers = [given.number(x, f"joint {name}: its {what}") for what, x in physics.items()]
         options = (*options[:10], None if friction_width is None else given.number(friction_width, f"joint {name}: its friction width"), numbers, options[12])
-        self._core.add_joint(name, kind, parent, child, given.pose(pose, f"joint {name}: its pose"), options)
+        self._core.add_joint(name, kind, parent, child, given.pose(placed, f"joint {name}: its pose", parent), options)
         return self
 
     def add_dh_chain(self, parent: str, rows: Iterable[DHRow], convention: Convention = "standard", prefix: str = "") -> Builder:

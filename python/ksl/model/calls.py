@@ -57,6 +57,9 @@ class Calls(Requests):
 
         Recursive Newton–Euler (Featherstone, RBDA 2008, table 5.1); O(bodies).
         Raises ValueError for shapes that don't fit and numbers that are complex or not finite.
+
+            tau = m.inverse_dynamics(q, v, a)                                   # (6,), N m
+            pushed = m.inverse_dynamics(q, v, a, external={"tool0": [0, 0, -20, 0, 0, 0]})
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
@@ -81,17 +84,22 @@ class Calls(Requests):
         """The wrench through each joint: what the parent side exerts on the child side.
 
         q, v, a, external: as in :meth:`inverse_dynamics`.  Returns (…, joints, 6); N and N m.
-        joints: names in the order wanted, mimic joints, fixed ones and `base` too; by default the moving joints in the order of q.
+        joints: names in the order wanted, mimic joints, fixed ones and `base` too; by default the moving joints in the order of q.  `base` joins
+        a fixed root to the ground; it is `ground` where a joint, or a link other than the root, is called `base`.
         on: the side that the wrench acts on; "parent" gives the negative.
         at: the point that moments are about: "joint" (the joint's origin), "world" (its origin), a link's name (its
         origin), or three numbers, an offset from the joint's origin in the joint's axes, m.
-        axes: "joint" (those of the joint's frame on the child side: the child link's), "world", or a link's name.
+        axes: "joint" (those of the joint's frame on the child side: the child link's), "world", or a link's name.  "link:NAME" is a link
+        whatever it is called, "joint" say; "ksl:world" is the world beside a link `world` that is elsewhere, for which "world" is refused.
         order: "lin_ang" (fx fy fz tx ty tz) or "ang_lin".
         part: "constraint" is what the structure carries, H̄* f; "actuation" what lies along the joint's motion, h̄* f
         (revolute: the moment about the axis; prismatic: the force along it; fixed: nothing; floating: all); "coupling" the
         same of a mimic joint, which has no actuation; "total" their sum.  The effort of a drive that leads mimic joints is
         the sum of Sᵀ f of its own joint's actuation and, times their multipliers, of their couplings.  The split is made in
         the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
+
+            f = m.reactions(q, v, a)                                            # (6, 6): on the children of the moving joints
+            moved = m.reactions(q, v, a, at=(0, 0, 0.05), axes="world", joints=["wrist_3"])
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
@@ -113,6 +121,8 @@ class Calls(Requests):
         The rotor's part is armature · a, the damping's damping · v, the friction's F v/√(v² + w²) with the stated width w (or F sign(v)
         for `physics="exact friction"`), the spring's stiffness · (q − rest).  They are zero unless `physics=` of :func:`ksl.load` names them.
         O(bodies).
+
+            parts = m.with_physics("all").effort_parts(q, v, a)                 # (5, 6): transmitted, damping, friction, rotor, spring
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
@@ -131,6 +141,8 @@ class Calls(Requests):
 
         q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0.  Damping, friction and springs are included
         if `physics=` of :func:`ksl.load` names them.  O(bodies).
+
+            b = m.bias(q, v)                                                    # (6,): M(q) a + b = tau
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
@@ -143,6 +155,8 @@ class Calls(Requests):
 
         q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0.  Springs are included if `physics=` of
         :func:`ksl.load` names them.  O(bodies).
+
+            g = m.gravity_torque(q)                                             # (6,): what holds the robot still
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
@@ -165,6 +179,8 @@ class Calls(Requests):
 
         Raises ValueError if a joint can move without moving any mass, for example at an end of the mechanism whose links have none: its
         acceleration is not determined.
+
+            a = m.forward_dynamics(q, v, tau)                                   # (6,), rad/s²
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
@@ -204,14 +220,16 @@ class Calls(Requests):
     ) -> tuple[Array, Array]:
         """Accelerations and efforts of all joints, where the accelerations of some are given, and the efforts of the others.
 
-        names: the joints (or the links that they carry) whose accelerations are given, in a (…, nv); by default all.  For the other joints the
-        efforts are given, in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint
-        that is named stands for its leader.
+        names: the joints whose accelerations are given, in a (…, nv); by default all.  For the other joints the efforts are given, in
+        tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint that is named stands
+        for its leader.  Fixed joints, and links, are refused.
         q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm (Featherstone, RBDA 2008, section 9.2); O(bodies).
+
+            a, tau = m.hybrid_dynamics(q, v, a, tau, names=["elbow"])           # the acceleration of elbow is given, the efforts of the others
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
-        return self._core.hybrid_dynamics(q, v, a, tau, external, self._links_of(names), out, threads)
+        return self._core.hybrid_dynamics(q, v, a, tau, external, self._held_of(names), out, threads)
 
     def velocity_jump(
         self, q: ArrayLike, external: External, out: Array | None = None, threads: int | None = None, external_axes: ExternalAxes = "link"
@@ -234,6 +252,8 @@ class Calls(Requests):
         robots most of the time goes into writing, and that call and :meth:`mass_matrix_tree` write less.
         q, out, threads: as in :meth:`inverse_dynamics`.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2);
         O(bodies × depth).
+
+            M = m.mass_matrix(q)                                                # (6, 6), kg m²
         """
         if type(triangle) is not str or triangle != "both":
             compiled = {"both": self._core.mass_matrix, "upper": self._core.mass_matrix_upper}[one_of(triangle, "triangle", "both", "upper")]
@@ -295,6 +315,8 @@ class Calls(Requests):
 
         Echeandia and Wensing, "Numerical methods to compute the Coriolis matrix and Christoffel symbols for rigid-body systems", 2021;
         O(bodies × depth).
+
+            C = m.coriolis_matrix(q, v)                                         # (6, 6): C v + gravity_torque(q) = bias(q, v)
         """
         return self._core.coriolis_matrix(q, v, None, None, None, None, out, threads)
 
@@ -302,14 +324,20 @@ class Calls(Requests):
         """Pose (…, 4, 4) in the world of a link's frame, or of a joint's (the child link's), for q (…, nq).
 
         q, out, threads: as in :meth:`inverse_dynamics`.  :meth:`frame_poses` gives several from one walk over the bodies.
+
+            T = m.frame_pose(q, "tool0")                                        # (4, 4): in the world
+            tool = ksl.Pose(T, to="world", of="tool0")
         """
         return self._core.frame_pose(q, None, None, None, None, self._links_of((name,)), out, threads)
 
     def frame_poses(self, q: ArrayLike, names: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None) -> Array:
         """Poses (…, names, 4, 4) in the world of links' frames, or of joints' (the child links'), for q (…, nq); m.
 
-        names: in the order wanted; by default all links in the order of `link_names`.
+        names: in the order wanted; by default all links in the order of `link_names`.  "link:NAME" and "joint:NAME" say which is meant where a
+        link and a joint that carries another one have the same name, which alone is refused.
         q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies + links).
+
+            T = m.frame_poses(q, ["wrist_3_link", "tool0"])                     # (2, 4, 4)
         """
         return self._core.frame_poses(q, None, None, None, None, self._links_of(names), out, threads)
 
@@ -331,6 +359,8 @@ class Calls(Requests):
         offset: three numbers, of the frame's origin from the link's, in the link's axes, m; none by default.
         q, v, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (5.14); O(depth): only the bodies
         that carry the link enter.
+
+            s = m.frame_velocity(q, v, "tool0", axes="world")                   # (6,): m/s of its origin, rad/s
         """
         return self._core.frame_velocity(q, v, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
 
@@ -376,6 +406,8 @@ class Calls(Requests):
 
         order, offset: as in :meth:`frame_velocity`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  m/s², rad/s².
         Featherstone, RBDA 2008, eq. (5.15) and section 2.11; O(depth).
+
+            s = m.frame_acceleration(q, v, a, "tool0", kind="classical", axes="world")
         """
         return self._core.frame_acceleration(q, v, a, None, None, self._frames_of((name,), axes, at, order, offset, kind), out, threads)
 
@@ -444,6 +476,8 @@ class Calls(Requests):
         offset: three numbers, of the frame's origin from the link's, in the link's axes, m; none by default.
         q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (4.14); O(depth), besides writing
         6 nv numbers: only the bodies that carry the link enter.
+
+            J = m.jacobian(q, "tool0", axes="world")                            # (6, 6): frame_velocity is J v
         """
         return self._core.jacobian(q, None, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
 
@@ -604,6 +638,8 @@ class Calls(Requests):
         Potential energy is that of gravity, zero with every centroid at the world's origin.  If `physics=` of :func:`ksl.load` names them, kinetic energy
         includes armature and rotors, and potential energy springs, ½ stiffness (q − rest)².
         out: two arrays, for the one and for the other.  q, v, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+
+            kinetic, potential = m.energy(q, v)                                 # J
         """
         return self._core.energy(q, v, None, None, None, None, out, threads)
 
@@ -623,6 +659,8 @@ class Calls(Requests):
 
         Links that are welded to the ground don't count.  NaN where nothing that moves has mass.
         q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+
+            c = m.center_of_mass(q)                                             # (3,), m, in the world
         """
         return self._core.center_of_mass(q, None, None, None, None, None, out, threads)
 
@@ -698,6 +736,8 @@ class Calls(Requests):
         out: three arrays, one for each derivative.
         Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics Using Spatial Vector Algebra
         (RA-L 7(2), 2022); O(bodies × depth).
+
+            by_q, by_v, by_a = m.inverse_dynamics_derivatives(q, v, a)          # (6, 6) each
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
@@ -983,8 +1023,11 @@ class Calls(Requests):
         links: names in the order wanted; by default all links in the order of `link_names`.  Links that fixed joints weld together have
         parameters of their own.  Those of a link: m, m cx, m cy, m cz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz, about its origin and in its axes.
         q, v, a, out, threads: as in :meth:`inverse_dynamics`.  Atkeson, An, Hollerbach, IJRR 5, 1986; O(links × depth).
+
+            Y = m.inverse_dynamics_regressor(q, v, a)
+            tau = np.einsum("vlp,lp->v", Y, m.parameters)                       # (6,): that of inverse_dynamics
         """
-        return self._core.inverse_dynamics_regressor(q, v, a, None, None, self._links_of(links), out, threads)
+        return self._core.inverse_dynamics_regressor(q, v, a, None, None, self._own_links_of(links), out, threads)
 
     def gravity_torque_regressor(self, q: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None) -> Array:
         """Regressor (…, nv, links, 10) of the efforts at rest: those of :meth:`gravity_torque` for each inertial parameter.
@@ -992,7 +1035,7 @@ class Calls(Requests):
         Only masses and first moments enter: columns 4 to 9 are zero.
         links, q, out, threads: as in :meth:`inverse_dynamics_regressor`, of which this is the case v = a = 0.
         """
-        return self._core.gravity_torque_regressor(q, None, None, None, None, self._links_of(links), out, threads)
+        return self._core.gravity_torque_regressor(q, None, None, None, None, self._own_links_of(links), out, threads)
 
     def reactions_regressor(
         self,
@@ -1026,7 +1069,7 @@ class Calls(Requests):
         springs.  out: two arrays, for the one and for the other.
         links, q, v, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
         """
-        return self._core.energy_regressor(q, v, None, None, None, self._links_of(links), out, threads)
+        return self._core.energy_regressor(q, v, None, None, None, self._own_links_of(links), out, threads)
 
     def momentum_regressor(
         self, q: ArrayLike, v: ArrayLike, links: Iterable[str] | None = None, order: Order = "lin_ang", out: Array | None = None, threads: int | None = None
@@ -1037,7 +1080,7 @@ class Calls(Requests):
         order: of the six rows, "lin_ang" (px py pz Lx Ly Lz) or "ang_lin".
         links, q, v, out, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
         """
-        return self._core.momentum_regressor(q, v, None, None, None, self._links_of(links, order), out, threads)
+        return self._core.momentum_regressor(q, v, None, None, None, self._own_links_of(links, order), out, threads)
 
     def integrate(self, q: ArrayLike, dv: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """Positions q ⊕ dv (…, nq): where q (…, nq) is after unit time at the constant joint velocity dv (…, nv).
@@ -1047,6 +1090,8 @@ class Calls(Requests):
 
         q, out, threads: as in :meth:`inverse_dynamics`.  Solà et al., A micro Lie theory for state estimation in robotics,
         2018, section II-E; O(joints).
+
+            q1 = m.integrate(q, 0.001 * v)                                      # a step of 1 ms, also for quaternions
         """
         return self._core.integrate(q, dv, None, None, None, None, out, threads)
 
@@ -1059,6 +1104,8 @@ class Calls(Requests):
 
         q0, q1, out, threads: as in :meth:`inverse_dynamics`.  Solà et al., A micro Lie theory for state estimation in
         robotics, 2018, section II-E; O(joints).
+
+            dv = m.difference(q, m.integrate(q, 0.001 * v))                     # 0.001 v
         """
         return self._core.difference(q0, q1, None, None, None, None, out, threads)
 

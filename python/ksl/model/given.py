@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.base.real_arrays import real_array
+from ksl.base.rotations import rotation_of_quaternion, rotation_of_rpy
 from ksl.model.requests import three_numbers
 
 Mass = tuple[float, list[float], list[float]]
@@ -17,6 +18,17 @@ Mass = tuple[float, list[float], list[float]]
 
 Physics = tuple[list[str], float]
 """Names of the physics of joints, and the width of friction."""
+
+
+@runtime_checkable
+class TypedPose(Protocol):
+    """A :class:`ksl.Pose`, whose module imports more than models need."""
+
+    def array_in(self, to: str | None = None) -> np.ndarray: ...
+
+
+PoseLike = ArrayLike | TypedPose
+"""A matrix (4, 4), or a :class:`ksl.Pose`."""
 
 
 def number(x: Any, what: str) -> float:
@@ -59,8 +71,10 @@ def array(x: ArrayLike, shape: tuple[int, ...], what: str) -> np.ndarray:
     return found
 
 
-def pose(x: ArrayLike | None, what: str) -> list[float]:
-    """A (4, 4) matrix by rows, the identity for None.  The compiled code checks that it is rigid."""
+def pose(x: PoseLike | None, what: str, to: str | None = None) -> list[float]:
+    """A (4, 4) matrix by rows, the identity for None.  The compiled code checks that it is rigid.  to: the frame that a :class:`ksl.Pose` must be in."""
+    if isinstance(x, TypedPose):
+        x = x.array_in(to)
     if x is None:
         return [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
     matrix = array(x, (4, 4), what)
@@ -74,6 +88,26 @@ def mass(of: str, kilograms: float, center_of_mass: ArrayLike, inertia: ArrayLik
     tensor = np.zeros((3, 3)) if inertia is None else array(inertia, (3, 3), f"{of}: its inertia")
     center = three_numbers(center_of_mass, f"{of}: its centre of mass")
     return number(kilograms, f"{of}: its mass"), list(center), [float(v) for v in tensor.ravel()]
+
+
+def pose_of(what: str, pose: PoseLike | None, xyz: ArrayLike | None, rpy: ArrayLike | None, quaternion: ArrayLike | None) -> PoseLike | None:
+    """The pose that is given as a matrix or :class:`ksl.Pose`, or by its translation with angles or a quaternion."""
+    given_too = [name for name, x in (("xyz", xyz), ("rpy", rpy), ("quaternion", quaternion)) if x is not None]
+    if not given_too:
+        return pose
+    if pose is not None or (rpy is not None and quaternion is not None):
+        both = ["pose", *given_too] if pose is not None else given_too
+        raise ValueError(f"{what} is given twice: {' and '.join(both)}; give pose, or xyz with rpy or quaternion")
+    matrix = np.eye(4)
+    matrix[:3, 3] = three_numbers(xyz, f"{what}: xyz") if xyz is not None else 0.0
+    if rpy is not None:
+        matrix[:3, :3] = rotation_of_rpy(np.array(three_numbers(rpy, f"{what}: rpy")))
+    elif quaternion is not None:
+        try:
+            matrix[:3, :3] = rotation_of_quaternion(array(quaternion, (4,), f"{what}: quaternion"))
+        except ValueError as error:
+            raise ValueError(str(error) if str(error).startswith(what) else f"{what}: {error}") from None
+    return matrix
 
 
 def direction(x: ArrayLike | None, what: str) -> list[float] | None:

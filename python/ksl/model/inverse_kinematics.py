@@ -11,13 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 from ksl.base.errors import unknown_name
 from ksl.base.finite_results import require_finite
 from ksl.base.real_arrays import real_array
+from ksl.model.given import TypedPose
 from ksl.model.requests import Requests
 from ksl.model.states import Array, argument
 
 REASONS = ("converged", "iterations", "limits", "stuck")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class InverseKinematics:
     """What was found; each array has the leading shape of the targets."""
 
@@ -34,6 +35,16 @@ class InverseKinematics:
     starts: NDArray[np.intc]
     """How many were used."""
 
+    def __repr__(self) -> str:
+        """One line: whether it converged, and how far off it is; the arrays are in the fields."""
+        position, orientation = (float(x) for x in self.error.reshape(-1, 2).max(axis=0)) if self.error.size else (0.0, 0.0)
+        off = f"error {position:.3g} m, {orientation:.3g} rad"
+        if self.converged.ndim == 0:
+            q = np.array2string(np.asarray(self.q), precision=4, separator=", ", threshold=12, edgeitems=3, max_line_width=1000)
+            return f"<ksl inverse kinematics: {self.reason}, {off}, q={q}>"
+        ends = ", ".join(f"{int(count)} {reason}" for reason in REASONS if (count := np.count_nonzero(self.reason == reason)))
+        return f"<ksl inverse kinematics of {self.converged.size} targets: {ends or 'none'}; largest {off}>"
+
 
 class InverseKinematicsCalls(Requests):
     """The call of a model."""
@@ -41,7 +52,7 @@ class InverseKinematicsCalls(Requests):
     def inverse_kinematics(
         self,
         names: str | Sequence[str],
-        target: ArrayLike,
+        target: ArrayLike | TypedPose,
         q0: ArrayLike | None = None,
         weights: float | tuple[float, float] | Mapping[str, float | tuple[float, float]] = 1.0,
         limits: bool = True,
@@ -53,7 +64,7 @@ class InverseKinematicsCalls(Requests):
     ) -> InverseKinematics:
         """Positions at which links' frames, or joints' (the child links'), have given poses in the world.
 
-        names: one, with target (…, 4, 4), or several, with target (…, names, 4, 4); m.
+        names: one, with target (…, 4, 4) or a :class:`ksl.Pose`, or several, with target (…, names, 4, 4); m.
         q0 (…, nq): the first start, for each target; leading shapes are broadcast.  Without it all starts are random.  Joints
         that don't carry the frames keep its positions, or zero.
         weights: how much errors count: a number, or (position, orientation), or {name: either}.  What has weight zero may be
@@ -67,6 +78,9 @@ class InverseKinematicsCalls(Requests):
         Never raises for a target that is not reached: the result says so, and why.  Raises ResultError for one, or for a start, that is so far
         away that the square of its distance is not finite.  Damped least squares (Levenberg 1944,
         Marquardt 1963; damping as Sugihara, IEEE Trans. Robotics 27 (2011) 984).  About 15 iterations a target, O(depth) each.
+
+            found = m.inverse_kinematics("tool0", m.frame_pose(q, "tool0"), q0=q + 0.1)
+            assert found.converged, found.reason
         """
         if not isinstance(names, str) and not isinstance(names, Iterable):
             raise ValueError(f"names={names!r}; expected a link or joint, or several")
@@ -76,8 +90,8 @@ class InverseKinematicsCalls(Requests):
         for name in weights if isinstance(weights, Mapping) else ():
             if name not in wanted:
                 raise ValueError(unknown_name("weights", "frame", name, wanted))
-        frames = [(self._index(self._frame_index, name, "link or joint"), *_weights_of(weights, name)) for name in wanted]
-        poses = real_array(target, "target")
+        frames = [(self.frame_link(name), *_weights_of(weights, name)) for name in wanted]
+        poses = real_array(target.array_in("world") if isinstance(target, TypedPose) else target, "target")
         axes = (4, 4) if isinstance(names, str) else (len(wanted), 4, 4)
         if poses.dtype.kind not in "fiu" or poses.shape[poses.ndim - len(axes) :] != axes:
             raise ValueError(f"target has shape {poses.shape}; expected (…, {', '.join(map(str, axes))}): poses in the world")

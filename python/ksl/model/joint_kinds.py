@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Literal
 
 from ksl._core import JointKind, joint_kinds
+
+Kind = Literal["fixed", "revolute", "continuous", "prismatic", "helical", "cylindrical", "universal", "spherical", "planar", "translation", "floating"]
+"""The names of the kinds, for type checkers and editors."""
+AnyKind = Kind | Literal["screw", "ball", "free"]
+"""With the second names that files and programs may give them."""
 
 KINDS: dict[str, JointKind] = {kind.name: kind for kind in joint_kinds}
 """By their names."""

@@ -14,7 +14,8 @@ from xml.etree import ElementTree
 from ksl import _core
 from ksl.base.errors import DescriptionError, DescriptionWarning
 from ksl.model import given
-from ksl.model.model import Model
+from ksl.model.lengths import extent, far_point, strong_gravity
+from ksl.model.model import Model, hashed
 from ksl.model.requests import one_of, three_numbers
 
 
@@ -44,6 +45,8 @@ def load(
     model: which model of an SDF file that has several; None is the only one that is not static.
     physics, friction_width: which physics of joints the model has, as :meth:`Model.with_physics` takes them; none by default.
     Raises :class:`DescriptionError`, which names file, line, link or joint, what is wrong and how to mend it.
+
+        m = ksl.load("robot.urdf", payloads={"tool0": (2.0, (0, 0, 0.05))})   # 2 kg, 5 cm in front of the flange
     """
     try:
         file = os.fsdecode(path)
@@ -57,7 +60,7 @@ def load(
         raise DescriptionError("the path of the file is the contents of one; ksl.load_string(text) reads these")
     options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width)
     loaded = _loaded(file, None, options)
-    _warn_of(loaded)
+    _warn_of(loaded, options)
     return loaded
 
 
@@ -78,6 +81,8 @@ def load_string(
     text: the contents; the encoding of bytes is found out.  Messages call it `<string>`, and name its lines.  Meshes of an MJCF text are
     looked for in the current folder.  The other arguments, and errors, are those of :func:`load`.  A pickle of the model contains all
     that it is made of.
+
+        m = ksl.load_string(open("robot.urdf").read())
     """
     if not isinstance(text, (str, bytes)):
         raise ValueError(f"text is {type(text).__name__}; expected the contents of a robot file; ksl.load(path) reads a file")
@@ -86,7 +91,7 @@ def load_string(
         raise DescriptionError(f"text {text[:60]!r} holds no XML; expected the contents of a robot file; ksl.load(path) reads a file")
     options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width)
     loaded = _loaded("<string>", contents, options)
-    _warn_of(loaded)
+    _warn_of(loaded, options)
     return loaded
 
 
@@ -119,15 +124,19 @@ def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
 
         if o.model:
             raise DescriptionError(f'{file}: model "{o.model}" is asked for, but only SDF files hold several; leave that option out')
-        loaded = mjcf._load(file, text, floating_base, independent, strict, gravity, o.payloads, o.masses)
+        loaded = mjcf._load(file, text, contents, floating_base, independent, strict, gravity, o.payloads, o.masses)
         return loaded if o.physics is None and o.friction_width == loaded.friction_width else loaded.with_physics(o.physics, o.friction_width)
     options = (floating_base, independent, strict, gravity, points, o.masses is not None, o.model or "", given.physics(o.physics, o.friction_width))
     made = _core.load_text(contents, os.fsencode(file), *options)
-    return Model(made, (os.path.abspath(file), *options) if text is None else None)
+    return Model(made, (os.path.abspath(file), *options), inputs=hashed(file, contents)) if text is None else Model(made)
 
 
-def _warn_of(loaded: Model) -> None:
-    for line in loaded.warnings:
+def _warn_of(loaded: Model, o: _Options) -> None:
+    """Warns of what the file contains, and of lengths of options that are likely in millimetres."""
+    points = [(link, mass, point) for link, mass, point in given.payload_points(o.payloads) if any(point)]
+    reach = extent(loaded, points) if points else 0.0
+    doubts = [line for link, _, point in points for line in far_point(f"the payload on {link} is", point, reach)]
+    for line in (*loaded.warnings, *doubts, *([] if o.gravity is None else strong_gravity(o.gravity))):
         warnings.warn(line, DescriptionWarning, stacklevel=3)
 
 

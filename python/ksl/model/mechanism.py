@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from ksl import _core
 from ksl.base.errors import unknown_name
+from ksl.base.files_read import InputFile
+from ksl.base.printable import sentence
+from ksl.model.joint_kinds import Kind
 from ksl.model.states import Array, argument, in_order
 
 
@@ -21,7 +24,7 @@ class Joint:
     """A joint as the file gives it.  Limits that the file doesn't give are None.  SI units."""
 
     name: str
-    kind: str
+    kind: Kind
     """fixed, revolute, continuous, prismatic, helical, cylindrical, universal, spherical, planar, translation or floating."""
     parent: str | None
     """Link on the parent side; None is the ground."""
@@ -118,8 +121,10 @@ def _read_only(x: Array) -> Array:
 class Mechanism:
     """Joints and links of a model, by name and in order; immutable."""
 
-    def __init__(self, core: _core.Model) -> None:
+    def __init__(self, core: _core.Model, inputs: tuple[InputFile, ...] = ()) -> None:
         self._core = core
+        self.inputs: tuple[InputFile, ...] = inputs
+        """The files that it was read from, with the hashes of what was read: the robot's, those that it includes, meshes that give inertia."""
         self.name: str = core.name
         self.file: str = core.file
         self.nq: int = core.nq
@@ -146,9 +151,9 @@ class Mechanism:
         self._joint_index = {joint.name: i for i, joint in enumerate(self.joints)}
         self._link_index = {link.name: i for i, link in enumerate(self.links)}
         children = {joint.name: self._link_index[joint.child] for joint in self.joints}
-        self._frame_index = self._link_index | {name: link for name, link in children.items() if name not in self._link_index}
+        self._children = children
+        self._frame_index = {name: link for name, link in (self._link_index | children).items() if self._is_one_frame(name, link)}
         self._carrying = {joint.child: joint for joint in self.joints}
-        self._joint_or_link = self._link_index | children
         self._complete = True
 
     @cached_property
@@ -267,6 +272,8 @@ class Mechanism:
         Uniform between the limits of joints, those of mimic joints included; where the file gives none, in (−π, π] for angles
         and between −1 m and 1 m for lengths.  Quaternions are uniform on the sphere of orientations.
         rng: a generator, a seed for one, or None for a fresh one.
+
+            q = m.random(1, size=1000)                                      # (1000, 6)
         """
         try:
             generator = np.random.default_rng(rng)
@@ -335,8 +342,14 @@ class Mechanism:
 
     @property
     def frames(self) -> list[str]:
-        """Every name that calls take for a frame: links, and joints, which stand for the links that they carry."""
-        return list(self._frame_index)
+        """Every name that calls take for a frame: links, and joints, which stand for the links that they carry.
+
+        `link:NAME` and `joint:NAME` say which is meant.  They are needed, and listed here, for names of a link and of a joint that carries
+        another link; a name that is both is otherwise listed once.
+        """
+        links = [name if name in self._frame_index else f"link:{name}" for name in self._link_index]
+        joints = [name if name in self._frame_index else f"joint:{name}" for name in self._children]
+        return list(dict.fromkeys((*links, *joints)))
 
     @property
     def mass(self) -> float:
@@ -367,8 +380,11 @@ class Mechanism:
         return joints[::-1]
 
     def subtree_links(self, joint: str) -> list[str]:
-        """The links that a joint carries, directly or not, parents first.  The name of a link stands for the joint above it."""
-        names = {self.links[self._index(self._joint_or_link, joint, "joint or link")].name}
+        """The links that a joint carries, directly or not, parents first.  The name of a link stands for the joint above it.
+
+        Raises ValueError for a name of both a joint and a link that another joint carries; `joint:NAME` and `link:NAME` say which.
+        """
+        names = {self.links[self.frame_link(joint)].name}
         for link in self.links:
             if self._carrying[link.name].parent in names:
                 names.add(link.name)
@@ -378,7 +394,48 @@ class Mechanism:
         """The mass of those links, kg."""
         return math.fsum(self.link(name).mass for name in self.subtree_links(joint))
 
+    def frame_link(self, name: str) -> int:
+        """Where the link of a frame is in `links`: of a link itself, and of a joint that which it carries; `link:NAME` or `joint:NAME` says which is meant.
+
+        Raises ValueError for unknown names, and for a name of both a link and a joint that carries another link.
+        """
+        index = self._frame_index.get(name) if isinstance(name, str) else None
+        return self._qualified_frame(name) if index is None else index
+
+    def _qualified_frame(self, name: str) -> int:
+        if isinstance(name, str):
+            kind, _, rest = name.partition(":")
+            table = {"link": self._link_index, "joint": self._children}.get(kind, {})
+            if rest in table:
+                return table[rest]
+            if name in self._link_index:  # and of a joint that carries another one
+                other = self.links[self._children[name]].name
+                said = f"{name!r} names a link and also a joint, which carries another link, {other!r}; say 'link:{name}' or 'joint:{name}'"
+                raise ValueError(sentence(f"{self.name or self.file}: {said}"))
+        raise ValueError(unknown_name(self.name or self.file, "link or joint", name, self.frames))
+
+    def _is_one_frame(self, name: str, link: int) -> bool:
+        """Does a name mean this link alone?  Not if joint and link of the name differ, and not if it says what `link:` and `joint:` say of another."""
+        kind, _, rest = name.partition(":")
+        is_said = rest in {"link": self._link_index, "joint": self._children}.get(kind, {})
+        return not is_said and self._link_index.get(name, link) == link == self._children.get(name, link)
+
     def _index(self, table: Mapping[str, int], name: str, what: str) -> int:
-        if not isinstance(name, str) or name not in table:
-            raise ValueError(unknown_name(self.name or self.file, what, name, table))
-        return table[name]
+        """Where a joint or link is in its table.  `joint:NAME` and `link:NAME` are taken, too, since other calls need them."""
+        if isinstance(name, str):
+            if name in table:
+                return table[name]
+            if name.startswith(what + ":") and name[len(what) + 1 :] in table:
+                return table[name[len(what) + 1 :]]
+        raise ValueError(self._other_kind(name, what) or unknown_name(self.name or self.file, what, name, table))
+
+    def _other_kind(self, name: object, what: str) -> str:
+        """A sentence about a link where a joint is meant, or the other way round; empty for other names."""
+        if not isinstance(name, str):
+            return ""
+        said = ""
+        if what == "joint" and name in self._link_index:
+            said = f"it is a link, which joint {self._carrying[name].name!r} carries"
+        elif what == "link" and name in self._children:
+            said = f"it is a joint, which carries link {self.links[self._children[name]].name!r}"
+        return sentence(f"{self.name or self.file}: no {what} named {name!r}; {said}") if said else ""

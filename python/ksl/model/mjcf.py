@@ -10,15 +10,17 @@ import os
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import DescriptionError, DescriptionWarning
+from ksl.base.files_read import InputFile
 from ksl.model import given
 from ksl.model.builder import Builder
-from ksl.model.joint_kinds import KINDS
+from ksl.model.joint_kinds import KINDS, Kind
+from ksl.model.mjcf_files import FilesOfMjcf
 from ksl.model.model import Layout, Model
 from ksl.model.requests import one_of
 from ksl.model.states import in_order
@@ -86,6 +88,7 @@ def model_of(mj: Any, file: str = "", mimic: Literal["coupled", "independent"] =
 def _load(
     file: str,
     text: bytes | None,
+    contents: bytes,
     floating_base: bool,
     independent: bool,
     strict: bool,
@@ -103,6 +106,8 @@ def _load(
         readable = os.fsencode(file).decode("utf-8", "backslashreplace")
         raise DescriptionError(f"{readable}: MuJoCo reads only paths in UTF-8; rename the file or its folder")
     said: list[str] = []
+    files = FilesOfMjcf(file, contents, text is not None)
+    _forget_meshes(mujoco)
     handler = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: said.append(f"MuJoCo's compiler says: {_one_line(text)}"))  # instead of a log file in the current folder
     try:
@@ -111,7 +116,13 @@ def _load(
         raise DescriptionError(f"{file}: MuJoCo's compiler refuses the file: {_one_line(e)}; correct it there") from None
     finally:
         mujoco.set_mju_user_warning(handler)
-    return _model(compiled, file, floating_base, independent, strict, gravity, payloads, masses, said)
+    return _model(compiled, file, floating_base, independent, strict, gravity, payloads, masses, said, files.inputs(DescriptionError))
+
+
+def _forget_meshes(mujoco: Any) -> None:
+    """MuJoCo keeps meshes by the names of their files and times of change in whole seconds: one that was replaced a moment ago would be the old one."""
+    if hasattr(mujoco, "mj_clearCache") and hasattr(mujoco, "mj_getCache"):
+        mujoco.mj_clearCache(mujoco.mj_getCache())
 
 
 def _is_utf_8(path: str) -> bool:
@@ -132,6 +143,7 @@ def _model(
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None,
     masses: str | None,
     said: list[str],
+    inputs: tuple[InputFile, ...] = (),
 ) -> Model:
     try:
         with np.errstate(all="ignore"):  # numbers beyond the range, which the builder refuses
@@ -143,7 +155,7 @@ def _model(
     except ValueError as e:
         sentence = "a name in it is not UTF-8; save the file in UTF-8, or give other names" if isinstance(e, UnicodeDecodeError) else str(e)
         raise DescriptionError(sentence if not file or sentence.startswith(f"{file}:") else f"{file}: {sentence}") from None
-    return Model(core, layout=reader.layout)
+    return Model(core, layout=reader.layout, inputs=inputs)
 
 
 class _Reader:
@@ -208,7 +220,7 @@ class _Reader:
     def weld(self, link: str, parent: str, pose: Array) -> None:
         self.builder.add_joint(self.new("joint", f"{link}_joint"), "fixed", parent, link, pose)
 
-    def kind_of(self, joints: list[int]) -> str | None:
+    def kind_of(self, joints: list[int]) -> Kind | None:
         """The kind of several joints in one body that has exactly their motion and all that is said of them; None otherwise."""
         mj = self.mj
         types = [int(mj.jnt_type[j]) for j in joints]
@@ -233,7 +245,7 @@ class _Reader:
             return "translation"
         return "planar" if types == [SLIDE, SLIDE, HINGE] else None
 
-    def add_joint_of_kind(self, kind: str, joints: list[int], parent: str, body: int, pose: Array) -> None:
+    def add_joint_of_kind(self, kind: Kind, joints: list[int], parent: str, body: int, pose: Array) -> None:
         mj, names = self.mj, [self.joints[j] for j in joints]
         if kind == "cylindrical":  # angle, then travel
             joints = sorted(joints, key=lambda j: -int(mj.jnt_type[j]))
@@ -260,7 +272,7 @@ class _Reader:
             if not is_body:
                 self.builder.add_link(child)
             placement = pose @ _moved(at) @ self.before_reference(j, kind)
-            self.builder.add_joint(name, OF_MUJOCO[kind].name, parent, child, placement, **self.numbers_of(j, kind))
+            self.builder.add_joint(name, cast("Kind", OF_MUJOCO[kind].name), parent, child, placement, **self.numbers_of(j, kind))
             self.note(name, ("free", "ball", "plain", "plain")[kind], [j], placement)
             parent, pose = child, _moved(-at)
         if parent != self.bodies[body]:
@@ -301,7 +313,9 @@ class _Reader:
         v = slice(int(mj.jnt_dofadr[j]), int(mj.jnt_dofadr[j]) + OF_MUJOCO[int(mj.jnt_type[j])].nv)
         for ours, theirs in (("damping", "damping"), ("friction", "frictionloss"), ("armature", "armature")):
             values = getattr(mj, f"dof_{theirs}")[v]
-            if values.any() and np.ptp(values):
+            if ours == "armature" and values.any() and int(mj.jnt_type[j]) == FREE:  # mostly that of a default class
+                self.not_carried("armature of a free joint", name)
+            elif values.any() and np.ptp(values):
                 self.not_carried(f"{theirs}, unequal", name)
             elif values.any():
                 numbers[ours] = float(values[0])

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 from numpy.typing import ArrayLike
 
 from ksl import _core
+from ksl.base.errors import DescriptionError
+from ksl.base.files_read import InputFile, note, state_of
 from ksl.base.higher_rooms import function_of
 from ksl.model import given
 from ksl.model.inverse_kinematics import InverseKinematicsCalls
@@ -17,8 +19,7 @@ from ksl.model.states import EFFORT_PARTS, Array, External, ExternalAxes, Order,
 from ksl.model.surgery import Surgery
 
 if TYPE_CHECKING:
-    import pyarrow
-
+    from ksl.base.arrow_table import ArrowTable
     from ksl.model.section import Share
     from ksl.model.shown import ShownModel
 
@@ -37,12 +38,31 @@ class Model(Surgery, InverseKinematicsCalls):
     other model contains all that the model is made of.  A copy, deep or not, is the model itself.
     """
 
-    def __init__(self, core: _core.Model, arguments: _Arguments | None = None, layout: Layout | None = None) -> None:
+    def __init__(
+        self, core: _core.Model, arguments: _Arguments | None = None, layout: Layout | None = None, inputs: tuple[InputFile, ...] = ()
+    ) -> None:
+        if not isinstance(core, _core.Model):
+            given_too = f"({core!r})" if isinstance(core, (str, os.PathLike)) else "(path)"
+            said = f"ksl.load{given_too} reads a robot file, ksl.load_string(text) its contents, and ksl.Builder describes a robot in a program"
+            raise TypeError(f"ksl.Model is not called with {type(core).__name__}: {said}")
         self._arguments, self._layout = arguments, layout
-        super().__init__(core)
+        super().__init__(core, inputs)
 
-    def _made(self, core: _core.Model) -> Model:
-        return Model(core)
+    if not TYPE_CHECKING:  # otherwise a type checker would believe in any name
+
+        def __getattr__(self, name: str) -> object:
+            """Says which call is meant, above all of names of other libraries."""
+            if name.startswith("_") or "nv" not in self.__dict__:  # protocols of Python; models that are being made
+                raise AttributeError(name)
+            from ksl.base.errors import near_names
+            from ksl.base.other_names import OF_MODEL
+
+            known = [own for own in dir(type(self)) if not own.startswith("_")] + [own for own in self.__dict__ if not own.startswith("_")]
+            mend = f"that is m.{OF_MODEL[name]}" if name in OF_MODEL else f"{near_names(name, known)}dir(m) lists all"
+            raise AttributeError(f"a ksl.Model has no {name!r}; {mend}")
+
+    def _made(self, core: _core.Model, inputs: tuple[InputFile, ...] | None = None) -> Model:
+        return Model(core, inputs=self.inputs if inputs is None else inputs)
 
     def __copy__(self) -> Model:
         return self
@@ -52,7 +72,7 @@ class Model(Surgery, InverseKinematicsCalls):
 
     def __reduce__(self) -> tuple[Callable[..., Model], tuple[object, ...]]:
         if self._arguments is None:
-            return _rebuilt, (self._core.state(), self._layout)
+            return _rebuilt, (self._core.state(), self._layout, self.inputs)
         return _reloaded, (self._arguments, self._fingerprint())
 
     def _fingerprint(self) -> str:
@@ -77,8 +97,10 @@ class Model(Surgery, InverseKinematicsCalls):
 
         Efforts of inverse and forward dynamics are then those of the motors; :meth:`effort_parts` splits them.  Mass matrix, energies
         and derivatives follow.  What the robot has and the model doesn't apply is listed in `unused`.
+
+            tau = m.with_physics(["damping", "friction"]).inverse_dynamics(q, v, a)
         """
-        return Model(self._core.with_physics(given.physics(physics, friction_width)), layout=self._layout)
+        return Model(self._core.with_physics(given.physics(physics, friction_width)), layout=self._layout, inputs=self.inputs)
 
     def effort_part(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, part: str = "motor", external: External | None = None, threads: int | None = None,
@@ -121,6 +143,8 @@ class Model(Surgery, InverseKinematicsCalls):
         axes: "link" or "world".  order: "lin_ang" or "ang_lin".
 
         Newton's and Euler's laws for the part beyond, with the reactions of its joints.  O(bodies) for each joint beyond.
+
+            cut = m.section_wrench(q, v, a, "forearm_link", point=(0, 0, 0.2), normal=(0, 0, 1))
         """
         from ksl.model.section import section_wrench
 
@@ -131,7 +155,7 @@ class Model(Surgery, InverseKinematicsCalls):
         html: str = function_of("_repr_html_")(self)
         return html
 
-    def loads(
+    def wrench_table(
         self,
         time: ArrayLike,
         q: ArrayLike,
@@ -143,14 +167,16 @@ class Model(Surgery, InverseKinematicsCalls):
         at: Point = "joint",
         axes: str = "joint",
         order: Order = "lin_ang",
-    ) -> pyarrow.Table:
+    ) -> ArrowTable:
         """Every wrench along a motion, as a table with a row for each sample and joint; see :func:`ksl.load_cases.wrench_table.wrench_table`.
 
         time (n), increasing, s; q (n, nq); v and a (n, nv) are differentiated from a quintic spline where they are missing.
         external: {link: (n, 6), or (6) for all samples}, or {link: ksl.Wrench}.  on, at, axes, order: as in :meth:`reactions`.
         Raises :class:`ksl.MotionError`.  Needs the extra `ksl[loads]`.
+
+            table = m.wrench_table(time, q_over_time)
         """
-        return function_of("loads")(self, time, q, v, a, external=external, on=on, at=at, axes=axes, order=order)
+        return cast("ArrowTable", function_of("wrench_table")(self, time, q, v, a, external=external, on=on, at=at, axes=axes, order=order))
 
     def show(
         self,
@@ -180,14 +206,34 @@ class Model(Surgery, InverseKinematicsCalls):
         return shown
 
 
-def _rebuilt(state: list[Any], layout: Layout | None = None) -> Model:
-    return Model(_core.Model.from_state(state), layout=layout)
+def sealed(model: Model) -> tuple[str, bytes]:
+    """SHA-256 of all that a model is made of, the same in every process, and a pickle that contains all of it, and no file."""
+    import hashlib
+    import pickle
+
+    state = model._core.state()
+    said = hashlib.sha256(repr(state).encode()).hexdigest()
+    return said, pickle.dumps(_rebuilt(state, model._layout), protocol=4)
+
+
+def _rebuilt(state: list[Any], layout: Layout | None = None, inputs: tuple[InputFile, ...] = ()) -> Model:
+    return Model(_core.Model.from_state(state), layout=layout, inputs=inputs)
+
+
+def hashed(file: str, contents: bytes) -> tuple[InputFile, ...]:
+    """The file that a model was read from, and the hash of what was read."""
+    import hashlib
+
+    found = InputFile("robot", file, hashlib.sha256(contents).hexdigest() if state_of(file) is not None else None)
+    note(found, DescriptionError)
+    return (found,)
 
 
 def _reloaded(arguments: _Arguments, fingerprint: str) -> Model:
     """Loads the model of a pickle, without warnings, which were given when it was first loaded."""
     name = os.fsencode(arguments[0])
-    model = Model(_core.load_text(_core.file_bytes(name), name, *arguments[1:]), arguments)
+    contents = _core.file_bytes(name)
+    model = Model(_core.load_text(contents, name, *arguments[1:]), arguments, inputs=hashed(arguments[0], contents))
     if model._fingerprint() != fingerprint:
         raise ValueError(f"{model.file}: joints or links have changed since the model was pickled; load the file again")
     return model

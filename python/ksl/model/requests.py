@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.base.errors import near_names
+from ksl.base.files_read import InputFile
 from ksl.base.printable import sentence
 from ksl.base.real_arrays import real_array
 from ksl.model.mechanism import Mechanism
@@ -23,6 +24,9 @@ REQUESTS_KEPT = 64
 KINDS = ("spatial", "classical", "rate")
 """Kinds of accelerations, in the order of the compiled calls."""
 
+WORLD = "ksl:world"
+"""The world as a point or axes, whatever links are called."""
+
 _PLAIN_NUMBERS = frozenset((float, int))
 _pack_three = struct.Struct("3d").pack
 _ANGULAR_FIRST = _core.Links([], angular_first=True)
@@ -31,10 +35,10 @@ _ANGULAR_FIRST = _core.Links([], angular_first=True)
 class Requests(Mechanism):
     """A mechanism with a cache of its requests."""
 
-    def __init__(self, core: _core.Model) -> None:
+    def __init__(self, core: _core.Model, inputs: tuple[InputFile, ...] = ()) -> None:
         self._requests: dict[tuple[object, ...], _core.Request] = {}
         self._link_lists: dict[tuple[object, ...] | str | None, _core.Links] = {}
-        super().__init__(core)
+        super().__init__(core, inputs)
 
     def _links_of(self, names: Iterable[str] | None, order: str = "lin_ang") -> _core.Links:
         """The request for `frame_poses` of these names.  Cached, since looking names up takes longer than computing the poses of a state."""
@@ -46,8 +50,45 @@ class Requests(Mechanism):
         except TypeError:  # a list, say, instead of a name: refused below
             links = None
         if links is None:
-            wanted = self.link_names if key is None else [key] if isinstance(key, str) else key
-            links = _core.Links([self._index(self._frame_index, name, "link or joint") for name in wanted])
+            links = _core.Links(self._frame_links(key))
+            self._keep_links(key, links)
+        return links
+
+    def _own_links_of(self, names: Iterable[str] | None, order: str = "lin_ang") -> _core.Links:
+        """The request of regressors: links, for which joints that carry them don't stand."""
+        names = _names(names, "links")
+        key = ("links alone", names, order)
+        try:
+            links = self._link_lists.get(key)
+        except TypeError:  # refused below
+            links = None
+        if links is None:
+            wanted = self.link_names if names is None else [names] if isinstance(names, str) else names
+            angular_first = one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin"
+            links = _core.Links([self._index(self._link_index, name, "link") for name in wanted], angular_first=angular_first)
+            self._keep_links(key, links)
+        return links
+
+    def _frame_links(self, names: tuple[str, ...] | str | None) -> list[int]:
+        """Links by index; all of them for None."""
+        return list(range(len(self.links))) if names is None else [self.frame_link(name) for name in ([names] if isinstance(names, str) else names)]
+
+    def _held_of(self, names: Iterable[str] | None) -> _core.Links:
+        """The request for `hybrid_dynamics`: joints whose accelerations are given.  Every one must be able to move, by itself or with its leader."""
+        names = _names(names, "names")
+        key = ("joints held", names)
+        try:
+            links = self._link_lists.get(key)
+        except TypeError:  # refused below
+            links = None
+        if links is None:
+            moving = self.joints[: self._moving + self._followers]
+            wanted = [joint.name for joint in moving] if names is None else [names] if isinstance(names, str) else names
+            chosen = [self.joint(name) for name in wanted]
+            for joint in chosen:
+                if joint.nv == 0 and joint.leader is None:
+                    raise ValueError(sentence(f"names: {joint.name!r} is a fixed joint, which has no acceleration to be given; name joints that move, or leave it out"))
+            links = _core.Links([self._children[joint.name] for joint in chosen])
             self._keep_links(key, links)
         return links
 
@@ -74,9 +115,8 @@ class Requests(Mechanism):
         except TypeError:  # unhashable, for example a list instead of a word: refused below
             request = None
         if request is None:
-            wanted = self.link_names if names is None else [names] if isinstance(names, str) else names
             request = _core.Links(
-                [self._index(self._frame_index, name, "link or joint") for name in wanted],
+                self._frame_links(names),
                 world_axes=one_of(axes, "axes", "frame", "world") == "world",
                 at_world=one_of(at, "at", "frame", "world") == "world",
                 angular_first=one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin",
@@ -88,13 +128,33 @@ class Requests(Mechanism):
         return request
 
     def _frame(self, name: str, what: str) -> tuple[_core.Frame, int]:
-        if name in ("joint", "world"):
-            return getattr(_core.Frame, name), -1
-        if not isinstance(name, str) or name not in self._link_index:
+        """What `at` and `axes` name.  "joint" is always the joint's own, being the default; "world" must not be a link that is elsewhere."""
+        word = name if isinstance(name, str) else ""
+        if word in (WORLD, "world"):
+            if word == "world" and not self._is_the_world(word):
+                said = f"the world and also a link of {self.name or self.file}, which is elsewhere; say 'link:world' or '{WORLD}'"
+                raise ValueError(sentence(f"{what}={name!r}: {said}"))
+            return _core.Frame.world, -1
+        if word == "joint":
+            return _core.Frame.joint, -1
+        link = word.removeprefix("link:")
+        link = link if link in self._link_index else word
+        if link not in self._link_index or not isinstance(name, str):
             hint = near_names(name, ("joint", "world", *self._link_index))
+            if word in self._children:
+                hint = f"{name!r} is a joint, which carries link {self.links[self._children[name]].name!r}; "
             known = ", ".join(self._link_index)
             raise ValueError(sentence(f"{what}={name!r}: {hint}expected 'joint', 'world' or a link of {self.name or self.file}: {known}"))
-        return _core.Frame.link, self._link_index[name]
+        return _core.Frame.link, self._link_index[link]
+
+    def _is_the_world(self, link: str) -> bool:
+        """Is there no link of this name, or does it stand at the world's origin in the world's axes?"""
+        if link not in self._link_index:
+            return True
+        if any(self.joint(joint).nv or self.joint(joint).leader for joint in self.support(link)):
+            return False
+        pose = self._core.frame_poses(self.neutral(), None, None, None, None, _core.Links([self._link_index[link]]), None, None)
+        return bool(np.allclose(pose[0], np.eye(4), rtol=0, atol=1e-12))
 
     def reaction_request(
         self, on: str = "child", at: Point = "joint", axes: str = "joint", order: str = "lin_ang", part: str = "total", joints: Iterable[str] | None = None

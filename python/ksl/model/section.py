@@ -39,7 +39,8 @@ def section_wrench(
     external_axes: ExternalAxes = "link",
 ) -> Array:
     """See :meth:`ksl.Model.section_wrench`."""
-    link, at = m.links[m._index(m._link_index, name, "link")], np.array(three_numbers(point, "point"))
+    link, at = m.link(name), np.array(three_numbers(point, "point"))
+    name, frame = link.name, f"link:{link.name}"
     n = np.array(three_numbers(normal, "normal"))
     if not np.linalg.norm(n) > 0:
         raise ValueError(f"normal={normal!r}; expected a direction")
@@ -48,14 +49,14 @@ def section_wrench(
     one_of(external_axes, "external_axes", "link", "world")
     wrenches = items_of(external, external_axes)
     for target, _ in wrenches:
-        m._index(m._link_index, target, "link")
+        m.link(target)
     parent = next(j for j in m.joints if j.child == name)
     children = [j for j in m.joints if j.parent == name]
     q, v, a = (np.asarray(argument(x, *role, m._core), float) for x, role in ((q, ("q", m.nq)), (v, ("v", m.nv)), (a, ("a", m.nv))))
     leading = np.broadcast_shapes(q.shape[:-1], v.shape[:-1], a.shape[:-1])
     sides = {parent.name: -(n @ at) > 0}  # its frame is the link's; what lies in the plane keeps to its own side
     for j in children:
-        origin = m.relative_pose(m.neutral(), j.child, name)[:3, 3]  # where no joint has moved its child
+        origin = m.relative_pose(m.neutral(), f"link:{j.child}", frame)[:3, 3]  # where no joint has moved its child
         sides[j.name] = bool(n @ (origin - at) >= 0)
     if beyond is not None:
         if not isinstance(beyond, Iterable):
@@ -65,22 +66,22 @@ def section_wrench(
             if joint not in sides:
                 raise ValueError(f"beyond names {joint!r}, which is no joint of {name}; {near_names(joint, sides)}expected some of {', '.join(sides)}")
         sides = {joint: joint in listed for joint in sides}
-    wrench = _inertial_wrench(m, q, v, a, name, _inertia_beyond(link, share, n, at))
+    wrench = _inertial_wrench(m, q, v, a, frame, _inertia_beyond(link, share, n, at))
     for j in (parent, *children):
         if sides[j.name]:
-            found = m.reactions(q, v, a, external, joints=[j.name], at=name, axes=name, external_axes=external_axes)[..., 0, :]
+            found = m.reactions(q, v, a, external, joints=[j.name], at=frame, axes=frame, external_axes=external_axes)[..., 0, :]
             wrench = wrench - (found if j is parent else -found)
     for target, given in wrenches:
         if target == name and sides[parent.name]:
             f = np.asarray(given, float)
             if external_axes == "world":
-                R = m.frame_pose(q, name)[..., :3, :3]
+                R = m.frame_pose(q, frame)[..., :3, :3]
                 f = np.concatenate([np.einsum("...ji,...j->...i", R, f[..., k : k + 3]) for k in (0, 3)], axis=-1)
             wrench = wrench - f
     wrench = np.broadcast_to(wrench, (*leading, 6)).copy()
     wrench[..., 3:] -= np.cross(at, wrench[..., :3])  # about the point
     if axes == "world":
-        R = m.frame_pose(q, name)[..., :3, :3]
+        R = m.frame_pose(q, frame)[..., :3, :3]
         wrench = np.concatenate([np.einsum("...ij,...j->...i", R, wrench[..., k : k + 3]) for k in (0, 3)], axis=-1)
     if order == "ang_lin":
         wrench = np.roll(wrench, 3, axis=-1)
@@ -120,10 +121,10 @@ def _inertia_beyond(link: Link, share: Share, n: Array, at: Array) -> Array:
     return share * whole
 
 
-def _inertial_wrench(m: Calls, q: Array, v: Array, a: Array, name: str, inertia: Array) -> Array:
+def _inertial_wrench(m: Calls, q: Array, v: Array, a: Array, frame: str, inertia: Array) -> Array:
     """I (a − g) + v ×* I v, in the link's frame (Featherstone, RBDA (2008), eq. (5.9))."""
-    twist, acceleration = m.frame_velocity(q, v, name), m.frame_acceleration(q, v, a, name)
-    R = m.frame_pose(q, name)[..., :3, :3]
+    twist, acceleration = m.frame_velocity(q, v, frame), m.frame_acceleration(q, v, a, frame)
+    R = m.frame_pose(q, frame)[..., :3, :3]
     acceleration[..., :3] -= np.einsum("...ji,j->...i", R, m.gravity)
     momentum = twist @ inertia.T
     linear, angular = twist[..., :3], twist[..., 3:]

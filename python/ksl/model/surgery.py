@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.base.errors import QuaternionWarning
+from ksl.base.files_read import InputFile
 from ksl.model import given
 from ksl.model.calls import Calls
 
@@ -25,7 +26,7 @@ class Surgery(Calls):
     base are kept unless a method says otherwise.
     """
 
-    def _made(self: S, core: _core.Model) -> S:
+    def _made(self: S, core: _core.Model, inputs: tuple[InputFile, ...] | None = None) -> S:
         """A model of the same class that was not read from a file."""
         raise NotImplementedError
 
@@ -47,6 +48,8 @@ class Surgery(Calls):
         joints: {name: q}, a number, or as many as the joint has in q.  Names and links are kept, reactions through the joints are still
         available.  A `floating_base` that is frozen puts the root where it is, on a massless link `world`.  Mimic joints are frozen with
         their leaders, where these hold them; one alone is refused.
+
+            held = m.with_frozen_joints({"elbow": 1.5})
         """
         positions = given.mapping(joints, "joints", "{joint: position}")
         frozen = [(given.name(name, "a joint"), [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in positions]
@@ -58,31 +61,37 @@ class Surgery(Calls):
 
     def with_payload(self: S, link: str, mass: float, center_of_mass: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike | None = None) -> S:
         """A rigid body is welded to a link: its mass, kg, its centre of mass (3) in the link's frame, m, and its inertia (3, 3) about
-        that in the link's axes, kg m²; None for a point mass."""
+        that in the link's axes, kg m²; None for a point mass.
+
+            loaded = m.with_payload("tool0", 2.0, (0, 0, 0.05))
+        """
         return self._made(self._core.with_payload(given.name(link, "link"), given.mass(f"payload on {link}", mass, center_of_mass, inertia)))
 
-    def merged(self: S, other: Surgery, parent_link: str, pose: ArrayLike | None = None, prefix: str = "") -> S:
+    def merged(self: S, other: Surgery, parent_link: str, pose: given.PoseLike | None = None, prefix: str = "") -> S:
         """This robot with another one on it.
 
-        The root of `other` is welded to `parent_link`, at `pose` (4, 4) in that link's frame, by a joint `PREFIXmount`.  If `other` floats,
+        The root of `other` is welded to `parent_link`, at `pose`, (4, 4) or :class:`ksl.Pose`, in that link's frame, by a joint `PREFIXmount`.  If `other` floats,
         it floats there: the joint is then `PREFIXfloating_base`.  The names of its links and joints get the prefix.  Both need the
         same gravity.
         """
         if not isinstance(other, Surgery):
             raise ValueError(f"other is {type(other).__name__}; expected a model")
-        return self._made(self._core.merged(other._core, given.name(parent_link, "parent_link"), given.pose(pose, "pose"), given.name(prefix, "prefix")))
+        core = self._core.merged(other._core, given.name(parent_link, "parent_link"), given.pose(pose, "pose", parent_link), given.name(prefix, "prefix"))
+        return self._made(core, tuple(dict.fromkeys((*self.inputs, *other.inputs))))
 
     def subtree(self: S, link: str) -> S:
         """What a link carries, and itself as the root.  The root is fixed unless it is that of a robot that floats.
         A mimic joint that would be without its leader is refused."""
         return self._made(self._core.subtree(given.name(link, "link")))
 
-    def with_frame(self: S, name: str, link: str, pose: ArrayLike | None = None) -> S:
-        """A frame `name`, at `pose` (4, 4) in a link's frame, that may be used wherever a link may.
+    def with_frame(self: S, name: str, link: str, pose: given.PoseLike | None = None) -> S:
+        """A frame `name`, at `pose`, (4, 4) or :class:`ksl.Pose`, in a link's frame, that may be used wherever a link may.
 
         It is a massless link, welded by a joint `NAME_joint`; no result of the other links changes, not in a bit.
+
+            T = m.with_frame("tip", "tool0", ksl.Pose.from_rpy((0, 0, 0.1))).frame_pose(q, "tip")
         """
-        return self._made(self._core.with_frame(given.name(name, "name"), given.name(link, "link"), given.pose(pose, f"frame {name}: its pose")))
+        return self._made(self._core.with_frame(given.name(name, "name"), given.name(link, "link"), given.pose(pose, f"frame {name}: its pose", link)))
 
     def with_parameters(self: S, parameters: Mapping[str, ArrayLike | tuple[float, ArrayLike, ArrayLike]]) -> S:
         """Other inertias for some links.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +25,7 @@ from ksl.motions.signal.quality import Samples, doubts_about_noise, sentences_ab
 from ksl.motions.signal.quaternions import continuous_unit
 from ksl.motions.signal.rates import SPLINE_SAMPLES, derivative, derivatives, jumps_of, rates
 from ksl.motions.signal.smoothing import smoothed
+from ksl.motions.signal.standing import Standing, standing_of
 from ksl.motions.signal.suspicions import suspicions
 
 if TYPE_CHECKING:
@@ -74,12 +76,32 @@ class Motion:
     """When the acceleration of any joint jumps, s, increasing: splines over time are split there."""
     source: Source | None = None
     """The file that it was read from, if it was."""
+    stands: NDArray[np.bool_] | None = None
+    """(n, nv): where a rate can't be told from zero, so that the joint stands; None for motions that are made, whose rates are exact."""
+    held: NDArray[np.bool_] | None = None
+    """(n, nv): those of them that last, at which accelerations that were differentiated are noise."""
+    resolution: Array | None = None
+    """(nv): rates up to this can't be told from zero, rad/s or m/s: the resolution of the positions over the step between samples."""
+
+    @cached_property
+    def resolved_v(self) -> Array:
+        """Velocities (n, nv), zero where joints stand: what signs, shares and counts of a motion are taken from."""
+        return _zero_at(self.stands, self.v)
+
+    @cached_property
+    def resolved_a(self) -> Array:
+        """Accelerations (n, nv), zero while joints are held."""
+        return _zero_at(self.held, self.a)
 
     def __repr__(self) -> str:
         """Sizes and what is said about it: arrays would fill a notebook."""
         file = f" of {self.source.file}" if self.source is not None else ""
         lasts = f", {self.time[0]:.6g} s to {self.time[-1]:.6g} s" if len(self.time) else ""
         return "\n  ".join([f"<ksl motion{file}: {len(self.time)} samples, {self.v.shape[-1]} degrees of freedom{lasts}>", *self.doubts, *self.contradictions, *self.differentiated])
+
+
+def _zero_at(chosen: NDArray[np.bool_] | None, x: Array) -> Array:
+    return x if chosen is None or not (chosen & (x != 0)).any() else np.where(chosen, 0.0, x)
 
 
 def complete(
@@ -113,14 +135,15 @@ def complete(
         for joint, (joint_v, joint_a) in zip(joints, given, strict=True):
             rows, cols = _places(joint)
             contradictions += _contradictions(joint, time, q[:, rows], v[:, cols], joint_v, joint_a)
+        standing = standing_of(joints, as_given, time, q, v, smooth)
         given_jumps = _jumps(joints, as_given, differentiated=False)
     corners, corner_times, impossible = sentences_about_jumps(joints, found, given_jumps, time)
     doubts = [*suspicions(model, time, q, v), *impossible, *doubts_about_gaps(joints, as_given.time, as_given.q)]
     if isinstance(model, Calls):
-        doubts += doubts_about_noise(model, joints, as_given, found, (q, v, a), smooth)
-    return Motion(
-        time, q, v, a, _differentiated(joints, given, smooth) + corners, contradictions, doubts, None if smooth is None else raw_q, smooth, corner_times
-    )  # fmt: skip
+        doubts += doubts_about_noise(model, joints, as_given, found, (q, v, a), smooth, np.asarray(standing.held.all(axis=0)))
+    said = [*_differentiated(joints, given, smooth), *corners, *_stands(joints, standing)]
+    unsmoothed = None if smooth is None else raw_q
+    return Motion(time, q, v, a, said, contradictions, doubts, unsmoothed, smooth, corner_times, None, standing.stands, standing.held, standing.rate)
 
 
 def _places(joint: Joint) -> tuple[slice, slice]:
@@ -179,6 +202,16 @@ def _differentiated(joints: tuple[Joint, ...], given: list[list[Array | None]], 
     if smooth is not None:
         lines.insert(0, f"positions and given rates smoothed at {smooth:g} Hz, without delay: amplitudes at that frequency are halved")
     return lines
+
+
+def _stands(joints: tuple[Joint, ...], standing: Standing) -> list[str]:
+    """A line for each joint that stands although its numbers are not still."""
+    return [
+        f"{j.name} stands where its position keeps within {standing.noisy[j.name]:.2g} {j.unit}, which is noise or rounding: "
+        f"rates up to {standing.rate[j.v_index]:.2g} {j.unit}/s are taken as none there"
+        for j in joints
+        if j.name in standing.noisy and j.one_coordinate
+    ]
 
 
 def _jumps(joints: tuple[Joint, ...], samples: Samples, differentiated: bool) -> dict[str, Found]:

@@ -7,8 +7,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksl.base.errors import MotionError
+from ksl.base.files_read import being_read
 from ksl.base.words import listed
 from ksl.model.mechanism import Mechanism
 from ksl.model.motion_columns import columns_of
@@ -16,13 +18,14 @@ from ksl.model.states import Array
 from ksl.motions.columns.column_map import ColumnMap
 from ksl.motions.columns.columns_used import Choice, choose_columns, with_unused_together
 from ksl.motions.columns.recorded import Recorded, check_finite
-from ksl.motions.columns.time_column import TIME, find_time, in_seconds, with_unit
+from ksl.motions.columns.time_column import TIME, find_time, in_seconds, with_nanoseconds, with_unit
 from ksl.motions.files.csv_form import MEND
 from ksl.motions.files.map_file import read_map
 from ksl.motions.files.npz_table import NpzTable, with_matrices
 from ksl.motions.files.recognise import open_table
 from ksl.motions.motion import Motion, Source, complete
 from ksl.motions.reading_options import check_options
+from ksl.motions.signal.ordered import check_restart, ordered
 from ksl.motions.signal.quality import Samples
 from ksl.motions.signal.resampling import resampled
 
@@ -63,32 +66,38 @@ def read_motion(
 
     What is missing is differentiated from a quintic spline; what is given is compared with it.  `Motion.source` says what was done.
     Raises MotionError with file, line or column, fault and mend; ValueError for what is no model.  100,000 samples of 7 joints take about 50 ms, and half a second to differentiate.
+
+        motion = ksl.read_motion(m, "motion.csv", smooth=20)
+        tau = m.inverse_dynamics(motion.q, motion.v, motion.a)              # (samples, 6)
     """
     numbers = {"resample": resample, "start": start, "stop": stop, "smooth": smooth}
     flags = {"degrees": degrees, "ignore_extra": ignore_extra, "positions_only": positions_only}
     check_options(os.fspath(path), {"map": map, "time_unit": time_unit, "topic": topic, **flags, **numbers})
     if not isinstance(model, Mechanism):
         raise ValueError(f"model is {type(model).__name__}; expected a model, which ksl.load(file) makes")
-    table = open_table(path, topic, positions_only)
-    if isinstance(table, NpzTable):
-        table = with_matrices(table, model)
-    columns = read_map(map) if map is not None else ColumnMap("")
-    choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
-    values = _values(table, choice)
+    with being_read("motion", _whole(path), MotionError):
+        table = open_table(path, topic, positions_only)
+        if isinstance(table, NpzTable):
+            table = with_matrices(table, model)
+        columns = read_map(map) if map is not None else ColumnMap("")
+        choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
+        values = _values(table, choice)
     time, time_notes = in_seconds(table, with_unit(table, choice.time, time_unit), values.pop(TIME))
     rows = _checked_rows(table, time, start, stop)
-    time, values = time[rows], {n: x[rows] for n, x in values.items()}
-    check_finite(table, {choice.used[n].source: x for n, x in values.items()}, rows)
-    values |= {n: np.full(len(time), x) for n, x in columns.constants.items()}
+    part = len(rows) < len(time) or stop is not None
+    check_finite(table, {choice.used[n].source: x[rows] for n, x in values.items()}, rows, missing=True)
     joints = model.joints[: len(model.joint_names)]
+    samples = ordered(table.file, joints, time[rows], {n: x[rows] for n, x in values.items()}, rows)
+    time, values, rows = samples.time, samples.values, samples.rows
+    values |= {n: np.full(len(time), x) for n, x in columns.constants.items()}
     q = np.column_stack([values[c] for j in joints for c in columns_of(j)[0]]) if joints else np.empty((len(time), 0))
     at_rest = {c: np.zeros(len(time)) for j in joints if j.one_coordinate and j.name in columns.constants for group in columns_of(j)[1:] for c in group}
     rates = at_rest | values
     given = [[np.column_stack([rates[c] for c in group]) if group[0] in rates else None for group in columns_of(j)[1:]] for j in joints]
-    place: Place = lambda k: table.place(k + rows.start)
+    place: Place = lambda k: table.place(int(rows[k]))
     _check_plausible(model, q, place)
-    notes = [*table.notes, *time_notes, *choice.notes]
-    if (rows.start, rows.stop) != (0, None):
+    notes = [*table.notes, *time_notes, *choice.notes, *samples.notes]
+    if part:
         notes.append(f"used is the part from {time[0]:.9g} s to {time[-1]:.9g} s")
     measured = Samples(time, q, given)
     if resample is not None:
@@ -100,36 +109,41 @@ def read_motion(
     return replace(motion, source=source, doubts=[*table.doubts, *columns.doubts, *motion.doubts])
 
 
+def _whole(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
+    """The folder of a bag whose description is given."""
+    return os.path.dirname(path) or "." if os.path.basename(path) == "metadata.yaml" else path
+
+
 def _values(table: Recorded, choice: Choice) -> dict[str, Array]:
     """Numbers of the columns that are used, and `time` as the file has it."""
     found = table.read(choice.sources, choice.time.name)
     values = {TIME: found[choice.time.name]}
+    if choice.time.nanoseconds:
+        values[TIME] = with_nanoseconds(table, choice.time, found)
     for column, used in choice.used.items():
         x = found[used.source]
         values[column] = x if used.factor == 1.0 and used.offset == 0.0 else used.factor * x + used.offset
     return values
 
 
-def _checked_rows(table: Recorded, time: Array, start: float | None, stop: float | None) -> slice:
-    """The rows between two times, whose times increase.  Raises MotionError."""
+def _checked_rows(table: Recorded, time: Array, start: float | None, stop: float | None) -> NDArray[np.intp]:
+    """The rows between two times.  Raises MotionError for times of several motions."""
     check_finite(table, {"time": time})
-    bad = np.flatnonzero(np.diff(time) <= 0)
-    if len(bad):
-        k = int(bad[0]) + 1
+    k = check_restart(time)
+    if k is not None:
         raise MotionError(f"{table.place(k)}: time {time[k]:.9g} after {time[k - 1]:.9g}; times must increase: sort the samples and remove repeated ones")
     for name, value in (("--from (start=)", start), ("--to (stop=)", stop)):
         if value is not None and not np.isfinite(value):
             raise MotionError(f"{table.file}: {name} is {value}; expected a time in s")
-    first = 0 if start is None else int(np.searchsorted(time, start - 1e-9))
-    last = None if stop is None else int(np.searchsorted(time, stop + 1e-9, side="right"))
-    if (start is not None or stop is not None) and len(time) and len(time[first:last]) == 0:
+    inside = (time >= (-np.inf if start is None else start - 1e-9)) & (time <= (np.inf if stop is None else stop + 1e-9))
+    if (start is not None or stop is not None) and len(time) and not inside.any():
         part = " to ".join(f"{x:g} s" for x in (start, stop) if x is not None)
         which = f"from {part}" if stop is None else f"up to {part}" if start is None else f"between {start:g} s and {stop:g} s"
         raise MotionError(
             f"{table.file}: no samples {which}; "
-            f"its times are {time[0]:.9g} s to {time[-1]:.9g} s: check --from and --to (start=, stop=)"
+            f"its times are {time.min():.9g} s to {time.max():.9g} s: check --from and --to (start=, stop=)"
         )
-    return slice(first, last)
+    return np.flatnonzero(inside)
 
 
 def _check_plausible(model: Mechanism, q: Array, place: Place) -> None:
@@ -161,20 +175,28 @@ def read_external(model: Mechanism, path: str | os.PathLike[str], time: Array) -
 
 def read_wrenches(model: Mechanism, path: str | os.PathLike[str], time: Array) -> tuple[dict[str, Array], list[str]]:
     """The same, and why they may be wrong, as `Motion.doubts` says it."""
+    with being_read("external", path, MotionError):
+        return _wrenches_of(model, path, time)
+
+
+def _wrenches_of(model: Mechanism, path: str | os.PathLike[str], time: Array) -> tuple[dict[str, Array], list[str]]:
     try:
         table = open_table(path)
     except MotionError as e:
         raise MotionError(str(e).replace(MEND, "give a table with `time` and LINK.fx … LINK.tz")) from None
     if table.is_recording:
         raise MotionError(f"{table.file}: is a bag; give external wrenches as CSV, Parquet or NPZ, with the columns LINK.fx … LINK.tz")
-    column = find_time(table, ())
+    column = find_time(table, frozenset())
     links = set(model.link_names)
     for name in table.names:
         link, _, component = name.rpartition(".")
-        if name != column.name and (link not in links or component not in WRENCH_COLUMNS):
+        if name not in (column.name, column.nanoseconds) and (link not in links or component not in WRENCH_COLUMNS):
             raise MotionError(f"{table.head}: unknown column {name!r}; expected LINK.fx … LINK.tz with a link of {listed(model.link_names)}")
     values = table.read(list(table.names), column.name)
-    times, _ = in_seconds(table, with_unit(table, column, None), values.pop(column.name))
+    whole = values.pop(column.name)
+    if column.nanoseconds:
+        whole = with_nanoseconds(table, column, {column.name: whole, column.nanoseconds: values.pop(column.nanoseconds)})
+    times, _ = in_seconds(table, with_unit(table, column, None), whole)
     check_finite(table, {"time": times} | values)
     if times.shape != time.shape or np.abs(times - time).max(initial=0.0) > 1e-9 * max(1.0, np.abs(time).max(initial=0.0)):
         raise MotionError(f"{table.file}: its times are not those of the motion; give one line for each sample of the motion")

@@ -1,1 +1,1 @@
-"""What runs write: results, the report as HTML, JSON and PDF; and the calls that make runs, `ksl.loads` and `ksl.hold`."""
+"""What runs write: results, the report as HTML, JSON and PDF; and the calls that make runs, `ksl.compute_loads` and `ksl.hold`."""

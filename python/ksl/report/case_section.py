@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
+from ksl.base.markup import html as escape
 from typing import TYPE_CHECKING
 
 from ksl.report.balance_section import balance_section, balance_verdict

@@ -14,6 +14,16 @@ from ksl.model.states import Array
 from ksl.report.numbers import Clock, peak
 from ksl.report.stills import Still, still_figure
 
+COLOURS = {
+    "axial": "structure", "radial": "structure-2", "force": "structure", "moment": "structure", "bending": "structure-2", "about axis": "structure",
+    "drive": "drive", "power": "drive", "brake": "drive", "coupling": "drive", "external": "external",
+    "position": "motion", "speed": "motion-2", "raw": "motion-2", "smoothed": "motion", "difference": "motion",
+    "rate of energy": "broad", "residual": "motion", "energy": "motion", "− dissipation": "part-2",
+    "transmitted": "part-1", "damping": "part-2", "friction": "part-3", "rotor": "part-4", "spring": "part-5",
+}  # fmt: skip
+"""The colour of each curve, by what it is.  They are those of the pictures: blue is what the structure carries, orange what the drive exerts,
+green what acts from outside."""
+
 Indices = NDArray[np.intp]
 Limits = tuple[float, ...]
 
@@ -72,9 +82,11 @@ class Panel:
     """Where dashed lines are drawn: see `limits_in_sight`."""
     emphasis: bool = False
     """The first curve is drawn wide, so that others drawn over it leave it visible."""
+    driven: str = ""
+    """The curve that the drive exerts, where the others are what the structure carries."""
 
     def packed(self, keep: Indices) -> dict[str, Any]:
-        curves = [{"name": name, "data": _packed(x[keep])} for name, x in self.curves.items()]
+        curves = [{"name": name, "color": "drive" if name == self.driven else COLOURS.get(name, "motion"), "data": _packed(x[keep])} for name, x in self.curves.items()]
         return {"label": self.label, "curves": curves, "limits": self.limits, "emphasis": self.emphasis}
 
 
@@ -99,7 +111,7 @@ class Charts:
         if all(math.isfinite(peak(z)) and np.ptp(z) <= STILL * peak(z) for z in (x[1], y[1])):
             keep = keep[:1]  # a single point needs a marker, since a line would be invisible
         abscissa = {"label": x[0], "data": _packed(x[1][keep]), "limits": limits[0]}
-        panel = Panel(y[0], {title: y[1]}, limits[1])
+        panel = Panel(y[0], {title: y[1]}, limits[1], driven=title)
         return self._figure(title, "", {**_packed_time(time, keep), "x": abscissa, "panels": [panel.packed(keep)]})
 
     def still(self, still: Still, time: Array) -> str:

@@ -1,4 +1,4 @@
-"""`ksl.loads`: every wrench of a robot along a motion, or in load cases."""
+"""`ksl.compute_loads`: every wrench of a robot along a motion, or in load cases."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 from ksl.base.errors import MotionError
+from ksl.base.files_read import InputFile
 from ksl.load_cases.case_file import read_cases
 from ksl.load_cases.given_cases import MotionGiven, checked, one_case, robot_file
 from ksl.load_cases.load_case import LoadCase, Placement
-from ksl.load_cases.provenance import InputFile, provenance_of
+from ksl.load_cases.provenance import provenance_of
 from ksl.model.loading import load
 from ksl.model.model import Model
 from ksl.model.states import External, Order, Point, Side
@@ -19,7 +20,7 @@ from ksl.motions.reading_options import check_options
 from ksl.report.loads_run import Run
 
 
-def loads(
+def compute_loads(
     model: Model | str | os.PathLike[str],
     motion: MotionGiven | None = None,
     cases: str | os.PathLike[str] | Sequence[LoadCase] | None = None,
@@ -44,6 +45,11 @@ def loads(
     have theirs at "joint".  joints: one or several, whose wrenches are wanted; all by default.
     reading: arguments of :func:`ksl.read_motion`, for example {"degrees": True, "smooth": 20}.
     Raises MotionError, DescriptionError or ValueError, and says how to mend it.  Needs the extra `ksl[loads]`.
+
+        run = ksl.compute_loads("robot.urdf", "motion.csv", payloads={"tool0": (2.0, (0, 0, 0.05))})
+        print(run.verdict.headline)
+        table = run.wrenches.to_pandas()
+        run.write("results")
     """
     robot = model if isinstance(model, Model) else load(model)
     if reading is not None and not isinstance(reading, Mapping):
@@ -77,7 +83,7 @@ def _cases(
     found: list[LoadCase]
     if cases is None:
         if motion is None:
-            raise MotionError("loads needs a motion, or load cases")
+            raise MotionError("compute_loads needs a motion, or load cases")
         case, files = one_case(model, motion, placement, payloads, external, reading)
         return [case], files
     if isinstance(cases, (str, os.PathLike)):
@@ -87,5 +93,5 @@ def _cases(
     else:
         raise MotionError("cases: expected a file of load cases, or a list of ksl.load_cases.load_case.LoadCase")
     if not found:
-        raise MotionError("loads: no load cases")
+        raise MotionError("compute_loads: no load cases")
     return found, files

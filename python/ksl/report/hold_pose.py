@@ -6,11 +6,12 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
+from ksl.base.files_read import InputFile
 from ksl.load_cases.given_cases import checked, robot_file
 from ksl.load_cases.holding import Pose, given_pose, worst_pose
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.poses import held_still, neutral, pose_of
-from ksl.load_cases.provenance import InputFile, provenance_of
+from ksl.load_cases.provenance import provenance_of
 from ksl.model.loading import load
 from ksl.model.model import Model
 from ksl.model.states import Order, Point, Side
@@ -43,8 +44,12 @@ def hold(
     payloads: what the model carries already, for the provenance; nothing is added to the model.  on, at, axes, order: as in :meth:`Model.reactions`.
 
     The search tries 4096 random poses of that seed at once, and refines the 12 best by a quasi-Newton method within bounds (L-BFGS-B);
-    it is reproducible, and finds the largest value unless that has a very narrow peak.  The pose is `run.cases[0].motion.q[0]`.
+    it is reproducible, and finds the largest value unless that has a very narrow peak.  How many of the 12 came to the same value is in `run.cases[0].kind`,
+    the pose is `run.cases[0].motion.q[0]`.
     Raises MotionError or ValueError.  inputs, options, command: for the provenance.
+
+        run = ksl.hold("robot.urdf", {"elbow": 1.5})
+        worst = ksl.hold("robot.urdf", worst="elbow").cases[0].motion.q[0]
     """
     if isinstance(payloads, Mapping) or not all(isinstance(p, Payload) for p in payloads):
         said = "payloads only describe what the model carries already, each as a ksl.load_cases.load_case.Payload"
@@ -56,8 +61,9 @@ def hold(
     name, kind = "pose", "held at rest by the drives"
     if worst is not None:
         fixed = set(cast("Mapping[str, Any]", pose)) if named else set()
-        q = worst_pose(robot, worst, quantity, placement, q, fixed, seed)
-        name, kind = f"worst {quantity} of {worst}", f"{kind}, in the pose with the largest {quantity} of {worst} (seed {seed})"
+        search = worst_pose(robot, worst, quantity, placement, q, fixed, seed)
+        q = search.q
+        name, kind = f"worst {quantity} of {worst}", f"{kind}, in the pose with the largest {quantity} of {worst} (seed {seed}; {search})"
     case = LoadCase(robot, held_still(robot, q), placement, name=name, payloads=payloads, kind=kind, static=True)
     run = Run([case], provenance_of([case], list(inputs) or robot_file(robot), options or {}, command))
     run.compute()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from html import escape
+from ksl.base.markup import html as escape
 
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import JointLoads, unit
@@ -20,6 +20,9 @@ REACH_OF_PATH = 5.0
 """The same, where effort is drawn over speed."""
 
 
+NOTHING = "It carries nothing throughout: there are no curves to show."
+
+
 @dataclass(frozen=True)
 class JointExtras:
     """What may stand in the section of a joint besides its curves."""
@@ -34,13 +37,21 @@ class JointExtras:
 def joint_section(loads: JointLoads, time: Array, anchor: str, charts: Charts, extras: JointExtras = JointExtras()) -> str:
     """The section, whose id is `anchor`."""
     joint = loads.joint
+    facts = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in _joint_facts(loads))
+    heading = f'<h2 id="{anchor}-name">{escape(joint.name)}</h2><dl>{facts}</dl>'
+    if _carries_nothing(loads):
+        return f'<section id="{anchor}" class="joint" aria-labelledby="{anchor}-name">{heading}<p>{NOTHING}</p>{extras.table}</section>'
     figures = _axis_charts(loads, time, charts) if joint.one_coordinate else _magnitude_charts(loads, time, charts)
     figures = (charts.still(extras.still, time) if extras.still else "") + figures
     if extras.raw_position is not None and loads.position is not None:
         figures += _smoothing_chart(loads.position, extras.raw_position, joint.unit, time, charts)
-    facts = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in _joint_facts(loads))
-    heading = f'<h2 id="{anchor}-name">{escape(joint.name)}</h2><dl>{facts}</dl>'
     return f'<section id="{anchor}" class="joint" aria-labelledby="{anchor}-name">{heading}<div class="charts">{figures}</div>{extras.table}</section>'
+
+
+def _carries_nothing(loads: JointLoads) -> bool:
+    """No force, no moment and no effort at any sample, but for round-off."""
+    curves = [*loads.wrench.values(), *(x for x in (loads.effort, loads.coupling, loads.brake) if x is not None)]
+    return all(peak(quiet(x)) == 0 for x in curves)
 
 
 def _magnitude_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
@@ -51,8 +62,9 @@ def _magnitude_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
 
 def _axis_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
     joint, curves = loads.joint, {name: quiet(x) for name, x in loads.wrench.items()}
-    html = charts.over_time(time, "Forces", [Panel("Force, N", {"axial": curves["axial_force"], "radial": curves["radial_force"]})])
-    html += charts.over_time(time, "Moments", [Panel("Moment, N m", {"about axis": curves["axial_moment"], "bending": curves["bending_moment"]})])
+    along, about = ("", "about axis") if joint.has_angle else ("axial", "")  # what the drive exerts, or a coupling
+    html = charts.over_time(time, "Forces", [Panel("Force, N", {"axial": curves["axial_force"], "radial": curves["radial_force"]}, driven=along)])
+    html += charts.over_time(time, "Moments", [Panel("Moment, N m", {"about axis": curves["axial_moment"], "bending": curves["bending_moment"]}, driven=about)])
     moving, names = [], []
     if loads.position is not None:
         given = limits_of(joint)

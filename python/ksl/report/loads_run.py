@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
-from html import escape
+from functools import cached_property, partial
+from ksl.base.markup import html as escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from ksl.load_cases.summary_table import SUMMARY, worst_rows, write_summary
 from ksl.load_cases.verdict import Verdict, percent
 from ksl.output import refuse_inputs, staged, whole_file
 from ksl.report.files import ReportFiles
+from ksl.report.input import NOT_USED
 from ksl.report.result_files import RESULTS, WrenchFiles, refuse_others
 
 if TYPE_CHECKING:
@@ -39,6 +40,8 @@ class Run(ComputedCases):
         and not refused; files that the run reads never are.  advance: is told the number of samples of each block that is done.
         report: whether there shall be report.json and report.pdf, and components that the report checks.  Returns the names of the files.  All are written, or none: see :func:`staged`.
         Raises MotionError where results are not finite, SizingError and OutputError.
+
+            ksl.compute_loads("robot.urdf", "motion.csv").write("results", csv=True)
         """
         folder = Path(directory)
         refuse_inputs([folder / name for name in RESULTS], [*self._files_read, *([report.components] if report.components else [])])
@@ -61,6 +64,18 @@ class Run(ComputedCases):
         shown = self._report_input(self._shown() if case is None else [by_name[case]])
         with whole_file(Path(path)) as part:
             write_report(part, shown)
+
+    @property
+    def notes(self) -> list[str]:
+        """As of the load cases; what the pictures of the report show is not called unused, and meshes that they lack are named."""
+        drawn, missing = self._pictures
+        return [note for note in [*super().notes, *missing] if not (drawn and note.startswith(f"{NOT_USED}visual ("))]
+
+    @cached_property
+    def _pictures(self) -> tuple[bool, list[str]]:
+        from ksl.viewer.visuals import of_file
+
+        return of_file(self.model)
 
     @property
     def _files_read(self) -> list[str]:

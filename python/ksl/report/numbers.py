@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from html import escape
+from ksl.base.markup import html as escape
 
 import numpy as np
 

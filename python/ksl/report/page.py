@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import os
-from html import escape
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
 from string import Template
 
 from ksl._core import __version__
+from ksl.base.markup import css_string, json_in_page, script, source_of
+from ksl.base.markup import html as escape
 from ksl.report.balance_section import balance_verdict
 from ksl.report.case_section import Anchors, case_head, case_sections
 from ksl.report.charts import Charts
@@ -18,11 +18,13 @@ from ksl.report.input import ReportInput
 from ksl.report.numbers import Clock
 from ksl.report.provenance_section import provenance_section, signature_box
 from ksl.report.rows import with_limits
-from ksl.report.verdict_section import uses_table, verdict_section
+from ksl.report.verdict_section import ComponentsVerdict, uses_table, verdict_section
 from ksl.report.worst_section import worst_section
 
 FEW_NOTES = 8
 """Up to this number, notes are shown unfolded."""
+NAMED = 8
+"""So many load cases are named in the verdict."""
 
 
 def write_report(path: str | os.PathLike[str], report: ReportInput) -> None:
@@ -30,13 +32,15 @@ def write_report(path: str | os.PathLike[str], report: ReportInput) -> None:
     page = _Page(report)
     content = page.content()
     data = {"charts": page.charts.data, "stills": page.charts.stills}
+    plotly, own = (f"\n{script(code)}\n" for code in (_plotly(), _asset("report.js")))
     html = Template(_asset("report.html")).substitute(
         title=escape(report.title),
-        style=Template(_asset("report.css")).substitute(foot=_css_string(_foot(report))),
+        style=Template(_asset("report.css")).substitute(foot=css_string(_foot(report))),
         content=content,
-        data=json.dumps(data, allow_nan=False).replace("<", "\\u003c"),
-        plotly=_inline(_plotly()),
-        script=_inline(_asset("report.js")),
+        data=json_in_page(data),
+        plotly=plotly,
+        script=own,
+        scripts=f"{source_of(plotly)} {source_of(own)}",
     )
     Path(path).write_bytes(html.encode("utf-8", errors="replace"))
 
@@ -59,9 +63,9 @@ class _Page:
 
     def content(self) -> str:
         r = self.report
-        verdicts = self._components() + (verdict_section(r.verdict) if r.verdict else "")
+        card = verdict_section(r.verdict, self._components(), self._holds_for())
         balance = "" if self.several else balance_verdict(r.cases[0].balance, "balance")
-        head = f"<h1>{escape(r.title)}</h1>{self._made()}{verdicts}{signature_box()}{self._uses()}{self._facts()}{balance}{self._notes()}"
+        head = f"<h1>{escape(r.title)}</h1>{self._made()}{card}{signature_box()}{self._uses()}{self._facts()}{balance}{self._notes()}"
         made = provenance_section(r.provenance, r.notes) if r.provenance else ""
         return f"{self._navigation()}<main><header>{head}</header>{self._cases()}{made}</main>"
 
@@ -69,9 +73,18 @@ class _Page:
         p = self.report.provenance
         return f'<p class="made">KSL {escape(__version__)}{", " + escape(p.date) if p else ""}</p>'
 
-    def _components(self) -> str:
+    def _holds_for(self) -> list[tuple[str, str]]:
+        """What the verdict is of: the payloads and the load cases, which a reader of the card alone must know."""
+        r = self.report
+        said = [dict(facts).get("payloads") for facts in (r.facts, *(case.facts for case in r.cases))]
+        payloads = "; ".join(dict.fromkeys(text for text in said if text))
+        cases = list(dict.fromkeys(str(row["case"]) for row in r.summary if row.get("case"))) or [case.name for case in r.cases]
+        listed = ", ".join(cases[:NAMED]) + (f" and {len(cases) - NAMED} more" if len(cases) > NAMED else "")
+        return ([("Payloads", payloads)] if payloads else []) + [("Load cases" if len(cases) > 1 else "Load case", listed)]
+
+    def _components(self) -> ComponentsVerdict | None:
         if self.report.sizing is None:
-            return ""
+            return None
         from ksl.report.sizing_section import sizing_verdict
 
         return sizing_verdict(self.report.sizing)
@@ -122,16 +135,6 @@ class _Page:
             html += f'<div data-case="{i}"><ul>{fixed}</ul><h2>Joints</h2><ul>{links}</ul></div>'
         html += '<ul><li><a href="#provenance">What made these results</a></li></ul>' if self.report.provenance else ""
         return f'<nav aria-label="Contents">{html}</nav>'
-
-
-def _inline(script: str) -> str:
-    """Escapes JavaScript for an HTML page, so that no string in it ends the element or opens a comment."""
-    return script.replace("</script", "<\\/script").replace("<!--", "<\\!--")
-
-
-def _css_string(text: str) -> str:
-    """A string of a style sheet; names come from files, so that every character but letters and digits is escaped."""
-    return '"' + "".join(c if c.isascii() and c.isalnum() else f"\\{ord(c):x} " for c in text) + '"'
 
 
 def _plotly() -> str:

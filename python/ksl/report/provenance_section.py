@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
+from ksl.base.markup import html as escape
 
 from ksl.load_cases.provenance import Provenance
 from ksl.report.input import NOT_USED

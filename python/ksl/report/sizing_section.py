@@ -1,32 +1,24 @@
-"""What was checked against the catalogue: a line at the top, and a table on the page of each joint."""
+"""What was checked against the catalogue: its part of the verdict, and a table in the section of each joint."""
 
 from __future__ import annotations
 
 import math
-from html import escape
+from ksl.base.markup import html as escape
 
 from ksl.load_cases.verdict import Level
 from ksl.report.numbers import Clock
+from ksl.report.verdict_section import ComponentsVerdict
 from ksl.sizing.figures import Figure, significant
 from ksl.sizing.sizing import Sizing
 
-WORDS: dict[Level, str] = {
-    "green": "Green: all components hold",
-    "amber": "Amber: components hold, but this needs a look",
-    "red": "Red: components are over their limits",
-}
 OF_FIGURE: dict[Level, str] = {"green": "", "amber": " near the limit", "red": " exceeded"}
 LEVEL: dict[str, Level] = {"over": "red", "near": "amber", "within": "green", "": "green"}
 """The level of a figure's verdict."""
 
 
-def sizing_verdict(sizing: Sizing) -> str:
-    """The block at the top.  Figures that are left out, or nothing that was compared, forbid green."""
-    out = "".join(f"<li>{escape(str(x))}</li>" for x in sizing.left_out)
-    listed = f"<p>Left out:</p><ul>{out}</ul>" if out else ""
-    level = sizing_level(sizing)
-    text = f'<p class="level">{WORDS[level]}</p><p>{escape(sizing.verdict)}.</p>{listed}'
-    return f'<section id="components" class="verdict {level}"><h2 class="unseen">Components</h2>{text}</section>'
+def sizing_verdict(sizing: Sizing) -> ComponentsVerdict:
+    """For the card at the top.  Figures that are left out, or nothing that was compared, forbid green."""
+    return ComponentsVerdict(sizing_level(sizing), sizing.verdict, [str(x) for x in sizing.left_out])
 
 
 def sizing_level(sizing: Sizing) -> Level:
@@ -51,7 +43,7 @@ def sizing_table(sizing: Sizing, joint: str, clock: Clock) -> str:
     heads = ("component", "figure", "value", "limit", "utilisation", "governed by")
     head = "".join(f'<th scope="col">{name}</th>' for name in heads)
     table = f'<table class="sizing"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
-    title = f"Components of {escape(joint, quote=True)}"
+    title = f"Components of {escape(joint)}"
     return f'<h3>Components</h3><div class="wide" role="region" aria-label="{title}" tabindex="0">{table}</div>'
 
 

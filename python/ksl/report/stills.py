@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
+from html import unescape
+from ksl.base.markup import html as escape
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -125,4 +126,4 @@ def _take_legend(layout: dict[str, Any]) -> tuple[tuple[str, str], ...]:
     layout["height"] -= layout["margin"]["b"]
     layout["margin"]["b"] = 0
     found = [re.match(r'<span style="color:(rgb\([\d, ]+\))">■</span> (.*)', line, re.DOTALL) for line in lines]
-    return tuple(("", line) if match is None else (match[1], match[2]) for match, line in zip(found, lines, strict=True))
+    return tuple(("", line) if match is None else (match[1], unescape(match[2])) for match, line in zip(found, lines, strict=True))

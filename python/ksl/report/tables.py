@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from html import escape
+from ksl.base.markup import html as escape
 
 from ksl.load_cases.quantities import unit
 from ksl.model.mechanism import Joint

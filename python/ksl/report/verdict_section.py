@@ -2,27 +2,62 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from html import escape
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from ksl.base.markup import html as escape
 
 from ksl.load_cases.verdict import AMBER, Level, Use, Verdict, percent
 from ksl.report.numbers import PLAIN_CLOCK, Clock, format_number, link
 
 WORDS: dict[Level, str] = {
-    "green": "Green: every limit was compared and holds with its margin",
-    "amber": "Amber: no limit is exceeded, but this needs a look",
-    "red": "Red: limits are exceeded",
+    "green": "every limit was compared and holds with its margin",
+    "amber": "no limit is exceeded, but this needs a look",
+    "red": "limits are exceeded",
 }
+"""Of the limits of the robot's file."""
+OF_COMPONENTS: dict[Level, str] = {
+    "green": "all components hold",
+    "amber": "components hold, but this needs a look",
+    "red": "components are over their limits",
+}
+ORDER: tuple[Level, ...] = ("green", "amber", "red")
 OF_USE: dict[Level, str] = {"green": "", "amber": "near the limit", "red": "exceeded"}
 """What is said of a share besides its colour, which not everybody sees and not every printer prints."""
 
 
-def verdict_section(verdict: Verdict) -> str:
-    """The level in words, the worst use of a limit, and what forbids green."""
-    reasons = "".join(f"<li>{escape(reason)}</li>" for reason in verdict.reasons)
-    doubts = f"<p>{'Besides' if verdict.level == 'red' else 'Not green, because'}:</p><ul>{reasons}</ul>" if reasons else ""
-    head = f'<p class="level">{WORDS[verdict.level]}</p><p>{escape(_capital(verdict.headline))}.</p>{doubts}'
-    return f'<section id="verdict" class="verdict {verdict.level}"><h2 class="unseen">Verdict</h2>{head}</section>'
+@dataclass(frozen=True)
+class ComponentsVerdict:
+    """What the components say, beside the limits of the robot's file."""
+
+    level: Level
+    headline: str
+    left_out: Sequence[str] = ()
+
+
+def verdict_section(verdict: Verdict | None, components: ComponentsVerdict | None = None, of: Sequence[tuple[str, str]] = ()) -> str:
+    """One card for the run: the worse level of limits and components in words, the worst use of each, what forbids green, and what it holds for.
+
+    of: payloads and load cases.  A card that was green above another that is amber would be read alone.
+    """
+    parts: list[tuple[str, Level, str, str]] = []
+    if verdict is not None:
+        parts.append(("Limits of the robot's file", verdict.level, WORDS[verdict.level], _capital(verdict.headline)))
+    if components is not None:
+        parts.append(("Components", components.level, OF_COMPONENTS[components.level], components.headline))
+    if not parts:
+        return ""
+    level = max((part[1] for part in parts), key=ORDER.index)
+    said = "; ".join(words for _, each, words, _ in parts if each == level)
+    head = f'<p class="level">{level.capitalize()}: {said}</p>'
+    for name, each, _, headline in parts:
+        which = f'{name}: <strong class="{each}">{each}</strong>. ' if components is not None else ""
+        head += f"<p>{which}{escape(headline)}.</p>"
+    reasons = [*(verdict.reasons if verdict else ()), *(f"left out: {x}" for x in (components.left_out if components else ()))]
+    if reasons:
+        listed = "".join(f"<li>{escape(reason)}</li>" for reason in reasons)
+        head += f"<p>{'Besides' if level == 'red' else 'Not green, because'}:</p><ul>{listed}</ul>"
+    head += "".join(f'<p class="small">{escape(name)}: {escape(text)}</p>' for name, text in of)
+    return f'<section id="verdict" class="verdict {level}"><h2 class="unseen">Verdict</h2>{head}</section>'
 
 
 def uses_table(verdict: Verdict, anchors: Mapping[tuple[str, str], str], clocks: Mapping[str, Clock]) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from ksl.base.errors import SizingError
 from ksl.model.states import Array
 from ksl.sizing import bolts
+from ksl.sizing.bolt_strength import AMPLITUDE_LIMIT, PRELOAD, RESILIENCE
 from ksl.sizing.figures import Formula, significant
 from ksl.sizing.sheet import Sheet
 
@@ -54,8 +55,9 @@ def _flange_axes(sheet: Sheet) -> Array:
     z = normal / np.linalg.norm(normal)
     given = part.get("x_axis")
     x = np.array(given or np.eye(3)[0 if abs(z[0]) < 0.9 else 1], dtype=float)
+    length = np.linalg.norm(x)
     x = x - (x @ z) * z
-    if np.linalg.norm(x) < 1e-6:
+    if np.linalg.norm(x) <= 1e-6 * length:
         raise SizingError(
             f"{part.where}: {part.name}: x_axis is zero or along the normal; give a direction across the bolts"
         )
@@ -79,7 +81,23 @@ def _load_factor(sheet: Sheet) -> tuple[float | None, dict[str, str]]:
         return None, {}
     keys = ("bolt_resilience", "plate_resilience", "load_introduction")
     phi = bolts.load_factor(*(sheet.number(key) for key in keys))
-    return phi, {"Φ": f"{significant(phi)}", **sheet.given(*keys)}
+    from_name = ("clamp_length", "shank_length", "plates", "thread_in") if _is_derived(sheet, *keys[:2]) else ()
+    return phi, {"Φ": f"{significant(phi)}", **sheet.given(*keys, *from_name)}
+
+
+def _is_derived(sheet: Sheet, *keys: str) -> bool:
+    """Whether one of these numbers follows from the bolt's name."""
+    return any(key in sheet.part.derived and key not in sheet.part.values for key in keys)
+
+
+def _of_name(sheet: Sheet, formula: Formula) -> tuple[Formula, dict[str, str]]:
+    """The formula with those by which numbers follow from the bolt's name, and the name among the inputs."""
+    used = [f for keys, f in ((("preload",), PRELOAD), (("bolt_resilience", "plate_resilience"), RESILIENCE)) if _is_derived(sheet, *keys)]
+    if not used:
+        return formula, {}
+    inputs = sheet.given("tightening", "thread_friction", "yield_share") if used[0] is PRELOAD else {}
+    whole = Formula("; ".join(f.text for f in (formula, *used)), "; ".join(f.source for f in (formula, *used)))
+    return whole, {"thread and class": sheet.part.get("bolt"), **inputs}
 
 
 def _bolt_force(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, points: Array) -> None:
@@ -92,17 +110,24 @@ def _bolt_force(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, po
             "F_A": f"{significant(float(axial[k, bolt]))} N",
             "bolt": _bolt(points, bolt),
         }
-        sheet.add("bolt force", bolts.BOLT_FORCE, force, "N", inputs, "yield_force", at=k)
+        formula, name = _of_name(sheet, bolts.BOLT_FORCE)
+        inputs |= name
+        sheet.add("bolt force", formula, force, "N", inputs, "yield_force", at=k)
+    formula, name = bolts.AMPLITUDE, {}
+    if _is_derived(sheet, "amplitude_limit"):
+        formula = Formula(f"{formula.text}; {AMPLITUDE_LIMIT.text}", f"{formula.source}; {AMPLITUDE_LIMIT.source}")
+        name = {"thread and class": sheet.part.get("bolt")}
     amplitude = phi * np.ptp(axial, axis=0) / 2
     bolt = int(np.argmax(amplitude))
     inputs = {
         **said,
         "F_A": f"{significant(float(axial[:, bolt].min()))} to {significant(float(axial[:, bolt].max()))} N",
         "bolt": _bolt(points, bolt),
+        **name,
     }
     sheet.add(
         "force amplitude of a bolt",
-        bolts.AMPLITUDE,
+        formula,
         float(amplitude[bolt]),
         "N",
         inputs,
@@ -113,7 +138,8 @@ def _bolt_force(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, po
 
 def _clamp(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, shear: Array, points: Array) -> None:
     preload, embedding, wanted = sheet.number("preload"), sheet.number("embedding_loss"), sheet.number("required_clamp")
-    given = {**sheet.given("preload", "embedding_loss"), **said}
+    clamping, name = _of_name(sheet, bolts.CLAMP)
+    given = {**sheet.given("preload", "embedding_loss"), **said, **name}
     k, bolt = _worst(axial)
     left = float(bolts.residual_clamp(preload, embedding, phi, axial[k, bolt]))
     share = float(bolts.required_preload(wanted, phi, axial[k, bolt], embedding)) / preload
@@ -123,7 +149,7 @@ def _clamp(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, shear: 
         **sheet.given("required_clamp"),
         "bolt": _bolt(points, bolt),
     }
-    formula = Formula(f"{bolts.CLAMP.text}; use: (F_Kerf + (1 − Φ) F_A + F_Z)/F_M", bolts.CLAMP.source)
+    formula = Formula(f"{clamping.text}; use: (F_Kerf + (1 − Φ) F_A + F_Z)/F_M", clamping.source)
     sheet.add(
         "residual clamp force",
         formula,

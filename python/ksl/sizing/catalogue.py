@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from ksl.sizing.bearings import ANGULAR_CONTACT
+from ksl.sizing.bolt_strength import MODULI, THREADS_IN, TIGHTENING
 from ksl.sizing.fatigue import BELOW_KNEES, MEAN_STRESSES, RESIDUES
 
 Shape = Literal["number", "count", "vector", "points", "curve", "word", "numbers by name", "table"]
@@ -253,6 +254,22 @@ FLANGE = Kind(
             sign="any",
         ),
         Key("x_axis", "", "direction of x in the flange", "[1, 0, 0]", "vector", sign="any"),
+        Key("bolt", "", "thread and property class of ISO 898-1: gives all that follows up to amplitude_limit, unless that is given", '"M8 8.8"', "word"),
+        Key("clamp_length", "m", "l_K: thickness that the bolt clamps, from the head to the tapped plate or the nut", "0.02"),
+        Key("shank_length", "m", "how much of it has no thread", "0", sign="not negative", default=0.0),
+        Key("plates", "", f"what is clamped: {', '.join(MODULI)}", '"aluminium"', "word", choices=tuple(MODULI)),
+        Key("thread_in", "", "where the bolt is held: a tapped plate, or a nut", '"plate"', "word", default="plate", choices=THREADS_IN),
+        Key(
+            "tightening",
+            "",
+            f"method, which gives the tightening factor: {'; '.join(f'{way} {alpha:g}' for way, alpha in TIGHTENING.items())}",
+            '"torque wrench"',
+            "word",
+            default="torque wrench",
+            choices=tuple(TIGHTENING),
+        ),
+        Key("thread_friction", "", "μ_G, the smallest", "0.12", default=0.12, largest=1.0),
+        Key("yield_share", "", "ν: of the yield strength, that tightening uses", "0.9", default=0.9, largest=1.0),
         Key("preload", "N", "smallest assembly preload F_M of one bolt", "9000"),
         Key("tightening_factor", "", "α_A: largest over smallest preload", "1.6", default=1.6),
         Key("embedding_loss", "N", "F_Z", "800", sign="not negative", default=0.0),

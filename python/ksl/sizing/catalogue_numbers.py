@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -66,6 +66,17 @@ def in_millimetres(key: Key, numbers: Sequence[float]) -> str:
     if key.unit != "m" or largest < (LARGEST_DIAMETER if "diameter" in key.name else FARTHEST):
         return ""
     return f"lengths are in metres; {largest:g} mm are {largest / 1000:g}"
+
+
+def lengths_of(keys: Iterable[Key], values: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, float]]:
+    """The lengths, m, that a component gives: the name of the key, and the largest magnitude of its numbers."""
+    for key in keys:
+        value = values.get(key.name)
+        if key.shape == "table" and isinstance(value, Mapping):
+            yield from lengths_of(key.keys, value, f"{before}{key.name}.")
+        elif key.unit == "m" and value is not None:
+            numbers = numbers_in(key, value) or []
+            yield before + key.name, max(map(abs, numbers), default=0.0)
 
 
 def is_number(x: object) -> bool:

@@ -8,8 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ksl.base.errors import SizingError, near_names, unknown_name
+from ksl.base.files_read import being_read
 from ksl.base.toml_files import read_text, toml_of
 from ksl.base.toml_lines import line_of, toml_lines
+from ksl.sizing.bolt_names import named_bolt
+from ksl.sizing.bolt_numbers import FOR_BOLTS, numbers_of_bolt
 from ksl.sizing.catalogue import COMMON, FLANGE, KINDS, Key, Kind
 from ksl.sizing.catalogue_numbers import (
     COMPONENTS_OF_STRESS,
@@ -39,17 +42,21 @@ class Part:
     """{key: sentence} of numbers that can't be used; keys of inner tables are dotted."""
     where: str = ""
     """File and line of its joints."""
+    derived: Mapping[str, float] = field(default_factory=dict)
+    """Numbers that follow from others, as those of a bolt from its name."""
+    absent: Mapping[str, str] = field(default_factory=dict)
+    """{key: sentence} of numbers that would follow if others were given."""
 
     def get(self, key: str) -> Any:
         """A value, or its default, or None."""
         table, _, name = key.rpartition(".")
         inside: Mapping[str, Any] = self.values.get(table, {}) if table else self.values
         known = {k.name: k for k in (self.kind.by_name[table].keys if table else self.kind.keys)}
-        return None if key in self.refused else inside.get(name, known[name].default)
+        return None if key in self.refused else inside.get(name, self.derived.get(key, known[name].default))
 
     def why_absent(self, key: str) -> str:
         """Why there is no value."""
-        return self.refused.get(key) or f"{key} is not given"
+        return self.refused.get(key) or self.absent.get(key) or f"{key} is not given"
 
 
 @dataclass(frozen=True)
@@ -69,7 +76,9 @@ class Components:
 def read_components(path: str | os.PathLike[str]) -> Components:
     """Reads and checks a components file.  Raises SizingError with the line."""
     file = os.fspath(path)
-    return components_of_text(read_text(file, SizingError, "give a TOML file that describes components: `ksl size --example` prints one"), file)
+    with being_read("components", file, SizingError):
+        text = read_text(file, SizingError, "give a TOML file that describes components: `ksl size --example` prints one")
+    return components_of_text(text, file)
 
 
 def components_of_text(text: str, file: str = "components") -> Components:
@@ -180,14 +189,28 @@ class _Reader:
         if "reliability" in values:
             self.reliability(values["reliability"], edition, *path, "reliability")
         self.whole(kind, values, path)
-        return Part(
-            kind,
-            name,
-            self.part_joints(entry, path),
-            values,
-            refused,
-            self.at(*path, "joints" if "joints" in entry else "joint"),
-        )
+        derived, absent = self.of_bolt(values, refused, path) if kind is FLANGE else ({}, {})
+        where = self.at(*path, "joints" if "joints" in entry else "joint")
+        return Part(kind, name, self.part_joints(entry, path), values, refused, where, derived, absent)
+
+    def of_bolt(self, values: dict[str, Any], refused: Mapping[str, str], path: tuple[str | int, ...]) -> tuple[dict[str, float], dict[str, str]]:
+        """What follows from the bolt's name, and why what doesn't is absent.  The name itself becomes that of the standard."""
+        if "bolt" not in values:
+            lone = [key for key in FOR_BOLTS if key in values]
+            if lone:
+                raise self.fail(f'{lone[0]} without bolt; write bolt = "M8 8.8", or leave it out', *path, lone[0])
+            return {}, {}
+        try:
+            bolt = named_bolt(values["bolt"])
+        except ValueError as e:
+            raise self.fail(f"bolt = {values['bolt']!r}: {e}", *path, "bolt") from None
+        values["bolt"] = bolt.name
+        if "clamp_length" not in refused and values.get("shank_length", 0.0) > values.get("clamp_length", float("inf")):
+            raise self.fail("shank_length is more than clamp_length, of which it is a part", *path, "shank_length")
+        given = {key.name: values.get(key.name, key.default) for key in FLANGE.keys if key.name not in refused}
+        found, absent = numbers_of_bolt(bolt, given | {"tightening_factor": values.get("tightening_factor")})
+        why = [refused[key] for key in FOR_BOLTS if key in refused]
+        return found, {key: "; ".join([sentence, *why]) for key, sentence in absent.items()}
 
     def part_joints(self, entry: Mapping[str, Any], path: tuple[str | int, ...]) -> tuple[str, ...]:
         given = entry.get("joints", entry.get("joint"))

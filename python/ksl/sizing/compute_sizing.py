@@ -12,13 +12,16 @@ from typing import Any
 
 from ksl._core import __version__
 from ksl.base.errors import SizingError, unknown_name
-from ksl.load_cases.provenance import input_file, versions
+from ksl.base.files_read import InputFile, recorded
+from ksl.load_cases.provenance import versions
+from ksl.model.lengths import far, far_point
 from ksl.sizing.bearing_figures import (
     crossed_roller_figures,
     opposed_figures,
     pair_figures,
 )
 from ksl.sizing.bolt_figures import flange_figures
+from ksl.sizing.catalogue_numbers import lengths_of
 from ksl.sizing.components import Components, Part, components_of, read_components
 from ksl.sizing.fatigue_figures import fatigue_figures
 from ksl.sizing.figures import Figure, LeftOut
@@ -56,17 +59,23 @@ def size(
 ) -> Sizing:
     """Checks components against the loads of their joints.
 
-    results: what `ksl loads` has written (the folder or its wrenches.parquet), the table that `Model.loads` returns, or an
+    results: what `ksl loads` has written (the folder or its wrenches.parquet), the table that `Model.wrench_table` returns, or an
     object with such a table as `wrenches`.  components: a TOML file, its tables as a dictionary, or what
     `ksl.sizing.components.read_components` has read; None for the simultaneous
     sets alone.  joints: only these.  at: {joint: (x, y, z)} points of the moments in the simultaneous sets, from the joint's
     origin in its axes, m; components say their own positions.  Returns figures with formula, inputs, source and utilisation.
     Raises SizingError.  Cost: O(samples) for each component.
+
+        loads = m.wrench_table(time, q_over_time)
+        motor = {"kind": "motor", "joint": "elbow", "gear_ratio": 100, "rotor_inertia": 2.6e-5, "rated_torque": 0.45}
+        sizing = ksl.size(loads, {"component": [motor]})
+        print(sizing.verdict)
     """
-    table = _results(results)
+    with recorded() as ledger:
+        table = _results(results)
+        parts = None if components is None else _components(components)
     chosen = _chosen(table, joints)
-    points = _points(table, at)
-    parts = None if components is None else _components(components)
+    points = _points(table, at, chosen)
     if parts is not None:
         _check(table, parts)
     kept: dict[str, JointSamples] = {}
@@ -81,7 +90,7 @@ def size(
     figures = tuple(sorted(in_order, key=_by_utilisation))
     peaks = [row for joint in chosen for row in simultaneous_sets(samples(joint).about(points.get(joint, (0, 0, 0))))]
     left_out = tuple(x for sheet in sheets for x in sheet.left_out)
-    notes = (*table.notes, *_notes(table, parts, left_out))
+    notes = (*table.notes, *_doubtful_lengths(table, points, parts), *_notes(table, parts, left_out))
     return Sizing(
         table.robot,
         figures,
@@ -90,7 +99,7 @@ def size(
         notes,
         tuple(clouds),
         in_order,
-        _provenance(table, results, components, parts),
+        _provenance(table, ledger.files, parts),
     )
 
 
@@ -102,7 +111,7 @@ def _results(results: Any) -> Results:
     table = getattr(results, "wrenches", results)
     if not hasattr(table, "column_names"):
         raise SizingError(
-            f"results: {type(results).__name__} is no table of wrenches; give a folder of `ksl loads`, or what Model.loads returns"
+            f"results: {type(results).__name__} is no table of wrenches; give a folder of `ksl loads`, or what Model.wrench_table returns"
         )
     return Results(table)
 
@@ -123,11 +132,13 @@ def _chosen(table: Results, joints: Iterable[str] | None) -> list[str]:
     return names
 
 
-def _points(table: Results, at: Mapping[str, Sequence[float]] | None) -> dict[str, tuple[float, float, float]]:
+def _points(table: Results, at: Mapping[str, Sequence[float]] | None, chosen: Sequence[str]) -> dict[str, tuple[float, float, float]]:
     points = {}
     for name, point in (at or {}).items():
         if name not in table.joints:
             raise SizingError(unknown_name("at", "joint", name, table.joints))
+        if name not in chosen:
+            raise SizingError(f"at: a point of {name}, which is none of the joints that are sized: {', '.join(chosen)}; add it to them, or leave out the point")
         if len(point) != 3 or not all(math.isfinite(x) for x in point):
             raise SizingError(f"at: the point of {name} must be three finite numbers, m")
         points[name] = (float(point[0]), float(point[1]), float(point[2]))
@@ -197,6 +208,16 @@ def _by_utilisation(figure: Figure) -> tuple[bool, float]:
     return (figure.utilisation is None, -(figure.utilisation or 0.0))
 
 
+def _doubtful_lengths(table: Results, points: Mapping[str, Sequence[float]], parts: Components | None) -> list[str]:
+    """Lengths that are likely in millimetres: points of moments, and what components have in m."""
+    reach = table.extent
+    found = [line for name, point in points.items() for line in far_point(f"the point of the moments of {name} is", point, reach, "the joint's origin")]
+    for part in parts.parts if parts else ():
+        for name, value in lengths_of(part.kind.keys, part.values):
+            found += far(f"{part.where}: {part.name}: {name} is", value, reach, times=1.0)  # a component is in its joint
+    return found
+
+
 def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut]) -> list[str]:
     """What the reader should know of the spectrum, and of numbers that were not used and that leave no figure out."""
     if parts is None:
@@ -227,14 +248,8 @@ def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut]
     return notes
 
 
-def _provenance(table: Results, results: Any, components: Any, parts: Components | None) -> dict[str, Any]:
-    inputs = []
-    for role, given in (("results", results), ("components", components)):
-        file = Path(given) if isinstance(given, (str, os.PathLike)) else None
-        if file is not None and (file / "wrenches.parquet").is_file():
-            file = file / "wrenches.parquet"
-        if file is not None and file.is_file():
-            inputs.append(asdict(input_file(role, file)))
+def _provenance(table: Results, files: Sequence[InputFile], parts: Components | None) -> dict[str, Any]:
+    inputs = [asdict(file) for file in files if file.sha256 is not None]
     spectrum = (
         {
             case: parts.spectrum.shares.get(case, 0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator
 
+from ksl.sizing.bolt_numbers import OF_BOLT
 from ksl.sizing.catalogue import KINDS, Key, Kind
 
 HEAD = """\
@@ -38,7 +39,7 @@ def _component(kind: Kind, joint: str) -> Iterator[str]:
     yield f"\n[[component]]             # {kind.name}: {kind.meaning}\n"
     yield f"joint = {_quoted(joint)}           # or joints = [{_quoted(joint)}, …]\n"
     yield f'kind = "{kind.name}"\nname = "{kind.name} 1"\n'
-    left_out = {"points", "load_factor"} if kind.name == "bolted flange" else set()
+    left_out = {"points", "load_factor", *OF_BOLT} if kind.name == "bolted flange" else set()
     yield from _lines((key for key in kind.keys if key.shape != "table"), left_out)
     for k, table in enumerate(key for key in kind.keys if key.shape == "table"):
         yield f"[component.{table.name}]  # {table.meaning}\n"

@@ -48,6 +48,11 @@ def _stress(s: JointSamples, factors: Mapping[str, float]) -> Array:
     return np.asarray(sum((c * columns[name] for name, c in factors.items()), np.zeros(len(s.time))))
 
 
+def _largest_terms(s: JointSamples, factors: Mapping[str, float]) -> float:
+    """The sum of the largest magnitudes of the terms of the stress, which round it where they cancel."""
+    return sum(float(np.abs(_stress(s, {name: c})).max()) for name, c in factors.items())
+
+
 @dataclass(frozen=True)
 class _Counted:
     """The cycles of all cases, once through each, and their damage."""
@@ -107,12 +112,13 @@ def _counted(sheet: Sheet, s: JointSamples, stress: Array, correction: fatigue.M
     part = sheet.part
     k, knee, cycles = (sheet.number(key) for key in LINE)
     amplitudes, counts, damages = [], [], np.zeros(len(s.cases))
+    largest = _largest_terms(s, part.get("stress"))
     for i, (_, rows) in enumerate(s.slices()):
         length = float(s.time[rows.stop - 1] - s.time[rows.start]) if rows.stop > rows.start else 0.0
         times = float(s.weight[rows].sum()) / length if length > 0 else 0.0
         if times == 0:
             continue
-        found = fatigue.rainflow_cycles(stress[rows], part.get("residue"))
+        found = fatigue.without_round_off(fatigue.rainflow_cycles(stress[rows], part.get("residue")), largest)
         corrected = fatigue.corrected_amplitude(found.ranges / 2, found.means, correction, part.get("ultimate"))
         amplitudes.append(corrected)
         counts.append(found.counts * times)

@@ -11,6 +11,7 @@ from ksl.model.states import Array
 from ksl.sizing import motor
 from ksl.sizing.figures import Formula, significant
 from ksl.sizing.life import mean_speed
+from ksl.sizing.samples import JointSamples
 from ksl.sizing.sheet import RPM, Sheet
 
 
@@ -55,7 +56,7 @@ def motor_figures(sheet: Sheet) -> Cloud | None:
     if not sheet.has(ROTOR_FIGURES, "rotor_inertia"):
         return None
     J = sheet.number("rotor_inertia")
-    torque = motor.rotor_torque(s.load_effort, s.speed, s.acceleration, J, ratio, efficiency, s.rest)
+    torque = motor.rotor_torque(s.load_effort, s.speed, s.acceleration, J, ratio, efficiency)
     inputs = sheet.given("rotor_inertia") | gear
     _torques(sheet, torque, rpm, inputs)
     _powers(sheet, torque, ratio, inputs)
@@ -89,7 +90,7 @@ def _torques(sheet: Sheet, torque: Array, rpm: Array, inputs: dict[str, str]) ->
     if cycle > 0:
         rms = motor.root_mean_square(torque, s.weight)
         governing = s.governing_case(torque**2 * s.weight)
-        duty = {**inputs, "Σ Δt": f"{significant(cycle)} s"}
+        duty = {**inputs, "Σ Δt": f"{significant(cycle)} s", **_standstill(sheet)}
         sheet.add("rms torque", motor.RMS, rms, "N m", duty, "rated_torque", case=governing)
         curve = sheet.part.get("continuous_torque_speed")
         if curve:
@@ -104,9 +105,8 @@ def _torques(sheet: Sheet, torque: Array, rpm: Array, inputs: dict[str, str]) ->
     else:
         sheet.leave_out("rms torque and regenerated energy", "no case of the cycle lasts any time")
     k = int(np.argmax(np.abs(torque)))
-    sheet.add(
-        "peak torque", motor.PEAK, abs(float(torque[k])), "N m", {**inputs, **_state(sheet, k)}, "peak_torque", at=k
-    )
+    peak = {**inputs, **_state(sheet, k)}
+    sheet.add("peak torque", motor.PEAK, abs(float(torque[k])), "N m", peak, "peak_torque", at=k, note=_at_a_stand(s) if s.stands[k] else "")
     curve = sheet.part.get("torque_speed")
     if curve is None:
         sheet.leave_out("torque–speed envelope", sheet.part.why_absent("torque_speed"))
@@ -159,9 +159,9 @@ def _brake(sheet: Sheet, ratio: float, gear: dict[str, str]) -> None:
     if not sheet.has("holding torque against the brake", "brake_torque"):
         return
     s = sheet.samples
-    still = np.abs(s.speed) <= s.rest
+    still = s.stands
     load = np.abs(s.load_effort) / ratio
-    formula, note = motor.BRAKE, ""
+    formula, note = motor.BRAKE, _at_a_stand(s)
     if not still.any():
         formula, note = (
             Formula("max |T_load|/N over all samples", motor.BRAKE.source),
@@ -179,6 +179,18 @@ def _brake(sheet: Sheet, ratio: float, gear: dict[str, str]) -> None:
         at=k,
         note=note,
     )
+
+
+def _standstill(sheet: Sheet) -> dict[str, str]:
+    """How much of the cycle the joint stands, where the gear's friction would help to hold it; nothing if it never does."""
+    s = sheet.samples
+    held = float(s.weight[s.stands].sum())
+    return {"at a stand": f"{significant(held)} s, held without help of friction"} if held > 0 else {}
+
+
+def _at_a_stand(s: JointSamples) -> str:
+    unit = "rad/s" if s.joint.turns else "m/s"
+    return f"at a stand (|ω| up to {significant(s.resolution, 2)} {unit}, what its positions resolve): held without help of friction"
 
 
 def _state(sheet: Sheet, k: int) -> dict[str, str]:

@@ -13,7 +13,9 @@ import numpy as np
 
 from ksl.base.arrow_files import arrow_file
 from ksl.base.errors import SizingError, unknown_name
+from ksl.base.files_read import being_read
 from ksl.base.input_files import Unreadable, check_regular
+from ksl.base.rounding import OF_POSITIONS
 from ksl.model.joint_kinds import has_one_coordinate
 from ksl.model.states import Array
 from ksl.sizing.samples import JointSamples, ResultJoint, Spectrum
@@ -66,6 +68,12 @@ class Results:
             "the results have rotors as bodies (physics: rotor bodies): their torque is part of the efforts; "
             "give the motors' rotor_inertia without it"
         ]
+
+    @property
+    def extent(self) -> float:
+        """How far the robot reaches, m; 0 if the results don't say."""
+        said = self.metadata.get("extent")
+        return float(said) if isinstance(said, (int, float)) and math.isfinite(said) else 0.0
 
     @property
     def cases(self) -> tuple[str, ...]:
@@ -166,6 +174,7 @@ class Results:
             raise SizingError(
                 f"{self.file}: {name} has samples without position, speed or acceleration; run `ksl loads` again"
             )
+        speed, resolution = self._resolved(name, cases, time, position, speed)
         weight = self._weights(time, cases, spectrum)
         return JointSamples(
             self.joints[name],
@@ -179,8 +188,29 @@ class Results:
             speed,
             acceleration,
             effort,
+            resolution,
             rotor,
         )
+
+    def _resolved(self, name: str, cases: np.ndarray, time: Array, position: Array, speed: Array) -> tuple[Array, float]:
+        """Speeds, zero where rounding of the positions makes as much in a step, and the speed up to which the joint stands.
+
+        `ksl loads` knows noise and steps of the positions, too, and says so in the metadata.
+        """
+        if not self.joints[name].driven or len(time) < 2:
+            return speed, 0.0
+        steps = np.where(np.diff(cases) == 0, np.diff(time), np.inf)
+        with np.errstate(divide="ignore", over="ignore"):
+            rounding = OF_POSITIONS * float(np.abs(position).max()) / np.minimum(np.append(np.inf, steps), np.append(steps, np.inf))
+        return np.where(np.abs(speed) <= rounding, 0.0, speed), max(float(np.median(rounding)), self._resolution_of(name))
+
+    def _resolution_of(self, name: str) -> float:
+        """The largest of those that the metadata say of the cases; 0 if they say none."""
+        try:
+            found = [float(case.get("resolution", {}).get(name, 0.0)) for case in self.metadata.get("cases", [])]
+        except (AttributeError, TypeError, ValueError, OverflowError):
+            return 0.0
+        return max((x for x in found if math.isfinite(x)), default=0.0)
 
     def _numbers_of(self, name: str) -> Array:
         """Columns as arrays, converted once."""
@@ -227,7 +257,12 @@ def read_results(path: str | Path) -> Results:
         parts = sorted(table.rglob("*.parquet")) if table.is_dir() else [table]  # of a sweep there are several
         for each in parts:
             check_regular(str(each))
-        return Results(pa.concat_tables([_columns(each) for each in parts]), str(file))
+        tables = []
+        for each in parts:
+            with being_read("results", each, SizingError):
+                tables.append(_columns(each))
+        _of_one_sweep(parts, tables)
+        return Results(pa.concat_tables(tables), str(file))
     except Unreadable as e:
         raise SizingError(f"{table}: {e}; give the folder or wrenches.parquet that `ksl loads` writes") from None
     except (pa.ArrowException, OSError) as e:
@@ -240,6 +275,14 @@ def read_results(path: str | Path) -> Results:
         raise
     except (KeyError, TypeError, AttributeError, IndexError, ValueError, RecursionError, OverflowError):
         raise SizingError(f"{file}: its metadata or columns are not those that `ksl loads` writes; run `ksl loads` again") from None
+
+
+def _of_one_sweep(parts: list[Path], tables: list[pa.Table]) -> None:
+    """Refuses partitions that were computed from other files than the first."""
+    made_of = [json.loads((table.schema.metadata or {}).get(b"ksl", b"{}")).get("inputs") for table in tables]
+    for part, inputs in zip(parts, made_of):
+        if inputs != made_of[0]:
+            raise SizingError(f"{part}: was computed from other files than {parts[0].name}; run the sweep again, which computes it anew")
 
 
 def _columns(file: Path) -> pa.Table:

@@ -11,9 +11,6 @@ import numpy as np
 from ksl.model.joint_kinds import KINDS, has_one_coordinate
 from ksl.model.states import Array
 
-REST = 1e-3
-"""A joint is at rest where its speed is at most this share of its largest speed."""
-
 
 @dataclass(frozen=True)
 class ResultJoint:
@@ -74,6 +71,8 @@ class JointSamples:
     acceleration: Array
     effort: Array
     """(n): of the drive; NaN where the joint has none."""
+    resolution: float = 0.0
+    """Speeds up to this can't be told from zero, and are zero in `speed`: the resolution of the positions over the step between samples."""
     rotor: Array | None = None
     """(n): the part of the effort that accelerates a rotor which the robot's file describes."""
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -114,9 +113,9 @@ class JointSamples:
         return self.effort if self.rotor is None else self.effort - self.rotor
 
     @cached_property
-    def rest(self) -> float:
-        """Speeds up to this count as standstill."""
-        return REST * float(np.max(np.abs(self.speed), initial=0.0))
+    def stands(self) -> np.ndarray:
+        """(n): whether the joint stands.  The sign of its speed is then none, and friction helps to hold it, which sizing leaves out."""
+        return np.asarray(self.speed == 0)
 
     @property
     def repeated(self) -> np.ndarray:

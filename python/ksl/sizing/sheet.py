@@ -65,7 +65,7 @@ class Sheet:
         """Whether all numbers that a figure needs are there; notes that it is left out otherwise."""
         absent = [key for key in keys if self.part.get(key) is None]
         if absent:
-            self.leave_out(figure, "; ".join(self.part.why_absent(key) for key in absent))
+            self.leave_out(figure, "; ".join(dict.fromkeys(self.part.why_absent(key) for key in absent)))
         return not absent
 
     def given(self, *keys: str) -> dict[str, str]:

@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from xml.sax.saxutils import escape, quoteattr
 
 from ksl.base.arrow_files import arrow_file
 from ksl.base.csv_cells import csv_comment, csv_table
 from ksl.base.errors import SizingError
+from ksl.base.markup import html as escape
 from ksl.output import refuse_inputs, refuse_unknown, staged
 from ksl.sizing.figures import Figure, LeftOut, significant
 from ksl.sizing.motor_figures import Cloud
@@ -207,7 +207,7 @@ class Sizing:
             )
             style = f' style="color:{colours[f.verdict]}"' if f.verdict in colours else ""
             rows.append(
-                f"<tr{style} title={quoteattr(f'{f.formula}; {f.inputs}; {f.source}')}>"
+                f"<tr{style} title='{escape(f'{f.formula}; {f.inputs}; {f.source}')}'>"
                 + "".join(f"<td>{escape(c)}</td>" for c in cells)
                 + "</tr>"
             )

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import json
+import os
 import time
 import traceback
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ksl._core import __version__
 from ksl.base.errors import SweepError
+from ksl.base.files_read import InputFile, changed, recorded
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.provenance import UNITS
 from ksl.load_cases.summary_table import PEAKS
 from ksl.model.mechanism import Joint
 from ksl.sizing.components import read_components
 from ksl.sweeps.description import Sweep, described
+from ksl.sweeps.given_model import GivenModel
 from ksl.sweeps.joint_summaries import Peaks
 from ksl.sweeps.sampling import sample
 from ksl.sweeps.variants import Variants
@@ -37,11 +41,14 @@ UTILISATION = ("utilisation", "utilisation_of")
 class Plan:
     """All that a worker needs to know, on any machine that has the files."""
 
-    robot: str
+    robot: str | GivenModel
+    """A file, or a model."""
     sweep: Sweep
     size: int
     """Cases of a partition."""
     with_wrenches: bool = False
+    inputs: tuple[InputFile, ...] = ()
+    """The files as they were read when the sweep began: workers refuse others.  Empty: none are known yet."""
 
     @property
     def key(self) -> str:
@@ -74,14 +81,25 @@ class Evaluator:
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
-        self._variants = Variants(plan.robot, plan.sweep)
+        with recorded() as ledger:
+            self._variants = Variants(plan.robot, plan.sweep)
+            self._components = read_components(plan.sweep.path(plan.sweep.components)) if plan.sweep.components is not None else None
+        given = [InputFile("robot", f"model {plan.robot.name}", plan.robot.sha256)] if isinstance(plan.robot, GivenModel) else []
+        self.inputs = (*given, *ledger.files)
+        """The files that it was read from, with the hashes of what was read."""
+        if plan.inputs:
+            _check_unchanged(plan.inputs, self.inputs)
         self._values = sample(plan.sweep)
         self._peaks = Peaks(self._variants.model)
-        self._components = read_components(plan.sweep.path(plan.sweep.components)) if plan.sweep.components is not None else None
         taken = [p.name for p in plan.sweep.parameters if p.name in (*self._peaks.names(), *UTILISATION)]
         if taken:
             raise SweepError(f"{plan.sweep.file}: parameter {taken[0]!r} is named like a column of the results; give it another `name`")
         self._dynamics = 0.0
+
+    @property
+    def doubts(self) -> list[str]:
+        """What the sweep most likely has in other units."""
+        return self._variants.doubts()
 
     @property
     def joints(self) -> tuple[Joint, ...]:
@@ -174,6 +192,7 @@ class Evaluator:
             "version": __version__,
             "robot": model.name,
             "joints": [joint_description(j) for j in model.joints],
+            "inputs": portable(self.inputs),
             "parameters": described(self.plan.sweep),
             "units": UNITS_OF_SWEEPS,
             "conventions": CONVENTIONS_OF_SWEEPS,
@@ -187,9 +206,27 @@ class Evaluator:
         from ksl.load_cases.wrench_table import TableWriter
 
         cases_described = [{"name": str(i), **{name: x[i].item() for name, x in self._values.items()}} for i in cases]
-        provenance = Provenance(load_case.model.name, [joint_description(j) for j in load_case.model.joints], cases_described)
+        provenance = Provenance(load_case.model.name, [joint_description(j) for j in load_case.model.joints], cases_described, portable_files(self.inputs), extent=self._variants.extent)
         table = TableWriter(load_case.model, load_case.placement, provenance).table(block, case - cases.start)
         return table.set_column(0, "case", pa.array(np.full(len(table), case)))
+
+
+def portable_files(inputs: Sequence[InputFile]) -> list[InputFile]:
+    """Without folders: results are the same wherever the files are."""
+    return [InputFile(f.role, os.path.basename(f.file), f.sha256) for f in inputs]
+
+
+def portable(inputs: Sequence[InputFile]) -> list[dict[str, Any]]:
+    """The same as values that JSON can hold."""
+    return [asdict(f) for f in portable_files(inputs)]
+
+
+def _check_unchanged(expected: Sequence[InputFile], found: Sequence[InputFile]) -> None:
+    """Raises SweepError for files that are no longer those with which the sweep began."""
+    before = {f.file: f.sha256 for f in expected}
+    for f in found:
+        if f.sha256 != before.get(f.file):
+            raise SweepError(changed(f.file, "since the sweep began, and no case of the other contents is computed") + "; results of what it was are in the folder")
 
 
 def refused(error: Exception) -> SweepError:

@@ -96,7 +96,7 @@ class Peaks:
         """Position, speed and acceleration (joints with one coordinate, samples), mimic joints included."""
         joints, n = [j for j in self._joints if j.one_coordinate], len(motion.time)
         position = [self._model.position_of(j, motion.q) for j in joints]
-        rates = [[self._model.velocity_of(j, x) for j in joints] for x in (motion.v, motion.a)]
+        rates = [[self._model.velocity_of(j, x) for j in joints] for x in (motion.resolved_v, motion.resolved_a)]
         q, v, a = (np.array(x).reshape(len(joints), n) for x in (position, *rates))
         return q, v, a
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pickle
 import queue
@@ -57,9 +58,7 @@ class _Worker:
         """Ends the process.  Its partition isn't computed."""
         with self._lock:
             self._ended = True
-            if self._process is not None:
-                self._process.kill()
-                self._process.wait()
+            self._kill()
 
     def _work(self) -> None:
         try:
@@ -93,11 +92,20 @@ class _Worker:
             return answer
         except (EOFError, OSError, pickle.UnpicklingError):
             with self._lock:
-                if self._process is not None:
-                    self._process.kill()
-                    self._process.wait()
-                    self._process = None
+                self._kill()
             return None
+
+    def _kill(self) -> None:
+        """Ends the process, and closes its pipes: a pipe that the garbage collector closes is a ResourceWarning."""
+        process, self._process = self._process, None
+        if process is None:
+            return
+        process.kill()
+        process.wait()
+        for pipe in (process.stdin, process.stdout):
+            with contextlib.suppress(OSError):  # what was still to be written has no reader
+                if pipe is not None:
+                    pipe.close()
 
     def _started(self) -> subprocess.Popen[bytes] | None:
         with self._lock:

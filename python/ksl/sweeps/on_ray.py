@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import socket
+import warnings
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from ksl.base.errors import SweepError
+from ksl.base.errors import DescriptionWarning, SweepError
 from ksl.sweeps.evaluate import Evaluator, Plan, Result, refused
 from ksl.sweeps.local import ATTEMPTS, died
 
@@ -20,7 +21,9 @@ def evaluate(plan: Plan, partition: int) -> Result | SweepError:
     try:
         if plan.key not in _evaluators:
             _evaluators.clear()
-            _evaluators[plan.key] = Evaluator(plan)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", DescriptionWarning)  # the sweep has warned of this robot already
+                _evaluators[plan.key] = Evaluator(plan)
         return _evaluators[plan.key].partition(partition)
     except Exception as error:
         return refused(error)

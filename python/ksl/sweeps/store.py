@@ -19,7 +19,7 @@ from ksl._core import __version__
 from ksl.base.arrow_files import arrow_file
 from ksl.base.csv_cells import csv_row, csv_text
 from ksl.base.errors import SweepError
-from ksl.load_cases.provenance import InputFile, input_file
+from ksl.base.files_read import InputFile
 from ksl.load_cases.quantities import unit
 from ksl.model.mechanism import Joint
 from ksl.output import OutputError, cannot_write, refuse_inputs
@@ -28,7 +28,8 @@ from ksl.output.locks import Lock, LockedError, lock
 from ksl.output.parts import remove_parts, write_part
 from ksl.output.signals import uninterrupted
 from ksl.sweeps.description import described
-from ksl.sweeps.evaluate import CONVENTIONS_OF_SWEEPS, UNITS_OF_SWEEPS, Plan, Result
+from ksl.sweeps.evaluate import CONVENTIONS_OF_SWEEPS, UNITS_OF_SWEEPS, Plan, Result, portable
+from ksl.sweeps.given_model import GivenModel
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -56,7 +57,7 @@ class Store:
         Raises SweepError if it holds another sweep, or if another run is writing into it.
         """
         manifest = describe(self.plan)
-        refuse_inputs([self.directory / MANIFEST, self.directory / WORST], [f.file for f in _inputs(self.plan)])
+        refuse_inputs([self.directory / MANIFEST, self.directory / WORST], [f.file for f in _inputs(self.plan) if not (f.role == "robot" and isinstance(self.plan.robot, GivenModel))])
         atexit.register(self._close)  # a signal may come when the folder has been opened and the block not yet entered
         try:
             try:
@@ -123,6 +124,17 @@ class Store:
         """Partitions that are still to be computed."""
         return [p for p in range(self.plan.partitions) if not all(self._path(name, p).exists() for name in self._data_sets())]
 
+    def remove_others(self) -> int:
+        """Removes partitions that were computed from other contents of the files than this sweep; how many they were."""
+        found, removed = portable(self.plan.inputs), 0
+        for p in range(self.plan.partitions):
+            files = [file for name in self._data_sets() if (file := self._path(name, p)).exists()]
+            if any(_made_of(file) != found for file in files):
+                removed += 1
+                for file in files:  # the summary first: without it a partition is not complete
+                    file.unlink()
+        return removed
+
     def add(self, result: Result) -> None:
         """Writes a partition; its summary last, so that a partition that has one is complete."""
         for name in reversed(self._data_sets()):
@@ -142,7 +154,7 @@ def describe(plan: Plan) -> dict[str, Any]:
     sweep = plan.sweep
     made_by = {
         "version": __version__,
-        "inputs": [{"file": os.path.basename(f.file), "sha256": f.sha256} for f in _inputs(plan)],
+        "inputs": portable(_inputs(plan)),
         "base": {**sweep.base, "reading": sweep.reading},
         "sampling": {"kind": sweep.sampling, "cases": sweep.cases, "seed": sweep.seed if sweep.sampling != "grid" else None},
         "parameters": described(sweep),
@@ -155,16 +167,29 @@ def describe(plan: Plan) -> dict[str, Any]:
     return {"fingerprint": hashlib.sha256(json.dumps(made_by, sort_keys=True).encode()).hexdigest(), **made_by}
 
 
-def _inputs(plan: Plan) -> list[InputFile]:
-    sweep, columns = plan.sweep, plan.sweep.reading.get("map")
-    named = [("motion", sweep.path(name)) for name in sweep.motions]
-    named += [("map", sweep.path(columns))] if isinstance(columns, str) else []
-    named += [("components", sweep.path(sweep.components))] if sweep.components is not None else []
-    files = [input_file(role, file) for role, file in (("robot", plan.robot), *named)]
-    for f in files:
+def _inputs(plan: Plan) -> Sequence[InputFile]:
+    for f in plan.inputs:
         if f.sha256 is None:  # the results could not be told from those of another file
             raise SweepError(f"{f.file}: can't be read again; a sweep needs its {f.role} as a file")
-    return files
+    return plan.inputs
+
+
+def _made_of(file: Path) -> Any:
+    """The inputs of a partition, as its metadata say them; None where they don't."""
+    import pyarrow as pa
+    import pyarrow.parquet
+
+    try:
+        with arrow_file(file) as opened:
+            return json.loads((pyarrow.parquet.read_schema(opened).metadata or {})[b"ksl"]).get("inputs")
+    except (OSError, pa.ArrowInvalid):
+        raise _damaged(file) from None
+    except (KeyError, ValueError, AttributeError):
+        return None
+
+
+def _damaged(file: Path) -> SweepError:
+    return SweepError(f"{file}: is damaged; remove it, and run the sweep again: only its cases are then computed")
 
 
 def _plain(x: Any) -> Any:
@@ -202,7 +227,7 @@ def _table(file: Path) -> pa.Table:
         with arrow_file(file) as opened:
             return pyarrow.parquet.read_table(opened)
     except (OSError, pa.ArrowInvalid):
-        raise SweepError(f"{file}: is damaged; remove it, and run the sweep again: only its cases are then computed") from None
+        raise _damaged(file) from None
 
 
 def _unit(quantity: str, joint: Joint) -> str:
@@ -234,9 +259,16 @@ def _read(path: Path) -> dict[str, Any] | None:
 
 
 def _difference(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
-    names = {"version": "made by another version of KSL", "inputs": "of other files", "sampling": "with other cases", "parameters": "of other parameters"}
+    names = {"version": "made by another version of KSL", "sampling": "with other cases", "parameters": "of other parameters"}
+    names["inputs"] = _other_files(found.get("inputs"), wanted["inputs"])
     different = [text for key, text in names.items() if found.get(key) != wanted[key]]
     return different[0] if different else "made with other options"
+
+
+def _other_files(found: Any, wanted: Sequence[Mapping[str, Any]]) -> str:
+    known = found if isinstance(found, list) else []
+    others = [str(f["file"]) for f in wanted if f not in known]
+    return f"of other files: {', '.join(others[:3])}{', …' if len(others) > 3 else ''} had other contents" if others else "of other files"
 
 
 def _remove(directory: Path) -> None:

@@ -6,23 +6,26 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ksl.base.errors import SweepError
+from ksl.model.lengths import extent, far, far_point, strong_gravity
 from ksl.model.loading import load
 from ksl.model.model import Model
 from ksl.model.states import Array
 from ksl.motions.motion import Motion
 from ksl.motions.reading import read_motion
-from ksl.sweeps.description import Parameter, Sweep
+from ksl.sweeps.description import EvenlySpaced, Parameter, Sweep
+from ksl.sweeps.given_model import GivenModel
 
 
 class Variants:
     """Makes the variants of a robot and of its motions.  Files are read once; a variant takes some microseconds."""
 
-    def __init__(self, robot: str | os.PathLike[str], sweep: Sweep) -> None:
+    def __init__(self, robot: str | os.PathLike[str] | GivenModel, sweep: Sweep) -> None:
         self.sweep = sweep
         self.model = _base(robot, sweep)
         reading = dict(sweep.reading)
@@ -32,6 +35,24 @@ class Variants:
         for p in sweep.parameters:
             if p.link is not None and p.link not in self.model.link_names:
                 _no_link(sweep, p, self.model)
+
+    @cached_property
+    def extent(self) -> float:
+        """How far the robot reaches, m, by which lengths are judged."""
+        return extent(self.model)
+
+    def doubts(self) -> list[str]:
+        """Lengths of the sweep that are likely in millimetres, and gravity."""
+        found = []
+        for p in self.sweep.parameters:
+            where = f"{self.sweep.file}: parameter {p.name}:"
+            if p.kind == "payload":
+                found += far_point(f"{where} the payload is", p.center, self.extent)
+            elif p.kind == "center":
+                ends = (p.values.lower, p.values.upper) if isinstance(p.values, EvenlySpaced) else p.values
+                most = max(abs(float(x)) for x in (p.lower, p.upper, *ends))
+                found += far(f"{where} it moves a centre of mass by", most, self.extent)
+        return [*strong_gravity(self.model.gravity), *found]
 
     def case(self, values: Mapping[str, Any]) -> tuple[Model, Motion]:
         """Model and motion for these values of the parameters."""
@@ -53,9 +74,13 @@ class Variants:
         return model, _faster(self.motions[file], factor)
 
 
-def _base(robot: str | os.PathLike[str], sweep: Sweep) -> Model:
+def _base(robot: str | os.PathLike[str] | GivenModel, sweep: Sweep) -> Model:
     try:
+        if isinstance(robot, GivenModel):
+            return robot.model(dict(sweep.base), sweep.file)
         return load(robot, **sweep.base)
+    except SweepError:
+        raise
     except (TypeError, ValueError) as error:
         raise SweepError(f"{sweep.file}: the robot can't be loaded as [base] says: {error}") from None
 
@@ -112,4 +137,6 @@ def _faster(motion: Motion, factor: float) -> Motion:
     if factor == 1.0:
         return motion
     with np.errstate(over="ignore", invalid="ignore"):  # results that are not finite are refused
-        return replace(motion, time=motion.time / factor, v=motion.v * factor, a=motion.a * factor * factor)
+        slow = motion.resolution
+        faster = None if slow is None else slow * factor
+        return replace(motion, time=motion.time / factor, v=motion.v * factor, a=motion.a * factor * factor, resolution=faster)

@@ -8,7 +8,9 @@ import os
 import pickle
 import signal
 import sys
+import warnings
 
+from ksl.base.errors import DescriptionWarning
 from ksl.sweeps.evaluate import Evaluator, refused
 
 
@@ -26,7 +28,9 @@ def main() -> None:
             return
         try:
             if evaluator is None:
-                evaluator = Evaluator(request)
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", DescriptionWarning)  # the sweep has warned of this robot already
+                    evaluator = Evaluator(request)
                 continue
             answer: object = evaluator.partition(request)
         except MemoryError:  # ends the worker; another one tries again

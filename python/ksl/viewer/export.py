@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from html import escape
+from ksl.base.markup import html as escape
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +13,16 @@ from ksl._core import __version__
 from ksl.base.errors import ViewerError
 from ksl.model.states import Array
 from ksl.output import OutputError, place_of, whole_file
+from ksl.viewer import gate
 from ksl.viewer.scene import Scene
 from ksl.viewer.scene_tree import Shown, Stage, legend
 from ksl.viewer.viser_server import start_server, stop_server
 
 FEWEST, MOST, FRAMES = 300, 900, 30
 """States in the file: FRAMES for each second, but at least FEWEST and at most MOST where the motion has so many."""
+
+POLICY = f'<meta http-equiv="Content-Security-Policy" content="{gate.POLICY.format(connect="")}">'
+"""The file asks for nothing from the network, whatever it holds."""
 
 OVERLAY = """
 <div id="ksl-legend" style="position:fixed;left:12px;top:10px;z-index:1;pointer-events:none;font:13px/1.45 system-ui,sans-serif;color:#222;
@@ -41,14 +45,14 @@ def export(scene: Scene, path: str | os.PathLike[str], *, joint: str | None = No
         html = _html(scene, Shown(selected=selected, recorded=True))
         head, end, tail = html.rpartition("</body>")
         with whole_file(target) as part:
-            part.write_text(head + OVERLAY.format(_legend(scene, subtitle)) + end + tail, encoding="utf-8", errors="replace")
+            part.write_text(head.replace("<head>", f"<head>{POLICY}", 1) + OVERLAY.format(_legend(scene, subtitle)) + end + tail, encoding="utf-8", errors="replace")
     except OutputError as e:
         raise ViewerError(str(e)) from None
     return target
 
 
 def _html(scene: Scene, shown: Shown) -> str:
-    server = start_server(None, scene.model.name)
+    server, _ = start_server(None, scene.model.name)
     try:
         stage = Stage(server, scene, shown)
         recording = server.get_scene_serializer()

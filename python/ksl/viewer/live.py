@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 import time as clock
 import webbrowser
@@ -13,8 +14,10 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ksl.base.markup import html
 from ksl.model.states import Array, External, Part, Side
-from ksl.viewer.readout import Choice, readout
+from ksl.viewer.labels import labels
+from ksl.viewer.readout import Choice, OfLink, readout
 from ksl.viewer.scene import Scene, make_scene
 from ksl.viewer.scene_tree import Shown, Stage, legend, utilisation_legend
 from ksl.viewer.viser_server import start_server, stop_server
@@ -49,7 +52,9 @@ class Viewer:
         self._lock = threading.RLock()
         selected = joint if joint is not None else scene.worst_joint()
         scene.joint_index(selected)  # refuses unknown names before anything starts
-        self.server = start_server(port, scene.model.name)
+        self.page_errors: list[str] = []
+        """What went wrong in the page, as its browser says; also printed on standard error."""
+        self.server, self._url = start_server(port, scene.model.name, self._page_failed)
         self.shown = Shown(selected=selected)
         self.stage = Stage(self.server, scene, self.shown)
         self.controls = _Controls(self)
@@ -58,8 +63,8 @@ class Viewer:
 
     @property
     def url(self) -> str:
-        """Where a browser on this machine finds the page."""
-        return f"http://127.0.0.1:{self.server.get_port()}"
+        """Where a browser on this machine finds the page.  A token in it keeps others out."""
+        return self._url
 
     def show(self, sample: int | None = None, scene: Scene | None = None) -> None:
         """Shows another state, of the recorded motion unless another scene of the robot is given."""
@@ -122,7 +127,12 @@ class Viewer:
         return f"<ksl.viewer.Viewer of {self.scene.model.name!r} at {self.url}>"
 
     def _repr_html_(self) -> str:
-        return f'<iframe src="{self.url}" title="{self.scene.model.name}" style="width: 100%; height: 560px; border: 0"></iframe>'
+        return f'<iframe src="{html(self.url)}" title="{html(self.scene.model.name)}" style="width: 100%; height: 560px; border: 0"></iframe>'
+
+    def _page_failed(self, said: str) -> None:
+        if said not in self.page_errors:
+            self.page_errors.append(said)
+            print(f"ksl: the page in the browser reports an error: {said}", file=sys.stderr, flush=True)
 
     def _play(self) -> None:
         """Advances the playback.  Time is the clock's: a slow machine leaves out states, and doesn't slow the motion down."""
@@ -229,9 +239,13 @@ class _Controls:
     # --------------------------------------------------------------------------------------------------------- readout
 
     def _add_joint(self, scene: Scene) -> None:
-        links = scene.model.link_names
+        names = [j.name for j in scene.model.joints]
+        self._joints = dict(zip(labels(names, "joint"), names, strict=True))
+        self._links = {label: OfLink(i) for i, label in enumerate(labels(scene.model.link_names, "link", ("joint", "world", "offset")))}
+        links = list(self._links)
+        selected = next(label for label, name in self._joints.items() if name == self._viewer.shown.selected)
         with self._gui.add_folder("Selected joint"):
-            self._selected = self._gui.add_dropdown("joint", [j.name for j in scene.model.joints], initial_value=self._viewer.shown.selected)
+            self._selected = self._gui.add_dropdown("joint", list(self._joints), initial_value=selected)
             self._part = self._gui.add_dropdown("part", ["total", "constraint", "actuation"], initial_value="total", hint="What the structure carries, what acts along the joint's motion, or both")
             self._axes = self._gui.add_dropdown("axes", ["joint", "world", *links], initial_value="joint")
             self._at = self._gui.add_dropdown("point", ["joint", "world", "offset", *links], initial_value="joint", hint="That moments are about; offset: from the joint's origin, in its axes")
@@ -242,7 +256,7 @@ class _Controls:
             control.on_update(self._choose)
 
     def _choose(self, _: Any) -> None:
-        self._viewer.shown.selected = self._selected.value
+        self._viewer.shown.selected = self._joints[self._selected.value]
         self._offset.visible = self._at.value == "offset"
         self._redraw()
 
@@ -250,8 +264,8 @@ class _Controls:
     def choice(self) -> Choice:
         """How the readout expresses the wrench."""
         x, y, z = self._offset.value
-        at = (float(x), float(y), float(z)) if self._at.value == "offset" else self._at.value
-        return Choice(cast(Side, self._on.value), at, self._axes.value, cast(Part, self._part.value))
+        at: Any = (float(x), float(y), float(z)) if self._at.value == "offset" else self._links.get(self._at.value, self._at.value)
+        return Choice(cast(Side, self._on.value), at, self._links.get(self._axes.value, self._axes.value), cast(Part, self._part.value))
 
     def _text(self) -> str:
         viewer = self._viewer
@@ -298,7 +312,7 @@ class _Controls:
                 key.visible = colours.value
 
             for note in scene.look.notes[:5]:
-                gui.add_markdown(f"*{note}*")
+                gui.add_html(f'<div style="padding:0 0.9em 0.6em;font-size:0.8em;font-style:italic;overflow-wrap:anywhere">{html(note)}</div>')
 
     def _toggle(self, words: str, name: str) -> viser.GuiCheckboxHandle:
         shown = self._viewer.shown
@@ -392,7 +406,7 @@ def show(
 
 
 def _differentiated(model: Calls, time: Array, q: Array, v: ArrayLike | None, a: ArrayLike | None) -> tuple[Array, Array]:
-    """Velocities and accelerations of a motion, the missing ones from splines as in `Model.loads`."""
+    """Velocities and accelerations of a motion, the missing ones from splines as in `Model.wrench_table`."""
     from ksl.base.errors import MotionError
     from ksl.motions.motion import complete
 

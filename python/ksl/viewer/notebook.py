@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from html import escape
+from ksl.base.markup import html as escape
+
+from collections.abc import Container
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ksl.model.calls import Calls
 from ksl.model.model_tables import joint_table
 from ksl.model.states import Array
+
+if TYPE_CHECKING:
+    from ksl.viewer.shapes import Shape
 
 ROWS = 60
 """The most rows of the table; longer ones are cut, and say so."""
@@ -18,6 +24,8 @@ TRIANGLES = 1500
 """About so many triangles have all links in the picture together: some 60 kB of HTML."""
 LINKS_WITH_SURFACE = 200
 """Robots with more are drawn as lines from joint to joint."""
+LIMB, BARREL = (0.72, 0.75, 0.8), (0.45, 0.5, 0.58)
+"""Colours of links without a surface, and of their joints."""
 EYE = (2.0, -3.0, 1.2)
 """Direction from which it is seen, in the world's axes."""
 
@@ -72,9 +80,11 @@ def _triangles(model: Calls, poses: Array) -> tuple[Array, list[str]]:
     from ksl.viewer.visuals import Appearance, appearance
 
     look = appearance(model, triangles=4 * TRIANGLES) if len(model.links) <= LINKS_WITH_SURFACE else Appearance()
-    shapes = [(shape, pose) for name, pose in zip(model.link_names, poses) for shape in look.shapes.get(name, ())]
+    own = {name: shapes for name, shapes in look.shapes.items() if name not in look.ellipsoids or not model.joints}
+    shapes = [(shape, pose) for name, pose in zip(model.link_names, poses) for shape in own.get(name, ())]
     share = max(12, TRIANGLES // max(1, len(shapes)))
     small = [simplified(shape, share).moved(pose) for shape, pose in shapes]
+    small += _limbs(model, poses, own) if len(model.links) <= LINKS_WITH_SURFACE else []
     if not small:
         return np.empty((0, 3, 3)), []
     corners = np.concatenate([shape.vertices[shape.faces] for shape in small])
@@ -87,6 +97,26 @@ def _triangles(model: Calls, poses: Array) -> tuple[Array, list[str]]:
     order = seen[np.argsort(corners[seen].mean(axis=1) @ towards)]
     light = np.clip(colour[order] * (0.45 + 0.55 * facing[order, None]), 0, 1)
     return corners[order], ["#" + bytes(rgb).hex() for rgb in np.rint(255 * light).astype(np.uint8)]
+
+
+def _limbs(model: Calls, poses: Array, drawn: Container[str]) -> list[Shape]:
+    """Links without a surface as rods from joint to joint, and barrels about the axes of their joints.
+
+    Ellipsoids of inertia, which the viewer draws through which one sees, would be mistaken for the links here: those of slender links are blades that
+    reach far beyond them.
+    """
+    from ksl.viewer.shapes import rod
+
+    index = {name: i for i, name in enumerate(model.link_names)}
+    size = float(np.ptp(poses[:, :3, 3], axis=0).max()) or 1.0
+    origin = poses[:, :3, 3]
+    bare = [j for j in model.joints if j.parent is not None and j.parent not in drawn]
+    limbs = [rod(origin[index[j.parent]], origin[index[j.child]], 0.022 * size, LIMB, 12) for j in bare if j.parent is not None]
+    for j in model.joints:
+        if j.has_axis and j.child not in drawn:
+            along = 0.045 * size * poses[index[j.child], :3, :3] @ np.array(j.axis)
+            limbs.append(rod(origin[index[j.child]] - along, origin[index[j.child]] + along, 0.035 * size, BARREL, 16))
+    return [limb for limb in limbs if len(limb.faces)]
 
 
 def _on_screen(groups: list[Array]) -> list[Array]:

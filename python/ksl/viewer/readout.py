@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -12,12 +13,20 @@ from ksl.viewer.scene import Scene
 
 
 @dataclass(frozen=True)
+class OfLink:
+    """The frame of a link, which may be called `world` or `joint`."""
+
+    index: int
+    """In `model.links`."""
+
+
+@dataclass(frozen=True)
 class Choice:
-    """How a wrench is expressed; as in `Model.reactions`."""
+    """How a wrench is expressed; as in `Model.reactions`.  A point (3) is from the joint's origin, in its axes, m."""
 
     on: Side = "child"
-    at: str | tuple[float, float, float] = "joint"
-    axes: str = "joint"
+    at: Literal["joint", "world"] | OfLink | tuple[float, float, float] = "joint"
+    axes: Literal["joint", "world"] | OfLink = "joint"
     part: Part = "total"
 
 
@@ -25,10 +34,22 @@ def wrench_at(scene: Scene, sample: int, joint: str, choice: Choice) -> Array:
     """The wrench (6) through a joint in one state, force first; N, N m."""
     one = slice(sample, sample + 1)
     external = {name: w[one] for name, w in scene.external.items()}
-    wrench: Array = scene.model.reactions(
-        scene.q[one], scene.v[one], scene.a[one], external, on=choice.on, at=choice.at, axes=choice.axes, part=choice.part, joints=[joint]
-    )[0, 0]
-    return wrench
+    wrench = scene.model.reactions(scene.q[one], scene.v[one], scene.a[one], external, on=choice.on, at="joint", axes="joint", part=choice.part, joints=[joint])[0, 0]
+    own = scene.poses[sample, scene.children[scene.joint_index(joint)]]
+    force, moment = own[:3, :3] @ wrench[:3], own[:3, :3] @ wrench[3:]
+    moment = moment + np.cross(own[:3, 3] - _point(scene, sample, own, choice), force)
+    axes = own if choice.axes == "joint" else np.eye(4) if choice.axes == "world" else scene.poses[sample, choice.axes.index]
+    both: Array = (np.stack([force, moment]) @ axes[:3, :3]).reshape(6)  # rows times R are Rᵀ times columns
+    return both
+
+
+def _point(scene: Scene, sample: int, own: Array, choice: Choice) -> Array:
+    """The point (3) that moments are about, in the world; own: the joint's pose there."""
+    if isinstance(choice.at, OfLink):
+        return np.asarray(scene.poses[sample, choice.at.index, :3, 3])
+    if isinstance(choice.at, tuple):
+        return np.asarray(own[:3, 3] + own[:3, :3] @ np.array(choice.at))
+    return np.asarray(own[:3, 3] if choice.at == "joint" else np.zeros(3))
 
 
 def readout(scene: Scene, sample: int, joint: str, choice: Choice) -> str:

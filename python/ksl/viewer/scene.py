@@ -196,10 +196,12 @@ def make_scene(
         raise MotionError(f"time has shape {times.shape}, and q {positions.shape}; expected a time for each position")
     wrenches = {name: np.broadcast_to(np.asarray(w, dtype=float), (n, 6)) for name, w in items_of(external)}
     names = [j.name for j in model.joints]
-    requests = tuple(model.reaction_request("child", "joint", "world", "lin_ang", part, names) for part in ("total", "constraint"))
+    requests = tuple(model.reaction_request("child", "joint", "joint", "lin_ang", part, names) for part in ("total", "constraint"))
     tau, total, constraint = model.inverse_dynamics_with_reactions(positions, velocity, acceleration, requests, wrenches)
     poses = model.frame_poses(positions)
     index = {name: i for i, name in enumerate(model.link_names)}
+    of_joints = poses[:, [index[j.child] for j in model.joints], :3, :3]
+    total, constraint = (np.einsum("njab,njwb->njwa", of_joints, x.reshape(n, -1, 2, 3)).reshape(n, -1, 6) for x in (total, constraint))  # a link may be called `world`
     return Scene(
         model, look or appearance(model, package_paths, triangles), times, positions, velocity, acceleration, wrenches, poses,
         model.frame_velocities(positions, velocity, axes="world", at="frame"), constraint, total - constraint,

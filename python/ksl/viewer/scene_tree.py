@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from ksl.model.mechanism import Joint
 from ksl.model.states import Array
+from ksl.viewer.labels import labels
 from ksl.viewer.scene import ACTUATION, CENTRE, CONSTRAINT, EXTERNAL, SCREW, Scene
 from ksl.viewer.shapes import GREY, ellipsoid, unit_head, unit_shaft
 from ksl.viewer.still import LEVELS, SEE_THROUGH, link_colours
@@ -16,8 +18,10 @@ from ksl.viewer.still import LEVELS, SEE_THROUGH, link_colours
 if TYPE_CHECKING:
     import viser
 
-UNNAMED = "/"
-"""Separates the nodes of viser's tree, and must not occur in the names of links."""
+BACKGROUND = (226, 231, 237)
+"""Before which links are seen: many are white or light grey, which is lost before white."""
+ENVIRONMENT = 0.5
+"""Of the light from all sides.  The whole of it, as viser has it, leaves no side of a link in its own colour."""
 
 
 @dataclass
@@ -51,14 +55,20 @@ class Stage:
         self._tree = server.scene
         self._quaternions: dict[int, Array] = {}
         self._tree.set_up_direction("+z")
+        self._tree.configure_environment_map("warehouse", environment_intensity=ENVIRONMENT)
+        self._tree.set_background_image(np.full((2, 2, 3), BACKGROUND, dtype=np.uint8))
         self._add_ground()
-        self._links = [self._tree.add_frame(f"/links/{_node(name)}", show_axes=False, axes_length=0.06 * scene.size, axes_radius=0.002 * scene.size) for name in scene.model.link_names]
-        self._surfaces = {name: self._add_surfaces(name) for name in scene.model.link_names}
-        self._frame_names = [self._tree.add_label(f"/links/{_node(name)}/name", name, visible=False, anchor="bottom-right") for name in scene.model.link_names]
+        links, joints = scene.model.link_names, [j.name for j in scene.model.joints]
+        self._link_nodes = dict(zip(links, _nodes(links, "link"), strict=True))
+        self._shown_joints = labels(joints, "joint")
+        self._links = [self._tree.add_frame(f"/links/{node}", show_axes=False, axes_length=0.06 * scene.size, axes_radius=0.002 * scene.size) for node in self._link_nodes.values()]
+        self._surfaces = {name: self._add_surfaces(name) for name in links}
+        shown_links = zip(self._link_nodes.values(), labels(links, "link"), strict=True)
+        self._frame_names = [self._tree.add_label(f"/links/{node}/name", label, visible=False, anchor="bottom-right") for node, label in shown_links]
         self._bones = self._segments("/mechanism/links", scene.bones(0), (115, 122, 133), 4.0)
         self._axes = self._segments("/mechanism/axes", scene.axes(0), (50, 55, 64), 5.0)
         self._all_axes = self._segments("/mechanism/joint_axes", self._axis_segments(scene, 0), (50, 55, 64), 3.0)
-        self._labels = [self._tree.add_label(f"/joints/{_node(j.name)}", j.name, visible=False) for j in scene.model.joints]
+        self._labels = [self._tree.add_label(f"/joints/{node}", label, visible=False) for node, label in zip(_nodes(joints, "joint"), self._shown_joints, strict=True)]
         self._structure, self._drive = (_Arrows(self._tree, name, 2 * len(scene.model.joints), c) for name, c in (("structure", CONSTRAINT), ("drive", ACTUATION)))
         self._external = _Arrows(self._tree, "external", 2 * len(scene.placed), EXTERNAL) if scene.placed else None
         ball = ellipsoid(np.full(3, 0.015 * scene.size))
@@ -100,7 +110,7 @@ class Stage:
             colour = _bytes(shape.colour)
             inertia = name in self.scene.look.ellipsoids  # no surface of the robot: what is inside must be seen
             mesh = self._tree.add_mesh_simple(
-                f"/links/{_node(name)}/surface{k}", _f4(shape.vertices), shape.faces.astype(np.uint32), color=colour, opacity=SEE_THROUGH if inertia else None,
+                f"/links/{self._link_nodes[name]}/surface{k}", _f4(shape.vertices), shape.faces.astype(np.uint32), color=colour, opacity=SEE_THROUGH if inertia else None,
                 flat_shading=not inertia, side="front" if inertia else "double", cast_shadow=not inertia,
             )  # fmt: skip
             surfaces.append((mesh, colour))
@@ -160,7 +170,7 @@ class Stage:
             if wanted or (self.shown.recorded and moves):
                 force, moment = np.linalg.norm(total[i, :3]), np.linalg.norm(total[i, 3:])
                 numbers = f": {force:.4g} N, {moment:.4g} N m{_effort(scene, sample, i)}" if selected or self.shown.recorded else ""
-                _set(label, "text", joint.name + numbers)  # numbers of all joints would cover the robot
+                _set(label, "text", self._shown_joints[i] + numbers)  # numbers of all joints would cover the robot
                 _set(label, "position", scene.origins[sample, i])
 
     def _show_screw(self, scene: Scene, sample: int) -> None:
@@ -254,8 +264,9 @@ def _set(node: Any, name: str, value: Any) -> None:
         setattr(node, name, value)
 
 
-def _node(name: str) -> str:
-    return name.replace(UNNAMED, "_")
+def _nodes(names: Sequence[str], what: str) -> list[str]:
+    """Names of nodes, which a slash would separate in viser's tree."""
+    return labels([name.replace("/", "_") for name in names], what)
 
 
 def _f4(x: Array) -> Any:

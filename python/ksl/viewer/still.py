@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.base.markup import plotly
 from ksl.model.joint_kinds import KINDS
 from ksl.model.mechanism import Joint
 from ksl.model.states import Array
@@ -120,7 +121,7 @@ def _wrench(scene: Scene, sample: int, joint: str) -> tuple[list[Shape], list[st
                 numbers.append(f"{size:.4g} {unit}")
         if shapes:
             parts += [Shape(s.vertices, s.faces, _share(colour)) for s in shapes]
-            legend.append(f'<span style="color:rgb{colour}">■</span> {words}: {", ".join(numbers)}')
+            legend.append(f'<span style="color:rgb{colour}">■</span> {plotly(words)}: {", ".join(numbers)}')
     ball = ellipsoid(np.full(3, 2.2 * radius), 12)
     parts.append(Shape(ball.vertices + origin, ball.faces, (0.1, 0.1, 0.1)))
     metre = (f"{_plain(1 / in_scale.force)} N", f"{_plain(1 / in_scale.moment)} N m (two heads)")

@@ -5,9 +5,12 @@ from __future__ import annotations
 import contextlib
 import io
 import socket
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ksl.base.errors import ViewerError
+from ksl.base.printable import one_line
+from ksl.viewer.gate import HOST, Gate, behind, is_shut
 
 if TYPE_CHECKING:
     import viser
@@ -16,10 +19,11 @@ PORT = 8080
 """Where the page is unless a port is asked for; if it is in use, at a free one."""
 
 
-def start_server(port: int | None, name: str) -> viser.ViserServer:
-    """A server on 127.0.0.1, which other machines can't reach.
+def start_server(port: int | None, name: str, report: Callable[[str], None] = lambda said: None) -> tuple[viser.ViserServer, str]:
+    """A server on 127.0.0.1, which neither other machines nor pages of others can reach (:mod:`ksl.viewer.gate`), and the address of its page.
 
-    port: None takes 8080, or if that is in use a free one.  Raises ViewerError where the port is in use, or the extra ksl[view] is missing.
+    port: None takes 8080, or if that is in use a free one.  report: is told the errors of the page.
+    Raises ViewerError where the port is in use, or the extra ksl[view] is missing.
     """
     try:
         import viser
@@ -30,8 +34,13 @@ def start_server(port: int | None, name: str) -> viser.ViserServer:
     if port is not None and not _is_free(port):
         raise ViewerError(f"port {port} is in use; give another one, or none, and a free one is taken")
     chosen = port or (PORT if _is_free(PORT) else _free_port())
-    with contextlib.redirect_stdout(io.StringIO()):  # viser announces itself in a box
-        return viser.ViserServer(host="127.0.0.1", port=chosen, label=name, verbose=False)
+    gate = Gate(report)
+    with contextlib.redirect_stdout(io.StringIO()), behind(gate):  # viser announces itself in a box
+        server = viser.ViserServer(host=HOST, port=chosen, label=one_line(name)[:100], verbose=False)
+    if not is_shut(server.get_port()):
+        stop_server(server)
+        raise ViewerError(f"viser {viser.__version__} answers pages of other sites; install the newest of KSL and of viser: pip install -U 'ksl[view]'")
+    return server, f"http://{HOST}:{server.get_port()}/{gate.token}/"
 
 
 def stop_server(server: viser.ViserServer) -> None:

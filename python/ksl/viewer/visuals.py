@@ -6,6 +6,7 @@ import os
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -57,6 +58,30 @@ def appearance(model: Mechanism, package_paths: Sequence[str | os.PathLike[str]]
             found.ellipsoids.add(each.name)
     found.notes[:] = list(dict.fromkeys(found.notes))
     return found
+
+
+def of_file(model: Mechanism, package_paths: Sequence[str | os.PathLike[str]] = ()) -> tuple[bool, list[str]]:
+    """Whether surfaces of the model's file are drawn, and a line about meshes that can't be.  Looks where they are, and reads none: O(links)."""
+    drawn, named, faults = False, 0, []
+    for link in _urdf_links(model).values():
+        for kind in (kind for element in link.findall("visual") for kind in element.findall("geometry/*")):
+            if kind.tag != "mesh":
+                drawn = True
+                continue
+            named += 1
+            filename = kind.get("filename", "")
+            path = find_mesh(filename, Path(model.file), package_paths)
+            fault = "is not found" if path is None else mesh_fault(path)
+            drawn = drawn or fault is None
+            faults += [f"{filename} {fault}"] if fault else []
+    if named and find_spec("trimesh") is None:
+        return drawn, ["pictures show no meshes: reading them needs the extra ksl[view] (pip install 'ksl[view]')"]
+    if not faults:
+        return drawn, []
+    mend = "; ROS_PACKAGE_PATH names folders of packages" if any("package://" in fault for fault in faults) else ""
+    count = f"{len(faults)} of {named} meshes" if named > 1 else "the mesh"
+    first = f", the first: {faults[0]}" if len(faults) > 1 else f": {faults[0]}"
+    return drawn, [f"pictures are without {count} of the file{first}{mend}"]
 
 
 def _within_budget(shapes: dict[str, list[Shape]]) -> None:

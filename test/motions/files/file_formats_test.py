@@ -108,9 +108,9 @@ REFUSED = {
     ),
     "text": (parquet(pa.table(ROW | {"mode": ["auto"]})), ": unknown column 'mode', which holds text ('string')"),
     "a joint as text": (parquet(pa.table(ROW | {"hip": ["0"]})), ": column 'hip' holds string; expected numbers"),
-    "a gap": (
-        parquet(pa.table({n: x * 3 for n, x in ROW.items()} | {"hip": [0.0, None, 1.0], "time": [0.0, 1.0, 2.0]})),
-        ": sample 2: column 'hip' is not a number or missing",
+    "infinite": (
+        parquet(pa.table({n: x * 3 for n, x in ROW.items()} | {"hip": [0.0, np.inf, 1.0], "time": [0.0, 1.0, 2.0]})),
+        ": sample 2: column 'hip' is infinite",
     ),
     "a date is missing": (parquet(pa.table(ROW | {"time": pa.array([None], pa.timestamp("ns"))})), ": 1 time in column 'time' missing"),
     "NPZ, truncated": (npz(**ROW)[:-40], ": is an NPZ file or another zip archive, but truncated or damaged"),

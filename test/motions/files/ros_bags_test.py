@@ -228,9 +228,9 @@ def test_never_at_the_same_time(leg, tmp_path, refusal):
 
 
 def test_the_folder_of_a_bag_has_a_hash(tmp_path):
-    from ksl.load_cases.provenance import input_file
+    from ksl.base.files_read import sha256_of, state_of
 
-    one, other = (input_file("motion", write(tmp_path / name, "ros2", leg_messages(n))).sha256 for name, n in (("a", 3), ("b", 4)))
+    one, other = (sha256_of(state_of(write(tmp_path / name, "ros2", leg_messages(n)))) for name, n in (("a", 3), ("b", 4)))
     assert one and other and one != other
 
 

@@ -67,6 +67,6 @@ def test_the_verdict_is_not_green(leg):
     q = np.column_stack([swing(T), np.zeros_like(T)])
     levels = []
     for rows in (slice(None), keep):
-        run = ksl.loads(leg, [T[rows], q[rows]])
+        run = ksl.compute_loads(leg, [T[rows], q[rows]])
         levels.append([r for r in run.verdict.reasons if "no samples between" in r])
-    assert levels[0] == [] and len(levels[1]) == 1 and ksl.loads(leg, [T[keep], q[keep]]).verdict.level != "green"
+    assert levels[0] == [] and len(levels[1]) == 1 and ksl.compute_loads(leg, [T[keep], q[keep]]).verdict.level != "green"

@@ -30,7 +30,7 @@ def with_q(pick, q, **options):
 
 
 def efforts(model, m):
-    return model.inverse_dynamics(m.q, m.v, m.a)
+    return model.inverse_dynamics(m.q, m.resolved_v, m.resolved_a)
 
 
 NOISY = {

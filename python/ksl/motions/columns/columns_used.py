@@ -16,7 +16,7 @@ from ksl.motions.columns.recorded import Recorded
 from ksl.motions.columns.time_column import TIME, TimeColumn, find_time
 from ksl.motions.columns.units import DEGREE, bare, factor, si
 
-_WITH_UNIT = re.compile(r"(.*\S)\s*([\[(][^\[\]()]+[\])])")
+_WITH_UNIT = re.compile(r"(.*\S)\s*([\[(](?!\d+[\])])[^\[\]()]+[\])])")  # a number is that of an element of a list
 LEFT_OUT = "--ignore-extra leaves out what no joint has"
 NOT_USED = "not used: column "
 
@@ -56,7 +56,8 @@ class Choice:
     @property
     def sources(self) -> list[str]:
         """Columns of the file to be read, the times first."""
-        return list(dict.fromkeys([self.time.name, *(u.source for u in self.used.values())]))
+        times = [self.time.name] + [self.time.nanoseconds] * bool(self.time.nanoseconds)
+        return list(dict.fromkeys([*times, *(u.source for u in self.used.values())]))
 
 
 def quantities(table: Recorded, model: Mechanism) -> dict[str, Quantity]:
@@ -88,7 +89,7 @@ def choose_columns(
     choice = Choice(_time(table, known, rules, columns))
     unknown = _Unknown(table, model, known, columns)
     for source, rule in rules.items():
-        if source == choice.time.name:
+        if source in (choice.time.name, choice.time.nanoseconds):
             continue
         if rule.to not in known:
             choice.notes.append(unknown.left_out(source, rule, ignore_extra))
@@ -186,7 +187,7 @@ class _Unknown:
         if ignore_extra or (self.table.is_recording and source in self.of_followers):
             return f"{NOT_USED}{source!r}" + (" (it follows another joint)" if source in self.of_followers else "")
         kind, text = "joint" if self.table.is_recording else "column", self.table.text_in(source)
-        holds = f", which holds text ({text[:40]!r})" if text is not None else ""
+        holds = f", which holds {self.table.what_is_in(source)} ({text[:40]!r})" if text is not None else ""
         raise MotionError(f"{self.table.head}: unknown {kind} {source!r}{holds}; {self._hint(source)}")
 
     @cached_property

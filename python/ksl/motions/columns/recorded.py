@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksl.base import limits
 from ksl.base.errors import MotionError
@@ -56,6 +57,10 @@ class Recorded:
         """A value of the column that is no number, as far as that is known from its first rows; None where there is none."""
         return self.texts.get(name)
 
+    def what_is_in(self, name: str) -> str:
+        """A word for what a column holds that holds no numbers."""
+        return "text"
+
     def read(self, names: Sequence[str], time: str | None = None) -> dict[str, Array]:
         """The numbers of these columns, each (n); NaN where one is missing.  Raises MotionError.
 
@@ -88,10 +93,10 @@ def check_numbers(file: str, numbers: int, about: str = "") -> None:
         raise MotionError(f"{file}: {about}{numbers:,} numbers; at most {limits.MOTION_NUMBERS:,} are read: thin it out, or give a part of it")
 
 
-def check_finite(table: Recorded, columns: Mapping[str, Array], rows: slice = slice(None)) -> None:
-    """Refuses the first number that is missing or infinite.  rows: which rows of the file the columns hold."""
+def check_finite(table: Recorded, columns: Mapping[str, Array], rows: NDArray[np.intp] | None = None, missing: bool = False) -> None:
+    """Refuses the first number that is infinite, or missing unless `missing` is true.  rows: which rows of the file the columns hold."""
     for name, x in columns.items():
-        bad = np.flatnonzero(~np.isfinite(x))
+        bad = np.flatnonzero(np.isinf(x) if missing else ~np.isfinite(x))
         if len(bad):
             what = "is not a number or missing" if np.isnan(x[bad[0]]) else "is infinite"
-            raise MotionError(f"{table.place(int(bad[0]) + (rows.start or 0))}: column {name!r} {what}; every sample needs a finite number in every column")
+            raise MotionError(f"{table.place(int(bad[0] if rows is None else rows[bad[0]]))}: column {name!r} {what}; every sample needs a finite number in every column")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +20,8 @@ _NAMES = re.compile(
     r"(?:[ _]?[\[(]?(s|sec|secs|seconds|ms|us|µs|ns)[\])]?)?",
     re.IGNORECASE,
 )
+_SECONDS = re.compile(r"((?:.*[._/ ])?)(?:sec|secs|seconds)")
+_NANOSECONDS = ("nanosec", "nanosecs", "nsec", "nsecs", "nanoseconds")
 _DATES = (9.4e8, 4.2e9)
 """s since 1970, of the years 2000 to 2100: times in this range are dates."""
 
@@ -31,15 +33,22 @@ class TimeColumn:
     """As the file says it; empty where it says nothing."""
     scale: float = 1.0
     """The scale that a map gives; the result is in the unit."""
+    nanoseconds: str = ""
+    """The column that holds what is less than a second, as stamps of ROS have it."""
 
 
-def find_time(table: Recorded, of_joints: Collection[str]) -> TimeColumn:
-    """The column `time`; or else the only one that is called t, Time, timestamp, or so.  Raises MotionError.
+def find_time(table: Recorded, of_joints: Set[str]) -> TimeColumn:
+    """The column `time`; or else the only ones that are seconds and nanoseconds of a stamp, or the only one that is called t, Time,
+    timestamp, or so.  Raises MotionError.
 
     of_joints: columns that joints have, which are not times even if a joint is called t.
     """
     if TIME in table.names:
         return TimeColumn(TIME, table.units.get(TIME, ""))
+    stamps = [(n, m[1] + e) for n in table.names if len(n) < 200 and (m := _SECONDS.fullmatch(n)) for e in _NANOSECONDS if m[1] + e in table.names]
+    stamps = [pair for pair in stamps if not of_joints & set(pair)]
+    if len(stamps) == 1:
+        return TimeColumn(stamps[0][0], "s", nanoseconds=stamps[0][1])
     found = {n: m for n in table.names if n not in of_joints and len(n) < 40 and (m := _NAMES.fullmatch(n.strip().lstrip("%#").strip()))}
     if not found:
         raise MotionError(f"{table.head}: no column `time`; found {listed(table.names)}")
@@ -69,9 +78,20 @@ def with_unit(table: Recorded, column: TimeColumn, wished: str | None) -> TimeCo
     return replace(column, unit=wished)
 
 
+def with_nanoseconds(table: Recorded, column: TimeColumn, values: Mapping[str, Array]) -> Array:
+    """Times in s of two columns.  Dates are counted from the second of the first sample, so that no digit is lost."""
+    seconds, nanoseconds = values[column.name], values[column.nanoseconds]
+    first = float(seconds[0]) if len(seconds) and np.isfinite(seconds[0]) else 0.0
+    start = first if _DATES[0] <= first < _DATES[1] else 0.0
+    if start:
+        table.notes.append(f"times are s since 1970; time 0 is {np.datetime64(round(start * 1000), 'ms')} UTC")
+    return (seconds - start) + nanoseconds * 1e-9
+
+
 def in_seconds(table: Recorded, column: TimeColumn, time: Array) -> tuple[Array, list[str]]:
     """Times in s, and what was done to them: their unit was converted, or dates were counted from the first sample."""
-    notes = [] if column.name == TIME else [f"column {column.name!r} is taken as the time" + ("" if column.unit else ", in s")]
+    both = f"columns {column.name!r} and {column.nanoseconds!r} are taken as seconds and nanoseconds of the time"
+    notes = [] if column.name == TIME else [both] if column.nanoseconds else [f"column {column.name!r} is taken as the time" + ("" if column.unit else ", in s")]
     scale = column.scale * (factor(table.head, column.name, column.unit, "time", 0) if column.unit else 1.0)
     if scale != 1.0:
         notes.append(f"times were multiplied by {scale:g}" if column.scale != 1.0 else f"times were converted from {bare(column.unit)} to s")

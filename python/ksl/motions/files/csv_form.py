@@ -78,12 +78,14 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
     start = 1
     header, header_line = fields[0], lines[0].number
     notes = []
-    if all(is_number(x) for x in header if x) and any(header):  # names may stand in a comment, as numpy and MATLAB write them
+    numbers = [is_number(x) for x in header if x]
+    if any(numbers):  # names may stand in a comment, as numpy, MATLAB and rostopic write them
         found = _header_in_comment(comments, header_line, len(header), separator)
-        if found is None:
+        if found is None and all(numbers):
             raise MotionError(f"{file}:{header_line}: no names of columns, but numbers; {MEND}, named in the first line")
-        header, header_line, start = found[0], found[1], 0
-        notes.append(f"names of the columns are taken from the comment in line {header_line}")
+        if found is not None:
+            header, header_line, start = found[0], found[1], 0
+            notes.append(f"names of the columns are taken from the comment in line {header_line}")
     check_names(f"{file}:{header_line}", header)  # columns without a name are counted, too
     header = [text_of_cell(name) for name in header]
     if not any(header):

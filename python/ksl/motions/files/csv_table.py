@@ -90,6 +90,20 @@ class CsvTable(Recorded):
             self.times_are_seconds = True
         return columns
 
+    def read_texts(self, names: Sequence[str]) -> list[list[str]]:
+        """Columns of text, empty where there is none."""
+        import pyarrow as pa
+
+        table = self._parsed(dict.fromkeys(names, pa.string()))
+        return [[x or "" for x in table.column(_numbered(self._index[n])).to_pylist()] for n in names]
+
+    def read_integers(self, names: Sequence[str]) -> list[list[int]]:
+        """Columns of whole numbers with all their digits, 0 where there is none."""
+        import pyarrow as pa
+
+        table = self._parsed(dict.fromkeys(names, pa.int64()))
+        return [[x or 0 for x in table.column(_numbered(self._index[n])).to_pylist()] for n in names]
+
     def _parsed(self, types: dict[str, pa.DataType]) -> pa.Table:
         """The columns of these names, and those without a name, which must be empty.  Raises MotionError."""
         import pyarrow as pa

@@ -17,13 +17,10 @@ from ksl.model.states import Array
 from ksl.motions.columns.recorded import Recorded
 from ksl.motions.columns.time_column import TIME
 from ksl.motions.signal.gaps import GAP
+from ksl.motions.signal.ordered import FILLED_IN, RESTART
 from ksl.motions.signal.resampling import on_spline
 
 Nanoseconds = NDArray[np.int64]
-RESTART = 0.5
-"""Messages that overtake each other are sorted by their stamps; stamps that jump back by more than this, s, have another reason."""
-FILLED_IN = 1e-3
-"""Velocities that are all zero, while positions change by more than this (rad or m), were not measured."""
 SECOND = 1_000_000_000
 
 

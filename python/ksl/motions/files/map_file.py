@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 
 from ksl.base.csv_cells import text_of_cell
 from ksl.base.errors import MotionError, near_names
+from ksl.base.files_read import being_read
 from ksl.base.toml_files import read_text, toml_of
 from ksl.motions.columns.column_map import ColumnMap, ColumnRule
 from ksl.motions.files.csv_form import doubts_about_end, form_of
@@ -30,7 +31,9 @@ def read_map(given: str | os.PathLike[str] | Mapping[str, object]) -> ColumnMap:
     if isinstance(given, Mapping):
         return _of_tables("map", {"columns": given} if not set(given) & set(TABLES) else given)
     file = os.fspath(given)
-    return map_of(read_text(file, MotionError, "give a map of columns, a TOML or a CSV file"), file)
+    with being_read("map", file, MotionError):
+        text = read_text(file, MotionError, "give a map of columns, a TOML or a CSV file")
+    return map_of(text, file)
 
 
 def map_of(text: str, file: str = "map") -> ColumnMap:

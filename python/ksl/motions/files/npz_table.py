@@ -7,6 +7,7 @@ import struct
 import zipfile
 import zlib
 from dataclasses import dataclass
+from functools import lru_cache
 from io import BytesIO
 from typing import BinaryIO
 
@@ -22,8 +23,12 @@ from ksl.model.motion_columns import columns_of
 from ksl.motions.columns.recorded import Recorded, check_columns, check_names, check_numbers
 
 STATES = ("q", "v", "a")
+NUMBERS = "fiub"
+"""Kinds of NumPy's types that are numbers."""
 NAMES = ("joints", "joint_names", "names")
 """Arrays that may say to which joints the columns of q, v and a belong."""
+SMALL = 512
+"""Bytes of an array that is kept when its header is read: there may be 100,000 of them."""
 HEADER_BYTES = 12 + 10_000
 """So many bytes of an array are looked at before it is loaded: NumPy reads no longer headers."""
 
@@ -43,11 +48,13 @@ class _Announced:
     size: int
     dtype: np.dtype[np.generic]
     first: str
-    """Its first value as text, if it is short, or else its type."""
+    """Its first value as text, if it is short, or else its type; empty for numbers."""
+    small: NDArray[np.generic] | None = None
+    """The array, if it is small: then it is not opened a second time."""
 
     @property
     def holds_numbers(self) -> bool:
-        return self.dtype.kind in "fiub"
+        return self.dtype.kind in NUMBERS
 
     @property
     def lists_names(self) -> bool:
@@ -97,19 +104,32 @@ def _announced(file: str, archive: zipfile.ZipFile, member: str) -> _Announced:
     if inside.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # the others unpack more at once than they are asked for
         raise MotionError(f"{file}: array {name!r} is compressed by a method that NumPy doesn't write; save it by numpy.savez_compressed")
     with archive.open(inside) as opened:
-        head = BytesIO(opened.read(HEADER_BYTES))
-    try:  # versions 2 and 3 differ in the encoding of names inside of a type
-        shape, _, dtype = npy.read_array_header_1_0(head) if npy.read_magic(head) == (1, 0) else npy.read_array_header_2_0(head)
-    except Exception as e:  # what is no shape or no type raises errors of many kinds
-        raise ValueError(str(e)) from None
+        data = opened.read(HEADER_BYTES)
+    shape, fortran, dtype, begin = _header(data[: 10 + int.from_bytes(data[8:10], "little")] if data[6:8] == b"\x01\x00" else data)
     if dtype.hasobject:
         raise MotionError(f"{file}: array {name!r} holds Python objects; save numbers only")  # reading them might run anything
     size = math.prod(shape)
-    if min(shape, default=0) < 0 or head.tell() + size * dtype.itemsize > inside.file_size:
+    if min(shape, default=0) < 0 or begin + size * dtype.itemsize > inside.file_size:
         raise ValueError("an array that announces more than there is")
-    value = head.read(dtype.itemsize)
+    if dtype.kind in NUMBERS:
+        small = None
+        if inside.file_size <= SMALL:
+            small = np.frombuffer(data, dtype, size, begin).reshape(shape, order="F" if fortran else "C") if size else np.empty(shape, dtype)
+        return _Announced(name, size, dtype, "", small)
+    value = data[begin : begin + dtype.itemsize]
     short = size > 0 and 0 < len(value) == dtype.itemsize
     return _Announced(name, size, dtype, str(np.frombuffer(value, dtype, 1)[0]) if short else str(dtype))
+
+
+@lru_cache(maxsize=64)
+def _header(data: bytes) -> tuple[tuple[int, ...], bool, np.dtype[np.generic], int]:
+    """Shape, order, type and where the numbers begin, of the bytes with which an array begins.  Raises ValueError."""
+    head = BytesIO(data)
+    try:  # versions 2 and 3 differ in the encoding of names inside of a type
+        shape, fortran, dtype = npy.read_array_header_1_0(head) if npy.read_magic(head) == (1, 0) else npy.read_array_header_2_0(head)
+    except Exception as e:  # what is no shape or no type raises errors of many kinds
+        raise ValueError(str(e)) from None
+    return shape, fortran, dtype, head.tell()
 
 
 def _check_sizes(file: str, arrays: list[_Announced]) -> None:
@@ -125,6 +145,8 @@ def _check_sizes(file: str, arrays: list[_Announced]) -> None:
 
 
 def _loaded(archive: zipfile.ZipFile, array: _Announced) -> NDArray[np.generic]:
+    if array.small is not None:
+        return array.small.copy()
     with archive.open(f"{array.name}.npy") as opened:
         x: NDArray[np.generic] = npy.read_array(opened, allow_pickle=False)
         return x

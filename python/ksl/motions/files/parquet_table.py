@@ -15,7 +15,7 @@ from ksl.base.arrow_files import arrow_file
 from ksl.base.errors import MotionError
 from ksl.base.words import count
 from ksl.model.states import Array
-from ksl.motions.columns.recorded import Recorded, check_numbers
+from ksl.motions.columns.recorded import Recorded, check_columns, check_numbers
 from ksl.motions.files.arrow_memory import own_memory
 
 if TYPE_CHECKING:
@@ -51,11 +51,32 @@ class ParquetTable(Recorded):
             raise MotionError(f"{file}: holds the wrenches that `ksl loads` has computed, not a motion; give the motion's file")
         names = [n for n in self._schema.names if not n.startswith(INDEX)]
         notes = [] if len(names) == len(self._schema.names) else ["an index without a name is left out"]
+        self._of_list: dict[str, tuple[str, int]] = {}
+        types = {f.name: f.type for f in self._schema}
+        names = [each for n in names for each in self._elements(file, n, types)]
         repeated = [n for n, k in Counter(names).items() if k > 1]
         if repeated:
             raise MotionError(f"{file}: two columns are named {repeated[0]!r}; rename or remove one")
         units = {f.name: f.metadata[k].decode(errors="replace") for f in self._schema if f.metadata for k in (b"unit", b"units") if k in f.metadata}
         super().__init__(file, "Parquet", names, {}, units, notes)
+
+    def _elements(self, file: str, name: str, types: dict[str, pa.DataType]) -> list[str]:
+        """The name of a column, or those of its elements, `state[0]` …, if it holds lists of numbers, as LeRobot writes them."""
+        import pyarrow.types as t
+
+        kind = types[name]
+        if not (t.is_list(kind) or t.is_large_list(kind) or t.is_fixed_size_list(kind)) or not _is_number(kind.value_type):
+            return [name]
+        if t.is_fixed_size_list(kind):
+            size = kind.list_size
+        else:  # the first row says how many there are; that all have as many is seen when they are read
+            metadata = self._parquet.metadata
+            inner = next((i for i in range(metadata.num_columns) if metadata.schema.column(i).path.startswith(f"{name}.")), None)
+            values = sum(metadata.row_group(g).column(inner).num_values for g in range(metadata.num_row_groups)) if inner is not None else 0
+            size = values // max(metadata.num_rows, 1)
+        check_columns(file, size)
+        self._of_list |= {f"{name}[{k}]": (name, k) for k in range(size)}
+        return [f"{name}[{k}]" for k in range(size)] or [name]
 
     def _opened(self) -> pa.NativeFile:
         return arrow_file(self._source) if isinstance(self._source, Path) else self._source
@@ -63,10 +84,19 @@ class ParquetTable(Recorded):
     def text_in(self, name: str) -> str | None:
         import pyarrow.types as t
 
+        if name in self._of_list:
+            return None
         kind = self._schema.field(name).type
         if t.is_integer(kind) or t.is_floating(kind) or t.is_decimal(kind) or t.is_null(kind):
             return None
         return str(kind)
+
+    def what_is_in(self, name: str) -> str:
+        """What a column holds that holds no numbers."""
+        import pyarrow.types as t
+
+        kind = self._schema.field(name).type
+        return "lists" if t.is_nested(kind) else "text"
 
     def read(self, names: Sequence[str], time: str | None = None) -> dict[str, Array]:
         """As Recorded.read.  What the columns hold, and how much, is judged before they are read: a few bytes can stand for billions of values."""
@@ -76,15 +106,22 @@ class ParquetTable(Recorded):
             kind = self.text_in(n)
             if kind is not None and not (n == time and self._are_times(n)):
                 raise MotionError(f"{self.file}: column {n!r} holds {kind}; expected numbers")
-        self._check_size(names)
+        stored = {n: self._of_list[n][0] if n in self._of_list else n for n in names}
+        self._check_size(list(stored.values()))
         try:
-            texts = {time: self._texts(time)} if time is not None and self._is_text(time) else {}
-            table = self._parquet.read(columns=[n for n in names if n not in texts])
+            texts = {time: self._texts(time)} if time is not None and time not in self._of_list and self._is_text(time) else {}
+            table = self._parquet.read(columns=list(dict.fromkeys(stored[n] for n in names if n not in texts)))
             self._parquet.close()
         except MemoryError:
             raise
         except (pa.ArrowException, OSError, UnicodeError):
             raise MotionError(f"{self.file}: {DAMAGED}") from None
+        lists = {n: self._lists(table.column(n), n) for n in {stored[e] for e in names if e in self._of_list}}
+        if lists:
+            found = {n: lists[stored[n]][:, self._of_list[n][1]] for n in names if n in self._of_list}
+            rest = [n for n in names if n not in found]
+            others = {n: texts[n] if n in texts else table.column(n) for n in rest}
+            return found | {n: self._times(c, n) if n == time else self._numbers(c) for n, c in others.items()}
         columns = {n: texts[n] if n in texts else table.column(n) for n in names}
         return {n: self._times(c, n) if n == time else self._numbers(c) for n, c in columns.items()}
 
@@ -135,6 +172,19 @@ class ParquetTable(Recorded):
                 raise MotionError(f"{self.file}: the times in column {name!r} are larger than {most}, the most that is read; write them in seconds")
             parts.append(part)
         return pa.chunked_array(parts, pa.string())
+
+    def _lists(self, column: pa.ChunkedArray, name: str) -> Array:
+        """Lists of numbers as a matrix (rows, elements).  Raises MotionError if their lengths differ."""
+        import pyarrow.compute as pc
+
+        size = sum(1 for of, _ in self._of_list.values() if of == name)
+        lengths = pc.list_value_length(column).to_numpy()
+        bad = np.flatnonzero(~(lengths == size))
+        if len(bad):
+            k = int(bad[0])
+            found = "no list" if np.isnan(lengths[k]) else f"a list of {count(int(lengths[k]), 'number')}"
+            raise MotionError(f"{self.place(k)}: column {name!r} holds {found}; expected {size} in each row")
+        return self._numbers(pc.list_flatten(column)).reshape(-1, size)
 
     def _numbers(self, column: pa.ChunkedArray) -> Array:
         import pyarrow as pa
@@ -187,6 +237,12 @@ class ParquetTable(Recorded):
         self.notes.append(f"times in column {name!r} are dates; time 0 is {first}")
         ticks -= ticks[0]
         return ticks
+
+
+def _is_number(kind: pa.DataType) -> bool:
+    import pyarrow.types as t
+
+    return bool(t.is_integer(kind) or t.is_floating(kind))
 
 
 def _outer(path: str) -> Iterable[str]:

@@ -21,6 +21,7 @@ from ksl.base import limits
 from ksl.base.errors import MotionError
 from ksl.base.input_files import STANDARD_INPUT, Unreadable, bounded, check_path, contents, opened, standard_input, what_os_says
 from ksl.motions.columns.recorded import Recorded
+from ksl.motions.files import rostopic
 from ksl.motions.files.csv_form import MEND
 from ksl.motions.files.csv_table import CsvTable
 
@@ -75,10 +76,10 @@ def open_table(path: str | os.PathLike[str], topic: str | None = None, positions
             raise MotionError(f"{file}: reading motions needs the package {package}; install it: pip install 'ksl[loads]'")
     try:
         check_path(file)
-        if file != STANDARD_INPUT and os.path.isdir(file):
+        if file != STANDARD_INPUT and (os.path.isdir(file) or _describes_bag(file)):
             from ksl.motions.files.bags import bag_in_folder
 
-            return bag_in_folder(file, topic, positions_only)
+            return bag_in_folder(file if os.path.isdir(file) else os.path.dirname(file) or ".", topic, positions_only)
         content = _content(file)
         table = _opened(content, content.head(), topic, positions_only)
     except Unreadable as e:
@@ -88,6 +89,14 @@ def open_table(path: str | os.PathLike[str], topic: str | None = None, positions
     if topic is not None and not table.is_recording:
         raise MotionError(f"{content.file}: --topic (topic=) chooses among the topics of a bag, but this is {table.format}; leave it out")
     return table
+
+
+def _describes_bag(file: str) -> bool:
+    """Whether it is the metadata.yaml of a ROS 2 bag, which is what its tools name; it means the folder."""
+    if os.path.basename(file) != "metadata.yaml" or not os.path.isfile(file):
+        return False
+    with open(file, "rb") as source:
+        return b"rosbag2_bagfile_information" in source.read(4096)
 
 
 def _content(file: str) -> Content:
@@ -139,7 +148,10 @@ def _opened(content: Content, head: bytes, topic: str | None, positions_only: bo
         raise MotionError(f"{file}: is {what} file, not a motion; {MEND}")
     if head.lstrip().startswith((b"{", b"[{")):
         raise MotionError(f"{file}: is JSON; save the motion as CSV, Parquet or NPZ")
-    return CsvTable(file, content.bytes(), content.how)
+    table = CsvTable(file, content.bytes(), content.how)
+    if rostopic.is_joint_states(table):
+        return rostopic.joint_states(table, positions_only)
+    return table
 
 
 def _opened_zip(content: Content) -> Recorded:

@@ -6,7 +6,7 @@ Swevers, Ganseman, Tükel, De Schutter, Van Brussel, Optimal robot excitation an
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +26,12 @@ USED = 0.9
 
 BELOW = 0.985
 """How far below limits peaks at the samples of the search must be, for those between them."""
+
+SINGULAR = 1e7
+"""The condition number of a motion that doesn't excite all parameters."""
+
+STILL = 0.01
+"""Share by which the condition number may fall in the last quarter of a search that is at its end."""
 
 START = 40
 """Random motions, of which the best one is then improved."""
@@ -92,7 +98,8 @@ def excitation(
     search, (1 + 1) with steps that adapt: 5 harmonics, within limits of position, speed, effort and `acceleration` if that is given.
     iterations: so many candidates instead of a time; with the same seed the motion is then the same.
     progress: called with the share that is done, and the smallest condition number so far.
-    facts: condition (at the samples of the search), first (the best of 40 random ones), parameters, iterations.
+    facts: condition (at the samples of the search), first (the best of 40 random ones), parameters, iterations; gain, the share by which the condition
+    number fell in the last quarter of the candidates, converged, whether that is below 1 %, and reason, "improving" or "singular" if not.
     Raises MotionError.
     """
     limits = limits_of(model, acceleration)
@@ -123,9 +130,21 @@ def excitation(
         t_fine, motion = t_fine * stretch, whole_motion(model, limits, t_fine * stretch, *_slower(series(search.best, t_fine), stretch))
     facts: dict[str, object] = {
         "kind": "excite", "period": period * stretch, "rate": rate / stretch, "seed": seed, "iterations": search.tried,
-        "condition": search.smallest, "first": search.first, "parameters": len(base),
+        "condition": search.smallest, "first": search.first, "parameters": len(base), **search.progress(),
     }  # fmt: skip
-    return Generated(motion, [*limits.notes, *heavy], facts)
+    return Generated(motion, [*limits.notes, *heavy, *_unfinished(facts)], facts)
+
+
+def _unfinished(facts: Mapping[str, object]) -> list[str]:
+    """A search ends by its time or number of candidates: whether it was still finding better ones."""
+    if facts["converged"]:
+        return []
+    if facts["reason"] == "singular":
+        return [f"no motion was found that excites all {facts['parameters']} combinations of parameters; search longer, or give the joints more range or speed"]
+    return [
+        f"the search was not at its end: in its last quarter the condition number still fell by {100 * float(str(facts['gain'])):.2g} %; "
+        "more time (--seconds) or candidates (--iterations) give a better motion"
+    ]
 
 
 class _Search:
@@ -138,6 +157,15 @@ class _Search:
         self.smallest = self.first = np.inf
         """The cost of the best candidate, and that of the best of the first, random ones."""
         self.tried = 0
+        self._after: list[float] = []
+        """The smallest cost after each candidate."""
+
+    def progress(self) -> dict[str, object]:
+        """How far the search came: gain, converged and reason."""
+        before = self._after[(3 * self.tried) // 4 - 1] if self.tried > 3 else np.inf
+        gain = float(1 - self.smallest / before) if np.isfinite(before) else 1.0
+        reason = "singular" if self.smallest >= SINGULAR else "converged" if gain < STILL and self.tried > START else "improving"
+        return {"gain": gain, "converged": reason == "converged", "reason": reason}
 
     def step(self) -> None:
         """Tries one candidate."""
@@ -153,6 +181,7 @@ class _Search:
         else:  # the rule of one success in five
             self._length = float(np.clip(self._length * (1.3 if x is self.best else 0.94), 0.02, 1.5))
         self.tried += 1
+        self._after.append(self.smallest)
 
     def _cost(self, x: Array) -> float:
         """The condition number, and more where efforts are beyond their limits."""
@@ -161,7 +190,7 @@ class _Search:
         W = base.regressor(model.inverse_dynamics_regressor(motion.q, motion.v, motion.a, links=base.links)).reshape(-1, len(base))
         roots = np.linalg.eigvalsh(W.T @ W)
         tau = np.abs(model.inverse_dynamics(motion.q, motion.v, motion.a)[:, limits.v_index]).max(axis=0) / (SHARE * limits.effort)
-        condition = np.sqrt(roots[-1] / roots[0]) if roots[0] > 1e-14 * roots[-1] else 1e7
+        condition = np.sqrt(roots[-1] / roots[0]) if roots[0] > 1e-14 * roots[-1] else SINGULAR
         return float(condition * (1 + 10 * max(0.0, float(tau.max()) - 1)))
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksl.model.calls import Calls
 from ksl.model.mechanism import Joint
@@ -76,11 +77,17 @@ def _all_jumps(found: Found, time: Array) -> Array:
 
 
 def doubts_about_noise(
-    model: Calls, joints: tuple[Joint, ...], measured: Samples, found: Mapping[str, Found], motion: tuple[Array, Array, Array], smooth: float | None
+    model: Calls,
+    joints: tuple[Joint, ...],
+    measured: Samples,
+    found: Mapping[str, Found],
+    motion: tuple[Array, Array, Array],
+    smooth: float | None,
+    held: NDArray[np.bool_],
 ) -> list[str]:
     """One sentence if noise of the samples may change an effort by a tenth of its peak; otherwise none.
 
-    motion: q (n, nq), v, a (n, nv), smoothed at `smooth` Hz unless that is None.
+    motion: q (n, nq), v, a (n, nv), smoothed at `smooth` Hz unless that is None.  held (nv): coordinates that stand throughout, without accelerations.
     """
     q, v, a = motion
     if model.nv == 0 or max(np.abs(x).max(initial=0.0) for x in (q, v, a)) > 1e100:
@@ -93,7 +100,7 @@ def doubts_about_noise(
         factor = {1: first_derivative_noise() / h, 2: second_derivative_noise() / h**2}
     else:
         factor = {d: noise_after(smooth, h, d) for d in (1, 2)}
-    of_acceleration = noise.deviation * np.where(noise.order == 1, factor[1], factor[2])
+    of_acceleration = noise.deviation * np.where(noise.order == 1, factor[1], factor[2]) * ~held
     errors = effort_errors(model, q, v, a, of_acceleration)
     if not (errors.share > SHARE).any():
         return []

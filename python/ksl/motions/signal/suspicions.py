@@ -1,9 +1,11 @@
-"""Units that can't be: degrees taken as radians, milliseconds as seconds."""
+"""Units that can't be: degrees taken as radians, millimetres as metres, milliseconds as seconds."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from ksl.model.calls import Calls
+from ksl.model.lengths import extent
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.states import Array
 
@@ -14,6 +16,9 @@ FAR = 1.5
 
 MANY_TURNS = 100.0
 """rad; joints without limits that go further, 16 turns, are suspected to be in degrees."""
+
+FAR_SLIDE = 20.0
+"""Slides without limits that go further than so many times the extent of the robot are suspected to be in millimetres."""
 
 USUAL_SPEED = 2.0
 """rad/s or m/s, where the file gives no limit."""
@@ -30,15 +35,16 @@ TIME_UNITS = {1e-3: ("milliseconds", "ms"), 1e-6: ("microseconds", "us"), 1e-9: 
 def suspicions(model: Mechanism, time: Array, q: Array, v: Array) -> list[str]:
     """Sentences that name a unit that can't be and the option that mends it; q (n, nq), v (n, nv)."""
     joints = [j for j in model.joints[: len(model.joint_names)] if j.one_coordinate]
-    found = [_about_degrees(joints, q, "Then add --degrees"), _about_time(joints, time, v)]
+    mend = "Then give their unit in a map: unit = \"mm\" (--map)"
+    found = [_about_degrees(joints, q, "Then add --degrees"), _about_millimetres(model, joints, q, mend), _about_time(joints, time, v)]
     return [sentence for sentence in found if sentence is not None]
 
 
 def suspicions_of_pose(model: Mechanism, q: Array) -> list[str]:
     """The same of one pose q (nq), which has no speeds."""
     joints = [j for j in model.joints[: len(model.joint_names)] if j.one_coordinate]
-    sentence = _about_degrees(joints, q[None], "Positions are in rad; on the command line 90deg is an angle in degrees")
-    return [sentence] if sentence is not None else []
+    angles = _about_degrees(joints, q[None], "Positions are in rad; on the command line 90deg is an angle in degrees")
+    return [x for x in (angles, _about_millimetres(model, joints, q[None], "Positions of slides are in m")) if x is not None]
 
 
 def _about_degrees(joints: list[Joint], q: Array, mend: str) -> str | None:
@@ -56,11 +62,29 @@ def _about_degrees(joints: list[Joint], q: Array, mend: str) -> str | None:
     return f"{joint.name} reaches {reach[joint.name]:.4g} rad{limit}: are these degrees? {mend}"
 
 
-def _range(joint: Joint) -> float:
-    """Beyond which a position is not to be expected, rad."""
+def _about_millimetres(model: Mechanism, joints: list[Joint], q: Array, mend: str) -> str | None:
+    reach = {j.name: float(np.abs(q[:, j.q_index]).max()) for j in joints if not j.has_angle}
+    if not any(x > 1 for x in reach.values()):
+        return None
+    without_limits = FAR_SLIDE * extent(model) if isinstance(model, Calls) else 0.0
+    most = {j.name: _range(j, without_limits or np.inf) for j in joints if j.name in reach}
+    far = [name for name, x in reach.items() if x > most[name]]
+    if not far or any(reach[name] / 1000 > most[name] for name in far):  # as millimetres they must be possible
+        return None
+    joint = max((j for j in joints if j.name in far), key=lambda j: reach[j.name] / most[j.name])
+    limits = f"its limits are {joint.lower:.4g} and {joint.upper:.4g} m" if _has_range(joint) else f"the robot's extent is {extent(model):.3g} m" if isinstance(model, Calls) else ""
+    return f"{joint.name} reaches {reach[joint.name]:.4g} m, and {limits}: are these millimetres? {mend}"
+
+
+def _has_range(joint: Joint) -> bool:
+    return joint.has_limits and joint.lower is not None and joint.upper is not None and joint.lower < joint.upper
+
+
+def _range(joint: Joint, without_limits: float = MANY_TURNS) -> float:
+    """Beyond which a position is not to be expected, rad or m."""
     if joint.has_limits and joint.lower is not None and joint.upper is not None and joint.lower < joint.upper:
         return FAR * max(abs(joint.lower), abs(joint.upper), joint.upper - joint.lower)
-    return MANY_TURNS
+    return without_limits
 
 
 def _about_time(joints: list[Joint], time: Array, v: Array) -> str | None:

@@ -7,8 +7,7 @@
   const divs = [...document.querySelectorAll(".chart")];
 
   const colour = (name) => getComputedStyle(root).getPropertyValue("--" + name).trim(); // of light or dark, as the style sheet has it
-  const curveColour = (i) => colour("curve-" + (1 + (i % 5)));
-  const paper = { width: 334, height: 205 }; // two columns on a page, as in report.css
+  const paper = { width: 334, height: 172 }; // two columns on a page, as in report.css
   const config = { displaylogo: false, responsive: true, modeBarButtons: [["zoom2d", "pan2d", "resetScale2d", "toImage"]], toImageButtonOptions: { format: "svg" } };
 
   const numbers = (text) => new Float32Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
@@ -18,10 +17,10 @@
   const traces = (chart) => {
     const time = Float64Array.from(numbers(chart.time), (t) => chart.start + t);
     const x = chart.x ? numbers(chart.x.data) : time;
-    const before = (row) => chart.panels.slice(0, row).reduce((n, panel) => n + panel.curves.length, 0); // curves above: one colour each
     return chart.panels.flatMap((panel, row) =>
       panel.curves.map((curve, i) => {
-        const line = panel.emphasis && i === 0 ? { color: colour("broad"), width: 6 } : { color: curveColour(panel.emphasis ? i - 1 : i + before(row)), width: 1.3 };
+        const wide = panel.emphasis && i === 0; // so that others drawn over it leave it visible
+        const line = { color: colour(wide ? curve.color + "-wide" : curve.color) || colour("broad"), width: wide ? 6 : 1.3 };
         const over = { customdata: time, hovertemplate: `%{y:.4g} ${unit(panel.label)} at %{x:.4g} ${chart.x && unit(chart.x.label)}, t = %{customdata:.6~r} s<extra></extra>` };
         const along = { hovertemplate: `%{y:.5g} ${unit(panel.label)}` };
         return { type: "scatter", mode: time.length > 1 ? "lines" : "markers", name: curve.name, x, y: numbers(curve.data), yaxis: row ? "y2" : "y", line, ...(chart.x ? over : along) };

@@ -164,10 +164,10 @@ KSL_LANES void set_elements(const model_view<scalar_of<T>> &model, const wrench_
     out.set(k, m, by_carrier(own, coordinate.at(m)));
   for (int j = body[i].parent; j > 0; j = body[j].parent) {
     const int end = body[j].v_index + body[j].nv;
-    for (int m = body[j].v_index; m < end; ++m) {
+    for (int m = body[j].v_index; m < end; ++m)
       out.set(k, m, by_carrier(own, coordinate.at(m)));
+    for (int m = body[j].v_index; m < end; ++m)
       out.set(m, k, by_carried(coordinate.at(m).S, own));
-    }
   }
 }
 

@@ -1,0 +1,167 @@
+"""Files as they were read: their hashes are taken while they are read, and a file that changes meanwhile is refused.
+
+    with recorded() as ledger:        # whoever says later what results were made of
+        ...
+        with being_read("motion", file, MotionError):    # in each reader
+            ...
+    ledger.files
+
+Without a ledger nothing is hashed: programs that only read pay nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import stat
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+
+SMALL = 1 << 20
+"""Bytes of a file that is hashed at once; a thread does it for larger ones, while they are read."""
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A file that a result depends on."""
+
+    role: str
+    """robot, included, mesh, motion, map, external, cases, pose, components or results."""
+    file: str
+    sha256: str | None
+    """The hash of its bytes, in hexadecimal digits.  None for what can't be read twice, such as a pipe."""
+
+
+State = tuple[tuple[str, int, int, int, int, int], ...]
+"""For each file: its name, the numbers of device and node, its size, and the times of the last changes of contents and node, ns."""
+
+
+@dataclass
+class Ledger:
+    """The files that were read while it was the current one."""
+
+    _by_path: dict[str, InputFile | None] = field(default_factory=dict)
+    _open: set[str] = field(default_factory=set)
+
+    @property
+    def files(self) -> list[InputFile]:
+        """In the order in which they were read first."""
+        return [file for file in self._by_path.values() if file is not None]
+
+    def expect(self, file: str) -> None:
+        """Its place is here: what is read inside its block comes after it."""
+        self._by_path.setdefault(os.path.abspath(file), None)
+
+    def add(self, file: InputFile, error: type[ValueError]) -> None:
+        """Raises `error` if another content of the file was read before."""
+        path = os.path.abspath(file.file)
+        before = self._by_path.get(path) or file
+        self._by_path[path] = before
+        if before.sha256 != file.sha256:
+            raise error(changed(file.file, "since it was read first"))
+
+
+_current: ContextVar[Ledger | None] = ContextVar("ledger", default=None)
+
+
+@contextmanager
+def recorded() -> Iterator[Ledger]:
+    """Until the end of the block, files that are read enter this ledger, and then the one around it."""
+    outer, ledger = _current.get(), Ledger()
+    token = _current.set(ledger)
+    try:
+        yield ledger
+    finally:
+        _current.reset(token)
+    if outer is not None:
+        for file in ledger.files:
+            outer.add(file, ValueError)
+
+
+@contextmanager
+def being_read(role: str, path: str | os.PathLike[str], error: type[ValueError]) -> Iterator[None]:
+    """The block reads this file, or this folder's files.  Raises `error` if they change meanwhile.  A block inside another of the same file does nothing."""
+    ledger, file = _current.get(), os.fspath(path)
+    if ledger is None or file in ledger._open:
+        yield
+        return
+    ledger.expect(file)
+    before = state_of(file)
+    if before is None:
+        yield
+        ledger.add(InputFile(role, file, None), error)
+        return
+    ledger._open.add(file)
+    digest = _Digest(before)
+    try:
+        yield
+    finally:
+        ledger._open.discard(file)
+        sha256 = digest.result()
+    if sha256 is None or state_of(file) != before:
+        raise error(changed(file, "while it was read"))
+    ledger.add(InputFile(role, file, sha256), error)
+
+
+def note(file: InputFile, error: type[ValueError]) -> None:
+    """Enters a file whose bytes the reader itself has hashed."""
+    ledger = _current.get()
+    if ledger is not None:
+        ledger.add(file, error)
+
+
+def changed(file: str, when: str) -> str:
+    """The sentence about a file that is another one now."""
+    return f"{file}: has changed {when}; wait until it is complete, and run again"
+
+
+def state_of(file: str) -> State | None:
+    """Of a regular file, or of those in a folder.  None for what can't be read twice, or isn't there."""
+    try:
+        found = os.stat(file)
+        names = [os.path.join(file, name) for name in sorted(os.listdir(file))] if stat.S_ISDIR(found.st_mode) else [file]
+        states = [(name, os.stat(name)) for name in names]
+    except (OSError, ValueError):
+        return None
+    if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
+        return None
+    regular = [(name, s) for name, s in states if stat.S_ISREG(s.st_mode)]
+    return tuple((name, s.st_dev, s.st_ino, s.st_size, s.st_mtime_ns, s.st_ctime_ns) for name, s in regular)
+
+
+def sha256_of(files: State) -> str | None:
+    """Of the bytes of all of them, one after the other.  None if one can't be read."""
+    digest = hashlib.sha256()
+    try:
+        for name, *_ in files:
+            with open(name, "rb") as f:
+                while chunk := f.read(1 << 20):
+                    digest.update(chunk)
+    except OSError:
+        return None
+    return digest.hexdigest()
+
+
+class _Digest:
+    """The hash of files, which a thread computes if they are large."""
+
+    def __init__(self, files: State) -> None:
+        self._files = files
+        self._found: str | None = None
+        large = sum(size for _, _, _, size, _, _ in files) > SMALL
+        self._thread = threading.Thread(target=self._compute, daemon=True) if large else None
+        if self._thread is not None:
+            self._thread.start()
+
+    def _compute(self) -> None:
+        self._found = sha256_of(self._files)
+
+    def result(self) -> str | None:
+        if self._thread is None:
+            self._compute()
+        else:
+            self._thread.join()
+        return self._found

@@ -1,0 +1,107 @@
+"""Rules of shapes: sizes that no shape has, and moments about another axis than that of a round shape."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ksl.checks.extent import shape_box
+from ksl.checks.inertia_rules import placeholders, usable
+from ksl.checks.repair import shown
+from ksl.checks.robot import Array, Link, RobotFile
+from ksl.checks.rule import Broken, rule
+
+ROUND = 0.02
+"""Extents, or moments, that differ by less than this share of the larger one are those of something round."""
+UNLIKE = 0.1
+"""Share by which the moment about the axis must differ from the others."""
+
+
+@rule(
+    "shape-size",
+    "warning",
+    condition="Sizes of boxes, spheres, cylinders and meshes are there, and greater than zero.",
+    cause="A number was left out, or has a wrong sign. Readers refuse the shape or the link, or take another size.",
+    repair="Give the sizes in m, or remove the shape.",
+    formats=("urdf", "sdf"),
+)
+def shape_size(robot: RobotFile) -> Iterator[Broken]:
+    for note in robot.sizes:
+        yield Broken(note.found, note.line, note.kind, note.name)
+
+
+@rule(
+    "inertia-axis",
+    "warning",
+    condition="A wheel, disc or bar has its largest or smallest moment about the axis that its shape is round about.",
+    cause="The moments are in the axes of the shape, which is turned in the link, and the inertial is not.",
+    repair="Turn the inertial as the shape is turned, or exchange the moments.",
+)
+def inertia_axis(robot: RobotFile) -> Iterator[Broken]:
+    told = {link.name for links in placeholders(robot) for link in links}
+    for link in robot.links:
+        inertial = None if link.name in told else usable(link)
+        I = None if inertial is None else inertial.in_link_axes
+        if inertial is None or I is None or not robot.matters(link) or not np.isfinite(I).all():
+            continue
+        found = _axis_of_shapes(robot, link)
+        own = _axis_of_moments(I)
+        if found is None or own is None:
+            continue
+        (axis, is_disc), (about, most) = found, own
+        if is_disc == most and abs(axis @ about) < np.sqrt(0.5):
+            words = f"moments {', '.join(shown(float(x)) for x in np.diag(I))} kg m²: round about {_said(about)}, where its shape is round about {_said(axis)}"
+            yield Broken(words, inertial.line, "link", link.name)
+
+
+def _said(axis: Array) -> str:
+    """x, y or z, or the direction."""
+    k = int(np.argmax(np.abs(axis)))
+    return "xyz"[k] if abs(axis[k]) > 0.999 else " ".join(shown(float(x)) for x in axis)
+
+
+def _axis_of_moments(I: Array) -> tuple[Array, bool] | None:
+    """The axis (3) about which the moment is not that of the others, and whether it is the largest; None if all or no two are equal."""
+    values, axes = np.linalg.eigh(I)
+    low, middle, high = (float(x) for x in values)
+    if not high > 0:
+        return None
+    if middle - low <= ROUND * high and high - middle > UNLIKE * high:
+        return axes[:, 2], True
+    if high - middle <= ROUND * high and middle - low > UNLIKE * high:
+        return axes[:, 0], False
+    return None
+
+
+def _axis_of_shapes(robot: RobotFile, link: Link) -> tuple[Array, bool] | None:
+    """The axis (3) in the link's axes about which all its shapes are round, and whether they are discs: flatter than long.
+
+    A cylinder has its axis.  A mesh counts if the link turns about an axis of its box, and the two other extents are equal: a wheel.
+    None if there is no such axis, or if shapes differ.
+    """
+    joint = robot.joint_above.get(link.name)
+    axes: list[tuple[Array, bool]] = []
+    for shape in link.shapes:
+        if shape.kind == "cylinder":
+            radius, half = float(shape.half_size[0]), float(shape.half_size[2])
+            # m r²/2 about the axis and m (3 r² + l²)/12 across it are equal at l = √3 r
+            axes.append((shape.rotation[:, 2], half * 2 < np.sqrt(3) * radius))
+        elif shape.kind == "mesh" and joint is not None and joint.kind == "continuous" and joint.axis is not None and joint.axis.any():
+            box = shape_box(robot, shape)
+            if box is None:
+                return None
+            turns, extents = joint.axis / np.linalg.norm(joint.axis), box[1] - box[0]
+            k = int(np.argmax(np.abs(turns)))
+            across = np.delete(extents, k)
+            if abs(turns[k]) < 0.999 or np.ptp(across) > ROUND * across.max() or extents[k] >= across.min():
+                return None
+            axes.append((np.eye(3)[k], True))
+        else:
+            return None
+    if not axes or any(disc != axes[0][1] or abs(a @ axes[0][0]) < 0.999 for a, disc in axes):
+        return None
+    return axes[0]
+
+
+RULES = [shape_size, inertia_axis]

@@ -1,0 +1,46 @@
+"""Joint states as `rostopic echo -p TOPIC` prints them: a CSV file with the names of the joints in every row, read as a bag is."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ksl.motions.files.joint_states import SECOND, JointStates, JointStateTable
+
+if TYPE_CHECKING:
+    from ksl.motions.files.csv_table import CsvTable
+
+_FIELD = re.compile(r"field\.(name|position|velocity|effort)(\d+)")
+LOG, STAMP = "time", "field.header.stamp"
+
+
+def is_joint_states(table: CsvTable) -> bool:
+    return {LOG, "field.name0", "field.position0"} <= set(table.names)
+
+
+def joint_states(table: CsvTable, positions_only: bool) -> JointStateTable:
+    """The joint states of the file.  Raises MotionError."""
+    columns: dict[str, list[str]] = {"name": [], "position": [], "velocity": [], "effort": []}
+    for name in table.names:
+        if found := _FIELD.fullmatch(name):
+            columns[found[1]].append(name)
+    texts = table.read_texts(columns["name"])
+    numbers = table.read([*columns["position"], *columns["velocity"], *columns["effort"]])
+    times = table.read_integers([LOG] + [STAMP] * (STAMP in table.names))
+
+    def messages() -> Iterator[tuple[int, SimpleNamespace]]:
+        for k in range(len(texts[0])):
+            names = [column[k] for column in texts if column[k]]
+            rows = {part: np.array([numbers[c][k] for c in columns[part][: len(names)]]) for part in ("position", "velocity", "effort")}
+            stamp = times[-1][k] if len(times) > 1 else 0
+            header = SimpleNamespace(stamp=SimpleNamespace(sec=stamp // SECOND, nanosec=stamp % SECOND))
+            yield times[0][k], SimpleNamespace(name=names, header=header, **rows)
+
+    read = JointStateTable(JointStates(table.file, "joint states", messages()), f"{table.format} of rostopic", positions_only)
+    read.notes[:0] = table.notes
+    read.doubts += table.doubts
+    return read

@@ -1,0 +1,167 @@
+"""Samples as recorders leave them: numbers that are missing, stamps that are repeated or out of order, joints at times of their own.
+
+Files of all formats are treated as recordings are (`files.joint_states`), with the same notes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ksl.base.errors import MotionError
+from ksl.base.words import count, listed
+from ksl.model.mechanism import Joint
+from ksl.model.motion_columns import columns_of
+from ksl.model.states import Array
+from ksl.motions.signal.resampling import on_spline
+
+RESTART = 0.5
+"""Samples that overtake each other are sorted by their times; times that jump back by more than this, s, have another reason."""
+CLOSE = 0.01
+"""Share of the median step below which two samples are one: differentiated, the difference of their times would be a jerk."""
+FILLED_IN = 1e-3
+"""Velocities that are all zero, while positions change by more than this (rad or m), were not measured."""
+
+Values = dict[str, Array]
+Rows = NDArray[np.intp]
+
+
+@dataclass
+class Ordered:
+    """Times that increase, all columns at each of them, the row of the file of each, and what was done."""
+
+    time: Array
+    values: Values
+    rows: Rows
+    notes: list[str] = field(default_factory=list)
+
+
+@dataclass
+class _Series:
+    """Joints whose numbers are in the same rows."""
+
+    joints: list[str]
+    columns: list[str]
+    rows: Rows
+    is_differentiated: bool
+
+
+def ordered(file: str, joints: Sequence[Joint], time: Array, values: Values, rows: Rows) -> Ordered:
+    """Samples of all joints at times that increase.  NaN is a number that is missing; times are finite.  Raises MotionError.
+
+    values: the columns of the motion that the file has.  O(n log n) where something is to be done, O(n) otherwise.
+    """
+    notes: list[str] = []
+    values = _without_unusable_rates(joints, values, notes)
+    steps = np.diff(time)
+    closest = CLOSE * float(np.median(steps)) if len(steps) else 0.0
+    complete = not any(np.isnan(x).any() for x in values.values())
+    if not len(time) or complete and (steps > max(closest, 0.0)).all():
+        return Ordered(time, values, rows, notes)
+    series = _series(joints, values, len(time))
+    for s in series:
+        if not len(s.rows):
+            raise MotionError(f"{file}: the positions of {listed(s.joints)} are not numbers in any sample; give them, or say where the joint rests by a map ([constants])")
+    missing = {s.joints[0]: len(time) - len(s.rows) for s in series if len(s.rows) < len(time)}
+    if len(series) == 1 and missing:
+        notes.append(f"{count(missing[series[0].joints[0]], 'sample')} of {listed(series[0].joints)} left out, since positions are not numbers")
+    unsorted = int((steps < 0).sum())
+    if unsorted:
+        notes.append(f"{count(unsorted, 'sample')} older than the one before: sorted by time")
+    repeated = close = 0
+    for s in series:
+        s.rows = s.rows[np.argsort(time[s.rows], kind="stable")]
+        last = np.append(np.diff(time[s.rows]) > 0, True)  # of samples with the same time, the last
+        repeated, s.rows = repeated + int((~last).sum()), s.rows[last]
+        if s.is_differentiated and len(s.rows) > 2:
+            between = np.diff(time[s.rows])
+            apart = np.append(between > CLOSE * np.median(between), True)
+            close, s.rows = close + int((~apart).sum()), s.rows[apart]
+    if repeated:
+        notes.append(f"{count(repeated, 'sample')} with the time of another left out: the last one of each time is used")
+    if close:
+        notes.append(f"{count(close, 'sample')} less than {CLOSE:.0%} of the median step before the next left out: stamps that close are those of one sample")
+    return _merged(file, series, time, values, rows, notes)
+
+
+def check_restart(times: Array) -> int | None:
+    """The first sample at which times go back so far that sorting would mix two motions, or stand still; None where they don't."""
+    steps = np.diff(times)
+    back = np.flatnonzero(steps < -RESTART)
+    if len(back):
+        return int(back[0]) + 1
+    still = np.flatnonzero(steps == 0)
+    return int(still[0]) + 1 if len(times) > 1 and len(still) >= len(times) / 2 and len(np.unique(times)) <= len(times) / 2 else None
+
+
+def _without_unusable_rates(joints: Sequence[Joint], values: Values, notes: list[str]) -> Values:
+    """Without rates that aren't numbers where the joint's positions are, and without velocities that nobody has measured."""
+    left_out: list[str] = []
+    velocities = [c for j in joints for c in columns_of(j)[1] if c in values]
+    positions = [c for j in joints for c in columns_of(j)[0] if c in values]
+    if velocities and not any(np.nan_to_num(values[c]).any() for c in velocities):
+        moved = [np.nanmax(values[c]) - np.nanmin(values[c]) for c in positions if np.isfinite(values[c]).any()]
+        if max(moved, default=0.0) > FILLED_IN:
+            left_out += velocities
+    for joint in joints:
+        position, *rates = columns_of(joint)
+        there = np.ones(len(next(iter(values.values()), np.empty(0))), dtype=bool)
+        for c in position:
+            if c in values:
+                there &= ~np.isnan(values[c])
+        for group in rates:
+            if group[0] in values and any(np.isnan(values[c][there]).any() for c in group if c in values):
+                left_out += [c for c in group if c not in left_out]
+    if not left_out:
+        return values
+    names = [c.removesuffix(".v") for c in left_out]
+    notes.append(f"velocities of {listed(names)} are not used: they are zero in every sample, or not numbers")
+    return {c: x for c, x in values.items() if c not in left_out}
+
+
+def _series(joints: Sequence[Joint], values: Values, n: int) -> list[_Series]:
+    found: dict[bytes, _Series] = {}
+    for joint in joints:
+        groups = columns_of(joint)
+        columns = [c for group in groups for c in group if c in values]
+        if not columns:
+            continue
+        there = np.ones(n, dtype=bool)
+        for c in columns:
+            there &= ~np.isnan(values[c])
+        s = found.setdefault(np.packbits(there).tobytes(), _Series([], [], np.flatnonzero(there), False))
+        s.joints.append(joint.name)
+        s.columns += columns
+        s.is_differentiated |= not all(group[0] in values for group in groups)
+    return list(found.values())
+
+
+def _merged(file: str, series: list[_Series], time: Array, values: Values, rows: Rows, notes: list[str]) -> Ordered:
+    """All series at the times of the one with the most samples."""
+    base = max(series, key=lambda s: len(s.rows))
+    first, last = max(time[s.rows[0]] for s in series), min(time[s.rows[-1]] for s in series)
+    if first > last:
+        one, other = max(series, key=lambda s: time[s.rows[0]]), min(series, key=lambda s: time[s.rows[-1]])
+        raise MotionError(f"{file}: {listed(other.joints)} and {listed(one.joints)} are never recorded at the same time; record them together")
+    kept = base.rows[(time[base.rows] >= first) & (time[base.rows] <= last)]
+    at = time[kept]
+    if len(kept) < len(base.rows):
+        notes.append(f"{count(len(base.rows) - len(kept), 'sample')} before or after the time that all joints are recorded left out")
+    out: Values = {}
+    for s in series:
+        own = time[s.rows]
+        if len(own) == len(at) and np.array_equal(own, at):
+            out |= {c: values[c][s.rows] for c in s.columns}
+            continue
+        inside = np.searchsorted(own, at)
+        if (inside < len(own)).all() and np.array_equal(own[inside], at):
+            out |= {c: values[c][s.rows[inside]] for c in s.columns}
+            continue
+        those = f"{count(len(own), 'sample')} of {listed(s.joints)}"
+        notes.append(f"{those} are at other times than those of the joints recorded most often: interpolated by splines onto these {len(at):,}")
+        x = on_spline(own - own[0], np.column_stack([values[c][s.rows] for c in s.columns]), at - own[0])
+        out |= {c: x[:, i] for i, c in enumerate(s.columns)}
+    return Ordered(at, {c: out[c] for c in values}, rows[kept], notes)

@@ -1,0 +1,217 @@
+"""Names of links and joints, whatever they are called: every call that takes one says which it means, or is refused with the way to say it."""
+
+import re
+import warnings
+
+import numpy as np
+import pytest
+from ksl_command import run_ksl
+
+import ksl
+
+LINK_ORIGIN = [0.1, 0.2, 0.3]
+EXTERNAL = np.array([1.0, 2, 3, 4, 5, 6])
+
+
+@pytest.fixture(scope="module")
+def robot():
+    """Names as legged robots have them: joint `hip` carries link `thigh`, and link `hip` is welded to the body.  Links `base` and `world` hang somewhere."""
+    b = ksl.Builder("named")
+    b.add_link("base_link")
+    for name in ("base", "hip", "thigh", "shank", "world"):
+        b.add_link(name, 1.0, (0.1, 0.0, 0.02), np.diag([0.1, 0.2, 0.25]))
+    b.add_joint("weld", "fixed", "base_link", "base")
+    b.add_joint("housing", "fixed", "base", "hip", _pose(LINK_ORIGIN))
+    b.add_joint("hip", "revolute", "base", "thigh", _pose([0.5, 0, 0]), axis=(1, 0, 0))
+    b.add_joint("knee", "revolute", "thigh", "shank", _pose([0, 0, -0.4]), axis=(0, 1, 0))
+    b.add_joint("ankle", "revolute", "shank", "world", _pose([0, 0, -0.4]), axis=(0, 1, 0))
+    return b.build()
+
+
+def _pose(t):
+    pose = np.eye(4)
+    pose[:3, 3] = t
+    return pose
+
+
+@pytest.fixture(scope="module")
+def state(robot):
+    rng = np.random.default_rng(3)
+    return robot.random(rng), rng.normal(size=robot.nv), rng.normal(size=robot.nv), rng.normal(size=robot.nv)
+
+
+FRAMES = {
+    "frame_pose": lambda m, s, name: m.frame_pose(s[0], name),
+    "frame_poses": lambda m, s, name: m.frame_poses(s[0], [name]),
+    "frame_velocity": lambda m, s, name: m.frame_velocity(s[0], s[1], name),
+    "frame_velocities": lambda m, s, name: m.frame_velocities(s[0], s[1], name),
+    "frame_acceleration": lambda m, s, name: m.frame_acceleration(s[0], s[1], s[2], name),
+    "frame_accelerations": lambda m, s, name: m.frame_accelerations(s[0], s[1], s[2], [name]),
+    "frame_velocity_derivatives": lambda m, s, name: m.frame_velocity_derivatives(s[0], s[1], name),
+    "frame_velocities_derivatives": lambda m, s, name: m.frame_velocities_derivatives(s[0], s[1], [name]),
+    "frame_acceleration_derivatives": lambda m, s, name: m.frame_acceleration_derivatives(s[0], s[1], s[2], name),
+    "frame_accelerations_derivatives": lambda m, s, name: m.frame_accelerations_derivatives(s[0], s[1], s[2], [name]),
+    "relative_pose": lambda m, s, name: m.relative_pose(s[0], name, "shank"),
+    "relative_pose, seen from": lambda m, s, name: m.relative_pose(s[0], "shank", name),
+    "relative_velocity": lambda m, s, name: m.relative_velocity(s[0], s[1], name, "shank"),
+    "relative_jacobian": lambda m, s, name: m.relative_jacobian(s[0], name, "shank"),
+    "jacobian": lambda m, s, name: m.jacobian(s[0], name),
+    "jacobian_rate": lambda m, s, name: m.jacobian_rate(s[0], s[1], name),
+    "point_velocity": lambda m, s, name: m.point_velocity(s[0], s[1], name, (0.1, 0, 0)),
+    "point_acceleration": lambda m, s, name: m.point_acceleration(s[0], s[1], s[2], name, (0.1, 0, 0)),
+    "operational_space_inertia_inverse": lambda m, s, name: m.operational_space_inertia_inverse(s[0], [name]),
+    "operational_space_inertia": lambda m, s, name: m.operational_space_inertia(s[0], [name])[0],
+    "operational_space": lambda m, s, name: m.operational_space(s[0], s[1], names=[name])[0],
+    "inverse_kinematics": lambda m, s, name: m.inverse_kinematics(name, np.eye(4), starts=1).q,
+    "subtree_links": lambda m, s, name: np.array([len(m.subtree_links(name))]),
+    "subtree_mass": lambda m, s, name: np.array([m.subtree_mass(name)]),
+}
+"""Calls that take a link, or a joint for the link that it carries."""
+
+JOINTS = {
+    "hybrid_dynamics": lambda m, s, name: m.hybrid_dynamics(*s, names=[name])[0],
+    "reactions": lambda m, s, name: m.reactions(*s[:3], joints=[name]),
+    "reactions_derivatives": lambda m, s, name: m.reactions_derivatives(*s[:3], joints=[name])[0],
+    "reactions_external_derivatives": lambda m, s, name: m.reactions_external_derivatives(s[0], joints=[name]),
+    "reactions_regressor": lambda m, s, name: m.reactions_regressor(*s[:3], joints=[name]),
+    "joint": lambda m, s, name: np.array([m.joint(name).q_index]),
+    "with_frozen_joints": lambda m, s, name: np.array([m.with_frozen_joints({name: 0.3}).nq]),
+    "placement of loads": lambda m, s, name: ksl.loads(m, (np.arange(2.0), np.zeros((2, m.nq)), np.zeros((2, m.nv)), np.zeros((2, m.nv))), joints=[name]),
+}
+"""Calls that take joints.  Links are refused, with the joint that carries them."""
+
+LINKS = {
+    "link": lambda m, s, name: m.link(name),
+    "joint_above": lambda m, s, name: m.joint_above(name),
+    "support": lambda m, s, name: m.support(name),
+    "children": lambda m, s, name: m.children(name),
+    "external": lambda m, s, name: m.inverse_dynamics(*s[:3], {name: EXTERNAL}),
+    "with_payload": lambda m, s, name: m.with_payload(name, 1.0),
+    "with_root": lambda m, s, name: m.with_root(name),
+    "subtree": lambda m, s, name: m.subtree(name),
+    "with_frame": lambda m, s, name: m.with_frame("new", name),
+    "with_parameters": lambda m, s, name: m.with_parameters({name: np.arange(1.0, 11)}),
+    "merged": lambda m, s, name: m.merged(m, name, prefix="other_"),
+    "inverse_dynamics_regressor": lambda m, s, name: m.inverse_dynamics_regressor(s[0], s[1], s[2], [name]),
+    "gravity_torque_regressor": lambda m, s, name: m.gravity_torque_regressor(s[0], name),
+    "momentum_regressor": lambda m, s, name: m.momentum_regressor(s[0], s[1], [name]),
+    "energy_regressor": lambda m, s, name: m.energy_regressor(s[0], s[1], [name])[0],
+    "section_wrench": lambda m, s, name: m.section_wrench(*s[:3], name, (0, 0, 0), (1, 0, 0)),
+}
+"""Calls that take links.  Joints are refused."""
+
+NAMES_OF = re.compile(r"\b(names|joints|name|link|links|joint|seen_from|beyond|parent_link|parameters|external|weights)\b(?=:|,|\)|=)")
+
+
+def test_every_method_that_takes_names_is_in_a_table():
+    """A new one must be entered above, or here with the reason."""
+    import inspect
+
+    others = {
+        "reaction_request": "what reactions makes", "inverse_kinematics": "FRAMES", "parent": "joint_above", "builder": "no name of the model", "loads": "at, axes",
+        "show": "viewer: joint()", "position_of": "takes a Joint", "velocity_of": "takes a Joint", "joint_index": "joint", "frame_link": "FRAMES",
+        "inverse_dynamics_with_reactions": "requests",
+    }  # fmt: skip
+    entered = {name.split(",")[0] for table in (FRAMES, JOINTS, LINKS) for name in table}
+    takes_external = {name for name, f in inspect.getmembers(ksl.Model, inspect.isfunction) if "external" in inspect.signature(f).parameters}
+    for name, f in inspect.getmembers(ksl.Model, inspect.isfunction):
+        takes = [p for p in inspect.signature(f).parameters if NAMES_OF.search(p + ":") and p != "external"]
+        if not name.startswith("_") and takes and name not in takes_external - {"section_wrench", "hybrid_dynamics", "reactions", "operational_space"}:
+            assert name in entered or name in others, f"{name} takes {takes}: enter it in FRAMES, JOINTS or LINKS"
+
+
+@pytest.mark.parametrize("call", FRAMES.values(), ids=FRAMES)
+def test_a_name_of_a_link_and_of_another_links_joint_is_refused(robot, state, call):
+    with pytest.raises(ValueError, match=r"'hip' names a link and also a joint, which carries another link, 'thigh'; say 'link:hip' or 'joint:hip'"):
+        call(robot, state, "hip")
+    assert np.array_equal(call(robot, state, "joint:hip"), call(robot, state, "thigh"))
+    assert np.array_equal(call(robot, state, "link:hip"), call(robot, state, "housing"))
+    assert np.array_equal(call(robot, state, "joint:knee"), call(robot, state, "knee"))  # may be said where it needn't
+
+
+def test_the_ways_are_among_the_frames(robot, state):
+    assert {"link:hip", "joint:hip"} < set(robot.frames) and "hip" not in robot.frames
+    assert len(robot.frame_poses(state[0], robot.frames)) == len(robot.frames)
+    assert len(robot.frame_poses(state[0])) == len(robot.frame_velocities(*state[:2])) == len(robot.links)
+    assert np.array_equal(robot.frame_pose(np.zeros(3), "link:hip")[:3, 3], LINK_ORIGIN)
+
+
+@pytest.mark.parametrize("call", JOINTS.values(), ids=JOINTS)
+def test_joints_are_meant_where_joints_are_taken(robot, state, call):
+    call(robot, state, "hip"), call(robot, state, "joint:hip" if call is not JOINTS["with_frozen_joints"] else "hip")
+    with pytest.raises(ValueError, match="thigh"):
+        call(robot, state, "thigh")
+
+
+@pytest.mark.parametrize("call", LINKS.values(), ids=LINKS)
+def test_links_are_meant_where_links_are_taken(robot, state, call):
+    call(robot, state, "hip")
+    with pytest.raises(ValueError, match="knee"):
+        call(robot, state, "knee")
+
+
+def test_hybrid_dynamics_hold_the_joint_and_refuse_what_holds_nothing(robot, state):
+    q, v, a, tau = state
+    held, efforts = robot.hybrid_dynamics(q, v, a, tau, names=["hip"])
+    assert held[0] == a[0] and held[1] != a[1] and np.array_equal(efforts[1:], tau[1:])
+    assert np.allclose(robot.inverse_dynamics(q, v, held), efforts, atol=1e-9)
+    with pytest.raises(ValueError, match="'weld' is a fixed joint, which has no acceleration to be given"):
+        robot.hybrid_dynamics(q, v, a, tau, names=["weld"])
+    with pytest.raises(ValueError, match="no joint named 'base_link'; it is a link, which joint 'ground' carries"):
+        robot.hybrid_dynamics(q, v, a, tau, names=["base_link"])
+    with pytest.raises(ValueError, match="joint weld is fixed already; leave it out"):
+        robot.with_frozen_joints({"weld": []})
+
+
+def test_the_joint_to_the_ground_is_not_called_as_another_link(robot, state):
+    q, v, a, _ = state
+    assert robot.fixed_joint_names[-1] == "ground"
+    with pytest.raises(ValueError, match="no joint named 'base'; it is a link, which joint 'weld' carries"):
+        robot.reactions(q, v, a, joints=["base"])
+    rooted = robot.with_root("base")  # the link that the joint carries has its name
+    assert rooted.fixed_joint_names[-1] == "base"
+
+
+@pytest.mark.parametrize("keyword", ["at", "axes"])
+def test_the_world_beside_a_link_of_that_name(robot, state, keyword):
+    q, v, a, _ = state
+    with pytest.raises(ValueError, match=f"{keyword}='world': the world and also a link of named, which is elsewhere; say 'link:world' or 'ksl:world'"):
+        robot.reactions(q, v, a, **{keyword: "world"})
+    other = ksl.Builder("other").add_link("world").add_link("arm", 1.0, (0.3, 0, 0), np.eye(3)).add_joint("j", "revolute", "world", "arm", axis=(0, 1, 0))
+    same = other.build()  # a root is where the world is
+    wrenches = [same.reactions([0.3], [0.1], [0.2], **{keyword: word}) for word in ("world", "ksl:world", "link:world")]
+    assert np.array_equal(wrenches[0], wrenches[1]) and np.allclose(wrenches[0], wrenches[2], atol=1e-14)
+    assert not np.allclose(robot.reactions(q, v, a, **{keyword: "link:world"}), robot.reactions(q, v, a, **{keyword: "ksl:world"}))
+    with pytest.raises(ValueError, match="'knee' is a joint, which carries link 'shank'"):
+        robot.reactions(q, v, a, **{keyword: "knee"})
+
+
+def test_files_and_commands(robot, tmp_path):
+    """Names in TOML and in options are those of Python."""
+    file, motion = tmp_path / "named.urdf", tmp_path / "motion.csv"
+    file.write_text(robot.to_urdf())
+    motion.write_text("time,hip,knee,ankle\n" + "".join(f"{0.1 * k},{0.01 * k},0.1,0.2\n" for k in range(12)))
+    out, given = ["--output", str(tmp_path / "out"), "--force"], [str(file), str(motion)]
+
+    def refused(*options):
+        done = run_ksl("loads", *given, *options, *out)
+        assert done.returncode
+        return " ".join(done.stderr.split())
+
+    assert "say 'link:world' or 'ksl:world'" in refused("--at", "world")
+    assert "say 'link:world' or 'ksl:world'" in refused("--axes", "world")
+    assert "no joint 'thigh'" in refused("--joints", "thigh")
+    assert "a point of a joint that --joints leaves out" in refused("--joints", "hip", "--at", "knee=0,0,1")
+    cases = tmp_path / "cases.toml"
+    for entry, said in (('link = "hip"', "say 'link:hip' or 'joint:hip'"), ('link = "shank", axes = "world"', "say 'link:world' or 'ksl:world'"), ('link = "shank", axes = "hip"', "say 'link:hip'")):
+        cases.write_text(f'[cases.c]\nmotion = "motion.csv"\nexternal = [{{ {entry}, wrench = [1, 0, 0, 0, 0, 0] }}]\n')
+        done = run_ksl("loads", str(file), "--cases", str(cases), *out)
+        assert done.returncode and said in " ".join(done.stderr.split())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ksl.loads(robot, motion, at="link:world", axes="ksl:world", joints=["hip"])
+        run = ksl.loads(robot, motion)
+    with pytest.raises(ValueError, match="a point of 'knee', which is none of the joints that are wanted: hip"):
+        ksl.loads(robot, motion, joints=["hip"], at={"knee": (0, 0, 1)})
+    with pytest.raises(ksl.SizingError, match="a point of knee, which is none of the joints that are sized: hip"):
+        ksl.size(run, joints=["hip"], at={"knee": (0, 0, 1)})

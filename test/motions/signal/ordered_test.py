@@ -1,0 +1,140 @@
+"""What recorders leave behind, in files of every format: the motion is that of the clean file, and a note says what was done."""
+
+import io
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+import ksl
+from ksl.motions.reading import read_motion
+
+T = np.linspace(0, 2, 201)
+NAN = np.nan
+CLEAN = {"time": T, "hip": np.sin(3 * T), "slide": np.cos(2 * T)}
+
+
+def rows(at, **changes):
+    return {n: x[at] for n, x in CLEAN.items()} | changes
+
+
+def with_close(offset):
+    """Sample 100 stands there twice, the first time `offset` s earlier, as if the samples had come together."""
+    at = np.sort([*range(201), 100])
+    time = T[at].copy()
+    time[100] -= offset
+    return rows(at, time=time)
+
+
+def merged():
+    """Two topics in one table: hip every 10 ms, slide 4 ms later every 20 ms, each beside empty cells."""
+    later = T[:-1:2] + 0.004
+    time, hip = np.concatenate([T, later]), np.concatenate([np.sin(3 * T), np.full(len(later), NAN)])
+    order = np.argsort(time)
+    return {"time": time[order], "hip": hip[order], "slide": np.concatenate([np.full(len(T), NAN), np.cos(2 * later)])[order]}
+
+
+SWAPPED = np.arange(201)
+SWAPPED[[50, 51]] = 51, 50
+DISORDERS = {
+    "velocities that are not numbers": (rows(slice(None)) | {"hip.v": np.full(201, NAN)}, "velocities of hip are not used: they are zero in every sample, or not numbers", 201),
+    "velocities of zero": (
+        rows(slice(None)) | {"hip.v": np.zeros(201), "slide.v": np.zeros(201)},
+        "velocities of hip, slide are not used: they are zero in every sample, or not numbers",
+        201,
+    ),
+    "missing positions": (rows(slice(None), hip=np.where(T == 1.0, NAN, CLEAN["hip"]), slide=np.where(T == 1.0, NAN, CLEAN["slide"])), "1 sample of hip, slide left out", 200),
+    "a missing position of one joint": (rows(slice(None), hip=np.where(T == 1.0, NAN, CLEAN["hip"])), "200 samples of hip are at other times", 201),
+    "topics merged": (merged(), "100 samples of slide are at other times than those of the joints recorded most often: interpolated by splines onto these 198", 198),
+    "out of order": (rows(SWAPPED), "1 sample older than the one before: sorted by time", 201),
+    "repeated": (rows(np.sort([*range(201), 100])), "1 sample with the time of another left out: the last one of each time is used", 201),
+    "5 µs apart": (with_close(5e-6), "1 sample less than 1% of the median step before the next left out", 201),
+    "a rounding error apart": (with_close(1e-15), "of another left out|before the next left out", 201),
+}
+
+
+def in_format(format, columns):
+    if format == "csv":
+        cell = lambda x: "" if np.isnan(x) else repr(float(x))
+        return "\n".join([",".join(columns), *(",".join(map(cell, row)) for row in zip(*columns.values()))]) + "\n"
+    out = io.BytesIO()
+    if format == "npz":
+        np.savez(out, **columns)
+    else:
+        pq.write_table(pa.table(columns), out)
+    return out.getvalue()
+
+
+@pytest.mark.parametrize("format", ["csv", "npz", "parquet"])
+@pytest.mark.parametrize("what", DISORDERS)
+def test_disorder(leg, tmp_path, what, format):
+    columns, note, samples = DISORDERS[what]
+    text = in_format(format, columns)
+    (tmp_path / "motion").write_bytes(text if isinstance(text, bytes) else text.encode())
+    m = read_motion(leg, tmp_path / "motion")
+    assert any(part in n for n in m.source.notes for part in note.split("|")), m.source.notes
+    assert len(m.time) == samples and not m.doubts and not m.contradictions
+    # the second derivatives of the closed form: a spline through a disorder is off by far more than this
+    inside = slice(8, -8)
+    expected = np.column_stack([np.sin(3 * m.time), np.cos(2 * m.time)]), np.column_stack([-9 * np.sin(3 * m.time), -4 * np.cos(2 * m.time)])
+    assert np.abs(m.q - expected[0]).max() < 1e-5
+    assert np.abs(m.a - expected[1])[inside].max() < 0.02
+
+
+def test_clean_samples_stay_as_they_are(leg, tmp_path):
+    (tmp_path / "motion").write_bytes(in_format("npz", CLEAN))
+    m = read_motion(leg, tmp_path / "motion")
+    assert np.array_equal(m.time, T) and np.array_equal(m.q[:, 0], CLEAN["hip"]) and m.source.notes == []
+
+
+def test_two_motions_in_one_file_are_not_sorted_into_each_other(leg, tmp_path):
+    (tmp_path / "motion").write_bytes(in_format("npz", {n: np.tile(x, 2) for n, x in CLEAN.items()}))
+    with pytest.raises(ksl.MotionError, match="sample 202: time 0 after 2; times must increase"):
+        read_motion(leg, tmp_path / "motion")
+
+
+@pytest.mark.parametrize("names", [("sec", "nanosec"), ("header.stamp.sec", "header.stamp.nanosec"), ("secs", "nsecs"), ("stamp_sec", "stamp_nanosec")])
+@pytest.mark.parametrize("start", [0, 1_700_000_000])
+def test_stamps_in_two_columns(leg, tmp_path, names, start):
+    ticks = np.round(T * 1e9).astype(np.int64)
+    columns = {names[0]: ticks // 10**9 + start, names[1]: ticks % 10**9, "hip": CLEAN["hip"], "slide": CLEAN["slide"]}
+    (tmp_path / "motion").write_text("\n".join([",".join(columns), *(",".join(map(str, row)) for row in zip(*columns.values()))]) + "\n")
+    m = read_motion(leg, tmp_path / "motion")
+    assert np.abs(m.time - T).max() < 1e-9
+    assert f"columns {names[0]!r} and {names[1]!r} are taken as seconds and nanoseconds of the time" in m.source.notes
+    assert any("2023-11-14T22:13:20" in n for n in m.source.notes) == bool(start)
+
+
+def rostopic(velocity="0.5"):
+    head = "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.name0,field.name1,field.position0,field.position1,field.velocity0,field.velocity1"
+    stamp = 1_700_000_000_000_000_000
+    lines = [f"{stamp + int(t * 1e9) + 7},{k},{stamp + round(t * 1e9)},base,slide,hip,{np.cos(2 * t)!r},{np.sin(3 * t)!r},{velocity},nan" for k, t in enumerate(T)]
+    return "\n".join([head, *lines]) + "\n"
+
+
+def test_what_rostopic_prints(leg, tmp_path):
+    (tmp_path / "motion.csv").write_text(rostopic().replace("np.float64(", "").replace(")", ""))
+    m = read_motion(leg, tmp_path / "motion.csv", positions_only=True)
+    assert np.abs(m.time - T).max() < 1e-9 and np.abs(m.q - np.column_stack([np.sin(3 * T), np.cos(2 * T)])).max() == 0
+    assert "rostopic" in m.source.format and any("header stamps" in n for n in m.source.notes)
+    given = read_motion(leg, tmp_path / "motion.csv")
+    assert any(n.startswith("velocities of hip are not used") for n in given.source.notes)
+
+
+def test_lists_of_parquet_take_a_map(leg, tmp_path):
+    state = np.column_stack([CLEAN["slide"], CLEAN["hip"]])
+    for kind in (pa.list_(pa.float32()), pa.list_(pa.float64(), 2)):
+        table = pa.table({"timestamp": T, "observation.state": pa.array(list(state), kind), "task": pa.array([["pick"]] * 201)})
+        pq.write_table(table, tmp_path / "motion.parquet")
+        by = {"observation.state[1]": "hip", "observation.state[0]": "slide"}
+        m = read_motion(leg, tmp_path / "motion.parquet", map=by, ignore_extra=True)
+        assert np.abs(m.q - state[:, ::-1]).max() < 1e-6
+        with pytest.raises(ksl.MotionError, match=r"column 'task', which holds lists \('list"):
+            read_motion(leg, tmp_path / "motion.parquet", map=by)
+        with pytest.raises(ksl.MotionError, match=r"unknown column 'observation.state\[0\]'"):
+            read_motion(leg, tmp_path / "motion.parquet")
+    ragged = pa.table({"timestamp": T, "z": T, "s": pa.array([[1.0, 2.0]] * 200 + [[1.0]], pa.list_(pa.float64()))})
+    pq.write_table(ragged, tmp_path / "motion.parquet")
+    with pytest.raises(ksl.MotionError, match="sample 1: column 's' holds a list of 2 numbers; expected 1 in each row"):
+        read_motion(leg, tmp_path / "motion.parquet", map={"timestamp": "time", "s[0]": "hip"} | {"z": "slide"}, ignore_extra=True)

@@ -1,0 +1,97 @@
+"""A joint that is held stands, whatever its numbers are: exact, rounded, noisy; and one that moves slowly moves."""
+
+import numpy as np
+import pytest
+
+import ksl
+from ksl.load_cases.wrench_table import motion_of_arrays
+from ksl.motions.motion import complete
+
+TIME = np.arange(1000) * 0.004
+RANDOM = np.random.default_rng(7)
+NOISE = RANDOM.standard_normal(len(TIME))
+
+PENDULUM = """<robot name="r"><link name="wall"/><link name="rod"><inertial><origin xyz="0.5 0 0"/><mass value="2"/>
+<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="pin" type="revolute"><parent link="wall"/><child link="rod"/><axis xyz="0 1 0"/>
+<limit lower="-3" upper="3" effort="100" velocity="5"/><dynamics friction="3" damping="0.5"/></joint></robot>"""
+
+
+@pytest.fixture(scope="module")
+def pendulum():
+    return ksl.load_string(PENDULUM, physics=("exact friction", "damping"))
+
+
+def minimum_jerk(x):
+    x = np.clip(x, 0, 1)
+    return x**3 * (10 - 15 * x + 6 * x * x)
+
+
+def motion(model, q, v=None, time=TIME):
+    return motion_of_arrays(model, time, q[:, None], None if v is None else v[:, None], None if v is None else np.zeros((len(q), 1)))
+
+
+HELD = {  # what a joint that is held looks like in a file
+    "constant": 0 * TIME,
+    "rounding in memory": 1e-16 * NOISE,
+    "noise of a good encoder": 1e-7 * NOISE,
+    "noise of a bad encoder": 1e-4 * NOISE,
+    "noise, rounded": np.round(3e-4 * NOISE, 4),
+    "one count now and then": 1e-5 * (np.arange(len(TIME)) % 97 == 50),
+    "between two counts": 2e-5 * (NOISE > 0),
+}
+
+
+@pytest.mark.parametrize("how", HELD)
+def test_a_joint_that_is_held_stands(pendulum, how):
+    """Its dry friction has no sign, its drive no power, and its effort is that of the weight."""
+    held = motion(pendulum, 0.9 + HELD[how])
+    assert held.stands.all() and not held.resolved_v.any()
+    noise = float(np.ptp(HELD[how]))
+    assert held.resolution[0] <= max(10 * noise, 1e-13) / 0.004, "what is stated is of the size of the noise over a step"
+    run = ksl.loads(pendulum, held)
+    (row,) = [row for row in run.results[0].rows if row["joint"] == "pin"]
+    assert row["effort_peak"] == pytest.approx(2 * 9.81 * 0.5 * np.cos(0.9), rel=3e-3) and not held.doubts and not run.results[0].doubts
+    counts = ("speed_peak", "power_peak", "work_positive", "work_negative", "power_mean", "friction_peak", "damping_peak")
+    assert [row[name] for name in counts] == [0.0] * len(counts)
+
+
+MOVING = {  # slow, small or coarse motions are motions
+    "slow": 1e-4 * TIME,
+    "slow and rounded": np.round(5e-3 * TIME, 4),
+    "slow and noisy": 0.02 * TIME + 1e-5 * NOISE,
+    "steps of one count": 0.1 * np.arange(len(TIME)),
+    "small": 1e-6 * np.sin(20 * TIME),
+    "random": NOISE,
+}
+
+
+@pytest.mark.parametrize("how", MOVING)
+def test_a_slow_motion_is_one(pendulum, how):
+    moved = motion(pendulum, 0.9 + MOVING[how])
+    assert moved.stands.mean() < 0.02 and moved.resolved_v.any()
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-7, 1e-5, 1e-4])
+def test_a_joint_that_comes_to_a_stand(pendulum, noise):
+    """It moves for a second, stands for two, and goes back."""
+    q = 0.5 * (minimum_jerk(TIME) - minimum_jerk(TIME - 3)) + noise * NOISE
+    found = motion(pendulum, q).stands[:, 0]
+    assert found[(TIME > 1.02) & (TIME < 2.98)].all()
+    assert not found[(TIME > 0.1) & (TIME < 0.9) | (TIME > 3.1) & (TIME < 3.9)].any()
+    smooth = complete(pendulum, TIME, q[:, None], [[None, None]], smooth=20.0).stands[:, 0]
+    assert smooth[(TIME > 1.1) & (TIME < 2.9)].all() and not smooth[(TIME > 0.2) & (TIME < 0.8)].any()
+
+
+def test_given_rates_have_a_resolution_of_their_own(pendulum):
+    """Rates of a joint that is held are noise; those that positions don't show in their decimals are rates."""
+    assert motion(pendulum, 0 * TIME + 0.9, 1e-3 * NOISE).stands.all()
+    assert not motion(pendulum, np.round(0.9 + 1e-3 * TIME, 2), 0 * TIME + 1e-3).stands.any()
+    turning = motion(pendulum, np.sin(TIME), np.cos(TIME))
+    assert turning.stands.sum() == 0 and turning.resolved_v is turning.v, "nothing is copied"
+
+
+def test_a_line_says_what_stands(pendulum):
+    (_, line) = motion(pendulum, 0.9 + 1e-5 * NOISE).differentiated
+    assert line.startswith("pin stands where its position keeps within 7.6e-05 rad") and "rad/s are taken as none there" in line
+    assert len(motion(pendulum, 0.9 + 0 * TIME).differentiated) == 1, "rounding in memory is not worth one"

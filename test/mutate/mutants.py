@@ -1,0 +1,117 @@
+"""What mutated Python calls, and the import of mutated modules.
+
+All mutants of a scope are compiled at once; the one whose number is in `active` runs.  What a module computes when it is imported, its tables and
+constants, has been computed before a mutant is chosen: `recompute` does so again, and hands the result to all modules that have the old one."""
+
+import builtins
+import importlib.abc
+import importlib.util
+import operator
+import sys
+
+import python_mutator
+
+BINARY = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv, "**": operator.pow}
+OTHER = {"+": "-", "-": "+", "*": "/", "/": "*", "**": "*"}
+COMPARED = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne}
+OTHERS = {"<": (">=", "<="), "<=": (">", "<"), ">": ("<=", ">="), ">=": ("<", ">"), "==": ("!=",), "!=": ("==",)}
+
+active = 0
+reached = bytearray(1)
+
+
+def on(number):
+    reached[number] = 1
+    return number == active
+
+
+def binary(number, op, a, b):
+    """Of sets, lists and texts there is no other operation: the mutant is none."""
+    if not isinstance(a, (set, frozenset, list, tuple, str, bytes, dict)) and not isinstance(b, (str, list, tuple)) and on(number):
+        return BINARY[OTHER[op]](a, b)
+    return BINARY[op](a, b)
+
+
+IN_PLACE = {"+": operator.iadd, "-": operator.isub, "*": operator.imul, "/": operator.itruediv, "**": operator.ipow}
+
+
+def augmented(number, op, x, a):
+    """`x += a` in place, as arrays take it."""
+    if not isinstance(x, (set, list, tuple, str, bytes, dict)) and on(number):
+        return IN_PLACE[OTHER[op]](x, a)
+    return IN_PLACE[op](x, a)
+
+
+def negative(number, x):
+    return x if on(number) else -x
+
+
+def flip(number, x):
+    return not x if on(number) else x
+
+
+def compare(number, op, a, b):
+    for k, other in enumerate(OTHERS[op]):
+        if on(number + k):
+            return COMPARED[other](a, b)
+    return COMPARED[op](a, b)
+
+
+def either(number, op, *late):
+    stops_at = (op == "or") != on(number)
+    for x in late[:-1]:
+        value = x()
+        if bool(value) == stops_at:
+            return value
+    return late[-1]()
+
+
+def number(number, x):
+    if not on(number):
+        return x
+    return (x * 1.1 if x else 0.1) if isinstance(x, float) else x + max(1, x // 10)
+
+
+class Importer(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Loads the modules of a scope mutated, from the sources of the project."""
+
+    def __init__(self, root, scope):
+        self.trees, self.mutants = python_mutator.mutated(root, scope)
+        self.files = {python_mutator.module_name(root, f): f for f in python_mutator.files(root, scope)}
+        self.by_number = {m.number: m for m in self.mutants}
+        reached.extend(bytes(len(self.mutants) + 1))
+        builtins._ksl_mutants = sys.modules[__name__]
+
+    def find_spec(self, fullname, path=None, target=None):
+        if fullname not in self.trees:
+            return None
+        file = self.files[fullname]
+        package = [str(file.parent)] if file.name == "__init__.py" else None
+        return importlib.util.spec_from_file_location(fullname, file, loader=self, submodule_search_locations=package)
+
+    def exec_module(self, module):
+        exec(compile(self.trees[module.__name__], str(self.files[module.__name__]), "exec"), module.__dict__)
+
+    def recompute(self, number):
+        """Computes the statement of a module's body in which the mutant is."""
+        mutant = self.by_number[number]
+        name = next(n for n, f in self.files.items() if str(f).endswith(mutant.file))
+        module = sys.modules.get(name)
+        if module is None or mutant.statement is None:
+            return
+        statement = self.trees[name].body[mutant.statement]
+        targets = statement.targets if hasattr(statement, "targets") else [statement.target]
+        names = [t.id for t in targets if hasattr(t, "id")]
+        old = {n: module.__dict__.get(n) for n in names}
+        exec(compile(python_mutator.ast.Module([statement], []), mutant.file, "exec"), module.__dict__)
+        for other in list(sys.modules.values()):
+            for n, value in list(getattr(other, "__dict__", {}).items()):
+                for k in names:
+                    if value is old[k] and other is not module and isinstance(value, (float, int, tuple, list, dict)) and n.lstrip("_").upper() == n.lstrip("_"):
+                        setattr(other, n, module.__dict__[k])
+
+
+def install(root, scope):
+    importer = Importer(root, scope)
+    sys.meta_path.insert(0, importer)
+    return importer
