@@ -239,9 +239,9 @@ void write_json(const settings &s, const peaks &p, const std::vector<std::string
 int main(int argc, char **argv) {
   const settings s = parse(argc, argv);
   const std::filesystem::path ours = s.home / "peers/ksl_clang.so";
-  const std::string ksl = !s.ksl.empty()               ? s.ksl[0]
+  const std::string ksl = !s.ksl.empty()                  ? s.ksl[0]
                           : std::filesystem::exists(ours) ? ours.string()
-                                                       : (s.home / "peers/ksl_gcc.so").string();
+                                                          : (s.home / "peers/ksl_gcc.so").string();
   auto *const describe = symbol<bool(const char *, int, bench_model *)>(ksl, "bench_describe");
   const char *instruction_set = symbol<const char *()>(ksl, "bench_instruction_set")();
   if (!instruction_set)

@@ -15,9 +15,10 @@ void count(const char *robot, const entry &e) {
   syscall(mark, 1);
   e.peer->run(e.self, e.operation, nullptr);
   syscall(mark, 0);
-  std::printf("{\"robot\": \"%s\", \"peer\": \"%s\", \"library\": \"%s\", \"operation\": \"%s\", \"variant\": \"%s\", \"batch\": %d, "
-              "\"single\": %d, \"threads\": %d, \"states\": %zu}\n",
-              robot, e.peer->name, e.peer->library, o.name, o.variant, o.batch, o.single, o.threads, e.n);
+  std::printf(
+      "{\"robot\": \"%s\", \"peer\": \"%s\", \"library\": \"%s\", \"operation\": \"%s\", \"variant\": \"%s\", \"batch\": %d, "
+      "\"single\": %d, \"threads\": %d, \"states\": %zu}\n",
+      robot, e.peer->name, e.peer->library, o.name, o.variant, o.batch, o.single, o.threads, e.n);
 }
 
 /// Those whose kernels arm.mk compiles.
@@ -38,7 +39,8 @@ int main(int argc, char **argv) {
     const std::string word = argv[i];
     const bool floating = word.ends_with(suffix);
     const std::size_t equals = word.find('=');
-    const std::string name = word.substr(0, equals), path = word.substr(equals + 1, word.size() - equals - 1 - (floating ? suffix.size() : 0));
+    const std::string name = word.substr(0, equals),
+                      path = word.substr(equals + 1, word.size() - equals - 1 - (floating ? suffix.size() : 0));
     bench_model model;
     if (!describe(path.c_str(), floating, &model))
       return 1;

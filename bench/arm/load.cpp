@@ -44,7 +44,8 @@ ksl::joint_description joint_of(const line &l, const std::string &name, int pare
   joint.kind = l.kind == "prismatic" ? ksl::joint_kind::prismatic : ksl::joint_kind::revolute;
   joint.parent = parent, joint.child = child;
   const auto &R = l.rotation;
-  joint.placement = {{R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8]}, {l.position[0], l.position[1], l.position[2]}};
+  joint.placement = {{R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8]},
+                     {l.position[0], l.position[1], l.position[2]}};
   joint.axis = {l.axis[0], l.axis[1], l.axis[2]};
   return joint;
 }

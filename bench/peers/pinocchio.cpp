@@ -68,8 +68,8 @@ struct self {
   Data data;
   size_t n;
   std::vector<double> q, v, a, tau;
-  pin::JointIndex joint;              ///< which operations about one frame are about,
-  pin::FrameIndex frame;              ///< and its frame
+  pin::JointIndex joint;         ///< which operations about one frame are about,
+  pin::FrameIndex frame;         ///< and its frame
   Data::Matrix6x J{6, model.nv}; ///< columns of joints that don't carry the frame are zero and stay so
   pin::Motion motion;
 };
