@@ -195,6 +195,19 @@ namespace {
 
 std::atomic<std::size_t> assumed_cores{0};
 
+/// While it lives, its thread isn't cancelled: helpers write to a job, which a thread that is cancelled while it waits for them would leave.
+/// The thread ends at the next place after the call.
+class uncancelled {
+public:
+  uncancelled() { pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &before_); }
+  ~uncancelled() { pthread_setcancelstate(before_, nullptr); }
+  uncancelled(const uncancelled &) = delete;
+  uncancelled &operator=(const uncancelled &) = delete;
+
+private:
+  int before_ = PTHREAD_CANCEL_ENABLE;
+};
+
 constexpr std::size_t quotient_up(std::size_t n, std::size_t by) { return n / by + (n % by != 0); }
 
 } // namespace
@@ -202,7 +215,10 @@ constexpr std::size_t quotient_up(std::size_t n, std::size_t by) { return n / by
 void assume_cores(std::size_t cores) noexcept { assumed_cores.store(cores, std::memory_order_relaxed); }
 
 std::size_t all_cores() noexcept {
-  static const std::size_t cores = cores_of_process();
+  static const std::size_t cores = [] {
+    const uncancelled held; // files are read
+    return cores_of_process();
+  }();
   const std::size_t assumed = assumed_cores.load(std::memory_order_relaxed);
   return assumed ? assumed : cores;
 }
@@ -218,15 +234,10 @@ partition::partition(std::size_t n, std::size_t block, std::size_t least, int mo
 }
 
 void on_threads(const partition &parts, part_function work, void *context) noexcept {
-  // Helpers write to the job, and a thread that is cancelled while it waits for them would leave it.  It is cancelled after the call.
-  int before = PTHREAD_CANCEL_ENABLE;
-  pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &before);
-  {
-    const nearest_rounding rounding;
-    job j{parts, work, context};
-    threads_kept().run(j);
-  }
-  pthread_setcancelstate(before, nullptr);
+  const uncancelled held;
+  const nearest_rounding rounding;
+  job j{parts, work, context};
+  threads_kept().run(j);
 }
 
 } // namespace ksl

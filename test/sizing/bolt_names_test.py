@@ -113,11 +113,22 @@ def test_a_flange_with_a_named_bolt_is_one_with_its_numbers(table):
     named, plain = (ksl.size(table, {"component": [part]}) for part in (NAMED, FLANGE | typed))
     assert [(f.figure, f.value, f.utilisation) for f in named.in_order] == [(f.figure, f.value, f.utilisation) for f in plain.in_order]
     assert not named.left_out and len(named.in_order) == 7
+    slip = next(f for f in named.in_order if f.figure == "slip")
+    assert slip.limit == 1 and slip.utilisation == slip.value
     force = next(f for f in named.in_order if f.figure == "bolt force")
     assert "thread and class = M8 8.8, tightening = torque wrench, thread_friction = 0.12, yield_share = 0.9" in force.inputs
     assert "ISO 898-1:2013, Table 3" in force.source and "A_S ν Rp0.2" in force.formula
     own = ksl.size(table, {"component": [NAMED | {"preload": 5000.0, "tightening": "angle"}]})
-    assert next(f for f in own.in_order if f.figure == "bolt force").value == pytest.approx(1.4 * 5000, rel=0.01), "what is given counts"
+    force = next(f for f in own.in_order if f.figure == "bolt force")
+    assert force.value == pytest.approx(1.4 * 5000, rel=0.01) and "A_S ν Rp0.2" not in force.formula and "δ_S of head" in force.formula, "what is given counts"
+
+
+def test_a_direction_in_the_flange_may_have_any_length(table):
+    """Of a joint whose axis is z: what it has along the axis is left out."""
+    points = {"points": [[0.1, 0.0], [-0.05, 0.08], [-0.05, -0.06]], "load_factor": 0.1, "preload": 9000.0, "friction": 0.14}
+    part = {"joint": "base", "kind": "bolted flange", **points}
+    turned, scaled = (ksl.size(table, {"component": [part | {"x_axis": x}]}) for x in ([0.6, 0.8, 0.0], [1.2, 1.6, 0.7]))
+    assert [f.value for f in turned.in_order] == pytest.approx([f.value for f in scaled.in_order], rel=1e-12)
 
 
 ABSENT = {

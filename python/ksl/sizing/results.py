@@ -261,8 +261,9 @@ def read_results(path: str | Path) -> Results:
         for each in parts:
             with being_read("results", each, SizingError):
                 tables.append(_columns(each))
+        found = Results(pa.concat_tables(tables), str(file))
         _of_one_sweep(parts, tables)
-        return Results(pa.concat_tables(tables), str(file))
+        return found
     except Unreadable as e:
         raise SizingError(f"{table}: {e}; give the folder or wrenches.parquet that `ksl loads` writes") from None
     except (pa.ArrowException, OSError) as e:
@@ -279,7 +280,7 @@ def read_results(path: str | Path) -> Results:
 
 def _of_one_sweep(parts: list[Path], tables: list[pa.Table]) -> None:
     """Refuses partitions that were computed from other files than the first."""
-    made_of = [json.loads((table.schema.metadata or {}).get(b"ksl", b"{}")).get("inputs") for table in tables]
+    made_of = [_metadata((table.schema.metadata or {}).get(b"ksl", b"{}"), str(part)).get("inputs") for part, table in zip(parts, tables)]
     for part, inputs in zip(parts, made_of):
         if inputs != made_of[0]:
             raise SizingError(f"{part}: was computed from other files than {parts[0].name}; run the sweep again, which computes it anew")
