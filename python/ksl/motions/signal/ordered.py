@@ -59,7 +59,7 @@ def ordered(file: str, joints: Sequence[Joint], time: Array, values: Values, row
     steps = np.diff(time)
     closest = CLOSE * float(np.median(steps)) if len(steps) else 0.0
     complete = not any(np.isnan(x).any() for x in values.values())
-    if not len(time) or complete and (steps > max(closest, 0.0)).all():
+    if not len(time) or (complete and (steps > max(closest, 0.0)).all()):
         return Ordered(time, values, rows, notes)
     series = _series(joints, values, len(time))
     for s in series:
