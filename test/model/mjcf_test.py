@@ -246,3 +246,10 @@ def test_names_and_numbers_that_mujoco_takes_are_refused_with_the_file(tmp_path,
     with pytest.raises(ksl.DescriptionError, match=said) as refusal:
         ksl.load(path)
     assert str(refusal.value).startswith(f"{path}: ")
+
+
+def test_what_a_default_class_gives_a_free_joint_is_listed():
+    """Models of robots that walk have an armature in the default class of all joints, the free one among them."""
+    default = '<default><joint armature="1" damping="0.1" stiffness="2"/></default>'
+    m = ksl.load_string(f'<mujoco>{default}<worldbody><body name="b"><joint name="j" type="free"/><geom size="0.1"/></body></worldbody></mujoco>')
+    assert m.joints[0].kind == "floating" and {"joint j: armature of a free joint (not used)", "joint j: stiffness (not used)"} <= set(m.unused)

@@ -126,7 +126,10 @@ def _header(data: bytes) -> tuple[tuple[int, ...], bool, np.dtype[np.generic], i
     """Shape, order, type and where the numbers begin, of the bytes with which an array begins.  Raises ValueError."""
     head = BytesIO(data)
     try:  # versions 2 and 3 differ in the encoding of names inside of a type
-        shape, fortran, dtype = npy.read_array_header_1_0(head) if npy.read_magic(head) == (1, 0) else npy.read_array_header_2_0(head)
+        version = npy.read_magic(head)
+        if version not in ((1, 0), (2, 0), (3, 0)):
+            raise ValueError(f"version {version}")
+        shape, fortran, dtype = npy.read_array_header_1_0(head) if version == (1, 0) else npy.read_array_header_2_0(head)
     except Exception as e:  # what is no shape or no type raises errors of many kinds
         raise ValueError(str(e)) from None
     return shape, fortran, dtype, head.tell()
