@@ -76,7 +76,7 @@ JOINTS = {
     "reactions_regressor": lambda m, s, name: m.reactions_regressor(*s[:3], joints=[name]),
     "joint": lambda m, s, name: np.array([m.joint(name).q_index]),
     "with_frozen_joints": lambda m, s, name: np.array([m.with_frozen_joints({name: 0.3}).nq]),
-    "placement of loads": lambda m, s, name: ksl.loads(m, (np.arange(2.0), np.zeros((2, m.nq)), np.zeros((2, m.nv)), np.zeros((2, m.nv))), joints=[name]),
+    "placement of loads": lambda m, s, name: ksl.compute_loads(m, (np.arange(2.0), np.zeros((2, m.nq)), np.zeros((2, m.nv)), np.zeros((2, m.nv))), joints=[name]),
 }
 """Calls that take joints.  Links are refused, with the joint that carries them."""
 
@@ -209,9 +209,9 @@ def test_files_and_commands(robot, tmp_path):
         assert done.returncode and said in " ".join(done.stderr.split())
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        ksl.loads(robot, motion, at="link:world", axes="ksl:world", joints=["hip"])
-        run = ksl.loads(robot, motion)
+        ksl.compute_loads(robot, motion, at="link:world", axes="ksl:world", joints=["hip"])
+        run = ksl.compute_loads(robot, motion)
     with pytest.raises(ValueError, match="a point of 'knee', which is none of the joints that are wanted: hip"):
-        ksl.loads(robot, motion, joints=["hip"], at={"knee": (0, 0, 1)})
+        ksl.compute_loads(robot, motion, joints=["hip"], at={"knee": (0, 0, 1)})
     with pytest.raises(ksl.SizingError, match="a point of knee, which is none of the joints that are sized: hip"):
         ksl.size(run, joints=["hip"], at={"knee": (0, 0, 1)})

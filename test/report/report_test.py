@@ -509,6 +509,6 @@ def test_what_is_drawn_is_not_called_unused_and_missing_meshes_are_named(tmp_pat
     (tmp_path / "r.urdf").write_text(MESHES.replace("VISUALS", f"<visual><geometry>{geometry}</geometry></visual>"))
     (tmp_path / "empty.stl").write_bytes(b"")
     time = np.linspace(0, 1, 20)
-    notes = ksl.loads(tmp_path / "r.urdf", (time, 0.1 * np.sin(time)[:, None])).notes
+    notes = ksl.compute_loads(tmp_path / "r.urdf", (time, 0.1 * np.sin(time)[:, None])).notes
     assert any(note.startswith("in the file and not used: visual") for note in notes) == unused
     assert [note for note in notes if note.startswith("pictures")] == missing

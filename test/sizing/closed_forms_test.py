@@ -100,7 +100,7 @@ def test_a_joint_that_is_held_is_sized_as_one_with_zero_velocities(robot, noise)
     ]
     parts = [part for part in parts if noise < 1e-6 or part["kind"] != "fatigue"]  # whose stress follows the noise of the position
     file = {"component": [{"joint": "pivot", **part} for part in parts]}
-    found, wanted = (ksl.size(m.loads(t, *motion), file) for motion in ((q,), (np.full_like(q, 0.3), 0 * q, 0 * q)))
+    found, wanted = (ksl.size(m.wrench_table(t, *motion), file) for motion in ((q,), (np.full_like(q, 0.3), 0 * q, 0 * q)))
     assert [str(x) for x in found.left_out] == [str(x) for x in wanted.left_out]
     assert "crossed roller bearing: life is left out: the joint does not turn" in str([str(x) for x in wanted.left_out])
     tolerance = max(1e-9, 10 * noise)  # positions are noisy, and what holds them is, too

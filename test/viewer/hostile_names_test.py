@@ -66,7 +66,7 @@ class Made:
         time = np.linspace(0, 1, 20)
         motion = folder / "<img src=x onerror=alert(4)>.npz"
         np.savez(motion, time=time, q=np.sin(3 * time)[:, None] * np.full(self.model.nq, 0.3))
-        self.run = ksl.loads(self.model, motion, payloads={HOSTILE[0]: (1.0, [0, 0, 0.1])}, external={HOSTILE[9]: np.array([1.0, 2, 3, 0, 0, 0])})
+        self.run = ksl.compute_loads(self.model, motion, payloads={HOSTILE[0]: (1.0, [0, 0, 0.1])}, external={HOSTILE[9]: np.array([1.0, 2, 3, 0, 0, 0])})
 
 
 @pytest.fixture(scope="module")

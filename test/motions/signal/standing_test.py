@@ -49,7 +49,7 @@ def test_a_joint_that_is_held_stands(pendulum, how):
     assert held.stands.all() and not held.resolved_v.any()
     noise = float(np.ptp(HELD[how]))
     assert held.resolution[0] <= max(10 * noise, 1e-13) / 0.004, "what is stated is of the size of the noise over a step"
-    run = ksl.loads(pendulum, held)
+    run = ksl.compute_loads(pendulum, held)
     (row,) = [row for row in run.results[0].rows if row["joint"] == "pin"]
     assert row["effort_peak"] == pytest.approx(2 * 9.81 * 0.5 * np.cos(0.9), rel=3e-3) and not held.doubts and not run.results[0].doubts
     counts = ("speed_peak", "power_peak", "work_positive", "work_negative", "power_mean", "friction_peak", "damping_peak")
