@@ -12,6 +12,7 @@
 #include "engine/compute.hpp"
 #include "engine/finite.hpp"
 #include "engine/thread_memory.hpp"
+#include "text/rounding.hpp"
 
 namespace calls {
 
@@ -37,6 +38,7 @@ public:
         m_.followers() != 0 || !m_.quaternions().empty() || ksl::has_unread_results(row_) ||
         (row_.needs_mass && m_.massless_joint() >= 0) || (row_.smooth_friction && m_.exact_friction()))
       return {};
+    const ksl::nearest_rounding rounding;
     ksl::state_view<double> state;
     if (!take_inputs(state) || !take_results(out, state))
       return {};

@@ -240,7 +240,7 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
   std::vector<pugi::xml_node> parts(node.begin(), node.end());
   if (version_.has_old_frames()) // joints last: a joint gives way to a link of the same name, which others may refer to
     std::stable_partition(parts.begin(), parts.end(),
-                          [](const pugi::xml_node &part) { return part.name() != std::string_view("joint"); });
+                          [](const pugi::xml_node &element) { return element.name() != std::string_view("joint"); });
   for (const pugi::xml_node child : parts) {
     const std::string tag = child.name();
     if (tag == "model") {

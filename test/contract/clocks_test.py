@@ -29,6 +29,7 @@ REASONS = {
     "test/mutate/python_tests.py": "no test: how long mutants take, and when they hang",
     "test/mutate/run.py": "no test: how long a run took, for its report",
     "test/sweeps/sweep_test.py": "deadline of a wait for a process",
+    "test/viewer/hostile_names_test.py": "deadline of a wait for a page",
     "test/viewer/viewer_page_test.py": "deadline of a wait for a page",
 }
 

@@ -97,7 +97,7 @@ def with_pinocchio(name: str, m: ksl.Model) -> float:
     pin.framesForwardKinematics(p, d, theirs)
     for link in m.link_names:
         if p.existBodyName(link):
-            worst = max(worst, disagreement(m.frame_pose(q, link), d.oMf[p.getBodyId(link)].homogeneous))
+            worst = max(worst, disagreement(m.frame_pose(q, f"link:{link}"), d.oMf[p.getBodyId(link)].homogeneous))
     return worst
 
 
@@ -133,7 +133,7 @@ def with_mujoco(name: str, m: ksl.Model) -> float:
         if b > 0:
             pose = np.eye(4)
             pose[:3, :3], pose[:3, 3] = d.xmat[b].reshape(3, 3), d.xpos[b]
-            worst = max(worst, disagreement(m.frame_pose(q, link), pose))
+            worst = max(worst, disagreement(m.frame_pose(q, f"link:{link}"), pose))
     return worst
 
 
