@@ -437,7 +437,7 @@ def _read_wrench(file: str) -> tuple[Array, Array, list[str]]:
     table = open_table(file)
     if table.is_recording:
         raise CaseError(f"{file}: is a bag; give wrenches as CSV, Parquet or NPZ, with the columns time and some of {' '.join(WRENCH_COLUMNS)}")
-    column = find_time(table, ())
+    column = find_time(table, frozenset())
     for name in table.names:
         if name != column.name and name not in WRENCH_COLUMNS:
             near = near_names(name, WRENCH_COLUMNS)

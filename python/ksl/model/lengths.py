@@ -30,7 +30,7 @@ def extent(model: Calls, carried: Iterable[PointMass] = ()) -> float:
     own = {link.name: np.array([link.mass, link.inertia[0] + link.inertia[1] + link.inertia[2]]) for link in links}
     for name, mass, point in carried:
         own[name] -= mass, 2 * mass * float(np.dot(point, point))
-    origins = model.frame_poses(model.neutral(), [link.name for link in links])[:, :3, 3]
+    origins = model.frame_poses(model.neutral(), [f"link:{link.name}" for link in links])[:, :3, 3]
     at = {link.name: i for i, link in enumerate(links)}
     reach: dict[str, float] = {}
     farthest = 0.0

@@ -265,7 +265,7 @@ class _Controls:
         """How the readout expresses the wrench."""
         x, y, z = self._offset.value
         at: Any = (float(x), float(y), float(z)) if self._at.value == "offset" else self._links.get(self._at.value, self._at.value)
-        return Choice(cast(Side, self._on.value), at, self._links.get(self._axes.value, self._axes.value), cast(Part, self._part.value))
+        return Choice(cast(Side, self._on.value), at, self._links.get(self._axes.value, cast(Any, self._axes.value)), cast(Part, self._part.value))
 
     def _text(self) -> str:
         viewer = self._viewer
