@@ -8,11 +8,12 @@
 #include <numpy/ufuncobject.h>
 
 #include "batch/threads.hpp"
-#include "text/rounding.hpp"
 #include "engine/array_kernels.hpp"
+#include "text/rounding.hpp"
 
 #include <algorithm>
 #include <atomic>
+#include <cfenv>
 #include <cstdint>
 #include <cstring>
 #include <exception>
@@ -188,9 +189,23 @@ std::atomic<int> threads{0}; ///< the most threads that a large call may use; 0:
 /// memory, which reads 10 % faster.
 constexpr std::size_t block = 64, least_items = 32768, parts_each = 16;
 
+/// Keeps the flags of floating-point exceptions as they were.  NumPy warns by them, but lanes compute both sides of a condition: they say
+/// nothing of results.
+class kept_exceptions {
+public:
+  kept_exceptions() { std::fegetexceptflag(&before_, FE_ALL_EXCEPT); }
+  ~kept_exceptions() { std::fesetexceptflag(&before_, FE_ALL_EXCEPT); }
+  kept_exceptions(const kept_exceptions &) = delete;
+  kept_exceptions &operator=(const kept_exceptions &) = delete;
+
+private:
+  std::fexcept_t before_;
+};
+
 /// The inner loop.
 template <class T> void loop(char **args, const npy_intp *dimensions, const npy_intp *steps, void *data) {
   const ksl::nearest_rounding rounding;
+  const kept_exceptions exceptions;
   operands<T> all{*static_cast<const function_row *>(data), dimensions[0], {}, {}};
   const npy_intp n = all.n, *inner = steps + all.count();
   bool all_plain = true;

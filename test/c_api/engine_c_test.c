@@ -539,7 +539,7 @@ static void test_sizes(const char *path) {
   const double x[6] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
   const float xf[6] = {0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f};
   const int link = 3, joint = 1;
-  double out[36] = {-7};
+  double out[36] = {-7}, wrench[6] = {-7};
   float outf[36] = {-7};
   const size_t beyond[] = {SIZE_MAX,     SIZE_MAX - 1,  SIZE_MAX / 2,
                            SIZE_MAX / 8, SIZE_MAX / 64, (size_t)PTRDIFF_MAX / 48 + 2};
@@ -549,9 +549,9 @@ static void test_sizes(const char *path) {
       CHECK_REFUSED(ksl_inverse_dynamics_batch(m, n, x, 6, x, 6, x, 6, out, 6, threads), KSL_BAD_ARGUMENT, "memory");
       CHECK_REFUSED(ksl_inverse_dynamics_batch(m, n, x, 0, x, 0, x, 0, out, -6, threads), KSL_BAD_ARGUMENT, "memory");
       CHECK_REFUSED(ksl_mass_matrix_batch(m, n, x, 6, out, 36, threads), KSL_BAD_ARGUMENT, "memory");
-      CHECK_REFUSED(
-          ksl_inverse_dynamics_with_reactions_batch(m, n, x, 0, x, 0, x, 0, out, 0, 1, &joint, NULL, out, 6, threads),
-          KSL_BAD_ARGUMENT, "memory");
+      CHECK_REFUSED(ksl_inverse_dynamics_with_reactions_batch(m, n, x, 0, x, 0, x, 0, out, 6, 1, &joint, NULL, wrench,
+                                                              6, threads),
+                    KSL_BAD_ARGUMENT, "memory");
       const ksl_external_rows_t rows = {1, &link, x, 6, KSL_IN_FRAME};
       CHECK_REFUSED(ksl_inverse_dynamics_external_batch(m, n, x, 0, x, 0, x, 0, &rows, out, 6, threads),
                     KSL_BAD_ARGUMENT, "memory");
