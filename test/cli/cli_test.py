@@ -112,7 +112,7 @@ def test_the_table_is_what_python_gives(done, ur5, examples):
     motion = read_motion(m, ur5[1])
     table = pq.read_table(done[1] / "wrenches.parquet")
     assert table.num_rows == len(motion.time) * len(m.joints)
-    expected = m.wrench_table(motion.time, motion.q, motion.v, motion.a)
+    expected = m.wrench_table(motion.time, motion.q, motion.resolved_v, motion.resolved_a)
     assert table.column_names == expected.column_names and set(table["case"].to_pylist()) == {"ur5_pick"}
     for name in expected.column_names[1:]:
         assert table[name].to_pylist() == expected[name].to_pylist(), name

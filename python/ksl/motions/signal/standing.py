@@ -111,9 +111,11 @@ def _add_noisy(found: Standing, joint: Joint, k: int, measured: Samples, given_v
         here &= np.abs(given_v[:, k]) <= slowest
     here &= ~_drifts(given, here, 2 * resolution)
     here = _at(time, measured.time, here)
+    inside = _inside(time, here, blur)
+    here = inside if blur else here  # what a filter has spread into the ends of a stand moves
     if (here & ~found.stands[:, column]).any():
         found.stands[:, column] |= here
-        found.held[:, column] = _inside(time, here, blur)
+        found.held[:, column] = inside
         found.rate[column] = max(found.rate[column], slowest)
         if found.rate[column] > NOTED * np.abs(v[:, column]).max():
             found.noisy[joint.name] = resolution
