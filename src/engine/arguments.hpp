@@ -58,13 +58,13 @@ struct memory_of_rows {
 inline bool are_apart(const memory_of_rows &a, const memory_of_rows &b, std::size_t n) {
   if (n == 0 || a.bytes == 0 || b.bytes == 0)
     return true;
-  const auto begin = [&](const memory_of_rows &x) {
+  const auto lowest = [&](const memory_of_rows &x) {
     return x.stride < 0 ? x.first - (n - 1) * static_cast<std::size_t>(-x.stride) : x.first;
   };
-  const auto length = [&](const memory_of_rows &x) {
+  const auto span = [&](const memory_of_rows &x) {
     return (n - 1) * static_cast<std::size_t>(x.stride < 0 ? -x.stride : x.stride) + x.bytes;
   };
-  if (begin(a) + length(a) <= begin(b) || begin(b) + length(b) <= begin(a))
+  if (lowest(a) + span(a) <= lowest(b) || lowest(b) + span(b) <= lowest(a))
     return true;
   if (n == 1 || a.stride != b.stride || a.stride == 0)
     return false;

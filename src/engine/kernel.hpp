@@ -79,7 +79,7 @@ private:
 /// Columns that are stored are summed while they are in registers, on their way into rows.  The sum is a number of its own, which stays
 /// in a register: rows that are written could be the sums in memory, for all that the compiler knows.
 template <class P> struct summed_columns {
-  sums<P> *seen;
+  sums<P> *seen = nullptr;
   P sum = P(scalar_of<P>(0));
   template <int K> KSL_LANES void look(const P (&x)[K]) { sum = sum + seen->sum_in_registers(x); }
   KSL_LANES void finish() const { seen->add_sum(sum); }
