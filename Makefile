@@ -127,8 +127,11 @@ $(VENV)/.tools:
 	$(BIN)/python -m pip install -q scikit-build-core nanobind ninja numpy
 	touch $@
 
+# pip's build names the compiler that Python was built with, whatever else is there.  So clang is named here, unless somebody has named another.
+named = $(filter environment% command%,$(origin CC) $(origin CXX))
+clang_if_it_works = $(shell printf '\043include <span>\nstatic_assert(__clang_major__ >= 14);\n' | clang++ -std=c++20 -x c++ -fsyntax-only - 2>/dev/null && echo CC=clang CXX=clang++)
 $(VENV)/.installed: $(VENV)/.tools $(SOURCES)
-	$(BIN)/python scripts/install.py --no-build-isolation '.[loads,check]'
+	$(if $(named),,$(clang_if_it_works)) $(BIN)/python scripts/install.py --no-build-isolation '.[loads,check]'
 	touch $@
 
 $(VENV)/.packages: $(VENV)/.tools scripts/system_packages.sh

@@ -1,7 +1,8 @@
 # The compiler, where nobody names one: clang, if there is one of 14 or later that works.  Its kernels are up to a third faster than those of gcc 12
 # for one state, and take a quarter less time to compile (docs/decisions/0014-weight.md).  Results are the same to the bit.
 #
-# CC, CXX, CMAKE_C_COMPILER, CMAKE_CXX_COMPILER or a toolchain file is a name.  Included before project().
+# CC, CXX, CMAKE_C_COMPILER, CMAKE_CXX_COMPILER or a toolchain file is a name.  pip's build sets CC and CXX to the compiler of Python: there, say
+# CC=clang CXX=clang++.  Included before project().
 if(NOT CMAKE_SOURCE_DIR STREQUAL CMAKE_CURRENT_SOURCE_DIR OR NOT CMAKE_HOST_UNIX OR CMAKE_HOST_APPLE OR CMAKE_CROSSCOMPILING)
   return() # what this project is a part of has chosen
 endif()
