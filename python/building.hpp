@@ -96,6 +96,21 @@ inline void add_builder(nb::module_ &module) {
             b.add_joint(name, ksl::joint_kind_named(kind), parent, child, pose_of(pose), options_of(options));
           },
           "name"_a, "kind"_a, "parent"_a, "child"_a, "pose"_a, "options"_a)
+      .def(
+          "add_loop",
+          [](ksl::builder &b, const std::string &name, const std::string &kind, const std::string &predecessor,
+             const std::string &successor, const std::array<double, 16> &predecessor_pose,
+             const std::array<double, 16> &successor_pose, std::optional<three> axis, std::optional<three> axis2,
+             ksl::optional_number pitch) {
+            const auto vector = [](const std::optional<three> &x) { return x ? std::optional(vector_of(*x)) : std::nullopt; };
+            b.add_loop(name, ksl::joint_kind_named(kind), predecessor, successor, pose_of(predecessor_pose),
+                       pose_of(successor_pose), {vector(axis), vector(axis2), pitch});
+          },
+          "name"_a, "kind"_a, "predecessor"_a, "successor"_a, "predecessor_pose"_a, "successor_pose"_a,
+          "axis"_a.none(), "axis2"_a.none(), "pitch"_a.none())
+      .def(
+          "set_drives",
+          [](ksl::builder &b, const std::vector<std::string> &joints) { b.set_drives(joints); }, "joints"_a)
       .def("add_dh_chain", &add_dh_chain, "parent"_a, "rows"_a, "modified"_a, "prefix"_a)
       .def(
           "build",
@@ -148,6 +163,14 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
             return ksl::model(ksl::with_frame(m.description(), name, link, pose_of(pose)));
           },
           "name"_a, "link"_a, "pose"_a)
+      .def(
+          "without_loops", [](const ksl::model &m) { return ksl::model(ksl::without_loops(m.description())); })
+      .def(
+          "with_drives",
+          [](const ksl::model &m, const std::vector<std::string> &joints) {
+            return ksl::model(ksl::with_drives(m.description(), joints));
+          },
+          "joints"_a)
       .def("with_inertias", &with_inertias, "inertias"_a)
       .def("with_gravity", &ksl::model::with_gravity, "gravity"_a)
       .def(

@@ -147,7 +147,7 @@ public:
   nb::object run(nb::handle out, nb::handle threads) {
     const ksl::nearest_rounding rounding;
     const int most = thread_count(threads);
-    ksl::coupled::require_projection(row_, m_);
+    ksl::require_computable(row_, m_);
     ksl::kernels(); // raises the error of an unusable KSL_ISA here and not on another thread
     if (!take_external() || !all_of([](const argument &x) { return x.is_array(); }))
       convert();

@@ -5,6 +5,7 @@ from algorithms.row import Algorithm, Result
 ROWS = (
     Algorithm(
         name="inverse_dynamics_derivatives",
+        closed="refusal",
         header="inverse_dynamics_derivatives.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -31,6 +32,7 @@ Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics
     ),
     Algorithm(
         name="stiffness",
+        closed="refusal",
         header="inverse_dynamics_derivatives.hpp",
         inputs=("q",),
         external="optional",
@@ -51,6 +53,7 @@ O(bodies × depth).
     ),
     Algorithm(
         name="forward_dynamics_derivatives",
+        closed="refusal",
         header="forward_dynamics_derivatives.hpp",
         inputs=("q", "v", "tau"),
         coupled="solution_derivatives",
@@ -78,6 +81,7 @@ Dynamics Algorithms (RSS 2018), eq. (27); O(nv² × depth).
     ),
     Algorithm(
         name="reactions_derivatives",
+        closed="refusal",
         header="reactions_derivatives.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -102,6 +106,7 @@ out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L
     ),
     Algorithm(
         name="reactions_external_derivatives",
+        closed="refusal",
         header="reactions_external_derivatives.hpp",
         inputs=("q",),
         request="joints",
@@ -258,6 +263,7 @@ After Carpentier and Mansard (RSS 2018); O(bodies).
     ),
     Algorithm(
         name="inverse_dynamics_second_derivatives",
+        closed="refusal",
         header="inverse_dynamics_second_derivatives.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -289,6 +295,7 @@ analytic; O(nv × depth²), besides writing 4 nv³ numbers.
     ),
     Algorithm(
         name="forward_dynamics_second_derivatives",
+        closed="refusal",
         header="forward_dynamics_second_derivatives.hpp",
         inputs=("q", "v", "tau"),
         coupled="solution_second_derivatives",

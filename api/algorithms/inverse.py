@@ -5,6 +5,7 @@ from algorithms.row import TAU, Algorithm, Result
 ROWS = (
     Algorithm(
         name="inverse_dynamics",
+        closed="efforts",
         header="inverse_dynamics.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -35,6 +36,7 @@ Raises ValueError for shapes that don't fit and numbers that are complex or not 
     ),
     Algorithm(
         name="inverse_dynamics_with_reactions",
+        closed="reactions",
         header="reactions.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -50,6 +52,7 @@ Raises ValueError for shapes that don't fit and numbers that are complex or not 
     ),
     Algorithm(
         name="reactions",
+        closed="reactions",
         header="reactions.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -79,6 +82,7 @@ the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
     ),
     Algorithm(
         name="effort_parts",
+        closed="parts",
         header="effort_parts.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -95,6 +99,7 @@ O(bodies).
     ),
     Algorithm(
         name="bias",
+        closed="steady",
         header="inverse_dynamics.hpp",
         inputs=("q", "v"),
         external="optional",
@@ -109,6 +114,7 @@ if `physics=` of :func:`ksl.load` names them.  O(bodies).
     ),
     Algorithm(
         name="gravity_torque",
+        closed="statics",
         header="inverse_dynamics.hpp",
         inputs=("q",),
         external="optional",

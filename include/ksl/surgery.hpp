@@ -44,4 +44,13 @@ KSL_EXPORT robot_description subtree(const robot_description &robot, const std::
 KSL_EXPORT robot_description with_frame(const robot_description &robot, const std::string &name,
                                         const std::string &link, const SE3<double> &pose);
 
+/// Adds joints that close loops; their links are indices into robot.links.
+KSL_EXPORT robot_description with_loops(robot_description robot, std::vector<loop_description> loops);
+
+/// The robot with its loops cut: without the joints that close them, and without drives.
+KSL_EXPORT robot_description without_loops(robot_description robot);
+
+/// Says which joints have a motor, in place of what the robot says.
+KSL_EXPORT robot_description with_drives(robot_description robot, std::vector<std::string> joints);
+
 } // namespace ksl

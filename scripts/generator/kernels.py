@@ -95,6 +95,7 @@ def row_text(row: Algorithm) -> str:
     lines = row_members(row) + [f".kernels = &kernel_table::{kernels_of(row).name}"]
     lines += [f".variant_of = &{row.variant_of}"] if row.variant_of else []
     lines += [f".coupled = coupled_by::{row.coupled}"] if row.coupled != "projection" else []
+    lines += [f".closed = closed_by::{row.closed}"] if row.closed != "tree" else []
     return f"constexpr algorithm_row {row.name} = {{\n" + "".join(f"    {line},\n" for line in lines) + "};\n"
 
 

@@ -91,6 +91,19 @@ enum class coupled_by : unsigned char {
   refusal            ///< not at all: where the layout is that of the tree
 };
 
+/// How an algorithm is computed for mechanisms with loops (engine/loops/closed.hpp).
+enum class closed_by : unsigned char {
+  tree,          ///< as for the tree that carries the loops: a function of the given numbers, whatever the loops demand
+  efforts,       ///< efforts of the drives
+  reactions,     ///< the same, with wrenches through joints
+  parts,         ///< what the efforts consist of
+  steady,        ///< efforts at independent accelerations of zero
+  statics,       ///< efforts at rest
+  accelerations, ///< under given efforts
+  jump,          ///< of velocities under impulses
+  refusal        ///< not at all
+};
+
 constexpr int most_inputs = 4; ///< how many an algorithm can have
 
 /// One row: which inputs an algorithm reads and which results it writes.
@@ -111,6 +124,7 @@ struct algorithm_row {
   /// The row whose kernels compute this one, with zeros for the inputs that this row lacks; null if it has its own.
   const algorithm_row *variant_of = nullptr;
   coupled_by coupled = coupled_by::projection;
+  closed_by closed = closed_by::tree;
 
   constexpr bool reads(input x) const {
     for (int i = 0; i < inputs; ++i)

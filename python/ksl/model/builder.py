@@ -107,6 +107,36 @@ class Builder:
         self._core.add_joint(name, kind, parent, child, given.pose(placed, f"joint {name}: its pose", parent), options)
         return self
 
+    def add_loop(
+        self,
+        name: str,
+        kind: AnyKind,
+        predecessor: str,
+        successor: str,
+        predecessor_pose: given.PoseLike | None = None,
+        successor_pose: given.PoseLike | None = None,
+        axis: ArrayLike | None = None,
+        axis2: ArrayLike | None = None,
+        pitch: float | None = None,
+    ) -> Builder:
+        """A joint that closes a loop, between two links that have been added and that joints connect already.  Returns the builder.
+
+        kind: any of :meth:`add_joint` but floating.  predecessor, successor: the sides that a file calls parent and child.
+        predecessor_pose, successor_pose: of the joint's frame on each side, in that link's frame, (4, 4) or a :class:`ksl.Pose`; the frames
+        coincide where the joint's position is zero.  axis, axis2 (3), pitch: as of :meth:`add_joint`; an axis has the same
+        components in both frames.
+
+            b.add_loop("C", "revolute", "coupler", "rocker", at_end_of_coupler, at_end_of_rocker, axis=(0, 1, 0))
+        """
+        given.name(name, "the name of the loop joint")
+        who = f"loop joint {name}"
+        for word, what in ((kind, "kind"), (predecessor, "predecessor"), (successor, "successor")):
+            given.name(word, f"{who}: its {what}")
+        poses = [given.pose(x, f"{who}: its frame on the {what}", link) for x, what, link in ((predecessor_pose, "predecessor", predecessor), (successor_pose, "successor", successor))]
+        axes = [given.direction(x, f"{who}: its {what}") for x, what in ((axis, "axis"), (axis2, "axis2"))]
+        self._core.add_loop(name, kind, predecessor, successor, *poses, *axes, None if pitch is None else given.number(pitch, f"{who}: its pitch"))
+        return self
+
     def add_dh_chain(self, parent: str, rows: Iterable[DHRow], convention: Convention = "standard", prefix: str = "") -> Builder:
         """Adds joint1, link1, joint2, link2, … to a link, their names after `prefix`.  Returns the builder.
 
@@ -147,8 +177,11 @@ class Builder:
         masses: Literal["optional"] | None = None,
         physics: str | Iterable[str] | None = None,
         friction_width: float = 0.01,
+        drives: Iterable[str] | None = None,
     ) -> Model:
         """The model of what has been added, with the options of :func:`ksl.load`; `gravity` None is the builder's own.
+
+        drives: the joints that have a motor.  Inverse dynamics of mechanisms with loops need to know them.
 
         More can be added, and another model built, afterwards.
         """
@@ -156,6 +189,8 @@ class Builder:
             one_of(masses, "masses", "optional")
         own = None if gravity is None else list(three_numbers(gravity, "gravity"))
         floating_base, strict = given.flag(floating_base, "floating_base"), given.flag(strict, "strict")
+        if drives is not None:
+            self._core.set_drives(given.names(drives, "drives"))
         core = self._core.build(floating_base, strict, own, given.payload_points(payloads), masses is not None, given.physics(physics, friction_width))
         for line in core.warnings:
             warnings.warn(line, DescriptionWarning, stacklevel=2)

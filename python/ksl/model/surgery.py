@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TypeVar
 
@@ -41,6 +41,20 @@ class Surgery(Calls):
         A fixed root is at the world's origin, with the world's axes; where the base floats, the new root floats.
         """
         return self._made(self._core.with_root(given.name(link, "link")))
+
+    def without_loops(self: S) -> S:
+        """The same robot with its loops cut: a tree, whose joints all have a drive.
+
+        Loops are cut where the file has the joints that close them, so that efforts and reactions are those of another machine.
+        """
+        return self._made(self._core.without_loops())
+
+    def with_drives(self: S, joints: Iterable[str]) -> S:
+        """The same robot with motors at these joints and at no others.  Inverse dynamics of mechanisms with loops need to know them.
+
+            m = m.with_drives(["crank"])
+        """
+        return self._made(self._core.with_drives(given.names(joints, "drives")))
 
     def with_frozen_joints(self: S, joints: Mapping[str, ArrayLike]) -> S:
         """These joints become fixed at these positions.
