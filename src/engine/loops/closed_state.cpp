@@ -185,8 +185,24 @@ finding closed_state::solve_inertia(const double *q, double *r) {
   for (int i = 0; i < f; ++i) // what the others leave of a freedom's inertia
     if (!is_regular || !(H_[i * f + i] > 1e-13 * whole[i]))
       return {finding::kind::massless, k_.independent()[i], 0, 0, f};
-  ksl_linalg_ldlt_solve(H_, r, r, f, f, 1);
+  if (r)
+    solve_again(r);
   return {};
+}
+
+void closed_state::solve_again(double *r) const {
+  if (const int f = k_.freedoms(); f > 0)
+    ksl_linalg_ldlt_solve(H_, r, r, f, f, 1);
+}
+
+void closed_state::set_multipliers(const double *q, const double *v, const double *a, const double *tau,
+                                   const external_wrenches<double> &e) {
+  state_view<double> s;
+  s.q = q, s.v = v, s.a = a, s.external = e, s.result[0] = tree_;
+  g_.tree().call(rows::inverse_dynamics, g_.rest(), s);
+  for (int i = 0; i < m_.nv(); ++i)
+    left_[i] = tree_[i] - tau[i];
+  k_.multipliers(left_, lambda_);
 }
 
 finding closed_state::forward_dynamics(const double *q, const double *v, const double *tau, const external_wrenches<double> &e,

@@ -27,6 +27,7 @@ struct finding {
     acceleration, ///< accelerations don't
     no_drives,    ///< nobody said which joints have motors
     few_drives,   ///< the drives leave freedoms
+    more_drives,  ///< they are more than the freedoms, where they must be as many
     massless      ///< a freedom moves no mass
   } what = kind::none;
   int row = -1;              ///< equation, or coordinate in v
@@ -89,8 +90,12 @@ public:
   /// Sets τ_d with Gᵀ E τ_d = Gᵀ y; of least norm where there are more drives than freedoms.
   finding efforts_of_drives(const double *y, double *tau);
 
-  /// Solves Gᵀ M G x = r, with the mass matrix at q; r (freedoms) is replaced.
+  /// Solves Gᵀ M G x = r, with the mass matrix at q; r (freedoms) is replaced.  Null only factorises, for solve_again.
   finding solve_inertia(const double *q, double *r);
+  void solve_again(double *r) const;
+
+  /// The multipliers of a motion under efforts tau (nv), which balance.
+  void set_multipliers(const double *q, const double *v, const double *a, const double *tau, const external_wrenches<double> &e);
 
 private:
   finding check(finding::kind what, const double *values, const double *terms, bool lengths) const;

@@ -42,6 +42,13 @@ public:
     return pose(successor ? l.successor : l.predecessor).R;
   }
 
+  /// A column in the axes of a loop's frame on the successor, about its origin; without the factor of a follower.
+  screw<double> column_at_successor(int loop, int column) const;
+  /// (rows of the loop) wrenches T in these axes.
+  const coscrew<double> *wrenches_of(int loop) const { return at_[loop].T; }
+  /// The first axis of a universal loop joint, fixed in the predecessor, in these axes.
+  vec3<double> first_axis(int loop) const;
+
   const tree_calls &tree() const { return tree_; }
   const tables &of() const { return t_; }
   void *rest() const { return rest_; } ///< memory of calls

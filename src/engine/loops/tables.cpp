@@ -161,8 +161,11 @@ private:
     if (row.kind == joint_kind::fixed)
       return;
     const int first = columns_of(joint), n = row_of(row.kind).nv;
-    for (int k = 0; k < n; ++k)
-      t_.supports.push_back({first + k, sign});
+    const bool has_body_inside = row_of(row.kind).has_axis2;
+    for (int k = 0; k < n; ++k) {
+      groups_ += k == 0 || has_body_inside;
+      t_.supports.push_back({first + k, sign, groups_});
+    }
   }
 
   /// How far a joint is from the origin of its parent link.
@@ -209,6 +212,7 @@ private:
   tables t_;
   std::vector<int> first_column_; // of each joint of the model
   double longest_ = 0;
+  int groups_ = 0;
 };
 
 } // namespace

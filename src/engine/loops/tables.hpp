@@ -22,6 +22,7 @@ struct column {
 struct support {
   int column;
   double sign;
+  int group; ///< coordinates that move the same body, numbered along the way from the common link to either end
 };
 
 /// A joint that closes a loop.  Its equations are Tᵀ (V_s − V_p) = 0, with the twists of successor and predecessor at the joint's frame on
