@@ -183,7 +183,7 @@ class LoopCalls(Calls):
         if not self.loops:
             return np.zeros((0, len(names), 6))
         patterns = self._core.reaction_patterns(positions[:1])
-        return patterns.reshape(len(patterns), -1, 6)[:, where]
+        return patterns.reshape(len(patterns), len(self.joints) + len(self.loops), 6)[:, where]
 
     def reactions_unique(self, q: ArrayLike, joints: Iterable[str] | None = None) -> NDArray[np.bool_]:
         """Which components (joints, 6) of the reactions at q (nq) every balance of rigid bodies shares.

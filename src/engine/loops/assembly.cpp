@@ -35,7 +35,7 @@ completion assembly::complete(const double *near, const unsigned char *given, co
     free += !given[j];
     x[j] += near[j];
   }
-  if (solve_.residual > 1e-7 * terms)
+  if (solve_.residual > 1e-7 * terms + rest * t_.length)
     return completion::contradictory;
   return free > solve_.rank ? completion::nearest : completion::unique;
 }

@@ -27,9 +27,10 @@ void closed_state::lay_out(arena &memory, int externals) {
 /// The first equation whose value is beyond the tolerance of its terms; of the mechanism's length for errors of positions.
 finding closed_state::check(finding::kind what, const double *values, const double *terms, bool lengths) const {
   for (int i = 0; i < t_.rows; ++i) {
-    const double scale = lengths ? t_.length / t_.row_scale[static_cast<std::size_t>(i)] : terms[i];
-    if (!(std::fabs(values[i]) <= tolerance_ * scale))
-      return {what, i, values[i], tolerance_ * scale, 0};
+    const double length = t_.length / t_.row_scale[static_cast<std::size_t>(i)]; // 1 rad for moments
+    const double allowed = lengths ? tolerance_ * length : tolerance_ * terms[i] + rest * length;
+    if (!(std::fabs(values[i]) <= allowed))
+      return {what, i, values[i], allowed, 0};
   }
   return {};
 }

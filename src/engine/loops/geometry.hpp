@@ -6,6 +6,10 @@
 
 namespace ksl::loops {
 
+/// Rates of equations below this, in lengths of the mechanism per second, or second squared, are rounding whatever their terms are: of the
+/// velocities of a structure that can't move, say.
+inline constexpr double rest = 1e-12;
+
 class geometry {
 public:
   geometry(const model &m, const tables &t) : tree_(m), t_(t) {}
