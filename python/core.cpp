@@ -9,6 +9,7 @@
 #include "building.hpp"
 #include "calls.hpp"
 #include "inverse_kinematics.hpp"
+#include "loops.hpp"
 #include "ksl/config.h"
 #include "load/robot_file.hpp"
 #include "paths.hpp"
@@ -319,6 +320,7 @@ NB_MODULE(_core, module) {
             "position_tolerance"_a, "orientation_tolerance"_a, "iterations"_a, "starts"_a, "seed"_a, "limits"_a,
             "threads"_a.none());
   building::add_surgery(model);
+  loops_calls::add_loops(model);
   building::add_builder(module);
   add_loading(module);
 }
