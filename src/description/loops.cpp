@@ -138,6 +138,10 @@ robot_description without_loops(robot_description robot) {
 }
 
 robot_description with_drives(robot_description robot, std::vector<std::string> joints) {
+  if (robot.loops.empty())
+    refuse(robot, {},
+           "robot " + quoted(robot.name) +
+               " has no loops: each joint of a tree has a motor; name drives of robots with loops only");
   robot.drives = std::move(joints);
   check_loops(robot);
   return robot;

@@ -166,7 +166,7 @@ void urdf_reader::check_joint_elements() const {
   }
 }
 
-/// What closes loops, which needs all links, and couplings, which need the tree.  Then drives, which robots without loops don't need.
+/// What closes loops, which needs all links; couplings, which need the tree; and drives.
 void urdf_reader::read_loops() {
   const auto in_file = [&](pugi::xml_node node) {
     return element(file_, unused_, node, {"loop joint", node.attribute("name").value()});
@@ -183,8 +183,7 @@ void urdf_reader::read_loops() {
     else
       readers::read_coupling({file_, unused_, coupling, {"coupling", coupling.attribute("name").value()}}, robot_,
                              links_);
-  if (robot_.loops.empty())
-    return;
+  // also where there are no loops, which a program may add
   if (std::vector<std::string> drives = readers::driven_joints(root_.node(), robot_); !drives.empty())
     robot_.drives = std::move(drives);
 }
