@@ -164,8 +164,10 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
           "other"_a, "parent_link"_a, "pose"_a, "prefix"_a)
       .def(
           "subtree",
-          [](const ksl::model &m, const std::string &link) { return ksl::model(ksl::subtree(m.description(), link)); },
-          "link"_a)
+          [](const ksl::model &m, const std::string &link, bool drop_loops) {
+            return ksl::model(ksl::subtree(m.description(), link, {drop_loops}));
+          },
+          "link"_a, "drop_loops"_a)
       .def(
           "with_frame",
           [](const ksl::model &m, const std::string &name, const std::string &link,

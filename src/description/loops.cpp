@@ -105,6 +105,16 @@ std::vector<std::string> lost_in_loop(const joint_description &joint) {
   return lost;
 }
 
+void keep_drives(robot_description &robot) {
+  if (!robot.drives)
+    return;
+  std::set<std::string> movable;
+  for (const joint_description &joint : robot.joints)
+    if (row_of(joint.kind).nv > 0)
+      movable.insert(joint.name);
+  std::erase_if(*robot.drives, [&](const std::string &joint) { return movable.count(joint) == 0; });
+}
+
 void check_loops(const robot_description &robot) {
   std::set<std::string> names;
   for (const loop_description &loop : robot.loops) {

@@ -55,6 +55,7 @@ private:
   void read_mimic(const element &joint, joint_description &out);
   void read_transmission(pugi::xml_node node);
   void read_ros_rotor(pugi::xml_node transmission);
+  bool names_drive(pugi::xml_node transmission) const;
   void read_rotor(const element &actuator, joint_description &out);
   void set_rotor(optional_number inertia, optional_number ratio, const std::string &what, joint_description &out);
   void drop_what_has_no_effect(joint_description &out);
@@ -103,7 +104,7 @@ robot_description urdf_reader::read() {
   read_loops();
   for (const pugi::xml_node other : root_.node().children())
     for (const char *tag : {"material", "transmission", "gazebo", "ros2_control"})
-      if (other.name() == std::string_view(tag))
+      if (other.name() == std::string_view(tag) && !(tag == std::string_view("transmission") && names_drive(other)))
         unused_.in_robot(tag);
 
   warn_of_extensions();
@@ -521,6 +522,13 @@ void urdf_reader::read_ros_rotor(pugi::xml_node node) {
   if (inertia && out.armature != 0) // most likely the same inertia, reflected
     return unused_.in_joint("motorInertia", "not used, since <dynamics> has an armature", out.name);
   set_rotor(inertia, ratio, inertia ? "motorInertia, mechanicalReduction" : "mechanicalReduction", out);
+}
+
+/// Is it there only to say that a joint of a mechanism with loops has a motor?
+bool urdf_reader::names_drive(pugi::xml_node transmission) const {
+  const std::string joint = transmission.child("joint").attribute("name").value();
+  const std::vector<std::string> drives = robot_.drives.value_or(std::vector<std::string>());
+  return !robot_.loops.empty() && std::find(drives.begin(), drives.end(), joint) != drives.end();
 }
 
 } // namespace
