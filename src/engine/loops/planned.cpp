@@ -48,7 +48,8 @@ template <class S> void planned<S>::lay_out(arena &memory, const batch_view<S> &
   state_external_ = memory.take<S>(6 * externals), state_links_ = memory.take<int>(externals);
   std::size_t bytes = 0;
   reaction_rows<S> rows[1];
-  for (const algorithm_row *row : {&kernel_row(), &rows::inverse_dynamics_with_reactions}) {
+  for (const algorithm_row *row : // those of any call, since memory is measured for one of them
+       {&rows::closed_forward_dynamics, &rows::closed_inverse_dynamics, &rows::inverse_dynamics_with_reactions}) {
     batch_view<S> part;
     reaction_request all;
     all.n = joints;
