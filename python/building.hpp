@@ -119,8 +119,8 @@ inline void add_builder(nb::module_ &module) {
           "name"_a, "kind"_a, "parent"_a, "child"_a, "pose"_a, "options"_a)
       .def("add_loop", &add_loop, "loop"_a)
       .def(
-          "set_drives",
-          [](ksl::builder &b, const std::vector<std::string> &joints) { b.set_drives(joints); }, "joints"_a)
+          "set_drives", [](ksl::builder &b, const std::vector<std::string> &joints) { b.set_drives(joints); },
+          "joints"_a)
       .def("add_dh_chain", &add_dh_chain, "parent"_a, "rows"_a, "modified"_a, "prefix"_a)
       .def(
           "build",
@@ -176,8 +176,7 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
           },
           "name"_a, "link"_a, "pose"_a)
       .def("with_loops", &with_loops, "loops"_a)
-      .def(
-          "without_loops", [](const ksl::model &m) { return ksl::model(ksl::without_loops(m.description())); })
+      .def("without_loops", [](const ksl::model &m) { return ksl::model(ksl::without_loops(m.description())); })
       .def(
           "with_drives",
           [](const ksl::model &m, const std::vector<std::string> &joints) {
