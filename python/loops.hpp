@@ -77,6 +77,50 @@ inline nb::dict loop_dict(const ksl::model &m, const ksl::loop_row &l) {
   return d;
 }
 
+/// External wrenches of some states: links, arrays (states, 6), and their axes.
+struct externals {
+  std::vector<int> links;
+  std::vector<rows> arrays;
+  ksl::expressed_in axes;
+
+  externals(const std::vector<int> &on, const nb::list &numbers, bool in_world)
+      : links(on), axes(in_world ? ksl::expressed_in::world : ksl::expressed_in::frame) {
+    for (nb::handle each : numbers)
+      arrays.emplace_back(each);
+  }
+  ksl::external_wrenches<double> of_state(std::size_t k, std::vector<double> &memory) const {
+    memory.clear();
+    for (const rows &array : arrays)
+      memory.insert(memory.end(), array[k], array[k] + 6);
+    return {static_cast<int>(links.size()), links.data(), memory.data(), axes};
+  }
+};
+
+/// Derivatives along the mechanism of inverse or of forward dynamics: three arrays, and the number of independent coordinates, which must be
+/// the same in all states.
+inline nb::object derivatives(const ksl::model &m, nb::handle q, nb::handle v, nb::handle x, const std::vector<int> &links,
+                              const nb::list &wrenches, bool in_world, bool forward) {
+  const rows Q(q), V(v), X(x);
+  const externals e(links, wrenches, in_world);
+  ksl::data d(m);
+  const std::size_t nv = static_cast<std::size_t>(m.nv());
+  std::vector<int> indices(nv);
+  std::vector<double> memory;
+  const std::size_t f = Q.states ? static_cast<std::size_t>(ksl::independent(m, d, Q[0], indices.data())) : 0;
+  nb::object out[3] = {new_rows(Q.states, nv * f), new_rows(Q.states, nv * f), new_rows(Q.states, nv * (forward ? nv : f))};
+  for (std::size_t k = 0; k < Q.states; ++k) {
+    if (static_cast<std::size_t>(ksl::independent(m, d, Q[k], indices.data())) != f)
+      throw std::invalid_argument("state " + std::to_string(k) + " has another number of freedoms than state 0; call it alone");
+    double *const by_q = data_of(out[0]) + k * nv * f, *const by_v = data_of(out[1]) + k * nv * f;
+    const ksl::external_wrenches<double> of_state = e.of_state(k, memory);
+    if (forward)
+      ksl::closed_forward_dynamics_derivatives(m, d, Q[k], V[k], X[k], of_state, by_q, by_v, data_of(out[2]) + k * nv * nv);
+    else
+      ksl::closed_inverse_dynamics_derivatives(m, d, Q[k], V[k], X[k], of_state, by_q, by_v, data_of(out[2]) + k * nv * f);
+  }
+  return nb::make_tuple(out[0], out[1], out[2], f);
+}
+
 inline void add_loops(nb::class_<ksl::model> &model) {
   model
       .def_prop_ro("loops",
@@ -171,6 +215,7 @@ inline void add_loops(nb::class_<ksl::model> &model) {
             return nb::make_tuple(out, how, error);
           },
           "q"_a, "hold"_a, "limits"_a, "iterations"_a)
+      .def("closed_derivatives", &derivatives, "q"_a, "v"_a, "x"_a, "links"_a, "wrenches"_a, "in_world"_a, "forward"_a)
       .def(
           "reaction_patterns",
           [](const ksl::model &m, nb::handle q) {

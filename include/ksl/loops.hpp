@@ -6,6 +6,7 @@
 // those of moments, rad and rad/s.  No call allocates, unless it says so.
 #pragma once
 
+#include "ksl/engine/steps/external_wrenches.hpp"
 #include "ksl/model.hpp"
 
 #include <vector>
@@ -77,5 +78,17 @@ KSL_EXPORT closing close(const model &m, data &d, const double *q, const unsigne
 /// patterns: wrenches that may be added to those of all joints without a change that can be observed, orthonormal over all joints in N and
 /// N m, each at its frame on the side called child: (redundant, joints().size() + loops().size(), 6).  Returns their number.
 KSL_EXPORT int reaction_patterns(const model &m, data &d, const double *q, double *patterns);
+
+/// Derivatives of inverse dynamics along the mechanism, (nv, freedoms) each: by the coordinates that independent() lists in q, in v and in
+/// a, one at a time, while the others follow.  Rows of joints without a motor are zero.  External wrenches are held in their axes.  Throws
+/// result_error, which allocates, for a state that is not closed, and unless there are as many drives as freedoms.
+KSL_EXPORT void closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *a,
+                                                    const external_wrenches<double> &external, double *by_q, double *by_v,
+                                                    double *by_a);
+
+/// The same of forward dynamics: by_q and by_v (nv, freedoms), by_tau (nv, nv).
+KSL_EXPORT void closed_forward_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *tau,
+                                                    const external_wrenches<double> &external, double *by_q, double *by_v,
+                                                    double *by_tau);
 
 } // namespace ksl

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ksl.model import given
-from ksl.model.requests import Requests
-from ksl.model.states import Array, argument
+from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, argument, external_in, items_of
+from ksl.model.stiffness import Stiffness
+from ksl.model.surgery import Surgery
 
 CLOSING = ("closed", "out of reach", "singular", "limits", "nothing free")
 _CONTRADICTORY, _NEAREST = 2, 1
@@ -60,7 +61,7 @@ class Closed:
         return f"<ksl positions, {self.converged.size}: {ends or 'none'}; largest error {float(self.error.max(initial=0.0)):.3g} m>"
 
 
-class LoopCalls(Requests):
+class LoopCalls(Surgery):
     """The calls of a model.  Without loops their answers are those of a tree: no equations, all coordinates independent."""
 
     def mobility(self, q: ArrayLike) -> Mobility:
@@ -183,7 +184,7 @@ class LoopCalls(Requests):
         if not self.loops:
             return np.zeros((0, len(names), 6))
         patterns = self._core.reaction_patterns(positions[:1])
-        return patterns.reshape(len(patterns), -1, 6)[:, where]
+        return patterns.reshape(len(patterns), len(self.joints) + len(self.loops), 6)[:, where]
 
     def reactions_unique(self, q: ArrayLike, joints: Iterable[str] | None = None) -> NDArray[np.bool_]:
         """Which components (joints, 6) of the reactions at q (nq) every balance of rigid bodies shares.
@@ -192,6 +193,46 @@ class LoopCalls(Requests):
         values of least norm, which are a convention.
         """
         return ~(np.abs(self.reactions_null_basis(q, joints)) > 1e-9).any(axis=0)
+
+    def inverse_dynamics_derivatives(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, out: tuple[Array, Array, Array] | None = None,
+        threads: int | None = None, external_axes: ExternalAxes = "link",
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
+        if not self.loops:
+            return super().inverse_dynamics_derivatives(q, v, a, external, out, threads, external_axes)
+        return self._along("inverse_dynamics_derivatives", q, v, (a, "a"), external, out, external_axes)
+
+    def forward_dynamics_derivatives(
+        self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None = None, out: tuple[Array, Array, Array] | None = None,
+        threads: int | None = None, external_axes: ExternalAxes = "link",
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
+        if not self.loops:
+            return super().forward_dynamics_derivatives(q, v, tau, external, out, threads, external_axes)
+        return self._along("forward_dynamics_derivatives", q, v, (tau, "tau"), external, out, external_axes)
+
+    def reactions(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, on: Side = "child", at: Point = "joint",
+        axes: str = "joint", order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None, out: Array | None = None,
+        threads: int | None = None, external_axes: ExternalAxes = "link", stiffness: Mapping[str, Stiffness] | None = None,
+    ) -> Array:  # fmt: skip
+        if stiffness is None:
+            return super().reactions(q, v, a, external, on, at, axes, order, part, joints, out, threads, external_axes)
+        return self.with_stiffness(stiffness).reactions(q, v, a, external, on, at, axes, order, part, joints, out, threads, external_axes)
+
+    def _along(
+        self, call: str, q: ArrayLike, v: ArrayLike, x: tuple[ArrayLike, str], external: External | None, out: object, external_axes: ExternalAxes
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives along the mechanism: columns are the independent coordinates; those by efforts are all."""
+        if out is not None:
+            raise ValueError(f"{call}: out= is for models without loops; the number of columns follows from the position")
+        external_in(external, external_axes)
+        items = items_of(external, external_axes)
+        wrenches = [(wrench, f"external[{link!r}]", 6) for link, wrench in items]
+        *arrays, leading = self._several((q, "q", self.nq), (v, "v", self.nv), (*x, self.nv), *wrenches)
+        links = [self._index(self._link_index, link, "link") for link, _ in items]
+        by_q, by_v, by_x, free = self._core.closed_derivatives(*arrays[:3], links, arrays[3:], external_axes == "world", x[1] == "tau")
+        columns = self.nv if x[1] == "tau" else free
+        return by_q.reshape(*leading, self.nv, free), by_v.reshape(*leading, self.nv, free), by_x.reshape(*leading, self.nv, columns)
 
     def _equation(self, row: int) -> tuple[str, int]:
         for loop in self.loops:

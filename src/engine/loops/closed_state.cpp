@@ -18,18 +18,23 @@ void closed_state::lay_out(arena &memory, int externals) {
   H_ = memory.take<double>(nv * nv), small_ = memory.take<double>(4 * nv);
   reactions_ = memory.take<double>(6 * (joints() + loops));
   patterns_ = memory.take<double>(static_cast<std::ptrdiff_t>(m) * pattern_length());
+  energy_ = memory.take<double>(m * m), stiff_ = memory.take<double>(m);
   wrenches_ = memory.take<double>(6 * (externals + 2 * loops)), at_joints_ = memory.take<double>(6 * loops);
   wrench_links_ = memory.take<int>(externals + 2 * loops), joint_links_ = memory.take<int>(joints());
-  if (zero_) // not if memory is only measured
-    std::fill_n(zero_, nv, 0.0);
+  if (!zero_) // memory is only measured
+    return;
+  std::fill_n(zero_, nv, 0.0);
+  for (int j = 0; j < joints(); ++j)
+    joint_links_[j] = m_.joints()[static_cast<std::size_t>(j)].link;
 }
 
 /// The first equation whose value is beyond the tolerance of its terms; of the mechanism's length for errors of positions.
 finding closed_state::check(finding::kind what, const double *values, const double *terms, bool lengths) const {
   for (int i = 0; i < t_.rows; ++i) {
-    const double scale = lengths ? t_.length / t_.row_scale[static_cast<std::size_t>(i)] : terms[i];
-    if (!(std::fabs(values[i]) <= tolerance_ * scale))
-      return {what, i, values[i], tolerance_ * scale, 0};
+    const double length = t_.length / t_.row_scale[static_cast<std::size_t>(i)]; // 1 rad for moments
+    const double allowed = lengths ? tolerance_ * length : tolerance_ * terms[i] + rest * length;
+    if (!(std::fabs(values[i]) <= allowed))
+      return {what, i, values[i], allowed, 0};
   }
   return {};
 }
@@ -185,8 +190,24 @@ finding closed_state::solve_inertia(const double *q, double *r) {
   for (int i = 0; i < f; ++i) // what the others leave of a freedom's inertia
     if (!is_regular || !(H_[i * f + i] > 1e-13 * whole[i]))
       return {finding::kind::massless, k_.independent()[i], 0, 0, f};
-  ksl_linalg_ldlt_solve(H_, r, r, f, f, 1);
+  if (r)
+    solve_again(r);
   return {};
+}
+
+void closed_state::solve_again(double *r) const {
+  if (const int f = k_.freedoms(); f > 0)
+    ksl_linalg_ldlt_solve(H_, r, r, f, f, 1);
+}
+
+void closed_state::set_multipliers(const double *q, const double *v, const double *a, const double *tau,
+                                   const external_wrenches<double> &e) {
+  state_view<double> s;
+  s.q = q, s.v = v, s.a = a, s.external = e, s.result[0] = tree_;
+  g_.tree().call(rows::inverse_dynamics, g_.rest(), s);
+  for (int i = 0; i < m_.nv(); ++i)
+    left_[i] = tree_[i] - tau[i];
+  k_.multipliers(left_, lambda_);
 }
 
 finding closed_state::forward_dynamics(const double *q, const double *v, const double *tau, const external_wrenches<double> &e,
@@ -250,66 +271,6 @@ external_wrenches<double> closed_state::all_wrenches(const external_wrenches<dou
       }
     }
   return {e.n + 2 * loops, wrench_links_, wrenches_, e.axes};
-}
-
-int closed_state::set_patterns(const double *q) {
-  const int redundant = t_.rows - k_.rank, length = pattern_length(), loops = static_cast<int>(t_.loops.size());
-  for (int j = 0; j < joints(); ++j)
-    joint_links_[j] = m_.joints()[static_cast<std::size_t>(j)].link;
-  reaction_request request;
-  request.n = joints(), request.link = joint_links_;
-  for (int k = 0; k < redundant; ++k) {
-    double *const x = patterns_ + k * length, *const lambda = null_lambda_ + k * t_.rows;
-    k_.null_vector(k, lambda);
-    g_.wrenches(lambda, wrench_links_, wrenches_, at_joints_);
-    state_view<double> s;
-    const reaction_result<double> wanted = {&request, x};
-    s.q = q, s.v = s.a = zero_, s.external = {2 * loops, wrench_links_, wrenches_, expressed_in::frame};
-    s.reactions_n = 1, s.reactions = &wanted, s.result[0] = tree_;
-    g_.tree().call_weightless(rows::inverse_dynamics_with_reactions, g_.rest(), s);
-    std::copy_n(at_joints_, 6 * loops, x + 6 * joints());
-    for (int pass = 0; pass < 2; ++pass)
-      for (int j = 0; j < k; ++j) {
-        const double *const other = pattern(j), *const other_lambda = null_lambda_ + j * t_.rows;
-        double along = 0;
-        for (int i = 0; i < length; ++i)
-          along += x[i] * other[i];
-        for (int i = 0; i < length; ++i)
-          x[i] -= along * other[i];
-        for (int i = 0; i < t_.rows; ++i)
-          lambda[i] -= along * other_lambda[i];
-      }
-    double sum = 0;
-    for (int i = 0; i < length; ++i)
-      sum += x[i] * x[i];
-    const double inverse = 1 / std::sqrt(sum);
-    for (int i = 0; i < length; ++i)
-      x[i] *= inverse;
-    for (int i = 0; i < t_.rows; ++i)
-      lambda[i] *= inverse;
-  }
-  return redundant;
-}
-
-void closed_state::set_least_norm(const double *q, const double *v, const double *a, const external_wrenches<double> &e) {
-  if (t_.rows == k_.rank)
-    return;
-  const int redundant = set_patterns(q), loops = static_cast<int>(t_.loops.size());
-  reaction_request request;
-  request.n = joints(), request.link = joint_links_;
-  const reaction_result<double> wanted = {&request, reactions_};
-  state_view<double> s;
-  s.q = q, s.v = zeros_or(v), s.a = zeros_or(a), s.external = all_wrenches(e);
-  s.reactions_n = 1, s.reactions = &wanted, s.result[0] = tree_;
-  g_.tree().call(rows::inverse_dynamics_with_reactions, g_.rest(), s);
-  std::copy_n(at_joints_, 6 * loops, reactions_ + 6 * joints());
-  for (int k = 0; k < redundant; ++k) {
-    double along = 0;
-    for (int i = 0; i < pattern_length(); ++i)
-      along += pattern(k)[i] * reactions_[i];
-    for (int i = 0; i < t_.rows; ++i)
-      lambda_[i] -= along * null_lambda_[k * t_.rows + i];
-  }
 }
 
 } // namespace ksl::loops

@@ -35,6 +35,9 @@ std::string text_of(const finding &fault, const model &m) {
     return "the drives leave a freedom, that of joint " + joint_of(m, fault.row).name + ": the mechanism has " +
            std::to_string(fault.freedoms) + " at this position, and " + std::to_string(t.drives.size()) +
            " coordinates with a drive; name as many as determine its motion";
+  if (fault.what == kind::more_drives)
+    return "derivatives of efforts need as many drives as freedoms, " + std::to_string(fault.freedoms) + " at this position, and there are " +
+           std::to_string(t.drives.size()) + " coordinates with a drive; name fewer";
   if (fault.what == kind::no_drives) {
     std::vector<std::string> names;
     for (int j = 0; j < m.moving_joints(); ++j)

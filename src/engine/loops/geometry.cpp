@@ -1,54 +1,14 @@
 #include "engine/loops/geometry.hpp"
 
 #include "engine/loops/joint_position.hpp"
+#include "engine/loops/vectors.hpp"
 
 #include <cmath>
 
 namespace ksl::loops {
-namespace {
 
 using A = algebra<double>;
 using vector = vec3<double>;
-
-vector cross(const vector &a, const vector &b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
-double dot(const vector &a, const vector &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-vector sum(const vector &a, const vector &b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-vector difference(const vector &a, const vector &b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-double length(const vector &a) { return std::sqrt(dot(a, a)); }
-vector turned(const mat3x3<double> &R, const vector &x) {
-  vector y;
-  A::product_drv(&R, &x, &y);
-  return y;
-}
-vector turned_back(const mat3x3<double> &R, const vector &x) {
-  vector y;
-  A::product_drinvv(&R, &x, &y);
-  return y;
-}
-SE3<double> product(const SE3<double> &a, const SE3<double> &b) {
-  SE3<double> c;
-  A::product_dd(&a, &b, &c);
-  return c;
-}
-screw<double> screw_of(const double *x) { return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}}; }
-screw<double> difference(const screw<double> &a, const screw<double> &b) {
-  return {difference(a.lin, b.lin), difference(a.ang, b.ang)};
-}
-/// a × b of twists: (ω_a × v_b + v_a × ω_b, ω_a × ω_b)
-screw<double> cross(const screw<double> &a, const screw<double> &b) {
-  return {sum(cross(a.ang, b.lin), cross(a.lin, b.ang)), cross(a.ang, b.ang)};
-}
-/// A twist in world axes about the world's origin, at a frame and in its axes.
-screw<double> at_frame(const SE3<double> &D, const screw<double> &s) {
-  return {turned_back(D.R, sum(s.lin, cross(s.ang, D.t))), turned_back(D.R, s.ang)};
-}
-double work(const coscrew<double> &f, const screw<double> &s) { return dot(f.lin, s.lin) + dot(f.ang, s.ang); }
-double magnitude(const coscrew<double> &f, const screw<double> &s) {
-  return length(f.lin) * length(s.lin) + length(f.ang) * length(s.ang);
-}
-
-} // namespace
-
 void geometry::lay_out(arena &memory) {
   const int links = static_cast<int>(t_.links.size()), nv = tree_.of().nv(), joints = static_cast<int>(tree_.of().joints().size());
   poses_ = memory.take<double>(16 * links);
@@ -91,6 +51,17 @@ void geometry::set_rows_of_universal(const loop &l, frames &f) const {
   f.T[3].ang = n > 0 ? vector{normal.x / n, normal.y / n, normal.z / n} : vector{0, 0, 0};
 }
 
+screw<double> geometry::column_at_successor(int loop, int column) const {
+  const SE3<double> &at = at_[loop].successor;
+  const screw<double> &at_child = columns_[column];
+  const vector arm = difference(at.t, pose(t_.columns[static_cast<std::size_t>(column)].link).t);
+  return {turned_back(at.R, sum(at_child.lin, cross(at_child.ang, arm))), turned_back(at.R, at_child.ang)};
+}
+
+vec3<double> geometry::first_axis(int loop) const {
+  return turned_back(at_[loop].relative.R, t_.loops[static_cast<std::size_t>(loop)].axis);
+}
+
 void geometry::set_position(const double *q) {
   const int nv = tree_.of().nv();
   state_view<double> s;
@@ -111,10 +82,7 @@ void geometry::set_position(const double *q) {
     for (int k = l.support_begin; k < l.support_end; ++k) {
       const support &side = t_.supports[static_cast<std::size_t>(k)];
       const column &c = t_.columns[static_cast<std::size_t>(side.column)];
-      const screw<double> &at_child = columns_[side.column];
-      const vector arm = difference(f.successor.t, pose(c.link).t);
-      const screw<double> motion = {turned_back(f.successor.R, sum(at_child.lin, cross(at_child.ang, arm))),
-                                    turned_back(f.successor.R, at_child.ang)};
+      const screw<double> motion = column_at_successor(static_cast<int>(n), side.column);
       const double scale = t_.column_scale[static_cast<std::size_t>(c.v)], factor = side.sign * c.factor;
       for (int i = 0; i < l.rows; ++i) {
         K_[(l.first_row + i) * nv + c.v] += factor * work(f.T[i], motion);

@@ -6,6 +6,10 @@
 
 namespace ksl::loops {
 
+/// Rates of equations below this, in lengths of the mechanism per second, or second squared, are rounding whatever their terms are: of the
+/// velocities of a structure that can't move, say.
+inline constexpr double rest = 1e-12;
+
 class geometry {
 public:
   geometry(const model &m, const tables &t) : tree_(m), t_(t) {}
@@ -41,6 +45,13 @@ public:
     const ksl::loops::loop &l = t_.loops[static_cast<std::size_t>(loop)];
     return pose(successor ? l.successor : l.predecessor).R;
   }
+
+  /// A column in the axes of a loop's frame on the successor, about its origin; without the factor of a follower.
+  screw<double> column_at_successor(int loop, int column) const;
+  /// (rows of the loop) wrenches T in these axes.
+  const coscrew<double> *wrenches_of(int loop) const { return at_[loop].T; }
+  /// The first axis of a universal loop joint, fixed in the predecessor, in these axes.
+  vec3<double> first_axis(int loop) const;
 
   const tree_calls &tree() const { return tree_; }
   const tables &of() const { return t_; }

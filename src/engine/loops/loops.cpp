@@ -3,8 +3,11 @@
 
 #include "engine/loops/assembly.hpp"
 #include "engine/loops/closed_state.hpp"
+#include "engine/loops/derivatives.hpp"
+#include "engine/loops/findings.hpp"
 #include "engine/loops/singular_values.hpp"
 #include "engine/thread_memory.hpp"
+#include "ksl/result_error.hpp"
 #include "text/rounding.hpp"
 
 namespace ksl {
@@ -145,6 +148,39 @@ int reaction_patterns(const model &m, data &d, const double *q, double *patterns
   const int n = c.set_patterns(q);
   std::copy_n(c.pattern(0), n * c.pattern_length(), patterns);
   return n;
+}
+
+namespace {
+
+closed_derivatives derivatives_of(const model &m, data &d, int externals) {
+  return laid_out(closed_derivatives(m, tolerance_of_double), d,
+                  [externals](closed_derivatives &w, arena &memory) { w.lay_out(memory, externals); });
+}
+void require(const char *call, const finding &fault, const model &m) {
+  if (fault)
+    throw result_error(std::string(call) + ": " + text_of(fault, m), 0, -1);
+}
+
+} // namespace
+
+void closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *a,
+                                         const external_wrenches<double> &external, double *by_q, double *by_v, double *by_a) {
+  const nearest_rounding rounding;
+  closed_derivatives w = derivatives_of(m, d, external.n);
+  finding fault = w.state().set_position(q);
+  if (!fault)
+    fault = w.inverse_dynamics(q, v, a, external, by_q, by_v, by_a);
+  require("inverse_dynamics_derivatives", fault, m);
+}
+
+void closed_forward_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *tau,
+                                         const external_wrenches<double> &external, double *by_q, double *by_v, double *by_tau) {
+  const nearest_rounding rounding;
+  closed_derivatives w = derivatives_of(m, d, external.n);
+  finding fault = w.state().set_position(q);
+  if (!fault)
+    fault = w.forward_dynamics(q, v, tau, external, by_q, by_v, by_tau);
+  require("forward_dynamics_derivatives", fault, m);
 }
 
 } // namespace ksl

@@ -76,6 +76,7 @@ public:
       add_loop(row);
     set_scales();
     set_drives();
+    set_compliances();
     return std::move(t_);
   }
 
@@ -161,8 +162,11 @@ private:
     if (row.kind == joint_kind::fixed)
       return;
     const int first = columns_of(joint), n = row_of(row.kind).nv;
-    for (int k = 0; k < n; ++k)
-      t_.supports.push_back({first + k, sign});
+    const bool has_body_inside = row_of(row.kind).has_axis2;
+    for (int k = 0; k < n; ++k) {
+      groups_ += k == 0 || has_body_inside;
+      t_.supports.push_back({first + k, sign, groups_});
+    }
   }
 
   /// How far a joint is from the origin of its parent link.
@@ -192,6 +196,16 @@ private:
     }
   }
 
+  void set_compliances() {
+    for (const joint_compliance &of : m_.description().compliances) {
+      int joint = m_.find_joint(of.joint);
+      for (std::size_t l = 0; joint < 0 && l < m_.loops().size(); ++l)
+        if (m_.loops()[l].name == of.joint)
+          joint = static_cast<int>(m_.joints().size() + l);
+      t_.compliances.push_back({joint, of.matrix});
+    }
+  }
+
   void set_drives() {
     t_.is_driven.assign(index(m_.nv()), 0);
     t_.drives_are_known = m_.description().drives.has_value();
@@ -209,6 +223,7 @@ private:
   tables t_;
   std::vector<int> first_column_; // of each joint of the model
   double longest_ = 0;
+  int groups_ = 0;
 };
 
 } // namespace
