@@ -111,8 +111,9 @@ std::vector<loop_description> loops_inside(const robot_description &robot, const
   for (loop_description loop : robot.loops) {
     const int a = new_index[index(loop.predecessor)], b = new_index[index(loop.successor)];
     if ((a < 0) != (b < 0) && !options.drop_loops)
-      refuse("joint " + loop.name + " closes a loop over link " + robot.links[index(a < 0 ? loop.predecessor : loop.successor)].name +
-             ", which link " + quoted(link) + " doesn't carry; take a link that carries all of the loop, or drop such loops: " +
+      refuse("joint " + loop.name + " closes a loop over link " +
+             robot.links[index(a < 0 ? loop.predecessor : loop.successor)].name + ", which link " + quoted(link) +
+             " doesn't carry; take a link that carries all of the loop, or drop such loops: " +
              "loops=\"drop\" in Python, drop_loops in C++");
     loop.predecessor = a, loop.successor = b;
     if (a >= 0 && b >= 0)
@@ -173,7 +174,8 @@ robot_description merged(const robot_description &robot, const robot_description
   if (other.floating_base)
     mount.kind = joint_kind::floating;
   mount.name = text::free_name(mount.name, [&](const std::string &name) {
-    return has_joint(robot, name) || (name.compare(0, prefix.size(), prefix) == 0 && has_joint(other, name.substr(prefix.size())));
+    return has_joint(robot, name) ||
+           (name.compare(0, prefix.size(), prefix) == 0 && has_joint(other, name.substr(prefix.size())));
   });
   out.joints.push_back(std::move(mount));
   for (link_description link : other.links) {

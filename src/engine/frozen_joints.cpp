@@ -121,7 +121,8 @@ robot_description with_frozen_joints(const robot_description &robot, const std::
     if (is_floating_base(out, frozen.joint))
       describe_floating_base(out, frozen.joint);
     if (has_name(out.loops, frozen.joint))
-      refuse("joint " + frozen.joint + " closes a loop, and has no position to be frozen at; freeze joints of the tree");
+      refuse("joint " + frozen.joint +
+             " closes a loop, and has no position to be frozen at; freeze joints of the tree");
     joint_description &joint = out.joints[index(find(out.joints, frozen.joint, "joint", out.name))];
     const int quaternion = row_of(joint.kind).quaternion;
     freeze(joint, frozen.q);

@@ -68,7 +68,7 @@ private:
   int minor_ = 0; ///< version 1.minor
   readers::links_by_name links_{robot_, {}};
   std::map<std::string, std::size_t> joint_index_;
-  std::set<std::string> types_beyond_urdf_;
+  std::set<std::string> drives_, types_beyond_urdf_;
   std::vector<std::string> joints_beyond_urdf_;
   std::map<std::string, std::vector<std::string>> drake_joints_; ///< what is said of a type: the names of its joints
 };
@@ -178,15 +178,18 @@ void urdf_reader::read_loops() {
       robot_.loops.push_back(readers::loop_in(in_file(child), links_, minor_, unused_));
     }
   readers::split_loops(robot_, unused_);
+  const std::vector<int> moving = root_.node().child("coupling") ? readers::moving_joints(robot_) : std::vector<int>();
   for (const pugi::xml_node coupling : root_.node().children("coupling"))
     if (options_.mimic_independent)
       unused_.in_robot("coupling");
     else
       readers::read_coupling({file_, unused_, coupling, {"coupling", coupling.attribute("name").value()}}, robot_,
-                             links_);
+                             links_, moving);
   // also where there are no loops, which a program may add
-  if (std::vector<std::string> drives = readers::driven_joints(root_.node(), robot_); !drives.empty())
+  if (std::vector<std::string> drives = readers::driven_joints(root_.node(), robot_); !drives.empty()) {
+    drives_ = {drives.begin(), drives.end()};
     robot_.drives = std::move(drives);
+  }
 }
 
 int urdf_reader::minor_version() const {
@@ -526,9 +529,7 @@ void urdf_reader::read_ros_rotor(pugi::xml_node node) {
 
 /// Is it there only to say that a joint of a mechanism with loops has a motor?
 bool urdf_reader::names_drive(pugi::xml_node transmission) const {
-  const std::string joint = transmission.child("joint").attribute("name").value();
-  const std::vector<std::string> drives = robot_.drives.value_or(std::vector<std::string>());
-  return !robot_.loops.empty() && std::find(drives.begin(), drives.end(), joint) != drives.end();
+  return !robot_.loops.empty() && drives_.count(transmission.child("joint").attribute("name").value()) > 0;
 }
 
 } // namespace

@@ -246,14 +246,16 @@ private:
     pugi::xml_node node = added(root_.append_child("constraint"));
     set(node, "name", loop.name);
     set(node, "type", row.name);
-    const auto write_side = [&](const std::string &side, int link, const SE3<double> &pose, const given_rotation &given) {
+    const auto write_side = [&](const std::string &side, int link, const SE3<double> &pose,
+                                const given_rotation &given) {
       set(added(node.append_child(side.c_str())), "link", robot_.links[static_cast<std::size_t>(link)].name);
       write_origin(node, pose.t, rotation_as_given(pose.R, given), (side + "_origin").c_str());
       if (row.has_axis)
         set(added(node.append_child((side + "_axis").c_str())), "xyz",
             words(axis_as_given(axis_of(as_tree_joint(loop)), loop.given.axis)));
       if (row.has_axis2)
-        set(added(node.append_child((side + "_axis2").c_str())), "xyz", words(axis_as_given(loop.axis2, loop.given.axis2)));
+        set(added(node.append_child((side + "_axis2").c_str())), "xyz",
+            words(axis_as_given(loop.axis2, loop.given.axis2)));
     };
     write_side("parent", loop.predecessor, loop.predecessor_pose, loop.given.predecessor);
     write_side("child", loop.successor, loop.successor_pose, loop.given.successor);
