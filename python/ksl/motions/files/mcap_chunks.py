@@ -64,14 +64,18 @@ def _size(source: BinaryIO, chunk: int, most: int) -> int:
     packed = _number(source)
     if source.tell() + packed > end:
         raise EOFError
-    if compression == b"zstd":  # the libraries allocate what its frame says, or what the chunk says, or what comes out
+    if compression not in (b"zstd", b"lz4"):
+        return packed
+    return max(int(said), size_of_chunk(compression, source.read(packed), most))  # the libraries allocate what the chunk says, or what comes out
+
+
+def size_of_chunk(compression: bytes, packed: bytes, most: int) -> int:
+    """Bytes to which a chunk unpacks, or which its frame says; counting stops where they are more than `most`."""
+    if compression == b"zstd":
         import zstandard
 
-        data = source.read(packed)
-        return max(int(said), zstandard.frame_content_size(data), unpacking.size(unpacking.of_zstd(data), most))
-    if compression == b"lz4":  # they allocate what comes out
-        return max(int(said), unpacking.size(unpacking.of_lz4(source.read(packed)), most))
-    return packed
+        return max(zstandard.frame_content_size(packed), unpacking.size(unpacking.of_zstd(packed), most))
+    return unpacking.size(unpacking.of_lz4(packed), most) if compression == b"lz4" else len(packed)
 
 
 def _number(source: BinaryIO) -> int:
