@@ -49,10 +49,11 @@ class JointStates:
             if len(names) != len(m.position):
                 both = f"names {count(len(names), 'joint')}, but has {count(len(m.position), 'position')}"
                 raise MotionError(f"{file}: a message of {topic} {both}; record it again")
-            stamp = m.header.stamp
-            if not -LAST < index(log) < LAST:
-                raise OverflowError(log)
-            self.groups.setdefault(names, []).append((log, int(stamp.sec) * SECOND + int(stamp.nanosec), m.position, m.velocity))
+            stamp = int(m.header.stamp.sec) * SECOND + int(m.header.stamp.nanosec)
+            for time in (index(log), stamp):
+                if not -LAST < time < LAST:
+                    raise MotionError(f"{file}: a message of {topic} has the time {time} ns, after the year 2116; record it again")
+            self.groups.setdefault(names, []).append((log, stamp, m.position, m.velocity))
             self.has_efforts |= len(m.effort) > 0
         if not self.groups:
             what = f"{count(self.without_positions, 'message')}, none with positions" if self.without_positions else "no messages"
@@ -101,6 +102,8 @@ class JointStateTable(Recorded):
             one, other = max(used, key=lambda s: s.time[0]), min(used, key=lambda s: s.time[-1])
             raise MotionError(f"{self.file}: {listed(other.joints)} and {listed(one.joints)} are never recorded at the same time; record them together")
         at = base.time[(base.time >= first) & (base.time <= last)]
+        if not len(at):
+            raise MotionError(f"{self.file}: {listed(base.joints)} have no sample while all other joints are recorded; record them together")
         columns: dict[str, Array] = {}
         for s in used:
             self._say_gaps(s)
