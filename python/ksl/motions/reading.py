@@ -113,7 +113,7 @@ def read_motion(
 
 def _whole(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
     """The folder of a bag whose description is given."""
-    return os.path.dirname(path) or "." if os.path.basename(path) == "metadata.yaml" else path
+    return os.path.dirname(path) or os.getcwd() if os.path.basename(path) == "metadata.yaml" else path
 
 
 def _values(table: Recorded, choice: Choice) -> dict[str, Array]:
