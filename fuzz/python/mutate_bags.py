@@ -12,7 +12,6 @@ from random import Random
 import atheris
 import bag_records
 import numpy as np
-import zstandard
 from bag_records import CHANNEL, CHUNK_INDEX, MESSAGE, PACK, SCHEMA, Record
 from mutate import BYTES, NAMES, NUMBERS, of_text
 from rosbags.typesys import Stores, get_typestore

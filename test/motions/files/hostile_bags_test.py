@@ -2,6 +2,7 @@
 
 import sqlite3
 import struct
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -65,7 +66,7 @@ def test_pages_of_a_database_that_name_each_other(leg, tmp_path, refusal):
     leaves = [k for k in range(len(data) // size) if data[k * size] == 13 and k + 1 != root]
     chain = [root - 1, *leaves[-5:]]  # counted from 0
     data[chain[-1] * size : (chain[-1] + 1) * size] = data[(root - 1) * size : root * size]
-    for page, child in zip(chain, chain[1:]):
+    for page, child in pairwise(chain):
         places = [size - 5 * (k + 1) for k in range(cells)]
         head = struct.pack(">BHHHBI", 5, 0, cells, places[-1], 0, child + 1) + struct.pack(f">{cells}H", *places)
         data[page * size : (page + 1) * size] = head.ljust(size - 5 * cells, b"\0") + cells * struct.pack(">IB", child + 1, 1)
