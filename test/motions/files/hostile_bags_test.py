@@ -140,7 +140,8 @@ def test_joints_without_a_common_sample(leg, tmp_path, refusal):
     assert refusal(leg, tmp_path / "m.csv") == said
 
 
-def test_a_length_that_asks_for_more_memory_than_there_is(leg, tmp_path, refusal):
+def test_a_length_beyond_the_end(leg, tmp_path, refusal):
+    """Of a record that only the index leads to: reading it asked for 2^60 bytes."""
     path = write(tmp_path, "ros2 of mcap", leg_messages())
     file = next(path.glob("*.mcap"))
     data = bytearray(file.read_bytes())
@@ -148,7 +149,19 @@ def test_a_length_that_asks_for_more_memory_than_there_is(leg, tmp_path, refusal
     data[end] = 2  # what walks along the records ends there, and what goes by the index doesn't
     struct.pack_into("<Q", data, begin + 1, 1 << 60)
     file.write_bytes(data)
-    assert "reading it takes more memory than there is: it is damaged" in refusal(leg, path)
+    assert "truncated or damaged" in refusal(leg, path)
+
+
+@pytest.mark.parametrize("kind", ["ros1", "mcap"])
+def test_memory_that_runs_out_is_said(leg, tmp_path, refusal, monkeypatch, kind):
+    """Lengths in damaged files make the libraries ask for gigabytes."""
+
+    def without_memory(*_, **__):
+        raise MemoryError
+
+    path = write(tmp_path, kind, leg_messages())
+    monkeypatch.setattr("rosbags.rosbag1.Reader.open" if kind == "ros1" else "mcap.reader.SeekingReader.get_summary", without_memory)
+    assert "reading it takes more memory than there is: it is damaged, or too large" in refusal(leg, path)
 
 
 def test_rows_without_positions_at_the_end_of_what_rostopic_prints(leg, tmp_path):
@@ -158,3 +171,25 @@ def test_rows_without_positions_at_the_end_of_what_rostopic_prints(leg, tmp_path
     m = read_motion(leg, tmp_path / "m.csv")
     assert np.array_equal(m.q[:, 0], range(8))
     assert "1 sample of hip, slide left out, since positions are not numbers" in " ".join(m.source.notes).replace(" and ", ", ")
+
+
+@pytest.mark.parametrize("kind", ["ros2", "ros2 of mcap"])
+@pytest.mark.parametrize("where", ["description", "topics"])
+def test_much_text_about_topics(leg, tmp_path, refusal, monkeypatch, kind, where):
+    """The parser of YAML takes some ten seconds for a megabyte."""
+    path = write(tmp_path, kind, leg_messages())
+    file = next(f for f in path.iterdir() if (f.name == "metadata.yaml") == (where == "description"))
+    monkeypatch.setattr(limits, "YAML_BYTES", 1000)
+    assert len(read_motion(leg, path).time) == 12
+    if where == "description":
+        file.write_text(file.read_text() + 1000 * "#")
+    elif file.suffix == ".db3":
+        database = sqlite3.connect(file)
+        database.execute("UPDATE topics SET offered_qos_profiles = ?", ("#" * 1001,))
+        database.commit()
+        database.close()
+    else:
+        data = file.read_bytes()
+        begin, end = next((b, e) for kind, b, e in records(data) if kind == 15)  # the summary begins behind it
+        file.write_bytes(data[:end] + struct.pack("<BQ", 4, 1001) + bytes(1001) + data[end:])
+    assert f": {file.name} holds " in refusal(leg, path) and "bytes about topics and files; at most 1,000 are read" in refusal(leg, path)

@@ -9,6 +9,7 @@ import re
 import sqlite3
 from pathlib import Path
 
+from ksl.base import limits
 from ksl.base.errors import MotionError
 
 DATABASE = b"SQLite format 3\0"
@@ -49,8 +50,17 @@ def check_database(file: str, path: Path) -> None:
             raise sqlite3.DatabaseError(found)
         if database.execute("SELECT count(*) > count(DISTINCT CAST(id AS INTEGER)) FROM topics").fetchone()[0]:
             raise _strange(file, "two topics of the same number")
+        if any(column[1] == "offered_qos_profiles" for column in database.execute("PRAGMA table_info(topics)")):
+            (size,) = database.execute("SELECT total(length(CAST(offered_qos_profiles AS BLOB))) FROM topics").fetchone()
+            check_yaml(file, path.name, int(size))
     finally:
         database.close()
+
+
+def check_yaml(bag: str, file: str, size: int) -> None:
+    """Raises MotionError for more bytes of YAML in a file of a bag than are read."""
+    if size > limits.YAML_BYTES:
+        raise MotionError(f"{bag}: {file} holds {size:,} bytes about topics and files; at most {limits.YAML_BYTES:,} are read: give one of the bag's recordings, or convert it")
 
 
 def _strange(file: str, what: str) -> MotionError:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, BinaryIO
 from ksl.base import limits
 from ksl.base.errors import MotionError
 from ksl.motions.files import unpacking
-from ksl.motions.files.bag_database import DATABASE, check_database
-from ksl.motions.files.mcap_chunks import MAGIC, RECORD, chunks_from, size_of_chunk, unpacked_size
+from ksl.motions.files.bag_database import DATABASE, check_database, check_yaml
+from ksl.motions.files.mcap_chunks import MAGIC, RECORD, bytes_of_channels, chunks_from, size_of_chunk, unpacked_size
 
 if TYPE_CHECKING:
     from rosbags.rosbag1 import Reader as Reader1
@@ -67,6 +67,9 @@ def check_files(folder: str, files: Iterable[Path]) -> None:
                 left -= _unpacked(folder, source, left)
             elif first.startswith(MCAP):
                 left -= unpacked_size(source, chunks_from(source, MAGIC), left)
+                check_yaml(folder, path.name, bytes_of_channels(source))
+            elif path.name == "metadata.yaml":
+                check_yaml(folder, path.name, path.stat().st_size)
             elif first == DATABASE:
                 check_database(folder, path)
         if left < 0:

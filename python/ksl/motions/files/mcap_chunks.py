@@ -13,6 +13,7 @@ MAGIC = 8
 RECORD = 9
 """Bytes before the contents of a record: what it is, and its length."""
 FOOTER = RECORD + 20
+CHANNEL = 0x04
 CHUNK = 0x06
 LAST = 0x02
 LONGEST_NAME = 100
@@ -27,6 +28,19 @@ def summary_start(source: BinaryIO) -> int:
 
 def chunks_from(source: BinaryIO, start: int) -> Iterator[int]:
     """Where the contents of each chunk are, in the records from `start` up to a footer or the end.  Raises EOFError for a record beyond the end."""
+    for kind, place, _ in _records(source, start):
+        if kind == CHUNK:
+            yield place
+
+
+def bytes_of_channels(source: BinaryIO) -> int:
+    """Bytes of what the file says of its topics in the records from its beginning, and from its summary.  Raises as `chunks_from`."""
+    starts = {MAGIC, summary_start(source) or MAGIC}
+    return max(sum(length for kind, _, length in _records(source, start) if kind == CHANNEL) for start in starts)
+
+
+def _records(source: BinaryIO, start: int) -> Iterator[tuple[int, int, int]]:
+    """Kind, place of the contents, and length of each record up to a footer or the end."""
     end = source.seek(0, io.SEEK_END)
     place = start
     while place + RECORD <= end:
@@ -36,8 +50,7 @@ def chunks_from(source: BinaryIO, start: int) -> Iterator[int]:
             return
         if place + RECORD + length > end:
             raise EOFError
-        if kind == CHUNK:
-            yield place + RECORD
+        yield kind, place + RECORD, length
         place += RECORD + length
 
 
