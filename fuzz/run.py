@@ -7,7 +7,7 @@
 --record writes there what has run.
 
 A target is a program build/fuzz/fuzz/fuzz_NAME, or a file fuzz/python/fuzz_NAME.py; both take the arguments of libFuzzer.
-Its seeds are in fuzz/corpus/FORMAT, where NAME begins with FORMAT.  If there is a file fuzz/FORMAT.dict, it has words of the
+Its seeds are in fuzz/corpus/FORMAT, where NAME begins with FORMAT, or fuzz/packed_seeds.py makes them.  If there is a file fuzz/FORMAT.dict, it has words of the
 format.  Texts that run new code are kept in build/fuzz/corpus/NAME for the next run.  Texts that break a promise are kept in
 build/fuzz/found/NAME.
 
@@ -34,16 +34,19 @@ BUILD = ROOT / "build/fuzz"
 PROGRAMS = BUILD / "fuzz"
 PATIENCE = 300
 """Seconds in which a fault that was planted must be found."""
-PROMISED = 10_000_000
-"""Executions of each target."""
+PROMISED, OF_PACKED = 10_000_000, 1_000_000
+"""Executions of each target, and of those whose texts are files that are packed, of which each takes milliseconds."""
+PACKED = ("npz", "parquet", "mcap", "ros1", "ros2")
 SHORT, CHANGED = 5, 20
 """Seconds of a short run of each target, and where its reader has changed."""
-LONGEST = 1500
-"""Bytes of a text.  Longer ones take more time and show little more."""
+LONGEST, LONGEST_PACKED = 1500, 1 << 14
+"""Bytes of a text.  Longer ones take more time and show little more, but a database has some pages."""
 
 
 PYTHON_FAULTS = ("raw error", "control character", "slow", "not finite", "text that is taken")
 """Those of fuzz/python/target.py, which can't be imported where Atheris is not installed."""
+MUCH = "much memory"
+"""The fault of targets whose memory is bounded."""
 
 
 ENDED = []
@@ -58,7 +61,7 @@ class Target:
 
     @property
     def environment(self):
-        return os.environ | ({"KSL_FUZZ_FAULT": self.fault} if self.fault in PYTHON_FAULTS else {})
+        return os.environ | ({"KSL_FUZZ_FAULT": self.fault} if self.fault in (*PYTHON_FAULTS, MUCH) else {})
 
 
 def targets():
@@ -68,7 +71,9 @@ def targets():
             name, _, fault = program.name.removeprefix("fuzz_").partition("_with_")
             found.append(Target(name, [str(program)], fault.replace("_", " ")))
     for file in sorted((ROOT / "fuzz/python").glob("fuzz_*.py")):
-        found += [Target(file.stem.removeprefix("fuzz_"), [sys.executable, str(file)], fault) for fault in ("", *PYTHON_FAULTS)]
+        name = file.stem.removeprefix("fuzz_")
+        faults = ("", *PYTHON_FAULTS, MUCH) if name in PACKED else ("", *PYTHON_FAULTS)
+        found += [Target(name, [sys.executable, str(file)], fault) for fault in faults]
     return found
 
 
@@ -84,8 +89,13 @@ def format_of(name):
 
 
 def seeds_of(name):
-    """Folders of seeds: ours, and real robots where their package is."""
+    """Folders of seeds: ours, those that a script makes, and real robots where their package is."""
     format = format_of(name)
+    if name in PACKED:
+        made = BUILD / "packed_seeds" / name
+        if not made.exists():
+            subprocess.run([sys.executable, ROOT / "fuzz/packed_seeds.py", name, made], check=True)
+        return [made]
     folders = [ROOT / "fuzz/corpus" / format]
     if format in ("urdf", "sdf"):
         real = BUILD / "real_robots" / format
@@ -101,7 +111,9 @@ def readers_of(target):
         own = Path(target.command[1])
         named = re.search(r"^guide\(([^)]*)\)", own.read_text(encoding="utf-8"), re.MULTILINE)[1]
         files = {own, ROOT / "fuzz/python/mutate.py", ROOT / "fuzz/python/target.py"}
-        for module in re.findall(r'"([\w.]+)"', named):
+        beside = (own.with_name(f"{module}.py") for module in re.findall(r"^from (\w+) import", own.read_text(encoding="utf-8"), re.MULTILINE))
+        files |= {file for file in beside if file.exists() and file.name != "guided.py"}
+        for module in re.findall(r'"(ksl[\w.]*)"', named):  # others' packages are not ours to be read
             place = ROOT / "python" / module.replace(".", "/")
             files |= set(place.rglob("*.py")) if place.is_dir() else {place.with_suffix(".py")}
     else:
@@ -120,7 +132,7 @@ def run(target, limits):
         folder.mkdir(parents=True, exist_ok=True)
     words = ROOT / f"fuzz/{format_of(name)}.dict"
     arguments = [
-        f"-max_len={LONGEST}",
+        f"-max_len={LONGEST_PACKED if name in PACKED else LONGEST}",
         "-timeout=10",
         "-rss_limit_mb=2048",
         "-print_final_stats=1",
@@ -159,9 +171,13 @@ def faults_of(target, all_targets):
     return outcome
 
 
+def promised(name):
+    return OF_PACKED if name in PACKED else PROMISED
+
+
 def record(name, result, faults):
     executions, seconds = result["executions"], result["seconds"]
-    kept = executions >= PROMISED and result["ok"] and set(faults.values()) == {"caught"}
+    kept = executions >= promised(name) and result["ok"] and set(faults.values()) == {"caught"}
     figures = (
         f"executions={executions:,}",
         f"hours={seconds / 3600:.2f}",
@@ -187,12 +203,12 @@ def work(target, asked, all_targets):
     # Short runs take the same texts each time: what fails then is a change of the readers.
     line = readers_of(target)
     seconds = (SHORT if line in changes.read("fuzz") else CHANGED) if asked.short else asked.seconds
-    limits = [f"-runs={asked.runs}"] if asked.runs else [f"-max_total_time={seconds}", "-seed=1"]
+    limits = [f"-runs={min(asked.runs, promised(target.name))}"] if asked.runs else [f"-max_total_time={seconds}", "-seed=1"]
     result = run(target, limits)
     if asked.runs:
         record(target.name, result, faults)
     if result["ok"] and "missed" not in faults.values() and not asked.seconds:
-        ENDED.append((line, asked.record or (asked.runs or 0) >= PROMISED))
+        ENDED.append((line, asked.record or (asked.runs or 0) >= promised(target.name)))
     planted = "; ".join(f"{fault}: {outcome}" for fault, outcome in faults.items()) or "no planted fault was run"
     print(f"fuzz-{target.name}: {result['executions']:,} executions in {result['seconds']:.0f} s; {planted}", flush=True)
     if not result["ok"]:

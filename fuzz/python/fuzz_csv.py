@@ -1,17 +1,20 @@
-"""CSV motions: the form of a file, its columns by the names of joints, its numbers."""
+"""CSV motions: the form of a file, its columns by the names of joints, its numbers, samples that are repeated, missing or out of order."""
 
 from guided import guide
 
 guide("ksl.motions", "ksl.base.csv_cells")
 
 import ksl
+import numpy as np
+import scipy.interpolate  # noqa: F401  is imported late, too
 from ksl.motions import reading
 from ksl.motions.columns import columns_used, time_column
 from ksl.motions.columns.column_map import ColumnMap
 from ksl.motions.columns.recorded import check_finite
-from ksl.motions.files import clock_times, csv_table  # noqa: F401  clock_times is imported late
+from ksl.motions.files import clock_times, csv_table, rostopic  # noqa: F401  clock_times is imported late
+from ksl.motions.signal.ordered import ordered
 from mutate import of_text
-from target import finite, run
+from target import BrokenPromise, finite, run
 
 ROBOT = ksl.load_string(
     '<robot name="leg"><link name="a"/><link name="b"/><link name="c"/>'
@@ -21,14 +24,22 @@ ROBOT = ksl.load_string(
 )
 
 
+JOINTS = ROBOT.joints[: len(ROBOT.joint_names)]
+
+
 def read(data: bytes) -> None:
+    """As `read_motion` does, up to the samples that it differentiates."""
     table = csv_table.CsvTable("motion.csv", data)
-    choice = columns_used.choose_columns(table, ROBOT, ColumnMap(""), ignore_extra=True)
-    values = reading._values(table, choice)
-    time, _ = time_column.in_seconds(table, time_column.with_unit(table, choice.time, None), values.pop("time"))
-    reading._checked_rows(table, time, None, None)
-    check_finite(table, values)
-    finite(list(values.values()), "positions")
+    recorded = rostopic.joint_states(table, False) if rostopic.is_joint_states(table) else table
+    choice = columns_used.choose_columns(recorded, ROBOT, ColumnMap(""), ignore_extra=True)
+    values = reading._values(recorded, choice)
+    time, _ = time_column.in_seconds(recorded, time_column.with_unit(recorded, choice.time, None), values.pop("time"))
+    rows = reading._checked_rows(recorded, time, None, None)
+    check_finite(recorded, values, rows, missing=True)
+    samples = ordered(recorded.file, JOINTS, time, values, rows)
+    if any(len(x) != len(samples.time) for x in (*samples.values.values(), samples.rows)) or not (np.diff(samples.time) > 0).all():
+        raise BrokenPromise("broken promise: columns of different lengths, or times that do not increase")
+    finite(list(samples.values.values()), "positions")
 
 
 if __name__ == "__main__":

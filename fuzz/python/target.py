@@ -1,13 +1,15 @@
 """What all targets in Python share: the promise that a reader keeps for any text, and how a target is run.
 
 A reader either takes a text, and its numbers are finite, or refuses it by one of KSL's errors: one line without control
-characters, of bounded length, in time that is linear in the text.  Everything else ends the target with a report.
+characters, of bounded length, in time that is linear in the text.  Where the text is a file that may be packed, its memory is bounded, too.
+Everything else ends the target with a report.
 """
 
 from __future__ import annotations
 
 import gc
 import os
+import resource
 import sys
 import tempfile
 import time
@@ -30,21 +32,23 @@ FAULT = "KSL_FUZZ_FAULT"
 """Names a fault that is planted into the readers: a run that does not find it shows nothing."""
 TAKEN = "text that is taken"
 """The fault that shows itself only for texts that the reader takes: the mutations must not break them all."""
-FAULTS = ("raw error", "control character", "slow", "not finite", TAKEN)
+MUCH = "much memory"
+"""The fault of readers whose memory is bounded."""
+FAULTS = ("raw error", "control character", "slow", "not finite", TAKEN, MUCH)
 
 
 class BrokenPromise(BaseException):
     """Not an Exception, so that no reader catches it."""
 
 
-def kept(read: Callable[[bytes], object], errors: tuple[type[Exception], ...]) -> Callable[[bytes], None]:
-    """The test of one text."""
+def kept(read: Callable[[bytes], object], errors: tuple[type[Exception], ...], memory: int | None = None) -> Callable[[bytes], None]:
+    """The test of one text.  memory: bytes that one text may take beyond what texts before it took."""
     planted = os.environ.get(FAULT, "")
     if planted and planted not in FAULTS:
         sys.exit(f"{FAULT}={planted}: expected one of {', '.join(FAULTS)}")
 
     def test(data: bytes) -> None:
-        start = time.process_time()
+        start, before = time.process_time(), most_memory()
         try:
             if planted:
                 plant(planted, data)
@@ -59,8 +63,15 @@ def kept(read: Callable[[bytes], object], errors: tuple[type[Exception], ...]) -
         took = time.process_time() - start
         if took > LEAST + SLOWEST * len(data):
             raise BrokenPromise(f"broken promise: {took:.2f} s for {len(data)} bytes")
+        if memory is not None and most_memory() - before > memory:
+            raise BrokenPromise(f"broken promise: {(most_memory() - before) / 2**20:.0f} MB for {len(data)} bytes")
 
     return test
+
+
+def most_memory() -> int:
+    """Bytes that the process has held at most."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
 def check_message(text: str) -> None:
@@ -101,15 +112,17 @@ def plant(fault: str, data: bytes) -> None:
             pass
     if fault == "not finite":
         finite([float("nan")], "planted numbers")
+    if fault == MUCH:
+        b"(" * (1 << 28)  # written, so that the system gives it
 
 
-def run(read: Callable[[bytes], object], mutator: Mutator, *errors: type[Exception]) -> None:
-    """Runs a target with the arguments of libFuzzer.  errors: those that the reader may raise."""
+def run(read: Callable[[bytes], object], mutator: Mutator, *errors: type[Exception], memory: int | None = None) -> None:
+    """Runs a target with the arguments of libFuzzer.  errors: those that the reader may raise; memory: as `kept` takes it."""
     warnings.simplefilter("ignore")
     guided.register()
     gc.freeze()  # what was imported is no garbage, and need not be looked at again and again
     with tempfile.NamedTemporaryFile(suffix=".dict") as words:
         words.write(guided.dictionary())
         words.flush()
-        atheris.Setup([*sys.argv, f"-dict={words.name}"], kept(read, errors), custom_mutator=mutator)
+        atheris.Setup([*sys.argv, f"-dict={words.name}"], kept(read, errors, memory), custom_mutator=mutator)
         atheris.Fuzz()

@@ -97,3 +97,18 @@ def test_near_bodies_for_impossible_ones(body):
 def test_shapes_are_checked():
     with pytest.raises(ValueError, match=r"shape \(…, 10\), found shape \(9,\)"):
         pseudo_inertia(np.zeros(9))
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1.0, 1e3])
+def test_near_bodies_do_not_depend_on_the_size(body, scale):
+    """Lengths in other units are other sizes.  1 cm was the size of a body of which nothing was known, also of one of 10 µm."""
+    units = np.array([1, *[scale] * 3, *[scale**2] * 6])
+    flat = body + np.array([0, 0, 0, 0, 3 * body[[4, 6, 9]].sum(), 0, 0, 0, 0, 0])
+    point = np.array([*body[:4], *np.zeros(6)])
+    for broken in (flat, point):
+        assert nearest_consistent(broken * units) == pytest.approx(nearest_consistent(broken) * units, rel=1e-9)
+        given = nearest_consistent(broken * units, length=0.3 * scale)
+        assert given == pytest.approx(nearest_consistent(broken, length=0.3) * units, rel=1e-9)
+    assert is_consistent(nearest_consistent(np.eye(10)[0]))
+    with pytest.raises(ValueError, match="length=0; expected a positive number, m"):
+        nearest_consistent(body, length=0)

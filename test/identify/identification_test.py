@@ -371,3 +371,38 @@ def test_a_wrong_prior_does_not_become_noise(m):
 def test_false_alarms_are_rare(m):
     alarms = [f.doubts for seed in range(3) for q, v, a, tau, _ in [recording(m, np.random.default_rng(seed))] if (f := identify(m, q, v, a, tau)).doubts]
     assert not alarms
+
+
+def chain_of_size(s, mu):
+    """Three links, with lengths of s and masses of μ; gravity is the earth's."""
+    bodies = {"a": (2.0, (0.1, 0, 0.05), (0.02, 0.03, 0.04)), "b": (1.0, (0.15, 0.02, 0), (0.002, 0.01, 0.0099)), "c": (0.5, (0, 0.02, 0.1), (8e-4, 1e-3, 4e-4))}
+    joints = [("w", "a", (0, 0, 0.2), "0 1 0"), ("a", "b", (0.3, 0, 0), "0 0 1"), ("b", "c", (0.25, 0, 0), "0 1 0")]
+    text = '<robot name="r"><link name="w"/>'
+    for name, (mass, c, i) in bodies.items():
+        moments = " ".join(f'{n}="{mu * s * s * x!r}"' for n, x in zip(("ixx", "iyy", "izz"), i))
+        at = " ".join(repr(s * x) for x in c)
+        text += f'<link name="{name}"><inertial><origin xyz="{at}"/><mass value="{mu * mass!r}"/><inertia {moments} ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    for parent, child, at, axis in joints:
+        origin = " ".join(repr(s * x) for x in at)
+        text += f'<joint name="to_{child}" type="continuous"><parent link="{parent}"/><child link="{child}"/><origin xyz="{origin}"/><axis xyz="{axis}"/></joint>'
+    return ksl.load_string(text + "</robot>")
+
+
+@pytest.mark.parametrize(("s", "mu"), [(1e-4, 1e-9), (1e3, 1e6)])
+def test_the_size_of_a_robot_does_not_enter(s, mu):
+    """Of similar robots at similar speeds, v² ~ g s, all efforts are as μ s, and so are parameters, each by its own unit.
+
+    A robot of 0.1 mm had a prior of bodies of 1 cm, which held nothing."""
+
+    def found(s, mu):
+        m, units = chain_of_size(s, mu), mu * np.array([1, *[s] * 3, *[s**2] * 6])
+        rng = np.random.default_rng(3)
+        q, v, a = periodic_motion(rng, m, samples=200)
+        v, a = v / np.sqrt(s), a / s
+        tau = m.inverse_dynamics(q, v, a)
+        tau += 0.05 * np.sqrt(np.mean(tau**2, axis=0)) * rng.normal(size=tau.shape)
+        prior = {link.name: np.array(link.parameters) * ([1.3, *[1.1] * 3, *[1.5] * 6] if link.name != "c" else [1.3, *[1.1] * 3, *[0] * 6]) for link in m.links[1:]}
+        return identify(m, q, v, a, tau, prior=prior).parameters / units
+
+    one, other = found(1.0, 1.0), found(s, mu)
+    assert np.abs(other - one).max() < 1e-4 * np.abs(one).max()

@@ -169,6 +169,8 @@ def test_a_shaft_with_an_overhung_load(robot):
     assert f["floating: mean load"].value == pytest.approx(1.2 * W, rel=1e-12)
     assert f["locating: L10"].value == pytest.approx(0.64 * (14000 / (2.2 * W)) ** 3, rel=1e-12)
     assert f["locating: L10h"].value == pytest.approx(0.64 * (14000 / (2.2 * W)) ** 3 * 1e6 / (60 * 100), rel=1e-9)
+    assert "position = -0.02 m, position of the other = -0.12 m" in f["locating: mean load"].inputs
+    assert "position = -0.12 m, position of the other = -0.02 m" in f["floating: mean load"].inputs
     assert f["floating: L10h"].utilisation == pytest.approx(20000 / f["floating: L10h"].value, rel=1e-12)
     assert f["locating: static safety"].value == pytest.approx(6700 / (2.2 * W), rel=1e-12)
     assert not f["locating: L10h"].note  # five whole revolutions
@@ -257,6 +259,9 @@ def test_a_flange_with_an_offset_mass(robot):
     assert f["bolt force"].value == pytest.approx(1500 + 0.1 * axial, rel=1e-12)
     assert f["residual clamp force"].value == pytest.approx(1000 - 50 - 0.9 * axial, rel=1e-12)
     assert f["residual clamp force"].utilisation == pytest.approx((0.9 * axial + 50) / 1000, rel=1e-12)
+    assert not f["residual clamp force"].note
+    loose = figures(ksl.size(table, {"component": [flange["component"][0] | {"preload": 0.8 * (50 + 0.9 * axial)}]}))["residual clamp force"]
+    assert loose.value == pytest.approx(-0.2 * (50 + 0.9 * axial), rel=1e-12) and "the joint opens at this bolt" in loose.note
     hanging = robot(BRACKET, masses="optional", gravity=(0.0, 0.0, G))  # from the ceiling: the weight pulls at the bolts
     f = figures(ksl.size(results_table(hanging, {"hang": (t, empty, empty, empty)}), flange))
     assert f["axial load of a bolt"].value == pytest.approx(W / 4 + W * 0.3 / 0.4, rel=1e-12)

@@ -117,6 +117,7 @@ def test_a_file_that_is_not_there(tmp_path):
         (HEAD + 'kind = "bolted flange"\npoints = [[0, 0], [1, 1], [2, 2]]\n', "the bolts lie on one line"),
         (HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = 0.1\nnormal = [0, 0, 0]\n', "normal is zero"),
         (HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = 0.1\nnormal = [0, 0, 1]\nx_axis = [0, 0, 2]\n', "x_axis is zero or along the normal"),
+        (HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = 0.1\nnormal = [0, 0, 1]\nx_axis = [0, 0, 0]\n', "x_axis is zero or along the normal"),
     ],
 )
 def test_components_that_do_not_fit_the_results(file, table, text, words):

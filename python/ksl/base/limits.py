@@ -18,6 +18,8 @@ COLUMNS = 1 << 17
 """Columns of a table, or lines of a map of columns: 40,000 joints with their rates."""
 LINE_BYTES = 64 << 20
 """Bytes of a line at the beginning of a CSV file, where names are, or of an array of names in an NPZ file."""
+YAML_BYTES = 1 << 19
+"""Bytes of YAML in a ROS 2 bag: `metadata.yaml`, and what databases and channels say of the quality of service.  Its parser takes some ten seconds a megabyte."""
 TOML_BYTES = 4 << 20
 """Bytes of a file that people write: load cases, components, sweeps, poses, maps of columns."""
 TOML_DEPTH = 32

@@ -10,12 +10,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ksl.model.given import numbers
+from ksl.model.given import number, numbers
 
 Array = NDArray[np.float64]
 
 PARAMETERS = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 """Names of a link's ten parameters; mx is mass × x of the centroid."""
+
+SMALL, UNKNOWN = 0.01, 0.01
+"""A small body's length: as a share of the robot's, or of the distance of its centroid from the origin; and in m where nothing says it."""
 
 _IXX, _IXY, _IYY, _IXZ, _IYZ, _IZZ = range(4, 10)
 
@@ -148,11 +151,14 @@ def barrier_gradient(parameters: ArrayLike) -> Array:
     return np.asarray(-np.einsum("...ij,kji->...k", np.linalg.inv(pseudo_inertia(parameters)), BASIS))
 
 
-def nearest_consistent(parameters: ArrayLike, least: float = 1e-6) -> Array:
+def nearest_consistent(parameters: ArrayLike, least: float = 1e-6, length: float | None = None) -> Array:
     """Parameters (…, 10) that a body can have, near given ones with positive mass: the mass and the centroid stay.
 
-    The second moments ∫ x xᵀ dm about the centroid get eigenvalues of at least `least` times the largest one, or times mass × 1 cm²
-    where all are small.  Consistent parameters whose eigenvalues are above that remain as they are.
+    The second moments ∫ x xᵀ dm about the centroid get eigenvalues of at least `least` times the largest one, or times mass × length²
+    where all are smaller than that.  Consistent parameters whose eigenvalues are above that remain as they are.
+
+    length: of a small body of the robot, m, such as a hundredth of the robot's extent.  By default a hundredth of the centroid's distance
+    from the origin; where all is at the origin, nothing says how large the body is, and 1 cm is taken.
     """
     J = pseudo_inertia(parameters)
     m, h = J[..., 3, 3], J[..., :3, 3]
@@ -160,9 +166,18 @@ def nearest_consistent(parameters: ArrayLike, least: float = 1e-6) -> Array:
         raise ValueError("parameters: expected positive masses; a link without mass can't be made consistent")
     about_centroid = J[..., :3, :3] - h[..., :, None] * h[..., None, :] / m[..., None, None]
     values, axes = np.linalg.eigh(about_centroid)
-    floor = least * np.maximum(values[..., -1:], 1e-4 * m[..., None])
+    floor = least * np.maximum(values[..., -1:], (m * _small_length(m, h, values[..., -1], length) ** 2)[..., None])
     mended = (axes * np.maximum(values, floor)[..., None, :]) @ np.swapaxes(axes, -1, -2)
     change = np.where((values < floor).any(axis=-1)[..., None, None], mended - about_centroid, 0.0)
     out = J.copy()
     out[..., :3, :3] += change
     return from_pseudo_inertia(out)
+
+
+def _small_length(m: Array, h: Array, largest: Array, length: float | None) -> Array:
+    if length is not None:
+        if not 0 < number(length, "length") < np.inf:
+            raise ValueError(f"length={length}; expected a positive number, m")
+        return np.full(m.shape, float(length))
+    by_centroid = SMALL * np.linalg.norm(h, axis=-1) / m
+    return np.where((by_centroid > 0) | (largest > 0), by_centroid, UNKNOWN)

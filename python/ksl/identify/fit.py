@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from ksl.identify.base_parameters import triangle
-from ksl.identify.consistency import Array, from_pseudo_inertia, is_consistent, pseudo_inertia
+from ksl.identify.consistency import SMALL, UNKNOWN, Array, from_pseudo_inertia, is_consistent, pseudo_inertia
 from ksl.identify.possible_bodies import SYMMETRIC, LeastSquares, Minimum, block_diagonal, minimum
+from ksl.model.lengths import extent
 from ksl.model.model import Model
 
 SAMPLES_AT_A_TIME = 4096
@@ -40,7 +41,7 @@ class Fit:
                  wrenches: Mapping[str, Array]) -> None:  # fmt: skip
         self.prior, self.deviation, self.n, self.nv = prior, deviation, len(tau), model.nv
         self._take_samples(model, names, motion, tau, wrenches)
-        C, inverse = _round_bodies(prior)
+        C, inverse = _round_bodies(prior, small_length(model))
         self._S0 = inverse @ pseudo_inertia(prior) @ np.swapaxes(inverse, -1, -2)
         ten = from_pseudo_inertia(C[:, None] @ SYMMETRIC @ np.swapaxes(C, -1, -2)[:, None])
         self.from_steps = deviation * block_diagonal(np.swapaxes(ten, -1, -2))
@@ -167,15 +168,20 @@ class Fit:
         return max(0.0, squares[0] - squares[1])
 
 
-def _round_bodies(prior: Array) -> tuple[Array, Array]:
-    """C and C⁻¹ (links, 4, 4), with C Cᵀ the pseudo-inertia of a ball of the prior's mass, centroid and size.
+def small_length(model: Model) -> float:
+    """Of a small link of the robot, m: links that are said to be smaller, or to be points, are taken to be as large as that."""
+    return SMALL * extent(model) or UNKNOWN
+
+
+def _round_bodies(prior: Array, length: float) -> tuple[Array, Array]:
+    """C and C⁻¹ (links, 4, 4), with C Cᵀ the pseudo-inertia of a ball of the prior's mass, centroid and size, which is at least the length.
 
     The prior's deviation is relative to it.  That of a thin body would hold its thickness and the direction of its centroid as if they were known.
     """
     m, c = prior[:, 0], prior[:, 1:4] / prior[:, :1]
     J = pseudo_inertia(prior)
     size = np.trace(J[:, :3, :3], axis1=1, axis2=2) - m * np.sum(c * c, axis=1)  # of the second moments about the centroid
-    root = np.sqrt(np.maximum(size, 1e-4 * m))
+    root = np.sqrt(np.maximum(size, length**2 * m))
     C = np.zeros((len(m), 4, 4))
     C[:, (0, 1, 2), (0, 1, 2)] = root[:, None]
     C[:, 3, 3] = np.sqrt(m)

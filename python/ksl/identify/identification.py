@@ -22,7 +22,7 @@ from ksl.base.errors import near_names, unknown_name
 from ksl.identify.base_parameters import BaseParameters, check_tolerance, moving_links, of_regressor
 from ksl.identify.certificate import Certificate, certificate, rare
 from ksl.identify.consistency import Array, is_consistent, nearest_consistent
-from ksl.identify.fit import Fit
+from ksl.identify.fit import Fit, small_length
 from ksl.model.given import mapping, number, numbers
 from ksl.model.model import Model
 from ksl.model.states import External, items_of
@@ -202,7 +202,7 @@ def _prior(model: Model, names: tuple[str, ...], given: Mapping[str, ArrayLike])
     for name, phi in zip(names, out):
         if not phi[0] > 0:
             raise ValueError(f"prior: link {name} has mass {phi[0]} kg; give a positive one in `prior`, or leave the link out of `links`")
-    return np.where(is_consistent(out)[:, None], out, nearest_consistent(out))
+    return np.where(is_consistent(out)[:, None], out, nearest_consistent(out, length=small_length(model)))
 
 
 def _given_noise(noise: ArrayLike, nv: int) -> Array:

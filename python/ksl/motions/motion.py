@@ -20,6 +20,7 @@ from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of, units_of
 from ksl.model.states import Array
 from ksl.motions.signal.corners import Found
+from ksl.motions.signal.dropped import doubts_about_positions
 from ksl.motions.signal.gaps import doubts_about_gaps
 from ksl.motions.signal.quality import Samples, doubts_about_noise, sentences_about_jumps
 from ksl.motions.signal.quaternions import continuous_unit
@@ -138,7 +139,8 @@ def complete(
         standing = standing_of(joints, as_given, time, q, v, smooth)
         given_jumps = _jumps(joints, as_given, differentiated=False)
     corners, corner_times, impossible = sentences_about_jumps(joints, found, given_jumps, time)
-    doubts = [*suspicions(model, time, q, v), *impossible, *doubts_about_gaps(joints, as_given.time, as_given.q)]
+    of_positions = [] if smooth is not None else doubts_about_positions(joints, as_given, found | given_jumps)
+    doubts = [*suspicions(model, time, q, v), *impossible, *of_positions, *doubts_about_gaps(joints, as_given.time, as_given.q)]
     if isinstance(model, Calls):
         doubts += doubts_about_noise(model, joints, as_given, found, (q, v, a), smooth, np.asarray(standing.held.all(axis=0)))
     said = [*_differentiated(joints, given, smooth), *corners, *_stands(joints, standing)]

@@ -23,7 +23,7 @@ from ksl.motions.files.csv_form import MEND
 from ksl.motions.files.map_file import read_map
 from ksl.motions.files.npz_table import NpzTable, with_matrices
 from ksl.motions.files.recognise import open_table
-from ksl.motions.motion import Motion, Source, complete
+from ksl.motions.motion import TOO_LARGE, Motion, Source, complete
 from ksl.motions.reading_options import check_options
 from ksl.motions.signal.ordered import check_restart, ordered
 from ksl.motions.signal.quality import Samples
@@ -104,6 +104,8 @@ def read_motion(
         time, q, given, note = resampled(table.file, joints, time, q, given, resample, place)
         notes.append(note)
         place = lambda k: f"{table.file}: sample {k + 1} after resampling"
+    if not np.isfinite(q).all():
+        raise MotionError(f"{place(int(np.argmin(np.isfinite(q).all(axis=1))))}: a position, interpolated, is not finite; {TOO_LARGE}")
     motion = complete(model, time, q, given, table.file, place, smooth, measured)
     source = Source(table.file, table.format, len(time), float(np.median(np.diff(time))), with_unused_together(notes))
     return replace(motion, source=source, doubts=[*table.doubts, *columns.doubts, *motion.doubts])
@@ -111,7 +113,7 @@ def read_motion(
 
 def _whole(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
     """The folder of a bag whose description is given."""
-    return os.path.dirname(path) or "." if os.path.basename(path) == "metadata.yaml" else path
+    return os.path.dirname(path) or os.getcwd() if os.path.basename(path) == "metadata.yaml" else path
 
 
 def _values(table: Recorded, choice: Choice) -> dict[str, Array]:

@@ -76,6 +76,20 @@ def test_one_file_of_a_ros_2_bag(leg, tmp_path, refusal):
         assert refusal(leg, folder).startswith(f": is a folder without metadata.yaml; give one of its recordings: {file}")
 
 
+@pytest.mark.parametrize("kind", ["ros2", "ros2 of mcap"])
+def test_the_description_of_a_bag_means_the_bag(leg, tmp_path, monkeypatch, refusal, kind):
+    """It is what the tools of ROS name."""
+    folder = write(tmp_path, kind, leg_messages())
+    whole, described = (read_motion(leg, path) for path in (folder, folder / "metadata.yaml"))
+    assert np.array_equal(described.q, whole.q) and described.source == whole.source
+    monkeypatch.chdir(folder)
+    assert np.array_equal(read_motion(leg, "metadata.yaml").q, whole.q)
+    with pytest.raises(ksl.MotionError, match=re.escape(f"{folder}: no topic '/other'")):
+        read_motion(leg, "metadata.yaml", topic="/other")
+    (folder / "metadata.yaml").write_text("of: something else\n")
+    assert "no column `time`" in refusal(leg, folder / "metadata.yaml")
+
+
 def test_the_example_recording(examples, tmp_path):
     """Arm and gripper publish on one topic, at different rates; the arm's motion is that of the CSV file, measured by encoders."""
     robot = (examples / "robots" / "panda.urdf").read_text()

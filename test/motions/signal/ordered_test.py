@@ -138,3 +138,12 @@ def test_lists_of_parquet_take_a_map(leg, tmp_path):
     pq.write_table(ragged, tmp_path / "motion.parquet")
     with pytest.raises(ksl.MotionError, match="sample 1: column 's' holds a list of 2 numbers; expected 1 in each row"):
         read_motion(leg, tmp_path / "motion.parquet", map={"timestamp": "time", "s[0]": "hip"} | {"z": "slide"}, ignore_extra=True)
+
+
+def test_numbers_that_overflow_between_samples(leg, tmp_path):
+    """Positions beside given velocities are not differentiated, where such numbers are refused."""
+    hip = ["0", "-1e308", "-1", "", "0", "0", "0", ""]
+    rows = [f"{k / 100},{x},{int(k > 0)},0,0" for k, x in enumerate(hip)]
+    (tmp_path / "motion.csv").write_text("\n".join(["time,hip,slide,hip.v,slide.v", *rows]) + "\n")
+    with pytest.raises(ksl.MotionError, match="a position, interpolated, is not finite; "):
+        read_motion(leg, tmp_path / "motion.csv")

@@ -12,7 +12,8 @@ from ksl.base import limits
 from ksl.base.errors import MotionError, near_names
 from ksl.base.input_files import check_regular
 from ksl.base.words import listed
-from ksl.motions.files.bag_sizes import check_files, check_messages, limit_chunks, too_large
+from ksl.motions.files.bag_sizes import check_files, check_index, check_messages, limit_chunks, too_large
+from ksl.motions.files.bag_database import NOT_IN_NAMES
 from ksl.motions.files.joint_states import JointStates, JointStateTable
 from ksl.motions.files.mcap_chunks import MAGIC, RECORD, chunks_from, summary_start, unpacked_size
 
@@ -21,6 +22,21 @@ if TYPE_CHECKING:
     from rosbags.rosbag2 import Reader as Reader2
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
+DEFINITION = b"""std_msgs/Header header
+string[] name
+float64[] position
+float64[] velocity
+float64[] effort
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+"""It has never changed, so that what a file says of it is not needed: parsers of such texts can be made to run for hours."""
 TRUNCATED = "truncated or damaged"
 
 
@@ -58,10 +74,11 @@ def _ros2(file: str, path: Path, topic: str | None, positions_only: bool, inside
     decode = get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr
 
     def reader() -> Reader2:
-        check_files(file, inside)
+        check_files(file, inside or [path])
         return Reader(path)
 
     def limit(bag: Reader2) -> None:
+        check_index(file, bag)
         if bag.compression_mode == "message":
             check_messages(file, [f for f in inside if f.name != "metadata.yaml"])
 
@@ -87,7 +104,7 @@ def _read(
     topic: str | None,
     positions_only: bool,
 ) -> JointStateTable:
-    """Joint states by a reader of rosbags.  The definition of JointState has never changed, so that of the bag isn't needed.
+    """Joint states by a reader of rosbags.
 
     limit: refuses what unpacks to too much, before messages are read.
     """
@@ -98,8 +115,10 @@ def _read(
             connections: Any = [c for c in bag.connections if c.topic == name]
             messages = bag.messages(connections)
             states = JointStates(file, name, ((log, decode(raw, JOINT_STATE)) for _, log, raw in messages))
-    except (MotionError, MemoryError, KeyboardInterrupt):
+    except (MotionError, KeyboardInterrupt):
         raise
+    except MemoryError:
+        raise _takes_too_much(file, format) from None
     except Exception as e:  # readers of truncated bags raise errors of many types: of zlib, sqlite, struct, YAML …
         raise MotionError(_what_is_wrong(file, format, str(e))) from None
     return JointStateTable(states, format, positions_only)
@@ -113,18 +132,26 @@ def _what_is_wrong(file: str, format: str, text: str) -> str:
     return f"{file}: is a {format}, but {TRUNCATED}; copy it again, or repair it with the tools of ROS"
 
 
+def _takes_too_much(file: str, format: str) -> MotionError:
+    """What to say where memory runs out: the libraries ask for as much as a length in a damaged file says."""
+    return MotionError(f"{file}: is {'an' if format == 'MCAP file' else 'a'} {format}, but reading it takes more memory than there is: it is damaged, or too large; copy it again, or give a part of it")
+
+
 def mcap(file: str, source: BinaryIO, topic: str | None, positions_only: bool) -> JointStateTable:
     """The joint states of an MCAP file with messages of ROS 2.  Raises MotionError."""
     _import(file, "mcap_ros2", "mcap-ros2-support")
     from mcap.reader import make_reader
+    from mcap.records import Schema
     from mcap_ros2.decoder import DecoderFactory
 
+    decode = DecoderFactory().decoder_for("cdr", Schema(id=1, name=JOINT_STATE, encoding="ros2msg", data=DEFINITION))
+    assert decode is not None
     try:
         with source:
             start = summary_start(source)
             _check_size(file, source, chunks_from(source, start) if start else ())  # a summary holds none, unless somebody wants it to
             source.seek(0)
-            reader = make_reader(source, decoder_factories=[DecoderFactory()])
+            reader = make_reader(source)
             summary = reader.get_summary()
             if summary is None:
                 raise MotionError(f"{file}: is an MCAP file, but {TRUNCATED}: it has no summary at its end; repair it with `mcap recover`")
@@ -139,10 +166,11 @@ def mcap(file: str, source: BinaryIO, topic: str | None, positions_only: bool) -
                 if c.message_encoding != "cdr" or schema is None or schema.encoding != "ros2msg":
                     how = f"{c.message_encoding}, {schema.encoding}" if schema else c.message_encoding
                     raise MotionError(f"{file}: joint states of {name} are encoded as {how}; expected messages of ROS 2 (cdr, ros2msg)")
-            messages = reader.iter_decoded_messages([name])
-            states = JointStates(file, name, ((m.log_time, message) for _, _, m, message in messages))
-    except (MotionError, MemoryError, KeyboardInterrupt):
+            states = JointStates(file, name, ((m.log_time, decode(m.data)) for _, _, m in reader.iter_messages([name])))
+    except (MotionError, KeyboardInterrupt):
         raise
+    except MemoryError:
+        raise _takes_too_much(file, "MCAP file") from None
     except Exception:  # McapError, struct.error, errors of zstd and lz4, and others of damaged files
         raise MotionError(f"{file}: is an MCAP file, but {TRUNCATED}; copy it again, or repair it with `mcap recover`") from None
     return JointStateTable(states, "MCAP", positions_only)
@@ -195,14 +223,14 @@ def _import(file: str, module: str, package: str = "") -> None:
 
 
 class _with_suffix:
-    """The path of a file under a name with that suffix, by which rosbags tells the format."""
+    """The path of a file under a name with that suffix, by which rosbags tells the format, and that SQLite takes as it stands."""
 
     def __init__(self, file: str, suffix: str) -> None:
         self._file, self._suffix = Path(file), suffix
         self._folder: tempfile.TemporaryDirectory[str] | None = None
 
     def __enter__(self) -> Path:
-        if self._file.suffix == self._suffix:
+        if self._file.suffix == self._suffix and not set(NOT_IN_NAMES) & set(str(self._file)):
             return self._file
         self._folder = tempfile.TemporaryDirectory()
         link = Path(self._folder.name) / f"recording{self._suffix}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from operator import index
 from typing import Any
 
 import numpy as np
@@ -22,13 +23,15 @@ from ksl.motions.signal.resampling import on_spline
 
 Nanoseconds = NDArray[np.int64]
 SECOND = 1_000_000_000
+LAST = 1 << 62
+"""ns, of the year 2116: times up to here have differences that 64 bits hold."""
 
 
 class JointStates:
     """Messages of one topic, as they are in the file, grouped by the joints that they name: one group for each publisher."""
 
     def __init__(self, file: str, topic: str, messages: Iterable[tuple[int, Any]]) -> None:
-        """messages: time of the log in ns, and message.  Raises MotionError."""
+        """messages: time of the log in ns, and message.  Raises MotionError; what is no message of joint states raises errors of many kinds."""
         self.file, self.topic = file, topic
         self.groups: dict[tuple[str, ...], list[tuple[int, int, Any, Any]]] = {}
         """For each list of joints its messages: log time, header stamp, positions, velocities of its messages."""
@@ -46,8 +49,11 @@ class JointStates:
             if len(names) != len(m.position):
                 both = f"names {count(len(names), 'joint')}, but has {count(len(m.position), 'position')}"
                 raise MotionError(f"{file}: a message of {topic} {both}; record it again")
-            stamp = m.header.stamp
-            self.groups.setdefault(names, []).append((log, int(stamp.sec) * SECOND + int(stamp.nanosec), m.position, m.velocity))
+            stamp = int(m.header.stamp.sec) * SECOND + int(m.header.stamp.nanosec)
+            for time in (index(log), stamp):
+                if not -LAST < time < LAST:
+                    raise MotionError(f"{file}: a message of {topic} has the time {time} ns, after the year 2116; record it again")
+            self.groups.setdefault(names, []).append((log, stamp, m.position, m.velocity))
             self.has_efforts |= len(m.effort) > 0
         if not self.groups:
             what = f"{count(self.without_positions, 'message')}, none with positions" if self.without_positions else "no messages"
@@ -96,6 +102,8 @@ class JointStateTable(Recorded):
             one, other = max(used, key=lambda s: s.time[0]), min(used, key=lambda s: s.time[-1])
             raise MotionError(f"{self.file}: {listed(other.joints)} and {listed(one.joints)} are never recorded at the same time; record them together")
         at = base.time[(base.time >= first) & (base.time <= last)]
+        if not len(at):
+            raise MotionError(f"{self.file}: {listed(base.joints)} have no sample while all other joints are recorded; record them together")
         columns: dict[str, Array] = {}
         for s in used:
             self._say_gaps(s)

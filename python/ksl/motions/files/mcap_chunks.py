@@ -13,6 +13,7 @@ MAGIC = 8
 RECORD = 9
 """Bytes before the contents of a record: what it is, and its length."""
 FOOTER = RECORD + 20
+CHANNEL = 0x04
 CHUNK = 0x06
 LAST = 0x02
 LONGEST_NAME = 100
@@ -27,6 +28,19 @@ def summary_start(source: BinaryIO) -> int:
 
 def chunks_from(source: BinaryIO, start: int) -> Iterator[int]:
     """Where the contents of each chunk are, in the records from `start` up to a footer or the end.  Raises EOFError for a record beyond the end."""
+    for kind, place, _ in _records(source, start):
+        if kind == CHUNK:
+            yield place
+
+
+def bytes_of_channels(source: BinaryIO) -> int:
+    """Bytes of what the file says of its topics in the records from its beginning, and from its summary.  Raises as `chunks_from`."""
+    starts = {MAGIC, summary_start(source) or MAGIC}
+    return max(sum(length for kind, _, length in _records(source, start) if kind == CHANNEL) for start in starts)
+
+
+def _records(source: BinaryIO, start: int) -> Iterator[tuple[int, int, int]]:
+    """Kind, place of the contents, and length of each record up to a footer or the end."""
     end = source.seek(0, io.SEEK_END)
     place = start
     while place + RECORD <= end:
@@ -36,8 +50,7 @@ def chunks_from(source: BinaryIO, start: int) -> Iterator[int]:
             return
         if place + RECORD + length > end:
             raise EOFError
-        if kind == CHUNK:
-            yield place + RECORD
+        yield kind, place + RECORD, length
         place += RECORD + length
 
 
@@ -64,14 +77,18 @@ def _size(source: BinaryIO, chunk: int, most: int) -> int:
     packed = _number(source)
     if source.tell() + packed > end:
         raise EOFError
-    if compression == b"zstd":  # the libraries allocate what its frame says, or what the chunk says, or what comes out
+    if compression not in (b"zstd", b"lz4"):
+        return packed
+    return max(int(said), size_of_chunk(compression, source.read(packed), most))  # the libraries allocate what the chunk says, or what comes out
+
+
+def size_of_chunk(compression: bytes, packed: bytes, most: int) -> int:
+    """Bytes to which a chunk unpacks, or which its frame says; counting stops where they are more than `most`."""
+    if compression == b"zstd":
         import zstandard
 
-        data = source.read(packed)
-        return max(int(said), zstandard.frame_content_size(data), unpacking.size(unpacking.of_zstd(data), most))
-    if compression == b"lz4":  # they allocate what comes out
-        return max(int(said), unpacking.size(unpacking.of_lz4(source.read(packed)), most))
-    return packed
+        return max(zstandard.frame_content_size(packed), unpacking.size(unpacking.of_zstd(packed), most))
+    return unpacking.size(unpacking.of_lz4(packed), most) if compression == b"lz4" else len(packed)
 
 
 def _number(source: BinaryIO) -> int:

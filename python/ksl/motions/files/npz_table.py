@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+import sys
 import zipfile
 import zlib
 from dataclasses import dataclass
@@ -71,7 +72,7 @@ def npz_table(file: str, source: BinaryIO) -> NpzTable:
             found = [_announced(file, archive, member) for member in dict.fromkeys(archive.namelist())]
             _check_sizes(file, found)
             arrays = {a.name: _loaded(archive, a).astype(float, copy=False) for a in found if a.holds_numbers}
-            lists = {a.name: [str(n) for n in _loaded(archive, a).ravel()] for a in found if a.lists_names}
+            lists = {a.name: _texts(_loaded(archive, a)) for a in found if a.lists_names}
     except MotionError:
         raise
     except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, TypeError, ValueError, OverflowError, RuntimeError, MemoryError):
@@ -118,7 +119,14 @@ def _announced(file: str, archive: zipfile.ZipFile, member: str) -> _Announced:
         return _Announced(name, size, dtype, "", small)
     value = data[begin : begin + dtype.itemsize]
     short = size > 0 and 0 < len(value) == dtype.itemsize
-    return _Announced(name, size, dtype, str(np.frombuffer(value, dtype, 1)[0]) if short else str(dtype))
+    return _Announced(name, size, dtype, _texts(np.frombuffer(value, dtype, 1))[0] if short else str(dtype))
+
+
+def _texts(x: NDArray[np.generic]) -> list[str]:
+    """An array of text.  Raises ValueError for characters that Unicode doesn't have: NumPy makes strings of them that Python can't use."""
+    if x.dtype.kind == "U" and x.size and int(np.frombuffer(x.tobytes(), x.dtype.byteorder.replace("|", "=") + "u4").max(initial=0)) > sys.maxunicode:
+        raise ValueError("no text")
+    return [str(n) for n in x.ravel()]
 
 
 @lru_cache(maxsize=64)

@@ -17,6 +17,7 @@ from ksl.base.words import count
 from ksl.model.states import Array
 from ksl.motions.columns.recorded import Recorded, check_columns, check_numbers
 from ksl.motions.files.arrow_memory import own_memory
+from ksl.motions.files.parquet_footer import MAGIC, chunks
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -43,9 +44,11 @@ class ParquetTable(Recorded):
         try:
             self._parquet = pq.ParquetFile(self._opened())
             self._schema = self._parquet.schema_arrow
+            self._groups = chunks(self._footer())
+            self._check_groups()
         except MemoryError:
             raise
-        except (pa.ArrowException, OSError, UnicodeError):
+        except (pa.ArrowException, OSError, ValueError):
             raise MotionError(f"{file}: {DAMAGED}") from None
         if b"ksl" in (self._schema.metadata or {}) and {"joint", "fx"} <= set(self._schema.names):
             raise MotionError(f"{file}: holds the wrenches that `ksl loads` has computed, not a motion; give the motion's file")
@@ -72,7 +75,7 @@ class ParquetTable(Recorded):
         else:  # the first row says how many there are; that all have as many is seen when they are read
             metadata = self._parquet.metadata
             inner = next((i for i in range(metadata.num_columns) if metadata.schema.column(i).path.startswith(f"{name}.")), None)
-            values = sum(metadata.row_group(g).column(inner).num_values for g in range(metadata.num_row_groups)) if inner is not None else 0
+            values = sum(group[inner].values for group in self._groups) if inner is not None else 0
             size = values // max(metadata.num_rows, 1)
         check_columns(file, size)
         self._of_list |= {f"{name}[{k}]": (name, k) for k in range(size)}
@@ -80,6 +83,27 @@ class ParquetTable(Recorded):
 
     def _opened(self) -> pa.NativeFile:
         return arrow_file(self._source) if isinstance(self._source, Path) else self._source
+
+    def _footer(self) -> bytes:
+        """What stands before its own length and the magic, with which the file ends.  Raises ValueError if it is not long enough."""
+        source = self._opened()
+        size = source.size()
+        source.seek(max(size - 8, 0))
+        end = source.read(8)
+        length = int.from_bytes(end[:4], "little")
+        if end[4:] != MAGIC or length > size - 8:
+            raise ValueError("no footer")
+        source.seek(size - 8 - length)
+        footer = bytes(source.read(length))
+        if source is not self._source:
+            source.close()
+        return footer
+
+    def _check_groups(self) -> None:
+        """Raises ValueError unless each row group has all columns."""
+        metadata = self._parquet.metadata
+        if len(self._groups) != metadata.num_row_groups or any(len(group) != metadata.num_columns for group in self._groups):
+            raise ValueError("row groups that don't have the columns of the schema")
 
     def text_in(self, name: str) -> str | None:
         import pyarrow.types as t
@@ -139,12 +163,11 @@ class ParquetTable(Recorded):
 
     def _check_size(self, names: Sequence[str]) -> None:
         metadata = self._parquet.metadata
-        groups = [metadata.row_group(i) for i in range(metadata.num_row_groups)]
         wanted = set(names)
         columns = [metadata.schema.column(i) for i in range(metadata.num_columns)]
         leaves = [i for i, c in enumerate(columns) if c.path in wanted or (c.path != c.name and not wanted.isdisjoint(_outer(c.path)))]
-        check_numbers(self.file, sum(max(metadata.num_rows, sum(g.column(i).num_values for g in groups)) for i in leaves))
-        if sum(max(g.column(i).total_uncompressed_size, 0) for g in groups for i in leaves) > limits.MOTION_BYTES:
+        check_numbers(self.file, sum(max(metadata.num_rows, sum(group[i].values for group in self._groups)) for i in leaves))
+        if sum(max(group[i].unpacked, 0) for group in self._groups for i in leaves) > limits.MOTION_BYTES:
             raise MotionError(f"{self.file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; thin it out, or give a part of it")
 
     def _texts(self, name: str) -> pa.ChunkedArray:

@@ -79,7 +79,7 @@ def open_table(path: str | os.PathLike[str], topic: str | None = None, positions
         if file != STANDARD_INPUT and (os.path.isdir(file) or _describes_bag(file)):
             from ksl.motions.files.bags import bag_in_folder
 
-            return bag_in_folder(file if os.path.isdir(file) else os.path.dirname(file) or ".", topic, positions_only)
+            return bag_in_folder(file if os.path.isdir(file) else os.path.dirname(file) or os.getcwd(), topic, positions_only)
         content = _content(file)
         table = _opened(content, content.head(), topic, positions_only)
     except Unreadable as e:

@@ -31,9 +31,11 @@ def joint_states(table: CsvTable, positions_only: bool) -> JointStateTable:
     texts = table.read_texts(columns["name"])
     numbers = table.read([*columns["position"], *columns["velocity"], *columns["effort"]])
     times = table.read_integers([LOG] + [STAMP] * (STAMP in table.names))
+    rows_named = max((k + 1 for k in range(len(texts[0])) if any(column[k] for column in texts)), default=0)  # blank lines at the end name none
+    numbers = {c: np.append(x, np.full(max(rows_named - len(x), 0), np.nan)) for c, x in numbers.items()}  # `read` drops rows without numbers there
 
     def messages() -> Iterator[tuple[int, SimpleNamespace]]:
-        for k in range(len(texts[0])):
+        for k in range(rows_named):
             names = [column[k] for column in texts if column[k]]
             rows = {part: np.array([numbers[c][k] for c in columns[part][: len(names)]]) for part in ("position", "velocity", "effort")}
             stamp = times[-1][k] if len(times) > 1 else 0

@@ -148,6 +148,8 @@ def _merged(file: str, series: list[_Series], time: Array, values: Values, rows:
         raise MotionError(f"{file}: {listed(other.joints)} and {listed(one.joints)} are never recorded at the same time; record them together")
     kept = base.rows[(time[base.rows] >= first) & (time[base.rows] <= last)]
     at = time[kept]
+    if not len(at):
+        raise MotionError(f"{file}: {listed(base.joints)} have no sample while all other joints are recorded; record them together")
     if len(kept) < len(base.rows):
         notes.append(f"{count(len(base.rows) - len(kept), 'sample')} before or after the time that all joints are recorded left out")
     out: Values = {}

@@ -1,0 +1,60 @@
+"""NPZ and Parquet files whose damage ended the process, or in faults of Python."""
+
+import zipfile
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from ksl.motions.files import parquet_footer
+
+T = np.arange(8.0)
+
+
+@pytest.mark.parametrize("order", "<>")
+@pytest.mark.parametrize("name", ["note", "names"])
+def test_text_of_characters_that_unicode_does_not_have(leg, tmp_path, refusal, name, order):
+    """NumPy makes strings of them that Python fails to print."""
+    np.savez(tmp_path / "m.npz", time=T, hip=T, slide=T, **{name: np.array(["ab"], f"{order}U2")})
+    with zipfile.ZipFile(tmp_path / "m.npz") as archive:
+        members = {each: archive.read(each) for each in archive.namelist()}
+    members[f"{name}.npy"] = members[f"{name}.npy"][:-8] + b"\x7f" * 8
+    with zipfile.ZipFile(tmp_path / "m.npz", "w") as archive:
+        for each, inside in members.items():
+            archive.writestr(each, inside)
+    assert "truncated or damaged" in refusal(leg, tmp_path / "m.npz")
+
+
+def test_a_footer_that_contradicts_itself(leg, tmp_path, refusal):
+    """pyarrow ended the process: a column that can't be missing, and statistics of where it is."""
+    pq.write_table(pa.table({"time": T, "hip": T, "slide": T}), tmp_path / "m.parquet", store_schema=False)
+    data = (tmp_path / "m.parquet").read_bytes()
+    optional, required = b"\x15\x0a\x25\x02\x18\x03hip", b"\x15\x0a\x25\x00\x18\x03hip"
+    assert data.count(optional) == 1
+    (tmp_path / "m.parquet").write_bytes(data.replace(optional, required))
+    assert "truncated or damaged" in refusal(leg, tmp_path / "m.parquet")
+
+
+def footer(path):
+    data = path.read_bytes()
+    return data[-8 - int.from_bytes(data[-8:-4], "little") : -8]
+
+
+def test_sizes_are_those_that_pyarrow_says(tmp_path):
+    table = pa.table({"time": T, "text": list("abcdefgh"), "lists": [[1.0] * k for k in range(8)], "deep": [{"a": [k], "b": None} for k in range(8)], "flag": T > 2})
+    for options in ({"row_group_size": 3}, {"compression": "zstd", "write_page_index": True, "use_dictionary": False}, {"data_page_version": "2.0", "store_schema": False}):
+        pq.write_table(table, tmp_path / "m.parquet", **options)
+        metadata = pq.ParquetFile(tmp_path / "m.parquet").metadata
+        groups = [[metadata.row_group(g).column(c) for c in range(metadata.num_columns)] for g in range(metadata.num_row_groups)]
+        assert parquet_footer.chunks(footer(tmp_path / "m.parquet")) == [[(c.num_values, c.total_uncompressed_size) for c in group] for group in groups]
+
+
+def test_what_is_no_footer(tmp_path):
+    pq.write_table(pa.table({"time": T}), tmp_path / "m.parquet")
+    whole = footer(tmp_path / "m.parquet")
+    lists = b"\x19" + b"\x19" * 40  # in lists in lists
+    structs = b"\x1c" * 40
+    for data in (*(whole[:k] for k in range(len(whole) - 1)), lists, structs, b"\x19\xfc\xff\xff\x03", b"\x49\x16\x00", b"\x1b\x00", b"\x16" + b"\xff" * 11):
+        with pytest.raises(ValueError):
+            parquet_footer.chunks(data)
