@@ -28,6 +28,8 @@ External wrenches are held in `external_axes`: in those of their links, with whi
 out: three arrays, one for each derivative.
 Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics Using Spatial Vector Algebra
 (RA-L 7(2), 2022); O(bodies × depth).
+Of mechanisms with loops they are along the mechanism, (…, nv, freedoms) each: by the coordinates that :meth:`independent` lists, one at a
+time, while the others follow.  There must be as many drives as freedoms, and out must be None.
 """,
     ),
     Algorithm(
@@ -77,6 +79,8 @@ External wrenches are held in `external_axes`: in those of their links, with whi
 out: three arrays, one for each derivative.
 From those of inverse dynamics and factors of the mass matrix: Carpentier and Mansard, Analytical Derivatives of Rigid Body
 Dynamics Algorithms (RSS 2018), eq. (27); O(nv² × depth).
+Of mechanisms with loops those by q and v are along the mechanism, (…, nv, freedoms), by the coordinates that :meth:`independent` lists;
+out must be None.
 """,
     ),
     Algorithm(

@@ -78,6 +78,8 @@ part: "constraint" is what the structure carries, H̄* f; "actuation" what lies 
 same of a mimic joint, which has no actuation; "total" their sum.  The effort of a drive that leads mimic joints is
 the sum of Sᵀ f of its own joint's actuation and, times their multipliers, of their couplings.  The split is made in
 the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
+Joints that close loops are named, too.  Components that rigid bodies leave open (:meth:`reactions_unique`) have the values of least norm,
+or with stiffness={joint: …}, as :meth:`with_stiffness` takes it, those of least energy.
 """,
     ),
     Algorithm(

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ksl.model import given
-from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, argument, external_in, items_of
+from ksl.model.requests import Requests
+from ksl.model.states import Array, External, ExternalAxes, argument, external_in, items_of
 from ksl.model.stiffness import Stiffness
-from ksl.model.surgery import Surgery
 
 CLOSING = ("closed", "out of reach", "singular", "limits", "nothing free")
 _CONTRADICTORY, _NEAREST = 2, 1
@@ -61,7 +61,7 @@ class Closed:
         return f"<ksl positions, {self.converged.size}: {ends or 'none'}; largest error {float(self.error.max(initial=0.0)):.3g} m>"
 
 
-class LoopCalls(Surgery):
+class LoopCalls(Requests):
     """The calls of a model.  Without loops their answers are those of a tree: no equations, all coordinates independent."""
 
     def mobility(self, q: ArrayLike) -> Mobility:
@@ -194,30 +194,9 @@ class LoopCalls(Surgery):
         """
         return ~(np.abs(self.reactions_null_basis(q, joints)) > 1e-9).any(axis=0)
 
-    def inverse_dynamics_derivatives(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, out: tuple[Array, Array, Array] | None = None,
-        threads: int | None = None, external_axes: ExternalAxes = "link",
-    ) -> tuple[Array, Array, Array]:  # fmt: skip
-        if not self.loops:
-            return super().inverse_dynamics_derivatives(q, v, a, external, out, threads, external_axes)
-        return self._along("inverse_dynamics_derivatives", q, v, (a, "a"), external, out, external_axes)
-
-    def forward_dynamics_derivatives(
-        self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None = None, out: tuple[Array, Array, Array] | None = None,
-        threads: int | None = None, external_axes: ExternalAxes = "link",
-    ) -> tuple[Array, Array, Array]:  # fmt: skip
-        if not self.loops:
-            return super().forward_dynamics_derivatives(q, v, tau, external, out, threads, external_axes)
-        return self._along("forward_dynamics_derivatives", q, v, (tau, "tau"), external, out, external_axes)
-
-    def reactions(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, on: Side = "child", at: Point = "joint",
-        axes: str = "joint", order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None, out: Array | None = None,
-        threads: int | None = None, external_axes: ExternalAxes = "link", stiffness: Mapping[str, Stiffness] | None = None,
-    ) -> Array:  # fmt: skip
-        if stiffness is None:
-            return super().reactions(q, v, a, external, on, at, axes, order, part, joints, out, threads, external_axes)
-        return self.with_stiffness(stiffness).reactions(q, v, a, external, on, at, axes, order, part, joints, out, threads, external_axes)
+    def _with_stiffness(self, stiffness: Mapping[str, Stiffness]) -> Any:
+        """The model with these stiffnesses, which is made by a room above."""
+        raise NotImplementedError
 
     def _along(
         self, call: str, q: ArrayLike, v: ArrayLike, x: tuple[ArrayLike, str], external: External | None, out: object, external_axes: ExternalAxes

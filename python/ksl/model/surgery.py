@@ -74,6 +74,9 @@ class Surgery(Calls):
         axes = {joint.name: joint.axis for joint in (*self.joints, *self.loops)}
         return self._made(self._core.with_compliances([(given.name(joint, "a joint"), compliance_of(joint, x, axes.get(joint))) for joint, x in given_too]))
 
+    def _with_stiffness(self: S, stiffness: Mapping[str, Stiffness]) -> S:
+        return self.with_stiffness(stiffness)
+
     def with_frozen_joints(self: S, joints: Mapping[str, ArrayLike]) -> S:
         """These joints become fixed at these positions.
 
