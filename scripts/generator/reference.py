@@ -102,5 +102,6 @@ def section(row: Algorithm) -> str:
 
 
 def files() -> dict[str, str]:
-    page = PAGE.format(mark=MARK, rows="\n".join(map(table_row, ALGORITHMS)), sections="\n".join(map(section, ALGORITHMS)))
+    public = [row for row in ALGORITHMS if row.closed != "plan"]
+    page = PAGE.format(mark=MARK, rows="\n".join(map(table_row, public)), sections="\n".join(map(section, public)))
     return {"docs/reference/dynamics.md": page}
