@@ -39,6 +39,7 @@ private:
   void check_expanded() const;
   void check_joint_elements() const;
   void read_loops();
+  void check_gazebo_joints() const;
   int minor_version() const;
   void read_link(pugi::xml_node node);
   void read_joint(pugi::xml_node node);
@@ -189,11 +190,26 @@ void urdf_reader::read_loops() {
     robot_.loops.clear();
     return;
   }
+  check_gazebo_joints();
   // also where there are no loops, which a program may add
   if (std::vector<std::string> drives = readers::driven_joints(root_.node(), robot_); !drives.empty()) {
     drives_ = {drives.begin(), drives.end()};
     robot_.drives = std::move(drives);
   }
+}
+
+/// Refuses joints between links of the robot in <gazebo>, which Gazebo adds to those of the tree.
+void urdf_reader::check_gazebo_joints() const {
+  for (const pugi::xml_node gazebo : root_.node().children("gazebo"))
+    for (const pugi::xml_node joint : gazebo.children("joint")) {
+      const auto is_link = [&](const char *tag) {
+        return links_.index.count(std::string(text::trimmed(joint.child_value(tag)))) > 0;
+      };
+      if (is_link("parent") && is_link("child"))
+        file_.refuse(joint, "joint " + quoted(joint.attribute("name").value()) +
+                                " in <gazebo> closes a loop; state it as <constraint>, or read the file without loops: "
+                                "loops=\"cut\" in Python, cut_loops in C++");
+    }
 }
 
 int urdf_reader::minor_version() const {

@@ -222,6 +222,8 @@ TEST_CASE("loops: what can't be read is refused") {
        {"r.urdf:4: a second joint is named \"ja\""}},
       {"<Constraint name=\"c\"/>", {"r.urdf:4: <Constraint> would close a loop", "write <constraint"}},
       {"<x:loop_joint name=\"c\"/>", {"<x:loop_joint> would close a loop"}},
+      {"<gazebo><joint name=\"g\" type=\"revolute\"><parent>a</parent><child>b</child></joint></gazebo>",
+       {"r.urdf:4: joint \"g\" in <gazebo> closes a loop", "<constraint>"}},
       {"<coupling name=\"k\"><predecessor link=\"a\"/><successor link=\"b\"/></coupling>",
        {"coupling k: <coupling> has no <ratio>"}},
       {"<coupling name=\"k\"><predecessor link=\"a\"/><successor link=\"base\"/><ratio value=\"1\"/></coupling>",
