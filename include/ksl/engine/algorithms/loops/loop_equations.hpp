@@ -159,7 +159,7 @@ template <class T> KSL_LANES void set_loop(const model_view<scalar_of<T>> &model
     ahead = A::dot_vv(&p[0], &s[0]) + A::dot_vv(&p[1], &s[1]) + A::dot_vv(&p[2], &s[2]);
   }
   const T tolerance(loop_tolerance<S>), length(loops.length);
-  w.fault = w.fault + fault_beyond(math<T>::select(ahead > T(S(0)), T(S(0)), T(S(1))), T(S(0.5)));
+  T fault = w.fault + fault_beyond(math<T>::select(ahead > T(S(0)), T(S(0)), T(S(1))), T(S(0.5)));
   for (int i = 0; i < joint.forces + joint.moments; ++i) {
     const bool force = i < joint.forces;
     const vec3<T> own = spread<T>(joint.direction[i]);
@@ -167,21 +167,24 @@ template <class T> KSL_LANES void set_loop(const model_view<scalar_of<T>> &model
     A::product_drv(&to.R, &own, &d);
     const int row = joint.first_row + i;
     const T scale(loops.row_scale[row]);
+    T *const line = &w.K[row * w.pitch];
     for (int k = 0; k < model.nv; ++k)
-      w.element(row, k) = T(S(0));
+      line[k] = T(S(0));
+    const screw<T> *const J = &w.J[0];
     for (int c = 0; c < n; ++c) {
-      const T x = A::dot_vv(&d, force ? &w.J[c].lin : &w.J[c].ang);
-      T &sum = w.element(row, loops.column[joint.columns_begin + c].v);
+      const T x = A::dot_vv(&d, force ? &J[c].lin : &J[c].ang);
+      T &sum = line[loops.column[joint.columns_begin + c].v];
       sum = c < middle ? sum + x : sum - x;
     }
     const T speed = A::dot_vv(&d, force ? &W.lin : &W.ang) * scale, b = A::dot_vv(&d, force ? &rate.lin : &rate.ang);
     const T open = A::dot_vv(&d, force ? &gap : &turned) * scale;
-    w.element(row, model.nv) = -b;
-    w.fault = w.fault + fault_beyond(open, tolerance * length);
-    w.fault = w.fault + fault_beyond(speed, tolerance * T(S(0.25)) * moved + T(S(1e-12)) * length);
+    line[model.nv] = -b;
+    fault = fault + fault_beyond(open, tolerance * length);
+    fault = fault + fault_beyond(speed, tolerance * T(S(0.25)) * moved + T(S(1e-12)) * length);
     if (a)
-      w.fault = w.fault + fault_beyond(b * scale, tolerance * T(S(0.25)) * accelerated + T(S(1e-12)) * length);
+      fault = fault + fault_beyond(b * scale, tolerance * T(S(0.25)) * accelerated + T(S(1e-12)) * length);
   }
+  w.fault = fault;
 }
 
 /// K and b of all loops, for positions whose bodies are set in w.world.
@@ -193,44 +196,54 @@ template <class T> KSL_LANES void set_loop_equations(const model_view<scalar_of<
     set_loop(model, w, l, v, a);
 }
 
+/// x[columns] −= factor y[columns], and the same of the last column.
+template <class T> KSL_LANES void subtract_columns(const T &factor, const T *y, T *x, const int *columns, int n, int last) {
+  for (int j = 0; j < n; ++j)
+    x[columns[j]] = x[columns[j]] - factor * y[columns[j]];
+  x[last] = x[last] - factor * y[last];
+}
+
 /// Eliminates by the plan, and solves for the dependent coordinates.
 template <class T> KSL_LANES void eliminate_by_plan(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w) {
   using S = scalar_of<T>;
   const loop_view<S> &loops = *model.loops;
-  const int b = model.nv, f = loops.freedoms;
-  for (int k = 0; k < loops.pivots; ++k) {
-    const loop_pivot &p = loops.pivot[k];
-    const T pivot = w.element(p.row, p.column);
-    const T scaled = pivot * T(loops.row_scale[p.row] * loops.column_scale[p.column]);
-    w.fault = w.fault + fault_beyond(T(least_pivot<S>), math<T>::fabs(scaled));
-    const T inverse = T(S(1)) / pivot;
+  const int b = model.nv, f = loops.freedoms, pitch = w.pitch, pivots = loops.pivots;
+  T *const K = &w.K[0], *const solved = &w.solved[0];
+  const int *const list = loops.list, *const independent = loops.independent;
+  T smallest = T(S(1)), fault = w.fault;
+  for (int k = 0; k < pivots; ++k) {
+    const loop_pivot p = loops.pivot[k];
+    const T *const row = K + p.row * pitch;
+    const T pivot = row[p.column], inverse = T(S(1)) / pivot;
+    const T scaled = math<T>::fabs(pivot) * T(loops.row_scale[p.row] * loops.column_scale[p.column]);
+    smallest = math<T>::select(scaled < smallest, scaled, smallest);
     for (int i = p.rows_begin; i < p.rows_end; ++i) {
-      const int row = loops.list[i];
-      const T factor = w.element(row, p.column) * inverse;
-      w.element(row, p.column) = factor;
-      for (int j = p.columns_begin; j < p.columns_end; ++j)
-        w.element(row, loops.list[j]) = w.element(row, loops.list[j]) - factor * w.element(p.row, loops.list[j]);
-      w.element(row, b) = w.element(row, b) - factor * w.element(p.row, b);
+      T *const target = K + list[i] * pitch;
+      const T factor = target[p.column] * inverse;
+      target[p.column] = factor;
+      subtract_columns(factor, row, target, list + p.columns_begin, p.columns_end - p.columns_begin, b);
     }
   }
-  for (int r = 0; r < loops.rows - loops.pivots; ++r) { // equations that follow from the others have nothing left
+  fault = fault + fault_beyond(T(least_pivot<S>), smallest);
+  for (int r = 0; r < loops.rows - pivots; ++r) { // equations that follow from the others have nothing left
     const int row = loops.redundant[r];
     for (int j = 0; j < f; ++j)
-      w.fault = w.fault + fault_beyond(w.element(row, loops.independent[j]) *
-                                           T(loops.row_scale[row] * loops.column_scale[loops.independent[j]]),
-                                       T(largest_rest<S>));
+      fault = fault + fault_beyond(K[row * pitch + independent[j]] * T(loops.row_scale[row] * loops.column_scale[independent[j]]),
+                                   T(largest_rest<S>));
   }
-  for (int k = loops.pivots - 1; k >= 0; --k) {
-    const loop_pivot &p = loops.pivot[k];
-    const T inverse = T(S(1)) / w.element(p.row, p.column);
-    T *const out = &w.solved[k * (f + 1)];
+  w.fault = fault;
+  for (int k = pivots - 1; k >= 0; --k) {
+    const loop_pivot p = loops.pivot[k];
+    const T *const row = K + p.row * pitch;
+    const T inverse = T(S(1)) / row[p.column];
+    T *const out = solved + k * (f + 1);
     for (int j = 0; j < f; ++j)
-      out[j] = w.element(p.row, loops.independent[j]);
-    out[f] = w.element(p.row, b);
+      out[j] = row[independent[j]];
+    out[f] = row[b];
     for (int i = p.later_begin; i < p.later_end; ++i) {
-      const int step = loops.list[i];
-      const T factor = w.element(p.row, loops.pivot[step].column);
-      const T *const later = &w.solved[step * (f + 1)];
+      const int step = list[i];
+      const T factor = row[loops.pivot[step].column];
+      const T *const later = solved + step * (f + 1);
       for (int j = 0; j <= f; ++j)
         out[j] = out[j] - factor * later[j];
     }
