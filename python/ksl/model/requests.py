@@ -181,7 +181,7 @@ class Requests(Mechanism):
 
     def _carried_link(self, joint: str) -> int:
         """What a request calls a joint: the index of the link that it carries; for one that closes a loop, a number after those of all links."""
-        if joint in self._loop_index:
+        if isinstance(joint, str) and joint in self._loop_index:
             return len(self._link_index) + self._loop_index[joint]
         return self._link_index[self.joint(joint).child]
 
