@@ -281,12 +281,12 @@ void add_calls(nb::class_<ksl::model> &model) {
   for (const ksl::algorithm_row *row : ksl::rows::all)
     if (row->closed != ksl::closed_by::plan)
       model.def(
-        row->name,
-        [row](const ksl::model &m, nb::handle q, nb::handle x, nb::handle y, nb::handle z, nb::handle external,
-              nb::handle request, nb::handle out,
-              nb::handle threads) { return calls::run(*row, m, {q, x, y, z}, external, request, out, threads); },
-        "q"_a.none(), "x"_a.none(), "y"_a.none(), "z"_a.none(), "external"_a.none(), "request"_a.none(), "out"_a.none(),
-        "threads"_a.none());
+          row->name,
+          [row](const ksl::model &m, nb::handle q, nb::handle x, nb::handle y, nb::handle z, nb::handle external,
+                nb::handle request, nb::handle out,
+                nb::handle threads) { return calls::run(*row, m, {q, x, y, z}, external, request, out, threads); },
+          "q"_a.none(), "x"_a.none(), "y"_a.none(), "z"_a.none(), "external"_a.none(), "request"_a.none(),
+          "out"_a.none(), "threads"_a.none());
 }
 
 void add_loading(nb::module_ &module) {

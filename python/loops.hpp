@@ -98,8 +98,8 @@ struct externals {
 
 /// Derivatives along the mechanism of inverse or of forward dynamics: three arrays, and the number of independent coordinates, which must be
 /// the same in all states.
-inline nb::object derivatives(const ksl::model &m, nb::handle q, nb::handle v, nb::handle x, const std::vector<int> &links,
-                              const nb::list &wrenches, bool in_world, bool forward) {
+inline nb::object derivatives(const ksl::model &m, nb::handle q, nb::handle v, nb::handle x,
+                              const std::vector<int> &links, const nb::list &wrenches, bool in_world, bool forward) {
   const rows Q(q), V(v), X(x);
   const externals e(links, wrenches, in_world);
   ksl::data d(m);
@@ -107,16 +107,20 @@ inline nb::object derivatives(const ksl::model &m, nb::handle q, nb::handle v, n
   std::vector<int> indices(nv);
   std::vector<double> memory;
   const std::size_t f = Q.states ? static_cast<std::size_t>(ksl::independent(m, d, Q[0], indices.data())) : 0;
-  nb::object out[3] = {new_rows(Q.states, nv * f), new_rows(Q.states, nv * f), new_rows(Q.states, nv * (forward ? nv : f))};
+  nb::object out[3] = {new_rows(Q.states, nv * f), new_rows(Q.states, nv * f),
+                       new_rows(Q.states, nv * (forward ? nv : f))};
   for (std::size_t k = 0; k < Q.states; ++k) {
     if (static_cast<std::size_t>(ksl::independent(m, d, Q[k], indices.data())) != f)
-      throw std::invalid_argument("state " + std::to_string(k) + " has another number of freedoms than state 0; call it alone");
+      throw std::invalid_argument("state " + std::to_string(k) +
+                                  " has another number of freedoms than state 0; call it alone");
     double *const by_q = data_of(out[0]) + k * nv * f, *const by_v = data_of(out[1]) + k * nv * f;
     const ksl::external_wrenches<double> of_state = e.of_state(k, memory);
     if (forward)
-      ksl::closed_forward_dynamics_derivatives(m, d, Q[k], V[k], X[k], of_state, by_q, by_v, data_of(out[2]) + k * nv * nv);
+      ksl::closed_forward_dynamics_derivatives(m, d, Q[k], V[k], X[k], of_state, by_q, by_v,
+                                               data_of(out[2]) + k * nv * nv);
     else
-      ksl::closed_inverse_dynamics_derivatives(m, d, Q[k], V[k], X[k], of_state, by_q, by_v, data_of(out[2]) + k * nv * f);
+      ksl::closed_inverse_dynamics_derivatives(m, d, Q[k], V[k], X[k], of_state, by_q, by_v,
+                                               data_of(out[2]) + k * nv * f);
   }
   return nb::make_tuple(out[0], out[1], out[2], f);
 }
@@ -152,8 +156,9 @@ inline void add_loops(nb::class_<ksl::model> &model) {
           "loop_acceleration",
           [](const ksl::model &m, nb::handle q, nb::handle v, nb::handle a) {
             const rows Q(q), V(v), A(a);
-            return each(m, Q.states, static_cast<std::size_t>(ksl::loop_rows(m)),
-                        [&](ksl::data &d, std::size_t k, double *out) { ksl::loop_acceleration(m, d, Q[k], V[k], A[k], out); });
+            return each(
+                m, Q.states, static_cast<std::size_t>(ksl::loop_rows(m)),
+                [&](ksl::data &d, std::size_t k, double *out) { ksl::loop_acceleration(m, d, Q[k], V[k], A[k], out); });
           },
           "q"_a, "v"_a, "a"_a)
       .def(
@@ -164,7 +169,8 @@ inline void add_loops(nb::class_<ksl::model> &model) {
             std::vector<int> redundant(static_cast<std::size_t>(ksl::loop_rows(m)));
             const ksl::loop_mobility found = ksl::mobility(m, d, Q[0], redundant.data());
             redundant.resize(static_cast<std::size_t>(std::max(found.redundant, 0)));
-            return nb::make_tuple(found.mobility, found.rank, found.redundant, found.smallest, found.next, found.length, redundant);
+            return nb::make_tuple(found.mobility, found.rank, found.redundant, found.smallest, found.next, found.length,
+                                  redundant);
           },
           "q"_a)
       .def(
@@ -183,9 +189,10 @@ inline void add_loops(nb::class_<ksl::model> &model) {
             const rows Q(q), V(v);
             const std::vector<unsigned char> is_given = flags(m, given);
             std::vector<int> how(Q.states);
-            nb::object out = each(m, Q.states, static_cast<std::size_t>(m.nv()), [&](ksl::data &d, std::size_t k, double *x) {
-              how[k] = static_cast<int>(ksl::consistent_velocity(m, d, Q[k], V[k], is_given.data(), x));
-            });
+            nb::object out =
+                each(m, Q.states, static_cast<std::size_t>(m.nv()), [&](ksl::data &d, std::size_t k, double *x) {
+                  how[k] = static_cast<int>(ksl::consistent_velocity(m, d, Q[k], V[k], is_given.data(), x));
+                });
             return nb::make_tuple(out, how);
           },
           "q"_a, "v"_a, "given"_a)
@@ -195,9 +202,10 @@ inline void add_loops(nb::class_<ksl::model> &model) {
             const rows Q(q), V(v), A(a);
             const std::vector<unsigned char> is_given = flags(m, given);
             std::vector<int> how(Q.states);
-            nb::object out = each(m, Q.states, static_cast<std::size_t>(m.nv()), [&](ksl::data &d, std::size_t k, double *x) {
-              how[k] = static_cast<int>(ksl::consistent_acceleration(m, d, Q[k], V[k], A[k], is_given.data(), x));
-            });
+            nb::object out =
+                each(m, Q.states, static_cast<std::size_t>(m.nv()), [&](ksl::data &d, std::size_t k, double *x) {
+                  how[k] = static_cast<int>(ksl::consistent_acceleration(m, d, Q[k], V[k], A[k], is_given.data(), x));
+                });
             return nb::make_tuple(out, how);
           },
           "q"_a, "v"_a, "a"_a, "given"_a)
@@ -209,9 +217,10 @@ inline void add_loops(nb::class_<ksl::model> &model) {
             std::vector<int> how(Q.states);
             std::vector<double> error(Q.states);
             const ksl::close_options options = {limits, iterations};
-            nb::object out = each(m, Q.states, static_cast<std::size_t>(m.nq()), [&](ksl::data &d, std::size_t k, double *x) {
-              how[k] = static_cast<int>(ksl::close(m, d, Q[k], held.data(), options, x, &error[k]));
-            });
+            nb::object out =
+                each(m, Q.states, static_cast<std::size_t>(m.nq()), [&](ksl::data &d, std::size_t k, double *x) {
+                  how[k] = static_cast<int>(ksl::close(m, d, Q[k], held.data(), options, x, &error[k]));
+                });
             return nb::make_tuple(out, how, error);
           },
           "q"_a, "hold"_a, "limits"_a, "iterations"_a)
@@ -220,7 +229,8 @@ inline void add_loops(nb::class_<ksl::model> &model) {
           "reaction_patterns",
           [](const ksl::model &m, nb::handle q) {
             const rows Q(q);
-            const std::size_t length = 6 * (m.joints().size() + m.loops().size()), most = static_cast<std::size_t>(ksl::loop_rows(m));
+            const std::size_t length = 6 * (m.joints().size() + m.loops().size()),
+                              most = static_cast<std::size_t>(ksl::loop_rows(m));
             ksl::data d(m);
             std::vector<double> found(most * length);
             const std::size_t n = static_cast<std::size_t>(ksl::reaction_patterns(m, d, Q[0], found.data()));

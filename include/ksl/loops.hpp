@@ -30,9 +30,9 @@ KSL_EXPORT void loop_acceleration(const model &m, data &d, const double *q, cons
 /// What the singular values of J say, with rows of moments multiplied and coordinates that turn divided by `length`, so that all are
 /// lengths.  A value counts as zero below 1e-9 of the largest term that enters J before terms cancel.
 struct loop_mobility {
-  int mobility;  ///< freedoms at the position, nv − rank
-  int rank;      ///< independent equations
-  int redundant; ///< rows − rank
+  int mobility;    ///< freedoms at the position, nv − rank
+  int rank;        ///< independent equations
+  int redundant;   ///< rows − rank
   double smallest; ///< the smallest singular value that counts, relative to that term; 0 for rank 0
   double next;     ///< the largest one that doesn't; 0 if there is none
   double length;   ///< m
@@ -54,8 +54,8 @@ enum class completion {
 KSL_EXPORT completion consistent_velocity(const model &m, data &d, const double *q, const double *v,
                                           const unsigned char *given, double *out);
 /// The same for accelerations, at velocities v that keep the loops closed.
-KSL_EXPORT completion consistent_acceleration(const model &m, data &d, const double *q, const double *v, const double *a,
-                                              const unsigned char *given, double *out);
+KSL_EXPORT completion consistent_acceleration(const model &m, data &d, const double *q, const double *v,
+                                              const double *a, const unsigned char *given, double *out);
 
 /// How a search for a closed position ended.
 enum class closing {
@@ -72,8 +72,8 @@ struct close_options {
 /// out (nq): a closed position near q, with the joints' coordinates that are to be held (nv flags) kept: one where Σ (difference)² is
 /// stationary, converged to 1e-12 of the mechanism's length.  error: the largest component left, in m, angles times the length.  Gauss–Newton
 /// steps with a line search, then steps along the closed positions.
-KSL_EXPORT closing close(const model &m, data &d, const double *q, const unsigned char *hold, const close_options &options,
-                         double *out, double *error);
+KSL_EXPORT closing close(const model &m, data &d, const double *q, const unsigned char *hold,
+                         const close_options &options, double *out, double *error);
 
 /// patterns: wrenches that may be added to those of all joints without a change that can be observed, orthonormal over all joints in N and
 /// N m, each at its frame on the side called child: (redundant, joints().size() + loops().size(), 6).  Returns their number.
@@ -82,13 +82,13 @@ KSL_EXPORT int reaction_patterns(const model &m, data &d, const double *q, doubl
 /// Derivatives of inverse dynamics along the mechanism, (nv, freedoms) each: by the coordinates that independent() lists in q, in v and in
 /// a, one at a time, while the others follow.  Rows of joints without a motor are zero.  External wrenches are held in their axes.  Throws
 /// result_error, which allocates, for a state that is not closed, and unless there are as many drives as freedoms.
-KSL_EXPORT void closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *a,
-                                                    const external_wrenches<double> &external, double *by_q, double *by_v,
-                                                    double *by_a);
+KSL_EXPORT void closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q, const double *v,
+                                                    const double *a, const external_wrenches<double> &external,
+                                                    double *by_q, double *by_v, double *by_a);
 
 /// The same of forward dynamics: by_q and by_v (nv, freedoms), by_tau (nv, nv).
-KSL_EXPORT void closed_forward_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *tau,
-                                                    const external_wrenches<double> &external, double *by_q, double *by_v,
-                                                    double *by_tau);
+KSL_EXPORT void closed_forward_dynamics_derivatives(const model &m, data &d, const double *q, const double *v,
+                                                    const double *tau, const external_wrenches<double> &external,
+                                                    double *by_q, double *by_v, double *by_tau);
 
 } // namespace ksl

@@ -75,7 +75,7 @@ struct joint_row {
 struct loop_row {
   std::string name;
   joint_kind kind;
-  int predecessor, successor; ///< links: the sides that a file calls parent and child
+  int predecessor, successor;                   ///< links: the sides that a file calls parent and child
   SE3<double> predecessor_pose, successor_pose; ///< of its frame on each side, in the link's frame
   vec3<double> axis, axis2;                     ///< unit vectors, the same in both frames; for kinds that have them
   double pitch;                                 ///< m/rad; of helical joints

@@ -36,10 +36,9 @@ template <class S> bool compute_one(const algorithm_row &row, const model &m, co
   const bool closed = loops::is_closed(row, m), direct = m.followers() == 0 && !closed;
   const kernels_in<S> &kernel = kernels_of_row<S>(row);
   const model_view<S> view = m.view_in<S>();
-  const std::size_t bytes =
-      closed   ? loops::state_bytes<S>(m, loops::room_for(batch))
-      : direct ? kernel.workspace_bytes(view)
-               : coupled::state_bytes<S>(row, m, extents_of(m, batch));
+  const std::size_t bytes = closed   ? loops::state_bytes<S>(m, loops::room_for(batch))
+                            : direct ? kernel.workspace_bytes(view)
+                                     : coupled::state_bytes<S>(row, m, extents_of(m, batch));
   one_state_memory<S> state;
   arena measure(nullptr);
   state.lay_out(measure, row, m, batch, bytes);

@@ -95,15 +95,20 @@ void check_compliances(const robot_description &robot) {
   for (const joint_compliance &of : robot.compliances) {
     const std::string who = "stiffness of joint " + quoted(of.joint) + ": ";
     if (std::find(names.begin(), names.end(), of.joint) == names.end())
-      refuse(robot, {}, who + "there is no such joint" + text::suggestion(of.joint, names, "name some of " + text::listed(names)));
+      refuse(robot, {},
+             who + "there is no such joint" + text::suggestion(of.joint, names, "name some of " + text::listed(names)));
     if (!seen.insert(of.joint).second)
       refuse(robot, {}, who + "it is given twice; give it once");
     for (std::size_t i = 0; i < 6; ++i)
       for (std::size_t k = 0; k <= i; ++k) {
-        const double x = of.matrix[6 * i + k], y = of.matrix[6 * k + i], most = std::sqrt(of.matrix[7 * i] * of.matrix[7 * k]);
-        if (!std::isfinite(x) || std::fabs(x - y) > 1e-9 * most || std::fabs(x) > most * (1 + 1e-9) || (i == k && x < 0))
-          refuse(robot, {},
-                 who + "its compliance is not finite, symmetric and positive semidefinite; correct its stiffnesses, which are positive");
+        const double x = of.matrix[6 * i + k], y = of.matrix[6 * k + i],
+                     most = std::sqrt(of.matrix[7 * i] * of.matrix[7 * k]);
+        if (!std::isfinite(x) || std::fabs(x - y) > 1e-9 * most || std::fabs(x) > most * (1 + 1e-9) ||
+            (i == k && x < 0))
+          refuse(
+              robot, {},
+              who +
+                  "its compliance is not finite, symmetric and positive semidefinite; correct its stiffnesses, which are positive");
       }
   }
 }

@@ -200,7 +200,12 @@ constexpr std::ptrdiff_t numbers_of(const result_row &result, const extents &of)
 
 /// The extents of a model and of a state or batch.
 template <class Model, class View> constexpr extents extents_of(const Model &model, const View &view) {
-  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.tree_elements, model.links,
+  return {model.nq,
+          model.nv,
+          view.links.n,
+          view.joints ? view.joints->n : 0,
+          model.tree_elements,
+          model.links,
           model.loops ? 2 * model.loops->loops : 0};
 }
 

@@ -10,11 +10,11 @@ static const double q[3] = {-1.047197551197, 0.471236417257, -1.564393222866};
 static const double v[3] = {8, -9.578753074881, 1.739492348256};
 static const double a[3] = {65.268101754609, -98.97355951642, -14.708667649879};
 
-static int near(double x, double expected, double limit) { return fabs(x - expected) <= limit * fmax(1, fabs(expected)); }
-
-static ksl_SE3_t along_x(double x) {
-  return ksl_SE3_fromRt(ksl_mat3x3(1, 0, 0, 0, 1, 0, 0, 0, 1), ksl_vec3(x, 0, 0));
+static int near(double x, double expected, double limit) {
+  return fabs(x - expected) <= limit * fmax(1, fabs(expected));
 }
+
+static ksl_SE3_t along_x(double x) { return ksl_SE3_fromRt(ksl_mat3x3(1, 0, 0, 0, 1, 0, 0, 0, 1), ksl_vec3(x, 0, 0)); }
 
 static ksl_model_t *four_bar(void) {
   const char *names[] = {"crank", "coupler", "rocker"}, *drives[] = {"A"};
@@ -59,7 +59,8 @@ static void test_dynamics(const ksl_model_t *m, ksl_data_t *d) {
   const int loop = ksl_model_joints(m);
   ksl_reaction_options_t in_world = {0};
   in_world.axes = KSL_WORLD;
-  CHECK(ksl_inverse_dynamics_with_reactions(m, d, closed, speed, found, NULL, tau, 1, &loop, &in_world, wrench) == KSL_OK);
+  CHECK(ksl_inverse_dynamics_with_reactions(m, d, closed, speed, found, NULL, tau, 1, &loop, &in_world, wrench) ==
+        KSL_OK);
   CHECK(near(wrench[0], 3.772624394349, 1e-9) && near(wrench[2], 7.538524905281, 1e-9));
   for (int i = 0; i < 3; ++i)
     CHECK(fabs(tau[i]) < 1e-9);
@@ -87,16 +88,17 @@ static void test_geometry(const ksl_model_t *m, ksl_data_t *d) {
   CHECK(ksl_consistent_acceleration(m, d, closed, jump, a, (const bool[]){true, false, false}, by_q) == KSL_OK);
   CHECK(ksl_loop_acceleration(m, d, closed, jump, by_q, rate) == KSL_OK);
   for (int i = 0; i < 5; ++i)
-    CHECK(fabs(errors[i]) < 1e-12 && fabs(J[3 * i] * jump[0] + J[3 * i + 1] * jump[1] + J[3 * i + 2] * jump[2]) < 1e-12 &&
-          fabs(rate[i]) < 1e-9);
+    CHECK(fabs(errors[i]) < 1e-12 &&
+          fabs(J[3 * i] * jump[0] + J[3 * i + 1] * jump[1] + J[3 * i + 2] * jump[2]) < 1e-12 && fabs(rate[i]) < 1e-9);
   CHECK(ksl_reaction_patterns(m, d, closed, patterns, &n) == KSL_OK && n == 3);
   CHECK(ksl_closed_inverse_dynamics_derivatives(m, d, closed, jump, by_q, NULL, by_v, by_a, by_tau) == KSL_OK);
   const double inertia = by_tau[0];
   CHECK(inertia > 0 && by_tau[1] == 0 && by_tau[2] == 0);
   CHECK(ksl_closed_forward_dynamics_derivatives(m, d, closed, jump, by_v, NULL, by_q, by_a, by_tau) == KSL_OK);
   CHECK(near(by_tau[0] * inertia, 1, 1e-9));
-  CHECK_REFUSED(ksl_consistent_velocity(m, d, closed, (const double[]){1, 1, 1}, (const bool[]){true, true, true}, jump), KSL_BAD_ARGUMENT,
-                "no motion of the closed mechanism");
+  CHECK_REFUSED(
+      ksl_consistent_velocity(m, d, closed, (const double[]){1, 1, 1}, (const bool[]){true, true, true}, jump),
+      KSL_BAD_ARGUMENT, "no motion of the closed mechanism");
   CHECK_REFUSED(ksl_loop_error(m, d, NULL, errors), KSL_BAD_ARGUMENT, "null");
 }
 

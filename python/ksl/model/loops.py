@@ -134,7 +134,7 @@ class LoopCalls(Requests):
         start, _ = self._states((q, "q", self.nq))
         if type(starts) is bool or not isinstance(starts, (int, np.integer)) or starts < 1:
             raise ValueError(f"starts={starts!r}; expected a number of starts, 1 or more")
-        held = [joint for joint in (self.joint(name) for name in self._names_of(hold, "hold"))]
+        held = [self.joint(name) for name in self._names_of(hold, "hold")]
         tried = np.vstack([start[:1], self.random(seed, size=int(starts) - 1)])
         for joint in held:
             tried[:, joint.q_index : joint.q_index + joint.nq] = start[0, joint.q_index : joint.q_index + joint.nq]

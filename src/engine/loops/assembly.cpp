@@ -17,7 +17,8 @@ void assembly::lay_out(arena &memory) {
   eliminate_.lay_out(memory, rows, nv);
   error_ = memory.take<double>(rows), right_ = memory.take<double>(rows), step_ = memory.take<double>(nv);
   trial_ = memory.take<double>(nq), far_ = memory.take<double>(nv), kept_ = memory.take<double>(nq);
-  tangent_ = memory.take<double>(nv), kept_step_ = memory.take<double>(nv), fixed_ = memory.take<unsigned char>(nv), reached_ = memory.take<double>(1);
+  tangent_ = memory.take<double>(nv), kept_step_ = memory.take<double>(nv), fixed_ = memory.take<unsigned char>(nv),
+  reached_ = memory.take<double>(1);
 }
 
 completion assembly::complete(const double *near, const unsigned char *given, const double *b, double *x) {
@@ -41,7 +42,8 @@ completion assembly::complete(const double *near, const unsigned char *given, co
   return free > solve_.rank ? completion::nearest : completion::unique;
 }
 
-completion assembly::complete_acceleration(const double *q, const double *v, const double *near, const unsigned char *given, double *x) {
+completion assembly::complete_acceleration(const double *q, const double *v, const double *near,
+                                           const unsigned char *given, double *x) {
   g_.set_position(q);
   std::fill_n(tangent_, m_.nv(), 0.0);
   g_.acceleration(q, v, tangent_, error_, nullptr);
@@ -105,7 +107,8 @@ void assembly::set_step() {
   int fixed = 0;
   for (int j = 0; j < nv; ++j)
     fixed += fixed_[j];
-  is_determined_ = nv - fixed <= t_.rows && eliminate_.determine(g_.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g_.size(), fixed_, fixed);
+  is_determined_ = nv - fixed <= t_.rows && eliminate_.determine(g_.jacobian(), t_.row_scale.data(),
+                                                                 t_.column_scale.data(), g_.size(), fixed_, fixed);
   if (is_determined_)
     eliminate_.solve_determined(right_, step_);
   else
@@ -184,7 +187,8 @@ void assembly::move_nearer(const double *start, double *q, const close_options &
   }
 }
 
-closing assembly::close(const double *q, const unsigned char *hold, const close_options &options, double *out, double *error) {
+closing assembly::close(const double *q, const unsigned char *hold, const close_options &options, double *out,
+                        double *error) {
   const int nv = m_.nv();
   std::copy_n(q, m_.nq(), out);
   std::copy_n(hold, nv, fixed_);

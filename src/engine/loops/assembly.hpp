@@ -20,7 +20,8 @@ public:
   completion complete(const double *near, const unsigned char *given, const double *b, double *x);
 
   /// The same for accelerations at q and v: K x = −K̇ v.
-  completion complete_acceleration(const double *q, const double *v, const double *near, const unsigned char *given, double *x);
+  completion complete_acceleration(const double *q, const double *v, const double *near, const unsigned char *given,
+                                   double *x);
 
   geometry &at() { return g_; }
 

@@ -22,7 +22,8 @@ public:
   void lay_out(arena &memory) {
     const int nq = m_.nq(), nv = m_.nv();
     c_.lay_out(memory, room_.externals);
-    q_ = memory.take<double>(nq), v_ = memory.take<double>(nv), a_ = memory.take<double>(nv), tau_ = memory.take<double>(nv);
+    q_ = memory.take<double>(nq), v_ = memory.take<double>(nv), a_ = memory.take<double>(nv),
+    tau_ = memory.take<double>(nv);
     result_ = memory.take<double>(5 * nv), wrenches_ = memory.take<double>(6 * room_.externals);
     reactions_ = memory.take<double>(6 * room_.joints), links_ = memory.take<int>(room_.joints);
   }
@@ -146,9 +147,10 @@ void require_closed(const algorithm_row &row, const model &m) {
     throw std::invalid_argument(std::string(row.name) + " is private");
   if (m.loops().empty() || row.closed != closed_by::refusal)
     return;
-  throw std::invalid_argument(std::string(row.name) +
-                              " is not available for mechanisms with loops, whose coordinates depend on each other; the tree that is left "
-                              "when loops are cut has it, which is another machine: loops=\"cut\", or without_loops");
+  throw std::invalid_argument(
+      std::string(row.name) +
+      " is not available for mechanisms with loops, whose coordinates depend on each other; the tree that is left "
+      "when loops are cut has it, which is another machine: loops=\"cut\", or without_loops");
 }
 
 template <class S> room room_for(const state_view<S> &s) {

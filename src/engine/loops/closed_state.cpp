@@ -13,7 +13,8 @@ void closed_state::lay_out(arena &memory, int externals) {
   for (double *&x : rows_)
     x = memory.take<double>(m);
   lambda_ = memory.take<double>(m), null_lambda_ = memory.take<double>(m * m);
-  zero_ = memory.take<double>(nv), tree_ = memory.take<double>(nv), left_ = memory.take<double>(nv), a0_ = memory.take<double>(nv);
+  zero_ = memory.take<double>(nv), tree_ = memory.take<double>(nv), left_ = memory.take<double>(nv),
+  a0_ = memory.take<double>(nv);
   G_ = memory.take<double>(nv * nv), M_ = memory.take<double>(nv * nv), MG_ = memory.take<double>(nv * nv);
   H_ = memory.take<double>(nv * nv), small_ = memory.take<double>(4 * nv);
   reactions_ = memory.take<double>(6 * (joints() + loops));
@@ -51,7 +52,8 @@ void closed_state::set_G() {
 
 void closed_state::set_open_position(const double *q) {
   g_.set_position(q);
-  k_.factor(g_.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g_.size(), t_.is_driven.data(), static_cast<int>(t_.drives.size()));
+  k_.factor(g_.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g_.size(), t_.is_driven.data(),
+            static_cast<int>(t_.drives.size()));
   set_G();
 }
 
@@ -88,7 +90,8 @@ finding closed_state::efforts_of_drives(const double *y, double *tau) {
     for (int d = 0; d < n; ++d) {
       const std::size_t drive = static_cast<std::size_t>(t_.drives[static_cast<std::size_t>(d)]);
       basis[j * n + d] = G_[static_cast<int>(drive) * f + j];
-      scaled[j * n + d] = basis[j * n + d] * t_.column_scale[static_cast<std::size_t>(k_.independent()[j])] / t_.column_scale[drive];
+      scaled[j * n + d] =
+          basis[j * n + d] * t_.column_scale[static_cast<std::size_t>(k_.independent()[j])] / t_.column_scale[drive];
     }
   const auto reduce = [n](double *from, const double *by) {
     double along = 0;
@@ -116,7 +119,8 @@ finding closed_state::efforts_of_drives(const double *y, double *tau) {
   }
   for (int j = 0; j < f; ++j) {
     double *const g = basis + j * n;
-    for (int pass = 0; pass < 2; ++pass) // what is taken off g_j is Σ_k r_k ĝ_k: its share of the right side goes with it
+    for (int pass = 0; pass < 2;
+         ++pass) // what is taken off g_j is Σ_k r_k ĝ_k: its share of the right side goes with it
       for (int k = 0; k < j; ++k)
         wanted[j] -= reduce(g, basis + k * n) * wanted[k];
     wanted[j] /= normalise(g);
@@ -139,8 +143,8 @@ finding closed_state::steady_acceleration(const double *q, const double *v, doub
   return {};
 }
 
-finding closed_state::inverse_dynamics(const double *q, const double *v, const double *a, const external_wrenches<double> &e,
-                                       double *tau) {
+finding closed_state::inverse_dynamics(const double *q, const double *v, const double *a,
+                                       const external_wrenches<double> &e, double *tau) {
   if (v) {
     g_.velocity(v, rows_[0], rows_[1]);
     if (const finding fault = check(finding::kind::velocity, rows_[0], rows_[1], false))
@@ -209,8 +213,8 @@ void closed_state::set_multipliers(const double *q, const double *v, const doubl
   k_.multipliers(left_, lambda_);
 }
 
-finding closed_state::forward_dynamics(const double *q, const double *v, const double *tau, const external_wrenches<double> &e,
-                                       double *a) {
+finding closed_state::forward_dynamics(const double *q, const double *v, const double *tau,
+                                       const external_wrenches<double> &e, double *a) {
   if (const finding fault = steady_acceleration(q, v, a0_))
     return fault;
   state_view<double> s;

@@ -30,7 +30,7 @@ struct finding {
     more_drives,  ///< they are more than the freedoms, where they must be as many
     massless      ///< a freedom moves no mass
   } what = kind::none;
-  int row = -1;              ///< equation, or coordinate in v
+  int row = -1; ///< equation, or coordinate in v
   double value = 0, allowed = 0;
   int freedoms = 0;
 
@@ -54,12 +54,14 @@ public:
   void set_open_position(const double *q);
 
   /// Efforts (nv) of the drives at (q, v, a), and the multipliers.  v and a null are zero.
-  finding inverse_dynamics(const double *q, const double *v, const double *a, const external_wrenches<double> &e, double *tau);
+  finding inverse_dynamics(const double *q, const double *v, const double *a, const external_wrenches<double> &e,
+                           double *tau);
 
   /// The accelerations (nv) at rest of the independent coordinates.
   finding steady_acceleration(const double *q, const double *v, double *a);
 
-  finding forward_dynamics(const double *q, const double *v, const double *tau, const external_wrenches<double> &e, double *a);
+  finding forward_dynamics(const double *q, const double *v, const double *tau, const external_wrenches<double> &e,
+                           double *a);
 
   /// The jump (nv) of velocities under impulses.
   finding velocity_jump(const double *q, const external_wrenches<double> &impulses, double *jump);
@@ -97,7 +99,8 @@ public:
   void solve_again(double *r) const;
 
   /// The multipliers of a motion under efforts tau (nv), which balance.
-  void set_multipliers(const double *q, const double *v, const double *a, const double *tau, const external_wrenches<double> &e);
+  void set_multipliers(const double *q, const double *v, const double *a, const double *tau,
+                       const external_wrenches<double> &e);
 
 private:
   finding check(finding::kind what, const double *values, const double *terms, bool lengths) const;
@@ -116,8 +119,9 @@ private:
   reaction_request all_joints() const;
 
   double *reactions_, *patterns_;
-  double *energy_, *stiff_; ///< (patterns, patterns) energies and, by rows, the directions in which they are diagonal; (patterns) their values
-  int open_ = 0;            ///< patterns without energy
+  double *energy_,
+      *stiff_; ///< (patterns, patterns) energies and, by rows, the directions in which they are diagonal; (patterns) their values
+  int open_ = 0; ///< patterns without energy
   double *wrenches_, *at_joints_;
   int *wrench_links_, *joint_links_;
 };

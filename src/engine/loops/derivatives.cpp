@@ -9,10 +9,12 @@ void closed_derivatives::lay_out(arena &memory, int externals) {
   c_.lay_out(memory, externals);
   by_.lay_out(memory);
   by_q_ = memory.take<double>(nv * nv), by_v_ = memory.take<double>(nv * nv), M_ = memory.take<double>(nv * nv);
-  dq_ = memory.take<double>(nv), dv_ = memory.take<double>(nv), da_ = memory.take<double>(nv), left_ = memory.take<double>(nv);
+  dq_ = memory.take<double>(nv), dv_ = memory.take<double>(nv), da_ = memory.take<double>(nv),
+  left_ = memory.take<double>(nv);
   rates_ = memory.take<double>(t_.rows), a_ = memory.take<double>(nv), tau_ = memory.take<double>(nv);
   r_ = memory.take<double>(nv);
-  projected_q_ = memory.take<double>(nv * nv), projected_v_ = memory.take<double>(nv * nv), projected_a_ = memory.take<double>(nv * nv);
+  projected_q_ = memory.take<double>(nv * nv), projected_v_ = memory.take<double>(nv * nv),
+  projected_a_ = memory.take<double>(nv * nv);
 }
 
 /// out += sign · matrix x, of so many rows.
@@ -27,7 +29,8 @@ void closed_derivatives::add_product(const double *matrix, int rows, const doubl
 }
 
 /// The derivatives of the tree's efforts, and of the loops' equations and wrenches, with the multipliers that have been found.
-void closed_derivatives::set_tree(const double *q, const double *v, const double *a, const external_wrenches<double> &e) {
+void closed_derivatives::set_tree(const double *q, const double *v, const double *a,
+                                  const external_wrenches<double> &e) {
   state_view<double> s;
   s.q = q, s.v = v, s.a = a, s.external = e;
   s.result[0] = by_q_, s.result[1] = by_v_, s.result[2] = M_;
@@ -84,8 +87,9 @@ void closed_derivatives::set_projections() {
   project(M_, projected_a_);
 }
 
-finding closed_derivatives::inverse_dynamics(const double *q, const double *v, const double *a, const external_wrenches<double> &e,
-                                             double *by_q, double *by_v, double *by_a) {
+finding closed_derivatives::inverse_dynamics(const double *q, const double *v, const double *a,
+                                             const external_wrenches<double> &e, double *by_q, double *by_v,
+                                             double *by_a) {
   if (const finding fault = c_.inverse_dynamics(q, v, a, e, tau_))
     return fault;
   const int f = c_.solved().freedoms(), nv = m_.nv();
@@ -106,8 +110,9 @@ finding closed_derivatives::inverse_dynamics(const double *q, const double *v, c
   return {};
 }
 
-finding closed_derivatives::forward_dynamics(const double *q, const double *v, const double *tau, const external_wrenches<double> &e,
-                                             double *by_q, double *by_v, double *by_tau) {
+finding closed_derivatives::forward_dynamics(const double *q, const double *v, const double *tau,
+                                             const external_wrenches<double> &e, double *by_q, double *by_v,
+                                             double *by_tau) {
   if (const finding fault = c_.forward_dynamics(q, v, tau, e, a_))
     return fault;
   c_.set_multipliers(q, v, a_, tau, e);

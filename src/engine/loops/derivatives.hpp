@@ -22,12 +22,12 @@ public:
   closed_state &state() { return c_; }
 
   /// Derivatives of the efforts of drives, which must be as many as the freedoms: (nv, freedoms) each.
-  finding inverse_dynamics(const double *q, const double *v, const double *a, const external_wrenches<double> &e, double *by_q,
-                           double *by_v, double *by_a);
+  finding inverse_dynamics(const double *q, const double *v, const double *a, const external_wrenches<double> &e,
+                           double *by_q, double *by_v, double *by_a);
 
   /// Of the accelerations under efforts tau (nv): by_q and by_v (nv, freedoms), by_tau (nv, nv).
-  finding forward_dynamics(const double *q, const double *v, const double *tau, const external_wrenches<double> &e, double *by_q,
-                           double *by_v, double *by_tau);
+  finding forward_dynamics(const double *q, const double *v, const double *tau, const external_wrenches<double> &e,
+                           double *by_q, double *by_v, double *by_tau);
 
 private:
   void set_tree(const double *q, const double *v, const double *a, const external_wrenches<double> &e);

@@ -17,7 +17,8 @@ inline constexpr double rank_tolerance = 1e-9;
 class elimination {
 public:
   int rows = 0, columns = 0, rank = 0;
-  int *row, *column; ///< in the order of pivots: the first `rank` equations are independent, the first `rank` coordinates dependent
+  int *row,
+      *column; ///< in the order of pivots: the first `rank` equations are independent, the first `rank` coordinates dependent
 
   void lay_out(arena &memory, int m, int n) {
     rows = m, columns = n;
@@ -49,8 +50,8 @@ public:
 
   /// The same with some coordinates left out, `fixed` in number.  Do the equations determine all others?  Pivots are the largest of their
   /// columns only, which is faster, and as good where no rank is asked for.
-  bool determine(const double *K, const double *row_scale, const double *column_scale, double size, const unsigned char *is_fixed,
-                 int fixed) {
+  bool determine(const double *K, const double *row_scale, const double *column_scale, double size,
+                 const unsigned char *is_fixed, int fixed) {
     R_ = row_scale, C_ = column_scale, tolerance_ = rank_tolerance * size;
     load(K, is_fixed);
     const int wanted = columns - fixed;

@@ -36,8 +36,9 @@ std::string text_of(const finding &fault, const model &m) {
            std::to_string(fault.freedoms) + " at this position, and " + std::to_string(t.drives.size()) +
            " coordinates with a drive; name as many as determine its motion";
   if (fault.what == kind::more_drives)
-    return "derivatives of efforts need as many drives as freedoms, " + std::to_string(fault.freedoms) + " at this position, and there are " +
-           std::to_string(t.drives.size()) + " coordinates with a drive; name fewer";
+    return "derivatives of efforts need as many drives as freedoms, " + std::to_string(fault.freedoms) +
+           " at this position, and there are " + std::to_string(t.drives.size()) +
+           " coordinates with a drive; name fewer";
   if (fault.what == kind::no_drives) {
     std::vector<std::string> names;
     for (int j = 0; j < m.moving_joints(); ++j)
@@ -50,9 +51,11 @@ std::string text_of(const finding &fault, const model &m) {
   const bool turns = t.row_scale[static_cast<std::size_t>(fault.row)] != 1;
   if (!std::isfinite(fault.value))
     return joint + ": numbers of this state overflow; give smaller ones";
-  const std::string by = text::shown(std::fabs(fault.value)) + (turns ? " rad" : " m"), allowed = text::shown(fault.allowed);
+  const std::string by = text::shown(std::fabs(fault.value)) + (turns ? " rad" : " m"),
+                    allowed = text::shown(fault.allowed);
   if (fault.what == kind::open)
-    return joint + " is open at this position by " + by + ", more than " + allowed + "; close(q) gives the nearest closed position";
+    return joint + " is open at this position by " + by + ", more than " + allowed +
+           "; close(q) gives the nearest closed position";
   if (fault.what == kind::velocity)
     return joint + ": these velocities open it by " + by + "/s, more than " + allowed +
            "; consistent_velocity gives all of them from those of independent joints";

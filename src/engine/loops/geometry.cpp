@@ -10,16 +10,18 @@ namespace ksl::loops {
 using A = algebra<double>;
 using vector = vec3<double>;
 void geometry::lay_out(arena &memory) {
-  const int links = static_cast<int>(t_.links.size()), nv = tree_.of().nv(), joints = static_cast<int>(tree_.of().joints().size());
+  const int links = static_cast<int>(t_.links.size()), nv = tree_.of().nv(),
+            joints = static_cast<int>(tree_.of().joints().size());
   poses_ = memory.take<double>(16 * links);
   columns_ = memory.take<screw<double>>(static_cast<std::ptrdiff_t>(t_.columns.size()));
   at_ = memory.take<frames>(static_cast<std::ptrdiff_t>(t_.loops.size()));
   K_ = memory.take<double>(static_cast<std::ptrdiff_t>(t_.rows) * nv);
   twists_ = memory.take<double>(6 * links), accelerations_ = memory.take<double>(6 * links);
   std::size_t most = 0;
-  for (const algorithm_row *row : {&rows::frame_poses, &rows::frame_velocities, &rows::frame_accelerations, &rows::mass_matrix,
-                                   &rows::inverse_dynamics, &rows::inverse_dynamics_with_reactions,
-                                   &rows::inverse_dynamics_derivatives, &rows::effort_parts, &rows::integrate, &rows::difference})
+  for (const algorithm_row *row :
+       {&rows::frame_poses, &rows::frame_velocities, &rows::frame_accelerations, &rows::mass_matrix,
+        &rows::inverse_dynamics, &rows::inverse_dynamics_with_reactions, &rows::inverse_dynamics_derivatives,
+        &rows::effort_parts, &rows::integrate, &rows::difference})
     most = std::max(most, tree_.bytes(*row, links, joints));
   rest_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(most));
 }
@@ -91,7 +93,8 @@ void geometry::set_position(const double *q) {
       const column &c = t_.columns[static_cast<std::size_t>(side.column)];
       const screw<double> &at_child = columns_[side.column];
       const vector arm = difference(f.successor.t, pose(c.link).t), moved = sum(at_child.lin, cross(at_child.ang, arm));
-      const double factor = side.sign * c.factor, scale = std::fabs(factor) * t_.column_scale[static_cast<std::size_t>(c.v)];
+      const double factor = side.sign * c.factor,
+                   scale = std::fabs(factor) * t_.column_scale[static_cast<std::size_t>(c.v)];
       const double translation = scale * length(moved), rotation = scale * length(at_child.ang);
       double *const out = K_ + static_cast<std::ptrdiff_t>(l.first_row) * nv + c.v;
       for (int i = 0; i < l.rows; ++i) {

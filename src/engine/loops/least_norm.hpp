@@ -20,8 +20,8 @@ public:
 
   /// A: (rows, columns); equation i is multiplied by scale[i].  Columns with fixed[j] are left out: x_j = 0 there.  size: of the largest
   /// scaled element.  b may be null.
-  void solve(const double *A, int rows, int columns, const double *scale, const unsigned char *fixed, double size, const double *b,
-             double *x) {
+  void solve(const double *A, int rows, int columns, const double *scale, const unsigned char *fixed, double size,
+             const double *b, double *x) {
     std::fill_n(x, columns, 0.0);
     for (int i = 0; i < rows; ++i) {
       order_[i] = i, value_[i] = b ? scale[i] * b[i] : 0;

@@ -15,8 +15,8 @@ SE3<double> pose_of_link(const geometry &g, const double *q, int link) {
 
 } // namespace
 
-void set_loop_reaction(const geometry &g, const double *q, const reaction_request &wanted, int loop, const double *wrenches,
-                       double *out) {
+void set_loop_reaction(const geometry &g, const double *q, const reaction_request &wanted, int loop,
+                       const double *wrenches, double *out) {
   const double *const x = wrenches + 6 * std::ptrdiff_t(loop);
   coscrew<double> f = {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
   if (wanted.part == wrench_part::actuation || wanted.part == wrench_part::coupling)
@@ -36,7 +36,8 @@ void set_loop_reaction(const geometry &g, const double *q, const reaction_reques
   A::product_dinvd(&target, &joint, &D);
   A::product_CoAdc(&D, &f, &f);
   const double sign = wanted.on == wrench_side::parent ? -1 : 1;
-  const double lin[] = {sign * f.lin.x, sign * f.lin.y, sign * f.lin.z}, ang[] = {sign * f.ang.x, sign * f.ang.y, sign * f.ang.z};
+  const double lin[] = {sign * f.lin.x, sign * f.lin.y, sign * f.lin.z},
+               ang[] = {sign * f.ang.x, sign * f.ang.y, sign * f.ang.z};
   std::copy_n(wanted.angular_first ? ang : lin, 3, out);
   std::copy_n(wanted.angular_first ? lin : ang, 3, out + 3);
 }

@@ -24,7 +24,8 @@ template <class Work, class Lay> Work laid_out(Work work, data &d, Lay lay) {
   return work;
 }
 closed_state state_of(const model &m, data &d) {
-  return laid_out(closed_state(m, tolerance_of_double), d, [](closed_state &w, arena &memory) { w.lay_out(memory, 0); });
+  return laid_out(closed_state(m, tolerance_of_double), d,
+                  [](closed_state &w, arena &memory) { w.lay_out(memory, 0); });
 }
 assembly assembly_of(const model &m, data &d) {
   return laid_out(assembly(m), d, [](assembly &w, arena &memory) { w.lay_out(memory); });
@@ -60,7 +61,8 @@ void loop_jacobian(const model &m, data &d, const double *q, double *J) {
     std::copy_n(geometry_of(m, d, q).at.jacobian(), loop_rows(m) * m.nv(), J);
 }
 
-void loop_acceleration(const model &m, data &d, const double *q, const double *v, const double *a, double *acceleration) {
+void loop_acceleration(const model &m, data &d, const double *q, const double *v, const double *a,
+                       double *acceleration) {
   const nearest_rounding rounding;
   if (!m.loops().empty())
     geometry_of(m, d, q).at.acceleration(q, v, a, acceleration, nullptr);
@@ -82,7 +84,8 @@ loop_mobility mobility(const model &m, data &d, const double *q, int *redundant_
   const bool wide = rows < nv; // fewer vectors to turn
   for (int i = 0; i < rows; ++i)
     for (int j = 0; j < nv; ++j)
-      p.scaled[wide ? i * nv + j : j * rows + i] = p.at.jacobian()[i * nv + j] * t.row_scale[static_cast<std::size_t>(i)] *
+      p.scaled[wide ? i * nv + j : j * rows + i] = p.at.jacobian()[i * nv + j] *
+                                                   t.row_scale[static_cast<std::size_t>(i)] *
                                                    t.column_scale[static_cast<std::size_t>(j)];
   const int n = std::min(rows, nv);
   singular_values(p.scaled, n, std::max(rows, nv), p.values);
@@ -90,7 +93,8 @@ loop_mobility mobility(const model &m, data &d, const double *q, int *redundant_
   while (rank < n && p.values[rank] > rank_tolerance * p.at.size())
     ++rank;
   const double size = p.at.size() > 0 ? p.at.size() : 1;
-  return {nv - rank, rank, rows - rank, rank > 0 ? p.values[rank - 1] / size : 0, rank < n ? p.values[rank] / size : 0, t.length};
+  return {nv - rank, rank, rows - rank, rank > 0 ? p.values[rank - 1] / size : 0, rank < n ? p.values[rank] / size : 0,
+          t.length};
 }
 
 int independent(const model &m, data &d, const double *q, int *indices) {
@@ -106,7 +110,8 @@ int independent(const model &m, data &d, const double *q, int *indices) {
   return c.solved().freedoms();
 }
 
-completion consistent_velocity(const model &m, data &d, const double *q, const double *v, const unsigned char *given, double *out) {
+completion consistent_velocity(const model &m, data &d, const double *q, const double *v, const unsigned char *given,
+                               double *out) {
   const nearest_rounding rounding;
   if (m.loops().empty()) {
     std::copy_n(v, m.nv(), out);
@@ -128,8 +133,8 @@ completion consistent_acceleration(const model &m, data &d, const double *q, con
   return w.complete_acceleration(q, v, a, given, out);
 }
 
-closing close(const model &m, data &d, const double *q, const unsigned char *hold, const close_options &options, double *out,
-              double *error) {
+closing close(const model &m, data &d, const double *q, const unsigned char *hold, const close_options &options,
+              double *out, double *error) {
   const nearest_rounding rounding;
   if (m.loops().empty()) {
     std::copy_n(q, m.nq(), out);
@@ -164,7 +169,8 @@ void require(const char *call, const finding &fault, const model &m) {
 } // namespace
 
 void closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *a,
-                                         const external_wrenches<double> &external, double *by_q, double *by_v, double *by_a) {
+                                         const external_wrenches<double> &external, double *by_q, double *by_v,
+                                         double *by_a) {
   const nearest_rounding rounding;
   closed_derivatives w = derivatives_of(m, d, external.n);
   finding fault = w.state().set_position(q);
@@ -174,7 +180,8 @@ void closed_inverse_dynamics_derivatives(const model &m, data &d, const double *
 }
 
 void closed_forward_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *tau,
-                                         const external_wrenches<double> &external, double *by_q, double *by_v, double *by_tau) {
+                                         const external_wrenches<double> &external, double *by_q, double *by_v,
+                                         double *by_tau) {
   const nearest_rounding rounding;
   closed_derivatives w = derivatives_of(m, d, external.n);
   finding fault = w.state().set_position(q);

@@ -84,7 +84,8 @@ void closed_state::set_energies(int n) {
         if (!(std::fabs(xy) > 1e-16 * std::sqrt(std::fabs(xx * yy)) && std::fabs(xy) > 1e-18 * largest))
           continue;
         turned = true;
-        const double zeta = (yy - xx) / (2 * xy), t = std::copysign(1.0, zeta) / (std::fabs(zeta) + std::hypot(1.0, zeta)),
+        const double zeta = (yy - xx) / (2 * xy),
+                     t = std::copysign(1.0, zeta) / (std::fabs(zeta) + std::hypot(1.0, zeta)),
                      c = 1 / std::hypot(1.0, t), s = c * t;
         const auto turn = [c, s](double *x, double *y, int count, int stride) {
           for (int j = 0; j < count; ++j) {
@@ -101,7 +102,8 @@ void closed_state::set_energies(int n) {
       break;
   }
   open_ = 0;
-  for (int k = 0; k < n; ++k) { // a compliance that is small beside others is none: rounding of the largest would decide
+  for (int k = 0; k < n;
+       ++k) { // a compliance that is small beside others is none: rounding of the largest would decide
     stiff_[k] = energy_[k * n + k];
     if (stiff_[k] > 1e-12 * largest)
       continue;
@@ -113,7 +115,8 @@ void closed_state::set_energies(int n) {
   }
 }
 
-void closed_state::set_reactions(const double *q, const double *v, const double *a, const external_wrenches<double> &e) {
+void closed_state::set_reactions(const double *q, const double *v, const double *a,
+                                 const external_wrenches<double> &e) {
   if (t_.rows == k_.rank)
     return;
   const int redundant = t_.rows - k_.rank, loops = static_cast<int>(t_.loops.size());
@@ -125,9 +128,11 @@ void closed_state::set_reactions(const double *q, const double *v, const double 
   s.reactions_n = 1, s.reactions = &wanted, s.result[0] = tree_;
   g_.tree().call(rows::inverse_dynamics_with_reactions, g_.rest(), s);
   std::copy_n(at_joints_, 6 * loops, reactions_ + 6 * joints());
-  for (int pass = 0; pass < 2; ++pass) // energy first: it decides those patterns that store some; then the norm decides the others
+  for (int pass = 0; pass < 2;
+       ++pass) // energy first: it decides those patterns that store some; then the norm decides the others
     for (int k = redundant - 1; k >= 0; --k) {
-      const double along = k >= open_ ? energy(pattern(k), reactions_) / stiff_[k] : dot(pattern(k), reactions_, pattern_length());
+      const double along =
+          k >= open_ ? energy(pattern(k), reactions_) / stiff_[k] : dot(pattern(k), reactions_, pattern_length());
       add(-along, pattern(k), pattern_length(), reactions_);
       add(-along, null_lambda_ + k * t_.rows, t_.rows, lambda_);
     }

@@ -95,7 +95,9 @@ private:
       (moment ? joint.moments : joint.forces) += 1;
     }
     const joint_kind_row kind = row_of(l.kind);
-    joint.turns = joint.moments == 0 ? loop_turns::freely : kind.has_axis && kind.angle >= 0 ? loop_turns::about : loop_turns::not_at_all;
+    joint.turns = joint.moments == 0                 ? loop_turns::freely
+                  : kind.has_axis && kind.angle >= 0 ? loop_turns::about
+                                                     : loop_turns::not_at_all;
     std::vector<int> to_ground, from_ground; // bodies, outwards
     for (int b = to.body; b > 0; b = view_.body[b].parent)
       to_ground.insert(to_ground.begin(), b);
@@ -129,9 +131,11 @@ private:
   void eliminate(const std::vector<double> &q) {
     geometry g(m_, t_);
     elimination k;
-    const held memory(g, [&](geometry &work, arena &pieces) { work.lay_out(pieces), k.lay_out(pieces, t_.rows, m_.nv()); });
+    const held memory(
+        g, [&](geometry &work, arena &pieces) { work.lay_out(pieces), k.lay_out(pieces, t_.rows, m_.nv()); });
     g.set_position(q.data());
-    k.factor(g.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g.size(), t_.is_driven.data(), static_cast<int>(t_.drives.size()));
+    k.factor(g.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g.size(), t_.is_driven.data(),
+             static_cast<int>(t_.drives.size()));
     plan_.independent.assign(k.independent(), k.independent() + k.freedoms());
     plan_.redundant.assign(k.row + k.rank, k.row + t_.rows);
     plan_.place.assign(index(m_.nv()), 0);
@@ -193,12 +197,23 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
   const auto pose = [&](const SE3<double> &D) {
     const auto f = [](double x) { return static_cast<float>(x); };
     const mat3x3<double> &R = D.R;
-    return SE3<float>{{f(R.m00), f(R.m10), f(R.m20), f(R.m01), f(R.m11), f(R.m21), f(R.m02), f(R.m12), f(R.m22)}, vector(D.t)};
+    return SE3<float>{{f(R.m00), f(R.m10), f(R.m20), f(R.m01), f(R.m11), f(R.m21), f(R.m02), f(R.m12), f(R.m22)},
+                      vector(D.t)};
   };
   for (const closing_joint<double> &joint : plan.joints) {
-    closing_joint<float> x{joint.predecessor, joint.successor, pose(joint.on_predecessor), pose(joint.on_successor), joint.turns,
-                           vector(joint.axis), joint.forces, joint.moments, {}, joint.first_row, joint.columns_begin,
-                           joint.columns_middle, joint.columns_end};
+    closing_joint<float> x{joint.predecessor,
+                           joint.successor,
+                           pose(joint.on_predecessor),
+                           pose(joint.on_successor),
+                           joint.turns,
+                           vector(joint.axis),
+                           joint.forces,
+                           joint.moments,
+                           {},
+                           joint.first_row,
+                           joint.columns_begin,
+                           joint.columns_middle,
+                           joint.columns_end};
     for (int i = 0; i < 6; ++i)
       x.direction[i] = vector(joint.direction[i]);
     out.joints.push_back(x);

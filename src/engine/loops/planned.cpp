@@ -12,8 +12,8 @@ template <class S> const kernels_in<S> &kernels_for(const algorithm_row &row) { 
 
 /// Is the wrench of a loop's joint wanted as the kernel gives it: at the joint, in its axes?
 bool is_plain(const reaction_request &wanted) {
-  return wanted.at == wrench_frame::joint && wanted.axes == wrench_frame::joint && wanted.offset[0] == 0 && wanted.offset[1] == 0 &&
-         wanted.offset[2] == 0;
+  return wanted.at == wrench_frame::joint && wanted.axes == wrench_frame::joint && wanted.offset[0] == 0 &&
+         wanted.offset[1] == 0 && wanted.offset[2] == 0;
 }
 
 } // namespace
@@ -28,7 +28,8 @@ template <class S> bool planned<S>::suits(const batch_view<S> &batch) const {
     return false;
   if (row_.closed == closed_by::efforts)
     return true;
-  if (row_.closed != closed_by::reactions || loops->pivots < loops->rows || (batch.external_n > 0 && batch.external_axes == expressed_in::world))
+  if (row_.closed != closed_by::reactions || loops->pivots < loops->rows ||
+      (batch.external_n > 0 && batch.external_axes == expressed_in::world))
     return false;
   for (int r = 0; r < batch.reactions_n; ++r)
     for (int k = 0; k < batch.reactions[r].request.n; ++k)
@@ -42,7 +43,8 @@ template <class S> void planned<S>::lay_out(arena &memory, const batch_view<S> &
   int joints = 0;
   for (int r = 0; r < batch.reactions_n; ++r)
     joints = std::max(joints, batch.reactions[r].request.n);
-  numbers_ = memory.take<S>(states * nv), wrenches_ = memory.take<S>(states * ends), on_links_ = memory.take<S>(states * ends);
+  numbers_ = memory.take<S>(states * nv), wrenches_ = memory.take<S>(states * ends),
+  on_links_ = memory.take<S>(states * ends);
   found_ = memory.take<S>(static_cast<std::ptrdiff_t>(states) * 6 * joints), unwanted_ = memory.take<S>(states * nv);
   links_ = memory.take<int>(joints), external_ = memory.take<external_rows<S>>(externals);
   state_external_ = memory.take<S>(6 * externals), state_links_ = memory.take<int>(externals);
@@ -55,7 +57,8 @@ template <class S> void planned<S>::lay_out(arena &memory, const batch_view<S> &
     all.n = joints;
     rows[0] = {all, {}};
     part.n = static_cast<std::size_t>(states), part.external_n = externals, part.reactions_n = 1, part.reactions = rows;
-    bytes = std::max({bytes, kernels_for<S>(*row).workspace_bytes(view_), kernels_for<S>(*row).batch(view_, part, 0, 0, nullptr).bytes});
+    bytes = std::max({bytes, kernels_for<S>(*row).workspace_bytes(view_),
+                      kernels_for<S>(*row).batch(view_, part, 0, 0, nullptr).bytes});
   }
   workspace_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(bytes));
 }
@@ -121,7 +124,8 @@ template <class S> void planned<S>::store_loop(const reaction_request &wanted, c
     out[wanted.angular_first ? (c + 3) % 6 : c] = sign * at_joint[c] + S(0);
 }
 
-template <class S> void planned<S>::set_reactions(const batch_view<S> &batch, std::size_t first, int n, const bool *done) {
+template <class S> void planned<S>::set_reactions(const batch_view<S> &batch, std::size_t first, int n,
+                                                  const bool *done) {
   move_to_links(n);
   const int ends = 2 * view_.loops->loops, links = view_.links;
   batch_view<S> part = part_of(batch, first, n);
@@ -150,7 +154,8 @@ template <class S> void planned<S>::set_reactions(const batch_view<S> &batch, st
         if (wanted.link[k] < links)
           std::copy_n(found_ + (std::ptrdiff_t(i) * of_tree.request.n + t++) * 6, 6, out + 6 * k);
         else
-          store_loop(wanted, wrenches_ + (std::ptrdiff_t(i) * ends + 2 * std::ptrdiff_t(wanted.link[k] - links)) * 6, out + 6 * k);
+          store_loop(wanted, wrenches_ + (std::ptrdiff_t(i) * ends + 2 * std::ptrdiff_t(wanted.link[k] - links)) * 6,
+                     out + 6 * k);
     }
   }
 }

@@ -24,7 +24,8 @@ inline void singular_values(double *A, int n, int m, double *values) {
         if (!(std::fabs(xy) > 1e-16 * std::sqrt(xx * yy)))
           continue;
         turned = true;
-        const double zeta = (yy - xx) / (2 * xy), t = std::copysign(1.0, zeta) / (std::fabs(zeta) + std::hypot(1.0, zeta)),
+        const double zeta = (yy - xx) / (2 * xy),
+                     t = std::copysign(1.0, zeta) / (std::fabs(zeta) + std::hypot(1.0, zeta)),
                      c = 1 / std::hypot(1.0, t), s = c * t;
         for (int k = 0; k < m; ++k) {
           const double old = x[k];

@@ -178,7 +178,8 @@ private:
     const int da = m_.joints()[index(a)].description, db = m_.joints()[index(b)].description;
     if (da < 0 || db < 0)
       return 0;
-    const vec3<double> &x = m_.description().joints[index(da)].placement.t, &y = m_.description().joints[index(db)].placement.t;
+    const vec3<double> &x = m_.description().joints[index(da)].placement.t,
+                       &y = m_.description().joints[index(db)].placement.t;
     return length({x.x - y.x, x.y - y.y, x.z - y.z});
   }
 

@@ -10,12 +10,12 @@ namespace ksl::loops {
 
 /// A coordinate of a joint of the tree that moves one end of a loop and not the other.
 struct column {
-  int v;                ///< the user's coordinate: for followers, that of the leader
-  double factor;        ///< 1; for followers, the multiplier
-  int link;             ///< index into tables::links: the joint's child link
-  screw<double> twist;  ///< of the child for a unit velocity, in the child's axes
-  int angle;            ///< index in q of the second angle of a universal joint, whose first coordinate this is; −1 for others
-  vec3<double> about;   ///< the axis of that angle
+  int v;               ///< the user's coordinate: for followers, that of the leader
+  double factor;       ///< 1; for followers, the multiplier
+  int link;            ///< index into tables::links: the joint's child link
+  screw<double> twist; ///< of the child for a unit velocity, in the child's axes
+  int angle; ///< index in q of the second angle of a universal joint, whose first coordinate this is; −1 for others
+  vec3<double> about; ///< the axis of that angle
 };
 
 /// A coordinate with the sign that it has in the motion of the successor relative to the predecessor.
@@ -35,8 +35,8 @@ struct loop {
   vec3<double> axis, axis2; ///< of universal joints, in the joint's frame
   double pitch;
   int first_row, rows;
-  coscrew<double> T[6];            ///< (rows); the last of a universal joint depends on the position
-  int support_begin, support_end;  ///< in tables::supports
+  coscrew<double> T[6];           ///< (rows); the last of a universal joint depends on the position
+  int support_begin, support_end; ///< in tables::supports
 };
 
 struct tables {
@@ -44,13 +44,13 @@ struct tables {
   std::vector<column> columns;
   std::vector<support> supports;
   std::vector<loop> loops;
-  int rows = 0;                    ///< of all loops
-  double length = 1;               ///< of the mechanism, m: rows of moments are multiplied by it, coordinates that turn divided
-  std::vector<double> row_scale;   ///< (rows) 1 for equations of translation, `length` for those of rotation
+  int rows = 0;      ///< of all loops
+  double length = 1; ///< of the mechanism, m: rows of moments are multiplied by it, coordinates that turn divided
+  std::vector<double> row_scale;    ///< (rows) 1 for equations of translation, `length` for those of rotation
   std::vector<double> column_scale; ///< (nv) 1 for coordinates that slide, 1 / length for those that turn
   /// Compliances (6, 6) of joints, and where each is among all joints: those of the tree, then those of loops.
   std::vector<std::pair<int, std::array<double, 36>>> compliances;
-  std::vector<int> drives;         ///< coordinates in v that have a motor, ascending
+  std::vector<int> drives;              ///< coordinates in v that have a motor, ascending
   std::vector<unsigned char> is_driven; ///< (nv)
   bool drives_are_known = false;
 };

@@ -58,7 +58,14 @@ void variation::set_loop(const geometry &g, int loop, const double *v, const dou
   for (int c = 0; c < n_; ++c) {
     const support &side = t_.supports[static_cast<std::size_t>(l.support_begin + c)];
     const column &of = t_.columns[static_cast<std::size_t>(side.column)];
-    at_[c] = {scaled(of.factor, g.column_at_successor(loop, side.column)), nothing, nothing, side.sign, v[of.v], a[of.v], of.v, side.group};
+    at_[c] = {scaled(of.factor, g.column_at_successor(loop, side.column)),
+              nothing,
+              nothing,
+              side.sign,
+              v[of.v],
+              a[of.v],
+              of.v,
+              side.group};
   }
   W_ = rate_ = nothing;
   for_sums([&](int k) { return scaled(at_[k].v, at_[k].J); }, [&](int c, const screw<double> &U) { at_[c].U = U; });
@@ -114,7 +121,8 @@ void variation::vary(const geometry &g, int loop, int k, const double *lambda) {
     put(velocity_by_q_, 3, unit * (dot(dN, W_.ang) + dot(normal_.N, dW.ang)));
     put(acceleration_by_q_, 3,
         unit * (dot(dN, rate_.ang) + dot(normal_.N, dRate.ang) + dot(dN_rate, W_.ang) + dot(normal_.rate, dW.ang)));
-    put(acceleration_by_v_, 3, unit * (dot(normal_.N, by_v.ang) + dot(dN_rate_by_v, W_.ang) + dot(normal_.rate, turning)));
+    put(acceleration_by_v_, 3,
+        unit * (dot(normal_.N, by_v.ang) + dot(dN_rate_by_v, W_.ang) + dot(normal_.rate, turning)));
     df = scaled(lambda[l.first_row + 3] * unit, dN);
   }
   for (int c = 0; c < n_; ++c)

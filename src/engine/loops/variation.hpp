@@ -38,7 +38,10 @@ private:
     int coordinate, group;
   };
   /// What a universal joint's last equation is made of: N, its rate, and their variations.
-  struct normal_vector { vec3<double> u1, N, rate; double length; };
+  struct normal_vector {
+    vec3<double> u1, N, rate;
+    double length;
+  };
 
   void set_loop(const geometry &g, int loop, const double *v, const double *a);
   double sign(int c, int k) const;

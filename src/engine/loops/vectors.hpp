@@ -7,10 +7,14 @@
 
 namespace ksl::loops {
 
-inline vec3<double> cross(const vec3<double> &a, const vec3<double> &b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+inline vec3<double> cross(const vec3<double> &a, const vec3<double> &b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 inline double dot(const vec3<double> &a, const vec3<double> &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline vec3<double> sum(const vec3<double> &a, const vec3<double> &b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline vec3<double> difference(const vec3<double> &a, const vec3<double> &b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline vec3<double> difference(const vec3<double> &a, const vec3<double> &b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
 inline double length(const vec3<double> &a) { return std::sqrt(dot(a, a)); }
 inline vec3<double> turned(const mat3x3<double> &R, const vec3<double> &x) {
   vec3<double> y;
@@ -45,6 +49,8 @@ inline double magnitude(const coscrew<double> &f, const screw<double> &s) {
 }
 inline vec3<double> scaled(double s, const vec3<double> &a) { return {s * a.x, s * a.y, s * a.z}; }
 inline screw<double> scaled(double s, const screw<double> &a) { return {scaled(s, a.lin), scaled(s, a.ang)}; }
-inline screw<double> sum(const screw<double> &a, const screw<double> &b) { return {sum(a.lin, b.lin), sum(a.ang, b.ang)}; }
+inline screw<double> sum(const screw<double> &a, const screw<double> &b) {
+  return {sum(a.lin, b.lin), sum(a.ang, b.ang)};
+}
 
 } // namespace ksl::loops

@@ -153,7 +153,7 @@ struct robot_description {
   /// Joints that have a motor.  None: they are not known, which inverse dynamics of a mechanism with loops needs.  Without loops every
   /// joint is taken to have one.
   std::optional<std::vector<std::string>> drives;
-  std::vector<joint_compliance> compliances; ///< of some joints; the others are rigid
+  std::vector<joint_compliance> compliances;  ///< of some joints; the others are rigid
   std::array<double, 3> gravity{0, 0, -9.81}; ///< m/s², world axes; files don't give it
   physics_options physics;                    ///< of the joints; files don't say so
   bool floating_base = false;                 ///< does the root float (model_options); files don't say so

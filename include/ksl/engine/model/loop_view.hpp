@@ -18,14 +18,15 @@ enum class loop_turns : int {
 
 /// A joint that closes a loop, between two bodies.  Equations of translation come first.
 template <class T> struct closing_joint {
-  int predecessor, successor;                ///< bodies
-  SE3<T> on_predecessor, on_successor;       ///< its frame, in the bodies' canonical frames
+  int predecessor, successor;          ///< bodies
+  SE3<T> on_predecessor, on_successor; ///< its frame, in the bodies' canonical frames
   loop_turns turns;
-  vec3<T> axis;                              ///< in its frame; if it turns about one
-  int forces, moments;                       ///< how many equations of each
-  vec3<T> direction[6];                      ///< (forces + moments) of the unit force or moment of each, in its frame on the successor
+  vec3<T> axis;         ///< in its frame; if it turns about one
+  int forces, moments;  ///< how many equations of each
+  vec3<T> direction[6]; ///< (forces + moments) of the unit force or moment of each, in its frame on the successor
   int first_row;
-  int columns_begin, columns_middle, columns_end; ///< of those on the successor's side, then on the predecessor's: from the common body outwards
+  int columns_begin, columns_middle,
+      columns_end; ///< of those on the successor's side, then on the predecessor's: from the common body outwards
 };
 
 /// A coordinate that moves one end of a loop: its number in the motion subspace of a body (joints/column.hpp), and in v.
@@ -47,9 +48,9 @@ template <class T> struct loop_view {
   const T *pitch; ///< of each column, of helical joints
   const loop_pivot *pivot;
   const int *list;
-  const int *independent; ///< (freedoms) coordinates in v, ascending
-  const int *place;       ///< (nv) of a coordinate among the independent ones, or −1 − its step
-  const int *redundant;   ///< (rows − pivots) equations
+  const int *independent;            ///< (freedoms) coordinates in v, ascending
+  const int *place;                  ///< (nv) of a coordinate among the independent ones, or −1 − its step
+  const int *redundant;              ///< (rows − pivots) equations
   const T *row_scale, *column_scale; ///< (rows), (nv): all terms become lengths
   T length;
 };

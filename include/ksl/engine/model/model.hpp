@@ -95,7 +95,7 @@ template <class T> struct model_view {
   int first_angle, angles_end; ///< the range of indices in q that contains all joint angles
   const T *lower, *upper;      ///< limits of the numbers in q; infinite where there are none
   const coordinate_physics<T> *physics; ///< (nv), or null: a motor supplies the transmitted effort
-  const loop_view<T> *loops; ///< null: a tree, or loops without a plan (loop_view.hpp)
+  const loop_view<T> *loops;            ///< null: a tree, or loops without a plan (loop_view.hpp)
 };
 
 } // namespace ksl

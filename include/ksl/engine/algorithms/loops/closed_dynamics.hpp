@@ -74,7 +74,7 @@ void closed_inverse_dynamics(const model_view<scalar_of<T>> &model, const closed
     coscrew<T> other;
     A::product_CoAdc(&w.equations.relative[l], &f_successor, &other);
     T *const out = wrenches + 12 * l;
-    const T numbers[12] = {force.x,  force.y,  force.z,  moment.x, moment.y, moment.z,
+    const T numbers[12] = {force.x,      force.y,      force.z,      moment.x,     moment.y,     moment.z,
                            -other.lin.x, -other.lin.y, -other.lin.z, -other.ang.x, -other.ang.y, -other.ang.z};
     for (int c = 0; c < 12; ++c)
       out[c] = numbers[c] + w.equations.fault;
@@ -100,7 +100,8 @@ template <class T> struct closed_forward_dynamics_workspace {
 };
 
 /// Element (v, j) of G, by which all coordinates follow from the independent ones.
-template <class T> KSL_LANES T element_of_G(const loop_view<scalar_of<T>> &loops, const loop_equations_workspace<T> &w, int v, int j) {
+template <class T> KSL_LANES T element_of_G(const loop_view<scalar_of<T>> &loops, const loop_equations_workspace<T> &w,
+                                            int v, int j) {
   const int place = loops.place[v];
   if (place >= 0)
     return T(scalar_of<T>(place == j ? 1 : 0));
@@ -108,8 +109,8 @@ template <class T> KSL_LANES T element_of_G(const loop_view<scalar_of<T>> &loops
 }
 
 /// row += x G_v, the row of G of one coordinate.
-template <class T> KSL_LANES void add_row_of_G(const loop_view<scalar_of<T>> &loops, const loop_equations_workspace<T> &w, int v, const T &x,
-                                               T *row) {
+template <class T> KSL_LANES void add_row_of_G(const loop_view<scalar_of<T>> &loops,
+                                               const loop_equations_workspace<T> &w, int v, const T &x, T *row) {
   const int place = loops.place[v], f = loops.freedoms;
   if (place >= 0) {
     row[place] = row[place] + x;
@@ -121,7 +122,8 @@ template <class T> KSL_LANES void add_row_of_G(const loop_view<scalar_of<T>> &lo
 }
 
 /// H = Gᵀ M G, the lower triangle, from the elements of M that the tree has.
-template <class T> KSL_LANES void project_inertia(const model_view<scalar_of<T>> &model, const closed_forward_dynamics_workspace<T> &w) {
+template <class T> KSL_LANES void project_inertia(const model_view<scalar_of<T>> &model,
+                                                  const closed_forward_dynamics_workspace<T> &w) {
   using S = scalar_of<T>;
   const loop_view<S> &loops = *model.loops;
   const int f = loops.freedoms;

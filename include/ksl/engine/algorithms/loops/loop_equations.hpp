@@ -17,11 +17,11 @@ inline namespace KSL_ISA {
 
 template <class T> struct loop_equations_workspace {
   world_axes<T> world;
-  array_of<screw<T>> J;   ///< of each column of a loop
+  array_of<screw<T>> J;      ///< of each column of a loop
   array_of<SE3<T>> relative; ///< of each loop: the joint's frame on the successor in that on the predecessor
-  array_of<T> K;          ///< (rows, nv + 1): the last column is b
-  array_of<T> solved;     ///< (pivots, freedoms + 1): dependent coordinates by independent ones, and for b
-  T fault;                ///< NaN where a state is not one of the closed mechanism, else 0
+  array_of<T> K;             ///< (rows, nv + 1): the last column is b
+  array_of<T> solved;        ///< (pivots, freedoms + 1): dependent coordinates by independent ones, and for b
+  T fault;                   ///< NaN where a state is not one of the closed mechanism, else 0
   int pitch;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
@@ -53,7 +53,8 @@ template <class S> inline constexpr S least_pivot = S(1e-2);
 template <class S> inline constexpr S largest_rest = sizeof(S) == 8 ? S(1e-9) : S(1e-4);
 
 /// The column of a coordinate of body i about a point, which `arm` leads to from the body's origin.
-template <class T> KSL_LANES screw<T> column_about(const mat3x3<T> &R, int coordinate, const T &pitch, const vec3<T> &arm) {
+template <class T> KSL_LANES screw<T> column_about(const mat3x3<T> &R, int coordinate, const T &pitch,
+                                                   const vec3<T> &arm) {
   const int axis = coordinate == helical_coordinate ? 2 : coordinate % 3;
   const vec3<T> z = axis == 0   ? vec3<T>{R.m00, R.m10, R.m20}
                     : axis == 1 ? vec3<T>{R.m01, R.m11, R.m21}
@@ -85,8 +86,8 @@ template <class T> KSL_LANES screw<T> twist_product(const screw<T> &s, const scr
 }
 
 /// One loop: its rows of K, with −(K̇ v) or, for accelerations that are given, −(K a + K̇ v) as b; and whether it is closed.
-template <class T> KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w, int loop,
-                                           const T *v, const T *a) {
+template <class T> KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w,
+                                           int loop, const T *v, const T *a) {
   using A = algebra<T>;
   using S = scalar_of<T>;
   const loop_view<S> &loops = *model.loops;
@@ -149,8 +150,11 @@ template <class T> KSL_LANES void set_loop(const model_view<scalar_of<T>> &model
     A::cross_vv(&of_predecessor, &of_successor, &turned);
     ahead = A::dot_vv(&of_predecessor, &of_successor);
   } else if (joint.turns == loop_turns::not_at_all) {
-    const vec3<T> p[] = {{from.R.m00, from.R.m10, from.R.m20}, {from.R.m01, from.R.m11, from.R.m21}, {from.R.m02, from.R.m12, from.R.m22}};
-    const vec3<T> s[] = {{to.R.m00, to.R.m10, to.R.m20}, {to.R.m01, to.R.m11, to.R.m21}, {to.R.m02, to.R.m12, to.R.m22}};
+    const vec3<T> p[] = {{from.R.m00, from.R.m10, from.R.m20},
+                         {from.R.m01, from.R.m11, from.R.m21},
+                         {from.R.m02, from.R.m12, from.R.m22}};
+    const vec3<T> s[] = {
+        {to.R.m00, to.R.m10, to.R.m20}, {to.R.m01, to.R.m11, to.R.m21}, {to.R.m02, to.R.m12, to.R.m22}};
     for (int i = 0; i < 3; ++i) { // half the sum of axis × axis
       vec3<T> x;
       A::cross_vv(&p[i], &s[i], &x);
@@ -188,8 +192,9 @@ template <class T> KSL_LANES void set_loop(const model_view<scalar_of<T>> &model
 }
 
 /// K and b of all loops, for positions whose bodies are set in w.world.
-template <class T> KSL_LANES void set_loop_equations(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w,
-                                                     const T *q, const T *v, const T *a) {
+template <class T> KSL_LANES void set_loop_equations(const model_view<scalar_of<T>> &model,
+                                                     loop_equations_workspace<T> &w, const T *q, const T *v,
+                                                     const T *a) {
   express_in_world(model, w.world, q);
   w.fault = T(scalar_of<T>(0));
   for (int l = 0; l < model.loops->loops; ++l)
@@ -197,14 +202,16 @@ template <class T> KSL_LANES void set_loop_equations(const model_view<scalar_of<
 }
 
 /// x[columns] −= factor y[columns], and the same of the last column.
-template <class T> KSL_LANES void subtract_columns(const T &factor, const T *y, T *x, const int *columns, int n, int last) {
+template <class T> KSL_LANES void subtract_columns(const T &factor, const T *y, T *x, const int *columns, int n,
+                                                   int last) {
   for (int j = 0; j < n; ++j)
     x[columns[j]] = x[columns[j]] - factor * y[columns[j]];
   x[last] = x[last] - factor * y[last];
 }
 
 /// Eliminates by the plan, and solves for the dependent coordinates.
-template <class T> KSL_LANES void eliminate_by_plan(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w) {
+template <class T> KSL_LANES void eliminate_by_plan(const model_view<scalar_of<T>> &model,
+                                                    loop_equations_workspace<T> &w) {
   using S = scalar_of<T>;
   const loop_view<S> &loops = *model.loops;
   const int b = model.nv, f = loops.freedoms, pitch = w.pitch, pivots = loops.pivots;
@@ -228,7 +235,8 @@ template <class T> KSL_LANES void eliminate_by_plan(const model_view<scalar_of<T
   for (int r = 0; r < loops.rows - pivots; ++r) { // equations that follow from the others have nothing left
     const int row = loops.redundant[r];
     for (int j = 0; j < f; ++j)
-      fault = fault + fault_beyond(K[row * pitch + independent[j]] * T(loops.row_scale[row] * loops.column_scale[independent[j]]),
+      fault = fault + fault_beyond(K[row * pitch + independent[j]] *
+                                       T(loops.row_scale[row] * loops.column_scale[independent[j]]),
                                    T(largest_rest<S>));
   }
   w.fault = fault;
