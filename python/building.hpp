@@ -177,6 +177,15 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
       .def(
           "without_loops", [](const ksl::model &m) { return ksl::model(ksl::without_loops(m.description())); })
       .def(
+          "with_compliances",
+          [](const ksl::model &m, const std::vector<std::tuple<std::string, std::array<double, 36>>> &given) {
+            std::vector<ksl::joint_compliance> compliances;
+            for (const auto &[joint, matrix] : given)
+              compliances.push_back({joint, matrix});
+            return ksl::model(ksl::with_compliances(m.description(), std::move(compliances)));
+          },
+          "compliances"_a)
+      .def(
           "with_drives",
           [](const ksl::model &m, const std::vector<std::string> &joints) {
             return ksl::model(ksl::with_drives(m.description(), joints));

@@ -50,6 +50,9 @@ KSL_EXPORT robot_description with_loops(robot_description robot, std::vector<loo
 /// The robot with its loops cut: without the joints that close them, and without drives.
 KSL_EXPORT robot_description without_loops(robot_description robot);
 
+/// Gives joints compliance, in place of what they had.  Reactions of mechanisms with loops are then those of least energy.
+KSL_EXPORT robot_description with_compliances(robot_description robot, std::vector<joint_compliance> compliances);
+
 /// Says which joints have a motor, in place of what the robot says.
 KSL_EXPORT robot_description with_drives(robot_description robot, std::vector<std::string> joints);
 

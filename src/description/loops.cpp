@@ -69,6 +69,30 @@ void check_drives(const robot_description &robot) {
   }
 }
 
+/// Refuses compliances of unknown joints, and matrices that store no energy: x · C x must not be negative.
+void check_compliances(const robot_description &robot) {
+  std::vector<std::string> names;
+  for (const joint_description &joint : robot.joints)
+    names.push_back(joint.name);
+  for (const loop_description &loop : robot.loops)
+    names.push_back(loop.name);
+  std::set<std::string> seen;
+  for (const joint_compliance &of : robot.compliances) {
+    const std::string who = "stiffness of joint " + quoted(of.joint) + ": ";
+    if (std::find(names.begin(), names.end(), of.joint) == names.end())
+      refuse(robot, {}, who + "there is no such joint" + text::suggestion(of.joint, names, "name some of " + text::listed(names)));
+    if (!seen.insert(of.joint).second)
+      refuse(robot, {}, who + "it is given twice; give it once");
+    for (std::size_t i = 0; i < 6; ++i)
+      for (std::size_t k = 0; k <= i; ++k) {
+        const double x = of.matrix[6 * i + k], y = of.matrix[6 * k + i], most = std::sqrt(of.matrix[7 * i] * of.matrix[7 * k]);
+        if (!std::isfinite(x) || std::fabs(x - y) > 1e-9 * most || std::fabs(x) > most * (1 + 1e-9) || (i == k && x < 0))
+          refuse(robot, {},
+                 who + "its compliance is not finite, symmetric and positive semidefinite; correct its stiffnesses, which are positive");
+      }
+  }
+}
+
 } // namespace
 
 joint_description as_tree_joint(const loop_description &loop) {
@@ -122,6 +146,7 @@ void check_loops(const robot_description &robot) {
     check_joint_numbers(robot, as_tree_joint(loop));
   }
   check_drives(robot);
+  check_compliances(robot);
 }
 
 robot_description with_loops(robot_description robot, std::vector<loop_description> loops) {
@@ -134,6 +159,12 @@ robot_description with_loops(robot_description robot, std::vector<loop_descripti
 robot_description without_loops(robot_description robot) {
   robot.loops.clear();
   robot.drives.reset();
+  return robot;
+}
+
+robot_description with_compliances(robot_description robot, std::vector<joint_compliance> compliances) {
+  robot.compliances = std::move(compliances);
+  check_loops(robot);
   return robot;
 }
 

@@ -15,6 +15,7 @@ from ksl.base.errors import QuaternionWarning
 from ksl.base.files_read import InputFile
 from ksl.model import given
 from ksl.model.calls import Calls
+from ksl.model.stiffness import Stiffness, compliance_of
 
 S = TypeVar("S", bound="Surgery")
 
@@ -55,6 +56,22 @@ class Surgery(Calls):
             m = m.with_drives(["crank"])
         """
         return self._made(self._core.with_drives(given.names(joints, "drives")))
+
+    def with_stiffness(self: S, stiffness: Mapping[str, Stiffness]) -> S:
+        """The same mechanism, some of whose joints give way; without loops, no result depends on it.
+
+        Rigid bodies leave reactions of redundant joints open.  With the stiffnesses that decide their split, :meth:`reactions` are those of
+        least energy, and :meth:`reactions_unique` says which are still open: joints that aren't named are rigid.
+
+        stiffness: {joint: …}, of the tree or of loops, with six numbers, N/m along x, y, z and N m/rad about them, of the joint's frame on
+        the child's side, inf where it is rigid; or the (6, 6) matrix of a part that couples them, as a beam does; or, of a joint with an axis,
+        a mapping with "axial" and "radial", N/m, and "tilting", N m/rad, of a bearing.  Along the joint's motion they have no effect.
+
+            m = m.with_stiffness({"A": {"axial": 2e7, "radial": 1e8, "tilting": 1e5}, "C": {"axial": 2e7, "radial": 1e8, "tilting": 1e5}})
+        """
+        given_too = given.mapping(stiffness, "stiffness", "{joint: six numbers, a (6, 6) matrix, or axial, radial and tilting}")
+        axes = {joint.name: joint.axis for joint in (*self.joints, *self.loops)}
+        return self._made(self._core.with_compliances([(given.name(joint, "a joint"), compliance_of(joint, x, axes.get(joint))) for joint, x in given_too]))
 
     def with_frozen_joints(self: S, joints: Mapping[str, ArrayLike]) -> S:
         """These joints become fixed at these positions.

@@ -100,7 +100,7 @@ private:
   }
 
   void set_reactions(const external_wrenches<double> &e, const state_view<S> &s) {
-    c_.set_least_norm(q_, v_, a_, e);
+    c_.set_reactions(q_, v_, a_, e);
     const external_wrenches<double> all = c_.all_wrenches(e);
     const int links = m_.view().links;
     for (int r = 0; r < s.reactions_n; ++r) {
