@@ -28,6 +28,7 @@ private:
   bool descend(double *q, int iterations, const close_options &options);
   void step(const double *q, const double *dv, double share, double *out);
   bool keep_limits(double *q);
+  double way_back(const double *start, const double *q, double &far);
   void move_nearer(const double *start, double *q, const close_options &options);
   double distance(const double *start, const double *q, double *d);
 
@@ -35,7 +36,7 @@ private:
   const tables &t_;
   geometry g_;
   least_norm solve_;
-  double *error_, *right_, *step_, *trial_, *far_, *kept_, *tangent_;
+  double *error_, *right_, *step_, *trial_, *far_, *kept_, *tangent_, *kept_step_;
   unsigned char *fixed_;
   double *reached_; ///< error after `descend`
   bool at_limits_ = false, lost_rank_ = false;
