@@ -15,7 +15,8 @@ from ksl.load_cases.provenance import Provenance, provenance_of
 from ksl.model.calls import Calls
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.states import EFFORT_PARTS, Array, External, Order, Point, Side, items_of
-from ksl.motions.motion import Motion, complete
+from ksl.motions.closed_motion import completed, follow_by_loops
+from ksl.motions.motion import Motion
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -163,7 +164,10 @@ def wrench_table(
 
 
 def motion_of_arrays(model: Calls, time: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None) -> Motion:
-    """The motion of samples at `time` (n); what is None is differentiated.  Raises MotionError."""
+    """The motion of samples at `time` (n); what is None is differentiated.  Raises MotionError.
+
+    Columns of q of joints that follow by loops may be NaN throughout.
+    """
     try:
         t, positions = _real("time", time), _real("q", model.as_array(q, "q"))
         given = [None if x is None else _real(name, model.as_array(x, name)) for name, x in (("v", v), ("a", a))]
@@ -174,13 +178,15 @@ def motion_of_arrays(model: Calls, time: ArrayLike, q: ArrayLike, v: ArrayLike |
         shapes = [None if x is None else x.shape for x in given]
         found = f"time {t.shape}, q {positions.shape}, v {shapes[0]}, a {shapes[1]}"
         raise MotionError(f"shapes don't fit: {found}; expected (n), (n, {model.nq}), (n, {model.nv}), (n, {model.nv})")
+    joints = model.joints[: len(model.joint_names)]
+    known = ~np.isnan(positions).all(axis=0) | ~np.isin(np.arange(model.nq), follow_by_loops(model))
+    positions = np.where(known, positions, model.neutral())
     if not all(np.isfinite(x).all() for x in (t, positions, *given) if x is not None):
         raise MotionError("time, q, v and a must be finite")
     if (np.diff(t) <= 0).any():
         raise MotionError("times must increase: sort the samples and remove repeated ones")
-    joints = model.joints[: len(model.joint_names)]
     by_joint = [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints]
-    return complete(model, t, positions, by_joint)
+    return completed(model, t, positions, by_joint, known)
 
 
 def wrenches_of_arrays(external: External | None, samples: int) -> dict[str, Array]:
