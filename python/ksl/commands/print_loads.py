@@ -33,7 +33,7 @@ def print_run(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     """Everything: the summary, of several load cases the worst over all, notes, power balance, what was written; and last, where it is seen, the verdict."""
     verdict, several = run.verdict, len(run.cases) > 1
     rows = worst_rows(run.rows) if several else run.rows
-    print_summary(console, rows, run.model.joints, run.cases[0].placement, "worst over all load cases" if several else "")
+    print_summary(console, rows, run.cases[0].joints, run.cases[0].placement, "worst over all load cases" if several else "")
     for line in run.notes:
         if line not in verdict.reasons:  # those have been printed
             say(console, f"note: {line}")
@@ -45,7 +45,7 @@ def print_run(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     console.print()
     if several:
         _print_cases(console, run)
-    print_verdict(console, verdict, run.model.joints)
+    print_verdict(console, verdict, run.cases[0].joints)
 
 
 def _residual(result: CaseResult) -> float:
@@ -179,12 +179,12 @@ def balance_line(balance: PowerBalance | None) -> str:
 def print_pose(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     """A run of one sample: the pose with efforts, every wrench, and last the verdict."""
     result = run.results[0]
-    case, model = result.case, run.model
+    case = result.case
     rows = {str(row["joint"]): row for row in run.wrenches.to_pylist()}
     table = _empty_table()
     for head in ("position", "effort", "limit", "share"):
         table.add_column(head, justify="right", no_wrap=True)
-    for joint in model.joints:
+    for joint in case.joints:
         row, uses = rows[joint.name], run.verdict.of(joint.name)
         if row["position"] is None:
             continue
@@ -198,7 +198,7 @@ def print_pose(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     components = [name for name in run.wrenches.column_names if name in ("fx", "fy", "fz", "tx", "ty", "tz")]
     for name in components:
         wrenches.add_column(f"{name}\n{'N' if name.startswith('f') else 'N m'}", justify="right", no_wrap=True)
-    for joint in model.joints:
+    for joint in case.joints:
         wrenches.add_row(Text(joint.name), *(f"{0.0 if abs(rows[joint.name][c]) < 1e-9 else rows[joint.name][c]:.4g}" for c in components))
     p = case.placement
     _print_table(console, f"Wrenches on the {p.on} side, moments about {p.about}, axes {p.axes}", wrenches)

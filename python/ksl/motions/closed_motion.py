@@ -85,6 +85,14 @@ def completed(
     return follower.motion(found)
 
 
+def closed_again(model: Mechanism, motion: Motion, q: Array) -> Array:
+    """Positions near those of a motion, with the held joints as in q (n, nq); of a tree they are q."""
+    if motion.closing is None or not isinstance(model, LoopCalls):
+        return q
+    held = Held(model, tuple(model.joint(name) for name in motion.closing.held))
+    return model.close(held.put(motion.q, q), hold=held.names).q
+
+
 class Follower:
     """Makes the motion of a closed mechanism from that of the joints that are held."""
 

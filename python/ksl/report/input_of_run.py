@@ -43,9 +43,15 @@ def _curves(result: CaseResult, several: bool, look: Appearance) -> CaseCurves:
     case, m, raw = result.case, result.case.model, result.case.motion.raw_q
     loads = [l for l in result.loads or [] if case.placement.wanted(l.joint.name)]
     facts = _scene(case) if several else []
-    raw_positions = {} if raw is None else {l.joint.name: m.position_of(l.joint, raw) for l in loads if l.joint.one_coordinate}
+    raw_positions = {} if raw is None else {l.joint.name: m.position_of(l.joint, raw) for l in loads if l.joint.one_coordinate and _given(case, l.joint.name)}
     doubts = result.doubts if several else ()
     return CaseCurves(case.name, case.motion.time, loads, result.balance, facts, doubts, stills_of(case, loads, look), raw_positions)
+
+
+def _given(case: LoadCase, joint: str) -> bool:
+    """Whether the motion gives a joint's position; in a closed mechanism others follow, and were not smoothed."""
+    closing = case.motion.closing
+    return closing is None or joint in closing.held
 
 
 def _scene(case: LoadCase) -> Facts:
