@@ -15,6 +15,7 @@ from ksl.load_cases.load_case import Placement
 from ksl.load_cases.quantities import PowerBalance, SummaryRow, unit
 from ksl.load_cases.ranking import severity
 from ksl.load_cases.summary_table import worst_rows
+from ksl.load_cases.undetermined import FOOTNOTE, MARK, WAY_OUT, is_open
 from ksl.load_cases.verdict import AMBER, Verdict, percent
 from ksl.model.mechanism import Joint
 from ksl.model.states import EFFORT_PARTS
@@ -105,14 +106,19 @@ def print_summary(console: Console, rows: Sequence[SummaryRow], joints: Sequence
         ("Power and work of the drive", "effort", [*(("power", part) for part in peak_time), ("power", "mean"), ("work", "positive"), ("work", "negative")]),
         ("Brakes", "brake", extremes("brake")),
         *(("What the effort consists of", of[0], [(q, part) for q in of for part in ("peak", "rms")]) for of in with_parts),
+        ("Joints without a motor", "speed", [("position", "lowest"), ("position", "highest"), *(("speed", part) for part in peak_time)]),
         ("Coupling: what moves the mimic joints", "coupling", [*extremes("coupling"), *(("speed", part) for part in peak_time)]),
         (f"Joints without one coordinate: {of_the_same}", "force", extremes("force", "moment")),
     ]
+    open_too = False
     for title, having, columns in topics:
-        chosen = [row for row in rows if f"{having}_peak" in row]
+        chosen = [row for row in rows if f"{having}_peak" in row and (having != "speed" or not {"effort_peak", "coupling_peak"} & set(row))]
         for scope, together in _by_unit(chosen, by_name, {q for q, _ in columns}):
             title_and_scope = title + scope + (f", {what}" if what else "")
             _print_table(console, title_and_scope, _table(together, [by_name[str(row["joint"])] for row in together], columns))
+            open_too |= any(is_open(row, q) for row in together for q, _ in columns)
+    if open_too:
+        say(console, f"{FOOTNOTE}. {WAY_OUT}")
 
 
 def _peak_rms_time(*quantities: str) -> Columns:
@@ -149,14 +155,14 @@ def _table(rows: list[SummaryRow], joints: list[Joint], columns: Columns) -> Tab
     words = {"peak_time": "at s", "peak_case": "case", "work": "J"}
     for q, part in columns:
         of = words.get(q) or " or ".join(sorted({unit(q, joint) for joint in joints}))
-        name = LABELS.get(q, q) if part in ("peak", "positive") else ""
+        name = LABELS.get(q, q) if part in ("peak", "positive", "lowest") else ""
         if part == "peak_case":
             table.add_column("\ncase", overflow="fold")
         else:
             table.add_column(f"{name}\n{words.get(part) or f'{part} {of}'}", justify="right", no_wrap=True)
     for row in rows:
-        cells = (row.get(f"{q}_{part}") for q, part in columns)
-        table.add_row(Text(str(row["joint"])), *(Text(x) if isinstance(x, str) else _number(x) for x in cells))
+        cells = ((row.get(f"{q}_{part}"), MARK if part in ("peak", "rms") and is_open(row, q) else "") for q, part in columns)
+        table.add_row(Text(str(row["joint"])), *(Text(x) if isinstance(x, str) else _number(x) + mark for x, mark in cells))
     return table
 
 

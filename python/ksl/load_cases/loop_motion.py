@@ -57,11 +57,10 @@ def _of_loop(model: Calls, loop: Loop, q: Array, v: Array, a: Array) -> OfJoint:
     change = model.frame_accelerations(q, v, a, links, "spatial", axes="world", at="world")
     R, axis = poses[:, 0, :3, :3], np.array(loop.axis)
     u, origin = R @ axis, poses[:, 1, :3, 3]
-    (w0, w1), (b0, b1) = ((x[:, k, 3:] for k in (0, 1)) for x in (twist, change))
+    relative, rate = twist[:, 1] - twist[:, 0], change[:, 1] - change[:, 0]
     if loop.kind == "prismatic":
         apart = origin - poses[:, 0, :3, 3]
         # both sides turn alike: what is left is the motion of the successor's points against those of the predecessor, along the axis
-        relative, rate = twist[:, 1] - twist[:, 0], change[:, 1] - change[:, 0]
         along = relative[:, :3] + np.cross(relative[:, 3:], origin)
         return OfJoint(_dot(u, apart), _dot(u, along), _dot(u, rate[:, :3] + np.cross(rate[:, 3:], origin)))
     turn = np.swapaxes(R, 1, 2) @ poses[:, 1, :3, :3]
@@ -70,7 +69,7 @@ def _of_loop(model: Calls, loop: Loop, q: Array, v: Array, a: Array) -> OfJoint:
     if loop.kind == "helical" and loop.pitch:  # which turn it is follows from the travel
         travel = _dot(u, origin - poses[:, 0, :3, 3]) / loop.pitch
         angle = angle + 2 * np.pi * np.round((travel[:1] - angle[:1]) / (2 * np.pi))
-    return OfJoint(angle, _dot(u, w1 - w0), _dot(u, b1 - b0))
+    return OfJoint(angle, _dot(u, relative[:, 3:]), _dot(u, rate[:, 3:]))
 
 
 def _dot(x: Array, y: Array) -> Array:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ksl.load_cases.quantities import UNDETERMINED
 from ksl.load_cases.reaction_joints import LoopJoint, frame_on_successor, reaction_joints
 from ksl.model.joint_kinds import has_one_coordinate
 from ksl.model.loops import LoopCalls
@@ -30,7 +31,13 @@ NAMES = ("fx", "fy", "fz", "tx", "ty", "tz")
 MARK = "*"
 """Behind numbers that use a component that is not determined."""
 FOOTNOTE = f"{MARK} not determined by rigid bodies: the value of least norm"
+WAY_OUT = "Stiffnesses of joints decide it: Model.with_stiffness; a spherical joint in place of one that turns leaves less open"
 NOT_JUDGED = "not judged: needs stiffnesses of joints"
+
+
+def is_open(row: Mapping[str, object], quantity: str) -> bool:
+    """Whether a number of a row of the summary uses a component that is not determined."""
+    return quantity in str(row.get(UNDETERMINED, "")).split()
 
 
 @dataclass(frozen=True)
@@ -96,10 +103,11 @@ def _quantities(joint: Joint, patterns: Array) -> Collection[str]:
     def share(x: Array) -> bool:
         return bool((np.abs(x) > SHARE).any())
 
-    found = {"force": share(force), "moment": share(moment)}
-    if has_one_coordinate(joint.kind):
+    if not has_one_coordinate(joint.kind):
+        found = {"force": share(force), "moment": share(moment)}
+    else:
         axis = np.array(joint.axis)
         along, about = force @ axis, moment @ axis
-        found |= {"axial_force": share(along), "radial_force": share(force - along[:, None] * axis)}
+        found = {"axial_force": share(along), "radial_force": share(force - along[:, None] * axis)}
         found |= {"axial_moment": share(about), "bending_moment": share(moment - about[:, None] * axis)}
     return [name for name, is_open in found.items() if is_open]
