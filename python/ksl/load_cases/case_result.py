@@ -73,11 +73,10 @@ def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
 def _about_drives(case: LoadCase) -> list[str]:
     """More drives than freedoms share the efforts as their control does."""
     closing, model = case.motion.closing, case.model
-    held = closing.held if closing is not None else ()
-    extra = [name for name in model.drives or () if name not in held] if model.loops and closing is not None and not case.static else []
-    if not extra:
+    drives = sum(model.joint(name).nv for name in model.drives or ())
+    if not model.loops or closing is None or drives <= closing.freedoms or case.brake:
         return []
-    return [f"{', '.join(model.drives or ())} are more drives than the mechanism has freedoms: their efforts are those of least norm, and what the control makes of them is another matter"]
+    return [f"{', '.join(model.drives or ())}: {drives} drives move {closing.freedoms} freedom{'s' if closing.freedoms > 1 else ''}: efforts are those of least norm, and how the control shares them is another matter"]
 
 
 def _about_payloads(case: LoadCase) -> list[str]:

@@ -26,6 +26,11 @@ def reaction_joints(model: Mechanism) -> tuple[Joint, ...]:
     return (*model.joints, *map(_of, model.loops)) if model.loops else model.joints
 
 
+def joint_named(model: Mechanism, name: str) -> Joint:
+    """One of them by its name."""
+    return next((joint for joint in map(_of, model.loops) if joint.name == name), None) or model.joint(name)
+
+
 def has_drive(model: Mechanism, joint: Joint) -> bool:
     """Whether a joint with one coordinate has a motor: of a closed mechanism those that are named as drives, of a tree all but mimic joints."""
     if not joint.one_coordinate or joint.leader is not None or isinstance(joint, LoopJoint):

@@ -87,7 +87,7 @@ class Stop:
 def at_rest(motion: Motion) -> Motion:
     """The positions of a motion, each held at rest."""
     still = np.zeros_like(motion.v)
-    return Motion(motion.time, motion.q, still, still)
+    return Motion(motion.time, motion.q, still, still, closing=motion.closing)
 
 
 def nearest_sample(motion: Motion, time: float) -> int:

@@ -180,7 +180,7 @@ class Follower:
         errors = self._errors(found.q)
         k = int(np.argmax(errors))
         compared, doubts = self._compared(found.q)
-        closing = Closing(tuple(held.names), float(errors[k]), float(self._time[k]), tuple(compared))
+        closing = Closing(tuple(held.names), float(errors[k]), float(self._time[k]), tuple(compared), sum(j.nv for j in held.joints))
         notes = [f"positions of {_all_but(model, held)} closed from those of {', '.join(held.names)}; rates, too", *compared]
         differentiated = [line.replace("of all joints", f"of {', '.join(held.names)}") for line in found.differentiated]
         resolution = found.resolution

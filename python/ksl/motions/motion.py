@@ -67,6 +67,7 @@ class Closing:
     """When, s."""
     compared: tuple[str, ...] = ()
     """A line for each other joint whose positions were given too: how far they are from those that follow."""
+    freedoms: int = 0
 
 
 @dataclass(frozen=True)
