@@ -202,12 +202,17 @@ def print_pose(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     _print_table(console, f"Pose and efforts: {case.kind}", table)
     wrenches = _empty_table()
     components = [name for name in run.wrenches.column_names if name in ("fx", "fy", "fz", "tx", "ty", "tz")]
+    open_of = case.undetermined.components
     for name in components:
         wrenches.add_column(f"{name}\n{'N' if name.startswith('f') else 'N m'}", justify="right", no_wrap=True)
     for joint in case.joints:
-        wrenches.add_row(Text(joint.name), *(f"{0.0 if abs(rows[joint.name][c]) < 1e-9 else rows[joint.name][c]:.4g}" for c in components))
+        marked = open_of.get(joint.name, ())
+        cells = (f"{0.0 if abs(rows[joint.name][c]) < 1e-9 else rows[joint.name][c]:.4g}{MARK if c in marked else ''}" for c in components)
+        wrenches.add_row(Text(joint.name), *cells)
     p = case.placement
     _print_table(console, f"Wrenches on the {p.on} side, moments about {p.about}, axes {p.axes}", wrenches)
+    if open_of:
+        say(console, f"{FOOTNOTE}. {WAY_OUT}")
     for line in written:
         say(console, line)
     print_verdict(console, run.verdict, ())

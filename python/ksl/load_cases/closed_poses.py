@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ksl.base.errors import MotionError, ResultError
 from ksl.model.loops import LoopCalls
-from ksl.model.mechanism import Joint
+from ksl.model.mechanism import Joint, Mechanism
+from ksl.model.motion_columns import columns_of
 from ksl.model.states import Array
 from ksl.motions.closed_motion import held_by, moving_joints
 from ksl.motions.closing import STEP, Held, NotClosed, closed_side_by_side, determining, first_closed, freedoms, home
@@ -18,6 +20,14 @@ from ksl.motions.motion import Closing
 
 SAME = 1e-3
 """A position that is given for a joint that follows may differ by this much from where it is, rad or m: that of numbers with some digits."""
+
+
+def named_joints(model: Mechanism, pose: Mapping[str, Any] | Sequence[float] | None) -> list[str]:
+    """The joints that a pose names, by their names or those of their numbers; all of one that is given as numbers."""
+    joints = moving_joints(model)
+    if not isinstance(pose, Mapping):
+        return [] if pose is None else [j.name for j in joints]
+    return [j.name for j in joints if j.name in pose or any(column in pose for column in columns_of(j)[0])]
 
 
 def closed_pose(model: LoopCalls, q: Array, named: Collection[str]) -> tuple[Array, Closing]:

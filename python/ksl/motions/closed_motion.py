@@ -14,7 +14,7 @@ from ksl.base.errors import MotionError
 from ksl.model.loops import LoopCalls
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.states import Array
-from ksl.motions.closing import Held, NotClosed, closed_along, determining, first_closed, freedoms, home
+from ksl.motions.closing import Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, freedoms, home
 from ksl.motions.motion import Closing, Motion, complete
 from ksl.motions.signal.quality import Samples
 
@@ -91,6 +91,21 @@ def closed_again(model: Mechanism, motion: Motion, q: Array) -> Array:
         return q
     held = Held(model, tuple(model.joint(name) for name in motion.closing.held))
     return model.close(held.put(motion.q, q), hold=held.names).q
+
+
+def followed(model: Mechanism, closing: Closing, first: Array, motion: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+    """q, v and a, each (m, n, …), of m motions from closed positions `first` (m, nq), with the held joints as in `motion`.
+
+    Raises NotClosed, with the number of the first motion that can't be closed.
+    """
+    assert isinstance(model, LoopCalls)  # it has made that closing
+    held = Held(model, tuple(model.joint(name) for name in closing.held))
+    q, found = closed_side_by_side(held, motion[0], first)
+    if not found.all():
+        k, sample = np.argwhere(~found)[0]
+        raise NotClosed(int(k), f"with {held.said(motion[0][k, sample])} the mechanism can't be closed: it would leave what its drives can reach")
+    v = model.consistent_velocity(q, motion[1], held.names)
+    return q, v, model.consistent_acceleration(q, v, motion[2], held.names)
 
 
 class Follower:

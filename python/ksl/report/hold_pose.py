@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 from ksl.base.files_read import InputFile
-from ksl.load_cases.closed_poses import closed_pose
+from ksl.load_cases.closed_poses import closed_pose, named_joints
 from ksl.load_cases.given_cases import checked, robot_file
 from ksl.load_cases.holding import Pose, given_pose, worst_pose
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
@@ -15,7 +15,6 @@ from ksl.load_cases.poses import held_still, neutral, pose_of
 from ksl.load_cases.provenance import provenance_of
 from ksl.model.loading import load
 from ksl.model.model import Model
-from ksl.model.motion_columns import columns_of
 from ksl.model.states import Order, Point, Side
 from ksl.report.loads_run import Run
 
@@ -62,10 +61,10 @@ def hold(
     q = neutral(robot) if pose is None else pose_of(robot, cast("Mapping[str, Any]", pose)) if named else given_pose(robot, pose)
     closing = None
     if robot.loops:
-        q, closing = closed_pose(robot, q, _named(robot, pose))
+        q, closing = closed_pose(robot, q, named_joints(robot, pose))
     name, kind = "pose", "held at rest by the drives"
     if worst is not None:
-        fixed = set(_named(robot, pose)) if named else set()
+        fixed = set(named_joints(robot, pose)) if named else set()
         search = worst_pose(robot, worst, quantity, placement, q, fixed, seed)
         q = search.q
         name, kind = f"worst {quantity} of {worst}", f"{kind}, in the pose with the largest {quantity} of {worst} (seed {seed}; {search})"
@@ -73,11 +72,3 @@ def hold(
     run = Run([case], provenance_of([case], list(inputs) or robot_file(robot), options or {}, command))
     run.compute()
     return run
-
-
-def _named(model: Model, pose: Pose | None) -> list[str]:
-    """The joints that a pose names, by their names or those of their numbers; all of one that is given as numbers."""
-    joints = model.joints[: len(model.joint_names)]
-    if pose is None or not isinstance(pose, Mapping):
-        return [] if pose is None else [j.name for j in joints]
-    return [j.name for j in joints if j.name in pose or any(column in pose for column in columns_of(j)[0])]
