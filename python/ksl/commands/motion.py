@@ -116,7 +116,9 @@ def _progress() -> Iterator[Callable[[float, float], None]]:
 
 def _print(model: Model, made: Generated, output: Path) -> None:
     out = console(80)
-    for note in made.notes:
+    from ksl.motions.generate.generated import beyond_limits
+
+    for note in [*made.notes, *beyond_limits(model, made.motion)]:
         say(out, f"note: {note}")
     f, t = made.facts, made.motion.time
     if f["kind"] == "excite":

@@ -18,6 +18,7 @@ from ksl.model.loops import LoopCalls
 from ksl.model.mechanism import Joint
 from ksl.model.requests import WORLD
 from ksl.model.states import Array, Order, Point, Side
+from ksl.motions.closed_motion import check_drives
 from ksl.motions.motion import Motion
 
 BLOCK_ROWS = 1 << 17
@@ -135,11 +136,11 @@ class LoadCase:
         try:
             tau, *found = self.model.inverse_dynamics_with_reactions(m.q[rows], v[rows], a[rows], wanted, external, threads)
         except ResultError as e:
+            check_drives(self.model, self.motion_file or self.name)
             sample = (rows.start or 0) + e.state
-            raise MotionError(
-                f"{self.motion_file or self.name}: sample {sample + 1} (time {m.time[sample]:.9g}): {e}; "
-                "check the units of positions, rates, external wrenches, masses and gravity (rad, m, s, N, N m, kg)"
-            ) from None
+            units = "check the units of positions, rates, external wrenches, masses and gravity (rad, m, s, N, N m, kg)"
+            about = "" if self.model.loops else f"; {units}"
+            raise MotionError(f"{self.motion_file or self.name}: sample {sample + 1} (time {m.time[sample]:.9g}): {e}{about}") from None
         coupling = self._coupling(found.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
         each = 1 + len(p.points)
         total, constraint, *others = [self._merged(found[i : i + each]) for i in range(0, len(found), each)]

@@ -38,6 +38,15 @@ def leading(model: Mechanism) -> tuple[Joint, ...]:
     return tuple(j for j in joints if j.name in model.drives or j.kind == "floating")
 
 
+def check_drives(model: Mechanism, name: str) -> None:
+    """Raises MotionError for a closed mechanism of which nobody says which joints have motors."""
+    if model.loops and model.drives is None:
+        raise MotionError(
+            f"{name}: {model.name} has loops, and doesn't say which joints have motors; name them: --drives (drives= in Python), "
+            f"from among {', '.join(model.joint_names)}"
+        )
+
+
 def follow_by_loops(model: Mechanism) -> NDArray[np.intp]:
     """Columns of q of the joints that follow the leading ones; none of a tree."""
     lead = leading(model)
@@ -106,6 +115,15 @@ def followed(model: Mechanism, closing: Closing, first: Array, motion: tuple[Arr
         raise NotClosed(int(k), f"with {held.said(motion[0][k, sample])} the mechanism can't be closed: it would leave what its drives can reach")
     v = model.consistent_velocity(q, motion[1], held.names)
     return q, v, model.consistent_acceleration(q, v, motion[2], held.names)
+
+
+def closed(model: Mechanism, motion: Motion) -> Motion:
+    """A motion that was made for the joints that lead, with those that follow; of a tree it is the same.  Raises MotionError."""
+    if not (model.loops and isinstance(model, LoopCalls)):
+        return motion
+    follower = Follower(model, motion.time, motion.q, np.zeros(model.nq, dtype=bool), "motion", None)
+    q, v, a = follower(motion.q, motion.v, motion.a)
+    return follower.motion(replace(motion, q=q, v=v, a=a))
 
 
 class Follower:

@@ -31,7 +31,7 @@ AT_MOST = 10_000_000
 """Cases of one sweep."""
 LARGEST = sys.float_info.max
 """Python's whole numbers may be larger, which `math.isfinite` doesn't take."""
-TAKEN = ("case", "joint", "kind", "quantity", "value", "unit")
+TAKEN = ("case", "joint", "kind", "quantity", "value", "unit", "undetermined")
 """Columns of the results that are no parameters."""
 OF_BASE = ("motion", "reading", "components", "gravity", "physics", "friction_width", "floating_base", "mimic", "model", "loops", "drives")
 
