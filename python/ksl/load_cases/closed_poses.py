@@ -78,6 +78,16 @@ class Reach:
         """The joints that may be searched: those that others follow."""
         return [j for j in joints if self.held is None or j in self.held.joints]
 
+    def nearer(self, tried: Array, start: Array) -> Array:
+        """Random shares of the ranges (n, searched); of a closed mechanism every second one is drawn nearer to where it starts.
+
+        The ranges of a file may be far beyond what the mechanism can reach.
+        """
+        if self.held is not None:
+            near, shrink = np.clip(start, 0, 1), np.linspace(0, 1, len(tried[::2]))[:, None] ** 4
+            tried[::2] = near + (tried[::2] - near) * shrink
+        return tried
+
     def closed(self, poses: Array, start: Array | None = None) -> tuple[Array, NDArray[np.bool_]]:
         """Closed poses (n, nq) with the held joints as in `poses`, and which were found; start: a closed pose nearby."""
         if self.held is None:

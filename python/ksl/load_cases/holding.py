@@ -68,6 +68,8 @@ class WorstPose:
         return self.refined == 0 or self.agree > 1
 
     def __str__(self) -> str:
+        if self.skipped and self.skipped == self.tried:
+            return f"none of {self.tried} random poses can be closed within the limits: this is the pose that was given; give limits of position that fit"
         if not self.refined:
             return "no joint can move: there was nothing to search"
         said = f"{self.agree} of {self.refined} searches, from the best of {self.tried} random poses, came to this value"
@@ -102,9 +104,11 @@ def worst_pose(model: Model, joint: str, quantity: str, placement: Placement, q:
         values = largest(np.vstack([x, x + steps, x - steps]), near) ** 2 / scale
         return -float(values[0]), -(values[1 : len(x) + 1] - values[len(x) + 1 :]) / (2 * STEP)
 
-    tried = np.random.default_rng(seed).random((TRIED, len(columns)))
+    tried = reach.nearer(np.random.default_rng(seed).random((TRIED, len(columns))), (q[columns] - lower) / (upper - lower))
     sizes = largest(tried)
     skipped = reach.skipped
+    if skipped == TRIED:
+        return WorstPose(q, float(size(q[None])[0]), TRIED, 0, 0, 0, skipped)
     scale = float(sizes.max()) ** 2 or 1.0
     best, found = tried[int(sizes.argmax())], float(sizes.max())
     ends: list[tuple[float, bool]] = []

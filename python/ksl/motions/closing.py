@@ -162,9 +162,11 @@ def closed_side_by_side(held: Held, targets: Array, first: Array) -> tuple[Array
     q, found = np.array(targets), np.zeros(targets.shape[:2], dtype=bool)
     last, going = np.array(first), np.ones(len(targets), dtype=bool)
     for k in range(targets.shape[1]):
-        closed = held.model.close(held.put(last, targets[:, k]), hold=held.names)
-        going &= closed.converged
-        last = np.where(going[:, None], closed.q, last)
+        rows = np.flatnonzero(going)  # a search that fails takes long: it is made once
+        if len(rows):
+            closed = held.model.close(held.put(last[rows], targets[rows, k]), hold=held.names)
+            last[rows[closed.converged]] = closed.q[closed.converged]
+            going[rows] = closed.converged
         q[:, k], found[:, k] = last, going
     return q, found
 
