@@ -12,7 +12,8 @@ from ksl.base.errors import MotionError, near_names
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of
 from ksl.model.states import Array
-from ksl.motions.motion import Closing, Motion
+from ksl.motions.closing import Closing
+from ksl.motions.motion import Motion
 from ksl.motions.signal.suspicions import suspicions_of_pose
 
 

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.base.errors import MotionError
+from ksl.base.words import count
 from ksl.model.loops import LoopCalls
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.states import Array
-from ksl.motions.closing import Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, freedoms, home
-from ksl.motions.motion import Closing, Motion, complete
+from ksl.motions.closing import Closing, Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, freedoms, home
+from ksl.motions.motion import Motion, complete
 from ksl.motions.signal.quality import Samples
 
 TOLD, DOUBTED = 1e-6, 1e-2
@@ -58,7 +59,8 @@ def held_by(model: LoopCalls, name: str = "motion") -> Held:
 
     Raises MotionError where they leave freedoms.
     """
-    lead = sorted(leading(model), key=lambda j: (j.kind != "floating", model.drives.index(j.name) if j.name in (model.drives or ()) else 0))
+    drives = model.drives or ()
+    lead = sorted(leading(model), key=lambda j: (j.kind != "floating", drives.index(j.name) if j.name in drives else 0))
     try:
         start = home(model, [j.name for j in lead] if model.drives is not None else ())
     except NotClosed as e:
@@ -70,9 +72,9 @@ def held_by(model: LoopCalls, name: str = "motion") -> Held:
             return Held(model, chosen)
     if sum(j.nv for j in lead) < free:
         others = [j.name for j in moving_joints(model) if j not in lead and j.kind != "floating"]
-        named = f"drives {', '.join(model.drives or ())}" if model.drives else "no drives"
+        named = f"drives {', '.join(drives)}" if drives else "no drives"
         raise MotionError(
-            f"{name}: the mechanism has {free} freedoms, and {named} leave {free - sum(j.nv for j in lead)} of them open; "
+            f"{name}: the mechanism has {count(free, 'freedom')}, and {named} leave {free - sum(j.nv for j in lead)} of {'it' if free == 1 else 'them'} open; "
             f"name more: --drives (drives= in Python), from among {', '.join(others)}"
         )
     return Held(model, tuple(lead))
@@ -251,7 +253,7 @@ class Follower:
             off = self._model.difference(q, mixed)[:, rates]
             if joint.one_coordinate and joint.has_angle:
                 off = np.remainder(off + math.pi, 2 * math.pi) - math.pi  # a whole turn is none
-            size = np.abs(off).max(axis=1)
+            size: Array = np.abs(off).max(axis=1)
             k, unit = int(np.argmax(size)), joint.unit if joint.one_coordinate else "rad or m"
             share = size[k] / (1.0 if joint.unit == "rad" else self._length)
             line = f"positions of {joint.name} in the motion differ from those that follow by up to {size[k]:.3g} {unit}, at {self._time[k]:.6g} s"

@@ -32,6 +32,22 @@ class NotClosed(Exception):
 
 
 @dataclass(frozen=True)
+class Closing:
+    """How the positions of a closed mechanism were found."""
+
+    held: tuple[str, ...]
+    """The joints whose positions the motion gives; all others follow."""
+    error: float
+    """The largest error of closed loops at any sample, m; angles times the length of the mechanism."""
+    error_time: float
+    """When, s."""
+    compared: tuple[str, ...] = ()
+    """A line for each other joint whose positions were given too: how far they are from those that follow."""
+    freedoms: int = 0
+    """Of the mechanism."""
+
+
+@dataclass(frozen=True)
 class Held:
     """Joints whose positions are given, of a closed mechanism."""
 
@@ -117,14 +133,14 @@ def first_closed(held: Held, target: Array, start: Array | None = None) -> Array
     steps = int(np.clip(np.ceil(way / STEP), 1, MOST_STEPS))
     between = model.interpolate(np.broadcast_to(begin, (steps, model.nq)), aim, np.arange(1, steps + 1) / steps)
     try:
-        return _one_by_one(held, between, begin)[-1]
+        return np.array(_one_by_one(held, between, begin)[-1])
     except NotClosed:
         found = model.close(aim, hold=held.names)
         if found.converged:
             return found.q
         others = model.branches(aim, hold=held.names)
         if len(others):
-            return np.asarray(others[0])
+            return np.array(others[0])
         raise NotClosed(0, f"with {held.said(aim)} {_why(model, found.q, str(found.reason))}") from None
 
 

@@ -19,6 +19,7 @@ from ksl.model.joint_kinds import KINDS
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of, units_of
 from ksl.model.states import Array
+from ksl.motions.closing import Closing
 from ksl.motions.signal.corners import Found
 from ksl.motions.signal.gaps import doubts_about_gaps
 from ksl.motions.signal.quality import Samples, doubts_about_noise, sentences_about_jumps
@@ -53,21 +54,6 @@ class Source:
 
     def __str__(self) -> str:
         return f"{self.file}, {self.format}, {count(self.samples, 'sample')}, median step {self.step:.6g} s"
-
-
-@dataclass(frozen=True)
-class Closing:
-    """How the positions of a closed mechanism were found."""
-
-    held: tuple[str, ...]
-    """The joints whose positions the motion gives; all others follow."""
-    error: float
-    """The largest error of closed loops at any sample, m; angles times the length of the mechanism."""
-    error_time: float
-    """When, s."""
-    compared: tuple[str, ...] = ()
-    """A line for each other joint whose positions were given too: how far they are from those that follow."""
-    freedoms: int = 0
 
 
 @dataclass(frozen=True)
