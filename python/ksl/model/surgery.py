@@ -6,7 +6,7 @@ import os
 import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 from numpy.typing import ArrayLike
 
@@ -15,6 +15,7 @@ from ksl.base.errors import QuaternionWarning
 from ksl.base.files_read import InputFile
 from ksl.model import given
 from ksl.model.calls import Calls
+from ksl.model.requests import one_of
 from ksl.model.stiffness import Stiffness, compliance_of
 
 S = TypeVar("S", bound="Surgery")
@@ -110,10 +111,14 @@ class Surgery(Calls):
         core = self._core.merged(other._core, given.name(parent_link, "parent_link"), given.pose(pose, "pose", parent_link), given.name(prefix, "prefix"))
         return self._made(core, tuple(dict.fromkeys((*self.inputs, *other.inputs))))
 
-    def subtree(self: S, link: str) -> S:
+    def subtree(self: S, link: str, loops: Literal["refuse", "drop"] = "refuse") -> S:
         """What a link carries, and itself as the root.  The root is fixed unless it is that of a robot that floats.
-        A mimic joint that would be without its leader is refused."""
-        return self._made(self._core.subtree(given.name(link, "link")))
+        A mimic joint that would be without its leader is refused.
+
+        loops: of a loop that loses a link, "refuse" is an error that names it; "drop" leaves out the joint that closes it.
+        """
+        drop = one_of(loops, "loops", "refuse", "drop") == "drop"
+        return self._made(self._core.subtree(given.name(link, "link"), drop))
 
     def with_frame(self: S, name: str, link: str, pose: given.PoseLike | None = None) -> S:
         """A frame `name`, at `pose`, (4, 4) or :class:`ksl.Pose`, in a link's frame, that may be used wherever a link may.

@@ -14,6 +14,7 @@ void assembly::lay_out(arena &memory) {
   const int nq = m_.nq(), nv = m_.nv(), rows = t_.rows;
   g_.lay_out(memory);
   solve_.lay_out(memory, rows, nv);
+  eliminate_.lay_out(memory, rows, nv);
   error_ = memory.take<double>(rows), right_ = memory.take<double>(rows), step_ = memory.take<double>(nv);
   trial_ = memory.take<double>(nq), far_ = memory.take<double>(nv), kept_ = memory.take<double>(nq);
   tangent_ = memory.take<double>(nv), kept_step_ = memory.take<double>(nv), fixed_ = memory.take<unsigned char>(nv), reached_ = memory.take<double>(1);
@@ -98,6 +99,19 @@ bool assembly::keep_limits(double *q) {
   return beyond;
 }
 
+/// step_: the shortest one with K x = right_.  By elimination, which is faster, where it is the only one.
+void assembly::set_step() {
+  const int nv = m_.nv();
+  int fixed = 0;
+  for (int j = 0; j < nv; ++j)
+    fixed += fixed_[j];
+  is_determined_ = nv - fixed <= t_.rows && eliminate_.determine(g_.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g_.size(), fixed_, fixed);
+  if (is_determined_)
+    eliminate_.solve_determined(right_, step_);
+  else
+    solve_.solve(g_.jacobian(), t_.rows, nv, t_.row_scale.data(), fixed_, g_.size(), right_, step_);
+}
+
 /// Gauss–Newton steps, the shortest ones that close the linearised loops, halved while the error doesn't fall.
 bool assembly::descend(double *q, int iterations, const close_options &options) {
   const double wanted = converged * t_.length;
@@ -108,8 +122,8 @@ bool assembly::descend(double *q, int iterations, const close_options &options) 
       return true;
     for (int i = 0; i < t_.rows; ++i)
       right_[i] = -error_[i];
-    solve_.solve(g_.jacobian(), t_.rows, m_.nv(), t_.row_scale.data(), fixed_, g_.size(), right_, step_);
-    lost_rank_ = solve_.residual > 0.5 * error;
+    set_step();
+    lost_rank_ = !is_determined_ && solve_.residual > 0.5 * error;
     double share = 1, trial = 0;
     bool fell = false;
     for (int halvings = 0; halvings < 40 && !fell; ++halvings, share /= 2) {
@@ -179,9 +193,11 @@ closing assembly::close(const double *q, const unsigned char *hold, const close_
     at_limits_ = true;
   std::copy_n(hold, nv, fixed_);
   const bool closed = descend(out, options.iterations, options);
-  if (closed)
+  *error = *reached_;
+  if (closed && !is_determined_) { // else there is no other nearby
     move_nearer(q, out, options);
-  *error = set_error(out);
+    *error = set_error(out);
+  }
   if (closed)
     return closing::closed;
   if (at_limits_)

@@ -1,6 +1,7 @@
 // Closed positions near open ones, and motions that keep loops closed.
 #pragma once
 
+#include "engine/loops/elimination.hpp"
 #include "engine/loops/geometry.hpp"
 #include "engine/loops/least_norm.hpp"
 #include "ksl/loops.hpp"
@@ -25,6 +26,7 @@ public:
 
 private:
   double set_error(const double *q);
+  void set_step();
   bool descend(double *q, int iterations, const close_options &options);
   void step(const double *q, const double *dv, double share, double *out);
   bool keep_limits(double *q);
@@ -36,10 +38,11 @@ private:
   const tables &t_;
   geometry g_;
   least_norm solve_;
+  elimination eliminate_;
   double *error_, *right_, *step_, *trial_, *far_, *kept_, *tangent_, *kept_step_;
   unsigned char *fixed_;
   double *reached_; ///< error after `descend`
-  bool at_limits_ = false, lost_rank_ = false;
+  bool at_limits_ = false, lost_rank_ = false, is_determined_ = false;
 };
 
 } // namespace ksl::loops
