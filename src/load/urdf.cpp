@@ -39,6 +39,7 @@ private:
   void check_expanded() const;
   void check_joint_elements() const;
   void read_loops();
+  void check_gazebo_joints() const;
   int minor_version() const;
   void read_link(pugi::xml_node node);
   void read_joint(pugi::xml_node node);
@@ -159,11 +160,11 @@ void urdf_reader::check_joint_elements() const {
       file_.refuse(child,
                    "<" + name +
                        "> is a joint that KSL doesn't know; write <joint name=\"...\" type=\"...\">, or <drake:joint>");
-    if (readers::is_foreign_loop(name))
+    if (!options_.cut_loops && readers::is_foreign_loop(name))
       file_.refuse(child,
                    "<" + name +
                        "> would close a loop, and is no element that KSL knows; write <constraint name=\"...\" " +
-                       "type=\"...\">, or remove it");
+                       "type=\"...\">; loops=\"cut\" in Python (cut_loops in C++) reads the file without loops");
   }
 }
 
@@ -173,7 +174,7 @@ void urdf_reader::read_loops() {
     return element(file_, unused_, node, {"loop joint", node.attribute("name").value()});
   };
   for (const pugi::xml_node child : root_.node().children())
-    if (readers::is_loop(child.name())) {
+    if (!options_.cut_loops && readers::is_loop(child.name())) {
       text::check_count(file_, child, robot_.joints.size() + robot_.loops.size(), text::limits::joints, "joints");
       robot_.loops.push_back(readers::loop_in(in_file(child), links_, minor_, unused_));
     }
@@ -185,11 +186,30 @@ void urdf_reader::read_loops() {
     else
       readers::read_coupling({file_, unused_, coupling, {"coupling", coupling.attribute("name").value()}}, robot_,
                              links_, moving);
+  if (options_.cut_loops) {
+    robot_.loops.clear();
+    return;
+  }
+  check_gazebo_joints();
   // also where there are no loops, which a program may add
   if (std::vector<std::string> drives = readers::driven_joints(root_.node(), robot_); !drives.empty()) {
     drives_ = {drives.begin(), drives.end()};
     robot_.drives = std::move(drives);
   }
+}
+
+/// Refuses joints between links of the robot in <gazebo>, which Gazebo adds to those of the tree.
+void urdf_reader::check_gazebo_joints() const {
+  for (const pugi::xml_node gazebo : root_.node().children("gazebo"))
+    for (const pugi::xml_node joint : gazebo.children("joint")) {
+      const auto is_link = [&](const char *tag) {
+        return links_.index.count(std::string(text::trimmed(joint.child_value(tag)))) > 0;
+      };
+      if (is_link("parent") && is_link("child"))
+        file_.refuse(joint, "joint " + quoted(joint.attribute("name").value()) +
+                                " in <gazebo> closes a loop; state it as <constraint>, or read the file without loops: "
+                                "loops=\"cut\" in Python, cut_loops in C++");
+    }
 }
 
 int urdf_reader::minor_version() const {

@@ -222,6 +222,8 @@ TEST_CASE("loops: what can't be read is refused") {
        {"r.urdf:4: a second joint is named \"ja\""}},
       {"<Constraint name=\"c\"/>", {"r.urdf:4: <Constraint> would close a loop", "write <constraint"}},
       {"<x:loop_joint name=\"c\"/>", {"<x:loop_joint> would close a loop"}},
+      {"<gazebo><joint name=\"g\" type=\"revolute\"><parent>a</parent><child>b</child></joint></gazebo>",
+       {"r.urdf:4: joint \"g\" in <gazebo> closes a loop", "<constraint>"}},
       {"<coupling name=\"k\"><predecessor link=\"a\"/><successor link=\"b\"/></coupling>",
        {"coupling k: <coupling> has no <ratio>"}},
       {"<coupling name=\"k\"><predecessor link=\"a\"/><successor link=\"base\"/><ratio value=\"1\"/></coupling>",
@@ -233,6 +235,14 @@ TEST_CASE("loops: what can't be read is refused") {
     CAPTURE(each.inside);
     check_message(refusal(two_arms(each.inside)), each.says);
   }
+}
+
+TEST_CASE("loops: a file is read without them, if asked for, whatever they say") {
+  const robot_description cut = read_urdf_text(
+      two_arms(constraint("hinge", "") +
+               "<x:loop_joint/><joint name=\"k\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>"),
+      "r.urdf", {.cut_loops = true});
+  CHECK((cut.loops.empty() && cut.joints.size() == 2 && !cut.drives));
 }
 
 TEST_CASE("loops: in SDF, a joint whose child has a parent closes one, with frames from the poses of the links") {

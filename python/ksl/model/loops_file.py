@@ -91,12 +91,16 @@ class LoopsFile:
             if key in loop:
                 self._check_numbers(who, key, loop[key])
         try:
-            poses = [given.pose_of(f"{who}: its frame on the {side}", None, loop.get(f"{side}_xyz"), loop.get(f"{side}_rpy"), None) for side in ("predecessor", "successor")]
-            return given.loop(*(loop[key] for key in _NEEDED), poses[0], poses[1], loop.get("axis"), loop.get("axis2"), loop.get("pitch"))
+            poses = (self._frame(who, loop, "predecessor"), self._frame(who, loop, "successor"))
+            kind, links = loop["kind"], (loop["predecessor"], loop["successor"])
+            return given.loop(loop["name"], kind, *links, *poses, loop.get("axis"), loop.get("axis2"), loop.get("pitch"))
         except DescriptionError:
             raise
         except ValueError as error:
             raise self.refused(error) from None
+
+    def _frame(self, who: str, loop: dict[str, Any], side: str) -> given.PoseLike | None:
+        return given.pose_of(f"{who}: its frame on the {side}", None, loop.get(f"{side}_xyz"), loop.get(f"{side}_rpy"), None)
 
     def _check_numbers(self, who: str, key: str, value: Any) -> None:
         def is_number(x: Any) -> bool:

@@ -148,9 +148,9 @@ def _least_turn(u: Array, to: Array) -> Array:
             return np.eye(3)
         n = np.cross(u, np.eye(3)[int(np.argmin(np.abs(u)))])
         n /= np.linalg.norm(n)
-        return 2 * np.outer(n, n) - np.eye(3)
+        return np.asarray(2 * np.outer(n, n) - np.eye(3))
     K = np.array([[0, -n[2], n[1]], [n[2], 0, -n[0]], [-n[1], n[0], 0]])
-    return np.eye(3) + K + K @ K / (1 + c)
+    return np.asarray(np.eye(3) + K + K @ K / (1 + c))
 
 
 def common_name(names: list[str]) -> str:
