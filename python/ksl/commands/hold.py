@@ -25,6 +25,7 @@ from ksl.commands.options import (
     payloads_given,
     read_model,
 )
+from ksl.commands.stiffness_option import Stiffness, with_stiffness
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
@@ -55,6 +56,7 @@ def hold(
     physics: Physics = "",
     loops: Loops = "",
     drives: Drives = "",
+    stiffness: Stiffness = None,
 ) -> None:
     """Print the efforts and every wrench of one pose at rest, or of the worst pose for a joint."""
     from ksl.base.files_read import recorded
@@ -66,6 +68,7 @@ def hold(
 
     loaded = payloads_given(payload, on_link)
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, loops=loops, drives=drives)
+    model, stiff = with_stiffness(model, stiffness)
     point = numbers(at, "--at", 3) if "," in at else at
     try:
         model.reaction_request(on, point, axes, order, "total", [])
@@ -81,9 +84,9 @@ def hold(
                 positions |= read_pose(model, file, time)
         positions |= named
         carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
-        inputs = [*model.inputs, *ledger.files]
+        inputs = [*model.inputs, *stiff, *ledger.files]
         options = {"on": on, "at": at, "axes": axes, "order": order, "gravity": gravity, "physics": physics, "mimic": mimic, "floating_base": floating_base}
-        options |= {"loops": loops, "drives": drives} if model.loops or loops else {}
+        options |= {"loops": loops, "drives": drives, "stiffness": str(stiffness or "")} if model.loops or loops else {}
         run = held(
             model, positions, worst or None, of, payloads=carried, on=cast("Side", on), at=point, axes=axes, order=cast("Order", order), seed=seed,
             inputs=inputs, options=options, command=command_line(),

@@ -31,7 +31,7 @@ NAMES = ("fx", "fy", "fz", "tx", "ty", "tz")
 MARK = "*"
 """Behind numbers that use a component that is not determined."""
 FOOTNOTE = f"{MARK} not determined by rigid bodies: the value of least norm"
-WAY_OUT = "Stiffnesses of joints decide it: Model.with_stiffness; a spherical joint in place of one that turns leaves less open"
+WAY_OUT = "Stiffnesses of joints decide it: --stiffness, Model.with_stiffness; a spherical joint in place of one that turns leaves less open"
 NOT_JUDGED = "not judged: needs stiffnesses of joints"
 
 
