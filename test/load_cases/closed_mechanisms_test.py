@@ -13,7 +13,7 @@ from ksl.base.errors import MotionError
 from ksl_command import run_ksl
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "laws"))
-from closed_mechanisms import random_case  # noqa: E402
+from closed_mechanisms import random_case
 
 TIME = np.linspace(0, 2, 201)
 TURN = 2 * np.pi * (TIME / 2 - np.sin(np.pi * TIME) / (2 * np.pi))

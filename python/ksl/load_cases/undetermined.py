@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ksl.load_cases.placement import Placement
 from ksl.load_cases.quantities import UNDETERMINED
 from ksl.load_cases.reaction_joints import LoopJoint, frame_on_successor, reaction_joints
 from ksl.model.joint_kinds import has_one_coordinate
@@ -19,9 +19,6 @@ from ksl.model.loops import LoopCalls
 from ksl.model.mechanism import Joint
 from ksl.model.requests import WORLD
 from ksl.model.states import Array
-
-if TYPE_CHECKING:
-    from ksl.load_cases.load_case import Placement
 
 SAMPLES = 200
 """So many samples of a motion are looked at, at most, in equal steps: which components are open changes at singular positions alone."""

@@ -253,7 +253,7 @@ class Follower:
             off = self._model.difference(q, mixed)[:, rates]
             if joint.one_coordinate and joint.has_angle:
                 off = np.remainder(off + math.pi, 2 * math.pi) - math.pi  # a whole turn is none
-            size: Array = np.abs(off).max(axis=1)
+            size = np.atleast_1d(np.abs(off).max(axis=1))
             k, unit = int(np.argmax(size)), joint.unit if joint.one_coordinate else "rad or m"
             share = size[k] / (1.0 if joint.unit == "rad" else self._length)
             line = f"positions of {joint.name} in the motion differ from those that follow by up to {size[k]:.3g} {unit}, at {self._time[k]:.6g} s"

@@ -91,7 +91,7 @@ class JointSamples:
     def open_quantities(self) -> list[str]:
         """The quantities, among those of this class, that use components which rigid bodies leave open."""
         force, moment = (np.array([f"{letter}{c}" in self.undetermined for c in "xyz"]) for letter in "ft")
-        along, across = self.axis != 0, 1 - np.abs(self.axis) > 1e-12  # components with a share along, and across the axis
+        along, across = self.axis != 0, np.abs(self.axis) != 1  # components with a share along, and across the axis
         found = {"axial_force": force & along, "radial_force": force & across, "axial_moment": moment & along, "bending_moment": moment & across}
         return [name for name, is_open in found.items() if is_open.any()]
 
