@@ -15,7 +15,7 @@ from ksl.load_cases.reaction_joints import has_drive, reaction_joints
 from ksl.model.calls import Calls
 from ksl.model.mechanism import Mechanism
 from ksl.model.states import EFFORT_PARTS, Array, External, Order, Point, Side, items_of
-from ksl.motions.closed_motion import completed, follow_by_loops
+from ksl.motions.closed_motion import check_drives, completed, follow_by_loops
 from ksl.motions.motion import Motion
 
 if TYPE_CHECKING:
@@ -181,6 +181,8 @@ def motion_of_arrays(model: Calls, time: ArrayLike, q: ArrayLike, v: ArrayLike |
         found = f"time {t.shape}, q {positions.shape}, v {shapes[0]}, a {shapes[1]}"
         raise MotionError(f"shapes don't fit: {found}; expected (n), (n, {model.nq}), (n, {model.nv}), (n, {model.nv})")
     joints = model.joints[: len(model.joint_names)]
+    if np.isnan(positions).any():
+        check_drives(model, "motion")
     known = ~np.isnan(positions).all(axis=0) | ~np.isin(np.arange(model.nq), follow_by_loops(model))
     positions = np.where(known, positions, model.neutral())
     if not all(np.isfinite(x).all() for x in (t, positions, *given) if x is not None):

@@ -15,7 +15,7 @@ from ksl.base.words import count
 from ksl.model.loops import LoopCalls
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.states import Array
-from ksl.motions.closing import Closing, Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, freedoms, home
+from ksl.motions.closing import Closing, Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, freedoms, home, searched_home
 from ksl.motions.motion import Motion, complete
 from ksl.motions.signal.quality import Samples
 
@@ -138,7 +138,7 @@ class Follower:
         self.held = held_by(model, name)
         self._others = [j for j in moving_joints(model) if j not in self.held.joints]
         self._where = place or (lambda k: f"{name}: sample {k + 1}")
-        self._length = 1.0
+        self._length, self._searched = 1.0, 0
 
     def without_others(self, q: Array, given: list[list[Array | None]]) -> tuple[Array, list[list[Array | None]]]:
         """Positions and rates in which joints that follow stand still: nothing of them is differentiated, smoothed or doubted."""
@@ -164,6 +164,7 @@ class Follower:
     def _closed(self, q: Array) -> Array:
         start = self._given[0] if self._known.all() else None
         try:
+            self._searched = 0 if start is not None else searched_home(self._model, self.held.names)[1]
             first = first_closed(self.held, q[0], start)
             return closed_along(self.held, q, first)
         except NotClosed as e:
@@ -217,6 +218,11 @@ class Follower:
         compared, doubts = self._compared(found.q)
         closing = Closing(tuple(held.names), float(errors[k]), float(self._time[k]), tuple(compared), sum(j.nv for j in held.joints))
         notes = [f"positions of {_all_but(model, held)} closed from those of {', '.join(held.names)}; rates, too", *compared]
+        if self._searched:
+            notes.append(
+                f"the neutral position does not lead to a closed one: a search found {count(self._searched, 'assembly').replace('assemblys', 'assemblies')}, and the nearest "
+                "was taken; give the columns of all joints to say which is meant"
+            )
         differentiated = [line.replace("of all joints", f"of {', '.join(held.names)}") for line in found.differentiated]
         resolution = found.resolution
         if resolution is not None:
@@ -246,14 +252,14 @@ class Follower:
         lines, doubts = [], []
         for joint in self._others:
             part, rates = slice(joint.q_index, joint.q_index + joint.nq), slice(joint.v_index, joint.v_index + joint.nv)
-            if not self._known[part].all():
+            if not np.all(self._known[part]):
                 continue
             mixed = np.array(q)
             mixed[:, part] = self._given[:, part]
             off = self._model.difference(q, mixed)[:, rates]
             if joint.one_coordinate and joint.has_angle:
                 off = np.remainder(off + math.pi, 2 * math.pi) - math.pi  # a whole turn is none
-            size = np.atleast_1d(np.abs(off).max(axis=1))
+            size: Array = np.max(np.abs(off), axis=1)
             k, unit = int(np.argmax(size)), joint.unit if joint.one_coordinate else "rad or m"
             share = size[k] / (1.0 if joint.unit == "rad" else self._length)
             line = f"positions of {joint.name} in the motion differ from those that follow by up to {size[k]:.3g} {unit}, at {self._time[k]:.6g} s"

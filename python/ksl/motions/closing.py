@@ -85,16 +85,23 @@ def _indices(places: Sequence[tuple[int, int]]) -> NDArray[np.intp]:
 
 
 def home(model: LoopCalls, hold: Sequence[str] = ()) -> Array:
-    """The closed position (nq) from which others are reached: the one nearest to the neutral position, with joints kept there if that is possible.
+    """The closed position (nq) from which others are reached: one near the neutral position, with joints kept there if that is possible.
 
     Raises NotClosed.
     """
-    with np.errstate(invalid="ignore"):
-        start = np.clip(model.neutral(), model.lower, model.upper)
+    return searched_home(model, hold)[0]
+
+
+def searched_home(model: LoopCalls, hold: Sequence[str] = ()) -> tuple[Array, int]:
+    """The same, and among how many assemblies it is the nearest, where it had to be searched: 0 where the neutral position leads to it."""
+    start = np.clip(model.neutral(), model.lower, model.upper)
     for kept in (hold, ()) if hold else ((),):
         found = model.close(start, hold=kept)
         if found.converged:
-            return found.q
+            return found.q, 0
+        others = model.branches(start, hold=kept)
+        if len(others):
+            return np.array(others[0]), len(others)
     raise NotClosed(0, f"from its neutral position {_why(model, found.q, str(found.reason))}")
 
 
