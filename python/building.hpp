@@ -77,6 +77,27 @@ inline ksl::model with_inertias(const ksl::model &m,
   return m.with_inertias(inertias);
 }
 
+/// A joint that closes a loop, as Python gives it: name, kind, links, frames on both, axes, pitch.
+using loop_given = std::tuple<std::string, std::string, std::string, std::string, std::array<double, 16>,
+                              std::array<double, 16>, std::optional<three>, std::optional<three>, ksl::optional_number>;
+
+inline void add_loop(ksl::builder &b, const loop_given &given) {
+  const auto &[name, kind, predecessor, successor, on_predecessor, on_successor, axis, axis2, pitch] = given;
+  const auto vector = [](const std::optional<three> &x) { return x ? std::optional(vector_of(*x)) : std::nullopt; };
+  b.add_loop(name, ksl::joint_kind_named(kind), predecessor, successor, pose_of(on_predecessor), pose_of(on_successor),
+             {vector(axis), vector(axis2), pitch});
+}
+
+/// The builder checks loops and finds their links, which have the same indices in it.
+inline ksl::model with_loops(const ksl::model &m, const std::vector<loop_given> &loops) {
+  ksl::builder alone(m.description().name);
+  for (const ksl::link_description &link : m.description().links)
+    alone.add_link(link.name);
+  for (const loop_given &loop : loops)
+    add_loop(alone, loop);
+  return ksl::model(ksl::with_loops(m.description(), alone.description().loops));
+}
+
 inline void add_builder(nb::module_ &module) {
   nb::class_<ksl::builder>(module, "Builder", "Links and joints as ksl.Builder passes them on.")
       .def(nb::init<std::string, three>(), "name"_a, "gravity"_a)
@@ -96,18 +117,7 @@ inline void add_builder(nb::module_ &module) {
             b.add_joint(name, ksl::joint_kind_named(kind), parent, child, pose_of(pose), options_of(options));
           },
           "name"_a, "kind"_a, "parent"_a, "child"_a, "pose"_a, "options"_a)
-      .def(
-          "add_loop",
-          [](ksl::builder &b, const std::string &name, const std::string &kind, const std::string &predecessor,
-             const std::string &successor, const std::array<double, 16> &predecessor_pose,
-             const std::array<double, 16> &successor_pose, std::optional<three> axis, std::optional<three> axis2,
-             ksl::optional_number pitch) {
-            const auto vector = [](const std::optional<three> &x) { return x ? std::optional(vector_of(*x)) : std::nullopt; };
-            b.add_loop(name, ksl::joint_kind_named(kind), predecessor, successor, pose_of(predecessor_pose),
-                       pose_of(successor_pose), {vector(axis), vector(axis2), pitch});
-          },
-          "name"_a, "kind"_a, "predecessor"_a, "successor"_a, "predecessor_pose"_a, "successor_pose"_a,
-          "axis"_a.none(), "axis2"_a.none(), "pitch"_a.none())
+      .def("add_loop", &add_loop, "loop"_a)
       .def(
           "set_drives",
           [](ksl::builder &b, const std::vector<std::string> &joints) { b.set_drives(joints); }, "joints"_a)
@@ -163,6 +173,7 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
             return ksl::model(ksl::with_frame(m.description(), name, link, pose_of(pose)));
           },
           "name"_a, "link"_a, "pose"_a)
+      .def("with_loops", &with_loops, "loops"_a)
       .def(
           "without_loops", [](const ksl::model &m) { return ksl::model(ksl::without_loops(m.description())); })
       .def(

@@ -80,6 +80,31 @@ joint_description as_tree_joint(const loop_description &loop) {
   return joint;
 }
 
+loop_description as_loop(const joint_description &joint) {
+  loop_description loop;
+  loop.name = joint.name, loop.at = joint.at, loop.kind = joint.kind;
+  loop.predecessor = joint.parent, loop.successor = joint.child;
+  loop.predecessor_pose = joint.placement;
+  loop.successor_pose = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+  loop.axis = joint.axis, loop.axis2 = joint.axis2, loop.pitch = joint.pitch;
+  loop.given = {joint.given.rotation, {}, joint.given.axis, joint.given.axis2, joint.given.pitch};
+  return loop;
+}
+
+std::vector<std::string> lost_in_loop(const joint_description &joint) {
+  std::vector<std::string> lost;
+  const auto has_bounds = [](const coordinate_limits &limits) { return limits.lower || limits.upper; };
+  if (joint.lower || joint.upper || joint.effort || joint.velocity || has_bounds(joint.further[0]) ||
+      has_bounds(joint.further[1]))
+    lost.push_back("limit");
+  if (joint.mimic)
+    lost.push_back("mimic");
+  if (joint.damping != 0 || joint.friction != 0 || joint.armature != 0 || joint.rotor_inertia != 0 ||
+      joint.spring_stiffness != 0)
+    lost.push_back("dynamics");
+  return lost;
+}
+
 void check_loops(const robot_description &robot) {
   std::set<std::string> names;
   for (const loop_description &loop : robot.loops) {
@@ -113,6 +138,10 @@ robot_description without_loops(robot_description robot) {
 }
 
 robot_description with_drives(robot_description robot, std::vector<std::string> joints) {
+  if (robot.loops.empty())
+    refuse(robot, {},
+           "robot " + quoted(robot.name) +
+               " has no loops: each joint of a tree has a motor; name drives of robots with loops only");
   robot.drives = std::move(joints);
   check_loops(robot);
   return robot;

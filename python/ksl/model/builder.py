@@ -128,13 +128,7 @@ class Builder:
 
             b.add_loop("C", "revolute", "coupler", "rocker", at_end_of_coupler, at_end_of_rocker, axis=(0, 1, 0))
         """
-        given.name(name, "the name of the loop joint")
-        who = f"loop joint {name}"
-        for word, what in ((kind, "kind"), (predecessor, "predecessor"), (successor, "successor")):
-            given.name(word, f"{who}: its {what}")
-        poses = [given.pose(x, f"{who}: its frame on the {what}", link) for x, what, link in ((predecessor_pose, "predecessor", predecessor), (successor_pose, "successor", successor))]
-        axes = [given.direction(x, f"{who}: its {what}") for x, what in ((axis, "axis"), (axis2, "axis2"))]
-        self._core.add_loop(name, kind, predecessor, successor, *poses, *axes, None if pitch is None else given.number(pitch, f"{who}: its pitch"))
+        self._core.add_loop(given.loop(name, kind, predecessor, successor, predecessor_pose, successor_pose, axis, axis2, pitch))
         return self
 
     def add_dh_chain(self, parent: str, rows: Iterable[DHRow], convention: Convention = "standard", prefix: str = "") -> Builder:

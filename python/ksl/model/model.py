@@ -77,10 +77,10 @@ class Model(LoopCalls, Surgery, InverseKinematicsCalls):
         return _reloaded, (self._arguments, self._fingerprint())
 
     def _fingerprint(self) -> str:
-        """Differs between models that differ in joints or links."""
+        """Differs between models that differ in joints, links, loops or drives."""
         import hashlib
 
-        return hashlib.sha256(repr((self.joints, self.links)).encode()).hexdigest()
+        return hashlib.sha256(repr((self.joints, self.links, self.loops, self.drives)).encode()).hexdigest()
 
     def with_physics(self, physics: str | Iterable[str] | None, friction_width: float = 0.01) -> Model:
         """The same robot with this physics of joints, instead of its own.

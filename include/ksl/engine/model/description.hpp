@@ -99,16 +99,25 @@ struct joint_description {
   given_joint given;
 };
 
+/// The numbers from which those of a joint that closes a loop were computed, as given_joint.
+struct given_loop {
+  given_rotation predecessor, successor; ///< of its frames
+  vec3<double> axis{}, axis2{};
+  double pitch = 0;
+};
+
 /// A joint that closes a loop: it connects two links that the tree of joints connects already.  It is of any kind but floating, and has a
 /// frame on either link; both frames coincide where its position is zero.  Axes have the same components in both.
 struct loop_description {
   std::string name; ///< unlike those of all other joints, of the tree and of loops
   file_position at;
   joint_kind kind = joint_kind::fixed;
-  int predecessor = -1, successor = -1; ///< indices into robot_description::links: the sides that a file calls parent and child
+  int predecessor = -1,
+      successor = -1; ///< indices into robot_description::links: the sides that a file calls parent and child
   SE3<double> predecessor_pose{}, successor_pose{}; ///< of the joint's frame on each side, in the link's frame
   vec3<double> axis{0, 0, 0}, axis2{0, 0, 0};       ///< as in joint_description
   optional_number pitch;                            ///< m/rad
+  given_loop given;
 };
 
 /// The bounds of number c of the joint's position.
@@ -131,8 +140,8 @@ struct robot_description {
   std::string name;
   std::string file; ///< as given to the reader; empty for a robot built in a program
   std::vector<link_description> links;
-  std::vector<joint_description> joints;      ///< in the order of the file: a tree
-  std::vector<loop_description> loops;        ///< what closes loops of it
+  std::vector<joint_description> joints; ///< in the order of the file: a tree
+  std::vector<loop_description> loops;   ///< what closes loops of it
   /// Joints that have a motor.  None: they are not known, which inverse dynamics of a mechanism with loops needs.  Without loops every
   /// joint is taken to have one.
   std::optional<std::vector<std::string>> drives;
