@@ -18,6 +18,7 @@ from ksl.checks import (
     inertia_rules,
     joint_rules,
     limit_rules,
+    loop_rules,
     mesh_rules,
     name_rules,
     portability_rules,
@@ -37,6 +38,7 @@ TOPICS: dict[str, list[Rule]] = {
     "Masses and inertias": inertia_rules.RULES,
     "Masses and inertias against the geometry": fit_rules.RULES,
     "Joints": joint_rules.RULES,
+    "Loops": loop_rules.RULES,
     "Limits": limit_rules.RULES,
     "Shapes": shape_rules.RULES,
     "Meshes": mesh_rules.RULES,
@@ -211,7 +213,7 @@ def _load(robot: RobotFile) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DescriptionWarning)
         try:
-            load(robot.path, masses="optional")
+            robot.model = load(robot.path, masses="optional")
         except ValueError as e:
             robot.refusal = str(e)
 

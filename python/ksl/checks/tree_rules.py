@@ -9,6 +9,8 @@ from ksl.checks.repair import Strangers, set_attribute
 from ksl.checks.robot import TYPES, URDF_TYPES, Joint, RobotFile
 from ksl.checks.rule import Broken, rule
 
+LOOP_IN_TREE = "Keep it if only KSL reads the file. Others refuse it, or take one of the joints: in URDF <constraint> says what closes a loop."
+
 
 @rule(
     "joint-incomplete",
@@ -107,34 +109,43 @@ def link_undefined(robot: RobotFile) -> Iterator[Broken]:
 @rule(
     "link-two-parents",
     "error",
-    condition="At most one joint carries a link: the links form a tree.",
+    condition="At most one joint carries a link, or the others close loops.",
     cause="A closed chain (a four-bar linkage, a parallel gripper), or a joint that was copied and not changed.",
-    repair="Remove one of these joints. Describe the closed chain's other joint as a mimic joint, or leave it out.",
+    repair="Remove the joint that is one too many, or give it a kind that can close a loop: any but floating.",
 )
 def link_two_parents(robot: RobotFile) -> Iterator[Broken]:
+    closes = frozenset(() if robot.model is None else robot.model.loop_names)
     carriers: dict[str, list[Joint]] = {}
     for joint in robot.joints:
         if joint.child:
             carriers.setdefault(joint.child, []).append(joint)
     for link, joints in carriers.items():
         if len(joints) > 1:
+            closing = [joint for joint in joints if joint.name in closes]
+            said = f"carried by {len(joints)} joints: {', '.join(j.name for j in joints)}"
+            if closing:
+                said += f"; {', '.join(j.name for j in closing)} close{'s' if len(closing) == 1 else ''} a loop"
             yield Broken(
-                f"carried by {len(joints)} joints: {', '.join(j.name for j in joints)}",
-                joints[1].line,
+                said,
+                (closing or joints[1:])[0].line,
                 "link",
                 link,
                 float(len(joints)),
+                repair=LOOP_IN_TREE if closing else None,
+                severity="warning" if closing else None,
             )
 
 
 @rule(
     "joint-cycle",
     "error",
-    condition="No link is carried by itself: the links form a tree.",
+    condition="No link is carried by itself, unless another joint leads to it.",
     cause="Parent and child of a joint are exchanged.",
     repair="Exchange parent and child of one of these joints, or remove one.",
 )
 def joint_cycle(robot: RobotFile) -> Iterator[Broken]:
+    if robot.model is not None:
+        return  # one of the joints closes a loop, and carries a link that another one carries, which another rule says
     done: set[str] = set()
     for start in robot.joint_above:
         path: dict[str, None] = {}

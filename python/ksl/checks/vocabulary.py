@@ -19,6 +19,10 @@ ELEMENTS: dict[str, tuple[str, ...]] = {
         "group",
         "mujoco",
         "loop_constraint",
+        "constraint",
+        "loop_joint",
+        "loop",
+        "coupling",
     ),
     "link": ("inertial", "visual", "collision", "contact", "self_collision_checking", "collision_checking"),
     "inertial": ("origin", "mass", "inertia"),
@@ -67,7 +71,7 @@ ELEMENTS: dict[str, tuple[str, ...]] = {
 OPAQUE: dict[str, tuple[str, ...]] = {"collision": ("material", "contact_coefficients"), "joint": ("limb",)}
 """Elements that stand in many files where no reader asks for them, and that do no harm."""
 
-MANY = ("link", "joint", "material", "transmission", "gazebo", "ros2_control", "sensor", "visual", "collision")
+MANY = ("link", "joint", "material", "transmission", "gazebo", "ros2_control", "sensor", "visual", "collision", "constraint", "loop_joint", "loop", "coupling")
 """Elements of which several may stand beside each other; of others a second one is no spelling mistake."""
 
 SHARED = ("plugin", "frame")
