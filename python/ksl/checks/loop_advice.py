@@ -40,6 +40,37 @@ class Advice:
     """How many constraints stay redundant."""
 
 
+@dataclass(frozen=True)
+class Group:
+    """Joints that share patterns, which others don't."""
+
+    joints: list[Joint | Loop]
+    patterns: Array
+    """(redundant, joints, 6): orthonormal."""
+
+
+def groups(patterns: Array, joints: list[Joint | Loop]) -> list[Group]:
+    """The joints that have patterns, in groups of those whose wrenches depend on each other: one for each loop that shares no joint with others.
+
+    patterns (redundant, joints, 6): orthonormal.
+    """
+    sizes = np.linalg.norm(np.einsum("rjc,rkd->jkcd", patterns, patterns), axis=(2, 3))  # of the projector, whose blocks no choice of a basis mixes
+    waiting = {i for i in range(len(joints)) if sizes[i, i] > TOLERANCE**2}
+    found = []
+    while waiting:
+        group, new = set[int](), {min(waiting)}
+        while new:
+            group |= new
+            waiting -= new
+            new = {j for j in waiting if any(sizes[i, j] > TOLERANCE for i in new)}
+        members = sorted(group)
+        part = patterns[:, members].reshape(len(patterns), -1)
+        _, weights, basis = np.linalg.svd(part, full_matrices=False)
+        kept = basis[: int(np.count_nonzero(weights > 0.5))]  # each is 0 or 1, since no pattern of theirs reaches other joints
+        found.append(Group([joints[i] for i in members], kept.reshape(len(kept), len(members), 6)))
+    return found
+
+
 def advice(model: Model, patterns: Array, joints: list[Joint | Loop]) -> Advice:
     """Changes of kind one after the other, each the one that removes most; loop joints first where several do.
 
@@ -47,7 +78,7 @@ def advice(model: Model, patterns: Array, joints: list[Joint | Loop]) -> Advice:
     """
     driven = set(model.drives or ())
     free = [(i, joint) for i, joint in enumerate(joints) if joint.name not in driven]
-    free.sort(key=lambda item: not isinstance(item[1], Loop))
+    free.sort(key=lambda item: not isinstance(item[1], Loop))  # stable
     changes: list[Change] = []
     while len(patterns) and (best := _best(patterns, free, {change.joint for change in changes})):
         change, released = best

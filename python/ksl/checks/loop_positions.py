@@ -15,7 +15,7 @@ from ksl.model.model import Model
 from ksl.model.motion_columns import units_of
 from ksl.model.states import Array
 
-MOST = 300
+MOST = 150
 """Equations of loops, and coordinates, up to which a mechanism is looked at.  The cost of a position grows with their cube."""
 NEAR, AROUND, ANYWHERE = 0.3, 8, 8
 """How far from the zero position searches start, in rad and as a share of the mechanism's length, and how many; and how many start anywhere."""

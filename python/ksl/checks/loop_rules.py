@@ -5,11 +5,12 @@ They look at the loaded model.  A file that is refused has what the loader says,
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from ksl.checks.loop_advice import Advice, advice, components
+from ksl.checks.loop_advice import Advice, advice, components, groups
 from ksl.checks.loop_positions import LoopPositions, moving
 from ksl.checks.robot import RobotFile
 from ksl.checks.rule import Broken, rule
@@ -110,15 +111,16 @@ def loop_redundant(robot: RobotFile) -> Iterator[Broken]:
     model = loops.model
     joints: list[Joint | Loop] = [*moving(model.joints), *model.loops]
     patterns = model.reactions_null_basis(loops.ordinary, [joint.name for joint in joints])
-    repair = _advised(advice(model, patterns, joints))
-    loose = {joint.name: words for i, joint in enumerate(joints) if (words := components(joint, patterns[:, i]))}
-    of_loops = [name for name, _ in loops.freedoms.redundant_rows]
-    for loop in model.loops:
-        if count := of_loops.count(loop.name):
-            others = [name for name in loose if name != loop.name]
-            also = f"; of {_list(others)} some, too" if others else ""
-            found = f"{count} of its {loop.equations} equations follow{'s' if count == 1 else ''} from the others; not determined are {loose.get(loop.name, 'none of its components')}{also}"
-            yield Broken(found, _line(robot, loop.name), "joint", loop.name, float(count), repair=repair)
+    rows = Counter(name for name, _ in loops.freedoms.redundant_rows)
+    for group in groups(patterns, joints):
+        repair = _advised(advice(model, group.patterns, group.joints))
+        for i, loop in enumerate(group.joints):
+            if isinstance(loop, Loop) and (count := rows[loop.name]):
+                others = [joint.name for joint in group.joints if joint is not loop]
+                also = f"; of {_list(others)} some, too" if others else ""
+                follow = f"{count} of its {loop.equations} equations follow{'s' if count == 1 else ''} from the others"
+                found = f"{follow}; not determined are {components(loop, group.patterns[:, i])}{also}"
+                yield Broken(found, _line(robot, loop.name), "joint", loop.name, float(count), repair=repair)
 
 
 def _advised(found: Advice) -> str | None:
