@@ -20,16 +20,16 @@ from ksl.viewer.still import still
 CRANK, ROD = 0.3, 0.5
 
 
-def crank_slider(drives=("crank",), guide=0.0, name="pin"):
+def crank_slider(driven=True, guide=0.0, name="pin", crank="crank"):
     b = ksl.Builder("press").add_link("ground")
     b.add_link("wheel", 1e-9).add_link("rod", 1e-9).add_link("piston", 2.0)
-    b.add_joint("crank", "revolute", "ground", "wheel", axis=(0, -1, 0))
+    b.add_joint(crank, "revolute", "ground", "wheel", axis=(0, -1, 0))
     b.add_joint("knee", "revolute", "wheel", "rod", xyz=(CRANK, 0, 0), axis=(0, -1, 0))
     b.add_joint("guide", "prismatic", "ground", "piston", xyz=(0.5, 0, guide), axis=(1, 0, 0))
     end = np.eye(4)
     end[0, 3] = ROD
     b.add_loop(name, "revolute", "rod", "piston", end, np.eye(4), axis=(0, -1, 0))
-    return b.build(drives=drives)
+    return b.build(drives=[crank] if driven else None)
 
 
 def closed(angle):
@@ -85,7 +85,7 @@ def test_an_open_state_is_drawn_with_its_gap_and_without_wrenches():
 
 
 def test_without_drives_there_are_no_wrenches():
-    scene = make_scene(crank_slider(None), [closed(0.6), closed(0.7)])
+    scene = make_scene(crank_slider(driven=False), [closed(0.6), closed(0.7)])
     assert "joints that have motors are not known" in scene.unloaded and scene.poses.shape[0] == 2
     assert not np.ptp(scene.loop_gaps(1), axis=1).any()
 
@@ -111,6 +111,25 @@ def test_a_slider_leads_the_mechanism_and_stops_where_it_does_not_follow():
     reached = moved_to(high, start.q, 0, -2.0, [0])
     limit = math.asin((0.6 - ROD) / CRANK)
     assert reached.reason != "closed" and limit <= reached.q[0] < limit + 0.06 and abs(high.loop_error(reached.q)).max() < 1e-9
+
+
+def test_a_slider_of_the_page_leads_the_mechanism_and_says_where_it_ends(monkeypatch):
+    """What it says has the names of joints in it, which are text there."""
+    pytest.importorskip("viser")
+    from ksl.viewer.live import Viewer
+
+    m = crank_slider(guide=0.6, crank="<b>crank")
+    start = m.close([1.0, -1.2, 0.0], hold=["<b>crank"]).q
+    with Viewer(make_scene(m, start)) as viewer:
+        ((index, slider),) = viewer.controls._sliders.items()
+        for value, reason in ((1.2, ""), (-2.0, "&lt;b&gt;crank, rad: -2 is not reached (")):
+            slider.value = value
+            viewer.controls._lead(viewer.scene.q[0].copy(), index, slider)
+            assert reason in viewer.controls._said.content and bool(viewer.controls._said.content) == bool(reason)
+            assert viewer.scene.q[0, 0] == pytest.approx(max(value, math.asin(0.1 / CRANK)), abs=0.06) and not viewer.scene.unloaded
+            assert slider.value == pytest.approx(viewer.scene.q[0, 0], abs=1e-6)
+        viewer.update([0.6, 0.0, 0.0])
+        assert "loop joint pin is open at this position" in viewer.controls._said.content
 
 
 def test_a_motion_is_shown_with_the_wrenches_of_the_pin():

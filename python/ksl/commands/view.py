@@ -103,6 +103,8 @@ def view(
         fail(e)
     for note in scene.look.notes[:NOTES]:
         errors.print(f"ksl: note: {note}")
+    if scene.unloaded:
+        errors.print(f"ksl: note: no wrenches are shown; {scene.unloaded}")
     if len(scene.look.notes) > NOTES:
         errors.print(f"ksl: note: and {len(scene.look.notes) - NOTES} more of this kind")
     try:

@@ -189,6 +189,8 @@ class _Controls:
         self._following = True
         try:
             self._readout.content = self._text()
+            if self._led is not None:
+                self._say("")
             if self._time is not None:
                 if scene is viewer._recorded:
                     self._time.value = float(scene.time[viewer.sample])
@@ -353,7 +355,6 @@ class _Controls:
                 slider.on_update(self._pose_by_hand)
             if scene.model.loops:
                 self._said = self._gui.add_html("")
-                self._say("")
 
     def _pose_by_hand(self, event: Any) -> None:
         if not self._by_hand(event):
@@ -379,7 +380,9 @@ class _Controls:
     def _say(self, text: str) -> None:
         """Below the sliders: what a slider did not reach, or why there are no wrenches."""
         said = text or self._viewer.scene.unloaded
-        self._said.content = f'<div style="{NOTE}">{html(said)}</div>' if said else ""
+        content = f'<div style="{NOTE}">{html(said)}</div>' if said else ""
+        if self._said.content != content:
+            self._said.content = content
 
 
 def coordinates(scene: Scene, led: Collection[int] | None = None) -> list[tuple[int, str, float, float]]:

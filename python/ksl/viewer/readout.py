@@ -59,7 +59,16 @@ def readout(scene: Scene, sample: int, joint: str, choice: Choice) -> str:
         return "\n".join(["no wrenches in this state  ", *drive_lines(scene, sample, joint)])
     wrench = wrench_at(scene, sample, joint, choice)
     lines = ["| | x | y | z | size |", "|---|---:|---:|---:|---:|", _row("force, N", wrench[:3]), _row("moment, N m", wrench[3:])]
-    return "\n".join(lines) + "\n\n" + "  \n".join(drive_lines(scene, sample, joint))
+    return "\n".join(lines) + "\n\n" + "  \n".join([*_undetermined(scene, sample, joint), *drive_lines(scene, sample, joint)])
+
+
+def _undetermined(scene: Scene, sample: int, joint: str) -> list[str]:
+    """A line about components of the wrench that rigid bodies don't determine; nothing where they determine all."""
+    if not scene.model.loops:
+        return []
+    unique = scene.model.reactions_unique(scene.q[sample], [joint])[0].reshape(2, 3)
+    open_ones = [f"{what} {', '.join(c for c, known in zip('xyz', part) if not known)}" for what, part in zip(("force", "moment"), unique) if not part.all()]
+    return [f"not determined by rigid bodies, in the joint's axes: {' and '.join(open_ones)}; of these the least norm is shown"] if open_ones else []
 
 
 def drive_lines(scene: Scene, sample: int, name: str) -> list[str]:

@@ -268,7 +268,7 @@ def _loads(model: LoopCalls, q: Array, v: Array, a: Array, wrenches: Mapping[str
         for link in wrenches:
             model.link(link)  # refuses unknown ones
         nothing = np.zeros((len(q), len(names), 6))
-        return np.full((len(q), model.nv), np.nan), nothing, nothing, str(refused)
+        return np.full((len(q), model.nv), np.nan), nothing, nothing, str(refused).removeprefix("inverse_dynamics_with_reactions: ")
 
 
 def child_of(joint: Joint | Loop) -> str:
