@@ -88,11 +88,20 @@ inline void add_loop(ksl::builder &b, const loop_given &given) {
              {vector(axis), vector(axis2), pitch});
 }
 
-/// The builder checks loops and finds their links, which have the same indices in it.
+/// A builder checks loops and finds their links, which have the same indices in it.  Its own joints have names that no loop has.
 inline ksl::model with_loops(const ksl::model &m, const std::vector<loop_given> &loops) {
   ksl::builder alone(m.description().name);
-  for (const ksl::link_description &link : m.description().links)
+  std::size_t longest = 0;
+  for (const loop_given &loop : loops)
+    longest = std::max(longest, std::get<0>(loop).size());
+  const std::string name(longest + 1, '_');
+  int number = 0;
+  for (const ksl::link_description &link : m.description().links) {
     alone.add_link(link.name);
+    if (const std::string &root = m.description().links.front().name; root != link.name)
+      alone.add_joint(name + std::to_string(number++), ksl::joint_kind::fixed, root, link.name,
+                      pose_of({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}));
+  }
   for (const loop_given &loop : loops)
     add_loop(alone, loop);
   return ksl::model(ksl::with_loops(m.description(), alone.description().loops));
@@ -119,8 +128,8 @@ inline void add_builder(nb::module_ &module) {
           "name"_a, "kind"_a, "parent"_a, "child"_a, "pose"_a, "options"_a)
       .def("add_loop", &add_loop, "loop"_a)
       .def(
-          "set_drives",
-          [](ksl::builder &b, const std::vector<std::string> &joints) { b.set_drives(joints); }, "joints"_a)
+          "set_drives", [](ksl::builder &b, const std::vector<std::string> &joints) { b.set_drives(joints); },
+          "joints"_a)
       .def("add_dh_chain", &add_dh_chain, "parent"_a, "rows"_a, "modified"_a, "prefix"_a)
       .def(
           "build",
@@ -164,8 +173,10 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
           "other"_a, "parent_link"_a, "pose"_a, "prefix"_a)
       .def(
           "subtree",
-          [](const ksl::model &m, const std::string &link) { return ksl::model(ksl::subtree(m.description(), link)); },
-          "link"_a)
+          [](const ksl::model &m, const std::string &link, bool drop_loops) {
+            return ksl::model(ksl::subtree(m.description(), link, {drop_loops}));
+          },
+          "link"_a, "drop_loops"_a)
       .def(
           "with_frame",
           [](const ksl::model &m, const std::string &name, const std::string &link,
@@ -174,8 +185,16 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
           },
           "name"_a, "link"_a, "pose"_a)
       .def("with_loops", &with_loops, "loops"_a)
+      .def("without_loops", [](const ksl::model &m) { return ksl::model(ksl::without_loops(m.description())); })
       .def(
-          "without_loops", [](const ksl::model &m) { return ksl::model(ksl::without_loops(m.description())); })
+          "with_compliances",
+          [](const ksl::model &m, const std::vector<std::tuple<std::string, std::array<double, 36>>> &given) {
+            std::vector<ksl::joint_compliance> compliances;
+            for (const auto &[joint, matrix] : given)
+              compliances.push_back({joint, matrix});
+            return ksl::model(ksl::with_compliances(m.description(), std::move(compliances)));
+          },
+          "compliances"_a)
       .def(
           "with_drives",
           [](const ksl::model &m, const std::vector<std::string> &joints) {

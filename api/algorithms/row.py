@@ -15,7 +15,7 @@ class Result:
     """A result: its name in C and C++, its shape, and what it is.
 
     shape: for each axis, of which there are at most four, a number (3, 4, 5, 6 or 10), "nq", "nv", "motion", "links" or "joints" (how
-    many are requested), "6 links", "all_links" (those of the model), or "tree" (how many elements of a matrix aren't zero by the
+    many are requested), "6 links", "all_links" (those of the model), "ends" (two for each loop), or "tree" (how many elements of a matrix aren't zero by the
     shape of the tree).  Empty: one number.  "motion" are nv numbers that are velocities or accelerations; along "nv" are efforts, or
     derivatives by a motion.  The difference matters to robots with mimic joints (src/engine/coupled.hpp).
     """
@@ -58,7 +58,7 @@ class Algorithm:
     "operational" quantities, from M, its factors and Jacobians; or not at all, "refusal".
     closed: how it is computed for mechanisms with loops (src/engine/loops/closed.hpp): as for the "tree", for what is a function of the given
         numbers; as "efforts" of the drives, "reactions", "parts" of efforts, "steady" or "statics"; as "accelerations" or the "jump" of
-        velocities; or not at all, "refusal".
+        velocities; or not at all, "refusal".  "plan": it is what computes them, and private.
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
     text: one sentence for C, C++ and the reference; {tau}, {q} … stand for names with shapes.
     python: the docstring of the method, after its first line.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "ksl/engine/model/coupling.hpp"
+#include "ksl/engine/model/loop_plan.hpp"
 #include "ksl/engine/model/model.hpp"
 #include "ksl/engine/model/description.hpp"
 #include "ksl/engine/model/joints.hpp"
@@ -203,6 +204,7 @@ private:
     std::vector<coordinate_physics<S>> physics; // (nv), or empty
     std::vector<ksl::follower<S>> followers;
     int first_angle = 0, angles_end = 0;
+    loop_plan<S> loops;
 
     model_view<S> view(const model &m) const {
       return {static_cast<int>(bodies.size()),
@@ -224,7 +226,8 @@ private:
               angles_end,
               lower.data(),
               upper.data(),
-              physics.empty() ? nullptr : physics.data()};
+              physics.empty() ? nullptr : physics.data(),
+              loops.joints.empty() ? nullptr : &loops.view};
     }
     coupling_view<S> coupling(int nq, int nv, const std::vector<int> &in_q, const std::vector<int> &in_v) const {
       return {static_cast<int>(followers.size()), followers.data(), nq, nv, in_q.data(), in_v.data()};

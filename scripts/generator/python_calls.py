@@ -197,5 +197,5 @@ def files() -> dict[str, str]:
     aliases = "\n".join(f"    {alias} = {name}" for name, alias in ALIASES.items())
     return {
         "python/ksl/model/calls.py": CALLS.format(mark=MARK, methods=methods, aliases=aliases),
-        "python/core_stub.txt": STUB.format(mark=MARK, calls="\n".join(map(compiled, ALGORITHMS))),
+        "python/core_stub.txt": STUB.format(mark=MARK, calls="\n".join(map(compiled, (row for row in ALGORITHMS if row.closed != "plan")))),
     }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 namespace ksl {
@@ -40,32 +41,70 @@ void check_ends(const robot_description &robot, const loop_description &loop) {
                " with itself; name two links");
 }
 
+/// Names of joints that a motor can move.
+std::vector<std::string> movable_joints(const robot_description &robot) {
+  std::vector<std::string> names;
+  for (const joint_description &joint : robot.joints)
+    if (row_of(joint.kind).nv > 0 && !joint.mimic)
+      names.push_back(joint.name);
+  return names;
+}
+
+/// Refuses a drive that no motor can move; `joint` is null where the tree has none of that name.
+void check_drive(const robot_description &robot, const std::string &name, const joint_description *joint) {
+  const std::string who = "drive " + quoted(name) + ": ";
+  const auto some = [&] { return text::listed(movable_joints(robot)); };
+  if (!joint && text::has_name(robot.loops, name))
+    refuse(robot, {},
+           who +
+               "it closes a loop, and its position is no coordinate; cut the loop at another joint, or drive one of " +
+               some());
+  if (!joint)
+    refuse(robot, {},
+           who + "there is no such joint" + text::suggestion(name, movable_joints(robot), "name some of " + some()));
+  if (row_of(joint->kind).nv == 0)
+    refuse(robot, {}, who + "it is a fixed joint, which no motor moves; name some of " + some());
+  if (joint->mimic)
+    refuse(robot, {}, who + "it follows joint " + joint->mimic->joint + "; name that one");
+}
+
 /// Refuses drives that no motor can move, or that are named twice.
 void check_drives(const robot_description &robot) {
+  if (!robot.drives)
+    return;
+  std::map<std::string, const joint_description *> joints;
+  for (const joint_description &joint : robot.joints)
+    joints.emplace(joint.name, &joint);
   std::set<std::string> seen;
-  for (const std::string &name : robot.drives.value_or(std::vector<std::string>())) {
-    std::vector<std::string> movable;
-    const joint_description *found = nullptr;
-    for (const joint_description &joint : robot.joints) {
-      if (joint.name == name)
-        found = &joint;
-      if (row_of(joint.kind).nv > 0 && !joint.mimic)
-        movable.push_back(joint.name);
-    }
-    const std::string who = "drive " + quoted(name) + ": ";
+  for (const std::string &name : *robot.drives) {
     if (!seen.insert(name).second)
-      refuse(robot, {}, who + "it is named twice; name each joint once");
-    if (text::has_name(robot.loops, name))
-      refuse(robot, {},
-             who + "it is the joint of a loop, whose position is no coordinate; cut the loop at another joint, or " +
-                 "drive one of " + text::listed(movable));
-    if (!found)
-      refuse(robot, {},
-             who + "there is no such joint" + text::suggestion(name, movable, "name some of " + text::listed(movable)));
-    if (row_of(found->kind).nv == 0)
-      refuse(robot, {}, who + "it is a fixed joint, which no motor moves; name some of " + text::listed(movable));
-    if (found->mimic)
-      refuse(robot, {}, who + "it follows joint " + found->mimic->joint + "; name that one");
+      refuse(robot, {}, "drive " + quoted(name) + ": it is named twice; name each joint once");
+    const auto found = joints.find(name);
+    check_drive(robot, name, found == joints.end() ? nullptr : found->second);
+  }
+}
+
+/// Refuses compliances of unknown joints, and matrices that store no energy: x · C x must not be negative.
+void check_compliances(const robot_description &robot) {
+  std::vector<std::string> names;
+  for (const joint_description &joint : robot.joints)
+    names.push_back(joint.name);
+  for (const loop_description &loop : robot.loops)
+    names.push_back(loop.name);
+  std::set<std::string> seen;
+  for (const joint_compliance &of : robot.compliances) {
+    const std::string who = "stiffness of joint " + quoted(of.joint) + ": ";
+    if (std::find(names.begin(), names.end(), of.joint) == names.end())
+      refuse(robot, {}, who + "there is no such joint" + text::suggestion(of.joint, names, "name some of " + text::listed(names)));
+    if (!seen.insert(of.joint).second)
+      refuse(robot, {}, who + "it is given twice; give it once");
+    for (std::size_t i = 0; i < 6; ++i)
+      for (std::size_t k = 0; k <= i; ++k) {
+        const double x = of.matrix[6 * i + k], y = of.matrix[6 * k + i], most = std::sqrt(of.matrix[7 * i] * of.matrix[7 * k]);
+        if (!std::isfinite(x) || std::fabs(x - y) > 1e-9 * most || std::fabs(x) > most * (1 + 1e-9) || (i == k && x < 0))
+          refuse(robot, {},
+                 who + "its compliance is not finite, symmetric and positive semidefinite; correct its stiffnesses, which are positive");
+      }
   }
 }
 
@@ -105,12 +144,25 @@ std::vector<std::string> lost_in_loop(const joint_description &joint) {
   return lost;
 }
 
+void keep_drives(robot_description &robot) {
+  if (!robot.drives)
+    return;
+  std::set<std::string> movable;
+  for (const joint_description &joint : robot.joints)
+    if (row_of(joint.kind).nv > 0)
+      movable.insert(joint.name);
+  std::erase_if(*robot.drives, [&](const std::string &joint) { return movable.count(joint) == 0; });
+}
+
 void check_loops(const robot_description &robot) {
   std::set<std::string> names;
+  for (const joint_description &joint : robot.joints)
+    if (!robot.loops.empty())
+      names.insert(joint.name);
   for (const loop_description &loop : robot.loops) {
     if (loop.name.empty())
       refuse(robot, loop.at, "a loop joint has no name; give it one");
-    if (!names.insert(loop.name).second || text::has_name(robot.joints, loop.name))
+    if (!names.insert(loop.name).second)
       refuse(robot, loop.at, "a second joint is named " + quoted(loop.name) + "; rename one of them");
     check_ends(robot, loop);
     if (row_of(loop.kind).is_free)
@@ -122,6 +174,7 @@ void check_loops(const robot_description &robot) {
     check_joint_numbers(robot, as_tree_joint(loop));
   }
   check_drives(robot);
+  check_compliances(robot);
 }
 
 robot_description with_loops(robot_description robot, std::vector<loop_description> loops) {
@@ -134,6 +187,12 @@ robot_description with_loops(robot_description robot, std::vector<loop_descripti
 robot_description without_loops(robot_description robot) {
   robot.loops.clear();
   robot.drives.reset();
+  return robot;
+}
+
+robot_description with_compliances(robot_description robot, std::vector<joint_compliance> compliances) {
+  robot.compliances = std::move(compliances);
+  check_loops(robot);
   return robot;
 }
 

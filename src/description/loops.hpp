@@ -21,6 +21,9 @@ std::vector<std::string> lost_in_loop(const joint_description &joint);
 /// first joint.  O(n log n).
 std::vector<bool> spanning_tree(std::size_t links, const std::vector<std::pair<int, int>> &joints);
 
+/// Removes drives of joints that the robot has no more, or that are fixed.
+void keep_drives(robot_description &robot);
+
 /// Throws description_error for loop joints that can't close a loop: names that are empty or another joint's, links that aren't there or
 /// are the same, a floating joint, axes and pitches that their kind can't have; and for drives that are no joints of the tree, that are
 /// fixed, or that follow another joint.  The joints of the tree have been checked.

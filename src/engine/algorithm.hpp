@@ -2,6 +2,7 @@
 #pragma once
 
 #include "ksl/engine/algorithms/batch_view.hpp"
+#include "ksl/engine/model/loop_view.hpp"
 
 namespace ksl {
 
@@ -54,7 +55,8 @@ enum class extent : unsigned char {
   twists,
   joints,
   tree,
-  all_links
+  all_links,
+  ends
 };
 
 struct result_row {
@@ -101,7 +103,8 @@ enum class closed_by : unsigned char {
   statics,       ///< efforts at rest
   accelerations, ///< under given efforts
   jump,          ///< of velocities under impulses
-  refusal        ///< not at all
+  refusal,       ///< not at all
+  plan           ///< it is private: what computes efforts and accelerations by the model's plan
 };
 
 constexpr int most_inputs = 4; ///< how many an algorithm can have
@@ -159,6 +162,7 @@ struct extents {
   int nq, nv, links, joints;
   int tree;      ///< elements of a matrix that aren't zero by the shape of the tree (engine/steps/tree_rows.hpp)
   int all_links; ///< of the model
+  int ends;      ///< of loops: two for each
 };
 
 constexpr int length_of(extent e, const extents &of) {
@@ -176,6 +180,7 @@ constexpr int length_of(extent e, const extents &of) {
   case extent::joints: return of.joints;
   case extent::tree: return of.tree;
   case extent::all_links: return of.all_links;
+  case extent::ends: return of.ends;
   }
   __builtin_unreachable();
 }
@@ -195,7 +200,8 @@ constexpr std::ptrdiff_t numbers_of(const result_row &result, const extents &of)
 
 /// The extents of a model and of a state or batch.
 template <class Model, class View> constexpr extents extents_of(const Model &model, const View &view) {
-  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.tree_elements, model.links};
+  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.tree_elements, model.links,
+          model.loops ? 2 * model.loops->loops : 0};
 }
 
 /// The member of a state_view or batch_view that holds an input.

@@ -63,6 +63,8 @@ struct kernel_table {
   const algorithm_kernels *interpolate;
   const algorithm_kernels *integrate_jacobians;
   const algorithm_kernels *difference_jacobians;
+  const algorithm_kernels *closed_inverse_dynamics;
+  const algorithm_kernels *closed_forward_dynamics;
 };
 
 namespace rows {
@@ -946,6 +948,39 @@ constexpr algorithm_row difference_jacobians = {
     .kernels = &kernel_table::difference_jacobians,
 };
 
+constexpr algorithm_row closed_inverse_dynamics = {
+    .name = "closed_inverse_dynamics",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .input_name = {"q", "v", "a"},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .nan_without_mass = false,
+    .smooth_friction = false,
+    .results = 2,
+    .result = {{"tau", 1, {extent::nv}}, {"wrenches", 2, {extent::ends, extent::six}}},
+    .kernels = &kernel_table::closed_inverse_dynamics,
+    .closed = closed_by::plan,
+};
+
+constexpr algorithm_row closed_forward_dynamics = {
+    .name = "closed_forward_dynamics",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::tau},
+    .input_name = {"q", "v", "tau"},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .nan_without_mass = false,
+    .smooth_friction = false,
+    .results = 1,
+    .result = {{"a", 1, {extent::motion}}},
+    .kernels = &kernel_table::closed_forward_dynamics,
+    .coupled = coupled_by::refusal,
+    .closed = closed_by::plan,
+};
+
 constexpr algorithm_row reactions = {
     .name = "reactions",
     .inputs = 3,
@@ -1178,6 +1213,8 @@ constexpr const algorithm_row *all[] = {
     &interpolate,
     &integrate_jacobians,
     &difference_jacobians,
+    &closed_inverse_dynamics,
+    &closed_forward_dynamics,
 };
 
 } // namespace rows

@@ -35,6 +35,9 @@ template <class S> bool compute_ordinary(const algorithm_row &row, const model &
     throw std::invalid_argument(std::string(row.name) + ": more links than the model has");
   if (loops::is_closed(row, m)) {
     loops::require_closed(row, m);
+    if (!s.q)
+      throw std::invalid_argument("reactions of a mechanism with loops are those of inverse_dynamics_with_reactions: there is no call for those "
+                                  "of the state that was computed last");
     const std::size_t needed = loops::state_bytes<S>(m, loops::room_for(s));
     return loops::run_state<S>(row, m, needed <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, needed), s);
   }

@@ -4,6 +4,7 @@
 #include "description/loops.hpp"
 #include "engine/canonical_axes.hpp"
 #include "engine/joint_physics.hpp"
+#include "engine/loops/plan.hpp"
 #include "engine/loops/tables.hpp"
 #include "engine/massless_joint.hpp"
 #include "text/limits.hpp"
@@ -66,6 +67,10 @@ void model_builder::add_loops() {
   }
   if (!m_.loops_.empty())
     m_.loop_tables_ = std::make_shared<const loops::tables>(loops::make_tables(m_));
+  if (!m_.loops_.empty()) {
+    m_.double_.loops = loops::make_plan(m_);
+    m_.single_.loops = loops::rounded(m_.double_.loops);
+  }
 }
 
 void model_builder::add_inertias() {

@@ -55,6 +55,7 @@ private:
   void read_mimic(const element &joint, joint_description &out);
   void read_transmission(pugi::xml_node node);
   void read_ros_rotor(pugi::xml_node transmission);
+  bool names_drive(pugi::xml_node transmission) const;
   void read_rotor(const element &actuator, joint_description &out);
   void set_rotor(optional_number inertia, optional_number ratio, const std::string &what, joint_description &out);
   void drop_what_has_no_effect(joint_description &out);
@@ -67,7 +68,7 @@ private:
   int minor_ = 0; ///< version 1.minor
   readers::links_by_name links_{robot_, {}};
   std::map<std::string, std::size_t> joint_index_;
-  std::set<std::string> types_beyond_urdf_;
+  std::set<std::string> drives_, types_beyond_urdf_;
   std::vector<std::string> joints_beyond_urdf_;
   std::map<std::string, std::vector<std::string>> drake_joints_; ///< what is said of a type: the names of its joints
 };
@@ -103,7 +104,7 @@ robot_description urdf_reader::read() {
   read_loops();
   for (const pugi::xml_node other : root_.node().children())
     for (const char *tag : {"material", "transmission", "gazebo", "ros2_control"})
-      if (other.name() == std::string_view(tag))
+      if (other.name() == std::string_view(tag) && !(tag == std::string_view("transmission") && names_drive(other)))
         unused_.in_robot(tag);
 
   warn_of_extensions();
@@ -177,15 +178,18 @@ void urdf_reader::read_loops() {
       robot_.loops.push_back(readers::loop_in(in_file(child), links_, minor_, unused_));
     }
   readers::split_loops(robot_, unused_);
+  const std::vector<int> moving = root_.node().child("coupling") ? readers::moving_joints(robot_) : std::vector<int>();
   for (const pugi::xml_node coupling : root_.node().children("coupling"))
     if (options_.mimic_independent)
       unused_.in_robot("coupling");
     else
       readers::read_coupling({file_, unused_, coupling, {"coupling", coupling.attribute("name").value()}}, robot_,
-                             links_);
+                             links_, moving);
   // also where there are no loops, which a program may add
-  if (std::vector<std::string> drives = readers::driven_joints(root_.node(), robot_); !drives.empty())
+  if (std::vector<std::string> drives = readers::driven_joints(root_.node(), robot_); !drives.empty()) {
+    drives_ = {drives.begin(), drives.end()};
     robot_.drives = std::move(drives);
+  }
 }
 
 int urdf_reader::minor_version() const {
@@ -521,6 +525,11 @@ void urdf_reader::read_ros_rotor(pugi::xml_node node) {
   if (inertia && out.armature != 0) // most likely the same inertia, reflected
     return unused_.in_joint("motorInertia", "not used, since <dynamics> has an armature", out.name);
   set_rotor(inertia, ratio, inertia ? "motorInertia, mechanicalReduction" : "mechanicalReduction", out);
+}
+
+/// Is it there only to say that a joint of a mechanism with loops has a motor?
+bool urdf_reader::names_drive(pugi::xml_node transmission) const {
+  return !robot_.loops.empty() && drives_.count(transmission.child("joint").attribute("name").value()) > 0;
 }
 
 } // namespace

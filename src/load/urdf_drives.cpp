@@ -13,7 +13,7 @@ class drive_list {
 public:
   explicit drive_list(const robot_description &robot) {
     for (const joint_description &joint : robot.joints)
-      if (row_of(joint.kind).nv > 0 && !joint.mimic)
+      if (row_of(joint.kind).nv > 0 && !row_of(joint.kind).is_free && !joint.mimic)
         movable_.insert(joint.name);
   }
   void add(const std::string &name) {

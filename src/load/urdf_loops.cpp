@@ -170,16 +170,7 @@ void read_axes(const element &loop, const form &of, loop_description &out, text:
     out.given.axis2 = a2, out.axis2 = direction(a2);
 }
 
-/// The joint that moves a link: the nearest above it that isn't fixed, −1 if there is none.
-int moving_joint_above(const robot_description &robot, const std::vector<int> &above, int link) {
-  for (std::size_t steps = 0; steps <= robot.links.size(); ++steps) { // a file may have a cycle, which is refused later
-    const int j = above[static_cast<std::size_t>(link)];
-    if (j < 0 || row_of(robot.joints[static_cast<std::size_t>(j)].kind).nv > 0)
-      return j;
-    link = robot.joints[static_cast<std::size_t>(j)].parent;
-  }
-  return -1;
-}
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 } // namespace
 
@@ -242,7 +233,36 @@ void split_loops(robot_description &robot, text::unused_list &unused) {
   robot.joints = std::move(tree);
 }
 
-void read_coupling(const element &coupling, robot_description &robot, const links_by_name &links) {
+std::vector<int> moving_joints(const robot_description &robot) {
+  std::vector<int> above(robot.links.size(), -1);
+  for (std::size_t j = 0; j < robot.joints.size(); ++j)
+    above[index(robot.joints[j].child)] = static_cast<int>(j);
+  std::vector<int> moving(robot.links.size(), -1);
+  std::vector<bool> is_known(robot.links.size(), false);
+  for (std::size_t start = 0; start < robot.links.size(); ++start) {
+    std::vector<int> welded; // to each other; a cycle of them is refused later
+    int link = static_cast<int>(start), found = -1;
+    while (!is_known[index(link)]) {
+      is_known[index(link)] = true;
+      welded.push_back(link);
+      const int j = above[index(link)];
+      if (j < 0)
+        break;
+      if (row_of(robot.joints[index(j)].kind).nv > 0) {
+        found = j;
+        break;
+      }
+      link = robot.joints[index(j)].parent;
+      found = moving[index(link)];
+    }
+    for (const int each : welded)
+      moving[index(each)] = found;
+  }
+  return moving;
+}
+
+void read_coupling(const element &coupling, robot_description &robot, const links_by_name &links,
+                   const std::vector<int> &moving) {
   coupling.expect({"name", "type"}, {"predecessor", "successor", "ratio"});
   const element ratio = coupling.child("ratio");
   const std::string mend =
@@ -251,28 +271,19 @@ void read_coupling(const element &coupling, robot_description &robot, const link
     coupling.refuse("<coupling> has no <ratio>; " + mend);
   ratio.expect({"value"}, {});
   const double multiplier = ratio.required_number("value", mend);
-  std::vector<int> above(robot.links.size(), -1);
-  for (std::size_t j = 0; j < robot.joints.size(); ++j)
-    above[static_cast<std::size_t>(robot.joints[j].child)] = static_cast<int>(j);
   const int from = link_in(coupling, "predecessor", links), to = link_in(coupling, "successor", links);
-  const int leader = moving_joint_above(robot, above, from), follower = moving_joint_above(robot, above, to);
-  const auto parent_motion = [&](int j) {
-    return moving_joint_above(robot, above, robot.joints[static_cast<std::size_t>(j)].parent);
-  };
-  // the motions of both sides are those since the chains part: one joint each where the parents move together
-  const bool is_mimic =
-      leader >= 0 && follower >= 0 && leader != follower && parent_motion(leader) == parent_motion(follower);
-  if (!is_mimic)
+  const int leader = moving[index(from)], follower = moving[index(to)];
+  const auto below = [&](int j) { return moving[index(robot.joints[index(j)].parent)]; };
+  // both sides are chains from where they part: of one joint each where that is carried by the same joint
+  if (leader < 0 || follower < 0 || leader == follower || below(leader) != below(follower))
     coupling.refuse(
-        "it couples links " + robot.links[static_cast<std::size_t>(from)].name + " and " +
-        robot.links[static_cast<std::size_t>(to)].name +
-        ", between which there is more than one joint on a side, or none; only a joint that follows another "
-        "on the same link is read: couple the joints one by one, by <mimic>");
-  joint_description &joint = robot.joints[static_cast<std::size_t>(follower)];
-  const std::string &name = robot.joints[static_cast<std::size_t>(leader)].name;
+        "it couples links " + robot.links[index(from)].name + " and " + robot.links[index(to)].name +
+        ", which don't both move by one joint on the same link; only such a coupling of one joint to another is "
+        "read: couple joints one by one, by <mimic>");
+  joint_description &joint = robot.joints[index(follower)];
   if (joint.mimic)
     coupling.refuse("joint " + joint.name + " follows joint " + joint.mimic->joint + " already; keep one of both");
-  joint.mimic = {name, multiplier, 0, {coupling.line()}};
+  joint.mimic = {robot.joints[index(leader)].name, multiplier, 0, {coupling.line()}};
 }
 
 } // namespace ksl::readers

@@ -20,8 +20,12 @@ loop_description loop_in(const element &loop, const links_by_name &links, int mi
 /// describes a mechanism.
 void split_loops(robot_description &robot, text::unused_list &unused);
 
-/// A <coupling>: the joint that carries its successor moves `ratio` times as far as that which carries its predecessor.  It becomes a
-/// mimic joint; couplings between chains of several joints are refused.  The joints are a tree.
-void read_coupling(const element &coupling, robot_description &robot, const links_by_name &links);
+/// The joint that moves each link: the nearest above it that isn't fixed, −1 if there is none.  The joints are a tree.
+std::vector<int> moving_joints(const robot_description &robot);
+
+/// A <coupling>: the joint that moves its successor turns `ratio` times as far as that which moves its predecessor.  It becomes a mimic
+/// joint; couplings between chains of several joints are refused.  moving: of moving_joints.
+void read_coupling(const element &coupling, robot_description &robot, const links_by_name &links,
+                   const std::vector<int> &moving);
 
 } // namespace ksl::readers

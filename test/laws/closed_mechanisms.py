@@ -40,8 +40,8 @@ def options(kind, rng):
 
 
 def body(rng):
-    A = rng.normal(size=(3, 3))
-    return {"mass": rng.uniform(0.3, 3), "center_of_mass": rng.uniform(-0.2, 0.2, 3), "inertia": 0.01 * (A @ A.T + np.eye(3))}
+    R = rotation(rng)
+    return {"mass": rng.uniform(0.3, 3), "center_of_mass": rng.uniform(-0.2, 0.2, 3), "inertia": R @ np.diag(rng.uniform(0.02, 0.03, 3)) @ R.T}
 
 
 @dataclass

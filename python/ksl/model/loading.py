@@ -127,7 +127,7 @@ def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
     if cut and o.drives is not None:
         raise ValueError('drives are given, but loops="cut" leaves a tree, whose joints all have a motor; leave one of the two out')
     beside = None if o.loops is None or cut else LoopsFile(_path_of_loops(o.loops))
-    loaded = _closed(_read(file, text, o), beside, None if o.drives is None else given.names(o.drives, "drives"))
+    loaded = _closed(_read(file, text, o, cut), beside, None if o.drives is None else given.names(o.drives, "drives"))
     return _as(loaded, loaded._core.without_loops()) if cut and loaded.loops else loaded
 
 
@@ -161,7 +161,8 @@ def _path_of_loops(loops: object) -> str:
         raise ValueError(f'loops is {loops!r}; expected the path of a TOML file, or "cut"') from None
 
 
-def _read(file: str, text: bytes | None, o: _Options) -> Model:
+def _read(file: str, text: bytes | None, o: _Options, cut: bool) -> Model:
+    """With the loops of the file, which may be left out of MJCF by `cut`: others are cut afterwards."""
     one_of(o.mimic, "mimic", "coupled", "independent")
     if o.masses is not None:
         one_of(o.masses, "masses", "optional")
@@ -174,7 +175,7 @@ def _read(file: str, text: bytes | None, o: _Options) -> Model:
 
         if o.model:
             raise DescriptionError(f'{file}: model "{o.model}" is asked for, but only SDF files hold several; leave that option out')
-        loaded = mjcf._load(file, text, contents, floating_base, independent, strict, gravity, o.payloads, o.masses)
+        loaded = mjcf._load(file, text, contents, floating_base, independent, strict, gravity, o.payloads, o.masses, cut)
         return loaded if o.physics is None and o.friction_width == loaded.friction_width else loaded.with_physics(o.physics, o.friction_width)
     options = (floating_base, independent, strict, gravity, points, o.masses is not None, o.model or "", given.physics(o.physics, o.friction_width))
     made = _core.load_text(contents, os.fsencode(file), *options)

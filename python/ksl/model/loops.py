@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ksl.model import given
-from ksl.model.calls import Calls
-from ksl.model.states import Array, External, ExternalAxes, argument, external_in, items_of
+from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, argument, external_in, items_of
+from ksl.model.stiffness import Stiffness
+from ksl.model.surgery import Surgery
 
 CLOSING = ("closed", "out of reach", "singular", "limits", "nothing free")
 _CONTRADICTORY, _NEAREST = 2, 1
@@ -60,7 +61,7 @@ class Closed:
         return f"<ksl positions, {self.converged.size}: {ends or 'none'}; largest error {float(self.error.max(initial=0.0)):.3g} m>"
 
 
-class LoopCalls(Calls):
+class LoopCalls(Surgery):
     """The calls of a model.  Without loops their answers are those of a tree: no equations, all coordinates independent."""
 
     def mobility(self, q: ArrayLike) -> Mobility:
@@ -208,6 +209,15 @@ class LoopCalls(Calls):
         if not self.loops:
             return super().forward_dynamics_derivatives(q, v, tau, external, out, threads, external_axes)
         return self._along("forward_dynamics_derivatives", q, v, (tau, "tau"), external, out, external_axes)
+
+    def reactions(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, on: Side = "child", at: Point = "joint",
+        axes: str = "joint", order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None, out: Array | None = None,
+        threads: int | None = None, external_axes: ExternalAxes = "link", stiffness: Mapping[str, Stiffness] | None = None,
+    ) -> Array:  # fmt: skip
+        if stiffness is None:
+            return super().reactions(q, v, a, external, on, at, axes, order, part, joints, out, threads, external_axes)
+        return self.with_stiffness(stiffness).reactions(q, v, a, external, on, at, axes, order, part, joints, out, threads, external_axes)
 
     def _along(
         self, call: str, q: ArrayLike, v: ArrayLike, x: tuple[ArrayLike, str], external: External | None, out: object, external_axes: ExternalAxes

@@ -17,7 +17,6 @@ from ksl.model.inverse_kinematics import InverseKinematicsCalls
 from ksl.model.loops import LoopCalls
 from ksl.model.requests import one_of
 from ksl.model.states import EFFORT_PARTS, Array, External, ExternalAxes, Order, Point, Side
-from ksl.model.surgery import Surgery
 
 if TYPE_CHECKING:
     from ksl.base.arrow_table import ArrowTable
@@ -31,7 +30,7 @@ _Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, fl
 """A path, and the options of `_core.load_text`: what a model is made from again."""
 
 
-class Model(LoopCalls, Surgery, InverseKinematicsCalls):
+class Model(LoopCalls, InverseKinematicsCalls):
     """A mechanism, immutable.  Made by :func:`load`, by :class:`ksl.Builder`, or from another model by one of its methods.
 
     A pickle of a model that was loaded contains the arguments of `load`, with an absolute path.  Unpickling, for example in a

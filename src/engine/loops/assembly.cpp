@@ -14,9 +14,10 @@ void assembly::lay_out(arena &memory) {
   const int nq = m_.nq(), nv = m_.nv(), rows = t_.rows;
   g_.lay_out(memory);
   solve_.lay_out(memory, rows, nv);
+  eliminate_.lay_out(memory, rows, nv);
   error_ = memory.take<double>(rows), right_ = memory.take<double>(rows), step_ = memory.take<double>(nv);
   trial_ = memory.take<double>(nq), far_ = memory.take<double>(nv), kept_ = memory.take<double>(nq);
-  tangent_ = memory.take<double>(nv), fixed_ = memory.take<unsigned char>(nv), reached_ = memory.take<double>(1);
+  tangent_ = memory.take<double>(nv), kept_step_ = memory.take<double>(nv), fixed_ = memory.take<unsigned char>(nv), reached_ = memory.take<double>(1);
 }
 
 completion assembly::complete(const double *near, const unsigned char *given, const double *b, double *x) {
@@ -98,6 +99,19 @@ bool assembly::keep_limits(double *q) {
   return beyond;
 }
 
+/// step_: the shortest one with K x = right_.  By elimination, which is faster, where it is the only one.
+void assembly::set_step() {
+  const int nv = m_.nv();
+  int fixed = 0;
+  for (int j = 0; j < nv; ++j)
+    fixed += fixed_[j];
+  is_determined_ = nv - fixed <= t_.rows && eliminate_.determine(g_.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g_.size(), fixed_, fixed);
+  if (is_determined_)
+    eliminate_.solve_determined(right_, step_);
+  else
+    solve_.solve(g_.jacobian(), t_.rows, nv, t_.row_scale.data(), fixed_, g_.size(), right_, step_);
+}
+
 /// Gauss–Newton steps, the shortest ones that close the linearised loops, halved while the error doesn't fall.
 bool assembly::descend(double *q, int iterations, const close_options &options) {
   const double wanted = converged * t_.length;
@@ -108,8 +122,8 @@ bool assembly::descend(double *q, int iterations, const close_options &options) 
       return true;
     for (int i = 0; i < t_.rows; ++i)
       right_[i] = -error_[i];
-    solve_.solve(g_.jacobian(), t_.rows, m_.nv(), t_.row_scale.data(), fixed_, g_.size(), right_, step_);
-    lost_rank_ = solve_.residual > 0.5 * error;
+    set_step();
+    lost_rank_ = !is_determined_ && solve_.residual > 0.5 * error;
     double share = 1, trial = 0;
     bool fell = false;
     for (int halvings = 0; halvings < 40 && !fell; ++halvings, share /= 2) {
@@ -130,33 +144,41 @@ bool assembly::descend(double *q, int iterations, const close_options &options) 
   return error <= wanted;
 }
 
-/// Steps along the closed positions towards the start, each followed by Gauss–Newton steps, while the distance falls.
+/// step_: the part along the closed positions of the way from q to the start.  Returns its length; far is the length of the whole way.
+double assembly::way_back(const double *start, const double *q, double &far) {
+  const int nv = m_.nv();
+  set_error(q);
+  far = distance(start, q, far_);
+  for (int i = 0; i < t_.rows; ++i) { // what the loops demand of the way: K⁺ K d
+    right_[i] = 0;
+    for (int j = 0; j < nv; ++j)
+      right_[i] += g_.jacobian()[i * nv + j] * far_[j];
+  }
+  solve_.solve(g_.jacobian(), t_.rows, nv, t_.row_scale.data(), fixed_, g_.size(), right_, step_);
+  double along = 0;
+  for (int j = 0; j < nv; ++j) {
+    step_[j] = fixed_[j] ? 0 : step_[j] - far_[j];
+    along += step_[j] * step_[j];
+  }
+  return std::sqrt(along);
+}
+
+/// Steps along the closed positions towards the start, each followed by Gauss–Newton steps, while they lead nearer.
 void assembly::move_nearer(const double *start, double *q, const close_options &options) {
   const int nv = m_.nv();
-  double share = 1;
-  for (int k = 0; k < options.iterations && share > 1e-6; ++k) {
-    set_error(q);
-    const double far = distance(start, q, far_);
-    for (int i = 0; i < t_.rows; ++i) { // the part of the way that the loops demand: K⁺ K d
-      right_[i] = 0;
-      for (int j = 0; j < nv; ++j)
-        right_[i] += g_.jacobian()[i * nv + j] * far_[j];
-    }
-    solve_.solve(g_.jacobian(), t_.rows, nv, t_.row_scale.data(), fixed_, g_.size(), right_, step_);
-    double along = 0;
-    for (int j = 0; j < nv; ++j) {
-      step_[j] = fixed_[j] ? 0 : step_[j] - far_[j];
-      along += step_[j] * step_[j];
-    }
-    if (std::sqrt(along) <= 1e-10 * (1 + far))
-      return;
-    std::copy_n(q, m_.nq(), kept_);
-    step(kept_, step_, share, q);
+  double share = 1, far = 0, along = way_back(start, q, far);
+  for (int k = 0; k < options.iterations && share > 1e-6 && along > 1e-10 * (1 + far); ++k) {
+    std::copy_n(q, m_.nq(), kept_), std::copy_n(step_, nv, kept_step_);
+    step(kept_, kept_step_, share, q);
     const bool closed = descend(q, 8, {options.limits, 8});
-    if (closed && distance(start, q, far_) < far) {
+    double new_far = 0;
+    const double new_along = way_back(start, q, new_far);
+    // near the end the distance is flat, and its slope still tells
+    if (closed && (new_far < far * (1 - 1e-6) || (new_far < far * (1 + 1e-9) && new_along < along))) {
       share = std::min(1.0, 2 * share);
+      far = new_far, along = new_along;
     } else {
-      std::copy_n(kept_, m_.nq(), q);
+      std::copy_n(kept_, m_.nq(), q), std::copy_n(kept_step_, nv, step_);
       share /= 2;
     }
   }
@@ -171,9 +193,11 @@ closing assembly::close(const double *q, const unsigned char *hold, const close_
     at_limits_ = true;
   std::copy_n(hold, nv, fixed_);
   const bool closed = descend(out, options.iterations, options);
-  if (closed)
+  *error = *reached_;
+  if (closed && !is_determined_) { // else there is no other nearby
     move_nearer(q, out, options);
-  *error = set_error(out);
+    *error = set_error(out);
+  }
   if (closed)
     return closing::closed;
   if (at_limits_)

@@ -1,6 +1,7 @@
 // Closed positions near open ones, and motions that keep loops closed.
 #pragma once
 
+#include "engine/loops/elimination.hpp"
 #include "engine/loops/geometry.hpp"
 #include "engine/loops/least_norm.hpp"
 #include "ksl/loops.hpp"
@@ -25,9 +26,11 @@ public:
 
 private:
   double set_error(const double *q);
+  void set_step();
   bool descend(double *q, int iterations, const close_options &options);
   void step(const double *q, const double *dv, double share, double *out);
   bool keep_limits(double *q);
+  double way_back(const double *start, const double *q, double &far);
   void move_nearer(const double *start, double *q, const close_options &options);
   double distance(const double *start, const double *q, double *d);
 
@@ -35,10 +38,11 @@ private:
   const tables &t_;
   geometry g_;
   least_norm solve_;
-  double *error_, *right_, *step_, *trial_, *far_, *kept_, *tangent_;
+  elimination eliminate_;
+  double *error_, *right_, *step_, *trial_, *far_, *kept_, *tangent_, *kept_step_;
   unsigned char *fixed_;
   double *reached_; ///< error after `descend`
-  bool at_limits_ = false, lost_rank_ = false;
+  bool at_limits_ = false, lost_rank_ = false, is_determined_ = false;
 };
 
 } // namespace ksl::loops

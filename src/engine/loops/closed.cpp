@@ -3,6 +3,7 @@
 #include "engine/loops/closed_state.hpp"
 #include "engine/loops/findings.hpp"
 #include "engine/loops/loop_reaction.hpp"
+#include "engine/loops/planned.hpp"
 #include "engine/one_state.hpp"
 
 #include <limits>
@@ -74,6 +75,7 @@ private:
         set_reactions(e, s);
       break;
     case closed_by::tree:
+    case closed_by::plan:
     case closed_by::refusal: __builtin_unreachable();
     }
     if (!fault && row_.results > 0)
@@ -100,7 +102,7 @@ private:
   }
 
   void set_reactions(const external_wrenches<double> &e, const state_view<S> &s) {
-    c_.set_least_norm(q_, v_, a_, e);
+    c_.set_reactions(q_, v_, a_, e);
     const external_wrenches<double> all = c_.all_wrenches(e);
     const int links = m_.view().links;
     for (int r = 0; r < s.reactions_n; ++r) {
@@ -140,6 +142,8 @@ private:
 } // namespace
 
 void require_closed(const algorithm_row &row, const model &m) {
+  if (row.closed == closed_by::plan)
+    throw std::invalid_argument(std::string(row.name) + " is private");
   if (m.loops().empty() || row.closed != closed_by::refusal)
     return;
   throw std::invalid_argument(std::string(row.name) +
@@ -148,43 +152,70 @@ void require_closed(const algorithm_row &row, const model &m) {
 }
 
 template <class S> room room_for(const state_view<S> &s) {
-  room wanted = {s.external.n, 0};
+  room wanted = {s.external.n, 0, s.reactions_n};
   for (int r = 0; r < s.reactions_n; ++r)
     wanted.joints = std::max(wanted.joints, s.reactions[r].request->n);
   return wanted;
 }
 
 template <class S> room room_for(const batch_view<S> &batch) {
-  room wanted = {batch.external_n, 0};
+  room wanted = {batch.external_n, 0, batch.reactions_n};
   for (int r = 0; r < batch.reactions_n; ++r)
     wanted.joints = std::max(wanted.joints, batch.reactions[r].request.n);
   return wanted;
 }
 
 template <class S> std::size_t state_bytes(const model &m, room wanted) {
+  batch_view<S> batch;
+  reaction_request request;
+  request.n = wanted.joints;
+  const reaction_rows<S> rows = {request, {}};
+  batch.n = 1, batch.external_n = wanted.externals, batch.reactions_n = 1, batch.reactions = &rows;
   arena measure;
-  runner<S>(rows::inverse_dynamics, m, wanted).lay_out(measure);
-  return measure.used();
+  measure.take<external_rows<S>>(wanted.externals);
+  measure.take<reaction_rows<S>>(wanted.requests);
+  return measure.used() + loops::run_batch<S>(rows::inverse_dynamics_with_reactions, m, batch, 0, 0, nullptr).bytes;
 }
 
 template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
-  runner<S> one(row, m, room_for(s));
   arena pieces(memory);
-  one.lay_out(pieces);
-  return !one.run(s);
+  external_rows<S> *const external = pieces.take<external_rows<S>>(s.external.n);
+  reaction_rows<S> *const reactions = pieces.take<reaction_rows<S>>(s.reactions_n);
+  batch_view<S> batch;
+  batch.n = 1;
+  batch.q = {s.q, 0}, batch.v = {s.v, 0}, batch.a = {s.a, 0}, batch.tau = {s.tau, 0};
+  for (int e = 0; e < s.external.n; ++e)
+    external[e] = {s.external.link[e], {s.external.wrench + 6 * std::ptrdiff_t(e), 6}};
+  batch.external_n = s.external.n, batch.external = external, batch.external_axes = s.external.axes;
+  for (int r = 0; r < s.reactions_n; ++r)
+    reactions[r] = {*s.reactions[r].request, {s.reactions[r].out, 0}};
+  batch.reactions_n = s.reactions_n, batch.reactions = reactions;
+  for (int r = 0; r < most_results; ++r)
+    batch.result[r] = {s.result[r], 0};
+  return loops::run_batch(row, m, batch, 0, 1, pieces.take<std::byte>(0)).ordinary;
 }
 
 template <class S>
 batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
                         std::size_t end, void *memory) {
+  const int states = static_cast<int>(std::min<std::size_t>(batch.n, planned<S>::most));
+  planned<S> fast(row, m);
   runner<S> one(row, m, room_for(batch));
-  arena pieces(memory);
   one_state_memory<S> state;
+  arena pieces(memory);
+  fast.lay_out(pieces, batch, states);
   one.lay_out(pieces);
   state.lay_out(pieces, row, m, batch, 0);
-  bool ordinary = true;
-  for (std::size_t k = first; memory && k < end; ++k)
-    ordinary = !one.run(state.load(row, m, batch, k)) && ordinary;
+  const bool suits = memory && fast.suits(batch);
+  bool ordinary = true, done[planned<S>::most] = {};
+  for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
+    const int n = static_cast<int>(std::min(end - k, static_cast<std::size_t>(states)));
+    if (suits)
+      fast.run(batch, k, n, done);
+    for (int i = 0; i < n; ++i)
+      if (!done[i])
+        ordinary = !one.run(state.load(row, m, batch, k + static_cast<std::size_t>(i))) && ordinary;
+  }
   return {pieces.used(), ordinary};
 }
 
@@ -200,11 +231,13 @@ template <class S> std::string reason(const algorithm_row &row, const model &m, 
     s.result[r] = numbers.data() + used;
     used += static_cast<std::size_t>(numbers_of(row.result[r], extents_of(m, s)));
   }
-  std::vector<std::byte> memory(state_bytes<S>(m, room_for(s)) + 64);
+  runner<S> one(row, m, room_for(s));
+  arena measure;
+  one.lay_out(measure);
+  std::vector<std::byte> memory(measure.used() + 64);
   void *begin = memory.data();
   std::size_t space = memory.size();
-  runner<S> one(row, m, room_for(s));
-  arena pieces(std::align(64, 64, begin, space));
+  arena pieces(std::align(64, measure.used(), begin, space));
   one.lay_out(pieces);
   return text_of(one.run(s), m);
 }

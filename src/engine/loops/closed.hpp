@@ -20,7 +20,7 @@ inline bool is_closed(const algorithm_row &row, const model &m) {
 void require_closed(const algorithm_row &row, const model &m);
 
 /// How many external wrenches, and joints in one request for reactions, memory must have room for.
-struct room { int externals = 0, joints = 0; };
+struct room { int externals = 0, joints = 0, requests = 1; };
 template <class S> room room_for(const state_view<S> &s);
 template <class S> room room_for(const batch_view<S> &batch);
 

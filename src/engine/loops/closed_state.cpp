@@ -18,10 +18,14 @@ void closed_state::lay_out(arena &memory, int externals) {
   H_ = memory.take<double>(nv * nv), small_ = memory.take<double>(4 * nv);
   reactions_ = memory.take<double>(6 * (joints() + loops));
   patterns_ = memory.take<double>(static_cast<std::ptrdiff_t>(m) * pattern_length());
+  energy_ = memory.take<double>(m * m), stiff_ = memory.take<double>(m);
   wrenches_ = memory.take<double>(6 * (externals + 2 * loops)), at_joints_ = memory.take<double>(6 * loops);
   wrench_links_ = memory.take<int>(externals + 2 * loops), joint_links_ = memory.take<int>(joints());
-  if (zero_) // not if memory is only measured
-    std::fill_n(zero_, nv, 0.0);
+  if (!zero_) // memory is only measured
+    return;
+  std::fill_n(zero_, nv, 0.0);
+  for (int j = 0; j < joints(); ++j)
+    joint_links_[j] = m_.joints()[static_cast<std::size_t>(j)].link;
 }
 
 /// The first equation whose value is beyond the tolerance of its terms; of the mechanism's length for errors of positions.
@@ -267,66 +271,6 @@ external_wrenches<double> closed_state::all_wrenches(const external_wrenches<dou
       }
     }
   return {e.n + 2 * loops, wrench_links_, wrenches_, e.axes};
-}
-
-int closed_state::set_patterns(const double *q) {
-  const int redundant = t_.rows - k_.rank, length = pattern_length(), loops = static_cast<int>(t_.loops.size());
-  for (int j = 0; j < joints(); ++j)
-    joint_links_[j] = m_.joints()[static_cast<std::size_t>(j)].link;
-  reaction_request request;
-  request.n = joints(), request.link = joint_links_;
-  for (int k = 0; k < redundant; ++k) {
-    double *const x = patterns_ + k * length, *const lambda = null_lambda_ + k * t_.rows;
-    k_.null_vector(k, lambda);
-    g_.wrenches(lambda, wrench_links_, wrenches_, at_joints_);
-    state_view<double> s;
-    const reaction_result<double> wanted = {&request, x};
-    s.q = q, s.v = s.a = zero_, s.external = {2 * loops, wrench_links_, wrenches_, expressed_in::frame};
-    s.reactions_n = 1, s.reactions = &wanted, s.result[0] = tree_;
-    g_.tree().call_weightless(rows::inverse_dynamics_with_reactions, g_.rest(), s);
-    std::copy_n(at_joints_, 6 * loops, x + 6 * joints());
-    for (int pass = 0; pass < 2; ++pass)
-      for (int j = 0; j < k; ++j) {
-        const double *const other = pattern(j), *const other_lambda = null_lambda_ + j * t_.rows;
-        double along = 0;
-        for (int i = 0; i < length; ++i)
-          along += x[i] * other[i];
-        for (int i = 0; i < length; ++i)
-          x[i] -= along * other[i];
-        for (int i = 0; i < t_.rows; ++i)
-          lambda[i] -= along * other_lambda[i];
-      }
-    double sum = 0;
-    for (int i = 0; i < length; ++i)
-      sum += x[i] * x[i];
-    const double inverse = 1 / std::sqrt(sum);
-    for (int i = 0; i < length; ++i)
-      x[i] *= inverse;
-    for (int i = 0; i < t_.rows; ++i)
-      lambda[i] *= inverse;
-  }
-  return redundant;
-}
-
-void closed_state::set_least_norm(const double *q, const double *v, const double *a, const external_wrenches<double> &e) {
-  if (t_.rows == k_.rank)
-    return;
-  const int redundant = set_patterns(q), loops = static_cast<int>(t_.loops.size());
-  reaction_request request;
-  request.n = joints(), request.link = joint_links_;
-  const reaction_result<double> wanted = {&request, reactions_};
-  state_view<double> s;
-  s.q = q, s.v = zeros_or(v), s.a = zeros_or(a), s.external = all_wrenches(e);
-  s.reactions_n = 1, s.reactions = &wanted, s.result[0] = tree_;
-  g_.tree().call(rows::inverse_dynamics_with_reactions, g_.rest(), s);
-  std::copy_n(at_joints_, 6 * loops, reactions_ + 6 * joints());
-  for (int k = 0; k < redundant; ++k) {
-    double along = 0;
-    for (int i = 0; i < pattern_length(); ++i)
-      along += pattern(k)[i] * reactions_[i];
-    for (int i = 0; i < t_.rows; ++i)
-      lambda_[i] -= along * null_lambda_[k * t_.rows + i];
-  }
 }
 
 } // namespace ksl::loops

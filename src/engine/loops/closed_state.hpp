@@ -64,11 +64,13 @@ public:
   /// The jump (nv) of velocities under impulses.
   finding velocity_jump(const double *q, const external_wrenches<double> &impulses, double *jump);
 
-  /// Replaces the multipliers, which balance, by those of least norm: the sum of the squares of all joints' wrenches, each at its frame
-  /// on the side called child, in N and N m.
-  void set_least_norm(const double *q, const double *v, const double *a, const external_wrenches<double> &e);
+  /// Replaces the multipliers, which balance, by those of least energy in the joints that have compliances, and among these, which are all
+  /// where no joint has one, by those of least norm: the sum of the squares of all joints' wrenches, each at its frame on the side called
+  /// child, in N and N m.
+  void set_reactions(const double *q, const double *v, const double *a, const external_wrenches<double> &e);
 
-  /// Patterns of wrenches that may be added, orthonormal over all joints: redundant equations in number, each (joints + loops, 6).
+  /// Patterns of wrenches that may be added, orthonormal over all joints, each (joints + loops, 6): as many as there are redundant equations.
+  /// Returns how many of them, the first ones, store no energy in compliances and stay open.
   int set_patterns(const double *q);
   const double *pattern(int k) const { return patterns_ + k * pattern_length(); }
   int pattern_length() const { return 6 * (joints() + static_cast<int>(t_.loops.size())); }
@@ -109,7 +111,13 @@ private:
   double tolerance_;
   double *rows_[3], *lambda_, *null_lambda_;
   double *zero_, *tree_, *left_, *a0_, *G_, *M_, *MG_, *H_, *small_;
+  void set_energies(int patterns);
+  double energy(const double *x, const double *y) const;
+  reaction_request all_joints() const;
+
   double *reactions_, *patterns_;
+  double *energy_, *stiff_; ///< (patterns, patterns) energies and, by rows, the directions in which they are diagonal; (patterns) their values
+  int open_ = 0;            ///< patterns without energy
   double *wrenches_, *at_joints_;
   int *wrench_links_, *joint_links_;
 };

@@ -47,6 +47,24 @@ public:
     finish();
   }
 
+  /// The same with some coordinates left out, `fixed` in number: they are zero in complete().  Do the equations determine all others?
+  /// Only then is complete() of use.
+  bool determine(const double *K, const double *row_scale, const double *column_scale, double size, const unsigned char *is_fixed,
+                 int fixed) {
+    R_ = row_scale, C_ = column_scale, tolerance_ = rank_tolerance * size;
+    load(K, is_fixed);
+    rank = eliminate(0, columns - fixed);
+    return rank == columns - fixed;
+  }
+
+  /// x (columns), zero at coordinates that are left out, with K x = b for the independent equations; after determine().
+  void solve_determined(const double *b, double *x) const {
+    solve_equations(b);
+    std::fill_n(x, columns, 0.0);
+    for (int i = 0; i < rank; ++i)
+      x[column[i]] = work_[i] * C_[column[i]];
+  }
+
   /// How a dependent coordinate follows from an independent one: x_i = element(i, j) x_j for b = 0.
   double element(int dependent, int free) const {
     return -solved_[dependent * columns + free] * C_[column[dependent]] / C_[column[rank + free]];

@@ -79,15 +79,24 @@ void geometry::set_position(const double *q) {
     std::copy_n(l.T, 6, f.T);
     if (row_has_two_axes(l.kind))
       set_rows_of_universal(l, f);
+    vector force[6], moment[6]; // in world axes, in which the columns are
+    double force_size[6], moment_size[6];
+    for (int i = 0; i < l.rows; ++i) {
+      force[i] = turned(f.successor.R, f.T[i].lin), moment[i] = turned(f.successor.R, f.T[i].ang);
+      const double scale = t_.row_scale[static_cast<std::size_t>(l.first_row + i)];
+      force_size[i] = length(f.T[i].lin) * scale, moment_size[i] = length(f.T[i].ang) * scale;
+    }
     for (int k = l.support_begin; k < l.support_end; ++k) {
       const support &side = t_.supports[static_cast<std::size_t>(k)];
       const column &c = t_.columns[static_cast<std::size_t>(side.column)];
-      const screw<double> motion = column_at_successor(static_cast<int>(n), side.column);
-      const double scale = t_.column_scale[static_cast<std::size_t>(c.v)], factor = side.sign * c.factor;
+      const screw<double> &at_child = columns_[side.column];
+      const vector arm = difference(f.successor.t, pose(c.link).t), moved = sum(at_child.lin, cross(at_child.ang, arm));
+      const double factor = side.sign * c.factor, scale = std::fabs(factor) * t_.column_scale[static_cast<std::size_t>(c.v)];
+      const double translation = scale * length(moved), rotation = scale * length(at_child.ang);
+      double *const out = K_ + static_cast<std::ptrdiff_t>(l.first_row) * nv + c.v;
       for (int i = 0; i < l.rows; ++i) {
-        K_[(l.first_row + i) * nv + c.v] += factor * work(f.T[i], motion);
-        const double term = magnitude(f.T[i], motion) * t_.row_scale[static_cast<std::size_t>(l.first_row + i)] * scale;
-        size_ = std::max(size_, std::fabs(factor) * term);
+        out[i * nv] += factor * (dot(force[i], moved) + dot(moment[i], at_child.ang));
+        size_ = std::max(size_, translation * force_size[i] + rotation * moment_size[i]);
       }
     }
   }

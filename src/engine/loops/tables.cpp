@@ -76,6 +76,7 @@ public:
       add_loop(row);
     set_scales();
     set_drives();
+    set_compliances();
     return std::move(t_);
   }
 
@@ -192,6 +193,16 @@ private:
       for (int k = 0; k < kind.nv; ++k)
         if (kind.velocities[k].unit == std::string_view("rad"))
           t_.column_scale[index(row.v_index + k)] = 1 / t_.length;
+    }
+  }
+
+  void set_compliances() {
+    for (const joint_compliance &of : m_.description().compliances) {
+      int joint = m_.find_joint(of.joint);
+      for (std::size_t l = 0; joint < 0 && l < m_.loops().size(); ++l)
+        if (m_.loops()[l].name == of.joint)
+          joint = static_cast<int>(m_.joints().size() + l);
+      t_.compliances.push_back({joint, of.matrix});
     }
   }
 

@@ -17,7 +17,7 @@ public:
   std::size_t bytes(const algorithm_row &row, int links, int joints) const {
     if (m_.followers() == 0)
       return kernels_of_row<double>(row).workspace_bytes(m_.view());
-    const extents asked = {m_.nq(), m_.nv(), links, joints, m_.tree_elements(), static_cast<int>(m_.links().size())};
+    const extents asked = {m_.nq(), m_.nv(), links, joints, m_.tree_elements(), static_cast<int>(m_.links().size()), 0};
     return coupled::projection<double>{row, m_}.state_bytes(asked);
   }
 

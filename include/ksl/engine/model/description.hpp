@@ -120,6 +120,14 @@ struct loop_description {
   given_loop given;
 };
 
+/// How a joint, of the tree or of a loop, gives way under its wrench: what splits reactions that rigid bodies leave open.
+struct joint_compliance {
+  std::string joint;
+  /// (6, 6) by rows, symmetric and positive semidefinite: displacement, m and rad, for a wrench, force first, at the joint's frame on the child's
+  /// side, in its axes.  Zero where the joint is rigid.
+  std::array<double, 36> matrix{};
+};
+
 /// The bounds of number c of the joint's position.
 inline coordinate_limits limits_of(const joint_description &joint, int c) {
   return c == 0 ? coordinate_limits{joint.lower, joint.upper} : joint.further[static_cast<std::size_t>(c - 1)];
@@ -145,6 +153,7 @@ struct robot_description {
   /// Joints that have a motor.  None: they are not known, which inverse dynamics of a mechanism with loops needs.  Without loops every
   /// joint is taken to have one.
   std::optional<std::vector<std::string>> drives;
+  std::vector<joint_compliance> compliances; ///< of some joints; the others are rigid
   std::array<double, 3> gravity{0, 0, -9.81}; ///< m/s², world axes; files don't give it
   physics_options physics;                    ///< of the joints; files don't say so
   bool floating_base = false;                 ///< does the root float (model_options); files don't say so
