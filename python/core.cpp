@@ -31,9 +31,9 @@ nb::bytes file_bytes(const nb::bytes &path) {
 ksl::model load_text(const nb::bytes &text, const nb::bytes &name, bool floating_base, bool mimic_independent,
                      bool strict, std::optional<std::array<double, 3>> gravity,
                      const building::payloads_given &payloads, bool masses_optional, const std::string &model_name,
-                     const building::physics_given &physics) {
+                     const building::physics_given &physics, bool cut_loops) {
   return ksl::load_text(string_of(text), building::options_of(floating_base, gravity, payloads, physics),
-                        {mimic_independent, strict, masses_optional, model_name}, string_of(name));
+                        {mimic_independent, strict, masses_optional, model_name, cut_loops}, string_of(name));
 }
 
 /// What `ksl info` prints about a joint.  Limits that the file doesn't give are None.
@@ -293,7 +293,7 @@ void add_loading(nb::module_ &module) {
   module.def("file_bytes", &file_bytes, "path"_a,
              "The bytes of a robot file, if it is a regular one and not too large.");
   module.def("load_text", &load_text, "text"_a, "name"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a,
-             "gravity"_a.none(), "payloads"_a, "masses_optional"_a, "model_name"_a, "physics"_a);
+             "gravity"_a.none(), "payloads"_a, "masses_optional"_a, "model_name"_a, "physics"_a, "cut_loops"_a = false);
 }
 
 } // namespace

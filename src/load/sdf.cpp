@@ -632,7 +632,7 @@ void sdf_reader::connect_all() {
     connection &each = connections_[j];
     if (in_tree[j])
       connect(std::move(each.joint), each.parent, each.child, each.frame);
-    else
+    else if (!options_.cut_loops)
       close_loop(each.joint, each.parent, each.child, each.frame);
   }
 }

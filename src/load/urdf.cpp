@@ -159,11 +159,11 @@ void urdf_reader::check_joint_elements() const {
       file_.refuse(child,
                    "<" + name +
                        "> is a joint that KSL doesn't know; write <joint name=\"...\" type=\"...\">, or <drake:joint>");
-    if (readers::is_foreign_loop(name))
+    if (!options_.cut_loops && readers::is_foreign_loop(name))
       file_.refuse(child,
                    "<" + name +
                        "> would close a loop, and is no element that KSL knows; write <constraint name=\"...\" " +
-                       "type=\"...\">, or remove it");
+                       "type=\"...\">; loops=\"cut\" in Python (cut_loops in C++) reads the file without loops");
   }
 }
 
@@ -173,7 +173,7 @@ void urdf_reader::read_loops() {
     return element(file_, unused_, node, {"loop joint", node.attribute("name").value()});
   };
   for (const pugi::xml_node child : root_.node().children())
-    if (readers::is_loop(child.name())) {
+    if (!options_.cut_loops && readers::is_loop(child.name())) {
       text::check_count(file_, child, robot_.joints.size() + robot_.loops.size(), text::limits::joints, "joints");
       robot_.loops.push_back(readers::loop_in(in_file(child), links_, minor_, unused_));
     }
@@ -185,6 +185,10 @@ void urdf_reader::read_loops() {
     else
       readers::read_coupling({file_, unused_, coupling, {"coupling", coupling.attribute("name").value()}}, robot_,
                              links_, moving);
+  if (options_.cut_loops) {
+    robot_.loops.clear();
+    return;
+  }
   // also where there are no loops, which a program may add
   if (std::vector<std::string> drives = readers::driven_joints(root_.node(), robot_); !drives.empty()) {
     drives_ = {drives.begin(), drives.end()};

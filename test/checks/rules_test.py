@@ -57,7 +57,7 @@ CASES = {
     "joint-type": (changed(('"elbow" type="revolute"', '"elbow" type="hinge"')), changed(('"elbow" type="revolute"', '"elbow" type="continuous"'))),
     "joint-type-extension": (more(link("x"), hinge("j", "fore", "x", kind="spherical")), more(link("x"), hinge("j", "fore", "x", kind="floating"))),
     "link-undefined": (more(hinge("j", "fore", "gripper", kind="fixed")), more(hinge("j", "fore", "gripper", kind="fixed"), '<link name="gripper"/>')),
-    "link-two-parents": (more(hinge("j", "stand", "fore", kind="floating")), ARM),
+    "joint-copied": (more(link("x"), *(hinge(name, "fore", "x", kind="floating") for name in "ij")), more(link("x"), hinge("i", "fore", "x", kind="floating"))),
     "joint-cycle": (
         more(link("a"), link("b"), hinge("j1", "a", "b"), hinge("j2", "b", "a")),
         more(link("a"), link("b"), hinge("j1", "a", "b"), hinge("j2", "fore", "a")),

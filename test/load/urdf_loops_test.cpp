@@ -235,6 +235,14 @@ TEST_CASE("loops: what can't be read is refused") {
   }
 }
 
+TEST_CASE("loops: a file is read without them, if asked for, whatever they say") {
+  const robot_description cut = read_urdf_text(
+      two_arms(constraint("hinge", "") +
+               "<x:loop_joint/><joint name=\"k\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>"),
+      "r.urdf", {.cut_loops = true});
+  CHECK((cut.loops.empty() && cut.joints.size() == 2 && !cut.drives));
+}
+
 TEST_CASE("loops: in SDF, a joint whose child has a parent closes one, with frames from the poses of the links") {
   const auto link = [](const std::string &name, const std::string &pose) {
     return "<link name=\"" + name + "\"><pose>" + pose + "</pose></link>";

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from heapq import heappop, heappush
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -204,10 +205,32 @@ class RobotFile:
 
     @cached_property
     def joint_above(self) -> dict[str, Joint]:
-        """{link: the joint that carries it}, the first one where there are several."""
+        """{link: the joint that carries it}: where there are several the first, unless it would cut the link off from the roots."""
         above: dict[str, Joint] = {}
-        for joint in self.joints:
+        leaving: dict[str, list[int]] = {}
+        for i, joint in enumerate(self.joints):
             above.setdefault(joint.child, joint)
+            leaving.setdefault(joint.parent, []).append(i)
+        reached: set[str] = set()
+        others: list[int] = []
+        waiting = [name for name in dict.fromkeys((*self.link_of, *leaving)) if name not in above]
+        while waiting or others:
+            if not waiting:  # what no first joint reaches may be reached by others
+                joint = self.joints[heappop(others)]
+                if joint.child in reached:
+                    continue
+                above[joint.child] = joint
+                waiting.append(joint.child)
+            link = waiting.pop()
+            if link in reached:
+                continue
+            reached.add(link)
+            for i in leaving.get(link, ()):
+                joint = self.joints[i]
+                if above[joint.child] is joint:
+                    waiting.append(joint.child)
+                else:
+                    heappush(others, i)
         return above
 
     @cached_property

@@ -127,8 +127,7 @@ def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
     if cut and o.drives is not None:
         raise ValueError('drives are given, but loops="cut" leaves a tree, whose joints all have a motor; leave one of the two out')
     beside = None if o.loops is None or cut else LoopsFile(_path_of_loops(o.loops))
-    loaded = _closed(_read(file, text, o, cut), beside, None if o.drives is None else given.names(o.drives, "drives"))
-    return _as(loaded, loaded._core.without_loops()) if cut and loaded.loops else loaded
+    return _closed(_read(file, text, o, cut), beside, None if o.drives is None else given.names(o.drives, "drives"))
 
 
 def _closed(loaded: Model, beside: LoopsFile | None, drives: list[str] | None) -> Model:
@@ -162,7 +161,7 @@ def _path_of_loops(loops: object) -> str:
 
 
 def _read(file: str, text: bytes | None, o: _Options, cut: bool) -> Model:
-    """With the loops of the file, which may be left out of MJCF by `cut`: others are cut afterwards."""
+    """With the loops of the file, unless they are cut."""
     one_of(o.mimic, "mimic", "coupled", "independent")
     if o.masses is not None:
         one_of(o.masses, "masses", "optional")
@@ -177,7 +176,7 @@ def _read(file: str, text: bytes | None, o: _Options, cut: bool) -> Model:
             raise DescriptionError(f'{file}: model "{o.model}" is asked for, but only SDF files hold several; leave that option out')
         loaded = mjcf._load(file, text, contents, floating_base, independent, strict, gravity, o.payloads, o.masses, cut)
         return loaded if o.physics is None and o.friction_width == loaded.friction_width else loaded.with_physics(o.physics, o.friction_width)
-    options = (floating_base, independent, strict, gravity, points, o.masses is not None, o.model or "", given.physics(o.physics, o.friction_width))
+    options = (floating_base, independent, strict, gravity, points, o.masses is not None, o.model or "", given.physics(o.physics, o.friction_width), cut)
     made = _core.load_text(contents, os.fsencode(file), *options)
     return Model(made, (os.path.abspath(file), *options), inputs=hashed(file, contents)) if text is None else Model(made)
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Layout = Mapping[str, Any]
 """Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.model.mjcf` has its contents."""
 
-_Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, float, list[float]]], bool, str, given.Physics]
+_Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, float, list[float]]], bool, str, given.Physics, bool]
 """A path, and the options of `_core.load_text`: what a model is made from again."""
 
 
