@@ -190,8 +190,7 @@ finding closed_state::solve_inertia(const double *q, double *r) {
   for (int i = 0; i < f; ++i) // what the others leave of a freedom's inertia
     if (!is_regular || !(H_[i * f + i] > 1e-13 * whole[i]))
       return {finding::kind::massless, k_.independent()[i], 0, 0, f};
-  if (r)
-    solve_again(r);
+  solve_again(r);
   return {};
 }
 

@@ -92,7 +92,7 @@ public:
   /// Sets τ_d with Gᵀ E τ_d = Gᵀ y; of least norm where there are more drives than freedoms.
   finding efforts_of_drives(const double *y, double *tau);
 
-  /// Solves Gᵀ M G x = r, with the mass matrix at q; r (freedoms) is replaced.  Null only factorises, for solve_again.
+  /// Solves Gᵀ M G x = r, with the mass matrix at q; r (freedoms) is replaced.
   finding solve_inertia(const double *q, double *r);
   void solve_again(double *r) const;
 

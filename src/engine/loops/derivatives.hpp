@@ -33,7 +33,9 @@ private:
   void set_tree(const double *q, const double *v, const double *a, const external_wrenches<double> &e);
   enum class varied { position, velocity, acceleration };
   void vary(varied what, int j);
-  void accelerate(const double *y, double *a);
+  void accelerate(double *a);
+  void project(const double *matrix, double *out) const;
+  void set_projections();
   void add_product(const double *matrix, int rows, const double *x, double sign, double *out) const;
 
   const model &m_;
@@ -42,7 +44,8 @@ private:
   variation by_;
   double *by_q_, *by_v_, *M_;      ///< (nv, nv) of the tree
   double *dq_, *dv_, *da_, *left_; ///< (nv)
-  double *rates_, *a_, *tau_, *H_, *r_;
+  double *rates_, *a_, *tau_, *r_;
+  double *projected_q_, *projected_v_, *projected_a_; ///< (freedoms, nv) Gᵀ times these
 };
 
 } // namespace ksl::loops

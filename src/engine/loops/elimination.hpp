@@ -47,14 +47,23 @@ public:
     finish();
   }
 
-  /// The same with some coordinates left out, `fixed` in number: they are zero in complete().  Do the equations determine all others?
-  /// Only then is complete() of use.
+  /// The same with some coordinates left out, `fixed` in number.  Do the equations determine all others?  Pivots are the largest of their
+  /// columns only, which is faster, and as good where no rank is asked for.
   bool determine(const double *K, const double *row_scale, const double *column_scale, double size, const unsigned char *is_fixed,
                  int fixed) {
     R_ = row_scale, C_ = column_scale, tolerance_ = rank_tolerance * size;
     load(K, is_fixed);
-    rank = eliminate(0, columns - fixed);
-    return rank == columns - fixed;
+    const int wanted = columns - fixed;
+    for (rank = 0; rank < std::min(rows, wanted); ++rank) {
+      int p = rank;
+      for (int i = rank + 1; i < rows; ++i)
+        if (std::fabs(at(i, rank)) > std::fabs(at(p, rank)))
+          p = i;
+      if (!(std::fabs(at(p, rank)) > 1e-3 * tolerance_ / rank_tolerance))
+        break;
+      take_pivot(rank, p, rank, wanted);
+    }
+    return rank == wanted;
   }
 
   /// x (columns), zero at coordinates that are left out, with K x = b for the independent equations; after determine().
@@ -129,27 +138,32 @@ private:
             largest = x, p = i, c = j;
       if (!(largest > tolerance_))
         return k;
-      if (p != k) {
-        std::swap(row[p], row[k]);
-        std::swap_ranges(&at(p, 0), &at(p, 0) + columns, &at(k, 0));
-      }
-      if (c != k) {
-        std::swap(column[c], column[k]);
-        for (int i = 0; i < rows; ++i)
-          std::swap(at(i, c), at(i, k));
-      }
-      const double inverse = 1 / at(k, k);
-      const double *const pivot = &at(k, 0);
-      for (int i = k + 1; i < rows; ++i) {
-        double *const line = &at(i, 0);
-        if (line[k] == 0)
-          continue;
-        const double factor = line[k] *= inverse;
-        for (int j = k + 1; j < columns; ++j)
-          line[j] -= factor * pivot[j];
-      }
+      take_pivot(k, p, c, columns);
     }
     return k;
+  }
+
+  /// Brings element (p, c) to place k, and eliminates below it, in columns before `end`.
+  void take_pivot(int k, int p, int c, int end) {
+    if (p != k) {
+      std::swap(row[p], row[k]);
+      std::swap_ranges(&at(p, 0), &at(p, 0) + columns, &at(k, 0));
+    }
+    if (c != k) {
+      std::swap(column[c], column[k]);
+      for (int i = 0; i < rows; ++i)
+        std::swap(at(i, c), at(i, k));
+    }
+    const double inverse = 1 / at(k, k);
+    const double *const pivot = &at(k, 0);
+    for (int i = k + 1; i < rows; ++i) {
+      double *const line = &at(i, 0);
+      if (line[k] == 0)
+        continue;
+      const double factor = line[k] *= inverse;
+      for (int j = k + 1; j < end; ++j)
+        line[j] -= factor * pivot[j];
+    }
   }
 
   /// Orders the independent coordinates, and solves U D = U_independent for them.

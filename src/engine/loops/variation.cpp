@@ -29,6 +29,29 @@ double variation::sign(int c, int k) const {
   return by.sigma > 0 ? 1 : by.group <= from.group ? -1 : 0;
 }
 
+/// Calls use(c, Σ_k p_ck of(k)) for all coordinates c, by one walk along either side.
+template <class Of, class Use> void variation::for_sums(Of of, Use use) const {
+  screw<double> beyond = nothing, group = nothing; // of the groups after that of c, and of its own
+  int c = n_ - 1;
+  while (c >= 0 && at_[c].sigma < 0)
+    --c;
+  const int middle = c + 1;
+  for (; c >= 0; --c) { // on the side of the successor, from the end inwards
+    if (c + 1 < middle && at_[c + 1].group != at_[c].group)
+      beyond = sum(beyond, group), group = nothing;
+    use(c, beyond);
+    group = sum(group, of(c));
+  }
+  screw<double> left = sum(beyond, group); // V_s − V_p, less what moves c
+  for (c = middle; c < n_;) {
+    int end = c;
+    for (; end < n_ && at_[end].group == at_[c].group; ++end)
+      left = sum(left, scaled(-1, of(end)));
+    for (; c < end; ++c)
+      use(c, left);
+  }
+}
+
 void variation::set_loop(const geometry &g, int loop, const double *v, const double *a) {
   const ksl::loops::loop &l = t_.loops[static_cast<std::size_t>(loop)];
   n_ = l.support_end - l.support_begin;
@@ -38,11 +61,9 @@ void variation::set_loop(const geometry &g, int loop, const double *v, const dou
     at_[c] = {scaled(of.factor, g.column_at_successor(loop, side.column)), nothing, nothing, side.sign, v[of.v], a[of.v], of.v, side.group};
   }
   W_ = rate_ = nothing;
+  for_sums([&](int k) { return scaled(at_[k].v, at_[k].J); }, [&](int c, const screw<double> &U) { at_[c].U = U; });
   for (int c = 0; c < n_; ++c) {
     element &e = at_[c];
-    for (int k = 0; k < n_; ++k)
-      if (const double p = sign(c, k); p != 0)
-        e.U = sum(e.U, scaled(p * at_[k].v, at_[k].J));
     e.rate = cross(e.J, e.U);
     W_ = sum(W_, scaled(e.sigma * e.v, e.J));
     rate_ = sum(rate_, scaled(e.sigma, sum(scaled(e.a, e.J), scaled(e.v, e.rate))));
@@ -64,17 +85,14 @@ void variation::vary(const geometry &g, int loop, int k, const double *lambda) {
     dJ_[c] = p == 0 ? nothing : scaled(p, cross(at_[c].J, by.J));
   }
   screw<double> dW = nothing, dRate = nothing, by_v = scaled(by.sigma, by.rate);
-  for (int c = 0; c < n_; ++c) {
+  const auto varied = [&](int j) { return scaled(at_[j].v, dJ_[j]); };
+  for_sums(varied, [&](int c, const screw<double> &dU) {
     const element &e = at_[c];
-    screw<double> dU = nothing;
-    for (int j = 0; j < n_; ++j)
-      if (const double p = sign(c, j); p != 0)
-        dU = sum(dU, scaled(p * at_[j].v, dJ_[j]));
     const screw<double> bent = sum(cross(dJ_[c], e.U), cross(e.J, dU));
     dW = sum(dW, scaled(e.sigma * e.v, dJ_[c]));
     dRate = sum(dRate, scaled(e.sigma, sum(scaled(e.a, dJ_[c]), scaled(e.v, bent))));
     by_v = sum(by_v, scaled(e.sigma * e.v, dJ_[c])); // J_c × p_ck J_k
-  }
+  });
   coscrew<double> f = {{0, 0, 0}, {0, 0, 0}};
   const auto put = [&](double *matrix, int i, double x) { matrix[(l.first_row + i) * nv + by.coordinate] += x; };
   const int constant = row_has_two_axes(l.kind) ? 3 : l.rows;

@@ -42,6 +42,7 @@ private:
 
   void set_loop(const geometry &g, int loop, const double *v, const double *a);
   double sign(int c, int k) const;
+  template <class Of, class Use> void for_sums(Of of, Use use) const;
   void vary(const geometry &g, int loop, int k, const double *lambda);
 
   const model &m_;
