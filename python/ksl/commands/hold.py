@@ -10,8 +10,10 @@ import typer
 
 from ksl.commands.app import GroupedOptions, app, command_line, console, fail
 from ksl.commands.options import (
+    Drives,
     FloatingBase,
     Gravity,
+    Loops,
     Mimic,
     ModelName,
     Physics,
@@ -51,6 +53,8 @@ def hold(
     gravity: Gravity = "",
     model_name: ModelName = "",
     physics: Physics = "",
+    loops: Loops = "",
+    drives: Drives = "",
 ) -> None:
     """Print the efforts and every wrench of one pose at rest, or of the worst pose for a joint."""
     from ksl.base.files_read import recorded
@@ -61,7 +65,7 @@ def hold(
     from ksl.report.hold_pose import hold as held
 
     loaded = payloads_given(payload, on_link)
-    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics)
+    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, loops=loops, drives=drives)
     point = numbers(at, "--at", 3) if "," in at else at
     try:
         model.reaction_request(on, point, axes, order, "total", [])
@@ -79,6 +83,7 @@ def hold(
         carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
         inputs = [*model.inputs, *ledger.files]
         options = {"on": on, "at": at, "axes": axes, "order": order, "gravity": gravity, "physics": physics, "mimic": mimic, "floating_base": floating_base}
+        options |= {"loops": loops, "drives": drives} if model.loops or loops else {}
         run = held(
             model, positions, worst or None, of, payloads=carried, on=cast("Side", on), at=point, axes=axes, order=cast("Order", order), seed=seed,
             inputs=inputs, options=options, command=command_line(),

@@ -15,11 +15,13 @@ from ksl.commands.options import (
     MOTION_HELP,
     ColumnMapFile,
     Degrees,
+    Drives,
     FloatingBase,
     FrictionWidth,
     From,
     Gravity,
     IgnoreExtra,
+    Loops,
     Mimic,
     ModelName,
     Physics,
@@ -80,6 +82,8 @@ def loads(
     model_name: ModelName = "",
     physics: Physics = "",
     friction_width: FrictionWidth = 0.01,
+    loops: Loops = "",
+    drives: Drives = "",
     columns: ColumnMapFile = None,
     degrees: Degrees = False,
     time_unit: TimeUnit = None,
@@ -111,7 +115,7 @@ def loads(
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
     if motion is not None:
         check_order(robot, motion)
-    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width)
+    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives)
     placement = _placement(model, on, at, axes, order, joints)
     reading: dict[str, Any] = {
         "map": columns, "degrees": degrees, "time_unit": time_unit, "resample": resample, "start": start, "stop": stop,
@@ -119,6 +123,7 @@ def loads(
     }  # fmt: skip
     options = {"on": on, "at": at, "axes": axes, "order": order, "joints": joints, "floating_base": floating_base, "mimic": mimic}
     options |= {"strict": strict, "gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
+    options |= {"loops": loops, "drives": drives} if model.loops or loops else {}
     options |= {name: str(value) if name == "map" else value for name, value in reading.items() if value not in (None, False)}
     try:
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)
@@ -212,7 +217,7 @@ def _placement(model: Model, on: str, at: list[str], axes: str, order: str, join
 
 
 def _known(model: Model, joint: str, option: str) -> None:
-    names = [j.name for j in model.joints]
+    names = [*(j.name for j in model.joints), *model.loop_names]
     if joint not in names:
         fail(f"{option}: no joint {joint!r}; {suggestion(joint, names, f'the joints of {model.name} are')}")
 
