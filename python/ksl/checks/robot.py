@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from heapq import heappop, heappush
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -185,6 +186,9 @@ class RobotFile:
     """The model that the loader made; None where it refused the file, or was not called."""
     package_paths: Sequence[Path] = ()
     symmetry: float = 0.05
+    beside: str | PathLike[str] | None = None
+    """The file with loops that is given besides."""
+    drives: tuple[str, ...] | None = None
     not_checked: list[str] = field(default_factory=list)
 
     @cached_property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -42,19 +41,6 @@ def led_coordinates(model: LoopCalls, q: Array) -> list[int]:
     """Indices into q of the numbers that the others follow from: those of the drives where these determine the motion."""
     independent = {int(i) for i in model.independent(q)}
     return [joint.q_index + k for joint in model.joints for k in range(joint.nv) if joint.v_index + k in independent]
-
-
-def kept_closed(model: LoopCalls, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
-    """Velocities and accelerations (n, nv) that keep loops closed along positions q (n, nq), from those of each coordinate by itself.
-
-    Those of the independent coordinates of the first position are kept, as far as they are those of whole joints.
-    """
-    free = {int(i) for i in model.independent(q[0])}
-    names = [joint.name for joint in model.joints if joint.nv and free.issuperset(range(joint.v_index, joint.v_index + joint.nv))]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # where that leaves freedoms, the nearest are as good
-        v = model.consistent_velocity(q, v, given=names)
-        return v, model.consistent_acceleration(q, v, a, given=names)
 
 
 @dataclass(frozen=True)

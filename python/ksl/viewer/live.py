@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from ksl.base.markup import html
 from ksl.model.states import Array, External, Part, Side
-from ksl.viewer.closing import Reached, kept_closed, led_coordinates, moved_to
+from ksl.viewer.closing import Reached, led_coordinates, moved_to
 from ksl.viewer.labels import labels
 from ksl.viewer.readout import Choice, OfLink, readout
 from ksl.viewer.scene import Scene, make_scene
@@ -435,14 +435,15 @@ def show(
 def _differentiated(model: LoopCalls, time: Array, q: Array, v: ArrayLike | None, a: ArrayLike | None) -> tuple[Array, Array]:
     """Velocities and accelerations of a motion, the missing ones from splines as in `Model.wrench_table`."""
     from ksl.base.errors import MotionError
-    from ksl.motions.motion import complete
+    from ksl.motions.closed_motion import completed
 
     if time.ndim != 1 or q.shape != (len(time), model.nq):
         raise MotionError(f"time has shape {time.shape}, and q {q.shape}; expected (n) and (n, {model.nq})")
     given = [None if x is None else np.broadcast_to(np.asarray(x, dtype=float), (len(time), model.nv)) for x in (v, a)]
     joints = model.joints[: len(model.joint_names)]
-    motion = complete(model, time, q, [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints])
-    return kept_closed(model, q, motion.v, motion.a) if model.loops else (motion.v, motion.a)
+    by_joint = [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints]
+    motion = completed(model, time, q, by_joint, np.ones(model.nq, dtype=bool))
+    return motion.v, motion.a
 
 
 def _in_notebook() -> bool:
