@@ -16,6 +16,7 @@ from ksl.viewer.readout import Choice, readout, wrench_at
 from ksl.viewer.results_scene import scene_of_motion
 from ksl.viewer.scene import make_scene, resting_position
 from ksl.viewer.still import still
+from ksl_command import run_ksl
 
 CRANK, ROD = 0.3, 0.5
 
@@ -142,6 +143,19 @@ def test_a_motion_is_shown_with_the_wrenches_of_the_pin():
     np.testing.assert_allclose(scene.v[:, 0], 0.9 * np.cos(3 * t), atol=1e-5)
     x = np.gradient(np.gradient(q[:, 2], t), t)
     np.testing.assert_allclose(scene.constraint[5:-5, scene.joint_index("pin"), 0], 2 * x[5:-5], atol=2e-3)
+
+
+def test_results_say_which_drives_there_were(tmp_path, monkeypatch):
+    """The command that shows results needs no options; without them a robot file that names no drives has no wrenches."""
+    pytest.importorskip("viser")
+    monkeypatch.chdir(tmp_path)
+    assert "<constraint" in crank_slider(driven=False).to_urdf("press.urdf")
+    t = np.linspace(0, 1, 51)
+    np.savetxt("m.csv", np.column_stack([t, 0.6 + 0.3 * np.sin(3 * t)]), delimiter=",", header="time,crank", comments="")
+    assert run_ksl("loads", "press.urdf", "m.csv", "--drives", "crank", "-o", "out").returncode == 0
+    shown = run_ksl("view", "press.urdf", "out", "--joint", "pin", "--export", "press.html")
+    assert shown.returncode == 0 and "note" not in shown.stderr, shown.stderr
+    assert "joints that close loops" in (tmp_path / "press.html").read_text()
 
 
 def test_a_notebook_shows_the_closed_position():
