@@ -20,7 +20,7 @@ from ksl.viewer.scene import Scene, make_scene, thinned
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from ksl.model.calls import Calls
+    from ksl.model.loops import LoopCalls
 
 TABLE = "wrenches.parquet"
 
@@ -39,7 +39,7 @@ def is_results(path: Path) -> bool:
 
 
 def scene_of_motion(
-    model: Calls, time: Array, q: Array, v: Array, a: Array, external: Mapping[str, Array], package_paths: Sequence[str | os.PathLike[str]] = ()
+    model: LoopCalls, time: Array, q: Array, v: Array, a: Array, external: Mapping[str, Array], package_paths: Sequence[str | os.PathLike[str]] = ()
 ) -> Scene:
     """The scene of a motion: of all its samples, or of about 1500 of them, the largest efforts included."""
     chosen = thinned(model.inverse_dynamics(q, v, a, external))
@@ -125,11 +125,11 @@ def _check_metadata(file: Path, made_by: Any) -> None:
     if not all(isinstance(i.get(key), str) for i in made_by.get("inputs", []) for key in ("file", "role")):
         raise MotionError(f"{file}: an input in its metadata has no file or role; {AGAIN}")
     for case in made_by.get("cases", []):
-        lists = [case.get(name, []) for name in ("gravity", "physics", "payloads")]
-        gravity, physics, payloads = lists
-        good = all(isinstance(each, list) for each in lists) and all(isinstance(g, (int, float)) for g in gravity) and all(isinstance(p, str) for p in physics)
+        lists = [case.get(name, []) for name in ("gravity", "physics", "payloads", "drives")]
+        gravity, physics, payloads, drives = lists
+        good = all(isinstance(each, list) for each in lists) and all(isinstance(g, (int, float)) for g in gravity) and all(isinstance(p, str) for p in (*physics, *drives))
         if not good or not all(isinstance(p, dict) and {"link", "mass", "center"} <= set(p) and isinstance(p["mass"], (int, float)) for p in payloads):
-            raise MotionError(f"{file}: gravity, physics or payloads of case {case['name']} in its metadata are not as `ksl loads` writes them; {AGAIN}")
+            raise MotionError(f"{file}: gravity, physics, payloads or drives of case {case['name']} in its metadata are not as `ksl loads` writes them; {AGAIN}")
         if not isinstance(case.get("motion") or "", str):
             raise MotionError(f"{file}: the motion of case {case['name']} in its metadata is no name of a file; {AGAIN}")
     if not isinstance(made_by.get("options", {}), dict) or not isinstance(made_by.get("directory", ""), str):
@@ -162,7 +162,7 @@ def _check_times(file: Path, time: Array, count: int) -> None:
         raise MotionError(f"{file}: column 'time' doesn't increase at sample {int(back[0]) + 2}; {AGAIN}")
 
 
-def scene_of_results(model: Calls, results: Results, package_paths: Sequence[str | os.PathLike[str]] = ()) -> tuple[Scene, list[str]]:
+def scene_of_results(model: LoopCalls, results: Results, package_paths: Sequence[str | os.PathLike[str]] = ()) -> tuple[Scene, list[str]]:
     """The scene of a load case, and notes.
 
     Positions and rates are those of the table where every joint has one coordinate, otherwise those of the motion file that the table names.
@@ -191,7 +191,7 @@ def scene_of_results(model: Calls, results: Results, package_paths: Sequence[str
         motion = read_motion(model, _beside(results, named))
         time, q, v, a = motion.time, motion.q, motion.v, motion.a
     external = _external(model, results, time, notes)
-    driven = [j for j in joints if j.one_coordinate]
+    driven = [j for j in joints if j.one_coordinate and (not model.loops or j.name in (model.drives or ()))]
     tau = model.inverse_dynamics(q, v, a, external)
     given = np.column_stack([results.effort[j.name] for j in driven]) if driven else np.zeros((len(time), 0))
     if driven and len(given) == len(tau):
@@ -202,7 +202,7 @@ def scene_of_results(model: Calls, results: Results, package_paths: Sequence[str
     return scene_of_motion(model, time, q, v, a, external, package_paths), notes
 
 
-def _external(model: Calls, results: Results, time: Array, notes: list[str]) -> dict[str, Array]:
+def _external(model: LoopCalls, results: Results, time: Array, notes: list[str]) -> dict[str, Array]:
     from ksl.motions.reading import read_external
 
     if not results.description.get("external"):
