@@ -143,8 +143,8 @@ def _read(
     ignore: Iterable[str] | str,
     package_paths: Iterable[str | os.PathLike[str]] | str,
     symmetry: float,
-    loops: str | os.PathLike[str] | None,
-    drives: Iterable[str] | str | None,
+    loops: str | os.PathLike[str] | None = None,
+    drives: Iterable[str] | str | None = None,
 ) -> tuple[RobotFile, list[str]]:
     """The file as the rules see it, and the rules that are left out."""
     left_out = _rule_names(ignore, "ignore")
