@@ -82,6 +82,15 @@ double assembly::distance(const double *start, const double *q, double *d) {
   return std::sqrt(sum);
 }
 
+/// The share of step_ that moves no coordinate by more than a radian, or half a length of the mechanism.  From far away, or near a singular
+/// position, a whole step can be many turns.
+double assembly::longest_share() const {
+  double most = 0;
+  for (int j = 0; j < m_.nv(); ++j)
+    most = std::max(most, std::fabs(step_[j]) / (t_.column_scale[static_cast<std::size_t>(j)] == 1 ? t_.length / 2 : 1));
+  return most > 1 ? 1 / most : 1;
+}
+
 /// Brings joints with one coordinate back to their limits, and holds them there.  Was one beyond?
 bool assembly::keep_limits(double *q) {
   bool beyond = false;
@@ -127,7 +136,7 @@ bool assembly::descend(double *q, int iterations, const close_options &options) 
       right_[i] = -error_[i];
     set_step();
     lost_rank_ = !is_determined_ && solve_.residual > 0.5 * error;
-    double share = 1, trial = 0;
+    double share = longest_share(), trial = 0;
     bool fell = false;
     for (int halvings = 0; halvings < 40 && !fell; ++halvings, share /= 2) {
       step(q, step_, share, trial_);

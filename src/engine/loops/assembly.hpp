@@ -28,6 +28,7 @@ public:
 private:
   double set_error(const double *q);
   void set_step();
+  double longest_share() const;
   bool descend(double *q, int iterations, const close_options &options);
   void step(const double *q, const double *dv, double share, double *out);
   bool keep_limits(double *q);
