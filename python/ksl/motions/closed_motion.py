@@ -236,7 +236,7 @@ class Follower:
         """Joints that follow stand where all do that they follow."""
         out, rates = chosen.copy(), self.held.rates
         others = np.setdiff1d(np.arange(self._model.nv), rates)
-        out[:, others] = chosen[:, rates].all(axis=1)[:, None]
+        out[:, others] = np.all(chosen[:, rates], axis=1, keepdims=True)
         return out
 
     def _errors(self, q: Array) -> Array:
