@@ -150,6 +150,9 @@ std::vector<std::string> lost_in_loop(const joint_description &joint) {
 }
 
 void keep_drives(robot_description &robot) {
+  std::erase_if(robot.compliances, [&](const joint_compliance &of) {
+    return !text::has_name(robot.joints, of.joint) && !text::has_name(robot.loops, of.joint);
+  });
   if (!robot.drives)
     return;
   std::set<std::string> movable;
@@ -192,6 +195,7 @@ robot_description with_loops(robot_description robot, std::vector<loop_descripti
 robot_description without_loops(robot_description robot) {
   robot.loops.clear();
   robot.drives.reset();
+  robot.compliances.clear();
   return robot;
 }
 

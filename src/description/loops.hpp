@@ -21,7 +21,7 @@ std::vector<std::string> lost_in_loop(const joint_description &joint);
 /// first joint.  O(n log n).
 std::vector<bool> spanning_tree(std::size_t links, const std::vector<std::pair<int, int>> &joints);
 
-/// Removes drives of joints that the robot has no more, or that are fixed.
+/// Removes drives of joints that the robot has no more, or that are fixed, and compliances of joints that it has no more.
 void keep_drives(robot_description &robot);
 
 /// Throws description_error for loop joints that can't close a loop: names that are empty or another joint's, links that aren't there or

@@ -204,6 +204,10 @@ robot_description merged(const robot_description &robot, const robot_description
     out.loops.push_back(std::move(loop));
   }
   out.drives = merged_drives(robot, other, prefix);
+  for (joint_compliance compliance : other.compliances) {
+    compliance.joint = prefix + compliance.joint;
+    out.compliances.push_back(std::move(compliance));
+  }
   for (const std::string &line : other.warnings)
     add_line(out.warnings, other.name + ": " + line);
   for (const std::string &line : other.unused)

@@ -183,3 +183,15 @@ def test_the_closed_door_hangs_on_both_hinges_by_their_stiffness():
         m.with_stiffness({"middle": np.ones(6)})
     with pytest.raises(ValueError, match="every stiffness is positive"):
         m.with_stiffness({"upper": np.zeros(6)})
+
+
+def test_stiffnesses_go_where_their_joints_go():
+    c = random_case("revolute", 1)
+    names = [*c.model.joint_names, "L"]
+    stiff = c.model.with_stiffness({name: np.full(6, 1e6) for name in names})
+    pair = stiff.merged(ksl.Builder("mast").add_link("mast", mass=1.0).build(gravity=tuple(stiff.gravity), masses="optional"), stiff.root, prefix="x_")
+    assert pair.loop_names == ["L"] and pair.nv == stiff.nv
+    assert c.model.mobility(c.q).redundant or np.allclose(pair.reactions(c.q, np.zeros(pair.nv), np.zeros(pair.nv), joints=["L"]), stiff.reactions(c.q, np.zeros(pair.nv), np.zeros(pair.nv), joints=["L"]))
+    assert stiff.without_loops().loop_names == []
+    part = stiff.subtree("a0", loops="drop")
+    assert part.loop_names == [] and set(part.joint_names) < set(names)
