@@ -99,29 +99,33 @@ def pinocchio_call(m, ends, q, v, tau):
     return forward, lambda: pin.computeConstraintDynamicsDerivatives(m, data, models, datas, settings)
 
 
+def compare(make):
+    m, other, ends, q, given = make()
+    v = m.consistent_velocity(q, np.random.default_rng(1).normal(size=m.nv), given=given)
+    tau = np.random.default_rng(2).normal(size=m.nv)
+    a = m.forward_dynamics(q, v, tau)
+    forward, derivatives = pinocchio_call(other, ends, q, v, tau)
+    assert np.abs(forward() - a).max() < 1e-5 * np.abs(a).max()
+    tile = lambda x: np.tile(x, (STATES, 1))
+    Q, V, A, T = map(tile, (q, v, a, tau))
+    one, batch, peer = best(lambda: m.forward_dynamics(q, v, tau)), best(lambda: m.forward_dynamics(Q, V, T, threads=1)) / STATES, best(forward)
+    print(f"{m.name}: {m.nv} coordinates")
+    print(f"{'  forward':18}{one:10.2f}{batch:10.3f}{peer:11.2f}   {peer / one:.1f}, batch {peer / batch:.1f}")
+    one, peer = best(lambda: m.forward_dynamics_derivatives(q, v, tau)), peer + best(derivatives)
+    print(f"{'  derivatives':18}{one:10.2f}{'':10}{peer:11.2f}   {peer / one:.1f}")
+    tree, joints = m.without_loops(), [*m.joint_names, *m.loop_names]
+    if m.mobility(q).redundant == 0:
+        one, batch = best(lambda: m.reactions(q, v, a, joints=joints)), best(lambda: m.reactions(Q, V, A, joints=joints, threads=1)) / STATES
+        of_tree, batch_of_tree = best(lambda: tree.reactions(q, v, a)), best(lambda: tree.reactions(Q, V, A, threads=1)) / STATES
+        print(f"{'  reactions':18}{one:10.2f}{batch:10.3f}{'':11}   {one / of_tree:.1f} times the time of the open tree's, batch {batch / batch_of_tree:.1f}")
+    moved = m.integrate(q, np.full(m.nv, 0.01))
+    print(f"{'  close':18}{best(lambda: m.close(moved, hold=m.drives)):10.2f}")
+
+
 def main():
     print(f"{'':18}{'KSL':>10}{'batch':>10}{'Pinocchio':>11}   µs a state, and how many times as fast")
     for make in (four_bar, stewart):
-        m, other, ends, q, given = make()
-        v = m.consistent_velocity(q, np.random.default_rng(1).normal(size=m.nv), given=given)
-        tau = np.random.default_rng(2).normal(size=m.nv)
-        a = m.forward_dynamics(q, v, tau)
-        forward, derivatives = pinocchio_call(other, ends, q, v, tau)
-        assert np.abs(forward() - a).max() < 1e-5 * np.abs(a).max()
-        tile = lambda x: np.tile(x, (STATES, 1))
-        Q, V, A, T = map(tile, (q, v, a, tau))
-        one, batch, peer = best(lambda: m.forward_dynamics(q, v, tau)), best(lambda: m.forward_dynamics(Q, V, T, threads=1)) / STATES, best(forward)
-        print(f"{m.name}: {m.nv} coordinates")
-        print(f"{'  forward':18}{one:10.2f}{batch:10.3f}{peer:11.2f}   {peer / one:.1f}, batch {peer / batch:.1f}")
-        one, peer = best(lambda: m.forward_dynamics_derivatives(q, v, tau)), peer + best(derivatives)
-        print(f"{'  derivatives':18}{one:10.2f}{'':10}{peer:11.2f}   {peer / one:.1f}")
-        tree, joints = m.without_loops(), [*m.joint_names, *m.loop_names]
-        if m.mobility(q).redundant == 0:
-            one, batch = best(lambda: m.reactions(q, v, a, joints=joints)), best(lambda: m.reactions(Q, V, A, joints=joints, threads=1)) / STATES
-            of_tree, batch_of_tree = best(lambda: tree.reactions(q, v, a)), best(lambda: tree.reactions(Q, V, A, threads=1)) / STATES
-            print(f"{'  reactions':18}{one:10.2f}{batch:10.3f}{'':11}   {one / of_tree:.1f} times the time of the open tree's, batch {batch / batch_of_tree:.1f}")
-        moved = m.integrate(q, np.full(m.nv, 0.01))
-        print(f"{'  close':18}{best(lambda: m.close(moved, hold=m.drives)):10.2f}")
+        compare(make)
 
 
 if __name__ == "__main__":

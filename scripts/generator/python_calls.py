@@ -46,7 +46,8 @@ METHOD = '''\
 FIRST = {
     "reactions": '''\
         if stiffness is not None:
-            return self._with_stiffness(stiffness).reactions(q, v, a, external, on, at, axes, order, part, joints, out, threads, external_axes)
+            stiff: Calls = self._with_stiffness(stiffness)
+            return stiff.reactions(q, v, a, external, on, at, axes, order, part, joints, out, threads, external_axes)
 ''',
     "inverse_dynamics_derivatives": '''\
         if self.loops:
@@ -178,7 +179,35 @@ Model\\.inverse_kinematics$:
         iterations: int, starts: int, seed: int, limits: bool, threads: int | None,
     ) -> tuple[NDArray[numpy.floating], NDArray[numpy.floating], NDArray[numpy.intc], NDArray[numpy.intc], NDArray[numpy.intc]]: ...
 
-Model\\.(joints|links)$:
+Model\\.(loop_error|loop_jacobian|reaction_patterns)$:
+    def \\1(self, q: NDArray[numpy.floating]) -> NDArray[numpy.floating]: ...
+
+Model\\.loop_acceleration$:
+    def loop_acceleration(self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], a: NDArray[numpy.floating]) -> NDArray[numpy.floating]: ...
+
+Model\\.mobility$:
+    def mobility(self, q: NDArray[numpy.floating]) -> tuple[int, int, int, float, float, float, list[int]]: ...
+
+Model\\.consistent_velocity$:
+    def consistent_velocity(self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], given: list[int]) -> tuple[NDArray[numpy.floating], list[int]]: ...
+
+Model\\.consistent_acceleration$:
+    def consistent_acceleration(
+        self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], a: NDArray[numpy.floating], given: list[int]
+    ) -> tuple[NDArray[numpy.floating], list[int]]: ...
+
+Model\\.close$:
+    def close(
+        self, q: NDArray[numpy.floating], hold: list[int], limits: bool, iterations: int
+    ) -> tuple[NDArray[numpy.floating], list[int], list[float]]: ...
+
+Model\\.closed_derivatives$:
+    def closed_derivatives(
+        self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], x: NDArray[numpy.floating], links: list[int],
+        wrenches: list[NDArray[numpy.floating]], in_world: bool, forward: bool,
+    ) -> tuple[NDArray[numpy.floating], NDArray[numpy.floating], NDArray[numpy.floating], int]: ...
+
+Model\\.(joints|links|loops)$:
     @property
     def \\1(self) -> list[dict[str, Any]]: ...
 

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from ksl.commands.app import say
 from ksl.load_cases.closed_mechanism import loop_lines, mobility_at_home, redundant_lines
-from ksl.model.loops import LoopCalls
+from ksl.model.calls import Calls
 from ksl.model.mechanism import Mechanism
 
 
@@ -23,7 +23,7 @@ def print_loops(model: Mechanism, console: Console) -> None:
 
 def _lines(model: Mechanism) -> Iterator[str]:
     yield from loop_lines(model)
-    found, why = mobility_at_home(cast("LoopCalls", model))
+    found, why = mobility_at_home(cast("Calls", model))
     if found is None:
         yield f"not closed: {why}"
     else:

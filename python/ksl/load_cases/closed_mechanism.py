@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
-from ksl.model.loops import LoopCalls, Mobility
+from ksl.model.calls import Calls
+from ksl.model.loops import Mobility
 from ksl.model.mechanism import Mechanism
 from ksl.motions.closing import NotClosed, home
 
@@ -61,7 +62,7 @@ def redundant_lines(model: Mechanism, found: Mobility) -> tuple[str, ...]:
     return tuple(f"{loop.name}: {names.count(loop.name)} of {loop.equations}" for loop in model.loops if loop.name in names)
 
 
-def mobility_at_home(model: LoopCalls) -> tuple[Mobility | None, str]:
+def mobility_at_home(model: Calls) -> tuple[Mobility | None, str]:
     """The freedoms at the closed position nearest to the neutral one; None, and why, where there is none."""
     try:
         return model.mobility(home(model, model.drives or ())), ""
@@ -71,7 +72,7 @@ def mobility_at_home(model: LoopCalls) -> tuple[Mobility | None, str]:
 
 def closed_mechanism(cases: Sequence[LoadCase]) -> ClosedMechanism:
     """Of load cases with the same robot, which has loops."""
-    model = cast("LoopCalls", cases[0].model)
+    model = cases[0].model
     found = model.mobility(cases[0].motion.q[0])
     closings = [(case, case.motion.closing) for case in cases if case.motion.closing is not None]
     worst, closing = max(closings, key=lambda x: x[1].error, default=(None, None))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.base.errors import MotionError, ResultError
-from ksl.model.loops import LoopCalls
+from ksl.model.calls import Calls
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of
 from ksl.model.states import Array
@@ -29,7 +29,7 @@ def named_joints(model: Mechanism, pose: Mapping[str, Any] | Sequence[float] | N
     return [j.name for j in joints if j.name in pose or any(column in pose for column in columns_of(j)[0])]
 
 
-def closed_pose(model: LoopCalls, q: Array, named: Collection[str]) -> tuple[Array, Closing]:
+def closed_pose(model: Calls, q: Array, named: Collection[str]) -> tuple[Array, Closing]:
     """The closed position (nq) with the joints that are named as in q (nq), and how it was found.  Raises MotionError.
 
     Where more are named than the mechanism has freedoms, drives come first, and positions of others must be those that follow.
@@ -52,7 +52,7 @@ def closed_pose(model: LoopCalls, q: Array, named: Collection[str]) -> tuple[Arr
     return found, Closing(tuple(held.names), error, 0.0, (), free)
 
 
-def _check_follows(model: LoopCalls, joint: Joint, q: Array, found: Array, held: Held) -> None:
+def _check_follows(model: Calls, joint: Joint, q: Array, found: Array, held: Held) -> None:
     mixed = found.copy()
     part = slice(joint.q_index, joint.q_index + joint.nq)
     mixed[part] = q[part]
@@ -66,7 +66,7 @@ def _check_follows(model: LoopCalls, joint: Joint, q: Array, found: Array, held:
 class Reach:
     """Closes many poses of a mechanism, from one that is closed; of a tree every pose is what it is."""
 
-    model: LoopCalls
+    model: Calls
     start: Array
     """(nq), closed."""
     held: Held | None
@@ -117,7 +117,7 @@ class Reach:
         return values
 
 
-def reach_of(model: LoopCalls, q: Array, fixed: Collection[str]) -> Reach:
+def reach_of(model: Calls, q: Array, fixed: Collection[str]) -> Reach:
     """q (nq): closed.  fixed: joints that stay; the drives that are left are searched."""
     if not model.loops:
         return Reach(model, q, None)

@@ -15,7 +15,6 @@ from ksl.load_cases.placement import Placement as Placement
 from ksl.load_cases.reaction_joints import reaction_joints
 from ksl.load_cases.undetermined import Undetermined, undetermined
 from ksl.model.calls import Calls
-from ksl.model.loops import LoopCalls
 from ksl.model.mechanism import Joint
 from ksl.model.states import Array
 from ksl.motions.closed_motion import check_drives
@@ -78,7 +77,7 @@ class LoadCase:
         """Which components of reactions rigid bodies leave open, of a closed mechanism."""
         if self.known_undetermined is not None:
             return self.known_undetermined
-        return undetermined(self.model, self.motion.q, self.placement) if self.model.loops and isinstance(self.model, LoopCalls) else Undetermined()
+        return undetermined(self.model, self.motion.q, self.placement) if self.model.loops and isinstance(self.model, Calls) else Undetermined()
 
     def blocks(self) -> Iterator[Block]:
         """All samples in order, in blocks of about BLOCK_ROWS rows of the table."""

@@ -15,7 +15,7 @@ from ksl.load_cases.placement import Placement
 from ksl.load_cases.quantities import UNDETERMINED
 from ksl.load_cases.reaction_joints import LoopJoint, frame_on_successor, reaction_joints
 from ksl.model.joint_kinds import has_one_coordinate
-from ksl.model.loops import LoopCalls
+from ksl.model.calls import Calls
 from ksl.model.mechanism import Joint
 from ksl.model.requests import WORLD
 from ksl.model.states import Array
@@ -50,7 +50,7 @@ class Undetermined:
         return self.quantities.get(joint, ())
 
 
-def undetermined(model: LoopCalls, q: Array, placement: Placement) -> Undetermined:
+def undetermined(model: Calls, q: Array, placement: Placement) -> Undetermined:
     """Along positions q (n, nq) of a closed mechanism."""
     joints = reaction_joints(model)
     open_components = np.zeros((len(joints), 6), dtype=bool)
@@ -67,7 +67,7 @@ def undetermined(model: LoopCalls, q: Array, placement: Placement) -> Undetermin
     return Undetermined({j: names for j, names in components.items() if names}, {j: tuple(sorted(names)) for j, names in open_quantities.items() if names})
 
 
-def _placed(model: LoopCalls, q: Array, joints: tuple[Joint, ...], patterns: Array, p: Placement) -> list[tuple[Array, Array]]:
+def _placed(model: Calls, q: Array, joints: tuple[Joint, ...], patterns: Array, p: Placement) -> list[tuple[Array, Array]]:
     """For each joint its patterns (k, 6) about the placement's point: in the joint's axes, and in those of the placement."""
     poses = model.frame_poses(q, [f"link:{j.child}" for j in joints])
     found = []
@@ -82,7 +82,7 @@ def _placed(model: LoopCalls, q: Array, joints: tuple[Joint, ...], patterns: Arr
     return found
 
 
-def _point(model: LoopCalls, q: Array, at: object, own: Array) -> Array:
+def _point(model: Calls, q: Array, at: object, own: Array) -> Array:
     """The point in the joint's axes, from its origin, m."""
     if not isinstance(at, str):
         return np.asarray(at, dtype=float)
@@ -90,7 +90,7 @@ def _point(model: LoopCalls, q: Array, at: object, own: Array) -> Array:
     return np.asarray(own[:3, :3].T @ (origin - own[:3, 3]))
 
 
-def _axes(model: LoopCalls, q: Array, axes: str) -> Array:
+def _axes(model: Calls, q: Array, axes: str) -> Array:
     return np.eye(3) if axes in ("world", WORLD) else model.frame_pose(q, axes)[:3, :3]
 
 

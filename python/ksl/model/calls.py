@@ -108,7 +108,8 @@ class Calls(LoopCalls):
             moved = m.reactions(q, v, a, at=(0, 0, 0.05), axes="world", joints=["wrist_3"])
         """
         if stiffness is not None:
-            return self._with_stiffness(stiffness).reactions(q, v, a, external, on, at, axes, order, part, joints, out, threads, external_axes)
+            stiff: Calls = self._with_stiffness(stiffness)
+            return stiff.reactions(q, v, a, external, on, at, axes, order, part, joints, out, threads, external_axes)
         if external_axes != "link":
             external = external_in(external, external_axes)
         return self._core.reactions(q, v, a, None, external, self.reaction_request(on, at, axes, order, part, joints), out, threads)

@@ -154,9 +154,9 @@ class LoopCalls(Requests):
 
             v = m.consistent_velocity(q, v, given=["crank"])
         """
-        *arrays, leading = self._several((q, "q", self.nq), (v, "v", self.nv))
+        at, moving, leading = self._several((q, "q", self.nq), (v, "v", self.nv))
         names = self._names_of(given, "given")
-        found, how = self._core.consistent_velocity(*arrays, self._coordinates_of(names, "given"))
+        found, how = self._core.consistent_velocity(at, moving, self._coordinates_of(names, "given"))
         self._judge(how, names, "velocities")
         return found.reshape(*leading, self.nv)
 
@@ -166,9 +166,9 @@ class LoopCalls(Requests):
         v must keep the loops closed.  The rate of the equations, which velocities cause, is included.  Otherwise as
         :meth:`consistent_velocity`.
         """
-        *arrays, leading = self._several((q, "q", self.nq), (v, "v", self.nv), (a, "a", self.nv))
+        at, moving, rates, leading = self._several((q, "q", self.nq), (v, "v", self.nv), (a, "a", self.nv))
         names = self._names_of(given, "given")
-        found, how = self._core.consistent_acceleration(*arrays, self._coordinates_of(names, "given"))
+        found, how = self._core.consistent_acceleration(at, moving, rates, self._coordinates_of(names, "given"))
         self._judge(how, names, "accelerations")
         return found.reshape(*leading, self.nv)
 
@@ -184,7 +184,8 @@ class LoopCalls(Requests):
         if not self.loops:
             return np.zeros((0, len(names), 6))
         patterns = self._core.reaction_patterns(positions[:1])
-        return patterns.reshape(len(patterns), len(self.joints) + len(self.loops), 6)[:, where]
+        chosen: Array = patterns.reshape(len(patterns), len(self.joints) + len(self.loops), 6)[:, where]
+        return chosen
 
     def reactions_unique(self, q: ArrayLike, joints: Iterable[str] | None = None) -> NDArray[np.bool_]:
         """Which components (joints, 6) of the reactions at q (nq) every balance of rigid bodies shares.
@@ -192,7 +193,9 @@ class LoopCalls(Requests):
         The others are those in which a pattern of :meth:`reactions_null_basis` has more than 1e-9.  :meth:`reactions` gives for them the
         values of least norm, which are a convention.
         """
-        return ~(np.abs(self.reactions_null_basis(q, joints)) > 1e-9).any(axis=0)
+        open_components = np.any(np.abs(self.reactions_null_basis(q, joints)) > 1e-9, axis=0)
+        unique: NDArray[np.bool_] = np.logical_not(np.asarray(open_components))
+        return unique
 
     def _with_stiffness(self, stiffness: Mapping[str, Stiffness]) -> Any:
         """The model with these stiffnesses, which is made by a room above."""
@@ -209,7 +212,7 @@ class LoopCalls(Requests):
         wrenches = [(wrench, f"external[{link!r}]", 6) for link, wrench in items]
         *arrays, leading = self._several((q, "q", self.nq), (v, "v", self.nv), (*x, self.nv), *wrenches)
         links = [self._index(self._link_index, link, "link") for link, _ in items]
-        by_q, by_v, by_x, free = self._core.closed_derivatives(*arrays[:3], links, arrays[3:], external_axes == "world", x[1] == "tau")
+        by_q, by_v, by_x, free = self._core.closed_derivatives(arrays[0], arrays[1], arrays[2], links, arrays[3:], external_axes == "world", x[1] == "tau")
         columns = self.nv if x[1] == "tau" else free
         return by_q.reshape(*leading, self.nv, free), by_v.reshape(*leading, self.nv, free), by_x.reshape(*leading, self.nv, columns)
 

@@ -135,6 +135,11 @@ def _joint(row: Mapping[str, Any]) -> Joint:
     return Joint(**fields)
 
 
+def _loop(row: Mapping[str, Any]) -> Loop:
+    fields: dict[str, Any] = {k: tuple(x) if isinstance(x, list) else x for k, x in row.items()}
+    return Loop(**fields)
+
+
 def _read_only(x: Array) -> Array:
     x.setflags(write=False)
     return x
@@ -161,7 +166,7 @@ class Mechanism:
         """The width of the smooth law of friction, for joints that have none of their own; rad/s or m/s."""
         self.joints: tuple[Joint, ...] = tuple(_joint(row) for row in core.joints)
         """All joints: the moving ones in the order of q, then the mimic joints that follow them, then the fixed ones, `base` last."""
-        self.loops: tuple[Loop, ...] = tuple(Loop(**{k: tuple(x) if isinstance(x, list) else x for k, x in row.items()}) for row in core.loops)
+        self.loops: tuple[Loop, ...] = tuple(_loop(row) for row in core.loops)
         """The joints that close loops; a model without them is a tree."""
         self.drives: tuple[str, ...] | None = None if core.drives is None else tuple(core.drives)
         """The joints that have motors; None where the file names none.  Without loops every joint is taken to have one."""

@@ -71,7 +71,8 @@ class Surgery(Calls):
             m = m.with_stiffness({"A": {"axial": 2e7, "radial": 1e8, "tilting": 1e5}, "C": {"axial": 2e7, "radial": 1e8, "tilting": 1e5}})
         """
         given_too = given.mapping(stiffness, "stiffness", "{joint: six numbers, a (6, 6) matrix, or axial, radial and tilting}")
-        axes = {joint.name: joint.axis for joint in (*self.joints, *self.loops)}
+        axes: dict[str, tuple[float, float, float] | None] = {joint.name: joint.axis for joint in self.joints}
+        axes.update((loop.name, loop.axis) for loop in self.loops)
         return self._made(self._core.with_compliances([(given.name(joint, "a joint"), compliance_of(joint, x, axes.get(joint))) for joint, x in given_too]))
 
     def _with_stiffness(self: S, stiffness: Mapping[str, Stiffness]) -> S:

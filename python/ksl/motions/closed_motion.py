@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ksl.base.errors import MotionError
 from ksl.base.words import count
-from ksl.model.loops import LoopCalls
+from ksl.model.calls import Calls
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.states import Array
 from ksl.motions.closing import Closing, Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, freedoms, home, searched_home
@@ -54,7 +54,7 @@ def follow_by_loops(model: Mechanism) -> NDArray[np.intp]:
     return np.array([j.q_index + k for j in moving_joints(model) if j not in lead for k in range(j.nq)], dtype=np.intp)
 
 
-def held_by(model: LoopCalls, name: str = "motion") -> Held:
+def held_by(model: Calls, name: str = "motion") -> Held:
     """The joints of a closed mechanism that are held where a motion says: of the leading ones those that others don't follow from.
 
     Raises MotionError where they leave freedoms.
@@ -88,7 +88,7 @@ def completed(
 
     known: for each column of q whether it was given.  Columns of joints that lead must be; others are compared with those that follow.
     """
-    if not (model.loops and isinstance(model, LoopCalls)):
+    if not (model.loops and isinstance(model, Calls)):
         return complete(model, time, q, given, name, place, smooth, measured)
     follower = Follower(model, time, q, known, name, place)
     measured = Samples(measured.time, *follower.without_others(measured.q, measured.given)) if measured else None
@@ -98,7 +98,7 @@ def completed(
 
 def closed_again(model: Mechanism, motion: Motion, q: Array) -> Array:
     """Positions near those of a motion, with the held joints as in q (n, nq); of a tree they are q."""
-    if motion.closing is None or not isinstance(model, LoopCalls):
+    if motion.closing is None or not isinstance(model, Calls):
         return q
     held = Held(model, tuple(model.joint(name) for name in motion.closing.held))
     return model.close(held.put(motion.q, q), hold=held.names).q
@@ -109,7 +109,7 @@ def followed(model: Mechanism, closing: Closing, first: Array, motion: tuple[Arr
 
     Raises NotClosed, with the number of the first motion that can't be closed.
     """
-    assert isinstance(model, LoopCalls)  # it has made that closing
+    assert isinstance(model, Calls)  # it has made that closing
     held = Held(model, tuple(model.joint(name) for name in closing.held))
     q, found = closed_side_by_side(held, motion[0], first)
     if not found.all():
@@ -121,7 +121,7 @@ def followed(model: Mechanism, closing: Closing, first: Array, motion: tuple[Arr
 
 def closed(model: Mechanism, motion: Motion) -> Motion:
     """A motion that was made for the joints that lead, with those that follow; of a tree it is the same.  Raises MotionError."""
-    if not (model.loops and isinstance(model, LoopCalls)):
+    if not (model.loops and isinstance(model, Calls)):
         return motion
     follower = Follower(model, motion.time, motion.q, np.zeros(model.nq, dtype=bool), "motion", None)
     q, v, a = follower(motion.q, motion.v, motion.a)
@@ -132,7 +132,7 @@ class Follower:
     """Makes the motion of a closed mechanism from that of the joints that are held."""
 
     def __init__(
-        self, model: LoopCalls, time: Array, q: Array, known: NDArray[np.bool_], name: str, place: Callable[[int], str] | None
+        self, model: Calls, time: Array, q: Array, known: NDArray[np.bool_], name: str, place: Callable[[int], str] | None
     ) -> None:
         self._model, self._time, self._given, self._known = model, time, q, known
         self.held = held_by(model, name)

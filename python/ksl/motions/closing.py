@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.base.words import listed
-from ksl.model.loops import Closed, LoopCalls
+from ksl.model.calls import Calls
+from ksl.model.loops import Closed
 from ksl.model.mechanism import Joint
 from ksl.model.states import Array
 
@@ -51,7 +52,7 @@ class Closing:
 class Held:
     """Joints whose positions are given, of a closed mechanism."""
 
-    model: LoopCalls
+    model: Calls
     joints: tuple[Joint, ...]
 
     @property
@@ -84,7 +85,7 @@ def _indices(places: Sequence[tuple[int, int]]) -> NDArray[np.intp]:
     return np.array([start + k for start, count in places for k in range(count)], dtype=np.intp)
 
 
-def home(model: LoopCalls, hold: Sequence[str] = ()) -> Array:
+def home(model: Calls, hold: Sequence[str] = ()) -> Array:
     """The closed position (nq) from which others are reached: one near the neutral position, with joints kept there if that is possible.
 
     Raises NotClosed.
@@ -92,7 +93,7 @@ def home(model: LoopCalls, hold: Sequence[str] = ()) -> Array:
     return searched_home(model, hold)[0]
 
 
-def searched_home(model: LoopCalls, hold: Sequence[str] = ()) -> tuple[Array, int]:
+def searched_home(model: Calls, hold: Sequence[str] = ()) -> tuple[Array, int]:
     """The same, and among how many assemblies it is the nearest, where it had to be searched: 0 where the neutral position leads to it."""
     start = np.clip(model.neutral(), model.lower, model.upper)
     for kept in (hold, ()) if hold else ((),):
@@ -105,13 +106,13 @@ def searched_home(model: LoopCalls, hold: Sequence[str] = ()) -> tuple[Array, in
     raise NotClosed(0, f"from its neutral position {_why(model, found.q, str(found.reason))}")
 
 
-def freedoms(model: LoopCalls) -> int:
+def freedoms(model: Calls) -> int:
     """The freedoms of the closed mechanism, where no position is singular: the fewest of some closed positions."""
     tried = model.close(np.vstack([model.neutral(), model.random(0, size=GENERIC)]))
     return min((model.mobility(q).mobility for q in tried.q[tried.converged]), default=0)
 
 
-def determining(model: LoopCalls, q: Array, joints: Sequence[Joint]) -> tuple[Joint, ...]:
+def determining(model: Calls, q: Array, joints: Sequence[Joint]) -> tuple[Joint, ...]:
     """Those of the joints, in their order, from which none before them follows at a closed position q (nq)."""
     J, rank = model.loop_jacobian(q), model.mobility(q).rank
     motions = np.linalg.svd(J)[2][rank:].T if J.size else np.eye(model.nv)
@@ -217,7 +218,7 @@ def _in_small_steps(held: Held, last: Array, target: Array) -> Closed:
     return found
 
 
-def _why(model: LoopCalls, q: Array, reason: str) -> str:
+def _why(model: Calls, q: Array, reason: str) -> str:
     """The end of a sentence: why a search ended at q (nq) without closing the loops."""
     error, row, worst = np.abs(model.loop_error(q)), 0, ("", 0.0)
     for loop in model.loops:

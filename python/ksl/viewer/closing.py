@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ksl.model.states import Array
 
 if TYPE_CHECKING:
-    from ksl.model.loops import LoopCalls
+    from ksl.model.calls import Calls
 
 STARTS = 16
 """So many random positions are tried where no position near the resting one closes."""
@@ -21,7 +21,7 @@ STEP = 0.05
 MOST_STEPS = 200
 
 
-def closed_near(model: LoopCalls, q: Array) -> Array:
+def closed_near(model: Calls, q: Array) -> Array:
     """A closed position (nq) near to q, within limits if there is one; q itself where none is found."""
     for limits in (True, False):
         found = model.close(q, limits=limits)
@@ -31,13 +31,13 @@ def closed_near(model: LoopCalls, q: Array) -> Array:
     return np.array(tried.q[np.argmax(tried.converged)]) if tried.converged.any() else q
 
 
-def open_loops(model: LoopCalls, q: Array) -> NDArray[np.bool_]:
+def open_loops(model: Calls, q: Array) -> NDArray[np.bool_]:
     """(loops): which are open at q (nq)."""
     error, rows = np.abs(model.loop_error(q)), np.cumsum([0, *(loop.equations for loop in model.loops)])
     return np.array([error[start:end].max(initial=0.0) > 1e-9 for start, end in pairwise(rows)], dtype=bool)
 
 
-def led_coordinates(model: LoopCalls, q: Array) -> list[int]:
+def led_coordinates(model: Calls, q: Array) -> list[int]:
     """Indices into q of the numbers that the others follow from: those of the drives where these determine the motion."""
     independent = {int(i) for i in model.independent(q)}
     return [joint.q_index + k for joint in model.joints for k in range(joint.nv) if joint.v_index + k in independent]
@@ -53,7 +53,7 @@ class Reached:
     """"closed", or why the mechanism could not follow further, as :meth:`Model.close` says it."""
 
 
-def moved_to(model: LoopCalls, q: Array, index: int, value: float, led: list[int]) -> Reached:
+def moved_to(model: Calls, q: Array, index: int, value: float, led: list[int]) -> Reached:
     """The closed position with the number at `index` of q (nq), which is closed, led to a value in steps.
 
     led: as of :func:`led_coordinates`.  The other ones of these keep their values.

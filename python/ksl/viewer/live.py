@@ -26,7 +26,7 @@ from ksl.viewer.viser_server import start_server, stop_server
 if TYPE_CHECKING:
     import viser
 
-    from ksl.model.loops import LoopCalls
+    from ksl.model.calls import Calls
 
 FRAMES = 30
 """States that playback shows in a second."""
@@ -411,7 +411,7 @@ def _line(colour: tuple[int, int, int] | None, text: str) -> str:
 
 
 def show(
-    model: LoopCalls,
+    model: Calls,
     q: ArrayLike | None = None,
     v: ArrayLike | None = None,
     a: ArrayLike | None = None,
@@ -432,7 +432,7 @@ def show(
     return viewer
 
 
-def _differentiated(model: LoopCalls, time: Array, q: Array, v: ArrayLike | None, a: ArrayLike | None) -> tuple[Array, Array]:
+def _differentiated(model: Calls, time: Array, q: Array, v: ArrayLike | None, a: ArrayLike | None) -> tuple[Array, Array]:
     """Velocities and accelerations of a motion, the missing ones from splines as in `Model.wrench_table`."""
     from ksl.base.errors import MotionError
     from ksl.motions.closed_motion import completed

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksl.model.loops import LoopCalls
+from ksl.model.calls import Calls
 from ksl.model.model_tables import joint_table
 from ksl.model.states import Array
 from ksl.viewer.closing import open_loops
@@ -34,7 +34,7 @@ _FRAME = "display:flex;flex-wrap:wrap;gap:1.5em;align-items:flex-start"
 _CELL = "text-align:left;white-space:nowrap;padding:0.15em 0.6em"
 
 
-def html_of(model: LoopCalls) -> str:
+def html_of(model: Calls) -> str:
     """A heading, the picture and the table of joints, as a piece of HTML without script and without references."""
     from ksl.viewer.scene import resting_position
 
@@ -44,7 +44,7 @@ def html_of(model: LoopCalls) -> str:
     return f'<div><div style="margin-bottom:0.5em">{heading}</div><div style="{_FRAME}">{picture(model, q)}{_table(model)}</div></div>'
 
 
-def _freedoms(model: LoopCalls, q: Array) -> str:
+def _freedoms(model: Calls, q: Array) -> str:
     """`2 degrees of freedom`; of a mechanism with loops those at the position that the picture shows, if that is closed."""
     if not model.loops:
         return f"{model.nv} degrees of freedom"
@@ -55,7 +55,7 @@ def _freedoms(model: LoopCalls, q: Array) -> str:
     return f"{freedoms} degree{'s' if freedoms != 1 else ''} of freedom of {model.nv} coordinates, {closing}"
 
 
-def _table(model: LoopCalls) -> str:
+def _table(model: Calls) -> str:
     groups, rows = joint_table(model)
     headings = [heading for group in groups for heading in group]
     shown = [i for i in range(len(headings)) if any(row[i] for row in rows)]
@@ -65,7 +65,7 @@ def _table(model: LoopCalls) -> str:
     return f'<div style="overflow-x:auto"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}</div>'
 
 
-def picture(model: LoopCalls, q: Array) -> str:
+def picture(model: Calls, q: Array) -> str:
     """A position (nq) as SVG: the surfaces of links where the file gives them, their ellipsoids of inertia elsewhere, and
     the axes of joints; dots at the joints that move, those that close loops too."""
     poses = model.frame_poses(q)
@@ -92,14 +92,14 @@ def picture(model: LoopCalls, q: Array) -> str:
     return f'<svg width="{SIZE}" height="{SIZE}" viewBox="0 0 {SIZE} {SIZE}" role="img" aria-label="{escape(model.name)}" stroke-linecap="round">{words}</svg>'
 
 
-def _loop_ends(model: LoopCalls, poses: Array) -> list[tuple[str, Array]]:
+def _loop_ends(model: Calls, poses: Array) -> list[tuple[str, Array]]:
     """(link, frame in the world (4, 4)) of both sides of each joint that closes a loop, the predecessor's first."""
     index = {name: i for i, name in enumerate(model.link_names)}
     sides = [side for loop in model.loops for side in ((loop.predecessor, loop.predecessor_pose), (loop.successor, loop.successor_pose))]
     return [(link, poses[index[link]] @ np.reshape(own, (4, 4))) for link, own in sides]
 
 
-def _triangles(model: LoopCalls, poses: Array) -> tuple[Array, list[str]]:
+def _triangles(model: Calls, poses: Array) -> tuple[Array, list[str]]:
     """Triangles of all links (n, 3, 3) that face the viewer, the far ones first, and their colours with the light on them."""
     from ksl.viewer.shapes import simplified
     from ksl.viewer.visuals import Appearance, appearance
@@ -124,7 +124,7 @@ def _triangles(model: LoopCalls, poses: Array) -> tuple[Array, list[str]]:
     return corners[order], ["#" + bytes(rgb).hex() for rgb in np.rint(255 * light).astype(np.uint8)]
 
 
-def _limbs(model: LoopCalls, poses: Array, drawn: Container[str]) -> list[Shape]:
+def _limbs(model: Calls, poses: Array, drawn: Container[str]) -> list[Shape]:
     """Links without a surface as rods from joint to joint, and barrels about the axes of their joints.
 
     Ellipsoids of inertia, which the viewer draws through which one sees, would be mistaken for the links here: those of slender links are blades that

@@ -20,7 +20,7 @@ from ksl.viewer.scene import Scene, make_scene, thinned
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from ksl.model.loops import LoopCalls
+    from ksl.model.calls import Calls
 
 TABLE = "wrenches.parquet"
 
@@ -39,7 +39,7 @@ def is_results(path: Path) -> bool:
 
 
 def scene_of_motion(
-    model: LoopCalls, time: Array, q: Array, v: Array, a: Array, external: Mapping[str, Array], package_paths: Sequence[str | os.PathLike[str]] = ()
+    model: Calls, time: Array, q: Array, v: Array, a: Array, external: Mapping[str, Array], package_paths: Sequence[str | os.PathLike[str]] = ()
 ) -> Scene:
     """The scene of a motion: of all its samples, or of about 1500 of them, the largest efforts included."""
     chosen = thinned(model.inverse_dynamics(q, v, a, external))
@@ -162,7 +162,7 @@ def _check_times(file: Path, time: Array, count: int) -> None:
         raise MotionError(f"{file}: column 'time' doesn't increase at sample {int(back[0]) + 2}; {AGAIN}")
 
 
-def scene_of_results(model: LoopCalls, results: Results, package_paths: Sequence[str | os.PathLike[str]] = ()) -> tuple[Scene, list[str]]:
+def scene_of_results(model: Calls, results: Results, package_paths: Sequence[str | os.PathLike[str]] = ()) -> tuple[Scene, list[str]]:
     """The scene of a load case, and notes.
 
     Positions and rates are those of the table where every joint has one coordinate, otherwise those of the motion file that the table names.
@@ -202,7 +202,7 @@ def scene_of_results(model: LoopCalls, results: Results, package_paths: Sequence
     return scene_of_motion(model, time, q, v, a, external, package_paths), notes
 
 
-def _external(model: LoopCalls, results: Results, time: Array, notes: list[str]) -> dict[str, Array]:
+def _external(model: Calls, results: Results, time: Array, notes: list[str]) -> dict[str, Array]:
     from ksl.motions.reading import read_external
 
     if not results.description.get("external"):

@@ -19,7 +19,7 @@ from ksl.viewer.closing import closed_near, open_loops
 from ksl.viewer.visuals import Appearance, appearance
 
 if TYPE_CHECKING:
-    from ksl.model.loops import LoopCalls
+    from ksl.model.calls import Calls
 
 SAMPLES = 1500
 """Longer motions are shown at about so many samples, at those of the largest efforts among them."""
@@ -49,7 +49,7 @@ class Scale:
 class Scene:
     """A model in n states, with all that outlets draw.  World axes; wrenches act on the child side, about the joint's origin, force first."""
 
-    model: LoopCalls
+    model: Calls
     look: Appearance
     time: Array
     """(n), s; zeros for a single pose."""
@@ -214,7 +214,7 @@ class Scene:
 
 
 def make_scene(
-    model: LoopCalls,
+    model: Calls,
     q: ArrayLike | None = None,
     v: ArrayLike | None = None,
     a: ArrayLike | None = None,
@@ -255,7 +255,7 @@ def make_scene(
     return replace(scene, constraint=constraint, actuation=total - constraint)
 
 
-def _loads(model: LoopCalls, q: Array, v: Array, a: Array, wrenches: Mapping[str, Array]) -> tuple[Array, Array, Array, str]:
+def _loads(model: Calls, q: Array, v: Array, a: Array, wrenches: Mapping[str, Array]) -> tuple[Array, Array, Array, str]:
     """Efforts (n, nv), wrenches (n, joints, 6) and their constraint parts in the axes of the joints; or none of them, and why."""
     names = [*(j.name for j in model.joints), *model.loop_names]
     requests = tuple(model.reaction_request("child", "joint", "joint", "lin_ang", part, names) for part in ("total", "constraint"))
@@ -300,7 +300,7 @@ def thinned(values: Array, most: int = SAMPLES) -> NDArray[np.intp]:
     return np.unique(np.concatenate([np.linspace(0, n - 1, most).round().astype(np.intp), peaks]))
 
 
-def resting_position(model: LoopCalls) -> Array:
+def resting_position(model: Calls) -> Array:
     """The neutral position, moved into the limits of joints; of a mechanism with loops a closed one near to it, if one is found."""
     q = model.neutral()
     for joint in model.joints:
@@ -311,7 +311,7 @@ def resting_position(model: LoopCalls) -> Array:
     return closed_near(model, q) if model.loops else q
 
 
-def _efforts(model: LoopCalls, tau: Array) -> Array:
+def _efforts(model: Calls, tau: Array) -> Array:
     """Of joints with one coordinate that have a drive; in a tree each has one."""
     effort = np.full((len(tau), len(model.joints) + len(model.loops)), np.nan)
     for i, joint in enumerate(model.joints):

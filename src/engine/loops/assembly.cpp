@@ -139,12 +139,13 @@ bool assembly::descend(double *q, int iterations, const close_options &options) 
     lost_rank_ = !is_determined_ && solve_.residual > 0.5 * error;
     double share = longest_share(), trial = 0;
     bool fell = false;
-    for (int halvings = 0; halvings < 40 && !fell; ++halvings, share /= 2) {
+    for (int halvings = 0; halvings < 40 && !fell; ++halvings) {
       step(q, step_, share, trial_);
       if (options.limits && keep_limits(trial_))
         at_limits_ = true;
       trial = set_error(trial_);
       fell = trial < error * (1 - 1e-4 * share) || trial <= wanted;
+      share /= 2;
     }
     if (!fell) {
       *reached_ = set_error(q);

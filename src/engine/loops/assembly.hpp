@@ -41,9 +41,10 @@ private:
   geometry g_;
   least_norm solve_;
   elimination eliminate_;
-  double *error_, *right_, *step_, *trial_, *far_, *kept_, *tangent_, *kept_step_;
-  unsigned char *fixed_;
-  double *reached_; ///< error after `descend`
+  double *error_ = nullptr, *right_ = nullptr, *step_ = nullptr, *trial_ = nullptr, *far_ = nullptr, *kept_ = nullptr,
+         *tangent_ = nullptr, *kept_step_ = nullptr;
+  unsigned char *fixed_ = nullptr;
+  double *reached_ = nullptr; ///< error after `descend`
   bool at_limits_ = false, lost_rank_ = false, is_determined_ = false;
 };
 

@@ -136,8 +136,9 @@ private:
   const model &m_;
   const room room_;
   closed_state c_;
-  double *q_, *v_, *a_, *tau_, *result_, *wrenches_, *reactions_;
-  int *links_;
+  double *q_ = nullptr, *v_ = nullptr, *a_ = nullptr, *tau_ = nullptr, *result_ = nullptr, *wrenches_ = nullptr,
+         *reactions_ = nullptr;
+  int *links_ = nullptr;
 };
 
 } // namespace

@@ -112,18 +112,19 @@ private:
   geometry g_;
   elimination k_;
   double tolerance_;
-  double *rows_[3], *lambda_, *null_lambda_;
-  double *zero_, *tree_, *left_, *a0_, *G_, *M_, *MG_, *H_, *small_;
+  double *rows_[3] = {}, *lambda_ = nullptr, *null_lambda_ = nullptr;
+  double *zero_ = nullptr, *tree_ = nullptr, *left_ = nullptr, *a0_ = nullptr, *G_ = nullptr, *M_ = nullptr,
+         *MG_ = nullptr, *H_ = nullptr, *small_ = nullptr;
   void set_energies(int patterns);
   double energy(const double *x, const double *y) const;
   reaction_request all_joints() const;
 
-  double *reactions_, *patterns_;
-  double *energy_,
-      *stiff_; ///< (patterns, patterns) energies and, by rows, the directions in which they are diagonal; (patterns) their values
+  double *reactions_ = nullptr, *patterns_ = nullptr;
+  double *energy_ = nullptr; ///< (patterns, patterns) of patterns with each other
+  double *stiff_ = nullptr;  ///< (patterns) those of each with itself, once they are diagonal
   int open_ = 0; ///< patterns without energy
-  double *wrenches_, *at_joints_;
-  int *wrench_links_, *joint_links_;
+  double *wrenches_ = nullptr, *at_joints_ = nullptr;
+  int *wrench_links_ = nullptr, *joint_links_ = nullptr;
 };
 
 } // namespace ksl::loops

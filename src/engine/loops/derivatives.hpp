@@ -42,10 +42,10 @@ private:
   const tables &t_;
   closed_state c_;
   variation by_;
-  double *by_q_, *by_v_, *M_;      ///< (nv, nv) of the tree
-  double *dq_, *dv_, *da_, *left_; ///< (nv)
-  double *rates_, *a_, *tau_, *r_;
-  double *projected_q_, *projected_v_, *projected_a_; ///< (freedoms, nv) Gᵀ times these
+  double *by_q_ = nullptr, *by_v_ = nullptr, *M_ = nullptr;                ///< (nv, nv) of the tree
+  double *dq_ = nullptr, *dv_ = nullptr, *da_ = nullptr, *left_ = nullptr; ///< (nv)
+  double *rates_ = nullptr, *a_ = nullptr, *tau_ = nullptr, *r_ = nullptr;
+  double *projected_q_ = nullptr, *projected_v_ = nullptr, *projected_a_ = nullptr; ///< (freedoms, nv) Gᵀ times these
 };
 
 } // namespace ksl::loops

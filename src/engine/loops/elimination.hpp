@@ -218,9 +218,9 @@ private:
       lambda[row[i]] = R_[row[i]] * work_[i];
   }
 
-  double *a_, *solved_, *work_;
-  const double *R_, *C_;
-  double tolerance_;
+  double *a_ = nullptr, *solved_ = nullptr, *work_ = nullptr;
+  const double *R_ = nullptr, *C_ = nullptr;
+  double tolerance_ = 0;
 };
 
 } // namespace ksl::loops

@@ -70,12 +70,12 @@ private:
 
   tree_calls tree_;
   const tables &t_;
-  double *poses_;          ///< (links, 4, 4)
-  screw<double> *columns_; ///< at the child's origin, in world axes
-  frames *at_;             ///< (loops)
-  double *K_;
-  double *twists_, *accelerations_; ///< (links, 6) in world axes, about the world's origin
-  void *rest_;
+  double *poses_ = nullptr;          ///< (links, 4, 4)
+  screw<double> *columns_ = nullptr; ///< at the child's origin, in world axes
+  frames *at_ = nullptr;             ///< (loops)
+  double *K_ = nullptr;
+  double *twists_ = nullptr, *accelerations_ = nullptr; ///< (links, 6) in world axes, about the world's origin
+  void *rest_ = nullptr;
   double size_ = 0;
 };
 

@@ -77,8 +77,8 @@ private:
     value_[row] -= along * value_[by];
   }
 
-  double *basis_, *value_;
-  int *order_;
+  double *basis_ = nullptr, *value_ = nullptr;
+  int *order_ = nullptr;
 };
 
 } // namespace ksl::loops

@@ -37,12 +37,12 @@ private:
   const algorithm_row &row_;
   const model &m_;
   const model_view<S> view_;
-  S *numbers_, *wrenches_, *on_links_, *found_, *unwanted_;
-  int *links_;
-  external_rows<S> *external_;
-  S *state_external_; ///< of one state
-  int *state_links_;
-  void *workspace_;
+  S *numbers_ = nullptr, *wrenches_ = nullptr, *on_links_ = nullptr, *found_ = nullptr, *unwanted_ = nullptr;
+  int *links_ = nullptr;
+  external_rows<S> *external_ = nullptr;
+  S *state_external_ = nullptr; ///< of one state
+  int *state_links_ = nullptr;
+  void *workspace_ = nullptr;
 };
 
 } // namespace ksl::loops

@@ -50,12 +50,13 @@ private:
 
   const model &m_;
   const tables &t_;
-  element *at_;
-  screw<double> *dJ_;
+  element *at_ = nullptr;
+  screw<double> *dJ_ = nullptr;
   int n_ = 0; ///< coordinates of the loop in hand
-  screw<double> W_, rate_;
-  normal_vector normal_;
-  double *velocity_by_q_, *acceleration_by_q_, *acceleration_by_v_, *wrench_by_q_;
+  screw<double> W_{}, rate_{};
+  normal_vector normal_{};
+  double *velocity_by_q_ = nullptr, *acceleration_by_q_ = nullptr, *acceleration_by_v_ = nullptr,
+         *wrench_by_q_ = nullptr;
 };
 
 } // namespace ksl::loops

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksl.model.calls import Calls
-from ksl.model.loops import LoopCalls
 from ksl.model.states import Array
 from ksl.motions.signal.corners import normalised_differences
 
@@ -130,7 +129,7 @@ class EffortErrors:
 
 def effort_by_acceleration(model: Calls, q: Array, v: Array, a: Array) -> Array:
     """(n, nv, nv): how much effort each acceleration needs: the mass matrix; of closed mechanisms along their freedoms, zero elsewhere."""
-    if not (model.loops and isinstance(model, LoopCalls)):
+    if not (model.loops and isinstance(model, Calls)):
         return model.mass_matrix(q)
     by_a = model.inverse_dynamics_derivatives(q, v, a)[2]
     out = np.zeros((len(q), model.nv, model.nv))
