@@ -199,9 +199,12 @@ int main() {
   const ksl::model every = every_kind(), follows = coupled();
   golden_replaces = 1;
   bool same = true;
+  std::vector<const ksl::algorithm_row *> all; // but for those that mechanisms with loops need, and that are private
   for (const ksl::algorithm_row *row : ksl::rows::all)
+    if (row->closed != ksl::closed_by::plan)
+      all.push_back(row);
+  for (const ksl::algorithm_row *row : all)
     same = compare(std::string("algorithm ") + row->name, {row}, {&every, &follows}) && same;
-  const std::vector<const ksl::algorithm_row *> all(std::begin(ksl::rows::all), std::end(ksl::rows::all));
   for (ksl::joint_kind kind : ksl::joint_kinds) {
     golden_replaces = 0;
     const ksl::model m(tree({kind, ksl::joint_kind::revolute, kind}));

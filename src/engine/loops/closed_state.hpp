@@ -122,7 +122,7 @@ private:
   double *reactions_ = nullptr, *patterns_ = nullptr;
   double *energy_ = nullptr; ///< (patterns, patterns) of patterns with each other
   double *stiff_ = nullptr;  ///< (patterns) those of each with itself, once they are diagonal
-  int open_ = 0; ///< patterns without energy
+  int open_ = 0;             ///< patterns without energy
   double *wrenches_ = nullptr, *at_joints_ = nullptr;
   int *wrench_links_ = nullptr, *joint_links_ = nullptr;
 };

@@ -17,8 +17,10 @@ inline constexpr double rank_tolerance = 1e-9;
 class elimination {
 public:
   int rows = 0, columns = 0, rank = 0;
-  int *row,
-      *column; ///< in the order of pivots: the first `rank` equations are independent, the first `rank` coordinates dependent
+  int *
+      row = nullptr,
+     *column =
+         nullptr; ///< in the order of pivots: the first `rank` equations are independent, the first `rank` coordinates dependent
 
   void lay_out(arena &memory, int m, int n) {
     rows = m, columns = n;
