@@ -92,8 +92,10 @@ def loop_open_at_zero(robot: RobotFile) -> Iterator[Broken]:
     most = float(np.abs(distance[joint.v_index : joint.v_index + joint.nv]).max())
     where = "the nearest closed position" if loops.is_beside else "a closed position, found from random ones,"
     loop = loops.model.loops[worst]
+    cause = "Numbers of few digits. KSL closes the loops from there." if loops.open_by[worst] < ROUNDED * loops.length else None
     yield Broken(
-        f"open by {loops.open_by[worst]:.3g} m at zero; {where} has {joint.name} {most:.3g} {joint.unit} from there", _line(robot, loop.name), "joint", loop.name, float(loops.open_by[worst])
+        f"open by {loops.open_by[worst]:.3g} m at zero; {where} has {joint.name} {most:.3g} {joint.unit} from there",
+        _line(robot, loop.name), "joint", loop.name, float(loops.open_by[worst]), cause,
     )
 
 

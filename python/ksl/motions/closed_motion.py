@@ -250,6 +250,7 @@ class Follower:
     def _compared(self, q: Array) -> tuple[list[str], list[str]]:
         """Lines about positions that were given for joints that follow; and those of them that are doubts."""
         lines, doubts = [], []
+        same: dict[str, list[tuple[str, float]]] = {}
         for joint in self._others:
             part, rates = slice(joint.q_index, joint.q_index + joint.nq), slice(joint.v_index, joint.v_index + joint.nv)
             if not np.all(self._known[part]):
@@ -263,12 +264,21 @@ class Follower:
             k, unit = int(np.argmax(size)), joint.unit if joint.one_coordinate else "rad or m"
             share = size[k] / (1.0 if joint.unit == "rad" else self._length)
             line = f"positions of {joint.name} in the motion differ from those that follow by up to {size[k]:.3g} {unit}, at {self._time[k]:.6g} s"
-            lines.append(line if share > TOLD else f"positions of {joint.name} in the motion are those that follow, within {size[k]:.1g} {unit}")
+            if share > TOLD:
+                lines.append(line)
+            else:
+                same.setdefault(unit, []).append((joint.name, float(size[k])))
             if share > DOUBTED:
                 doubts.append(f"{line}: check dimensions, offsets and the branch; those that follow are used")
+        for unit, found in same.items():
+            size_of_all = max(size for _, size in found)
+            lines.append(f"positions of {_some([name for name, _ in found])} in the motion are those that follow, within {size_of_all:.1g} {unit}")
         return [line for line in lines if not any(doubt.startswith(line) for doubt in doubts)], doubts
 
 
 def _all_but(model: Mechanism, held: Held) -> str:
-    others = [j.name for j in moving_joints(model) if j not in held.joints]
-    return ", ".join(others[:6]) + (f" and {len(others) - 6} more" if len(others) > 6 else "")
+    return _some([j.name for j in moving_joints(model) if j not in held.joints])
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
