@@ -77,6 +77,36 @@ inline ksl::model with_inertias(const ksl::model &m,
   return m.with_inertias(inertias);
 }
 
+/// A joint that closes a loop, as Python gives it: name, kind, links, frames on both, axes, pitch.
+using loop_given = std::tuple<std::string, std::string, std::string, std::string, std::array<double, 16>,
+                              std::array<double, 16>, std::optional<three>, std::optional<three>, ksl::optional_number>;
+
+inline void add_loop(ksl::builder &b, const loop_given &given) {
+  const auto &[name, kind, predecessor, successor, on_predecessor, on_successor, axis, axis2, pitch] = given;
+  const auto vector = [](const std::optional<three> &x) { return x ? std::optional(vector_of(*x)) : std::nullopt; };
+  b.add_loop(name, ksl::joint_kind_named(kind), predecessor, successor, pose_of(on_predecessor), pose_of(on_successor),
+             {vector(axis), vector(axis2), pitch});
+}
+
+/// A builder checks loops and finds their links, which have the same indices in it.  Its own joints have names that no loop has.
+inline ksl::model with_loops(const ksl::model &m, const std::vector<loop_given> &loops) {
+  ksl::builder alone(m.description().name);
+  std::size_t longest = 0;
+  for (const loop_given &loop : loops)
+    longest = std::max(longest, std::get<0>(loop).size());
+  const std::string name(longest + 1, '_');
+  int number = 0;
+  for (const ksl::link_description &link : m.description().links) {
+    alone.add_link(link.name);
+    if (const std::string &root = m.description().links.front().name; root != link.name)
+      alone.add_joint(name + std::to_string(number++), ksl::joint_kind::fixed, root, link.name,
+                      pose_of({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}));
+  }
+  for (const loop_given &loop : loops)
+    add_loop(alone, loop);
+  return ksl::model(ksl::with_loops(m.description(), alone.description().loops));
+}
+
 inline void add_builder(nb::module_ &module) {
   nb::class_<ksl::builder>(module, "Builder", "Links and joints as ksl.Builder passes them on.")
       .def(nb::init<std::string, three>(), "name"_a, "gravity"_a)
@@ -96,6 +126,10 @@ inline void add_builder(nb::module_ &module) {
             b.add_joint(name, ksl::joint_kind_named(kind), parent, child, pose_of(pose), options_of(options));
           },
           "name"_a, "kind"_a, "parent"_a, "child"_a, "pose"_a, "options"_a)
+      .def("add_loop", &add_loop, "loop"_a)
+      .def(
+          "set_drives", [](ksl::builder &b, const std::vector<std::string> &joints) { b.set_drives(joints); },
+          "joints"_a)
       .def("add_dh_chain", &add_dh_chain, "parent"_a, "rows"_a, "modified"_a, "prefix"_a)
       .def(
           "build",
@@ -139,8 +173,10 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
           "other"_a, "parent_link"_a, "pose"_a, "prefix"_a)
       .def(
           "subtree",
-          [](const ksl::model &m, const std::string &link) { return ksl::model(ksl::subtree(m.description(), link)); },
-          "link"_a)
+          [](const ksl::model &m, const std::string &link, bool drop_loops) {
+            return ksl::model(ksl::subtree(m.description(), link, {drop_loops}));
+          },
+          "link"_a, "drop_loops"_a)
       .def(
           "with_frame",
           [](const ksl::model &m, const std::string &name, const std::string &link,
@@ -148,6 +184,23 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
             return ksl::model(ksl::with_frame(m.description(), name, link, pose_of(pose)));
           },
           "name"_a, "link"_a, "pose"_a)
+      .def("with_loops", &with_loops, "loops"_a)
+      .def("without_loops", [](const ksl::model &m) { return ksl::model(ksl::without_loops(m.description())); })
+      .def(
+          "with_compliances",
+          [](const ksl::model &m, const std::vector<std::tuple<std::string, std::array<double, 36>>> &given) {
+            std::vector<ksl::joint_compliance> compliances;
+            for (const auto &[joint, matrix] : given)
+              compliances.push_back({joint, matrix});
+            return ksl::model(ksl::with_compliances(m.description(), std::move(compliances)));
+          },
+          "compliances"_a)
+      .def(
+          "with_drives",
+          [](const ksl::model &m, const std::vector<std::string> &joints) {
+            return ksl::model(ksl::with_drives(m.description(), joints));
+          },
+          "joints"_a)
       .def("with_inertias", &with_inertias, "inertias"_a)
       .def("with_gravity", &ksl::model::with_gravity, "gravity"_a)
       .def(

@@ -147,7 +147,7 @@ public:
   nb::object run(nb::handle out, nb::handle threads) {
     const ksl::nearest_rounding rounding;
     const int most = thread_count(threads);
-    ksl::coupled::require_projection(row_, m_);
+    ksl::require_computable(row_, m_);
     ksl::kernels(); // raises the error of an unusable KSL_ISA here and not on another thread
     if (!take_external() || !all_of([](const argument &x) { return x.is_array(); }))
       convert();
@@ -308,7 +308,7 @@ private:
     const ksl::result_row &result = row_.result[r];
     for (int i = 0; i < result.axes; ++i)
       add(ksl::length_of(result.shape[i], {m_.nq(), m_.nv(), link_count(), joints_ ? joints_->n : 0, m_.tree_elements(),
-                                           static_cast<int>(m_.links().size())}));
+                                           static_cast<int>(m_.links().size()), 0}));
     return shape;
   }
   int link_count() const { return links_ ? static_cast<int>(links_->index.size()) : 0; }

@@ -9,6 +9,7 @@
 #include "building.hpp"
 #include "calls.hpp"
 #include "inverse_kinematics.hpp"
+#include "loops.hpp"
 #include "ksl/config.h"
 #include "load/robot_file.hpp"
 #include "paths.hpp"
@@ -30,9 +31,9 @@ nb::bytes file_bytes(const nb::bytes &path) {
 ksl::model load_text(const nb::bytes &text, const nb::bytes &name, bool floating_base, bool mimic_independent,
                      bool strict, std::optional<std::array<double, 3>> gravity,
                      const building::payloads_given &payloads, bool masses_optional, const std::string &model_name,
-                     const building::physics_given &physics) {
+                     const building::physics_given &physics, bool cut_loops) {
   return ksl::load_text(string_of(text), building::options_of(floating_base, gravity, payloads, physics),
-                        {mimic_independent, strict, masses_optional, model_name}, string_of(name));
+                        {mimic_independent, strict, masses_optional, model_name, cut_loops}, string_of(name));
 }
 
 /// What `ksl info` prints about a joint.  Limits that the file doesn't give are None.
@@ -278,20 +279,21 @@ void add_properties(nb::class_<ksl::model> &model) {
 /// Adds a method for each algorithm.  The methods of ksl.model.calls wrap them, with keywords and docstrings.
 void add_calls(nb::class_<ksl::model> &model) {
   for (const ksl::algorithm_row *row : ksl::rows::all)
-    model.def(
-        row->name,
-        [row](const ksl::model &m, nb::handle q, nb::handle x, nb::handle y, nb::handle z, nb::handle external,
-              nb::handle request, nb::handle out,
-              nb::handle threads) { return calls::run(*row, m, {q, x, y, z}, external, request, out, threads); },
-        "q"_a.none(), "x"_a.none(), "y"_a.none(), "z"_a.none(), "external"_a.none(), "request"_a.none(), "out"_a.none(),
-        "threads"_a.none());
+    if (row->closed != ksl::closed_by::plan)
+      model.def(
+          row->name,
+          [row](const ksl::model &m, nb::handle q, nb::handle x, nb::handle y, nb::handle z, nb::handle external,
+                nb::handle request, nb::handle out,
+                nb::handle threads) { return calls::run(*row, m, {q, x, y, z}, external, request, out, threads); },
+          "q"_a.none(), "x"_a.none(), "y"_a.none(), "z"_a.none(), "external"_a.none(), "request"_a.none(),
+          "out"_a.none(), "threads"_a.none());
 }
 
 void add_loading(nb::module_ &module) {
   module.def("file_bytes", &file_bytes, "path"_a,
              "The bytes of a robot file, if it is a regular one and not too large.");
   module.def("load_text", &load_text, "text"_a, "name"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a,
-             "gravity"_a.none(), "payloads"_a, "masses_optional"_a, "model_name"_a, "physics"_a);
+             "gravity"_a.none(), "payloads"_a, "masses_optional"_a, "model_name"_a, "physics"_a, "cut_loops"_a = false);
 }
 
 } // namespace
@@ -319,6 +321,7 @@ NB_MODULE(_core, module) {
             "position_tolerance"_a, "orientation_tolerance"_a, "iterations"_a, "starts"_a, "seed"_a, "limits"_a,
             "threads"_a.none());
   building::add_surgery(model);
+  loops_calls::add_loops(model);
   building::add_builder(module);
   add_loading(module);
 }

@@ -41,11 +41,20 @@ template <class Go> void fields(Go &go, ksl::joint_description &j) {
      j.spring_rest, j.is_rotor, j.mimic, j.given);
   go(j.further[0], j.further[1]);
 }
+template <class Go> void fields(Go &go, ksl::given_loop &l) {
+  go(l.predecessor, l.successor, l.axis, l.axis2, l.pitch);
+}
+template <class Go> void fields(Go &go, ksl::loop_description &l) {
+  go(l.name, l.at, l.kind, l.predecessor, l.successor, l.predecessor_pose, l.successor_pose, l.axis, l.axis2, l.pitch,
+     l.given);
+}
+template <class Go> void fields(Go &go, ksl::joint_compliance &c) { go(c.joint, c.matrix); }
 template <class Go> void fields(Go &go, ksl::physics_options &p) {
   go(p.damping, p.friction, p.armature, p.rotor, p.spring, p.rotor_bodies, p.exact_friction, p.friction_width);
 }
 template <class Go> void fields(Go &go, ksl::robot_description &r) {
-  go(r.name, r.file, r.links, r.joints, r.gravity, r.physics, r.floating_base, r.unused, r.warnings);
+  go(r.name, r.file, r.links, r.joints, r.loops, r.drives, r.compliances, r.gravity, r.physics, r.floating_base,
+     r.unused, r.warnings);
 }
 
 template <class T> constexpr bool is_struct = requires(T &x, void (&go)(...)) { fields(go, x); };

@@ -35,8 +35,9 @@ public:
 
   nb::object run(nb::handle external, nb::handle request, nb::handle out, nb::handle threads) {
     if (row_.request != ksl::request_kind::none || !external.is_none() || !request.is_none() || !threads.is_none() ||
-        m_.followers() != 0 || !m_.quaternions().empty() || ksl::has_unread_results(row_) ||
-        (row_.needs_mass && m_.massless_joint() >= 0) || (row_.smooth_friction && m_.exact_friction()))
+        m_.followers() != 0 || ksl::loops::is_closed(row_, m_) || !m_.quaternions().empty() ||
+        ksl::has_unread_results(row_) || (row_.needs_mass && m_.massless_joint() >= 0) ||
+        (row_.smooth_friction && m_.exact_friction()))
       return {};
     const ksl::nearest_rounding rounding;
     ksl::state_view<double> state;
@@ -105,7 +106,7 @@ private:
     return true;
   }
   ksl::extents extents() const {
-    return {m_.nq(), m_.nv(), 0, 0, m_.tree_elements(), static_cast<int>(m_.links().size())};
+    return {m_.nq(), m_.nv(), 0, 0, m_.tree_elements(), static_cast<int>(m_.links().size()), 0};
   }
   bool results_are_finite(const ksl::state_view<double> &state) const {
     for (int r = 0; r < row_.results; ++r)

@@ -22,6 +22,7 @@ GROUPS = (
     "derivatives",
     "parameters",
     "manifold",
+    "loops",
 )
 """In the order of the reference."""
 

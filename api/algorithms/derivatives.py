@@ -5,6 +5,7 @@ from algorithms.row import Algorithm, Result
 ROWS = (
     Algorithm(
         name="inverse_dynamics_derivatives",
+        closed="refusal",
         header="inverse_dynamics_derivatives.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -27,10 +28,13 @@ External wrenches are held in `external_axes`: in those of their links, with whi
 out: three arrays, one for each derivative.
 Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics Using Spatial Vector Algebra
 (RA-L 7(2), 2022); O(bodies × depth).
+Of mechanisms with loops they are along the mechanism, (…, nv, freedoms) each: by the coordinates that :meth:`independent` lists, one at a
+time, while the others follow.  There must be as many drives as freedoms, and out must be None.
 """,
     ),
     Algorithm(
         name="stiffness",
+        closed="refusal",
         header="inverse_dynamics_derivatives.hpp",
         inputs=("q",),
         external="optional",
@@ -51,6 +55,7 @@ O(bodies × depth).
     ),
     Algorithm(
         name="forward_dynamics_derivatives",
+        closed="refusal",
         header="forward_dynamics_derivatives.hpp",
         inputs=("q", "v", "tau"),
         coupled="solution_derivatives",
@@ -74,10 +79,13 @@ External wrenches are held in `external_axes`: in those of their links, with whi
 out: three arrays, one for each derivative.
 From those of inverse dynamics and factors of the mass matrix: Carpentier and Mansard, Analytical Derivatives of Rigid Body
 Dynamics Algorithms (RSS 2018), eq. (27); O(nv² × depth).
+Of mechanisms with loops those by q and v are along the mechanism, (…, nv, freedoms), by the coordinates that :meth:`independent` lists;
+out must be None.
 """,
     ),
     Algorithm(
         name="reactions_derivatives",
+        closed="refusal",
         header="reactions_derivatives.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -102,6 +110,7 @@ out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L
     ),
     Algorithm(
         name="reactions_external_derivatives",
+        closed="refusal",
         header="reactions_external_derivatives.hpp",
         inputs=("q",),
         request="joints",
@@ -258,6 +267,7 @@ After Carpentier and Mansard (RSS 2018); O(bodies).
     ),
     Algorithm(
         name="inverse_dynamics_second_derivatives",
+        closed="refusal",
         header="inverse_dynamics_second_derivatives.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -289,6 +299,7 @@ analytic; O(nv × depth²), besides writing 4 nv³ numbers.
     ),
     Algorithm(
         name="forward_dynamics_second_derivatives",
+        closed="refusal",
         header="forward_dynamics_second_derivatives.hpp",
         inputs=("q", "v", "tau"),
         coupled="solution_second_derivatives",

@@ -5,6 +5,7 @@ from algorithms.row import Algorithm, Result
 ROWS = (
     Algorithm(
         name="forward_dynamics",
+        closed="accelerations",
         header="forward_dynamics.hpp",
         needs_mass=True,
         inputs=("q", "v", "tau"),
@@ -25,6 +26,7 @@ acceleration is not determined.
     ),
     Algorithm(
         name="forward_dynamics_by_mass_matrix",
+        closed="accelerations",
         header="forward_dynamics_by_mass_matrix.hpp",
         needs_mass=True,
         inputs=("q", "v", "tau"),
@@ -42,6 +44,7 @@ Composite-rigid-body algorithm and sparse factors (Featherstone, RBDA 2008, tabl
     ),
     Algorithm(
         name="hybrid_dynamics",
+        closed="refusal",
         header="hybrid_dynamics.hpp",
         needs_mass=True,
         inputs=("q", "v", "a", "tau"),
@@ -63,6 +66,7 @@ q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body 
     ),
     Algorithm(
         name="velocity_jump",
+        closed="jump",
         header="mass/solve_mass_matrix.hpp",
         needs_mass=True,
         inputs=("q",),

@@ -5,6 +5,7 @@ from algorithms.row import TAU, Algorithm, Result
 ROWS = (
     Algorithm(
         name="inverse_dynamics",
+        closed="efforts",
         header="inverse_dynamics.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -35,6 +36,7 @@ Raises ValueError for shapes that don't fit and numbers that are complex or not 
     ),
     Algorithm(
         name="inverse_dynamics_with_reactions",
+        closed="reactions",
         header="reactions.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -50,6 +52,7 @@ Raises ValueError for shapes that don't fit and numbers that are complex or not 
     ),
     Algorithm(
         name="reactions",
+        closed="reactions",
         header="reactions.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -75,10 +78,13 @@ part: "constraint" is what the structure carries, H̄* f; "actuation" what lies 
 same of a mimic joint, which has no actuation; "total" their sum.  The effort of a drive that leads mimic joints is
 the sum of Sᵀ f of its own joint's actuation and, times their multipliers, of their couplings.  The split is made in
 the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
+Joints that close loops are named, too.  Components that rigid bodies leave open (:meth:`reactions_unique`) have the values of least norm,
+or with stiffness={joint: …}, as :meth:`with_stiffness` takes it, those of least energy.
 """,
     ),
     Algorithm(
         name="effort_parts",
+        closed="parts",
         header="effort_parts.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -95,6 +101,7 @@ O(bodies).
     ),
     Algorithm(
         name="bias",
+        closed="steady",
         header="inverse_dynamics.hpp",
         inputs=("q", "v"),
         external="optional",
@@ -109,6 +116,7 @@ if `physics=` of :func:`ksl.load` names them.  O(bodies).
     ),
     Algorithm(
         name="gravity_torque",
+        closed="statics",
         header="inverse_dynamics.hpp",
         inputs=("q",),
         external="optional",

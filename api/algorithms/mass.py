@@ -5,6 +5,7 @@ from algorithms.row import Algorithm, Result
 ROWS = (
     Algorithm(
         name="mass_matrix",
+        closed="refusal",
         header="mass_matrix.hpp",
         inputs=("q",),
         results=(Result("M", ("nv", "nv"), "mass matrix, both triangles"),),
@@ -24,6 +25,7 @@ O(bodies × depth).
     ),
     Algorithm(
         name="mass_matrix_upper",
+        closed="refusal",
         header="mass_matrix.hpp",
         inputs=("q",),
         coupled="upper_triangle",
@@ -41,6 +43,7 @@ without it.  For solvers that read one triangle: ``scipy.linalg.cho_factor(M)``,
     ),
     Algorithm(
         name="mass_matrix_tree",
+        closed="refusal",
         header="mass_matrix.hpp",
         inputs=("q",),
         coupled="refusal",
@@ -61,6 +64,7 @@ other zeros than those of the tree.  Use :meth:`mass_matrix_upper` for them.
     ),
     Algorithm(
         name="mass_matrix_factor",
+        closed="refusal",
         header="mass_matrix_factor.hpp",
         needs_mass=True,
         inputs=("q",),
@@ -79,6 +83,7 @@ Not for robots with mimic joints (ValueError), as :meth:`mass_matrix_tree`.  Use
     ),
     Algorithm(
         name="mass_matrix_inverse",
+        closed="refusal",
         header="mass_matrix_inverse.hpp",
         needs_mass=True,
         inputs=("q",),
@@ -94,6 +99,7 @@ Chen 1973); O(nv² × depth).  :meth:`solve_mass_matrix` is faster for few vecto
     ),
     Algorithm(
         name="solve_mass_matrix",
+        closed="refusal",
         header="solve_mass_matrix.hpp",
         needs_mass=True,
         inputs=("q", "tau"),
@@ -109,6 +115,7 @@ M⁻¹ tau, by the articulated-body algorithm (Featherstone, RBDA 2008, table 7.
     ),
     Algorithm(
         name="coriolis_matrix",
+        closed="refusal",
         header="coriolis_matrix.hpp",
         inputs=("q", "v"),
         results=(Result("C", ("nv", "nv"), "Coriolis matrix"),),

@@ -8,6 +8,7 @@ RANK = Result("rank", (), "how many of the directions are independent")
 ROWS = (
     Algorithm(
         name="operational_space_inertia_inverse",
+        closed="refusal",
         header="operational_space.hpp",
         inputs=("q",),
         coupled="operational_inverse",
@@ -28,6 +29,7 @@ and Orin (1993).  O(bodies + n² depth).
     ),
     Algorithm(
         name="operational_space_inertia",
+        closed="refusal",
         header="operational_space.hpp",
         inputs=("q",),
         coupled="operational_inertia",
@@ -47,6 +49,7 @@ O(bodies + n² depth + n³).
     ),
     Algorithm(
         name="operational_space",
+        closed="refusal",
         header="operational_space.hpp",
         inputs=("q", "v"),
         coupled="operational_space",

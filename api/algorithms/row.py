@@ -15,7 +15,7 @@ class Result:
     """A result: its name in C and C++, its shape, and what it is.
 
     shape: for each axis, of which there are at most four, a number (3, 4, 5, 6 or 10), "nq", "nv", "motion", "links" or "joints" (how
-    many are requested), "6 links", "all_links" (those of the model), or "tree" (how many elements of a matrix aren't zero by the
+    many are requested), "6 links", "all_links" (those of the model), "ends" (two for each loop), or "tree" (how many elements of a matrix aren't zero by the
     shape of the tree).  Empty: one number.  "motion" are nv numbers that are velocities or accelerations; along "nv" are efforts, or
     derivatives by a motion.  The difference matters to robots with mimic joints (src/engine/coupled.hpp).
     """
@@ -56,6 +56,9 @@ class Algorithm:
     function of positions and motions and is written whole; as the "solution" of M a = tau − bias, for forward dynamics; as
     "product", M⁻¹ tau; as "inverse", M⁻¹; as the "upper_triangle" of M; as "solution_derivatives", "solution_second_derivatives", "hybrid", "jump" or one of the
     "operational" quantities, from M, its factors and Jacobians; or not at all, "refusal".
+    closed: how it is computed for mechanisms with loops (src/engine/loops/closed.hpp): as for the "tree", for what is a function of the given
+        numbers; as "efforts" of the drives, "reactions", "parts" of efforts, "steady" or "statics"; as "accelerations" or the "jump" of
+        velocities; or not at all, "refusal".  "plan": it is what computes them, and private.
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
     text: one sentence for C, C++ and the reference; {tau}, {q} … stand for names with shapes.
     python: the docstring of the method, after its first line.
@@ -83,12 +86,15 @@ class Algorithm:
     faces: tuple[str, ...] = ("c++", "c", "python")
     called: Mapping[str, str] = field(default_factory=dict)
     coupled: str = "projection"
+    closed: str = "tree"
 
     def __post_init__(self) -> None:
         if self.keywords == "order" and self.request not in ("", "links"):
             raise ValueError(f"{self.name}: the request {self.request} has an order of its own")
         if "tau" in self.inputs and self.coupled == "projection":
             raise ValueError(f"{self.name}: efforts of coupled joints can't be expanded; give coupled=")
+        if "tau" in self.inputs and self.closed == "tree":
+            raise ValueError(f"{self.name}: efforts of a tree are not those of a mechanism with loops; give closed=")
 
     def input_names(self) -> tuple[str, ...]:
         """The inputs as calls name them."""

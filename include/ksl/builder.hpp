@@ -34,6 +34,12 @@ struct joint_options {
       further; ///< limits of its second and third number: cylindrical, universal, planar, translation
 };
 
+/// What a joint that closes a loop may have besides kind, links and frames, as joint_options.
+struct loop_options {
+  std::optional<vec3<double>> axis, axis2; ///< the same components in the frames on both links
+  optional_number pitch;
+};
+
 /// A row of a table of Denavit–Hartenberg parameters: m and rad.
 struct dh_row {
   double a = 0, alpha = 0, d = 0, theta = 0; ///< theta is added to q of a revolute joint, d to q of a prismatic one
@@ -70,6 +76,15 @@ public:
   builder &add_joint(const std::string &name, joint_kind kind, const std::string &parent, const std::string &child,
                      const SE3<double> &pose, const joint_options &options = {});
 
+  /// A joint that closes a loop, of any kind but floating, between two links that have been added before.  predecessor_pose, successor_pose:
+  /// of its frame on either side, in that link's frame; where the loop is closed and its position is zero, they coincide.
+  builder &add_loop(const std::string &name, joint_kind kind, const std::string &predecessor,
+                    const std::string &successor, const SE3<double> &predecessor_pose,
+                    const SE3<double> &successor_pose, const loop_options &options = {});
+
+  /// The joints that have a motor.  Inverse dynamics of mechanisms with loops need to know them.
+  builder &set_drives(const std::vector<std::string> &joints);
+
   /// Adds joint1, link1, joint2, link2, … to a link, names after the prefix.  The frame of link i is that of row i.
   builder &add_dh_chain(const std::string &parent, const std::vector<dh_row> &rows, dh_convention convention,
                         const std::string &prefix = "");
@@ -86,7 +101,7 @@ private:
   int link_named(const std::string &joint, const std::string &end, const std::string &name) const;
 
   robot_description robot_;
-  std::map<std::string, int> links_, joints_;
+  std::map<std::string, int> links_, joints_; // joints of loops are among these
 };
 
 /// The model of a description, with the checks that ksl::load makes of what it has read: whether links that move have a

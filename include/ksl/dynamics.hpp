@@ -13,6 +13,7 @@ struct load_options {
   bool strict = false;          ///< warnings about inertias and masses are errors
   bool masses_optional = false; ///< moving links of which none has a mass are no error
   std::string model = {};       ///< which model of an SDF file with several
+  bool cut_loops = false;       ///< joints that close loops are left out: the tree, which is another machine
 };
 
 /// Reads a URDF or an SDF file; its root element says which.  Throws description_error, whose message names file, line, link or joint,

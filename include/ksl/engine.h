@@ -304,6 +304,7 @@ KSL_EXPORT ksl_status_t ksl_inverse_kinematicsf(const ksl_model_t *model, size_t
 KSL_END_C
 
 #include "ksl/engine_building.h"
+#include "ksl/engine_loops.h"
 #include "ksl/engine_calls.h"
 
 #endif

@@ -38,6 +38,13 @@ typedef struct ksl_joint_options_t {
       further_upper[2]; /**< of the second and third number: cylindrical, universal, planar, translation */
 } ksl_joint_options_t;
 
+/** What a joint that closes a loop may have besides kind, links and frames.  Initialise it with ksl_loop_options(); NAN and NULL mean
+ * that something is not given. */
+typedef struct ksl_loop_options_t {
+  const double *axis, *axis2; /**< (3), of any length, with the same components in the frames on both links */
+  double pitch;               /**< m/rad, positive for a right-handed screw; helical joints need it */
+} ksl_loop_options_t;
+
 /** A row of a table of Denavit–Hartenberg parameters, m and rad.  theta is added to q of a joint that turns, d to q of
  * one that slides. */
 typedef struct ksl_dh_row_t {
@@ -53,6 +60,9 @@ typedef enum ksl_dh_convention_t KSL_INT_ENUM { KSL_DH_STANDARD, KSL_DH_MODIFIED
 /** Options of a joint that give nothing: no axis, no limits, no damping, friction or rotor. */
 KSL_EXPORT ksl_joint_options_t ksl_joint_options(void);
 
+/** Options of a joint that closes a loop, which give nothing. */
+KSL_EXPORT ksl_loop_options_t ksl_loop_options(void);
+
 /** Makes a builder for an empty robot.  Free it with ksl_builder_free. */
 KSL_EXPORT ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder);
 KSL_EXPORT void ksl_builder_free(ksl_builder_t *builder);
@@ -66,6 +76,17 @@ KSL_EXPORT ksl_status_t ksl_builder_add_link(ksl_builder_t *builder, const char 
 KSL_EXPORT ksl_status_t ksl_builder_add_joint(ksl_builder_t *builder, const char *name, const char *kind,
                                               const char *parent, const char *child, const ksl_SE3_t *pose,
                                               const ksl_joint_options_t *options);
+
+/** Adds a joint that closes a loop, between two links that have been added and that joints connect already.  kind: as in
+    ksl_builder_add_joint, but not floating; predecessor_pose, successor_pose: of the joint's frame on either side, in that link's frame,
+    NULL for the identity; the two coincide where the joint's position is zero.  options may be NULL for kinds without an axis. */
+KSL_EXPORT ksl_status_t ksl_builder_add_loop(ksl_builder_t *builder, const char *name, const char *kind,
+                                             const char *predecessor, const char *successor,
+                                             const ksl_SE3_t *predecessor_pose, const ksl_SE3_t *successor_pose,
+                                             const ksl_loop_options_t *options);
+
+/** The n joints that have a motor.  Inverse dynamics of mechanisms with loops need to know them. */
+KSL_EXPORT ksl_status_t ksl_builder_set_drives(ksl_builder_t *builder, int n, const char *const *joints);
 
 /** Adds joint1, link1, joint2, link2, … to a link, names after prefix (NULL: none).  The frame of link i is that of row i.
  */
@@ -93,8 +114,14 @@ KSL_EXPORT ksl_status_t ksl_model_with_payload(const ksl_model_t *model, int lin
 KSL_EXPORT ksl_status_t ksl_model_merged(const ksl_model_t *model, const ksl_model_t *other, int parent_link,
                                          const ksl_SE3_t *pose, const char *prefix, ksl_model_t **made);
 
-/** The robot of a link, which is the root, and all that it carries. */
+/** The robot of a link, which is the root, and all that it carries.  A loop that would lose a link is refused. */
 KSL_EXPORT ksl_status_t ksl_model_subtree(const ksl_model_t *model, int link, ksl_model_t **made);
+
+/** The same robot with its loops cut: a tree, whose joints all have a motor. */
+KSL_EXPORT ksl_status_t ksl_model_without_loops(const ksl_model_t *model, ksl_model_t **made);
+
+/** The same robot, which has loops, with motors at these n joints and at no others. */
+KSL_EXPORT ksl_status_t ksl_model_with_drives(const ksl_model_t *model, int n, const int *joints, ksl_model_t **made);
 
 /** The same robot with another frame, which is a massless link, at a pose in a link's frame (NULL: identity). */
 KSL_EXPORT ksl_status_t ksl_model_with_frame(const ksl_model_t *model, const char *name, int link,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "ksl/engine/model/coupling.hpp"
+#include "ksl/engine/model/loop_plan.hpp"
 #include "ksl/engine/model/model.hpp"
 #include "ksl/engine/model/description.hpp"
 #include "ksl/engine/model/joints.hpp"
@@ -70,6 +71,20 @@ struct joint_row {
   double multiplier = 0, offset = 0;
 };
 
+/// A joint that closes a loop, as a user sees it.  It has no numbers in q and v.
+struct loop_row {
+  std::string name;
+  joint_kind kind;
+  int predecessor, successor;                   ///< links: the sides that a file calls parent and child
+  SE3<double> predecessor_pose, successor_pose; ///< of its frame on each side, in the link's frame
+  vec3<double> axis, axis2;                     ///< unit vectors, the same in both frames; for kinds that have them
+  double pitch;                                 ///< m/rad; of helical joints
+};
+
+namespace loops {
+struct tables;
+}
+
 /// A mechanism, immutable after construction, shared between threads.
 class KSL_EXPORT model {
 public:
@@ -99,6 +114,11 @@ public:
   /// All joints: the moving ones in the order of q (depth first, children in file order), then the followers of mimic joints,
   /// which have no numbers in q and v of their own, then the fixed ones, `base` last.
   const std::vector<joint_row> &joints() const { return joints_; }
+  /// Joints that close loops, in the order of the description.  A model without them is a tree.
+  const std::vector<loop_row> &loops() const { return loops_; }
+  /// What the library has computed about them.
+  const loops::tables &loop_tables() const { return *loop_tables_; }
+
   int moving_joints() const { return moving_joints_; } ///< without followers
   int followers() const { return static_cast<int>(double_.followers.size()); }
 
@@ -184,6 +204,7 @@ private:
     std::vector<coordinate_physics<S>> physics; // (nv), or empty
     std::vector<ksl::follower<S>> followers;
     int first_angle = 0, angles_end = 0;
+    loop_plan<S> loops;
 
     model_view<S> view(const model &m) const {
       return {static_cast<int>(bodies.size()),
@@ -205,7 +226,8 @@ private:
               angles_end,
               lower.data(),
               upper.data(),
-              physics.empty() ? nullptr : physics.data()};
+              physics.empty() ? nullptr : physics.data(),
+              loops.joints.empty() ? nullptr : &loops.view};
     }
     coupling_view<S> coupling(int nq, int nv, const std::vector<int> &in_q, const std::vector<int> &in_v) const {
       return {static_cast<int>(followers.size()), followers.data(), nq, nv, in_q.data(), in_v.data()};
@@ -214,6 +236,8 @@ private:
 
   robot_description description_;
   std::vector<joint_row> joints_;
+  std::vector<loop_row> loops_;
+  std::shared_ptr<const loops::tables> loop_tables_; ///< null without loops
   std::vector<quaternion_in_q> quaternions_;
   std::vector<position_range> position_ranges_;
   std::vector<link_description> links_;

@@ -2,7 +2,7 @@
 
 from generator.rows import ALGORITHMS, COMPUTING, GROUP_OF, MARK, Algorithm, Result, kernels_of, ordered
 
-EXTENTS = {3: "three", 4: "four", 5: "five", 6: "six", 10: "ten", "6 links": "twists", **{name: name for name in ("nq", "nv", "motion", "links", "joints", "tree", "all_links")}}
+EXTENTS = {3: "three", 4: "four", 5: "five", 6: "six", 10: "ten", "6 links": "twists", **{name: name for name in ("nq", "nv", "motion", "links", "joints", "tree", "all_links", "ends")}}
 
 REQUEST = {
     "links": ["s.links.n", "s.links.index"],
@@ -95,6 +95,7 @@ def row_text(row: Algorithm) -> str:
     lines = row_members(row) + [f".kernels = &kernel_table::{kernels_of(row).name}"]
     lines += [f".variant_of = &{row.variant_of}"] if row.variant_of else []
     lines += [f".coupled = coupled_by::{row.coupled}"] if row.coupled != "projection" else []
+    lines += [f".closed = closed_by::{row.closed}"] if row.closed != "tree" else []
     return f"constexpr algorithm_row {row.name} = {{\n" + "".join(f"    {line},\n" for line in lines) + "};\n"
 
 

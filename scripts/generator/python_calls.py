@@ -40,8 +40,27 @@ METHOD = '''\
         """{summary}
 {paragraphs}{example}
         """
-{held}{choice}        return self._core.{compiled}({passed})
+{first}{held}{choice}        return self._core.{compiled}({passed})
 '''
+
+FIRST = {
+    "reactions": '''\
+        if stiffness is not None:
+            stiff: Calls = self._with_stiffness(stiffness)
+            return stiff.reactions(q, v, a, external, on, at, axes, order, part, joints, out, threads, external_axes)
+''',
+    "inverse_dynamics_derivatives": '''\
+        if self.loops:
+            return self._along("inverse_dynamics_derivatives", q, v, (a, "a"), external, out, external_axes)
+''',
+    "forward_dynamics_derivatives": '''\
+        if self.loops:
+            return self._along("forward_dynamics_derivatives", q, v, (tau, "tau"), external, out, external_axes)
+''',
+}
+"""What methods do first for mechanisms with loops."""
+FURTHER = {"reactions": "stiffness: Mapping[str, Stiffness] | None = None"}
+"""Keywords of that."""
 
 CHOICE = '''\
         if type({keyword}) is not str or {keyword} != "{default}":
@@ -88,12 +107,12 @@ def method(row: Algorithm) -> str:
     keywords, request = request_of(row)
     external = {"optional": "external: External | None = None", "required": "external: External"}.get(row.external, "")
     chosen = ", ".join(f'{keyword}: {keyword.capitalize()} = "{next(iter(rows))}"' for keyword, rows in row.choices.items())
-    arguments = ["self", *(f"{name}: ArrayLike" for name in row.input_names()), external, keywords, chosen, f"out: {array} | None = None", "threads: int | None = None", EXTERNAL_AXES if row.external else ""]
+    arguments = ["self", *(f"{name}: ArrayLike" for name in row.input_names()), external, keywords, chosen, f"out: {array} | None = None", "threads: int | None = None", EXTERNAL_AXES if row.external else "", FURTHER.get(row.name, "")]
     line = ", ".join(filter(None, arguments))
     passed = [*("numbers(fraction)" if name == "fraction" else name for name in row.input_names()), *("None" for _ in range(INPUTS_AT_MOST - len(row.inputs))), "external" if row.external else "None", request, "out", "threads"]
     given = ", ".join(passed)
     text = METHOD.format(
-        name=row.name, arguments=line, result=array, summary=row.summary, compiled=row.name, passed=given, choice=choices(row, given), held=HELD if row.external else "",
+        name=row.name, arguments=line, result=array, summary=row.summary, compiled=row.name, passed=given, choice=choices(row, given), held=HELD if row.external else "", first=FIRST.get(row.name, ""),
         example=textwrap.indent("\n\n" + EXAMPLES[row.name].strip(), " " * 12, lambda l: l.strip() != "") if row.name in EXAMPLES else "",
         paragraphs=textwrap.indent("\n" + row.python.strip(), "        ", lambda l: l.strip() != ""),
     )  # fmt: skip
@@ -111,16 +130,18 @@ CALLS = '''\
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.model.requests import Requests, one_of
+from ksl.model.loops import LoopCalls
+from ksl.model.requests import one_of
 from ksl.model.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, external_in, numbers
+from ksl.model.stiffness import Stiffness
 
 
-class Calls(Requests):
+class Calls(LoopCalls):
     """A method for each algorithm."""
 
     def inverse_dynamics_with_reactions(
@@ -158,7 +179,35 @@ Model\\.inverse_kinematics$:
         iterations: int, starts: int, seed: int, limits: bool, threads: int | None,
     ) -> tuple[NDArray[numpy.floating], NDArray[numpy.floating], NDArray[numpy.intc], NDArray[numpy.intc], NDArray[numpy.intc]]: ...
 
-Model\\.(joints|links)$:
+Model\\.(loop_error|loop_jacobian|reaction_patterns)$:
+    def \\1(self, q: NDArray[numpy.floating]) -> NDArray[numpy.floating]: ...
+
+Model\\.loop_acceleration$:
+    def loop_acceleration(self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], a: NDArray[numpy.floating]) -> NDArray[numpy.floating]: ...
+
+Model\\.mobility$:
+    def mobility(self, q: NDArray[numpy.floating]) -> tuple[int, int, int, float, float, float, list[int]]: ...
+
+Model\\.consistent_velocity$:
+    def consistent_velocity(self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], given: list[int]) -> tuple[NDArray[numpy.floating], list[int]]: ...
+
+Model\\.consistent_acceleration$:
+    def consistent_acceleration(
+        self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], a: NDArray[numpy.floating], given: list[int]
+    ) -> tuple[NDArray[numpy.floating], list[int]]: ...
+
+Model\\.close$:
+    def close(
+        self, q: NDArray[numpy.floating], hold: list[int], limits: bool, iterations: int
+    ) -> tuple[NDArray[numpy.floating], list[int], list[float]]: ...
+
+Model\\.closed_derivatives$:
+    def closed_derivatives(
+        self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], x: NDArray[numpy.floating], links: list[int],
+        wrenches: list[NDArray[numpy.floating]], in_world: bool, forward: bool,
+    ) -> tuple[NDArray[numpy.floating], NDArray[numpy.floating], NDArray[numpy.floating], int]: ...
+
+Model\\.(joints|links|loops)$:
     @property
     def \\1(self) -> list[dict[str, Any]]: ...
 
@@ -197,5 +246,5 @@ def files() -> dict[str, str]:
     aliases = "\n".join(f"    {alias} = {name}" for name, alias in ALIASES.items())
     return {
         "python/ksl/model/calls.py": CALLS.format(mark=MARK, methods=methods, aliases=aliases),
-        "python/core_stub.txt": STUB.format(mark=MARK, calls="\n".join(map(compiled, ALGORITHMS))),
+        "python/core_stub.txt": STUB.format(mark=MARK, calls="\n".join(map(compiled, (row for row in ALGORITHMS if row.closed != "plan")))),
     }

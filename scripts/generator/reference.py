@@ -39,6 +39,7 @@ Written by hand, with the same conventions. C has those with the suffix `f`, too
 | neutral, random position | `neutral`, `random_position` | `ksl_neutral`, `ksl_random_position` | `neutral`, `random` |
 | inverse kinematics | `inverse_kinematics` | `ksl_inverse_kinematics` | `inverse_kinematics` |
 | wrench through a section of a link | `section_wrench` (`ksl/section.hpp`), one state | `ksl_section_wrench`, one state | `section_wrench` |
+| closed mechanisms: geometry, consistent motions, derivatives, what reactions leave open | `ksl/loops.hpp` | `ksl/engine_loops.h` | `mobility`, `close`, `consistent_velocity` … ([loops.md](../loops.md)) |
 | layout of tree-sparse matrices | `model::tree_rows`, `tree_columns` | `ksl_model_tree` | `tree_rows`, `tree_columns` |
 | one part of the efforts | `effort_parts` | `ksl_effort_parts` | `effort_part` |
 | joints: kind, indices, axes, limits | `model::joints`, `description` | `ksl_model_joint_info` | `joints`, `joint` |
@@ -102,5 +103,6 @@ def section(row: Algorithm) -> str:
 
 
 def files() -> dict[str, str]:
-    page = PAGE.format(mark=MARK, rows="\n".join(map(table_row, ALGORITHMS)), sections="\n".join(map(section, ALGORITHMS)))
+    public = [row for row in ALGORITHMS if row.closed != "plan"]
+    page = PAGE.format(mark=MARK, rows="\n".join(map(table_row, public)), sections="\n".join(map(section, public)))
     return {"docs/reference/dynamics.md": page}

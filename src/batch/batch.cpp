@@ -33,17 +33,20 @@ bool lacks_link(const algorithm_row &row, const model &m, const link_list &links
 
 template <class S> bool compute_one(const algorithm_row &row, const model &m, const batch_view<S> &batch,
                                     std::size_t k) {
-  const bool direct = m.followers() == 0;
+  const bool closed = loops::is_closed(row, m), direct = m.followers() == 0 && !closed;
   const kernels_in<S> &kernel = kernels_of_row<S>(row);
   const model_view<S> view = m.view_in<S>();
-  const std::size_t bytes =
-      direct ? kernel.workspace_bytes(view) : coupled::state_bytes<S>(row, m, extents_of(m, batch));
+  const std::size_t bytes = closed   ? loops::state_bytes<S>(m, loops::room_for(batch))
+                            : direct ? kernel.workspace_bytes(view)
+                                     : coupled::state_bytes<S>(row, m, extents_of(m, batch));
   one_state_memory<S> state;
   arena measure(nullptr);
   state.lay_out(measure, row, m, batch, bytes);
   arena memory(thread_memory(kept_for::workspace, measure.used()));
   state.lay_out(memory, row, m, batch, bytes);
   bool ordinary = true;
+  if (closed)
+    return loops::run_state<S>(row, m, state.workspace, state.load(row, m, batch, k));
   if (direct)
     ordinary = kernel.state(view, state.workspace, state.load(row, m, batch, k));
   else
@@ -59,7 +62,7 @@ bool compute_states(const algorithm_row &row, const model &m, const batch_view<S
   const batch_view<S> batch = as_row_names(row, given);
   if (first == end || lacks_link(row, m, batch.links))
     return true;
-  coupled::require_projection(row, m);
+  require_computable(row, m);
   if (end - first == 1)
     return compute_one(row, m, batch, first);
   std::byte *const memory = thread_memory(kept_for::workspace, run_batch(row, m, batch, 0, 0, nullptr).bytes);
@@ -79,7 +82,7 @@ void compute_batch(const algorithm_row &row, const model &m, const batch_view<S>
   }
   if (lacks_link(row, m, given.links))
     return;
-  coupled::require_projection(row, m);
+  require_computable(row, m);
   const batch_view<S> batch = as_row_names(row, given);
   const partition parts(batch.n, static_cast<std::size_t>(kernels_of_row<S>(row).lanes),
                         least_states(m.moving_joints()), threads);

@@ -29,22 +29,24 @@ ksl::link_mass mass_of(const ksl_link_mass_t &of) {
           {I[0][0], I[1][0], I[2][0], I[0][1], I[1][1], I[2][1], I[0][2], I[1][2], I[2][2]}};
 }
 
+std::optional<ksl::vec3<double>> vector_of(const double *x) {
+  return x ? std::optional(ksl::vec3<double>{x[0], x[1], x[2]}) : std::nullopt;
+}
+
+ksl::optional_number number_of(double x) { return std::isnan(x) ? std::nullopt : ksl::optional_number(x); }
+
 ksl::joint_options options_of(const ksl_joint_options_t &of) {
-  const auto vector = [](const double *x) {
-    return x ? std::optional(ksl::vec3<double>{x[0], x[1], x[2]}) : std::nullopt;
-  };
-  const auto number = [](double x) { return std::isnan(x) ? std::nullopt : ksl::optional_number(x); };
-  ksl::joint_options options = {vector(of.axis),
-                                vector(of.axis2),
-                                number(of.pitch),
-                                number(of.lower),
-                                number(of.upper),
-                                number(of.effort),
-                                number(of.velocity),
+  ksl::joint_options options = {vector_of(of.axis),
+                                vector_of(of.axis2),
+                                number_of(of.pitch),
+                                number_of(of.lower),
+                                number_of(of.upper),
+                                number_of(of.effort),
+                                number_of(of.velocity),
                                 of.damping,
                                 of.friction,
                                 {},
-                                number(of.friction_width),
+                                number_of(of.friction_width),
                                 of.armature,
                                 of.rotor_inertia,
                                 of.gear_ratio,
@@ -52,7 +54,7 @@ ksl::joint_options options_of(const ksl_joint_options_t &of) {
                                 of.spring_rest,
                                 {}};
   for (std::size_t c = 0; c < 2; ++c)
-    options.further[c] = {number(of.further_lower[c]), number(of.further_upper[c])};
+    options.further[c] = {number_of(of.further_lower[c]), number_of(of.further_upper[c])};
   if (of.mimics)
     options.mimic = {of.mimics, of.multiplier, of.offset, {}};
   return options;
@@ -83,6 +85,8 @@ ksl_joint_options_t ksl_joint_options(void) {
   return {nullptr, nullptr, nan, nan, nan, nan, nan, 0, 0, nullptr, 1, 0, nan, 0, 0, 1, 0, 0, {nan, nan}, {nan, nan}};
 }
 
+ksl_loop_options_t ksl_loop_options(void) { return {nullptr, nullptr, std::numeric_limits<double>::quiet_NaN()}; }
+
 ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder) {
   return created(builder, name, "name and builder must not be null",
                  [&] { return new ksl_builder_t{ksl::builder(name)}; });
@@ -103,6 +107,33 @@ ksl_status_t ksl_builder_add_joint(ksl_builder_t *builder, const char *name, con
     require(builder && name && kind && parent && child, "builder, name, kind, parent and child must not be null");
     builder->builder.add_joint(name, ksl::joint_kind_named(kind), parent, child, pose_of(pose),
                                options ? options_of(*options) : ksl::joint_options());
+  });
+}
+
+ksl_status_t ksl_builder_add_loop(ksl_builder_t *builder, const char *name, const char *kind, const char *predecessor,
+                                  const char *successor, const ksl_SE3_t *predecessor_pose,
+                                  const ksl_SE3_t *successor_pose, const ksl_loop_options_t *options) {
+  return guarded([&] {
+    require(builder && name && kind && predecessor && successor,
+            "builder, name, kind, predecessor and successor must not be null");
+    ksl::loop_options given;
+    if (options)
+      given = {vector_of(options->axis), vector_of(options->axis2), number_of(options->pitch)};
+    builder->builder.add_loop(name, ksl::joint_kind_named(kind), predecessor, successor, pose_of(predecessor_pose),
+                              pose_of(successor_pose), given);
+  });
+}
+
+ksl_status_t ksl_builder_set_drives(ksl_builder_t *builder, int n, const char *const *joints) {
+  return guarded([&] {
+    require(builder && n >= 0 && (joints || n == 0),
+            "builder and joints must not be null, and their number not negative");
+    std::vector<std::string> names;
+    for (int i = 0; i < n; ++i) {
+      require(joints[i], "the name of a joint must not be null");
+      names.push_back(joints[i]);
+    }
+    builder->builder.set_drives(names);
   });
 }
 
@@ -170,6 +201,22 @@ ksl_status_t ksl_model_merged(const ksl_model_t *model, const ksl_model_t *other
 
 ksl_status_t ksl_model_subtree(const ksl_model_t *model, int link, ksl_model_t **made) {
   return made_from(model, made, [&] { return ksl::subtree(model->model.description(), link_name(model, link)); });
+}
+
+ksl_status_t ksl_model_without_loops(const ksl_model_t *model, ksl_model_t **made) {
+  return made_from(model, made, [&] { return ksl::without_loops(model->model.description()); });
+}
+
+ksl_status_t ksl_model_with_drives(const ksl_model_t *model, int n, const int *joints, ksl_model_t **made) {
+  return made_from(model, made, [&] {
+    require(n >= 0 && (joints || n == 0), "joints must not be null, and their number not negative");
+    std::vector<std::string> names;
+    for (int i = 0; i < n; ++i) {
+      require_joint(model, joints[i]);
+      names.push_back(model->model.joints()[static_cast<std::size_t>(joints[i])].name);
+    }
+    return ksl::with_drives(model->model.description(), names);
+  });
 }
 
 ksl_status_t ksl_model_with_frame(const ksl_model_t *model, const char *name, int link, const ksl_SE3_t *pose,

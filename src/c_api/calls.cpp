@@ -84,10 +84,12 @@ template <class S> void require_large_rows(const rows_view<S> &rows, std::size_t
 
 reaction_request request_of(const ksl_model_t *m, int *links, const joints_argument &asked) {
   const auto [n, joints, options] = asked;
-  require(n >= 0 && n <= ksl_model_joints(m) && (joints || n == 0), "n must be between 0 and the number of joints");
+  const int of_tree = ksl_model_joints(m), all = of_tree + static_cast<int>(m->model.loops().size());
+  require(n >= 0 && n <= all && (joints || n == 0), "n must be between 0 and the number of joints");
   for (int k = 0; k < n; ++k) {
-    require(joints[k] >= 0 && joints[k] < ksl_model_joints(m), "a joint is out of range");
-    links[k] = m->model.joints()[static_cast<std::size_t>(joints[k])].link;
+    require(joints[k] >= 0 && joints[k] < all, "a joint is out of range");
+    links[k] = joints[k] < of_tree ? m->model.joints()[static_cast<std::size_t>(joints[k])].link
+                                   : static_cast<int>(m->model.links().size()) + joints[k] - of_tree;
   }
   reaction_request r;
   r.n = n;

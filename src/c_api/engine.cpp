@@ -209,7 +209,8 @@ void ksl_model_free(ksl_model_t *model) { delete model; }
 
 ksl_status_t ksl_data_create(const ksl_model_t *model, ksl_data_t **data) {
   return created(data, model, "model and data must not be null", [&] {
-    return new ksl_data_t{model, ksl::data(model->model), 0, std::vector<int>(model->model.joints().size())};
+    return new ksl_data_t{model, ksl::data(model->model), 0,
+                          std::vector<int>(model->model.joints().size() + model->model.loops().size())};
   });
 }
 

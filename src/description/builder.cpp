@@ -245,6 +245,34 @@ builder &builder::add_joint(const std::string &name, joint_kind kind, const std:
   return *this;
 }
 
+builder &builder::add_loop(const std::string &name, joint_kind kind, const std::string &predecessor,
+                           const std::string &successor, const SE3<double> &predecessor_pose,
+                           const SE3<double> &successor_pose, const loop_options &options) {
+  check_name(name, "joint", joints_);
+  const std::string who = "loop joint " + name + ": ";
+  const joint_kind_row row = row_of(kind);
+  joint_options motion;
+  motion.axis = options.axis, motion.axis2 = options.axis2, motion.pitch = options.pitch;
+  joint_description joint;
+  set_axes(who, row, motion, joint);
+  set_pitch(who, row, motion, joint);
+  loop_description loop;
+  loop.name = name;
+  loop.kind = kind;
+  loop.predecessor = link_named(name, "predecessor", predecessor);
+  loop.successor = link_named(name, "successor", successor);
+  loop.predecessor_pose = rigid_pose(who + "its frame on the predecessor", predecessor_pose);
+  loop.successor_pose = rigid_pose(who + "its frame on the successor", successor_pose);
+  loop.axis = joint.axis, loop.axis2 = joint.axis2, loop.pitch = joint.pitch;
+  append(robot_.loops, std::move(loop), joints_);
+  return *this;
+}
+
+builder &builder::set_drives(const std::vector<std::string> &joints) {
+  robot_.drives = joints;
+  return *this;
+}
+
 void builder::cut_to(std::size_t links, std::size_t joints) noexcept {
   cut(robot_.links, links, links_);
   cut(robot_.joints, joints, joints_);

@@ -1,5 +1,6 @@
 #include "description/check.hpp"
 
+#include "description/loops.hpp"
 #include "ksl/engine/model/joints.hpp"
 #include "text/words.hpp"
 
@@ -79,19 +80,8 @@ void check_numbers(const robot_description &robot) {
   for (const link_description &link : robot.links)
     if (const std::string fault = number_fault(link.inertia); !fault.empty())
       refuse(robot, link.at, "link " + link.name + ": " + fault);
-  for (const joint_description &joint : robot.joints) {
-    const joint_kind_row row = row_of(joint.kind);
-    if (row.has_pitch && !(joint.pitch && std::isfinite(*joint.pitch)))
-      refuse(robot, joint.at,
-             "joint " + joint.name + ": a " + row.name + " joint needs a finite pitch, in metres for each radian");
-    const mat3x3<double> &R = joint.placement.R;
-    const vec3<double> &t = joint.placement.t, &u = joint.axis, &u2 = joint.axis2;
-    const double all[] = {R.m00, R.m10, R.m20, R.m01, R.m11, R.m21, R.m02, R.m12, R.m22,
-                          t.x,   t.y,   t.z,   u.x,   u.y,   u.z,   u2.x,  u2.y,  u2.z};
-    if (!std::all_of(std::begin(all), std::end(all), is_finite))
-      refuse(robot, joint.at, "joint " + joint.name + ": its placement or its axis is not finite; mend its numbers");
-    check_axes(robot, joint);
-  }
+  for (const joint_description &joint : robot.joints)
+    check_joint_numbers(robot, joint);
 }
 
 /// The joint that carries each link, −1 for a root.  Refuses joints that don't connect two different links, and links with two
@@ -264,6 +254,20 @@ std::vector<bool> moving_links(const robot_description &robot, bool floating_bas
 
 } // namespace
 
+void check_joint_numbers(const robot_description &robot, const joint_description &joint) {
+  const joint_kind_row row = row_of(joint.kind);
+  if (row.has_pitch && !(joint.pitch && std::isfinite(*joint.pitch)))
+    refuse(robot, joint.at,
+           "joint " + joint.name + ": a " + row.name + " joint needs a finite pitch, in metres for each radian");
+  const mat3x3<double> &R = joint.placement.R;
+  const vec3<double> &t = joint.placement.t, &u = joint.axis, &u2 = joint.axis2;
+  const double all[] = {R.m00, R.m10, R.m20, R.m01, R.m11, R.m21, R.m02, R.m12, R.m22,
+                        t.x,   t.y,   t.z,   u.x,   u.y,   u.z,   u2.x,  u2.y,  u2.z};
+  if (!std::all_of(std::begin(all), std::end(all), is_finite))
+    refuse(robot, joint.at, "joint " + joint.name + ": its placement or its axis is not finite; mend its numbers");
+  check_axes(robot, joint);
+}
+
 std::string number_fault(const spatial_inertia<double> &inertia) {
   if (!all_of(inertia, is_finite))
     return "its inertia about the link's origin is not finite; mend its numbers";
@@ -294,6 +298,7 @@ int check_tree(const robot_description &robot) {
   check_numbers(robot);
   const std::vector<int> above = joints_above(robot);
   check_cycles(robot, above);
+  check_loops(robot);
   return only_root(robot, above);
 }
 

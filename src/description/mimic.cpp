@@ -48,6 +48,10 @@ int named_leader(const robot_description &robot, const joint_description &follow
   const std::string &name = follower.mimic->joint;
   const auto found = by_name.find(name);
   if (found == by_name.end()) {
+    if (text::has_name(robot.loops, name))
+      refuse(robot, follower,
+             "it mimics joint " + quoted(name) +
+                 ", which closes a loop and has no coordinate; mimic a joint of the tree" + or_independent(robot));
     std::vector<std::string> names;
     for (const joint_description &joint : robot.joints)
       names.push_back(joint.name);

@@ -3,8 +3,10 @@
 
 #include "description/rigid_pose.hpp"
 #include "description/check.hpp"
+#include "description/loops.hpp"
 #include "description/mimic.hpp"
 #include "description/surgery.hpp"
+#include "ksl/engine/model/joints.hpp"
 #include "text/words.hpp"
 
 #include <algorithm>
@@ -57,7 +59,7 @@ void reverse(robot_description &robot, int j) {
   const int old_parent = joint.child;
   joint.child = static_cast<int>(robot.links.size());
   robot.links.push_back(massless(frame));
-  robot.joints.push_back(weld(free_name(robot.joints, frame + "_joint"), joint.child, old_parent, back));
+  robot.joints.push_back(weld(free_joint_name(robot, frame + "_joint"), joint.child, old_parent, back));
 }
 
 /// Refuses a joint that can't be reversed: only a screw motion about one axis is, reversed, the same motion about the opposite axis.
@@ -68,6 +70,56 @@ void check_reversible(const joint_description &joint, const std::string &link) {
   refuse("joint " + joint.name + " is " + row.name + ", and would have to be reversed to make link " + link +
          " the root: only joints on one axis keep the meaning of their positions; take a root on the parent side of "
          "that joint");
+}
+
+bool has_joint(const robot_description &robot, const std::string &name) {
+  return has_name(robot.joints, name) || has_name(robot.loops, name);
+}
+
+/// Refuses the name of a joint that another robot brings.
+void check_new(const robot_description &robot, const std::string &joint) {
+  if (has_joint(robot, joint))
+    refuse("both robots have a joint named " + quoted(joint) + "; give a prefix for the names of the second");
+}
+
+/// The joints of a robot that have a motor, if that is known: of a tree all that can have one.
+std::optional<std::vector<std::string>> known_drives(const robot_description &robot) {
+  if (robot.drives || !robot.loops.empty())
+    return robot.drives;
+  std::vector<std::string> all;
+  for (const joint_description &joint : robot.joints)
+    if (const joint_kind_row row = row_of(joint.kind); row.nv > 0 && !row.is_free && !joint.mimic)
+      all.push_back(joint.name);
+  return all;
+}
+
+/// Those of both robots (merged).
+std::optional<std::vector<std::string>> merged_drives(const robot_description &robot, const robot_description &other,
+                                                      const std::string &prefix) {
+  std::optional<std::vector<std::string>> all = known_drives(robot), more = known_drives(other);
+  if ((!robot.drives && !other.drives) || !all || !more)
+    return {};
+  for (const std::string &joint : *more)
+    all->push_back(prefix + joint);
+  return all;
+}
+
+/// The loops of which both links are in a part of a robot (subtree).
+std::vector<loop_description> loops_inside(const robot_description &robot, const std::vector<int> &new_index,
+                                           const std::string &link, const subtree_options &options) {
+  std::vector<loop_description> inside;
+  for (loop_description loop : robot.loops) {
+    const int a = new_index[index(loop.predecessor)], b = new_index[index(loop.successor)];
+    if ((a < 0) != (b < 0) && !options.drop_loops)
+      refuse("joint " + loop.name + " closes a loop over link " +
+             robot.links[index(a < 0 ? loop.predecessor : loop.successor)].name + ", which link " + quoted(link) +
+             " doesn't carry; take a link that carries all of the loop, or drop such loops: " +
+             "loops=\"drop\" in Python, drop_loops in C++");
+    loop.predecessor = a, loop.successor = b;
+    if (a >= 0 && b >= 0)
+      inside.push_back(std::move(loop));
+  }
+  return inside;
 }
 
 /// Appends a line unless it is there.
@@ -121,10 +173,10 @@ robot_description merged(const robot_description &robot, const robot_description
                                  rigid_pose("robot " + quoted(other.name) + ": its pose", pose));
   if (other.floating_base)
     mount.kind = joint_kind::floating;
-  std::vector<joint_description> named = robot.joints; // and what the second robot's will be called
-  for (const joint_description &joint : other.joints)
-    named.push_back(joint), named.back().name = prefix + joint.name;
-  mount.name = free_name(named, mount.name);
+  mount.name = text::free_name(mount.name, [&](const std::string &name) {
+    return has_joint(robot, name) ||
+           (name.compare(0, prefix.size(), prefix) == 0 && has_joint(other, name.substr(prefix.size())));
+  });
   out.joints.push_back(std::move(mount));
   for (link_description link : other.links) {
     link.name = prefix + link.name;
@@ -137,13 +189,24 @@ robot_description merged(const robot_description &robot, const robot_description
     joint.name = prefix + joint.name;
     if (joint.mimic)
       joint.mimic->joint = prefix + joint.mimic->joint;
-    if (has_name(robot.joints, joint.name))
-      refuse("both robots have a joint named " + quoted(joint.name) + "; give a prefix for the names of the second");
+    check_new(robot, joint.name);
     joint.at = {};
     if (joint.mimic)
       joint.mimic->at = {};
     joint.parent += links, joint.child += links;
     out.joints.push_back(std::move(joint));
+  }
+  for (loop_description loop : other.loops) {
+    loop.name = prefix + loop.name;
+    check_new(robot, loop.name);
+    loop.at = {};
+    loop.predecessor += links, loop.successor += links;
+    out.loops.push_back(std::move(loop));
+  }
+  out.drives = merged_drives(robot, other, prefix);
+  for (joint_compliance compliance : other.compliances) {
+    compliance.joint = prefix + compliance.joint;
+    out.compliances.push_back(std::move(compliance));
   }
   for (const std::string &line : other.warnings)
     add_line(out.warnings, other.name + ": " + line);
@@ -152,7 +215,7 @@ robot_description merged(const robot_description &robot, const robot_description
   return out;
 }
 
-robot_description subtree(const robot_description &robot, const std::string &link) {
+robot_description subtree(const robot_description &robot, const std::string &link, const subtree_options &options) {
   const int root = find_link(robot, link);
   const std::vector<int> above = joints_above(robot);
   check_tree(robot);
@@ -195,6 +258,8 @@ robot_description subtree(const robot_description &robot, const std::string &lin
     if (joint.parent >= 0 && joint.child >= 0)
       out.joints.push_back(std::move(joint));
   }
+  out.loops = loops_inside(robot, new_index, link, options);
+  keep_drives(out);
   out.warnings = check_inertias(out);
   return out;
 }
@@ -209,7 +274,7 @@ robot_description with_frame(const robot_description &robot, const std::string &
     refuse("frame " + quoted(name) + ": a link of robot " + quoted(robot.name) + " has that name; give it another");
   out.links.push_back(massless(name));
   out.joints.push_back(
-      weld(free_name(robot.joints, name + "_joint"), parent, child, rigid_pose("frame " + name + ": its pose", pose)));
+      weld(free_joint_name(robot, name + "_joint"), parent, child, rigid_pose("frame " + name + ": its pose", pose)));
   return out;
 }
 

@@ -30,6 +30,13 @@ template <class Items> std::string free_name(const Items &items, std::string nam
   return text::free_name(std::move(name), [&](const std::string &other) { return text::has_name(items, other); });
 }
 
+/// A name that no joint of the robot has, those that close loops included.
+inline std::string free_joint_name(const robot_description &robot, std::string name) {
+  return text::free_name(std::move(name), [&](const std::string &other) {
+    return text::has_name(robot.joints, other) || text::has_name(robot.loops, other);
+  });
+}
+
 inline joint_description weld(std::string name, int parent, int child, const SE3<double> &pose) {
   joint_description joint;
   joint.name = std::move(name);

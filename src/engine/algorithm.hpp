@@ -2,6 +2,7 @@
 #pragma once
 
 #include "ksl/engine/algorithms/batch_view.hpp"
+#include "ksl/engine/model/loop_view.hpp"
 
 namespace ksl {
 
@@ -54,7 +55,8 @@ enum class extent : unsigned char {
   twists,
   joints,
   tree,
-  all_links
+  all_links,
+  ends
 };
 
 struct result_row {
@@ -91,6 +93,20 @@ enum class coupled_by : unsigned char {
   refusal            ///< not at all: where the layout is that of the tree
 };
 
+/// How an algorithm is computed for mechanisms with loops (engine/loops/closed.hpp).
+enum class closed_by : unsigned char {
+  tree,          ///< as for the tree that carries the loops: a function of the given numbers, whatever the loops demand
+  efforts,       ///< efforts of the drives
+  reactions,     ///< the same, with wrenches through joints
+  parts,         ///< what the efforts consist of
+  steady,        ///< efforts at independent accelerations of zero
+  statics,       ///< efforts at rest
+  accelerations, ///< under given efforts
+  jump,          ///< of velocities under impulses
+  refusal,       ///< not at all
+  plan           ///< it is private: what computes efforts and accelerations by the model's plan
+};
+
 constexpr int most_inputs = 4; ///< how many an algorithm can have
 
 /// One row: which inputs an algorithm reads and which results it writes.
@@ -111,6 +127,7 @@ struct algorithm_row {
   /// The row whose kernels compute this one, with zeros for the inputs that this row lacks; null if it has its own.
   const algorithm_row *variant_of = nullptr;
   coupled_by coupled = coupled_by::projection;
+  closed_by closed = closed_by::tree;
 
   constexpr bool reads(input x) const {
     for (int i = 0; i < inputs; ++i)
@@ -145,6 +162,7 @@ struct extents {
   int nq, nv, links, joints;
   int tree;      ///< elements of a matrix that aren't zero by the shape of the tree (engine/steps/tree_rows.hpp)
   int all_links; ///< of the model
+  int ends;      ///< of loops: two for each
 };
 
 constexpr int length_of(extent e, const extents &of) {
@@ -162,6 +180,7 @@ constexpr int length_of(extent e, const extents &of) {
   case extent::joints: return of.joints;
   case extent::tree: return of.tree;
   case extent::all_links: return of.all_links;
+  case extent::ends: return of.ends;
   }
   __builtin_unreachable();
 }
@@ -181,7 +200,13 @@ constexpr std::ptrdiff_t numbers_of(const result_row &result, const extents &of)
 
 /// The extents of a model and of a state or batch.
 template <class Model, class View> constexpr extents extents_of(const Model &model, const View &view) {
-  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.tree_elements, model.links};
+  return {model.nq,
+          model.nv,
+          view.links.n,
+          view.joints ? view.joints->n : 0,
+          model.tree_elements,
+          model.links,
+          model.loops ? 2 * model.loops->loops : 0};
 }
 
 /// The member of a state_view or batch_view that holds an input.

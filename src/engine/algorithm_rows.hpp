@@ -63,6 +63,8 @@ struct kernel_table {
   const algorithm_kernels *interpolate;
   const algorithm_kernels *integrate_jacobians;
   const algorithm_kernels *difference_jacobians;
+  const algorithm_kernels *closed_inverse_dynamics;
+  const algorithm_kernels *closed_forward_dynamics;
 };
 
 namespace rows {
@@ -80,6 +82,7 @@ constexpr algorithm_row inverse_dynamics = {
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
+    .closed = closed_by::efforts,
 };
 
 constexpr algorithm_row inverse_dynamics_with_reactions = {
@@ -95,6 +98,7 @@ constexpr algorithm_row inverse_dynamics_with_reactions = {
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_with_reactions,
+    .closed = closed_by::reactions,
 };
 
 constexpr algorithm_row effort_parts = {
@@ -110,6 +114,7 @@ constexpr algorithm_row effort_parts = {
     .results = 1,
     .result = {{"parts", 2, {extent::five, extent::nv}}},
     .kernels = &kernel_table::effort_parts,
+    .closed = closed_by::parts,
 };
 
 constexpr algorithm_row forward_dynamics = {
@@ -126,6 +131,7 @@ constexpr algorithm_row forward_dynamics = {
     .result = {{"a", 1, {extent::motion}}},
     .kernels = &kernel_table::forward_dynamics,
     .coupled = coupled_by::solution,
+    .closed = closed_by::accelerations,
 };
 
 constexpr algorithm_row forward_dynamics_by_mass_matrix = {
@@ -142,6 +148,7 @@ constexpr algorithm_row forward_dynamics_by_mass_matrix = {
     .result = {{"a", 1, {extent::motion}}},
     .kernels = &kernel_table::forward_dynamics_by_mass_matrix,
     .coupled = coupled_by::solution,
+    .closed = closed_by::accelerations,
 };
 
 constexpr algorithm_row hybrid_dynamics = {
@@ -158,6 +165,7 @@ constexpr algorithm_row hybrid_dynamics = {
     .result = {{"a_out", 1, {extent::motion}}, {"tau_out", 1, {extent::nv}}},
     .kernels = &kernel_table::hybrid_dynamics,
     .coupled = coupled_by::hybrid,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row velocity_jump = {
@@ -174,6 +182,7 @@ constexpr algorithm_row velocity_jump = {
     .result = {{"dv", 1, {extent::motion}}},
     .kernels = &kernel_table::velocity_jump,
     .coupled = coupled_by::jump,
+    .closed = closed_by::jump,
 };
 
 constexpr algorithm_row mass_matrix = {
@@ -189,6 +198,7 @@ constexpr algorithm_row mass_matrix = {
     .results = 1,
     .result = {{"M", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::mass_matrix,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row mass_matrix_upper = {
@@ -205,6 +215,7 @@ constexpr algorithm_row mass_matrix_upper = {
     .result = {{"M", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::mass_matrix_upper,
     .coupled = coupled_by::upper_triangle,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row mass_matrix_tree = {
@@ -221,6 +232,7 @@ constexpr algorithm_row mass_matrix_tree = {
     .result = {{"M", 1, {extent::tree}}},
     .kernels = &kernel_table::mass_matrix_tree,
     .coupled = coupled_by::refusal,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row mass_matrix_factor = {
@@ -237,6 +249,7 @@ constexpr algorithm_row mass_matrix_factor = {
     .result = {{"LD", 1, {extent::tree}}},
     .kernels = &kernel_table::mass_matrix_factor,
     .coupled = coupled_by::refusal,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row mass_matrix_inverse = {
@@ -253,6 +266,7 @@ constexpr algorithm_row mass_matrix_inverse = {
     .result = {{"W", 2, {extent::motion, extent::motion}}},
     .kernels = &kernel_table::mass_matrix_inverse,
     .coupled = coupled_by::inverse,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row solve_mass_matrix = {
@@ -269,6 +283,7 @@ constexpr algorithm_row solve_mass_matrix = {
     .result = {{"a", 1, {extent::motion}}},
     .kernels = &kernel_table::solve_mass_matrix,
     .coupled = coupled_by::product,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row coriolis_matrix = {
@@ -284,6 +299,7 @@ constexpr algorithm_row coriolis_matrix = {
     .results = 1,
     .result = {{"C", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::coriolis_matrix,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row frame_poses = {
@@ -450,6 +466,7 @@ constexpr algorithm_row operational_space_inertia_inverse = {
     .result = {{"inverse", 2, {extent::twists, extent::twists}}},
     .kernels = &kernel_table::operational_space_inertia_inverse,
     .coupled = coupled_by::operational_inverse,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row operational_space_inertia = {
@@ -466,6 +483,7 @@ constexpr algorithm_row operational_space_inertia = {
     .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"rank", 0, {}}},
     .kernels = &kernel_table::operational_space_inertia,
     .coupled = coupled_by::operational_inertia,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row operational_space = {
@@ -482,6 +500,7 @@ constexpr algorithm_row operational_space = {
     .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"bias", 1, {extent::twists}}, {"pseudo_inverse", 2, {extent::nv, extent::twists}}, {"rank", 0, {}}},
     .kernels = &kernel_table::operational_space,
     .coupled = coupled_by::operational_space,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row energy = {
@@ -632,6 +651,7 @@ constexpr algorithm_row inverse_dynamics_derivatives = {
     .results = 3,
     .result = {{"dtau_dq", 2, {extent::nv, extent::nv}}, {"dtau_dv", 2, {extent::nv, extent::nv}}, {"dtau_da", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_derivatives,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row forward_dynamics_derivatives = {
@@ -648,6 +668,7 @@ constexpr algorithm_row forward_dynamics_derivatives = {
     .result = {{"da_dq", 2, {extent::nv, extent::nv}}, {"da_dv", 2, {extent::nv, extent::nv}}, {"da_dtau", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::forward_dynamics_derivatives,
     .coupled = coupled_by::solution_derivatives,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row reactions_derivatives = {
@@ -663,6 +684,7 @@ constexpr algorithm_row reactions_derivatives = {
     .results = 3,
     .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},
     .kernels = &kernel_table::reactions_derivatives,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row reactions_external_derivatives = {
@@ -678,6 +700,7 @@ constexpr algorithm_row reactions_external_derivatives = {
     .results = 1,
     .result = {{"by_external", 4, {extent::joints, extent::six, extent::all_links, extent::six}}},
     .kernels = &kernel_table::reactions_external_derivatives,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row frame_velocities_derivatives = {
@@ -768,6 +791,7 @@ constexpr algorithm_row inverse_dynamics_second_derivatives = {
     .results = 4,
     .result = {{"d2tau_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"dM_dq", 3, {extent::nv, extent::nv, extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_second_derivatives,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row forward_dynamics_second_derivatives = {
@@ -784,6 +808,7 @@ constexpr algorithm_row forward_dynamics_second_derivatives = {
     .result = {{"d2a_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdtau", 3, {extent::nv, extent::nv, extent::nv}}},
     .kernels = &kernel_table::forward_dynamics_second_derivatives,
     .coupled = coupled_by::solution_second_derivatives,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row inverse_dynamics_regressor = {
@@ -799,6 +824,7 @@ constexpr algorithm_row inverse_dynamics_regressor = {
     .results = 1,
     .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
     .kernels = &kernel_table::inverse_dynamics_regressor,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row reactions_regressor = {
@@ -814,6 +840,7 @@ constexpr algorithm_row reactions_regressor = {
     .results = 1,
     .result = {{"Y", 4, {extent::joints, extent::six, extent::all_links, extent::ten}}},
     .kernels = &kernel_table::reactions_regressor,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row energy_regressor = {
@@ -921,6 +948,39 @@ constexpr algorithm_row difference_jacobians = {
     .kernels = &kernel_table::difference_jacobians,
 };
 
+constexpr algorithm_row closed_inverse_dynamics = {
+    .name = "closed_inverse_dynamics",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .input_name = {"q", "v", "a"},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .nan_without_mass = false,
+    .smooth_friction = false,
+    .results = 2,
+    .result = {{"tau", 1, {extent::nv}}, {"wrenches", 2, {extent::ends, extent::six}}},
+    .kernels = &kernel_table::closed_inverse_dynamics,
+    .closed = closed_by::plan,
+};
+
+constexpr algorithm_row closed_forward_dynamics = {
+    .name = "closed_forward_dynamics",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::tau},
+    .input_name = {"q", "v", "tau"},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .nan_without_mass = false,
+    .smooth_friction = false,
+    .results = 1,
+    .result = {{"a", 1, {extent::motion}}},
+    .kernels = &kernel_table::closed_forward_dynamics,
+    .coupled = coupled_by::refusal,
+    .closed = closed_by::plan,
+};
+
 constexpr algorithm_row reactions = {
     .name = "reactions",
     .inputs = 3,
@@ -935,6 +995,7 @@ constexpr algorithm_row reactions = {
     .result = {},
     .kernels = &kernel_table::inverse_dynamics_with_reactions,
     .variant_of = &inverse_dynamics_with_reactions,
+    .closed = closed_by::reactions,
 };
 
 constexpr algorithm_row bias = {
@@ -951,6 +1012,7 @@ constexpr algorithm_row bias = {
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
     .variant_of = &inverse_dynamics,
+    .closed = closed_by::steady,
 };
 
 constexpr algorithm_row gravity_torque = {
@@ -967,6 +1029,7 @@ constexpr algorithm_row gravity_torque = {
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
     .variant_of = &inverse_dynamics,
+    .closed = closed_by::statics,
 };
 
 constexpr algorithm_row frame_pose = {
@@ -1031,6 +1094,7 @@ constexpr algorithm_row stiffness = {
     .result = {{"K", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_derivatives,
     .variant_of = &inverse_dynamics_derivatives,
+    .closed = closed_by::refusal,
 };
 
 constexpr algorithm_row frame_velocity_derivatives = {
@@ -1079,6 +1143,7 @@ constexpr algorithm_row gravity_torque_regressor = {
     .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
     .kernels = &kernel_table::inverse_dynamics_regressor,
     .variant_of = &inverse_dynamics_regressor,
+    .closed = closed_by::refusal,
 };
 
 constexpr const algorithm_row *all[] = {
@@ -1148,6 +1213,8 @@ constexpr const algorithm_row *all[] = {
     &interpolate,
     &integrate_jacobians,
     &difference_jacobians,
+    &closed_inverse_dynamics,
+    &closed_forward_dynamics,
 };
 
 } // namespace rows

@@ -71,6 +71,19 @@ void take_apart(body<double> &b, const plane_rotation<double> &chosen) {
 
 } // namespace
 
+mat3x3<double> frame_with_z(const vec3<double> &z) {
+  // x is the next coordinate axis (cyclically) after the one that z is closest to, made orthogonal to z
+  const double ax = std::fabs(z.x), ay = std::fabs(z.y), az = std::fabs(z.z);
+  vec3<double> x = az >= ax && az >= ay ? vec3<double>{1, 0, 0}
+                   : ax >= ay           ? vec3<double>{0, 1, 0}
+                                        : vec3<double>{0, 0, 1};
+  vec3<double> y;
+  A::axpy_vv(-A::dot_vv(&x, &z), &z, &x);
+  A::vec3_normalize(&x);
+  A::cross_vv(&z, &x, &y);
+  return {x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z};
+}
+
 void choose_canonical_axes(std::vector<body<double>> &bodies, std::vector<link<double>> &links) {
   std::vector<plane_rotation<double>> chosen(bodies.size(), no_rotation);
   for (std::size_t i = bodies.size(); i-- > 1;) { // the first joint on a body overwrites the choices of later ones

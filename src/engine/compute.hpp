@@ -33,6 +33,16 @@ template <class S> state_view<S> with_unread_results(const algorithm_row &row, c
 template <class S> bool compute_ordinary(const algorithm_row &row, const model &m, data &d, const state_view<S> &s) {
   if (s.links.n > m.view().links && links_are_few(row))
     throw std::invalid_argument(std::string(row.name) + ": more links than the model has");
+  if (loops::is_closed(row, m)) {
+    loops::require_closed(row, m);
+    if (!s.q)
+      throw std::invalid_argument(
+          "reactions of a mechanism with loops are those of inverse_dynamics_with_reactions: there is no call for those "
+          "of the state that was computed last");
+    const std::size_t needed = loops::state_bytes<S>(m, loops::room_for(s));
+    return loops::run_state<S>(row, m, needed <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, needed),
+                               s);
+  }
   if (m.followers() == 0 && has_unread_results(row))
     return kernels_of_row<S>(row).state(m.view_in<S>(), d.memory(), with_unread_results(row, m, d, s));
   if (m.followers() == 0)

@@ -1,9 +1,11 @@
 // Runs kernels for any model.  Kernels see the expanded mechanism.  If joints follow others (mimic joints), a user's numbers are
-// expanded and results are reduced here, and nowhere else.  For other models this costs one comparison.
+// expanded and results are reduced here, and nowhere else.  Mechanisms with loops have algorithms of their own (loops/closed.hpp).  For
+// other models this costs two comparisons.
 #pragma once
 
 #include "engine/examine.hpp"
 #include "engine/kernels.hpp"
+#include "engine/loops/closed.hpp"
 #include "ksl/model.hpp"
 
 namespace ksl {
@@ -15,7 +17,8 @@ template <class View> extents extents_of(const model &m, const View &view) {
           view.links.n,
           view.joints ? view.joints->n : 0,
           m.tree_elements(),
-          static_cast<int>(m.links().size())};
+          static_cast<int>(m.links().size()),
+          2 * static_cast<int>(m.loops().size())};
 }
 
 /// Bytes of the results that the kernels of a row write and the row doesn't have (algorithm_row::variant_of).
@@ -43,10 +46,18 @@ template <class S> const kernels_in<S> &kernels_of_row(const algorithm_row &row)
   return in_precision<S>(*(kernels().*row.kernels));
 }
 
+/// Throws std::invalid_argument if the algorithm can't be computed for the model: for one with followers, or with loops.
+inline void require_computable(const algorithm_row &row, const model &m) {
+  coupled::require_projection(row, m);
+  loops::require_closed(row, m);
+}
+
 /// Computes states of a batch, as a batch_kernel does.
 template <class S>
 batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
                         std::size_t end, void *memory) {
+  if (loops::is_closed(row, m))
+    return loops::run_batch<S>(row, m, batch, first, end, memory);
   if (m.followers())
     return {coupled::run_batch<S>(row, m, batch, first, end, memory),
             ordinary_results(row, m, batch, first, memory ? end : first)};

@@ -53,9 +53,9 @@ template <class S> void expand(const coupling_view<S> &c, input x, const S *numb
 
 /// Numbers of some states of the expanded mechanism.  Inputs and results that are the same in both have none.
 template <class S> struct expansion {
-  S *input_rows[most_inputs], *result_rows[most_results];
-  int input_width[most_inputs];
-  std::ptrdiff_t result_width[most_results];
+  S *input_rows[most_inputs] = {}, *result_rows[most_results] = {};
+  int input_width[most_inputs] = {};
+  std::ptrdiff_t result_width[most_results] = {};
 
   void lay_out(arena &memory, const algorithm_row &row, const extents &full, int states) {
     for (int i = 0; i < row.inputs; ++i) {

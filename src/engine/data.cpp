@@ -16,7 +16,13 @@ namespace {
 /// The extents of results for a request that names each link and each joint once.
 extents extents_of_all(const model &m) {
   const model_view<double> view = m.view();
-  return {m.nq(), m.nv(), view.links, static_cast<int>(m.joints().size()), view.tree_elements, view.links};
+  return {m.nq(),
+          m.nv(),
+          view.links,
+          static_cast<int>(m.joints().size()),
+          view.tree_elements,
+          view.links,
+          2 * static_cast<int>(m.loops().size())};
 }
 
 /// The most bytes that any row needs for results that its kernels write and it doesn't have (engine/compute.hpp).
@@ -39,10 +45,19 @@ std::size_t coupled_bytes(const model &m) {
   return most;
 }
 
+/// The most bytes that mechanisms with loops need for a call with a wrench on each link and a request that names each joint once.
+std::size_t closed_bytes(const model &m) {
+  if (m.loops().empty())
+    return 0;
+  const loops::room all = {static_cast<int>(m.links().size()), static_cast<int>(m.joints().size() + m.loops().size())};
+  return std::max(loops::state_bytes<double>(m, all), loops::state_bytes<float>(m, all));
+}
+
 } // namespace
 
 data::data(const model &m)
-    : bytes_(std::max({largest_workspace(m.view()), coupled_bytes(m), examination_bytes(m)}) + unread_bytes(m)),
+    : bytes_(std::max({largest_workspace(m.view()), coupled_bytes(m), closed_bytes(m), examination_bytes(m)}) +
+             unread_bytes(m)),
       memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())), zero_single_(zero_.size()) {
 #ifndef NDEBUG
   std::fill_n(static_cast<double *>(memory_.get()), bytes_ / sizeof(double), std::numeric_limits<double>::quiet_NaN());

@@ -4,6 +4,7 @@
 #include "ksl/surgery.hpp"
 
 #include "description/check.hpp"
+#include "description/loops.hpp"
 #include "description/mimic.hpp"
 #include "description/surgery.hpp"
 
@@ -119,6 +120,9 @@ robot_description with_frozen_joints(const robot_description &robot, const std::
   for (const frozen_joint &frozen : with_followers(robot, joints)) {
     if (is_floating_base(out, frozen.joint))
       describe_floating_base(out, frozen.joint);
+    if (has_name(out.loops, frozen.joint))
+      refuse("joint " + frozen.joint +
+             " closes a loop, and has no position to be frozen at; freeze joints of the tree");
     joint_description &joint = out.joints[index(find(out.joints, frozen.joint, "joint", out.name))];
     const int quaternion = row_of(joint.kind).quaternion;
     freeze(joint, frozen.q);
@@ -126,6 +130,7 @@ robot_description with_frozen_joints(const robot_description &robot, const std::
       out.warnings.push_back("joint " + joint.name + ": frozen at a quaternion of length " +
                              text::shown(quaternion_length(&frozen.q[index(quaternion)])) + ", which was normalised");
   }
+  keep_drives(out);
   return out;
 }
 

@@ -61,7 +61,9 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_difference_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_interpolate_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_integrate_jacobians_##set; \
-  extern "C" const ksl::algorithm_kernels ksl_kernels_difference_jacobians_##set;
+  extern "C" const ksl::algorithm_kernels ksl_kernels_difference_jacobians_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_closed_inverse_dynamics_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_closed_forward_dynamics_##set;
 
 #define KSL_KERNEL_TABLE(set) \
   { \
@@ -121,4 +123,6 @@
     .interpolate = &ksl_kernels_interpolate_##set, \
     .integrate_jacobians = &ksl_kernels_integrate_jacobians_##set, \
     .difference_jacobians = &ksl_kernels_difference_jacobians_##set, \
+    .closed_inverse_dynamics = &ksl_kernels_closed_inverse_dynamics_##set, \
+    .closed_forward_dynamics = &ksl_kernels_closed_forward_dynamics_##set, \
   }

@@ -21,6 +21,7 @@
 #include "ksl/engine/algorithms/kinematics/frame_jacobian.hpp"
 #include "ksl/engine/algorithms/kinematics/frame_motion.hpp"
 #include "ksl/engine/algorithms/kinematics/relative_motion.hpp"
+#include "ksl/engine/algorithms/loops/closed_dynamics.hpp"
 #include "ksl/engine/algorithms/manifold/manifold.hpp"
 #include "ksl/engine/algorithms/mass/coriolis_matrix.hpp"
 #include "ksl/engine/algorithms/mass/mass_matrix.hpp"
@@ -99,6 +100,8 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
       workspace_bytes<manifold_workspace<double>>(m),
       workspace_bytes<manifold_workspace<double>>(m),
       workspace_bytes<manifold_workspace<double>>(m),
+      workspace_bytes<closed_inverse_dynamics_workspace<double>>(m),
+      workspace_bytes<closed_forward_dynamics_workspace<double>>(m),
   });
 }
 

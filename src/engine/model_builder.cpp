@@ -1,8 +1,11 @@
 #include "engine/model_builder.hpp"
 
 #include "description/check.hpp"
+#include "description/loops.hpp"
 #include "engine/canonical_axes.hpp"
 #include "engine/joint_physics.hpp"
+#include "engine/loops/plan.hpp"
+#include "engine/loops/tables.hpp"
 #include "engine/massless_joint.hpp"
 #include "text/limits.hpp"
 #include "text/rounding.hpp"
@@ -20,20 +23,6 @@ namespace {
 using A = algebra<double>;
 
 constexpr vec3<double> none = {0, 0, 0}; ///< of a joint without an axis
-
-/// A rotation whose third column is the unit vector z.  Exact for the six coordinate directions.
-mat3x3<double> frame_with_z(const vec3<double> &z) {
-  // x is the next coordinate axis (cyclically) after the one that z is closest to, made orthogonal to z
-  const double ax = std::fabs(z.x), ay = std::fabs(z.y), az = std::fabs(z.z);
-  vec3<double> x = az >= ax && az >= ay ? vec3<double>{1, 0, 0}
-                   : ax >= ay           ? vec3<double>{0, 1, 0}
-                                        : vec3<double>{0, 0, 1};
-  vec3<double> y;
-  A::axpy_vv(-A::dot_vv(&x, &z), &z, &x);
-  A::vec3_normalize(&x);
-  A::cross_vv(&z, &x, &y);
-  return {x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z};
-}
 
 /// A frame at the joint's origin with z along the unit vector z.
 SE3<double> with_z(const vec3<double> &z) { return {frame_with_z(z), {0, 0, 0}}; }
@@ -67,6 +56,23 @@ void model_builder::build() {
   finish();
 }
 
+/// The joints that close loops, with the links' indices of the model, once all its arrays are there.
+void model_builder::add_loops() {
+  for (const loop_description &loop : m_.description_.loops) {
+    const joint_kind_row kind = row_of(loop.kind);
+    m_.loops_.push_back({loop.name, loop.kind, m_.link_index_[static_cast<std::size_t>(loop.predecessor)],
+                         m_.link_index_[static_cast<std::size_t>(loop.successor)], loop.predecessor_pose,
+                         loop.successor_pose, kind.has_axis ? axis_of(as_tree_joint(loop)) : none,
+                         kind.has_axis2 ? loop.axis2 : none, kind.has_pitch ? *loop.pitch : 0});
+  }
+  if (!m_.loops_.empty())
+    m_.loop_tables_ = std::make_shared<const loops::tables>(loops::make_tables(m_));
+  if (!m_.loops_.empty()) {
+    m_.double_.loops = loops::make_plan(m_);
+    m_.single_.loops = loops::rounded(m_.double_.loops);
+  }
+}
+
 void model_builder::add_inertias() {
   const nearest_rounding rounding;
   sum_inertias();
@@ -86,7 +92,8 @@ void model_builder::find_massless_joint() {
   const std::string beginning = "forward dynamics are refused: ";
   std::vector<std::string> &lines = m_.description_.warnings;
   std::erase_if(lines, [&](const std::string &line) { return line.compare(0, beginning.size(), beginning) == 0; });
-  m_.massless_joint_ = ksl::massless_joint(m_);
+  // a loop may give mass to a joint that moves none in the tree: each state of a closed mechanism is judged by itself
+  m_.massless_joint_ = m_.description_.loops.empty() ? ksl::massless_joint(m_) : -1;
   if (m_.massless_joint_ >= 0 && m_.mass() > 0)
     warn(beginning + m_.massless_joint_text());
 }
@@ -113,7 +120,9 @@ void model_builder::add_ground() {
 
 /// A name for a joint that the file doesn't have: the usual one, or if a joint of the file has that name, one that no joint has.
 std::string model_builder::free_name(const char *usual, const char *otherwise) const {
-  const auto is_taken = [&](const std::string &name) { return text::has_name(m_.description_.joints, name); };
+  const auto is_taken = [&](const std::string &name) {
+    return text::has_name(m_.description_.joints, name) || text::has_name(m_.description_.loops, name);
+  };
   return text::free_name(is_taken(usual) ? otherwise : usual, is_taken);
 }
 
@@ -284,6 +293,7 @@ void model_builder::finish() {
   m_.double_.physics = joint_physics(m_.description_, expanded_rows(), m_.expanded_nv_);
   round_to_single();
   find_massless_joint();
+  add_loops();
 }
 
 /// The joints that move, with the places of their numbers in the expanded mechanism.

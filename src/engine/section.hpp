@@ -81,6 +81,10 @@ void section_wrench(const model &m, data &d, const S *q, const S *v, const S *a,
                     const external_wrenches<S> &external) {
   const nearest_rounding rounding;
   using A = algebra<S>;
+  for (const loop_row &loop : m.loops())
+    if (loop.predecessor == section.link || loop.successor == section.link)
+      throw std::invalid_argument("link " + m.links()[static_cast<std::size_t>(section.link)].name + " carries joint " +
+                                  loop.name + " of a loop, whose wrench sections don't know; cut a link without one");
   const int carrier = m.joint_above(section.link);
   const state_view<S> s = {.q = q, .v = v, .a = a, .external = external, .links = {1, &section.link}};
   S pose[16];

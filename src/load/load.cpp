@@ -13,7 +13,7 @@ model load(const std::string &path, const model_options &options, const load_opt
 model load_text(const std::string &text, const model_options &options, const load_options &how,
                 const std::string &name) {
   robot_description robot =
-      read_robot_text(text, name, {how.mimic_independent, how.strict, options.floating_base, how.model});
+      read_robot_text(text, name, {how.mimic_independent, how.strict, options.floating_base, how.model, how.cut_loops});
   model_options others = options;
   others.floating_base = false; // the description says it
   return model_of(std::move(robot), others, {how.strict, how.masses_optional});

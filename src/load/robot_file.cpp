@@ -20,12 +20,13 @@ robot_description read_robot_text(const std::string &text, const std::string &na
   const text::xml_file file(text, name);
   const std::string root = file.root().name();
   if (root == "sdf")
-    return read_sdf(file, {options.model, options.mimic_independent, options.strict, options.floating_base});
+    return read_sdf(
+        file, {options.model, options.mimic_independent, options.strict, options.floating_base, options.cut_loops});
   if (!options.model.empty())
     text::refuse(name, 0,
                  "model " + text::quoted(options.model) +
                      " is asked for, but only SDF files hold several; leave that option out");
-  robot_description robot = read_urdf(file, {options.mimic_independent, options.strict});
+  robot_description robot = read_urdf(file, {options.mimic_independent, options.strict, options.cut_loops});
   robot.floating_base = options.floating_base;
   return robot;
 }

@@ -13,6 +13,7 @@ struct file_options {
   bool strict = false;
   bool floating_base = false; ///< the root floats; in an SDF file it does unless a joint connects it with the world
   std::string model;          ///< of an SDF file with several: the one to read
+  bool cut_loops = false;     ///< urdf_options, sdf_options
 };
 
 /// The bytes of a file.  Throws description_error.

@@ -6,6 +6,7 @@
 
 #include "description/check.hpp"
 #include "description/given.hpp"
+#include "description/loops.hpp"
 #include "description/mimic.hpp"
 #include "load/mesh_scales.hpp"
 #include "load/sdf_frames.hpp"
@@ -40,6 +41,11 @@ private:
     std::string frame;       ///< full name of its frame: `name`, unless a link has that name, too
     element at;
   };
+  /// A joint that has been read, and the links and the frame that it connects.
+  struct connection {
+    joint_description joint;
+    std::string parent, child, frame;
+  };
 
   element in_file(pugi::xml_node node, const std::string &kind, const std::string &name) const {
     return {file_, unused_, node, {kind, name}};
@@ -65,7 +71,10 @@ private:
   void read_limit(const element &axis, int number, joint_description &out);
   void read_dynamics(const element &axis, const std::string &scope, joint_description &out);
   void read_mimic(const element &mimic, const std::string &scope, joint_description &out);
+  void connect_all();
   void connect(joint_description joint, const std::string &parent, const std::string &child, const std::string &frame);
+  void close_loop(const joint_description &joint, const std::string &parent, const std::string &child,
+                  const std::string &frame);
   void add_floating();
   void warn();
   int add_link(const std::string &name);
@@ -80,6 +89,7 @@ private:
   robot_description robot_;
   frame_graph frames_;
   std::vector<part> links_, joints_, other_frames_;
+  std::vector<connection> connections_;
   std::vector<std::pair<std::string, element>> placed_; ///< models with a placement frame, inner ones first
   std::map<std::string, int> link_index_;
   std::set<std::string> joint_names_; ///< of the file
@@ -116,6 +126,7 @@ robot_description sdf_reader::read() {
     read_frame(frame);
   for (const part &joint : joints_)
     read_joint(joint);
+  connect_all();
   add_floating();
   warn();
   leaders_of(robot_);
@@ -444,7 +455,7 @@ void sdf_reader::read_joint(const part &joint) {
   if (options_.floating_base && parent == "world")
     at.refuse("a floating base is asked for, but this joint connects link " + child +
               " with the world; remove the joint, or don't ask for that");
-  connect(std::move(out), parent, child, joint.frame);
+  connections_.push_back({std::move(out), parent, child, joint.frame});
 }
 
 /// Axes, limits and pitch, as the kind needs them.
@@ -609,6 +620,33 @@ void sdf_reader::read_dynamics(const element &axis, const std::string &scope, jo
     unused_.in_joint("dynamics", "not used, since those of its axes differ", out.name);
     out.damping = out.friction = 0;
   }
+}
+
+/// An SDF model is a graph: joints that its tree doesn't need close loops.
+void sdf_reader::connect_all() {
+  std::vector<std::pair<int, int>> ends;
+  for (const connection &each : connections_)
+    ends.emplace_back(link_index_.at(each.parent), link_index_.at(each.child));
+  const std::vector<bool> in_tree = spanning_tree(robot_.links.size(), ends);
+  for (std::size_t j = 0; j < connections_.size(); ++j) {
+    connection &each = connections_[j];
+    if (in_tree[j])
+      connect(std::move(each.joint), each.parent, each.child, each.frame);
+    else if (!options_.cut_loops)
+      close_loop(each.joint, each.parent, each.child, each.frame);
+  }
+}
+
+/// The frames of both sides coincide where the links are as the file places them.
+void sdf_reader::close_loop(const joint_description &joint, const std::string &parent, const std::string &child,
+                            const std::string &frame) {
+  for (const std::string &lost : lost_in_loop(joint))
+    unused_.in_joint(lost, "not used, since the joint closes a loop", joint.name);
+  loop_description loop = as_loop(joint);
+  loop.predecessor = link_index_.at(parent), loop.successor = link_index_.at(child);
+  loop.predecessor_pose = frames_.relative(parent, frame);
+  loop.successor_pose = frames_.relative(child, frame);
+  robot_.loops.push_back(std::move(loop));
 }
 
 /// Adds a joint between two links.  Where its frame is not that of its child, it carries a massless link at its frame, and the child

@@ -16,6 +16,8 @@ struct sdf_options {
   bool strict = false;
   /// Refuse a model that is not free, because a joint connects it with the world.
   bool floating_base = false;
+  /// Joints that close loops are left out.
+  bool cut_loops = false;
 };
 
 /// Reads one model.  The root of the description is a link `world`, on which links that no joint carries float.

@@ -9,6 +9,8 @@
 #include "description/given.hpp"
 #include "description/mimic.hpp"
 #include "load/mesh_scales.hpp"
+#include "load/urdf_drives.hpp"
+#include "load/urdf_loops.hpp"
 #include "load/urdf_values.hpp"
 #include "text/limits.hpp"
 #include "text/regular_file.hpp"
@@ -36,12 +38,12 @@ private:
   void check_root() const;
   void check_expanded() const;
   void check_joint_elements() const;
+  void read_loops();
+  void check_gazebo_joints() const;
   int minor_version() const;
   void read_link(pugi::xml_node node);
   void read_joint(pugi::xml_node node);
-  joint_kind kind_of(const element &joint) const;
   joint_kind drake_kind_of(const element &joint) const;
-  int link_named_in(const element &joint, const char *tag) const;
   void read_motion(const element &joint, joint_description &out);
   void read_drake_motion(const element &joint, joint_description &out);
   static void read_axis(const element &joint, joint_description &out);
@@ -54,6 +56,7 @@ private:
   void read_mimic(const element &joint, joint_description &out);
   void read_transmission(pugi::xml_node node);
   void read_ros_rotor(pugi::xml_node transmission);
+  bool names_drive(pugi::xml_node transmission) const;
   void read_rotor(const element &actuator, joint_description &out);
   void set_rotor(optional_number inertia, optional_number ratio, const std::string &what, joint_description &out);
   void drop_what_has_no_effect(joint_description &out);
@@ -64,9 +67,9 @@ private:
   element root_;
   robot_description robot_;
   int minor_ = 0; ///< version 1.minor
-  std::map<std::string, int> link_index_;
+  readers::links_by_name links_{robot_, {}};
   std::map<std::string, std::size_t> joint_index_;
-  std::set<std::string> types_beyond_urdf_;
+  std::set<std::string> drives_, types_beyond_urdf_;
   std::vector<std::string> joints_beyond_urdf_;
   std::map<std::string, std::vector<std::string>> drake_joints_; ///< what is said of a type: the names of its joints
 };
@@ -77,7 +80,8 @@ robot_description urdf_reader::read() {
   check_root();
   check_expanded();
   check_joint_elements();
-  root_.expect({"name", "version"}, {"link", "joint", "drake:joint", "material", "transmission", "gazebo"});
+  root_.expect({"name", "version"}, {"link", "joint", "drake:joint", "constraint", "loop_joint", "loop", "coupling",
+                                     "material", "transmission", "gazebo", "ros2_control"});
   minor_ = minor_version();
   robot_.name = root_.text("name");
   robot_.file = file_.name();
@@ -98,9 +102,10 @@ robot_description urdf_reader::read() {
     read_transmission(transmission);
   for (const pugi::xml_node transmission : root_.node().children("transmission"))
     read_ros_rotor(transmission);
+  read_loops();
   for (const pugi::xml_node other : root_.node().children())
-    for (const char *tag : {"material", "transmission", "gazebo"})
-      if (other.name() == std::string_view(tag))
+    for (const char *tag : {"material", "transmission", "gazebo", "ros2_control"})
+      if (other.name() == std::string_view(tag) && !(tag == std::string_view("transmission") && names_drive(other)))
         unused_.in_robot(tag);
 
   warn_of_extensions();
@@ -155,7 +160,56 @@ void urdf_reader::check_joint_elements() const {
       file_.refuse(child,
                    "<" + name +
                        "> is a joint that KSL doesn't know; write <joint name=\"...\" type=\"...\">, or <drake:joint>");
+    if (!options_.cut_loops && readers::is_foreign_loop(name))
+      file_.refuse(child,
+                   "<" + name +
+                       "> would close a loop, and is no element that KSL knows; write <constraint name=\"...\" " +
+                       "type=\"...\">; loops=\"cut\" in Python (cut_loops in C++) reads the file without loops");
   }
+}
+
+/// What closes loops, which needs all links; couplings, which need the tree; and drives.
+void urdf_reader::read_loops() {
+  const auto in_file = [&](pugi::xml_node node) {
+    return element(file_, unused_, node, {"loop joint", node.attribute("name").value()});
+  };
+  for (const pugi::xml_node child : root_.node().children())
+    if (!options_.cut_loops && readers::is_loop(child.name())) {
+      text::check_count(file_, child, robot_.joints.size() + robot_.loops.size(), text::limits::joints, "joints");
+      robot_.loops.push_back(readers::loop_in(in_file(child), links_, minor_, unused_));
+    }
+  readers::split_loops(robot_, unused_);
+  const std::vector<int> moving = root_.node().child("coupling") ? readers::moving_joints(robot_) : std::vector<int>();
+  for (const pugi::xml_node coupling : root_.node().children("coupling"))
+    if (options_.mimic_independent)
+      unused_.in_robot("coupling");
+    else
+      readers::read_coupling({file_, unused_, coupling, {"coupling", coupling.attribute("name").value()}}, robot_,
+                             links_, moving);
+  if (options_.cut_loops) {
+    robot_.loops.clear();
+    return;
+  }
+  check_gazebo_joints();
+  // also where there are no loops, which a program may add
+  if (std::vector<std::string> drives = readers::driven_joints(root_.node(), robot_); !drives.empty()) {
+    drives_ = {drives.begin(), drives.end()};
+    robot_.drives = std::move(drives);
+  }
+}
+
+/// Refuses joints between links of the robot in <gazebo>, which Gazebo adds to those of the tree.
+void urdf_reader::check_gazebo_joints() const {
+  for (const pugi::xml_node gazebo : root_.node().children("gazebo"))
+    for (const pugi::xml_node joint : gazebo.children("joint")) {
+      const auto is_link = [&](const char *tag) {
+        return links_.index.count(std::string(text::trimmed(joint.child_value(tag)))) > 0;
+      };
+      if (is_link("parent") && is_link("child"))
+        file_.refuse(joint, "joint " + quoted(joint.attribute("name").value()) +
+                                " in <gazebo> closes a loop; state it as <constraint>, or read the file without loops: "
+                                "loops=\"cut\" in Python, cut_loops in C++");
+    }
 }
 
 int urdf_reader::minor_version() const {
@@ -191,7 +245,7 @@ void urdf_reader::read_link(pugi::xml_node node) {
     out.given = readers::inertia_in(inertial, minor_);
     out.inertia = given::inertia_of(*out.given);
   }
-  link_index_.try_emplace(out.name, static_cast<int>(robot_.links.size()));
+  links_.index.try_emplace(out.name, static_cast<int>(robot_.links.size()));
   robot_.links.push_back(std::move(out));
 }
 
@@ -206,9 +260,11 @@ void urdf_reader::read_joint(pugi::xml_node node) {
   joint_description out;
   out.name = joint.where().name;
   out.at = {joint.line()};
-  out.kind = is_drake(joint) ? drake_kind_of(joint) : kind_of(joint);
-  out.parent = link_named_in(joint, "parent");
-  out.child = link_named_in(joint, "child");
+  out.kind = is_drake(joint) ? drake_kind_of(joint) : readers::kind_in(joint);
+  out.parent = readers::link_in(joint, "parent", links_);
+  out.child = readers::link_in(joint, "child", links_);
+  for (const char *tag : {"parent", "child"})
+    joint.child(tag).expect({"link"}, {});
   out.placement = readers::origin_in(joint, minor_, out.given.rotation);
   if (is_drake(joint))
     read_drake_motion(joint, out);
@@ -222,22 +278,6 @@ void urdf_reader::read_joint(pugi::xml_node node) {
   robot_.joints.push_back(std::move(out));
 }
 
-joint_kind urdf_reader::kind_of(const element &joint) const {
-  const std::string type = joint.text("type");
-  std::vector<std::string> names;
-  for (const joint_kind kind : joint_kinds) {
-    const joint_kind_row row = row_of(kind);
-    if (type == row.name || (row.other_name && type == row.other_name))
-      return kind;
-    names.push_back(row.name);
-  }
-  const std::string known = text::listed(names, names.size());
-  if (type.empty())
-    joint.refuse("<joint> has no type; write type=\"...\" with one of " + known);
-  joint.refuse("joint type " + quoted(type) + " is unknown, expected one of " + known +
-               text::suggestion(type, names, "write one of these"));
-}
-
 /// Drake reads its own types in <drake:joint> only.
 joint_kind urdf_reader::drake_kind_of(const element &joint) const {
   const std::string type = joint.text("type");
@@ -249,25 +289,6 @@ joint_kind urdf_reader::drake_kind_of(const element &joint) const {
       return kind;
   joint.refuse("<drake:joint> type " + quoted(type) +
                " is unknown, expected one of ball, universal, planar, screw; other types are written as <joint>");
-}
-
-/// The index of the link that <parent> or <child> names.
-int urdf_reader::link_named_in(const element &joint, const char *tag) const {
-  const element end = joint.child(tag);
-  const std::string example = std::string("<").append(tag).append(" link=\"...\"/>");
-  if (!end)
-    joint.refuse("no <" + std::string(tag) + "> in <joint>; add " + example);
-  end.expect({"link"}, {});
-  const std::string name = end.text("link");
-  if (name.empty())
-    end.refuse("<" + std::string(tag) + "> names no link; write " + example);
-  if (const auto found = link_index_.find(name); found != link_index_.end())
-    return found->second;
-  std::vector<std::string> names;
-  for (const link_description &link : robot_.links)
-    names.push_back(link.name);
-  end.refuse(std::string(tag) + " link " + quoted(name) + " does not exist" +
-             text::suggestion(name, names, "add that link, or name one of " + text::listed(names)));
 }
 
 /// Reads what the joint's kind needs: axes, limits, pitch.  <limit> has one number for each bound, and is for joints with one
@@ -524,6 +545,11 @@ void urdf_reader::read_ros_rotor(pugi::xml_node node) {
   if (inertia && out.armature != 0) // most likely the same inertia, reflected
     return unused_.in_joint("motorInertia", "not used, since <dynamics> has an armature", out.name);
   set_rotor(inertia, ratio, inertia ? "motorInertia, mechanicalReduction" : "mechanicalReduction", out);
+}
+
+/// Is it there only to say that a joint of a mechanism with loops has a motor?
+bool urdf_reader::names_drive(pugi::xml_node transmission) const {
+  return !robot_.loops.empty() && drives_.count(transmission.child("joint").attribute("name").value()) > 0;
 }
 
 } // namespace

@@ -14,6 +14,8 @@ struct urdf_options {
   bool mimic_independent = false;
   /// Inertias that no body can have are errors instead of warnings.
   bool strict = false;
+  /// What closes loops is left out, and needn't be readable.
+  bool cut_loops = false;
 };
 
 /// Reads the URDF file at `path`.  Throws description_error.

@@ -17,7 +17,7 @@ given_rotation quaternion_in(const element &origin, int minor) {
   if (minor < 1)
     origin.refuse("quat_xyzw came with URDF 1.1; write version=\"1.1\" in <robot>, or rpy instead");
   if (origin.has("rpy"))
-    origin.refuse("<origin> gives both rpy and quat_xyzw; keep one of them");
+    origin.refuse("<" + origin.tag() + "> gives both rpy and quat_xyzw; keep one of them");
   const auto [x, y, z, w] = origin.numbers<4>("quat_xyzw");
   const double norm = std::sqrt(x * x + y * y + z * z + w * w);
   if (!(std::fabs(norm - 1) <= 1e-3))
@@ -34,27 +34,11 @@ std::array<double, 6> moments_in(const element &inertia) {
   return {xx, yy, zz, xy, yz, xz};
 }
 
-/// The vector in the xyz of an <axis> or <axis2>.
-vec3<double> direction_in(const element &axis) {
-  const std::string tag = "<" + axis.tag(), example = tag + " xyz=\"0 0 1\"/> for example";
-  axis.expect({"xyz"}, {});
-  if (!axis.has("xyz"))
-    axis.refuse(tag + "> has no xyz; write " + example);
-  const auto [x, y, z] = axis.numbers<3>("xyz");
-  if (x == 0 && y == 0 && z == 0)
-    axis.refuse("the axis is zero; give the direction of motion, " + example);
-  return {x, y, z};
-}
-
 } // namespace
 
-SE3<double> origin_in(const element &parent, int minor, given_rotation &rotation) {
+SE3<double> pose_in(const element &origin, int minor, given_rotation &rotation) {
   rotation = {};
   SE3<double> D = {rotation_of(rotation), {0, 0, 0}};
-  const element origin = parent.child("origin");
-  if (!origin)
-    return D;
-  origin.expect({"xyz", "rpy", "quat_xyzw"}, {});
   if (origin.has("xyz")) {
     const auto [x, y, z] = origin.numbers<3>("xyz");
     D.t = {x, y, z};
@@ -67,6 +51,15 @@ SE3<double> origin_in(const element &parent, int minor, given_rotation &rotation
   }
   D.R = rotation_of(rotation);
   return D;
+}
+
+SE3<double> origin_in(const element &parent, int minor, given_rotation &rotation) {
+  rotation = {};
+  const element origin = parent.child("origin");
+  if (!origin)
+    return {rotation_of(rotation), {0, 0, 0}};
+  origin.expect({"xyz", "rpy", "quat_xyzw"}, {});
+  return pose_in(origin, minor, rotation);
 }
 
 given_inertia inertia_in(const element &inertial, int minor) {
@@ -82,6 +75,17 @@ given_inertia inertia_in(const element &inertial, int minor) {
   given.center_of_mass = origin_in(inertial, minor, given.axes).t;
   given.moments = moments_in(inertia);
   return given;
+}
+
+vec3<double> direction_in(const element &axis) {
+  const std::string tag = "<" + axis.tag(), example = tag + " xyz=\"0 0 1\"/> for example";
+  axis.expect({"xyz"}, {});
+  if (!axis.has("xyz"))
+    axis.refuse(tag + "> has no xyz; write " + example);
+  const auto [x, y, z] = axis.numbers<3>("xyz");
+  if (x == 0 && y == 0 && z == 0)
+    axis.refuse("the axis is zero; give the direction of motion, " + example);
+  return {x, y, z};
 }
 
 vec3<double> axis_in(const element &joint) {

@@ -13,8 +13,14 @@ using text::element;
 /// URDF version 1.minor: from 1.1 on a quaternion may be given instead of the angles.
 SE3<double> origin_in(const element &parent, int minor, given_rotation &rotation);
 
+/// The pose in the attributes xyz and rpy, or quat_xyzw, of an element.
+SE3<double> pose_in(const element &origin, int minor, given_rotation &rotation);
+
 /// An <inertial>.
 given_inertia inertia_in(const element &inertial, int minor);
+
+/// The vector in the xyz of an axis, which is not zero.
+vec3<double> direction_in(const element &axis);
 
 /// The vector in the <axis> of a joint, which is not zero; (1, 0, 0) if there is none.
 vec3<double> axis_in(const element &joint);

@@ -4,6 +4,7 @@
 
 #include "description/check.hpp"
 #include "description/given.hpp"
+#include "description/loops.hpp"
 #include "ksl/engine/model/joints.hpp"
 #include "text/whole_file.hpp"
 #include "text/words.hpp"
@@ -124,6 +125,11 @@ public:
     for (const joint_description &joint : robot_.joints)
       if (!is_rotor[static_cast<std::size_t>(joint.child)])
         write_joint(joint);
+    for (const loop_description &loop : robot_.loops)
+      write_loop(loop);
+    if (!robot_.loops.empty())
+      for (const std::string &joint : robot_.drives.value_or(std::vector<std::string>()))
+        write_drive(joint);
     string_writer out;
     document_.save(out, "  ", pugi::format_default, pugi::encoding_utf8);
     return out.text;
@@ -143,6 +149,10 @@ private:
     for (const joint_description &joint : robot_.joints)
       if (is_one(rotation_as_given(joint.placement.R, joint.given.rotation)))
         return true;
+    for (const loop_description &loop : robot_.loops)
+      if (is_one(rotation_as_given(loop.predecessor_pose.R, loop.given.predecessor)) ||
+          is_one(rotation_as_given(loop.successor_pose.R, loop.given.successor)))
+        return true;
     return false;
   }
 
@@ -160,10 +170,11 @@ private:
     require_added(root_.append_child(pugi::node_comment).set_value((" " + words + " ").c_str()));
   }
 
-  void write_origin(pugi::xml_node parent, const vec3<double> &t, const given_rotation &rotation) {
+  void write_origin(pugi::xml_node parent, const vec3<double> &t, const given_rotation &rotation,
+                    const char *tag = "origin") {
     if (is_zero(t) && rotation.by == given_rotation::none)
       return;
-    pugi::xml_node origin = added(parent.append_child("origin"));
+    pugi::xml_node origin = added(parent.append_child(tag));
     const auto &[a, b, c, d] = rotation.numbers;
     set(origin, "xyz", words(t));
     if (rotation.by == given_rotation::rpy)
@@ -227,6 +238,38 @@ private:
                    {"gear_ratio", joint.gear_ratio == 1 ? std::nullopt : optional_number(joint.gear_ratio)},
                    {"spring_stiffness", unless_zero(joint.spring_stiffness)},
                    {"spring_reference", unless_zero(joint.spring_rest)}});
+  }
+
+  /// Both sides have the same components of its axes.
+  void write_loop(const loop_description &loop) {
+    const joint_kind_row row = row_of(loop.kind);
+    pugi::xml_node node = added(root_.append_child("constraint"));
+    set(node, "name", loop.name);
+    set(node, "type", row.name);
+    const auto write_side = [&](const std::string &side, int link, const SE3<double> &pose,
+                                const given_rotation &given) {
+      set(added(node.append_child(side.c_str())), "link", robot_.links[static_cast<std::size_t>(link)].name);
+      write_origin(node, pose.t, rotation_as_given(pose.R, given), (side + "_origin").c_str());
+      if (row.has_axis)
+        set(added(node.append_child((side + "_axis").c_str())), "xyz",
+            words(axis_as_given(axis_of(as_tree_joint(loop)), loop.given.axis)));
+      if (row.has_axis2)
+        set(added(node.append_child((side + "_axis2").c_str())), "xyz",
+            words(axis_as_given(loop.axis2, loop.given.axis2)));
+    };
+    write_side("parent", loop.predecessor, loop.predecessor_pose, loop.given.predecessor);
+    write_side("child", loop.successor, loop.successor_pose, loop.given.successor);
+    if (row.has_pitch)
+      set(added(node.append_child("screw_thread_pitch")), "value",
+          words({pitch_as_given(loop.pitch.value_or(0), loop.given.pitch)}));
+  }
+
+  /// That a joint has a motor, as the reader looks for it.
+  void write_drive(const std::string &joint) {
+    pugi::xml_node node = added(root_.append_child("transmission"));
+    set(node, "name", joint + "_transmission");
+    set(added(node.append_child("joint")), "name", joint);
+    set(added(node.append_child("actuator")), "name", joint + "_motor");
   }
 
   /// An element with those attributes that have a number; none if none has.

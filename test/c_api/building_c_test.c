@@ -47,6 +47,47 @@ static ksl_model_t *pendulum(void) {
   return m;
 }
 
+/* A rod on a hinge at each end of a beam, whose other end is held by a second hinge: with a drive, and cut. */
+static void test_loops(void) {
+  const ksl_link_mass_t mass = {1, {0.5, 0, 0}, {{0}}};
+  const ksl_SE3_t at_end = ksl_SE3_fromRt(ksl_mat3x3(1, 0, 0, 0, 1, 0, 0, 0, 1), ksl_vec3(1, 0, 0));
+  const char *drives[] = {"hinge"};
+  ksl_builder_t *b = NULL;
+  ksl_model_t *m = NULL, *cut = NULL, *driven = NULL;
+  ksl_joint_options_t hinge = ksl_joint_options();
+  ksl_loop_options_t about_y = ksl_loop_options(), screw = ksl_loop_options();
+  double held = 1;
+  ksl_data_t *d = NULL;
+  const double q = 0;
+  hinge.axis = about_y.axis = screw.axis = y;
+  CHECK(ksl_builder_create("door", &b) == KSL_OK);
+  CHECK(ksl_builder_add_link(b, "wall", NULL) == KSL_OK && ksl_builder_add_link(b, "leaf", &mass) == KSL_OK);
+  CHECK(ksl_builder_add_joint(b, "hinge", "revolute", "wall", "leaf", NULL, &hinge) == KSL_OK);
+  CHECK_REFUSED(ksl_builder_add_loop(b, "second", "revolute", "wall", "leaf", NULL, NULL, NULL), KSL_BAD_DESCRIPTION,
+                "needs an axis");
+  CHECK_REFUSED(ksl_builder_add_loop(b, "second", "helical", "wall", "leaf", NULL, NULL, &screw), KSL_BAD_DESCRIPTION,
+                "pitch");
+  CHECK_REFUSED(ksl_builder_add_loop(b, "second", "revolute", "wall", "lef", NULL, NULL, &about_y), KSL_BAD_DESCRIPTION,
+                "leaf");
+  CHECK_REFUSED(ksl_builder_add_loop(b, NULL, "revolute", "wall", "leaf", NULL, NULL, &about_y), KSL_BAD_ARGUMENT,
+                "null");
+  CHECK_REFUSED(ksl_builder_set_drives(b, 1, NULL), KSL_BAD_ARGUMENT, "null");
+  CHECK(ksl_builder_add_loop(b, "second", "spherical", "wall", "leaf", &at_end, &at_end, NULL) == KSL_OK);
+  CHECK(ksl_builder_set_drives(b, 1, drives) == KSL_OK);
+  CHECK(ksl_builder_build(b, NULL, &m) == KSL_OK);
+  ksl_builder_free(b);
+  CHECK(ksl_model_without_loops(m, &cut) == KSL_OK && ksl_model_nv(cut) == 1);
+  CHECK(ksl_data_create(cut, &d) == KSL_OK && ksl_gravity_torque(cut, d, &q, NULL, &held) == KSL_OK);
+  CHECK(fabs(held + 0.5 * 9.81) < 1e-12);
+  ksl_data_free(d);
+  const int joint = 0;
+  CHECK(ksl_model_with_drives(m, 1, &joint, &driven) == KSL_OK);
+  ksl_model_free(driven);
+  CHECK_REFUSED(ksl_model_with_drives(cut, 1, &joint, &driven), KSL_BAD_DESCRIPTION, "no loops");
+  CHECK_REFUSED(ksl_model_with_drives(m, 1, NULL, &driven), KSL_BAD_ARGUMENT, "null");
+  ksl_model_free(cut), ksl_model_free(m);
+}
+
 /* Each number of a joint with several has limits; what a file or a program gets wrong is said in words. */
 static void test_limits_of_several(void) {
   const double up[3] = {0, 0, 1}, downwards[3] = {0, 0, -2};
@@ -171,5 +212,6 @@ int main(int argc, char **argv) {
   ksl_model_free(m);
   test_table();
   test_limits_of_several();
+  test_loops();
   return exit_status();
 }

@@ -10,6 +10,7 @@ from rules_test import CASES
 
 import ksl
 from growth import assert_linear, work
+from ksl.checks.findings import STATUS
 from ksl.checks.run import RULES, TOPICS
 from ksl_command import run_ksl
 
@@ -93,7 +94,7 @@ def test_rules_are_declared_in_full():
             and rule.condition.endswith(".")
             and rule.cause.endswith(".")
             and rule.repair.endswith(".")
-            and rule.severity in ("error", "warning")
+            and rule.severity in STATUS
         )
 
 

@@ -2,7 +2,9 @@
 
 import pytest
 from files import ARM, END, changed, hinge, link, more, stl
+from loop_files import CASES as LOOPS
 
+from ksl.checks.findings import STATUS
 from ksl.checks.run import RULES
 
 UPPER = 'ixx="0.0283" iyy="0.0283" izz="0.0033"'
@@ -55,7 +57,7 @@ CASES = {
     "joint-type": (changed(('"elbow" type="revolute"', '"elbow" type="hinge"')), changed(('"elbow" type="revolute"', '"elbow" type="continuous"'))),
     "joint-type-extension": (more(link("x"), hinge("j", "fore", "x", kind="spherical")), more(link("x"), hinge("j", "fore", "x", kind="floating"))),
     "link-undefined": (more(hinge("j", "fore", "gripper", kind="fixed")), more(hinge("j", "fore", "gripper", kind="fixed"), '<link name="gripper"/>')),
-    "link-two-parents": (more(hinge("j", "stand", "fore")), ARM),
+    "joint-copied": (more(link("x"), *(hinge(name, "fore", "x", kind="floating") for name in "ij")), more(link("x"), hinge("i", "fore", "x", kind="floating"))),
     "joint-cycle": (
         more(link("a"), link("b"), hinge("j1", "a", "b"), hinge("j2", "b", "a")),
         more(link("a"), link("b"), hinge("j1", "a", "b"), hinge("j2", "fore", "a")),
@@ -140,7 +142,7 @@ CASES = {
     "shape-size": (changed(('<box size="0.1 0.1 0.4"/>', '<box size="0.1 0 0.4"/>')), changed(('<box size="0.1 0.1 0.4"/>', '<box size="0.1 0.1 0.4"/>'))),
     "inertia-axis": (more(*wheel('ixx="0.0026" iyy="0.0026" izz="0.0050"')), more(*wheel('ixx="0.0026" iyy="0.0050" izz="0.0026"'))),
     "symmetry-mass": (limbs(1.0, 1.2), limbs(1.0, 1.04)),
-}
+} | LOOPS
 
 SDF = """<sdf version="1.10"><model name="m"><link name="a"><inertial><mass>1</mass>
 <inertia><ixx>{ixx}</ixx><iyy>0.02</iyy><izz>0.02</izz></inertia></inertial></link>{more}</model></sdf>"""
@@ -171,7 +173,7 @@ def test_one_file_breaks_the_rule_and_no_other(check, rule):
     assert finding.severity == RULES[rule].severity and finding.condition == RULES[rule].condition
     assert finding.found and finding.cause and finding.repair
     assert finding.line is not None
-    assert findings.status == {"error": 2, "warning": 1}[finding.severity]
+    assert findings.status == STATUS[finding.severity]
     left = check(CASES[rule][0], ignore=rule)
     assert set(left.rules) <= {"not-loaded"}, "what the loader refuses stays an error"
     assert not check(CASES[rule][0], ignore=[rule, "not-loaded"])

@@ -110,7 +110,8 @@ template <class S> bool add_results(const ksl::algorithm_row &row, const ksl::mo
   ksl::reaction_request request;
   request.n = static_cast<int>(children.size()), request.link = children.data();
   const int least = ksl::least_links(row.request), links_n = least ? least : 3;
-  const ksl::extents of = {m.nq(), m.nv(), links_n, request.n, m.tree_elements(), static_cast<int>(m.links().size())};
+  const ksl::extents of = {m.nq(), m.nv(), links_n, request.n, m.tree_elements(), static_cast<int>(m.links().size()),
+                           0};
 
   std::vector<std::vector<S>> one, all;
   const bool reactions = row.request == ksl::request_kind::reactions;
@@ -198,9 +199,12 @@ int main() {
   const ksl::model every = every_kind(), follows = coupled();
   golden_replaces = 1;
   bool same = true;
+  std::vector<const ksl::algorithm_row *> all; // but for those that mechanisms with loops need, and that are private
   for (const ksl::algorithm_row *row : ksl::rows::all)
+    if (row->closed != ksl::closed_by::plan)
+      all.push_back(row);
+  for (const ksl::algorithm_row *row : all)
     same = compare(std::string("algorithm ") + row->name, {row}, {&every, &follows}) && same;
-  const std::vector<const ksl::algorithm_row *> all(std::begin(ksl::rows::all), std::end(ksl::rows::all));
   for (ksl::joint_kind kind : ksl::joint_kinds) {
     golden_replaces = 0;
     const ksl::model m(tree({kind, ksl::joint_kind::revolute, kind}));

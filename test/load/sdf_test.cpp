@@ -496,10 +496,6 @@ TEST_CASE("SDF files that are wrong") {
        {"collision geometry", "auto"}},
       {"negative mass", model("<link name=\"a\"><inertial><mass>-1</mass></inertial></link>"), {"link a", "negative"}},
       {"static", model("<static>1</static>" + link("a")), {"no <model> that moves"}},
-      {"loop",
-       model(link("a") + link("b") + "<joint name=\"i\" type=\"fixed\"><parent>a</parent><child>b</child></joint>" +
-             "<joint name=\"j\" type=\"fixed\"><parent>world</parent><child>b</child></joint>"),
-       {"b", "i", "j"}},
       {"mimic",
        joint("<axis><xyz>0 0 1</xyz><mimic joint=\"i\"><multiplier>2</multiplier></mimic></axis>"),
        {"mimics joint \"i\"", "does not exist"}},

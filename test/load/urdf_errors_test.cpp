@@ -199,9 +199,6 @@ TEST_CASE("ends of joints") {
       {"cycle",
        links + ends("j", "b", "c") + ends("k", "c", "b") + "</robot>",
        {"r.urdf:6: links c, b form a cycle", "remove one of the joints"}},
-      {"two parents of a link",
-       links + ends("j", "a", "c") + ends("k", "b", "c") + ends("l", "a", "b") + "</robot>",
-       {"r.urdf:6: link c has two parents", "joint j (line 5)", "joint k (line 6)", "remove one"}},
   });
 }
 

@@ -64,7 +64,7 @@ OTHERS = {
         "physics", "friction_width", "mounting", "stop", "payloads.link", "payloads.mass", "external.link", "external.wrench", "external.steps",
         "external.file", "external.axes", "external.order",
     },
-    "sweep": {"components", "reading", "physics", "friction_width", "floating_base", "mimic", "model", "payload", "speed", "tilt", "mass", "motion"},
+    "sweep": {"components", "reading", "physics", "friction_width", "floating_base", "mimic", "model", "payload", "speed", "tilt", "mass", "motion", "loops", "drives"},
     "components": {"", "°", "N", "N m", "kg m²", "W", "J", "h", "%", "r/min", "r/min, N m", "m/N", "the stress's", "the stress's per N or N m"},
 }  # fmt: skip
 """Those that take none; of components their units."""

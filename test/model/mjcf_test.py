@@ -113,9 +113,21 @@ def test_a_linear_coupling_is_a_mimic_joint(tmp_path):
 def test_couplings_in_a_circle(tmp_path):
     bodies = "".join(f'<body name="{n}"><joint name="{n}"/>{BODY}</body>' for n in "abc")
     circle = "".join(f'<joint joint1="{y}" joint2="{x}"/>' for y, x in ("ab", "bc", "ca"))
-    curved = '<joint joint1="c" joint2="a" polycoef="0 1 1 0 0"/>'
-    m = ksl.load(in_file(tmp_path, bodies, f"<equality>{circle}{curved}</equality>"))
-    assert m.follower_names == ["a", "b"] and "equality joint (2)" in m.unused
+    m = ksl.load(in_file(tmp_path, bodies, f"<equality>{circle}</equality>"))
+    assert m.follower_names == ["a", "b"] and "equality joint (1)" in m.unused  # what it says follows from the others
+    for said, why in (
+        ('<joint joint1="c" joint2="a" polycoef="0 1 1 0 0"/>', "constraint 4 couples joint c to joint a by a polynomial"),
+        ('<joint joint1="c" joint2="a" polycoef="0 2 0 0 0"/>', "couples joint c to itself over joint a"),
+        ('<joint joint1="a" joint2="c"/>', "couples joint a, which follows joint b already"),
+        ('<joint name="k" joint1="c"/>', "constraint k holds joint c at a constant position"),
+    ):
+        path = in_file(tmp_path, bodies, f"<equality>{circle}{said}</equality>")
+        with pytest.raises(ksl.DescriptionError, match=why):
+            ksl.load(path)
+        assert "equality joint (4)" in ksl.load(path, mimic="independent").unused
+    inactive = circle.replace("/>", ' active="false"/>')
+    m = ksl.load(in_file(tmp_path, bodies, f"<equality>{inactive}</equality>"))
+    assert not m.follower_names and "equality joint, not active (3)" in m.unused
 
 
 def test_joints_of_a_stack():

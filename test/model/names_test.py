@@ -71,6 +71,8 @@ FRAMES = {
 JOINTS = {
     "hybrid_dynamics": lambda m, s, name: m.hybrid_dynamics(*s, names=[name])[0],
     "reactions": lambda m, s, name: m.reactions(*s[:3], joints=[name]),
+    "reactions_null_basis": lambda m, s, name: m.reactions_null_basis(s[0], joints=[name]),
+    "reactions_unique": lambda m, s, name: m.reactions_unique(s[0], joints=[name]),
     "reactions_derivatives": lambda m, s, name: m.reactions_derivatives(*s[:3], joints=[name])[0],
     "reactions_external_derivatives": lambda m, s, name: m.reactions_external_derivatives(s[0], joints=[name]),
     "reactions_regressor": lambda m, s, name: m.reactions_regressor(*s[:3], joints=[name]),
@@ -110,7 +112,7 @@ def test_every_method_that_takes_names_is_in_a_table():
     others = {
         "reaction_request": "what reactions makes", "inverse_kinematics": "FRAMES", "parent": "joint_above", "builder": "no name of the model", "loads": "at, axes",
         "show": "viewer: joint()", "position_of": "takes a Joint", "velocity_of": "takes a Joint", "joint_index": "joint", "frame_link": "FRAMES",
-        "inverse_dynamics_with_reactions": "requests",
+        "inverse_dynamics_with_reactions": "requests", "with_drives": "refused for trees",
     }  # fmt: skip
     entered = {name.split(",")[0] for table in (FRAMES, JOINTS, LINKS) for name in table}
     takes_external = {name for name, f in inspect.getmembers(ksl.Model, inspect.isfunction) if "external" in inspect.signature(f).parameters}

@@ -29,7 +29,7 @@ class InputFile:
     """A file that a result depends on."""
 
     role: str
-    """robot, included, mesh, motion, map, external, cases, pose, components or results."""
+    """robot, included, mesh, loops, motion, map, external, cases, pose, components or results."""
     file: str
     sha256: str | None
     """The hash of its bytes, in hexadecimal digits.  None for what can't be read twice, such as a pipe."""

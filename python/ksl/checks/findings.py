@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 if TYPE_CHECKING:
     import pyarrow as pa
 
-Severity = Literal["error", "warning"]
+Severity = Literal["error", "warning", "note"]
 
 Repair = Callable[[], str]
 """Changes the XML tree that the file was read into, and says what it changed."""
 
-STATUS = {"error": 2, "warning": 1}
-"""Exit status of `ksl check`, for the most severe finding."""
+STATUS = {"error": 2, "warning": 1, "note": 0}
+"""Exit status of `ksl check`, for the most severe finding; the most severe ones first."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,8 @@ class Finding:
     rule: str
     """Name of the rule, which `ignore` takes: `inertia-triangle`."""
     severity: Severity
-    """`error`: numbers would be wrong, or readers refuse the file.  `warning`: suspicious, or some readers differ."""
+    """`error`: numbers would be wrong, or readers refuse the file.  `warning`: suspicious, or some readers differ.  `note`: nothing
+    is wrong, but who uses the file should know it."""
     file: str
     line: int | None
     """Line of the element in the file, from 1; None where it is not known."""
@@ -75,7 +76,7 @@ class Findings(Sequence[Finding]):
         """What no rule looked at in this file, one sentence each."""
         self.ignored = tuple(ignored)
         """Rules that were left out on request."""
-        self._all = sorted(findings, key=lambda f: (f.severity, f.line or 0))  # "error" < "warning"
+        self._all = sorted(findings, key=lambda f: (-STATUS[f.severity], f.line or 0))
 
     @overload
     def __getitem__(self, index: int) -> Finding: ...
@@ -101,8 +102,12 @@ class Findings(Sequence[Finding]):
         return [f for f in self._all if f.severity == "warning"]
 
     @property
+    def notes(self) -> list[Finding]:
+        return [f for f in self._all if f.severity == "note"]
+
+    @property
     def status(self) -> int:
-        """Exit status of `ksl check`: 0 clean, 1 warnings, 2 errors."""
+        """Exit status of `ksl check`: 0 clean or notes alone, 1 warnings, 2 errors."""
         return max((STATUS[f.severity] for f in self._all), default=0)
 
     @property
@@ -116,7 +121,7 @@ class Findings(Sequence[Finding]):
     @property
     def summary(self) -> str:
         """`2 errors, 1 warning`, or `no findings`."""
-        counts = ((len(self.errors), "error"), (len(self.warnings), "warning"))
+        counts = ((len(self.errors), "error"), (len(self.warnings), "warning"), (len(self.notes), "note"))
         return ", ".join(f"{n} {word}{'s' if n > 1 else ''}" for n, word in counts if n) or "no findings"
 
     @property
@@ -139,6 +144,7 @@ class Findings(Sequence[Finding]):
             "status": self.status,
             "errors": len(self.errors),
             "warnings": len(self.warnings),
+            "notes": len(self.notes),
             "findings": [f.as_dict() for f in self._all],
             "not_checked": list(self.not_checked),
             "ignored": list(self.ignored),

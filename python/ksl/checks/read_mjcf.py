@@ -23,11 +23,12 @@ def read_mjcf(robot: RobotFile) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DescriptionWarning)
         try:
-            model = load(robot.path, masses="optional")
+            model = load(robot.path, masses="optional", loops=robot.beside, drives=robot.drives)
         except ValueError as e:
             robot.refusal = str(e)
             return
     assert robot.root is not None
+    robot.model = model
     lines = {(each.tag, each.get("name")): line_of(each) for each in robot.root.iter("body", "joint", "freejoint")}
     robot.links += [_link(link, lines.get(("body", link.name))) for link in model.links]
     robot.joints += [_joint(joint, lines.get(("joint", joint.name))) for joint in model.joints if joint.parent is not None]

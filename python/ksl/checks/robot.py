@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from heapq import heappop, heappush
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -19,6 +21,9 @@ from ksl.model.joint_kinds import ANY_NAME, KINDS, names_with
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
+
+    from ksl.checks.loop_positions import LoopPositions
+    from ksl.model.model import Model
 
 Array = NDArray[np.float64]
 Format = Literal["urdf", "sdf", "mjcf", "unknown"]
@@ -177,8 +182,13 @@ class RobotFile:
     """Elements that may stand once and stand there several times."""
     refusal: str | None = None
     """What the loader said when it refused the file."""
+    model: Model | None = None
+    """The model that the loader made; None where it refused the file, or was not called."""
     package_paths: Sequence[Path] = ()
     symmetry: float = 0.05
+    beside: str | PathLike[str] | None = None
+    """The file with loops that is given besides."""
+    drives: tuple[str, ...] | None = None
     not_checked: list[str] = field(default_factory=list)
 
     @cached_property
@@ -199,10 +209,32 @@ class RobotFile:
 
     @cached_property
     def joint_above(self) -> dict[str, Joint]:
-        """{link: the joint that carries it}, the first one where there are several."""
+        """{link: the joint that carries it}: where there are several the first, unless it would cut the link off from the roots."""
         above: dict[str, Joint] = {}
-        for joint in self.joints:
+        leaving: dict[str, list[int]] = {}
+        for i, joint in enumerate(self.joints):
             above.setdefault(joint.child, joint)
+            leaving.setdefault(joint.parent, []).append(i)
+        reached: set[str] = set()
+        others: list[int] = []
+        waiting = [name for name in dict.fromkeys((*self.link_of, *leaving)) if name not in above]
+        while waiting or others:
+            if not waiting:  # what no first joint reaches may be reached by others
+                joint = self.joints[heappop(others)]
+                if joint.child in reached:
+                    continue
+                above[joint.child] = joint
+                waiting.append(joint.child)
+            link = waiting.pop()
+            if link in reached:
+                continue
+            reached.add(link)
+            for i in leaving.get(link, ()):
+                joint = self.joints[i]
+                if above[joint.child] is joint:
+                    waiting.append(joint.child)
+                else:
+                    heappush(others, i)
         return above
 
     @cached_property
@@ -252,6 +284,28 @@ class RobotFile:
         """Whether a link is between another one and the root.  O(1) after the first call."""
         first, second = self._turns.get(one), self._turns.get(other)
         return first is not None and second is not None and first[0] < second[0] and second[1] <= first[1]
+
+    @cached_property
+    def loops(self) -> LoopPositions | None:
+        """Where the loops of the model close; None without loops, and for mechanisms that are too large for it."""
+        from ksl.checks.loop_positions import MOST, LoopPositions
+
+        if self.model is None or not self.model.loops:
+            return None
+        size = max(self.model.nv, sum(loop.equations for loop in self.model.loops))
+        if size > MOST or not self.model.nv:
+            self.not_checked.append(f"whether loops close, and what is redundant: {size} equations or coordinates are more than {MOST}" if size > MOST else "loops of welded links")
+            return None
+        return LoopPositions(self.model)
+
+    @cached_property
+    def lines_of_joints(self) -> dict[str, int | None]:
+        """{name: line} of joints and of elements that close loops, whatever the format."""
+        tags = ("joint", "constraint", "loop_joint", "loop", "connect", "weld")
+        found: dict[str, int | None] = {}
+        for element in () if self.root is None else self.root.iter(*tags):
+            found.setdefault(element.get("name", ""), element.sourceline)
+        return found
 
     @cached_property
     def welded(self) -> dict[str, str]:

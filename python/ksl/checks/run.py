@@ -18,6 +18,7 @@ from ksl.checks import (
     inertia_rules,
     joint_rules,
     limit_rules,
+    loop_rules,
     mesh_rules,
     name_rules,
     portability_rules,
@@ -37,6 +38,7 @@ TOPICS: dict[str, list[Rule]] = {
     "Masses and inertias": inertia_rules.RULES,
     "Masses and inertias against the geometry": fit_rules.RULES,
     "Joints": joint_rules.RULES,
+    "Loops": loop_rules.RULES,
     "Limits": limit_rules.RULES,
     "Shapes": shape_rules.RULES,
     "Meshes": mesh_rules.RULES,
@@ -56,6 +58,8 @@ def check(
     ignore: Iterable[str] | str = (),
     package_paths: Iterable[str | os.PathLike[str]] | str = (),
     symmetry: float = SYMMETRY,
+    loops: str | os.PathLike[str] | None = None,
+    drives: Iterable[str] | str | None = None,
 ) -> Findings:
     """Looks for what is wrong in a robot file: URDF, SDF, or MJCF (with the extra `ksl[mjcf]`).
 
@@ -65,16 +69,17 @@ def check(
     and in
     AMENT_PREFIX_PATH.
     symmetry: share of its mass, 0 to 1, by which a limb may differ from that of the other side.
+    loops, drives: as :func:`ksl.load` takes them: a TOML file with joints that close loops, and the joints that have motors.
     Returns the findings, errors first: a sequence of :class:`ksl.checks.findings.Finding`, with `table` as an Arrow
     table.
     Raises DescriptionError where there is no XML file to check, ValueError for an unknown rule.  Cost: O(links), and
     the first bytes of
-    each mesh; of STL and OBJ meshes also a sample of the vertices.  Needs lxml, of the extra `ksl[check]`.
+    each mesh; of STL and OBJ meshes also a sample of the vertices; of loops the cube of their equations.  Needs lxml, of the extra `ksl[check]`.
 
         findings = ksl.check("robot.urdf")
         print(findings.summary, [f.rule for f in findings])
     """
-    robot, left_out = _read(path, ignore, package_paths, symmetry)
+    robot, left_out = _read(path, ignore, package_paths, symmetry, loops, drives)
     return _findings(robot, left_out)
 
 
@@ -98,11 +103,13 @@ def fix(
     symmetry: float = SYMMETRY,
     accept: Iterable[str] | str = (),
     force: bool = False,
+    loops: str | os.PathLike[str] | None = None,
+    drives: Iterable[str] | str | None = None,
 ) -> Fixed:
     """Writes a repaired URDF file.  Comments and layout stay; only what :attr:`Fixed.changes` lists is changed.
 
     out: a new file; the original is never overwritten, and another existing file only with `force`.
-    ignore, package_paths, symmetry: as :func:`check` takes them.
+    ignore, package_paths, symmetry, loops, drives: as :func:`check` takes them.
     accept: names of rules whose likely cause is right: moments in kg mm², limits in degrees … These are repaired, too.
     Raises DescriptionError where the file is no URDF or is not well-formed, and OutputError where `out` can't be
     written.
@@ -111,7 +118,7 @@ def fix(
 
     ignored = [ignore] if isinstance(ignore, str) else list(ignore)
     packages = [package_paths] if isinstance(package_paths, str) else list(package_paths)
-    robot, left_out = _read(path, ignored, packages, symmetry)
+    robot, left_out = _read(path, ignored, packages, symmetry, loops, drives)
     if robot.format != "urdf":
         raise DescriptionError(f"{path}: only URDF files can be repaired; correct the findings by hand")
     accepted = _rule_names(accept, "accept")
@@ -127,7 +134,7 @@ def fix(
             changes.append((finding, finding._fix()))
     write_tree(robot, Path(out), force)
     return Fixed(
-        str(out), changes, check(out, ignore=ignored, package_paths=[*packages, robot.path.parent], symmetry=symmetry)
+        str(out), changes, check(out, ignore=ignored, package_paths=[*packages, robot.path.parent], symmetry=symmetry, loops=loops, drives=drives)
     )
 
 
@@ -136,6 +143,8 @@ def _read(
     ignore: Iterable[str] | str,
     package_paths: Iterable[str | os.PathLike[str]] | str,
     symmetry: float,
+    loops: str | os.PathLike[str] | None = None,
+    drives: Iterable[str] | str | None = None,
 ) -> tuple[RobotFile, list[str]]:
     """The file as the rules see it, and the rules that are left out."""
     left_out = _rule_names(ignore, "ignore")
@@ -145,7 +154,8 @@ def _read(
     for folder in folders:
         if not folder.is_dir():
             raise ValueError(f"package_path={str(folder)!r}: no such folder; name the folder that holds the packages")
-    robot = RobotFile(Path(path), package_paths=folders, symmetry=symmetry)
+    motors = None if drives is None else (drives,) if isinstance(drives, str) else tuple(drives)
+    robot = RobotFile(Path(path), package_paths=folders, symmetry=symmetry, beside=loops, drives=motors)
     try:
         parse(robot)
     except ModuleNotFoundError as e:
@@ -211,7 +221,7 @@ def _load(robot: RobotFile) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DescriptionWarning)
         try:
-            load(robot.path, masses="optional")
+            robot.model = load(robot.path, masses="optional", loops=robot.beside, drives=robot.drives)
         except ValueError as e:
             robot.refusal = str(e)
 

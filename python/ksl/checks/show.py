@@ -5,7 +5,7 @@ from __future__ import annotations
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from ksl.checks.findings import Finding, Findings
+from ksl.checks.findings import STATUS, Finding, Findings
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,7 +17,7 @@ SHOWN = 5
 NARROW, WIDE = 60, 100
 """Columns: names in robot files are long, and lines longer than this are hard to read."""
 
-STYLES = {"error": "bold red", "warning": "bold yellow"}
+STYLES = {"error": "bold red", "warning": "bold yellow", "note": "bold"}
 
 
 def print_findings(findings: Findings, console: Console, everything: bool = False) -> None:
@@ -28,7 +28,7 @@ def print_findings(findings: Findings, console: Console, everything: bool = Fals
 
     groups: dict[tuple[str, str], list[Finding]] = {}
     order = list(RULES)
-    for f in sorted(findings, key=lambda f: (f.severity, order.index(f.rule))):
+    for f in sorted(findings, key=lambda f: (-STATUS[f.severity], order.index(f.rule))):
         groups.setdefault((f.severity, f.rule), []).append(f)
     for (severity, rule), same in groups.items():
         console.print(
@@ -40,7 +40,7 @@ def print_findings(findings: Findings, console: Console, everything: bool = Fals
         _paragraph(console, "not checked: ", what)
     if findings.ignored:
         _paragraph(console, "ignored: ", ", ".join(findings.ignored))
-    style = STYLES["error"] if findings.errors else STYLES["warning"] if len(findings) else "bold green"
+    style = STYLES["error"] if findings.errors else STYLES["warning"] if findings.warnings else "bold green"
     console.print(Text(f"{findings.file}: {findings.summary}", style=style), soft_wrap=True)
 
 

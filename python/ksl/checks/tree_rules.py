@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import dropwhile
+from typing import TYPE_CHECKING
 
 from ksl.checks.repair import Strangers, set_attribute
 from ksl.checks.robot import TYPES, URDF_TYPES, Joint, RobotFile
 from ksl.checks.rule import Broken, rule
+
+if TYPE_CHECKING:
+    from lxml.etree import _Element
+
+_PLACES = ("origin", "pose", "axis", "axis2", "xyz")
 
 
 @rule(
@@ -105,32 +111,31 @@ def link_undefined(robot: RobotFile) -> Iterator[Broken]:
 
 
 @rule(
-    "link-two-parents",
+    "joint-copied",
     "error",
-    condition="At most one joint carries a link: the links form a tree.",
-    cause="A closed chain (a four-bar linkage, a parallel gripper), or a joint that was copied and not changed.",
-    repair="Remove one of these joints. Describe the closed chain's other joint as a mimic joint, or leave it out.",
+    condition="Of several joints that carry a link, each differs in its parent, its place or its axis: all but one of them close loops.",
+    cause="A joint was copied and not changed.",
+    repair="Remove one of these joints, or correct its links.",
 )
-def link_two_parents(robot: RobotFile) -> Iterator[Broken]:
-    carriers: dict[str, list[Joint]] = {}
+def joint_copied(robot: RobotFile) -> Iterator[Broken]:
+    first: dict[tuple[str, ...], Joint] = {}
     for joint in robot.joints:
-        if joint.child:
-            carriers.setdefault(joint.child, []).append(joint)
-    for link, joints in carriers.items():
-        if len(joints) > 1:
-            yield Broken(
-                f"carried by {len(joints)} joints: {', '.join(j.name for j in joints)}",
-                joints[1].line,
-                "link",
-                link,
-                float(len(joints)),
-            )
+        if not joint.child or joint.element is None:
+            continue
+        same = first.setdefault((joint.parent, joint.child, joint.kind, *_motion(joint.element)), joint)
+        if same is not joint and same.name != joint.name:
+            yield Broken(f"joint {same.name} connects the same links in the same way", joint.line, "joint", joint.name)
+
+
+def _motion(joint: _Element) -> list[str]:
+    """What places a joint and its axes, as text."""
+    return ["|".join((child.tag, (child.text or "").strip(), *(f"{k}={v}" for k, v in sorted(child.items())))) for tag in _PLACES for child in joint.iter(tag)]
 
 
 @rule(
     "joint-cycle",
     "error",
-    condition="No link is carried by itself: the links form a tree.",
+    condition="A joint leads to each link from another one, and from a root to all: no link is carried by itself alone.",
     cause="Parent and child of a joint are exchanged.",
     repair="Exchange parent and child of one of these joints, or remove one.",
 )
@@ -192,7 +197,7 @@ RULES = [
     joint_type,
     joint_type_extension,
     link_undefined,
-    link_two_parents,
+    joint_copied,
     joint_cycle,
     link_unreachable,
 ]

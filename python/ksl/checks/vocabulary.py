@@ -2,7 +2,7 @@
 
 Sources: https://wiki.ros.org/urdf/XML; urdfdom's schema; for the extensions, the documentation of Gazebo, Bullet,
 Drake, MoveIt and PAL's
-robots.
+robots; for loops, the proposal for urdfdom, Isaac Sim's and URDF+'s.
 """
 
 from __future__ import annotations
@@ -19,6 +19,24 @@ ELEMENTS: dict[str, tuple[str, ...]] = {
         "group",
         "mujoco",
         "loop_constraint",
+        "constraint",
+        "loop_joint",
+        "loop",
+        "coupling",
+    ),
+    "constraint": (
+        "parent",
+        "parent_origin",
+        "parent_axis",
+        "parent_axis2",
+        "child",
+        "child_origin",
+        "child_axis",
+        "child_axis2",
+        "screw_thread_pitch",
+        "limit",
+        "dynamics",
+        "mimic",
     ),
     "link": ("inertial", "visual", "collision", "contact", "self_collision_checking", "collision_checking"),
     "inertial": ("origin", "mass", "inertia"),
@@ -67,7 +85,7 @@ ELEMENTS: dict[str, tuple[str, ...]] = {
 OPAQUE: dict[str, tuple[str, ...]] = {"collision": ("material", "contact_coefficients"), "joint": ("limb",)}
 """Elements that stand in many files where no reader asks for them, and that do no harm."""
 
-MANY = ("link", "joint", "material", "transmission", "gazebo", "ros2_control", "sensor", "visual", "collision")
+MANY = ("link", "joint", "constraint", "loop_joint", "loop", "coupling", "material", "transmission", "gazebo", "ros2_control", "sensor", "visual", "collision")
 """Elements of which several may stand beside each other; of others a second one is no spelling mistake."""
 
 SHARED = ("plugin", "frame")

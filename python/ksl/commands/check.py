@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ksl.commands.app import app, console, fail
-from ksl.commands.options import Robot
+from ksl.commands.options import Drives, Loops, Robot
 
 if TYPE_CHECKING:
     from ksl.checks.run import Fixed
@@ -53,6 +53,8 @@ def check(
     everything: Annotated[
         bool, typer.Option("--all", help="Print every place, and not the first five of a rule.")
     ] = False,
+    loops: Loops = "",
+    drives: Drives = "",
     json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Look for what is wrong in a robot file: masses and inertias, joints, limits, names, meshes, the tree.
@@ -66,7 +68,8 @@ def check(
 
     if (accept or force) and fix is None:
         fail("--accept and --force are for --fix OUT.urdf; give it, or leave them out")
-    options: dict[str, Any] = {"ignore": ignore, "package_paths": package_path, "symmetry": symmetry}
+    motors = [word.strip() for word in drives.split(",")] if drives else None
+    options: dict[str, Any] = {"ignore": ignore, "package_paths": package_path, "symmetry": symmetry, "loops": loops or None, "drives": motors}
     try:
         fixed = fix_file(robot, fix, accept=accept, force=force, **options) if fix else None
         findings = fixed.left if fixed else check_file(robot, **options)

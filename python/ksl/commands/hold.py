@@ -10,8 +10,10 @@ import typer
 
 from ksl.commands.app import GroupedOptions, app, command_line, console, fail
 from ksl.commands.options import (
+    Drives,
     FloatingBase,
     Gravity,
+    Loops,
     Mimic,
     ModelName,
     Physics,
@@ -23,6 +25,7 @@ from ksl.commands.options import (
     payloads_given,
     read_model,
 )
+from ksl.commands.stiffness_option import Stiffness, with_stiffness
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
@@ -51,6 +54,9 @@ def hold(
     gravity: Gravity = "",
     model_name: ModelName = "",
     physics: Physics = "",
+    loops: Loops = "",
+    drives: Drives = "",
+    stiffness: Stiffness = None,
 ) -> None:
     """Print the efforts and every wrench of one pose at rest, or of the worst pose for a joint."""
     from ksl.base.files_read import recorded
@@ -61,7 +67,8 @@ def hold(
     from ksl.report.hold_pose import hold as held
 
     loaded = payloads_given(payload, on_link)
-    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics)
+    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, loops=loops, drives=drives)
+    model, stiff = with_stiffness(model, stiffness)
     point = numbers(at, "--at", 3) if "," in at else at
     try:
         model.reaction_request(on, point, axes, order, "total", [])
@@ -77,8 +84,9 @@ def hold(
                 positions |= read_pose(model, file, time)
         positions |= named
         carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
-        inputs = [*model.inputs, *ledger.files]
+        inputs = [*model.inputs, *stiff, *ledger.files]
         options = {"on": on, "at": at, "axes": axes, "order": order, "gravity": gravity, "physics": physics, "mimic": mimic, "floating_base": floating_base}
+        options |= {"loops": loops, "drives": drives, "stiffness": str(stiffness or "")} if model.loops or loops else {}
         run = held(
             model, positions, worst or None, of, payloads=carried, on=cast("Side", on), at=point, axes=axes, order=cast("Order", order), seed=seed,
             inputs=inputs, options=options, command=command_line(),

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from ksl.commands.app import app, console, fail
-from ksl.commands.options import FloatingBase, Gravity, Mimic, ModelName, Physics, Strict, read_model
+from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Physics, Strict, read_model
 
 
 @app.command()
@@ -20,6 +20,8 @@ def info(
     gravity: Gravity = "",
     model_name: ModelName = "",
     physics: Physics = "",
+    loops: Loops = "",
+    drives: Drives = "",
     cpu: Annotated[bool, typer.Option("--cpu", help="Say which instruction set the kernels use here.")] = False,
 ) -> None:
     """Print a robot's tree, joints, limits, masses, gravity, degrees of freedom, and what its file holds that is not used."""
@@ -34,4 +36,4 @@ def info(
     elif robot is None:
         fail("info needs a robot file, or --cpu")
     if robot is not None:
-        print_info(read_model(robot, floating_base, mimic, strict, gravity, masses="optional", name=model_name, physics=physics), console(200))
+        print_info(read_model(robot, floating_base, mimic, strict, gravity, masses="optional", name=model_name, physics=physics, loops=loops, drives=drives), console(200))

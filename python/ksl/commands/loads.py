@@ -15,11 +15,13 @@ from ksl.commands.options import (
     MOTION_HELP,
     ColumnMapFile,
     Degrees,
+    Drives,
     FloatingBase,
     FrictionWidth,
     From,
     Gravity,
     IgnoreExtra,
+    Loops,
     Mimic,
     ModelName,
     Physics,
@@ -38,6 +40,7 @@ from ksl.commands.options import (
     read_model,
     suggestion,
 )
+from ksl.commands.stiffness_option import Stiffness, with_stiffness
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -80,6 +83,9 @@ def loads(
     model_name: ModelName = "",
     physics: Physics = "",
     friction_width: FrictionWidth = 0.01,
+    loops: Loops = "",
+    drives: Drives = "",
+    stiffness: Stiffness = None,
     columns: ColumnMapFile = None,
     degrees: Degrees = False,
     time_unit: TimeUnit = None,
@@ -111,7 +117,8 @@ def loads(
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
     if motion is not None:
         check_order(robot, motion)
-    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width)
+    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives)
+    model, stiff = with_stiffness(model, stiffness)
     placement = _placement(model, on, at, axes, order, joints)
     reading: dict[str, Any] = {
         "map": columns, "degrees": degrees, "time_unit": time_unit, "resample": resample, "start": start, "stop": stop,
@@ -119,10 +126,11 @@ def loads(
     }  # fmt: skip
     options = {"on": on, "at": at, "axes": axes, "order": order, "joints": joints, "floating_base": floating_base, "mimic": mimic}
     options |= {"strict": strict, "gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
+    options |= {"loops": loops, "drives": drives, "stiffness": str(stiffness or "")} if model.loops or loops else {}
     options |= {name: str(value) if name == "map" else value for name, value in reading.items() if value not in (None, False)}
     try:
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)
-        run = _run(model, robot, motion, cases, external, columns, placement, loaded, reading, options)
+        run = _run(model, stiff, motion, cases, external, columns, placement, loaded, reading, options)
         out = console(120)
         written = _written(run, output, csv, force, out, report)
         print_run(out, run, [f"written to {output}: {', '.join(written)}", f"report: {output / 'report.html'}"])
@@ -152,17 +160,17 @@ def _check_words(fail_on: str | None, motion: Path | None, cases: Path | None, e
 
 
 def _run(
-    model: Model, robot: Path, motion: Path | None, cases: Path | None, external: Path | None, columns: Path | None, placement: Placement,
+    model: Model, read: list[InputFile], motion: Path | None, cases: Path | None, external: Path | None, columns: Path | None, placement: Placement,
     loaded: dict[str, tuple[float, list[float]]], reading: dict[str, Any], options: dict[str, Any],
 ) -> Run:  # fmt: skip
-    """The load cases that the arguments name, with what made them."""
+    """The load cases that the arguments name, with what made them.  read: files beside that of the robot."""
     from ksl.load_cases.load_case import Payload
     from ksl.load_cases.provenance import provenance_of
     from ksl.report.loads_run import Run
 
     carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
     found, files = _cases(model, motion, cases, external, placement, carried, reading)
-    inputs = [*model.inputs, *files]
+    inputs = [*model.inputs, *read, *files]
     return Run(found, provenance_of(found, inputs, options, command_line()))
 
 
@@ -212,7 +220,7 @@ def _placement(model: Model, on: str, at: list[str], axes: str, order: str, join
 
 
 def _known(model: Model, joint: str, option: str) -> None:
-    names = [j.name for j in model.joints]
+    names = [*(j.name for j in model.joints), *model.loop_names]
     if joint not in names:
         fail(f"{option}: no joint {joint!r}; {suggestion(joint, names, f'the joints of {model.name} are')}")
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ksl.commands.app import app, console, fail, say
-from ksl.commands.options import FloatingBase, Gravity, Mimic, ModelName, Robot, file_with_a_name, read_model
+from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Robot, file_with_a_name, read_model
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,6 +51,8 @@ def motion(
     mimic: Mimic = "coupled",
     gravity: Gravity = "",
     model_name: ModelName = "",
+    loops: Loops = "",
+    drives: Drives = "",
 ) -> None:
     """Make a motion within the limits of the robot's file: of position, speed and effort.
 
@@ -71,7 +73,7 @@ def motion(
         refuse_inputs([output], [robot, *([waypoints] if waypoints else [])])
     except OutputError as e:
         fail(e)
-    model = read_model(robot, floating_base, mimic, False, gravity, masses="optional", name=model_name)
+    model = read_model(robot, floating_base, mimic, False, gravity, masses="optional", name=model_name, loops=loops, drives=drives)
     try:
         made = _made(model, kind, {k: v for k, v in given.items() if v is not None})
         from ksl.motions.generate import write_motion
@@ -114,7 +116,9 @@ def _progress() -> Iterator[Callable[[float, float], None]]:
 
 def _print(model: Model, made: Generated, output: Path) -> None:
     out = console(80)
-    for note in made.notes:
+    from ksl.motions.generate.generated import beyond_limits
+
+    for note in [*made.notes, *beyond_limits(model, made.motion)]:
         say(out, f"note: {note}")
     f, t = made.facts, made.motion.time
     if f["kind"] == "excite":

@@ -35,6 +35,8 @@ Topic = Annotated[str | None, typer.Option("--topic", metavar="NAME", help="Topi
 PositionsOnly = Annotated[bool, typer.Option("--positions-only", help="Differentiate the positions, even if the motion has velocities or accelerations.")]
 MOTION_HELP = "CSV, Parquet, NPZ, MCAP or ROS bag with the positions of all moving joints over time; - is standard input."
 ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which model of an SDF file that has several.")]
+Loops = Annotated[str, typer.Option("--loops", metavar="FILE.toml|cut", help="Joints that close loops, in a file beside the robot's; or leave those of the robot's file out.")]
+Drives = Annotated[str, typer.Option("--drives", metavar="NAMES", help="The joints that have motors, of a robot with loops, separated by commas.")]
 DEFAULT_FRICTION_WIDTH = 0.01
 """rad/s or m/s, as that of ksl.load."""
 
@@ -126,6 +128,8 @@ def read_model(
     name: str = "",
     physics: str = "",
     friction_width: float = DEFAULT_FRICTION_WIDTH,
+    loops: str = "",
+    drives: str = "",
 ) -> Model:
     from ksl.model.loading import load
 
@@ -134,7 +138,8 @@ def read_model(
     with described_warnings():
         try:
             on = [word.strip() for word in physics.split(",")] if physics else None
-            model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None, on, friction_width)
+            motors = [word.strip() for word in drives.split(",")] if drives else None
+            model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None, on, friction_width, loops or None, motors)
         except ValueError as e:
             absent = [link for link in payloads or {} if f"no link {link} to carry the payload" in str(e)]
             if absent:

@@ -15,6 +15,7 @@ from ksl.load_cases.load_case import Placement
 from ksl.load_cases.quantities import PowerBalance, SummaryRow, unit
 from ksl.load_cases.ranking import severity
 from ksl.load_cases.summary_table import worst_rows
+from ksl.load_cases.undetermined import FOOTNOTE, MARK, WAY_OUT, is_open
 from ksl.load_cases.verdict import AMBER, Verdict, percent
 from ksl.model.mechanism import Joint
 from ksl.model.states import EFFORT_PARTS
@@ -33,7 +34,7 @@ def print_run(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     """Everything: the summary, of several load cases the worst over all, notes, power balance, what was written; and last, where it is seen, the verdict."""
     verdict, several = run.verdict, len(run.cases) > 1
     rows = worst_rows(run.rows) if several else run.rows
-    print_summary(console, rows, run.model.joints, run.cases[0].placement, "worst over all load cases" if several else "")
+    print_summary(console, rows, run.cases[0].joints, run.cases[0].placement, "worst over all load cases" if several else "")
     for line in run.notes:
         if line not in verdict.reasons:  # those have been printed
             say(console, f"note: {line}")
@@ -45,7 +46,7 @@ def print_run(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     console.print()
     if several:
         _print_cases(console, run)
-    print_verdict(console, verdict, run.model.joints)
+    print_verdict(console, verdict, run.cases[0].joints)
 
 
 def _residual(result: CaseResult) -> float:
@@ -105,14 +106,19 @@ def print_summary(console: Console, rows: Sequence[SummaryRow], joints: Sequence
         ("Power and work of the drive", "effort", [*(("power", part) for part in peak_time), ("power", "mean"), ("work", "positive"), ("work", "negative")]),
         ("Brakes", "brake", extremes("brake")),
         *(("What the effort consists of", of[0], [(q, part) for q in of for part in ("peak", "rms")]) for of in with_parts),
+        ("Joints without a motor", "speed", [("position", "lowest"), ("position", "highest"), *(("speed", part) for part in peak_time)]),
         ("Coupling: what moves the mimic joints", "coupling", [*extremes("coupling"), *(("speed", part) for part in peak_time)]),
         (f"Joints without one coordinate: {of_the_same}", "force", extremes("force", "moment")),
     ]
+    open_too = False
     for title, having, columns in topics:
-        chosen = [row for row in rows if f"{having}_peak" in row]
+        chosen = [row for row in rows if f"{having}_peak" in row and (having != "speed" or not {"effort_peak", "coupling_peak"} & set(row))]
         for scope, together in _by_unit(chosen, by_name, {q for q, _ in columns}):
             title_and_scope = title + scope + (f", {what}" if what else "")
             _print_table(console, title_and_scope, _table(together, [by_name[str(row["joint"])] for row in together], columns))
+            open_too |= any(is_open(row, q) for row in together for q, _ in columns)
+    if open_too:
+        say(console, f"{FOOTNOTE}. {WAY_OUT}")
 
 
 def _peak_rms_time(*quantities: str) -> Columns:
@@ -149,14 +155,14 @@ def _table(rows: list[SummaryRow], joints: list[Joint], columns: Columns) -> Tab
     words = {"peak_time": "at s", "peak_case": "case", "work": "J"}
     for q, part in columns:
         of = words.get(q) or " or ".join(sorted({unit(q, joint) for joint in joints}))
-        name = LABELS.get(q, q) if part in ("peak", "positive") else ""
+        name = LABELS.get(q, q) if part in ("peak", "positive", "lowest") else ""
         if part == "peak_case":
             table.add_column("\ncase", overflow="fold")
         else:
             table.add_column(f"{name}\n{words.get(part) or f'{part} {of}'}", justify="right", no_wrap=True)
     for row in rows:
-        cells = (row.get(f"{q}_{part}") for q, part in columns)
-        table.add_row(Text(str(row["joint"])), *(Text(x) if isinstance(x, str) else _number(x) for x in cells))
+        cells = ((row.get(f"{q}_{part}"), MARK if part in ("peak", "rms") and is_open(row, q) else "") for q, part in columns)
+        table.add_row(Text(str(row["joint"])), *(Text(x) if isinstance(x, str) else _number(x) + mark for x, mark in cells))
     return table
 
 
@@ -179,12 +185,12 @@ def balance_line(balance: PowerBalance | None) -> str:
 def print_pose(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     """A run of one sample: the pose with efforts, every wrench, and last the verdict."""
     result = run.results[0]
-    case, model = result.case, run.model
+    case = result.case
     rows = {str(row["joint"]): row for row in run.wrenches.to_pylist()}
     table = _empty_table()
     for head in ("position", "effort", "limit", "share"):
         table.add_column(head, justify="right", no_wrap=True)
-    for joint in model.joints:
+    for joint in case.joints:
         row, uses = rows[joint.name], run.verdict.of(joint.name)
         if row["position"] is None:
             continue
@@ -196,12 +202,17 @@ def print_pose(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     _print_table(console, f"Pose and efforts: {case.kind}", table)
     wrenches = _empty_table()
     components = [name for name in run.wrenches.column_names if name in ("fx", "fy", "fz", "tx", "ty", "tz")]
+    open_of = case.undetermined.components
     for name in components:
         wrenches.add_column(f"{name}\n{'N' if name.startswith('f') else 'N m'}", justify="right", no_wrap=True)
-    for joint in model.joints:
-        wrenches.add_row(Text(joint.name), *(f"{0.0 if abs(rows[joint.name][c]) < 1e-9 else rows[joint.name][c]:.4g}" for c in components))
+    for joint in case.joints:
+        marked = open_of.get(joint.name, ())
+        cells = (f"{0.0 if abs(rows[joint.name][c]) < 1e-9 else rows[joint.name][c]:.4g}{MARK if c in marked else ''}" for c in components)
+        wrenches.add_row(Text(joint.name), *cells)
     p = case.placement
     _print_table(console, f"Wrenches on the {p.on} side, moments about {p.about}, axes {p.axes}", wrenches)
+    if open_of:
+        say(console, f"{FOOTNOTE}. {WAY_OUT}")
     for line in written:
         say(console, line)
     print_verdict(console, run.verdict, ())

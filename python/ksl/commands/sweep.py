@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 PRINTED = 8
 """So many of the largest shares."""
-NO_PARAMETERS = ("joint", "quantity", "value", "unit", "case")
+NO_PARAMETERS = ("joint", "quantity", "value", "unit", "case", "undetermined")
 
 
 @app.command()
@@ -69,6 +69,8 @@ def print_results(results: SweepResults) -> None:
     from rich.table import Table
     from rich.text import Text
 
+    from ksl.load_cases.quantities import UNDETERMINED
+    from ksl.load_cases.undetermined import FOOTNOTE, MARK
     from ksl.load_cases.verdict import percent
     from ksl.report.numbers import format_number
     from ksl.sweeps.compute_sweep import again_of
@@ -80,11 +82,13 @@ def print_results(results: SweepResults) -> None:
     table = Table("joint", "limit of" if shares else "what", head, "in case", box=None, pad_edge=False, header_style="dim")
     table.columns[2].justify = "right"
     for row in sorted(shares or rest, key=lambda row: -row["value"])[:PRINTED]:
-        value = percent(row["value"]) if shares else f"{format_number(row['value'])} {row['unit']}"
+        value = percent(row["value"]) if shares else f"{format_number(row['value'])} {row['unit']}{MARK if row.get(UNDETERMINED) == 'yes' else ''}"
         at = ", ".join(f"{name} {_shown(x)}" for name, x in row.items() if name not in NO_PARAMETERS)
         what = row["quantity"].rpartition("_")[0].replace("_", " ") or "components"
         table.add_row(Text(row["joint"]), what, value, Text(f"{row['case']}: {at}"))
     out.print(table)
+    if not shares and any(row.get(UNDETERMINED) == "yes" for row in rest):
+        out.print(Text(FOOTNOTE))
     rate = f", {results.computed / results.seconds:.0f} a second; {100 * results.share_of_dynamics:.0f} % of the time was dynamics"
     out.print(Text(f"{results.computed} cases computed in {results.seconds:.1f} s{rate if results.computed else ': all were there, computed from these files'}{again_of(results.replaced)}"))
     out.print(Text(f"written to {results.directory}: cases/part-….parquet, worst.csv, sweep.json"), soft_wrap=True)

@@ -11,10 +11,12 @@ from ksl.commands.app import GroupedOptions, app, errors, fail
 from ksl.commands.options import (
     ColumnMapFile,
     Degrees,
+    Drives,
     FloatingBase,
     FrictionWidth,
     Gravity,
     IgnoreExtra,
+    Loops,
     Mimic,
     ModelName,
     Physics,
@@ -53,6 +55,8 @@ def view(
     model_name: ModelName = "",
     physics: Physics = "",
     friction_width: FrictionWidth = 0.01,
+    loops: Loops = "",
+    drives: Drives = "",
     columns: ColumnMapFile = None,
     degrees: Degrees = False,
     time_unit: TimeUnit = None,
@@ -82,10 +86,10 @@ def view(
     results: Results | None = None
     try:
         if export is not None:
-            refuse_inputs([export], [file for file in (robot, motion, external, columns) if file is not None])
+            refuse_inputs([export], [file for file in (robot, motion, external, columns, None if loops in ("", "cut") else Path(loops)) if file is not None])
         if motion is not None and is_results(motion):
             results = read_results(motion, case or None)
-        model = _model(robot, results, floating_base, mimic, gravity, model_name, physics, friction_width)
+        model = _model(robot, results, floating_base, mimic, gravity, model_name, physics, friction_width, loops, drives)
         if results is not None:
             scene, notes = scene_of_results(model, results, package_path)
             scene.look.notes[:0] = notes
@@ -103,6 +107,8 @@ def view(
         fail(e)
     for note in scene.look.notes[:NOTES]:
         errors.print(f"ksl: note: {note}")
+    if scene.unloaded:
+        errors.print(f"ksl: note: no wrenches are shown; {scene.unloaded}")
     if len(scene.look.notes) > NOTES:
         errors.print(f"ksl: note: and {len(scene.look.notes) - NOTES} more of this kind")
     try:
@@ -118,7 +124,8 @@ def view(
 
 
 def _model(
-    robot: Path, results: Results | None, floating_base: bool, mimic: str, gravity: str, model_name: str, physics: str, friction_width: float
+    robot: Path, results: Results | None, floating_base: bool, mimic: str, gravity: str, model_name: str, physics: str, friction_width: float,
+    loops: str, drives: str,
 ) -> Model:
     """The robot, with what results say of it where no option does."""
     made, options = (results.description, results.made_by.get("options", {})) if results else ({}, {})
@@ -127,7 +134,12 @@ def _model(
     gravity = gravity or ",".join(f"{g!r}" for g in made.get("gravity", []))
     physics = physics or ",".join(made.get("physics", []))
     payloads = {p["link"]: (float(p["mass"]), p["center"]) for p in made.get("payloads", [])}
-    return read_model(robot, floating_base, mimic, False, gravity, payloads, name=model_name, physics=physics, friction_width=friction_width)
+    beside = str(options.get("loops") or "")
+    loops = loops or (beside if not results or beside in ("", "cut") else str(Path(str(results.made_by.get("directory", ""))) / beside))
+    drives = drives or ",".join(made.get("drives", []))
+    return read_model(
+        robot, floating_base, mimic, False, gravity, payloads, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives
+    )
 
 
 def _serve(scene: Scene, port: int | None, joint: str, browser: bool) -> None:

@@ -17,6 +17,7 @@ import numpy as np
 from ksl.base.errors import CaseError, MotionError, near_names
 from ksl.base.files_read import InputFile, being_read, recorded
 from ksl.base.toml_files import read_toml, toml_of
+from ksl.load_cases.closed_poses import closed_pose, named_joints
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.stops import Law, Stop, at_rest, nearest_sample, worst_start
 from ksl.load_cases.summary_table import ALL_CASES
@@ -311,10 +312,12 @@ class _Case:
         from ksl.load_cases.poses import held_still, pose_of
 
         try:
-            q = pose_of(model, _table(f"{self.where}: pose", hold["pose"]))
+            q, closing = pose_of(model, _table(f"{self.where}: pose", hold["pose"])), None
+            if model.loops:
+                q, closing = closed_pose(model, q, named_joints(model, hold["pose"]))
         except ValueError as e:
             raise CaseError(f"{self.where}: {e}") from None
-        return held_still(model, q), ""
+        return held_still(model, q, closing), ""
 
     def _stops(
         self, model: Model, motion: Motion, file: str, payloads: Sequence[Payload], external: Sequence[WrenchOverTime]

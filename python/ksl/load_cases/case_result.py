@@ -11,7 +11,7 @@ import numpy as np
 from ksl.base.errors import MotionError
 from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import Block, LoadCase
-from ksl.load_cases.quantities import CAUSES_OF_RESIDUALS, JointLoads, PowerBalance, SummaryRow, summarise
+from ksl.load_cases.quantities import CAUSES_OF_RESIDUALS, UNDETERMINED, JointLoads, PowerBalance, SummaryRow, summarise
 from ksl.load_cases.verdict import Use, uses_of
 from ksl.model.lengths import extent, far_inertia, far_point, strong_gravity
 from ksl.model.states import EFFORT_PARTS
@@ -26,7 +26,7 @@ class CaseResult:
 
     case: LoadCase
     loads: list[JointLoads] | None
-    """Curves of all joints, in the order of `Model.joints`; None where they were dropped to save memory."""
+    """Curves of all joints, in the order of `LoadCase.joints`; None where they were dropped to save memory."""
     rows: list[SummaryRow]
     """A row for each joint, in the same order."""
     balance: PowerBalance | None
@@ -55,8 +55,10 @@ def compute(case: LoadCase, sink: Callable[[Block], None] | None = None, advance
             pending.result()
         balance = curves.power_balance()
         rows: list[SummaryRow] = [{"case": case.name, **summarise(case.motion.time, loads)} for loads in curves.loads]
+        if case.model.loops:
+            rows = [row | {UNDETERMINED: " ".join(case.undetermined.of(str(row["joint"])))} for row in rows]
     _check_summary(case, rows, balance)
-    uses = [use for joint, row in zip(case.model.joints, rows, strict=True) for use in uses_of(joint, row, case.motion.time, case.motion.q)]
+    uses = [use for joint, row in zip(case.joints, rows, strict=True) for use in uses_of(joint, row, case.motion.time, case.motion.q)]
     return CaseResult(case, curves.loads, rows, balance, uses, _doubts(case, balance))
 
 
@@ -64,7 +66,17 @@ def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
     lines = [*case.motion.doubts, *case.motion.contradictions]
     if balance is not None and balance.doubtful:
         lines.append(f"power balance: the residual is {balance.relative_residual:.2g} of the largest power: {CAUSES_OF_RESIDUALS}")
+    lines += _about_drives(case)
     return _about_payloads(case) + _about_lengths(case) + lines + [line for line in case.model.warnings if line.startswith(("link ", "none of the links"))]  # those of masses
+
+
+def _about_drives(case: LoadCase) -> list[str]:
+    """More drives than freedoms share the efforts as their control does."""
+    closing, model = case.motion.closing, case.model
+    drives = sum(model.joint(name).nv for name in model.drives or ())
+    if not model.loops or closing is None or drives <= closing.freedoms or case.brake:
+        return []
+    return [f"{', '.join(model.drives or ())}: {drives} drives move {closing.freedoms} freedom{'s' if closing.freedoms > 1 else ''}: efforts are those of least norm, and how the control shares them is another matter"]
 
 
 def _about_payloads(case: LoadCase) -> list[str]:
@@ -101,7 +113,7 @@ def _check_block(case: LoadCase, block: Block) -> None:
     for x in (block.total, block.constraint, block.in_joint_axes):
         if not np.isfinite(x).all():
             sample, joint, _ = np.argwhere(~np.isfinite(x))[0]
-            raise _overflow(case, case.model.joints[joint].name, where(sample), "wrench")
+            raise _overflow(case, case.joints[joint].name, where(sample), "wrench")
     parts = [] if block.parts is None else [(name, block.parts[:, i]) for i, name in enumerate(EFFORT_PARTS)]
     for what, x in (("effort", block.tau), ("power", block.tau * block.v), *parts):
         if not np.isfinite(x).all():

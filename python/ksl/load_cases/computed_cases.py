@@ -74,7 +74,7 @@ class ComputedCases:
     def verdict(self) -> Verdict:
         """Red, amber or green over all load cases and joints."""
         lines = self._of_cases([(r.case.name, doubt) for r in self.results for doubt in dict.fromkeys(r.doubts)])
-        return Verdict(tuple(use for r in self.results for use in r.uses), (*lines, *not_given(self.model.joints)))
+        return Verdict(tuple(use for r in self.results for use in r.uses), (*lines, *not_given(self.model.joints, self.model.drives if self.model.loops else None)))
 
     @property
     def notes(self) -> list[str]:
@@ -107,7 +107,7 @@ class ComputedCases:
         results: list[CaseResult] = []
         ranking = Ranking()
         kept: list[int] = []
-        wanted = [j.name for j in self.model.joints if self.cases[0].placement.wanted(j.name)]
+        wanted = [j.name for j in self.cases[0].joints if self.cases[0].placement.wanted(j.name)]
         for i, case in enumerate(self.cases):
             of_case = _numbered(sink, i) if sink else None
             results.append(compute(case, of_case, advance))
@@ -121,7 +121,7 @@ class ComputedCases:
     @property
     def _most(self) -> int:
         """How many load cases have curves in the report."""
-        wanted = sum(self.cases[0].placement.wanted(j.name) for j in self.model.joints)
+        wanted = sum(self.cases[0].placement.wanted(j.name) for j in self.cases[0].joints)
         return max(1, min(KEPT_CASES, KEPT_CURVES // max(1, wanted)))
 
     def writer(self) -> TableWriter:

@@ -8,7 +8,9 @@ import numpy as np
 
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.quantities import JointLoads, PowerBalance, joint_loads, power_round_off
+from ksl.load_cases.reaction_joints import has_drive
 from ksl.model.states import EFFORT_PARTS, Array
+from ksl.motions.closed_motion import closed_again
 from ksl.motions.signal.rates import SPLINE_SAMPLES, rates_beside_corners
 from ksl.motions.signal.standing import with_means
 
@@ -24,15 +26,14 @@ class Curves:
         n = len(self.case.motion.time)
         self._drive, self._largest_effort = np.empty(n), 0.0
         self._dissipation = np.empty(n) if self.case.model.physics and not self.case.brake else None
-        model, motion = self.case.model, self.case.motion
-        for joint in model.joints:
+        model = self.case.model
+        for joint in self.case.joints:
             empty = joint_loads(joint, np.empty((0, 6)), None, None)
-            speed = model.velocity_of(joint, motion.resolved_v) if joint.one_coordinate else None
-            effort = np.zeros(n) if joint.one_coordinate and joint.leader is None else None
+            position, speed, acceleration = self.case.joint_motions.of(joint) if joint.one_coordinate else (None, None, None)
+            effort = np.zeros(n) if has_drive(model, joint) else None
             brake = np.empty(n) if effort is not None and self.case.brake else None
             coupling = np.empty(n) if joint.leader is not None else None
             parts: dict[str, Array] = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None and brake is None else {}
-            position, acceleration = (model.position_of(joint, motion.q), model.velocity_of(joint, motion.resolved_a)) if joint.one_coordinate else (None, None)
             wrench: dict[str, Array] = {name: np.empty(n) for name in empty.wrench}
             self.loads.append(JointLoads(joint, wrench, speed, effort, coupling, parts, position, acceleration, brake))
 
@@ -66,7 +67,7 @@ class Curves:
             return PowerBalance(none, none, none, none)
         q, v = motion.q, motion.resolved_v
         if motion.held is not None and motion.held.any():  # noise of their positions is no change of energy
-            q = with_means(q, motion.held, self.case.model.joints)
+            q = closed_again(self.case.model, motion, with_means(q, motion.held, self.case.model.joints))
         kinetic, potential = self.case.model.energy(q, v)
         energy = kinetic + potential
         supplied = self.case.model.external_power(q, v, external) if external else np.zeros(len(motion.time))

@@ -25,7 +25,8 @@ MotionGiven = str | os.PathLike[str] | Motion | Sequence[ArrayLike] | Any
 def checked(model: Model, placement: Placement) -> Placement:
     """The same placement.  Raises ValueError for unknown sides, points, axes, orders and joints, and for points of joints that aren't wanted."""
     for joint in (*placement.joints, *placement.points):
-        model.joint(joint)
+        if joint not in model.loop_names:
+            model.joint(joint)
     for joint in placement.points:
         if not placement.wanted(joint):
             raise ValueError(sentence(f"at: a point of {joint!r}, which is none of the joints that are wanted: {', '.join(placement.joints)}; add it there, or leave out the point"))

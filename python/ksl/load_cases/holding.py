@@ -14,10 +14,12 @@ from ksl.base.errors import MotionError, unknown_name
 from ksl.base.files_read import being_read
 from ksl.base.input_files import STANDARD_INPUT
 from ksl.base.real_arrays import real_array
+from ksl.load_cases.closed_poses import reach_of
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.load_case import Placement
 from ksl.load_cases.poses import pose_of
 from ksl.load_cases.quantities import joint_loads
+from ksl.load_cases.reaction_joints import has_drive, joint_named
 from ksl.model.mechanism import Joint
 from ksl.model.model import Model
 from ksl.model.states import Array
@@ -57,59 +59,81 @@ class WorstPose:
     agree: int
     """Of these, that came to the value within 0.1 %.  One alone may have missed a larger one."""
 
+    skipped: int = 0
+    """Random poses that were not looked at: the loops can't be closed there, or not within the limits of all joints."""
+
     @property
     def converged(self) -> bool:
         """Whether the search that found the value ended at a maximum, and another came to the same."""
         return self.refined == 0 or self.agree > 1
 
     def __str__(self) -> str:
+        if self.skipped and self.skipped == self.tried:
+            return f"none of {self.tried} random poses can be closed within the limits: this is the pose that was given; give limits of position that fit"
         if not self.refined:
             return "no joint can move: there was nothing to search"
         said = f"{self.agree} of {self.refined} searches, from the best of {self.tried} random poses, came to this value"
         doubt = "" if self.converged else "; there may be a worse pose: try other seeds"
         unfinished = f", {self.refined - self.ended} ended before a maximum" if self.ended < self.refined else ""
-        return said + unfinished + doubt
+        barred = f"; {self.skipped} of the {self.tried} can't be closed within the limits" if self.skipped else ""
+        return said + unfinished + barred + doubt
 
 
 def worst_pose(model: Model, joint: str, quantity: str, placement: Placement, q: Array, fixed: set[str], seed: int = 0) -> WorstPose:
     """The pose at rest with the largest magnitude of a quantity of a joint; joints that are not searched are as in `q` (nq)."""
     from scipy.optimize import minimize
 
-    size = _size(model, model.joint(joint), quantity, placement)
-    searched = [(j, bounds) for j in model.joints[: len(model.joint_names)] if j.name not in fixed and (bounds := _range(j))]
+    size = _size(model, joint_named(model, joint), quantity, placement)
+    reach = reach_of(model, q, fixed)
+    moving = reach.searched(model.joints[: len(model.joint_names)])
+    searched = [(j, bounds) for j in moving if j.name not in fixed and (bounds := _range(j))]
     if not searched:
         return WorstPose(q, float(size(q[None])[0]), 0, 0, 0, 0)
     columns = [j.q_index for j, _ in searched]
     lower, upper = (np.array([bounds[k] for _, bounds in searched]) for k in (0, 1))
 
-    def largest(x: Array) -> Array:
-        """Sizes (n) of poses x (n, searched), each from 0 to 1 of its range."""
+    def largest(x: Array, near: Array | None = None) -> Array:
+        """Sizes (n) of poses x (n, searched), each from 0 to 1 of its range; near (nq): a closed pose beside them."""
         poses = np.repeat(q[None], len(x), axis=0)
         poses[:, columns] = lower + x * (upper - lower)
-        return size(poses)
+        return reach.sizes(size, poses, near)
 
-    def descent(x: Array) -> tuple[float, Array]:
+    def descent(x: Array, near: Array) -> tuple[float, Array]:
         """Minus the square, which is smooth where the magnitude is zero, and its gradient by central differences, in one batch."""
         steps = STEP * np.eye(len(x))
-        values = largest(np.vstack([x, x + steps, x - steps])) ** 2 / scale
+        values = largest(np.vstack([x, x + steps, x - steps]), near) ** 2 / scale
         return -float(values[0]), -(values[1 : len(x) + 1] - values[len(x) + 1 :]) / (2 * STEP)
 
-    tried = np.random.default_rng(seed).random((TRIED, len(columns)))
+    tried = reach.nearer(np.random.default_rng(seed).random((TRIED, len(columns))), (q[columns] - lower) / (upper - lower))
     sizes = largest(tried)
+    skipped = reach.skipped
+    if skipped == TRIED:
+        return WorstPose(q, float(size(q[None])[0]), TRIED, 0, 0, 0, skipped)
     scale = float(sizes.max()) ** 2 or 1.0
     best, found = tried[int(sizes.argmax())], float(sizes.max())
     ends: list[tuple[float, bool]] = []
     for k in np.argsort(-sizes, kind="stable")[:REFINED]:
-        end = minimize(descent, tried[k], jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * len(columns), options=SEARCH)
+        if sizes[k] == 0 and skipped:  # it can't be closed
+            break
+        near = _at(q, columns, lower + tried[k] * (upper - lower))
+        near = reach.closed(near[None])[0][0]
+        end = minimize(descent, tried[k], args=(near,), jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * len(columns), options=SEARCH)
         x = np.clip(end.x, 0, 1)
-        value = float(largest(x[None])[0])
+        value = float(largest(x[None], near)[0])
         ends.append((value, bool(end.success)))
         if value > found:
             best, found = x, value
-    pose = q.copy()
-    pose[columns] = lower + best * (upper - lower)
+    pose = _at(q, columns, lower + best * (upper - lower))
     agree = sum(done and value >= (1 - AGREE) * found for value, done in ends)
-    return WorstPose(_nearest(pose, q, searched, size), found, TRIED, len(ends), sum(done for _, done in ends), agree)
+    pose = _nearest(pose, q, searched, lambda poses: reach.sizes(size, poses))
+    return WorstPose(reach.closed(pose[None])[0][0], found, TRIED, len(ends), sum(done for _, done in ends), agree, skipped)
+
+
+def _at(q: Array, columns: Sequence[int], x: Array) -> Array:
+    """q (nq) with other numbers in some columns."""
+    pose = q.copy()
+    pose[columns] = x
+    return pose
 
 
 def _nearest(pose: Array, q: Array, searched: Sequence[tuple[Joint, tuple[float, float]]], size: Callable[[Array], Array]) -> Array:
@@ -132,7 +156,7 @@ def _size(model: Model, joint: Joint, quantity: str, placement: Placement) -> Ca
     own = quantity in COMPONENTS
     p = placement
     request = model.reaction_request(p.on, p.at, p.axes if own else "joint", "lin_ang", "total", [joint.name])
-    known = ["effort"] if joint.nv == 1 else []
+    known = ["effort"] if joint.nv == 1 and has_drive(model, joint) else []
     known += [*COMPONENTS, "force", "moment", *([n for n in joint_loads(joint, np.zeros((1, 6)), None, None).wrench if "_" in n])]
     if quantity not in known:
         raise ValueError(unknown_name(f"joint {joint.name}", "quantity", quantity, known))

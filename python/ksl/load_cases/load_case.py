@@ -4,56 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from ksl import _core
 from ksl.base.errors import MotionError, ResultError
+from ksl.load_cases.loop_motion import JointMotions, joint_motions
+from ksl.load_cases.placement import Placement as Placement
+from ksl.load_cases.reaction_joints import reaction_joints
+from ksl.load_cases.undetermined import Undetermined, undetermined
 from ksl.model.calls import Calls
-from ksl.model.requests import WORLD
-from ksl.model.states import Array, Order, Point, Side
+from ksl.model.mechanism import Joint
+from ksl.model.states import Array
+from ksl.motions.closed_motion import check_drives
 from ksl.motions.motion import Motion
 
 BLOCK_ROWS = 1 << 17
 """Rows of the table that are computed and written at a time."""
-
-
-@dataclass(frozen=True)
-class Placement:
-    """Side, point, axes and order of the wrenches; see `Model.reactions`."""
-
-    on: Side = "child"
-    at: Point = "joint"
-    axes: str = "joint"
-    order: Order = "lin_ang"
-    points: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    """Points of joints that have one of their own: from the joint's origin, in its axes, m."""
-    joints: Sequence[str] = ()
-    """The joints whose wrenches are wanted; all if empty."""
-
-    def of(self, joint: str) -> str:
-        """The point of a joint in one word or three numbers."""
-        return Placement(at=self.points[joint]).point if joint in self.points else self.point
-
-    def wanted(self, joint: str) -> bool:
-        return not self.joints or joint in self.joints
-
-    @property
-    def point(self) -> str:
-        """The point in one word or three numbers."""
-        return self.at if isinstance(self.at, str) else "joint + " + " ".join(f"{x:g}" for x in self.at)
-
-    @property
-    def about(self) -> str:
-        """The point as people read it."""
-        own = ", ".join(f"({', '.join(f'{x:g}' for x in p)}) m for {joint}" for joint, p in self.points.items())
-        return self._common + (f", but {own}, from its origin in its axes" if own else "")
-
-    @property
-    def _common(self) -> str:
-        if not isinstance(self.at, str):
-            return f"the point ({', '.join(f'{x:g}' for x in self.at)}) m from the joint's origin, in its axes"
-        return {"joint": "the joint's origin", "world": "the world's origin", WORLD: "the world's origin"}.get(self.at, f"the origin of {self.at.removeprefix('link:')}")
 
 
 @dataclass(frozen=True)
@@ -91,10 +59,29 @@ class LoadCase:
     """What the samples are, in words: motion, held at rest, emergency stop …"""
     static: bool = False
     """Whether samples are positions at rest, one after the other, and no motion: power balances don't apply."""
+    known_undetermined: Undetermined | None = None
+    """`undetermined`, where it is known from another load case with the same positions."""
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """All joints with reactions, those that close loops last."""
+        return reaction_joints(self.model)
+
+    @cached_property
+    def joint_motions(self) -> JointMotions:
+        """Positions and rates of joints with one coordinate."""
+        return joint_motions(self.model, self.motion.q, self.motion.resolved_v, self.motion.resolved_a)
+
+    @cached_property
+    def undetermined(self) -> Undetermined:
+        """Which components of reactions rigid bodies leave open, of a closed mechanism."""
+        if self.known_undetermined is not None:
+            return self.known_undetermined
+        return undetermined(self.model, self.motion.q, self.placement) if self.model.loops and isinstance(self.model, Calls) else Undetermined()
 
     def blocks(self) -> Iterator[Block]:
         """All samples in order, in blocks of about BLOCK_ROWS rows of the table."""
-        samples = max(1, BLOCK_ROWS // len(self.model.joints))
+        samples = max(1, BLOCK_ROWS // len(self.joints))
         for start in range(0, len(self.motion.time), samples):
             yield self.block(slice(start, start + samples))
 
@@ -110,20 +97,20 @@ class LoadCase:
         try:
             tau, *found = self.model.inverse_dynamics_with_reactions(m.q[rows], v[rows], a[rows], wanted, external, threads)
         except ResultError as e:
+            check_drives(self.model, self.motion_file or self.name)
             sample = (rows.start or 0) + e.state
-            raise MotionError(
-                f"{self.motion_file or self.name}: sample {sample + 1} (time {m.time[sample]:.9g}): {e}; "
-                "check the units of positions, rates, external wrenches, masses and gravity (rad, m, s, N, N m, kg)"
-            ) from None
+            units = "check the units of positions, rates, external wrenches, masses and gravity (rad, m, s, N, N m, kg)"
+            about = "" if self.model.loops else f"; {units}"
+            raise MotionError(f"{self.motion_file or self.name}: sample {sample + 1} (time {m.time[sample]:.9g}): {e}{about}") from None
         coupling = self._coupling(found.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
         each = 1 + len(p.points)
         total, constraint, *others = [self._merged(found[i : i + each]) for i in range(0, len(found), each)]
         parts = self.model.effort_parts(m.q[rows], v[rows], a[rows], external, threads=threads) if self.model.physics and not self.brake else None
-        return Block(rows, m.time[rows], m.q[rows], v[rows], a[rows], tau, total, constraint, others[0] if others else total, coupling, parts, self.brake)
+        return Block(rows, m.time[rows], m.q[rows], v[rows], a[rows], tau, total, constraint, others[0] if others else total, coupling, self.joint_motions.part(rows), parts, self.brake, self.undetermined)
 
     def _requests(self, part: str, axes: str, order: str) -> list[_core.Request]:
         """Requests for all joints at the common point, and for each joint that has a point of its own."""
-        p, names = self.placement, [j.name for j in self.model.joints]
+        p, names = self.placement, [j.name for j in self.joints]
         own = [self.model.reaction_request(p.on, point, axes, order, part, [joint]) for joint, point in p.points.items()]
         return [self.model.reaction_request(p.on, p.at, axes, order, part, names), *own]
 
@@ -131,7 +118,7 @@ class LoadCase:
         """Wrenches (n, joints, 6), each about its own point."""
         wrenches, *own = found
         for joint, wrench in zip(self.placement.points, own, strict=True):
-            wrenches[:, [j.name for j in self.model.joints].index(joint)] = wrench[:, 0]
+            wrenches[:, [j.name for j in self.joints].index(joint)] = wrench[:, 0]
         return wrenches
 
     def _coupling(self, wrenches: Array) -> Array:
@@ -143,7 +130,7 @@ class LoadCase:
 
 @dataclass(frozen=True)
 class Block:
-    """Results for some samples, with joints in the order of `Model.joints`."""
+    """Results for some samples, with joints in the order of `LoadCase.joints`."""
 
     rows: slice
     time: Array
@@ -159,7 +146,11 @@ class Block:
     """The total at the placement's point and side, but in the joint's axes, linear first."""
     coupling: Array
     """(n, followers): the effort of the coupling of each mimic joint, N m or N, in the order of `Model.follower_names`."""
+    motions: JointMotions
+    """Positions and rates of joints with one coordinate."""
     parts: Array | None
     """(n, 5, nv): what `tau` consists of, in the order of `EFFORT_PARTS`; None for models without physics of joints, and with brakes."""
     brake: bool = False
     """Whether brakes supply `tau`, and not the drives."""
+    undetermined: Undetermined = Undetermined()
+    """Components that rigid bodies leave open, along the whole motion."""

@@ -12,6 +12,7 @@ from ksl.load_cases.wrench_table import motion_of_arrays
 from ksl.model.model import Model
 from ksl.model.motion_columns import columns_of
 from ksl.model.states import Array
+from ksl.motions.closed_motion import follow_by_loops
 from ksl.motions.motion import Motion
 
 EXPECTED = "expected a file, a table with the column `time`, or time (n), q (n, nq) and, if known, v and a (n, nv)"
@@ -33,8 +34,8 @@ def _of_table(model: Model, table: Any, names: list[str]) -> Motion:
     """Columns are taken by name.  Rates are used if those of all joints are there."""
     joints = model.joints[: len(model.joint_names)]
     groups = [[column for j in joints for column in columns_of(j)[k]] for k in range(3)]
-    there = set(names)
-    for column in ("time", *groups[0]):
+    there, following = set(names), follow_by_loops(model)
+    for column in ("time", *(c for k, c in enumerate(groups[0]) if k not in following)):
         if column not in there:
             raise MotionError(f"motion: the table has no column {column!r}; {near_names(column, names)}its columns are {', '.join(names)}")
     known = {"time", *(column for group in groups for column in group)}
@@ -42,11 +43,14 @@ def _of_table(model: Model, table: Any, names: list[str]) -> Motion:
     if unknown:
         raise MotionError(f"motion: unknown column {unknown[0]!r}; {near_names(unknown[0], known)}leave out what belongs to no joint")
 
-    def numbers(group: list[str]) -> Array | None:
+    def numbers(group: list[str], may_follow: bool = False) -> Array | None:
+        if may_follow and len(following):  # columns that are not there follow from the others
+            lacking = np.full(len(table["time"]), np.nan)
+            return np.column_stack([real_array(table[c], f"motion: column {c!r}") if c in there else lacking for c in group])
         if not all(column in there for column in group):
             return None
         return np.column_stack([real_array(table[column], f"motion: column {column!r}") for column in group]) if group else np.empty((len(table["time"]), 0))
 
-    q, v, a = (numbers(group) for group in groups)
+    q, v, a = numbers(groups[0], may_follow=True), numbers(groups[1]), numbers(groups[2])
     assert q is not None  # its columns are there
     return motion_of_arrays(model, real_array(table["time"], "motion: column 'time'"), q, v, a)

@@ -12,6 +12,7 @@ from ksl.base.errors import MotionError, near_names
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of
 from ksl.model.states import Array
+from ksl.motions.closing import Closing
 from ksl.motions.motion import Motion
 from ksl.motions.signal.suspicions import suspicions_of_pose
 
@@ -46,10 +47,10 @@ def pose_of(model: Mechanism, positions: Mapping[str, Any]) -> Array:
     return q
 
 
-def held_still(model: Mechanism, q: Array) -> Motion:
+def held_still(model: Mechanism, q: Array, closing: Closing | None = None) -> Motion:
     """The pose q (nq) at rest, as a motion of one sample."""
     still = np.zeros((1, model.nv))
-    return Motion(np.zeros(1), q[None], still, still, doubts=suspicions_of_pose(model, q))
+    return Motion(np.zeros(1), q[None], still, still, doubts=suspicions_of_pose(model, q), closing=closing)
 
 
 def neutral(model: Mechanism) -> Array:

@@ -74,7 +74,7 @@ def provenance_of(cases: Sequence[LoadCase], inputs: Sequence[InputFile] = (), o
     model = cases[0].model
     return Provenance(
         model.name,
-        [joint_description(j) for j in model.joints],
+        [joint_description(j) for j in cases[0].joints],
         [_case_description(case) for case in cases],
         list(inputs),
         dict(options or {}),
@@ -115,6 +115,7 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
         "gravity": [float(g) for g in case.model.gravity],
         "payloads": [{"link": p.link, "mass": p.mass, "center": list(p.center), **({"inertia": list(p.inertia)} if p.inertia else {})} for p in case.payloads],
         "physics": list(case.model.physics),
+        **({"loops": case.model.loop_names, "drives": list(case.model.drives or ())} if case.model.loops else {}),
         "external": list(case.external),
     }
 
@@ -136,6 +137,7 @@ def _of_case(case: Mapping[str, Any], several: bool) -> list[tuple[str, str]]:
         "gravity": f"({', '.join(f'{g:g}' for g in case['gravity'])}) m/s² in world axes",
         "payloads": "; ".join(str(Payload(p["link"], p["mass"], tuple(p["center"]))) for p in case["payloads"]) or "none",
         "physics of joints": ", ".join(case["physics"]) or "none",
+        **({"closed by": ", ".join(case["loops"]), "drives": ", ".join(case["drives"])} if case.get("loops") else {}),
         "external wrenches": ", ".join(case["external"]) or "none",
     }
     return [("", "; ".join(f"{name} {text}" for name, text in parts.items()))] if several else list(parts.items())

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.model.joint_kinds import has_one_coordinate
 from ksl.model.mechanism import Joint
 from ksl.model.states import EFFORT_PARTS, Array
 
@@ -157,7 +158,7 @@ def length(x: Array) -> Array:
 def joint_loads(joint: Joint, wrench: Array, speed: Array | None, effort: Array | None) -> JointLoads:
     """Curves of a joint from its wrench (n, 6), linear first, in the joint's axes."""
     force, moment = wrench[:, :3], wrench[:, 3:]
-    if not joint.one_coordinate:
+    if not has_one_coordinate(joint.kind):
         return JointLoads(joint, {"force": length(force), "moment": length(moment)}, None, None)
     axis = np.array(joint.axis)
     axial, about_axis = along(force, axis), along(moment, axis)
@@ -191,6 +192,8 @@ def work(time: Array, power: Array) -> tuple[Array, Array]:
     return positive, integral(time, power) - positive
 
 
+UNDETERMINED = "undetermined"
+"""The quantities of a row, separated by blanks, that use components which rigid bodies leave open; of closed mechanisms."""
 SummaryRow = dict[str, "float | str | None"]
 """A joint's row of the summary."""
 
@@ -199,7 +202,7 @@ def summarise(time: Array, loads: JointLoads) -> SummaryRow:
     """One row of the summary: peaks (of the magnitude) with their times, time-weighted rms, work.
 
     Forces and moments are those of the wrench at the chosen point; effort, speed, power and work are the drive's.  A mimic
-    joint has no drive: its row has the effort of the coupling and the speed.  With physics of joints, the parts of the effort follow it.
+    joint has no drive: its row has the effort of the coupling and the speed; that of a joint without a motor in a closed mechanism the speed.  With physics of joints, the parts of the effort follow it.
     """
     row: dict[str, float | str | None] = {"joint": loads.joint.name, "kind": loads.joint.kind}
     for name, x in loads.wrench.items():
@@ -217,6 +220,7 @@ def summarise(time: Array, loads: JointLoads) -> SummaryRow:
         row |= {"power_mean": (positive + negative) / duration if duration > 0 else float(loads.power[0]), "work_positive": positive, "work_negative": negative}
     if loads.coupling is not None and loads.speed is not None:
         row |= _peak(time, "coupling", loads.coupling) | {"coupling_rms": float(rms(time, loads.coupling))}
+    if loads.effort is None and loads.speed is not None:
         row |= _peak(time, "speed", loads.speed)
     if loads.position is not None:
         lowest, highest = (first_extreme(sign * loads.position) for sign in (-1, 1))

@@ -19,10 +19,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.base.errors import MotionError
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
 from ksl.model.calls import Calls
 from ksl.model.states import Array
+from ksl.motions.closed_motion import followed
+from ksl.motions.closing import NotClosed
 from ksl.motions.motion import Motion
 
 Law = Literal["cubic", "linear"]
@@ -73,21 +76,25 @@ class Stop:
     def motion(self, model: Calls, motion: Motion, start: int, samples: int = SAMPLES) -> Motion:
         """The stop from a sample of a motion."""
         x = np.linspace(0, 1, samples)
-        q, v, a = (y[0] for y in self.states(model, motion, np.array([start]), x))
-        return Motion(motion.time[start] + self.duration * x, q, v, a)
+        try:
+            q, v, a = (y[0] for y in self.states(model, motion, np.array([start]), x))
+        except NotClosed as e:
+            raise MotionError(f"the stop from {motion.time[start]:.6g} s: {e.why}") from None
+        return Motion(motion.time[start] + self.duration * x, q, v, a, closing=motion.closing)
 
     def states(self, model: Calls, motion: Motion, starts: NDArray[np.intp], x: Array) -> tuple[Array, Array, Array]:
-        """q, v and a, each (starts, len(x), …), at shares x of the duration."""
+        """q, v and a, each (starts, len(x), …), at shares x of the duration.  Joints that follow by loops do; raises NotClosed where they can't."""
         way, speed, change = (y[:, None] for y in self.profile(x))
         q0, v0 = motion.q[starts][:, None], motion.resolved_v[starts][:, None]
         q = model.integrate(np.broadcast_to(q0, (len(starts), len(x), q0.shape[-1])), v0 * self.duration * way)
-        return q, v0 * speed, v0 * change / self.duration
+        v, a = v0 * speed, v0 * change / self.duration
+        return (q, v, a) if motion.closing is None else followed(model, motion.closing, motion.q[starts], (q, v, a))
 
 
 def at_rest(motion: Motion) -> Motion:
     """The positions of a motion, each held at rest."""
     still = np.zeros_like(motion.v)
-    return Motion(motion.time, motion.q, still, still)
+    return Motion(motion.time, motion.q, still, still, closing=motion.closing)
 
 
 def nearest_sample(motion: Motion, time: float) -> int:
@@ -100,7 +107,10 @@ def worst_start(model: Calls, motion: Motion, stop: Stop, external: Sequence[Wre
     External wrenches are those of the start, held.
     """
     starts, x = stop.starts(motion), np.linspace(0, 1, SEARCHED)
-    largest = np.concatenate([_largest_efforts(model, motion, stop, part, x, external) for part in _parts(starts, len(x))])
+    try:
+        largest = np.concatenate([_largest_efforts(model, motion, stop, part, x, external) for part in _parts(starts, len(x))])
+    except NotClosed as e:
+        raise MotionError(f"the stop from {motion.time[starts[e.row]]:.6g} s: {e.why}") from None
     limits = np.array([limits_of(j).effort or 0.0 for j in model.joints if j.nv == 1 and j.v_index >= 0])
     columns = [j.v_index for j in model.joints if j.nv == 1 and j.v_index >= 0]
     if not columns:

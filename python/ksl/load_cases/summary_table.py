@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ksl.base.csv_cells import csv_comment, csv_row, csv_text
 from ksl.load_cases.provenance import UNITS, Provenance
-from ksl.load_cases.quantities import SummaryRow
+from ksl.load_cases.quantities import UNDETERMINED, SummaryRow
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -38,7 +38,7 @@ def worst_rows(rows: Sequence[SummaryRow]) -> list[SummaryRow]:
 
 def _worst(joint: str, rows: list[SummaryRow]) -> SummaryRow:
     worst: SummaryRow = {"case": ALL_CASES, "joint": joint, "kind": rows[0]["kind"]}
-    names = dict.fromkeys(name for row in rows for name in row if name not in worst and not name.endswith("_time"))
+    names = dict.fromkeys(name for row in rows for name in row if name not in (*worst, UNDETERMINED) and not name.endswith("_time"))
     for name in names:
         having = [row for row in rows if name in row]
         sign = _SIGN.get(name)
@@ -48,6 +48,8 @@ def _worst(joint: str, rows: list[SummaryRow]) -> SummaryRow:
         if f"{name}_time" in governing:
             worst[f"{name}_time"] = governing[f"{name}_time"]
         worst[f"{name}_case"] = governing["case"]
+    if UNDETERMINED in rows[0]:
+        worst[UNDETERMINED] = " ".join(sorted({word for row in rows for word in str(row[UNDETERMINED]).split()}))
     return worst
 
 
@@ -80,7 +82,7 @@ def summary_table(rows: Sequence[SummaryRow], provenance: Provenance) -> pa.Tabl
     import pyarrow as pa
 
     rows = all_rows(rows)
-    words = ("case", "joint", "kind")
+    words = ("case", "joint", "kind", UNDETERMINED)
     names = columns_of_rows(rows)
     types = [pa.string() if name in words or name.endswith("_case") else pa.float64() for name in names]
     schema = pa.schema(list(zip(names, types, strict=True)), metadata={"ksl": json.dumps(provenance.metadata() | {"peaks": PEAKS})})

@@ -12,7 +12,7 @@ Green: everything was compared, and holds with these margins.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
@@ -195,9 +195,12 @@ def _position(
     return beyond or sorted(uses, key=lambda use: use.share)[-1:]
 
 
-def not_given(joints: Sequence[Joint]) -> list[str]:
-    """Reasons: limits that the file doesn't give, so that nothing can be compared with them.  Mimic joints have no drive, so no effort."""
-    moving = [(j, limits_of(j)) for j in joints if j.one_coordinate]
+def not_given(joints: Sequence[Joint], drives: Collection[str] | None = None) -> list[str]:
+    """Reasons: limits that the file doesn't give, so that nothing can be compared with them.  Mimic joints have no drive, so no effort.
+
+    drives: of a closed mechanism, whose other joints have no effort, and are not missed where they have no speed limit, either.
+    """
+    moving = [(j, limits_of(j)) for j in joints if j.one_coordinate and (drives is None or j.name in drives)]
     absent = {
         "effort": [j.name for j, l in moving if l.effort is None and j.leader is None],
         "velocity": [j.name for j, l in moving if l.velocity is None],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,10 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 from ksl.base.errors import MotionError
 from ksl.load_cases.load_case import Block, LoadCase, Placement
 from ksl.load_cases.provenance import Provenance, provenance_of
+from ksl.load_cases.reaction_joints import has_drive, reaction_joints
 from ksl.model.calls import Calls
-from ksl.model.mechanism import Joint, Mechanism
+from ksl.model.mechanism import Mechanism
 from ksl.model.states import EFFORT_PARTS, Array, External, Order, Point, Side, items_of
-from ksl.motions.motion import Motion, complete
+from ksl.motions.closed_motion import check_drives, completed, follow_by_loops
+from ksl.motions.motion import Motion
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -32,15 +33,17 @@ class TableWriter:
         self._pa, self._placement = pa, placement
         cases: list[dict[str, Any]] = provenance.cases if provenance else [{"name": "motion"}]
         self._cases = [str(case["name"]) for case in cases]
-        self._joints = [j for j in model.joints if placement.wanted(j.name)]
-        self._chosen = [i for i, j in enumerate(model.joints) if placement.wanted(j.name)]
-        self._driven = np.array([j.one_coordinate and j.leader is None for j in self._joints])
+        joints = reaction_joints(model)
+        self._joints = [j for j in joints if placement.wanted(j.name)]
+        self._chosen, self._all = [i for i, j in enumerate(joints) if placement.wanted(j.name)], len(joints)
+        self._moving = np.array([j.one_coordinate for j in self._joints])
+        self._driven = np.array([has_drive(model, j) for j in self._joints])
         self._follows = np.array([j.leader is not None for j in self._joints])
         self._v_index = np.array([j.v_index for j in self._joints])[self._driven]
         self._following = [model.follower_names.index(j.name) for j in self._joints if j.leader is not None]
         self._with_parts = any(case.get("physics", model.physics) for case in cases)
         self._with_brake = any(case.get("brake") for case in cases)
-        self._mechanism = model
+        self._closed = bool(model.loops)
         names, parts = COMPONENTS[placement.order], EFFORT_PARTS if self._with_parts else ()
         motion = ("position", "speed", "acceleration")
         numbers = ["time", *names, *(f"constraint_{c}" for c in names), *motion, "effort", "power", *(["brake"] if self._with_brake else []), *(["coupling"] if self._following else []), *parts]
@@ -48,7 +51,7 @@ class TableWriter:
         self.schema = pa.schema(
             [pa.field("case", words), pa.field("time", pa.float64()), pa.field("joint", words)]
             + [pa.field(n, pa.float64()) for n in numbers[1:]]
-            + [pa.field(n, words) for n in ("on", "at", "axes")],
+            + [pa.field(n, words) for n in ("on", "at", "axes", *(["undetermined"] if self._closed else []))],
             metadata={"ksl": json.dumps((provenance.metadata() if provenance else {"robot": model.name}) | self._description(model))},
         )
 
@@ -64,6 +67,7 @@ class TableWriter:
             "effort": f"{effort}, the same for every `on`, `at` and `axes`",
             **({"physics": ", ".join(model.physics)} if model.physics else {}),
             **({"brake": "effort that brakes supply in load cases where drives don't, whose effort is zero there"} if self._with_brake else {}),
+            **({"undetermined": "components that rigid bodies leave open, of the same wrench; their values are those of least norm"} if self._closed else {}),
             **({"coupling": "effort by which its leader moves a mimic joint, which has no drive"} if self._following else {}),
         }
 
@@ -73,11 +77,10 @@ class TableWriter:
         columns = [self._words(self._cases, np.full(n * joints, case, dtype=np.int16))]
         columns += [self._numbers(np.repeat(block.time, joints)), self._words([j.name for j in self._joints], np.tile(np.arange(joints, dtype=np.int16), n))]
         for wrench in (block.total, block.constraint):
-            chosen = wrench if joints == len(self._mechanism.joints) else wrench[:, self._chosen]
+            chosen = wrench if joints == self._all else wrench[:, self._chosen]
             columns += [self._numbers(chosen[:, :, i]) for i in range(6)]
-        moving, movers = self._driven | self._follows, [j for j in self._joints if j.one_coordinate]
-        at = [(self._mechanism.position_of, block.q), (self._mechanism.velocity_of, block.v), (self._mechanism.velocity_of, block.a)]
-        columns += [self._of(moving, _columns(of, movers, x)) for of, x in at]
+        moved = [block.motions.of(j) for j in self._joints if j.one_coordinate]
+        columns += [self._of(self._moving, np.column_stack([of[k] for of in moved]) if moved else np.empty((n, 0))) for k in range(3)]
         effort, speed = block.tau[:, self._v_index], block.v[:, self._v_index]
         of_drive = np.zeros_like(effort) if block.brake else effort
         columns += [self._of(self._driven, of_drive), self._of(self._driven, of_drive * speed)]
@@ -94,6 +97,10 @@ class TableWriter:
         point_of_row = np.tile(np.array([points.index(p.of(j.name)) for j in self._joints], dtype=np.int16), n)
         same = np.zeros(n * joints, dtype=np.int16)
         columns += [self._words([p.on], same), self._words(points, point_of_row), self._words([p.axes], same)]
+        if self._closed:
+            said = [" ".join(block.undetermined.components.get(j.name, ())) for j in self._joints]
+            distinct = list(dict.fromkeys(said))
+            columns.append(self._words(distinct, np.tile(np.array([distinct.index(x) for x in said], dtype=np.int16), n)))
         return pa.Table.from_arrays(columns, schema=self.schema)
 
     def _of(self, chosen: NDArray[np.bool_], x: Array) -> pa.Array:
@@ -124,11 +131,6 @@ def _text_buffers(pa: Any, words: list[str]) -> tuple[Any, Any]:
     return pa.py_buffer(offsets), pa.py_buffer(b"".join(encoded))
 
 
-def _columns(of: Callable[[Joint, Array], Array], joints: list[Joint], x: Array) -> Array:
-    """Positions or rates (n, joints) of joints with one coordinate, from x (n, …) of all."""
-    return np.column_stack([of(j, x) for j in joints]) if joints else np.empty((len(x), 0))
-
-
 def wrench_table(
     model: Calls,
     time: ArrayLike,
@@ -149,7 +151,8 @@ def wrench_table(
     Columns: case ("motion"), time, joint, fx fy fz tx ty tz of the total and constraint_fx … of the constraint part (N, N m);
     position, speed and acceleration of joints with one coordinate; effort and power of their drives, the same for every on, at
     and axes; on, at, axes.  Robots with mimic joints have a column `coupling` after these: the effort by which its leader moves a mimic joint, which has no
-    drive.  Models with physics of joints have the parts of the effort there: transmitted, damping, friction, rotor, spring.
+    drive.  Mechanisms with loops have the joints that close them, too, and last a column `undetermined`: the components that rigid bodies leave open.
+    Models with physics of joints have the parts of the effort there: transmitted, damping, friction, rotor, spring.
     The metadata (key `ksl`, JSON) says robot, joints, load case, versions, date, units and conventions.
     Raises MotionError.
     """
@@ -163,7 +166,10 @@ def wrench_table(
 
 
 def motion_of_arrays(model: Calls, time: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None) -> Motion:
-    """The motion of samples at `time` (n); what is None is differentiated.  Raises MotionError."""
+    """The motion of samples at `time` (n); what is None is differentiated.  Raises MotionError.
+
+    Columns of q of joints that follow by loops may be NaN throughout.
+    """
     try:
         t, positions = _real("time", time), _real("q", model.as_array(q, "q"))
         given = [None if x is None else _real(name, model.as_array(x, name)) for name, x in (("v", v), ("a", a))]
@@ -174,13 +180,17 @@ def motion_of_arrays(model: Calls, time: ArrayLike, q: ArrayLike, v: ArrayLike |
         shapes = [None if x is None else x.shape for x in given]
         found = f"time {t.shape}, q {positions.shape}, v {shapes[0]}, a {shapes[1]}"
         raise MotionError(f"shapes don't fit: {found}; expected (n), (n, {model.nq}), (n, {model.nv}), (n, {model.nv})")
+    joints = model.joints[: len(model.joint_names)]
+    if np.isnan(positions).any():
+        check_drives(model, "motion")
+    known = ~np.isnan(positions).all(axis=0) | ~np.isin(np.arange(model.nq), follow_by_loops(model))
+    positions = np.where(known, positions, model.neutral())
     if not all(np.isfinite(x).all() for x in (t, positions, *given) if x is not None):
         raise MotionError("time, q, v and a must be finite")
     if (np.diff(t) <= 0).any():
         raise MotionError("times must increase: sort the samples and remove repeated ones")
-    joints = model.joints[: len(model.joint_names)]
     by_joint = [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints]
-    return complete(model, t, positions, by_joint)
+    return completed(model, t, positions, by_joint, known)
 
 
 def wrenches_of_arrays(external: External | None, samples: int) -> dict[str, Array]:

@@ -107,6 +107,30 @@ class Builder:
         self._core.add_joint(name, kind, parent, child, given.pose(placed, f"joint {name}: its pose", parent), options)
         return self
 
+    def add_loop(
+        self,
+        name: str,
+        kind: AnyKind,
+        predecessor: str,
+        successor: str,
+        predecessor_pose: given.PoseLike | None = None,
+        successor_pose: given.PoseLike | None = None,
+        axis: ArrayLike | None = None,
+        axis2: ArrayLike | None = None,
+        pitch: float | None = None,
+    ) -> Builder:
+        """A joint that closes a loop, between two links that have been added and that joints connect already.  Returns the builder.
+
+        kind: any of :meth:`add_joint` but floating.  predecessor, successor: the sides that a file calls parent and child.
+        predecessor_pose, successor_pose: of the joint's frame on each side, in that link's frame, (4, 4) or a :class:`ksl.Pose`; the frames
+        coincide where the joint's position is zero.  axis, axis2 (3), pitch: as of :meth:`add_joint`; an axis has the same
+        components in both frames.
+
+            b.add_loop("C", "revolute", "coupler", "rocker", at_end_of_coupler, at_end_of_rocker, axis=(0, 1, 0))
+        """
+        self._core.add_loop(given.loop(name, kind, predecessor, successor, predecessor_pose, successor_pose, axis, axis2, pitch))
+        return self
+
     def add_dh_chain(self, parent: str, rows: Iterable[DHRow], convention: Convention = "standard", prefix: str = "") -> Builder:
         """Adds joint1, link1, joint2, link2, … to a link, their names after `prefix`.  Returns the builder.
 
@@ -147,8 +171,11 @@ class Builder:
         masses: Literal["optional"] | None = None,
         physics: str | Iterable[str] | None = None,
         friction_width: float = 0.01,
+        drives: Iterable[str] | None = None,
     ) -> Model:
         """The model of what has been added, with the options of :func:`ksl.load`; `gravity` None is the builder's own.
+
+        drives: the joints that have a motor.  Inverse dynamics of mechanisms with loops need to know them.
 
         More can be added, and another model built, afterwards.
         """
@@ -156,6 +183,8 @@ class Builder:
             one_of(masses, "masses", "optional")
         own = None if gravity is None else list(three_numbers(gravity, "gravity"))
         floating_base, strict = given.flag(floating_base, "floating_base"), given.flag(strict, "strict")
+        if drives is not None:
+            self._core.set_drives(given.names(drives, "drives"))
         core = self._core.build(floating_base, strict, own, given.payload_points(payloads), masses is not None, given.physics(physics, friction_width))
         for line in core.warnings:
             warnings.warn(line, DescriptionWarning, stacklevel=2)

@@ -3,16 +3,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.model.requests import Requests, one_of
+from ksl.model.loops import LoopCalls
+from ksl.model.requests import one_of
 from ksl.model.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, external_in, numbers
+from ksl.model.stiffness import Stiffness
 
 
-class Calls(Requests):
+class Calls(LoopCalls):
     """A method for each algorithm."""
 
     def inverse_dynamics_with_reactions(
@@ -80,6 +82,8 @@ class Calls(Requests):
         out: Array | None = None,
         threads: int | None = None,
         external_axes: ExternalAxes = "link",
+        stiffness: Mapping[str,
+        Stiffness] | None = None,
     ) -> Array:
         """The wrench through each joint: what the parent side exerts on the child side.
 
@@ -97,10 +101,15 @@ class Calls(Requests):
         same of a mimic joint, which has no actuation; "total" their sum.  The effort of a drive that leads mimic joints is
         the sum of Sᵀ f of its own joint's actuation and, times their multipliers, of their couplings.  The split is made in
         the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
+        Joints that close loops are named, too.  Components that rigid bodies leave open (:meth:`reactions_unique`) have the values of least norm,
+        or with stiffness={joint: …}, as :meth:`with_stiffness` takes it, those of least energy.
 
             f = m.reactions(q, v, a)                                            # (6, 6): on the children of the moving joints
             moved = m.reactions(q, v, a, at=(0, 0, 0.05), axes="world", joints=["wrist_3"])
         """
+        if stiffness is not None:
+            stiff: Calls = self._with_stiffness(stiffness)
+            return stiff.reactions(q, v, a, external, on, at, axes, order, part, joints, out, threads, external_axes)
         if external_axes != "link":
             external = external_in(external, external_axes)
         return self._core.reactions(q, v, a, None, external, self.reaction_request(on, at, axes, order, part, joints), out, threads)
@@ -736,9 +745,13 @@ class Calls(Requests):
         out: three arrays, one for each derivative.
         Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics Using Spatial Vector Algebra
         (RA-L 7(2), 2022); O(bodies × depth).
+        Of mechanisms with loops they are along the mechanism, (…, nv, freedoms) each: by the coordinates that :meth:`independent` lists, one at a
+        time, while the others follow.  There must be as many drives as freedoms, and out must be None.
 
             by_q, by_v, by_a = m.inverse_dynamics_derivatives(q, v, a)          # (6, 6) each
         """
+        if self.loops:
+            return self._along("inverse_dynamics_derivatives", q, v, (a, "a"), external, out, external_axes)
         if external_axes != "link":
             external = external_in(external, external_axes)
         return self._core.inverse_dynamics_derivatives(q, v, a, None, external, None, out, threads)
@@ -778,7 +791,11 @@ class Calls(Requests):
         out: three arrays, one for each derivative.
         From those of inverse dynamics and factors of the mass matrix: Carpentier and Mansard, Analytical Derivatives of Rigid Body
         Dynamics Algorithms (RSS 2018), eq. (27); O(nv² × depth).
+        Of mechanisms with loops those by q and v are along the mechanism, (…, nv, freedoms), by the coordinates that :meth:`independent` lists;
+        out must be None.
         """
+        if self.loops:
+            return self._along("forward_dynamics_derivatives", q, v, (tau, "tau"), external, out, external_axes)
         if external_axes != "link":
             external = external_in(external, external_axes)
         return self._core.forward_dynamics_derivatives(q, v, tau, None, external, None, out, threads)

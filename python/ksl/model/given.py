@@ -19,6 +19,9 @@ Mass = tuple[float, list[float], list[float]]
 Physics = tuple[list[str], float]
 """Names of the physics of joints, and the width of friction."""
 
+Loop = tuple[str, str, str, str, list[float], list[float], list[float] | None, list[float] | None, float | None]
+"""A joint that closes a loop: name, kind, predecessor, successor, its frames on both by rows, axis, axis2, pitch."""
+
 
 @runtime_checkable
 class TypedPose(Protocol):
@@ -110,8 +113,29 @@ def pose_of(what: str, pose: PoseLike | None, xyz: ArrayLike | None, rpy: ArrayL
     return matrix
 
 
+def names(x: str | Iterable[str], what: str) -> list[str]:
+    """A list of names; one name stands for itself."""
+    if not isinstance(x, (str, Iterable)):
+        raise ValueError(f"{what}={x!r}; expected a list of names")
+    return [name(word, f"one of {what}") for word in ([x] if isinstance(x, str) else x)]
+
+
 def direction(x: ArrayLike | None, what: str) -> list[float] | None:
     return None if x is None else list(three_numbers(x, what))
+
+
+def loop(
+    name_of: object, kind: object, predecessor: object, successor: object,
+    predecessor_pose: PoseLike | None, successor_pose: PoseLike | None, axis: ArrayLike | None, axis2: ArrayLike | None, pitch: float | None,
+) -> Loop:  # fmt: skip
+    """A joint that closes a loop.  The compiled code checks its kind, its links and what these need."""
+    own = name(name_of, "the name of the loop joint")
+    who = f"loop joint {own}"
+    words = [name(word, f"{who}: its {what}") for word, what in ((kind, "kind"), (predecessor, "predecessor"), (successor, "successor"))]
+    sides = ((predecessor_pose, "predecessor", words[1]), (successor_pose, "successor", words[2]))
+    poses = [pose(x, f"{who}: its frame on the {what}", link) for x, what, link in sides]
+    axes = [direction(x, f"{who}: its {what}") for x, what in ((axis, "axis"), (axis2, "axis2"))]
+    return own, words[0], words[1], words[2], poses[0], poses[1], axes[0], axes[1], None if pitch is None else number(pitch, f"{who}: its pitch")
 
 
 def physics(names: str | Iterable[str] | None, friction_width: float) -> Physics:

@@ -13,8 +13,10 @@ from xml.etree import ElementTree
 
 from ksl import _core
 from ksl.base.errors import DescriptionError, DescriptionWarning
+from ksl.base.files_read import InputFile
 from ksl.model import given
 from ksl.model.lengths import extent, far_point, strong_gravity
+from ksl.model.loops_file import LoopsFile
 from ksl.model.model import Model, hashed
 from ksl.model.requests import one_of, three_numbers
 
@@ -30,6 +32,8 @@ def load(
     model: str | None = None,
     physics: str | Iterable[str] | None = None,
     friction_width: float = 0.01,
+    loops: str | os.PathLike[str] | None = None,
+    drives: str | Iterable[str] | None = None,
 ) -> Model:
     """Reads a robot file: URDF, SDF, or MJCF, which needs the extra `ksl[mjcf]`.  Its root element says which it is.
 
@@ -44,6 +48,9 @@ def load(
     masses: None refuses a robot none of whose moving links has a mass; "optional" accepts it, for kinematics.
     model: which model of an SDF file that has several; None is the only one that is not static.
     physics, friction_width: which physics of joints the model has, as :meth:`Model.with_physics` takes them; none by default.
+    loops: a TOML file with joints that close loops, besides those of the robot file (:mod:`ksl.model.loops_file` shows one); "cut" leaves out
+    those of the robot file: the tree, which is another machine.
+    drives: the joints that have a motor, of a robot with loops, instead of those that the files name.
     Raises :class:`DescriptionError`, which names file, line, link or joint, what is wrong and how to mend it.
 
         m = ksl.load("robot.urdf", payloads={"tool0": (2.0, (0, 0, 0.05))})   # 2 kg, 5 cm in front of the flange
@@ -58,7 +65,7 @@ def load(
         raise DescriptionError(said) from None
     if "<" in file and ">" in file:
         raise DescriptionError("the path of the file is the contents of one; ksl.load_string(text) reads these")
-    options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width)
+    options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width, loops, drives)
     loaded = _loaded(file, None, options)
     _warn_of(loaded, options)
     return loaded
@@ -75,6 +82,8 @@ def load_string(
     model: str | None = None,
     physics: str | Iterable[str] | None = None,
     friction_width: float = 0.01,
+    loops: str | os.PathLike[str] | None = None,
+    drives: str | Iterable[str] | None = None,
 ) -> Model:
     """Reads the contents of a robot file, for example what a xacro program printed, as :func:`load` reads the file.
 
@@ -89,7 +98,7 @@ def load_string(
     contents = text.encode("utf-8", "replace") if isinstance(text, str) else text
     if b"<" not in contents and not contents.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise DescriptionError(f"text {text[:60]!r} holds no XML; expected the contents of a robot file; ksl.load(path) reads a file")
-    options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width)
+    options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width, loops, drives)
     loaded = _loaded("<string>", contents, options)
     _warn_of(loaded, options)
     return loaded
@@ -108,10 +117,51 @@ class _Options:
     model: str | None
     physics: str | Iterable[str] | None
     friction_width: float
+    loops: str | os.PathLike[str] | None
+    drives: str | Iterable[str] | None
 
 
 def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
     """From a file, or from its contents, which messages then call by this name."""
+    cut = isinstance(o.loops, str) and o.loops == "cut"
+    if cut and o.drives is not None:
+        raise ValueError('drives are given, but loops="cut" leaves a tree, whose joints all have a motor; leave one of the two out')
+    beside = None if o.loops is None or cut else LoopsFile(_path_of_loops(o.loops))
+    return _closed(_read(file, text, o, cut), beside, None if o.drives is None else given.names(o.drives, "drives"))
+
+
+def _closed(loaded: Model, beside: LoopsFile | None, drives: list[str] | None) -> Model:
+    """With the loops of a file beside that of the robot, and with drives.  A model that neither changes is the same."""
+    if beside is not None:
+        beside.check_robot(loaded.name)
+        try:
+            core = loaded._core.with_loops(beside.loops)
+            if beside.drives is not None:
+                core = core.with_drives(beside.drives)
+        except DescriptionError as error:
+            raise beside.refused(error) from None
+        loaded = _as(loaded, core, beside.input)
+    if drives is None:
+        return loaded
+    if not loaded.loops:
+        raise DescriptionError(f"{loaded.file}: drives are given, but the robot has no loops: each joint of a tree has a motor; leave drives= out")
+    return _as(loaded, loaded._core.with_drives(drives))
+
+
+def _as(loaded: Model, core: _core.Model, *inputs: InputFile) -> Model:
+    """Another mechanism of the same files.  Its pickle contains all that it is made of."""
+    return Model(core, layout=loaded._layout, inputs=(*loaded.inputs, *inputs))
+
+
+def _path_of_loops(loops: object) -> str:
+    try:
+        return os.fsdecode(loops)  # type: ignore[arg-type]
+    except TypeError:
+        raise ValueError(f'loops is {loops!r}; expected the path of a TOML file, or "cut"') from None
+
+
+def _read(file: str, text: bytes | None, o: _Options, cut: bool) -> Model:
+    """With the loops of the file, unless they are cut."""
     one_of(o.mimic, "mimic", "coupled", "independent")
     if o.masses is not None:
         one_of(o.masses, "masses", "optional")
@@ -124,9 +174,9 @@ def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
 
         if o.model:
             raise DescriptionError(f'{file}: model "{o.model}" is asked for, but only SDF files hold several; leave that option out')
-        loaded = mjcf._load(file, text, contents, floating_base, independent, strict, gravity, o.payloads, o.masses)
+        loaded = mjcf._load(file, text, contents, floating_base, independent, strict, gravity, o.payloads, o.masses, cut)
         return loaded if o.physics is None and o.friction_width == loaded.friction_width else loaded.with_physics(o.physics, o.friction_width)
-    options = (floating_base, independent, strict, gravity, points, o.masses is not None, o.model or "", given.physics(o.physics, o.friction_width))
+    options = (floating_base, independent, strict, gravity, points, o.masses is not None, o.model or "", given.physics(o.physics, o.friction_width), cut)
     made = _core.load_text(contents, os.fsencode(file), *options)
     return Model(made, (os.path.abspath(file), *options), inputs=hashed(file, contents)) if text is None else Model(made)
 

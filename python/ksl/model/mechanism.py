@@ -91,6 +91,28 @@ class Joint:
 
 
 @dataclass(frozen=True)
+class Loop:
+    """A joint that closes a loop.  It has no numbers in q and v; SI units."""
+
+    name: str
+    kind: Kind
+    """Any kind of joint but floating."""
+    predecessor: str
+    """The link on the side that a file calls parent."""
+    successor: str
+    """The link on the side that a file calls child."""
+    predecessor_pose: tuple[float, ...]
+    """Of the joint's frame on the predecessor, in that link's frame: (4, 4), row by row."""
+    successor_pose: tuple[float, ...]
+    axis: tuple[float, float, float] | None
+    """Unit vector, the same in both frames; None for kinds without an axis."""
+    axis2: tuple[float, float, float] | None
+    pitch: float
+    equations: int
+    """6 − nv of its kind."""
+
+
+@dataclass(frozen=True)
 class Link:
     """A link's inertia about its origin, in its axes, payload included."""
 
@@ -111,6 +133,11 @@ class Link:
 def _joint(row: Mapping[str, Any]) -> Joint:
     fields: dict[str, Any] = {k: tuple(x) if k in ("axis", "axis2") else x for k, x in row.items()}
     return Joint(**fields)
+
+
+def _loop(row: Mapping[str, Any]) -> Loop:
+    fields: dict[str, Any] = {k: tuple(x) if isinstance(x, list) else x for k, x in row.items()}
+    return Loop(**fields)
 
 
 def _read_only(x: Array) -> Array:
@@ -139,6 +166,10 @@ class Mechanism:
         """The width of the smooth law of friction, for joints that have none of their own; rad/s or m/s."""
         self.joints: tuple[Joint, ...] = tuple(_joint(row) for row in core.joints)
         """All joints: the moving ones in the order of q, then the mimic joints that follow them, then the fixed ones, `base` last."""
+        self.loops: tuple[Loop, ...] = tuple(_loop(row) for row in core.loops)
+        """The joints that close loops; a model without them is a tree."""
+        self.drives: tuple[str, ...] | None = None if core.drives is None else tuple(core.drives)
+        """The joints that have motors; None where the file names none.  Without loops every joint is taken to have one."""
         self.unused: tuple[str, ...] = tuple(core.unused)
         """Contents of the file that KSL doesn't use, a line for each kind."""
         self.warnings: tuple[str, ...] = tuple(core.warnings)
@@ -149,6 +180,7 @@ class Mechanism:
         starts = [j.q_index + j.quaternion for j in self.joints if j.quaternion is not None]
         self._quaternions = tuple(slice(start, start + 4) for start in starts)
         self._joint_index = {joint.name: i for i, joint in enumerate(self.joints)}
+        self._loop_index = {loop.name: i for i, loop in enumerate(self.loops)}
         self._link_index = {link.name: i for i, link in enumerate(self.links)}
         children = {joint.name: self._link_index[joint.child] for joint in self.joints}
         self._children = children
@@ -248,6 +280,11 @@ class Mechanism:
     def fixed_joint_names(self) -> list[str]:
         """The fixed joints, depth first and in file order, then `base`, which connects a fixed root with the ground."""
         return [joint.name for joint in self.joints[self._moving + self._followers :]]
+
+    @property
+    def loop_names(self) -> list[str]:
+        """The joints that close loops, in the order of the file.  Reactions are theirs, too; q and v have no numbers of them."""
+        return [loop.name for loop in self.loops]
 
     @property
     def link_names(self) -> list[str]:

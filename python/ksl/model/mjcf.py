@@ -21,6 +21,10 @@ from ksl.model import given
 from ksl.model.builder import Builder
 from ksl.model.joint_kinds import KINDS, Kind
 from ksl.model.mjcf_files import FilesOfMjcf
+from ksl.model.mjcf_frames import matrix, moved
+from ksl.model.mjcf_frames import pose as frame
+from ksl.model.mjcf_loops import JOINT as EQUALITY_OF_JOINTS
+from ksl.model.mjcf_loops import KINDS_OF_EQUALITY, Coupling, actuated, closures, common_name, couplings, drives, is_active
 from ksl.model.model import Layout, Model
 from ksl.model.requests import one_of
 from ksl.model.states import in_order
@@ -31,8 +35,6 @@ FREE, BALL, SLIDE, HINGE = range(4)
 """Values of mjtJoint, which MuJoCo publishes."""
 OF_MUJOCO = {FREE: KINDS["floating"], BALL: KINDS["spherical"], SLIDE: KINDS["prismatic"], HINGE: KINDS["revolute"]}
 """Kinds of joints that are those of MuJoCo."""
-EQUALITY_OF_JOINTS = 2
-"""The value of mjtEq for equalities of joints."""
 GRAVITY_DISABLED = 1 << 7
 """The bit of mjtDisableBit that turns gravity off."""
 CLOSE = 1e-12
@@ -69,17 +71,26 @@ def from_mujoco(model: Model, q: ArrayLike, v: ArrayLike | None = None, a: Array
     return _converted(model, False, q, v, a, tau)
 
 
-def model_of(mj: Any, file: str = "", mimic: Literal["coupled", "independent"] = "coupled", strict: bool = False, masses: Literal["optional"] | None = None) -> Model:
+def model_of(
+    mj: Any,
+    file: str = "",
+    mimic: Literal["coupled", "independent"] = "coupled",
+    strict: bool = False,
+    masses: Literal["optional"] | None = None,
+    loops: Literal["cut"] | None = None,
+) -> Model:
     """The model of a compiled `mujoco.MjModel`.
 
-    mimic, strict, masses: as in :func:`ksl.load`.  file: what messages call it; nothing is read.  Raises :class:`ksl.DescriptionError`.
+    mimic, strict, masses, loops: as in :func:`ksl.load`.  file: what messages call it; nothing is read.  Raises :class:`ksl.DescriptionError`.
     """
     if not (hasattr(mj, "nbody") and hasattr(mj, "nq")):
         raise ValueError(f"mj is {type(mj).__name__}; expected a mujoco.MjModel, for example MjModel.from_xml_path(file)")
     independent = one_of(mimic, "mimic", "coupled", "independent") == "independent"
     if masses is not None:
         one_of(masses, "masses", "optional")
-    model = _model(mj, file, False, independent, given.flag(strict, "strict"), None, None, masses, [])
+    if loops is not None:
+        one_of(loops, "loops", "cut")
+    model = _model(mj, file, False, independent, given.flag(strict, "strict"), None, None, masses, loops == "cut", [])
     for line in model.warnings:
         warnings.warn(line, DescriptionWarning, stacklevel=2)
     return model
@@ -95,6 +106,7 @@ def _load(
     gravity: list[float] | None,
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None,
     masses: str | None,
+    cut: bool,
 ) -> Model:
     try:
         import mujoco
@@ -116,7 +128,7 @@ def _load(
         raise DescriptionError(f"{file}: MuJoCo's compiler refuses the file: {_one_line(e)}; correct it there") from None
     finally:
         mujoco.set_mju_user_warning(handler)
-    return _model(compiled, file, floating_base, independent, strict, gravity, payloads, masses, said, files.inputs(DescriptionError))
+    return _model(compiled, file, floating_base, independent, strict, gravity, payloads, masses, cut, said, files.inputs(DescriptionError))
 
 
 def _forget_meshes(mujoco: Any) -> None:
@@ -142,13 +154,14 @@ def _model(
     gravity: list[float] | None,
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None,
     masses: str | None,
+    cut: bool,
     said: list[str],
     inputs: tuple[InputFile, ...] = (),
 ) -> Model:
     try:
         with np.errstate(all="ignore"):  # numbers beyond the range, which the builder refuses
-            reader = _Reader(mj, independent)
-            reader.builder._core.read_from(file, reader.unused_lines(), said)
+            reader = _Reader(mj, independent, cut)
+            reader.builder._core.read_from(file, reader.unused_lines(), [*said, *reader.said])
             if floating_base and not (mj.jnt_type == FREE).any():
                 raise DescriptionError("a floating base is asked for, but no body has a <freejoint>; add one, or don't ask for that")
             core = reader.builder._core.build(False, strict, gravity, given.payload_points(payloads), masses is not None)
@@ -161,42 +174,27 @@ def _model(
 class _Reader:
     """Bodies, joints and sites of a compiled MuJoCo model as links and joints."""
 
-    def __init__(self, mj: Any, independent: bool) -> None:
-        self.mj = mj
+    def __init__(self, mj: Any, independent: bool, cut: bool) -> None:
+        self.mj, self.cut = mj, cut
+        self.said: list[str] = []
         self.layout: dict[str, Any] = {"nq": int(mj.nq), "nv": int(mj.nv), "joints": {}}
         gravity = np.zeros(3) if mj.opt.disableflags & GRAVITY_DISABLED else mj.opt.gravity
         self.builder = Builder(bytes(mj.names).split(b"\0", 1)[0].decode() or "mujoco", gravity=tuple(map(float, gravity)))
         self.names: dict[str, set[str]] = {"link": set(), "joint": set()}
         self.unused: dict[str, list[str]] = {}
-        self.leader: dict[int, int] = {}
         self.carried: set[int] = set()
         """Equality constraints that the model has."""
         self.coupled = {int(j) for i in range(mj.neq) if mj.eq_type[i] == EQUALITY_OF_JOINTS for j in (mj.eq_obj1id[i], mj.eq_obj2id[i])}
         self.bodies = [self.new("link", mj.body(i).name or ("world" if i == 0 else f"body{i}")) for i in range(mj.nbody)]
         self.joints = [self.new("joint", mj.joint(i).name or f"{self.bodies[mj.jnt_bodyid[i]]}_joint") for i in range(mj.njnt)]
-        self.followers: dict[int, tuple[str, float, float]] = {} if independent else self.linear_couplings()
+        self.followers: dict[int, Coupling] = {} if independent else couplings(mj, self.joints, self.carried)
+        self.closures = [] if cut else closures(mj, self.carried, self.said.append)
+        self.driven = {j for i in range(mj.nu) for j in actuated(mj, i)}
         self.builder.add_link(self.bodies[0])
         for i in range(1, mj.nbody):
             self.add_body(i)
         self.add_sites()
-
-    def linear_couplings(self) -> dict[int, tuple[str, float, float]]:
-        """Joint: (its leader, multiplier, offset), for equality constraints y − y₀ = a₀ + a₁ (x − x₀) of two joints with one coordinate."""
-        mj = self.mj
-        found: dict[int, tuple[str, float, float]] = {}
-        for i in range(mj.neq):
-            y, x, a = int(mj.eq_obj1id[i]), int(mj.eq_obj2id[i]), mj.eq_data[i]
-            if mj.eq_type[i] != EQUALITY_OF_JOINTS or x < 0 or y in found or a[2:5].any() or not mj.eq_active0[i]:
-                continue
-            leads = x
-            while leads in self.leader:
-                leads = self.leader[leads]
-            if leads == y:  # constraints in a circle: the last is no coupling
-                continue
-            y0, x0 = (float(mj.qpos0[mj.jnt_qposadr[j]]) for j in (y, x))
-            found[y], self.leader[y] = (self.joints[x], float(a[1]), y0 + float(a[0]) - float(a[1]) * x0), x
-            self.carried.add(i)
-        return found
+        self.add_loops()
 
     def new(self, of: str, name: str) -> str:
         """A name that no other link or joint has."""
@@ -206,9 +204,9 @@ class _Reader:
         return name
 
     def add_body(self, i: int) -> None:
-        mj, R = self.mj, _matrix(self.mj.body_iquat[i])
+        mj, R = self.mj, matrix(self.mj.body_iquat[i])
         self.builder.add_link(self.bodies[i], float(mj.body_mass[i]), mj.body_ipos[i], _symmetric((R * mj.body_inertia[i]) @ R.T))
-        parent, pose = self.bodies[mj.body_parentid[i]], _pose(mj.body_quat[i], mj.body_pos[i])
+        parent, pose = self.bodies[mj.body_parentid[i]], frame(mj.body_quat[i], mj.body_pos[i])
         joints = list(range(mj.body_jntadr[i], mj.body_jntadr[i] + mj.body_jntnum[i]))
         if not joints:
             self.weld(self.bodies[i], parent, pose)
@@ -231,6 +229,7 @@ class _Reader:
         # a kind has neither limits nor springs of single coordinates, and one number for the losses of all, which are of one unit
         named = any(mj.jnt_limited[j] or mj.jnt_actfrclimited[j] or mj.jnt_stiffness[j] or j in self.coupled for j in joints)
         mixed = len(set(types)) > 1
+        named = named or (bool(self.closures) and 0 < len(self.driven.intersection(joints)) < len(joints))  # motors move whole joints
         unequal = any(x[vs].any() if mixed else np.ptp(x[vs]) for x in (mj.dof_damping, mj.dof_frictionloss, mj.dof_armature))
         if moved or named or unequal or mj.qpos0[qs].any():
             return None
@@ -271,10 +270,10 @@ class _Reader:
             child = self.bodies[body] if is_body else self.new("link", f"{name}_frame")
             if not is_body:
                 self.builder.add_link(child)
-            placement = pose @ _moved(at) @ self.before_reference(j, kind)
+            placement = pose @ moved(at) @ self.before_reference(j, kind)
             self.builder.add_joint(name, cast("Kind", OF_MUJOCO[kind].name), parent, child, placement, **self.numbers_of(j, kind))
             self.note(name, ("free", "ball", "plain", "plain")[kind], [j], placement)
-            parent, pose = child, _moved(-at)
+            parent, pose = child, moved(-at)
         if parent != self.bodies[body]:
             self.weld(self.bodies[body], parent, pose)
 
@@ -284,8 +283,8 @@ class _Reader:
         if ref == 0.0:
             return np.eye(4)
         if kind == SLIDE:
-            return _moved(-ref * self.mj.jnt_axis[j])
-        return _pose(np.array([np.cos(ref / 2), *(-np.sin(ref / 2) * self.mj.jnt_axis[j])]), np.zeros(3))
+            return moved(-ref * self.mj.jnt_axis[j])
+        return frame(np.array([np.cos(ref / 2), *(-np.sin(ref / 2) * self.mj.jnt_axis[j])]), np.zeros(3))
 
     def numbers_of(self, j: int, kind: int) -> dict[str, Any]:
         mj, numbers = self.mj, self.losses(j)
@@ -337,7 +336,20 @@ class _Reader:
             if name := mj.site(i).name:
                 link = self.new("link", name if name not in self.names["link"] else f"{name}_site")
                 self.builder.add_link(link)
-                self.weld(link, self.bodies[mj.site_bodyid[i]], _pose(mj.site_quat[i], mj.site_pos[i]))
+                self.weld(link, self.bodies[mj.site_bodyid[i]], frame(mj.site_quat[i], mj.site_pos[i]))
+
+    def add_loops(self) -> None:
+        for closure in self.closures:
+            predecessor, successor = (self.bodies[b] for b in closure.bodies)
+            name = self.new("joint", common_name(closure.names) or f"{predecessor}_{successor}_loop")
+            self.builder.add_loop(name, cast("Kind", closure.kind), predecessor, successor, closure.predecessor_pose, closure.successor_pose, axis=closure.axis)
+        places = {q: name for name, entry in self.layout["joints"].items() for q in entry["q"]}
+        names = {j: places[int(self.mj.jnt_qposadr[j])] for j in self.driven}
+        leader = {self.joints[j]: coupling[0] for j, coupling in self.followers.items()}
+        floats = {self.joints[j] for j in range(self.mj.njnt) if self.mj.jnt_type[j] == FREE}
+        found, self.other_actuators = drives(self.mj, names, leader, floats)
+        if found:
+            self.builder._core.set_drives(found)
 
     def not_carried(self, what: str, joint: str) -> None:
         self.unused.setdefault(what, []).append(joint)
@@ -354,16 +366,30 @@ class _Reader:
             lines.append(f"mocap bodies ({mj.nmocap}; welded where the file has them)")
         if mj.opt.density or mj.opt.viscosity:
             lines.append("density, viscosity (no forces of a fluid)")
-        kinds = ("connect", "weld", "joint", "tendon", "flex", "flexvert", "flexstrain")
-        left = [int(mj.eq_type[i]) for i in range(mj.neq) if i not in self.carried]
-        for kind in sorted(set(left)):
-            lines.append(f"equality {kinds[kind] if kind < len(kinds) else kind} ({left.count(kind)})")
+        lines += self.equality_lines()
         for word, count in (
-            ("geom", mj.ngeom), ("actuator", mj.nu), ("tendon", mj.ntendon), ("sensor", mj.nsensor), ("contact pair", mj.npair), ("contact exclude", mj.nexclude),
+            ("geom", mj.ngeom), ("actuator", self.other_actuators if self.closures else mj.nu), ("tendon", mj.ntendon), ("sensor", mj.nsensor), ("contact pair", mj.npair), ("contact exclude", mj.nexclude),
             ("flex", getattr(mj, "nflex", 0)), ("skin", mj.nskin), ("camera", mj.ncam), ("light", mj.nlight), ("keyframe", mj.nkey), ("plugin", mj.nplugin),
         ):  # fmt: skip
             if count:
                 lines.append(f"{word} ({count})")
+        return lines
+
+
+    def equality_lines(self) -> list[str]:
+        """Constraints that are not closed, and what isn't used of the others."""
+        mj, lines = self.mj, []
+        left: dict[str, int] = {}
+        for i in range(mj.neq):
+            if i not in self.carried:
+                kind = int(mj.eq_type[i])
+                word = KINDS_OF_EQUALITY[kind] if kind < len(KINDS_OF_EQUALITY) else str(kind)
+                word += "" if is_active(mj, i) else ", not active"
+                left[word] = left.get(word, 0) + 1
+        lines += [f"equality {word} ({count})" for word, count in sorted(left.items())]
+        if self.closures:
+            loops = "1 loop" if len(self.closures) == 1 else f"{len(self.closures)} loops"
+            lines.append(f"solref, solimp of equality constraints ({loops}, closed exactly)")
         return lines
 
 
@@ -377,29 +403,6 @@ def _common_name(names: list[str]) -> str:
     word = common.rstrip("_-./ ")
     ends_there = common != word or all(re.fullmatch("[xyzXYZ0-9]?", name[len(common) :]) for name in names)
     return word if word and ends_there else "+".join(names)
-
-
-def _matrix(wxyz: Array) -> Array:
-    w, x, y, z = np.asarray(wxyz, dtype=float) / np.linalg.norm(wxyz)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-def _pose(wxyz: Array, position: Array) -> Array:
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = _matrix(wxyz), position
-    return pose
-
-
-def _moved(by: Array) -> Array:
-    pose = np.eye(4)
-    pose[:3, 3] = by
-    return pose
 
 
 def _symmetric(x: Array) -> Array:

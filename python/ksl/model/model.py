@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Layout = Mapping[str, Any]
 """Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.model.mjcf` has its contents."""
 
-_Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, float, list[float]]], bool, str, given.Physics]
+_Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, float, list[float]]], bool, str, given.Physics, bool]
 """A path, and the options of `_core.load_text`: what a model is made from again."""
 
 
@@ -76,10 +76,10 @@ class Model(Surgery, InverseKinematicsCalls):
         return _reloaded, (self._arguments, self._fingerprint())
 
     def _fingerprint(self) -> str:
-        """Differs between models that differ in joints or links."""
+        """Differs between models that differ in joints, links, loops or drives."""
         import hashlib
 
-        return hashlib.sha256(repr((self.joints, self.links)).encode()).hexdigest()
+        return hashlib.sha256(repr((self.joints, self.links, self.loops, self.drives)).encode()).hexdigest()
 
     def with_physics(self, physics: str | Iterable[str] | None, friction_width: float = 0.01) -> Model:
         """The same robot with this physics of joints, instead of its own.

@@ -179,6 +179,12 @@ class Requests(Mechanism):
                 self._requests[key] = request
         return request
 
+    def _carried_link(self, joint: str) -> int:
+        """What a request calls a joint: the index of the link that it carries; for one that closes a loop, a number after those of all links."""
+        if isinstance(joint, str) and joint in self._loop_index:
+            return len(self._link_index) + self._loop_index[joint]
+        return self._link_index[self.joint(joint).child]
+
     def _new_request(self, on: str, at: Point, axes: str, order: str, part: str, joints: tuple[str, ...] | str | None) -> _core.Request:
         offset: Sequence[float] = (0.0, 0.0, 0.0)
         if not isinstance(at, str):
@@ -187,7 +193,7 @@ class Requests(Mechanism):
         axes_frame, axes_link = self._frame(axes, "axes")
         names = self.joint_names if joints is None else [joints] if isinstance(joints, str) else list(joints)
         return _core.Request(
-            links=[self._link_index[self.joint(name).child] for name in names],
+            links=[self._carried_link(name) for name in names],
             part=getattr(_core.Part, one_of(part, "part", "total", "constraint", "actuation", "coupling")),
             on=getattr(_core.Side, one_of(on, "on", "child", "parent")),
             at=at_frame,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 from numpy.typing import ArrayLike
 
@@ -15,6 +15,8 @@ from ksl.base.errors import QuaternionWarning
 from ksl.base.files_read import InputFile
 from ksl.model import given
 from ksl.model.calls import Calls
+from ksl.model.requests import one_of
+from ksl.model.stiffness import Stiffness, compliance_of
 
 S = TypeVar("S", bound="Surgery")
 
@@ -41,6 +43,40 @@ class Surgery(Calls):
         A fixed root is at the world's origin, with the world's axes; where the base floats, the new root floats.
         """
         return self._made(self._core.with_root(given.name(link, "link")))
+
+    def without_loops(self: S) -> S:
+        """The same robot with its loops cut: a tree, whose joints all have a drive.
+
+        Loops are cut where the file has the joints that close them, so that efforts and reactions are those of another machine.
+        """
+        return self._made(self._core.without_loops())
+
+    def with_drives(self: S, joints: Iterable[str]) -> S:
+        """The same robot with motors at these joints and at no others.  Inverse dynamics of mechanisms with loops need to know them.
+
+            m = m.with_drives(["crank"])
+        """
+        return self._made(self._core.with_drives(given.names(joints, "drives")))
+
+    def with_stiffness(self: S, stiffness: Mapping[str, Stiffness]) -> S:
+        """The same mechanism, some of whose joints give way; without loops, no result depends on it.
+
+        Rigid bodies leave reactions of redundant joints open.  With the stiffnesses that decide their split, :meth:`reactions` are those of
+        least energy, and :meth:`reactions_unique` says which are still open: joints that aren't named are rigid.
+
+        stiffness: {joint: …}, of the tree or of loops, with six numbers, N/m along x, y, z and N m/rad about them, of the joint's frame on
+        the child's side, inf where it is rigid; or the (6, 6) matrix of a part that couples them, as a beam does; or, of a joint with an axis,
+        a mapping with "axial" and "radial", N/m, and "tilting", N m/rad, of a bearing.  Along the joint's motion they have no effect.
+
+            m = m.with_stiffness({"A": {"axial": 2e7, "radial": 1e8, "tilting": 1e5}, "C": {"axial": 2e7, "radial": 1e8, "tilting": 1e5}})
+        """
+        given_too = given.mapping(stiffness, "stiffness", "{joint: six numbers, a (6, 6) matrix, or axial, radial and tilting}")
+        axes: dict[str, tuple[float, float, float] | None] = {joint.name: joint.axis for joint in self.joints}
+        axes.update((loop.name, loop.axis) for loop in self.loops)
+        return self._made(self._core.with_compliances([(given.name(joint, "a joint"), compliance_of(joint, x, axes.get(joint))) for joint, x in given_too]))
+
+    def _with_stiffness(self: S, stiffness: Mapping[str, Stiffness]) -> S:
+        return self.with_stiffness(stiffness)
 
     def with_frozen_joints(self: S, joints: Mapping[str, ArrayLike]) -> S:
         """These joints become fixed at these positions.
@@ -79,10 +115,14 @@ class Surgery(Calls):
         core = self._core.merged(other._core, given.name(parent_link, "parent_link"), given.pose(pose, "pose", parent_link), given.name(prefix, "prefix"))
         return self._made(core, tuple(dict.fromkeys((*self.inputs, *other.inputs))))
 
-    def subtree(self: S, link: str) -> S:
+    def subtree(self: S, link: str, loops: Literal["refuse", "drop"] = "refuse") -> S:
         """What a link carries, and itself as the root.  The root is fixed unless it is that of a robot that floats.
-        A mimic joint that would be without its leader is refused."""
-        return self._made(self._core.subtree(given.name(link, "link")))
+        A mimic joint that would be without its leader is refused.
+
+        loops: of a loop that loses a link, "refuse" is an error that names it; "drop" leaves out the joint that closes it.
+        """
+        drop = one_of(loops, "loops", "refuse", "drop") == "drop"
+        return self._made(self._core.subtree(given.name(link, "link"), drop))
 
     def with_frame(self: S, name: str, link: str, pose: given.PoseLike | None = None) -> S:
         """A frame `name`, at `pose`, (4, 4) or :class:`ksl.Pose`, in a link's frame, that may be used wherever a link may.

@@ -19,6 +19,7 @@ from ksl.model.joint_kinds import KINDS
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of, units_of
 from ksl.model.states import Array
+from ksl.motions.closing import Closing
 from ksl.motions.signal.corners import Found
 from ksl.motions.signal.dropped import doubts_about_positions
 from ksl.motions.signal.gaps import doubts_about_gaps
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     pass
 
 TOO_LARGE = "positions or rates are too large, or times too close: check their units (rad, m, s)"
+Follow = Callable[[Array, Array, Array], tuple[Array, Array, Array]]
 CONTRADICTION = 0.05
 """Given rates contradict the samples if they differ from the derivative by more than this share of the largest rate."""
 
@@ -83,6 +85,8 @@ class Motion:
     """(n, nv): those of them that last, at which accelerations that were differentiated are noise."""
     resolution: Array | None = None
     """(nv): rates up to this can't be told from zero, rad/s or m/s: the resolution of the positions over the step between samples."""
+    closing: Closing | None = None
+    """Of mechanisms with loops."""
 
     @cached_property
     def resolved_v(self) -> Array:
@@ -114,12 +118,14 @@ def complete(
     place: Callable[[int], str] | None = None,
     smooth: float | None = None,
     measured: Samples | None = None,
+    follow: Follow | None = None,
 ) -> Motion:
     """Computes missing velocities and accelerations.  `given` has [v, a] for each moving joint, each (n, nv) or None.
 
     name, place: what errors call the motion, and the sample k, if it is read from a file.
     smooth: Hz; positions, and rates that are given, are low-passed at that frequency first, without delay.
     measured: samples as they were before resampling, in which noise is looked for.
+    follow: makes q, v and a of the whole mechanism from those of the joints that lead, of a mechanism with loops.
     Accelerations that jump are found, and splines are split there; what is doubtful about the samples is in `doubts`.
     """
     where = place or (lambda k: f"{name}: sample {k + 1}")
@@ -138,6 +144,8 @@ def complete(
             contradictions += _contradictions(joint, time, q[:, rows], v[:, cols], joint_v, joint_a)
         standing = standing_of(joints, as_given, time, q, v, smooth)
         given_jumps = _jumps(joints, as_given, differentiated=False)
+    if follow is not None:
+        q, v, a = follow(q, _zero_at(standing.stands, v), _zero_at(standing.held, a))
     corners, corner_times, impossible = sentences_about_jumps(joints, found, given_jumps, time)
     of_positions = [] if smooth is not None else doubts_about_positions(joints, as_given, found | given_jumps)
     doubts = [*suspicions(model, time, q, v), *impossible, *of_positions, *doubts_about_gaps(joints, as_given.time, as_given.q)]

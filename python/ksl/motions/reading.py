@@ -15,6 +15,7 @@ from ksl.base.words import listed
 from ksl.model.mechanism import Mechanism
 from ksl.model.motion_columns import columns_of
 from ksl.model.states import Array
+from ksl.motions.closed_motion import completed
 from ksl.motions.columns.column_map import ColumnMap
 from ksl.motions.columns.columns_used import Choice, choose_columns, with_unused_together
 from ksl.motions.columns.recorded import Recorded, check_finite
@@ -23,7 +24,7 @@ from ksl.motions.files.csv_form import MEND
 from ksl.motions.files.map_file import read_map
 from ksl.motions.files.npz_table import NpzTable, with_matrices
 from ksl.motions.files.recognise import open_table
-from ksl.motions.motion import TOO_LARGE, Motion, Source, complete
+from ksl.motions.motion import TOO_LARGE, Motion, Source
 from ksl.motions.reading_options import check_options
 from ksl.motions.signal.ordered import check_restart, ordered
 from ksl.motions.signal.quality import Samples
@@ -50,6 +51,8 @@ def read_motion(
     smooth: float | None = None,
 ) -> Motion:
     """Reads a motion of the model: `time` and a column for each moving joint (rad or m); `NAME.v` and `NAME.a` if known.
+
+    Of a mechanism with loops the columns of its drives are enough: the other joints follow, and columns that they have are compared.
 
     path: a CSV, Parquet or NPZ file, an MCAP file, a ROS 1 bag, or the folder of a ROS 2 bag; the content decides, not the name.
     "-" is standard input.  docs/motions.md lists the columns of all kinds of joints, and what each format may hold.
@@ -90,7 +93,10 @@ def read_motion(
     samples = ordered(table.file, joints, time[rows], {n: x[rows] for n, x in values.items()}, rows)
     time, values, rows = samples.time, samples.values, samples.rows
     values |= {n: np.full(len(time), x) for n, x in columns.constants.items()}
-    q = np.column_stack([values[c] for j in joints for c in columns_of(j)[0]]) if joints else np.empty((len(time), 0))
+    columns_of_q = [c for j in joints for c in columns_of(j)[0]]
+    known = np.array([c in values for c in columns_of_q], dtype=bool)  # all but those of joints that follow by loops
+    values |= {c: np.full(len(time), x) for c, x, there in zip(columns_of_q, model.neutral(), known, strict=True) if not there}
+    q = np.column_stack([values[c] for c in columns_of_q]) if joints else np.empty((len(time), 0))
     at_rest = {c: np.zeros(len(time)) for j in joints if j.one_coordinate and j.name in columns.constants for group in columns_of(j)[1:] for c in group}
     rates = at_rest | values
     given = [[np.column_stack([rates[c] for c in group]) if group[0] in rates else None for group in columns_of(j)[1:]] for j in joints]
@@ -106,7 +112,7 @@ def read_motion(
         place = lambda k: f"{table.file}: sample {k + 1} after resampling"
     if not np.isfinite(q).all():
         raise MotionError(f"{place(int(np.argmin(np.isfinite(q).all(axis=1))))}: a position, interpolated, is not finite; {TOO_LARGE}")
-    motion = complete(model, time, q, given, table.file, place, smooth, measured)
+    motion = completed(model, time, q, given, known, table.file, place, smooth, measured)
     source = Source(table.file, table.format, len(time), float(np.median(np.diff(time))), with_unused_together(notes))
     return replace(motion, source=source, doubts=[*table.doubts, *columns.doubts, *motion.doubts])
 

@@ -39,7 +39,7 @@ def case_sections(case: CaseCurves, rows: Sequence[Row], anchors: Anchors, chart
     html += balance_section(case.balance, case.time, charts, clock, f"{anchors.prefix}balance")
     for loads in case.joints:
         name = loads.joint.name
-        extras = JointExtras(case.stills.get(name), case.raw_positions.get(name), _components(sizing, name, clock))
+        extras = JointExtras(case.stills.get(name), case.raw_positions.get(name), _components(sizing, name, clock), case.undetermined.of(name))
         html += joint_section(loads, case.time, anchors.joints[name], charts, extras)
     return html
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 from ksl.base.files_read import InputFile
+from ksl.load_cases.closed_poses import closed_pose, named_joints
 from ksl.load_cases.given_cases import checked, robot_file
 from ksl.load_cases.holding import Pose, given_pose, worst_pose
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
@@ -37,7 +38,7 @@ def hold(
     """Efforts and every wrench of a robot at rest in one pose, as a run with one sample.
 
     model: a model, or the robot's file.  pose: {joint: position}, rad or m, or q (nq); joints that are not named are at zero, or as near
-    to it as limits let them.  worst: a joint; the pose is then searched in which its `quantity` is largest in magnitude, within the
+    to it as limits let them; in a mechanism with loops they follow those that are named.  worst: a joint; the pose is then searched in which its `quantity` is largest in magnitude, within the
     limits of all joints with one coordinate that `pose` doesn't name (angles without limits: a whole turn; slides without limits stay).
     quantity: "effort"; a component fx … tz of the wrench as expressed by on, at and axes; or, of its joint's axis, "axial_force",
     "radial_force", "axial_moment", "bending_moment"; or "force", "moment", magnitudes.
@@ -58,13 +59,16 @@ def hold(
     placement = checked(robot, Placement(on, at, axes, order))
     named = isinstance(pose, Mapping)
     q = neutral(robot) if pose is None else pose_of(robot, cast("Mapping[str, Any]", pose)) if named else given_pose(robot, pose)
+    closing = None
+    if robot.loops:
+        q, closing = closed_pose(robot, q, named_joints(robot, pose))
     name, kind = "pose", "held at rest by the drives"
     if worst is not None:
-        fixed = set(cast("Mapping[str, Any]", pose)) if named else set()
+        fixed = set(named_joints(robot, pose)) if named else set()
         search = worst_pose(robot, worst, quantity, placement, q, fixed, seed)
         q = search.q
         name, kind = f"worst {quantity} of {worst}", f"{kind}, in the pose with the largest {quantity} of {worst} (seed {seed}; {search})"
-    case = LoadCase(robot, held_still(robot, q), placement, name=name, payloads=payloads, kind=kind, static=True)
+    case = LoadCase(robot, held_still(robot, q, closing), placement, name=name, payloads=payloads, kind=kind, static=True)
     run = Run([case], provenance_of([case], list(inputs) or robot_file(robot), options or {}, command))
     run.compute()
     return run

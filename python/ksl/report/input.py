@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import JointLoads, PowerBalance
+from ksl.load_cases.undetermined import Undetermined
 from ksl.load_cases.verdict import Verdict
 from ksl.model.states import Array
 from ksl.report.rows import Row
 from ksl.report.stills import Still
 
 if TYPE_CHECKING:
+    from ksl.load_cases.closed_mechanism import ClosedMechanism
     from ksl.sizing.sizing import Sizing
 
 NOT_USED = "in the file and not used: "
@@ -36,6 +38,8 @@ class CaseCurves:
     """Notes about this case alone."""
     stills: Mapping[str, Still] = field(default_factory=dict)
     """By joint: the mechanism at the sample where this joint bears most."""
+    undetermined: Undetermined = Undetermined()
+    """What rigid bodies leave open."""
     raw_positions: Mapping[str, Array] = field(default_factory=dict)
     """By joint, where the motion was smoothed: the positions (n) as they were given, rad or m."""
 
@@ -59,3 +63,5 @@ class ReportInput:
     """Red, amber or green, with the shares of limits, and the reasons."""
     sizing: Sizing | None = None
     """Components against the loads."""
+    closed: ClosedMechanism | None = None
+    """Of mechanisms with loops."""

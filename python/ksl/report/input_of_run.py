@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ksl.load_cases.case_result import CaseResult
+from ksl.load_cases.closed_mechanism import ClosedMechanism, closed_mechanism
 from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import SummaryRow
@@ -32,7 +33,12 @@ def report_input(
     facts += ([] if several else _scene(first)) + _expressed(first)
     look = appearance_of(first)  # meshes are read once
     cases = [_curves(result, several, look) for result in shown]
-    return ReportInput(f"Joint loads of {model.name}", facts, notes, rows, cases, provenance, verdict)
+    return ReportInput(f"Joint loads of {model.name}", facts, notes, rows, cases, provenance, verdict, closed=_closed(shown))
+
+
+def _closed(shown: Sequence[CaseResult]) -> ClosedMechanism | None:
+    """Of mechanisms with loops."""
+    return closed_mechanism([result.case for result in shown]) if shown[0].case.model.loops else None
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -43,9 +49,15 @@ def _curves(result: CaseResult, several: bool, look: Appearance) -> CaseCurves:
     case, m, raw = result.case, result.case.model, result.case.motion.raw_q
     loads = [l for l in result.loads or [] if case.placement.wanted(l.joint.name)]
     facts = _scene(case) if several else []
-    raw_positions = {} if raw is None else {l.joint.name: m.position_of(l.joint, raw) for l in loads if l.joint.one_coordinate}
+    raw_positions = {} if raw is None else {l.joint.name: m.position_of(l.joint, raw) for l in loads if l.joint.one_coordinate and _given(case, l.joint.name)}
     doubts = result.doubts if several else ()
-    return CaseCurves(case.name, case.motion.time, loads, result.balance, facts, doubts, stills_of(case, loads, look), raw_positions)
+    return CaseCurves(case.name, case.motion.time, loads, result.balance, facts, doubts, stills_of(case, loads, look), case.undetermined, raw_positions)
+
+
+def _given(case: LoadCase, joint: str) -> bool:
+    """Whether the motion gives a joint's position; in a closed mechanism others follow, and were not smoothed."""
+    closing = case.motion.closing
+    return closing is None or joint in closing.held
 
 
 def _scene(case: LoadCase) -> Facts:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from ksl.base.markup import html as escape
 
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import JointLoads, unit
+from ksl.load_cases.reaction_joints import LoopJoint
 from ksl.load_cases.verdict import ROUND_OFF
 from ksl.model.mechanism import Joint
 from ksl.model.states import Array
@@ -32,12 +34,14 @@ class JointExtras:
     """(n), where the motion was smoothed."""
     table: str = ""
     """Below the curves."""
+    undetermined: Sequence[str] = ()
+    """Quantities of the wrench that rigid bodies leave open."""
 
 
 def joint_section(loads: JointLoads, time: Array, anchor: str, charts: Charts, extras: JointExtras = JointExtras()) -> str:
     """The section, whose id is `anchor`."""
     joint = loads.joint
-    facts = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in _joint_facts(loads))
+    facts = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in [*_joint_facts(loads), *_undetermined(extras.undetermined)])
     heading = f'<h2 id="{anchor}-name">{escape(joint.name)}</h2><dl>{facts}</dl>'
     if _carries_nothing(loads):
         return f'<section id="{anchor}" class="joint" aria-labelledby="{anchor}-name">{heading}<p>{NOTHING}</p>{extras.table}</section>'
@@ -46,6 +50,11 @@ def joint_section(loads: JointLoads, time: Array, anchor: str, charts: Charts, e
     if extras.raw_position is not None and loads.position is not None:
         figures += _smoothing_chart(loads.position, extras.raw_position, joint.unit, time, charts)
     return f'<section id="{anchor}" class="joint" aria-labelledby="{anchor}-name">{heading}<div class="charts">{figures}</div>{extras.table}</section>'
+
+
+def _undetermined(quantities: Sequence[str]) -> list[tuple[str, str]]:
+    words = ", ".join(name.replace("_", " ") for name in quantities)
+    return [("not determined", f"{words}: rigid bodies leave {'them' if len(quantities) > 1 else 'it'} open; shown is the value of least norm")] if words else []
 
 
 def _carries_nothing(loads: JointLoads) -> bool:
@@ -128,7 +137,12 @@ def _joint_facts(loads: JointLoads) -> list[tuple[str, str]]:
         facts.append(("pitch", f"{joint.pitch:.4g} m/rad"))
     if joint.leader is not None:
         facts.append(("follows", f"{joint.multiplier:.6g} × {escape(joint.leader)}" + (f" + {joint.offset:.6g}" if joint.offset else "")))
-    facts.append(("effort limit", _limit(joint.effort, loads.effort, unit("effort", joint))))
+    if isinstance(joint, LoopJoint):
+        return [*facts, ("closes", "a loop")]
+    if loads.effort is None and joint.leader is None:
+        facts.append(("motor", "none"))
+    else:
+        facts.append(("effort limit", _limit(joint.effort, loads.effort, unit("effort", joint))))
     facts.append(("velocity limit", _limit(joint.velocity, loads.speed, unit("speed", joint))))
     return [*facts, ("position limits", _range(joint, loads.position))]
 

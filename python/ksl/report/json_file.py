@@ -28,6 +28,7 @@ def report_numbers(report: ReportInput) -> dict[str, Any]:
         "notes": list(report.notes),
         "verdict": None if report.verdict is None else report.verdict.as_dict(),
         "sizing": None if report.sizing is None else report.sizing.as_dict(),
+        **({} if report.closed is None else {"closed_mechanism": report.closed.as_dict()}),
         "provenance": None if report.provenance is None else report.provenance.metadata(),
         "units": {name: joint_units(joint) for name, joint in joints.items()},
         "summary": [with_limits(row, joints[str(row["joint"])]) for row in report.summary],

@@ -14,6 +14,7 @@ from ksl.base.markup import html as escape
 from ksl.report.balance_section import balance_verdict
 from ksl.report.case_section import Anchors, case_head, case_sections
 from ksl.report.charts import Charts
+from ksl.report.closed_section import closed_section
 from ksl.report.input import ReportInput
 from ksl.report.numbers import Clock
 from ksl.report.provenance_section import provenance_section, signature_box
@@ -66,8 +67,9 @@ class _Page:
         card = verdict_section(r.verdict, self._components(), self._holds_for())
         balance = "" if self.several else balance_verdict(r.cases[0].balance, "balance")
         head = f"<h1>{escape(r.title)}</h1>{self._made()}{card}{signature_box()}{self._uses()}{self._facts()}{balance}{self._notes()}"
+        closed = closed_section(r.closed) if r.closed else ""
         made = provenance_section(r.provenance, r.notes) if r.provenance else ""
-        return f"{self._navigation()}<main><header>{head}</header>{self._cases()}{made}</main>"
+        return f"{self._navigation()}<main><header>{head}</header>{closed}{self._cases()}{made}</main>"
 
     def _made(self) -> str:
         p = self.report.provenance
@@ -127,6 +129,7 @@ class _Page:
 
     def _navigation(self) -> str:
         top = '<li><a href="#verdict">Verdict</a></li>' if self.report.verdict else ""
+        top += '<li><a href="#closed">Closed mechanism</a></li>' if self.report.closed else ""
         top += '<li><a href="#worst">Worst over all cases</a></li>' if self.several else ""
         html = f"<ul>{top}</ul>{self._selector()}"
         for i, (case, anchors) in enumerate(zip(self.report.cases, self.anchors, strict=True)):

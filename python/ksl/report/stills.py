@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from ksl.load_cases.reaction_joints import LoopJoint
 from ksl.load_cases.quantities import JointLoads, first_extreme, unit
 from ksl.model.mechanism import Joint
 from ksl.report.numbers import format_number
@@ -50,7 +51,7 @@ def appearance_of(case: LoadCase) -> Appearance:
 
 
 def stills_of(case: LoadCase, joints: Sequence[JointLoads], look: Appearance | None = None) -> dict[str, Still]:
-    """A picture for each moving joint, and for the joint between ground and robot, at its worst sample.
+    """A picture for each moving joint, those that close loops, and for the joint between ground and robot, at its worst sample.
 
     look: the appearance of the same robot, if it was read before.
 
@@ -60,7 +61,7 @@ def stills_of(case: LoadCase, joints: Sequence[JointLoads], look: Appearance | N
     from ksl.viewer.scene import make_scene
     from ksl.viewer.still import still
 
-    shown = [loads for loads in joints if loads.joint.nv or loads.joint.parent is None]
+    shown = [loads for loads in joints if loads.joint.nv or loads.joint.parent is None or isinstance(loads.joint, LoopJoint)]
     if not shown:
         return {}
     worst = [largest_load(loads) for loads in shown]

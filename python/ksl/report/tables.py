@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from ksl.base.markup import html as escape
 
 from ksl.load_cases.quantities import unit
+from ksl.load_cases.undetermined import MARK, is_open
 from ksl.model.mechanism import Joint
 from ksl.model.states import EFFORT_PARTS
 from ksl.report.numbers import ROUND_OFF, Clock, format_number
@@ -34,6 +35,10 @@ LABELS = {
 }
 
 
+WITHOUT_MOTOR = ("Turning joints without motor", "Sliding joints without motor")
+"""Groups of joints of closed mechanisms: all but the drives, and those that close loops."""
+
+
 def summary_tables(rows: Sequence[Row], joints: Mapping[str, Joint], anchors: Mapping[str, str], clock: Clock) -> str:
     """Rows of `rows.with_limits`, in tables whose quantities have the same units; each joint leads to its section."""
     return _Tables(joints, anchors, clock).of(rows)
@@ -44,14 +49,14 @@ class _Tables:
         self._joints, self._anchors, self._clock = joints, anchors, clock
 
     def of(self, rows: Sequence[Row]) -> str:
-        titles = ("Turning joints", "Sliding joints", "Turning mimic joints", "Sliding mimic joints", "Joints without one coordinate")
+        titles = ("Turning joints", "Sliding joints", "Turning mimic joints", "Sliding mimic joints", *WITHOUT_MOTOR, "Joints without one coordinate")
         groups: dict[str, list[Row]] = {title: [] for title in titles}
         for row in rows:
-            groups[joint_group(self._joint(row))].append(row)
+            groups[joint_group(self._joint(row), row)].append(row)
         html = ""
         for title, group in groups.items():
             parts = [part for part in EFFORT_PARTS if any(abs(float(row.get(f"{part}_peak") or 0.0)) > ROUND_OFF for row in group)]
-            for part, columns in _columns(self._joint(group[0]), parts, any("brake_peak" in row for row in group)) if group else []:
+            for part, columns in _columns(self._joint(group[0]), parts, any("brake_peak" in row for row in group), title not in WITHOUT_MOTOR) if group else []:
                 known = [row for row in group if columns[0][1][0][1] in row]  # positions may be missing
                 html += self._table(f"{title}{part}", known, columns) if known else ""
         return html
@@ -79,20 +84,22 @@ class _Tables:
             return self._clock.text(float(value))
         if key in LIMIT_OF.values():  # as the file gives it: 87 and not 87.00
             return "–" if value is None else f'<span class="limit">{float(value):.5g}</span>'
-        text = escape(format_number(value))
+        text = escape(format_number(value)) + (MARK if key.endswith(("_peak", "_rms")) and is_open(row, key.rpartition("_")[0]) else "")
         return f'<strong class="over" title="beyond the limit">{text}</strong>' if exceeds(row, key) else text
 
 
-def joint_group(joint: Joint) -> str:
+def joint_group(joint: Joint, row: Row) -> str:
     """The group of joints that share tables in the summary, since their quantities have the same units."""
     if not joint.one_coordinate:
         return "Joints without one coordinate"
     if joint.leader is not None:
         return "Turning mimic joints" if joint.has_angle else "Sliding mimic joints"
+    if row.get("effort_peak") is None and row.get("brake_peak") is None:  # of a closed mechanism
+        return WITHOUT_MOTOR[0 if joint.has_angle else 1]
     return "Turning joints" if joint.has_angle else "Sliding joints"
 
 
-def _columns(joint: Joint, effort_parts: Sequence[str], brakes: bool) -> list[tuple[str, Groups]]:
+def _columns(joint: Joint, effort_parts: Sequence[str], brakes: bool, motor: bool = True) -> list[tuple[str, Groups]]:
     """The tables of the summary for a joint and its group, each with the end of its title: the wrench, the drive, the parts of its effort.
 
     effort_parts: those that are not zero throughout.  brakes: whether brakes supply the efforts.
@@ -112,6 +119,8 @@ def _columns(joint: Joint, effort_parts: Sequence[str], brakes: bool) -> list[tu
     positions = (": positions", ends)
     if joint.leader is not None:
         return [(": the wrench at the chosen point", wrench), (": the coupling", [group("coupling"), group("speed", None, True)]), positions]
+    if not motor:
+        return [(": the wrench at the chosen point", wrench), (": speeds", [group("speed", None, True)]), positions]
     work = ("work, J", [("positive", "work_positive"), ("negative", "work_negative")])
     drive = [group("effort", limit=True), group("speed", None, True), group("power", "mean"), work]
     parts = [(": what the drive's effort consists of", [group(name) for name in effort_parts])] if effort_parts else []

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from ksl.base.markup import html as escape
 
 from ksl.load_cases.quantities import COMPARED, unit
+from ksl.load_cases.undetermined import MARK, is_open
 from ksl.model.mechanism import Joint
 from ksl.report.numbers import format_number, link
 from ksl.report.rows import Row, exceeds
@@ -15,8 +16,8 @@ from ksl.report.tables import LABELS, joint_group
 def worst_section(rows: Sequence[Row], joints: Mapping[str, Joint], anchors: Mapping[tuple[str, str], str]) -> str:
     """rows: of `rows.with_limits`, of all cases.  anchors: of the sections of joints, by case and joint, of cases whose curves are shown."""
     groups: dict[str, list[str]] = {}
-    for name in dict.fromkeys(str(row["joint"]) for row in rows):
-        groups.setdefault(joint_group(joints[name]), []).append(name)
+    for name, row in {str(row["joint"]): row for row in rows}.items():
+        groups.setdefault(joint_group(joints[name], row), []).append(name)
     tables = "".join(_table(title, names, rows, joints, anchors) for title, names in groups.items())
     note = "The largest peak of each quantity over all load cases, and below it the case that governs. Its name leads to the joint's curves there."
     count, shown = len({row["case"] for row in rows}), len({case for case, _ in anchors})
@@ -46,6 +47,6 @@ def _cell(row: Row | None, quantity: str, anchors: Mapping[tuple[str, str], str]
     if row is None:
         return '<td class="first">–</td>'
     key, case = f"{quantity}_peak", str(row["case"])
-    number = format_number(row[key])
+    number = format_number(row[key]) + (MARK if is_open(row, quantity) else "")
     shown = f'<strong class="over" title="beyond the limit">{number}</strong>' if exceeds(row, key) else number
     return f'<td class="first">{shown}<small>{link(anchors.get((case, str(row["joint"]))), case)}</small></td>'

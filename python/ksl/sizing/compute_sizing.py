@@ -47,6 +47,14 @@ FIGURES: dict[str, Callable[[Sheet], Cloud | None]] = {
 }
 """What adds the figures of each kind of component."""
 
+WRENCH = ("axial_force", "radial_force", "bending_moment", "axial_moment")
+USES = {
+    "motor": (), "strain wave gear": (), "planetary gear": (),
+    "crossed roller bearing": WRENCH[:3], "bearing pair": WRENCH[:3], "opposed angular contact bearings": WRENCH[:3],
+    "bolted flange": WRENCH, "fatigue": WRENCH,
+}  # fmt: skip
+"""The quantities of the wrench that the figures of each kind use: those that rigid bodies leave open get no verdict."""
+
 GEARS = ("strain wave gear", "planetary gear")
 
 
@@ -191,9 +199,10 @@ def _sheets(
         for name in (joint for joint in part.joints if joint in chosen):
             s = samples(name)
             sheet = Sheet(part, s, demands, gears.get(name))
+            sheet.uses = USES.get(part.kind.name, WRENCH)
             sheets.append(sheet)
             if part.kind.name in ("motor", *GEARS) and not _has_effort(s):
-                sheet.leave_out("everything", f"{name} has no drive in these results: it follows another joint")
+                sheet.leave_out("everything", f"{name} has no drive in these results: it follows other joints")
                 continue
             cloud = FIGURES[part.kind.name](sheet)
             clouds += [cloud] if cloud is not None else []

@@ -22,9 +22,11 @@ def fatigue_figures(sheet: Sheet) -> None:
     part, s = sheet.part, sheet.samples.about(sheet.part.get("at"))
     factors: Mapping[str, float] = part.get("stress")
     unit = part.get("unit")
-    if "effort" in factors and not s.joint.driven:
-        sheet.leave_out("everything", f"{s.joint.name} has no effort, it is {s.joint.kind}")
+    if "effort" in factors and not (s.joint.driven and np.isfinite(s.effort).all()):
+        why = "it follows other joints" if s.joint.driven else f"it is {s.joint.kind}"
+        sheet.leave_out("everything", f"{s.joint.name} has no effort, {why}")
         return
+    sheet.uses = tuple(name for name, factor in factors.items() if factor)
     stress = _stress(s, factors)
     named = sheet.given("stress", "at")
     k = int(np.argmax(np.abs(stress)))

@@ -43,4 +43,5 @@ def limit_figures(sheet: Sheet) -> None:
             {**sheet.given("at"), **others},
             key,
             at=k,
+            uses=() if key == "speed_rpm" else ("axial_moment",) if key == "torque" else (key,),
         )

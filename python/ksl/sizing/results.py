@@ -18,13 +18,15 @@ from ksl.base.input_files import Unreadable, check_regular
 from ksl.base.rounding import OF_POSITIONS
 from ksl.model.joint_kinds import has_one_coordinate
 from ksl.model.states import Array
-from ksl.sizing.samples import JointSamples, ResultJoint, Spectrum
+from ksl.sizing.samples import JointSamples, ResultJoint, Spectrum, moved
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 MOTION = ("position", "speed", "acceleration", "effort")
+UNDETERMINED = "undetermined"
+"""The column of components that rigid bodies leave open."""
 
 
 class Results:
@@ -190,7 +192,15 @@ class Results:
             effort,
             resolution,
             rotor,
+            undetermined=self._undetermined(rows),
         )
+
+    def _undetermined(self, rows: slice | np.ndarray) -> tuple[str, ...]:
+        """Components that rigid bodies leave open in any row, of the wrench about the joint's origin; of closed mechanisms."""
+        if UNDETERMINED not in self._columns:
+            return ()
+        words, index = _words(self._columns[UNDETERMINED])
+        return moved(sorted({part for k in np.unique(index[rows]) for part in words[k].split()}), self._point)
 
     def _resolved(self, name: str, cases: np.ndarray, time: Array, position: Array, speed: Array) -> tuple[Array, float]:
         """Speeds, zero where rounding of the positions makes as much in a step, and the speed up to which the joint stands.
@@ -292,7 +302,7 @@ def _columns(file: Path) -> pa.Table:
 
     with arrow_file(file) as opened, pq.ParquetFile(opened) as parquet:
         names = set(parquet.schema_arrow.names)
-        return parquet.read(columns=[n for n in ("case", "time", "joint", *WRENCH, *MOTION, "rotor", "on", "at", "axes") if n in names])
+        return parquet.read(columns=[n for n in ("case", "time", "joint", *WRENCH, *MOTION, "rotor", "on", "at", "axes", UNDETERMINED) if n in names])
 
 
 def _exists(path: Path) -> bool:

@@ -78,12 +78,22 @@ class JointSamples:
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """About which the moments are: from the joint's origin, in its axes, m."""
 
+    undetermined: tuple[str, ...] = ()
+    """Components among fx … tz that rigid bodies leave open, of the force and of the moment about `point`."""
+
     def about(self, point: Sequence[float] | Array) -> JointSamples:
         """The same wrenches about another point, given from the joint's origin in its axes, m."""
         move = np.array(self.point) - np.asarray(point, dtype=float)
         moment = self.moment + np.cross(move, self.force) if move.any() else self.moment
         x, y, z = (float(c) for c in point)
-        return replace(self, moment=moment, point=(x, y, z))
+        return replace(self, moment=moment, point=(x, y, z), undetermined=moved(self.undetermined, move))
+
+    def open_quantities(self) -> list[str]:
+        """The quantities, among those of this class, that use components which rigid bodies leave open."""
+        force, moment = (np.array([f"{letter}{c}" in self.undetermined for c in "xyz"]) for letter in "ft")
+        along, across = self.axis != 0, np.abs(self.axis) != 1  # components with a share along, and across the axis
+        found = {"axial_force": force & along, "radial_force": force & across, "axial_moment": moment & along, "bending_moment": moment & across}
+        return [name for name, is_open in found.items() if is_open.any()]
 
     @cached_property
     def axis(self) -> Array:
@@ -134,6 +144,16 @@ class JointSamples:
         """Each case with its samples."""
         edges = np.searchsorted(self.case_index, np.arange(len(self.cases) + 1))
         return [(case, slice(int(edges[i]), int(edges[i + 1]))) for i, case in enumerate(self.cases)]
+
+
+def moved(undetermined: Sequence[str], move: Array) -> tuple[str, ...]:
+    """What is open of a wrench after its moment was moved by move × force: moments that get a share of an open force are open, too."""
+    found = set(undetermined)
+    for k, name in enumerate("xyz"):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        if (move[i] and f"f{'xyz'[j]}" in found) or (move[j] and f"f{'xyz'[i]}" in found):
+            found.add(f"t{name}")
+    return tuple(name for name in ("fx", "fy", "fz", "tx", "ty", "tz") if name in found)
 
 
 def _length(x: Array) -> Array:

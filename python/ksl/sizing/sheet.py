@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,9 +53,18 @@ class Sheet:
         self.part, self.samples, self.demands, self.gear = part, samples, demands, gear
         self.figures: list[Figure] = []
         self.left_out: list[LeftOut] = []
+        self.uses: tuple[str, ...] = ()
+        """The quantities or components of the wrench that the figures use, which decide whether these can be judged; see `judged`."""
 
     def leave_out(self, figure: str, why: str) -> None:
         self.left_out.append(LeftOut(self.samples.joint.name, self.part.name, figure, why))
+
+    def judged(self, uses: Sequence[str] | None = None) -> str:
+        """Why figures that use these quantities, or `uses` of the sheet, get no verdict; empty where all of them are determined."""
+        s = self.samples.about(self.part.values.get("at") or (0.0, 0.0, 0.0)) if self.samples.undetermined else self.samples
+        found = [*s.open_quantities(), *s.undetermined] if s.undetermined else []
+        names = [name.replace("_", " ") for name in (self.uses if uses is None else uses) if name in found]
+        return f"not judged: needs stiffnesses of joints; rigid bodies leave {' and '.join(names)} open" if names else ""
 
     def number(self, key: str) -> float:
         """A number that `has` has found."""
@@ -94,8 +103,9 @@ class Sheet:
         smallest: bool = False,
         share: float | None = None,
         note: str = "",
+        uses: Sequence[str] | None = None,
     ) -> None:
-        """Adds a figure.
+        """Adds a figure.  uses: the quantities of the wrench that it uses, where they are others than those of the sheet.
 
         limit: a catalogue key, or a number; its utilisation is value/limit, of a `smallest` limit limit/value, or `share`
         where it is something else.  at: the governing sample; case: the governing case, where it is no single sample.
@@ -113,6 +123,11 @@ class Sheet:
             utilisation = _ratio(allowed, value) if smallest else _ratio(abs(value), allowed)
         if isinstance(limit, str) and allowed is None:
             utilisation = None
+        not_judged = self.judged(uses)
+        if not_judged and (utilisation is not None or allowed is not None):
+            self.leave_out(f"the verdict on “{figure}”", not_judged)
+            allowed = utilisation = None
+        note = "; ".join(x for x in (note, not_judged) if x)
         time = None
         if at is not None:
             case, time = self.samples.where(at)

@@ -31,9 +31,9 @@ AT_MOST = 10_000_000
 """Cases of one sweep."""
 LARGEST = sys.float_info.max
 """Python's whole numbers may be larger, which `math.isfinite` doesn't take."""
-TAKEN = ("case", "joint", "kind", "quantity", "value", "unit")
+TAKEN = ("case", "joint", "kind", "quantity", "value", "unit", "undetermined")
 """Columns of the results that are no parameters."""
-OF_BASE = ("motion", "reading", "components", "gravity", "physics", "friction_width", "floating_base", "mimic", "model")
+OF_BASE = ("motion", "reading", "components", "gravity", "physics", "friction_width", "floating_base", "mimic", "model", "loops", "drives")
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Sweep:
     motion: str | None = None
     """File of the motion, if no parameter names some."""
     base: Mapping[str, Any] = field(default_factory=dict)
-    """What all cases share besides: gravity, physics, friction_width, floating_base, mimic, model."""
+    """What all cases share besides: gravity, physics, friction_width, floating_base, mimic, model, loops, drives."""
     reading: Mapping[str, Any] = field(default_factory=dict)
     """How motions are read: arguments of `ksl.read_motion`."""
     components: str | None = None

@@ -17,8 +17,12 @@ from ksl.base.errors import SweepError
 from ksl.base.files_read import InputFile, changed, recorded
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.provenance import UNITS
+from ksl.load_cases.quantities import UNDETERMINED
+from ksl.load_cases.reaction_joints import reaction_joints
 from ksl.load_cases.summary_table import PEAKS
+from ksl.load_cases.undetermined import Undetermined
 from ksl.model.mechanism import Joint
+from ksl.motions.motion import Motion
 from ksl.sizing.components import read_components
 from ksl.sweeps.description import Sweep, described
 from ksl.sweeps.given_model import GivenModel
@@ -95,6 +99,7 @@ class Evaluator:
         if taken:
             raise SweepError(f"{plan.sweep.file}: parameter {taken[0]!r} is named like a column of the results; give it another `name`")
         self._dynamics = 0.0
+        self._open: dict[int, Undetermined] = {}
 
     @property
     def doubts(self) -> list[str]:
@@ -103,11 +108,11 @@ class Evaluator:
 
     @property
     def joints(self) -> tuple[Joint, ...]:
-        return self._variants.model.joints
+        return reaction_joints(self._variants.model)
 
     def extent(self) -> tuple[int, int]:
         """Joints, and samples of the longest motion."""
-        return len(self._variants.model.joints), max(len(m.time) for m in self._variants.motions.values())
+        return len(self.joints), max(len(m.time) for m in self._variants.motions.values())
 
     def partition(self, index: int) -> Result:
         """Raises SweepError, with the case, where results are not finite."""
@@ -130,7 +135,9 @@ class Evaluator:
         try:
             with np.errstate(over="ignore", invalid="ignore"):
                 load_case, block = self._block(values)
-                row: dict[str, Any] = self._peaks.of(load_case.motion, block)
+                row: dict[str, Any] = self._peaks.of(block)
+            if load_case.model.loops:
+                row[UNDETERMINED] = [" ".join(block.undetermined.of(j.name)) for j in self.joints]
             if not (np.isfinite(block.tau).all() and np.isfinite(block.in_joint_axes).all()):
                 raise ValueError("results are not finite; check the values, and the units of the motion")
             wrenches = None
@@ -158,17 +165,26 @@ class Evaluator:
 
     def _block(self, values: dict[str, Any]) -> tuple[LoadCase, Block]:
         model, motion = self._variants.case(values)
-        case = LoadCase(model, motion)
+        case = LoadCase(model, motion, known_undetermined=self._undetermined(motion))
         start = time.perf_counter()
         block = case.block(slice(0, len(motion.time)), threads=1)
         self._dynamics += time.perf_counter() - start
         return case, block
 
+    def _undetermined(self, motion: Motion) -> Undetermined:
+        """What rigid bodies leave open depends on the positions alone, which many cases share."""
+        if not self._variants.model.loops:
+            return Undetermined()
+        key = id(motion.q)  # of the motions that the variants keep
+        if key not in self._open:
+            self._open[key] = LoadCase(self._variants.model, motion).undetermined
+        return self._open[key]
+
     def _table(self, cases: range, rows: list[dict[str, Any]]) -> pa.Table:
         """A row for each case and joint."""
         import pyarrow as pa
 
-        joints = self._variants.model.joints
+        joints = self.joints
         count = len(joints)
         columns: dict[str, Any] = {"case": pa.array(np.repeat(np.arange(cases.start, cases.stop), count))}
         columns |= {name: pa.array(np.repeat(x[cases.start : cases.stop], count)) for name, x in self._values.items()}
@@ -177,6 +193,8 @@ class Evaluator:
         for name in self._peaks.names():
             values = np.concatenate([row[name] for row in rows])
             columns[name] = pa.array(values, mask=np.isnan(values))
+        if self._variants.model.loops:
+            columns[UNDETERMINED] = pa.array([text for row in rows for text in row[UNDETERMINED]])
         if self._components is not None:
             values = np.concatenate([row[UTILISATION[0]] for row in rows])
             columns[UTILISATION[0]] = pa.array(values, mask=np.isnan(values))
@@ -191,7 +209,7 @@ class Evaluator:
         return {
             "version": __version__,
             "robot": model.name,
-            "joints": [joint_description(j) for j in model.joints],
+            "joints": [joint_description(j) for j in self.joints],
             "inputs": portable(self.inputs),
             "parameters": described(self.plan.sweep),
             "units": UNITS_OF_SWEEPS,
@@ -206,7 +224,7 @@ class Evaluator:
         from ksl.load_cases.wrench_table import TableWriter
 
         cases_described = [{"name": str(i), **{name: x[i].item() for name, x in self._values.items()}} for i in cases]
-        provenance = Provenance(load_case.model.name, [joint_description(j) for j in load_case.model.joints], cases_described, portable_files(self.inputs), extent=self._variants.extent)
+        provenance = Provenance(load_case.model.name, [joint_description(j) for j in load_case.joints], cases_described, portable_files(self.inputs), extent=self._variants.extent)
         table = TableWriter(load_case.model, load_case.placement, provenance).table(block, case - cases.start)
         return table.set_column(0, "case", pa.array(np.full(len(table), case)))
 

@@ -9,7 +9,7 @@ from typing import Any
 from ksl.base.errors import SweepError
 from ksl.model.model import Model, sealed
 
-OF_FILES = ("floating_base", "mimic", "model")
+OF_FILES = ("floating_base", "mimic", "model", "loops")
 """Keys of [base] that say how a file is read."""
 
 
@@ -33,6 +33,8 @@ class GivenModel:
         if given is not None:
             raise SweepError(f"{file}: [base] {given}: the robot is a ksl.Model, which has been loaded already; give {given} to ksl.load, or the robot as a file")
         model: Model = pickle.loads(self.contents)
+        if "drives" in base:
+            model = model.with_drives(base["drives"])
         if "gravity" in base:
             model = model.with_gravity(base["gravity"])
         if "physics" in base or "friction_width" in base:

@@ -7,9 +7,9 @@ import numpy as np
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.load_case import Block
 from ksl.load_cases.quantities import along, first_extremes, length, rms, work
+from ksl.load_cases.reaction_joints import has_drive, reaction_joints
 from ksl.model.mechanism import Mechanism
 from ksl.model.states import EFFORT_PARTS, Array
-from ksl.motions.motion import Motion
 
 WRENCH = ("axial_force", "radial_force", "bending_moment", "axial_moment", "force", "moment")
 
@@ -18,11 +18,11 @@ class Peaks:
     """Peaks, means and shares of limits of the joints of a robot.  Joints that don't have a quantity have NaN there."""
 
     def __init__(self, model: Mechanism) -> None:
-        joints = model.joints
+        joints = reaction_joints(model)
         self._joints = joints
         self._axial = np.array([j.one_coordinate for j in joints])
         self._axes = np.array([j.axis for j in joints])[self._axial]
-        self._driven = np.array([j.one_coordinate and j.leader is None for j in joints])
+        self._driven = np.array([has_drive(model, j) for j in joints])
         self._v = np.array([j.v_index for j in joints])[self._driven]
         self._follows = np.array([j.leader is not None for j in joints])
         self._followers = [j for j in joints if j.leader is not None]
@@ -45,7 +45,7 @@ class Peaks:
             names += [f"coupling_{part}" for part in ("peak", "peak_time", "rms")]
         return [*names, "position_share", "speed_share", "effort_share"]
 
-    def of(self, motion: Motion, block: Block) -> dict[str, Array]:
+    def of(self, block: Block) -> dict[str, Array]:
         """{quantity: its value for each joint (joints)} of one case, all of whose samples are in `block`."""
         rows: dict[str, Array] = dict.fromkeys(self.names(), np.empty(0))
         time = block.time
@@ -69,7 +69,7 @@ class Peaks:
         put("force", ~self._axial, length(by_joint[~self._axial, :, :3]))
         put("moment", ~self._axial, length(by_joint[~self._axial, :, 3:]))
 
-        position, speed, acceleration = self._coordinates(motion)
+        position, speed, acceleration = self._coordinates(block)
         put("speed", self._axial, speed, mean=False)
         put("acceleration", self._axial, acceleration, mean=False)
         for part, sign in (("lowest", -1), ("highest", 1)):
@@ -92,12 +92,10 @@ class Peaks:
         self._add_shares(rows, position)
         return rows
 
-    def _coordinates(self, motion: Motion) -> tuple[Array, Array, Array]:
-        """Position, speed and acceleration (joints with one coordinate, samples), mimic joints included."""
-        joints, n = [j for j in self._joints if j.one_coordinate], len(motion.time)
-        position = [self._model.position_of(j, motion.q) for j in joints]
-        rates = [[self._model.velocity_of(j, x) for j in joints] for x in (motion.resolved_v, motion.resolved_a)]
-        q, v, a = (np.array(x).reshape(len(joints), n) for x in (position, *rates))
+    def _coordinates(self, block: Block) -> tuple[Array, Array, Array]:
+        """Position, speed and acceleration (joints with one coordinate, samples), those of mimic joints and of loops included."""
+        moved = [block.motions.of(j) for j in self._joints if j.one_coordinate]
+        q, v, a = (np.array([of[k] for of in moved]).reshape(len(moved), len(block.time)) for k in range(3))
         return q, v, a
 
     def _add_shares(self, rows: dict[str, Array], position: Array) -> None:

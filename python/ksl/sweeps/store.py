@@ -20,7 +20,7 @@ from ksl.base.arrow_files import arrow_file
 from ksl.base.csv_cells import csv_row, csv_text
 from ksl.base.errors import SweepError
 from ksl.base.files_read import InputFile
-from ksl.load_cases.quantities import unit
+from ksl.load_cases.quantities import UNDETERMINED, unit
 from ksl.model.mechanism import Joint
 from ksl.output import OutputError, cannot_write, refuse_inputs
 from ksl.output.folders import MadeFolders
@@ -210,6 +210,9 @@ def worst_cases(files: Sequence[Path], parameters: Sequence[str], joints: Sequen
                 k = int(np.nanargmax(x))
                 if (joint.name, quantity) not in best or x[k] > best[joint.name, quantity][0]:
                     case = {name: table[name][i + k * len(joints)].as_py() for name in ("case", *parameters)}
+                    if UNDETERMINED in table.column_names:  # whether the number uses components that rigid bodies leave open
+                        words = table[UNDETERMINED][i + k * len(joints)].as_py().split()
+                        case[UNDETERMINED] = "yes" if quantity.rpartition("_")[0] in words else "no"
                     best[joint.name, quantity] = (float(x[k]), case)
     by_name = {j.name: j for j in joints}
     return [

@@ -78,7 +78,10 @@ def _base(robot: str | os.PathLike[str] | GivenModel, sweep: Sweep) -> Model:
     try:
         if isinstance(robot, GivenModel):
             return robot.model(dict(sweep.base), sweep.file)
-        return load(robot, **sweep.base)
+        base = dict(sweep.base)
+        if isinstance(base.get("loops"), str) and base["loops"] != "cut":
+            base["loops"] = sweep.path(base["loops"])
+        return load(robot, **base)
     except SweepError:
         raise
     except (TypeError, ValueError) as error:

@@ -78,5 +78,5 @@ def _legend(scene: Scene, subtitle: str) -> str:
     lines = [f"<b>{escape(scene.model.name)}</b>"] + ([escape(subtitle)] if subtitle else [])
     for colour, text in legend(scene):
         lines.append(escape(text) if colour is None else f'<span style="color:rgb{colour}">■</span> {escape(text)}')
-    lines += [f"<i>{escape(note)}</i>" for note in scene.look.notes[:3]]
+    lines += [f"<i>{escape(note)}</i>" for note in [*filter(None, [scene.unloaded]), *scene.look.notes[:3]]]
     return "<br>".join([*lines, f'<span style="color:#777">KSL {__version__}</span>'])

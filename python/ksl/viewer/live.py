@@ -7,7 +7,7 @@ import sys
 import threading
 import time as clock
 import webbrowser
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from ksl.base.markup import html
 from ksl.model.states import Array, External, Part, Side
+from ksl.viewer.closing import Reached, led_coordinates, moved_to
 from ksl.viewer.labels import labels
 from ksl.viewer.readout import Choice, OfLink, readout
 from ksl.viewer.scene import Scene, make_scene
@@ -32,6 +33,9 @@ FRAMES = 30
 
 SLIDER_RATE = 5
 """How often in a second the sliders of joints follow the playback."""
+
+NOTE = "padding:0 0.9em 0.6em;font-size:0.8em;font-style:italic;overflow-wrap:anywhere"
+"""Style of sentences of ours, with names from files in them, in the panel."""
 
 SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4", "8")
 
@@ -185,6 +189,8 @@ class _Controls:
         self._following = True
         try:
             self._readout.content = self._text()
+            if self._led is not None:
+                self._say("")
             if self._time is not None:
                 if scene is viewer._recorded:
                     self._time.value = float(scene.time[viewer.sample])
@@ -239,7 +245,7 @@ class _Controls:
     # --------------------------------------------------------------------------------------------------------- readout
 
     def _add_joint(self, scene: Scene) -> None:
-        names = [j.name for j in scene.model.joints]
+        names = [j.name for j in scene.joints]
         self._joints = dict(zip(labels(names, "joint"), names, strict=True))
         self._links = {label: OfLink(i) for i, label in enumerate(labels(scene.model.link_names, "link", ("joint", "world", "offset")))}
         links = list(self._links)
@@ -312,7 +318,7 @@ class _Controls:
                 key.visible = colours.value
 
             for note in scene.look.notes[:5]:
-                gui.add_html(f'<div style="padding:0 0.9em 0.6em;font-size:0.8em;font-style:italic;overflow-wrap:anywhere">{html(note)}</div>')
+                gui.add_html(f'<div style="{NOTE}">{html(note)}</div>')
 
     def _toggle(self, words: str, name: str) -> viser.GuiCheckboxHandle:
         shown = self._viewer.shown
@@ -340,12 +346,15 @@ class _Controls:
 
     def _add_sliders(self, scene: Scene) -> None:
         self._sliders: dict[int, Any] = {}
+        self._led = led_coordinates(scene.model, scene.q[0]) if scene.model.loops else None
         with self._gui.add_folder("Joints"):
-            for index, label, low, high in coordinates(scene):
+            for index, label, low, high in coordinates(scene, self._led):
                 value = float(np.clip(scene.q[0, index], low, high))
                 slider = self._gui.add_slider(label, low, high, step=max(1e-4, round((high - low) / 5000, 6)), initial_value=round(value, 6))
                 self._sliders[index] = slider
                 slider.on_update(self._pose_by_hand)
+            if scene.model.loops:
+                self._said = self._gui.add_html("")
 
     def _pose_by_hand(self, event: Any) -> None:
         if not self._by_hand(event):
@@ -354,12 +363,30 @@ class _Controls:
             q: Array = self._viewer.scene.q[self._viewer.sample].copy()
             for index, slider in self._sliders.items():
                 if slider is event.target:
+                    if self._led is not None:
+                        self._lead(q, index, slider)
+                        return
                     q[index] = slider.value
             self._viewer.update(q)
 
+    def _lead(self, q: Array, index: int, slider: Any) -> None:
+        """Moves a mechanism with loops as far as it follows a slider, and says why where it doesn't."""
+        assert self._led is not None
+        reached: Reached = moved_to(self._viewer.scene.model, q, index, float(slider.value), self._led)
+        wanted = f"{slider.label}: {slider.value:.4g} is not reached ({reached.reason}); shown is the last closed position before it"
+        self._viewer.update(reached.q)
+        self._say("" if reached.reason == "closed" else wanted)
 
-def coordinates(scene: Scene) -> list[tuple[int, str, float, float]]:
-    """Index in q, label, and range of each number that a slider moves: all but quaternions.
+    def _say(self, text: str) -> None:
+        """Below the sliders: what a slider did not reach, or why there are no wrenches."""
+        said = text or self._viewer.scene.unloaded
+        content = f'<div style="{NOTE}">{html(said)}</div>' if said else ""
+        if self._said.content != content:
+            self._said.content = content
+
+
+def coordinates(scene: Scene, led: Collection[int] | None = None) -> list[tuple[int, str, float, float]]:
+    """Index in q, label, and range of each number that a slider moves: all but quaternions; of mechanisms with loops those that are led.
 
     The limits of the file; where it gives none, a turn to either side, or the size of the scene.
     """
@@ -374,7 +401,7 @@ def coordinates(scene: Scene) -> list[tuple[int, str, float, float]]:
             lower, upper = joint.limits[k] if k < len(joint.limits) else (None, None)
             reach = max(1.0, float(np.ceil(scene.size))) if unit == "m" else float(np.pi)
             low, high = -reach if lower is None else lower, reach if upper is None else upper
-            if low < high:
+            if low < high and (led is None or joint.q_index + k in led):
                 found.append((joint.q_index + k, f"{column}, {unit}", float(low), float(high)))
     return found
 
@@ -408,13 +435,14 @@ def show(
 def _differentiated(model: Calls, time: Array, q: Array, v: ArrayLike | None, a: ArrayLike | None) -> tuple[Array, Array]:
     """Velocities and accelerations of a motion, the missing ones from splines as in `Model.wrench_table`."""
     from ksl.base.errors import MotionError
-    from ksl.motions.motion import complete
+    from ksl.motions.closed_motion import completed
 
     if time.ndim != 1 or q.shape != (len(time), model.nq):
         raise MotionError(f"time has shape {time.shape}, and q {q.shape}; expected (n) and (n, {model.nq})")
     given = [None if x is None else np.broadcast_to(np.asarray(x, dtype=float), (len(time), model.nv)) for x in (v, a)]
     joints = model.joints[: len(model.joint_names)]
-    motion = complete(model, time, q, [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints])
+    by_joint = [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints]
+    motion = completed(model, time, q, by_joint, np.ones(model.nq, dtype=bool))
     return motion.v, motion.a
 
 

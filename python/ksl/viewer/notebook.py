@@ -12,6 +12,7 @@ import numpy as np
 from ksl.model.calls import Calls
 from ksl.model.model_tables import joint_table
 from ksl.model.states import Array
+from ksl.viewer.closing import open_loops
 
 if TYPE_CHECKING:
     from ksl.viewer.shapes import Shape
@@ -35,9 +36,23 @@ _CELL = "text-align:left;white-space:nowrap;padding:0.15em 0.6em"
 
 def html_of(model: Calls) -> str:
     """A heading, the picture and the table of joints, as a piece of HTML without script and without references."""
+    from ksl.viewer.scene import resting_position
+
+    q = resting_position(model)
     links = f"{len(model.links)} link{'s' if len(model.links) != 1 else ''}"
-    heading = f"<b>{escape(model.name)}</b>: {model.nv} degrees of freedom, {links}, {model.mass:.6g} kg"
-    return f'<div><div style="margin-bottom:0.5em">{heading}</div><div style="{_FRAME}">{picture(model)}{_table(model)}</div></div>'
+    heading = f"<b>{escape(model.name)}</b>: {_freedoms(model, q)}, {links}, {model.mass:.6g} kg"
+    return f'<div><div style="margin-bottom:0.5em">{heading}</div><div style="{_FRAME}">{picture(model, q)}{_table(model)}</div></div>'
+
+
+def _freedoms(model: Calls, q: Array) -> str:
+    """`2 degrees of freedom`; of a mechanism with loops those at the position that the picture shows, if that is closed."""
+    if not model.loops:
+        return f"{model.nv} degrees of freedom"
+    closing = f"{len(model.loops)} joint{'s close' if len(model.loops) != 1 else ' closes'} loops"
+    if open_loops(model, q).any():
+        return f"{model.nv} coordinates, {closing}, and no closed position was found"
+    freedoms = model.mobility(q).mobility
+    return f"{freedoms} degree{'s' if freedoms != 1 else ''} of freedom of {model.nv} coordinates, {closing}"
 
 
 def _table(model: Calls) -> str:
@@ -50,28 +65,38 @@ def _table(model: Calls) -> str:
     return f'<div style="overflow-x:auto"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}</div>'
 
 
-def picture(model: Calls) -> str:
-    """A resting position as SVG: the surfaces of links where the file gives them, their ellipsoids of inertia elsewhere, and
-    the axes of joints; dots at the joints that move."""
-    from ksl.viewer.scene import resting_position
-
-    poses = model.frame_poses(resting_position(model))
+def picture(model: Calls, q: Array) -> str:
+    """A position (nq) as SVG: the surfaces of links where the file gives them, their ellipsoids of inertia elsewhere, and
+    the axes of joints; dots at the joints that move, those that close loops too."""
+    poses = model.frame_poses(q)
     index = {name: i for i, name in enumerate(model.link_names)}
     corners, colours = _triangles(model, poses)
     moving = [j for j in model.joints if j.kind != "fixed" and j.parent is not None]
     origins = poses[:, :3, 3]
     size = float(np.ptp(np.concatenate([origins, corners.reshape(-1, 3)]), axis=0).max()) or 1.0
-    centres = np.array([origins[index[j.child]] for j in moving]).reshape(-1, 3)
-    half_axes = np.array([0.05 * size * poses[index[j.child], :3, :3] @ np.array(j.axis) for j in moving]).reshape(-1, 3)
-    bones = np.array([(origins[index[j.parent]], origins[index[j.child]]) for j in model.joints if j.parent is not None]).reshape(-1, 2, 3)
+    ends = _loop_ends(model, poses)
+    axes_of: list[tuple[str, tuple[float, ...]]] = [(j.name, j.axis or (0.0, 0.0, 0.0)) for j in moving]
+    axes_of += [(loop.name, loop.axis or (0.0, 0.0, 0.0)) for loop in model.loops]
+    frames = [*(poses[index[j.child]] for j in moving), *(end for _, end in ends[1::2])]
+    centres = np.array([frame[:3, 3] for frame in frames]).reshape(-1, 3)
+    half_axes = np.array([0.05 * size * frame[:3, :3] @ np.array(axis) for (_, axis), frame in zip(axes_of, frames)]).reshape(-1, 3)
+    pairs = [(origins[index[j.parent]], origins[index[j.child]]) for j in model.joints if j.parent is not None]
+    bones = np.array([*pairs, *((origins[index[link]], end[:3, 3]) for link, end in ends)]).reshape(-1, 2, 3)
     axes = np.stack([centres - half_axes, centres + half_axes], axis=1)[np.any(half_axes != 0, axis=1)]
     flat = _on_screen([origins, corners, bones, axes, centres])
     parts = [_line(start, end, "#8a94a3", 4) for start, end in flat[2]]
     parts += [_triangle(points, colour) for points, colour in zip(flat[1], colours)]
     parts += [_line(start, end, "#d0661f", 2) for start, end in flat[3]]
-    parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="#2c6fbb"><title>{escape(j.name)}</title></circle>' for j, (x, y) in zip(moving, flat[4])]
+    parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="#2c6fbb"><title>{escape(name)}</title></circle>' for (name, _), (x, y) in zip(axes_of, flat[4])]
     words = "".join(parts)
     return f'<svg width="{SIZE}" height="{SIZE}" viewBox="0 0 {SIZE} {SIZE}" role="img" aria-label="{escape(model.name)}" stroke-linecap="round">{words}</svg>'
+
+
+def _loop_ends(model: Calls, poses: Array) -> list[tuple[str, Array]]:
+    """(link, frame in the world (4, 4)) of both sides of each joint that closes a loop, the predecessor's first."""
+    index = {name: i for i, name in enumerate(model.link_names)}
+    sides = [side for loop in model.loops for side in ((loop.predecessor, loop.predecessor_pose), (loop.successor, loop.successor_pose))]
+    return [(link, poses[index[link]] @ np.reshape(own, (4, 4))) for link, own in sides]
 
 
 def _triangles(model: Calls, poses: Array) -> tuple[Array, list[str]]:
@@ -112,6 +137,7 @@ def _limbs(model: Calls, poses: Array, drawn: Container[str]) -> list[Shape]:
     origin = poses[:, :3, 3]
     bare = [j for j in model.joints if j.parent is not None and j.parent not in drawn]
     limbs = [rod(origin[index[j.parent]], origin[index[j.child]], 0.022 * size, LIMB, 12) for j in bare if j.parent is not None]
+    limbs += [rod(origin[index[link]], end[:3, 3], 0.022 * size, LIMB, 12) for link, end in _loop_ends(model, poses) if link not in drawn]
     for j in model.joints:
         if j.has_axis and j.child not in drawn:
             along = 0.045 * size * poses[index[j.child], :3, :3] @ np.array(j.axis)

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from ksl.model.mechanism import Loop
 from ksl.model.states import Array, Part, Side
 from ksl.viewer.scene import Scene
 
@@ -35,7 +36,7 @@ def wrench_at(scene: Scene, sample: int, joint: str, choice: Choice) -> Array:
     one = slice(sample, sample + 1)
     external = {name: w[one] for name, w in scene.external.items()}
     wrench = scene.model.reactions(scene.q[one], scene.v[one], scene.a[one], external, on=choice.on, at="joint", axes="joint", part=choice.part, joints=[joint])[0, 0]
-    own = scene.poses[sample, scene.children[scene.joint_index(joint)]]
+    own = scene.frames[sample, scene.joint_index(joint)]
     force, moment = own[:3, :3] @ wrench[:3], own[:3, :3] @ wrench[3:]
     moment = moment + np.cross(own[:3, 3] - _point(scene, sample, own, choice), force)
     axes = own if choice.axes == "joint" else np.eye(4) if choice.axes == "world" else scene.poses[sample, choice.axes.index]
@@ -54,16 +55,27 @@ def _point(scene: Scene, sample: int, own: Array, choice: Choice) -> Array:
 
 def readout(scene: Scene, sample: int, joint: str, choice: Choice) -> str:
     """The wrench, and effort, speed, power and utilisation of the drive, as a table in Markdown."""
+    if scene.unloaded:
+        return "\n".join(["no wrenches in this state  ", *drive_lines(scene, sample, joint)])
     wrench = wrench_at(scene, sample, joint, choice)
     lines = ["| | x | y | z | size |", "|---|---:|---:|---:|---:|", _row("force, N", wrench[:3]), _row("moment, N m", wrench[3:])]
-    return "\n".join(lines) + "\n\n" + "  \n".join(drive_lines(scene, sample, joint))
+    return "\n".join(lines) + "\n\n" + "  \n".join([*_undetermined(scene, sample, joint), *drive_lines(scene, sample, joint)])
+
+
+def _undetermined(scene: Scene, sample: int, joint: str) -> list[str]:
+    """A line about components of the wrench that rigid bodies don't determine; nothing where they determine all."""
+    if not scene.model.loops:
+        return []
+    unique = scene.model.reactions_unique(scene.q[sample], [joint])[0].reshape(2, 3)
+    open_ones = [f"{what} {', '.join(c for c, known in zip('xyz', part) if not known)}" for what, part in zip(("force", "moment"), unique) if not part.all()]
+    return [f"not determined by rigid bodies, in the joint's axes: {' and '.join(open_ones)}; of these the least norm is shown"] if open_ones else []
 
 
 def drive_lines(scene: Scene, sample: int, name: str) -> list[str]:
     """Position, speed, effort, power and utilisation of a joint with one coordinate, a line each; nothing for others."""
     i = scene.joint_index(name)
-    joint = scene.model.joints[i]
-    if not joint.one_coordinate:
+    joint = scene.joints[i]
+    if isinstance(joint, Loop) or not joint.one_coordinate:
         return []
     position, speed = float(scene.model.position_of(joint, scene.q[sample])), float(scene.model.velocity_of(joint, scene.v[sample]))
     lines = [f"position {position:.5g} {joint.unit}, speed {speed:.4g} {joint.unit}/s"]

@@ -125,11 +125,11 @@ def _check_metadata(file: Path, made_by: Any) -> None:
     if not all(isinstance(i.get(key), str) for i in made_by.get("inputs", []) for key in ("file", "role")):
         raise MotionError(f"{file}: an input in its metadata has no file or role; {AGAIN}")
     for case in made_by.get("cases", []):
-        lists = [case.get(name, []) for name in ("gravity", "physics", "payloads")]
-        gravity, physics, payloads = lists
-        good = all(isinstance(each, list) for each in lists) and all(isinstance(g, (int, float)) for g in gravity) and all(isinstance(p, str) for p in physics)
+        lists = [case.get(name, []) for name in ("gravity", "physics", "payloads", "drives")]
+        gravity, physics, payloads, drives = lists
+        good = all(isinstance(each, list) for each in lists) and all(isinstance(g, (int, float)) for g in gravity) and all(isinstance(p, str) for p in (*physics, *drives))
         if not good or not all(isinstance(p, dict) and {"link", "mass", "center"} <= set(p) and isinstance(p["mass"], (int, float)) for p in payloads):
-            raise MotionError(f"{file}: gravity, physics or payloads of case {case['name']} in its metadata are not as `ksl loads` writes them; {AGAIN}")
+            raise MotionError(f"{file}: gravity, physics, payloads or drives of case {case['name']} in its metadata are not as `ksl loads` writes them; {AGAIN}")
         if not isinstance(case.get("motion") or "", str):
             raise MotionError(f"{file}: the motion of case {case['name']} in its metadata is no name of a file; {AGAIN}")
     if not isinstance(made_by.get("options", {}), dict) or not isinstance(made_by.get("directory", ""), str):
@@ -191,7 +191,7 @@ def scene_of_results(model: Calls, results: Results, package_paths: Sequence[str
         motion = read_motion(model, _beside(results, named))
         time, q, v, a = motion.time, motion.q, motion.v, motion.a
     external = _external(model, results, time, notes)
-    driven = [j for j in joints if j.one_coordinate]
+    driven = [j for j in joints if j.one_coordinate and (not model.loops or j.name in (model.drives or ()))]
     tau = model.inverse_dynamics(q, v, a, external)
     given = np.column_stack([results.effort[j.name] for j in driven]) if driven else np.zeros((len(time), 0))
     if driven and len(given) == len(tau):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import MotionError
-from ksl.model.mechanism import Joint
+from ksl.model.joint_kinds import KINDS
+from ksl.model.mechanism import Joint, Loop
 from ksl.model.states import Array, External, items_of
+from ksl.viewer.closing import closed_near, open_loops
 from ksl.viewer.visuals import Appearance, appearance
 
 if TYPE_CHECKING:
@@ -25,6 +27,9 @@ SAMPLES = 1500
 CONSTRAINT, ACTUATION, EXTERNAL, SCREW, CENTRE = (31, 95, 191), (230, 115, 0), (34, 139, 87), (150, 60, 180), (200, 30, 60)
 """Colours, red, green and blue from 0 to 255: what the structure carries, what drives exert, what the environment exerts, the screw
 axis, and the centre of mass."""
+
+LOOP = (0, 128, 128)
+"""The colour of joints that close loops, and of the gap between their sides."""
 
 LONGEST = 0.4
 """Length of the longest arrow of the default scale, as a share of the size of the scene."""
@@ -61,7 +66,7 @@ class Scene:
     twists: Array
     """(n, links, 6): about the link's origin; m/s, rad/s."""
     constraint: Array
-    """(n, joints, 6), in the order of `model.joints`: what the structure carries; N, N m."""
+    """(n, joints, 6), in the order of `joints`: what the structure carries; N, N m."""
     actuation: Array
     """(n, joints, 6): the rest, along the joint's motion: of drives, and of couplings of mimic joints."""
     effort: Array
@@ -72,17 +77,39 @@ class Scene:
     """(n): which samples of a longer motion these are."""
     placed: Mapping[str, Array] = field(default_factory=dict)
     """`external` in world axes, about the link's origin."""
+    unloaded: str = ""
+    """Why there are no wrenches, and efforts are NaN: a mechanism with loops that is open in its only state, or whose drives are not known."""
+
+    @cached_property
+    def joints(self) -> tuple[Joint | Loop, ...]:
+        """Those of the tree, and then those that close loops."""
+        return *self.model.joints, *self.model.loops
 
     @cached_property
     def children(self) -> NDArray[np.intp]:
-        """(joints): for each joint the index of the link that it carries."""
+        """(joints): for each joint the index of the link that it carries; of one that closes a loop the successor."""
         index = {name: i for i, name in enumerate(self.model.link_names)}
-        return np.array([index[j.child] for j in self.model.joints], dtype=np.intp)
+        return np.array([index[child_of(j)] for j in self.joints], dtype=np.intp)
+
+    @cached_property
+    def frames(self) -> Array:
+        """(n, joints, 4, 4): of the joints, on the child side."""
+        frames = np.array(self.poses[:, self.children])
+        for i, loop in enumerate(self.model.loops, len(self.model.joints)):
+            frames[:, i] = frames[:, i] @ np.reshape(loop.successor_pose, (4, 4))
+        return frames
+
+    @cached_property
+    def predecessors(self) -> Array:
+        """(n, loops, 3): origins of the loop joints on the predecessors, m."""
+        index = {name: i for i, name in enumerate(self.model.link_names)}
+        frames = [self.poses[:, index[loop.predecessor]] @ np.reshape(loop.predecessor_pose, (4, 4)) for loop in self.model.loops]
+        return np.stack(frames, axis=1)[..., :3, 3] if frames else np.zeros((len(self.time), 0, 3))
 
     @cached_property
     def limits(self) -> Array:
         """(joints): limits of efforts, N m or N; NaN where the file gives none, or 0."""
-        return np.array([j.effort or np.nan for j in self.model.joints], dtype=float)
+        return np.array([(isinstance(j, Joint) and j.effort) or np.nan for j in self.joints], dtype=float)
 
     @property
     def utilisation(self) -> Array:
@@ -93,7 +120,7 @@ class Scene:
     @property
     def origins(self) -> Array:
         """(n, joints, 3): origins of the joints, m."""
-        origins: Array = self.poses[:, self.children][..., :3, 3]
+        origins: Array = self.frames[..., :3, 3]
         return origins
 
     @cached_property
@@ -117,11 +144,13 @@ class Scene:
         return scale_of(np.concatenate([self.constraint, self.actuation, *(w[:, None] for w in self.placed.values())], axis=1), self.size)
 
     def bones(self, sample: int) -> Array:
-        """Segments (k, 2, 3) from the origin of a link to the joints that it carries, for links without a surface of their own."""
+        """Segments (k, 2, 3) from the origin of a link to the joints at it, for links without a surface of their own."""
         index = {name: i for i, name in enumerate(self.model.link_names)}
         pairs = [(index[j.parent], index[j.child]) for j in self.model.joints if j.parent is not None and self._bare(j.parent)]
         segments: Array = self.poses[sample][np.array(pairs, dtype=np.intp).reshape(-1, 2)][..., :3, 3]
-        return segments
+        ends = zip(self.model.loops, self.predecessors[sample], self.origins[sample, len(self.model.joints) :])
+        of_loops = [(self.poses[sample, index[link], :3, 3], end) for loop, *both in ends for link, end in zip((loop.predecessor, loop.successor), both) if self._bare(link)]
+        return np.concatenate([segments, np.array(of_loops).reshape(-1, 2, 3)]) if of_loops else segments
 
     def axes(self, sample: int) -> Array:
         """Segments (k, 2, 3) along the axes of moving joints at such links, and at links that such links carry."""
@@ -131,12 +160,28 @@ class Scene:
         half = 0.04 * self.size * np.einsum("kij,kj->ki", pose[:, :3, :3], directions)
         return np.stack([pose[:, :3, 3] - half, pose[:, :3, 3] + half], axis=1)
 
+    def loop_marks(self, sample: int) -> Array:
+        """Segments (k, 2, 3) at the joints that close loops: along their axes, or along those of their frames where they have none."""
+        marks = []
+        for loop, frame in zip(self.model.loops, self.frames[sample, len(self.model.joints) :]):
+            along = np.array([loop.axis]) if has_axis(loop) else 0.5 * np.eye(3)
+            half = 0.06 * self.size * along @ frame[:3, :3].T
+            marks += [(frame[:3, 3] - x, frame[:3, 3] + x) for x in half]
+        return np.array(marks).reshape(-1, 2, 3)
+
+    def loop_gaps(self, sample: int) -> Array:
+        """Segments (loops, 2, 3) from one side of a loop joint to the other where it is open; of no length where it is closed."""
+        start, end = self.predecessors[sample], self.origins[sample, len(self.model.joints) :]
+        is_open = open_loops(self.model, self.q[sample]) if self.unloaded else np.zeros(len(start), dtype=bool)
+        return np.stack([np.where(is_open[:, None], start, end), end], axis=1)
+
     def _bare(self, link: str) -> bool:
         return link not in self.look.shapes or link in self.look.ellipsoids
 
     def joint_index(self, name: str) -> int:
-        """Where a joint is in `model.joints`.  ValueError names near ones."""
-        return self.model.joint_index(name)
+        """Where a joint is in `joints`.  ValueError names near ones."""
+        loops = self.model.loop_names
+        return len(self.model.joints) + loops.index(name) if name in loops else self.model.joint_index(name)
 
     def screw_axis(self, sample: int, joint: str) -> tuple[Array, Array, float] | None:
         """The twist of the link that a joint carries as a screw: its axis' point (3) nearest to the link's origin, ω (3), and the pitch, m/rad.
@@ -185,7 +230,9 @@ def make_scene(
     q (nq) or (n, nq), by default a pose within the limits; v and a (nv) or (n, nv), zero where they are missing: at rest.  time (n), s.
     external: {link: (6) or (n, 6)}, at the link's origin, in its axes.
     package_paths, triangles: as in `visuals.appearance`.  look: appearance of an earlier scene of the same robot, which is not read again.
-    Raises ValueError for shapes that don't fit.  O(n · (bodies + links)), besides reading meshes.
+    Of a mechanism with loops the default pose is closed.  One whose drives are not known has no wrenches in its scene, nor has a single state that is
+    open: `unloaded` says why.
+    Raises ValueError for shapes that don't fit, and for motions that don't keep loops closed.  O(n · (bodies + links)), besides reading meshes.
     """
     positions = np.atleast_2d(np.asarray(resting_position(model) if q is None else model.as_array(q, "q"), dtype=float))
     n = len(positions)
@@ -195,19 +242,47 @@ def make_scene(
     if times.shape != (n,):
         raise MotionError(f"time has shape {times.shape}, and q {positions.shape}; expected a time for each position")
     wrenches = {name: np.broadcast_to(np.asarray(w, dtype=float), (n, 6)) for name, w in items_of(external)}
-    names = [j.name for j in model.joints]
-    requests = tuple(model.reaction_request("child", "joint", "joint", "lin_ang", part, names) for part in ("total", "constraint"))
-    tau, total, constraint = model.inverse_dynamics_with_reactions(positions, velocity, acceleration, requests, wrenches)
+    tau, total, constraint, unloaded = _loads(model, positions, velocity, acceleration, wrenches)
     poses = model.frame_poses(positions)
     index = {name: i for i, name in enumerate(model.link_names)}
-    of_joints = poses[:, [index[j.child] for j in model.joints], :3, :3]
-    total, constraint = (np.einsum("njab,njwb->njwa", of_joints, x.reshape(n, -1, 2, 3)).reshape(n, -1, 6) for x in (total, constraint))  # a link may be called `world`
-    return Scene(
+    scene = Scene(
         model, look or appearance(model, package_paths, triangles), times, positions, velocity, acceleration, wrenches, poses,
-        model.frame_velocities(positions, velocity, axes="world", at="frame"), constraint, total - constraint,
-        _efforts(model.joints, tau), model.center_of_mass(positions), np.arange(n),
-        {name: _in_world(w, poses[:, index[name], :3, :3]) for name, w in wrenches.items()},
+        model.frame_velocities(positions, velocity, axes="world", at="frame"), constraint, total, _efforts(model, tau), model.center_of_mass(positions), np.arange(n),
+        {name: _in_world(w, poses[:, index[name], :3, :3]) for name, w in wrenches.items()}, unloaded,
     )  # fmt: skip
+    of_joints = scene.frames[..., :3, :3]  # a link may be called `world`
+    total, constraint = (np.einsum("njab,njwb->njwa", of_joints, x.reshape(n, -1, 2, 3)).reshape(n, -1, 6) for x in (total, constraint))
+    return replace(scene, constraint=constraint, actuation=total - constraint)
+
+
+def _loads(model: Calls, q: Array, v: Array, a: Array, wrenches: Mapping[str, Array]) -> tuple[Array, Array, Array, str]:
+    """Efforts (n, nv), wrenches (n, joints, 6) and their constraint parts in the axes of the joints; or none of them, and why."""
+    names = [*(j.name for j in model.joints), *model.loop_names]
+    requests = tuple(model.reaction_request("child", "joint", "joint", "lin_ang", part, names) for part in ("total", "constraint"))
+    try:
+        tau, total, constraint = model.inverse_dynamics_with_reactions(q, v, a, requests, wrenches)
+        return tau, total, constraint, ""
+    except ValueError as refused:
+        if not model.loops or (len(q) > 1 and model.drives is not None):
+            raise
+        for link in wrenches:
+            model.link(link)  # refuses unknown ones
+        nothing = np.zeros((len(q), len(names), 6))
+        return np.full((len(q), model.nv), np.nan), nothing, nothing, str(refused).removeprefix("inverse_dynamics_with_reactions: ")
+
+
+def child_of(joint: Joint | Loop) -> str:
+    """The link on the child side of a joint."""
+    return joint.child if isinstance(joint, Joint) else joint.successor
+
+
+def has_axis(joint: Joint | Loop) -> bool:
+    return KINDS[joint.kind].has_axis
+
+
+def moves(joint: Joint | Loop) -> bool:
+    """Whether both sides of a joint move against each other: mimic joints, too."""
+    return KINDS[joint.kind].nv > 0
 
 
 def scale_of(wrenches: Array, size: float) -> Scale:
@@ -226,20 +301,21 @@ def thinned(values: Array, most: int = SAMPLES) -> NDArray[np.intp]:
 
 
 def resting_position(model: Calls) -> Array:
-    """The neutral position, moved into the limits of joints."""
+    """The neutral position, moved into the limits of joints; of a mechanism with loops a closed one near to it, if one is found."""
     q = model.neutral()
     for joint in model.joints:
         for k, (lower, upper) in enumerate(joint.limits if joint.nq else ()):
             low, high = -np.inf if lower is None else lower, np.inf if upper is None else upper
             if low <= high and not low <= q[joint.q_index + k] <= high:  # in the middle rather than at an end
                 q[joint.q_index + k] = (low + high) / 2 if np.isfinite(low + high) else min(max(0.0, low), high)
-    return q
+    return closed_near(model, q) if model.loops else q
 
 
-def _efforts(joints: Sequence[Joint], tau: Array) -> Array:
-    effort = np.full((len(tau), len(joints)), np.nan)
-    for i, joint in enumerate(joints):
-        if joint.one_coordinate and joint.leader is None:
+def _efforts(model: Calls, tau: Array) -> Array:
+    """Of joints with one coordinate that have a drive; in a tree each has one."""
+    effort = np.full((len(tau), len(model.joints) + len(model.loops)), np.nan)
+    for i, joint in enumerate(model.joints):
+        if joint.one_coordinate and joint.leader is None and (not model.loops or joint.name in (model.drives or ())):
             effort[:, i] = tau[:, joint.v_index]
     return effort
 

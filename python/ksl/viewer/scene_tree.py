@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ksl.model.mechanism import Joint
+from ksl.model.mechanism import Joint, Loop
 from ksl.model.states import Array
 from ksl.viewer.labels import labels
-from ksl.viewer.scene import ACTUATION, CENTRE, CONSTRAINT, EXTERNAL, SCREW, Scene
+from ksl.viewer.scene import ACTUATION, CENTRE, CONSTRAINT, EXTERNAL, LOOP, SCREW, Scene, has_axis, moves
 from ksl.viewer.shapes import GREY, ellipsoid, unit_head, unit_shaft
 from ksl.viewer.still import LEVELS, SEE_THROUGH, link_colours
 
@@ -58,7 +58,7 @@ class Stage:
         self._tree.configure_environment_map("warehouse", environment_intensity=ENVIRONMENT)
         self._tree.set_background_image(np.full((2, 2, 3), BACKGROUND, dtype=np.uint8))
         self._add_ground()
-        links, joints = scene.model.link_names, [j.name for j in scene.model.joints]
+        links, joints = scene.model.link_names, [j.name for j in scene.joints]
         self._link_nodes = dict(zip(links, _nodes(links, "link"), strict=True))
         self._shown_joints = labels(joints, "joint")
         self._links = [self._tree.add_frame(f"/links/{node}", show_axes=False, axes_length=0.06 * scene.size, axes_radius=0.002 * scene.size) for node in self._link_nodes.values()]
@@ -68,8 +68,10 @@ class Stage:
         self._bones = self._segments("/mechanism/links", scene.bones(0), (115, 122, 133), 4.0)
         self._axes = self._segments("/mechanism/axes", scene.axes(0), (50, 55, 64), 5.0)
         self._all_axes = self._segments("/mechanism/joint_axes", self._axis_segments(scene, 0), (50, 55, 64), 3.0)
+        self._loops = self._segments("/mechanism/loops", scene.loop_marks(0), LOOP, 5.0)
+        self._gaps = self._segments("/mechanism/gaps", scene.loop_gaps(0), LOOP, 1.5)
         self._labels = [self._tree.add_label(f"/joints/{node}", label, visible=False) for node, label in zip(_nodes(joints, "joint"), self._shown_joints, strict=True)]
-        self._structure, self._drive = (_Arrows(self._tree, name, 2 * len(scene.model.joints), c) for name, c in (("structure", CONSTRAINT), ("drive", ACTUATION)))
+        self._structure, self._drive = (_Arrows(self._tree, name, 2 * len(scene.joints), c) for name, c in (("structure", CONSTRAINT), ("drive", ACTUATION)))
         self._external = _Arrows(self._tree, "external", 2 * len(scene.placed), EXTERNAL) if scene.placed else None
         ball = ellipsoid(np.full(3, 0.015 * scene.size))
         self._centre = self._tree.add_mesh_simple("/centre_of_mass", _f4(ball.vertices), ball.faces.astype(np.uint32), color=CENTRE)
@@ -127,12 +129,12 @@ class Stage:
         return self._tree.add_line_segments(name, _f4(segments), colors=colour, thickness=width, thickness_units="screen") if len(segments) else None
 
     def _axis_segments(self, scene: Scene, sample: int) -> Array:
-        joints = [(i, j) for i, j in enumerate(scene.model.joints) if j.has_axis]
+        joints = [(i, j) for i, j in enumerate(scene.joints) if has_axis(j)]
         origin, direction = scene.origins[sample][[i for i, _ in joints]], _axes_in_world(scene, sample, joints)
         return np.stack([origin - 0.07 * scene.size * direction, origin + 0.07 * scene.size * direction], axis=1)
 
     def _show_lines(self, scene: Scene, sample: int) -> None:
-        for node, segments in ((self._bones, scene.bones), (self._axes, scene.axes)):
+        for node, segments in ((self._bones, scene.bones), (self._axes, scene.axes), (self._loops, scene.loop_marks), (self._gaps, scene.loop_gaps)):
             if node is not None:
                 _set(node, "points", _f4(segments(sample)))
         if self._all_axes is not None:
@@ -143,7 +145,7 @@ class Stage:
     # ------------------------------------------------------------------------------------------------------- wrenches
 
     def _show_wrenches(self, scene: Scene, sample: int) -> None:
-        visible = np.array([self._has_arrows(j) for j in scene.model.joints])
+        visible = np.array([self._has_arrows(j) for j in scene.joints])
         for arrows, wrench in ((self._structure, scene.constraint[sample]), (self._drive, scene.actuation[sample])):
             arrows.show(scene.origins[sample], self._lengths(wrench * visible[:, None]), scene.size)
         if self._external is not None:
@@ -152,9 +154,9 @@ class Stage:
             wrench = np.array([w[sample] for w in scene.placed.values()])
             self._external.show(origins, self._lengths(wrench * self.shown.external), scene.size)
 
-    def _has_arrows(self, joint: Joint) -> bool:
+    def _has_arrows(self, joint: Joint | Loop) -> bool:
         chosen = self.shown.wrenches
-        return chosen == "all" or joint.name == chosen or (chosen == "moving" and (joint.nv > 0 or joint.leader is not None))
+        return chosen == "all" or joint.name == chosen or (chosen == "moving" and moves(joint))
 
     def _lengths(self, wrench: Array) -> Array:
         """Arrows (n, 2, 3) of forces and moments, m, in the scale that all states share."""
@@ -163,11 +165,11 @@ class Stage:
 
     def _show_labels(self, scene: Scene, sample: int) -> None:
         total = scene.constraint[sample] + scene.actuation[sample]
-        for i, (label, joint) in enumerate(zip(self._labels, scene.model.joints, strict=True)):
-            moves, selected = joint.nv > 0 or joint.leader is not None, joint.name == self.shown.selected
-            wanted = selected or (self.shown.joints and moves)
+        for i, (label, joint) in enumerate(zip(self._labels, scene.joints, strict=True)):
+            can_move, selected = moves(joint), joint.name == self.shown.selected
+            wanted = selected or (self.shown.joints and can_move)
             _set(label, "visible", wanted)
-            if wanted or (self.shown.recorded and moves):
+            if wanted or (self.shown.recorded and can_move):
                 force, moment = np.linalg.norm(total[i, :3]), np.linalg.norm(total[i, 3:])
                 numbers = f": {force:.4g} N, {moment:.4g} N m{_effort(scene, sample, i)}" if selected or self.shown.recorded else ""
                 _set(label, "text", self._shown_joints[i] + numbers)  # numbers of all joints would cover the robot
@@ -230,13 +232,13 @@ class _Arrows:
 def _effort(scene: Scene, sample: int, i: int) -> str:
     if not np.isfinite(scene.effort[sample, i]):
         return ""
-    unit = "N m" if scene.model.joints[i].has_angle else "N"
+    unit = "N m" if scene.model.joints[i].has_angle else "N"  # of loop joints there is none
     share = scene.utilisation[sample, i]
     return f"; drive {scene.effort[sample, i]:.4g} {unit}" + (f", {share:.0%} of its limit" if np.isfinite(share) else "")
 
 
-def _axes_in_world(scene: Scene, sample: int, joints: list[tuple[int, Joint]]) -> Array:
-    rotations = scene.poses[sample, scene.children[[i for i, _ in joints]], :3, :3]
+def _axes_in_world(scene: Scene, sample: int, joints: list[tuple[int, Joint | Loop]]) -> Array:
+    rotations = scene.frames[sample][[i for i, _ in joints], :3, :3]
     both: Array = np.einsum("kij,kj->ki", rotations, np.array([j.axis for _, j in joints]).reshape(-1, 3))
     return both
 
@@ -246,6 +248,7 @@ def legend(scene: Scene, factor: float = 1.0) -> list[tuple[tuple[int, int, int]
     force, moment = 1 / scene.scale.force / factor, 1 / scene.scale.moment / factor
     lines: list[tuple[tuple[int, int, int] | None, str]] = [(CONSTRAINT, "what the structure carries"), (ACTUATION, "what the drive exerts")]
     lines += [(EXTERNAL, "external wrenches")] if scene.placed else []
+    lines += [(LOOP, "joints that close loops")] if scene.model.loops else []
     return [*lines, (None, f"one head: force, 1 m is {force:.6g} N"), (None, f"two heads: moment, 1 m is {moment:.6g} N m")]
 
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from ksl.base.markup import plotly
 from ksl.model.joint_kinds import KINDS
-from ksl.model.mechanism import Joint
+from ksl.model.mechanism import Joint, Loop
 from ksl.model.states import Array
-from ksl.viewer.scene import ACTUATION, CONSTRAINT, EXTERNAL, Scene, scale_of
+from ksl.viewer.scene import ACTUATION, CONSTRAINT, EXTERNAL, LOOP, Scene, child_of, scale_of
 from ksl.viewer.shapes import Colour, Shape, arrows, ellipsoid, joined, rod, simplified
 
 TRIANGLES = 4000
@@ -24,6 +24,7 @@ HIGHLIGHT: Colour = (0.98, 0.78, 0.25)
 BONE: Colour = (0.45, 0.48, 0.52)
 AXIS: Colour = (0.2, 0.22, 0.25)
 """The colour of rods between joints, and of joint axes."""
+LOOP_MARK: Colour = (LOOP[0] / 255, LOOP[1] / 255, LOOP[2] / 255)
 
 LEVELS = ((0.5, (0.35, 0.65, 0.4)), (0.8, (0.9, 0.72, 0.2)), (1.0, (0.93, 0.45, 0.13)), (np.inf, (0.8, 0.15, 0.15)))
 """Colours of links by the utilisation of the joint that carries them: up to half of the limit, 80 %, the limit, and beyond."""
@@ -68,7 +69,7 @@ def still(
 
 def _links(scene: Scene, sample: int, joint: str | None, by_utilisation: bool, triangles: int) -> tuple[list[Shape], list[Shape]]:
     """The surfaces and the ellipsoids of all links in the world, with a share of the triangles by the root of the number that they have."""
-    highlighted = None if joint is None else scene.model.joint(joint).child
+    highlighted = None if joint is None else child_of(scene.joints[scene.joint_index(joint)])
     colours = link_colours(scene, sample) if by_utilisation else {}
     counts = {(name, k): len(s.faces) ** 0.5 for name, shapes in scene.look.shapes.items() for k, s in enumerate(shapes)}
     total = sum(counts.values()) or 1.0
@@ -84,7 +85,7 @@ def _links(scene: Scene, sample: int, joint: str | None, by_utilisation: bool, t
 
 def _skeleton(scene: Scene, sample: int) -> list[Shape]:
     """Rods between the origins of joints, and axes of joints, where links have no surface of their own."""
-    rods = [(scene.bones(sample), 0.004, BONE), (scene.axes(sample), 0.005, AXIS)]
+    rods = [(scene.bones(sample), 0.004, BONE), (scene.axes(sample), 0.005, AXIS), (scene.loop_marks(sample), 0.005, LOOP_MARK)]
     return [rod(start, end, radius * scene.size, colour) for segments, radius, colour in rods for start, end in segments]
 
 
@@ -98,7 +99,7 @@ def _small(scene: Scene, name: str, k: int, shape: Shape, most: int) -> Shape:
 
 def link_colours(scene: Scene, sample: int) -> dict[str, Colour]:
     """Colours of the links whose joint has a limit, by its utilisation."""
-    shares = {j.child: x for j, x in zip(scene.model.joints, scene.utilisation[sample], strict=True) if np.isfinite(x)}
+    shares = {j.child: x for j, x in zip(scene.model.joints, scene.utilisation[sample]) if np.isfinite(x)}
     return {name: next(colour for level, colour in LEVELS if x <= level) for name, x in shares.items()}
 
 
@@ -109,7 +110,7 @@ def _wrench(scene: Scene, sample: int, joint: str) -> tuple[list[Shape], list[st
     in_scale = scale_of(np.stack([scene.constraint[sample, i], scene.actuation[sample, i], *(w[sample] for w in scene.placed.values())]), scene.size)
     parts: list[Shape] = []
     legend = []
-    drawn = [("structure", CONSTRAINT, scene.constraint[sample, i], origin), (_mover(scene.model.joints[i]), ACTUATION, scene.actuation[sample, i], origin)]
+    drawn = [("structure", CONSTRAINT, scene.constraint[sample, i], origin), (_mover(scene.joints[i]), ACTUATION, scene.actuation[sample, i], origin)]
     for name, wrench in scene.placed.items():
         drawn.append((f"external, on {name}", EXTERNAL, wrench[sample], scene.poses[sample, scene.model.link_names.index(name), :3, 3]))
     for words, colour, wrench, at in drawn:
@@ -128,9 +129,10 @@ def _wrench(scene: Scene, sample: int, joint: str) -> tuple[list[Shape], list[st
     return parts, [*legend, f"1 m of arrow: {metre[0]}, {metre[1]}"]
 
 
-def _mover(joint: Joint) -> str:
+def _mover(joint: Joint | Loop) -> str:
     """What exerts the part of the wrench along the joint's motion: a floating base has no drive, and a mimic joint is moved by its leader."""
-    return "support" if KINDS[joint.kind].is_free else "drive" if joint.leader is None else "coupling"
+    follows = isinstance(joint, Joint) and joint.leader is not None
+    return "support" if KINDS[joint.kind].is_free else "coupling" if follows else "drive"
 
 
 def _plain(x: float) -> str:

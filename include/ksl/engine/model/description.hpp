@@ -99,6 +99,35 @@ struct joint_description {
   given_joint given;
 };
 
+/// The numbers from which those of a joint that closes a loop were computed, as given_joint.
+struct given_loop {
+  given_rotation predecessor, successor; ///< of its frames
+  vec3<double> axis{}, axis2{};
+  double pitch = 0;
+};
+
+/// A joint that closes a loop: it connects two links that the tree of joints connects already.  It is of any kind but floating, and has a
+/// frame on either link; both frames coincide where its position is zero.  Axes have the same components in both.
+struct loop_description {
+  std::string name; ///< unlike those of all other joints, of the tree and of loops
+  file_position at;
+  joint_kind kind = joint_kind::fixed;
+  int predecessor = -1,
+      successor = -1; ///< indices into robot_description::links: the sides that a file calls parent and child
+  SE3<double> predecessor_pose{}, successor_pose{}; ///< of the joint's frame on each side, in the link's frame
+  vec3<double> axis{0, 0, 0}, axis2{0, 0, 0};       ///< as in joint_description
+  optional_number pitch;                            ///< m/rad
+  given_loop given;
+};
+
+/// How a joint, of the tree or of a loop, gives way under its wrench: what splits reactions that rigid bodies leave open.
+struct joint_compliance {
+  std::string joint;
+  /// (6, 6) by rows, symmetric and positive semidefinite: displacement, m and rad, for a wrench, force first, at the joint's frame on the child's
+  /// side, in its axes.  Zero where the joint is rigid.
+  std::array<double, 36> matrix{};
+};
+
 /// The bounds of number c of the joint's position.
 inline coordinate_limits limits_of(const joint_description &joint, int c) {
   return c == 0 ? coordinate_limits{joint.lower, joint.upper} : joint.further[static_cast<std::size_t>(c - 1)];
@@ -119,7 +148,12 @@ struct robot_description {
   std::string name;
   std::string file; ///< as given to the reader; empty for a robot built in a program
   std::vector<link_description> links;
-  std::vector<joint_description> joints;      ///< in the order of the file
+  std::vector<joint_description> joints; ///< in the order of the file: a tree
+  std::vector<loop_description> loops;   ///< what closes loops of it
+  /// Joints that have a motor.  None: they are not known, which inverse dynamics of a mechanism with loops needs.  Without loops every
+  /// joint is taken to have one.
+  std::optional<std::vector<std::string>> drives;
+  std::vector<joint_compliance> compliances;  ///< of some joints; the others are rigid
   std::array<double, 3> gravity{0, 0, -9.81}; ///< m/s², world axes; files don't give it
   physics_options physics;                    ///< of the joints; files don't say so
   bool floating_base = false;                 ///< does the root float (model_options); files don't say so

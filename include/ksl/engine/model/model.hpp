@@ -18,6 +18,8 @@
 
 namespace ksl {
 
+template <class T> struct loop_view;
+
 /// A body and the joint that carries it.  offset, alpha and theta0 are Denavit and Hartenberg's: the parent's axes become the
 /// body's by Rz(offset) Rx(alpha) Rz(theta), theta = theta0 + joint angle.
 template <class T> struct body {
@@ -93,6 +95,7 @@ template <class T> struct model_view {
   int first_angle, angles_end; ///< the range of indices in q that contains all joint angles
   const T *lower, *upper;      ///< limits of the numbers in q; infinite where there are none
   const coordinate_physics<T> *physics; ///< (nv), or null: a motor supplies the transmitted effort
+  const loop_view<T> *loops;            ///< null: a tree, or loops without a plan (loop_view.hpp)
 };
 
 } // namespace ksl

@@ -245,6 +245,11 @@ def _check_complete(table: Recorded, model: Mechanism, choice: Choice, columns: 
     """Raises MotionError for joints without positions, and rates that are given in part."""
     for joint in model.joints[: len(model.joint_names)]:
         position, *rates = columns_of(joint)
+        if model.loops and not any(c in choice.used or c in columns.constants for c in position):
+            if model.drives is None:
+                raise MotionError(_drives_unknown(table, model, joint))
+            if joint.name not in model.drives and joint.kind != "floating":
+                continue  # it follows
         for c in position:
             if c not in choice.used and c not in columns.constants:
                 pose = "its pose (position in m, unit quaternion)" if joint.quaternion else "its orientation (a unit quaternion)"
@@ -256,6 +261,14 @@ def _check_complete(table: Recorded, model: Mechanism, choice: Choice, columns: 
                 missing = next(c for c in group if c not in choice.used)
                 others = f"though others of its group are there; give all of {', '.join(group)} or none"
                 raise MotionError(f"{table.head}: no column {missing!r}, {others}")
+
+
+def _drives_unknown(table: Recorded, model: Mechanism, joint: Joint) -> str:
+    """A closed mechanism needs the columns of its drives alone, where these are known."""
+    return (
+        f"{table.head}: no column {columns_of(joint)[0][0]!r} for joint {joint.name}. The columns of the joints that have motors would do, but {model.name} "
+        f"doesn't say which these are; name them: --drives (drives= in Python), from among {listed(model.joint_names)}"
+    )
 
 
 def _not_recorded(table: Recorded, joint: Joint) -> str:

@@ -102,6 +102,9 @@ def excitation(
     number fell in the last quarter of the candidates, converged, whether that is below 1 %, and reason, "improving" or "singular" if not.
     Raises MotionError.
     """
+    if model.loops:
+        said = "excite needs regressors, which closed mechanisms don't have: their coordinates depend on each other; make another kind of motion"
+        raise MotionError(f"{model.name}: {said}, or one for the tree that is left when loops are cut")
     limits = limits_of(model, acceleration)
     if iterations is not None and iterations < 1:
         raise MotionError(f"{iterations} iterations; expected at least one")

@@ -10,6 +10,7 @@ from ksl.base.errors import MotionError
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.model import Model
 from ksl.model.states import Array
+from ksl.motions.closed_motion import check_drives, closed, leading
 from ksl.motions.motion import Motion
 
 USUAL_SPEED = {"rad": 1.0, "m": 0.25}
@@ -73,7 +74,8 @@ def limits_of(model: Mechanism, acceleration: float | None = None) -> Limits:
     """Limits of the file, and `acceleration`, rad/s² or m/s², of every joint.  Raises MotionError for models without a joint to move."""
     if acceleration is not None and not 0 < acceleration < np.inf:
         raise MotionError(f"acceleration {acceleration:g}: expected a positive number, rad/s² or m/s²")
-    joints = tuple(j for j in model.joints[: len(model.joint_names)] if j.nv == 1)
+    check_drives(model, "motion")
+    joints = tuple(j for j in leading(model) if j.nv == 1)
     if not joints:
         raise MotionError(f"{model.name}: no joint with one coordinate, so there is nothing to move")
     index = np.array([j.q_index for j in joints])
@@ -117,12 +119,29 @@ def sample_times(duration: float, rate: float) -> Array:
 
 
 def whole_motion(model: Mechanism, limits: Limits, time: Array, q: Array, v: Array, a: Array) -> Motion:
-    """The motion of all joints, of which those of the limits have positions q, v and a (n, m); the others rest."""
+    """The motion of all joints, of which those of the limits have positions q, v and a (n, m); the others rest, or follow by loops.
+
+    Raises MotionError where they can't follow.
+    """
     n = len(time)
     whole = np.tile(model.neutral(), (n, 1)), np.zeros((n, model.nv)), np.zeros((n, model.nv))
     for x, part, index in zip(whole, (q, v, a), (limits.q_index, limits.v_index, limits.v_index), strict=True):
         x[:, index] = part
-    return Motion(time, *whole)
+    return closed(model, Motion(time, *whole))
+
+
+def beyond_limits(model: Mechanism, motion: Motion) -> list[str]:
+    """Notes on joints that follow by loops, and that this takes beyond the limits of the file: only those of the joints that lead were kept."""
+    lead = leading(model)
+    lines = []
+    for joint in (j for j in model.joints[: len(model.joint_names)] if j not in lead and j.nv == 1):
+        position, speed = motion.q[:, joint.q_index], np.abs(motion.v[:, joint.v_index]).max(initial=0.0)
+        low, high = float(position.min()), float(position.max())
+        if joint.has_limits and ((joint.lower is not None and low < joint.lower) or (joint.upper is not None and high > joint.upper)):
+            lines.append(f"{joint.name} follows from {low:.4g} to {high:.4g} {joint.unit}, beyond its limits; narrow the waypoints")
+        if joint.velocity and speed > joint.velocity:
+            lines.append(f"{joint.name} follows at up to {speed:.4g} {joint.unit}/s, beyond its limit {joint.velocity:.4g}; give a longer --duration")
+    return lines
 
 
 def excess(limits: Limits, q: Array, v: Array, a: Array) -> tuple[float, str]:

@@ -9,6 +9,8 @@ import numpy as np
 from ksl.base.errors import MotionError
 from ksl.model.model import Model
 from ksl.model.states import Array
+from ksl.motions.closed_motion import leading
+from ksl.motions.closing import home
 from ksl.motions.generate.generated import ROUND_OFF, SHARE, Generated, Limits, check_duration, effort_stretch, excess, limits_of, sample_times, whole_motion
 from ksl.motions.generate.waypoints import Waypoints, between_limits
 from ksl.motions.motion import Motion
@@ -31,7 +33,7 @@ SHARE_OF_ACCELERATION = 1 / 3
 
 def template(model: Model) -> Generated:
     """One row: the neutral position, brought into the limits where these exclude it.  The columns are those of a motion."""
-    q, moved = model.neutral(), []
+    q, moved = home(model, [j.name for j in leading(model)]) if model.loops else model.neutral(), []
     lower, upper = model.position_ranges
     for joint in model.joints[: len(model.joint_names)]:
         k = joint.q_index

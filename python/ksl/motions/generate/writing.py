@@ -15,6 +15,7 @@ from ksl.base.errors import MotionError
 from ksl.model.mechanism import Mechanism
 from ksl.model.motion_columns import columns_of
 from ksl.model.states import Array
+from ksl.motions.closed_motion import leading
 from ksl.motions.generate.generated import Generated
 from ksl.output import whole_file
 
@@ -48,9 +49,10 @@ def write_motion(model: Mechanism, generated: Generated, path: str | os.PathLike
 def _columns(model: Mechanism, generated: Generated) -> dict[str, Array]:
     motion = generated.motion
     columns = {"time": motion.time}
-    joints = model.joints[: len(model.joint_names)]
+    is_template = generated.facts.get("kind") == "template"
+    joints = leading(model) if is_template else model.joints[: len(model.joint_names)]
     for k, x in enumerate((motion.q, motion.v, motion.a)):
-        if k and generated.facts.get("kind") == "template":
+        if k and is_template:
             break
         for joint in joints:
             first = joint.q_index if k == 0 else joint.v_index

@@ -127,13 +127,23 @@ class EffortErrors:
         return out
 
 
+def effort_by_acceleration(model: Calls, q: Array, v: Array, a: Array) -> Array:
+    """(n, nv, nv): how much effort each acceleration needs: the mass matrix; of closed mechanisms along their freedoms, zero elsewhere."""
+    if not (model.loops and isinstance(model, Calls)):
+        return model.mass_matrix(q)
+    by_a = model.inverse_dynamics_derivatives(q, v, a)[2]
+    out = np.zeros((len(q), model.nv, model.nv))
+    out[:, :, model.independent(q[0])] = by_a
+    return out
+
+
 def effort_errors(model: Calls, q: Array, v: Array, a: Array, deviation: Array) -> EffortErrors:
     """Errors of efforts from independent errors of accelerations with standard deviations (nv), through the mass matrix.
 
     At 300 samples of the motion q (n, nq), v, a (n, nv).
     """
     some = np.unique(np.linspace(0, len(q) - 1, min(len(q), STATES)).astype(int))
-    parts = np.abs(model.mass_matrix(q[some])) * deviation  # (k, nv, nv): effort i from acceleration j
+    parts = np.abs(effort_by_acceleration(model, q[some], v[some], a[some])) * deviation  # (k, nv, nv): effort i from acceleration j
     effort = np.sqrt(np.sum(parts**2, axis=2))
     worst = np.argmax(effort, axis=0)
     rows = np.arange(model.nv)

@@ -13,7 +13,7 @@ from ksl.model.mechanism import Joint
 from ksl.model.motion_columns import columns_of, units_of
 from ksl.model.states import Array
 from ksl.motions.signal.corners import Found, Jumps
-from ksl.motions.signal.noise import SHARE, EffortErrors, effort_errors, first_derivative_noise, second_derivative_noise, step_of, white_noise
+from ksl.motions.signal.noise import SHARE, EffortErrors, effort_by_acceleration, effort_errors, first_derivative_noise, second_derivative_noise, step_of, white_noise
 from ksl.motions.signal.smoothing import noise_after, suitable_cutoff
 
 
@@ -104,7 +104,8 @@ def doubts_about_noise(
     errors = effort_errors(model, q, v, a, of_acceleration)
     if not (errors.share > SHARE).any():
         return []
-    weight = np.sqrt(np.mean(np.sum(model.mass_matrix(q[:: max(1, len(q) // 50)]) ** 2, axis=1), axis=0))
+    some = slice(None, None, max(1, len(q) // 50))
+    weight = np.sqrt(np.mean(np.sum(effort_by_acceleration(model, q[some], v[some], a[some]) ** 2, axis=1), axis=0))
     positions = np.flatnonzero((noise.order == 2) & (noise.deviation > 0))
     proposed = suitable_cutoff(measured.time, noise.curves[:, positions], noise.deviation[positions], weight[positions]) if len(positions) else None
     return [_sentence(joints, noise, of_acceleration, errors, smooth, proposed)]

@@ -1,0 +1,219 @@
+// KSL: dynamics of mechanisms with loops, by the plan of the model (loop_view.hpp).  src/engine/loops/closed_state.hpp has the equations;
+// there, states are computed that have NaN here.
+#pragma once
+
+#include "ksl/engine/algorithms/inverse/inverse_dynamics.hpp"
+#include "ksl/engine/algorithms/loops/loop_equations.hpp"
+#include "ksl/engine/algorithms/mass/mass_matrix_factor.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+template <class T> struct closed_inverse_dynamics_workspace {
+  loop_equations_workspace<T> equations;
+  inverse_dynamics_workspace<T> inverse;
+  array_of<T> tree, multiplier;
+
+  KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
+    equations.lay_out(memory, model);
+    inverse.lay_out(memory, model);
+    tree.lay_out(memory, model.nv);
+    multiplier.lay_out(memory, model.loops ? model.loops->rows : 0);
+  }
+};
+
+/// Efforts tau (nv) of the drives, and the wrenches (ends, 6) that the joints of loops exert on links: on the successor and on the
+/// Efforts tau (nv) of the drives, which are the independent coordinates, and the wrenches (ends, 6) that the joint of each loop exerts on
+/// its successor and on its predecessor, at its frame on either and in its axes, linear first.
+template <class T>
+void closed_inverse_dynamics(const model_view<scalar_of<T>> &model, const closed_inverse_dynamics_workspace<T> &given,
+                             const T *q, const T *v, const T *a, const external_wrenches<T> &external, T *tau,
+                             T *wrenches) {
+  using A = algebra<T>;
+  using S = scalar_of<T>;
+  closed_inverse_dynamics_workspace<T> w = given;
+  const loop_view<S> &loops = *model.loops;
+  const int f = loops.freedoms;
+  set_loop_equations(model, w.equations, q, v, a);
+  eliminate_by_plan(model, w.equations);
+  T *const tree = &w.tree[0], *const lambda = &w.multiplier[0];
+  inverse_dynamics(model, w.inverse, q, v, a, external, tree);
+  for (int i = 0; i < model.nv; ++i)
+    tau[i] = w.equations.fault;
+  for (int j = 0; j < f; ++j) { // Gᵀ of the tree's efforts
+    T sum = tree[loops.independent[j]];
+    for (int k = 0; k < loops.pivots; ++k)
+      sum = sum - w.equations.solved[k * (f + 1) + j] * tree[loops.pivot[k].column];
+    tau[loops.independent[j]] = sum + w.equations.fault;
+  }
+  // Kᵀ λ = the efforts of the tree at dependent coordinates: by the factors, which elimination has left
+  for (int i = 0; i < loops.rows; ++i)
+    lambda[i] = T(S(0));
+  for (int k = 0; k < loops.pivots; ++k) {
+    const loop_pivot &p = loops.pivot[k];
+    lambda[p.row] = lambda[p.row] + tree[p.column];
+    lambda[p.row] = lambda[p.row] / w.equations.element(p.row, p.column);
+    for (int i = p.later_begin; i < p.later_end; ++i) {
+      const loop_pivot &later = loops.pivot[loops.list[i]];
+      lambda[later.row] = lambda[later.row] - w.equations.element(p.row, later.column) * lambda[p.row];
+    }
+  }
+  for (int k = loops.pivots - 1; k >= 0; --k) {
+    const loop_pivot &p = loops.pivot[k];
+    for (int i = p.rows_begin; i < p.rows_end; ++i) // equations that follow from others have no multiplier
+      lambda[p.row] = lambda[p.row] - w.equations.element(loops.list[i], p.column) * lambda[loops.list[i]];
+  }
+  for (int l = 0; l < loops.loops; ++l) {
+    const closing_joint<S> &joint = loops.joint[l];
+    vec3<T> force = {T(0), T(0), T(0)}, moment = force;
+    for (int i = 0; i < joint.forces + joint.moments; ++i) {
+      const vec3<T> d = spread<T>(joint.direction[i]);
+      A::axpy_vv(lambda[joint.first_row + i], &d, i < joint.forces ? &force : &moment);
+    }
+    const coscrew<T> f_successor = {force, moment};
+    coscrew<T> other;
+    A::product_CoAdc(&w.equations.relative[l], &f_successor, &other);
+    T *const out = wrenches + 12 * l;
+    const T numbers[12] = {force.x,      force.y,      force.z,      moment.x,     moment.y,     moment.z,
+                           -other.lin.x, -other.lin.y, -other.lin.z, -other.ang.x, -other.ang.y, -other.ang.z};
+    for (int c = 0; c < 12; ++c)
+      out[c] = numbers[c] + w.equations.fault;
+  }
+}
+
+template <class T> struct closed_forward_dynamics_workspace {
+  loop_equations_workspace<T> equations;
+  inverse_dynamics_workspace<T> inverse;
+  mass_matrix_workspace<T> mass;
+  tree_rows<T> rows;
+  array_of<T> a0, tree, MG, H, r;
+
+  KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
+    const int f = model.loops ? model.loops->freedoms : 0;
+    equations.lay_out(memory, model);
+    inverse.lay_out(memory, model);
+    mass.lay_out(memory, model);
+    rows.lay_out(memory, model);
+    a0.lay_out(memory, model.nv), tree.lay_out(memory, model.nv);
+    MG.lay_out(memory, model.nv * f), H.lay_out(memory, f * f), r.lay_out(memory, f);
+  }
+};
+
+/// Element (v, j) of G, by which all coordinates follow from the independent ones.
+template <class T> KSL_LANES T element_of_G(const loop_view<scalar_of<T>> &loops, const loop_equations_workspace<T> &w,
+                                            int v, int j) {
+  const int place = loops.place[v];
+  if (place >= 0)
+    return T(scalar_of<T>(place == j ? 1 : 0));
+  return -w.solved[(-1 - place) * (loops.freedoms + 1) + j];
+}
+
+/// row += x G_v, the row of G of one coordinate.
+template <class T> KSL_LANES void add_row_of_G(const loop_view<scalar_of<T>> &loops,
+                                               const loop_equations_workspace<T> &w, int v, const T &x, T *row) {
+  const int place = loops.place[v], f = loops.freedoms;
+  if (place >= 0) {
+    row[place] = row[place] + x;
+    return;
+  }
+  const T *const from = &w.solved[(-1 - place) * (f + 1)];
+  for (int j = 0; j < f; ++j)
+    row[j] = row[j] - x * from[j];
+}
+
+/// H = Gᵀ M G, the lower triangle, from the elements of M that the tree has.
+template <class T> KSL_LANES void project_inertia(const model_view<scalar_of<T>> &model,
+                                                  const closed_forward_dynamics_workspace<T> &w) {
+  using S = scalar_of<T>;
+  const loop_view<S> &loops = *model.loops;
+  const int f = loops.freedoms;
+  for (int i = 0; i < model.nv * f; ++i)
+    w.MG[i] = T(S(0));
+  for (int i = 0; i < f * f; ++i)
+    w.H[i] = T(S(0));
+  for (int i = 1; i < model.bodies; ++i)
+    for (int c = 0; c < model.body[i].nv; ++c) {
+      const int v = model.body[i].v_index + c;
+      const T *const row = w.rows[v];
+      add_row_of_G(loops, w.equations, v, row[model.body[i].ancestors + c], &w.MG[v * f]);
+      for_each_ancestor(model, i, c, [&](index ancestor, index place) KSL_INLINED {
+        add_row_of_G(loops, w.equations, static_cast<int>(ancestor), row[place], &w.MG[v * f]);
+        add_row_of_G(loops, w.equations, v, row[place], &w.MG[ancestor * f]);
+      });
+    }
+  for (int v = 0; v < model.nv; ++v) {
+    const int place = loops.place[v];
+    const T *const of = &w.MG[v * f];
+    if (place >= 0) {
+      for (int j = 0; j <= place; ++j)
+        w.H[place * f + j] = w.H[place * f + j] + of[j];
+      continue;
+    }
+    const T *const g = &w.equations.solved[(-1 - place) * (f + 1)];
+    for (int i = 0; i < f; ++i)
+      for (int j = 0; j <= i; ++j)
+        w.H[i * f + j] = w.H[i * f + j] - g[i] * of[j];
+  }
+}
+
+/// r ← H⁻¹ r by the factors L D Lᵀ, which replace H.  NaN where a freedom moves no mass.
+template <class T> KSL_LANES void solve_by_factors(T *H, T *r, int f, T &fault) {
+  using S = scalar_of<T>;
+  for (int k = 0; k < f; ++k) {
+    T D = H[k * f + k];
+    const T whole = D;
+    for (int j = 0; j < k; ++j) // row k holds L_kj D_j until it is divided
+      D = D - H[k * f + j] * H[k * f + j] * H[j * f + j];
+    fault = fault + fault_beyond(math<T>::select(D > T(S(1e-13)) * whole, T(S(0)), T(S(1))), T(S(0.5)));
+    const T inverse = T(S(1)) / D;
+    H[k * f + k] = D;
+    for (int i = k + 1; i < f; ++i) {
+      T x = H[i * f + k];
+      for (int j = 0; j < k; ++j)
+        x = x - H[i * f + j] * H[j * f + j] * H[k * f + j];
+      H[i * f + k] = x * inverse;
+    }
+  }
+  for (int i = 0; i < f; ++i)
+    for (int j = 0; j < i; ++j)
+      r[i] = r[i] - H[i * f + j] * r[j];
+  for (int i = f - 1; i >= 0; --i) {
+    r[i] = r[i] / H[i * f + i];
+    for (int j = i + 1; j < f; ++j)
+      r[i] = r[i] - H[j * f + i] * r[j];
+  }
+}
+
+/// Accelerations a (nv) under efforts tau (nv), gravity and external wrenches.
+template <class T>
+void closed_forward_dynamics(const model_view<scalar_of<T>> &model, const closed_forward_dynamics_workspace<T> &given,
+                             const T *q, const T *v, const T *tau, const external_wrenches<T> &external, T *a) {
+  using S = scalar_of<T>;
+  closed_forward_dynamics_workspace<T> w = given;
+  const loop_view<S> &loops = *model.loops;
+  const int f = loops.freedoms;
+  set_loop_equations(model, w.equations, q, v, static_cast<const T *>(nullptr));
+  eliminate_by_plan(model, w.equations);
+  T *const a0 = &w.a0[0], *const tree = &w.tree[0], *const r = &w.r[0];
+  for (int j = 0; j < f; ++j)
+    a0[loops.independent[j]] = T(S(0));
+  for (int k = 0; k < loops.pivots; ++k)
+    a0[loops.pivot[k].column] = w.equations.solved[k * (f + 1) + f];
+  inverse_dynamics(model, w.inverse, q, v, a0, external, tree);
+  rows_of_mass_matrix(model, w.mass, w.rows, q);
+  for (int j = 0; j < f; ++j)
+    r[j] = T(S(0));
+  for (int i = 0; i < model.nv; ++i)
+    add_row_of_G(loops, w.equations, i, tau[i] - tree[i], r);
+  project_inertia(model, w);
+  solve_by_factors(&w.H[0], r, f, w.equations.fault);
+  for (int i = 0; i < model.nv; ++i) {
+    T sum = a0[i] + w.equations.fault;
+    for (int j = 0; j < f; ++j)
+      sum = sum + element_of_G(loops, w.equations, i, j) * r[j];
+    a[i] = sum;
+  }
+}
+
+} // namespace KSL_ISA
+} // namespace ksl

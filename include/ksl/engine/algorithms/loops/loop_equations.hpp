@@ -1,0 +1,264 @@
+// KSL: the equations of loops, K x = b, and their elimination by a plan (loop_view.hpp).
+//
+// All is in world axes.  J_c is the column of a coordinate about the origin of the joint's frame on the successor.  With W = Σ ± J_c v_c
+// the twist of the successor relative to the predecessor, seen from the successor,
+//
+//     Ẇ = Σ ± (J_c a_c + (J_c × U_c) v_c),   U_c = V_s − V_c,                                                        (1)
+//
+// where V_c is the twist of the body behind coordinate c (src/engine/loops/variation.hpp).  Rows are the products of W and Ẇ with unit
+// forces and moments that are fixed in the successor.
+#pragma once
+
+#include "ksl/engine/model/loop_view.hpp"
+#include "ksl/engine/steps/world_axes.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+template <class T> struct loop_equations_workspace {
+  world_axes<T> world;
+  array_of<screw<T>> J;      ///< of each column of a loop
+  array_of<SE3<T>> relative; ///< of each loop: the joint's frame on the successor in that on the predecessor
+  array_of<T> K;             ///< (rows, nv + 1): the last column is b
+  array_of<T> solved;        ///< (pivots, freedoms + 1): dependent coordinates by independent ones, and for b
+  T fault;                   ///< NaN where a state is not one of the closed mechanism, else 0
+  int pitch;
+
+  KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
+    const auto *loops = model.loops;
+    int most = 0;
+    for (int l = 0; loops && l < loops->loops; ++l)
+      most = most > loops->joint[l].columns_end - loops->joint[l].columns_begin
+                 ? most
+                 : loops->joint[l].columns_end - loops->joint[l].columns_begin;
+    world.lay_out(memory, model);
+    J.lay_out(memory, most);
+    relative.lay_out(memory, loops ? loops->loops : 0);
+    K.lay_out(memory, loops ? loops->rows * (model.nv + 1) : 0);
+    solved.lay_out(memory, loops ? loops->pivots * (loops->freedoms + 1) : 0);
+    pitch = model.nv + 1;
+  }
+  KSL_LANES T &element(int row, int column) const { return K[row * pitch + column]; }
+};
+
+/// NaN in the lanes where |x| is above the limit, or NaN; 0 elsewhere.
+template <class T> KSL_LANES T fault_beyond(const T &x, const T &limit) {
+  const T nan(__builtin_nan(""));
+  return math<T>::select(math<T>::fabs(x) <= limit, T(0), nan);
+}
+
+/// How far a closed state may be from one, as in src/engine/loops/closed_state.hpp, and the smallest pivot, all relative to lengths.
+template <class S> inline constexpr S loop_tolerance = sizeof(S) == 8 ? S(1e-6) : S(1e-3);
+template <class S> inline constexpr S least_pivot = S(1e-2);
+template <class S> inline constexpr S largest_rest = sizeof(S) == 8 ? S(1e-9) : S(1e-4);
+
+/// The column of a coordinate of body i about a point, which `arm` leads to from the body's origin.
+template <class T> KSL_LANES screw<T> column_about(const mat3x3<T> &R, int coordinate, const T &pitch,
+                                                   const vec3<T> &arm) {
+  const int axis = coordinate == helical_coordinate ? 2 : coordinate % 3;
+  const vec3<T> z = axis == 0   ? vec3<T>{R.m00, R.m10, R.m20}
+                    : axis == 1 ? vec3<T>{R.m01, R.m11, R.m21}
+                                : vec3<T>{R.m02, R.m12, R.m22};
+  screw<T> s;
+  if (coordinate < 3)
+    return {z, {T(0), T(0), T(0)}};
+  s.ang = z;
+  algebra<T>::cross_vv(&z, &arm, &s.lin);
+  if (coordinate == helical_coordinate)
+    algebra<T>::axpy_vv(pitch, &z, &s.lin);
+  return s;
+}
+
+template <class T> KSL_LANES void add_scaled(const T &x, const screw<T> &s, screw<T> &sum) {
+  algebra<T>::axpy_vv(x, &s.lin, &sum.lin);
+  algebra<T>::axpy_vv(x, &s.ang, &sum.ang);
+}
+
+/// s × u of twists.
+template <class T> KSL_LANES screw<T> twist_product(const screw<T> &s, const screw<T> &u) {
+  vec3<T> a, b;
+  screw<T> out;
+  algebra<T>::cross_vv(&s.ang, &u.lin, &a);
+  algebra<T>::cross_vv(&s.lin, &u.ang, &b);
+  out.lin = {a.x + b.x, a.y + b.y, a.z + b.z};
+  algebra<T>::cross_vv(&s.ang, &u.ang, &out.ang);
+  return out;
+}
+
+/// One loop: its rows of K, with −(K̇ v) or, for accelerations that are given, −(K a + K̇ v) as b; and whether it is closed.
+template <class T> KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w,
+                                           int loop, const T *v, const T *a) {
+  using A = algebra<T>;
+  using S = scalar_of<T>;
+  const loop_view<S> &loops = *model.loops;
+  const closing_joint<S> &joint = loops.joint[loop];
+  const auto frame = [&](int body, const SE3<S> &in_body) KSL_INLINED {
+    const mat3x3<T> R = w.world.rotation[body], at = spread<T>(in_body.R);
+    const vec3<T> t = spread<T>(in_body.t), o = w.world.origin[body];
+    SE3<T> D;
+    A::product_drdr(&R, &at, &D.R);
+    A::product_drv(&R, &t, &D.t);
+    A::xpy_vv(&o, &D.t);
+    return D;
+  };
+  const SE3<T> to = frame(joint.successor, joint.on_successor), from = frame(joint.predecessor, joint.on_predecessor);
+  A::product_dinvd(&from, &to, &w.relative[loop]);
+  const int n = joint.columns_end - joint.columns_begin, middle = joint.columns_middle - joint.columns_begin;
+  screw<T> W = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}}, rate = W;
+  T moved(S(0)); // sum of the terms of W as lengths, and the same of its rate
+  T accelerated(S(0));
+  const auto add_columns = [&](int begin, int end, const T &sign) KSL_INLINED {
+    for (int c = begin; c < end; ++c) {
+      const loop_column &of = loops.column[joint.columns_begin + c];
+      const vec3<T> o = w.world.origin[of.body], arm = {to.t.x - o.x, to.t.y - o.y, to.t.z - o.z};
+      const mat3x3<T> R = w.world.rotation[of.body];
+      w.J[c] = column_about(R, of.coordinate, T(loops.pitch[joint.columns_begin + c]), arm);
+      add_scaled(sign * v[of.v], w.J[c], W);
+      moved = moved + math<T>::fabs(v[of.v]) * T(loops.column_scale[of.v]);
+    }
+  };
+  add_columns(0, middle, T(S(1)));
+  add_columns(middle, n, T(S(-1)));
+  // (1), from the ends inwards: U of the bodies behind coordinates that move the same body is the same
+  const auto add_rates = [&](int begin, int end, const T &sign, screw<T> U) KSL_INLINED {
+    screw<T> own = U;
+    for (int c = end - 1; c >= begin; --c) {
+      const loop_column &of = loops.column[joint.columns_begin + c];
+      if (c + 1 < end && loops.column[joint.columns_begin + c + 1].body != of.body)
+        U = own;
+      screw<T> bent = twist_product(w.J[c], U);
+      add_scaled(sign * v[of.v], bent, rate);
+      if (a)
+        add_scaled(sign * a[of.v], w.J[c], rate);
+      add_scaled(v[of.v], w.J[c], own);
+      if (a)
+        accelerated = accelerated + math<T>::fabs(a[of.v]) * T(loops.column_scale[of.v]);
+    }
+  };
+  add_rates(0, middle, T(S(1)), screw<T>{{T(0), T(0), T(0)}, {T(0), T(0), T(0)}});
+  add_rates(middle, n, T(S(-1)), W);
+  accelerated = accelerated + moved * moved * T(S(1) / loops.length);
+
+  const vec3<T> gap = {to.t.x - from.t.x, to.t.y - from.t.y, to.t.z - from.t.z};
+  vec3<T> turned = {T(0), T(0), T(0)};
+  T ahead(S(1)); // positive unless one side is turned over
+  if (joint.turns == loop_turns::about) {
+    const vec3<T> u = spread<T>(joint.axis);
+    vec3<T> of_successor, of_predecessor;
+    A::product_drv(&to.R, &u, &of_successor);
+    A::product_drv(&from.R, &u, &of_predecessor);
+    A::cross_vv(&of_predecessor, &of_successor, &turned);
+    ahead = A::dot_vv(&of_predecessor, &of_successor);
+  } else if (joint.turns == loop_turns::not_at_all) {
+    const vec3<T> p[] = {{from.R.m00, from.R.m10, from.R.m20},
+                         {from.R.m01, from.R.m11, from.R.m21},
+                         {from.R.m02, from.R.m12, from.R.m22}};
+    const vec3<T> s[] = {
+        {to.R.m00, to.R.m10, to.R.m20}, {to.R.m01, to.R.m11, to.R.m21}, {to.R.m02, to.R.m12, to.R.m22}};
+    for (int i = 0; i < 3; ++i) { // half the sum of axis × axis
+      vec3<T> x;
+      A::cross_vv(&p[i], &s[i], &x);
+      A::axpy_vv(T(S(0.5)), &x, &turned);
+    }
+    ahead = A::dot_vv(&p[0], &s[0]) + A::dot_vv(&p[1], &s[1]) + A::dot_vv(&p[2], &s[2]);
+  }
+  const T tolerance(loop_tolerance<S>), length(loops.length);
+  T fault = w.fault + fault_beyond(math<T>::select(ahead > T(S(0)), T(S(0)), T(S(1))), T(S(0.5)));
+  for (int i = 0; i < joint.forces + joint.moments; ++i) {
+    const bool force = i < joint.forces;
+    const vec3<T> own = spread<T>(joint.direction[i]);
+    vec3<T> d;
+    A::product_drv(&to.R, &own, &d);
+    const int row = joint.first_row + i;
+    const T scale(loops.row_scale[row]);
+    T *const line = &w.K[row * w.pitch];
+    for (int k = 0; k < model.nv; ++k)
+      line[k] = T(S(0));
+    const screw<T> *const J = &w.J[0];
+    for (int c = 0; c < n; ++c) {
+      const T x = A::dot_vv(&d, force ? &J[c].lin : &J[c].ang);
+      T &sum = line[loops.column[joint.columns_begin + c].v];
+      sum = c < middle ? sum + x : sum - x;
+    }
+    const T speed = A::dot_vv(&d, force ? &W.lin : &W.ang) * scale, b = A::dot_vv(&d, force ? &rate.lin : &rate.ang);
+    const T open = A::dot_vv(&d, force ? &gap : &turned) * scale;
+    line[model.nv] = -b;
+    fault = fault + fault_beyond(open, tolerance * length);
+    fault = fault + fault_beyond(speed, tolerance * T(S(0.25)) * moved + T(S(1e-12)) * length);
+    if (a)
+      fault = fault + fault_beyond(b * scale, tolerance * T(S(0.25)) * accelerated + T(S(1e-12)) * length);
+  }
+  w.fault = fault;
+}
+
+/// K and b of all loops, for positions whose bodies are set in w.world.
+template <class T> KSL_LANES void set_loop_equations(const model_view<scalar_of<T>> &model,
+                                                     loop_equations_workspace<T> &w, const T *q, const T *v,
+                                                     const T *a) {
+  express_in_world(model, w.world, q);
+  w.fault = T(scalar_of<T>(0));
+  for (int l = 0; l < model.loops->loops; ++l)
+    set_loop(model, w, l, v, a);
+}
+
+/// x[columns] −= factor y[columns], and the same of the last column.
+template <class T> KSL_LANES void subtract_columns(const T &factor, const T *y, T *x, const int *columns, int n,
+                                                   int last) {
+  for (int j = 0; j < n; ++j)
+    x[columns[j]] = x[columns[j]] - factor * y[columns[j]];
+  x[last] = x[last] - factor * y[last];
+}
+
+/// Eliminates by the plan, and solves for the dependent coordinates.
+template <class T> KSL_LANES void eliminate_by_plan(const model_view<scalar_of<T>> &model,
+                                                    loop_equations_workspace<T> &w) {
+  using S = scalar_of<T>;
+  const loop_view<S> &loops = *model.loops;
+  const int b = model.nv, f = loops.freedoms, pitch = w.pitch, pivots = loops.pivots;
+  T *const K = &w.K[0], *const solved = &w.solved[0];
+  const int *const list = loops.list, *const independent = loops.independent;
+  T smallest = T(S(1)), fault = w.fault;
+  for (int k = 0; k < pivots; ++k) {
+    const loop_pivot p = loops.pivot[k];
+    const T *const row = K + p.row * pitch;
+    const T pivot = row[p.column], inverse = T(S(1)) / pivot;
+    const T scaled = math<T>::fabs(pivot) * T(loops.row_scale[p.row] * loops.column_scale[p.column]);
+    smallest = math<T>::select(scaled < smallest, scaled, smallest);
+    for (int i = p.rows_begin; i < p.rows_end; ++i) {
+      T *const target = K + list[i] * pitch;
+      const T factor = target[p.column] * inverse;
+      target[p.column] = factor;
+      subtract_columns(factor, row, target, list + p.columns_begin, p.columns_end - p.columns_begin, b);
+    }
+  }
+  fault = fault + fault_beyond(T(least_pivot<S>), smallest);
+  for (int r = 0; r < loops.rows - pivots; ++r) { // equations that follow from the others have nothing left
+    const int row = loops.redundant[r];
+    for (int j = 0; j < f; ++j)
+      fault = fault + fault_beyond(K[row * pitch + independent[j]] *
+                                       T(loops.row_scale[row] * loops.column_scale[independent[j]]),
+                                   T(largest_rest<S>));
+  }
+  w.fault = fault;
+  for (int k = pivots - 1; k >= 0; --k) {
+    const loop_pivot p = loops.pivot[k];
+    const T *const row = K + p.row * pitch;
+    const T inverse = T(S(1)) / row[p.column];
+    T *const out = solved + k * (f + 1);
+    for (int j = 0; j < f; ++j)
+      out[j] = row[independent[j]];
+    out[f] = row[b];
+    for (int i = p.later_begin; i < p.later_end; ++i) {
+      const int step = list[i];
+      const T factor = row[loops.pivot[step].column];
+      const T *const later = solved + step * (f + 1);
+      for (int j = 0; j <= f; ++j)
+        out[j] = out[j] - factor * later[j];
+    }
+    for (int j = 0; j <= f; ++j)
+      out[j] = out[j] * inverse;
+  }
+}
+
+} // namespace KSL_ISA
+} // namespace ksl

@@ -1,0 +1,49 @@
+// KSL: the arrays of a loop_view, which a model owns.
+#pragma once
+
+#include "ksl/engine/model/loop_view.hpp"
+
+#include <vector>
+
+namespace ksl {
+
+/// Empty for trees, and for models whose loops have no plan.  Copies point to their own arrays.
+template <class S> struct loop_plan {
+  std::vector<closing_joint<S>> joints;
+  std::vector<loop_column> columns;
+  std::vector<S> pitch, row_scale, column_scale;
+  std::vector<loop_pivot> pivots;
+  std::vector<int> list, independent, place, redundant;
+  loop_view<S> view{};
+
+  loop_plan() = default;
+  loop_plan(const loop_plan &other) { *this = other; }
+  loop_plan(loop_plan &&other) noexcept { *this = static_cast<loop_plan &&>(other); }
+  ~loop_plan() = default;
+  loop_plan &operator=(const loop_plan &other) {
+    joints = other.joints, columns = other.columns, pitch = other.pitch, row_scale = other.row_scale;
+    column_scale = other.column_scale, pivots = other.pivots, list = other.list, independent = other.independent;
+    place = other.place, redundant = other.redundant, view = other.view;
+    point();
+    return *this;
+  }
+  loop_plan &operator=(loop_plan &&other) noexcept {
+    joints.swap(other.joints), columns.swap(other.columns), pitch.swap(other.pitch), row_scale.swap(other.row_scale);
+    column_scale.swap(other.column_scale), pivots.swap(other.pivots), list.swap(other.list);
+    independent.swap(other.independent), place.swap(other.place), redundant.swap(other.redundant);
+    view = other.view;
+    point();
+    return *this;
+  }
+
+  /// Sets the pointers and sizes of the view from the arrays.
+  void point() {
+    view.loops = static_cast<int>(joints.size()), view.rows = static_cast<int>(row_scale.size());
+    view.pivots = static_cast<int>(pivots.size()), view.freedoms = static_cast<int>(independent.size());
+    view.joint = joints.data(), view.column = columns.data(), view.pitch = pitch.data(), view.pivot = pivots.data();
+    view.list = list.data(), view.independent = independent.data(), view.place = place.data();
+    view.redundant = redundant.data(), view.row_scale = row_scale.data(), view.column_scale = column_scale.data();
+  }
+};
+
+} // namespace ksl

@@ -1,0 +1,58 @@
+// KSL: joints that close loops as algorithms see them, with a plan of the elimination of their equations.
+//
+// The plan is made once, at a closed position of the model (src/engine/loops/plan.cpp): which equations and coordinates are pivots, in what
+// order, and which elements can differ from zero.  So all states of a batch take the same steps, lane by lane.  A state whose pivots are too
+// small, or that isn't closed, gets NaN, and is computed again with pivots of its own (src/engine/loops/closed.hpp).
+#pragma once
+
+#include "ksl/algebra.hpp"
+
+namespace ksl {
+
+/// How a joint's equations of rotation are seen to hold, without the joint's position.
+enum class loop_turns : int {
+  freely, ///< there are none: a spherical joint
+  about,  ///< the axes of both sides are parallel
+  not_at_all
+};
+
+/// A joint that closes a loop, between two bodies.  Equations of translation come first.
+template <class T> struct closing_joint {
+  int predecessor, successor;          ///< bodies
+  SE3<T> on_predecessor, on_successor; ///< its frame, in the bodies' canonical frames
+  loop_turns turns;
+  vec3<T> axis;         ///< in its frame; if it turns about one
+  int forces, moments;  ///< how many equations of each
+  vec3<T> direction[6]; ///< (forces + moments) of the unit force or moment of each, in its frame on the successor
+  int first_row;
+  int columns_begin, columns_middle,
+      columns_end; ///< of those on the successor's side, then on the predecessor's: from the common body outwards
+};
+
+/// A coordinate that moves one end of a loop: its number in the motion subspace of a body (joints/column.hpp), and in v.
+struct loop_column { int body, coordinate, v; };
+
+/// One step of the elimination: lists are places in loop_view::list.
+struct loop_pivot {
+  int row, column;
+  int rows_begin, rows_end;       ///< equations below that have the column
+  int columns_begin, columns_end; ///< columns to the right that the row has, pivots of later steps first
+  int later_begin, later_end;     ///< steps whose columns these are
+};
+
+template <class T> struct loop_view {
+  int loops, rows, pivots, freedoms;
+  bool drives_are_independent; ///< are the independent coordinates those of the drives
+  const closing_joint<T> *joint;
+  const loop_column *column;
+  const T *pitch; ///< of each column, of helical joints
+  const loop_pivot *pivot;
+  const int *list;
+  const int *independent;            ///< (freedoms) coordinates in v, ascending
+  const int *place;                  ///< (nv) of a coordinate among the independent ones, or −1 − its step
+  const int *redundant;              ///< (rows − pivots) equations
+  const T *row_scale, *column_scale; ///< (rows), (nv): all terms become lengths
+  T length;
+};
+
+} // namespace ksl

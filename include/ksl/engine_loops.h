@@ -1,0 +1,87 @@
+/* KSL: closed mechanisms from C.  Dynamics are the calls of all models (engine_calls.h), which mean the closed mechanism on a model with
+   loops: here are its geometry, motions that keep it closed, and what its reactions leave open.
+
+   Loops' joints are counted from 0, in the order of the description, and have no numbers in q and v.  In requests for reactions their
+   numbers follow those of all joints: ksl_model_joints(model) + loop.  Rows are the equations of all loops, 6 − nv of the joint's kind for
+   each: those of forces first, m and m/s, then those of moments, rad and rad/s.  No call here allocates, after the first in a thread. */
+#ifndef KSL_ENGINE_LOOPS_H
+#define KSL_ENGINE_LOOPS_H
+
+#include "ksl/engine.h"
+
+KSL_BEGIN_C
+
+/** How many joints close loops, how many equations they have, and the name of one; NULL out of range. */
+KSL_EXPORT int ksl_model_loops(const ksl_model_t *model);
+KSL_EXPORT int ksl_model_loop_rows(const ksl_model_t *model);
+KSL_EXPORT const char *ksl_model_loop_name(const ksl_model_t *model, int loop);
+
+/** Errors (rows) of the equations for q (nq): zero where the loops are closed. */
+KSL_EXPORT ksl_status_t ksl_loop_error(const ksl_model_t *model, ksl_data_t *data, const double *q, double *error);
+
+/** Their Jacobian J (rows, nv), row-major: d(error) = J dv at closed positions, and J v = 0. */
+KSL_EXPORT ksl_status_t ksl_loop_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, double *J);
+
+/** The rate (rows) of J v for q (nq), v (nv) and a (nv): zero for motions that keep the loops closed. */
+KSL_EXPORT ksl_status_t ksl_loop_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *v, const double *a, double *acceleration);
+
+typedef struct ksl_mobility_t {
+  int mobility, rank,
+      redundant;   /**< freedoms at the position, independent equations, equations that follow from them */
+  double smallest; /**< the smallest singular value that counts, relative to the largest term of the equations */
+  double next;     /**< the largest one that doesn't, below 1e-9 */
+  double length;   /**< m: rows of moments were multiplied by it, coordinates that turn divided */
+} ksl_mobility_t;
+
+/** The freedoms at q (nq).  redundant_rows (rows) may be NULL: the equations that follow from the others, `redundant` in number. */
+KSL_EXPORT ksl_status_t ksl_mobility(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                     ksl_mobility_t *mobility, int *redundant_rows);
+
+/** Indices (nv) into v of coordinates that the others follow from, ascending; *n gets their number. */
+KSL_EXPORT ksl_status_t ksl_independent(const ksl_model_t *model, ksl_data_t *data, const double *q, int *indices,
+                                        int *n);
+
+/** How a search for a closed position ended. */
+typedef enum ksl_closing_t {
+  KSL_CLOSED,
+  KSL_OUT_OF_REACH,
+  KSL_SINGULAR,
+  KSL_AT_LIMITS,
+  KSL_NOTHING_FREE
+} ksl_closing_t;
+
+/** The closed position nearest to q (nq) into closed (nq), which may be q, with coordinates of v kept where hold (nv) is true; NULL keeps
+    none.  limits: keep the limits of joints.  *end says how the search ended, which is no error; *error, which may be NULL, gets the
+    largest component of the error left, m. */
+KSL_EXPORT ksl_status_t ksl_close(const ksl_model_t *model, ksl_data_t *data, const double *q, const bool *hold,
+                                  bool limits, double *closed, ksl_closing_t *end, double *error);
+
+/** Velocities (nv) into out, which may be v, that keep the loops closed at q, with the coordinates where given (nv) is true as in v.  Where
+    they leave freedoms, it is the one nearest to v.  KSL_BAD_ARGUMENT: no motion of the mechanism has these coordinates. */
+KSL_EXPORT ksl_status_t ksl_consistent_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                const double *v, const bool *given, double *out);
+/** The same for accelerations, at velocities v that keep the loops closed. */
+KSL_EXPORT ksl_status_t ksl_consistent_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                    const double *v, const double *a, const bool *given, double *out);
+
+/** Wrenches that may be added to those of all joints without a change that can be observed, orthonormal over all joints: (*n, joints + loops,
+    6) into patterns, which must have room for rows (joints + loops) 6 numbers. */
+KSL_EXPORT ksl_status_t ksl_reaction_patterns(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              double *patterns, int *n);
+
+/** Derivatives of inverse dynamics along the mechanism, (nv, freedoms) each, row-major: by the coordinates that ksl_independent lists in q, in
+    v and in a, one at a time, while the others follow.  external may be NULL; wrenches are held in their axes. */
+KSL_EXPORT ksl_status_t ksl_closed_inverse_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data,
+                                                                const double *q, const double *v, const double *a,
+                                                                const ksl_external_t *external, double *by_q,
+                                                                double *by_v, double *by_a);
+/** The same of forward dynamics: by_q and by_v (nv, freedoms), by_tau (nv, nv). */
+KSL_EXPORT ksl_status_t ksl_closed_forward_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data,
+                                                                const double *q, const double *v, const double *tau,
+                                                                const ksl_external_t *external, double *by_q,
+                                                                double *by_v, double *by_tau);
+
+KSL_END_C
+
+#endif

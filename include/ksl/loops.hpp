@@ -1,0 +1,94 @@
+// KSL: mechanisms with loops: whether they are closed, which freedoms they have, and motions that keep them closed.
+//
+// Dynamics are those of all models (dynamics.hpp): on a model with loops they mean the closed mechanism.  Here, too, an argument that is
+// not closed, or not finite, is an error of the caller; calls in C and Python check it.  Numbers are in double precision.  Rows are the
+// equations of all loops, 6 − nv of the joint's kind for each, in the order of model::loops(): those of forces first, m and m/s, then
+// those of moments, rad and rad/s.  No call allocates, unless it says so.
+#pragma once
+
+#include "ksl/engine/steps/external_wrenches.hpp"
+#include "ksl/model.hpp"
+
+#include <vector>
+
+namespace ksl {
+
+/// How many equations the loops have.
+KSL_EXPORT int loop_rows(const model &m);
+
+/// error (rows): zero where the loops are closed.  Of what the joints' best positions leave of the displacement between the two frames of
+/// each joint, the components that the joint resists.
+KSL_EXPORT void loop_error(const model &m, data &d, const double *q, double *error);
+
+/// J (rows, nv): d(error) = J dv at closed positions.
+KSL_EXPORT void loop_jacobian(const model &m, data &d, const double *q, double *J);
+
+/// acceleration (rows): the rate of J v, J a + J̇ v: zero for motions that keep the loops closed.
+KSL_EXPORT void loop_acceleration(const model &m, data &d, const double *q, const double *v, const double *a,
+                                  double *acceleration);
+
+/// What the singular values of J say, with rows of moments multiplied and coordinates that turn divided by `length`, so that all are
+/// lengths.  A value counts as zero below 1e-9 of the largest term that enters J before terms cancel.
+struct loop_mobility {
+  int mobility;    ///< freedoms at the position, nv − rank
+  int rank;        ///< independent equations
+  int redundant;   ///< rows − rank
+  double smallest; ///< the smallest singular value that counts, relative to that term; 0 for rank 0
+  double next;     ///< the largest one that doesn't; 0 if there is none
+  double length;   ///< m
+};
+/// redundant_rows (rows), may be null: the equations that follow from the others, `redundant` in number.
+KSL_EXPORT loop_mobility mobility(const model &m, data &d, const double *q, int *redundant_rows = nullptr);
+
+/// Indices into v of coordinates that the others follow from, ascending; returns how many they are.  Those of the drives where they are as
+/// many as the freedoms and determine the motion, else those with the largest pivots left over.
+KSL_EXPORT int independent(const model &m, data &d, const double *q, int *indices);
+
+/// How a completed motion was found.
+enum class completion {
+  unique,       ///< the given coordinates determine it
+  nearest,      ///< they leave freedoms: it is the one nearest to what was passed, in the sum of squares of SI numbers
+  contradictory ///< no motion of the closed mechanism has these coordinates
+};
+/// out (nv): velocities that keep the loops closed, with the coordinates that are given (nv flags) as they are in v.
+KSL_EXPORT completion consistent_velocity(const model &m, data &d, const double *q, const double *v,
+                                          const unsigned char *given, double *out);
+/// The same for accelerations, at velocities v that keep the loops closed.
+KSL_EXPORT completion consistent_acceleration(const model &m, data &d, const double *q, const double *v,
+                                              const double *a, const unsigned char *given, double *out);
+
+/// How a search for a closed position ended.
+enum class closing {
+  closed,
+  out_of_reach, ///< the error has a minimum that isn't zero
+  singular,     ///< the search ended where the equations lose rank
+  limits,       ///< it ended at limits of joints
+  nothing_free  ///< the joints to hold leave nothing that can move
+};
+struct close_options {
+  bool limits = false;  ///< keep the limits of joints
+  int iterations = 100; ///< at most
+};
+/// out (nq): a closed position near q, with the joints' coordinates that are to be held (nv flags) kept: one where Σ (difference)² is
+/// stationary, converged to 1e-12 of the mechanism's length.  error: the largest component left, in m, angles times the length.  Gauss–Newton
+/// steps with a line search, then steps along the closed positions.
+KSL_EXPORT closing close(const model &m, data &d, const double *q, const unsigned char *hold,
+                         const close_options &options, double *out, double *error);
+
+/// patterns: wrenches that may be added to those of all joints without a change that can be observed, orthonormal over all joints in N and
+/// N m, each at its frame on the side called child: (redundant, joints().size() + loops().size(), 6).  Returns their number.
+KSL_EXPORT int reaction_patterns(const model &m, data &d, const double *q, double *patterns);
+
+/// Derivatives of inverse dynamics along the mechanism, (nv, freedoms) each: by the coordinates that independent() lists in q, in v and in
+/// a, one at a time, while the others follow.  Rows of joints without a motor are zero.  External wrenches are held in their axes.  Throws
+/// result_error, which allocates, for a state that is not closed, and unless there are as many drives as freedoms.
+KSL_EXPORT void closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q, const double *v,
+                                                    const double *a, const external_wrenches<double> &external,
+                                                    double *by_q, double *by_v, double *by_a);
+
+/// The same of forward dynamics: by_q and by_v (nv, freedoms), by_tau (nv, nv).
+KSL_EXPORT void closed_forward_dynamics_derivatives(const model &m, data &d, const double *q, const double *v,
+                                                    const double *tau, const external_wrenches<double> &external,
+                                                    double *by_q, double *by_v, double *by_tau);
+
+} // namespace ksl

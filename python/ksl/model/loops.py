@@ -1,0 +1,275 @@
+"""Mechanisms with loops: whether they are closed, which freedoms they have, and motions that keep them closed."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ksl.model import given
+from ksl.model.requests import Requests
+from ksl.model.states import Array, External, ExternalAxes, argument, external_in, items_of
+from ksl.model.stiffness import Stiffness
+
+CLOSING = ("closed", "out of reach", "singular", "limits", "nothing free")
+_CONTRADICTORY, _NEAREST = 2, 1
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """The freedoms of a mechanism at a position."""
+
+    mobility: int
+    """Freedoms for an instant: nv − rank.  At a singular position there are more than elsewhere."""
+    rank: int
+    """How many of the loops' equations are independent."""
+    redundant: int
+    """How many follow from the others.  The reactions of these components are not determined by rigid bodies."""
+    redundant_rows: tuple[tuple[str, int], ...]
+    """Which: the loop joint's name, and the number of the equation among those of that joint."""
+    smallest: float
+    """The smallest singular value that counts for the rank, relative to the largest term of the equations: small near a singular position."""
+    next: float
+    """The largest one that does not count; rounding, where the rank is certain."""
+    length: float
+    """The length of the mechanism, m, that rows of moments were multiplied by, and coordinates that turn divided."""
+
+
+@dataclass(frozen=True, repr=False)
+class Closed:
+    """What :meth:`Model.close` found; each array has the leading shape of the positions."""
+
+    q: Array
+    """(…, nq): closed where `converged`; elsewhere the position at which the search ended."""
+    converged: NDArray[np.bool_]
+    reason: NDArray[np.str_]
+    """"closed", or why not: "out of reach", no position nearby closes the loops; "singular", the search ended where equations lose rank;
+    "limits" of joints held it; "nothing free": the joints to hold are all there are."""
+    error: Array
+    """(…) The largest component of the error that is left, m; angles times the length of the mechanism."""
+
+    def __repr__(self) -> str:
+        """One line; the arrays are in the fields."""
+        if self.converged.ndim == 0:
+            q = np.array2string(np.asarray(self.q), precision=4, separator=", ", threshold=12, edgeitems=3, max_line_width=1000)
+            return f"<ksl position: {self.reason}, error {float(self.error):.3g} m, q={q}>"
+        ends = ", ".join(f"{int(count)} {reason}" for reason in CLOSING if (count := np.count_nonzero(self.reason == reason)))
+        return f"<ksl positions, {self.converged.size}: {ends or 'none'}; largest error {float(self.error.max(initial=0.0)):.3g} m>"
+
+
+class LoopCalls(Requests):
+    """The calls of a model.  Without loops their answers are those of a tree: no equations, all coordinates independent."""
+
+    def mobility(self, q: ArrayLike) -> Mobility:
+        """The freedoms at a position q (nq), by the rank of the loops' equations.
+
+        Rows of moments are multiplied by the length of the mechanism, and coordinates that turn divided by it, so that all terms are
+        lengths; a singular value counts as zero below 1e-9 of the largest term that enters before terms cancel.
+
+            m.mobility(q).mobility
+        """
+        positions, _ = self._states((q, "q", self.nq))
+        if len(positions) != 1:
+            raise ValueError(f"q has {len(positions)} positions; expected one, ({self.nq},)")
+        mobility, rank, redundant, smallest, following, length, rows = self._core.mobility(positions)
+        return Mobility(mobility, rank, redundant, tuple(self._equation(row) for row in rows), smallest, following, length)
+
+    def loop_error(self, q: ArrayLike) -> Array:
+        """The errors (…, rows) of the loops' equations for q (…, nq): zero where the loops are closed; m and rad.
+
+        Rows are 6 − nv for each loop joint, in the order of `loop_names`: of the displacement between the joint's two frames, less what
+        the joint's best position explains, the components that the joint resists, forces first, in the axes of the frame on the successor.
+        """
+        positions, leading = self._states((q, "q", self.nq))
+        return self._core.loop_error(positions).reshape(*leading, -1) if self.loops else np.zeros((*leading, 0))
+
+    def loop_jacobian(self, q: ArrayLike) -> Array:
+        """The Jacobian J (…, rows, nv) of the loops' equations for q (…, nq): d(error) = J dv at closed positions, and J v = 0."""
+        positions, leading = self._states((q, "q", self.nq))
+        rows = self._core.loop_rows
+        return self._core.loop_jacobian(positions).reshape(*leading, rows, self.nv) if rows else np.zeros((*leading, 0, self.nv))
+
+    def loop_acceleration(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array:
+        """The rates (…, rows) of J v, J a + (rate of J) v, for q (…, nq), v and a (…, nv): zero for motions that keep the loops closed."""
+        *arrays, leading = self._several((q, "q", self.nq), (v, "v", self.nv), (a, "a", self.nv))
+        return self._core.loop_acceleration(*arrays).reshape(*leading, -1) if self.loops else np.zeros((*leading, 0))
+
+    def independent(self, q: ArrayLike) -> NDArray[np.intp]:
+        """Indices into v, ascending, of coordinates that all others follow from at q (nq).
+
+        They are those of the drives where these are as many as the freedoms and determine the motion, else those that elimination with
+        complete pivoting leaves.  Columns of derivatives are in this order.
+        """
+        positions, _ = self._states((q, "q", self.nq))
+        return np.array(self._core.independent(positions[:1]), dtype=np.intp)
+
+    def close(self, q: ArrayLike, hold: Iterable[str] = (), limits: bool = False, iterations: int = 100) -> Closed:
+        """The closed position nearest to q (…, nq), with the coordinates of some joints kept.
+
+        hold: names of joints whose positions stay as they are, those of drives for example.  limits: keep the limits of joints.
+        Nearest is the norm of :meth:`difference` over all coordinates, in rad and m; it is found from q by Gauss–Newton steps with a line
+        search, then along the closed positions, so that it may be a local one.  Converged is an error below 1e-12 of the mechanism's length.
+        A search that fails says why in `reason`; :meth:`branches` looks from other starts.
+
+            near = m.close(m.neutral(), hold=["crank"])
+        """
+        positions, leading = self._states((q, "q", self.nq))
+        if type(iterations) is bool or not isinstance(iterations, (int, np.integer)) or iterations < 1:
+            raise ValueError(f"iterations={iterations!r}; expected a number of steps, 1 or more")
+        found, how, error = self._core.close(positions, self._coordinates_of(hold, "hold"), given.flag(limits, "limits"), int(iterations))
+        ends = np.array([CLOSING[k] for k in how]).reshape(leading)
+        return Closed(found.reshape(*leading, self.nq), ends == "closed", ends, np.array(error).reshape(leading))
+
+    def branches(self, q: ArrayLike, hold: Iterable[str] = (), starts: int = 64, seed: int = 0, limits: bool = False) -> Array:
+        """Distinct closed positions (branches, nq) with the coordinates of `hold` as in q (nq), nearest to q first.
+
+        The search closes the mechanism from q and from `starts` − 1 random positions (:meth:`random`, with this seed), and keeps positions
+        that differ by more than 1e-6 in a coordinate.  It finds the branches that these starts lead to, and can't say that there are no others.
+        Where the held joints leave freedoms, the branches are samples of a continuum.
+        """
+        start, _ = self._states((q, "q", self.nq))
+        if type(starts) is bool or not isinstance(starts, (int, np.integer)) or starts < 1:
+            raise ValueError(f"starts={starts!r}; expected a number of starts, 1 or more")
+        held = [self.joint(name) for name in self._names_of(hold, "hold")]
+        tried = np.vstack([start[:1], self.random(seed, size=int(starts) - 1)])
+        for joint in held:
+            tried[:, joint.q_index : joint.q_index + joint.nq] = start[0, joint.q_index : joint.q_index + joint.nq]
+        closed = self.close(tried, hold=[joint.name for joint in held], limits=limits)
+        found: list[Array] = []
+        for position in closed.q[closed.converged]:
+            if all(np.abs(self._difference(other, position)).max(initial=0.0) > 1e-6 for other in found):
+                found.append(position)
+        found.sort(key=lambda position: float(np.linalg.norm(self._difference(start[0], position))))
+        return np.array(found).reshape(len(found), self.nq)
+
+    def consistent_velocity(self, q: ArrayLike, v: ArrayLike, given: Iterable[str]) -> Array:
+        """Velocities (…, nv) that keep the loops closed at q (…, nq), with the coordinates of the joints `given` as in v (…, nv).
+
+        Where the given joints leave freedoms, the result is the one nearest to v, in the sum of squares of its numbers, and a warning says
+        so.  Coordinates that no motion of the closed mechanism has are a ValueError.
+
+            v = m.consistent_velocity(q, v, given=["crank"])
+        """
+        at, moving, leading = self._several((q, "q", self.nq), (v, "v", self.nv))
+        names = self._names_of(given, "given")
+        found, how = self._core.consistent_velocity(at, moving, self._coordinates_of(names, "given"))
+        self._judge(how, names, "velocities")
+        return found.reshape(*leading, self.nv)
+
+    def consistent_acceleration(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, given: Iterable[str]) -> Array:
+        """Accelerations (…, nv) that keep the loops closed at q and v, with the coordinates of the joints `given` as in a (…, nv).
+
+        v must keep the loops closed.  The rate of the equations, which velocities cause, is included.  Otherwise as
+        :meth:`consistent_velocity`.
+        """
+        at, moving, rates, leading = self._several((q, "q", self.nq), (v, "v", self.nv), (a, "a", self.nv))
+        names = self._names_of(given, "given")
+        found, how = self._core.consistent_acceleration(at, moving, rates, self._coordinates_of(names, "given"))
+        self._judge(how, names, "accelerations")
+        return found.reshape(*leading, self.nv)
+
+    def reactions_null_basis(self, q: ArrayLike, joints: Iterable[str] | None = None) -> Array:
+        """Patterns (redundant, joints, 6) of wrenches that may be added to the reactions at q (nq) without a change that can be observed.
+
+        They are orthonormal over all joints, tree and loop, in N and N m, each wrench at the joint's frame on the side called child;
+        those of the joints asked for are then taken.  joints: as in :meth:`reactions`.
+        """
+        positions, _ = self._states((q, "q", self.nq))
+        names = self.joint_names if joints is None else self._names_of(joints, "joints")
+        where = [self._reaction_index(name) for name in names]
+        if not self.loops:
+            return np.zeros((0, len(names), 6))
+        patterns = self._core.reaction_patterns(positions[:1])
+        chosen: Array = patterns.reshape(len(patterns), len(self.joints) + len(self.loops), 6)[:, where]
+        return chosen
+
+    def reactions_unique(self, q: ArrayLike, joints: Iterable[str] | None = None) -> NDArray[np.bool_]:
+        """Which components (joints, 6) of the reactions at q (nq) every balance of rigid bodies shares.
+
+        The others are those in which a pattern of :meth:`reactions_null_basis` has more than 1e-9.  :meth:`reactions` gives for them the
+        values of least norm, which are a convention.
+        """
+        open_components = np.any(np.abs(self.reactions_null_basis(q, joints)) > 1e-9, axis=0)
+        unique: NDArray[np.bool_] = np.logical_not(np.asarray(open_components))
+        return unique
+
+    def _with_stiffness(self, stiffness: Mapping[str, Stiffness]) -> Any:
+        """The model with these stiffnesses, which is made by a room above."""
+        raise NotImplementedError
+
+    def _along(
+        self, call: str, q: ArrayLike, v: ArrayLike, x: tuple[ArrayLike, str], external: External | None, out: object, external_axes: ExternalAxes
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives along the mechanism: columns are the independent coordinates; those by efforts are all."""
+        if out is not None:
+            raise ValueError(f"{call}: out= is for models without loops; the number of columns follows from the position")
+        external_in(external, external_axes)
+        items = items_of(external, external_axes)
+        wrenches = [(wrench, f"external[{link!r}]", 6) for link, wrench in items]
+        *arrays, leading = self._several((q, "q", self.nq), (v, "v", self.nv), (*x, self.nv), *wrenches)
+        links = [self._index(self._link_index, link, "link") for link, _ in items]
+        by_q, by_v, by_x, free = self._core.closed_derivatives(arrays[0], arrays[1], arrays[2], links, arrays[3:], external_axes == "world", x[1] == "tau")
+        columns = self.nv if x[1] == "tau" else free
+        return by_q.reshape(*leading, self.nv, free), by_v.reshape(*leading, self.nv, free), by_x.reshape(*leading, self.nv, columns)
+
+    def _equation(self, row: int) -> tuple[str, int]:
+        for loop in self.loops:
+            if row < loop.equations:
+                return loop.name, row
+            row -= loop.equations
+        raise IndexError(row)
+
+    def _difference(self, q0: Array, q1: Array) -> Array:
+        return self._core.difference(q0, q1, None, None, None, None, None, None)
+
+    def _reaction_index(self, name: str) -> int:
+        """Where a joint's wrench is among those of all joints, tree and loop."""
+        return len(self.joints) + self._loop_index[name] if name in self._loop_index else self.joint_index(name)
+
+    def _names_of(self, names: Iterable[str], what: str) -> list[str]:
+        return given.names(names, what)
+
+    def _coordinates_of(self, names: Iterable[str], what: str) -> list[int]:
+        """The coordinates in v of joints of the tree that move."""
+        coordinates: list[int] = []
+        for name in self._names_of(names, what):
+            if name in self._loop_index:
+                raise ValueError(f"{what}: {name!r} closes a loop, and has no coordinates; name joints of the tree")
+            joint = self.joint(name)
+            if joint.nv == 0:
+                said = f"follows {joint.leader!r}; name that one" if joint.leader else "is fixed; leave it out"
+                raise ValueError(f"{what}: joint {name!r} {said}")
+            coordinates += range(joint.v_index, joint.v_index + joint.nv)
+        return coordinates
+
+    def _states(self, *inputs: tuple[ArrayLike, str, int]) -> tuple[Array, tuple[int, ...]]:
+        array, leading = self._several(*inputs)
+        return array, leading
+
+    def _several(self, *inputs: tuple[ArrayLike, str, int]) -> list[Any]:
+        """Arrays (states, columns) of doubles, and their common leading shape."""
+        arrays = []
+        for x, name, columns in inputs:
+            array = np.asarray(argument(x, name, columns, self._core), dtype=float)
+            if array.ndim == 0 or array.shape[-1] != columns:
+                raise ValueError(f"{name} has shape {array.shape}; expected (…, {columns})")
+            if not np.isfinite(array).all():
+                where = np.argwhere(~np.isfinite(array))[0].tolist()
+                raise ValueError(f"{name}{where} is {array[tuple(where)]}; every number must be finite")
+            arrays.append(array)
+        leading = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
+        rows = [np.ascontiguousarray(np.broadcast_to(array, (*leading, array.shape[-1])).reshape(-1, array.shape[-1])) for array in arrays]
+        return [*rows, leading]
+
+    def _judge(self, how: Sequence[int], names: Sequence[str], what: str) -> None:
+        """Refuses contradictions, and says where freedoms were left."""
+        if _CONTRADICTORY in how:
+            state = f" of state {how.index(_CONTRADICTORY)}" if len(how) > 1 else ""
+            raise ValueError(f"given {list(names)}: no motion of the closed mechanism has these {what}{state}; give fewer joints, those of the drives say")
+        if _NEAREST in how:
+            said = f"given {list(names)}: they leave freedoms; of these, the {what} are those nearest to the ones passed"
+            warnings.warn(said, UserWarning, stacklevel=3)

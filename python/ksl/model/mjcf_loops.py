@@ -1,0 +1,192 @@
+"""What closes loops in MJCF, and which joints have motors: equality constraints and actuators of a compiled `mujoco.MjModel`.
+
+`connect` is a spherical joint, `weld` a fixed one; two of `connect` between the same bodies are a revolute joint about the line through their
+points.  MuJoCo's constraints are soft; here loops are closed exactly.  `joint` couples two joints: one follows the other.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ksl.base.errors import DescriptionError
+from ksl.model.mjcf_frames import Array, moved, pose
+
+CONNECT, WELD, JOINT = range(3)
+"""Values of mjtEq, which MuJoCo publishes."""
+KINDS_OF_EQUALITY = ("connect", "weld", "joint", "tendon", "flex", "flexvert", "flexstrain")
+SITE = 6
+"""The value of mjtObj for sites."""
+ON_JOINT, ON_JOINT_IN_PARENT, ON_TENDON = 0, 1, 3
+"""Values of mjtTrn."""
+WRAPS_JOINT = 1
+"""The value of mjtWrap for joints of fixed tendons."""
+EQUALITY_DISABLED = 1 << 1
+"""The bit of mjtDisableBit that turns equality constraints off."""
+CLOSE = 1e-6
+"""Distances of points that differ less, relative to their length, are the same."""
+
+Coupling = tuple[str, float, float]
+"""The leader of a joint, multiplier, offset."""
+
+
+@dataclass
+class Closure:
+    """A joint that closes a loop; its frame has the axes of the successor."""
+
+    names: list[str]
+    kind: str
+    bodies: tuple[int, int]
+    predecessor_pose: Array
+    successor_pose: Array
+    axis: Array | None = None
+
+
+def name_of(mj: Any, i: int) -> str:
+    return mj.equality(i).name or f"{i + 1}"
+
+
+def is_active(mj: Any, i: int) -> bool:
+    return bool(mj.eq_active0[i]) and not mj.opt.disableflags & EQUALITY_DISABLED
+
+
+def couplings(mj: Any, joints: list[str], used: set[int]) -> dict[int, Coupling]:
+    """Joint: (its leader, multiplier, offset), for equality constraints y − y₀ = a₀ + a₁ (x − x₀) of two joints with one coordinate.
+
+    used: constraints that the model has are added.  Raises :class:`ksl.DescriptionError` for those that are no such coupling: without them
+    it would be another machine.
+    """
+    found: dict[int, Coupling] = {}
+    leader: dict[int, int] = {}
+    for i in range(mj.neq):
+        if mj.eq_type[i] != JOINT or not is_active(mj, i):
+            continue
+        y, x, a = int(mj.eq_obj1id[i]), int(mj.eq_obj2id[i]), mj.eq_data[i]
+        if x < 0:
+            raise _refused(mj, i, f"holds joint {joints[y]} at a constant position; freeze that joint by with_frozen_joints instead")
+        if a[2:5].any():
+            raise _refused(mj, i, f"couples joint {joints[y]} to joint {joints[x]} by a polynomial that isn't linear; make it linear")
+        if y in found:
+            raise _refused(mj, i, f"couples joint {joints[y]}, which follows joint {found[y][0]} already; keep one of both")
+        y0, x0 = (float(mj.qpos0[mj.jnt_qposadr[j]]) for j in (y, x))
+        multiplier, offset = float(a[1]), y0 + float(a[0]) - float(a[1]) * x0
+        leads, m, b = x, 1.0, 0.0  # x = m leads + b
+        while leads in leader:
+            step = found[leads]
+            leads, m, b = leader[leads], m * step[1], m * step[2] + b
+        if leads != y:
+            found[y], leader[y] = (joints[x], multiplier, offset), x
+            used.add(i)
+        elif abs(multiplier * m - 1) > CLOSE or abs(multiplier * b + offset) > CLOSE:
+            raise _refused(mj, i, f"couples joint {joints[y]} to itself over joint {joints[x]}, so that it can't move; remove one coupling")
+    return found
+
+
+def _refused(mj: Any, i: int, what: str) -> DescriptionError:
+    return DescriptionError(f'equality constraint {name_of(mj, i)} {what}, or load the file with mimic="independent", without couplings')
+
+
+def closures(mj: Any, used: set[int], say: Callable[[str], None]) -> list[Closure]:
+    """The joints of `connect` and `weld`, in the order of the file.  say: what a user must know about those that were folded."""
+    found: list[Closure] = []
+    for i in range(mj.neq):
+        if mj.eq_type[i] not in (CONNECT, WELD) or not is_active(mj, i):
+            continue
+        used.add(i)
+        closure = _closure(mj, i)
+        earlier = next((other for other in found if {"connect"} == {other.kind, closure.kind} and set(other.bodies) == set(closure.bodies)), None)
+        if earlier is None or not _fold(earlier, closure):
+            found.append(closure)
+        else:
+            say(f"equality constraints {' and '.join(earlier.names)} connect the same two bodies at two points; they are read as one revolute joint about the line through these")
+    for closure in found:
+        closure.kind = "spherical" if closure.kind == "connect" else closure.kind
+    return found
+
+
+def _closure(mj: Any, i: int) -> Closure:
+    is_weld, data, ids = mj.eq_type[i] == WELD, mj.eq_data[i], (int(mj.eq_obj1id[i]), int(mj.eq_obj2id[i]))
+    if is_weld and data[10] == 0:  # the scale of its torque: it holds the point alone
+        is_weld = False
+        points = data[3:6], data[0:3]
+    else:
+        points = (data[3:6], data[0:3]) if is_weld else (data[0:3], data[3:6])
+    names, kind = [mj.equality(i).name], "fixed" if is_weld else "connect"
+    if mj.eq_objtype[i] == SITE:
+        bodies = (int(mj.site_bodyid[ids[0]]), int(mj.site_bodyid[ids[1]]))
+        if is_weld:
+            return Closure(names, kind, bodies, *(pose(mj.site_quat[s], mj.site_pos[s]) for s in ids))
+        return Closure(names, kind, bodies, *(moved(mj.site_pos[s]) for s in ids))
+    if is_weld:
+        return Closure(names, kind, ids, pose(data[6:10], points[0]), moved(points[1]))
+    return Closure(names, kind, ids, moved(points[0]), moved(points[1]))
+
+
+def _fold(earlier: Closure, other: Closure) -> bool:
+    """Makes a revolute joint of two spherical ones, if their points are apart, and as far on one body as on the other."""
+    ends = (other.predecessor_pose, other.successor_pose) if other.bodies == earlier.bodies else (other.successor_pose, other.predecessor_pose)
+    a, b = (end[:3, 3] - own[:3, 3] for end, own in zip(ends, (earlier.predecessor_pose, earlier.successor_pose)))
+    lengths = np.linalg.norm(a), np.linalg.norm(b)
+    scale = max(*lengths, *(np.abs(p[:3, 3]).max() for p in (*ends, earlier.predecessor_pose, earlier.successor_pose)))
+    if min(lengths) <= CLOSE * scale or abs(lengths[0] - lengths[1]) > CLOSE * max(lengths):
+        return False
+    earlier.kind, earlier.axis = "revolute", b / lengths[1]
+    earlier.predecessor_pose[:3, :3] = _least_turn(earlier.axis, a / lengths[0])
+    earlier.names += other.names
+    return True
+
+
+def _least_turn(u: Array, to: Array) -> Array:
+    """The smallest rotation that leads one unit vector to another."""
+    n, c = np.cross(u, to), float(u @ to)
+    if np.linalg.norm(n) < 1e-15:
+        if c > 0:
+            return np.eye(3)
+        n = np.cross(u, np.eye(3)[int(np.argmin(np.abs(u)))])
+        n /= np.linalg.norm(n)
+        return np.asarray(2 * np.outer(n, n) - np.eye(3))
+    K = np.array([[0, -n[2], n[1]], [n[2], 0, -n[0]], [-n[1], n[0], 0]])
+    return np.asarray(np.eye(3) + K + K @ K / (1 + c))
+
+
+def common_name(names: list[str]) -> str:
+    """C of C_0 and C_1; empty where they have no beginning in common."""
+    return os.path.commonprefix(names).rstrip("_-./ ")  # noqa: RUF071 - letters in common are meant, not folders
+
+
+def actuated(mj: Any, i: int) -> list[int]:
+    """The joints that an actuator moves: one, or those of a fixed tendon; none for what it acts on otherwise."""
+    at, on = int(mj.actuator_trnid[i, 0]), int(mj.actuator_trntype[i])
+    if on in (ON_JOINT, ON_JOINT_IN_PARENT):
+        return [at]
+    if on != ON_TENDON:
+        return []
+    wraps = range(int(mj.tendon_adr[at]), int(mj.tendon_adr[at]) + int(mj.tendon_num[at]))
+    return [int(mj.wrap_objid[w]) for w in wraps] if all(mj.wrap_type[w] == WRAPS_JOINT for w in wraps) else []
+
+
+def drives(mj: Any, name_of_joint: dict[int, str], leader: dict[str, str], floats: set[str]) -> tuple[list[str], int]:
+    """The joints that have a motor, each once, and how many actuators are no motor of one joint.
+
+    name_of_joint: of the model, by MuJoCo's number.  leader: of joints that follow others, whose motor is then that one's.  A fixed tendon
+    counts where all its joints follow one.
+    """
+    found: dict[str, None] = {}
+    others = 0
+    for i in range(mj.nu):
+        moved_joints = {_first(name_of_joint[j], leader) for j in actuated(mj, i) if j in name_of_joint}
+        if len(moved_joints) == 1 and not moved_joints & floats:
+            found.setdefault(moved_joints.pop())
+        else:
+            others += 1
+    return list(found), others
+
+
+def _first(joint: str, leader: dict[str, str]) -> str:
+    while joint in leader:
+        joint = leader[joint]
+    return joint

@@ -1,0 +1,284 @@
+"""Motions of mechanisms with loops: the columns of the drives are enough, and the other joints follow."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ksl.base.errors import MotionError
+from ksl.base.words import count
+from ksl.model.calls import Calls
+from ksl.model.mechanism import Joint, Mechanism
+from ksl.model.states import Array
+from ksl.motions.closing import Closing, Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, freedoms, home, searched_home
+from ksl.motions.motion import Motion, complete
+from ksl.motions.signal.quality import Samples
+
+TOLD, DOUBTED = 1e-6, 1e-2
+"""Positions that were given for joints that follow are told to differ from this on, rad, or lengths of the mechanism; and doubted from this on."""
+_FORCES = {"prismatic": 2, "cylindrical": 2, "planar": 1, "translation": 0}
+"""How many equations of a loop joint are of forces, where they are not three; those of moments follow."""
+JUMP = 0.2
+"""A joint that follows has changed its branch if it moves by this much more in a step than its rates say, rad, or lengths of the mechanism."""
+
+
+def moving_joints(model: Mechanism) -> tuple[Joint, ...]:
+    return model.joints[: len(model.joint_names)]
+
+
+def leading(model: Mechanism) -> tuple[Joint, ...]:
+    """The joints whose positions a motion must give: all of a tree, and of a closed mechanism its drives and what floats; all where drives aren't known."""
+    joints = moving_joints(model)
+    if not model.loops or model.drives is None:
+        return joints
+    return tuple(j for j in joints if j.name in model.drives or j.kind == "floating")
+
+
+def check_drives(model: Mechanism, name: str) -> None:
+    """Raises MotionError for a closed mechanism of which nobody says which joints have motors."""
+    if model.loops and model.drives is None:
+        raise MotionError(
+            f"{name}: {model.name} has loops, and doesn't say which joints have motors; name them: --drives (drives= in Python), "
+            f"from among {', '.join(model.joint_names)}"
+        )
+
+
+def follow_by_loops(model: Mechanism) -> NDArray[np.intp]:
+    """Columns of q of the joints that follow the leading ones; none of a tree."""
+    lead = leading(model)
+    return np.array([j.q_index + k for j in moving_joints(model) if j not in lead for k in range(j.nq)], dtype=np.intp)
+
+
+def held_by(model: Calls, name: str = "motion") -> Held:
+    """The joints of a closed mechanism that are held where a motion says: of the leading ones those that others don't follow from.
+
+    Raises MotionError where they leave freedoms.
+    """
+    drives = model.drives or ()
+    lead = sorted(leading(model), key=lambda j: (j.kind != "floating", drives.index(j.name) if j.name in drives else 0))
+    try:
+        start = home(model, [j.name for j in lead] if model.drives is not None else ())
+    except NotClosed as e:
+        raise MotionError(f"{name}: {e.why}") from None
+    free = freedoms(model)
+    if sum(j.nv for j in lead) > free:
+        chosen = determining(model, start, lead)
+        if sum(j.nv for j in chosen) == free:
+            return Held(model, chosen)
+    if sum(j.nv for j in lead) < free:
+        others = [j.name for j in moving_joints(model) if j not in lead and j.kind != "floating"]
+        named = f"drives {', '.join(drives)}" if drives else "no drives"
+        raise MotionError(
+            f"{name}: the mechanism has {count(free, 'freedom')}, and {named} leave {free - sum(j.nv for j in lead)} of {'it' if free == 1 else 'them'} open; "
+            f"name more: --drives (drives= in Python), from among {', '.join(others)}"
+        )
+    return Held(model, tuple(lead))
+
+
+def completed(
+    model: Mechanism, time: Array, q: Array, given: list[list[Array | None]], known: NDArray[np.bool_], name: str = "motion",
+    place: Callable[[int], str] | None = None, smooth: float | None = None, measured: Samples | None = None,
+) -> Motion:  # fmt: skip
+    """The motion, as :func:`complete` makes it; of a closed mechanism with all joints where those that are given say.
+
+    known: for each column of q whether it was given.  Columns of joints that lead must be; others are compared with those that follow.
+    """
+    if not (model.loops and isinstance(model, Calls)):
+        return complete(model, time, q, given, name, place, smooth, measured)
+    follower = Follower(model, time, q, known, name, place)
+    measured = Samples(measured.time, *follower.without_others(measured.q, measured.given)) if measured else None
+    found = complete(model, time, *follower.without_others(q, given), name, place, smooth, measured, follower)
+    return follower.motion(found)
+
+
+def closed_again(model: Mechanism, motion: Motion, q: Array) -> Array:
+    """Positions near those of a motion, with the held joints as in q (n, nq); of a tree they are q."""
+    if motion.closing is None or not isinstance(model, Calls):
+        return q
+    held = Held(model, tuple(model.joint(name) for name in motion.closing.held))
+    return model.close(held.put(motion.q, q), hold=held.names).q
+
+
+def followed(model: Mechanism, closing: Closing, first: Array, motion: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+    """q, v and a, each (m, n, …), of m motions from closed positions `first` (m, nq), with the held joints as in `motion`.
+
+    Raises NotClosed, with the number of the first motion that can't be closed.
+    """
+    assert isinstance(model, Calls)  # it has made that closing
+    held = Held(model, tuple(model.joint(name) for name in closing.held))
+    q, found = closed_side_by_side(held, motion[0], first)
+    if not found.all():
+        k, sample = np.argwhere(~found)[0]
+        raise NotClosed(int(k), f"with {held.said(motion[0][k, sample])} the mechanism can't be closed: it would leave what its drives can reach")
+    v = model.consistent_velocity(q, motion[1], held.names)
+    return q, v, model.consistent_acceleration(q, v, motion[2], held.names)
+
+
+def closed(model: Mechanism, motion: Motion) -> Motion:
+    """A motion that was made for the joints that lead, with those that follow; of a tree it is the same.  Raises MotionError."""
+    if not (model.loops and isinstance(model, Calls)):
+        return motion
+    follower = Follower(model, motion.time, motion.q, np.zeros(model.nq, dtype=bool), "motion", None)
+    q, v, a = follower(motion.q, motion.v, motion.a)
+    return follower.motion(replace(motion, q=q, v=v, a=a))
+
+
+class Follower:
+    """Makes the motion of a closed mechanism from that of the joints that are held."""
+
+    def __init__(
+        self, model: Calls, time: Array, q: Array, known: NDArray[np.bool_], name: str, place: Callable[[int], str] | None
+    ) -> None:
+        self._model, self._time, self._given, self._known = model, time, q, known
+        self.held = held_by(model, name)
+        self._others = [j for j in moving_joints(model) if j not in self.held.joints]
+        self._where = place or (lambda k: f"{name}: sample {k + 1}")
+        self._length, self._searched = 1.0, 0
+
+    def without_others(self, q: Array, given: list[list[Array | None]]) -> tuple[Array, list[list[Array | None]]]:
+        """Positions and rates in which joints that follow stand still: nothing of them is differentiated, smoothed or doubted."""
+        q, neutral = np.array(q), self._model.neutral()
+        names = self.held.names
+        for joint in self._others:
+            part = slice(joint.q_index, joint.q_index + joint.nq)
+            q[:, part] = neutral[part]
+        joints = moving_joints(self._model)
+        return q, [rates if j.name in names else [np.zeros((len(q), j.nv))] * 2 for j, rates in zip(joints, given, strict=True)]
+
+    def __call__(self, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
+        """The motion of all joints from that of the held ones."""
+        positions = self._closed(q)
+        self._length = self._model.mobility(positions[0]).length
+        velocities = self._consistent(positions, lambda rows: self._model.consistent_velocity(positions[rows], v[rows], self.held.names), "velocities")
+        rates = self._consistent(
+            positions, lambda rows: self._model.consistent_acceleration(positions[rows], velocities[rows], a[rows], self.held.names), "accelerations"
+        )
+        self._check_branch(positions, velocities)
+        return positions, velocities, rates
+
+    def _closed(self, q: Array) -> Array:
+        start = self._given[0] if self._known.all() else None
+        try:
+            self._searched = 0 if start is not None else searched_home(self._model, self.held.names)[1]
+            first = first_closed(self.held, q[0], start)
+            return closed_along(self.held, q, first)
+        except NotClosed as e:
+            raise MotionError(f"{self._where(e.row)} (time {self._time[e.row]:.9g}): {e.why}") from None
+
+    def _consistent(self, q: Array, rates: Callable[[slice], Array], what: str) -> Array:
+        """Rates of all samples at once; where that fails, the sample is looked for."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", UserWarning)
+            try:
+                return rates(slice(None))
+            except (ValueError, UserWarning):
+                for k in range(len(q)):
+                    try:
+                        rates(slice(k, k + 1))
+                    except (ValueError, UserWarning):
+                        raise MotionError(
+                            f"{self._where(k)} (time {self._time[k]:.9g}): {what} of the other joints don't follow from those of "
+                            f"{', '.join(self.held.names)}: with {self.held.said(q[k])} the mechanism is at a singular position, a dead point say"
+                        ) from None
+                raise
+
+    def _check_branch(self, q: Array, v: Array) -> None:
+        """Refuses positions that have changed the branch from one sample to the next: the drives passed a singular position between them."""
+        if len(q) < 2:
+            return
+        moved = self._model.difference(q[:-1], q[1:])
+        expected = (v[1:] + v[:-1]) / 2 * np.diff(self._time)[:, None]
+        for joint in self._others:
+            allowed = JUMP * (1.0 if joint.unit == "rad" else self._length)
+            columns = slice(joint.v_index, joint.v_index + joint.nv)
+            off = np.abs(moved[:, columns] - expected[:, columns]).max(axis=1)
+            # where the rates alone change by as much in a step, the samples are too far apart to tell
+            bad = np.flatnonzero(off > allowed + np.abs(np.diff(v[:, columns], axis=0)).max(axis=1) * np.diff(self._time))
+            if len(bad):
+                k = int(bad[0]) + 1
+                raise MotionError(
+                    f"{self._where(k)} (time {self._time[k]:.9g}): joint {joint.name}, which follows {', '.join(self.held.names)}, jumps to another branch; "
+                    "the mechanism passes a singular position there, or samples are too far apart: give more samples"
+                )
+
+    def motion(self, found: Motion) -> Motion:
+        """With what is known of the joints that follow."""
+        model, held = self._model, self.held
+        stands, still = (None if x is None else self._of_all(x) for x in (found.stands, found.held))
+        raw = found.raw_q
+        if raw is not None:  # there is nothing that was smoothed
+            raw = held.put(found.q, raw)
+        errors = self._errors(found.q)
+        k = int(np.argmax(errors))
+        compared, doubts = self._compared(found.q)
+        closing = Closing(tuple(held.names), float(errors[k]), float(self._time[k]), tuple(compared), sum(j.nv for j in held.joints))
+        notes = [f"positions of {_all_but(model, held)} closed from those of {', '.join(held.names)}; rates, too", *compared]
+        if self._searched:
+            notes.append(
+                f"the neutral position does not lead to a closed one: a search found {count(self._searched, 'assembly').replace('assemblys', 'assemblies')}, and the nearest "
+                "was taken; give the columns of all joints to say which is meant"
+            )
+        differentiated = [line.replace("of all joints", f"of {', '.join(held.names)}") for line in found.differentiated]
+        resolution = found.resolution
+        if resolution is not None:
+            resolution = np.where(np.isin(np.arange(model.nv), held.rates), resolution, 0.0)
+        return replace(
+            found, raw_q=raw, stands=stands, held=still, closing=closing, differentiated=[*differentiated, *notes],
+            contradictions=[*found.contradictions, *doubts], resolution=resolution,
+        )  # fmt: skip
+
+    def _of_all(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Joints that follow stand where all do that they follow."""
+        out, rates = chosen.copy(), self.held.rates
+        others = np.setdiff1d(np.arange(self._model.nv), rates)
+        out[:, others] = np.all(chosen[:, rates], axis=1, keepdims=True)
+        return out
+
+    def _errors(self, q: Array) -> Array:
+        """(n): the largest component of the error at each sample, m."""
+        scale = []
+        for loop in self._model.loops:
+            forces = _FORCES.get(loop.kind, 3)
+            scale += [1.0] * forces + [self._length] * (loop.equations - forces)
+        return np.asarray(np.abs(self._model.loop_error(q) * np.array(scale)).max(axis=1, initial=0.0))
+
+    def _compared(self, q: Array) -> tuple[list[str], list[str]]:
+        """Lines about positions that were given for joints that follow; and those of them that are doubts."""
+        lines, doubts = [], []
+        same: dict[str, list[tuple[str, float]]] = {}
+        for joint in self._others:
+            part, rates = slice(joint.q_index, joint.q_index + joint.nq), slice(joint.v_index, joint.v_index + joint.nv)
+            if not np.all(self._known[part]):
+                continue
+            mixed = np.array(q)
+            mixed[:, part] = self._given[:, part]
+            off = self._model.difference(q, mixed)[:, rates]
+            if joint.one_coordinate and joint.has_angle:
+                off = np.remainder(off + math.pi, 2 * math.pi) - math.pi  # a whole turn is none
+            size: Array = np.max(np.abs(off), axis=1)
+            k, unit = int(np.argmax(size)), joint.unit if joint.one_coordinate else "rad or m"
+            share = size[k] / (1.0 if joint.unit == "rad" else self._length)
+            line = f"positions of {joint.name} in the motion differ from those that follow by up to {size[k]:.3g} {unit}, at {self._time[k]:.6g} s"
+            if share > TOLD:
+                lines.append(line)
+            else:
+                same.setdefault(unit, []).append((joint.name, float(size[k])))
+            if share > DOUBTED:
+                doubts.append(f"{line}: check dimensions, offsets and the branch; those that follow are used")
+        for unit, found in same.items():
+            size_of_all = max(size for _, size in found)
+            lines.append(f"positions of {_some([name for name, _ in found])} in the motion are those that follow, within {size_of_all:.1g} {unit}")
+        return [line for line in lines if not any(doubt.startswith(line) for doubt in doubts)], doubts
+
+
+def _all_but(model: Mechanism, held: Held) -> str:
+    return _some([j.name for j in moving_joints(model) if j not in held.joints])
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")

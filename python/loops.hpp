@@ -1,0 +1,244 @@
+// Calls about loops (ksl/loops.hpp) for many positions: arrays of doubles, C-contiguous, a row for each state; ksl.model.loops makes them.
+#pragma once
+
+#include "array.hpp"
+#include "without_gil.hpp"
+
+#include "ksl/loops.hpp"
+
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+namespace loops_calls {
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+/// An array that Python made: double, aligned, contiguous, (states, columns).
+struct rows {
+  const double *first;
+  std::size_t states, columns;
+
+  explicit rows(nb::handle array) {
+    const auto a = reinterpret_cast<PyArrayObject *>(array.ptr());
+    if (!PyArray_Check(array.ptr()) || PyArray_TYPE(a) != NPY_DOUBLE || PyArray_NDIM(a) != 2 || !PyArray_ISCARRAY_RO(a))
+      throw std::invalid_argument("a contiguous array of doubles with two axes is expected");
+    first = static_cast<const double *>(PyArray_DATA(a));
+    states = static_cast<std::size_t>(PyArray_DIM(a, 0)), columns = static_cast<std::size_t>(PyArray_DIM(a, 1));
+  }
+  const double *operator[](std::size_t k) const { return first + k * columns; }
+};
+
+inline nb::object new_rows(std::size_t states, std::size_t columns) {
+  const npy_intp shape[] = {static_cast<npy_intp>(states), static_cast<npy_intp>(columns)};
+  return calls::new_array(2, shape, NPY_DOUBLE);
+}
+inline double *data_of(nb::handle array) {
+  return static_cast<double *>(PyArray_DATA(reinterpret_cast<PyArrayObject *>(array.ptr())));
+}
+
+/// Calls step(d, k, row) for each state, with the row of a new array (states, columns).
+template <class Step> nb::object each(const ksl::model &m, std::size_t states, std::size_t columns, Step step) {
+  nb::object out = new_rows(states, columns);
+  double *const first = data_of(out);
+  ksl::data d(m);
+  std::optional<without_gil> released;
+  if (states >= 32)
+    released.emplace();
+  for (std::size_t k = 0; k < states; ++k)
+    step(d, k, first + k * columns);
+  released.reset();
+  return out;
+}
+
+inline std::vector<unsigned char> flags(const ksl::model &m, const std::vector<int> &coordinates) {
+  std::vector<unsigned char> all(static_cast<std::size_t>(m.nv()), 0);
+  for (const int v : coordinates)
+    all.at(static_cast<std::size_t>(v)) = 1;
+  return all;
+}
+
+inline nb::dict loop_dict(const ksl::model &m, const ksl::loop_row &l) {
+  const ksl::joint_kind_row kind = ksl::row_of(l.kind);
+  const auto pose = [](const ksl::SE3<double> &D) {
+    return std::array<double, 16>{D.R.m00, D.R.m01, D.R.m02, D.t.x, D.R.m10, D.R.m11, D.R.m12, D.t.y,
+                                  D.R.m20, D.R.m21, D.R.m22, D.t.z, 0,       0,       0,       1};
+  };
+  nb::dict d;
+  d["name"] = l.name, d["kind"] = kind.name;
+  d["predecessor"] = m.links()[static_cast<std::size_t>(l.predecessor)].name;
+  d["successor"] = m.links()[static_cast<std::size_t>(l.successor)].name;
+  d["predecessor_pose"] = pose(l.predecessor_pose), d["successor_pose"] = pose(l.successor_pose);
+  const auto axis = [](const ksl::vec3<double> &u) { return std::array<double, 3>{u.x, u.y, u.z}; };
+  d["axis"] = kind.has_axis ? nb::cast(axis(l.axis)) : nb::none();
+  d["axis2"] = kind.has_axis2 ? nb::cast(axis(l.axis2)) : nb::none();
+  d["pitch"] = l.pitch;
+  d["equations"] = 6 - kind.nv;
+  return d;
+}
+
+/// External wrenches of some states: links, arrays (states, 6), and their axes.
+struct externals {
+  std::vector<int> links;
+  std::vector<rows> arrays;
+  ksl::expressed_in axes;
+
+  externals(const std::vector<int> &on, const nb::list &numbers, bool in_world)
+      : links(on), axes(in_world ? ksl::expressed_in::world : ksl::expressed_in::frame) {
+    for (nb::handle each : numbers)
+      arrays.emplace_back(each);
+  }
+  ksl::external_wrenches<double> of_state(std::size_t k, std::vector<double> &memory) const {
+    memory.clear();
+    for (const rows &array : arrays)
+      memory.insert(memory.end(), array[k], array[k] + 6);
+    return {static_cast<int>(links.size()), links.data(), memory.data(), axes};
+  }
+};
+
+/// Derivatives along the mechanism of inverse or of forward dynamics: three arrays, and the number of independent coordinates, which must be
+/// the same in all states.
+inline nb::object derivatives(const ksl::model &m, nb::handle q, nb::handle v, nb::handle x,
+                              const std::vector<int> &links, const nb::list &wrenches, bool in_world, bool forward) {
+  const rows Q(q), V(v), X(x);
+  const externals e(links, wrenches, in_world);
+  ksl::data d(m);
+  const std::size_t nv = static_cast<std::size_t>(m.nv());
+  std::vector<int> indices(nv);
+  std::vector<double> memory;
+  const std::size_t f = Q.states ? static_cast<std::size_t>(ksl::independent(m, d, Q[0], indices.data())) : 0;
+  nb::object out[3] = {new_rows(Q.states, nv * f), new_rows(Q.states, nv * f),
+                       new_rows(Q.states, nv * (forward ? nv : f))};
+  for (std::size_t k = 0; k < Q.states; ++k) {
+    if (static_cast<std::size_t>(ksl::independent(m, d, Q[k], indices.data())) != f)
+      throw std::invalid_argument("state " + std::to_string(k) +
+                                  " has another number of freedoms than state 0; call it alone");
+    double *const by_q = data_of(out[0]) + k * nv * f, *const by_v = data_of(out[1]) + k * nv * f;
+    const ksl::external_wrenches<double> of_state = e.of_state(k, memory);
+    if (forward)
+      ksl::closed_forward_dynamics_derivatives(m, d, Q[k], V[k], X[k], of_state, by_q, by_v,
+                                               data_of(out[2]) + k * nv * nv);
+    else
+      ksl::closed_inverse_dynamics_derivatives(m, d, Q[k], V[k], X[k], of_state, by_q, by_v,
+                                               data_of(out[2]) + k * nv * f);
+  }
+  return nb::make_tuple(out[0], out[1], out[2], f);
+}
+
+inline void add_loops(nb::class_<ksl::model> &model) {
+  model
+      .def_prop_ro("loops",
+                   [](const ksl::model &m) {
+                     nb::list all;
+                     for (const ksl::loop_row &l : m.loops())
+                       all.append(loop_dict(m, l));
+                     return all;
+                   })
+      .def_prop_ro("drives", [](const ksl::model &m) { return m.description().drives; })
+      .def_prop_ro("loop_rows", &ksl::loop_rows)
+      .def(
+          "loop_error",
+          [](const ksl::model &m, nb::handle q) {
+            const rows Q(q);
+            return each(m, Q.states, static_cast<std::size_t>(ksl::loop_rows(m)),
+                        [&](ksl::data &d, std::size_t k, double *out) { ksl::loop_error(m, d, Q[k], out); });
+          },
+          "q"_a)
+      .def(
+          "loop_jacobian",
+          [](const ksl::model &m, nb::handle q) {
+            const rows Q(q);
+            return each(m, Q.states, static_cast<std::size_t>(ksl::loop_rows(m) * m.nv()),
+                        [&](ksl::data &d, std::size_t k, double *out) { ksl::loop_jacobian(m, d, Q[k], out); });
+          },
+          "q"_a)
+      .def(
+          "loop_acceleration",
+          [](const ksl::model &m, nb::handle q, nb::handle v, nb::handle a) {
+            const rows Q(q), V(v), A(a);
+            return each(
+                m, Q.states, static_cast<std::size_t>(ksl::loop_rows(m)),
+                [&](ksl::data &d, std::size_t k, double *out) { ksl::loop_acceleration(m, d, Q[k], V[k], A[k], out); });
+          },
+          "q"_a, "v"_a, "a"_a)
+      .def(
+          "mobility",
+          [](const ksl::model &m, nb::handle q) {
+            const rows Q(q);
+            ksl::data d(m);
+            std::vector<int> redundant(static_cast<std::size_t>(ksl::loop_rows(m)));
+            const ksl::loop_mobility found = ksl::mobility(m, d, Q[0], redundant.data());
+            redundant.resize(static_cast<std::size_t>(std::max(found.redundant, 0)));
+            return nb::make_tuple(found.mobility, found.rank, found.redundant, found.smallest, found.next, found.length,
+                                  redundant);
+          },
+          "q"_a)
+      .def(
+          "independent",
+          [](const ksl::model &m, nb::handle q) {
+            const rows Q(q);
+            ksl::data d(m);
+            std::vector<int> indices(static_cast<std::size_t>(m.nv()));
+            indices.resize(static_cast<std::size_t>(ksl::independent(m, d, Q[0], indices.data())));
+            return indices;
+          },
+          "q"_a)
+      .def(
+          "consistent_velocity",
+          [](const ksl::model &m, nb::handle q, nb::handle v, const std::vector<int> &given) {
+            const rows Q(q), V(v);
+            const std::vector<unsigned char> is_given = flags(m, given);
+            std::vector<int> how(Q.states);
+            nb::object out =
+                each(m, Q.states, static_cast<std::size_t>(m.nv()), [&](ksl::data &d, std::size_t k, double *x) {
+                  how[k] = static_cast<int>(ksl::consistent_velocity(m, d, Q[k], V[k], is_given.data(), x));
+                });
+            return nb::make_tuple(out, how);
+          },
+          "q"_a, "v"_a, "given"_a)
+      .def(
+          "consistent_acceleration",
+          [](const ksl::model &m, nb::handle q, nb::handle v, nb::handle a, const std::vector<int> &given) {
+            const rows Q(q), V(v), A(a);
+            const std::vector<unsigned char> is_given = flags(m, given);
+            std::vector<int> how(Q.states);
+            nb::object out =
+                each(m, Q.states, static_cast<std::size_t>(m.nv()), [&](ksl::data &d, std::size_t k, double *x) {
+                  how[k] = static_cast<int>(ksl::consistent_acceleration(m, d, Q[k], V[k], A[k], is_given.data(), x));
+                });
+            return nb::make_tuple(out, how);
+          },
+          "q"_a, "v"_a, "a"_a, "given"_a)
+      .def(
+          "close",
+          [](const ksl::model &m, nb::handle q, const std::vector<int> &hold, bool limits, int iterations) {
+            const rows Q(q);
+            const std::vector<unsigned char> held = flags(m, hold);
+            std::vector<int> how(Q.states);
+            std::vector<double> error(Q.states);
+            const ksl::close_options options = {limits, iterations};
+            nb::object out =
+                each(m, Q.states, static_cast<std::size_t>(m.nq()), [&](ksl::data &d, std::size_t k, double *x) {
+                  how[k] = static_cast<int>(ksl::close(m, d, Q[k], held.data(), options, x, &error[k]));
+                });
+            return nb::make_tuple(out, how, error);
+          },
+          "q"_a, "hold"_a, "limits"_a, "iterations"_a)
+      .def("closed_derivatives", &derivatives, "q"_a, "v"_a, "x"_a, "links"_a, "wrenches"_a, "in_world"_a, "forward"_a)
+      .def(
+          "reaction_patterns",
+          [](const ksl::model &m, nb::handle q) {
+            const rows Q(q);
+            const std::size_t length = 6 * (m.joints().size() + m.loops().size()),
+                              most = static_cast<std::size_t>(ksl::loop_rows(m));
+            ksl::data d(m);
+            std::vector<double> found(most * length);
+            const std::size_t n = static_cast<std::size_t>(ksl::reaction_patterns(m, d, Q[0], found.data()));
+            nb::object out = new_rows(n, length);
+            std::copy_n(found.data(), n * length, data_of(out));
+            return out;
+          },
+          "q"_a);
+}
+
+} // namespace loops_calls

@@ -1,0 +1,145 @@
+// Closed mechanisms from C.
+#include "ksl/engine_loops.h"
+
+#include "c_api/calls.hpp"
+#include "engine/thread_memory.hpp"
+#include "ksl/loops.hpp"
+
+namespace ksl::c_api {
+namespace {
+
+/// Runs a call about a position, in a workspace that holds no wrenches afterwards.
+template <class Call> ksl_status_t at_position(const ksl_model_t *m, ksl_data_t *d, const double *q, bool has_results,
+                                               Call call) {
+  return guarded([&] {
+    last_warning()[0] = '\0';
+    require_workspace(m, d);
+    require(q && has_results, "q and the results must not be null");
+    require_position(m->model, q, "q");
+    d->holds_wrenches = 0;
+    call(m->model, d->data);
+  });
+}
+
+/// Flags of coordinates in memory of the thread; none if they are null.
+const unsigned char *flags_of(const model &m, const bool *given) {
+  const std::size_t nv = static_cast<std::size_t>(m.nv());
+  unsigned char *const flags = reinterpret_cast<unsigned char *>(thread_memory(kept_for::arguments, nv));
+  for (std::size_t i = 0; i < nv; ++i)
+    flags[i] = given && given[i];
+  return flags;
+}
+
+void judge(completion how, const char *what) {
+  if (how == completion::contradictory)
+    throw bad_argument(std::string("no motion of the closed mechanism has these ") + what +
+                       "; give fewer coordinates, those of the drives say");
+}
+
+} // namespace
+} // namespace ksl::c_api
+
+using namespace ksl::c_api;
+
+extern "C" {
+
+int ksl_model_loops(const ksl_model_t *m) { return m ? static_cast<int>(m->model.loops().size()) : 0; }
+int ksl_model_loop_rows(const ksl_model_t *m) { return m ? ksl::loop_rows(m->model) : 0; }
+const char *ksl_model_loop_name(const ksl_model_t *m, int loop) {
+  return loop >= 0 && loop < ksl_model_loops(m) ? m->model.loops()[static_cast<std::size_t>(loop)].name.c_str()
+                                                : nullptr;
+}
+
+ksl_status_t ksl_loop_error(const ksl_model_t *m, ksl_data_t *d, const double *q, double *error) {
+  return at_position(m, d, q, error || ksl_model_loop_rows(m) == 0,
+                     [&](const ksl::model &model, ksl::data &data) { ksl::loop_error(model, data, q, error); });
+}
+
+ksl_status_t ksl_loop_jacobian(const ksl_model_t *m, ksl_data_t *d, const double *q, double *J) {
+  return at_position(m, d, q, J || ksl_model_loop_rows(m) == 0,
+                     [&](const ksl::model &model, ksl::data &data) { ksl::loop_jacobian(model, data, q, J); });
+}
+
+ksl_status_t ksl_loop_acceleration(const ksl_model_t *m, ksl_data_t *d, const double *q, const double *v,
+                                   const double *a, double *acceleration) {
+  return at_position(m, d, q, v && a && (acceleration || ksl_model_loop_rows(m) == 0),
+                     [&](const ksl::model &model, ksl::data &data) {
+                       require_finite(v, model.nv(), "v");
+                       require_finite(a, model.nv(), "a");
+                       ksl::loop_acceleration(model, data, q, v, a, acceleration);
+                     });
+}
+
+ksl_status_t ksl_mobility(const ksl_model_t *m, ksl_data_t *d, const double *q, ksl_mobility_t *mobility,
+                          int *redundant_rows) {
+  return at_position(m, d, q, mobility != nullptr, [&](const ksl::model &model, ksl::data &data) {
+    const ksl::loop_mobility found = ksl::mobility(model, data, q, redundant_rows);
+    *mobility = {found.mobility, found.rank, found.redundant, found.smallest, found.next, found.length};
+  });
+}
+
+ksl_status_t ksl_independent(const ksl_model_t *m, ksl_data_t *d, const double *q, int *indices, int *n) {
+  return at_position(m, d, q, indices && n,
+                     [&](const ksl::model &model, ksl::data &data) { *n = ksl::independent(model, data, q, indices); });
+}
+
+ksl_status_t ksl_close(const ksl_model_t *m, ksl_data_t *d, const double *q, const bool *hold, bool limits,
+                       double *closed, ksl_closing_t *end, double *error) {
+  return at_position(m, d, q, closed && end, [&](const ksl::model &model, ksl::data &data) {
+    double left = 0;
+    ksl::close_options options;
+    options.limits = limits;
+    const ksl::closing how = ksl::close(model, data, q, flags_of(model, hold), options, closed, &left);
+    *end = static_cast<ksl_closing_t>(how);
+    if (error)
+      *error = left;
+  });
+}
+
+ksl_status_t ksl_consistent_velocity(const ksl_model_t *m, ksl_data_t *d, const double *q, const double *v,
+                                     const bool *given, double *out) {
+  return at_position(m, d, q, v && given && out, [&](const ksl::model &model, ksl::data &data) {
+    require_finite(v, model.nv(), "v");
+    judge(ksl::consistent_velocity(model, data, q, v, flags_of(model, given), out), "velocities");
+  });
+}
+
+ksl_status_t ksl_consistent_acceleration(const ksl_model_t *m, ksl_data_t *d, const double *q, const double *v,
+                                         const double *a, const bool *given, double *out) {
+  return at_position(m, d, q, v && a && given && out, [&](const ksl::model &model, ksl::data &data) {
+    require_finite(v, model.nv(), "v");
+    require_finite(a, model.nv(), "a");
+    judge(ksl::consistent_acceleration(model, data, q, v, a, flags_of(model, given), out), "accelerations");
+  });
+}
+
+ksl_status_t ksl_reaction_patterns(const ksl_model_t *m, ksl_data_t *d, const double *q, double *patterns, int *n) {
+  return at_position(
+      m, d, q, n && (patterns || ksl_model_loop_rows(m) == 0),
+      [&](const ksl::model &model, ksl::data &data) { *n = ksl::reaction_patterns(model, data, q, patterns); });
+}
+
+ksl_status_t ksl_closed_inverse_dynamics_derivatives(const ksl_model_t *m, ksl_data_t *d, const double *q,
+                                                     const double *v, const double *a, const ksl_external_t *external,
+                                                     double *by_q, double *by_v, double *by_a) {
+  return at_position(m, d, q, v && a && by_q && by_v && by_a, [&](const ksl::model &model, ksl::data &data) {
+    require(!model.loops().empty(), "the model has no loops; ksl_inverse_dynamics_derivatives is for trees");
+    require_finite(v, model.nv(), "v");
+    require_finite(a, model.nv(), "a");
+    ksl::closed_inverse_dynamics_derivatives(model, data, q, v, a, external_of<double>(m, external), by_q, by_v, by_a);
+  });
+}
+
+ksl_status_t ksl_closed_forward_dynamics_derivatives(const ksl_model_t *m, ksl_data_t *d, const double *q,
+                                                     const double *v, const double *tau, const ksl_external_t *external,
+                                                     double *by_q, double *by_v, double *by_tau) {
+  return at_position(m, d, q, v && tau && by_q && by_v && by_tau, [&](const ksl::model &model, ksl::data &data) {
+    require(!model.loops().empty(), "the model has no loops; ksl_forward_dynamics_derivatives is for trees");
+    require_finite(v, model.nv(), "v");
+    require_finite(tau, model.nv(), "tau");
+    ksl::closed_forward_dynamics_derivatives(model, data, q, v, tau, external_of<double>(m, external), by_q, by_v,
+                                             by_tau);
+  });
+}
+
+} // extern "C"

@@ -1,0 +1,32 @@
+// Joints that close loops, and drives, in descriptions.
+#pragma once
+
+#include "ksl/engine/model/description.hpp"
+
+#include <utility>
+
+namespace ksl {
+
+/// A joint that closes a loop as one of a tree, from its predecessor to its successor, for what both have: kind, axes, pitch.
+joint_description as_tree_joint(const loop_description &loop);
+
+/// A joint as one that closes a loop: on its child, its frame is the link's.
+loop_description as_loop(const joint_description &joint);
+
+/// What a joint has that one that closes a loop can't have: "limit", "mimic", "dynamics".
+std::vector<std::string> lost_in_loop(const joint_description &joint);
+
+/// Which joints of a graph form a tree from its roots, the links that are no joint's child: of the joints that carry one link the first,
+/// unless the link would be cut off from the roots by it.  joints: parent and child of each.  Links that no root leads to keep their
+/// first joint.  O(n log n).
+std::vector<bool> spanning_tree(std::size_t links, const std::vector<std::pair<int, int>> &joints);
+
+/// Removes drives of joints that the robot has no more, or that are fixed, and compliances of joints that it has no more.
+void keep_drives(robot_description &robot);
+
+/// Throws description_error for loop joints that can't close a loop: names that are empty or another joint's, links that aren't there or
+/// are the same, a floating joint, axes and pitches that their kind can't have; and for drives that are no joints of the tree, that are
+/// fixed, or that follow another joint.  The joints of the tree have been checked.
+void check_loops(const robot_description &robot);
+
+} // namespace ksl

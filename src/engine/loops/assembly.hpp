@@ -1,0 +1,51 @@
+// Closed positions near open ones, and motions that keep loops closed.
+#pragma once
+
+#include "engine/loops/elimination.hpp"
+#include "engine/loops/geometry.hpp"
+#include "engine/loops/least_norm.hpp"
+#include "ksl/loops.hpp"
+
+namespace ksl::loops {
+
+class assembly {
+public:
+  assembly(const model &m) : m_(m), t_(m.loop_tables()), g_(m, t_) {}
+
+  void lay_out(arena &memory);
+
+  closing close(const double *q, const unsigned char *hold, const close_options &options, double *out, double *error);
+
+  /// x (nv) with K x = b for all equations and the given coordinates as in `near`, nearest to it.  b null: zero.
+  completion complete(const double *near, const unsigned char *given, const double *b, double *x);
+
+  /// The same for accelerations at q and v: K x = −K̇ v.
+  completion complete_acceleration(const double *q, const double *v, const double *near, const unsigned char *given,
+                                   double *x);
+
+  geometry &at() { return g_; }
+
+private:
+  double set_error(const double *q);
+  void set_step();
+  double longest_share() const;
+  bool descend(double *q, int iterations, const close_options &options);
+  void step(const double *q, const double *dv, double share, double *out);
+  bool keep_limits(double *q);
+  double way_back(const double *start, const double *q, double &far);
+  void move_nearer(const double *start, double *q, const close_options &options);
+  double distance(const double *start, const double *q, double *d);
+
+  const model &m_;
+  const tables &t_;
+  geometry g_;
+  least_norm solve_;
+  elimination eliminate_;
+  double *error_ = nullptr, *right_ = nullptr, *step_ = nullptr, *trial_ = nullptr, *far_ = nullptr, *kept_ = nullptr,
+         *tangent_ = nullptr, *kept_step_ = nullptr;
+  unsigned char *fixed_ = nullptr;
+  double *reached_ = nullptr; ///< error after `descend`
+  bool at_limits_ = false, lost_rank_ = false, is_determined_ = false;
+};
+
+} // namespace ksl::loops

@@ -1,0 +1,41 @@
+// Algorithms for mechanisms with loops, instead of the kernels of the tree.  Rows say which they are (algorithm_row::closed); results that
+// are those of the tree at the given numbers, poses and energies for example, take the usual way.
+//
+// Single precision is computed in double precision and rounded, since ranks and redundant equations need more digits than it has.
+#pragma once
+
+#include "engine/algorithm.hpp"
+#include "ksl/model.hpp"
+
+#include <string>
+
+namespace ksl::loops {
+
+/// Is the algorithm computed here for this model?
+inline bool is_closed(const algorithm_row &row, const model &m) {
+  return !m.loops().empty() && row.closed != closed_by::tree;
+}
+
+/// Throws std::invalid_argument if the algorithm is not defined for mechanisms with loops; says what is.
+void require_closed(const algorithm_row &row, const model &m);
+
+/// How many external wrenches, and joints in one request for reactions, memory must have room for.
+struct room { int externals = 0, joints = 0, requests = 1; };
+template <class S> room room_for(const state_view<S> &s);
+template <class S> room room_for(const batch_view<S> &batch);
+
+template <class S> std::size_t state_bytes(const model &m, room wanted);
+
+/// Computes one state.  Returns false, and NaN in all results, where the numbers are not those of the closed mechanism or don't determine
+/// a result.
+template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s);
+
+/// As batch_kernel.
+template <class S>
+batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
+                        std::size_t end, void *memory);
+
+/// Why run_state has no result; empty if it has one.  Allocates.
+template <class S> std::string reason(const algorithm_row &row, const model &m, const state_view<S> &s);
+
+} // namespace ksl::loops

@@ -1,0 +1,279 @@
+#include "engine/loops/closed_state.hpp"
+
+#include "ksl/linalg.h"
+
+#include <cmath>
+
+namespace ksl::loops {
+
+void closed_state::lay_out(arena &memory, int externals) {
+  const int m = t_.rows, nv = m_.nv(), loops = static_cast<int>(t_.loops.size());
+  g_.lay_out(memory);
+  k_.lay_out(memory, m, nv);
+  for (double *&x : rows_)
+    x = memory.take<double>(m);
+  lambda_ = memory.take<double>(m), null_lambda_ = memory.take<double>(m * m);
+  zero_ = memory.take<double>(nv), tree_ = memory.take<double>(nv), left_ = memory.take<double>(nv),
+  a0_ = memory.take<double>(nv);
+  G_ = memory.take<double>(nv * nv), M_ = memory.take<double>(nv * nv), MG_ = memory.take<double>(nv * nv);
+  H_ = memory.take<double>(nv * nv), small_ = memory.take<double>(4 * nv);
+  reactions_ = memory.take<double>(6 * (joints() + loops));
+  patterns_ = memory.take<double>(static_cast<std::ptrdiff_t>(m) * pattern_length());
+  energy_ = memory.take<double>(m * m), stiff_ = memory.take<double>(m);
+  wrenches_ = memory.take<double>(6 * (externals + 2 * loops)), at_joints_ = memory.take<double>(6 * loops);
+  wrench_links_ = memory.take<int>(externals + 2 * loops), joint_links_ = memory.take<int>(joints());
+  if (!zero_) // memory is only measured
+    return;
+  std::fill_n(zero_, nv, 0.0);
+  for (int j = 0; j < joints(); ++j)
+    joint_links_[j] = m_.joints()[static_cast<std::size_t>(j)].link;
+}
+
+/// The first equation whose value is beyond the tolerance of its terms; of the mechanism's length for errors of positions.
+finding closed_state::check(finding::kind what, const double *values, const double *terms, bool lengths) const {
+  for (int i = 0; i < t_.rows; ++i) {
+    const double length = t_.length / t_.row_scale[static_cast<std::size_t>(i)]; // 1 rad for moments
+    const double allowed = lengths ? tolerance_ * length : tolerance_ * terms[i] + rest * length;
+    if (!(std::fabs(values[i]) <= allowed))
+      return {what, i, values[i], allowed, 0};
+  }
+  return {};
+}
+
+void closed_state::set_G() {
+  const int nv = m_.nv(), f = k_.freedoms();
+  std::fill_n(G_, nv * f, 0.0);
+  for (int j = 0; j < f; ++j)
+    G_[k_.independent()[j] * f + j] = 1;
+  for (int i = 0; i < k_.rank; ++i)
+    for (int j = 0; j < f; ++j)
+      G_[k_.column[i] * f + j] = k_.element(i, j);
+}
+
+void closed_state::set_open_position(const double *q) {
+  g_.set_position(q);
+  k_.factor(g_.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g_.size(), t_.is_driven.data(),
+            static_cast<int>(t_.drives.size()));
+  set_G();
+}
+
+finding closed_state::set_position(const double *q) {
+  set_open_position(q);
+  g_.error(rows_[0]);
+  return check(finding::kind::open, rows_[0], nullptr, true);
+}
+
+finding closed_state::efforts_of_drives(const double *y, double *tau) {
+  const int nv = m_.nv(), f = k_.freedoms(), n = static_cast<int>(t_.drives.size());
+  std::fill_n(tau, nv, 0.0);
+  if (f == 0)
+    return {};
+  if (!t_.drives_are_known)
+    return {finding::kind::no_drives, -1, 0, 0, f};
+  double *const wanted = small_;
+  for (int j = 0; j < f; ++j) {
+    wanted[j] = 0;
+    for (int i = 0; i < nv; ++i)
+      wanted[j] += G_[i * f + j] * y[i];
+  }
+  bool are_independent = n == f;
+  for (int j = 0; j < f && are_independent; ++j)
+    are_independent = t_.is_driven[static_cast<std::size_t>(k_.independent()[j])];
+  if (are_independent) { // their rows of G are those of the identity
+    for (int j = 0; j < f; ++j)
+      tau[k_.independent()[j]] = wanted[j];
+    return {};
+  }
+  // The vectors g_j, row j of Gᵀ E, made orthonormal in turn; τ = Σ z_j ĝ_j has least norm.  The rank is judged on scaled numbers.
+  double *const basis = MG_, *const scaled = H_;
+  for (int j = 0; j < f; ++j)
+    for (int d = 0; d < n; ++d) {
+      const std::size_t drive = static_cast<std::size_t>(t_.drives[static_cast<std::size_t>(d)]);
+      basis[j * n + d] = G_[static_cast<int>(drive) * f + j];
+      scaled[j * n + d] =
+          basis[j * n + d] * t_.column_scale[static_cast<std::size_t>(k_.independent()[j])] / t_.column_scale[drive];
+    }
+  const auto reduce = [n](double *from, const double *by) {
+    double along = 0;
+    for (int d = 0; d < n; ++d)
+      along += from[d] * by[d];
+    for (int d = 0; d < n; ++d)
+      from[d] -= along * by[d];
+    return along;
+  };
+  const auto normalise = [n](double *x) {
+    double sum = 0;
+    for (int d = 0; d < n; ++d)
+      sum += x[d] * x[d];
+    const double norm = std::sqrt(sum);
+    for (int d = 0; d < n && norm > 0; ++d)
+      x[d] /= norm;
+    return norm;
+  };
+  for (int j = 0; j < f; ++j) {
+    for (int pass = 0; pass < 2; ++pass)
+      for (int k = 0; k < j; ++k)
+        reduce(scaled + j * n, scaled + k * n);
+    if (!(normalise(scaled + j * n) > rank_tolerance))
+      return {finding::kind::few_drives, k_.independent()[j], 0, 0, f};
+  }
+  for (int j = 0; j < f; ++j) {
+    double *const g = basis + j * n;
+    for (int pass = 0; pass < 2;
+         ++pass) // what is taken off g_j is Σ_k r_k ĝ_k: its share of the right side goes with it
+      for (int k = 0; k < j; ++k)
+        wanted[j] -= reduce(g, basis + k * n) * wanted[k];
+    wanted[j] /= normalise(g);
+  }
+  for (int d = 0; d < n; ++d)
+    for (int j = 0; j < f; ++j)
+      tau[t_.drives[static_cast<std::size_t>(d)]] += wanted[j] * basis[j * n + d];
+  return {};
+}
+
+finding closed_state::steady_acceleration(const double *q, const double *v, double *a) {
+  g_.velocity(v, rows_[0], rows_[1]);
+  if (const finding fault = check(finding::kind::velocity, rows_[0], rows_[1], false))
+    return fault;
+  g_.acceleration(q, v, zero_, rows_[0], nullptr);
+  for (int i = 0; i < t_.rows; ++i)
+    rows_[0][i] = -rows_[0][i];
+  std::fill_n(a, m_.nv(), 0.0);
+  k_.complete(rows_[0], a);
+  return {};
+}
+
+finding closed_state::inverse_dynamics(const double *q, const double *v, const double *a,
+                                       const external_wrenches<double> &e, double *tau) {
+  if (v) {
+    g_.velocity(v, rows_[0], rows_[1]);
+    if (const finding fault = check(finding::kind::velocity, rows_[0], rows_[1], false))
+      return fault;
+  }
+  if (v || a) {
+    g_.acceleration(q, zeros_or(v), zeros_or(a), rows_[0], rows_[1]);
+    if (const finding fault = check(finding::kind::acceleration, rows_[0], rows_[1], false))
+      return fault;
+  }
+  state_view<double> s;
+  s.q = q, s.v = zeros_or(v), s.a = zeros_or(a), s.external = e, s.result[0] = tree_;
+  g_.tree().call(rows::inverse_dynamics, g_.rest(), s);
+  if (const finding fault = efforts_of_drives(tree_, tau))
+    return fault;
+  for (int i = 0; i < m_.nv(); ++i)
+    left_[i] = tree_[i] - tau[i];
+  k_.multipliers(left_, lambda_);
+  return {};
+}
+
+finding closed_state::solve_inertia(const double *q, double *r) {
+  const int nv = m_.nv(), f = k_.freedoms();
+  if (f == 0)
+    return {};
+  state_view<double> s;
+  s.q = q, s.result[0] = M_;
+  g_.tree().call(rows::mass_matrix, g_.rest(), s);
+  for (int i = 0; i < nv; ++i)
+    for (int j = 0; j < f; ++j) {
+      double sum = 0;
+      for (int k = 0; k < nv; ++k)
+        sum += M_[i * nv + k] * G_[k * f + j];
+      MG_[i * f + j] = sum;
+    }
+  for (int i = 0; i < f; ++i)
+    for (int j = 0; j < f; ++j) {
+      double sum = 0;
+      for (int k = 0; k < nv; ++k)
+        sum += G_[k * f + i] * MG_[k * f + j];
+      H_[i * f + j] = sum;
+    }
+  double *const whole = small_ + m_.nv();
+  for (int i = 0; i < f; ++i)
+    whole[i] = H_[i * f + i];
+  const bool is_regular = ksl_linalg_ldlt_rmo(H_, f) == 0;
+  for (int i = 0; i < f; ++i) // what the others leave of a freedom's inertia
+    if (!is_regular || !(H_[i * f + i] > 1e-13 * whole[i]))
+      return {finding::kind::massless, k_.independent()[i], 0, 0, f};
+  solve_again(r);
+  return {};
+}
+
+void closed_state::solve_again(double *r) const {
+  if (const int f = k_.freedoms(); f > 0)
+    ksl_linalg_ldlt_solve(H_, r, r, f, f, 1);
+}
+
+void closed_state::set_multipliers(const double *q, const double *v, const double *a, const double *tau,
+                                   const external_wrenches<double> &e) {
+  state_view<double> s;
+  s.q = q, s.v = v, s.a = a, s.external = e, s.result[0] = tree_;
+  g_.tree().call(rows::inverse_dynamics, g_.rest(), s);
+  for (int i = 0; i < m_.nv(); ++i)
+    left_[i] = tree_[i] - tau[i];
+  k_.multipliers(left_, lambda_);
+}
+
+finding closed_state::forward_dynamics(const double *q, const double *v, const double *tau,
+                                       const external_wrenches<double> &e, double *a) {
+  if (const finding fault = steady_acceleration(q, v, a0_))
+    return fault;
+  state_view<double> s;
+  s.q = q, s.v = v, s.a = a0_, s.external = e, s.result[0] = tree_;
+  g_.tree().call(rows::inverse_dynamics, g_.rest(), s);
+  const int nv = m_.nv(), f = k_.freedoms();
+  double *const r = small_;
+  for (int j = 0; j < f; ++j) {
+    r[j] = 0;
+    for (int i = 0; i < nv; ++i)
+      r[j] += G_[i * f + j] * (tau[i] - tree_[i]);
+  }
+  if (const finding fault = solve_inertia(q, r))
+    return fault;
+  for (int i = 0; i < nv; ++i) {
+    a[i] = a0_[i];
+    for (int j = 0; j < f; ++j)
+      a[i] += G_[i * f + j] * r[j];
+  }
+  return {};
+}
+
+finding closed_state::velocity_jump(const double *q, const external_wrenches<double> &impulses, double *jump) {
+  state_view<double> s;
+  s.q = q, s.v = s.a = zero_, s.external = impulses, s.result[0] = tree_;
+  g_.tree().call_weightless(rows::inverse_dynamics, g_.rest(), s);
+  const int nv = m_.nv(), f = k_.freedoms();
+  double *const r = small_;
+  for (int j = 0; j < f; ++j) {
+    r[j] = 0;
+    for (int i = 0; i < nv; ++i)
+      r[j] -= G_[i * f + j] * tree_[i];
+  }
+  if (const finding fault = solve_inertia(q, r))
+    return fault;
+  for (int i = 0; i < nv; ++i) {
+    jump[i] = 0;
+    for (int j = 0; j < f; ++j)
+      jump[i] += G_[i * f + j] * r[j];
+  }
+  return {};
+}
+
+external_wrenches<double> closed_state::all_wrenches(const external_wrenches<double> &e) {
+  g_.wrenches(lambda_, wrench_links_ + e.n, wrenches_ + 6 * e.n, at_joints_);
+  const int loops = static_cast<int>(t_.loops.size());
+  std::copy_n(e.link, e.n, wrench_links_);
+  std::copy_n(e.wrench, 6 * e.n, wrenches_);
+  if (e.axes == expressed_in::world)
+    for (int k = 0; k < 2 * loops; ++k) {
+      const mat3x3<double> R = g_.link_axes(k / 2, k % 2 == 0);
+      double *const x = wrenches_ + 6 * (e.n + k);
+      for (double *part : {x, x + 3}) {
+        vec3<double> u = {part[0], part[1], part[2]};
+        algebra<double>::product_drv(&R, &u, &u);
+        part[0] = u.x, part[1] = u.y, part[2] = u.z;
+      }
+    }
+  return {e.n + 2 * loops, wrench_links_, wrenches_, e.axes};
+}
+
+} // namespace ksl::loops

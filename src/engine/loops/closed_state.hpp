@@ -1,0 +1,130 @@
+// The dynamics of a mechanism with loops, for one state in double precision.
+//
+// The tree carries the loops: its joints have the coordinates, and the wrenches of the joints that close loops are external wrenches on
+// their two links.  With K the Jacobian of the loops' equations and λ their multipliers,
+//
+//     M a + b = τ + Kᵀ λ,   K v = 0,   K a + K̇ v = 0.                                                              (1)
+//
+// Elimination gives coordinates from which all others follow: v = G v_i.  Since K G = 0, (1) times Gᵀ has no multipliers:
+//
+//     inverse dynamics   Gᵀ E τ_d = Gᵀ (M a + b), τ_d the efforts of the drives;                                  (2)
+//     forward dynamics   Gᵀ M G a_i = Gᵀ (τ − b − M a₀), a = G a_i + a₀.                                            (3)
+//
+// The multipliers then follow from the rows of (1) that belong to dependent coordinates.
+#pragma once
+
+#include "engine/loops/elimination.hpp"
+#include "engine/loops/geometry.hpp"
+
+namespace ksl::loops {
+
+/// Why a state has no result.
+struct finding {
+  enum class kind {
+    none,
+    open,         ///< the position doesn't close a loop
+    velocity,     ///< velocities don't keep it closed
+    acceleration, ///< accelerations don't
+    no_drives,    ///< nobody said which joints have motors
+    few_drives,   ///< the drives leave freedoms
+    more_drives,  ///< they are more than the freedoms, where they must be as many
+    massless      ///< a freedom moves no mass
+  } what = kind::none;
+  int row = -1; ///< equation, or coordinate in v
+  double value = 0, allowed = 0;
+  int freedoms = 0;
+
+  explicit operator bool() const { return what != kind::none; }
+};
+
+/// How far numbers may be from those of a closed mechanism, relative to `length` or to the terms of the equation.
+inline constexpr double tolerance_of_double = 1e-6, tolerance_of_float = 1e-3;
+
+class closed_state {
+public:
+  closed_state(const model &m, double tolerance) : m_(m), t_(m.loop_tables()), g_(m, t_), tolerance_(tolerance) {}
+
+  /// externals: how many external wrenches a call may have.
+  void lay_out(arena &memory, int externals);
+
+  /// Frames, Jacobian and elimination; a finding if a loop is open there.
+  finding set_position(const double *q);
+
+  /// Elimination alone, wherever the loops are.
+  void set_open_position(const double *q);
+
+  /// Efforts (nv) of the drives at (q, v, a), and the multipliers.  v and a null are zero.
+  finding inverse_dynamics(const double *q, const double *v, const double *a, const external_wrenches<double> &e,
+                           double *tau);
+
+  /// The accelerations (nv) at rest of the independent coordinates.
+  finding steady_acceleration(const double *q, const double *v, double *a);
+
+  finding forward_dynamics(const double *q, const double *v, const double *tau, const external_wrenches<double> &e,
+                           double *a);
+
+  /// The jump (nv) of velocities under impulses.
+  finding velocity_jump(const double *q, const external_wrenches<double> &impulses, double *jump);
+
+  /// Replaces the multipliers, which balance, by those of least energy in the joints that have compliances, and among these, which are all
+  /// where no joint has one, by those of least norm: the sum of the squares of all joints' wrenches, each at its frame on the side called
+  /// child, in N and N m.
+  void set_reactions(const double *q, const double *v, const double *a, const external_wrenches<double> &e);
+
+  /// Patterns of wrenches that may be added, orthonormal over all joints, each (joints + loops, 6): as many as there are redundant equations.
+  /// Returns how many of them, the first ones, store no energy in compliances and stay open.
+  int set_patterns(const double *q);
+  const double *pattern(int k) const { return patterns_ + k * pattern_length(); }
+  int pattern_length() const { return 6 * (joints() + static_cast<int>(t_.loops.size())); }
+
+  /// External wrenches and those of the loops' joints together.
+  external_wrenches<double> all_wrenches(const external_wrenches<double> &e);
+  /// (loops, 6) predecessors on successors, after all_wrenches.
+  const double *loop_wrenches() const { return at_joints_; }
+
+  geometry &at() { return g_; }
+  const tables &of() const { return t_; }
+  const elimination &solved() const { return k_; }
+  int joints() const { return static_cast<int>(m_.joints().size()); }
+  const double *multipliers() const { return lambda_; }
+
+  /// The same with elements of G, (nv, freedoms), and its product with the efforts of a tree.
+  double G(int v, int free) const { return G_[v * k_.freedoms() + free]; }
+
+  /// Sets τ_d with Gᵀ E τ_d = Gᵀ y; of least norm where there are more drives than freedoms.
+  finding efforts_of_drives(const double *y, double *tau);
+
+  /// Solves Gᵀ M G x = r, with the mass matrix at q; r (freedoms) is replaced.
+  finding solve_inertia(const double *q, double *r);
+  void solve_again(double *r) const;
+
+  /// The multipliers of a motion under efforts tau (nv), which balance.
+  void set_multipliers(const double *q, const double *v, const double *a, const double *tau,
+                       const external_wrenches<double> &e);
+
+private:
+  finding check(finding::kind what, const double *values, const double *terms, bool lengths) const;
+  void set_G();
+  const double *zeros_or(const double *x) const { return x ? x : zero_; }
+
+  const model &m_;
+  const tables &t_;
+  geometry g_;
+  elimination k_;
+  double tolerance_;
+  double *rows_[3] = {}, *lambda_ = nullptr, *null_lambda_ = nullptr;
+  double *zero_ = nullptr, *tree_ = nullptr, *left_ = nullptr, *a0_ = nullptr, *G_ = nullptr, *M_ = nullptr,
+         *MG_ = nullptr, *H_ = nullptr, *small_ = nullptr;
+  void set_energies(int patterns);
+  double energy(const double *x, const double *y) const;
+  reaction_request all_joints() const;
+
+  double *reactions_ = nullptr, *patterns_ = nullptr;
+  double *energy_ = nullptr; ///< (patterns, patterns) of patterns with each other
+  double *stiff_ = nullptr;  ///< (patterns) those of each with itself, once they are diagonal
+  int open_ = 0;             ///< patterns without energy
+  double *wrenches_ = nullptr, *at_joints_ = nullptr;
+  int *wrench_links_ = nullptr, *joint_links_ = nullptr;
+};
+
+} // namespace ksl::loops

@@ -1,0 +1,228 @@
+// Gaussian elimination with complete pivoting of the equations of loops, K x = b.  It finds the rank, coordinates that depend on the
+// others, and equations that follow from others.
+//
+// Rows and columns are scaled first, so that all terms are lengths (tables.hpp): K̃ = R K C.  A pivot is zero if it is below 1e-9 of the
+// largest term that entered K̃ before terms cancelled: the Jacobian of a door on two hinges is nothing but rounding.
+#pragma once
+
+#include "ksl/engine/lanes/workspace.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ksl::loops {
+
+inline constexpr double rank_tolerance = 1e-9;
+
+class elimination {
+public:
+  int rows = 0, columns = 0, rank = 0;
+  int *
+      row = nullptr,
+     *column =
+         nullptr; ///< in the order of pivots: the first `rank` equations are independent, the first `rank` coordinates dependent
+
+  void lay_out(arena &memory, int m, int n) {
+    rows = m, columns = n;
+    a_ = memory.take<double>(m * n), solved_ = memory.take<double>(m * n), work_ = memory.take<double>(std::max(m, n));
+    row = memory.take<int>(m), column = memory.take<int>(n);
+  }
+
+  int freedoms() const { return columns - rank; }
+  /// The coordinates that the others follow from, ascending in v.
+  const int *independent() const { return column + rank; }
+
+  /// K: (rows, columns), not changed.  size: of the largest scaled term.  is_driven (columns): these coordinates are kept independent
+  /// where they are as many as the freedoms and determine the motion; may be null.
+  void factor(const double *K, const double *row_scale, const double *column_scale, double size,
+              const unsigned char *is_driven, int drives) {
+    R_ = row_scale, C_ = column_scale, tolerance_ = rank_tolerance * size;
+    if (drives > 0) {
+      load(K, is_driven);
+      const int without = eliminate(0, columns - drives);
+      const int with_all = eliminate(without, columns);
+      rank = with_all;
+      if (with_all == without && columns - rank == drives)
+        return finish();
+    }
+    load(K, nullptr);
+    rank = eliminate(0, columns);
+    finish();
+  }
+
+  /// The same with some coordinates left out, `fixed` in number.  Do the equations determine all others?  Pivots are the largest of their
+  /// columns only, which is faster, and as good where no rank is asked for.
+  bool determine(const double *K, const double *row_scale, const double *column_scale, double size,
+                 const unsigned char *is_fixed, int fixed) {
+    R_ = row_scale, C_ = column_scale, tolerance_ = rank_tolerance * size;
+    load(K, is_fixed);
+    const int wanted = columns - fixed;
+    for (rank = 0; rank < std::min(rows, wanted); ++rank) {
+      int p = rank;
+      for (int i = rank + 1; i < rows; ++i)
+        if (std::fabs(at(i, rank)) > std::fabs(at(p, rank)))
+          p = i;
+      if (!(std::fabs(at(p, rank)) > 1e-3 * tolerance_ / rank_tolerance))
+        break;
+      take_pivot(rank, p, rank, wanted);
+    }
+    return rank == wanted;
+  }
+
+  /// x (columns), zero at coordinates that are left out, with K x = b for the independent equations; after determine().
+  void solve_determined(const double *b, double *x) const {
+    solve_equations(b);
+    std::fill_n(x, columns, 0.0);
+    for (int i = 0; i < rank; ++i)
+      x[column[i]] = work_[i] * C_[column[i]];
+  }
+
+  /// How a dependent coordinate follows from an independent one: x_i = element(i, j) x_j for b = 0.
+  double element(int dependent, int free) const {
+    return -solved_[dependent * columns + free] * C_[column[dependent]] / C_[column[rank + free]];
+  }
+
+  /// x (columns) from its independent coordinates, which it has, with K x = b for the independent equations.  b may be null: zero.
+  void complete(const double *b, double *x) const {
+    solve_equations(b);
+    for (int i = 0; i < rank; ++i) {
+      double sum = work_[i] * C_[column[i]];
+      for (int j = 0; j < freedoms(); ++j)
+        sum += element(i, j) * x[column[rank + j]];
+      x[column[i]] = sum;
+    }
+  }
+
+  /// Multipliers λ (rows) with (Kᵀ λ)_i = y_i for dependent coordinates i; zero for equations that follow from others.
+  void multipliers(const double *y, double *lambda) const {
+    std::fill_n(lambda, rows, 0.0);
+    for (int i = 0; i < rank; ++i) { // Uᵀ z = C y
+      double sum = C_[column[i]] * y[column[i]];
+      for (int k = 0; k < i; ++k)
+        sum -= at(k, i) * work_[k];
+      work_[i] = sum / at(i, i);
+    }
+    back_through_lower(lambda);
+  }
+
+  /// Multipliers (rows) with Kᵀ λ = 0, of which redundant equation number k (of rows − rank) has one.
+  void null_vector(int k, double *lambda) const {
+    std::fill_n(lambda, rows, 0.0);
+    for (int i = 0; i < rank; ++i)
+      work_[i] = -at(rank + k, i);
+    back_through_lower(lambda);
+    lambda[row[rank + k]] = R_[row[rank + k]];
+  }
+
+private:
+  double &at(int i, int j) const { return a_[i * columns + j]; }
+
+  void load(const double *K, const unsigned char *last) {
+    int n = 0;
+    for (int pass = 0; pass < 2; ++pass)
+      for (int j = 0; j < columns; ++j)
+        if ((last && last[j]) == (pass == 1))
+          column[n++] = j;
+    for (int i = 0; i < rows; ++i) {
+      row[i] = i;
+      for (int j = 0; j < columns; ++j)
+        at(i, j) = K[i * columns + column[j]] * R_[i] * C_[column[j]];
+    }
+  }
+
+  /// Eliminates from pivot number k on, with pivots in columns before `end`.  Returns how many pivots there are in all.
+  int eliminate(int k, int end) {
+    for (; k < std::min(rows, end); ++k) {
+      int p = k, c = k;
+      double largest = 0;
+      for (int i = k; i < rows; ++i)
+        for (int j = k; j < end; ++j)
+          if (const double x = std::fabs(at(i, j)); x > largest)
+            largest = x, p = i, c = j;
+      if (!(largest > tolerance_))
+        return k;
+      take_pivot(k, p, c, columns);
+    }
+    return k;
+  }
+
+  /// Brings element (p, c) to place k, and eliminates below it, in columns before `end`.
+  void take_pivot(int k, int p, int c, int end) {
+    if (p != k) {
+      std::swap(row[p], row[k]);
+      std::swap_ranges(&at(p, 0), &at(p, 0) + columns, &at(k, 0));
+    }
+    if (c != k) {
+      std::swap(column[c], column[k]);
+      for (int i = 0; i < rows; ++i)
+        std::swap(at(i, c), at(i, k));
+    }
+    const double inverse = 1 / at(k, k);
+    const double *const pivot = &at(k, 0);
+    for (int i = k + 1; i < rows; ++i) {
+      double *const line = &at(i, 0);
+      if (line[k] == 0)
+        continue;
+      const double factor = line[k] *= inverse;
+      for (int j = k + 1; j < end; ++j)
+        line[j] -= factor * pivot[j];
+    }
+  }
+
+  /// Orders the independent coordinates, and solves U D = U_independent for them.
+  void finish() {
+    for (int a = rank + 1; a < columns; ++a) // few, and nearly in order
+      for (int b = a; b > rank && column[b] < column[b - 1]; --b) {
+        std::swap(column[b], column[b - 1]);
+        for (int i = 0; i < rank; ++i)
+          std::swap(at(i, b), at(i, b - 1));
+      }
+    const int f = freedoms();
+    for (int i = rank - 1; i >= 0; --i) {
+      double *const line = solved_ + i * columns;
+      std::copy_n(&at(i, rank), f, line);
+      for (int k = i + 1; k < rank; ++k) {
+        const double factor = at(i, k), *const below = solved_ + k * columns;
+        for (int j = 0; j < f; ++j)
+          line[j] -= factor * below[j];
+      }
+      const double inverse = 1 / at(i, i);
+      for (int j = 0; j < f; ++j)
+        line[j] *= inverse;
+    }
+  }
+
+  /// work_ (rank): x̃ of the dependent coordinates with L U x̃ = R b.
+  void solve_equations(const double *b) const {
+    for (int i = 0; i < rank; ++i) {
+      double sum = b ? R_[row[i]] * b[row[i]] : 0;
+      for (int k = 0; k < i; ++k)
+        sum -= at(i, k) * work_[k];
+      work_[i] = sum;
+    }
+    for (int i = rank - 1; i >= 0; --i) {
+      double sum = work_[i];
+      for (int k = i + 1; k < rank; ++k)
+        sum -= at(i, k) * work_[k];
+      work_[i] = sum / at(i, i);
+    }
+  }
+
+  /// λ = R L⁻ᵀ work_, for the independent equations.
+  void back_through_lower(double *lambda) const {
+    for (int i = rank - 1; i >= 0; --i) {
+      double sum = work_[i];
+      for (int k = i + 1; k < rank; ++k)
+        sum -= at(k, i) * work_[k];
+      work_[i] = sum;
+    }
+    for (int i = 0; i < rank; ++i)
+      lambda[row[i]] = R_[row[i]] * work_[i];
+  }
+
+  double *a_ = nullptr, *solved_ = nullptr, *work_ = nullptr;
+  const double *R_ = nullptr, *C_ = nullptr;
+  double tolerance_ = 0;
+};
+
+} // namespace ksl::loops

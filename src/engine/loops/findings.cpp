@@ -1,0 +1,66 @@
+#include "engine/loops/findings.hpp"
+
+#include "ksl/engine/model/joints.hpp"
+#include "text/words.hpp"
+
+#include <cmath>
+
+namespace ksl::loops {
+
+const joint_row &joint_of(const model &m, int v) {
+  int found = 0;
+  for (int j = 0; j < m.moving_joints(); ++j)
+    if (m.joints()[static_cast<std::size_t>(j)].v_index <= v)
+      found = j;
+  return m.joints()[static_cast<std::size_t>(found)];
+}
+
+int loop_of(const tables &t, int row) {
+  int loop = 0;
+  while (loop + 1 < static_cast<int>(t.loops.size()) && t.loops[static_cast<std::size_t>(loop) + 1].first_row <= row)
+    ++loop;
+  return loop;
+}
+
+std::string text_of(const finding &fault, const model &m) {
+  using kind = finding::kind;
+  if (!fault)
+    return {};
+  const tables &t = m.loop_tables();
+  if (fault.what == kind::massless)
+    return "joint " + joint_of(m, fault.row).name +
+           " moves no mass in the closed mechanism at this position, so that its acceleration is not determined; give a link that it moves "
+           "mass and inertia, or fix the joint";
+  if (fault.what == kind::few_drives)
+    return "the drives leave a freedom, that of joint " + joint_of(m, fault.row).name + ": the mechanism has " +
+           std::to_string(fault.freedoms) + " at this position, and " + std::to_string(t.drives.size()) +
+           " coordinates with a drive; name as many as determine its motion";
+  if (fault.what == kind::more_drives)
+    return "derivatives of efforts need as many drives as freedoms, " + std::to_string(fault.freedoms) +
+           " at this position, and there are " + std::to_string(t.drives.size()) +
+           " coordinates with a drive; name fewer";
+  if (fault.what == kind::no_drives) {
+    std::vector<std::string> names;
+    for (int j = 0; j < m.moving_joints(); ++j)
+      names.push_back(m.joints()[static_cast<std::size_t>(j)].name);
+    return "the joints that have motors are not known, and the mechanism has " + std::to_string(fault.freedoms) +
+           (fault.freedoms == 1 ? " freedom" : " freedoms") + "; name them, drives= in Python, from among " +
+           text::listed(names, names.size());
+  }
+  const std::string joint = "loop joint " + m.loops()[static_cast<std::size_t>(loop_of(t, fault.row))].name;
+  const bool turns = t.row_scale[static_cast<std::size_t>(fault.row)] != 1;
+  if (!std::isfinite(fault.value))
+    return joint + ": numbers of this state overflow; give smaller ones";
+  const std::string by = text::shown(std::fabs(fault.value)) + (turns ? " rad" : " m"),
+                    allowed = text::shown(fault.allowed);
+  if (fault.what == kind::open)
+    return joint + " is open at this position by " + by + ", more than " + allowed +
+           "; close(q) gives the nearest closed position";
+  if (fault.what == kind::velocity)
+    return joint + ": these velocities open it by " + by + "/s, more than " + allowed +
+           "; consistent_velocity gives all of them from those of independent joints";
+  return joint + ": these accelerations open it by " + by + "/s², more than " + allowed +
+         "; consistent_acceleration gives all of them from those of independent joints";
+}
+
+} // namespace ksl::loops

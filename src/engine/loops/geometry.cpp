@@ -1,0 +1,190 @@
+#include "engine/loops/geometry.hpp"
+
+#include "engine/loops/joint_position.hpp"
+#include "engine/loops/vectors.hpp"
+
+#include <cmath>
+
+namespace ksl::loops {
+
+using A = algebra<double>;
+using vector = vec3<double>;
+void geometry::lay_out(arena &memory) {
+  const int links = static_cast<int>(t_.links.size()), nv = tree_.of().nv(),
+            joints = static_cast<int>(tree_.of().joints().size());
+  poses_ = memory.take<double>(16 * links);
+  columns_ = memory.take<screw<double>>(static_cast<std::ptrdiff_t>(t_.columns.size()));
+  at_ = memory.take<frames>(static_cast<std::ptrdiff_t>(t_.loops.size()));
+  K_ = memory.take<double>(static_cast<std::ptrdiff_t>(t_.rows) * nv);
+  twists_ = memory.take<double>(6 * links), accelerations_ = memory.take<double>(6 * links);
+  std::size_t most = 0;
+  for (const algorithm_row *row :
+       {&rows::frame_poses, &rows::frame_velocities, &rows::frame_accelerations, &rows::mass_matrix,
+        &rows::inverse_dynamics, &rows::inverse_dynamics_with_reactions, &rows::inverse_dynamics_derivatives,
+        &rows::effort_parts, &rows::integrate, &rows::difference})
+    most = std::max(most, tree_.bytes(*row, links, joints));
+  rest_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(most));
+}
+
+SE3<double> geometry::pose(int slot) const {
+  const double *const x = poses_ + 16 * slot;
+  return {{x[0], x[4], x[8], x[1], x[5], x[9], x[2], x[6], x[10]}, {x[3], x[7], x[11]}};
+}
+
+void geometry::set_columns(const double *q) {
+  for (std::size_t k = 0; k < t_.columns.size(); ++k) {
+    const column &c = t_.columns[k];
+    const mat3x3<double> R = pose(c.link).R;
+    screw<double> s = c.twist;
+    if (c.angle >= 0) { // about an axis of the parent's side: turned back by the second angle in the child's axes
+      const double angle = -q[c.angle], sine = std::sin(angle), cosine = std::cos(angle);
+      const vector u = c.about, x = s.ang, ux = cross(u, x);
+      const double along = dot(u, x) * (1 - cosine);
+      s.ang = {x.x * cosine + ux.x * sine + u.x * along, x.y * cosine + ux.y * sine + u.y * along,
+               x.z * cosine + ux.z * sine + u.z * along};
+    }
+    columns_[k] = {turned(R, s.lin), turned(R, s.ang)};
+  }
+}
+
+void geometry::set_rows_of_universal(const loop &l, frames &f) const {
+  const vector first = turned_back(f.relative.R, l.axis), normal = cross(first, l.axis2);
+  const double n = length(normal);
+  f.T[3].ang = n > 0 ? vector{normal.x / n, normal.y / n, normal.z / n} : vector{0, 0, 0};
+}
+
+screw<double> geometry::column_at_successor(int loop, int column) const {
+  const SE3<double> &at = at_[loop].successor;
+  const screw<double> &at_child = columns_[column];
+  const vector arm = difference(at.t, pose(t_.columns[static_cast<std::size_t>(column)].link).t);
+  return {turned_back(at.R, sum(at_child.lin, cross(at_child.ang, arm))), turned_back(at.R, at_child.ang)};
+}
+
+vec3<double> geometry::first_axis(int loop) const {
+  return turned_back(at_[loop].relative.R, t_.loops[static_cast<std::size_t>(loop)].axis);
+}
+
+void geometry::set_position(const double *q) {
+  const int nv = tree_.of().nv();
+  state_view<double> s;
+  s.q = q, s.links = {static_cast<int>(t_.links.size()), t_.links.data()}, s.result[0] = poses_;
+  tree_.call(rows::frame_poses, rest_, s);
+  set_columns(q);
+  std::fill_n(K_, static_cast<std::ptrdiff_t>(t_.rows) * nv, 0.0);
+  size_ = 0;
+  for (std::size_t n = 0; n < t_.loops.size(); ++n) {
+    const loop &l = t_.loops[n];
+    frames &f = at_[n];
+    f.predecessor = product(pose(l.predecessor), l.on_predecessor);
+    f.successor = product(pose(l.successor), l.on_successor);
+    A::product_dinvd(&f.predecessor, &f.successor, &f.relative);
+    std::copy_n(l.T, 6, f.T);
+    if (row_has_two_axes(l.kind))
+      set_rows_of_universal(l, f);
+    vector force[6], moment[6]; // in world axes, in which the columns are
+    double force_size[6], moment_size[6];
+    for (int i = 0; i < l.rows; ++i) {
+      force[i] = turned(f.successor.R, f.T[i].lin), moment[i] = turned(f.successor.R, f.T[i].ang);
+      const double scale = t_.row_scale[static_cast<std::size_t>(l.first_row + i)];
+      force_size[i] = length(f.T[i].lin) * scale, moment_size[i] = length(f.T[i].ang) * scale;
+    }
+    for (int k = l.support_begin; k < l.support_end; ++k) {
+      const support &side = t_.supports[static_cast<std::size_t>(k)];
+      const column &c = t_.columns[static_cast<std::size_t>(side.column)];
+      const screw<double> &at_child = columns_[side.column];
+      const vector arm = difference(f.successor.t, pose(c.link).t), moved = sum(at_child.lin, cross(at_child.ang, arm));
+      const double factor = side.sign * c.factor,
+                   scale = std::fabs(factor) * t_.column_scale[static_cast<std::size_t>(c.v)];
+      const double translation = scale * length(moved), rotation = scale * length(at_child.ang);
+      double *const out = K_ + static_cast<std::ptrdiff_t>(l.first_row) * nv + c.v;
+      for (int i = 0; i < l.rows; ++i) {
+        out[i * nv] += factor * (dot(force[i], moved) + dot(moment[i], at_child.ang));
+        size_ = std::max(size_, translation * force_size[i] + rotation * moment_size[i]);
+      }
+    }
+  }
+}
+
+void geometry::error(double *out) const {
+  for (std::size_t n = 0; n < t_.loops.size(); ++n) {
+    const loop &l = t_.loops[n];
+    const screw<double> left = displacement_left(l, at_[n].relative);
+    for (int i = 0; i < l.rows; ++i)
+      out[l.first_row + i] = work(at_[n].T[i], left);
+  }
+}
+
+void geometry::velocity(const double *v, double *out, double *terms) const {
+  const int nv = tree_.of().nv();
+  for (int i = 0; i < t_.rows; ++i) {
+    double value = 0, magnitudes = 0;
+    for (int j = 0; j < nv; ++j)
+      value += K_[i * nv + j] * v[j];
+    out[i] = value;
+    if (terms) {
+      for (int j = 0; j < nv; ++j)
+        magnitudes += std::fabs(v[j]) * t_.column_scale[static_cast<std::size_t>(j)];
+      terms[i] = magnitudes * size_ / t_.row_scale[static_cast<std::size_t>(i)];
+    }
+  }
+}
+
+void geometry::acceleration(const double *q, const double *v, const double *a, double *out, double *terms) {
+  state_view<double> s;
+  s.q = q, s.v = v, s.a = a, s.links = {static_cast<int>(t_.links.size()), t_.links.data()};
+  s.frame.axes = s.frame.at = expressed_in::world;
+  s.result[0] = twists_;
+  tree_.call(rows::frame_velocities, rest_, s);
+  s.result[0] = accelerations_;
+  tree_.call(rows::frame_accelerations, rest_, s);
+  for (std::size_t n = 0; n < t_.loops.size(); ++n) {
+    const loop &l = t_.loops[n];
+    const frames &f = at_[n];
+    const screw<double> to = at_frame(f.successor, screw_of(twists_ + 6 * l.successor)),
+                        relative = difference(to, at_frame(f.successor, screw_of(twists_ + 6 * l.predecessor)));
+    const screw<double> to_rate = at_frame(f.successor, screw_of(accelerations_ + 6 * l.successor)),
+                        from_rate = at_frame(f.successor, screw_of(accelerations_ + 6 * l.predecessor));
+    const screw<double> moved = cross(to, relative), rate = difference(difference(to_rate, from_rate), moved);
+    for (int i = 0; i < l.rows; ++i) {
+      double value = work(f.T[i], rate);
+      if (i == 3 && row_has_two_axes(l.kind)) { // the normal of both axes turns in the successor
+        const vector first = turned_back(f.relative.R, l.axis), normal = cross(first, l.axis2);
+        const vector moving = cross(cross(first, relative.ang), l.axis2);
+        if (const double n_length = length(normal); n_length > 0)
+          value += dot(moving, relative.ang) / n_length;
+      }
+      out[l.first_row + i] = value;
+      if (terms)
+        terms[l.first_row + i] = magnitude(f.T[i], to_rate) + magnitude(f.T[i], from_rate) + magnitude(f.T[i], moved);
+    }
+  }
+}
+
+void geometry::wrenches(const double *lambda, int *links, double *on_links, double *at_joints) const {
+  for (std::size_t n = 0; n < t_.loops.size(); ++n) {
+    const loop &l = t_.loops[n];
+    coscrew<double> w = {{0, 0, 0}, {0, 0, 0}};
+    for (int i = 0; i < l.rows; ++i) {
+      const coscrew<double> &T = at_[n].T[i];
+      const double x = lambda[l.first_row + i];
+      w.lin = {w.lin.x + x * T.lin.x, w.lin.y + x * T.lin.y, w.lin.z + x * T.lin.z};
+      w.ang = {w.ang.x + x * T.ang.x, w.ang.y + x * T.ang.y, w.ang.z + x * T.ang.z};
+    }
+    const double joint[] = {w.lin.x, w.lin.y, w.lin.z, w.ang.x, w.ang.y, w.ang.z};
+    std::copy_n(joint, 6, at_joints + 6 * n);
+    const int side[2] = {l.successor, l.predecessor};
+    for (int k = 0; k < 2; ++k) { // the same wrench on the successor, the opposite one on the predecessor
+      const SE3<double> link = pose(side[k]);
+      SE3<double> D;
+      A::product_dinvd(&link, &at_[n].successor, &D);
+      const vector force = turned(D.R, w.lin), moment = sum(turned(D.R, w.ang), cross(D.t, force));
+      const double sign = k == 0 ? 1 : -1;
+      const double six[] = {force.x, force.y, force.z, moment.x, moment.y, moment.z};
+      for (int c = 0; c < 6; ++c)
+        on_links[(2 * n + static_cast<std::size_t>(k)) * 6 + static_cast<std::size_t>(c)] = sign * six[c];
+      links[2 * n + static_cast<std::size_t>(k)] = t_.links[static_cast<std::size_t>(side[k])];
+    }
+  }
+}
+
+} // namespace ksl::loops

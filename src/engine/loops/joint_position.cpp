@@ -1,0 +1,132 @@
+#include "engine/loops/joint_position.hpp"
+
+#include "ksl/engine/model/joints.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace ksl::loops {
+namespace {
+
+using A = algebra<double>;
+using vector = vec3<double>;
+
+mat3x3<double> product(const mat3x3<double> &a, const mat3x3<double> &b) {
+  mat3x3<double> c;
+  A::product_drdr(&a, &b, &c);
+  return c;
+}
+mat3x3<double> transposed(const mat3x3<double> &a) {
+  return {a.m00, a.m01, a.m02, a.m10, a.m11, a.m12, a.m20, a.m21, a.m22};
+}
+vector turned_back(const mat3x3<double> &R, const vector &x) {
+  vector y;
+  A::product_drinvv(&R, &x, &y);
+  return y;
+}
+vector turned(const mat3x3<double> &R, const vector &x) {
+  vector y;
+  A::product_drv(&R, &x, &y);
+  return y;
+}
+double dot(const vector &a, const vector &b) { return A::dot_vv(&a, &b); }
+vector cross(const vector &a, const vector &b) {
+  vector c;
+  A::cross_vv(&a, &b, &c);
+  return c;
+}
+
+mat3x3<double> about_z(double angle) {
+  const double s = std::sin(angle), c = std::cos(angle);
+  return {c, s, 0, -s, c, 0, 0, 0, 1};
+}
+
+/// The rotation about z that is nearest to R.
+double angle_about_z(const mat3x3<double> &R) { return std::atan2(R.m10 - R.m01, R.m00 + R.m11); }
+
+/// The rotation vector of R, up to π.
+vector rotation_vector(const mat3x3<double> &R) {
+  vector w = {(R.m21 - R.m12) / 2, (R.m02 - R.m20) / 2, (R.m10 - R.m01) / 2};
+  const double sine = std::sqrt(dot(w, w)), cosine = (R.m00 + R.m11 + R.m22 - 1) / 2, angle = std::atan2(sine, cosine);
+  if (sine > 1e-8) {
+    const double f = angle / sine;
+    return {w.x * f, w.y * f, w.z * f};
+  }
+  if (cosine > 0)
+    return w;
+  // half a turn: the axis is the largest column of R + 1
+  const double xx = R.m00 + 1, yy = R.m11 + 1, zz = R.m22 + 1;
+  w = xx >= yy && xx >= zz ? vector{xx, R.m10, R.m20} : yy >= zz ? vector{R.m01, yy, R.m21} : vector{R.m02, R.m12, zz};
+  const double f = std::numbers::pi / std::sqrt(dot(w, w));
+  return {w.x * f, w.y * f, w.z * f};
+}
+
+/// The nearest position of a joint that turns about z and slides by `travel` along it: what is left of D.
+SE3<double> without_turn(const SE3<double> &D, double angle, double travel) {
+  return {product(transposed(about_z(angle)), D.R), {D.t.x, D.t.y, D.t.z - travel}};
+}
+
+/// The same for a universal joint, in the joint's own axes: R ≈ Rot(u₁, a) Rot(u₂, b).
+mat3x3<double> rotation_left(const loop &l, const mat3x3<double> &R) {
+  const vector &u1 = l.axis, &u2 = l.axis2;
+  const vector to = turned(R, u2), across = cross(u1, u2);
+  const double along = dot(u1, u2);
+  const vector in_plane = {u2.x - along * u1.x, u2.y - along * u1.y, u2.z - along * u1.z};
+  const auto rotation = [](const vector &u, double angle) {
+    const double s = std::sin(angle), c = std::cos(angle), d = 1 - c;
+    return mat3x3<double>{u.x * u.x * d + c,       u.y * u.x * d + u.z * s, u.z * u.x * d - u.y * s,
+                          u.x * u.y * d - u.z * s, u.y * u.y * d + c,       u.z * u.y * d + u.x * s,
+                          u.x * u.z * d + u.y * s, u.y * u.z * d - u.x * s, u.z * u.z * d + c};
+  };
+  const double a = std::atan2(dot(to, across), dot(to, in_plane));
+  const mat3x3<double> rest = product(transposed(rotation(u1, a)), R);
+  // the rotation about u₂ nearest to the rest: its trace with R and with the axis' cross product
+  const vector w = {rest.m21 - rest.m12, rest.m02 - rest.m20, rest.m10 - rest.m01};
+  const double trace = rest.m00 + rest.m11 + rest.m22, ahead = dot(u2, turned(rest, u2));
+  const double b = std::atan2(dot(u2, w), trace - ahead);
+  return product(transposed(rotation(u2, b)), rest);
+}
+
+/// What is left in canonical axes, where z is the joint's axis.
+SE3<double> left_in_canonical(const loop &l, const SE3<double> &D) {
+  const double angle = angle_about_z(D.R);
+  switch (l.kind) {
+  case joint_kind::fixed:
+  case joint_kind::floating: break;
+  case joint_kind::universal: return {rotation_left(l, D.R), D.t};
+  case joint_kind::revolute:
+  case joint_kind::continuous: return without_turn(D, angle, 0);
+  case joint_kind::prismatic: return {D.R, {D.t.x, D.t.y, 0}};
+  case joint_kind::cylindrical: return without_turn(D, angle, D.t.z);
+  case joint_kind::helical: {
+    if (l.pitch == 0)
+      return without_turn(D, angle, 0);
+    const double turn = 2 * std::numbers::pi, turns = std::round((D.t.z / l.pitch - angle) / turn);
+    return without_turn(D, angle, l.pitch * (angle + turns * turn));
+  }
+  case joint_kind::spherical: return {{1, 0, 0, 0, 1, 0, 0, 0, 1}, turned_back(D.R, D.t)};
+  case joint_kind::planar: return {without_turn(D, angle, 0).R, {0, 0, D.t.z}};
+  case joint_kind::translation: return {D.R, {0, 0, 0}};
+  }
+  return D;
+}
+
+} // namespace
+
+bool row_has_two_axes(joint_kind kind) { return row_of(kind).has_axis2; }
+
+screw<double> displacement_left(const loop &l, const SE3<double> &relative) {
+  if (row_has_two_axes(l.kind)) { // its axes are those of the joint
+    const SE3<double> left = left_in_canonical(l, relative);
+    return {turned_back(relative.R, left.t), rotation_vector(left.R)};
+  }
+  const mat3x3<double> &Z = l.canonical, back = transposed(Z);
+  const SE3<double> in_z = {product(product(back, relative.R), Z), turned_back(Z, relative.t)};
+  const SE3<double> left = left_in_canonical(l, in_z);
+  // the translation is seen from the successor: turned back by the joint's own rotation, which is what has been taken off
+  const mat3x3<double> taken = product(in_z.R, transposed(left.R));
+  const vector t = l.kind == joint_kind::spherical ? left.t : turned_back(taken, left.t), w = rotation_vector(left.R);
+  return {turned(Z, t), turned(Z, w)};
+}
+
+} // namespace ksl::loops

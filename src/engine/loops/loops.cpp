@@ -1,0 +1,193 @@
+// Calls about loops (ksl/loops.hpp).
+#include "ksl/loops.hpp"
+
+#include "engine/loops/assembly.hpp"
+#include "engine/loops/closed_state.hpp"
+#include "engine/loops/derivatives.hpp"
+#include "engine/loops/findings.hpp"
+#include "engine/loops/singular_values.hpp"
+#include "engine/thread_memory.hpp"
+#include "ksl/result_error.hpp"
+#include "text/rounding.hpp"
+
+namespace ksl {
+namespace {
+
+using namespace loops;
+
+/// Something that is laid out in the memory of a workspace, or of the thread where that is too small.
+template <class Work, class Lay> Work laid_out(Work work, data &d, Lay lay) {
+  arena measure;
+  lay(work, measure);
+  arena memory(measure.used() <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, measure.used()));
+  lay(work, memory);
+  return work;
+}
+closed_state state_of(const model &m, data &d) {
+  return laid_out(closed_state(m, tolerance_of_double), d,
+                  [](closed_state &w, arena &memory) { w.lay_out(memory, 0); });
+}
+assembly assembly_of(const model &m, data &d) {
+  return laid_out(assembly(m), d, [](assembly &w, arena &memory) { w.lay_out(memory); });
+}
+struct placed {
+  geometry at;
+  double *scaled, *values, *zero;
+};
+placed geometry_of(const model &m, data &d, const double *q) {
+  const tables &t = m.loop_tables();
+  placed p = laid_out(placed{geometry(m, t), nullptr, nullptr, nullptr}, d, [&](placed &w, arena &memory) {
+    w.at.lay_out(memory);
+    w.scaled = memory.take<double>(t.rows * m.nv()), w.values = memory.take<double>(std::max(t.rows, m.nv()));
+    w.zero = memory.take<double>(m.nv());
+  });
+  p.at.set_position(q);
+  return p;
+}
+
+} // namespace
+
+int loop_rows(const model &m) { return m.loops().empty() ? 0 : m.loop_tables().rows; }
+
+void loop_error(const model &m, data &d, const double *q, double *error) {
+  const nearest_rounding rounding;
+  if (!m.loops().empty())
+    geometry_of(m, d, q).at.error(error);
+}
+
+void loop_jacobian(const model &m, data &d, const double *q, double *J) {
+  const nearest_rounding rounding;
+  if (!m.loops().empty())
+    std::copy_n(geometry_of(m, d, q).at.jacobian(), loop_rows(m) * m.nv(), J);
+}
+
+void loop_acceleration(const model &m, data &d, const double *q, const double *v, const double *a,
+                       double *acceleration) {
+  const nearest_rounding rounding;
+  if (!m.loops().empty())
+    geometry_of(m, d, q).at.acceleration(q, v, a, acceleration, nullptr);
+}
+
+loop_mobility mobility(const model &m, data &d, const double *q, int *redundant_rows) {
+  const nearest_rounding rounding;
+  if (m.loops().empty())
+    return {m.nv(), 0, 0, 0, 0, 0};
+  const tables &t = m.loop_tables();
+  const int nv = m.nv(), rows = t.rows;
+  if (redundant_rows) {
+    closed_state c = state_of(m, d);
+    c.set_open_position(q);
+    std::copy(c.solved().row + c.solved().rank, c.solved().row + rows, redundant_rows);
+    std::sort(redundant_rows, redundant_rows + rows - c.solved().rank);
+  }
+  const placed p = geometry_of(m, d, q);
+  const bool wide = rows < nv; // fewer vectors to turn
+  for (int i = 0; i < rows; ++i)
+    for (int j = 0; j < nv; ++j)
+      p.scaled[wide ? i * nv + j : j * rows + i] = p.at.jacobian()[i * nv + j] *
+                                                   t.row_scale[static_cast<std::size_t>(i)] *
+                                                   t.column_scale[static_cast<std::size_t>(j)];
+  const int n = std::min(rows, nv);
+  singular_values(p.scaled, n, std::max(rows, nv), p.values);
+  int rank = 0;
+  while (rank < n && p.values[rank] > rank_tolerance * p.at.size())
+    ++rank;
+  const double size = p.at.size() > 0 ? p.at.size() : 1;
+  return {nv - rank, rank, rows - rank, rank > 0 ? p.values[rank - 1] / size : 0, rank < n ? p.values[rank] / size : 0,
+          t.length};
+}
+
+int independent(const model &m, data &d, const double *q, int *indices) {
+  const nearest_rounding rounding;
+  if (m.loops().empty()) {
+    for (int i = 0; i < m.nv(); ++i)
+      indices[i] = i;
+    return m.nv();
+  }
+  closed_state c = state_of(m, d);
+  c.set_open_position(q);
+  std::copy_n(c.solved().independent(), c.solved().freedoms(), indices);
+  return c.solved().freedoms();
+}
+
+completion consistent_velocity(const model &m, data &d, const double *q, const double *v, const unsigned char *given,
+                               double *out) {
+  const nearest_rounding rounding;
+  if (m.loops().empty()) {
+    std::copy_n(v, m.nv(), out);
+    return completion::unique;
+  }
+  assembly w = assembly_of(m, d);
+  w.at().set_position(q);
+  return w.complete(v, given, nullptr, out);
+}
+
+completion consistent_acceleration(const model &m, data &d, const double *q, const double *v, const double *a,
+                                   const unsigned char *given, double *out) {
+  const nearest_rounding rounding;
+  if (m.loops().empty()) {
+    std::copy_n(a, m.nv(), out);
+    return completion::unique;
+  }
+  assembly w = assembly_of(m, d);
+  return w.complete_acceleration(q, v, a, given, out);
+}
+
+closing close(const model &m, data &d, const double *q, const unsigned char *hold, const close_options &options,
+              double *out, double *error) {
+  const nearest_rounding rounding;
+  if (m.loops().empty()) {
+    std::copy_n(q, m.nq(), out);
+    *error = 0;
+    return closing::closed;
+  }
+  return assembly_of(m, d).close(q, hold, options, out, error);
+}
+
+int reaction_patterns(const model &m, data &d, const double *q, double *patterns) {
+  const nearest_rounding rounding;
+  if (m.loops().empty())
+    return 0;
+  closed_state c = state_of(m, d);
+  c.set_open_position(q);
+  const int n = c.set_patterns(q);
+  std::copy_n(c.pattern(0), n * c.pattern_length(), patterns);
+  return n;
+}
+
+namespace {
+
+closed_derivatives derivatives_of(const model &m, data &d, int externals) {
+  return laid_out(closed_derivatives(m, tolerance_of_double), d,
+                  [externals](closed_derivatives &w, arena &memory) { w.lay_out(memory, externals); });
+}
+void require(const char *call, const finding &fault, const model &m) {
+  if (fault)
+    throw result_error(std::string(call) + ": " + text_of(fault, m), 0, -1);
+}
+
+} // namespace
+
+void closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *a,
+                                         const external_wrenches<double> &external, double *by_q, double *by_v,
+                                         double *by_a) {
+  const nearest_rounding rounding;
+  closed_derivatives w = derivatives_of(m, d, external.n);
+  finding fault = w.state().set_position(q);
+  if (!fault)
+    fault = w.inverse_dynamics(q, v, a, external, by_q, by_v, by_a);
+  require("inverse_dynamics_derivatives", fault, m);
+}
+
+void closed_forward_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *tau,
+                                         const external_wrenches<double> &external, double *by_q, double *by_v,
+                                         double *by_tau) {
+  const nearest_rounding rounding;
+  closed_derivatives w = derivatives_of(m, d, external.n);
+  finding fault = w.state().set_position(q);
+  if (!fault)
+    fault = w.forward_dynamics(q, v, tau, external, by_q, by_v, by_tau);
+  require("forward_dynamics_derivatives", fault, m);
+}
+
+} // namespace ksl

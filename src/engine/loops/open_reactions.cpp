@@ -1,0 +1,141 @@
+// Reactions that rigid bodies leave open, and how they are split (closed_state.hpp).
+#include "engine/loops/closed_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ksl::loops {
+
+namespace {
+
+double dot(const double *x, const double *y, int n) {
+  double sum = 0;
+  for (int i = 0; i < n; ++i)
+    sum += x[i] * y[i];
+  return sum;
+}
+void add(double factor, const double *x, int n, double *y) {
+  for (int i = 0; i < n; ++i)
+    y[i] += factor * x[i];
+}
+
+} // namespace
+
+reaction_request closed_state::all_joints() const {
+  reaction_request request;
+  request.n = joints(), request.link = joint_links_;
+  return request;
+}
+
+int closed_state::set_patterns(const double *q) {
+  const int redundant = t_.rows - k_.rank, length = pattern_length(), loops = static_cast<int>(t_.loops.size());
+  const reaction_request request = all_joints();
+  for (int k = 0; k < redundant; ++k) {
+    double *const x = patterns_ + k * length, *const lambda = null_lambda_ + k * t_.rows;
+    k_.null_vector(k, lambda);
+    g_.wrenches(lambda, wrench_links_, wrenches_, at_joints_);
+    state_view<double> s;
+    const reaction_result<double> wanted = {&request, x};
+    s.q = q, s.v = s.a = zero_, s.external = {2 * loops, wrench_links_, wrenches_, expressed_in::frame};
+    s.reactions_n = 1, s.reactions = &wanted, s.result[0] = tree_;
+    g_.tree().call_weightless(rows::inverse_dynamics_with_reactions, g_.rest(), s);
+    std::copy_n(at_joints_, 6 * loops, x + 6 * joints());
+    for (int pass = 0; pass < 2; ++pass)
+      for (int j = 0; j < k; ++j) {
+        const double along = dot(x, pattern(j), length);
+        add(-along, pattern(j), length, x);
+        add(-along, null_lambda_ + j * t_.rows, t_.rows, lambda);
+      }
+    const double inverse = 1 / std::sqrt(dot(x, x, length));
+    for (int i = 0; i < length; ++i)
+      x[i] *= inverse;
+    for (int i = 0; i < t_.rows; ++i)
+      lambda[i] *= inverse;
+  }
+  open_ = redundant;
+  if (!t_.compliances.empty())
+    set_energies(redundant);
+  return open_;
+}
+
+/// x · C y, with the compliances of the joints.
+double closed_state::energy(const double *x, const double *y) const {
+  double sum = 0;
+  for (const auto &[joint, C] : t_.compliances)
+    for (std::size_t i = 0; i < 6; ++i)
+      sum += x[6 * joint + static_cast<int>(i)] * dot(C.data() + 6 * i, y + 6 * joint, 6);
+  return sum;
+}
+
+/// Turns the patterns into others, orthonormal too, whose energies with each other are zero: those without energy come first.
+void closed_state::set_energies(int n) {
+  const int length = pattern_length();
+  double largest = 0;
+  for (int i = 0; i < n; ++i)
+    for (int k = 0; k < n; ++k) {
+      energy_[i * n + k] = energy(pattern(i), pattern(k));
+      largest = std::max(largest, std::fabs(energy_[i * n + k]));
+    }
+  for (int sweep = 0; sweep < 60; ++sweep) { // Jacobi's method
+    bool turned = false;
+    for (int i = 0; i < n; ++i)
+      for (int k = i + 1; k < n; ++k) {
+        const double xy = energy_[i * n + k], xx = energy_[i * n + i], yy = energy_[k * n + k];
+        if (!(std::fabs(xy) > 1e-16 * std::sqrt(std::fabs(xx * yy)) && std::fabs(xy) > 1e-18 * largest))
+          continue;
+        turned = true;
+        const double zeta = (yy - xx) / (2 * xy),
+                     t = std::copysign(1.0, zeta) / (std::fabs(zeta) + std::hypot(1.0, zeta)),
+                     c = 1 / std::hypot(1.0, t), s = c * t;
+        const auto turn = [c, s](double *x, double *y, int count, int stride) {
+          for (int j = 0; j < count; ++j) {
+            const double old = x[j * stride];
+            x[j * stride] = c * old - s * y[j * stride], y[j * stride] = s * old + c * y[j * stride];
+          }
+        };
+        turn(energy_ + i * n, energy_ + k * n, n, 1);
+        turn(energy_ + i, energy_ + k, n, n);
+        turn(patterns_ + i * length, patterns_ + k * length, length, 1);
+        turn(null_lambda_ + i * t_.rows, null_lambda_ + k * t_.rows, t_.rows, 1);
+      }
+    if (!turned)
+      break;
+  }
+  open_ = 0;
+  for (int k = 0; k < n;
+       ++k) { // a compliance that is small beside others is none: rounding of the largest would decide
+    stiff_[k] = energy_[k * n + k];
+    if (stiff_[k] > 1e-12 * largest)
+      continue;
+    std::swap(stiff_[k], stiff_[open_]);
+    std::swap(energy_[k * n + k], energy_[open_ * n + open_]);
+    std::swap_ranges(patterns_ + k * length, patterns_ + (k + 1) * length, patterns_ + open_ * length);
+    std::swap_ranges(null_lambda_ + k * t_.rows, null_lambda_ + (k + 1) * t_.rows, null_lambda_ + open_ * t_.rows);
+    ++open_;
+  }
+}
+
+void closed_state::set_reactions(const double *q, const double *v, const double *a,
+                                 const external_wrenches<double> &e) {
+  if (t_.rows == k_.rank)
+    return;
+  const int redundant = t_.rows - k_.rank, loops = static_cast<int>(t_.loops.size());
+  set_patterns(q);
+  const reaction_request request = all_joints();
+  const reaction_result<double> wanted = {&request, reactions_};
+  state_view<double> s;
+  s.q = q, s.v = zeros_or(v), s.a = zeros_or(a), s.external = all_wrenches(e);
+  s.reactions_n = 1, s.reactions = &wanted, s.result[0] = tree_;
+  g_.tree().call(rows::inverse_dynamics_with_reactions, g_.rest(), s);
+  std::copy_n(at_joints_, 6 * loops, reactions_ + 6 * joints());
+  for (int pass = 0; pass < 2;
+       ++pass) // energy first: it decides those patterns that store some; then the norm decides the others
+    for (int k = redundant - 1; k >= 0; --k) {
+      const double along =
+          k >= open_ ? energy(pattern(k), reactions_) / stiff_[k] : dot(pattern(k), reactions_, pattern_length());
+      add(-along, pattern(k), pattern_length(), reactions_);
+      add(-along, null_lambda_ + k * t_.rows, t_.rows, lambda_);
+    }
+}
+
+} // namespace ksl::loops

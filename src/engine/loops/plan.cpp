@@ -1,0 +1,232 @@
+#include "engine/loops/plan.hpp"
+
+#include "engine/loops/assembly.hpp"
+#include "engine/loops/elimination.hpp"
+#include "engine/loops/vectors.hpp"
+#include "ksl/engine/model/joints.hpp"
+
+#include <algorithm>
+#include <memory>
+
+namespace ksl::loops {
+namespace {
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+/// Memory that something is laid out in.
+template <class Work> class held {
+public:
+  template <class Lay> held(Work &work, Lay lay) {
+    arena measure;
+    lay(work, measure);
+    memory_.resize(measure.used() + 64);
+    void *begin = memory_.data();
+    std::size_t space = memory_.size();
+    arena memory(std::align(64, measure.used(), begin, space));
+    lay(work, memory);
+  }
+
+private:
+  std::vector<std::byte> memory_;
+};
+
+class planner {
+public:
+  explicit planner(const model &m) : m_(m), t_(m.loop_tables()), view_(m.view()) {}
+
+  loop_plan<double> make() {
+    if (m_.followers() > 0)
+      return {};
+    for (const loop &l : t_.loops)
+      if (l.kind == joint_kind::universal || l.kind == joint_kind::helical)
+        return {};
+    const std::vector<double> q = closed_position();
+    if (q.empty())
+      return {};
+    for (const loop &l : t_.loops)
+      add_joint(l);
+    eliminate(q);
+    for (const double x : t_.row_scale)
+      plan_.row_scale.push_back(x);
+    plan_.column_scale = t_.column_scale;
+    plan_.view.length = t_.length;
+    plan_.point();
+    return std::move(plan_);
+  }
+
+private:
+  /// Near the neutral position; empty if no closed one is found from there.
+  std::vector<double> closed_position() const {
+    std::vector<double> q(index(m_.nq()), 0.0), closed = q;
+    for (const model::quaternion_in_q &quaternion : m_.quaternions())
+      q[index(quaternion.q_index + 3)] = 1;
+    const std::vector<unsigned char> hold(index(m_.nv()), 0);
+    assembly a(m_);
+    const held memory(a, [](assembly &work, arena &pieces) { work.lay_out(pieces); });
+    double error = 0;
+    for (int start = 0; start < 8; ++start) {
+      if (a.close(q.data(), hold.data(), {}, closed.data(), &error) == closing::closed)
+        return closed;
+      for (const joint_row &joint : m_.joints()) // other starts, the same in every run
+        if (joint.v_index >= 0 && row_of(joint.kind).velocity_is_rate)
+          for (int c = 0; c < row_of(joint.kind).nq; ++c)
+            q[index(joint.q_index + c)] = 0.7 * std::sin(1.3 * (joint.q_index + c + 1) * (start + 1));
+    }
+    return {};
+  }
+
+  static SE3<double> in_body(const link<double> &l, const SE3<double> &in_link) {
+    SE3<double> D;
+    algebra<double>::product_dd(&l.pose, &in_link, &D);
+    return D;
+  }
+
+  void add_joint(const loop &l) {
+    const int predecessor = t_.links[index(l.predecessor)], successor = t_.links[index(l.successor)];
+    const link<double> &from = view_.link[predecessor], &to = view_.link[successor];
+    closing_joint<double> joint{};
+    joint.predecessor = from.body, joint.successor = to.body;
+    joint.on_predecessor = in_body(from, l.on_predecessor), joint.on_successor = in_body(to, l.on_successor);
+    joint.axis = {l.canonical.m02, l.canonical.m12, l.canonical.m22};
+    joint.first_row = l.first_row;
+    for (int i = 0; i < l.rows; ++i) {
+      const bool moment = length(l.T[i].lin) < 1e-12;
+      joint.direction[i] = moment ? l.T[i].ang : l.T[i].lin;
+      (moment ? joint.moments : joint.forces) += 1;
+    }
+    const joint_kind_row kind = row_of(l.kind);
+    joint.turns = joint.moments == 0                 ? loop_turns::freely
+                  : kind.has_axis && kind.angle >= 0 ? loop_turns::about
+                                                     : loop_turns::not_at_all;
+    std::vector<int> to_ground, from_ground; // bodies, outwards
+    for (int b = to.body; b > 0; b = view_.body[b].parent)
+      to_ground.insert(to_ground.begin(), b);
+    for (int b = from.body; b > 0; b = view_.body[b].parent)
+      from_ground.insert(from_ground.begin(), b);
+    std::size_t common = 0;
+    while (common < to_ground.size() && common < from_ground.size() && to_ground[common] == from_ground[common])
+      ++common;
+    joint.columns_begin = static_cast<int>(plan_.columns.size());
+    add_columns(to_ground, common);
+    joint.columns_middle = static_cast<int>(plan_.columns.size());
+    add_columns(from_ground, common);
+    joint.columns_end = static_cast<int>(plan_.columns.size());
+    plan_.joints.push_back(joint);
+  }
+
+  void add_columns(const std::vector<int> &path, std::size_t common) {
+    for (std::size_t i = common; i < path.size(); ++i) {
+      const body<double> &b = view_.body[path[i]];
+      with_joint(b.kind, [&]<class J>(J) {
+        if constexpr (requires { J::coordinate[0]; })
+          for (int k = 0; k < b.nv; ++k) {
+            plan_.columns.push_back({path[i], J::coordinate[k], b.v_index + k});
+            plan_.pitch.push_back(b.pitch);
+          }
+        return 0;
+      });
+    }
+  }
+
+  void eliminate(const std::vector<double> &q) {
+    geometry g(m_, t_);
+    elimination k;
+    const held memory(
+        g, [&](geometry &work, arena &pieces) { work.lay_out(pieces), k.lay_out(pieces, t_.rows, m_.nv()); });
+    g.set_position(q.data());
+    k.factor(g.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g.size(), t_.is_driven.data(),
+             static_cast<int>(t_.drives.size()));
+    plan_.independent.assign(k.independent(), k.independent() + k.freedoms());
+    plan_.redundant.assign(k.row + k.rank, k.row + t_.rows);
+    plan_.place.assign(index(m_.nv()), 0);
+    for (int j = 0; j < k.freedoms(); ++j)
+      plan_.place[index(k.independent()[j])] = j;
+    for (int i = 0; i < k.rank; ++i)
+      plan_.place[index(k.column[i])] = -1 - i;
+    plan_.view.drives_are_independent = t_.drives_are_known && plan_.independent == t_.drives;
+    set_lists(k);
+  }
+
+  /// Which elements can differ from zero, step by step, and what each step has to do.
+  void set_lists(const elimination &k) {
+    const int nv = m_.nv();
+    std::vector<unsigned char> filled(index(t_.rows * nv), 0);
+    for (std::size_t l = 0; l < plan_.joints.size(); ++l)
+      for (int i = 0; i < t_.loops[l].rows; ++i)
+        for (int c = plan_.joints[l].columns_begin; c < plan_.joints[l].columns_end; ++c)
+          filled[index((t_.loops[l].first_row + i) * nv + plan_.columns[index(c)].v)] = 1;
+    const auto end = [&] { return static_cast<int>(plan_.list.size()); };
+    for (int step = 0; step < k.rank; ++step) {
+      loop_pivot p{};
+      p.row = k.row[step], p.column = k.column[step];
+      p.columns_begin = end();
+      for (int j = step + 1; j < nv; ++j)
+        if (filled[index(p.row * nv + k.column[j])])
+          plan_.list.push_back(k.column[j]);
+      p.columns_end = p.rows_begin = end();
+      for (int i = step + 1; i < t_.rows; ++i)
+        if (filled[index(k.row[i] * nv + p.column)])
+          plan_.list.push_back(k.row[i]);
+      p.rows_end = p.later_begin = end();
+      for (int i = p.rows_begin; i < p.rows_end; ++i)
+        for (int j = p.columns_begin; j < p.columns_end; ++j)
+          filled[index(plan_.list[index(i)] * nv + plan_.list[index(j)])] = 1;
+      for (int later = step + 1; later < k.rank; ++later)
+        if (filled[index(p.row * nv + k.column[later])])
+          plan_.list.push_back(later);
+      p.later_end = end();
+      plan_.pivots.push_back(p);
+    }
+  }
+
+  const model &m_;
+  const tables &t_;
+  const model_view<double> view_;
+  loop_plan<double> plan_;
+};
+
+} // namespace
+
+loop_plan<double> make_plan(const model &m) { return planner(m).make(); }
+
+loop_plan<float> rounded(const loop_plan<double> &plan) {
+  loop_plan<float> out;
+  const auto vector = [](const vec3<double> &x) {
+    return vec3<float>{static_cast<float>(x.x), static_cast<float>(x.y), static_cast<float>(x.z)};
+  };
+  const auto pose = [&](const SE3<double> &D) {
+    const auto f = [](double x) { return static_cast<float>(x); };
+    const mat3x3<double> &R = D.R;
+    return SE3<float>{{f(R.m00), f(R.m10), f(R.m20), f(R.m01), f(R.m11), f(R.m21), f(R.m02), f(R.m12), f(R.m22)},
+                      vector(D.t)};
+  };
+  for (const closing_joint<double> &joint : plan.joints) {
+    closing_joint<float> x{joint.predecessor,
+                           joint.successor,
+                           pose(joint.on_predecessor),
+                           pose(joint.on_successor),
+                           joint.turns,
+                           vector(joint.axis),
+                           joint.forces,
+                           joint.moments,
+                           {},
+                           joint.first_row,
+                           joint.columns_begin,
+                           joint.columns_middle,
+                           joint.columns_end};
+    for (int i = 0; i < 6; ++i)
+      x.direction[i] = vector(joint.direction[i]);
+    out.joints.push_back(x);
+  }
+  out.columns = plan.columns, out.pivots = plan.pivots, out.list = plan.list;
+  out.independent = plan.independent, out.place = plan.place, out.redundant = plan.redundant;
+  out.pitch.assign(plan.pitch.begin(), plan.pitch.end());
+  out.row_scale.assign(plan.row_scale.begin(), plan.row_scale.end());
+  out.column_scale.assign(plan.column_scale.begin(), plan.column_scale.end());
+  out.view.drives_are_independent = plan.view.drives_are_independent;
+  out.view.length = static_cast<float>(plan.view.length);
+  out.point();
+  return out;
+}
+
+} // namespace ksl::loops

@@ -1,0 +1,48 @@
+// States that the model's plan of elimination fits (ksl/engine/model/loop_view.hpp), by kernels, in lanes.
+#pragma once
+
+#include "engine/algorithm_rows.hpp"
+#include "engine/kernels.hpp"
+#include "engine/loops/tables.hpp"
+#include "ksl/engine/lanes/workspace.hpp"
+#include "ksl/model.hpp"
+
+namespace ksl::loops {
+
+template <class S> class planned {
+public:
+  static constexpr int most = 64; ///< states at a time
+
+  planned(const algorithm_row &row, const model &m) : row_(row), m_(m), view_(m.view_in<S>()) {}
+
+  /// Are there kernels for this call?
+  bool suits(const batch_view<S> &batch) const;
+
+  void lay_out(arena &memory, const batch_view<S> &batch, int states);
+
+  /// Computes states [first, first + n) of the batch, at most `most`.  done[i] says whether state i has its results; the others are as
+  /// they were.
+  void run(const batch_view<S> &batch, std::size_t first, int n, bool *done);
+
+private:
+  const algorithm_row &kernel_row() const {
+    return row_.closed == closed_by::accelerations ? rows::closed_forward_dynamics : rows::closed_inverse_dynamics;
+  }
+  batch_view<S> part_of(const batch_view<S> &batch, std::size_t first, int n) const;
+  void call(const algorithm_row &row, const batch_view<S> &part);
+  void move_to_links(int n);
+  void set_reactions(const batch_view<S> &batch, std::size_t first, int n, const bool *done);
+  void store_loop(const reaction_request &wanted, const S *at_joint, S *out) const;
+
+  const algorithm_row &row_;
+  const model &m_;
+  const model_view<S> view_;
+  S *numbers_ = nullptr, *wrenches_ = nullptr, *on_links_ = nullptr, *found_ = nullptr, *unwanted_ = nullptr;
+  int *links_ = nullptr;
+  external_rows<S> *external_ = nullptr;
+  S *state_external_ = nullptr; ///< of one state
+  int *state_links_ = nullptr;
+  void *workspace_ = nullptr;
+};
+
+} // namespace ksl::loops

@@ -1,0 +1,254 @@
+#include "engine/loops/tables.hpp"
+
+#include "description/loops.hpp"
+#include "engine/canonical_axes.hpp"
+#include "ksl/engine/model/joints.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ksl::loops {
+namespace {
+
+using A = algebra<double>;
+
+vec3<double> product(const mat3x3<double> &R, const vec3<double> &x) {
+  vec3<double> y;
+  A::product_drv(&R, &x, &y);
+  return y;
+}
+
+double dot(const vec3<double> &a, const vec3<double> &b) { return A::dot_vv(&a, &b); }
+double length(const vec3<double> &a) { return std::sqrt(dot(a, a)); }
+
+/// An orthonormal basis of the wrenches that do no work on the unit twists given, by Gram and Schmidt, from unit forces and moments
+/// along the axes.  Twists along and about axes leave unit wrenches.  All are in canonical axes.
+int wrenches_without_work(const std::vector<screw<double>> &twists, coscrew<double> *out) {
+  double basis[12][6];
+  int n = 0;
+  const auto add = [&](const double *x) {
+    double y[6], sum = 0;
+    std::copy_n(x, 6, y);
+    for (int pass = 0; pass < 2; ++pass)
+      for (int k = 0; k < n; ++k) {
+        double along = 0;
+        for (int i = 0; i < 6; ++i)
+          along += basis[k][i] * y[i];
+        for (int i = 0; i < 6; ++i)
+          y[i] -= along * basis[k][i];
+      }
+    for (const double c : y)
+      sum += c * c;
+    if (sum < 1e-6)
+      return false;
+    for (int i = 0; i < 6; ++i)
+      basis[n][i] = y[i] / std::sqrt(sum);
+    ++n;
+    return true;
+  };
+  for (const screw<double> &s : twists) { // dual to wrenches: force times velocity, moment times angular velocity
+    const double x[6] = {s.lin.x, s.lin.y, s.lin.z, s.ang.x, s.ang.y, s.ang.z};
+    add(x);
+  }
+  int found = 0;
+  for (int i = 0; i < 6; ++i) {
+    double unit[6] = {};
+    unit[i] = 1;
+    if (add(unit)) {
+      const double *const b = basis[n - 1];
+      out[found++] = {{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
+    }
+  }
+  return found;
+}
+
+/// Is a loop's equation about a rotation?  Those of helical joints, which mix both, are about a translation.
+bool is_moment(const coscrew<double> &T) { return length(T.lin) < 1e-12; }
+
+class maker {
+public:
+  explicit maker(const model &m) : m_(m) {}
+
+  tables make() {
+    t_.column_scale.assign(index(m_.nv()), 1);
+    first_column_.assign(m_.joints().size(), -1);
+    for (const loop_row &row : m_.loops())
+      add_loop(row);
+    set_scales();
+    set_drives();
+    set_compliances();
+    return std::move(t_);
+  }
+
+private:
+  static std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+  /// The place of a link in tables::links.
+  int slot(int link) {
+    const auto found = std::find(t_.links.begin(), t_.links.end(), link);
+    if (found != t_.links.end())
+      return static_cast<int>(found - t_.links.begin());
+    t_.links.push_back(link);
+    return static_cast<int>(t_.links.size()) - 1;
+  }
+
+  /// The columns of a joint of the tree: the first, and how many they are.
+  int columns_of(int joint) {
+    int &first = first_column_[index(joint)];
+    if (first >= 0)
+      return first;
+    first = static_cast<int>(t_.columns.size());
+    const joint_row &row = m_.joints()[index(joint)];
+    const bool follows = row.leader >= 0;
+    const int v = follows ? m_.joints()[index(row.leader)].v_index : row.v_index;
+    const double factor = follows ? row.multiplier : 1;
+    const int link = slot(row.link);
+    if (row_of(row.kind).has_axis2) {
+      t_.columns.push_back({v, factor, link, {{0, 0, 0}, row.axis}, row.q_index + 1, row.axis2});
+      t_.columns.push_back({v + 1, factor, link, {{0, 0, 0}, row.axis2}, -1, {}});
+      return first;
+    }
+    for (const screw<double> &twist : unit_twists(row.kind, row.axis, row.pitch)) {
+      const int k = static_cast<int>(t_.columns.size()) - first;
+      t_.columns.push_back({v + (follows ? 0 : k), factor, link, twist, -1, {}});
+    }
+    return first;
+  }
+
+  void add_loop(const loop_row &row) {
+    loop l{};
+    l.kind = row.kind, l.on_predecessor = row.predecessor_pose, l.on_successor = row.successor_pose;
+    l.axis = row.axis, l.axis2 = row.axis2, l.pitch = row.pitch;
+    l.canonical = row_of(row.kind).has_axis ? frame_with_z(row.axis) : identity.R;
+    l.predecessor = slot(row.predecessor), l.successor = slot(row.successor);
+    l.first_row = t_.rows;
+    set_wrenches(l);
+    t_.rows += l.rows;
+    l.support_begin = static_cast<int>(t_.supports.size());
+    std::vector<int> to = m_.support(row.successor), from = m_.support(row.predecessor);
+    std::size_t common = 0; // joints that move both ends alike
+    while (common < to.size() && common < from.size() && to[common] == from[common])
+      ++common;
+    double reach = length(row.predecessor_pose.t) + length(row.successor_pose.t);
+    for (const auto &[path, sign] : {std::pair{&to, 1.}, {&from, -1.}})
+      for (std::size_t k = common; k < path->size(); ++k) {
+        add_support((*path)[k], sign);
+        reach += k > common ? offset_of((*path)[k]) : 0;
+      }
+    if (to.size() > common && from.size() > common)
+      reach += distance_at_root(to[common], from[common]);
+    l.support_end = static_cast<int>(t_.supports.size());
+    longest_ = std::max(longest_, reach);
+    t_.loops.push_back(l);
+  }
+
+  void set_wrenches(loop &l) {
+    if (row_of(l.kind).has_axis2) { // the last row is set with the position
+      l.rows = 4;
+      for (int i = 0; i < 3; ++i)
+        l.T[i] = {{i == 0 ? 1. : 0., i == 1 ? 1. : 0., i == 2 ? 1. : 0.}, {0, 0, 0}};
+      vec3<double> normal;
+      A::cross_vv(&l.axis, &l.axis2, &normal);
+      l.T[3] = {{0, 0, 0}, normal};
+      return;
+    }
+    l.rows = wrenches_without_work(unit_twists(l.kind, {0, 0, 1}, l.pitch), l.T); // in canonical axes
+    for (int i = 0; i < l.rows; ++i)
+      l.T[i] = {product(l.canonical, l.T[i].lin), product(l.canonical, l.T[i].ang)};
+  }
+
+  void add_support(int joint, double sign) {
+    const joint_row &row = m_.joints()[index(joint)];
+    if (row.kind == joint_kind::fixed)
+      return;
+    const int first = columns_of(joint), n = row_of(row.kind).nv;
+    const bool has_body_inside = row_of(row.kind).has_axis2;
+    for (int k = 0; k < n; ++k) {
+      groups_ += k == 0 || has_body_inside;
+      t_.supports.push_back({first + k, sign, groups_});
+    }
+  }
+
+  /// How far a joint is from the origin of its parent link.
+  double offset_of(int joint) const {
+    const int d = m_.joints()[index(joint)].description;
+    return d < 0 ? 0 : length(m_.description().joints[index(d)].placement.t);
+  }
+  double distance_at_root(int a, int b) const {
+    const int da = m_.joints()[index(a)].description, db = m_.joints()[index(b)].description;
+    if (da < 0 || db < 0)
+      return 0;
+    const vec3<double> &x = m_.description().joints[index(da)].placement.t,
+                       &y = m_.description().joints[index(db)].placement.t;
+    return length({x.x - y.x, x.y - y.y, x.z - y.z});
+  }
+
+  void set_scales() {
+    t_.length = longest_ > 0 ? longest_ : 1; // all joints at one point: no length there is, and none is needed
+    for (const loop &l : t_.loops)
+      for (int i = 0; i < l.rows; ++i)
+        t_.row_scale.push_back(is_moment(l.T[i]) ? t_.length : 1);
+    for (int j = 0; j < m_.moving_joints(); ++j) {
+      const joint_row &row = m_.joints()[index(j)];
+      const joint_kind_row kind = row_of(row.kind);
+      for (int k = 0; k < kind.nv; ++k)
+        if (kind.velocities[k].unit == std::string_view("rad"))
+          t_.column_scale[index(row.v_index + k)] = 1 / t_.length;
+    }
+  }
+
+  void set_compliances() {
+    for (const joint_compliance &of : m_.description().compliances) {
+      int joint = m_.find_joint(of.joint);
+      for (std::size_t l = 0; joint < 0 && l < m_.loops().size(); ++l)
+        if (m_.loops()[l].name == of.joint)
+          joint = static_cast<int>(m_.joints().size() + l);
+      t_.compliances.push_back({joint, of.matrix});
+    }
+  }
+
+  void set_drives() {
+    t_.is_driven.assign(index(m_.nv()), 0);
+    t_.drives_are_known = m_.description().drives.has_value();
+    for (const std::string &name : m_.description().drives.value_or(std::vector<std::string>())) {
+      const joint_row &row = m_.joints()[index(m_.find_joint(name))];
+      for (int k = 0; k < row_of(row.kind).nv; ++k)
+        t_.is_driven[index(row.v_index + k)] = 1;
+    }
+    for (int v = 0; v < m_.nv(); ++v)
+      if (t_.is_driven[index(v)])
+        t_.drives.push_back(v);
+  }
+
+  const model &m_;
+  tables t_;
+  std::vector<int> first_column_; // of each joint of the model
+  double longest_ = 0;
+  int groups_ = 0;
+};
+
+} // namespace
+
+std::vector<screw<double>> unit_twists(joint_kind kind, const vec3<double> &axis, double pitch) {
+  const mat3x3<double> R = row_of(kind).has_axis ? frame_with_z(axis) : identity.R;
+  const vec3<double> along[] = {{R.m00, R.m10, R.m20}, {R.m01, R.m11, R.m21}, {R.m02, R.m12, R.m22}};
+  std::vector<screw<double>> twists;
+  with_joint(kind, [&]<class J>(J) {
+    if constexpr (requires { J::coordinate[0]; })
+      for (const int c : J::coordinate) {
+        const vec3<double> &u = c == helical_coordinate ? along[2] : along[c % 3], none = {0, 0, 0};
+        if (c == helical_coordinate)
+          twists.push_back({{pitch * u.x, pitch * u.y, pitch * u.z}, u});
+        else if (c < 3)
+          twists.push_back({u, none});
+        else
+          twists.push_back({none, u});
+      }
+    return 0;
+  });
+  return twists;
+}
+
+tables make_tables(const model &m) { return maker(m).make(); }
+
+} // namespace ksl::loops

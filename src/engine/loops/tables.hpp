@@ -1,0 +1,64 @@
+// What the loops of a model are made of, as far as it doesn't depend on a position: which coordinates move the two ends of each, and
+// the wrenches that its joint can exert.
+#pragma once
+
+#include "ksl/model.hpp"
+
+#include <vector>
+
+namespace ksl::loops {
+
+/// A coordinate of a joint of the tree that moves one end of a loop and not the other.
+struct column {
+  int v;               ///< the user's coordinate: for followers, that of the leader
+  double factor;       ///< 1; for followers, the multiplier
+  int link;            ///< index into tables::links: the joint's child link
+  screw<double> twist; ///< of the child for a unit velocity, in the child's axes
+  int angle; ///< index in q of the second angle of a universal joint, whose first coordinate this is; −1 for others
+  vec3<double> about; ///< the axis of that angle
+};
+
+/// A coordinate with the sign that it has in the motion of the successor relative to the predecessor.
+struct support {
+  int column;
+  double sign;
+  int group; ///< coordinates that move the same body, numbered along the way from the common link to either end
+};
+
+/// A joint that closes a loop.  Its equations are Tᵀ (V_s − V_p) = 0, with the twists of successor and predecessor at the joint's frame on
+/// the successor, in its axes.  T are the wrenches that the joint can exert, a basis of H̄* (Coscrews page, (7)).
+struct loop {
+  joint_kind kind;
+  int predecessor, successor; ///< indices into tables::links
+  SE3<double> on_predecessor, on_successor;
+  mat3x3<double> canonical; ///< axes of the joint's frame whose z is the joint's axis
+  vec3<double> axis, axis2; ///< of universal joints, in the joint's frame
+  double pitch;
+  int first_row, rows;
+  coscrew<double> T[6];           ///< (rows); the last of a universal joint depends on the position
+  int support_begin, support_end; ///< in tables::supports
+};
+
+struct tables {
+  std::vector<int> links; ///< of the model: those whose poses are needed
+  std::vector<column> columns;
+  std::vector<support> supports;
+  std::vector<loop> loops;
+  int rows = 0;      ///< of all loops
+  double length = 1; ///< of the mechanism, m: rows of moments are multiplied by it, coordinates that turn divided
+  std::vector<double> row_scale;    ///< (rows) 1 for equations of translation, `length` for those of rotation
+  std::vector<double> column_scale; ///< (nv) 1 for coordinates that slide, 1 / length for those that turn
+  /// Compliances (6, 6) of joints, and where each is among all joints: those of the tree, then those of loops.
+  std::vector<std::pair<int, std::array<double, 36>>> compliances;
+  std::vector<int> drives;              ///< coordinates in v that have a motor, ascending
+  std::vector<unsigned char> is_driven; ///< (nv)
+  bool drives_are_known = false;
+};
+
+/// The tables of a model with loops; its arrays have been built.
+tables make_tables(const model &m);
+
+/// The unit twists of a kind's coordinates in the child's axes, for joints other than universal ones.
+std::vector<screw<double>> unit_twists(joint_kind kind, const vec3<double> &axis, double pitch);
+
+} // namespace ksl::loops

@@ -1,0 +1,47 @@
+// Algorithms of the tree that carries the loops, for one state in double precision, in memory that is given.  Joints that follow others
+// are projected (engine/coupled.hpp).
+#pragma once
+
+#include "engine/algorithm_rows.hpp"
+#include "engine/coupled_projection.hpp"
+
+namespace ksl::loops {
+
+class tree_calls {
+public:
+  explicit tree_calls(const model &m) : m_(m) {}
+
+  const model &of() const { return m_; }
+
+  /// Bytes that a call of the row needs for requests of so many links and joints.
+  std::size_t bytes(const algorithm_row &row, int links, int joints) const {
+    if (m_.followers() == 0)
+      return kernels_of_row<double>(row).workspace_bytes(m_.view());
+    const extents asked = {m_.nq(), m_.nv(), links, joints, m_.tree_elements(), static_cast<int>(m_.links().size()), 0};
+    return coupled::projection<double>{row, m_}.state_bytes(asked);
+  }
+
+  void call(const algorithm_row &row, void *memory, const state_view<double> &s) const {
+    call(row, m_.view(), memory, s);
+  }
+
+  /// The same without gravity and without joint physics.
+  void call_weightless(const algorithm_row &row, void *memory, const state_view<double> &s) const {
+    model_view<double> view = m_.view();
+    view.gravity = {0, 0, 0};
+    view.physics = nullptr;
+    call(row, view, memory, s);
+  }
+
+private:
+  void call(const algorithm_row &row, const model_view<double> &view, void *memory, const state_view<double> &s) const {
+    if (m_.followers() == 0)
+      kernels_of_row<double>(row).state(view, memory, s);
+    else
+      coupled::projection<double>{row, m_, view}.state(memory, s);
+  }
+
+  const model &m_;
+};
+
+} // namespace ksl::loops

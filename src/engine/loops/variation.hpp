@@ -1,0 +1,62 @@
+// How the equations of loops vary with position and velocity.
+//
+// All is in the axes of a joint's frame on the successor s, where the wrenches T of the joint are constant.  J_c is the column of a
+// coordinate, about an axis that is fixed in the body c behind it.  Seen from s, that body moves with V_c − V_s, hence
+//
+//     dJ_c = J_c × Ξ_c,   Ξ_c = (V_s − V_c)[dq],   V_s − V_c = Σ_k p_ck J_k dq_k,                                    (1)
+//
+// where k runs over the coordinates of the loop on the way from c to s; p_ck is 1 for those on the side of s, −1 for those on the side of
+// the predecessor p.  The relative twist is W = Σ σ_c J_c v_c, σ = 1 on the side of s, −1 on that of p, and the loop demands
+//
+//     Tᵀ W = 0,    Tᵀ Ẇ = 0,   Ẇ = Σ σ_c (J_c a_c + (J_c × U_c) v_c),   U_c = (V_s − V_c)[v].                          (2)
+//
+// A universal joint's last equation is N · ω = 0, N = u₁ × u₂, whose u₁ is fixed in p: du₁ = u₁ × (ω_s − ω_p)[dq].
+#pragma once
+
+#include "engine/loops/geometry.hpp"
+
+namespace ksl::loops {
+
+class variation {
+public:
+  variation(const model &m, const tables &t) : m_(m), t_(t) {}
+
+  void lay_out(arena &memory);
+
+  /// Sets the matrices below, at the position that g has.
+  void set(const geometry &g, const double *v, const double *a, const double *lambda);
+
+  const double *velocity_by_q() const { return velocity_by_q_; }         ///< (rows, nv) ∂(K v)/∂q
+  const double *acceleration_by_q() const { return acceleration_by_q_; } ///< (rows, nv) ∂(K a + K̇ v)/∂q
+  const double *acceleration_by_v() const { return acceleration_by_v_; } ///< (rows, nv) the same by v
+  const double *wrench_by_q() const { return wrench_by_q_; }             ///< (nv, nv) ∂(Kᵀ λ)/∂q, λ held
+
+private:
+  struct element {
+    screw<double> J, U, rate; ///< rate: J × U
+    double sigma, v, a;
+    int coordinate, group;
+  };
+  /// What a universal joint's last equation is made of: N, its rate, and their variations.
+  struct normal_vector {
+    vec3<double> u1, N, rate;
+    double length;
+  };
+
+  void set_loop(const geometry &g, int loop, const double *v, const double *a);
+  double sign(int c, int k) const;
+  template <class Of, class Use> void for_sums(Of of, Use use) const;
+  void vary(const geometry &g, int loop, int k, const double *lambda);
+
+  const model &m_;
+  const tables &t_;
+  element *at_ = nullptr;
+  screw<double> *dJ_ = nullptr;
+  int n_ = 0; ///< coordinates of the loop in hand
+  screw<double> W_{}, rate_{};
+  normal_vector normal_{};
+  double *velocity_by_q_ = nullptr, *acceleration_by_q_ = nullptr, *acceleration_by_v_ = nullptr,
+         *wrench_by_q_ = nullptr;
+};
+
+} // namespace ksl::loops

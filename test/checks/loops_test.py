@@ -1,0 +1,106 @@
+"""What the rules of loops say: mechanisms that are rebuilt as they advise have fewer redundant constraints, and as many freedoms."""
+
+import math
+
+import ksl
+import numpy as np
+import pytest
+from files import hinge as arm_hinge
+from files import more
+from loop_files import IDLE, MOTOR, planar, spatial
+
+from ksl.checks import loop_positions
+from ksl.checks.loop_advice import Change, advice
+
+
+def only(findings, rule):
+    assert set(findings.rules) == {rule}, findings
+    return findings[0]
+
+
+def advised(m):
+    joints = [*(j for j in m.joints if j.nv), *m.loops]
+    found = advice(m, m.reactions_null_basis(m.close(m.neutral()).q, [j.name for j in joints]), joints)
+    return {change.joint: change for change in found.changes}, found.left
+
+
+def four_bar(kinds):
+    """A planar four-bar linkage with axes along z, as the crank, rod and rocker of `planar`."""
+    b = ksl.Builder("planar").add_link("ground")
+    for name in ("crank", "rod", "rocker"):
+        b.add_link(name, 1.0)
+
+    def axes(name):
+        kind = kinds.get(name, "revolute")
+        return {"kind": kind} | ({} if kind == "spherical" else {"axis": (0, 0, 1)}) | ({"axis2": (1, 0, 0)} if kind == "universal" else {})
+
+    b.add_joint("A", parent="ground", child="crank", **axes("A"))
+    b.add_joint("B", parent="crank", child="rod", xyz=(0, 0.2, 0), **axes("B"))
+    b.add_joint("E", parent="ground", child="rocker", xyz=(0.5, 0, 0), **axes("E"))
+    at = [np.block([[np.eye(3), np.array([p]).T], [np.array([[0, 0, 0, 1.0]])]]) for p in ((0.5, 0, 0), (0, 0.2, 0))]
+    return b.add_loop("D", predecessor="rod", successor="rocker", predecessor_pose=at[0], successor_pose=at[1], **axes("D")).build(masses="optional", drives=["A"])
+
+
+def test_the_mechanism_that_is_rebuilt_as_advised_has_no_redundant_constraints_and_moves_as_before():
+    m = four_bar({})
+    changes, left = advised(m)
+    assert changes == {"D": Change("D", "spherical", 2), "B": Change("B", "cylindrical", 1)} and left == 0
+    q = m.integrate(m.neutral(), [0.3, 0.1, 0.2])
+    for kinds, redundant in (({}, 3), ({"D": "spherical"}, 1), ({name: change.kind for name, change in changes.items()}, 0)):
+        rebuilt = four_bar(kinds)
+        turned = np.insert(q, 2, 0.0) if kinds.get("B") == "cylindrical" else q
+        freedoms = rebuilt.mobility(rebuilt.close(turned).q)
+        assert (freedoms.mobility, freedoms.redundant) == (1, redundant), kinds
+
+
+def test_what_a_change_to_a_universal_joint_removes():
+    """With two balls in place of hinges the rod turns about itself; a universal joint leaves that out, and the constraint across it is not redundant."""
+    changes, left = advised(four_bar({"B": "spherical"}))
+    assert left == 0 and changes["D"].kind == "cylindrical" and set(changes) == {"D"}
+    changes, left = advised(four_bar({"B": "universal", "E": "cylindrical"}))
+    assert left == 0 and (changes["D"].kind, changes["D"].second_axis) == ("universal", (0, 1, 0))
+
+
+def test_redundant_constraints_are_named_with_their_loop_and_the_change(check):
+    finding = only(check(planar()), "loop-redundant")
+    assert finding.name == "D" and finding.value == 3 and finding.severity == "warning"
+    assert "3 of its 5 equations follow from the others; not determined are force along the axis, moment across the axis; of A, B and E some, too" in finding.found
+    assert "Make D spherical (2 fewer) and B cylindrical (1 fewer): the mechanism moves as before, and nothing is redundant then." in finding.repair
+
+
+def test_numbers_of_few_digits(check):
+    """π/2 as 1.5708 in a loop that closes only where axes are parallel, and a length of six digits where the others have all."""
+    finding = only(check(planar("1.5708 0 0").replace('<parent_origin xyz="0.5 0 0"', '<parent_origin xyz="0.5 0 0" rpy="1.57079632679489662 0 0"')), "loop-frames")
+    assert finding.value == pytest.approx(1.5708 - math.pi / 2, rel=1e-6) and "1.5708 stands for π/2" in finding.cause
+    finding = only(check(planar(rod="0.5 0 0.000001")), "loop-open")
+    assert "few digits" in finding.cause and "spherical" in finding.repair and finding.value == pytest.approx(1e-6, rel=1e-3)
+
+
+def test_drives(check):
+    assert "1 drive, A, for 2 freedoms: with the drives at rest 1 is left, of" in only(check(IDLE), "loop-drives").found
+    both = MOTOR + MOTOR.replace('"A"', '"E"').replace('"t"', '"u"')
+    finding = only(check(spatial(motors=both)), "loop-drives")
+    assert "2 drives, A and E, for 1 freedom: 1 more than the motion needs" in finding.found and finding.severity == "note"
+    assert "candidates: A, B, C or E" in only(check(spatial(motors="")), "loop-drives-unknown").found
+
+
+def test_a_dead_centre_of_the_drive(check):
+    """The rocker moves the ball along x, across the rod, which then keeps its length while the crank rests."""
+    finding = only(check(spatial(crank="0.1 0.05 0", rod="0 0.25 0.4")), "loop-drives")
+    assert "a dead centre at the closed position nearest to zero, where B and E can move" in finding.found and finding.severity == "note"
+
+
+def test_notes_leave_the_exit_status_zero(check):
+    findings = check(spatial(motors=""))
+    assert findings.status == 0 and findings.summary == "1 note" and len(findings.notes) == findings.as_dict()["notes"] == 1
+
+
+def test_a_second_joint_of_a_link_closes_a_loop_at_its_line(check):
+    finding = only(check(more(arm_hinge("second", "stand", "fore"))), "loop-open")
+    assert finding.name == "second" and finding.line == 36 and finding.found.startswith("open by 0.4 m at the zero position")
+
+
+def test_mechanisms_that_are_too_large_are_said(check, monkeypatch):
+    monkeypatch.setattr(loop_positions, "MOST", 3)
+    findings = check(spatial(motors=""))
+    assert not findings and "4 equations or coordinates are more than 3" in findings.not_checked[0]

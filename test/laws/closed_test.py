@@ -1,0 +1,197 @@
+"""Mechanisms with loops: a loop closed by a joint is one closed by a weld, the joint then being in the tree; and the laws of their motion."""
+
+import ksl
+import numpy as np
+import pytest
+from closed_mechanisms import KINDS, random_case
+
+SEEDS = range(3)
+CASES = [(kind, seed) for kind in KINDS for seed in SEEDS]
+
+
+def close_to(x, y, limit):
+    x, y = np.asarray(x), np.asarray(y)
+    assert x.shape == y.shape and np.isfinite(x).all()
+    assert np.abs(x - y).max(initial=0) <= limit * max(1, np.abs(y).max(initial=0))
+
+
+def determined_case(kind, seed):
+    """A case whose drives are as many as the freedoms: drives with several coordinates may be more."""
+    for number in range(100 * seed, 100 * seed + 100):
+        c = random_case(kind, number)
+        if 0 < c.model.mobility(c.q).mobility == sum(c.model.joint(name).nv for name in c.drives):
+            return c
+    raise AssertionError("no such case")
+
+
+class Motion:
+    """A closed mechanism in motion, in both forms."""
+
+    def __init__(self, kind, seed, make=random_case):
+        self.case = c = make(kind, seed)
+        rng = np.random.default_rng(seed + 1000)
+        m, w = c.model, c.welded
+        with pytest.warns(UserWarning) if m.mobility(c.q).mobility else _no_warning():
+            self.v = m.consistent_velocity(c.q, rng.normal(size=m.nv), given=[])
+            self.a = m.consistent_acceleration(c.q, self.v, rng.normal(size=m.nv), given=[])
+        self.vw = w.consistent_velocity(c.q_welded, c.in_welded(self.v), given=m.joint_names)
+        self.aw = w.consistent_acceleration(c.q_welded, self.vw, c.in_welded(self.a), given=m.joint_names)
+        self.external = {"a0": rng.normal(size=6), "b1": rng.normal(size=6)}
+        self.tau = rng.normal(size=m.nv)
+
+
+class _no_warning:
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        return False
+
+
+@pytest.mark.parametrize("kind, seed", CASES)
+def test_a_joint_closes_a_loop_as_a_weld_to_its_child_in_the_tree_does(kind, seed):
+    x = Motion(kind, seed)
+    c, m, w = x.case, x.case.model, x.case.welded
+    assert m.mobility(c.q).mobility == w.mobility(c.q_welded).mobility
+    own = c.in_welded(np.ones(m.nv)) == 1  # coordinates that both have
+    external = x.external
+    close_to(c.in_welded(m.inverse_dynamics(c.q, x.v, x.a, external)), w.inverse_dynamics(c.q_welded, x.vw, x.aw, external), 1e-12)
+    if sum(m.joint(name).nv for name in c.drives) == m.mobility(c.q).mobility:  # the drives' accelerations are those that are zero
+        close_to(c.in_welded(m.bias(c.q, x.v, external)), w.bias(c.q_welded, x.vw, external), 1e-9)
+    close_to(c.in_welded(m.gravity_torque(c.q, external)), w.gravity_torque(c.q_welded, external), 1e-12)
+    a, aw = m.forward_dynamics(c.q, x.v, x.tau, external), w.forward_dynamics(c.q_welded, x.vw, c.in_welded(x.tau), external)
+    close_to(c.in_welded(a), np.where(own, aw, 0), 1e-9)
+    close_to(c.in_welded(m.velocity_jump(c.q, external)), np.where(own, w.velocity_jump(c.q_welded, external), 0), 1e-9)
+    names = [*m.joint_names, "L"]
+    both = m.reactions_unique(c.q, names) & w.reactions_unique(c.q_welded, names)
+    for how in ({}, {"axes": "world", "at": "world"}, {"on": "parent", "order": "ang_lin", "at": (0.1, 0.2, 0.3)}):
+        if how and not both.all():
+            continue
+        mine, other = (n.reactions(*state, external, joints=names, **how) for n, state in ((m, (c.q, x.v, x.a)), (w, (c.q_welded, x.vw, x.aw))))
+        close_to(np.where(both, mine, 0) if not how else mine, np.where(both, other, 0) if not how else other, 1e-11)
+
+
+@pytest.mark.parametrize("kind, seed", CASES)
+def test_derivatives_along_the_mechanism(kind, seed):
+    """By a second way to close the loop, and those of forward dynamics by those of inverse dynamics."""
+    x = Motion(kind, seed, determined_case)
+    c, m, w = x.case, x.case.model, x.case.welded
+    free = m.independent(c.q)
+    mine = m.inverse_dynamics_derivatives(c.q, x.v, x.a, x.external)
+    other = w.inverse_dynamics_derivatives(c.q_welded, x.vw, x.aw, x.external)
+    in_other = np.array([int(np.flatnonzero(c.in_welded(np.eye(m.nv)[i]))[0]) for i in free], dtype=int)
+    assert list(w.independent(c.q_welded)) == sorted(in_other)
+    for D, E in zip(mine, other):
+        close_to(np.array([c.in_welded(column) for column in D[:, np.argsort(in_other)].T]).reshape(len(free), w.nv).T, E, 1e-10)
+    tau = m.inverse_dynamics(c.q, x.v, x.a, x.external)
+    by_q, by_v, by_tau = m.forward_dynamics_derivatives(c.q, x.v, tau, x.external)
+    H = mine[2][free]  # efforts of the drives by their accelerations
+    close_to(H @ by_q[free] + mine[0][free], np.zeros((len(free), len(free))), 1e-8)
+    close_to(H @ by_v[free] + mine[1][free], np.zeros((len(free), len(free))), 1e-8)
+    close_to(H @ by_tau[np.ix_(free, free)], np.eye(len(free)), 1e-8)
+
+
+@pytest.mark.parametrize("kind, seed", CASES)
+def test_loops_do_no_work_and_stay_closed(kind, seed):
+    x = Motion(kind, seed)
+    c, m = x.case, x.case.model
+    J = m.loop_jacobian(c.q)
+    close_to(J @ x.v, np.zeros(len(J)), 1e-12)
+    close_to(m.loop_acceleration(c.q, x.v, x.a), np.zeros(len(J)), 1e-9)
+    h, direction = 1e-6, np.random.default_rng(seed).normal(size=m.nv)
+    rate = (m.loop_error(m.integrate(c.q, h * direction)) - m.loop_error(m.integrate(c.q, -h * direction))) / (2 * h)
+    close_to(rate, J @ direction, 1e-7)
+    tree = m.without_loops()
+    tau = m.inverse_dynamics(c.q, x.v, x.a, x.external)
+    close_to(tau @ x.v, tree.inverse_dynamics(c.q, x.v, x.a, x.external) @ x.v, 1e-11)  # power of motors; constraints have none
+    close_to(m.forward_dynamics(c.q, x.v, tau, x.external), x.a, 1e-8)
+    parts = m.effort_parts(c.q, x.v, x.a, x.external)
+    close_to(parts.sum(axis=0), tau, 1e-12)
+    # where loops are not redundant, the wrenches of the joints balance the tree's efforts
+    opened = m.integrate(c.q, 0.02 * direction)
+    near = m.close(opened)
+    if near.converged:
+        close_to(m.loop_error(near.q), np.zeros(len(J)), 1e-11)
+        along = np.linalg.svd(m.loop_jacobian(near.q))[2][np.linalg.matrix_rank(m.loop_jacobian(near.q), tol=1e-9) :]
+        close_to(along @ m.difference(opened, near.q), np.zeros(len(along)), 1e-6)  # nearest: the way there is across all closed motions
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_batches_and_single_precision(kind):
+    x = Motion(kind, 1)
+    c, m = x.case, x.case.model
+    if m.mobility(c.q).smallest < 0.02:
+        pytest.skip("nearly singular")
+    three = lambda y: np.tile(y, (3, 1))
+    for call, last in ((m.inverse_dynamics, x.a), (m.forward_dynamics, x.tau)):
+        one = call(c.q, x.v, last, x.external)
+        assert np.array_equal(call(three(c.q), three(x.v), three(last), x.external), three(one))
+        single = call(*(y.astype(np.float32) for y in (c.q, x.v, last)), {k: w.astype(np.float32) for k, w in x.external.items()})
+        assert single.dtype == np.float32
+        close_to(single, one, 1e-3)
+    names = [*m.joint_names, "L"]
+    one = m.reactions(c.q, x.v, x.a, x.external, joints=names)
+    assert np.array_equal(m.reactions(three(c.q), three(x.v), three(x.a), x.external, joints=names)[2], one)
+
+
+def test_refusals_say_what_to_do():
+    c = random_case("revolute", 1)
+    m, q = c.model, c.q
+    zero = np.zeros(m.nv)
+    with pytest.raises(ksl.ResultError, match="loop joint L is open at this position by .*close"):
+        m.inverse_dynamics(m.integrate(q, np.full(m.nv, 0.1)), zero, zero)
+    with pytest.raises(ksl.ResultError, match="these velocities open it .*consistent_velocity"):
+        m.forward_dynamics(q, zero + 1, zero)
+    with pytest.raises(ksl.ResultError, match="these accelerations open it .*consistent_acceleration"):
+        m.inverse_dynamics(q, zero, zero + 1)
+    with pytest.raises(ksl.ResultError, match="state 1: loop joint L"):
+        m.inverse_dynamics(np.stack([q, m.integrate(q, zero + 0.1)]), zero, zero)
+    with pytest.raises(ksl.ResultError, match="the drives leave a freedom"):
+        m.with_drives([]).inverse_dynamics(q, zero, zero)
+    unknown = ksl.Builder("b").add_link("g").add_link("a", mass=1.0, inertia=np.eye(3)).add_joint("j", "revolute", "g", "a", axis=(0, 0, 1))
+    unknown.add_link("c", mass=1.0, inertia=np.eye(3)).add_joint("k", "revolute", "g", "c", axis=(0, 0, 1)).add_loop("l", "cylindrical", "a", "c", axis=(0, 0, 1))
+    two = unknown.build()
+    with pytest.raises(ksl.ResultError, match="joints that have motors are not known, and the mechanism has 2 freedoms; .* j, k"):
+        two.inverse_dynamics([0, 0], [0, 0], [0, 0])
+    assert np.allclose(two.forward_dynamics([0, 0], [0, 0], [0, 0]), 0)
+    with pytest.raises(ValueError, match="mass_matrix is not available for mechanisms with loops"):
+        m.mass_matrix(q)
+    with pytest.raises(ValueError, match="no motion of the closed mechanism has these velocities"):
+        m.consistent_velocity(q, zero + 1, given=m.joint_names)
+
+
+def test_the_closed_door_hangs_on_both_hinges_by_their_stiffness():
+    """Two hinges a metre apart carry the moment of the weight, 10 kg half a metre away: 49.05 N each way, as for bearings that give way alike."""
+    b = ksl.Builder("door").add_link("wall").add_link("leaf", mass=10.0, center_of_mass=(0.5, 0, 0.5), inertia=np.diag([1.0, 1.0, 1.0]))
+    b.add_joint("lower", "revolute", "wall", "leaf", axis=(0, 0, 1))
+    up = np.eye(4)
+    up[2, 3] = 1.0
+    m = b.add_loop("upper", "revolute", "wall", "leaf", up, up, axis=(0, 0, 1)).build(drives=[])
+    hinges = ["lower", "upper"]
+    assert m.mobility([0.0]).redundant == 5 and not m.reactions_unique([0.0], hinges)[:, :5].any()
+    m = m.with_drives(["lower"])
+    soft = {name: {"axial": 1e7, "radial": 1e8} for name in hinges}
+    wrenches = m.reactions([0.0], [0.0], [0.0], joints=hinges, stiffness={**soft, "upper": [1e8, 1e8, 1e7, 1e-3, 1e-3, 1e-3]})
+    assert np.isfinite(wrenches).all()
+    weight = 10 * 9.81
+    bearings = {name: [1e8, 1e8, 1e7, 1e-2, 1e-2, 1e9] for name in hinges}  # they carry no moments to speak of
+    assert m.with_stiffness(bearings).reactions_unique([0.0], hinges).all()
+    wrenches = m.reactions([0.0], [0.0], [0.0], joints=hinges, stiffness=bearings)
+    close_to(wrenches[:, 0], [-weight / 2, weight / 2] if wrenches[0, 0] < 0 else [weight / 2, -weight / 2], 1e-6)
+    close_to(wrenches[:, 2], [weight / 2, weight / 2], 1e-9)
+    with pytest.raises(ksl.DescriptionError, match="no such joint"):
+        m.with_stiffness({"middle": np.ones(6)})
+    with pytest.raises(ValueError, match="every stiffness is positive"):
+        m.with_stiffness({"upper": np.zeros(6)})
+
+
+def test_stiffnesses_go_where_their_joints_go():
+    c = random_case("revolute", 1)
+    names = [*c.model.joint_names, "L"]
+    stiff = c.model.with_stiffness({name: np.full(6, 1e6) for name in names})
+    pair = stiff.merged(ksl.Builder("mast").add_link("mast", mass=1.0).build(gravity=tuple(stiff.gravity), masses="optional"), stiff.root, prefix="x_")
+    assert pair.loop_names == ["L"] and pair.nv == stiff.nv
+    assert c.model.mobility(c.q).redundant or np.allclose(pair.reactions(c.q, np.zeros(pair.nv), np.zeros(pair.nv), joints=["L"]), stiff.reactions(c.q, np.zeros(pair.nv), np.zeros(pair.nv), joints=["L"]))
+    assert stiff.without_loops().loop_names == []
+    part = stiff.subtree("a0", loops="drop")
+    assert part.loop_names == [] and set(part.joint_names) < set(names)

@@ -1,0 +1,193 @@
+"""Load cases of closed mechanisms: motions of the drives alone, loop joints among the others, and what rigid bodies leave open."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from linkages import FOURBAR, SLIDERCRANK
+
+import ksl
+from ksl.base.errors import MotionError
+from ksl_command import run_ksl
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "laws"))
+from closed_mechanisms import random_case
+
+TIME = np.linspace(0, 2, 201)
+TURN = 2 * np.pi * (TIME / 2 - np.sin(np.pi * TIME) / (2 * np.pi))
+"""A whole turn of the crank, from rest to rest."""
+
+
+@pytest.fixture
+def fourbar(robot):
+    return robot(FOURBAR, drives=["A"])
+
+
+def of_drive(model, name, positions):
+    """Arrays in which all other joints are left open."""
+    q = np.full((len(TIME), model.nq), np.nan)
+    q[:, model.joint(name).q_index] = positions
+    return TIME, q
+
+
+def row_of(run, joint):
+    return next(row for row in run.rows if row["joint"] == joint)
+
+
+def test_a_motion_of_the_drive_closes_the_mechanism(fourbar):
+    run = ksl.compute_loads(fourbar, of_drive(fourbar, "A", TURN))
+    case, result = run.cases[0], run.results[0]
+    motion = case.motion
+    assert motion.closing.held == ("A",) and motion.closing.error < 1e-10
+    assert np.abs(fourbar.loop_error(motion.q)).max() < 1e-10
+    rates = [np.gradient(x, TIME, axis=0, edge_order=2)[5:-5] for x in (motion.q, motion.v)]
+    assert np.abs(rates[0] - motion.v[5:-5]).max() < 5e-2 and np.abs(rates[1] - motion.a[5:-5]).max() < 5e-1  # one branch, without jumps
+    assert motion.q[-1] - motion.q[0] == pytest.approx([2 * np.pi, -2 * np.pi, 0], abs=1e-9)
+    assert result.balance.relative_residual < 1e-6
+    assert "effort_peak" in row_of(run, "A") and not {"effort_peak", "power_peak"} & set(row_of(run, "B"))
+    expected = fourbar.reactions(motion.q, motion.v, motion.a, joints=["C"])[:, 0]
+    table = run.wrenches.to_pylist()
+    found = np.array([[row[c] for c in ("fx", "fy", "fz", "tx", "ty", "tz")] for row in table if row["joint"] == "C"])
+    assert found == pytest.approx(expected, abs=1e-12)
+    assert {row["undetermined"] for row in table if row["joint"] == "C"} == {"fy tx tz"}
+    assert {row["undetermined"] for row in table if row["joint"] == "base"} == {""}
+
+
+def test_columns_of_joints_that_follow_are_compared(fourbar, tmp_path):
+    closed = ksl.compute_loads(fourbar, of_drive(fourbar, "A", TURN)).cases[0].motion
+    off = closed.q + 0.3 * np.sin(TIME)[:, None] * [0, 1, 0] + [0, 0, 2 * np.pi]
+    moved = ksl.compute_loads(fourbar, (TIME, off)).cases[0].motion
+    assert moved.q == pytest.approx(closed.q + [0, 0, 2 * np.pi], abs=1e-9)  # the branch is that of the first sample
+    assert any(line.startswith("positions of B in the motion differ from those that follow by up to 0.3 rad, at 1.57 s") for line in moved.contradictions)
+    assert any(line.startswith("positions of D in the motion are those that follow, within") for line in moved.closing.compared)
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("revolute", 2), ("prismatic", 2), ("helical", 1), ("spherical", 1), ("fixed", 2)])
+def test_a_loop_joint_takes_part_like_a_joint_of_the_tree(kind, seed):
+    """The same mechanism with that joint in the tree, closed by a weld."""
+    case = random_case(kind, seed)
+    runs = []
+    for model, start in ((case.model, case.q), (case.welded, case.q_welded)):
+        moved = np.zeros((len(TIME), model.nv))
+        for k, name in enumerate(case.drives):
+            joint = model.joint(name)
+            moved[:, joint.v_index : joint.v_index + joint.nv] = 0.03 * (np.sin(TIME + k) - np.sin(k))[:, None]
+        runs.append(ksl.compute_loads(model, (TIME, model.integrate(np.tile(start, (len(TIME), 1)), moved))))
+    loop, tree = (row_of(run, "L") for run in runs)
+    unsure = loop["undetermined"].split()
+    assert unsure == tree["undetermined"].split()
+    judged = [k for k in tree if k not in ("case", "joint", "kind", "undetermined") and not k.endswith("time") and not k.startswith(tuple(unsure))]
+    assert len(judged) > 1 and {k: loop[k] for k in judged} == pytest.approx({k: tree[k] for k in judged}, rel=1e-6, abs=1e-9)
+    assert {"speed_peak", "position_lowest"} <= set(loop) or kind in ("spherical", "fixed")
+
+
+@pytest.mark.parametrize("placement", [{}, {"axes": "world", "at": "world"}, {"axes": "rocker", "on": "parent"}, {"at": {"C": (0.1, 0.2, -0.1)}}])
+def test_what_is_open_is_what_stiffnesses_change(fourbar, placement):
+    """No stiffness changes a component that is said to be determined, and each of the others is changed by some."""
+    motion, rng = of_drive(fourbar, "A", TURN), np.random.default_rng(1)
+    plain = ksl.compute_loads(fourbar, motion, **placement)
+    said = plain.cases[0].undetermined.components
+    joints = [j.name for j in plain.cases[0].joints]
+    rigid = np.concatenate([b.total for b in plain.cases[0].blocks()])
+    changed = np.zeros(rigid.shape[1:])
+    for _ in range(3):
+        stiff = fourbar.with_stiffness({name: rng.uniform(1e6, 1e8, 6) for name in "ABCD"})
+        run = ksl.compute_loads(stiff, motion, **placement)
+        assert run.cases[0].undetermined.components == {}
+        changed = np.maximum(changed, np.abs(np.concatenate([b.total for b in run.cases[0].blocks()]) - rigid).max(axis=0))
+    found = {name: tuple(c for c, x in zip(("fx", "fy", "fz", "tx", "ty", "tz"), row, strict=True) if x > 1e-6) for name, row in zip(joints, changed, strict=True)}
+    assert {name: components for name, components in found.items() if components} == said
+
+
+def test_stops_and_held_poses_follow_the_drive(fourbar, tmp_path):
+    np.savetxt(tmp_path / "crank.csv", np.column_stack([TIME, TURN]), delimiter=",", header="time,A", comments="")
+    (tmp_path / "cases.toml").write_text(
+        '[defaults]\nmotion = "crank.csv"\n[cases.stop]\nstop = {time = 0.2, from = 1.0}\n[cases.worst]\nstop = {time = 0.2, by = "brakes"}\n'
+        "[cases.held]\nhold = true\n[cases.pose]\nhold = {pose = {A = 1.0}}\n"
+    )
+    run = ksl.compute_loads(fourbar, cases=tmp_path / "cases.toml")
+    for case, result in zip(run.cases, run.results, strict=True):
+        assert np.abs(fourbar.loop_error(case.motion.q)).max() < 1e-10, case.name
+        assert case.static or result.balance.relative_residual < 1e-5, case.name
+    assert run.cases[3].motion.q[0, 0] == 1.0 and run.cases[0].motion.v[-1] == pytest.approx(0, abs=1e-12)
+
+
+def test_the_worst_pose_is_the_worst_of_a_scan(robot):
+    model = robot(SLIDERCRANK, drives=["A"])
+    angle = np.linspace(-np.pi, np.pi, 2001)
+    q = np.zeros((len(angle), model.nq))
+    start = model.close(model.neutral(), hold=["A"]).q
+    for k, x in enumerate(angle[1000:]):  # in small steps, on one branch, forwards and backwards
+        for row, sign in ((1000 + k, 1), (1000 - k, -1)):
+            q[row] = q[row - sign] if k else start
+            q[row, 0] = sign * x
+            q[row] = model.close(q[row], hold=["A"]).q
+    still = np.zeros((len(q), model.nv))
+    expected = np.linalg.norm(model.reactions(q, still, still, joints=["C"])[:, 0][:, [0, 2]], axis=1).max()  # in the plane: determined
+    run = ksl.hold(model, worst="C", quantity="radial_force")
+    assert row_of(run, "C")["radial_force_peak"] == pytest.approx(expected, rel=1e-5)
+    with pytest.raises(MotionError, match="S is given 0.9 m, but with A = 0.5 rad the loops put it at 0.3"):
+        ksl.hold(model, {"A": 0.5, "S": 0.9})
+    with pytest.raises(MotionError, match="with S = 0.9 m the mechanism can't be closed: out of reach, loop joint C stays open by 0.5"):
+        ksl.hold(model, {"S": 0.9})
+    with pytest.raises(MotionError, match="the mechanism has 1 freedom, and no drives leave 1 of it open; name more: --drives"):
+        ksl.compute_loads(robot(SLIDERCRANK, drives=[]), (TIME, np.full((len(TIME), 3), np.nan)))
+
+
+def test_a_motion_that_leaves_the_reach_names_sample_and_time(robot):
+    model = robot(SLIDERCRANK, drives=["S"])
+    with pytest.raises(MotionError, match=r"sample 2\d \(time 0.2\d*\): with S = 0.35\d* m the mechanism can't be closed: out of reach, loop joint C"):
+        ksl.compute_loads(model, of_drive(model, "S", 0.3 + 0.2 * TIME))
+
+
+def test_more_drives_than_freedoms_are_a_doubt(robot):
+    run = ksl.compute_loads(robot(FOURBAR, drives=["A", "D"]), ksl.compute_loads(robot(FOURBAR, drives=["A"]), of_drive(robot(FOURBAR), "A", TURN)).cases[0].motion)
+    assert "A, D: 2 drives move 1 freedom: efforts are those of least norm" in " ".join(run.verdict.reasons)
+
+
+def test_components_on_what_is_open_get_no_verdict(fourbar):
+    run = ksl.compute_loads(fourbar, of_drive(fourbar, "A", TURN))
+    pin = {"kind": "limits", "joint": "C", "radial_force": 100.0, "bending_moment": 1e-9, "speed_rpm": 100.0}
+    bearing = {"kind": "crossed roller bearing", "joint": "C", "pitch_diameter": 0.1, "C": 9000, "C0": 9000, "load_factor": 1, "required_static_safety": 2}
+    for model, judged in ((fourbar, False), (fourbar.with_stiffness({n: np.full(6, 1e7) for n in "ABCD"}), True)):
+        sizing = ksl.size(ksl.compute_loads(model, run.cases[0].motion).wrenches, {"component": [pin, bearing], "required_life_h": 1000})
+        verdicts = {f.figure: f.verdict for f in sizing.figures}
+        assert verdicts["radial force"] == verdicts["speed"] == "within"
+        assert (verdicts["bending moment"], verdicts["static safety"] != "") == (("over", True) if judged else ("", False))
+        why = [str(x) for x in sizing.left_out if "not judged: needs stiffnesses" in str(x)]
+        assert bool(why) is not judged
+    assert "position_lowest" in row_of(run, "C")
+
+
+def test_a_sweep_says_the_same_as_one_run(fourbar, tmp_path):
+    np.savetxt(tmp_path / "crank.csv", np.column_stack([TIME, TURN]), delimiter=",", header="time,A", comments="", fmt="%.17g")
+    sweep = {"base": {"motion": str(tmp_path / "crank.csv")}, "vary": [{"kind": "payload", "link": "rocker", "values": [0.0, 1.0]}]}
+    rows = ksl.sweep(fourbar, sweep, tmp_path / "swept", workers=1).cases.to_table().to_pylist()
+    run = ksl.compute_loads(fourbar, tmp_path / "crank.csv", payloads={"rocker": (1.0, (0, 0, 0))})
+    swept = {row["joint"]: row for row in rows if row["case"] == 1}
+    assert list(swept) == ["A", "B", "D", "base", "C"]
+    for row in run.rows:
+        same = {k: x for k, x in row.items() if k not in ("case", "joint", "kind", "undetermined")}
+        assert all(swept[row["joint"]][k] == row[k] for k in ("kind", "undetermined"))
+        assert {k: swept[row["joint"]][k] for k in same} == pytest.approx(same, rel=1e-12), row["joint"]
+
+
+def test_commands(tmp_path):
+    (tmp_path / "fourbar.urdf").write_text(FOURBAR)
+    made = run_ksl("motion", "fourbar.urdf", "--drives", "A", "--kind", "template", "-o", "t.csv", cwd=tmp_path)
+    assert made.returncode == 0 and (tmp_path / "t.csv").read_text().startswith("time,A\n")
+    np.savetxt(tmp_path / "crank.csv", np.column_stack([TIME, TURN]), delimiter=",", header="time,A", comments="")
+    unknown = run_ksl("loads", "fourbar.urdf", "crank.csv", cwd=tmp_path)
+    assert unknown.returncode == 2 and "name them: --drives (drives= in Python), from among A, B, D" in unknown.stderr
+    done = run_ksl("loads", "fourbar.urdf", "crank.csv", "--drives", "A", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "* not determined by rigid bodies" in done.stdout and "Joints without a motor" in done.stdout
+    said = json.loads((tmp_path / "loads" / "report.json").read_text(encoding="utf-8"))
+    assert said["closed_mechanism"]["loops"] == ["C, continuous, coupler → rocker"] and said["closed_mechanism"]["redundant"] == ["C: 3 of 5"]
+    assert "<h2>Closed mechanism</h2>" in (tmp_path / "loads" / "report.html").read_text(encoding="utf-8")
+    info = run_ksl("info", "fourbar.urdf", cwd=tmp_path)
+    assert "mobility: 1 freedom at the closed position" in info.stdout and "drives: not known; name them with --drives, candidates: A, B, D" in info.stdout
+    cut = run_ksl("loads", "fourbar.urdf", "crank.csv", "--loops", "cut", cwd=tmp_path)
+    assert cut.returncode == 2 and "no column 'B' for joint B; add its positions" in cut.stderr

@@ -1,0 +1,27 @@
+"""Two planar linkages in space, about axes that lie across the plane: a four-bar and an offset slider-crank; centres of mass are off the plane."""
+
+INERTIA = '<inertia ixx="0.001" iyy="0.0085" izz="0.008" ixy="0.0002" iyz="-0.0001" izx="0" ixz="0"/>'
+
+
+def link(name, mass, x):
+    return f'<link name="{name}"><inertial><origin xyz="{x} 0.01 0.02"/><mass value="{mass}"/>{INERTIA}</inertial></link>'
+
+
+def joint(name, parent, child, xyz, kind="continuous", axis="0 -1 0", limit=""):
+    return f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin xyz="{xyz}"/><axis xyz="{axis}"/>{limit}</joint>'
+
+
+def loop(name, parent, at_parent, child, at_child):
+    ends = f'<parent link="{parent}"/><parent_origin xyz="{at_parent}"/><parent_axis xyz="0 -1 0"/>'
+    return f'<constraint name="{name}" type="continuous">{ends}<child link="{child}"/><child_origin xyz="{at_child}"/><child_axis xyz="0 -1 0"/></constraint>'
+
+
+LIMIT = '<limit effort="5" velocity="10"/>'
+FOURBAR = f"""<robot name="fourbar"><link name="frame"/>{link("crank", 0.6, 0.05)}{link("coupler", 1.1, 0.16)}{link("rocker", 0.9, 0.13)}
+{joint("A", "frame", "crank", "0 0 0", limit=LIMIT)}{joint("B", "crank", "coupler", "0.1 0.03 0")}{joint("D", "frame", "rocker", "0.35 0.04 0.04")}
+{loop("C", "coupler", "0.32 0.03 0", "rocker", "0.25 0.02 0")}</robot>"""
+
+SLIDE = '<limit lower="0" upper="1" effort="500" velocity="2"/>'
+SLIDERCRANK = f"""<robot name="slidercrank"><link name="frame"/>{link("crank", 0.6, 0.05)}{link("rod", 1.1, 0.12)}{link("slider", 0.9, 0.0)}
+{joint("A", "frame", "crank", "0 0 0")}{joint("B", "crank", "rod", "0.1 0.03 0")}{joint("S", "frame", "slider", "0 0.05 0.02", "prismatic", "1 0 0", SLIDE)}
+{loop("C", "rod", "0.25 0.03 0", "slider", "0 0.01 0")}</robot>"""

@@ -1,0 +1,104 @@
+"""Loops and drives in MJCF, held against MuJoCo's own residuals."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+import ksl
+from ksl import mjcf
+
+BODIES = """
+<body name="a" pos="0.1 0.2 0.3" quat="0.9 0.1 0.2 0.3"><freejoint name="fa"/><geom type="box" size="0.1 0.2 0.3"/><site name="sa" pos="0.4 0.1 0" quat="0.8 0 0.6 0"/></body>
+<body name="b" pos="1 0.2 0" quat="0.7 0.1 -0.2 0.3"><freejoint name="fb"/><geom type="box" size="0.1 0.2 0.3"/><site name="sb" pos="-0.4 0.1 0.3"/></body>"""
+EQUALITIES = {
+    "connect at an anchor": '<connect name="e" body1="a" body2="b" anchor="0.3 0.1 0.2"/>',
+    "connect of sites": '<connect name="e" site1="sa" site2="sb"/>',
+    "weld as placed": '<weld name="e" body1="a" body2="b" anchor="0.2 0.1 0"/>',
+    "weld at a pose": '<weld name="e" body1="a" body2="b" anchor="0.2 0.1 0" relpose="0.3 0.2 0.1 0.5 0.5 0.5 -0.5"/>',
+    "weld of sites": '<weld name="e" site1="sa" site2="sb"/>',
+    "weld to the world": '<weld name="e" body1="a"/>',
+}
+
+
+def robot(inside: str, equality: str = "", more: str = "") -> str:
+    return f"<mujoco><worldbody>{inside}</worldbody><equality>{equality}</equality>{more}</mujoco>"
+
+
+@pytest.mark.parametrize("equality", EQUALITIES.values(), ids=EQUALITIES)
+def test_frames_are_those_of_mujoco(equality):
+    text = robot(BODIES, equality)
+    mj = mujoco.MjModel.from_xml_string(text)
+    m, data = ksl.load_string(text), mujoco.MjData(mj)
+    (loop,) = m.loops
+    assert loop.name == "e" and loop.kind == ("fixed" if "weld" in equality else "spherical")
+    rng = np.random.default_rng(1)
+    for _ in range(3):
+        data.qpos[:] = rng.normal(size=mj.nq)
+        mujoco.mj_normalizeQuat(mj, data.qpos)
+        mujoco.mj_forward(mj, data)
+        residual = data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+        q = mjcf.from_mujoco(m, data.qpos).q
+        sides = ((loop.predecessor, loop.predecessor_pose), (loop.successor, loop.successor_pose))
+        first, second = (m.frame_pose(q, link) @ np.reshape(pose, (4, 4)) for link, pose in sides)
+        assert np.abs(first[:3, 3] - second[:3, 3] - residual[:3]).max() < 1e-14
+        if loop.kind == "fixed":
+            cosine = (np.trace(first[:3, :3].T @ second[:3, :3]) - 1) / 2
+            assert abs(np.linalg.norm(residual[3:]) - np.sqrt((1 - cosine) / 2)) < 1e-14  # the sine of half the angle
+    assert "solref, solimp of equality constraints (1 loop, closed exactly)" in m.unused
+    assert not ksl.load_string(text, loops="cut").loops
+
+
+ARM = """
+<body name="a"><joint name="ja" axis="0 0 1"/><geom type="box" size="0.1 0.2 0.3"/></body>
+<body name="b" pos="1 0 0" quat="0.8 0 0 0.6"><joint name="jb" axis="0 0 1"/><geom type="box" size="0.1 0.2 0.3"/></body>"""
+
+
+def test_two_connects_are_a_revolute_joint():
+    first, second = ('<connect name="pin_{}" body1="{}" body2="{}" anchor="{}"/>'.format(*x) for x in ((1, "a", "b", "0.5 0.25 0"), (2, "a", "b", "0.5 0.25 0.1")))
+    swapped = '<connect name="pin_2" body1="b" body2="a" anchor="0.1 0.555 0.1"/>'
+    with pytest.warns(ksl.DescriptionWarning, match="pin_1 and pin_2 connect the same two bodies at two points; they are read as one revolute"):
+        m = ksl.load_string(robot(ARM, first + second))
+    (loop,) = m.loops
+    assert loop.name == "pin" and loop.kind == "revolute" and np.allclose(loop.axis, (0, 0, 1))
+    assert np.abs(m.loop_error(np.zeros(2))).max() < 1e-15
+    with pytest.warns(ksl.DescriptionWarning, match="revolute"):
+        assert ksl.load_string(robot(ARM, first + swapped)).loops[0].kind == "revolute"
+    apart = ksl.load_string(robot(ARM, first + first.replace("pin_1", "pin_3")))  # at one point: no line
+    assert [(x.name, x.kind) for x in apart.loops] == [("pin_1", "spherical"), ("pin_3", "spherical")]
+
+
+def test_actuators_name_the_drives():
+    connect = '<connect body1="a" body2="b" anchor="0.5 0.25 0"/>'
+    follows = '<joint joint1="jb" joint2="ja" polycoef="0 2 0 0 0"/>'
+    both = '<tendon><fixed name="t"><joint joint="ja" coef="1"/><joint joint="jb" coef="1"/></fixed></tendon>'
+
+    def loaded(equality: str, actuators: str, before: str = "") -> ksl.Model:
+        return ksl.load_string(robot(ARM, equality, f"{before}<actuator>{actuators}</actuator>"))
+
+    m = loaded(connect, '<motor joint="jb"/><position joint="jb"/>')
+    assert m.drives == ("jb",) and m.loop_names == ["a_b_loop"] and not any("actuator" in line for line in m.unused)
+    m = loaded(connect, '<motor tendon="t"/>', both)  # of two coordinates
+    assert m.drives is None and "actuator (1)" in m.unused
+    assert loaded(connect + follows, '<motor tendon="t"/>', both).drives == ("ja",)
+    assert loaded(connect + follows, '<motor joint="jb"/>').drives == ("ja",)
+    assert loaded(connect, "").drives is None
+    stack = ARM.replace('<joint name="jb" axis="0 0 1"/>', '<joint name="jb" axis="0 0 1"/><joint name="jc" axis="1 0 0"/>')
+    kinds = [[m.joint(x).kind for x in m.joint_names] for m in (ksl.load_string(robot(stack, connect, f"<actuator>{x}</actuator>")) for x in ("", '<motor joint="jc"/>'))]
+    assert kinds == [["revolute", "universal"], ["revolute"] * 3]
+
+
+def test_constraints_that_are_turned_off():
+    connect = '<connect body1="a" body2="b" anchor="0.5 0.25 0" active="false"/>'
+    m = ksl.load_string(robot(ARM, connect))
+    assert not m.loops and "equality connect, not active (1)" in m.unused
+    off = robot(ARM, connect.replace("false", "true")).replace("<worldbody>", '<option><flag equality="disable"/></option><worldbody>')
+    assert not ksl.load_string(off).loops
+
+
+def test_a_loop_inside_one_body_is_refused(tmp_path: Path):
+    path = tmp_path / "r.xml"
+    path.write_text(robot(BODIES.replace('<site name="sb" pos="-0.4 0.1 0.3"/>', "").replace("</body>", '<site name="sb"/></body>', 1), EQUALITIES["connect of sites"]))
+    with pytest.raises(ksl.DescriptionError, match=r"r\.xml: .*e: it connects link a with itself"):
+        ksl.load(path)
