@@ -11,7 +11,7 @@ from typing import Literal, TypeVar
 from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.base.errors import QuaternionWarning
+from ksl.base.errors import DescriptionError, QuaternionWarning, unknown_name
 from ksl.base.files_read import InputFile
 from ksl.model import given
 from ksl.model.calls import Calls
@@ -73,6 +73,9 @@ class Surgery(Calls):
         given_too = given.mapping(stiffness, "stiffness", "{joint: six numbers, a (6, 6) matrix, or axial, radial and tilting}")
         axes: dict[str, tuple[float, float, float] | None] = {joint.name: joint.axis for joint in self.joints}
         axes.update((loop.name, loop.axis) for loop in self.loops)
+        for joint, _ in given_too:
+            if given.name(joint, "a joint") not in axes:
+                raise DescriptionError(unknown_name(self.name or self.file, "joint", joint, list(axes)))
         return self._made(self._core.with_compliances([(given.name(joint, "a joint"), compliance_of(joint, x, axes.get(joint))) for joint, x in given_too]))
 
     def _with_stiffness(self: S, stiffness: Mapping[str, Stiffness]) -> S:

@@ -21,6 +21,8 @@ template <class S> struct loop_plan {
   loop_plan(loop_plan &&other) noexcept { *this = static_cast<loop_plan &&>(other); }
   ~loop_plan() = default;
   loop_plan &operator=(const loop_plan &other) {
+    if (this == &other)
+      return *this;
     joints = other.joints, columns = other.columns, pitch = other.pitch, row_scale = other.row_scale;
     column_scale = other.column_scale, pivots = other.pivots, list = other.list, independent = other.independent;
     place = other.place, redundant = other.redundant, view = other.view;
