@@ -11,7 +11,6 @@
 
 namespace ksl::readers {
 
-using text::quoted;
 
 namespace {
 
