@@ -11,7 +11,6 @@
 
 namespace ksl::readers {
 
-
 namespace {
 
 using A = algebra<double>;
