@@ -83,6 +83,12 @@ def test_a_loop_joint_takes_part_like_a_joint_of_the_tree(kind, seed):
     assert {"speed_peak", "position_lowest"} <= set(loop) or kind in ("spherical", "fixed")
 
 
+def test_joints_that_a_file_of_stiffnesses_leaves_out_are_named(fourbar):
+    from ksl.commands.stiffness_option import joints_without
+
+    assert sorted(joints_without(fourbar, ["A", "C"])) == ["B", "D"] and joints_without(fourbar, "ABCD") == []
+
+
 @pytest.mark.parametrize("placement", [{}, {"axes": "world", "at": "world"}, {"axes": "rocker", "on": "parent"}, {"at": {"C": (0.1, 0.2, -0.1)}}])
 def test_what_is_open_is_what_stiffnesses_change(fourbar, placement):
     """No stiffness changes a component that is said to be determined, and each of the others is changed by some."""
