@@ -93,7 +93,7 @@ bench_sets = $(if $(shell grep -sow -m1 avx512vl /proc/cpuinfo),-DKSL_INSTRUCTIO
 bench: bench-build
 	$(BIN)/python bench/run.py build/bench
 	$(BIN)/python bench/growth.py build/bench
-	.venv-bench/bin/python -m pip install -q . && .venv-bench/bin/python bench/loops.py
+	PYTHONPATH=$$($(BIN)/python -c 'import pathlib, ksl; print(pathlib.Path(ksl.__file__).parents[1])') .venv-bench/bin/python bench/loops.py
 
 # The same, and then the plots and tables of docs/performance.md.
 bench-plots: bench-build

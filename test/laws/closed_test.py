@@ -154,6 +154,12 @@ def test_refusals_say_what_to_do():
     with pytest.raises(ksl.ResultError, match="joints that have motors are not known, and the mechanism has 2 freedoms; .* j, k"):
         two.inverse_dynamics([0, 0], [0, 0], [0, 0])
     assert np.allclose(two.forward_dynamics([0, 0], [0, 0], [0, 0]), 0)
+    up = np.eye(4)
+    up[0, 3] = 0.5  # the length of this mechanism is 1 m, which must not make angles of lengths
+    straight = ksl.Builder("s").add_link("g").add_link("a", mass=1.0, inertia=np.eye(3)).add_joint("j", "revolute", "g", "a", axis=(1, 0, 0))
+    straight.add_loop("l", "prismatic", "g", "a", up, up, axis=(1, 0, 0))
+    with pytest.raises(ksl.ResultError, match=r"these velocities open it by .* rad/s"):
+        straight.build(drives=["j"]).inverse_dynamics([0], [1e-3], [0])
     with pytest.raises(ValueError, match="mass_matrix is not available for mechanisms with loops"):
         m.mass_matrix(q)
     with pytest.raises(ValueError, match="no motion of the closed mechanism has these velocities"):

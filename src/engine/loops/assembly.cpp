@@ -87,8 +87,7 @@ double assembly::distance(const double *start, const double *q, double *d) {
 double assembly::longest_share() const {
   double most = 0;
   for (int j = 0; j < m_.nv(); ++j)
-    most =
-        std::max(most, std::fabs(step_[j]) / (t_.column_scale[static_cast<std::size_t>(j)] == 1 ? t_.length / 2 : 1));
+    most = std::max(most, std::fabs(step_[j]) / (t_.column_turns[static_cast<std::size_t>(j)] ? 1 : t_.length / 2));
   return most > 1 ? 1 / most : 1;
 }
 

@@ -48,7 +48,7 @@ std::string text_of(const finding &fault, const model &m) {
            text::listed(names, names.size());
   }
   const std::string joint = "loop joint " + m.loops()[static_cast<std::size_t>(loop_of(t, fault.row))].name;
-  const bool turns = t.row_scale[static_cast<std::size_t>(fault.row)] != 1;
+  const bool turns = t.row_turns[static_cast<std::size_t>(fault.row)];
   if (!std::isfinite(fault.value))
     return joint + ": numbers of this state overflow; give smaller ones";
   const std::string by = text::shown(std::fabs(fault.value)) + (turns ? " rad" : " m"),

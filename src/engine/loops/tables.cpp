@@ -70,7 +70,7 @@ public:
   explicit maker(const model &m) : m_(m) {}
 
   tables make() {
-    t_.column_scale.assign(index(m_.nv()), 1);
+    t_.column_scale.assign(index(m_.nv()), 1), t_.column_turns.assign(index(m_.nv()), 0);
     first_column_.assign(m_.joints().size(), -1);
     for (const loop_row &row : m_.loops())
       add_loop(row);
@@ -187,13 +187,13 @@ private:
     t_.length = longest_ > 0 ? longest_ : 1; // all joints at one point: no length there is, and none is needed
     for (const loop &l : t_.loops)
       for (int i = 0; i < l.rows; ++i)
-        t_.row_scale.push_back(is_moment(l.T[i]) ? t_.length : 1);
+        t_.row_turns.push_back(is_moment(l.T[i])), t_.row_scale.push_back(is_moment(l.T[i]) ? t_.length : 1);
     for (int j = 0; j < m_.moving_joints(); ++j) {
       const joint_row &row = m_.joints()[index(j)];
       const joint_kind_row kind = row_of(row.kind);
       for (int k = 0; k < kind.nv; ++k)
         if (kind.velocities[k].unit == std::string_view("rad"))
-          t_.column_scale[index(row.v_index + k)] = 1 / t_.length;
+          t_.column_turns[index(row.v_index + k)] = 1, t_.column_scale[index(row.v_index + k)] = 1 / t_.length;
     }
   }
 

@@ -46,8 +46,10 @@ struct tables {
   std::vector<loop> loops;
   int rows = 0;      ///< of all loops
   double length = 1; ///< of the mechanism, m: rows of moments are multiplied by it, coordinates that turn divided
-  std::vector<double> row_scale;    ///< (rows) 1 for equations of translation, `length` for those of rotation
-  std::vector<double> column_scale; ///< (nv) 1 for coordinates that slide, 1 / length for those that turn
+  std::vector<unsigned char> row_turns;    ///< (rows) is it an equation of rotation
+  std::vector<unsigned char> column_turns; ///< (nv) does the coordinate turn
+  std::vector<double> row_scale;           ///< (rows) 1 for equations of translation, `length` for those of rotation
+  std::vector<double> column_scale;        ///< (nv) 1 for coordinates that slide, 1 / length for those that turn
   /// Compliances (6, 6) of joints, and where each is among all joints: those of the tree, then those of loops.
   std::vector<std::pair<int, std::array<double, 36>>> compliances;
   std::vector<int> drives;              ///< coordinates in v that have a motor, ascending

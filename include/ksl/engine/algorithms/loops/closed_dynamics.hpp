@@ -22,7 +22,6 @@ template <class T> struct closed_inverse_dynamics_workspace {
   }
 };
 
-/// Efforts tau (nv) of the drives, and the wrenches (ends, 6) that the joints of loops exert on links: on the successor and on the
 /// Efforts tau (nv) of the drives, which are the independent coordinates, and the wrenches (ends, 6) that the joint of each loop exerts on
 /// its successor and on its predecessor, at its frame on either and in its axes, linear first.
 template <class T>

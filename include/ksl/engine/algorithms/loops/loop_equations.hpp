@@ -191,7 +191,7 @@ template <class T> KSL_LANES void set_loop(const model_view<scalar_of<T>> &model
   w.fault = fault;
 }
 
-/// K and b of all loops, for positions whose bodies are set in w.world.
+/// K and b of all loops, after the axes and origins of all bodies in the world.
 template <class T> KSL_LANES void set_loop_equations(const model_view<scalar_of<T>> &model,
                                                      loop_equations_workspace<T> &w, const T *q, const T *v,
                                                      const T *a) {
