@@ -10,6 +10,7 @@
 #include "calls.hpp"
 #include "inverse_kinematics.hpp"
 #include "loops.hpp"
+#include "simulate.hpp"
 #include "ksl/config.h"
 #include "load/robot_file.hpp"
 #include "paths.hpp"
@@ -322,6 +323,7 @@ NB_MODULE(_core, module) {
             "threads"_a.none());
   building::add_surgery(model);
   loops_calls::add_loops(model);
+  simulation_calls::add_simulation(model);
   building::add_builder(module);
   add_loading(module);
 }

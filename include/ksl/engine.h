@@ -305,6 +305,7 @@ KSL_END_C
 
 #include "ksl/engine_building.h"
 #include "ksl/engine_loops.h"
+#include "ksl/engine_simulate.h"
 #include "ksl/engine_calls.h"
 
 #endif

@@ -40,6 +40,7 @@ Written by hand, with the same conventions. C has those with the suffix `f`, too
 | inverse kinematics | `inverse_kinematics` | `ksl_inverse_kinematics` | `inverse_kinematics` |
 | wrench through a section of a link | `section_wrench` (`ksl/section.hpp`), one state | `ksl_section_wrench`, one state | `section_wrench` |
 | closed mechanisms: geometry, consistent motions, derivatives, what reactions leave open | `ksl/loops.hpp` | `ksl/engine_loops.h` | `mobility`, `close`, `consistent_velocity` … ([loops.md](../loops.md)) |
+| motion over time: methods, controllers, brakes, limits, events | `ksl/simulate.hpp` | `ksl/engine_simulate.h` | `simulate` ([simulation.md](../simulation.md)) |
 | layout of tree-sparse matrices | `model::tree_rows`, `tree_columns` | `ksl_model_tree` | `tree_rows`, `tree_columns` |
 | one part of the efforts | `effort_parts` | `ksl_effort_parts` | `effort_part` |
 | joints: kind, indices, axes, limits | `model::joints`, `description` | `ksl_model_joint_info` | `joints`, `joint` |

@@ -15,6 +15,7 @@ from ksl.base.higher_rooms import function_of
 from ksl.model import given
 from ksl.model.inverse_kinematics import InverseKinematicsCalls
 from ksl.model.requests import one_of
+from ksl.model.simulate import SimulationCalls
 from ksl.model.states import EFFORT_PARTS, Array, External, ExternalAxes, Order, Point, Side
 from ksl.model.surgery import Surgery
 
@@ -30,7 +31,7 @@ _Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, fl
 """A path, and the options of `_core.load_text`: what a model is made from again."""
 
 
-class Model(Surgery, InverseKinematicsCalls):
+class Model(Surgery, InverseKinematicsCalls, SimulationCalls):
     """A mechanism, immutable.  Made by :func:`load`, by :class:`ksl.Builder`, or from another model by one of its methods.
 
     A pickle of a model that was loaded contains the arguments of `load`, with an absolute path.  Unpickling, for example in a

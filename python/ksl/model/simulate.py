@@ -1,0 +1,280 @@
+"""Mechanisms in motion: the call of a model."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ksl.base.errors import near_names
+from ksl.base.printable import sentence
+from ksl.base.real_arrays import real_array
+from ksl.model import given
+from ksl.model.calls import Calls
+from ksl.model.drives import Brake, Controller
+from ksl.model.drives_over_time import DriveNumbers, OverTime, coordinates, over_time
+from ksl.model.mechanism import Joint
+from ksl.model.simulation_result import HAPPENINGS, Drift, Event, Simulation
+from ksl.model.states import Array, External, ExternalAxes, items_of
+
+Method = Literal["semi_implicit_euler", "rk4", "rkmk4", "dop853", "sdirk4", "variational"]
+METHODS = ("semi_implicit_euler", "rk4", "rkmk4", "dop853", "sdirk4", "variational")
+"""In the order of the compiled enumeration."""
+
+IN_LANES = METHODS[:3]
+"""Methods that step many runs at once."""
+
+REASONS = (
+    "complete",
+    "an event ended it",
+    "a function ended it",
+    "the step that the error allows became too small to change the time",
+    "it took more steps than most_steps",
+    "numbers are not finite",
+    "the equations of an implicit step have no solution nearby; take a smaller step",
+    "the loops can't be closed nearby",
+)
+"""How runs end, in the order of the compiled enumeration."""
+COMPLETE, OF_EVENT, OF_FUNCTION, UNDERFLOW, NOT_FINITE = 0, 1, 2, 3, 5
+
+Efforts = ArrayLike | Callable[[float, Array, Array], ArrayLike] | Controller | None
+EventFunction = Callable[[float, Array, Array], float]
+
+
+class SimulationCalls(Calls):
+    """The call of a model."""
+
+    def simulate(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        times: ArrayLike,
+        efforts: Efforts = None,
+        method: Method = "dop853",
+        rtol: float = 1e-9,
+        atol: float = 1e-9,
+        step: float | None = None,
+        external: External | None = None,
+        external_axes: ExternalAxes = "link",
+        restitution: float | Mapping[str, float] | None = None,
+        friction: float | Mapping[str, float] | None = None,
+        brake: Brake | None = None,
+        events: Iterable[EventFunction] | EventFunction = (),
+        project: bool = True,
+        most_steps: int = 10_000_000,
+        threads: int | None = None,
+    ) -> Simulation:
+        """The motion from q (…, nq), v (…, nv) at times[0], at all `times` (n), s, increasing: forward dynamics over time.
+
+        efforts: of the drives.  None is none; (nv) constant; (n, nv) or (…, n, nv) at the times, straight lines between; a function of
+        (t, q, v), which gets and returns numbers of one run, or with the methods in lanes those of all runs with their leading shape, and
+        ends the run if it returns None; or a controller: :class:`ksl.simulation.PD`, `GravityCompensation` or `ComputedTorque`.
+        method: "dop853", order 8 with error control by rtol and atol, the only one that finds events; with steps of at most `step`, s:
+        "rk4" and "rkmk4", order 4, "semi_implicit_euler", order 1, which compute many runs in lanes; "sdirk4", order 4, implicit, for stiff
+        springs and gains; "variational", order 2, whose energy has no trend.  docs/simulation.md says which to take.
+        rtol, atol: error of one step, of each number of a step and of v: atol + rtol |number|.  step: each interval of `times` has a whole
+        number of steps.  most_steps: of a run.
+        external: {link: (6) constant, (n, 6) or (…, n, 6) at the times}, or {link: ksl.Wrench}; external_axes: as in :meth:`inverse_dynamics`.
+        restitution: limits of joints throw back with −restitution times the speed, one number or {joint: number}; None: no limits.
+        friction: dry friction that sticks and slips by the exact law, N m or N, beside that of the model's "exact friction".
+        brake: a :class:`ksl.simulation.Brake`.
+        events: functions of (t, q, v) of one run, whose zeros are located and recorded; with an attribute `terminal` true the run ends
+        there, with `direction` 1 or −1 only zeros where it rises or falls count.
+        project: whether positions and velocities of mechanisms with loops are moved to the nearest closed ones after each step.
+        threads: at most, for many runs; functions of Python are called by one.
+
+        Joint physics is that of the model (:meth:`with_physics`).  A run that ends early warns, keeps what it has, and says why in
+        `reason`.  Raises ValueError for starts of mechanisms with loops that are not closed, and for arguments that don't fit.
+
+            run = m.simulate(q, v, np.linspace(0.0, 2.0, 201))
+            run.q, run.drift.energy
+        """
+        at, moving, leading = self._several((q, "q", self.nq), (v, "v", self.nv))
+        instants = _times(times)
+        which = _one_of_methods(method)
+        self._require_closed_start(at, moving)
+        drives = DriveNumbers(self, efforts, instants, leading, which in IN_LANES)
+        laws = self._exact_laws(restitution, friction, brake, at)
+        watched = list(events) if isinstance(events, Iterable) else [events]
+        how = {
+            "method": METHODS.index(which),
+            "step": _step(step, which, instants),
+            "rtol": _positive(rtol, "rtol", zero=True),
+            "atol": _positive(atol, "atol", zero=True),
+            "most_steps": _count(most_steps, "most_steps"),
+            "project": given.flag(project, "project"),
+        }
+        wrenches = self._wrenches_over_time(external, external_axes, instants, leading)
+        is_called = drives.function is not None or bool(watched)
+        arrays, ends, happened = self._core.simulate(
+            at,
+            moving,
+            instants,
+            how,
+            drives.numbers,
+            wrenches,
+            external_axes == "world",
+            laws,
+            [(_direction(f), bool(getattr(f, "terminal", False))) for f in watched],
+            _event_values(watched) if watched else None,
+            1 if is_called else threads,
+        )
+        result = self._simulation(instants, leading, arrays, ends, happened, not wrenches)
+        self._warn_of_ends(result, ends, drives.not_finite)
+        return result
+
+    def _require_closed_start(self, q: Array, v: Array) -> None:
+        """Refuses starts at which loops are open, by the sentences of forward dynamics, which name the way out."""
+        if self.loops and len(q):
+            self.forward_dynamics(q, v, np.zeros_like(v))
+
+    def _exact_laws(self, restitution: Any, friction: Any, brake: Brake | None, q: Array) -> dict[str, Any]:
+        laws: dict[str, Any] = {"restitution": None, "lower": None, "upper": None, "friction": None, "brake": None, "brake_at": 0.0, "cut_efforts": False}
+        single = [joint for joint in self.joints[: self._moving] if joint.one_coordinate]
+        if restitution is not None:
+            laws["restitution"] = _of_coordinates(self, restitution, "restitution", single, outside=-1.0)
+            laws["lower"], laws["upper"] = np.full(self.nv, -np.inf), np.full(self.nv, np.inf)
+            for joint in single:
+                k = joint.q_index
+                laws["lower"][joint.v_index], laws["upper"][joint.v_index] = self.lower[k], self.upper[k]
+                beyond = (q[:, k] < self.lower[k]) | (q[:, k] > self.upper[k])
+                if laws["restitution"][joint.v_index] >= 0 and beyond.any():
+                    said = f"q: {joint.name!r} starts at {q[beyond, k][0]:g}, beyond its limits {self.lower[k]:g} and {self.upper[k]:g}"
+                    raise ValueError(sentence(f"{said}; start within them, or leave the joint out of restitution"))
+        if friction is not None:
+            laws["friction"] = _of_coordinates(self, friction, "friction", single)
+        if brake is not None:
+            if not isinstance(brake, Brake):
+                raise ValueError(f"brake is {type(brake).__name__}; expected a ksl.simulation.Brake")
+            laws["brake"] = _of_coordinates(self, brake.effort, "brake", single)
+            laws["brake_at"], laws["cut_efforts"] = given.number(brake.at, "brake.at"), given.flag(brake.cut, "brake.cut")
+        return laws
+
+    def _wrenches_over_time(
+        self, external: External | None, axes: str, times: Array, leading: tuple[int, ...]
+    ) -> list[tuple[int, OverTime]]:
+        if axes not in ("link", "world"):
+            raise ValueError(f"external_axes={axes!r}; {near_names(axes, ('link', 'world'))}expected one of 'link', 'world'")
+        found = []
+        for link, wrench in items_of(external, axes):
+            number = self._index(self._link_index, link, "link")
+            found.append((number, over_time(wrench, times, leading, 6, sentence(f"external[{link!r}]"))))
+        return found
+
+    def _simulation(self, times: Array, leading: tuple[int, ...], arrays: Any, ends: Any, happened: Any, is_free: bool) -> Simulation:
+        shaped = {name: x.reshape(*leading, *(x.shape[1:2] if x.shape[2] == 1 and name not in ("q", "v", "a", "tau") else x.shape[1:])) for name, x in arrays.items()}
+        how = np.array([end[0] for end in ends], dtype=int).reshape(leading)
+        energy = shaped["kinetic"] + shaped["potential"]
+        lost = energy - energy[..., :1] - shaped["work"]
+        drift = Drift(lost, self._momentum_lost(shaped["momentum"], times) if is_free else None, shaped.get("closure"))
+        joints = {joint.v_index + k: joint.name for joint in self.joints[: self._moving] for k in range(joint.nv)}
+        recorded = []
+        for run, time, what, number, speed in happened:
+            is_of_joint = HAPPENINGS[what] not in ("brakes", "event")
+            recorded.append(Event(run, time, HAPPENINGS[what], joints[number] if is_of_joint else None, number if number >= 0 else None, speed))
+        count = lambda place: np.array([end[place] for end in ends], dtype=np.int64).reshape(leading)  # noqa: E731
+        return Simulation(
+            times, shaped["q"], shaped["v"], shaped["a"], shaped["tau"], shaped["kinetic"], shaped["potential"], shaped["work"], drift,
+            tuple(recorded), how == COMPLETE, np.array([REASONS[k] for k in how.ravel()], dtype=object).astype(str).reshape(leading),
+            np.array([end[1] for end in ends], dtype=float).reshape(leading), count(2), count(3), count(4),
+        )  # fmt: skip
+
+    def _momentum_lost(self, momentum: Array, times: Array) -> Array | None:
+        """Of mechanisms that only floating joints carry: momentum less what gravity gave."""
+        roots = [joint for joint in self.joints[: self._moving] if joint.parent is None or not self._is_moved(joint.parent)]
+        if not roots or any(joint.kind != "floating" for joint in roots) or self.loops:
+            return None
+        mass = sum(self.subtree_mass(joint.name) for joint in roots)
+        lost = momentum - momentum[..., :1, :]
+        lost[..., :3] -= mass * np.asarray(self.gravity) * (times - times[0])[:, np.newaxis]
+        return lost  # gravity has no moment about the centre of mass
+
+    def _is_moved(self, link: str) -> bool:
+        return any(self.joint(name).nv or self.joint(name).leader for name in self.support(link))
+
+    def _warn_of_ends(self, run: Simulation, ends: Sequence[tuple[int, float, int, int, int, int]], by_function: str) -> None:
+        early = [k for k, end in enumerate(ends) if end[0] not in (COMPLETE, OF_EVENT, OF_FUNCTION)]  # these were wanted
+        if not early:
+            return
+        how, time, *_, coordinate = ends[early[0]]
+        names = [joint.name for joint in self.joints[: self._moving] if joint.v_index <= coordinate < joint.v_index + joint.nv]
+        which = f"run {early[0]}" + (f", the first of {len(early)}," if len(early) > 1 else "") if len(ends) > 1 else "the run"
+        energy = np.reshape(run.energy, (len(ends), -1))[early[0]]
+        last = energy[np.isfinite(energy)]
+        at = f"; joint {names[0]!r} is where the error is largest" if names and how == UNDERFLOW else f", those of joint {names[0]!r} first" if names else ""
+        at += f"; {by_function}" if by_function and how == NOT_FINITE else ""
+        held = f"; its energy was {last[-1]:.4g} J" if len(last) else ""
+        said = f"{which} ended at {time:.9g} s of {run.times[-1]:g} s: {REASONS[how]}{at}{held}.  Rows after that are NaN."
+        warnings.warn(sentence(said), RuntimeWarning, stacklevel=3)
+
+
+def _times(times: ArrayLike) -> Array:
+    instants = np.ascontiguousarray(real_array(times, "times"), dtype=float)
+    if instants.ndim != 1 or not len(instants):
+        raise ValueError(f"times has shape {instants.shape}; expected (n), the first that of the start")
+    if not np.isfinite(instants).all():
+        raise ValueError("times must be finite")
+    late = np.flatnonzero(np.diff(instants) <= 0)
+    if len(late):
+        k = int(late[0]) + 1
+        raise ValueError(f"times[{k}] is {instants[k]:g} after {instants[k - 1]:g}; times must increase")
+    return instants
+
+
+def _one_of_methods(method: object) -> str:
+    if not isinstance(method, str) or method not in METHODS:
+        raise ValueError(f"method={method!r}; {near_names(method, METHODS)}expected one of {', '.join(METHODS)}")
+    return method
+
+
+def _step(step: float | None, method: str, times: Array) -> float:
+    if method == "dop853":
+        if step is not None:
+            raise ValueError("step is for methods with steps of the same length; dop853 chooses its own, by rtol and atol")
+        return 0.0
+    if step is None and len(times) > 1:
+        raise ValueError(f"the method {method} has steps of the same length; give step, s")
+    return _positive(step, "step") if step is not None else 1.0
+
+
+def _positive(x: Any, what: str, zero: bool = False) -> float:
+    number = given.number(x, what)
+    if not (number > 0 or (zero and number == 0)) or not np.isfinite(number):
+        raise ValueError(f"{what} is {number:g}; expected a finite number {'that is not negative' if zero else 'above zero'}")
+    return number
+
+
+def _count(x: Any, what: str) -> int:
+    if type(x) is bool or not isinstance(x, (int, np.integer)) or x < 1:
+        raise ValueError(f"{what}={x!r}; expected a number of steps, 1 or more")
+    return int(x)
+
+
+def _direction(function: Any) -> int:
+    if not callable(function):
+        raise ValueError(f"events: {type(function).__name__} is no function of (t, q, v)")
+    return int(np.sign(getattr(function, "direction", 0)))
+
+
+def _event_values(functions: Sequence[EventFunction]) -> Callable[[int, float, Array, Array], Array]:
+    """All functions at once, for the compiled call."""
+
+    def values(run: int, t: float, q: Array, v: Array) -> Array:
+        found = np.array([float(f(t, q[0], v[0])) for f in functions])
+        if not np.isfinite(found).all():
+            k = int(np.flatnonzero(~np.isfinite(found))[0])
+            raise ValueError(f"events[{k}] is {found[k]} at t = {t:.9g} s of run {run}; expected a finite number")
+        return found
+
+    return values
+
+
+def _of_coordinates(model: Any, x: Any, what: str, joints: Sequence[Joint], outside: float = 0.0) -> Array:
+    """Numbers (nv), at least zero, for joints with one coordinate; `outside` for all others."""
+    numbers = coordinates(model, x, what, [joint.v_index for joint in joints], outside)
+    if (numbers[[joint.v_index for joint in joints]] < min(outside, 0.0)).any() or np.isnan(numbers).any():
+        raise ValueError(f"{what} must not be negative")
+    return numbers

@@ -1,0 +1,125 @@
+// Simulation from C.
+#include "ksl/engine_simulate.h"
+
+#include "c_api/calls.hpp"
+#include "ksl/dynamics.hpp"
+#include "ksl/loops.hpp"
+#include "ksl/simulate.hpp"
+
+#include <algorithm>
+
+namespace ksl::c_api {
+namespace {
+
+rows_over_time rows_of(const ksl_rows_over_time_t &given, std::ptrdiff_t columns, std::size_t runs, const char *name) {
+  if (given.n == 0)
+    return {};
+  require(given.times && given.rows, "times and rows of numbers over time must not be null");
+  for (std::size_t k = 0; k < given.n; ++k)
+    require(std::isfinite(given.times[k]) && (k == 0 || given.times[k] > given.times[k - 1]),
+            "times of numbers over time must be finite and increase");
+  const std::size_t each = given.n * static_cast<std::size_t>(columns);
+  for (std::size_t run = 0; run < (given.run_stride ? runs : 1); ++run)
+    require_finite(given.rows + run * given.run_stride, static_cast<int>(each), name);
+  return {given.n, given.times, given.rows, given.run_stride};
+}
+
+void set_drives(const model &m, const ksl_simulation_t &given, drive_law &law, std::vector<unsigned char> &driven) {
+  const ksl_drive_law_t &d = given.drives;
+  law.given = rows_of(d.given, m.nv(), given.runs, "drives.given");
+  law.position = rows_of(d.position, m.nq(), given.runs, "drives.position");
+  law.velocity = rows_of(d.velocity, m.nv(), given.runs, "drives.velocity");
+  law.acceleration = rows_of(d.acceleration, m.nv(), given.runs, "drives.acceleration");
+  require((!law.velocity || law.velocity.n == law.position.n) && (!law.acceleration || law.acceleration.n == law.position.n),
+          "velocities and accelerations of the motion asked for must have the times of its positions");
+  require(law.position || !d.computed_torque, "computed torque needs positions of the motion asked for");
+  law.holds_gravity = d.holds_gravity, law.computed_torque = d.computed_torque;
+  law.stiffness = d.stiffness, law.damping = d.damping, law.limit = d.limit;
+  law.function = d.function, law.context = d.context;
+  if (d.driven) {
+    driven.assign(d.driven, d.driven + m.nv());
+    law.driven = driven.data();
+  }
+}
+
+void require_closed(const model &m, const simulation &task) {
+  data d(m);
+  std::vector<double> a(static_cast<std::size_t>(m.nv()));
+  for (std::size_t k = 0; k < task.runs && !m.loops().empty(); ++k)
+    forward_dynamics(m, d, task.q + k * static_cast<std::size_t>(m.nq()), task.v + k * a.size(), d.zero<double>(), a.data());
+}
+
+void put_events(const simulation_record &record, ksl_simulation_results_t &out) {
+  out.events_n = record.events.size();
+  for (std::size_t k = 0; out.events && k < std::min(out.events_n, out.events_room); ++k) {
+    const simulated_event &e = record.events[k];
+    out.events[k] = {e.run, e.time, static_cast<ksl_happening_t>(e.what), e.number, e.speed};
+  }
+  for (std::size_t k = 0; out.ends && k < record.ends.size(); ++k) {
+    const run_end &e = record.ends[k];
+    out.ends[k] = {static_cast<ksl_ending_t>(e.how), e.time, e.steps, e.rejected, e.evaluations, e.coordinate};
+  }
+}
+
+} // namespace
+} // namespace ksl::c_api
+
+using namespace ksl::c_api;
+
+extern "C" {
+
+ksl_simulation_t ksl_simulation(void) {
+  const ksl::simulation usual;
+  ksl_simulation_t task = {};
+  task.method = static_cast<ksl_stepping_t>(usual.method);
+  task.relative = usual.relative, task.absolute = usual.absolute, task.most_steps = usual.most_steps;
+  task.project = usual.project, task.threads = usual.threads;
+  return task;
+}
+
+ksl_status_t ksl_simulate(const ksl_model_t *m, const ksl_simulation_t *given, const ksl_exact_laws_t *laws,
+                          const ksl_external_t *external, ksl_simulation_results_t *results) {
+  return guarded([&] {
+    last_warning()[0] = '\0';
+    require(m && given && results, "model, task and results must not be null");
+    require(given->q && given->v && given->times && given->times_n > 0, "q, v and times must not be null, and there must be a time");
+    require(given->threads >= 0, "threads must not be negative; 0 is all cores that the process may use");
+    const ksl::model &model = m->model;
+    ksl::simulation task;
+    task.runs = given->runs, task.q = given->q, task.v = given->v;
+    for (std::size_t k = 0; k < task.runs; ++k) {
+      require_position(model, task.q + k * static_cast<std::size_t>(model.nq()), "q");
+      require_finite(task.v + k * static_cast<std::size_t>(model.nv()), model.nv(), "v");
+    }
+    task.times_n = given->times_n, task.times = given->times;
+    task.method = static_cast<ksl::stepping>(given->method), task.step = given->step;
+    task.relative = given->relative, task.absolute = given->absolute, task.most_steps = given->most_steps;
+    task.project = given->project, task.threads = given->threads;
+    std::vector<unsigned char> driven;
+    set_drives(model, *given, task.drives, driven);
+    std::vector<ksl::wrench_over_time> wrenches;
+    const double zero = 0;
+    for (int e = 0; external && e < external->n; ++e)
+      wrenches.push_back({external->link[e], {1, &zero, &external->wrench[e].lin.x, 0}});
+    if (external) {
+      require_links(m, external->n, external->link);
+      task.external_axes = external->axes == KSL_IN_WORLD ? ksl::expressed_in::world : ksl::expressed_in::frame;
+    }
+    task.external_n = static_cast<int>(wrenches.size()), task.external = wrenches.data();
+    if (laws)
+      task.laws = {laws->restitution, laws->lower, laws->upper,    laws->friction,
+                   laws->brake,       laws->brake_at, laws->cut_efforts};
+    require(!task.laws.restitution || (task.laws.lower && task.laws.upper), "limits of joints must not be null where they throw back");
+    require_closed(model, task);
+    try {
+      put_events(ksl::simulate(model, task,
+                               {results->q, results->v, results->a, results->tau, results->kinetic, results->potential,
+                                results->work, results->momentum, results->closure}),
+                 *results);
+    } catch (const std::invalid_argument &e) {
+      throw bad_argument(e.what());
+    }
+  });
+}
+
+} // extern "C"

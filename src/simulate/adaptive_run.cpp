@@ -1,0 +1,321 @@
+#include "simulate/adaptive_run.hpp"
+
+#include "simulate/dop853.hpp"
+#include "simulate/event_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ksl::simulating {
+namespace {
+
+// The step after one with the error e is at most 10 and at least 0.2 times as long: 0.9 e^(−1/8) times (Hairer, Nørsett and Wanner,
+// Solving Ordinary Differential Equations I, section II.4).
+constexpr double safety = 0.9, shrinks_at_most = 0.2, grows_at_most = 10, order = 8;
+/// A step turns no joint by more than this, rad: local coordinates end at 2π.
+constexpr double most_turn = 3;
+/// A bounce whose flight takes less than this share of the run is the last one.
+constexpr double shortest_flight = 1e-9;
+/// Events at one instant, for each coordinate, before the run is given up.
+constexpr int most_at_once = 20;
+/// Coordinates whose distance to a limit, relative to its size, is less hit it together.
+constexpr double together = 1e-12;
+
+class adaptive_run {
+public:
+  adaptive_run(const model &m, const simulation &task, const results &out, std::size_t run,
+               std::vector<simulated_event> &events)
+      : task_(task), out_(out), run_(run), of_(m, task, 1), b_(of_, 1), step_(of_, run, task.relative, task.absolute),
+        functions_(of_, task, run), events_(events) {
+    b_.first = run, b_.n = 1;
+    list_breaks();
+  }
+
+  run_end go() {
+    b_.t = task_.times[0];
+    std::copy_n(task_.q + run_ * of_.nq(), of_.nq(), b_.q.data());
+    std::copy_n(task_.v + run_ * of_.nv(), of_.nv(), b_.v.data());
+    end_.how = start();
+    const double last = task_.times[task_.times_n - 1];
+    while (end_.how == ending::complete && stored_ < task_.times_n && b_.t < last)
+      end_.how = advance();
+    if (end_.how != ending::complete)
+      out_.erase(of_, run_, stored_);
+    end_.time = b_.t, end_.evaluations = of_.evaluations();
+    return end_;
+  }
+
+private:
+  /// Times at which what drives the run has no derivatives: steps end there.
+  void list_breaks() {
+    const double begin = task_.times[0], last = task_.times[task_.times_n - 1];
+    const auto add = [&](const rows_over_time &rows) {
+      for (std::size_t i = 0; rows.n > 1 && i < rows.n; ++i)
+        if (rows.times[i] > begin && rows.times[i] < last)
+          breaks_.push_back(rows.times[i]);
+    };
+    add(task_.drives.given), add(task_.drives.position);
+    for (int e = 0; e < task_.external_n; ++e)
+      add(task_.external[e].wrench);
+    if (task_.laws.brake && task_.laws.brake_at > begin && task_.laws.brake_at < last)
+      breaks_.push_back(task_.laws.brake_at);
+    breaks_.push_back(last);
+    std::sort(breaks_.begin(), breaks_.end());
+    breaks_.erase(std::unique(breaks_.begin(), breaks_.end()), breaks_.end());
+  }
+
+  ending start() {
+    if (task_.laws.brake && task_.laws.brake_at <= b_.t)
+      of_.engage_brakes();
+    if (of_.held() && !settle())
+      return ending::stopped;
+    if (!step_.begin(b_.t, b_.q.data(), b_.v.data(), 0))
+      return ending::stopped;
+    if (!store_here())
+      return not_finite(of_, b_, 0) >= 0 ? ending::not_finite : ending::stopped;
+    if (!step_.guess_step(breaks_.front() - b_.t, next_))
+      return ending::stopped;
+    return ending::complete;
+  }
+
+  /// One step, or a part of it that ends at an event.
+  ending advance() {
+    if (end_.steps + end_.rejected >= task_.most_steps)
+      return ending::too_many_steps;
+    const double until = breaks_[break_], room = until - b_.t;
+    const bool ends_at_break = next_ >= room * (1 - 1e-9);
+    const double h = ends_at_break ? room : std::fmin(next_, room / 2 > next_ ? next_ : room / 2);
+    if (!(h > 10 * std::numeric_limits<double>::epsilon() * std::fabs(b_.t)) || !(h > 0))
+      return end_.coordinate = step_.worst(), std::isfinite(step_.error()) ? ending::step_underflow : ending::not_finite;
+    if (!step_.attempt(h))
+      return ending::stopped;
+    if (step_.error() > 1 || step_.largest_turn() > most_turn) {
+      ++end_.rejected;
+      const double wanted = std::isfinite(step_.error()) ? safety * std::pow(step_.error(), -1 / order) : shrinks_at_most;
+      next_ = h * std::fmin(0.7, std::fmax(shrinks_at_most, wanted));
+      was_rejected_ = true;
+      return ending::complete;
+    }
+    ++end_.steps;
+    const double wanted = step_.error() > 0 ? safety * std::pow(step_.error(), -1 / order) : grows_at_most;
+    const double factor = std::fmin(was_rejected_ ? 1 : grows_at_most, std::fmax(shrinks_at_most, wanted));
+    next_ = ends_at_break && factor > 1 ? std::fmax(next_, h * factor) : h * factor;
+    was_rejected_ = false;
+    return finish(ends_at_break);
+  }
+
+  /// An accepted step: the events in it, the results at times in it, and its end.
+  ending finish(bool ends_at_break) {
+    functions_.list();
+    found_event event;
+    const double last = ends_at_break ? breaks_[break_] : step_.t() + step_.h();
+    const bool has_times = stored_ < task_.times_n && task_.times[stored_] < last;
+    if (functions_.size() > 0 || has_times)
+      if (!step_.make_dense())
+        return ending::stopped;
+    if (functions_.size() > 0)
+      event = first_event(functions_, step_);
+    if (event.stopped)
+      return ending::stopped;
+    const bool happens = event.share <= 1;
+    const double end = happens ? step_.t() + event.share * step_.h() : last;
+    if (const ending how = store_until(end, happens); how != ending::complete)
+      return how;
+    if (happens)
+      return happen(event, end);
+    step_.accept();
+    b_.t = end;
+    read_state();
+    if (of_.closed())
+      if (const ending how = project(); how != ending::complete)
+        return how;
+    if (ends_at_break && ++break_ && !pass_break())
+      return ending::stopped;
+    if (stored_ < task_.times_n && task_.times[stored_] == b_.t && !store_here())
+      return not_finite(of_, b_, 0) >= 0 ? ending::not_finite : ending::stopped;
+    return ending::complete;
+  }
+
+  void read_state() {
+    std::copy_n(step_.q(), of_.nq(), b_.q.data());
+    std::copy_n(step_.v(), of_.nv(), b_.v.data());
+    b_.work[0] = step_.work();
+  }
+
+  ending project() {
+    closure_ = std::fmax(closure_, of_.closed()->error(b_.q.data()));
+    if (!task_.project)
+      return ending::complete;
+    if (!of_.closed()->project(b_.q.data(), b_.v.data()))
+      return ending::not_closed;
+    return step_.begin(b_.t, b_.q.data(), b_.v.data(), b_.work[0]) ? ending::complete : ending::stopped;
+  }
+
+  /// At a time where a line of efforts has a corner, or brakes engage.
+  bool pass_break() {
+    if (task_.laws.brake && b_.t == task_.laws.brake_at) {
+      of_.engage_brakes();
+      events_.push_back({run_, b_.t, happening::brakes, -1, 0});
+      if (!settle())
+        return false;
+    } else
+      return true;
+    return step_.begin(b_.t, b_.q.data(), b_.v.data(), b_.work[0]);
+  }
+
+  bool settle(int slides = -1) {
+    return of_.held()->settle(of_, b_.t, run_, b_.q.data(), b_.v.data(), b_.a.data(), b_.power.data(), slides);
+  }
+
+  /// Results at the times within the step, up to its end; at the end itself only if something happens there.
+  ending store_until(double end, bool including) {
+    while (stored_ < task_.times_n && (task_.times[stored_] < end || (including && task_.times[stored_] == end))) {
+      const double t = task_.times[stored_];
+      step_.at((t - step_.t()) / step_.h(), b_.q.data(), b_.v.data(), b_.work.data());
+      b_.t = t;
+      if (of_.closed() && task_.project) {
+        closure_ = std::fmax(closure_, of_.closed()->error(b_.q.data()));
+        if (!of_.closed()->project(b_.q.data(), b_.v.data()))
+          return ending::not_closed;
+      }
+      if (!store_here())
+        return not_finite(of_, b_, 0) >= 0 ? ending::not_finite : ending::stopped;
+    }
+    return ending::complete;
+  }
+
+  bool store_here() {
+    if (!of_.accelerate(b_.t, run_, 1, b_.q.data(), b_.v.data(), b_.a.data(), b_.power.data()))
+      return false;
+    if ((end_.coordinate = not_finite(of_, b_, 0)) >= 0)
+      return false;
+    out_.store(of_, stored_, b_, &closure_);
+    ++stored_;
+    return true;
+  }
+
+  /// The run goes on from the state in which an event left it.
+  ending happen(const found_event &event, double t) {
+    const event_functions::function f = functions_[event.index];
+    step_.at(event.share, b_.q.data(), b_.v.data(), b_.work.data());
+    at_once_ = t > b_.t || t > last_event_ ? 0 : at_once_ + 1;
+    b_.t = last_event_ = t;
+    if (at_once_ > most_at_once * static_cast<int>(of_.nv()))
+      return end_.coordinate = f.number, ending::step_underflow;
+    if (f.what == event_functions::kind::user) {
+      events_.push_back({run_, t, happening::function, f.number, 0});
+      if (task_.events[f.number].ends)
+        return ending::event;
+    } else if (!obey(f))
+      return ending::stopped;
+    if (of_.closed() && task_.project && !of_.closed()->project(b_.q.data(), b_.v.data()))
+      return ending::not_closed;
+    if (t >= breaks_[break_] && break_ + 1 < breaks_.size())
+      ++break_;
+    return step_.begin(t, b_.q.data(), b_.v.data(), b_.work[0]) ? ending::complete : ending::stopped;
+  }
+
+  /// What an exact law does at its event.
+  bool obey(const event_functions::function &f) {
+    held_joints &held = *of_.held();
+    const int k = f.number;
+    double &v = b_.v[static_cast<std::size_t>(k)];
+    switch (f.what) {
+    case event_functions::kind::lower:
+    case event_functions::kind::upper: return strike(k, f.what == event_functions::kind::lower);
+    case event_functions::kind::stops: {
+      v = 0;
+      if (!settle())
+        return false;
+      events_.push_back({run_, b_.t, held.holds(k) ? happening::sticks : happening::slips, k, 0});
+      return true;
+    }
+    case event_functions::kind::lets_go: {
+      const bool sticks = held.at(k) == held_joints::mode::sticks;
+      using mode = held_joints::mode;
+      held.at(k) = !sticks ? mode::free : held.holding(k) > 0 ? mode::slides_down : mode::slides_up;
+      events_.push_back({run_, b_.t, sticks ? happening::slips : happening::lifts, k, 0});
+      return settle(k);
+    }
+    case event_functions::kind::user: break;
+    }
+    return true;
+  }
+
+  /// An impact of coordinate k, and of those that reach a limit at the same time.
+  bool strike(int k, bool lower) {
+    held_joints &held = *of_.held();
+    const std::size_t nv = of_.nv(), at_k = static_cast<std::size_t>(k);
+    if (!of_.accelerate(b_.t, run_, 1, b_.q.data(), b_.v.data(), b_.a.data(), b_.power.data()))
+      return false;
+    std::vector<unsigned char> hits(nv, 0);
+    for (std::size_t i = 0; i < nv; ++i) {
+      const int number = of_.space().number_in_q(static_cast<int>(i));
+      if (number < 0 || task_.laws.restitution[i] < 0 || held.holds(static_cast<int>(i)))
+        continue;
+      double &q = b_.q[static_cast<std::size_t>(number)];
+      const double low = task_.laws.lower[i], high = task_.laws.upper[i], near = together * std::fmax(1, std::fabs(q));
+      if ((i == at_k && lower) || (q <= low + near && b_.v[i] < 0))
+        hits[i] = 1, q = low;
+      else if ((i == at_k && !lower) || (q >= high - near && b_.v[i] > 0))
+        hits[i] = 1, q = high;
+    }
+    const double before = kinetic();
+    held.impact(of_, b_.q.data(), hits.data(), b_.v.data());
+    b_.work[0] += kinetic() - before; // what the impact took
+    for (std::size_t i = 0; i < nv; ++i)
+      if (hits[i] && !bounce(static_cast<int>(i)))
+        return false;
+    return settle();
+  }
+
+  /// Does coordinate k fly after its impact, or does it rest on its limit.
+  bool bounce(int k) {
+    held_joints &held = *of_.held();
+    const std::size_t at_k = static_cast<std::size_t>(k);
+    const bool lower = b_.q[static_cast<std::size_t>(of_.space().number_in_q(k))] == task_.laws.lower[at_k];
+    if (!of_.accelerate(b_.t, run_, 1, b_.q.data(), b_.v.data(), b_.a.data(), b_.power.data()))
+      return false;
+    const double away = lower ? b_.v[at_k] : -b_.v[at_k], towards = lower ? -b_.a[at_k] : b_.a[at_k];
+    const double whole = task_.times[task_.times_n - 1] - task_.times[0];
+    const bool rests = towards > 0 && 2 * away <= shortest_flight * whole * towards;
+    if (rests) {
+      b_.v[at_k] = 0;
+      held.at(k) = lower ? held_joints::mode::at_lower : held_joints::mode::at_upper;
+    }
+    events_.push_back({run_, b_.t, rests ? happening::rest : lower ? happening::lower_limit : happening::upper_limit, k,
+                       b_.v[at_k]});
+    return true;
+  }
+
+  double kinetic() {
+    double kinetic = 0;
+    energies(of_, b_, &kinetic, nullptr);
+    return kinetic;
+  }
+
+  const simulation &task_;
+  const results &out_;
+  std::size_t run_;
+  system of_;
+  block b_;
+  dop853_step step_;
+  event_functions functions_;
+  std::vector<simulated_event> &events_;
+  std::vector<double> breaks_;
+  std::size_t break_ = 0, stored_ = 0;
+  double next_ = 0, closure_ = 0, last_event_ = std::numeric_limits<double>::lowest();
+  int at_once_ = 0;
+  bool was_rejected_ = false;
+  run_end end_;
+};
+
+} // namespace
+
+run_end run_adaptive(const model &m, const simulation &task, const results &out, std::size_t run,
+                     std::vector<simulated_event> &events) {
+  return adaptive_run(m, task, out, run, events).go();
+}
+
+} // namespace ksl::simulating

@@ -1,0 +1,85 @@
+#include "simulate/closed_mechanism.hpp"
+
+#include "engine/loops/tables.hpp"
+
+#include <cmath>
+#include <memory>
+
+namespace ksl::simulating {
+namespace {
+
+/// States between steps are taken as they are, however far loops are open: relative to the mechanism's length.
+constexpr double any_opening = 1e12;
+
+/// Lays a workspace out in memory of its own.
+template <class Lay> void lay_out(std::vector<std::byte> &memory, Lay lay) {
+  arena measure;
+  lay(measure);
+  memory.resize(measure.used() + 64);
+  void *begin = memory.data();
+  std::size_t space = memory.size();
+  arena pieces(std::align(64, measure.used(), begin, space));
+  lay(pieces);
+}
+
+} // namespace
+
+closed_mechanism::closed_mechanism(const model &m, int externals)
+    : m_(m), moved_(static_cast<std::size_t>(m.nq() + 2 * m.nv())),
+      rows_(static_cast<std::size_t>(m.loop_tables().rows)), reduced_(static_cast<std::size_t>(m.nv())),
+      free_(static_cast<std::size_t>(m.nv()), 0) {
+  state_.emplace(m, any_opening);
+  assembly_.emplace(m);
+  lay_out(of_state_, [&](arena &memory) { state_->lay_out(memory, externals); });
+  lay_out(of_assembly_, [&](arena &memory) { assembly_->lay_out(memory); });
+}
+
+bool closed_mechanism::accelerate(const double *q, const double *v, const double *tau,
+                                  const external_wrenches<double> &e, double *a) {
+  return !state_->set_position(q) && !state_->forward_dynamics(q, v, tau, e, a);
+}
+
+void closed_mechanism::response(int coordinate, double *a) {
+  const int freedoms = state_->solved().freedoms();
+  for (int j = 0; j < freedoms; ++j)
+    reduced_[static_cast<std::size_t>(j)] = state_->G(coordinate, j);
+  state_->solve_again(reduced_.data());
+  for (int i = 0; i < m_.nv(); ++i) {
+    a[i] = 0;
+    for (int j = 0; j < freedoms; ++j)
+      a[i] += state_->G(i, j) * reduced_[static_cast<std::size_t>(j)];
+  }
+}
+
+bool closed_mechanism::efforts(const double *q, const double *v, const double *a, const external_wrenches<double> &e,
+                               double *tau) {
+  return !state_->set_position(q) && !state_->inverse_dynamics(q, v, a, e, tau);
+}
+
+void closed_mechanism::complete_acceleration(const double *q, const double *v, double *a) {
+  std::copy_n(a, m_.nv(), moved_.data());
+  assembly_->complete_acceleration(q, v, moved_.data(), m_.loop_tables().is_driven.data(), a);
+}
+
+double closed_mechanism::error(const double *q) {
+  assembly_->at().set_position(q);
+  assembly_->at().error(rows_.data());
+  double most = 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    most = std::fmax(most, std::fabs(rows_[i]) * m_.loop_tables().row_scale[i]);
+  return most;
+}
+
+bool closed_mechanism::project(double *q, double *v) {
+  const std::size_t nq = static_cast<std::size_t>(m_.nq());
+  double left = 0;
+  if (assembly_->close(q, free_.data(), {}, moved_.data(), &left) != closing::closed)
+    return false;
+  std::copy_n(moved_.data(), nq, q);
+  assembly_->at().set_position(q);
+  assembly_->complete(v, free_.data(), nullptr, moved_.data());
+  std::copy_n(moved_.data(), m_.nv(), v);
+  return true;
+}
+
+} // namespace ksl::simulating

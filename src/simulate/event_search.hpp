@@ -1,0 +1,46 @@
+// Where functions along a step pass zero.
+#pragma once
+
+#include "simulate/dop853.hpp"
+
+namespace ksl::simulating {
+
+/// Functions of the state of a run whose zeros are events: those of coordinates that exact laws hold or may come to hold, then the user's.
+class event_functions {
+public:
+  event_functions(system &of, const simulation &task, std::size_t run);
+
+  /// Lists the functions that the modes of coordinates call for.
+  void list();
+  std::size_t size() const { return list_.size() + static_cast<std::size_t>(task_.events_n); }
+
+  enum class kind { lower, upper, stops, lets_go, user };
+  struct function {
+    kind what;
+    int number; ///< coordinate, or that of the user's function
+  };
+  function operator[](std::size_t i) const;
+  /// Is the function an event where it rises, where it falls, or in both cases: 1, −1, 0.  Those of exact laws fall.
+  int direction(std::size_t i) const;
+
+  /// All values at a share of the step; false if a function ended the run.
+  bool values(const dop853_step &step, double share, double *out);
+
+private:
+  system &of_;
+  const simulation &task_;
+  std::size_t run_;
+  std::vector<function> list_;
+  std::vector<double> q_, v_, a_;
+};
+
+struct found_event {
+  bool stopped = false;   ///< a function ended the run
+  std::size_t index = 0;  ///< of the function
+  double share = 2;       ///< of the step; beyond 1: there is none
+};
+
+/// The first event in a step whose polynomial has been made.
+found_event first_event(event_functions &functions, const dop853_step &step);
+
+} // namespace ksl::simulating

@@ -1,0 +1,147 @@
+#include "simulate/fixed_steps.hpp"
+
+#include <cmath>
+
+namespace ksl::simulating {
+namespace {
+
+/// States and stages of runs in lanes lie in a fast cache.
+constexpr std::size_t bytes_of_runs = 48 * 1024, stages_kept = 8, most_at_once = 256, lanes_at_most = 8;
+
+std::unique_ptr<method> make(stepping how, const system &of, std::size_t most) {
+  switch (how) {
+  case stepping::semi_implicit_euler: return make_semi_implicit_euler(of, most);
+  case stepping::rk4: return make_rk4(of, most);
+  case stepping::rkmk4: return make_rkmk4(of, most);
+  case stepping::sdirk4: return make_sdirk4(of);
+  case stepping::variational: return make_variational(of);
+  case stepping::dop853: break;
+  }
+  __builtin_unreachable();
+}
+
+class fixed_runs {
+public:
+  fixed_runs(const model &m, const simulation &task, const results &out, std::size_t first, std::size_t n,
+             run_end *ends)
+      : task_(task), out_(out), of_(m, task, n), b_(of_, n), method_(make(task.method, of_, n)), ends_(ends),
+        alive_(n, 1), closure_(n, 0) {
+    b_.first = first, b_.n = n, b_.t = task.times[0];
+    std::copy_n(task.q + first * of_.nq(), n * of_.nq(), b_.q.data());
+    std::copy_n(task.v + first * of_.nv(), n * of_.nv(), b_.v.data());
+  }
+
+  void run() {
+    method_->begin(b_);
+    if (!evaluate())
+      return end_all(0, ending::stopped);
+    if (!store(0))
+      return;
+    for (std::size_t i = 1; i < task_.times_n; ++i) {
+      const ending how = go_to(i);
+      if (how != ending::complete)
+        return end_all(i, how);
+      if (!store(i))
+        return;
+    }
+    for (std::size_t k = 0; k < b_.n; ++k)
+      if (alive_[k])
+        end(k, task_.times_n, ending::complete, -1);
+  }
+
+private:
+  bool evaluate() { return of_.accelerate(b_.t, b_.first, b_.n, b_.q.data(), b_.v.data(), b_.a.data(), b_.power.data()); }
+
+  ending go_to(std::size_t i) {
+    const double start = task_.times[i - 1], length = task_.times[i] - start;
+    const double steps = std::fmax(1, std::ceil(length / task_.step * (1 - 1e-12))); // a quotient that is whole but for rounding
+    for (double s = 1; s <= steps; ++s) {
+      if (steps_ == task_.most_steps)
+        return ending::too_many_steps;
+      const outcome found = method_->step(of_, b_, length / steps);
+      ++steps_;
+      if (found == outcome::not_solved)
+        return std::isfinite(b_.a[0]) ? ending::not_solved : ending::not_finite;
+      b_.t = s == steps ? task_.times[i] : start + length * (s / steps);
+      if (found == outcome::stopped)
+        return ending::stopped;
+      if (of_.closed())
+        project();
+      if (!evaluate())
+        return ending::stopped;
+    }
+    return ending::complete;
+  }
+
+  void project() {
+    for (std::size_t k = 0; k < b_.n; ++k) {
+      double *const q = b_.q.data() + k * of_.nq();
+      if (!alive_[k])
+        continue;
+      closure_[k] = std::fmax(closure_[k], of_.closed()->error(q));
+      if (task_.project && !of_.closed()->project(q, b_.v.data() + k * of_.nv()))
+        end(k, reached_ + 1, ending::not_closed, -1);
+    }
+    method_->begin(b_);
+  }
+
+  /// Row i; false if no run goes on.
+  bool store(std::size_t i) {
+    out_.store(of_, i, b_, closure_.data());
+    reached_ = i;
+    bool any = false;
+    for (std::size_t k = 0; k < b_.n; ++k) {
+      if (!alive_[k])
+        out_.erase(of_, b_.first + k, i);
+      else if (const int coordinate = not_finite(of_, b_, k); coordinate >= 0)
+        end(k, i, ending::not_finite, coordinate);
+      any |= alive_[k] != 0;
+    }
+    return any;
+  }
+
+  /// Run k ends; its rows from i on have no results.
+  void end(std::size_t k, std::size_t i, ending how, int coordinate) {
+    alive_[k] = 0;
+    run_end &e = ends_[k];
+    e.how = how, e.steps = steps_, e.evaluations = of_.evaluations() / b_.n, e.coordinate = coordinate;
+    e.time = how == ending::complete || i == 0 ? b_.t : task_.times[i - 1];
+    if (how == ending::stopped)
+      e.time = b_.t;
+    out_.erase(of_, b_.first + k, i);
+  }
+  void end_all(std::size_t i, ending how) {
+    for (std::size_t k = 0; k < b_.n; ++k)
+      if (alive_[k])
+        end(k, i, how, how == ending::not_finite ? not_finite(of_, b_, k) : -1);
+  }
+
+  const simulation &task_;
+  const results &out_;
+  system of_;
+  block b_;
+  std::unique_ptr<method> method_;
+  run_end *ends_;
+  std::vector<unsigned char> alive_;
+  std::vector<double> closure_;
+  std::size_t steps_ = 0, reached_ = 0;
+};
+
+} // namespace
+
+std::size_t runs_at_once(const model &m, const simulation &task) {
+  if (task.method == stepping::sdirk4 || task.method == stepping::variational || task.method == stepping::dop853)
+    return 1;
+  if (task.drives.function) // which then is called with all runs
+    return std::max<std::size_t>(task.runs, 1);
+  const std::size_t of_run = sizeof(double) * stages_kept * static_cast<std::size_t>(m.nq() + 2 * m.nv() + 1);
+  const std::size_t n = bytes_of_runs / of_run / lanes_at_most * lanes_at_most;
+  return std::min(most_at_once, std::max(lanes_at_most, n));
+}
+
+void run_fixed_steps(const model &m, const simulation &task, const results &out, std::size_t first, std::size_t n,
+                     run_end *ends) {
+  fixed_runs(m, task, out, first, n, ends).run();
+}
+
+} // namespace ksl::simulating

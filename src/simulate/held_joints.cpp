@@ -1,0 +1,177 @@
+#include "simulate/held_joints.hpp"
+
+#include "simulate/system.hpp"
+
+#include <cmath>
+
+namespace ksl::simulating {
+
+/// Smaller pivots of A_hh, relative to the largest, belong to coordinates that others hold already, through loops for example.
+constexpr double least_pivot = 1e-12;
+/// How far beyond its friction a held effort may be, relative to it, before the coordinate slips: what a root of F − |λ| leaves.
+constexpr double slack = 1e-9;
+
+held_joints::held_joints(const exact_laws &laws, int nv)
+    : laws_(laws), mode_(static_cast<std::size_t>(nv), mode::free), friction_(mode_.size(), 0), holding_(mode_.size(), 0),
+      columns_(mode_.size() * mode_.size()), matrix_(columns_.size()), right_(mode_.size()) {
+  for (std::size_t k = 0; laws.friction && k < friction_.size(); ++k)
+    friction_[k] = laws.friction[k];
+}
+
+void held_joints::engage_brakes() {
+  for (std::size_t k = 0; laws_.brake && k < friction_.size(); ++k)
+    friction_[k] = (laws_.friction ? laws_.friction[k] : 0) + laws_.brake[k];
+}
+
+void held_joints::add_friction(double *tau) const {
+  for (std::size_t k = 0; k < mode_.size(); ++k) {
+    if (mode_[k] == mode::slides_up)
+      tau[k] -= friction_[k];
+    if (mode_[k] == mode::slides_down)
+      tau[k] += friction_[k];
+  }
+}
+
+double held_joints::margin(int k) const {
+  if (at(k) == mode::sticks)
+    return friction(k) - std::fabs(holding(k));
+  return at(k) == mode::at_lower ? holding(k) : -holding(k);
+}
+
+void held_joints::list_held() {
+  held_.clear();
+  for (int k = 0; k < static_cast<int>(mode_.size()); ++k)
+    if (holds(k))
+      held_.push_back(k);
+  any_ = !held_.empty();
+}
+
+/// Solves A_hh x = right for the columns that are there, into right_: elimination with the largest diagonal element as the pivot.
+void held_joints::solve(const double *right) {
+  const std::size_t n = held_.size(), nv = mode_.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    right_[i] = right[i];
+    for (std::size_t j = 0; j < n; ++j)
+      matrix_[i * n + j] = columns_[j * nv + static_cast<std::size_t>(held_[i])];
+  }
+  pivot_.clear();
+  std::vector<unsigned char> used(n, 0);
+  double largest = 0;
+  for (std::size_t step = 0; step < n; ++step) {
+    std::size_t p = n;
+    for (std::size_t i = 0; i < n; ++i)
+      if (!used[i] && (p == n || matrix_[i * n + i] > matrix_[p * n + p]))
+        p = i;
+    largest = std::fmax(largest, matrix_[p * n + p]);
+    if (!(matrix_[p * n + p] > least_pivot * largest))
+      break;
+    used[p] = 1, pivot_.push_back(static_cast<int>(p));
+    for (std::size_t i = 0; i < n; ++i)
+      if (!used[i]) {
+        const double factor = matrix_[i * n + p] / matrix_[p * n + p];
+        for (std::size_t j = 0; j < n; ++j)
+          matrix_[i * n + j] -= factor * matrix_[p * n + j];
+        right_[i] -= factor * right_[p];
+      }
+  }
+  for (std::size_t i = 0; i < n; ++i)
+    if (!used[i])
+      right_[i] = 0;
+  for (std::size_t step = pivot_.size(); step-- > 0;) {
+    const std::size_t p = static_cast<std::size_t>(pivot_[step]);
+    for (std::size_t later = step + 1; later < pivot_.size(); ++later)
+      right_[p] -= matrix_[p * n + static_cast<std::size_t>(pivot_[later])] *
+                   right_[static_cast<std::size_t>(pivot_[later])];
+    right_[p] /= matrix_[p * n + p];
+  }
+}
+
+void held_joints::hold(system &of, const double *q, double *a) {
+  list_held();
+  if (!any_)
+    return;
+  const std::size_t n = held_.size(), nv = mode_.size();
+  std::vector<double> wanted(n);
+  for (std::size_t j = 0; j < n; ++j) {
+    of.response(q, held_[j], columns_.data() + j * nv);
+    wanted[j] = -a[held_[j]];
+  }
+  solve(wanted.data());
+  for (std::size_t j = 0; j < n; ++j) {
+    holding_[static_cast<std::size_t>(held_[j])] = right_[j];
+    for (std::size_t i = 0; i < nv; ++i)
+      a[i] += columns_[j * nv + i] * right_[j];
+  }
+  for (const int k : held_)
+    a[k] = 0; // exactly: a joint that is held doesn't creep
+}
+
+/// Starts with all held that are at rest, and lets go of the one that is furthest from what can hold it, one at a time.
+bool held_joints::settle(system &of, double t, std::size_t run, const double *q, const double *v, double *a,
+                         double *power, int slides) {
+  const int nv = static_cast<int>(mode_.size());
+  for (int k = 0; k < nv; ++k) {
+    if (at(k) == mode::at_lower || at(k) == mode::at_upper || k == slides)
+      continue;
+    if (!(friction(k) > 0))
+      at(k) = mode::free;
+    else if (v[k] == 0 || at(k) == mode::sticks)
+      at(k) = mode::sticks;
+    else
+      at(k) = v[k] > 0 ? mode::slides_up : mode::slides_down;
+  }
+  for (int tries = 0; tries <= 2 * nv; ++tries) {
+    if (!of.accelerate(t, run, 1, q, v, a, power))
+      return false;
+    int worst = -1;
+    double most = 0;
+    for (int k = 0; k < nv; ++k)
+      if (holds(k)) {
+        const double beyond = -margin(k) / std::fmax(std::fabs(holding(k)), friction(k));
+        if (beyond > most + (at(k) == mode::sticks ? slack : 0))
+          worst = k, most = beyond;
+      }
+    if (worst < 0)
+      return true;
+    if (at(worst) == mode::sticks)
+      at(worst) = holding(worst) > 0 ? mode::slides_down : mode::slides_up;
+    else
+      at(worst) = mode::free;
+  }
+  return true;
+}
+
+void held_joints::impact(system &of, const double *q, const unsigned char *hits, double *v) {
+  const std::size_t nv = mode_.size();
+  std::vector<unsigned char> resists(hits, hits + nv);
+  for (std::size_t k = 0; k < nv; ++k)
+    resists[k] |= mode_[k] == mode::at_lower || mode_[k] == mode::at_upper;
+  for (bool settled = false; !settled;) {
+    held_.clear();
+    std::vector<double> jump;
+    for (std::size_t k = 0; k < nv; ++k)
+      if (resists[k]) {
+        of.response(q, static_cast<int>(k), columns_.data() + held_.size() * nv);
+        held_.push_back(static_cast<int>(k));
+        jump.push_back(-(hits[k] ? 1 + laws_.restitution[k] : 1) * v[k]);
+      }
+    solve(jump.data());
+    settled = true;
+    for (std::size_t j = 0; j < held_.size(); ++j) { // a limit that would have to pull lets go
+      const std::size_t k = static_cast<std::size_t>(held_[j]);
+      if (!hits[k] && (mode_[k] == mode::at_lower ? right_[j] < 0 : right_[j] > 0))
+        resists[k] = 0, mode_[k] = mode::free, settled = false;
+    }
+  }
+  for (std::size_t j = 0; j < held_.size(); ++j)
+    for (std::size_t i = 0; i < nv; ++i)
+      v[i] += columns_[j * nv + i] * right_[j];
+  for (std::size_t k = 0; k < nv; ++k) {
+    if (!hits[k] && resists[k])
+      v[k] = 0;
+    if (mode_[k] == mode::sticks && v[k] != 0)
+      mode_[k] = mode::free; // settle() says how it slides
+  }
+}
+
+} // namespace ksl::simulating

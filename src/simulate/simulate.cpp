@@ -1,0 +1,123 @@
+// Runs on threads (ksl/simulate.hpp).
+#include "ksl/simulate.hpp"
+
+#include "batch/threads.hpp"
+#include "simulate/adaptive_run.hpp"
+#include "simulate/fixed_steps.hpp"
+#include "text/rounding.hpp"
+
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+
+namespace ksl {
+namespace {
+
+using namespace simulating;
+
+void require(bool holds, const char *sentence) {
+  if (!holds)
+    throw std::invalid_argument(sentence);
+}
+
+void require_possible(const model &m, const simulation &task) {
+  const bool adaptive = task.method == stepping::dop853;
+  require(task.times_n > 0, "no times: a simulation needs that of its beginning at least");
+  for (std::size_t i = 1; i < task.times_n; ++i)
+    require(task.times[i] > task.times[i - 1], "the times of a simulation must increase");
+  require(adaptive || task.times_n == 1 || task.step > 0, "this method has steps of the same length; give a step above zero");
+  require(!adaptive || (task.relative >= 0 && task.absolute >= 0 && task.relative + task.absolute > 0),
+          "dop853 needs a relative or an absolute error above zero");
+  require(adaptive || (!task.laws.any() && task.events_n == 0),
+          "limits, exact dry friction, brakes and events are found by the method dop853 alone; take it, or leave them out");
+  require(m.loops().empty() || (task.method != stepping::variational && task.method != stepping::sdirk4),
+          "the methods variational and sdirk4 are for mechanisms without loops; dop853, rk4, rkmk4 and semi_implicit_euler keep loops "
+          "closed");
+}
+
+/// Dry friction that sticks is an exact law of the run, not a part of forward dynamics.
+struct with_exact_friction {
+  std::optional<model> smooth;
+  std::vector<double> friction;
+
+  with_exact_friction(const model &m, simulation &task) {
+    if (!m.exact_friction())
+      return;
+    require(m.followers() == 0, "exact dry friction of mimic joints can't be simulated; take the smooth law, exact_friction off");
+    for (int k = 0; k < m.nv(); ++k)
+      friction.push_back(m.view().physics[k].friction + (task.laws.friction ? task.laws.friction[k] : 0));
+    robot_description description = m.description();
+    description.physics.friction = description.physics.exact_friction = false;
+    smooth.emplace(std::move(description));
+    task.laws.friction = friction.data();
+  }
+};
+
+/// Runs on threads, whose errors are those of the call.
+class all_runs {
+public:
+  all_runs(const model &m, const simulation &task, const simulation_results &out)
+      : m_(m), task_(task), out_(task, out), events_(task.runs) {
+    record_.ends.resize(task.runs);
+  }
+
+  simulation_record compute() {
+    const std::size_t each = runs_at_once(m_, task_);
+    on_threads(partition(task_.runs, each, each, task_.threads), [&](std::size_t first, std::size_t end, std::size_t) {
+      try {
+        const nearest_rounding rounding;
+        for (std::size_t k = first; k < end; k += each)
+          compute(k, std::min(each, end - k));
+      } catch (...) {
+        const std::lock_guard<std::mutex> guard(lock_);
+        if (!error_)
+          error_ = std::current_exception();
+      }
+    });
+    if (error_)
+      std::rethrow_exception(error_);
+    for (const std::vector<simulated_event> &of_run : events_)
+      record_.events.insert(record_.events.end(), of_run.begin(), of_run.end());
+    return std::move(record_);
+  }
+
+private:
+  void compute(std::size_t first, std::size_t n) {
+    if (task_.method == stepping::dop853)
+      record_.ends[first] = run_adaptive(m_, task_, out_, first, events_[first]);
+    else
+      run_fixed_steps(m_, task_, out_, first, n, record_.ends.data() + first);
+  }
+
+  const model &m_;
+  const simulation &task_;
+  const results out_;
+  simulation_record record_;
+  std::vector<std::vector<simulated_event>> events_;
+  std::mutex lock_;
+  std::exception_ptr error_;
+};
+
+} // namespace
+
+const char *name_of(stepping method) {
+  switch (method) {
+  case stepping::semi_implicit_euler: return "semi_implicit_euler";
+  case stepping::rk4: return "rk4";
+  case stepping::rkmk4: return "rkmk4";
+  case stepping::dop853: return "dop853";
+  case stepping::sdirk4: return "sdirk4";
+  case stepping::variational: return "variational";
+  }
+  __builtin_unreachable();
+}
+
+simulation_record simulate(const model &m, const simulation &given, const simulation_results &out) {
+  simulation task = given;
+  const with_exact_friction friction(m, task);
+  require_possible(m, task);
+  return all_runs(friction.smooth ? *friction.smooth : m, task, out).compute();
+}
+
+} // namespace ksl

@@ -1,0 +1,89 @@
+// What is integrated: forward dynamics of n runs under drives and external wrenches.
+#pragma once
+
+#include "simulate/closed_mechanism.hpp"
+#include "simulate/held_joints.hpp"
+#include "simulate/manifold.hpp"
+#include "simulate/motion_asked.hpp"
+
+#include "engine/algorithm_rows.hpp"
+#include "ksl/engine/algorithms/batch_view.hpp"
+#include "ksl/simulate.hpp"
+
+#include <memory>
+#include <optional>
+
+namespace ksl::simulating {
+
+class system {
+public:
+  /// For at most `most` runs at once.
+  system(const model &m, const simulation &task, std::size_t most);
+
+  /// a (n, nv) and power (n), of drives, external wrenches and dissipation, of the runs from `first` on at time t.  Efforts stay in tau().
+  /// Returns false if a function ended the runs.  Numbers that overflow give NaN.
+  bool accelerate(double t, std::size_t first, std::size_t n, const double *q, const double *v, double *a,
+                  double *power);
+  const double *tau() const { return tau_.data(); }
+
+  /// Brakes engage: drives may be without effort from now on.  Not a question of time: a step may end at this very time.
+  void engage_brakes() {
+    held_->engage_brakes();
+    is_cut_ = task_.laws.cut_efforts;
+  }
+
+  /// What holds coordinates of the run; null without exact laws.
+  held_joints *held() { return held_ ? &*held_ : nullptr; }
+
+  /// The derivatives of the accelerations of a run by q and v, (nv, nv) each, with those of its drives; false as above.
+  bool derivatives(double t, std::size_t run, const double *q, const double *v, double *by_q, double *by_v);
+
+  /// power (n): of efforts tau, of external wrenches and of what dissipates.
+  void set_power(std::size_t n, const double *q, const double *v, const double *tau, double *power);
+
+  /// For one run: the efforts of external wrenches, damping and friction, out (nv), after set_efforts.
+  void set_outer_efforts(const double *q, const double *v, double *out);
+
+  /// The efforts of the drives alone into tau(), and the wrenches; false as above.
+  bool set_efforts(double t, std::size_t first, std::size_t n, const double *q, const double *v);
+
+  /// Accelerations a (nv) that an effort of 1 at a coordinate causes at rest, without gravity; after accelerate at the same q.
+  void response(const double *q, int coordinate, double *a);
+
+  const model &of() const { return m_; }
+  const manifold &space() const { return space_; }
+  closed_mechanism *closed() { return closed_ ? &*closed_ : nullptr; }
+  std::size_t nq() const { return nq_; }
+  std::size_t nv() const { return nv_; }
+  std::size_t evaluations() const { return evaluations_; }
+
+private:
+  void set_wrenches(double t, std::size_t first, std::size_t n);
+  void follow(double t, std::size_t first, std::size_t n, const double *q, const double *v);
+  void add_gravity(std::size_t n, const double *q);
+  void add_inverse_dynamics(std::size_t n, const double *q, const double *v);
+  void keep_limits(std::size_t n);
+  void call(const algorithm_row &row, std::size_t n, const double *q, const double *v, const double *a,
+            const double *tau, double *out);
+  external_wrenches<double> wrenches_of(std::size_t k) const {
+    return {static_cast<int>(links_.size()), links_.data(), wrenches_.data() + 6 * links_.size() * k,
+            task_.external_axes};
+  }
+
+  const model &m_;
+  const simulation &task_;
+  const drive_law &law_;
+  manifold space_;
+  std::optional<motion_asked> asked_;
+  std::optional<closed_mechanism> closed_;
+  std::optional<held_joints> held_;
+  std::size_t nq_, nv_, evaluations_ = 0;
+  bool is_cut_ = false;
+  std::vector<double> tau_, wanted_, error_, computed_, applied_, moving_;
+  std::vector<int> links_;
+  std::vector<double> wrenches_; ///< (most, links, 6)
+  std::vector<external_rows<double>> external_;
+  std::vector<double> shifted_, changed_, rates_; ///< of derivatives
+};
+
+} // namespace ksl::simulating

@@ -1,0 +1,137 @@
+// The variational midpoint method on the manifold: the motion makes the sum of h L(q_k ⊕ ½hv, v), q_{k+1} = q_k ⊕ hv, stationary under
+// all changes of the positions between (Marsden and West, Discrete mechanics and variational integrators, 2001, section 2.6; Bou-Rabee and
+// Marsden, Hamilton–Pontryagin integrators on Lie groups, 2009).  It is symplectic and keeps momenta, so that energy has no trend.
+//
+// With A(x) and J(x) the derivatives of q ⊕ x by q and by x, f the effort ∂L/∂q and those of drives, at the midpoint, and m = M v there,
+//
+//     w = m + ½h Jᵀ(½hv) f,
+//     p_k     = Aᵀ(hv) J⁻ᵀ(hv) w − h Aᵀ(½hv) f,                                                                        (1)
+//     p_{k+1} = J⁻ᵀ(hv) w.                                                                                             (2)
+//
+// (1) is solved for v by v ← v + M⁻¹ (p_k − its right side); joint velocities at the times are M⁻¹ p.
+#include "batch/compute_batch.hpp"
+#include "engine/algorithm_rows.hpp"
+#include "simulate/linear_solve.hpp"
+#include "simulate/steps.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace ksl::simulating {
+namespace {
+
+constexpr int most_iterations = 100;
+/// Corrections of v, relative to speeds, below which (1) is solved; or they no longer become smaller.
+constexpr double solved = 1e-16, nearly_solved = 1e-9;
+
+class variational final : public method {
+public:
+  explicit variational(const system &of)
+      : nv_(of.nv()), p_(nv_), v_(nv_), u_(nv_), middle_q_(of.nq()), effort_(nv_), momentum_(nv_), potential_(nv_),
+        w_(nv_), left_(nv_), scratch_(nv_) {
+    if (!of.space().is_flat())
+      for (std::vector<double> *x : {&A_, &J_, &half_A_, &half_J_})
+        x->resize(nv_ * nv_);
+  }
+
+  void begin(const block &) override { has_momentum_ = false; }
+
+  outcome step(system &of, block &b, double h) override {
+    if (!has_momentum_)
+      call(of, rows::energy_derivatives, b.q.data(), b.v.data(), nullptr, scratch_.data(), p_.data(), potential_.data());
+    has_momentum_ = true;
+    v_ = b.v;
+    double before = std::numeric_limits<double>::infinity();
+    for (int iteration = 0;; ++iteration) {
+      if (!set_sides(of, b, h))
+        return outcome::stopped;
+      call(of, rows::solve_mass_matrix, middle_q_.data(), nullptr, left_.data(), scratch_.data());
+      double correction = 0, speed = 1;
+      for (std::size_t k = 0; k < nv_; ++k) {
+        v_[k] += scratch_[k];
+        correction = std::fmax(correction, std::fabs(scratch_[k])), speed = std::fmax(speed, std::fabs(v_[k]));
+      }
+      if (!std::isfinite(correction) || iteration == most_iterations)
+        return outcome::not_solved;
+      if (correction <= solved * speed || (correction >= before && before <= nearly_solved * speed))
+        break;
+      before = correction;
+    }
+    if (!set_sides(of, b, h))
+      return outcome::stopped;
+    b.work[0] += h * power_;
+    for (std::size_t k = 0; k < nv_; ++k)
+      u_[k] = h * v_[k];
+    of.space().move(1, b.q.data(), u_.data(), b.q.data());
+    p_ = w_; // (2), which set_sides has multiplied by J⁻ᵀ
+    call(of, rows::solve_mass_matrix, b.q.data(), nullptr, p_.data(), b.v.data());
+    b.t += h;
+    return outcome::done;
+  }
+
+private:
+  void call(system &of, const algorithm_row &row, const double *q, const double *v, const double *tau, double *one,
+            double *two = nullptr, double *three = nullptr) {
+    batch_view<double> batch;
+    batch.n = 1, batch.q = {q, 0}, batch.v = {v, 0}, batch.tau = {tau, 0};
+    batch.result[0] = {one, 0}, batch.result[1] = {two, 0}, batch.result[2] = {three, 0};
+    compute_states(row, of.of(), batch, 0, 1);
+  }
+
+  /// At v_: the midpoint, p_k − the right side of (1) into left_, (2) into w_, and the power of drives.
+  bool set_sides(system &of, const block &b, double h) {
+    for (std::size_t k = 0; k < nv_; ++k)
+      u_[k] = h / 2 * v_[k];
+    of.space().move(1, b.q.data(), u_.data(), middle_q_.data());
+    call(of, rows::energy_derivatives, middle_q_.data(), v_.data(), nullptr, effort_.data(), momentum_.data(),
+         potential_.data());
+    if (!of.set_efforts(b.t + h / 2, b.first, 1, middle_q_.data(), v_.data()))
+      return false;
+    of.set_outer_efforts(middle_q_.data(), v_.data(), left_.data());
+    of.set_power(1, middle_q_.data(), v_.data(), of.tau(), &power_);
+    for (std::size_t k = 0; k < nv_; ++k)
+      effort_[k] += of.tau()[k] + left_[k] - potential_[k];
+    const bool flat = of.space().is_flat();
+    if (!flat)
+      set_jacobians(of, h);
+    for (std::size_t k = 0; k < nv_; ++k)
+      w_[k] = momentum_[k] + h / 2 * (flat ? effort_[k] : column(half_J_, k, effort_));
+    if (!flat)
+      lu_.solve(w_.data());
+    for (std::size_t k = 0; k < nv_; ++k)
+      left_[k] = p_[k] + h * (flat ? effort_[k] : column(half_A_, k, effort_)) - (flat ? w_[k] : column(A_, k, w_));
+    return true;
+  }
+
+  /// Element k of the product of a matrix's transpose and x.
+  double column(const std::vector<double> &matrix, std::size_t k, const std::vector<double> &x) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < nv_; ++i)
+      sum += matrix[i * nv_ + k] * x[i];
+    return sum;
+  }
+
+  /// A and J at ½hv and hv; the transpose of J(hv) as its factors.
+  void set_jacobians(system &of, double h) {
+    call(of, rows::integrate_jacobians, middle_q_.data(), u_.data(), nullptr, half_A_.data(), half_J_.data());
+    for (std::size_t k = 0; k < nv_; ++k)
+      u_[k] = h * v_[k];
+    call(of, rows::integrate_jacobians, middle_q_.data(), u_.data(), nullptr, A_.data(), J_.data());
+    for (std::size_t i = 0; i < nv_; ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        std::swap(J_[i * nv_ + j], J_[j * nv_ + i]);
+    lu_.factor(nv_, J_.data());
+  }
+
+  std::size_t nv_;
+  bool has_momentum_ = false;
+  double power_ = 0;
+  std::vector<double> p_, v_, u_, middle_q_, effort_, momentum_, potential_, w_, left_, scratch_, A_, J_, half_A_, half_J_;
+  linear_solve lu_;
+};
+
+} // namespace
+
+std::unique_ptr<method> make_variational(const system &of) { return std::make_unique<variational>(of); }
+
+} // namespace ksl::simulating

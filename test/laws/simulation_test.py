@@ -1,0 +1,229 @@
+"""Laws of mechanisms in motion: orders of methods, energy and momentum that are kept, work, impacts and dry friction in closed form."""
+
+import numpy as np
+import pytest
+
+import ksl
+from ksl.simulation import PD, Brake, ComputedTorque, GravityCompensation, Reference
+
+FIXED = ("semi_implicit_euler", "rk4", "rkmk4", "sdirk4", "variational")
+ORDER = {"semi_implicit_euler": 1, "rk4": 4, "rkmk4": 4, "sdirk4": 4, "variational": 2}
+G = 9.81
+
+
+def body(kind, gravity=(0, 0, 0)):
+    b = ksl.Builder("body", gravity=gravity).add_link("world")
+    b.add_link("body", mass=1.0, center_of_mass=[0.01, 0.02, 0.1], inertia=np.diag([0.01, 0.02, 0.025]))
+    return b.add_joint("joint", kind, "world", "body").build()
+
+
+def chain():
+    b = ksl.Builder("chain").add_link("world")
+    for k, (parent, kind) in enumerate([("world", "continuous"), ("rod0", "universal"), ("rod1", "planar"), ("rod2", "cylindrical")]):
+        pose = np.eye(4)
+        pose[:3, 3] = [0.1 * k, 0, -0.4 * (k > 0)]
+        b.add_link(f"rod{k}", mass=1.0 + k, center_of_mass=[0.02, 0, -0.2], inertia=np.diag([0.05, 0.04, 0.02]))
+        more = {"axis": [0, 1, 0]} if kind != "universal" else {"axis": [0, 1, 0], "axis2": [1, 0, 0]}
+        b.add_joint(f"j{k}", kind, parent, f"rod{k}", pose=pose, **more)
+    return b.build()
+
+
+def slider(axis, limits=None, mass=2.0, **options):
+    b = ksl.Builder("slider").add_link("world").add_link("block", mass=mass, inertia=np.diag([0.1] * 3))
+    return b.add_joint("slide", "prismatic", "world", "block", axis=axis, limits=limits, **options).build()
+
+
+MOVING = {
+    "spherical": (body("spherical", (0, 0, -G)), [0.3, 0, 0, np.sqrt(0.91)], [1, 2, 20.0]),
+    "floating": (body("floating"), [0, 0, 0, 0, 0, 0, 1.0], [0.1, 0.2, 0.3, 1, 5, 0.2]),
+    "chain": (chain(), chain().random(4), np.linspace(-1, 1, chain().nv)),
+}
+STEPS = {"spherical": (2e-3, 1e-3), "floating": (4e-3, 2e-3), "chain": (2e-3, 1e-3)}
+
+
+def error(m, run, exact):
+    return np.abs(m.difference(exact.q[-1], run.q[-1])).max() + np.abs(run.v[-1] - exact.v[-1]).max()
+
+
+@pytest.mark.parametrize("method", FIXED)
+@pytest.mark.parametrize("name", MOVING)
+def test_methods_have_their_order(name, method):
+    m, q, v = MOVING[name]
+    exact = m.simulate(q, v, [0, 0.3], rtol=1e-13, atol=1e-13)
+    coarse, fine = (error(m, m.simulate(q, v, [0, 0.3], method=method, step=h), exact) for h in STEPS[name])
+    if fine > 1e-12:  # below, rounding
+        assert ORDER[method] - 0.35 < np.log2(coarse / fine)
+
+
+@pytest.mark.parametrize("method", [*FIXED, "dop853"])
+def test_free_bodies_keep_momentum(method):
+    q, v = [0, 0, 0, 0, 0, 0, 1.0], [0.1, 0.2, 0.3, 1, 5, 0.2]
+    options = {} if method == "dop853" else {"step": 1e-3}
+    allowed = {"semi_implicit_euler": 1e-1, "variational": 1e-5, "dop853": 1e-8}.get(method, 1e-9)
+    for gravity in (0, -G):
+        m = body("floating", (0, 0, gravity))
+        run = m.simulate(q, v, np.linspace(0, 1, 11), method=method, **options)
+        assert np.abs(run.drift.momentum).max() < allowed
+        if method == "variational" and gravity == 0:  # keeps it exactly, about the origin of the world
+            momentum = m.centroidal_momentum(run.q, run.v)
+            about_origin = momentum[:, 3:] + np.cross(m.center_of_mass(run.q), momentum[:, :3])
+            assert np.abs(about_origin - about_origin[0]).max() < 1e-13 and np.abs(run.drift.momentum[:, :3]).max() < 1e-13
+
+
+def test_a_torque_free_body_keeps_its_energy_over_many_steps_of_rk4():
+    m = body("floating")
+    period = 2 * np.pi / 5.0
+    run = m.simulate([0, 0, 0, 0, 0, 0, 1.0], [0, 0, 0, 1, 5, 0.2], [0, 2e4 * 1e-4 * period], method="rk4", step=1e-4 * period)
+    assert run.steps == 20_000 and abs(run.drift.energy[-1]) < 1e-12 * run.kinetic[0]
+
+
+def test_the_variational_method_has_no_trend():
+    m = body("spherical", (0, 0, -G))
+    run = m.simulate([0.3, 0, 0, np.sqrt(0.91)], [1, 2, 5.0], np.linspace(0, 40, 401), method="variational", step=4e-3)
+    lost = run.drift.energy
+    first, last = np.abs(lost[1:101]).max(), np.abs(lost[-100:]).max()
+    assert last < 3 * first and abs(np.polyfit(run.times, lost, 1)[0]) * 40 < first
+
+
+@pytest.mark.parametrize("method", [*FIXED, "dop853"])
+def test_work_balances_energy(method):
+    m = chain().with_physics(None)
+    times = np.linspace(0, 0.5, 6)
+    efforts = np.outer(np.cos(3 * times), np.linspace(1, 2, m.nv))
+    external = {"rod3": [0.3, 0.1, 2.0, 0.01, 0.2, 0.1]}
+    options = {} if method == "dop853" else {"step": 5e-4}
+    run = m.simulate(m.random(2), np.zeros(m.nv), times, efforts=efforts, method=method, external=external, **options)
+    assert np.abs(run.work).max() > 0.05
+    assert np.abs(run.drift.energy).max() < {"semi_implicit_euler": 1.0, "variational": 1e-3}.get(method, 1e-7)
+    assert np.allclose(run.efforts, efforts)
+
+
+@pytest.mark.parametrize("method", ["dop853", "sdirk4", "variational", "rk4"])
+def test_damping_and_springs_balance_energy(method):
+    m = slider([1, 0, 0], damping=3.0, spring_stiffness=200.0, friction=0.5).with_physics("all")
+    options = {"rtol": 1e-10, "atol": 1e-10} if method == "dop853" else {"step": 1e-4}
+    run = m.simulate([0.1], [0.0], [0, 0.05, 0.1], method=method, **options)
+    assert run.work[-1] < -0.05 and np.abs(run.drift.energy).max() < 1e-4 * abs(run.work[-1])
+
+
+def test_stiff_gains_need_no_small_steps():
+    m = slider([1, 0, 0])
+    hold = PD([0.0], stiffness=2e8, damping=4e6)
+    run = m.simulate([0.1], [0.0], [0.0, 1.0], efforts=hold, method="sdirk4", step=0.05)
+    assert run.complete and run.steps == 20 and abs(run.q[-1, 0]) < 1e-6
+    with np.errstate(all="ignore"), pytest.warns(RuntimeWarning, match="not finite"):
+        assert not m.simulate([0.1], [0.0], [0.0, 10.0], efforts=hold, method="rk4", step=0.05).complete
+
+
+def test_a_ball_bounces_and_comes_to_rest():
+    m = slider([0, 0, 1], (0.0, 10.0))
+    run = m.simulate([1.0], [0.0], np.linspace(0, 2, 21), restitution=0.5)
+    falls, speed = np.sqrt(2 / G), np.sqrt(2 * G)
+    first, second = run.events[:2]
+    assert first.what == second.what == "lower limit" and first.joint == "slide"
+    assert first.time == pytest.approx(falls, abs=1e-12) and first.speed == pytest.approx(speed / 2, abs=1e-11)
+    assert second.time == pytest.approx(falls + speed / G, abs=1e-11)
+    assert run.events[-1].what == "rest" and run.events[-1].time == pytest.approx(falls + 2 * speed / G, abs=1e-7)
+    assert run.q[-1] == 0 and run.v[-1] == 0 and np.abs(run.drift.energy).max() < 1e-8
+
+
+def test_a_joint_that_rests_on_its_limit_lifts():
+    m, times = slider([0, 0, 1], (0.0, 10.0)), np.linspace(0, 2, 21)
+    run = m.simulate([0.0], [0.0], times, efforts=(20 * times)[:, np.newaxis], restitution=0.0)
+    assert [event.what for event in run.events] == ["rest", "lifts"]
+    assert run.events[1].time == pytest.approx(2 * G / 20, abs=1e-9) and run.q[-1, 0] > 0
+
+
+def test_dry_friction_sticks_and_slips():
+    m, times = slider([1, 0, 0]), np.linspace(0, 3, 31)
+    run = m.simulate([5.0], [2.0], times, friction=4.0)
+    assert [event.what for event in run.events] == ["sticks"] and run.events[0].time == pytest.approx(1.0, abs=1e-10)
+    assert run.q[-1, 0] == pytest.approx(6.0, abs=1e-10) and run.v[-1, 0] == 0
+    pushed = m.simulate([5.0], [0.0], times, efforts=(3 * times)[:, np.newaxis], friction=4.0)
+    slips, whole = 4 / 3, 3.0
+    way = (3 * (whole**3 - slips**3) / 6 - 4 * (whole - slips) ** 2 / 2 - 3 * slips**2 / 2 * (whole - slips)) / 2
+    assert [event.what for event in pushed.events] == ["slips"] and pushed.events[0].time == pytest.approx(slips, abs=1e-9)
+    assert pushed.q[-1, 0] - 5 == pytest.approx(way, abs=1e-8)
+
+
+def test_exact_friction_of_the_model_is_that_of_the_run():
+    m = slider([1, 0, 0], friction=4.0).with_physics("exact friction")
+    run = m.simulate([5.0], [2.0], [0.0, 3.0])
+    assert run.q[-1, 0] == pytest.approx(6.0, abs=1e-10) and [event.what for event in run.events] == ["sticks"]
+
+
+def test_brakes_engage_and_cut_the_drives():
+    m = slider([1, 0, 0])
+    run = m.simulate([0.0], [2.0], np.linspace(0, 3, 31), efforts=[1.0], brake=Brake(8.0, at=1.0))
+    assert [event.what for event in run.events] == ["brakes", "sticks"]
+    assert run.events[1].time == pytest.approx(1 + 2.5 / 4, abs=1e-10)
+    assert run.efforts[11:].max() == 0 and run.efforts[:10].min() == 1
+
+
+def test_functions_of_the_user_are_events():
+    m = slider([1, 0, 0])
+
+    def passes(t, q, v):
+        return q[0] - 1.0
+
+    passes.terminal, passes.direction = True, 1
+    run = m.simulate([0.0], [2.0], [0.0, 0.2, 3.0], events=passes)
+    assert run.reason == "an event ended it" and run.ended == pytest.approx(0.5, abs=1e-12)
+    assert np.isfinite(run.q[:2]).all() and np.isnan(run.q[2]).all()
+    passes.direction = -1
+    assert m.simulate([0.0], [2.0], [0.0, 3.0], events=passes).complete
+
+
+@pytest.mark.parametrize("method", [*FIXED, "dop853"])
+def test_runs_of_a_batch_have_the_bits_of_single_ones(method):
+    m = chain()
+    rng = np.random.default_rng(3)
+    q, v, times = m.random(rng, size=(5, 7)), rng.normal(size=(5, 7, m.nv)), [0.0, 0.01, 0.02]
+    options = {} if method == "dop853" else {"step": 2e-3}
+    hold = PD(m.neutral(), stiffness=3.0, damping=1.0, gravity=True)
+    runs = m.simulate(q, v, times, efforts=hold, method=method, threads=2, **options)
+    assert runs.q.shape == (5, 7, 3, m.nq) and runs.drift.energy.shape == (5, 7, 3)
+    for i, j in ((0, 0), (2, 3), (4, 6)):
+        one = m.simulate(q[i, j], v[i, j], times, efforts=hold, method=method, **options)
+        for name in ("q", "v", "a", "efforts", "work", "energy"):
+            assert np.array_equal(getattr(one, name), getattr(runs, name)[i, j]), name
+
+
+def test_controllers():
+    m = chain()
+    start, times = m.random(5), np.linspace(0, 1, 11)
+    rest = np.zeros(m.nv)
+    floats = m.simulate(start, rest, times, efforts=GravityCompensation())
+    assert np.abs(m.difference(floats.q[0], floats.q[-1])).max() < 1e-8
+    wanted = m.integrate(start, 0.1 * np.ones(m.nv))
+    reached = m.simulate(start, rest, times, efforts=ComputedTorque(wanted, stiffness=400.0, damping=40.0))
+    assert np.abs(m.difference(wanted, reached.q[-1])).max() < 1e-6
+    held = m.simulate(start, rest, times, efforts=PD(start, 0.0, 0.0, feed_forward=m.gravity_torque(start)))
+    assert np.abs(m.difference(start, held.q[-1])).max() < 1e-6
+    weak = m.simulate(start, rest, [0.0, 0.1], efforts=PD(wanted, 1e3, 1.0, limit=0.5))
+    assert np.abs(weak.efforts).max() == 0.5
+
+
+def test_computed_torque_follows_a_motion():
+    m = chain()
+    start, times = m.random(6), np.linspace(0, 1, 21)
+    turn = np.linspace(0.2, 0.5, m.nv)
+    way = (1 - np.cos(np.pi * times)) / 2
+    q = np.array([m.integrate(start, s * turn) for s in way])
+    v = np.outer(np.pi / 2 * np.sin(np.pi * times), turn)
+    a = np.outer(np.pi**2 / 2 * np.cos(np.pi * times), turn)
+    run = m.simulate(start, np.zeros(m.nv), times, efforts=ComputedTorque(Reference(times, q, v, a), stiffness=900.0, damping=60.0))
+    assert max(np.abs(m.difference(x, y)).max() for x, y in zip(q, run.q, strict=True)) < 1e-4
+
+
+def test_functions_of_python_drive():
+    m = chain()
+    start, times = m.random(7), [0.0, 0.05]
+    function = lambda t, q, v: -0.5 * v + np.sin(t)
+    alone = m.simulate(start, np.zeros(m.nv), times, efforts=function, method="rk4", step=1e-3)
+    both = m.simulate([start, start], np.zeros(m.nv), times, efforts=function, method="rk4", step=1e-3)
+    assert np.array_equal(alone.q, both.q[1])
+    adaptive = m.simulate(start, np.zeros(m.nv), times, efforts=function)
+    assert np.abs(m.difference(adaptive.q[-1], alone.q[-1])).max() < 1e-8
+    ended = m.simulate(start, np.zeros(m.nv), [0.0, 0.1, 0.2], efforts=lambda t, q, v: np.zeros(m.nv) if t < 0.15 else None)
+    assert ended.reason == "a function ended it"
