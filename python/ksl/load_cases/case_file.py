@@ -19,6 +19,8 @@ from ksl.base.files_read import InputFile, being_read, recorded
 from ksl.base.toml_files import read_toml, toml_of
 from ksl.load_cases.closed_poses import closed_pose, named_joints
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
+from ksl.load_cases.simulate_keys import simulated_of
+from ksl.load_cases.simulated import simulated_motion
 from ksl.load_cases.stops import Law, Stop, at_rest, nearest_sample, worst_start
 from ksl.load_cases.summary_table import ALL_CASES
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
@@ -31,7 +33,7 @@ from ksl.motions.reading import WRENCH_COLUMNS, read_motion
 from ksl.motions.reading_options import OPTIONS
 from ksl.motions.signal.suspicions import suspicions
 
-KEYS = ("motion", "payloads", "external", "gravity", "mounting", "physics", "friction_width", "hold", "stop")
+KEYS = ("motion", "payloads", "external", "gravity", "mounting", "physics", "friction_width", "hold", "stop", "simulate")
 """The keys of a load case, and of the defaults of all."""
 ROUND_OFF = 1e-6
 """The relative round-off of inertias, which are given with some digits."""
@@ -118,6 +120,11 @@ class _Reader:
         return self._placement
 
     @property
+    def has_motion(self) -> bool:
+        """Is there one for cases that name none."""
+        return self._motion is not None
+
+    @property
     def payloads(self) -> Sequence[Payload]:
         return self._payloads
 
@@ -173,13 +180,16 @@ class _Case:
         return [replace(case, motion=replace(case.motion, doubts=[*case.motion.doubts, *doubts])) for case in cases] if doubts else cases
 
     def _load_cases(self) -> list[LoadCase]:
-        if "hold" in self.spec and "stop" in self.spec and self.spec["hold"] is not False:
-            raise CaseError(f"{self.where}: hold and stop; give one of them, and the other in a case of its own")
+        several = [key for key in ("hold", "stop", "simulate") if key in self.spec and self.spec[key] is not False]
+        if len(several) > 1:
+            raise CaseError(f"{self.where}: {' and '.join(several)}; give one of them, and the other in a case of its own")
         model, payloads = self._model()
         external = [self._external(i, e) for i, e in enumerate(_list(f"{self.where}: external", self.spec.get("external", [])))]
         if self.spec.get("hold", False) is not False:
             motion, file = self._held(model)
             return [self._made(model, replace(at_rest(motion), doubts=_about_units(model, motion)), file, payloads, external, "held at rest by brakes", brake=True)]
+        if self.spec.get("simulate", False) is not False:
+            return [self._simulated(model, payloads, external)]
         motion, file = self.reader.motion(self.where, self.spec.get("motion"))
         if "stop" in self.spec:
             return self._stops(model, motion, file, payloads, external)
@@ -318,6 +328,16 @@ class _Case:
         except ValueError as e:
             raise CaseError(f"{self.where}: {e}") from None
         return held_still(model, q, closing), ""
+
+    def _simulated(self, model: Model, payloads: Sequence[Payload], external: Sequence[WrenchOverTime]) -> LoadCase:
+        """A motion that is simulated.  That which the case names, if it names one, is followed, or left at a time."""
+        how = simulated_of(f"{self.where}: simulate", self.spec["simulate"])
+        followed, file = self.reader.motion(self.where, self.spec.get("motion")) if "motion" in self.spec or self.reader.has_motion else (None, "")
+        try:
+            motion, kind = simulated_motion(model, how, followed, external)
+        except ValueError as e:
+            raise CaseError(f"{self.where}: {e}") from None
+        return self._made(model, motion, file, payloads, external, kind)
 
     def _stops(
         self, model: Model, motion: Motion, file: str, payloads: Sequence[Payload], external: Sequence[WrenchOverTime]

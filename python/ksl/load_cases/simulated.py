@@ -1,0 +1,191 @@
+"""Motions of load cases that are simulated: a mechanism under its controller, or under brakes, instead of a motion that is prescribed.
+
+The wrenches are then those of this motion, like those of any other.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from ksl.base.errors import MotionError
+from ksl.base.printable import one_line
+from ksl.base.words import count
+from ksl.load_cases.closed_poses import closed_pose, named_joints
+from ksl.load_cases.poses import pose_of
+from ksl.load_cases.stops import nearest_sample
+from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
+from ksl.model.drives import PD, Brake, ComputedTorque, Controller, GravityCompensation, Reference
+from ksl.model.model import Model
+from ksl.model.simulate import Method
+from ksl.model.simulation_result import Simulation
+from ksl.model.states import Array
+from ksl.motions.closing import Closing
+from ksl.motions.motion import Motion, Source
+
+ControllerName = Literal["none", "gravity", "pd", "computed torque"]
+CONTROLLERS = ("none", "gravity", "pd", "computed torque")
+RATE = 250.0
+"""Samples a second of the motion that is simulated, as of motions that are generated."""
+MOST_SAMPLES = 10_000_000
+MOST_EVENTS = 12
+"""Events that a note lists."""
+IMPACTS = ("lower limit", "upper limit", "rest")
+
+Numbers = float | Mapping[str, float]
+"""One number for all joints, or {joint: number}."""
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """How the motion of a load case is simulated.  Times are those of the motion that is followed, or begin at zero."""
+
+    until: float | None = None
+    """s; the end of the motion that is followed, if there is one."""
+    start: float | None = None
+    """s: the run begins in the state of the motion at this time; None: at its first sample."""
+    pose: Mapping[str, Any] | None = None
+    """Positions of joints instead, which begin at rest, except for those of `velocity`."""
+    velocity: Mapping[str, float] = field(default_factory=dict)
+    """rad/s or m/s."""
+    controller: ControllerName = "none"
+    """"none": no drive has effort; "gravity" holds the weight; "pd" and "computed torque" follow the motion, or hold the pose."""
+    stiffness: Numbers = 0.0
+    damping: Numbers = 0.0
+    brake_at: float | None = None
+    """s: brakes engage, and drives have no effort from then on."""
+    brake: Numbers | None = None
+    """What brakes hold, N m or N; None: the effort limits of the joints."""
+    friction: Numbers | None = None
+    """Dry friction that sticks and slips, N m or N."""
+    restitution: Numbers | None = None
+    """Of impacts on limits of position; None: there are no limits."""
+    rate: float = RATE
+    """Samples a second of the result."""
+    method: Method = "dop853"
+    step: float | None = None
+    rtol: float = 1e-9
+    atol: float = 1e-9
+
+
+def simulated_motion(model: Model, how: Simulated, followed: Motion | None, external: Sequence[WrenchOverTime]) -> tuple[Motion, str]:
+    """The motion, and in words what it is.  Raises MotionError; a run that ends early gives the part before, with a doubt that says why."""
+    q, v, begin, closing = _start(model, how, followed)
+    times = _times(how, followed, begin)
+    controller, brake = _controller(model, how, followed, q, times), _brake(model, how)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always", RuntimeWarning)
+        try:
+            run = model.simulate(
+                q, v, times, efforts=controller, method=how.method, rtol=how.rtol, atol=how.atol, step=how.step,
+                external=_wrenches(model, external, times, q), restitution=how.restitution, friction=how.friction, brake=brake,
+            )  # fmt: skip
+        except ValueError as e:
+            raise MotionError(f"simulation: {e}") from None
+    reached = np.isfinite(run.q).all(axis=1) & np.isfinite(run.a).all(axis=1)
+    if np.count_nonzero(reached) < 2:
+        raise MotionError(f"simulation: {run.reason} at its beginning, {run.ended:.6g} s; check the start, gains and units")
+    doubts = [f"simulation: {one.message}" for one in said if issubclass(one.category, RuntimeWarning)]
+    source = Source("simulation", f"simulated by {how.method}", int(np.count_nonzero(reached)), float(times[1] - times[0]), _notes(run, how))
+    motion = Motion(times[reached], run.q[reached], run.v[reached], run.a[reached], doubts=doubts, source=source, closing=closing)
+    return motion, _in_words(how, brake)
+
+
+def _start(model: Model, how: Simulated, followed: Motion | None) -> tuple[Array, Array, float, Closing | None]:
+    """q (nq), v (nv), the time there, and how loops were closed."""
+    if how.pose is None and followed is not None:
+        if how.start is not None and not followed.time[0] <= how.start <= followed.time[-1]:
+            raise MotionError(f"from {how.start:g} s: the motion is from {followed.time[0]:g} s to {followed.time[-1]:g} s")
+        k = 0 if how.start is None else nearest_sample(followed, how.start)
+        v = followed.resolved_v[k].copy()
+        return followed.q[k], _with_velocities(model, followed.q[k], v, how), float(followed.time[k]), followed.closing
+    pose, closing = how.pose or {}, None
+    q = pose_of(model, pose)
+    if model.loops:
+        q, closing = closed_pose(model, q, named_joints(model, pose))
+    begin = how.start if how.start is not None else float(followed.time[0]) if followed is not None else 0.0
+    return q, _with_velocities(model, q, np.zeros(model.nv), how), begin, closing
+
+
+def _with_velocities(model: Model, q: Array, v: Array, how: Simulated) -> Array:
+    """Velocities that are given by name; joints of mechanisms with loops follow them."""
+    for name, speed in how.velocity.items():
+        joint = model.joint(name)
+        if joint.nv != 1:
+            raise MotionError(f"velocity: joint {one_line(name)} has {joint.nv} coordinates; those with one can be given")
+        v[joint.v_index] = speed
+    if model.loops and how.velocity:
+        found: Array = model.consistent_velocity(q, v, given=list(how.velocity))
+        return found
+    return v
+
+
+def _times(how: Simulated, followed: Motion | None, begin: float) -> Array:
+    until = how.until if how.until is not None else float(followed.time[-1]) if followed is not None else None
+    if until is None:
+        raise MotionError("simulation: no end; give until, s")
+    if not until > begin:
+        raise MotionError(f"simulation: until {until:g} s is not after its beginning, {begin:g} s")
+    if not how.rate > 0:
+        raise MotionError(f"simulation: rate {how.rate:g}; expected samples a second, more than 0")
+    samples = max(2, round((until - begin) * how.rate) + 1)
+    if samples > MOST_SAMPLES:
+        raise MotionError(f"simulation: {samples:,} samples; give a lower rate than {how.rate:g} a second, or an earlier end")
+    times: Array = np.linspace(begin, until, samples)
+    return times
+
+
+def _controller(model: Model, how: Simulated, followed: Motion | None, q: Array, times: Array) -> Controller | None:
+    if how.controller == "none":
+        return None
+    if how.controller == "gravity":
+        return GravityCompensation(how.damping)
+    is_followed = followed is not None and how.pose is None and len(followed.time) > 1
+    reference = Reference(followed.time, followed.q, followed.resolved_v, followed.resolved_a) if is_followed and followed is not None else q
+    if how.controller == "pd":
+        return PD(reference, how.stiffness, how.damping, gravity=True)
+    return ComputedTorque(reference, how.stiffness, how.damping)
+
+
+def _brake(model: Model, how: Simulated) -> Brake | None:
+    if how.brake_at is None:
+        return None
+    if how.brake is not None:
+        return Brake(how.brake, how.brake_at)
+    limits = {j.name: j.effort for j in model.joints if j.nv == 1 and j.effort and (not model.drives or j.name in model.drives)}
+    if not limits:
+        raise MotionError("brake_at: no joint has an effort limit, which brakes hold where nothing else is said; give brake, N m or N")
+    return Brake(limits, how.brake_at)
+
+
+def _wrenches(model: Model, external: Sequence[WrenchOverTime], times: Array, q: Array) -> dict[str, Array] | None:
+    """External wrenches at the times, in the axes of their links, which must not depend on the position."""
+    for one in external:
+        if one.axes != "link":
+            raise MotionError(f"external wrench on {one.link}: axes {one.axes!r} turn with the simulated motion; give it in those of the link")
+    return total_on_links(external, model, times, np.broadcast_to(q, (len(times), len(q)))) or None
+
+
+def _notes(run: Simulation, how: Simulated) -> list[str]:
+    """What the report says about the run: steps, losses, events."""
+    lost = float(np.nanmax(np.abs(run.drift.energy)))
+    largest = float(np.nanmax(np.abs(run.energy - run.energy[0]), initial=0.0))
+    notes = [f"{count(int(run.steps), 'step')} of {how.method}; energy lost by integration {lost:.2g} J, where energy changed by {largest:.3g} J"]
+    if run.drift.closure is not None:
+        notes.append(f"loops opened by {float(np.nanmax(run.drift.closure)):.2g} m at most within a step, and were closed after it")
+    if run.events:
+        told = [f"{e.what if e.what != 'brakes' else 'brakes engage'}{f' of {one_line(e.joint)}' if e.joint else ''} at {e.time:.6g} s" for e in run.events[:MOST_EVENTS]]
+        more = f" and {len(run.events) - MOST_EVENTS} more" if len(run.events) > MOST_EVENTS else ""
+        notes.append(f"events: {'; '.join(told)}{more}")
+    if any(e.what in IMPACTS for e in run.events):
+        notes.append("impacts on limits are shorter than any sample: wrenches during them are in no result")
+    return notes
+
+
+def _in_words(how: Simulated, brake: Brake | None) -> str:
+    by = {"none": "without drives", "gravity": "with the weight held", "pd": "under a PD controller", "computed torque": "under computed torque"}[how.controller]
+    return f"simulated {by}" + (f", brakes from {brake.at:g} s" if brake else "")
