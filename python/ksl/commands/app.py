@@ -29,6 +29,9 @@ HANGING = "  "
 """Before all lines of a paragraph but the first."""
 GROUPS = {
     "Load cases": {"--cases", "--payload", "--on-link", "--external", "--gravity", "--pose", "--time", "--worst", "--of", "--seed"},
+    "Simulation": {
+        "--until", "--from-time", "--velocity", "--controller", "--gains", "--brake-at", "--brake", "--dry-friction", "--bounce", "--rate", "--method", "--step",
+    },
     "Wrenches": {"--on", "--at", "--axes", "--order", "--joints"},
     "Results": {"--output", "--csv", "--json", "--pdf", "--paper", "--components", "--fail-on", "--force"},
     "Page": {"--export", "--joint", "--case", "--port", "--browser"},

@@ -41,10 +41,9 @@ from ksl.commands.options import (
     suggestion,
 )
 from ksl.commands.stiffness_option import Stiffness, with_stiffness
+from ksl.commands.write_run import written
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from ksl.base.files_read import InputFile
     from ksl.load_cases.load_case import LoadCase, Payload, Placement
     from ksl.model.model import Model
@@ -132,8 +131,8 @@ def loads(
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)
         run = _run(model, stiff, motion, cases, external, columns, placement, loaded, reading, options)
         out = console(120)
-        written = _written(run, output, csv, force, out, report)
-        print_run(out, run, [f"written to {output}: {', '.join(written)}", f"report: {output / 'report.html'}"])
+        files = written(run, output, out, csv, force, report)
+        print_run(out, run, [f"written to {output}: {', '.join(files)}", f"report: {output / 'report.html'}"])
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
@@ -223,14 +222,3 @@ def _known(model: Model, joint: str, option: str) -> None:
     names = [*(j.name for j in model.joints), *model.loop_names]
     if joint not in names:
         fail(f"{option}: no joint {joint!r}; {suggestion(joint, names, f'the joints of {model.name} are')}")
-
-
-def _written(run: Run, output: Path, csv: bool, force: bool, out: Console, report: ReportFiles) -> list[str]:
-    """Writes the files, and shows how far it is where a person watches."""
-    if not out.is_terminal:
-        return run.write(output, csv, force, report=report)
-    from rich.progress import Progress
-
-    with Progress(console=out, transient=True) as progress:
-        task = progress.add_task("wrenches", total=sum(len(case.motion.time) for case in run.cases))
-        return run.write(output, csv, force, lambda samples: progress.advance(task, samples), report)

@@ -76,4 +76,5 @@ class Curves:
         total = self._drive + supplied - (0.0 if self._dissipation is None else self._dissipation)
         # at a jump of the acceleration the power is that before or after it: the motion says which
         rate = np.where(np.abs(before - total) < np.abs(after - total), before, after)
-        return PowerBalance(self._drive, supplied, energy, rate, round_off, self._dissipation)
+        exchanged = float(np.max(np.abs(np.gradient(kinetic, motion.time)), initial=0.0))
+        return PowerBalance(self._drive, supplied, energy, rate, round_off, self._dissipation, exchanged)

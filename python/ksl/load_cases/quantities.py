@@ -82,6 +82,8 @@ class PowerBalance:
     """Power that rounding errors alone may cause, W; see `power_round_off`."""
     dissipation: Array | None = None
     """What damping and friction turn into heat; None for models without physics of joints."""
+    exchanged: float = 0.0
+    """The largest rate of the kinetic energy, W: what potential and kinetic energy exchange where nothing is supplied."""
 
     @property
     def supplied(self) -> Array:
@@ -110,13 +112,15 @@ class PowerBalance:
 
     @property
     def relative_residual(self) -> float:
-        """Largest residual divided by the largest power that enters the balance, or by `round_off` if that is larger."""
-        scale = max(self.largest_power, self.round_off)
+        """Largest residual divided by the largest power that enters the balance, or by `round_off` or a small share of `exchanged` if these are larger."""
+        scale = max(self.largest_power, self.round_off, LEAST_SHARE * self.exchanged)
         return float(np.max(np.abs(self.residual))) / scale if scale > 0 else 0.0
 
 
 LARGE_RESIDUAL = 1e-2
 """Residual, relative to the largest power, from which on the numbers of a run are doubted."""
+LEAST_SHARE = 1e-3
+"""A mechanism that swings freely takes no power but errors, which are judged by this share of what its energies exchange."""
 CAUSES_OF_RESIDUALS = (
     "positions, velocities and accelerations of the motion disagree, or it jumps, or its positions are rounded or noisy, or its samples are too far apart"
 )

@@ -35,6 +35,10 @@ MOST_SAMPLES = 10_000_000
 MOST_EVENTS = 12
 """Events that a note lists."""
 IMPACTS = ("lower limit", "upper limit", "rest")
+JUMPS = ("sticks", "slips", "brakes", "lifts")
+"""Events at which accelerations jump."""
+MOST_CORNERS = 20
+"""Splines of the power balance are split at so many; with more, too few samples are left between them."""
 
 Numbers = float | Mapping[str, float]
 """One number for all joints, or {joint: number}."""
@@ -91,7 +95,11 @@ def simulated_motion(model: Model, how: Simulated, followed: Motion | None, exte
         raise MotionError(f"simulation: {run.reason} at its beginning, {run.ended:.6g} s; check the start, gains and units")
     doubts = [f"simulation: {one.message}" for one in said if issubclass(one.category, RuntimeWarning)]
     source = Source("simulation", f"simulated by {how.method}", int(np.count_nonzero(reached)), float(times[1] - times[0]), _notes(run, how))
-    motion = Motion(times[reached], run.q[reached], run.v[reached], run.a[reached], doubts=doubts, source=source, closing=closing)
+    corners = sorted({e.time for e in run.events if e.what in JUMPS and times[0] < e.time < run.ended})
+    motion = Motion(
+        times[reached], run.q[reached], run.v[reached], run.a[reached], doubts=doubts, source=source, closing=closing,
+        corner_times=np.array(corners if len(corners) <= MOST_CORNERS else [], dtype=float),
+    )  # fmt: skip
     return motion, _in_words(how, brake)
 
 

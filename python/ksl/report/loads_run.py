@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from ksl.base.markup import html as escape
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from ksl.base.errors import unknown_name
@@ -32,25 +33,29 @@ class Run(ComputedCases):
 
     def write(
         self, directory: str | os.PathLike[str], csv: bool = False, force: bool = False, advance: Callable[[int], None] | None = None,
-        report: ReportFiles = ReportFiles(),
+        report: ReportFiles = ReportFiles(), beside: Mapping[str, Callable[[Path], None]] = MappingProxyType({}),
     ) -> list[str]:  # fmt: skip
         """Writes wrenches.parquet, summary.csv and report.html.
 
         csv: wrenches.csv too.  force: results of another robot in that folder, and files of others with names of results, are replaced
         and not refused; files that the run reads never are.  advance: is told the number of samples of each block that is done.
-        report: whether there shall be report.json and report.pdf, and components that the report checks.  Returns the names of the files.  All are written, or none: see :func:`staged`.
+        report: whether there shall be report.json and report.pdf, and components that the report checks.  beside: more files by name, and what
+        writes each.  Returns the names of the files.  All are written, or none: see :func:`staged`.
         Raises MotionError where results are not finite, SizingError and OutputError.
 
             ksl.compute_loads("robot.urdf", "motion.csv").write("results", csv=True)
         """
         folder = Path(directory)
-        refuse_inputs([folder / name for name in RESULTS], [*self._files_read, *([report.components] if report.components else [])])
+        names = (*RESULTS, *beside)
+        refuse_inputs([folder / name for name in names], [*self._files_read, *([report.components] if report.components else [])])
         check = None if force else partial(refuse_others, folder, self.provenance)
-        with staged(folder, RESULTS, check) as stage:
+        with staged(folder, names, check) as stage:
             with WrenchFiles(stage, self.writer(), csv) as files:
                 self.compute(files.write, advance)
             write_summary(stage / SUMMARY, self.rows, self.provenance)
             report.write(stage, replace(self._report_input(self._shown()), sizing=report.sizing(stage, folder)))
+            for name, write in beside.items():
+                write(stage / name)
             return sorted(f.name for f in stage.iterdir())
 
     def report(self, path: str | os.PathLike[str], case: str | None = None) -> None:

@@ -1,0 +1,209 @@
+"""`ksl simulate`."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, cast
+
+import typer
+
+from ksl.base.files_read import recorded
+from ksl.commands.app import GroupedOptions, app, command_line, console, fail
+from ksl.commands.options import (
+    MOTION_HELP,
+    Drives,
+    FloatingBase,
+    FrictionWidth,
+    Gravity,
+    Loops,
+    Mimic,
+    ModelName,
+    Physics,
+    Robot,
+    Strict,
+    check_order,
+    numbers,
+    path_with_a_name,
+    payloads_given,
+    read_model,
+)
+from ksl.commands.write_run import written
+
+if TYPE_CHECKING:
+    from ksl.base.files_read import InputFile
+    from ksl.load_cases.load_case import LoadCase, Payload
+    from ksl.load_cases.simulated import Simulated
+    from ksl.model.model import Model
+
+
+@app.command(cls=GroupedOptions)
+def simulate(
+    robot: Robot,
+    motion: Annotated[Path | None, typer.Argument(metavar="[MOTION]", help=f"Followed by the controller, or left at a time. {MOTION_HELP}")] = None,
+    until: Annotated[float | None, typer.Option(metavar="S", help="End; otherwise that of MOTION.")] = None,
+    start: Annotated[float | None, typer.Option("--from-time", metavar="S", help="Begin in the state of MOTION at this time.")] = None,
+    pose: Annotated[list[str], typer.Option(metavar="FILE|NAME=VALUE", help="Position where it begins at rest, rad or m, or 90deg (repeatable); or a file, as of ksl hold.")] = [],
+    velocity: Annotated[list[str], typer.Option(metavar="NAME=VALUE", help="Velocity where it begins, rad/s or m/s (repeatable).")] = [],
+    controller: Annotated[str, typer.Option(metavar="none|gravity|pd|computed-torque", help="What drives the joints.")] = "none",
+    gains: Annotated[str, typer.Option(metavar="STIFFNESS,DAMPING", help="Of pd, N m/rad and N m s/rad; of computed-torque, 1/s² and 1/s; of gravity damping alone.")] = "",
+    brake_at: Annotated[float | None, typer.Option("--brake-at", metavar="S", help="Brakes engage, and the drives have no effort from then on.")] = None,
+    brake: Annotated[list[str], typer.Option(metavar="[NAME=]EFFORT", help="What brakes hold, N m or N; otherwise the effort limits (repeatable).")] = [],
+    dry_friction: Annotated[list[str], typer.Option("--dry-friction", metavar="[NAME=]EFFORT", help="Dry friction that sticks and slips (repeatable).")] = [],
+    bounce: Annotated[float | None, typer.Option("--bounce", metavar="E", help="Joints stop at their limits, with this coefficient of restitution.")] = None,
+    rate: Annotated[float | None, typer.Option(metavar="HZ", help="Samples a second of the result; 250.")] = None,
+    method: Annotated[str, typer.Option(metavar="NAME", help="dop853, rk4, rkmk4, sdirk4, variational or semi_implicit_euler; docs/simulation.md.")] = "dop853",
+    step: Annotated[float | None, typer.Option(metavar="S", help="Step of methods without error control.")] = None,
+    cases: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Load cases instead, some with simulate = {…}: docs/cases.md.")] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for the results.")] = Path("simulated"),
+    csv: Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")] = False,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Write report.pdf, printed by Chromium or Chrome.")] = False,
+    components: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Components that the report checks against the loads; see ksl size.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace results of another robot in DIR, or files of others with their names.")] = False,
+    payload: Annotated[list[str], typer.Option(metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")] = [],
+    on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
+    floating_base: FloatingBase = False,
+    mimic: Mimic = "coupled",
+    strict: Strict = False,
+    gravity: Gravity = "",
+    model_name: ModelName = "",
+    physics: Physics = "",
+    friction_width: FrictionWidth = 0.01,
+    loops: Loops = "",
+    drives: Drives = "",
+) -> None:
+    """Simulate a mechanism under a controller, without drives or under brakes, and write motion.csv and every wrench, as ksl loads.
+
+    It begins at --pose, at rest but for --velocity, or in the state of MOTION. pd holds that pose, or follows MOTION, and carries the weight;
+    computed-torque does so by inverse dynamics. docs/simulation.md says which method to take.
+    """
+    from ksl.commands.print_loads import print_run
+    from ksl.load_cases.load_case import Payload
+    from ksl.load_cases.provenance import provenance_of
+    from ksl.output import OutputError
+    from ksl.report.files import ReportFiles
+    from ksl.report.loads_run import Run
+
+    if motion is not None:
+        check_order(robot, motion)
+    if until is None and motion is None and cases is None:
+        fail("--until: the end is missing; give it, s, or a MOTION that has one")
+    loaded = payloads_given(payload, on_link)
+    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives)
+    carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
+    options = {
+        "until": until, "from": start, "pose": pose, "velocity": velocity, "controller": controller, "gains": gains, "brake_at": brake_at, "brake": brake,
+        "dry_friction": dry_friction, "bounce": bounce, "rate": rate, "method": method, "step": step,
+        "gravity": gravity, "physics": physics, "loops": loops, "drives": drives,
+    }  # fmt: skip
+    try:
+        if cases is not None:
+            from ksl.load_cases.case_file import read_cases
+
+            found, files = read_cases(model, cases, None, motion, carried)
+        else:
+            how, files = _how(model, until, start, pose, velocity, controller, gains, brake_at, brake, dry_friction, bounce, rate, method, step)
+            case, read = _case(model, how, motion, carried)
+            found, files = [case], [*files, *read]
+        run = Run(found, provenance_of(found, [*model.inputs, *files], {k: v for k, v in options.items() if v not in (None, "", [])}, command_line()))
+        out, report = console(120), ReportFiles.wanted(json, "A4" if pdf else None, components)
+        names = written(run, output, out, csv, force, report, _motions(model, found))
+        print_run(out, run, [f"written to {output}: {', '.join(names)}", f"report: {output / 'report.html'}"])
+    except BrokenPipeError:  # nobody reads what is printed: as any command
+        raise
+    except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
+        fail(e)
+
+
+def _how(
+    model: Model, until: float | None, start: float | None, pose: list[str], velocity: list[str], controller: str, gains: str, brake_at: float | None,
+    brake: list[str], dry_friction: list[str], bounce: float | None, rate: float | None, method: str, step: float | None,
+) -> tuple[Simulated, list[InputFile]]:  # fmt: skip
+    """What the options say, and the files of poses."""
+    from ksl.load_cases.simulated import CONTROLLERS, RATE, ControllerName, Simulated
+    from ksl.model.simulate import METHODS, Method
+
+    law = controller.replace("-", " ")
+    if law not in CONTROLLERS:
+        fail(f"--controller {controller}: expected one of {', '.join(c.replace(' ', '-') for c in CONTROLLERS)}")
+    if method not in METHODS:
+        fail(f"--method {method}: expected one of {', '.join(METHODS)}")
+    if brake and brake_at is None:
+        fail("--brake: brakes engage at a time; give --brake-at S")
+    stiffness, damping = _gains(law, gains)
+    positions, files = _positions(model, pose)
+    return Simulated(
+        until, start, positions, dict(_named(one, "--velocity") for one in velocity), cast(ControllerName, law), stiffness, damping, brake_at,
+        _efforts(brake, "--brake"), _efforts(dry_friction, "--dry-friction"), bounce, RATE if rate is None else rate, cast(Method, method), step,
+    ), files  # fmt: skip
+
+
+def _gains(law: str, gains: str) -> tuple[float, float]:
+    if law in ("pd", "computed torque"):
+        if not gains:
+            fail(f"--controller {law.replace(' ', '-')}: needs --gains STIFFNESS,DAMPING")
+        stiffness, damping = numbers(gains, "--gains", 2)
+        return stiffness, damping
+    if gains and law == "none":
+        fail("--gains: are those of a controller; give --controller pd, computed-torque or gravity")
+    return 0.0, numbers(gains, "--gains", 1)[0] if gains else 0.0
+
+
+def _positions(model: Model, pose: list[str]) -> tuple[dict[str, Any] | None, list[InputFile]]:
+    from ksl.load_cases.holding import read_pose
+
+    if not pose:
+        return None, []
+    found: dict[str, Any] = {}
+    with recorded() as ledger:
+        for one in pose:
+            found |= dict([_named(one, "--pose")]) if "=" in one and not os.path.exists(one) else read_pose(model, one, None)
+    return found, ledger.files
+
+
+def _named(text: str, option: str) -> tuple[str, float]:
+    """NAME=VALUE, the value in rad or m, or in degrees with `deg` behind it."""
+    name, _, value = text.rpartition("=")
+    try:
+        number = float(value.removesuffix("deg"))
+    except ValueError:
+        number = math.nan
+    if not name or not math.isfinite(number):
+        fail(f"{option} {text}: expected NAME=VALUE with a number")
+    return name, math.radians(number) if value.endswith("deg") else number
+
+
+def _efforts(given: list[str], option: str) -> float | dict[str, float] | None:
+    """One number for all joints, or NAME=VALUE for some."""
+    if not given:
+        return None
+    if len(given) == 1 and "=" not in given[0]:
+        return numbers(given[0], option, 1)[0]
+    return dict(_named(one, option) for one in given)
+
+
+def _case(model: Model, how: Simulated, motion: Path | None, carried: list[Payload]) -> tuple[LoadCase, list[InputFile]]:
+    from ksl.load_cases.load_case import LoadCase
+    from ksl.load_cases.simulated import simulated_motion
+    from ksl.motions.reading import read_motion
+
+    with recorded() as ledger:
+        followed = None if motion is None else read_motion(model, motion)
+        moved, kind = simulated_motion(model, how, followed, [])
+    return LoadCase(model, moved, name="simulated", motion_file="" if motion is None else str(motion), payloads=carried, kind=kind), ledger.files
+
+
+def _motions(model: Model, cases: list[LoadCase]) -> dict[str, Callable[[Path], None]]:
+    """Files of the simulated motions: motion.csv, or motion_1.csv and so on, by the number of the load case."""
+    from ksl.motions.generate import write_motion
+    from ksl.motions.generate.generated import Generated
+
+    def write(case: LoadCase, path: Path) -> None:
+        write_motion(model, Generated(case.motion, facts={"kind": "simulate"}), path)
+
+    simulated = [k for k, case in enumerate(cases, 1) if case.kind.startswith("simulated")]
+    return {"motion.csv" if len(cases) == 1 else f"motion_{k}.csv": partial(write, cases[k - 1]) for k in simulated}
