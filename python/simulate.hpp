@@ -46,8 +46,7 @@ public:
       return false;
     nb::object row = nb::int_(first), at = nb::float_(t), positions = array(n, static_cast<std::size_t>(m_.nq()), q),
                speeds = array(n, static_cast<std::size_t>(m_.nv()), v);
-    const nb::object result =
-        nb::steal(call_python(function_, row.ptr(), at.ptr(), positions.ptr(), speeds.ptr()));
+    const nb::object result = nb::steal(call_python(function_, row.ptr(), at.ptr(), positions.ptr(), speeds.ptr()));
     if (!result.is_valid() || result.is_none()) // an error, or a wish to end the run
       return false;
     std::copy_n(data_of(result), n * columns, out);

@@ -37,21 +37,22 @@ typedef bool (*ksl_effort_function_t)(void *context, size_t first, size_t n, dou
 
     within ± limit.  Positions of the motion asked for are cubic between its times. */
 typedef struct ksl_drive_law_t {
-  ksl_rows_over_time_t given;    /**< efforts (nv) */
-  bool holds_gravity;            /**< adds the efforts of gravity */
-  bool computed_torque;          /**< ID is inverse dynamics */
-  ksl_rows_over_time_t position; /**< q_d (nq) */
+  ksl_rows_over_time_t given;                  /**< efforts (nv) */
+  bool holds_gravity;                          /**< adds the efforts of gravity */
+  bool computed_torque;                        /**< ID is inverse dynamics */
+  ksl_rows_over_time_t position;               /**< q_d (nq) */
   ksl_rows_over_time_t velocity, acceleration; /**< v_d and a_d (nv) at the same times; absent: zero */
   const double *stiffness, *damping;           /**< (nv); NULL: zero */
   const double *limit;                         /**< (nv); NULL: none */
   const bool *driven;                          /**< (nv) which coordinates have a drive; NULL: all */
-  ksl_effort_function_t function;              /**< instead of all this; may be called by several threads if threads is not 1 */
+  ksl_effort_function_t function; /**< instead of all this; may be called by several threads if threads is not 1 */
   void *context;
 } ksl_drive_law_t;
 
 /** What stops and holds joints exactly; KSL_DOP853 alone. */
 typedef struct ksl_exact_laws_t {
-  const double *restitution; /**< (nv) v after an impact on a limit is −restitution v; negative: no limits.  NULL: no limits at all */
+  const double *
+      restitution; /**< (nv) v after an impact on a limit is −restitution v; negative: no limits.  NULL: no limits at all */
   const double *lower, *upper; /**< (nv) the limits, may be infinite */
   const double *friction;      /**< (nv) dry friction that sticks and slips, N m or N; NULL: none */
   const double *brake;         /**< (nv) what brakes add to it from brake_at on; NULL: none */
@@ -90,7 +91,7 @@ typedef struct ksl_run_end_t {
   ksl_ending_t how;
   double time;                         /**< until here, s */
   size_t steps, rejected, evaluations; /**< evaluations: of forward dynamics */
-  int coordinate; /**< with the largest error, or the first number that isn't finite; −1 */
+  int coordinate;                      /**< with the largest error, or the first number that isn't finite; −1 */
 } ksl_run_end_t;
 
 /** What happened at an instant: KSL_AT_LOWER_LIMIT and KSL_AT_UPPER_LIMIT are impacts; KSL_RESTS: the joint lies on its limit from now on. */

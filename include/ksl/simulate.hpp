@@ -25,9 +25,9 @@ enum class stepping {
   semi_implicit_euler, ///< order 1, one evaluation a step: velocities first, then positions
   rk4,                 ///< order 4, four evaluations, commutator-free: only ⊕ is needed
   rkmk4,               ///< order 4, four evaluations: Runge–Kutta–Munthe-Kaas
-  dop853,              ///< order 8 with error control and dense output, by Dormand and Prince; the only one that finds events
-  sdirk4,              ///< order 4, implicit and L-stable, for stiff springs, dampers and gains
-  variational          ///< order 2, symplectic: energy has no trend, momenta are kept; of trees
+  dop853,     ///< order 8 with error control and dense output, by Dormand and Prince; the only one that finds events
+  sdirk4,     ///< order 4, implicit and L-stable, for stiff springs, dampers and gains
+  variational ///< order 2, symplectic: energy has no trend, momenta are kept; of trees
 };
 /// The names of these in C++'s order: "semi_implicit_euler" and so on.
 KSL_EXPORT const char *name_of(stepping method);
@@ -54,11 +54,11 @@ using effort_function = bool (*)(void *context, std::size_t first, std::size_t n
 /// kept within ± limit, and zero at coordinates that are not driven.  The motion asked for has cubic positions between its times,
 /// with its velocities at both ends, and accelerations on straight lines.
 struct drive_law {
-  rows_over_time given = {};      ///< (nv)
-  bool holds_gravity = false;     ///< adds gravity_torque(q)
-  bool computed_torque = false;   ///< ID is inverse dynamics of the model, of the closed mechanism where it has loops
-  rows_over_time position = {};   ///< q_d (nq)
-  rows_over_time velocity = {};   ///< v_d (nv) at the times of the positions; absent: zero
+  rows_over_time given = {};        ///< (nv)
+  bool holds_gravity = false;       ///< adds gravity_torque(q)
+  bool computed_torque = false;     ///< ID is inverse dynamics of the model, of the closed mechanism where it has loops
+  rows_over_time position = {};     ///< q_d (nq)
+  rows_over_time velocity = {};     ///< v_d (nv) at the times of the positions; absent: zero
   rows_over_time acceleration = {}; ///< a_d (nv), likewise
   const double *stiffness = nullptr, *damping = nullptr; ///< (nv); null: zero
   const double *limit = nullptr;                         ///< (nv), may be infinite; null: none
@@ -79,8 +79,8 @@ using event_function = bool (*)(void *context, std::size_t run, double t, const 
 
 /// A function whose zeros are events.
 struct event_rule {
-  int direction = 0;  ///< 1: only where it rises through zero; −1: only where it falls; 0: both
-  bool ends = false;  ///< does the run end there
+  int direction = 0; ///< 1: only where it rises through zero; −1: only where it falls; 0: both
+  bool ends = false; ///< does the run end there
 };
 
 /// What stops and holds joints exactly, without stiff springs; dop853 alone.  Coordinates with one number in q.
@@ -88,10 +88,10 @@ struct exact_laws {
   /// (nv) v after an impact on a limit of the joint is −restitution v; negative: this coordinate has no limits.  Null: no limits.
   const double *restitution = nullptr;
   const double *lower = nullptr, *upper = nullptr; ///< (nv) the limits; ± infinity where there is none
-  const double *friction = nullptr;                ///< (nv) dry friction, N m or N: it sticks up to this effort.  Null: none
-  const double *brake = nullptr;                   ///< (nv) what brakes add to it from `brake_at` on.  Null: none
-  double brake_at = 0;                             ///< s
-  bool cut_efforts = false;                        ///< are the drives without effort from then on
+  const double *friction = nullptr; ///< (nv) dry friction, N m or N: it sticks up to this effort.  Null: none
+  const double *brake = nullptr;    ///< (nv) what brakes add to it from `brake_at` on.  Null: none
+  double brake_at = 0;              ///< s
+  bool cut_efforts = false;         ///< are the drives without effort from then on
 
   bool any() const { return restitution || friction || brake; }
 };
@@ -103,9 +103,11 @@ struct simulation {
   std::size_t times_n = 0;
   const double *times = nullptr; ///< (times_n), increasing: when results are wanted
   stepping method = stepping::dop853;
-  double step = 0; ///< s, at most; of methods without error control.  Each interval of times has a whole number of steps
-  double relative = 1e-9, absolute = 1e-9; ///< error of a step of dop853, of each number of u and v: absolute + relative |number|
-  std::size_t most_steps = 10'000'000;     ///< of a run
+  double step =
+      0; ///< s, at most; of methods without error control.  Each interval of times has a whole number of steps
+  double relative = 1e-9,
+         absolute = 1e-9; ///< error of a step of dop853, of each number of u and v: absolute + relative |number|
+  std::size_t most_steps = 10'000'000; ///< of a run
   drive_law drives = {};
   int external_n = 0;
   const wrench_over_time *external = nullptr;
@@ -125,7 +127,7 @@ struct simulation {
 struct simulation_results {
   double *q = nullptr, *v = nullptr, *a = nullptr, *tau = nullptr; ///< (runs, times, nq or nv)
   double *kinetic = nullptr, *potential = nullptr;                 ///< (runs, times) J
-  double *work = nullptr;     ///< (runs, times) J that drives, external wrenches and dissipation have put in since times[0]
+  double *work = nullptr; ///< (runs, times) J that drives, external wrenches and dissipation have put in since times[0]
   double *momentum = nullptr; ///< (runs, times, 6) about the centre of mass, world axes, linear first
   /// (runs, times) the largest equation of the loops that was open, at this time or before a projection since the time before: m, angles
   /// times the length of the mechanism.
@@ -134,12 +136,14 @@ struct simulation_results {
 
 /// What happened at an instant.
 enum class happening {
-  lower_limit, upper_limit, ///< an impact; `speed` after it
-  rest,                     ///< impacts came ever faster: the joint lies on its limit from now on
-  lifts,                    ///< it leaves the limit
-  sticks, slips,            ///< dry friction, or a brake
-  brakes,                   ///< brakes engage
-  function                  ///< a zero of a user's function
+  lower_limit,
+  upper_limit, ///< an impact; `speed` after it
+  rest,        ///< impacts came ever faster: the joint lies on its limit from now on
+  lifts,       ///< it leaves the limit
+  sticks,
+  slips,   ///< dry friction, or a brake
+  brakes,  ///< brakes engage
+  function ///< a zero of a user's function
 };
 struct simulated_event {
   std::size_t run;
@@ -151,12 +155,14 @@ struct simulated_event {
 
 /// How a run ended.
 enum class ending {
-  complete, event, stopped, ///< at the last time; by an event; by a function that returned false
-  step_underflow,           ///< the step that the error allows is too small to change the time
+  complete,
+  event,
+  stopped,        ///< at the last time; by an event; by a function that returned false
+  step_underflow, ///< the step that the error allows is too small to change the time
   too_many_steps,
-  not_finite,  ///< numbers overflow, or a function gave NaN
-  not_solved,  ///< implicit equations of a step have no solution nearby
-  not_closed,  ///< the mechanism can't be closed
+  not_finite, ///< numbers overflow, or a function gave NaN
+  not_solved, ///< implicit equations of a step have no solution nearby
+  not_closed, ///< the mechanism can't be closed
 };
 struct run_end {
   ending how = ending::complete;
@@ -164,7 +170,7 @@ struct run_end {
   std::size_t steps = 0; ///< accepted
   std::size_t rejected = 0;
   std::size_t evaluations = 0; ///< of forward dynamics
-  int coordinate = -1;   ///< which had the largest error, or was the first that wasn't finite
+  int coordinate = -1;         ///< which had the largest error, or was the first that wasn't finite
 };
 
 struct simulation_record {

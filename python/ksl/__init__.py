@@ -13,7 +13,7 @@ What there is for users; help(ksl.load) and the like say more:
     jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, sweep; check: Findings of one Finding each
     motions       read_motion; motions.generate makes some
     algebra       Pose, Twist, Acceleration, Wrench, Momentum, Inertia: typed, with checked frames; ufuncs: the same over plain arrays
-    modules       identification, base_parameters, consistency; mjcf, states in MuJoCo's layout
+    modules       simulation: controllers, brakes and results of m.simulate; identification, base_parameters, consistency; mjcf, states in MuJoCo's layout
     errors        DescriptionError, MotionError, CaseError, ResultError, SizingError, SweepError, ViewerError, FrameError: all are ValueErrors
     warnings      DescriptionWarning, QuaternionWarning
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl import identification as identification
     from ksl import mjcf as mjcf
     from ksl import motions as motions
+    from ksl import simulation as simulation
     from ksl import ufuncs as ufuncs
     from ksl._core import __version__ as __version__
     from ksl.base.errors import CaseError as CaseError
@@ -106,6 +107,7 @@ _MODULES = {
     "identification": "ksl.identification",
     "mjcf": "ksl.mjcf",
     "motions": "ksl.motions.generate",
+    "simulation": "ksl.simulation",
     "ufuncs": "ksl.ufuncs",
 }
 """Public modules, and what is imported when they are first used as `ksl.NAME`."""

@@ -207,6 +207,12 @@ Model\\.closed_derivatives$:
         wrenches: list[NDArray[numpy.floating]], in_world: bool, forward: bool,
     ) -> tuple[NDArray[numpy.floating], NDArray[numpy.floating], NDArray[numpy.floating], int]: ...
 
+Model\\.simulate$:
+    def simulate(
+        self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], times: NDArray[numpy.floating], how: dict[str, Any], drives: dict[str, Any],
+        external: list[tuple[int, Any]], in_world: bool, laws: dict[str, Any], events: list[tuple[int, bool]], event_values: Any, threads: int | None,
+    ) -> tuple[dict[str, NDArray[numpy.floating]], list[tuple[int, float, int, int, int, int]], list[tuple[int, float, int, int, float]]]: ...
+
 Model\\.(joints|links|loops)$:
     @property
     def \\1(self) -> list[dict[str, Any]]: ...

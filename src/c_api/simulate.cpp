@@ -30,7 +30,8 @@ void set_drives(const model &m, const ksl_simulation_t &given, drive_law &law, s
   law.position = rows_of(d.position, m.nq(), given.runs, "drives.position");
   law.velocity = rows_of(d.velocity, m.nv(), given.runs, "drives.velocity");
   law.acceleration = rows_of(d.acceleration, m.nv(), given.runs, "drives.acceleration");
-  require((!law.velocity || law.velocity.n == law.position.n) && (!law.acceleration || law.acceleration.n == law.position.n),
+  require((!law.velocity || law.velocity.n == law.position.n) &&
+              (!law.acceleration || law.acceleration.n == law.position.n),
           "velocities and accelerations of the motion asked for must have the times of its positions");
   require(law.position || !d.computed_torque, "computed torque needs positions of the motion asked for");
   law.holds_gravity = d.holds_gravity, law.computed_torque = d.computed_torque;
@@ -46,7 +47,8 @@ void require_closed(const model &m, const simulation &task) {
   data d(m);
   std::vector<double> a(static_cast<std::size_t>(m.nv()));
   for (std::size_t k = 0; k < task.runs && !m.loops().empty(); ++k)
-    forward_dynamics(m, d, task.q + k * static_cast<std::size_t>(m.nq()), task.v + k * a.size(), d.zero<double>(), a.data());
+    forward_dynamics(m, d, task.q + k * static_cast<std::size_t>(m.nq()), task.v + k * a.size(), d.zero<double>(),
+                     a.data());
 }
 
 void put_events(const simulation_record &record, ksl_simulation_results_t &out) {
@@ -82,7 +84,8 @@ ksl_status_t ksl_simulate(const ksl_model_t *m, const ksl_simulation_t *given, c
   return guarded([&] {
     last_warning()[0] = '\0';
     require(m && given && results, "model, task and results must not be null");
-    require(given->q && given->v && given->times && given->times_n > 0, "q, v and times must not be null, and there must be a time");
+    require(given->q && given->v && given->times && given->times_n > 0,
+            "q, v and times must not be null, and there must be a time");
     require(given->threads >= 0, "threads must not be negative; 0 is all cores that the process may use");
     const ksl::model &model = m->model;
     ksl::simulation task;
@@ -107,9 +110,10 @@ ksl_status_t ksl_simulate(const ksl_model_t *m, const ksl_simulation_t *given, c
     }
     task.external_n = static_cast<int>(wrenches.size()), task.external = wrenches.data();
     if (laws)
-      task.laws = {laws->restitution, laws->lower, laws->upper,    laws->friction,
+      task.laws = {laws->restitution, laws->lower,    laws->upper,      laws->friction,
                    laws->brake,       laws->brake_at, laws->cut_efforts};
-    require(!task.laws.restitution || (task.laws.lower && task.laws.upper), "limits of joints must not be null where they throw back");
+    require(!task.laws.restitution || (task.laws.lower && task.laws.upper),
+            "limits of joints must not be null where they throw back");
     require_closed(model, task);
     try {
       put_events(ksl::simulate(model, task,

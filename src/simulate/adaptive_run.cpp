@@ -66,8 +66,10 @@ private:
   }
 
   ending start() {
-    if (task_.laws.brake && task_.laws.brake_at <= b_.t)
+    if (task_.laws.brake && task_.laws.brake_at <= b_.t) {
       of_.engage_brakes();
+      events_.push_back({run_, b_.t, happening::brakes, -1, 0});
+    }
     if (of_.held() && !settle())
       return ending::stopped;
     if (!step_.begin(b_.t, b_.q.data(), b_.v.data(), 0))
@@ -87,12 +89,14 @@ private:
     const bool ends_at_break = next_ >= room * (1 - 1e-9);
     const double h = ends_at_break ? room : std::fmin(next_, room / 2 > next_ ? next_ : room / 2);
     if (!(h > 10 * std::numeric_limits<double>::epsilon() * std::fabs(b_.t)) || !(h > 0))
-      return end_.coordinate = step_.worst(), std::isfinite(step_.error()) ? ending::step_underflow : ending::not_finite;
+      return end_.coordinate = step_.worst(),
+             std::isfinite(step_.error()) ? ending::step_underflow : ending::not_finite;
     if (!step_.attempt(h))
       return ending::stopped;
     if (step_.error() > 1 || step_.largest_turn() > most_turn) {
       ++end_.rejected;
-      const double wanted = std::isfinite(step_.error()) ? safety * std::pow(step_.error(), -1 / order) : shrinks_at_most;
+      const double wanted =
+          std::isfinite(step_.error()) ? safety * std::pow(step_.error(), -1 / order) : shrinks_at_most;
       next_ = h * std::fmin(0.7, std::fmax(shrinks_at_most, wanted));
       was_rejected_ = true;
       return ending::complete;
@@ -284,8 +288,11 @@ private:
       b_.v[at_k] = 0;
       held.at(k) = lower ? held_joints::mode::at_lower : held_joints::mode::at_upper;
     }
-    events_.push_back({run_, b_.t, rests ? happening::rest : lower ? happening::lower_limit : happening::upper_limit, k,
-                       b_.v[at_k]});
+    events_.push_back({run_, b_.t,
+                       rests   ? happening::rest
+                       : lower ? happening::lower_limit
+                               : happening::upper_limit,
+                       k, b_.v[at_k]});
     return true;
   }
 

@@ -35,9 +35,9 @@ private:
 };
 
 struct found_event {
-  bool stopped = false;   ///< a function ended the run
-  std::size_t index = 0;  ///< of the function
-  double share = 2;       ///< of the step; beyond 1: there is none
+  bool stopped = false;  ///< a function ended the run
+  std::size_t index = 0; ///< of the function
+  double share = 2;      ///< of the step; beyond 1: there is none
 };
 
 /// The first event in a step whose polynomial has been made.

@@ -50,11 +50,14 @@ public:
   }
 
 private:
-  bool evaluate() { return of_.accelerate(b_.t, b_.first, b_.n, b_.q.data(), b_.v.data(), b_.a.data(), b_.power.data()); }
+  bool evaluate() {
+    return of_.accelerate(b_.t, b_.first, b_.n, b_.q.data(), b_.v.data(), b_.a.data(), b_.power.data());
+  }
 
   ending go_to(std::size_t i) {
     const double start = task_.times[i - 1], length = task_.times[i] - start;
-    const double steps = std::fmax(1, std::ceil(length / task_.step * (1 - 1e-12))); // a quotient that is whole but for rounding
+    const double steps =
+        std::fmax(1, std::ceil(length / task_.step * (1 - 1e-12))); // a quotient that is whole but for rounding
     for (double s = 1; s <= steps; ++s) {
       if (steps_ == task_.most_steps)
         return ending::too_many_steps;

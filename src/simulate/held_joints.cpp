@@ -12,8 +12,8 @@ constexpr double least_pivot = 1e-12;
 constexpr double slack = 1e-9;
 
 held_joints::held_joints(const exact_laws &laws, int nv)
-    : laws_(laws), mode_(static_cast<std::size_t>(nv), mode::free), friction_(mode_.size(), 0), holding_(mode_.size(), 0),
-      columns_(mode_.size() * mode_.size()), matrix_(columns_.size()), right_(mode_.size()) {
+    : laws_(laws), mode_(static_cast<std::size_t>(nv), mode::free), friction_(mode_.size(), 0),
+      holding_(mode_.size(), 0), columns_(mode_.size() * mode_.size()), matrix_(columns_.size()), right_(mode_.size()) {
   for (std::size_t k = 0; laws.friction && k < friction_.size(); ++k)
     friction_[k] = laws.friction[k];
 }
@@ -80,8 +80,8 @@ void held_joints::solve(const double *right) {
   for (std::size_t step = pivot_.size(); step-- > 0;) {
     const std::size_t p = static_cast<std::size_t>(pivot_[step]);
     for (std::size_t later = step + 1; later < pivot_.size(); ++later)
-      right_[p] -= matrix_[p * n + static_cast<std::size_t>(pivot_[later])] *
-                   right_[static_cast<std::size_t>(pivot_[later])];
+      right_[p] -=
+          matrix_[p * n + static_cast<std::size_t>(pivot_[later])] * right_[static_cast<std::size_t>(pivot_[later])];
     right_[p] /= matrix_[p * n + p];
   }
 }

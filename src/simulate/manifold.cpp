@@ -65,8 +65,8 @@ void manifold::map(std::size_t n, const double *u, const double *x, double *out,
       jacobian(&s, &J, &Q);
       vec3<double> of_lin, of_ang, coupled;
       A::product_drv(&J, &lin, &of_lin), A::product_drv(&J, &ang, &of_ang), A::product_drv(&Q, &ang, &coupled);
-      const double mapped[6] = {of_lin.x + coupled.x, of_lin.y + coupled.y, of_lin.z + coupled.z,
-                                of_ang.x,             of_ang.y,             of_ang.z};
+      const double mapped[6] = {
+          of_lin.x + coupled.x, of_lin.y + coupled.y, of_lin.z + coupled.z, of_ang.x, of_ang.y, of_ang.z};
       for (int i = 0; i < joint.nv; ++i)
         out[at + static_cast<std::size_t>(i)] = mapped[joint.coordinate[i]];
     }

@@ -18,7 +18,8 @@ void results::store(system &of, std::size_t i, const block &b, double *closure) 
   copy(of.tau(), nv, out_.tau), copy(b.work.data(), 1, out_.work);
   const std::ptrdiff_t stride = static_cast<std::ptrdiff_t>(times);
   if (out_.kinetic || out_.potential)
-    energies(of, b, out_.kinetic ? out_.kinetic + first : nullptr, out_.potential ? out_.potential + first : nullptr, stride);
+    energies(of, b, out_.kinetic ? out_.kinetic + first : nullptr, out_.potential ? out_.potential + first : nullptr,
+             stride);
   if (out_.momentum) {
     batch_view<double> batch;
     batch.n = b.n, batch.q = {b.q.data(), of.of().nq()}, batch.v = {b.v.data(), of.of().nv()};

@@ -39,9 +39,7 @@ public:
   }
 
 private:
-  struct stage {
-    std::vector<double> v, a, power;
-  };
+  struct stage { std::vector<double> v, a, power; };
 
   void finish(system &of, block &b, double h) {
     const std::size_t n = b.n * of.nv();

@@ -38,9 +38,7 @@ public:
   }
 
 private:
-  struct stage {
-    std::vector<double> v, rate, a, power;
-  };
+  struct stage { std::vector<double> v, rate, a, power; };
   stage stages_[3];
   std::vector<double> q_, u_;
 };

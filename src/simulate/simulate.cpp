@@ -26,14 +26,17 @@ void require_possible(const model &m, const simulation &task) {
   require(task.times_n > 0, "no times: a simulation needs that of its beginning at least");
   for (std::size_t i = 1; i < task.times_n; ++i)
     require(task.times[i] > task.times[i - 1], "the times of a simulation must increase");
-  require(adaptive || task.times_n == 1 || task.step > 0, "this method has steps of the same length; give a step above zero");
+  require(adaptive || task.times_n == 1 || task.step > 0,
+          "this method has steps of the same length; give a step above zero");
   require(!adaptive || (task.relative >= 0 && task.absolute >= 0 && task.relative + task.absolute > 0),
           "dop853 needs a relative or an absolute error above zero");
-  require(adaptive || (!task.laws.any() && task.events_n == 0),
-          "limits, exact dry friction, brakes and events are found by the method dop853 alone; take it, or leave them out");
-  require(m.loops().empty() || (task.method != stepping::variational && task.method != stepping::sdirk4),
-          "the methods variational and sdirk4 are for mechanisms without loops; dop853, rk4, rkmk4 and semi_implicit_euler keep loops "
-          "closed");
+  require(
+      adaptive || (!task.laws.any() && task.events_n == 0),
+      "limits, exact dry friction, brakes and events are found by the method dop853 alone; take it, or leave them out");
+  require(
+      m.loops().empty() || (task.method != stepping::variational && task.method != stepping::sdirk4),
+      "the methods variational and sdirk4 are for mechanisms without loops; dop853, rk4, rkmk4 and semi_implicit_euler keep loops "
+      "closed");
 }
 
 /// Dry friction that sticks is an exact law of the run, not a part of forward dynamics.
@@ -44,7 +47,8 @@ struct with_exact_friction {
   with_exact_friction(const model &m, simulation &task) {
     if (!m.exact_friction())
       return;
-    require(m.followers() == 0, "exact dry friction of mimic joints can't be simulated; take the smooth law, exact_friction off");
+    require(m.followers() == 0,
+            "exact dry friction of mimic joints can't be simulated; take the smooth law, exact_friction off");
     for (int k = 0; k < m.nv(); ++k)
       friction.push_back(m.view().physics[k].friction + (task.laws.friction ? task.laws.friction[k] : 0));
     robot_description description = m.description();

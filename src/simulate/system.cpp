@@ -161,7 +161,8 @@ void system::set_power(std::size_t n, const double *q, const double *v, const do
   const model_view<double> view = m_.view();
   if (!view.physics)
     return;
-  moving_.resize(static_cast<std::size_t>(view.nv)); // followers have physics of their own, and move as their leaders do
+  moving_.resize(
+      static_cast<std::size_t>(view.nv)); // followers have physics of their own, and move as their leaders do
   for (std::size_t k = 0; k < n; ++k) {
     if (m_.followers())
       expand_motion(m_.coupling_in<double>(), v + k * nv_, moving_.data());

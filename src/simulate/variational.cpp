@@ -38,7 +38,8 @@ public:
 
   outcome step(system &of, block &b, double h) override {
     if (!has_momentum_)
-      call(of, rows::energy_derivatives, b.q.data(), b.v.data(), nullptr, scratch_.data(), p_.data(), potential_.data());
+      call(of, rows::energy_derivatives, b.q.data(), b.v.data(), nullptr, scratch_.data(), p_.data(),
+           potential_.data());
     has_momentum_ = true;
     v_ = b.v;
     double before = std::numeric_limits<double>::infinity();
@@ -126,7 +127,8 @@ private:
   std::size_t nv_;
   bool has_momentum_ = false;
   double power_ = 0;
-  std::vector<double> p_, v_, u_, middle_q_, effort_, momentum_, potential_, w_, left_, scratch_, A_, J_, half_A_, half_J_;
+  std::vector<double> p_, v_, u_, middle_q_, effort_, momentum_, potential_, w_, left_, scratch_, A_, J_, half_A_,
+      half_J_;
   linear_solve lu_;
 };
 

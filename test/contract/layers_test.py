@@ -17,7 +17,7 @@ LAYERS = [
     ("engine: old paths of headers", r"include/ksl/engine/[^/]*\.hpp"),
     ("owning model, dispatched calls, C ABI", r"include/ksl/([^/]*\.hpp|engine(_\w+)?\.h)"),
     ("symbols of the algebra", r"src/[^/]*"),
-    *((f"library: {room}", rf"src/{room}/.*") for room in ("text", "description", "load", "engine", "batch", "c_api")),
+    *((f"library: {room}", rf"src/{room}/.*") for room in ("text", "description", "load", "engine", "batch", "simulate", "c_api")),
     ("Python module", r"python/.*"),
 ]
 """Lowest first; a file belongs to the first pattern that fits."""

@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from ksl.load_cases.load_case import LoadCase, Payload, Placement
     from ksl.model.model import Model
     from ksl.model.states import Order, Side
-    from ksl.report.files import ReportFiles
     from ksl.report.loads_run import Run
     from ksl.report.pdf import Paper
 

@@ -23,8 +23,16 @@ def simulated_of(where: str, given: Any) -> Simulated:
     for key in given:
         if key not in KEYS:
             raise CaseError(f"{where}: unknown key {key!r}; {near_names(key, KEYS)}known: {', '.join(KEYS)}")
-    number = lambda key: None if key not in given else _number(f"{where}: {key}", given[key])
-    numbers = lambda key: None if key not in given else _numbers(f"{where}: {key}", given[key])
+
+    def number(key: str, usual: float) -> float:
+        return _number(f"{where}: {key}", given[key]) if key in given else usual
+
+    def number_if_any(key: str) -> float | None:
+        return _number(f"{where}: {key}", given[key]) if key in given else None
+
+    def numbers_if_any(key: str) -> float | dict[str, float] | None:
+        return _numbers(f"{where}: {key}", given[key]) if key in given else None
+
     usual = Simulated()
     pose = given.get("pose")
     if pose is not None and not isinstance(pose, Mapping):
@@ -33,22 +41,22 @@ def simulated_of(where: str, given: Any) -> Simulated:
     if not isinstance(velocity, Mapping):
         raise CaseError(f"{where}: velocity is {velocity!r}; expected a table of joints, as {{ elbow = 0.5 }}")
     return Simulated(
-        number("until"),
-        number("from"),
-        pose,
-        velocity,
-        cast(ControllerName, _one_of(f"{where}: controller", given.get("controller", "none"), CONTROLLERS)),
-        numbers("stiffness") or usual.stiffness,
-        numbers("damping") or usual.damping,
-        number("brake_at"),
-        numbers("brake"),
-        numbers("friction"),
-        numbers("restitution"),
-        number("rate") or usual.rate,
-        cast(Method, _one_of(f"{where}: method", given.get("method", "dop853"), METHODS)),
-        number("step"),
-        usual.rtol if number("rtol") is None else number("rtol"),
-        usual.atol if number("atol") is None else number("atol"),
+        until=number_if_any("until"),
+        start=number_if_any("from"),
+        pose=pose,
+        velocity=velocity,
+        controller=cast(ControllerName, _one_of(f"{where}: controller", given.get("controller", usual.controller), CONTROLLERS)),
+        stiffness=numbers_if_any("stiffness") or usual.stiffness,
+        damping=numbers_if_any("damping") or usual.damping,
+        brake_at=number_if_any("brake_at"),
+        brake=numbers_if_any("brake"),
+        friction=numbers_if_any("friction"),
+        restitution=numbers_if_any("restitution"),
+        rate=number("rate", usual.rate),
+        method=cast(Method, _one_of(f"{where}: method", given.get("method", usual.method), METHODS)),
+        step=number_if_any("step"),
+        rtol=number("rtol", usual.rtol),
+        atol=number("atol", usual.atol),
     )
 
 

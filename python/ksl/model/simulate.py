@@ -175,11 +175,11 @@ class SimulationCalls(Calls):
         for run, time, what, number, speed in happened:
             is_of_joint = HAPPENINGS[what] not in ("brakes", "event")
             recorded.append(Event(run, time, HAPPENINGS[what], joints[number] if is_of_joint else None, number if number >= 0 else None, speed))
-        count = lambda place: np.array([end[place] for end in ends], dtype=np.int64).reshape(leading)  # noqa: E731
+        count = [np.array([end[place] for end in ends], dtype=np.int64).reshape(leading) for place in (2, 3, 4)]
         return Simulation(
             times, shaped["q"], shaped["v"], shaped["a"], shaped["tau"], shaped["kinetic"], shaped["potential"], shaped["work"], drift,
             tuple(recorded), how == COMPLETE, np.array([REASONS[k] for k in how.ravel()], dtype=object).astype(str).reshape(leading),
-            np.array([end[1] for end in ends], dtype=float).reshape(leading), count(2), count(3), count(4),
+            np.array([end[1] for end in ends], dtype=float).reshape(leading), *count,
         )  # fmt: skip
 
     def _momentum_lost(self, momentum: Array, times: Array) -> Array | None:

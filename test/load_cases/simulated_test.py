@@ -1,0 +1,110 @@
+"""Load cases whose motion is simulated, and `ksl simulate`."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ksl
+from ksl.load_cases.case_file import cases_of_text
+from ksl.load_cases.computed_cases import ComputedCases
+from ksl.load_cases.provenance import provenance_of
+
+ROOT = Path(__file__).parents[2]
+PANDA = ROOT / "examples/robots/panda.urdf"
+PICK = ROOT / "examples/motions/panda_pick.csv"
+
+
+@pytest.fixture(scope="module")
+def panda():
+    return ksl.load(PANDA)
+
+
+def case_of(model, keys, name="c"):
+    (case,) = cases_of_text(model, f"[cases.{name}]\nsimulate = {{ {keys} }}\n")
+    return case
+
+
+def test_a_fall_has_no_efforts_and_its_power_balance_closes(panda):
+    case = case_of(panda, "until = 0.5, pose = { panda_joint2 = 0.4 }, velocity = { panda_joint1 = 0.5 }")
+    run = ComputedCases([case], provenance_of([case], [], {}))
+    (result,) = run.results
+    assert case.kind == "simulated without drives" and len(case.motion.time) == 126
+    assert case.motion.v[0, 0] == 0.5 and case.motion.q[0, 1] == 0.4
+    assert max(np.abs(x.effort).max() for x in result.loads if x.effort is not None and len(x.effort)) < 1e-6
+    assert result.balance.relative_residual < 1e-3 and not result.balance.doubtful
+
+
+def test_computed_torque_follows_the_motion_of_the_case(panda):
+    text = f'[cases.c]\nmotion = "{PICK}"\nsimulate = {{ controller = "computed torque", stiffness = 400.0, damping = 40.0 }}\n'
+    (case,) = cases_of_text(panda, text)
+    asked = ksl.read_motion(panda, PICK)
+    reached = [np.interp(case.motion.time, asked.time, x) for x in asked.q.T]
+    assert np.abs(case.motion.q - np.column_stack(reached)).max() < 2e-3
+
+
+def test_an_emergency_stop_under_brakes(panda):
+    text = f'[cases.c]\nmotion = "{PICK}"\nsimulate = {{ from = 1.0, until = 2.0, brake_at = 1.0 }}\n'
+    (case,) = cases_of_text(panda, text)
+    assert case.motion.time[0] == pytest.approx(1.0, abs=0.01) and np.abs(case.motion.v[-1]).max() < 1e-12
+    assert any("brakes engage at 1 s" in note and "sticks" in note for note in case.motion.source.notes)
+
+
+REFUSED = {
+    "until = 1.0, untill = 2.0": "unknown key 'untill'; did you mean 'until'?",
+    "until = -1.0": "until -1 s is not after its beginning, 0 s",
+    "rate = 10.0": "no end; give until, s",
+    "until = 1.0, controller = 'pid'": "controller 'pid'; did you mean 'pd'? expected one of none, gravity, pd, computed torque",
+    "until = 1.0, pose = { elbow = 1.0 }": "no joint or column 'elbow'",
+    "until = 1.0, velocity = 3.0": "velocity is 3.0; expected a table",
+    "until = 1.0, stiffness = 'stiff'": "stiffness is 'stiff'; expected a number",
+    "until = 1.0, method = 'rk4'": "the method rk4 has steps of the same length; give step, s",
+    "until = 1e9": "samples; give a lower rate",
+}
+
+
+@pytest.mark.parametrize("keys", REFUSED)
+def test_what_is_refused(panda, keys):
+    with pytest.raises(ksl.CaseError, match=re.escape(REFUSED[keys])):
+        case_of(panda, keys)
+
+
+def test_a_case_is_held_stopped_or_simulated(panda):
+    with pytest.raises(ksl.CaseError, match="hold and simulate; give one of them"):
+        cases_of_text(panda, "[cases.c]\nhold = { pose = {} }\nsimulate = { until = 1.0 }\n")
+
+
+def ksl_command(*arguments, cwd):
+    return subprocess.run([sys.executable, "-m", "ksl", *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=120)
+
+
+def test_the_command_writes_a_motion_that_loads_reads(tmp_path):
+    done = ksl_command("simulate", PANDA, "--pose", "panda_joint4=-90deg", "--until", "0.2", "-o", "fall", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "written to fall: motion.csv, report.html, summary.csv, wrenches.parquet" in done.stdout
+    assert "steps of dop853; energy lost by integration" in done.stdout
+    again = ksl_command("loads", PANDA, "fall/motion.csv", "-o", "again", cwd=tmp_path)
+    assert again.returncode == 0, again.stderr
+    read = ksl.read_motion(ksl.load(PANDA), tmp_path / "fall/motion.csv")
+    assert read.q[0, 3] == pytest.approx(-np.pi / 2) and not read.differentiated
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ((), "--until: the end is missing"),
+        (("--until", "1", "--controller", "pd"), "--controller pd: needs --gains STIFFNESS,DAMPING"),
+        (("--until", "1", "--controller", "pid"), "--controller pid: expected one of none, gravity, pd, computed-torque"),
+        (("--until", "1", "--gains", "1,2"), "--gains: are those of a controller"),
+        (("--until", "1", "--brake", "3"), "--brake: brakes engage at a time; give --brake-at S"),
+        (("--until", "1", "--velocity", "3"), "--velocity 3: expected NAME=VALUE with a number"),
+        (("--until", "1", "--method", "rk9"), "--method rk9: expected one of"),
+        (("--until", "1", "--pose", "elbow=1"), "no joint or column 'elbow'"),
+    ],
+)
+def test_the_command_refuses(tmp_path, options, said):
+    done = ksl_command("simulate", PANDA, *options, "-o", "out", cwd=tmp_path)
+    assert done.returncode == 2 and said in done.stderr and not (tmp_path / "out").exists()

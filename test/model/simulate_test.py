@@ -1,0 +1,130 @@
+"""Arguments of simulate: what is refused, and how runs end that can't go on."""
+
+import re
+import warnings
+
+import numpy as np
+import pytest
+
+import ksl
+from ksl.simulation import PD, Brake, ComputedTorque, Reference
+
+
+def arm(**options):
+    b = ksl.Builder("arm").add_link("base")
+    for name, parent in (("upper", "base"), ("lower", "upper")):
+        pose = np.eye(4)
+        pose[2, 3] = -0.4 * (parent != "base")
+        b.add_link(name, mass=2.0, center_of_mass=(0, 0, -0.2), inertia=np.diag([0.03, 0.03, 0.004]))
+        b.add_joint(f"to_{name}", "revolute", parent, name, pose=pose, axis=(0, 1, 0), limits=(-2.0, 2.0), **options)
+    return b.build()
+
+
+M = arm()
+START = ([0.8, 0.2], [0.0, 0.0], [0.0, 0.1, 0.2])
+REFUSED = {
+    "q of another length": (([0.1], *START[1:]), {}, "q has shape (1,); expected (…, 2)"),
+    "times that don't increase": ((*START[:2], [0.0, 0.2, 0.2]), {}, "times[2] is 0.2 after 0.2; times must increase"),
+    "no times": ((*START[:2], []), {}, "times has shape (0,); expected (n), the first that of the start"),
+    "efforts of another length": (START, {"efforts": [[1.0, 2.0]] * 2}, "efforts has shape (2, 2); expected (2,) constant, or (3, 2) at the times"),
+    "efforts that are not finite": (START, {"efforts": [np.nan, 0]}, "efforts holds numbers that are not finite"),
+    "an unknown method": (START, {"method": "rk5"}, "expected one of semi_implicit_euler, rk4"),
+    "no step": (START, {"method": "rk4"}, "the method rk4 has steps of the same length; give step, s"),
+    "a step of dop853": (START, {"step": 0.01}, "dop853 chooses its own, by rtol and atol"),
+    "a negative tolerance": (START, {"rtol": -1}, "rtol is -1; expected a finite number that is not negative"),
+    "no tolerance": (START, {"rtol": 0, "atol": 0}, "dop853 needs a relative or an absolute error above zero"),
+    "limits with rk4": (START, {"method": "rk4", "step": 0.01, "restitution": 0.5}, "found by the method dop853 alone"),
+    "an unknown joint": (START, {"friction": {"to_uper": 1.0}}, "to_uper"),
+    "negative friction": (START, {"friction": -1.0}, "friction must not be negative"),
+    "a start beyond limits": (([2.5, 0], *START[1:]), {"restitution": 0.5}, "q: 'to_upper' starts at 2.5, beyond its limits -2 and 2"),
+    "a brake that is a number": (START, {"brake": 3.0}, "brake is float; expected a ksl.simulation.Brake"),
+    "an event that is no function": (START, {"events": [3]}, "events: int is no function of (t, q, v)"),
+    "a reference of another length": (START, {"efforts": PD([0.1], 1.0, 1.0)}, "reference has shape (1,); expected a position (2,)"),
+    "a reference without order": (START, {"efforts": ComputedTorque(Reference([0, 1, 1], np.zeros((3, 2))))}, "reference.times must be finite and increase"),
+    "efforts of functions": (START, {"efforts": lambda t, q, v: [1.0]}, "efforts returned shape (1,) at t = 0 s; expected (2,)"),
+    "NaN at the beginning": (START, {"efforts": lambda t, q, v: [np.nan, 0]}, "efforts returned nan at t = 0 s, where the run begins"),
+    "NaN of an event": (START, {"events": lambda t, q, v: np.inf if t > 0.05 else 1.0}, re.compile(r"events\[0\] is inf at t = 0\.0\d+ s of run 0")),
+    "an unknown link": (START, {"external": {"uppr": [0] * 6}}, "uppr"),
+    "wrenches of another length": (START, {"external": {"upper": [0] * 5}}, "external['upper'] has shape (5,); expected (6,) constant, or (3, 6)"),
+    "no steps": (START, {"most_steps": 0}, "most_steps=0; expected a number of steps, 1 or more"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_refused(case):
+    positional, named, said = REFUSED[case]
+    with pytest.raises(ValueError, match=said if isinstance(said, re.Pattern) else re.escape(said)):
+        M.simulate(*positional, **named)
+
+
+def test_functions_that_raise_end_the_call():
+    def fails(t, q, v):
+        raise KeyError("of mine")
+
+    for named in ({"efforts": fails}, {"events": fails}):
+        with pytest.raises(KeyError, match="of mine"):
+            M.simulate(*START, **named)
+    with pytest.raises(KeyError, match="of mine"):
+        M.simulate([START[0]] * 3, *START[1:], efforts=fails, method="rk4", step=0.01)
+
+
+def test_runs_that_end_early_keep_what_they_have():
+    blows_up = lambda t, q, v: 3 * np.sign(v) * v**2 + 1.0
+    with np.errstate(all="ignore"), pytest.warns(RuntimeWarning, match=r"the run ended at .* s of 9 s: .*Rows after that are NaN"):
+        run = M.simulate(*START[:2], [0.0, 0.001, 9.0], efforts=blows_up)
+    assert not run.complete and np.isfinite(run.q[:2]).all() and np.isnan(run.q[2]).all() and 0.001 < run.ended < 9
+    with pytest.warns(RuntimeWarning, match="it took more steps than most_steps"):
+        assert M.simulate(*START[:2], [0.0, 5.0], most_steps=3).steps <= 3
+    with pytest.warns(RuntimeWarning, match="run 1, the first of 2,"):
+        runs = M.simulate([START[0]] * 3, np.array([[0, 0], [1e200, 0], [1e200, 1]]), [0.0, 0.1], method="rk4", step=0.01)
+    assert list(runs.complete) == [True, False, False] and np.isfinite(runs.q[0]).all()
+
+
+def test_a_function_may_ask_for_too_much_in_a_step_that_is_tried_again():
+    def efforts(t, q, v):
+        return [np.nan, 0.0] if abs(v[0]) > 3.0 else [-4 * v[0], 0.0]  # beyond what the motion reaches
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert M.simulate(*START, efforts=efforts, rtol=1e-3, atol=1e-3).complete
+
+
+def test_closed_mechanisms():
+    m = four_bar()
+    q = m.close([-1.0, 0.4, -1.5], hold=["A"]).q
+    v = m.consistent_velocity(q, [3.0, 0, 0], given=["A"])
+    with pytest.raises(ValueError, match=r"loop joint C is open .* close\(q\) gives"):
+        m.simulate(q + 0.1, v, [0, 1])
+    with pytest.raises(ValueError, match="consistent_velocity gives"):
+        m.simulate(q, v + 1, [0, 1])
+    with pytest.raises(ValueError, match="variational and sdirk4 are for mechanisms without loops"):
+        m.simulate(q, v, [0, 1], method="variational", step=0.01)
+    times = np.linspace(0, 1, 11)
+    exact = m.simulate(q, v, times, rtol=1e-12, atol=1e-12)
+    assert np.abs(exact.drift.energy).max() < 1e-9 and exact.drift.closure.max() < 1e-9
+    assert np.abs(m.loop_error(exact.q)).max() < 1e-11
+    for method, order in (("rk4", 4), ("rkmk4", 4), ("semi_implicit_euler", 1)):
+        coarse, fine = (np.abs(m.simulate(q, v, times, method=method, step=h).q[-1] - exact.q[-1]).max() for h in (4e-3, 2e-3))
+        assert order - 0.4 < np.log2(coarse / fine)
+    loose = m.simulate(q, v, times, method="semi_implicit_euler", step=1e-3, project=False)
+    assert loose.drift.closure[-1] > 1e-5
+    fine = m.simulate(q, v, np.linspace(0, 0.5, 501))
+    turned = m.simulate(q, v, fine.times, efforts=ComputedTorque(Reference(fine.times, fine.q, fine.v, fine.a), stiffness=100.0, damping=20.0))
+    assert np.abs(turned.q - fine.q).max() < 1e-4 and np.abs(turned.efforts[:, 1:]).max() == 0
+    stopped = m.simulate(q, v, times, brake=Brake({"A": 30.0}, at=0.2))
+    assert stopped.events[-1].what == "sticks" and np.abs(stopped.v[-1]).max() < 1e-9
+
+
+def four_bar():
+    at = lambda x: np.array([[1, 0, 0, x], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+    b = ksl.Builder("four-bar").add_link("ground")
+    for name, mass, length in (("crank", 1.0, 0.2), ("coupler", 2.0, 0.6), ("rocker", 1.5, 0.5)):
+        b.add_link(name, mass=mass, center_of_mass=(length / 2, 0, 0), inertia=np.diag([0, 1, 1]) * mass * length**2 / 12)
+    for name, parent, child, x in (("A", "ground", "crank", 0), ("B", "crank", "coupler", 0.2), ("D", "ground", "rocker", 0.6)):
+        b.add_joint(name, "continuous", parent, child, pose=at(x), axis=(0, 1, 0))
+    return b.add_loop("C", "revolute", "coupler", "rocker", at(0.6), at(0.5), axis=(0, 1, 0)).build(drives=["A"])
+
+
+def test_one_line_says_what_a_run_is():
+    assert repr(M.simulate(*START)).startswith("<ksl simulation: to 0.2 s, ")
+    assert "2 runs, 2 complete" in repr(M.simulate([START[0]] * 2, *START[1:]))
