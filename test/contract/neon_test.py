@@ -16,9 +16,10 @@ SOURCES: dict[str, list[str]] = {
     "engine/finite.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_finite_neon"],
     "engine/array_kernels.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_array_kernels_neon", "-fno-math-errno"],
     **{f"engine/{name}.cpp": [] for name in ("coupled", "dynamics", "examine", "dynamics_calls", "canonical_axes", "data", "joint_physics", "model", "model_builder", "thread_memory")},
+    **{f.relative_to(ROOT / "src").as_posix(): [] for f in sorted((ROOT / "src/engine/loops").glob("*.cpp"))},
     "engine/dispatch.cpp": ["-DKSL_HAS_neon"],
     **{f"batch/{name}.cpp": [] for name in ("batch", "batch_calls", "cores", "threads")},
-    **{f"description/{name}.cpp": [] for name in ("check", "mimic")},
+    **{f"description/{name}.cpp": [] for name in ("check", "loops", "mimic")},
     **{f"text/{name}.cpp": [] for name in ("characters", "unused", "words")},
 }
 FLAGS = ["-std=c++20", "-ffp-contract=off", "-DNDEBUG", "-I", str(ROOT / "include"), "-I", str(ROOT / "src"), "-I", str(ROOT / "test/engine")]
