@@ -94,6 +94,7 @@ bench: bench-build
 	$(BIN)/python bench/run.py build/bench
 	$(BIN)/python bench/growth.py build/bench
 	PYTHONPATH=$$($(BIN)/python -c 'import pathlib, ksl; print(pathlib.Path(ksl.__file__).parents[1])') .venv-bench/bin/python bench/loops.py
+	$(BIN)/python bench/simulation.py
 
 # The same, and then the plots and tables of docs/performance.md.
 bench-plots: bench-build

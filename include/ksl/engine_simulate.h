@@ -102,13 +102,14 @@ typedef enum ksl_happening_t {
   KSL_LIFTS,
   KSL_STICKS,
   KSL_SLIPS,
-  KSL_BRAKES
+  KSL_BRAKES,
+  KSL_AT_SINGULAR /**< the loops pass a position at which their equations lose rank */
 } ksl_happening_t;
 typedef struct ksl_simulated_event_t {
   size_t run;
   double time;
   ksl_happening_t what;
-  int coordinate; /**< in v; −1: of brakes */
+  int coordinate; /**< in v; −1: of brakes and singular positions */
   double speed;   /**< of the coordinate after it */
 } ksl_simulated_event_t;
 

@@ -141,9 +141,10 @@ enum class happening {
   rest,        ///< impacts came ever faster: the joint lies on its limit from now on
   lifts,       ///< it leaves the limit
   sticks,
-  slips,   ///< dry friction, or a brake
-  brakes,  ///< brakes engage
-  function ///< a zero of a user's function
+  slips,    ///< dry friction, or a brake
+  brakes,   ///< brakes engage
+  singular, ///< the loops pass a position at which their equations lose rank
+  function  ///< a zero of a user's function
 };
 struct simulated_event {
   std::size_t run;

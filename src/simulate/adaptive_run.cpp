@@ -2,6 +2,7 @@
 
 #include "simulate/dop853.hpp"
 #include "simulate/event_search.hpp"
+#include "simulate/singular_positions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +28,7 @@ public:
   adaptive_run(const model &m, const simulation &task, const results &out, std::size_t run,
                std::vector<simulated_event> &events)
       : task_(task), out_(out), run_(run), of_(m, task, 1), b_(of_, 1), step_(of_, run, task.relative, task.absolute),
-        functions_(of_, task, run), events_(events) {
+        functions_(of_, task, run), singular_(of_), events_(events) {
     b_.first = run, b_.n = 1;
     list_breaks();
   }
@@ -74,6 +75,8 @@ private:
       return ending::stopped;
     if (!step_.begin(b_.t, b_.q.data(), b_.v.data(), 0))
       return ending::stopped;
+    if (of_.closed())
+      singular_.begin(b_.q.data());
     if (!store_here())
       return not_finite(of_, b_, 0) >= 0 ? ending::not_finite : ending::stopped;
     if (!step_.guess_step(breaks_.front() - b_.t, next_))
@@ -128,6 +131,8 @@ private:
       return how;
     if (happens)
       return happen(event, end);
+    if (of_.closed())
+      find_singular();
     step_.accept();
     b_.t = end;
     read_state();
@@ -139,6 +144,12 @@ private:
     if (stored_ < task_.times_n && task_.times[stored_] == b_.t && !store_here())
       return not_finite(of_, b_, 0) >= 0 ? ending::not_finite : ending::stopped;
     return ending::complete;
+  }
+
+  void find_singular() {
+    const double share = singular_.find(step_, step_.end_position(b_.q.data()));
+    if (share >= 0)
+      events_.push_back({run_, step_.t() + share * step_.h(), happening::singular, -1, 0});
   }
 
   void read_state() {
@@ -217,6 +228,8 @@ private:
       return ending::not_closed;
     if (t >= breaks_[break_] && break_ + 1 < breaks_.size())
       ++break_;
+    if (of_.closed())
+      singular_.begin(b_.q.data());
     return step_.begin(t, b_.q.data(), b_.v.data(), b_.work[0]) ? ending::complete : ending::stopped;
   }
 
@@ -309,6 +322,7 @@ private:
   block b_;
   dop853_step step_;
   event_functions functions_;
+  singular_positions singular_;
   std::vector<simulated_event> &events_;
   std::vector<double> breaks_;
   std::size_t break_ = 0, stored_ = 0;

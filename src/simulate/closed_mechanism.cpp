@@ -70,6 +70,14 @@ double closed_mechanism::error(const double *q) {
   return most;
 }
 
+double closed_mechanism::regularity(const double *q) {
+  state_->set_open_position(q);
+  if (state_->solved().rank < rank_)
+    return 0;
+  rank_ = state_->solved().rank;
+  return state_->solved().last_pivot();
+}
+
 bool closed_mechanism::project(double *q, double *v) {
   const std::size_t nq = static_cast<std::size_t>(m_.nq());
   double left = 0;

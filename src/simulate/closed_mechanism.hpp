@@ -29,6 +29,9 @@ public:
   /// The largest equation that is open: m, angles times the length of the mechanism.
   double error(const double *q);
 
+  /// How far the position is from a singular one: the last pivot of the loops' equations; 0 where they have lost rank.
+  double regularity(const double *q);
+
   /// Moves q and v to the nearest closed ones; false where there are none nearby.
   bool project(double *q, double *v);
 
@@ -38,6 +41,7 @@ private:
   std::optional<loops::assembly> assembly_;
   std::vector<std::byte> of_state_, of_assembly_;
   std::vector<double> moved_, rows_, reduced_;
+  int rank_ = 0;                    ///< the largest so far
   std::vector<unsigned char> free_; ///< (nv) no coordinate is held
 };
 

@@ -28,6 +28,12 @@ public:
   /// The state at a share of the step: q (nq), v (nv) and the work.
   void at(double share, double *q, double *v, double *work) const;
 
+  /// The position at the end of the step that was attempted, in memory that is given.
+  const double *end_position(double *q) const {
+    of_.space().move(1, q_.data(), end_.data(), q);
+    return q;
+  }
+
   /// Goes to the end of the step.
   void accept();
 

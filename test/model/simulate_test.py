@@ -125,6 +125,24 @@ def four_bar():
     return b.add_loop("C", "revolute", "coupler", "rocker", at(0.6), at(0.5), axis=(0, 1, 0)).build(drives=["A"])
 
 
+def test_singular_positions_are_events():
+    """A four-bar of equal rods, whose equations lose rank where all rods lie on one line."""
+    at = lambda p, R=np.eye(3): np.vstack([np.column_stack([R, p]), [0, 0, 0, 1]])
+    up = np.array([[0, 0, -1], [0, 1, 0], [1, 0, 0.0]])
+    b = ksl.Builder("equal rods").add_link("ground")
+    for name in ("left", "right", "coupler"):
+        b.add_link(name, mass=1.0, center_of_mass=(0.5, 0, 0), inertia=np.diag([0, 1, 1]) / 12)
+    for name, parent, pose in (("left", "ground", at([0, 0, 0], up)), ("right", "ground", at([1, 0, 0], up)), ("coupler", "left", at([1, 0, 0], up.T))):
+        b.add_joint(f"to_{name}", "continuous", parent, name, pose=pose, axis=(0, 1, 0))
+    m = b.add_loop("last", "revolute", "coupler", "right", at([1, 0, 0]), at([1, 0, 0]), axis=(0, 1, 0)).build()
+    q = m.neutral()
+    v = m.consistent_velocity(q, [1.0, 0, 0], given=["to_left"])
+    run = m.simulate(q, v, [0, 2.0])
+    assert [event.what for event in run.events] == ["singular", "singular"] and run.complete
+    for event, turned in zip(run.events, (1, 3), strict=True):
+        assert m.simulate(q, v, [0, event.time]).q[-1, 0] == pytest.approx(turned * np.pi / 2, abs=1e-6)
+
+
 def test_one_line_says_what_a_run_is():
     assert repr(M.simulate(*START)).startswith("<ksl simulation: to 0.2 s, ")
     assert "2 runs, 2 complete" in repr(M.simulate([START[0]] * 2, *START[1:]))

@@ -186,7 +186,8 @@ def _notes(run: Simulation, how: Simulated) -> list[str]:
     if run.drift.closure is not None:
         notes.append(f"loops opened by {float(np.nanmax(run.drift.closure)):.2g} m at most within a step, and were closed after it")
     if run.events:
-        told = [f"{e.what if e.what != 'brakes' else 'brakes engage'}{f' of {one_line(e.joint)}' if e.joint else ''} at {e.time:.6g} s" for e in run.events[:MOST_EVENTS]]
+        words = {"brakes": "brakes engage", "singular": "singular position"}
+        told = [f"{words.get(e.what, e.what)}{f' of {one_line(e.joint)}' if e.joint else ''} at {e.time:.6g} s" for e in run.events[:MOST_EVENTS]]
         more = f" and {len(run.events) - MOST_EVENTS} more" if len(run.events) > MOST_EVENTS else ""
         notes.append(f"events: {'; '.join(told)}{more}")
     if any(e.what in IMPACTS for e in run.events):

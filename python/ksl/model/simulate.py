@@ -173,7 +173,7 @@ class SimulationCalls(Calls):
         joints = {joint.v_index + k: joint.name for joint in self.joints[: self._moving] for k in range(joint.nv)}
         recorded = []
         for run, time, what, number, speed in happened:
-            is_of_joint = HAPPENINGS[what] not in ("brakes", "event")
+            is_of_joint = HAPPENINGS[what] not in ("brakes", "singular", "event")
             recorded.append(Event(run, time, HAPPENINGS[what], joints[number] if is_of_joint else None, number if number >= 0 else None, speed))
         count = [np.array([end[place] for end in ends], dtype=np.int64).reshape(leading) for place in (2, 3, 4)]
         return Simulation(

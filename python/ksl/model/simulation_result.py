@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ksl.model.states import Array
 
-HAPPENINGS = ("lower limit", "upper limit", "rest", "lifts", "sticks", "slips", "brakes", "event")
+HAPPENINGS = ("lower limit", "upper limit", "rest", "lifts", "sticks", "slips", "brakes", "singular", "event")
 """In the order of the compiled enumeration."""
 
 
@@ -23,9 +23,9 @@ class Event:
     """s."""
     what: str
     """"lower limit" or "upper limit", an impact; "rest", from now on the joint lies on its limit; "lifts", it leaves it;
-    "sticks" and "slips", by dry friction or a brake; "brakes" engage; "event", a zero of a function that was given."""
+    "sticks" and "slips", by dry friction or a brake; "brakes" engage; "singular", the loops pass a position at which they lose rank; "event", a zero of a function that was given."""
     joint: str | None
-    """The joint; None for brakes and functions."""
+    """The joint; None for brakes, singular positions and functions."""
     coordinate: int | None
     """Its index in v; the number of the function."""
     speed: float

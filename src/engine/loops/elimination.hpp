@@ -32,6 +32,9 @@ public:
   /// The coordinates that the others follow from, ascending in v.
   const int *independent() const { return column + rank; }
 
+  /// The last pivot relative to the largest term: zero at singular positions.
+  double last_pivot() const { return rank > 0 ? std::fabs(at(rank - 1, rank - 1)) * rank_tolerance / tolerance_ : 1; }
+
   /// K: (rows, columns), not changed.  size: of the largest scaled term.  is_driven (columns): these coordinates are kept independent
   /// where they are as many as the freedoms and determine the motion; may be null.
   void factor(const double *K, const double *row_scale, const double *column_scale, double size,

@@ -1,0 +1,28 @@
+// Positions on the way of a run at which its loops lose rank: there the motion may go on in several ways, and reactions grow without bound.
+#pragma once
+
+#include "simulate/dop853.hpp"
+
+namespace ksl::simulating {
+
+class singular_positions {
+public:
+  explicit singular_positions(system &of) : of_(of), q_(of.nq()), v_(of.nv()) {}
+
+  /// The run is at the beginning of its first step, or after an event.
+  void begin(const double *q) { before_ = regularity(q); }
+
+  /// Is there one in the step to its end, at the position q there: the share of the step, or a negative number.  The polynomial of the step
+  /// is made if it is needed; a function may end the run then, which the next step will find.
+  double find(dop853_step &step, const double *q);
+
+private:
+  double regularity(const double *q);
+  double at(const dop853_step &step, double share);
+
+  system &of_;
+  std::vector<double> q_, v_;
+  double before_ = 1, usual_ = 0; ///< at the beginning of the step; the largest so far
+};
+
+} // namespace ksl::simulating
