@@ -188,13 +188,13 @@ def _efforts(given: list[str], option: str) -> float | dict[str, float] | None:
 
 def _case(model: Model, how: Simulated, motion: Path | None, carried: list[Payload]) -> tuple[LoadCase, list[InputFile]]:
     from ksl.load_cases.load_case import LoadCase
-    from ksl.load_cases.simulated import simulated_motion
+    from ksl.load_cases.simulated import is_braked, simulated_motion
     from ksl.motions.reading import read_motion
 
     with recorded() as ledger:
         followed = None if motion is None else read_motion(model, motion)
         moved, kind = simulated_motion(model, how, followed, [])
-    return LoadCase(model, moved, name="simulated", motion_file="" if motion is None else str(motion), payloads=carried, kind=kind), ledger.files
+    return LoadCase(model, moved, name="simulated", motion_file="" if motion is None else str(motion), payloads=carried, brake=is_braked(how, moved), kind=kind), ledger.files
 
 
 def _motions(model: Model, cases: list[LoadCase]) -> dict[str, Callable[[Path], None]]:

@@ -20,7 +20,7 @@ from ksl.base.toml_files import read_toml, toml_of
 from ksl.load_cases.closed_poses import closed_pose, named_joints
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.simulate_keys import simulated_of
-from ksl.load_cases.simulated import simulated_motion
+from ksl.load_cases.simulated import is_braked, simulated_motion
 from ksl.load_cases.stops import Law, Stop, at_rest, nearest_sample, worst_start
 from ksl.load_cases.summary_table import ALL_CASES
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
@@ -337,7 +337,7 @@ class _Case:
             motion, kind = simulated_motion(model, how, followed, external)
         except ValueError as e:
             raise CaseError(f"{self.where}: {e}") from None
-        return self._made(model, motion, file, payloads, external, kind)
+        return self._made(model, motion, file, payloads, external, kind, is_braked(how, motion))
 
     def _stops(
         self, model: Model, motion: Motion, file: str, payloads: Sequence[Payload], external: Sequence[WrenchOverTime]

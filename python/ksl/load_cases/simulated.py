@@ -76,6 +76,11 @@ class Simulated:
     atol: float = 1e-9
 
 
+def is_braked(how: Simulated, motion: Motion) -> bool:
+    """Do brakes supply all efforts of the run, from its beginning."""
+    return how.brake_at is not None and how.brake_at <= float(motion.time[0])
+
+
 def simulated_motion(model: Model, how: Simulated, followed: Motion | None, external: Sequence[WrenchOverTime]) -> tuple[Motion, str]:
     """The motion, and in words what it is.  Raises MotionError; a run that ends early gives the part before, with a doubt that says why."""
     q, v, begin, closing = _start(model, how, followed)
