@@ -126,6 +126,19 @@ def test_a_shifted_centre_keeps_the_inertia_about_itself():
 
 
 @HERE
+def test_motions_of_cases_are_simulated():
+    how = {"until": 0.2, "pose": {"panda_joint2": 0.5, "panda_joint4": -1.5}}
+    simulated = Variants(PANDA, sweep_from({"base": {"simulate": how}, "vary": [PAYLOAD]}))
+    loaded = ksl.load(PANDA).with_payload(TOOL, 3.0, (0, 0, 0.1))
+    model, motion = simulated.case({"payload_panda_flange": 3})
+    q, v = motion.q[0], motion.v[0]
+    assert np.allclose(motion.q, loaded.simulate(q, v, motion.time).q, atol=1e-8) and simulated.most_samples == len(motion.time) == 51
+    with pytest.raises(ksl.SweepError, match="a simulated motion has the speed that its drives give it"):
+        sweep_from({"base": {"simulate": how}, "vary": [PAYLOAD, SPEED]})
+    with pytest.raises(ksl.SweepError, match=r"\[base\] simulate: unknown key 'untill'; did you mean 'until'"):
+        sweep_from({"base": {"simulate": {"untill": 1.0}}, "vary": [PAYLOAD]})
+
+
 def test_rows_are_those_of_the_summary_to_the_bit(tmp_path):
     """Of a robot with mimic, fixed and sliding joints, with physics of joints: every number is that of `ksl loads`."""
     robot = tmp_path / "robot.urdf"

@@ -137,6 +137,12 @@ def _with_velocities(model: Model, q: Array, v: Array, how: Simulated) -> Array:
     return v
 
 
+def samples_of(how: Simulated, followed: Motion | None) -> int:
+    """How many samples the motion will have."""
+    begin = how.start if how.start is not None else float(followed.time[0]) if followed is not None else 0.0
+    return len(_times(how, followed, begin))
+
+
 def _times(how: Simulated, followed: Motion | None, begin: float) -> Array:
     until = how.until if how.until is not None else float(followed.time[-1]) if followed is not None else None
     if until is None:

@@ -12,8 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from ksl.base.errors import MotionError, SweepError, near_names
+from ksl.base.errors import CaseError, MotionError, SweepError, near_names
 from ksl.base.toml_files import read_toml
+from ksl.load_cases.simulate_keys import simulated_of
+from ksl.load_cases.simulated import Simulated
 from ksl.motions.reading_options import check_options
 
 KINDS = {
@@ -33,7 +35,7 @@ LARGEST = sys.float_info.max
 """Python's whole numbers may be larger, which `math.isfinite` doesn't take."""
 TAKEN = ("case", "joint", "kind", "quantity", "value", "unit", "undetermined")
 """Columns of the results that are no parameters."""
-OF_BASE = ("motion", "reading", "components", "gravity", "physics", "friction_width", "floating_base", "mimic", "model", "loops", "drives")
+OF_BASE = ("motion", "simulate", "reading", "components", "gravity", "physics", "friction_width", "floating_base", "mimic", "model", "loops", "drives")
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,8 @@ class Sweep:
     seed: int = 0
     motion: str | None = None
     """File of the motion, if no parameter names some."""
+    simulated: Simulated | None = None
+    """How the motion of each case is simulated, if it is; a motion is then what it follows."""
     base: Mapping[str, Any] = field(default_factory=dict)
     """What all cases share besides: gravity, physics, friction_width, floating_base, mimic, model, loops, drives."""
     reading: Mapping[str, Any] = field(default_factory=dict)
@@ -140,7 +144,8 @@ def sweep_from(tables: Mapping[str, Any], file: str = "<sweep>") -> Sweep:
     if repeated is not None:
         raise SweepError(f"{file}: two parameters are named {repeated!r}; give one of them another `name`")
     motion = base.pop("motion", None)
-    if (motion is None) == all(p.kind != "motion" for p in parameters):
+    simulated = _simulated(base.pop("simulate", None), parameters, file)
+    if (motion is None) == all(p.kind != "motion" for p in parameters) and (motion is not None or simulated is None):
         raise SweepError(f'{file}: give the motion once: `motion` in [base], or a parameter of kind "motion"')
     if motion is not None and not isinstance(motion, str):
         raise SweepError(f"{file}: [base] motion = {motion!r}; expected the name of a file")
@@ -156,7 +161,19 @@ def sweep_from(tables: Mapping[str, Any], file: str = "<sweep>") -> Sweep:
         raise SweepError(f"{file}: [base] components = {components!r}; expected the name of a file")
     reading = _reading(base.pop("reading", {}), file)
     seed, partition = _count(head, "seed", 0, file), _count(head, "partition", 0, file)
-    return Sweep(file, parameters, sampling, cases, seed, motion, base, reading, components, partition, os.path.dirname(os.path.abspath(file)))
+    folder = os.path.dirname(os.path.abspath(file))
+    return Sweep(file, parameters, sampling, cases, seed, motion, simulated, base, reading, components, partition, folder)
+
+
+def _simulated(given: Any, parameters: Sequence[Parameter], file: str) -> Simulated | None:
+    if given is None:
+        return None
+    if any(p.kind == "speed" for p in parameters):
+        raise SweepError(f'{file}: [base] simulate, and a parameter of kind "speed": a simulated motion has the speed that its drives give it; leave one of them out')
+    try:
+        return simulated_of(f"{file}: [base] simulate", given)
+    except CaseError as e:
+        raise SweepError(str(e)) from None
 
 
 def _reading(given: Any, file: str) -> dict[str, Any]:

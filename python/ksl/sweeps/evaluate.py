@@ -112,7 +112,7 @@ class Evaluator:
 
     def extent(self) -> tuple[int, int]:
         """Joints, and samples of the longest motion."""
-        return len(self.joints), max(len(m.time) for m in self._variants.motions.values())
+        return len(self.joints), self._variants.most_samples
 
     def partition(self, index: int) -> Result:
         """Raises SweepError, with the case, where results are not finite."""
@@ -175,6 +175,8 @@ class Evaluator:
         """What rigid bodies leave open depends on the positions alone, which many cases share."""
         if not self._variants.model.loops:
             return Undetermined()
+        if self.plan.sweep.simulated is not None:  # each case has positions of its own
+            return LoadCase(self._variants.model, motion).undetermined
         key = id(motion.q)  # of the motions that the variants keep
         if key not in self._open:
             self._open[key] = LoadCase(self._variants.model, motion).undetermined

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ksl.base.errors import SweepError
+from ksl.load_cases.simulated import samples_of, simulated_motion
 from ksl.model.lengths import extent, far, far_point, strong_gravity
 from ksl.model.loading import load
 from ksl.model.model import Model
@@ -70,8 +71,19 @@ class Variants:
                 _change(changed, self.model, p, float(value))
         if changed:
             model = model.with_parameters(changed)
-        assert file is not None  # sweep_from has refused what has none
-        return model, _faster(self.motions[file], factor)
+        motion = None if file is None else self.motions[file]
+        if self.sweep.simulated is not None:
+            return model, simulated_motion(model, self.sweep.simulated, motion, [])[0]
+        assert motion is not None  # sweep_from has refused what has none
+        return model, _faster(motion, factor)
+
+    @property
+    def most_samples(self) -> int:
+        """Of the longest motion."""
+        how = self.sweep.simulated
+        if how is None:
+            return max(len(motion.time) for motion in self.motions.values())
+        return max((samples_of(how, motion) for motion in self.motions.values()), default=0) or samples_of(how, None)
 
 
 def _base(robot: str | os.PathLike[str] | GivenModel, sweep: Sweep) -> Model:
