@@ -9,6 +9,8 @@ namespace ksl::simulating {
 constexpr int parts = 8;
 /// The width, as a share of the step, to which a zero is located.
 constexpr double resolution = 1e-14;
+/// Of a step, before a function that begins at zero is taken to have had none above it: 2⁻⁴⁶ is that width.
+constexpr int most_halvings = 46;
 
 event_functions::event_functions(system &of, const simulation &task, std::size_t run)
     : of_(of), task_(task), run_(run), q_(of.nq()), v_(of.nv()), a_(of.nv()) {}
@@ -105,7 +107,8 @@ bool locate(event_functions &functions, const dop853_step &step, std::size_t i, 
 /// it is positive, or zero if there is none.
 bool risen(event_functions &functions, const dop853_step &step, std::size_t i, double end, std::vector<double> &values,
            double &share) {
-  for (share = end / 2; share > resolution; share /= 2) {
+  for (int halvings = 1; halvings < most_halvings; ++halvings) {
+    share = std::ldexp(end, -halvings);
     if (!functions.values(step, share, values.data()))
       return false;
     if (values[i] > 0)

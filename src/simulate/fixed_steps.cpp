@@ -56,16 +56,16 @@ private:
 
   ending go_to(std::size_t i) {
     const double start = task_.times[i - 1], length = task_.times[i] - start;
-    const double steps =
-        std::fmax(1, std::ceil(length / task_.step * (1 - 1e-12))); // a quotient that is whole but for rounding
-    for (double s = 1; s <= steps; ++s) {
-      if (steps_ == task_.most_steps)
-        return ending::too_many_steps;
-      const outcome found = method_->step(of_, b_, length / steps);
+    const double whole = std::fmax(1, std::ceil(length / task_.step * (1 - 1e-12))); // but for rounding of the quotient
+    if (whole > static_cast<double>(task_.most_steps - steps_))
+      return ending::too_many_steps;
+    const std::size_t steps = static_cast<std::size_t>(whole);
+    for (std::size_t s = 1; s <= steps; ++s) {
+      const outcome found = method_->step(of_, b_, length / whole);
       ++steps_;
       if (found == outcome::not_solved)
         return std::isfinite(b_.a[0]) ? ending::not_solved : ending::not_finite;
-      b_.t = s == steps ? task_.times[i] : start + length * (s / steps);
+      b_.t = s == steps ? task_.times[i] : start + length * (static_cast<double>(s) / whole);
       if (found == outcome::stopped)
         return ending::stopped;
       if (of_.closed())

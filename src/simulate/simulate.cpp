@@ -49,8 +49,9 @@ struct with_exact_friction {
       return;
     require(m.followers() == 0,
             "exact dry friction of mimic joints can't be simulated; take the smooth law, exact_friction off");
-    for (int k = 0; k < m.nv(); ++k)
-      friction.push_back(m.view().physics[k].friction + (task.laws.friction ? task.laws.friction[k] : 0));
+    const coordinate_physics<double> *const physics = m.view().physics;
+    for (int k = 0; physics && k < m.nv(); ++k)
+      friction.push_back(physics[k].friction + (task.laws.friction ? task.laws.friction[k] : 0));
     robot_description description = m.description();
     description.physics.friction = description.physics.exact_friction = false;
     smooth.emplace(std::move(description));
