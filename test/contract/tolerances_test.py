@@ -5,8 +5,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs/decisions/0016-tolerances.md"
-ROOMS = ("src/engine", "src/description", "src/load", "include/ksl/engine", "python/ksl/checks", "python/ksl/sizing")
-NONE = {"sine_cosine.hpp": "coefficients of series", "catalogue.py": "examples of values", "large_angle.hpp": "coefficients"}
+ROOMS = ("src/engine", "src/simulate", "src/description", "src/load", "include/ksl/engine", "python/ksl/checks", "python/ksl/sizing")
+NONE = {"sine_cosine.hpp": "coefficients of series", "catalogue.py": "examples of values", "large_angle.hpp": "coefficients", "dop853_coefficients.hpp": "coefficients"}
 SMALL = re.compile(r"(?<![\w.])\d+(?:\.\d+)?e-(\d+)\b")
 
 
