@@ -193,7 +193,8 @@ def _case(model: Model, how: Simulated, motion: Path | None, carried: list[Paylo
 
     with recorded() as ledger:
         followed = None if motion is None else read_motion(model, motion)
-        moved, kind = simulated_motion(model, how, followed, [])
+        with console(120).status("simulating"):  # nothing where no person watches
+            moved, kind = simulated_motion(model, how, followed, [])
     return LoadCase(model, moved, name="simulated", motion_file="" if motion is None else str(motion), payloads=carried, brake=is_braked(how, moved), kind=kind), ledger.files
 
 
