@@ -7,7 +7,10 @@
 
 #include "ksl/simulate.hpp"
 
+#include <atomic>
+#include <chrono>
 #include <optional>
+#include <thread>
 
 namespace simulation_calls {
 
@@ -65,6 +68,38 @@ private:
   const ksl::model &m_;
 };
 
+/// Looks for signals, Ctrl-C above all, and tells a function of Python how far the first run is, some times a second.
+class watcher {
+public:
+  explicit watcher(nb::handle progress) : progress_(progress.ptr()), caller_(std::this_thread::get_id()) {}
+
+  /// Called while the lock is released, by any thread.
+  bool goes_on(std::size_t run, double t) {
+    if (stopped_.load(std::memory_order_relaxed))
+      return false;
+    if (std::this_thread::get_id() != caller_)
+      return true;
+    const auto now = std::chrono::steady_clock::now();
+    if (now - looked_ < std::chrono::milliseconds(50))
+      return true;
+    looked_ = now;
+    const nb::gil_scoped_acquire lock;
+    bool fails = PyErr_Occurred() != nullptr || PyErr_CheckSignals() != 0;
+    if (!fails && progress_ != Py_None && run == 0) {
+      nb::object at = nb::float_(t);
+      fails = !nb::steal(call_python(progress_, at.ptr())).is_valid();
+    }
+    stopped_.store(fails, std::memory_order_relaxed);
+    return !fails;
+  }
+
+private:
+  PyObject *progress_;
+  std::thread::id caller_;
+  std::chrono::steady_clock::time_point looked_ = std::chrono::steady_clock::now();
+  std::atomic<bool> stopped_{false};
+};
+
 /// Arrays of results by name.
 class result_arrays {
 public:
@@ -108,7 +143,7 @@ inline void set_laws(const nb::dict &given, ksl::exact_laws &laws) {
 
 inline nb::tuple simulate(const ksl::model &m, nb::handle q, nb::handle v, nb::handle times, const nb::dict &how,
                           const nb::dict &drives, const nb::list &external, bool in_world, const nb::dict &laws,
-                          const nb::list &events, nb::handle event_values, nb::handle threads) {
+                          const nb::list &events, nb::handle event_values, nb::handle threads, nb::handle progress) {
   ksl::simulation task;
   task.runs = shape_of(q)[0], task.q = data_of(q), task.v = data_of(v);
   task.times_n = shape_of(times)[0], task.times = data_of(times);
@@ -154,6 +189,11 @@ inline nb::tuple simulate(const ksl::model &m, nb::handle q, nb::handle v, nb::h
       return f.call(run, 1, t, at, speed, values);
     };
   }
+  watcher watching(progress);
+  task.step_context = &watching;
+  task.after_step = [](void *context, std::size_t run, double t) {
+    return static_cast<watcher *>(context)->goes_on(run, t);
+  };
   ksl::kernels(); // raises the error of an unusable KSL_ISA here and not on another thread
   result_arrays results(m, task);
   ksl::simulation_record record;
@@ -173,7 +213,7 @@ inline nb::tuple simulate(const ksl::model &m, nb::handle q, nb::handle v, nb::h
 
 inline void add_simulation(nb::class_<ksl::model> &model) {
   model.def("simulate", &simulate, "q"_a, "v"_a, "times"_a, "how"_a, "drives"_a, "external"_a, "in_world"_a, "laws"_a,
-            "events"_a, "event_values"_a.none(), "threads"_a.none());
+            "events"_a, "event_values"_a.none(), "threads"_a.none(), "progress"_a.none());
 }
 
 } // namespace simulation_calls

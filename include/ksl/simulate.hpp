@@ -77,6 +77,9 @@ struct wrench_over_time {
 using event_function = bool (*)(void *context, std::size_t run, double t, const double *q, const double *v,
                                 double *values);
 
+/// Is told, after each step, the time that a run, or runs in lanes, have reached; false ends them.  Called by all threads.
+using step_function = bool (*)(void *context, std::size_t run, double t);
+
 /// A function whose zeros are events.
 struct event_rule {
   int direction = 0; ///< 1: only where it rises through zero; −1: only where it falls; 0: both
@@ -120,6 +123,8 @@ struct simulation {
   /// Are positions and velocities of mechanisms with loops moved back onto the closed ones after each step: to the nearest ones, in
   /// the norms of close() and consistent_velocity().
   bool project = true;
+  step_function after_step = nullptr;
+  void *step_context = nullptr;
   int threads = 1; ///< 0: all cores.  Functions of the user are then called by several threads
 };
 

@@ -210,7 +210,7 @@ Model\\.closed_derivatives$:
 Model\\.simulate$:
     def simulate(
         self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], times: NDArray[numpy.floating], how: dict[str, Any], drives: dict[str, Any],
-        external: list[tuple[int, Any]], in_world: bool, laws: dict[str, Any], events: list[tuple[int, bool]], event_values: Any, threads: int | None,
+        external: list[tuple[int, Any]], in_world: bool, laws: dict[str, Any], events: list[tuple[int, bool]], event_values: Any, threads: int | None, progress: Any,
     ) -> tuple[dict[str, NDArray[numpy.floating]], list[tuple[int, float, int, int, int, int]], list[tuple[int, float, int, int, float]]]: ...
 
 Model\\.(joints|links|loops)$:

@@ -105,6 +105,8 @@ private:
       return ending::complete;
     }
     ++end_.steps;
+    if (task_.after_step && !task_.after_step(task_.step_context, run_, b_.t + h))
+      return ending::stopped;
     const double wanted = step_.error() > 0 ? safety * std::pow(step_.error(), -1 / order) : grows_at_most;
     const double factor = std::fmin(was_rejected_ ? 1 : grows_at_most, std::fmax(shrinks_at_most, wanted));
     next_ = ends_at_break && factor > 1 ? std::fmax(next_, h * factor) : h * factor;

@@ -70,7 +70,7 @@ private:
         return ending::stopped;
       if (of_.closed())
         project();
-      if (!evaluate())
+      if (!evaluate() || (task_.after_step && !task_.after_step(task_.step_context, b_.first, b_.t)))
         return ending::stopped;
     }
     return ending::complete;

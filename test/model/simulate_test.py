@@ -125,6 +125,20 @@ def four_bar():
     return b.add_loop("C", "revolute", "coupler", "rocker", at(0.6), at(0.5), axis=(0, 1, 0)).build(drives=["A"])
 
 
+def test_progress_is_told_and_ctrl_c_ends_the_call():
+    told = []
+    M.simulate(*START[:2], [0.0, 30.0], method="rk4", step=1e-4, progress=told.append)
+    assert told == sorted(told) and all(0 < t <= 30.0 for t in told)
+    import _thread
+    import threading
+
+    threading.Timer(0.2, _thread.interrupt_main).start()
+    with pytest.raises(KeyboardInterrupt):
+        M.simulate(*START[:2], [0.0, 1e6], method="rk4", step=1e-3, most_steps=2**60)
+    with pytest.raises(KeyError, match="of mine"):
+        M.simulate(*START[:2], [0.0, 1e6], method="rk4", step=1e-3, most_steps=2**60, progress=lambda t: {}["of mine"])
+
+
 def test_singular_positions_are_events():
     """A four-bar of equal rods, whose equations lose rank where all rods lie on one line."""
     at = lambda p, R=np.eye(3): np.vstack([np.column_stack([R, p]), [0, 0, 0, 1]])

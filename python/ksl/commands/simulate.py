@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
@@ -193,9 +194,20 @@ def _case(model: Model, how: Simulated, motion: Path | None, carried: list[Paylo
 
     with recorded() as ledger:
         followed = None if motion is None else read_motion(model, motion)
-        with console(120).status("simulating"):  # nothing where no person watches
-            moved, kind = simulated_motion(model, how, followed, [])
+        with _progress() as progress:
+            moved, kind = simulated_motion(model, how, followed, [], progress)
     return LoadCase(model, moved, name="simulated", motion_file="" if motion is None else str(motion), payloads=carried, brake=is_braked(how, moved), kind=kind), ledger.files
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[float, float], None]]:
+    """A bar where a person watches."""
+    from rich.progress import Progress
+
+    out = console(120)
+    with Progress(console=out, transient=True, disable=not out.is_terminal) as bar:
+        task = bar.add_task("simulating", total=1.0)
+        yield lambda done, whole: bar.update(task, completed=done / whole)
 
 
 def _motions(model: Model, cases: list[LoadCase]) -> dict[str, Callable[[Path], None]]:

@@ -6,7 +6,7 @@ The wrenches are then those of this motion, like those of any other.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -81,8 +81,10 @@ def is_braked(how: Simulated, motion: Motion) -> bool:
     return how.brake_at is not None and how.brake_at <= float(motion.time[0])
 
 
-def simulated_motion(model: Model, how: Simulated, followed: Motion | None, external: Sequence[WrenchOverTime]) -> tuple[Motion, str]:
-    """The motion, and in words what it is.  Raises MotionError; a run that ends early gives the part before, with a doubt that says why."""
+def simulated_motion(
+    model: Model, how: Simulated, followed: Motion | None, external: Sequence[WrenchOverTime], progress: Callable[[float, float], object] | None = None
+) -> tuple[Motion, str]:
+    """The motion, and in words what it is.  progress: is told how much of its time is done, s, and of how much.  Raises MotionError; a run that ends early gives the part before, with a doubt that says why."""
     q, v, begin, closing = _start(model, how, followed)
     times = _times(how, followed, begin)
     controller, brake = _controller(model, how, followed, q, times), _brake(model, how)
@@ -92,6 +94,7 @@ def simulated_motion(model: Model, how: Simulated, followed: Motion | None, exte
             run = model.simulate(
                 q, v, times, efforts=controller, method=how.method, rtol=how.rtol, atol=how.atol, step=how.step,
                 external=_wrenches(model, external, times, q), restitution=how.restitution, friction=how.friction, brake=brake,
+                progress=None if progress is None else lambda t: progress(t - begin, float(times[-1]) - begin),
             )  # fmt: skip
         except ValueError as e:
             raise MotionError(f"simulation: {e}") from None

@@ -66,6 +66,7 @@ class SimulationCalls(Calls):
         project: bool = True,
         most_steps: int = 10_000_000,
         threads: int | None = None,
+        progress: Callable[[float], object] | None = None,
     ) -> Simulation:
         """The motion from q (…, nq), v (…, nv) at times[0], at all `times` (n), s, increasing: forward dynamics over time.
 
@@ -85,6 +86,7 @@ class SimulationCalls(Calls):
         there, with `direction` 1 or −1 only zeros where it rises or falls count.
         project: whether positions and velocities of mechanisms with loops are moved to the nearest closed ones after each step.
         threads: at most, for many runs; functions of Python are called by one.
+        progress: is told, some times a second, the time that the first run has reached, s.  Ctrl-C ends the call.
 
         Joint physics is that of the model (:meth:`with_physics`).  A run that ends early warns, keeps what it has, and says why in
         `reason`.  Raises ValueError for starts of mechanisms with loops that are not closed, and for arguments that don't fit.
@@ -121,6 +123,7 @@ class SimulationCalls(Calls):
             [(_direction(f), bool(getattr(f, "terminal", False))) for f in watched],
             _event_values(watched) if watched else None,
             1 if is_called else threads,
+            progress,
         )
         result = self._simulation(instants, leading, arrays, ends, happened, not wrenches)
         self._warn_of_ends(result, ends, drives.not_finite)
