@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Motion over time: steps a second beside the forward dynamics that they call, and what accuracy costs, beside MuJoCo.
+"""Motion over time: steps a second beside the forward dynamics that they call, and what accuracy costs, beside MuJoCo, Exudyn and Drake.
 
     python bench/simulation.py
 
-Needs ksl; mujoco where it is there.  One core.  Motions are a Panda's (runs in lanes), a double pendulum's for 5 s, whose error is against a run
+Needs ksl; of mujoco, exudyn and drake what is there.  One core.  Motions are a Panda's (runs in lanes), a double pendulum's for 5 s, whose error is against a run
 with tolerance 1e-13 that agrees with 40-digit values to 1e-11, and two closed mechanisms that are benchmarks of the field: a four-bar of equal rods,
 which passes singular positions, and Bricard's, which has a redundant equation.  Of these the energy lost in 10 s is the measure.
 """
@@ -14,6 +14,7 @@ from pathlib import Path
 
 import ksl
 import numpy as np
+import other_simulators
 
 ROBOTS = Path(__file__).parents[1] / "examples/robots"
 RUNS = 4096
@@ -38,11 +39,6 @@ def double_pendulum():
         b.add_link(f"rod{k}", mass=1.0, center_of_mass=[0, 0, -0.5], inertia=np.diag([1, 1, 1e-3]) / 12)
         b.add_joint(f"j{k}", "continuous", parent, f"rod{k}", pose=at([0, 0, -1.0 * k]), axis=[0, -1, 0])
     return b.build()
-
-
-PENDULUM_MJCF = """<mujoco><option gravity="0 0 -9.81" timestep="{step}" integrator="RK4"><flag contact="disable"/></option><worldbody>
-<body><joint axis="0 -1 0"/><inertial pos="0 0 -0.5" mass="1" diaginertia="{i} {i} {z}"/>
-<body pos="0 0 -1"><joint axis="0 -1 0"/><inertial pos="0 0 -0.5" mass="1" diaginertia="{i} {i} {z}"/></body></body></worldbody></mujoco>"""
 
 
 def equal_rods():
@@ -97,21 +93,8 @@ def accuracy():
         row(f"KSL dop853 {tolerance:g}", partial(of_ksl, rtol=tolerance, atol=tolerance))
     for step in (1e-2, 1e-3):
         row(f"KSL rk4 {step:g}", partial(of_ksl, method="rk4", step=step))
-    try:
-        import mujoco
-    except ImportError:
-        return print("  MuJoCo is not installed here")
-
-    def of_mujoco(other, data, steps):
-        mujoco.mj_resetData(other, data)
-        data.qpos[:] = start[0]
-        mujoco.mj_step(other, data, nstep=steps)
-        return data.qpos.copy()
-
-    for step in (1e-2, 1e-3):
-        other = mujoco.MjModel.from_xml_string(PENDULUM_MJCF.format(step=step, i=1 / 12, z=1e-3 / 12))
-        row(f"MuJoCo RK4 {step:g}", partial(of_mujoco, other, mujoco.MjData(other), round(5 / step)))
-    return None
+    for name, call in other_simulators.rows(start[0], 5.0):
+        row(name, call) if call else print(f"  {name}")
 
 
 def closed():
