@@ -90,11 +90,12 @@ test-long: $(VENV)/.tested $(VENV)/.packages
 # Peers are built once, in build/bench/peers (about ten minutes), KSL with gcc and with clang each time.  Where the processor has AVX-512, KSL gets
 # the kernels for AVX2 beside those of a source build, so that both are measured.
 bench_sets = $(if $(shell grep -sow -m1 avx512vl /proc/cpuinfo),-DKSL_INSTRUCTION_SETS=all,-UKSL_INSTRUCTION_SETS)
+# Where KSL is installed: benchmarks in Python run in the environment of the other libraries, which has the same Python.
+site_of_ksl = $$($(BIN)/python -c 'import pathlib, ksl; print(pathlib.Path(ksl.__file__).parents[1])')
 bench: bench-build
 	$(BIN)/python bench/run.py build/bench
 	$(BIN)/python bench/growth.py build/bench
-	PYTHONPATH=$$($(BIN)/python -c 'import pathlib, ksl; print(pathlib.Path(ksl.__file__).parents[1])') .venv-bench/bin/python bench/loops.py
-	$(BIN)/python bench/simulation.py
+	for script in loops simulation; do PYTHONPATH=$(site_of_ksl) build/bench/venv/bin/python bench/$$script.py || exit 1; done
 
 # The same, and then the plots and tables of docs/performance.md.
 bench-plots: bench-build
