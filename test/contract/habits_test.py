@@ -155,3 +155,10 @@ def test_lint_leaves_out_what_a_build_has_compiled_with_all_warnings_as_errors(t
     of_gcc = [name for tool, name in jobs if tool == "gcc"]
     assert of_gcc == ["src/alone.cpp", "src/b.cpp"]  # the one without all warnings, and the one that is compiled with a precompiled header alone
     assert [name for tool, name in jobs if tool == "clang"] == ["src/a.cpp", "src/b.cpp", "src/alone.cpp"]
+
+
+def test_no_two_files_of_tests_have_one_name():
+    """pytest refuses the second in a run of all, and takes it in a run of some: only the whole run would show it."""
+    files = list((ROOT / "test").rglob("*_test.py"))
+    names = [path.name for path in files]
+    assert not [str(path.relative_to(ROOT)) for path in files if names.count(path.name) > 1]
