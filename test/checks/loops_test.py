@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from files import hinge as arm_hinge
 from files import more
-from loop_files import IDLE, MOTOR, planar, spatial
+from loop_files import CASES, IDLE, IN_MJCF, IN_SDF, INERTIA, MOTOR, hinge, in_mjcf, in_sdf, planar, spatial
 
 from ksl.checks import loop_positions
 from ksl.checks.loop_advice import Change, advice
@@ -63,9 +63,61 @@ def test_what_a_change_to_a_universal_joint_removes():
 
 def test_redundant_constraints_are_named_with_their_loop_and_the_change(check):
     finding = only(check(planar()), "loop-redundant")
-    assert finding.name == "D" and finding.value == 3 and finding.severity == "warning"
+    assert finding.name == "D" and finding.value == 3 and finding.severity == "note"
     assert "3 of its 5 equations follow from the others; not determined are force along the axis, moment across the axis; of A, B and E some, too" in finding.found
     assert "Make D spherical (2 fewer) and B cylindrical (1 fewer): the mechanism moves as before, and nothing is redundant then." in finding.repair
+
+
+def test_a_planar_linkage_is_normal_practice(check):
+    """Parallel axes need no more than that; a third crank needs lengths that agree in the plane, too, and a second hinge of a door one line."""
+    assert check(planar()).status == 0 and "planar linkage" in only(check(planar()), "loop-redundant").cause
+    third = f'<link name="crank3">{INERTIA}</link>' + hinge("G", "ground", "crank3", "0.25 0 0")
+    pin = '<constraint name="H" type="continuous"><parent link="rod"/><parent_origin xyz="0.25 0 0"/><child link="crank3"/><child_origin xyz="0 0.2 0"/><parent_axis xyz="0 0 1"/></constraint>'
+    findings = check(planar().replace("</robot>", third + pin + "</robot>"))
+    finding = only(findings, "loop-redundant")
+    assert findings.status == 1 and finding.severity == "warning" and finding.value == 7 and "of D and H follow from the others" in finding.found
+    upper = '<constraint name="upper" type="continuous"><parent link="ground"/><parent_origin xyz="0 0 1"/><child link="leaf"/><child_origin xyz="0 0 1"/><parent_axis xyz="0 0 1"/></constraint>'
+    leaf = f'<robot name="door"><link name="ground"/><link name="leaf">{INERTIA}</link>{hinge("A", "ground", "leaf")}{upper}{MOTOR}</robot>'
+    assert only(check(leaf), "loop-redundant").severity == "warning"
+
+
+def test_loops_that_share_joints_are_one_finding(check):
+    """A second rocker on the same rod, at a point that has no crank of that length."""
+    second = f'<link name="more">{INERTIA}</link><link name="end">{INERTIA}</link>' + hinge("G", "rod", "more", "0.2 0 0") + hinge("I", "ground", "end", "0.9 0.1 0")
+    pin = '<constraint name="H" type="continuous"><parent link="more"/><parent_origin xyz="0.4 0.1 0"/><child link="end"/><child_origin xyz="-0.3 0.2 0"/><parent_axis xyz="0 0 1"/></constraint>'
+    finding = only(check(planar().replace("</robot>", second + pin + "</robot>")), "loop-redundant")
+    assert finding.name == "D" and finding.value == 6 and finding.severity == "note"
+    assert "6 of the 10 equations of D and H follow from the others; not determined are force along the axis, moment across the axis of D; of" in finding.found
+
+
+def test_every_rule_has_a_case_in_the_formats_that_can_break_it():
+    assert set(IN_MJCF) == set(CASES) and set(IN_SDF) == set(CASES) - {"loop-frames", "loop-open", "loop-open-at-zero"}
+
+
+@pytest.mark.parametrize("rule", IN_SDF)
+def test_rules_in_sdf(check, rule):
+    text, drives = IN_SDF[rule]
+    finding = only(check(text, "robot.sdf", drives=drives), rule)
+    assert finding.name == "D" and finding.line == 1 + text[: text.index('<joint name="D"')].count("\n")
+    assert not check(in_sdf(), "robot.sdf", drives=["A"])
+
+
+@pytest.mark.parametrize("rule", IN_MJCF)
+def test_rules_in_mjcf(check, rule):
+    pytest.importorskip("mujoco")
+    finding = only(check(IN_MJCF[rule], "robot.xml"), rule)
+    assert finding.name.startswith("D") and finding.line == 2
+    assert not check(in_mjcf(), "robot.xml")
+
+
+@pytest.mark.parametrize(("name", "text"), [("robot.sdf", in_sdf()), ("robot.xml", in_mjcf())])
+def test_a_loop_of_a_file_beside_the_robot(check, tmp_path, name, text):
+    if name.endswith("xml"):
+        pytest.importorskip("mujoco")
+    beside = tmp_path / "loops.toml"
+    beside.write_text('[[loop]]\nname = "K"\nkind = "spherical"\npredecessor = "rod"\nsuccessor = "rocker"\npredecessor_xyz = [0.1, 0.2, 5]\n')
+    findings = check(text, name, loops=beside, drives=["A"])
+    assert findings.rules.get("loop-open") and "K" in {f.name for f in findings.errors}
 
 
 def test_numbers_of_few_digits(check):

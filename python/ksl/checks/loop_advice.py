@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ksl.model.joint_kinds import KINDS
 from ksl.model.mechanism import Joint, Loop
@@ -71,14 +72,31 @@ def groups(patterns: Array, joints: list[Joint | Loop]) -> list[Group]:
     return found
 
 
+def is_across_a_plane(patterns: Array, axes: list[Array]) -> bool:
+    """Whether patterns (redundant, joints, 6) are nothing but forces along one direction of the world and moments across it.
+
+    Those of a planar linkage are, and need parallel axes alone.  Patterns in the plane need lengths that agree, too.
+    axes: of each joint (3, 3) in the world.
+    """
+    in_world = np.array([[R @ wrench.reshape(2, 3).T for R, wrench in zip(axes, pattern, strict=True)] for pattern in patterns])
+    forces, moments = in_world[..., 0].reshape(-1, 3), in_world[..., 1].reshape(-1, 3)
+    _, sizes, directions = np.linalg.svd(forces)
+    normal = directions[0]
+    if sizes[0] < TOLERANCE:
+        _, sizes, directions = np.linalg.svd(moments)
+        normal = directions[2]
+    return bool(max(np.abs(_across(forces, normal)).max(), np.abs(moments @ normal).max()) < TOLERANCE)
+
+
 def advice(model: Model, patterns: Array, joints: list[Joint | Loop]) -> Advice:
-    """Changes of kind one after the other, each the one that removes most; loop joints first where several do.
+    """Changes of kind one after the other, each the one that removes most; where several do, loop joints first, and those of the ground last.
 
     patterns (redundant, joints, 6): of :meth:`Model.reactions_null_basis`, of these joints.  Joints with a motor stay as they are.
     """
     driven = set(model.drives or ())
     free = [(i, joint) for i, joint in enumerate(joints) if joint.name not in driven]
-    free.sort(key=lambda item: not isinstance(item[1], Loop))  # stable
+    ground = model.link_names[0]  # its joints are those of cranks, which motors turn
+    free.sort(key=lambda item: 0 if isinstance(item[1], Loop) else 2 if item[1].parent == ground else 1)  # stable
     changes: list[Change] = []
     while len(patterns) and (best := _best(patterns, free, {change.joint for change in changes})):
         change, released = best
@@ -114,7 +132,7 @@ def _other_kinds(joint: Joint | Loop, wrenches: Array) -> Iterator[tuple[str, Ar
             yield "universal", (directions[0] @ moments)[None], _rounded(directions[0])
 
 
-def _across(vectors: Array, axis: tuple[float, float, float]) -> Array:
+def _across(vectors: Array, axis: ArrayLike) -> Array:
     return vectors - np.outer(vectors @ np.array(axis), axis)
 
 

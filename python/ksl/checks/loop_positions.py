@@ -20,6 +20,8 @@ MOST = 150
 NEAR, AROUND, ANYWHERE = 0.3, 8, 8
 """How far from the zero position searches start, in rad and as a share of the mechanism's length, and how many; and how many start anywhere."""
 SEED = 1
+UNSURE = 1e-6
+"""The smallest singular value that counts, relative to the largest term, below which a rank may be due to the error of the position."""
 
 
 @dataclass(frozen=True)
@@ -76,9 +78,12 @@ class LoopPositions:
 
     @cached_property
     def ordinary(self) -> Array:
-        """(nq) the one of `positions` at which the equations have most rank and are furthest from losing it."""
+        """(nq) the one of `positions` at which the equations have most rank and are furthest from losing it.
+
+        Near a singular position, where errors of 1e-12 are positions off by the root of that, a rank is none.
+        """
         found = [(self.model.mobility(q), q) for q in self.positions]
-        return max(found, key=lambda item: (item[0].rank, item[0].smallest))[1]
+        return max(found, key=lambda item: (item[0].smallest > UNSURE, item[0].rank, item[0].smallest))[1]
 
     @cached_property
     def positions(self) -> list[Array]:
@@ -102,6 +107,12 @@ class LoopPositions:
         """(nv, mobility) an orthonormal basis of the velocities that keep the loops closed at q; of coordinates that slide in lengths."""
         directions: Array = np.linalg.svd(self.model.loop_jacobian(q) * self._lengths())[2]
         return directions[self.model.mobility(q).rank :].T
+
+    def axes(self, joint: Joint | Loop, q: Array) -> Array:
+        """(3, 3) the axes in the world in which a joint's reactions are given: those of its frame on the side called child."""
+        link, own = (joint.successor, np.reshape(joint.successor_pose, (4, 4))[:3, :3]) if isinstance(joint, Loop) else (joint.child, np.eye(3))
+        turned: Array = self.model.frame_poses(q)[self.model.link_names.index(link), :3, :3] @ own
+        return turned
 
     def frames_apart(self, loop: Loop) -> float | None:
         """The angle between the joint's axis on both sides at the zero position, rad; None for kinds without an axis, and universal joints."""

@@ -6,11 +6,11 @@ They look at the loaded model.  A file that is refused has what the loader says,
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from ksl.checks.loop_advice import Advice, advice, components, groups
+from ksl.checks.loop_advice import Advice, Group, advice, components, groups, is_across_a_plane
 from ksl.checks.loop_positions import LoopPositions, moving
 from ksl.checks.robot import RobotFile
 from ksl.checks.rule import Broken, rule
@@ -27,6 +27,7 @@ CLOSED = 1e-12
 SINGULAR = 1e-3
 """The smallest singular value that counts, relative to the largest term of the equations, below which a position is near a singular one."""
 DEAD_CENTRE = "Crank and rod are in line, for example: the drives don't move the rest there, and inverse dynamics is refused."
+PLANAR = "Parallel axes: a planar linkage, as nearly all are built. What is redundant acts across its plane, where play and elasticity take it up; rigid bodies don't determine it."
 NAMES = 5
 """So many names stand in a sentence."""
 
@@ -101,28 +102,39 @@ def loop_open_at_zero(robot: RobotFile) -> Iterator[Broken]:
 
 @rule(
     "loop-redundant",
-    "warning",
+    "note",
     condition="No constraint of the loops follows from the others.",
-    cause="Parallel axes, as planar linkages have them, or more bearings than needed. Then rigid bodies don't determine all components of the reactions.",
+    cause="More bearings than needed, or a mechanism that moves only because of its dimensions: any error of them jams it, and rigid bodies don't determine all components of the reactions.",
     repair="No other kind of a single joint keeps the motion with fewer constraints. Give stiffnesses if the reactions are needed.",
 )
 def loop_redundant(robot: RobotFile) -> Iterator[Broken]:
     loops = robot.loops
     if loops is None or loops.near is None or not loops.freedoms.redundant:
         return
-    model = loops.model
+    model, q = loops.model, loops.ordinary
     joints: list[Joint | Loop] = [*moving(model.joints), *model.loops]
-    patterns = model.reactions_null_basis(loops.ordinary, [joint.name for joint in joints])
+    patterns = model.reactions_null_basis(q, [joint.name for joint in joints])
     rows = Counter(name for name, _ in loops.freedoms.redundant_rows)
     for group in groups(patterns, joints):
-        repair = _advised(advice(model, group.patterns, group.joints))
-        for i, loop in enumerate(group.joints):
-            if isinstance(loop, Loop) and (count := rows[loop.name]):
-                others = [joint.name for joint in group.joints if joint is not loop]
-                also = f"; of {_list(others)} some, too" if others else ""
-                follow = f"{count} of its {loop.equations} equations follow{'s' if count == 1 else ''} from the others"
-                found = f"{follow}; not determined are {components(loop, group.patterns[:, i])}{also}"
-                yield Broken(found, _line(robot, loop.name), "joint", loop.name, float(count), repair=repair)
+        loop = next(joint for joint in group.joints if isinstance(joint, Loop))
+        repair, cause = _advised(advice(model, group.patterns, group.joints)), None
+        planar = is_across_a_plane(group.patterns, [loops.axes(joint, q) for joint in group.joints])
+        if planar:
+            cause, repair = PLANAR, f"Nothing, unless reactions across the plane are needed. Then: {repair or 'Give stiffnesses.'}"
+        yield Broken(_redundant(group, rows), _line(robot, loop.name), "joint", loop.name, float(len(group.patterns)), cause, repair, "note" if planar else "warning")
+
+
+def _redundant(group: Group, rows: Mapping[str, int]) -> str:
+    """How many equations of which loop joints are redundant, and what that leaves open, in words."""
+    loops = [(i, joint) for i, joint in enumerate(group.joints) if isinstance(joint, Loop)]
+    i, first = loops[0]
+    closing = [joint for _, joint in loops if rows[joint.name]] or [first]
+    equations, count = sum(joint.equations for joint in closing), len(group.patterns)
+    whose = f"its {equations} equations" if closing == [first] else f"the {equations} equations of {_list(joint.name for joint in closing)}"
+    others = [joint.name for joint in group.joints if joint is not first]
+    also = f"; of {_list(others)} some, too" if others else ""
+    of_first = components(first, group.patterns[:, i]) + (f" of {first.name}" if len(closing) > 1 else "")
+    return f"{count} of {whose} follow{'s' if count == 1 else ''} from the others; not determined are {of_first}{also}"
 
 
 def _advised(found: Advice) -> str | None:
@@ -243,7 +255,9 @@ def _rank(motions: Array) -> int:
 
 
 def _line(robot: RobotFile, loop: str) -> int | None:
-    return robot.lines_of_joints.get(loop)
+    """In MJCF two of `connect` that make one joint have its name and more."""
+    lines = robot.lines_of_joints
+    return lines[loop] if loop in lines else next((line for name, line in lines.items() if robot.format == "mjcf" and name.startswith(loop)), None)
 
 
 def _list(names: Iterable[str], last: str = "and") -> str:
