@@ -17,8 +17,10 @@ import numpy as np
 from ksl.base.errors import CaseError, MotionError, near_names
 from ksl.base.files_read import InputFile, being_read, recorded
 from ksl.base.toml_files import read_toml, toml_of
+from ksl.load_cases.case_mechanism import OF_MECHANISM, Mechanisms
 from ksl.load_cases.closed_poses import closed_pose, named_joints
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
+from ksl.load_cases.reaction_joints import reaction_joints
 from ksl.load_cases.simulate_keys import simulated_of
 from ksl.load_cases.simulated import is_braked, simulated_motion
 from ksl.load_cases.stops import Law, Stop, at_rest, nearest_sample, worst_start
@@ -33,7 +35,7 @@ from ksl.motions.reading import WRENCH_COLUMNS, read_motion
 from ksl.motions.reading_options import OPTIONS
 from ksl.motions.signal.suspicions import suspicions
 
-KEYS = ("motion", "payloads", "external", "gravity", "mounting", "physics", "friction_width", "hold", "stop", "simulate")
+KEYS = ("motion", "payloads", "external", "gravity", "mounting", "physics", "friction_width", "hold", "stop", "simulate", *OF_MECHANISM)
 """The keys of a load case, and of the defaults of all."""
 ROUND_OFF = 1e-6
 """The relative round-off of inertias, which are given with some digits."""
@@ -71,6 +73,7 @@ class _Reader:
         self._model, self._file, self._placement, self._motion, self._payloads = model, file, placement, motion, payloads
         self._folder = Path(file).parent
         self._motions: dict[str, Motion] = {}
+        self.mechanisms = Mechanisms(model, self.path)
         self.doubts: list[str] = []
         """About the tables of wrenches that were read so far."""
 
@@ -92,7 +95,19 @@ class _Reader:
         repeated = next((n for n, k in Counter(names).items() if k > 1), None)
         if repeated is not None:
             raise CaseError(f"{self._file}: two load cases are called {repeated!r}; rename one")
+        self._check_joints(found)
         return found
+
+    def _check_joints(self, cases: Sequence[LoadCase]) -> None:
+        """Cases of one run have the same joints, of the tree and of loops: their results are one table."""
+        joints = [[j.name for j in reaction_joints(case.model)] for case in cases]
+        for case, names in zip(cases, joints, strict=True):
+            if names != joints[0]:
+                differ = ", ".join(sorted({*names} ^ {*joints[0]})) or "their order"
+                raise CaseError(
+                    f"{self._file}: case {case.name} and case {cases[0].name} differ in their joints ({differ}), and cases of one run have the same; "
+                    "give loops in [defaults], or to the command"
+                )
 
     def _cases_of(self, name: str, keys: Any, defaults: Mapping[str, Any]) -> list[LoadCase]:
         """The load cases of a table: several where an emergency stop begins at several samples."""
@@ -128,8 +143,8 @@ class _Reader:
     def payloads(self) -> Sequence[Payload]:
         return self._payloads
 
-    def motion(self, where: str, spec: Any) -> tuple[Motion, str]:
-        """The motion that a case names, or the common one, and its file."""
+    def motion(self, where: str, spec: Any, model: Model) -> tuple[Motion, str]:
+        """The motion that a case names, or the common one, and its file.  model: with the loops and the drives of the case."""
         options = dict(spec) if isinstance(spec, dict) else {}
         if isinstance(spec, dict):
             spec = options.pop("file", None)
@@ -142,10 +157,10 @@ class _Reader:
             file = os.fspath(self._motion)
         else:
             file = self.path(f"{where}: motion", spec)
-        key = repr((file, sorted(options.items())))
+        key = repr((file, sorted(options.items()), model.loop_names, model.drives))
         if key not in self._motions:
             try:
-                self._motions[key] = read_motion(self._model, file, **{**self._reading, **options})
+                self._motions[key] = read_motion(model, file, **{**self._reading, **options})
             except MotionError as e:
                 raise CaseError(f"{where}: motion: {e}") from None
         return self._motions[key], file
@@ -176,8 +191,18 @@ class _Case:
     def load_cases(self) -> list[LoadCase]:
         """With doubts about tables of wrenches beside those about the motion."""
         self.reader.doubts.clear()
-        cases, doubts = self._load_cases(), self.reader.doubts
-        return [replace(case, motion=replace(case.motion, doubts=[*case.motion.doubts, *doubts])) for case in cases] if doubts else cases
+        cases, doubts, notes = self._load_cases(), self.reader.doubts, self.reader.mechanisms.of(self.where, self.spec)[1]
+        if not (doubts or notes):
+            return cases
+        return [
+            replace(case, motion=replace(case.motion, doubts=[*case.motion.doubts, *doubts], differentiated=[*case.motion.differentiated, *notes]))
+            for case in cases
+        ]
+
+    @property
+    def mechanism(self) -> Model:
+        """The robot with the loops, the drives and the stiffnesses of this case."""
+        return self.reader.mechanisms.of(self.where, self.spec)[0]
 
     def _load_cases(self) -> list[LoadCase]:
         several = [key for key in ("hold", "stop", "simulate") if key in self.spec and self.spec[key] is not False]
@@ -190,7 +215,7 @@ class _Case:
             return [self._made(model, replace(at_rest(motion), doubts=_about_units(model, motion)), file, payloads, external, "held at rest by brakes", brake=True)]
         if self.spec.get("simulate", False) is not False:
             return [self._simulated(model, payloads, external)]
-        motion, file = self.reader.motion(self.where, self.spec.get("motion"))
+        motion, file = self.reader.motion(self.where, self.spec.get("motion"), self.mechanism)
         if "stop" in self.spec:
             return self._stops(model, motion, file, payloads, external)
         return [self._made(model, motion, file, payloads, external)]
@@ -207,7 +232,7 @@ class _Case:
 
     def _model(self) -> tuple[Model, list[Payload]]:
         """The robot with what this case changes about it."""
-        model, carried = self.reader.model, list(self.reader.payloads)
+        model, carried = self.mechanism, list(self.reader.payloads)
         if "physics" in self.spec or "friction_width" in self.spec:
             names = self.spec.get("physics", model.physics)
             width = _number(f"{self.where}: friction_width", self.spec.get("friction_width", model.friction_width))
@@ -315,10 +340,10 @@ class _Case:
         """The positions that are held: those of the motion, or a pose."""
         hold = self.spec["hold"]
         if hold is True:
-            return self.reader.motion(self.where, self.spec.get("motion"))
+            return self.reader.motion(self.where, self.spec.get("motion"), self.mechanism)
         _known_keys(f"{self.where}: hold", _table(f"{self.where}: hold", hold), OF_HOLD)
         if "pose" not in hold:
-            return self.reader.motion(self.where, self.spec.get("motion"))
+            return self.reader.motion(self.where, self.spec.get("motion"), self.mechanism)
         from ksl.load_cases.poses import held_still, pose_of
 
         try:
@@ -332,7 +357,7 @@ class _Case:
     def _simulated(self, model: Model, payloads: Sequence[Payload], external: Sequence[WrenchOverTime]) -> LoadCase:
         """A motion that is simulated.  That which the case names, if it names one, is followed, or left at a time."""
         how = simulated_of(f"{self.where}: simulate", self.spec["simulate"])
-        followed, file = self.reader.motion(self.where, self.spec.get("motion")) if "motion" in self.spec or self.reader.has_motion else (None, "")
+        followed, file = self.reader.motion(self.where, self.spec.get("motion"), self.mechanism) if "motion" in self.spec or self.reader.has_motion else (None, "")
         try:
             motion, kind = simulated_motion(model, how, followed, external)
         except ValueError as e:

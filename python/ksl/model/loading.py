@@ -130,6 +130,11 @@ def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
     return _closed(_read(file, text, o, cut), beside, None if o.drives is None else given.names(o.drives, "drives"))
 
 
+def with_loops(loaded: Model, file: str | os.PathLike[str]) -> Model:
+    """A robot with the joints that close loops, and the drives, of a TOML file, besides its own.  Raises :class:`DescriptionError`."""
+    return _closed(loaded, LoopsFile(_path_of_loops(file)), None)
+
+
 def _closed(loaded: Model, beside: LoopsFile | None, drives: list[str] | None) -> Model:
     """With the loops of a file beside that of the robot, and with drives.  A model that neither changes is the same."""
     if beside is not None:

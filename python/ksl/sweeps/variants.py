@@ -16,6 +16,7 @@ from ksl.load_cases.simulated import samples_of, simulated_motion
 from ksl.model.lengths import extent, far, far_point, strong_gravity
 from ksl.model.loading import load
 from ksl.model.model import Model
+from ksl.model.stiffness_file import stiff_by
 from ksl.model.states import Array
 from ksl.motions.motion import Motion
 from ksl.motions.reading import read_motion
@@ -88,16 +89,26 @@ class Variants:
 
 def _base(robot: str | os.PathLike[str] | GivenModel, sweep: Sweep) -> Model:
     try:
-        if isinstance(robot, GivenModel):
-            return robot.model(dict(sweep.base), sweep.file)
         base = dict(sweep.base)
+        stiffness = base.pop("stiffness", None)
         if isinstance(base.get("loops"), str) and base["loops"] != "cut":
             base["loops"] = sweep.path(base["loops"])
-        return load(robot, **base)
+        model = robot.model(base, sweep.file) if isinstance(robot, GivenModel) else load(robot, **base)
+        return model if stiffness is None else _stiff(model, sweep, stiffness)
     except SweepError:
         raise
     except (TypeError, ValueError) as error:
         raise SweepError(f"{sweep.file}: the robot can't be loaded as [base] says: {error}") from None
+
+
+def _stiff(model: Model, sweep: Sweep, stiffness: Any) -> Model:
+    """With the stiffnesses of a file, or of a table {joint: …}."""
+    if not isinstance(stiffness, (str, Mapping)):
+        raise SweepError(f"{sweep.file}: [base] stiffness = {stiffness!r}; expected the name of a file, or a table with axial, radial and tilting for each joint")
+    try:
+        return stiff_by(model, stiffness if isinstance(stiffness, Mapping) else sweep.path(stiffness))[0]
+    except ValueError as error:
+        raise SweepError(f"{sweep.file}: [base] stiffness: {error}") from None
 
 
 def _no_link(sweep: Sweep, p: Parameter, model: Model) -> None:
