@@ -1,6 +1,7 @@
 """Load cases of closed mechanisms: motions of the drives alone, loop joints among the others, and what rigid bodies leave open."""
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -10,6 +11,8 @@ from linkages import FOURBAR, SLIDERCRANK
 
 import ksl
 from ksl.base.errors import MotionError
+from ksl.motions.generate import Waypoints, minimum_jerk, trapezoid, write_motion
+from ksl.motions.generate.generated import beyond_limits
 from ksl_command import run_ksl
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "laws"))
@@ -84,7 +87,7 @@ def test_a_loop_joint_takes_part_like_a_joint_of_the_tree(kind, seed):
 
 
 def test_joints_that_a_file_of_stiffnesses_leaves_out_are_named(fourbar):
-    from ksl.commands.stiffness_option import joints_without
+    from ksl.model.stiffness_file import joints_without
 
     assert sorted(joints_without(fourbar, ["A", "C"])) == ["B", "D"] and joints_without(fourbar, "ABCD") == []
 
@@ -118,6 +121,61 @@ def test_stops_and_held_poses_follow_the_drive(fourbar, tmp_path):
         assert np.abs(fourbar.loop_error(case.motion.q)).max() < 1e-10, case.name
         assert case.static or result.balance.relative_residual < 1e-5, case.name
     assert run.cases[3].motion.q[0, 0] == 1.0 and run.cases[0].motion.v[-1] == pytest.approx(0, abs=1e-12)
+
+
+STIFF = "{" + ", ".join(f"{name} = {{ axial = 2e7, radial = 1e8, tilting = 1e5 }}" for name in "ABCD") + "}"
+
+
+def test_cases_name_loops_drives_and_stiffnesses(robot, tmp_path):
+    """As the options of the command do: a tree whose loop is in a file, driven by one joint or another, rigid or not."""
+    tree = robot(FOURBAR, loops="cut")
+    np.savetxt(tmp_path / "crank.csv", np.column_stack([TIME, TURN]), delimiter=",", header="time,A", comments="", fmt="%.17g")
+    np.savetxt(tmp_path / "rocker.csv", np.column_stack([TIME, -1.8 + 0.1 * np.sin(TIME)]), delimiter=",", header="time,D", comments="", fmt="%.17g")
+    (tmp_path / "loops.toml").write_text(
+        '[[loop]]\nname = "C"\nkind = "continuous"\npredecessor = "coupler"\nsuccessor = "rocker"\n'
+        "predecessor_xyz = [0.32, 0.03, 0]\nsuccessor_xyz = [0.25, 0.02, 0]\naxis = [0, -1, 0]\n"
+    )
+    (tmp_path / "bearings.toml").write_text("\n".join(f"[{name}]\naxial = 2e7\nradial = 1e8\ntilting = 1e5" for name in "ABCD"))
+    (tmp_path / "cases.toml").write_text(
+        f'[defaults]\nloops = "loops.toml"\ndrives = ["A"]\nmotion = "crank.csv"\n[cases.rigid]\n[cases.stiff]\nstiffness = {STIFF}\n'
+        '[cases.file]\nstiffness = "bearings.toml"\n[cases.some]\nstiffness = { A = [1e6, 1e6, 1e6, 1e6, 1e6, 1e6] }\n[cases.rocker]\ndrives = "D"\nmotion = "rocker.csv"\n'
+    )
+    run = ksl.compute_loads(tree, cases=tmp_path / "cases.toml")
+    closed = robot(FOURBAR, drives=["A"])
+    stiff = closed.with_stiffness({name: {"axial": 2e7, "radial": 1e8, "tilting": 1e5} for name in "ABCD"})
+    for case, model in zip(run.cases, (closed, stiff, stiff), strict=False):
+        alone = ksl.compute_loads(model, tmp_path / "crank.csv").cases[0]
+        assert next(case.blocks()).total == pytest.approx(next(alone.blocks()).total, rel=1e-9, abs=1e-9), case.name
+    assert run.cases[0].undetermined.components and not run.cases[1].undetermined.components
+    assert run.cases[4].motion.closing.held == ("D",) and run.cases[4].model.drives == ("D",)
+    assert any(line.startswith("some: ") and "not in the stiffnesses, and therefore rigid" in line for line in run.notes), run.notes
+    assert {"loops.toml", "bearings.toml"} <= {Path(file.file).name for file in run.provenance.inputs}
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ("drives = 3", "case x: drives is 3; expected names of joints"),
+        ('drives = ["Z"]', "case x: .*drive .Z.: there is no such joint"),
+        ('loops = "none.toml"', "case x: .*none.toml"),
+        ('loops = "cut"\ndrives = ["A"]', "case x: drives are given, but fourbar has no loops"),
+        ("stiffness = 3", "case x: stiffness is 3; expected the name of a file"),
+        ("stiffness = { A = { axal = 1.0 } }", "case x: stiffness of joint A has key='axal'; did you mean"),
+        ('stiffness = "none.toml"', "case x: .*none.toml"),
+        ('loops = "cut"\nstiffness = { A = [1, 1, 1, 1, 1, 1] }', "case x: fourbar has no loops, so that no result depends on stiffnesses"),
+        ('drivs = ["A"]', "unknown key 'drivs'; did you mean 'drives'"),
+    ],
+)
+def test_bad_keys_of_mechanisms(fourbar, tmp_path, keys, said):
+    (tmp_path / "cases.toml").write_text(f"[cases.x]\nhold = {{pose = {{A = 1.0}}}}\n{keys}\n")
+    with pytest.raises(ksl.base.errors.CaseError, match=said):
+        ksl.compute_loads(fourbar, cases=tmp_path / "cases.toml")
+
+
+def test_cases_with_other_joints_are_refused(fourbar, tmp_path):
+    (tmp_path / "cases.toml").write_text('[cases.closed]\nhold = {pose = {A = 1.0}}\n[cases.open]\nhold = {pose = {A = 1.0}}\nloops = "cut"\n')
+    with pytest.raises(ksl.base.errors.CaseError, match=r"case open and case closed differ in their joints \(C\), and cases of one run have the same"):
+        ksl.compute_loads(fourbar, cases=tmp_path / "cases.toml")
 
 
 def test_the_worst_pose_is_the_worst_of_a_scan(robot):
@@ -178,6 +236,71 @@ def test_a_sweep_says_the_same_as_one_run(fourbar, tmp_path):
         same = {k: x for k, x in row.items() if k not in ("case", "joint", "kind", "undetermined")}
         assert all(swept[row["joint"]][k] == row[k] for k in ("kind", "undetermined"))
         assert {k: swept[row["joint"]][k] for k in same} == pytest.approx(same, rel=1e-12), row["joint"]
+
+
+def test_a_sweep_with_stiffnesses(fourbar, tmp_path):
+    np.savetxt(tmp_path / "crank.csv", np.column_stack([TIME, TURN]), delimiter=",", header="time,A", comments="", fmt="%.17g")
+    (tmp_path / "fourbar.urdf").write_text(FOURBAR)
+    (tmp_path / "bearings.toml").write_text("\n".join(f"[{name}]\naxial = 2e7\nradial = 1e8\ntilting = 1e5" for name in "ABCD"))
+    bearing = {"axial": 2e7, "radial": 1e8, "tilting": 1e5}
+    expected = {row["joint"]: row for row in ksl.compute_loads(fourbar.with_stiffness(dict.fromkeys("ABCD", bearing)), tmp_path / "crank.csv").rows}
+    vary = [{"kind": "speed", "values": [1.0]}]
+    for i, (robot_given, base) in enumerate(
+        [(fourbar, {"stiffness": dict.fromkeys("ABCD", bearing)}), (tmp_path / "fourbar.urdf", {"drives": ["A"], "stiffness": str(tmp_path / "bearings.toml")})]
+    ):
+        swept = ksl.sweep(robot_given, {"base": {"motion": str(tmp_path / "crank.csv"), **base}, "vary": vary}, tmp_path / f"swept{i}", workers=1)
+        rows = {row["joint"]: row for row in swept.cases.to_table().to_pylist()}
+        assert rows["C"]["undetermined"] == "" and rows["C"]["bending_moment_peak"] == pytest.approx(expected["C"]["bending_moment_peak"], rel=1e-9)
+    for stiffness, said in ((3, "stiffness = 3; expected the name of a file"), ({"Z": [1.0] * 6}, "no joint named .Z"), ("none.toml", "none.toml")):
+        with pytest.raises(ksl.base.errors.SweepError, match=said):
+            ksl.sweep(fourbar, {"base": {"motion": str(tmp_path / "crank.csv"), "stiffness": stiffness}, "vary": vary}, tmp_path / "bad", workers=1)
+
+
+def test_made_motions_name_joint_limit_and_time(robot):
+    """Of drives that go beyond their limits between waypoints, and of positions that can't be closed."""
+    model = robot(SLIDERCRANK, drives=["S"])
+    beyond = Waypoints(np.array([[0.25], [0.3], [0.9]]))
+    with pytest.raises(MotionError, match=r"minjerk: between waypoints 2 and 3, at 53\.5 % of the time, S goes to 1\.088\d* m, beyond its upper limit 1 m; add waypoints"):
+        minimum_jerk(model, beyond)
+    with pytest.raises(MotionError, match=r"between waypoints 2 and 3, at 1\.07 s, S goes to 1\.088\d* m, beyond its upper limit 1 m"):
+        minimum_jerk(model, beyond, duration=2.0)
+    reach = r"at 0\.99\d+ s: with S = 0\.3\d+ m the mechanism can't be closed: out of reach, loop joint C stays open .*; the limits allow S from 0 to 1 m, and not all of that can be reached"
+    with pytest.raises(MotionError, match=r"trapezoid: between waypoints 1 and 2, " + reach):
+        trapezoid(model, Waypoints(np.array([[0.3], [0.4]])), duration=2.0)
+    crank = robot(FOURBAR, drives=["A"])
+    with pytest.raises(MotionError, match=r"minjerk: in 0\.5 s the speed of A would be 2\.36 of its limit 10 rad/s, at 0\.25 s; the shortest time within all limits is"):
+        minimum_jerk(crank, Waypoints(np.array([[0.0], [2 * np.pi]])), duration=0.5)
+    whole = minimum_jerk(crank, Waypoints(np.array([[0.0], [2 * np.pi]])))  # a crank without limits goes where it is sent
+    assert whole.motion.q[-1, 0] == pytest.approx(2 * np.pi) and "the file gives no limits of position for A: they go where the waypoints are" in whole.notes
+    weak = robot(FOURBAR.replace('effort="5" velocity="10"', 'effort="4" velocity="100"'), drives=["A"])
+    with pytest.raises(MotionError, match=r"in 0\.4 s the effort of A would be 1\.9\d* of its limit 4 N m, at 0\.\d+ s; the shortest time within all limits is 0\.598"):
+        minimum_jerk(weak, Waypoints(np.array([[0.0], [2 * np.pi]])), duration=0.4)
+    limit = '<limit lower="-4" upper="-1.6" effort="1" velocity="1"/>'
+    limited = FOURBAR.replace('<joint name="D" type="continuous">', '<joint name="D" type="revolute">')
+    limited = limited.replace('<origin xyz="0.35 0.04 0.04"/><axis xyz="0 -1 0"/>', f'<origin xyz="0.35 0.04 0.04"/><axis xyz="0 -1 0"/>{limit}')
+    follows = robot(limited, drives=["A"])
+    made = minimum_jerk(follows, Waypoints(np.array([[0.0], [2 * np.pi]])))
+    lines = beyond_limits(follows, made.motion)
+    assert any(re.match(r"D follows to \S+ rad at sample \d+ \(time \S+\), beyond its upper limit -1.6 rad; narrow the waypoints", line) for line in lines), lines
+    assert any(re.match(r"D follows at \S+ rad/s at sample \d+ \(time \S+\), beyond its limit 1 rad/s", line) for line in lines), lines
+
+
+def test_the_columns_of_the_drives_alone(fourbar, tmp_path):
+    made = minimum_jerk(fourbar, Waypoints(np.array([[0.0], [2 * np.pi]])))
+    for name, joints in (("all.csv", "all"), ("drives.csv", "drives")):
+        write_motion(fourbar, made, tmp_path / name, joints)
+    assert (tmp_path / "drives.csv").read_text().splitlines()[0] == "time,A,A.v,A.a"
+    both = [ksl.compute_loads(fourbar, tmp_path / name) for name in ("all.csv", "drives.csv")]
+    assert next(both[0].cases[0].blocks()).total == pytest.approx(next(both[1].cases[0].blocks()).total, rel=1e-6, abs=1e-6)
+    with pytest.raises(MotionError, match="fourbar has no loops, so that no joint follows its drives"):
+        write_motion(fourbar.without_loops(), made, tmp_path / "x.csv", "drives")
+    with pytest.raises(ValueError, match="joints='drive'; did you mean"):
+        write_motion(fourbar, made, tmp_path / "x.csv", "drive")
+    (tmp_path / "fourbar.urdf").write_text(FOURBAR)
+    done = run_ksl("motion", "fourbar.urdf", "--drives", "A", "--kind", "trapezoid", "--drives-only", "-o", "m.csv", cwd=tmp_path)
+    assert done.returncode == 0 and done.stdout.rstrip().endswith("s, 1 joint") and (tmp_path / "m.csv").read_text().startswith("time,A,A.v,A.a\n"), done.stderr
+    tree = run_ksl("motion", "fourbar.urdf", "--loops", "cut", "--kind", "trapezoid", "--drives-only", "-o", "m2.csv", cwd=tmp_path)
+    assert tree.returncode == 2 and "has no loops" in tree.stderr and not (tmp_path / "m2.csv").exists()
 
 
 def test_commands(tmp_path):

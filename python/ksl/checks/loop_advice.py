@@ -7,11 +7,10 @@ advice doesn't depend on which joint closes the loop.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ksl.model.joint_kinds import KINDS
 from ksl.model.mechanism import Joint, Loop
@@ -132,7 +131,7 @@ def _other_kinds(joint: Joint | Loop, wrenches: Array) -> Iterator[tuple[str, Ar
             yield "universal", (directions[0] @ moments)[None], _rounded(directions[0])
 
 
-def _across(vectors: Array, axis: ArrayLike) -> Array:
+def _across(vectors: Array, axis: Array | Sequence[float]) -> Array:
     return vectors - np.outer(vectors @ np.array(axis), axis)
 
 

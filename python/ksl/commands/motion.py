@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ksl.base.words import count
 from ksl.commands.app import app, console, fail, say
 from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Robot, file_with_a_name, read_model
 
@@ -53,6 +54,7 @@ def motion(
     model_name: ModelName = "",
     loops: Loops = "",
     drives: Drives = "",
+    drives_only: Annotated[bool, typer.Option("--drives-only", help="Write the columns of the drives alone, of a robot with loops; ksl loads needs no others.")] = False,
 ) -> None:
     """Make a motion within the limits of the robot's file: of position, speed and effort.
 
@@ -76,12 +78,13 @@ def motion(
     model = read_model(robot, floating_base, mimic, False, gravity, masses="optional", name=model_name, loops=loops, drives=drives)
     try:
         made = _made(model, kind, {k: v for k, v in given.items() if v is not None})
-        from ksl.motions.generate import write_motion
+        from ksl.motions.generate.writing import write_motion, written_joints
 
-        write_motion(model, made, output)
+        joints = written_joints(model, made, "drives" if drives_only else "all")
+        write_motion(model, made, output, "drives" if drives_only else "all")
     except (ValueError, OSError) as e:  # OutputError is an OSError
         fail(e)
-    _print(model, made, output)
+    _print(model, made, output, len(joints))
 
 
 def _made(model: Model, kind: str, given: dict[str, object]) -> Generated:
@@ -114,7 +117,7 @@ def _progress() -> Iterator[Callable[[float, float], None]]:
         yield lambda share, smallest: bar.update(task, completed=share, found=f"condition number {smallest:.4g}")
 
 
-def _print(model: Model, made: Generated, output: Path) -> None:
+def _print(model: Model, made: Generated, output: Path, joints: int) -> None:
     out = console(80)
     from ksl.motions.generate.generated import beyond_limits
 
@@ -127,4 +130,4 @@ def _print(model: Model, made: Generated, output: Path) -> None:
             f"with seed {f['seed']}; {f['first']:.4g} the best of the first, random ones"
         )
     samples = "1 sample" if len(t) == 1 else f"{len(t)} samples, {t[-1]:.6g} s"
-    print(f"written to {output}: {samples}, {len(model.joint_names)} joints")
+    print(f"written to {output}: {samples}, {count(joints, 'joint')}")

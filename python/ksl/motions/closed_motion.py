@@ -90,7 +90,7 @@ def completed(
     """
     if not (model.loops and isinstance(model, Calls)):
         return complete(model, time, q, given, name, place, smooth, measured)
-    follower = Follower(model, time, q, known, name, place)
+    follower = Follower(model, time, q, known, name, None if place is None else lambda k: f"{place(k)} (time {time[k]:.9g})")
     measured = Samples(measured.time, *follower.without_others(measured.q, measured.given)) if measured else None
     found = complete(model, time, *follower.without_others(q, given), name, place, smooth, measured, follower)
     return follower.motion(found)
@@ -119,25 +119,43 @@ def followed(model: Mechanism, closing: Closing, first: Array, motion: tuple[Arr
     return q, v, model.consistent_acceleration(q, v, motion[2], held.names)
 
 
-def closed(model: Mechanism, motion: Motion) -> Motion:
-    """A motion that was made for the joints that lead, with those that follow; of a tree it is the same.  Raises MotionError."""
+def closed(model: Mechanism, motion: Motion, where: Callable[[int], str] | None = None) -> Motion:
+    """A motion that was made for the joints that lead, with those that follow; of a tree it is the same.
+
+    where: a sample in words.  Raises MotionError.
+    """
     if not (model.loops and isinstance(model, Calls)):
         return motion
-    follower = Follower(model, motion.time, motion.q, np.zeros(model.nq, dtype=bool), "motion", None)
+    follower = Follower(model, motion.time, motion.q, np.zeros(model.nq, dtype=bool), "motion", where)
+    follower.remedy = _allowed(follower.held)
     q, v, a = follower(motion.q, motion.v, motion.a)
     return follower.motion(replace(motion, q=q, v=v, a=a))
+
+
+def _allowed(held: Held) -> str:
+    """What to do where a motion that keeps to the limits of these joints can't be closed."""
+    limits = [f"{j.name} {_range(j)}" for j in held.joints if j.one_coordinate and j.has_limits]
+    return f"; the limits allow {', '.join(limits)}, and not all of that can be reached: choose narrower waypoints or limits" if limits else "; choose narrower waypoints"
+
+
+def _range(joint: Joint) -> str:
+    ends = [f"{word} {bound:.6g}" for word, bound in (("from", joint.lower), ("to", joint.upper)) if bound is not None]
+    return f"{' '.join(ends)} {joint.unit}"
 
 
 class Follower:
     """Makes the motion of a closed mechanism from that of the joints that are held."""
 
     def __init__(
-        self, model: Calls, time: Array, q: Array, known: NDArray[np.bool_], name: str, place: Callable[[int], str] | None
+        self, model: Calls, time: Array, q: Array, known: NDArray[np.bool_], name: str, where: Callable[[int], str] | None
     ) -> None:
+        """where: a sample in words, with its time."""
         self._model, self._time, self._given, self._known = model, time, q, known
         self.held = held_by(model, name)
         self._others = [j for j in moving_joints(model) if j not in self.held.joints]
-        self._where = place or (lambda k: f"{name}: sample {k + 1}")
+        self._where = where or (lambda k: f"{name}: sample {k + 1} (time {time[k]:.9g})")
+        self.remedy = ""
+        """What to do about positions that can't be closed, the end of a sentence."""
         self._length, self._searched = 1.0, 0
 
     def without_others(self, q: Array, given: list[list[Array | None]]) -> tuple[Array, list[list[Array | None]]]:
@@ -168,7 +186,7 @@ class Follower:
             first = first_closed(self.held, q[0], start)
             return closed_along(self.held, q, first)
         except NotClosed as e:
-            raise MotionError(f"{self._where(e.row)} (time {self._time[e.row]:.9g}): {e.why}") from None
+            raise MotionError(f"{self._where(e.row)}: {e.why}{self.remedy}") from None
 
     def _consistent(self, q: Array, rates: Callable[[slice], Array], what: str) -> Array:
         """Rates of all samples at once; where that fails, the sample is looked for."""
@@ -182,7 +200,7 @@ class Follower:
                         rates(slice(k, k + 1))
                     except (ValueError, UserWarning):
                         raise MotionError(
-                            f"{self._where(k)} (time {self._time[k]:.9g}): {what} of the other joints don't follow from those of "
+                            f"{self._where(k)}: {what} of the other joints don't follow from those of "
                             f"{', '.join(self.held.names)}: with {self.held.said(q[k])} the mechanism is at a singular position, a dead point say"
                         ) from None
                 raise
@@ -202,7 +220,7 @@ class Follower:
             if len(bad):
                 k = int(bad[0]) + 1
                 raise MotionError(
-                    f"{self._where(k)} (time {self._time[k]:.9g}): joint {joint.name}, which follows {', '.join(self.held.names)}, jumps to another branch; "
+                    f"{self._where(k)}: joint {joint.name}, which follows {', '.join(self.held.names)}, jumps to another branch; "
                     "the mechanism passes a singular position there, or samples are too far apart: give more samples"
                 )
 

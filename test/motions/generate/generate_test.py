@@ -130,7 +130,7 @@ def test_short_ramps_keep_to_limits_of_effort(two):
 
 def test_times_that_are_too_short_are_refused(two):
     points = Waypoints(np.array([[-1.0, 0.5], [1.0, -0.5]]))
-    with pytest.raises(MotionError, match=r"minjerk: in 1 s the speed of hip would be 2\.5 of its limit; the shortest time within all limits is 2\.5 s"):
+    with pytest.raises(MotionError, match=r"minjerk: in 1 s the speed of hip would be 2\.5 of its limit 1\.5 rad/s, at 0\.5 s; the shortest time within all limits is 2\.5 s"):
         minimum_jerk(two, points, duration=1.0)
     with pytest.raises(MotionError, match="duration -1 s: expected a positive number"):
         trapezoid(two, points, duration=-1.0)
@@ -146,7 +146,7 @@ def test_durations_and_rates_that_no_motion_has(two, kind, value):
 
 def test_shortest_durations(two):
     for kind in (minimum_jerk, trapezoid):
-        with pytest.raises(MotionError, match=r"in 1e-06 s the \w+ of \w+ would be .* of its limit; the shortest time within all limits is"):
+        with pytest.raises(MotionError, match=r"in 1e-06 s the \w+ of \w+ would be .* of its limit .* rad/s, at .* s; the shortest time within all limits is"):
             kind(two, duration=1e-6)
     with pytest.raises(MotionError, match="seed -1; expected 0 or more"):
         excitation(two, iterations=1, seed=-1)

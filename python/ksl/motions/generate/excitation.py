@@ -135,7 +135,7 @@ def excitation(
         "kind": "excite", "period": period * stretch, "rate": rate / stretch, "seed": seed, "iterations": search.tried,
         "condition": search.smallest, "first": search.first, "parameters": len(base), **search.progress(),
     }  # fmt: skip
-    return Generated(motion, [*limits.notes, *heavy, *_unfinished(facts)], facts)
+    return Generated(motion, [*limits.said(), *heavy, *_unfinished(facts)], facts)
 
 
 def _unfinished(facts: Mapping[str, object]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -50,8 +51,15 @@ class Limits:
     """Infinite unless it was given."""
     effort: Array
     """Infinite where the file gives none."""
+    unbounded: tuple[str, ...]
+    """Joints for which the file gives no limits of position."""
     notes: list[str]
-    """Which limits the file doesn't give."""
+    """Which other limits it doesn't give."""
+
+    def said(self, by_waypoints: bool = False) -> list[str]:
+        """Which limits the file doesn't give, and what that means where waypoints say where joints go."""
+        where = "they go where the waypoints are" if by_waypoints else "angles stay within ±π, lengths within ±1 m"
+        return [*([f"the file gives no limits of position for {', '.join(self.unbounded)}: {where}"] if self.unbounded else []), *self.notes]
 
     @property
     def q_index(self) -> Array:
@@ -80,7 +88,7 @@ def limits_of(model: Mechanism, acceleration: float | None = None) -> Limits:
         raise MotionError(f"{model.name}: no joint with one coordinate, so there is nothing to move")
     index = np.array([j.q_index for j in joints])
     lower, upper = (np.array(r[index]) for r in model.position_ranges)
-    without_range = [j.name for j in joints if not (j.has_limits and j.lower is not None and j.upper is not None)]
+    unbounded = tuple(j.name for j in joints if not (j.has_limits and j.lower is not None and j.upper is not None))
     velocity = np.array([j.velocity or np.inf for j in joints])
     for follower in map(model.joint, model.follower_names):
         k = next((i for i, j in enumerate(joints) if j.name == follower.leader), None)
@@ -90,14 +98,12 @@ def limits_of(model: Mechanism, acceleration: float | None = None) -> Limits:
     velocity = np.array([USUAL_SPEED[j.unit] if np.isinf(x) else x for j, x in zip(joints, velocity, strict=True)])
     effort = np.array([j.effort or np.inf for j in joints])
     notes = []
-    if without_range:
-        notes.append(f"the file gives no limits of position for {', '.join(without_range)}: angles stay within ±π, lengths within ±1 m")
     if without_speed:
         notes.append(f"the file gives no limits of speed for {', '.join(without_speed)}: {USUAL_SPEED['rad']:g} rad/s and {USUAL_SPEED['m']:g} m/s were taken")
     resting = [j.name for j in model.joints[: len(model.joint_names)] if j.nv > 1]
     if resting:
         notes.append(f"{', '.join(resting)}: more than one coordinate, and at rest in this motion")
-    return Limits(joints, lower, upper, velocity, np.full(len(joints), np.inf if acceleration is None else acceleration), effort, notes)
+    return Limits(joints, lower, upper, velocity, np.full(len(joints), np.inf if acceleration is None else acceleration), effort, unbounded, notes)
 
 
 def check_duration(duration: float) -> None:
@@ -118,16 +124,18 @@ def sample_times(duration: float, rate: float) -> Array:
     return out
 
 
-def whole_motion(model: Mechanism, limits: Limits, time: Array, q: Array, v: Array, a: Array) -> Motion:
+def whole_motion(
+    model: Mechanism, limits: Limits, time: Array, q: Array, v: Array, a: Array, where: Callable[[int], str] | None = None
+) -> Motion:
     """The motion of all joints, of which those of the limits have positions q, v and a (n, m); the others rest, or follow by loops.
 
-    Raises MotionError where they can't follow.
+    where: a sample in words.  Raises MotionError where they can't follow.
     """
     n = len(time)
     whole = np.tile(model.neutral(), (n, 1)), np.zeros((n, model.nv)), np.zeros((n, model.nv))
     for x, part, index in zip(whole, (q, v, a), (limits.q_index, limits.v_index, limits.v_index), strict=True):
         x[:, index] = part
-    return closed(model, Motion(time, *whole))
+    return closed(model, Motion(time, *whole), where)
 
 
 def beyond_limits(model: Mechanism, motion: Motion) -> list[str]:
@@ -135,26 +143,61 @@ def beyond_limits(model: Mechanism, motion: Motion) -> list[str]:
     lead = leading(model)
     lines = []
     for joint in (j for j in model.joints[: len(model.joint_names)] if j not in lead and j.nv == 1):
-        position, speed = motion.q[:, joint.q_index], np.abs(motion.v[:, joint.v_index]).max(initial=0.0)
-        low, high = float(position.min()), float(position.max())
-        if joint.has_limits and ((joint.lower is not None and low < joint.lower) or (joint.upper is not None and high > joint.upper)):
-            lines.append(f"{joint.name} follows from {low:.4g} to {high:.4g} {joint.unit}, beyond its limits; narrow the waypoints")
-        if joint.velocity and speed > joint.velocity:
-            lines.append(f"{joint.name} follows at up to {speed:.4g} {joint.unit}/s, beyond its limit {joint.velocity:.4g}; give a longer --duration")
+        position, speed = motion.q[:, joint.q_index], np.abs(motion.v[:, joint.v_index])
+        if joint.has_limits:
+            for end, bound, k in (("lower", joint.lower, int(position.argmin())), ("upper", joint.upper, int(position.argmax()))):
+                if bound is not None and (position[k] - bound) * (1 if end == "upper" else -1) > 0:
+                    at = f"sample {k + 1} (time {motion.time[k]:.6g})"
+                    lines.append(f"{joint.name} follows to {position[k]:.4g} {joint.unit} at {at}, beyond its {end} limit {bound:.4g} {joint.unit}; narrow the waypoints")
+        k = int(speed.argmax())
+        if joint.velocity and speed[k] > joint.velocity:
+            at = f"sample {k + 1} (time {motion.time[k]:.6g})"
+            lines.append(f"{joint.name} follows at {speed[k]:.4g} {joint.unit}/s at {at}, beyond its limit {joint.velocity:.4g} {joint.unit}/s; give a longer --duration")
     return lines
 
 
-def excess(limits: Limits, q: Array, v: Array, a: Array) -> tuple[float, str]:
-    """How far a motion (n, m) of these joints uses its limits, 1 being at the worst of them, and words for that one."""
+@dataclass(frozen=True)
+class Use:
+    """How far a joint uses one of its limits at most, along a motion."""
+
+    share: float
+    """1 is at the limit; of positions 0 is the middle of the range."""
+    quantity: str
+    joint: Joint
+    sample: int
+    limit: float
+
+    @property
+    def of_limit(self) -> str:
+        """`of its limit 2 rad/s`."""
+        unit = self.joint.unit if self.quantity != "effort" else "N m" if self.joint.has_angle else "N"
+        return f"of its limit {self.limit:.6g} {unit}{({'speed': '/s', 'acceleration': '/s²'}).get(self.quantity, '')}"
+
+
+def worst_use(limits: Limits, q: Array, v: Array, a: Array) -> Use:
+    """The limit of position, speed or acceleration that a motion (n, m) of these joints uses most."""
     # positions: the distance from the middle, so that 1 is at a limit
-    shares = {
-        "position": np.abs(q - limits.middle).max(axis=0) / np.maximum(limits.half, 1e-300),
-        "speed": np.abs(v).max(axis=0) / limits.velocity,
-        "acceleration": np.abs(a).max(axis=0) / limits.acceleration,
-    }
-    what = max(shares, key=lambda k: shares[k].max())
-    worst = int(np.argmax(shares[what]))
-    return float(shares[what][worst]), f"{what} of {limits.joints[worst].name}"
+    position = _use("position", limits, np.abs(q - limits.middle), np.maximum(limits.half, 1e-300))
+    return max(position, worst_rate(limits, v, a), key=lambda use: use.share)
+
+
+def worst_rate(limits: Limits, v: Array, a: Array) -> Use:
+    """The limit of speed or acceleration that it uses most."""
+    uses = _use("speed", limits, np.abs(v), limits.velocity), _use("acceleration", limits, np.abs(a), limits.acceleration)
+    return max(uses, key=lambda use: use.share)
+
+
+def worst_effort(model: Model, limits: Limits, motion: Motion) -> Use:
+    """The limit of effort that a motion uses most, without friction."""
+    bare = model.with_physics(None) if model.physics else model
+    tau = bare.inverse_dynamics(motion.q, motion.v, motion.a)[:, limits.v_index]
+    return _use("effort", limits, np.abs(tau), limits.effort)
+
+
+def _use(quantity: str, limits: Limits, size: Array, bound: Array) -> Use:
+    shares = size / bound
+    sample, joint = np.unravel_index(int(np.argmax(shares)), shares.shape)
+    return Use(float(shares[sample, joint]), quantity, limits.joints[int(joint)], int(sample), float(bound[joint]))
 
 
 def effort_stretch(model: Model, limits: Limits, motion: Motion, share: float = 1.0) -> tuple[float, list[str]]:

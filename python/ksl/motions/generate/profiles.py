@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +12,19 @@ from ksl.model.model import Model
 from ksl.model.states import Array
 from ksl.motions.closed_motion import leading
 from ksl.motions.closing import home
-from ksl.motions.generate.generated import ROUND_OFF, SHARE, Generated, Limits, check_duration, effort_stretch, excess, limits_of, sample_times, whole_motion
+from ksl.motions.generate.generated import (
+    ROUND_OFF,
+    SHARE,
+    Generated,
+    Limits,
+    check_duration,
+    effort_stretch,
+    limits_of,
+    sample_times,
+    whole_motion,
+    worst_effort,
+    worst_rate,
+)
 from ksl.motions.generate.waypoints import Waypoints, between_limits
 from ksl.motions.motion import Motion
 
@@ -67,7 +80,8 @@ def minimum_jerk(
     def at(total: float) -> Curve:
         return lambda t: (spline(t / total), spline(t / total, nu=1) / total, spline(t / total, nu=2) / total**2)
 
-    return _finished(model, limits, points, at, np.linspace(0, 1, max(FINE, 8 * len(times))), duration, rate, "minjerk")
+    path = _Path("minjerk", limits, points, times, at, np.linspace(0, 1, max(FINE, 8 * len(times))))
+    return _finished(model, path, duration, rate)
 
 
 def trapezoid(
@@ -85,7 +99,8 @@ def trapezoid(
     ramps = np.full(len(times) - 1, SHARE_OF_ACCELERATION)
     if acceleration is not None and points.times is None:
         times, ramps = _fastest_within_efforts(model, limits, points)
-    return _finished(model, limits, points, _stretched(times, points, ramps), _instants(times, ramps), duration, rate, "trapezoid")
+    path = _Path("trapezoid", limits, points, times, _stretched(times, points, ramps), _instants(times, ramps))
+    return _finished(model, path, duration, rate)
 
 
 def _relative_times(limits: Limits, points: Waypoints) -> Array:
@@ -111,7 +126,7 @@ def _fastest_within_efforts(model: Model, limits: Limits, points: Waypoints) -> 
 
     def lasts(logarithm: float) -> float:
         times, ramps = trapezoids(logarithm)
-        return _shortest(model, limits, _stretched(times, points, ramps), _instants(times, ramps), SHARE)[0]
+        return _shortest(model, _Path("trapezoid", limits, points, times, _stretched(times, points, ramps), _instants(times, ramps)), None)[0]
 
     times, ramps = trapezoids(0.0)
     if lasts(0.0) <= times[-1] * (1 + 1e-5):
@@ -170,34 +185,74 @@ def _trapezoids(t: Array, times: Array, positions: Array, ramps: Array) -> tuple
     return positions[k] + s[:, None] * step, s1[:, None] * step, s2[:, None] * step
 
 
-def _finished(
-    model: Model, limits: Limits, points: Waypoints, at: Callable[[float], Curve], instants: Array, duration: float | None, rate: float, kind: str
-) -> Generated:
-    """The motion of the given duration, or of the times of the waypoints, or else of the shortest within all limits.
+@dataclass(frozen=True)
+class _Path:
+    """A motion of the joints that lead, of any duration."""
 
-    instants: from 0 to 1, at which peaks are looked for.
-    """
+    kind: str
+    limits: Limits
+    points: Waypoints
+    times: Array
+    """Of the waypoints, up to a factor."""
+    at: Callable[[float], Curve]
+    """The motion that lasts so long, s."""
+    instants: Array
+    """From 0 to 1, at which peaks are looked for."""
+
+    def where(self, share: float, duration: float | None) -> str:
+        """An instant in words; share: from 0 to 1."""
+        k = int(np.clip(np.searchsorted(self.times / self.times[-1], share, side="right"), 1, len(self.times) - 1))
+        when = f"{100 * share:.4g} % of the time" if duration is None else f"{share * duration:.6g} s"
+        return f"{self.kind}: between waypoints {k} and {k + 1}, at {when}"
+
+
+def _finished(model: Model, path: _Path, duration: float | None, rate: float) -> Generated:
+    """The motion of the given duration, or of the times of the waypoints, or else of the shortest within all limits."""
+    limits, points = path.limits, path.points
     given = duration if duration is not None else None if points.times is None else float(points.times[-1])
     if given is not None:
         check_duration(given)
-    shortest, notes = _shortest(model, limits, at, instants, SHARE if given is None else 1.0)
+    _check_range(path, given)  # a longer time doesn't mend it
+    shortest, notes = _shortest(model, path, given)
     total = shortest if given is None else given
-    # where positions alone are beyond limits, a longer time doesn't mend it
-    q, v, a = at(total)(total * instants)
-    share, what = excess(limits, q, v, a)
-    if what.startswith("position") and share > 1 + 1e-6:
-        raise MotionError(f"{kind}: between waypoints the {what} goes {100 * (share - 1):.3g} % beyond its range; add waypoints, or move them away from the limits")
     if given is not None and total < shortest * (1 - 1e-5):
-        reason = f"the {what} would be {share:.3g} of its limit" if share > 1 + ROUND_OFF else "efforts would be beyond their limits"
-        raise MotionError(f"{kind}: in {total:.6g} s {reason}; the shortest time within all limits is {shortest:.4g} s")
+        raise MotionError(f"{path.kind}: in {total:.6g} s {_too_fast(model, path, total)}; the shortest time within all limits is {shortest:.4g} s")
     t = sample_times(total, rate)
-    motion = whole_motion(model, limits, t, *at(total)(t))
-    return Generated(motion, [*limits.notes, *points.notes, *notes], {"kind": kind, "duration": total, "rate": rate})
+    motion = whole_motion(model, limits, t, *path.at(total)(t), lambda k: f"{path.kind}: sample {k + 1} (time {t[k]:.9g})")
+    return Generated(motion, [*limits.said(points.are_given), *points.notes, *notes], {"kind": path.kind, "duration": total, "rate": rate})
 
 
-def _shortest(model: Model, limits: Limits, at: Callable[[float], Curve], instants: Array, use: float) -> tuple[float, list[str]]:
-    """The shortest duration that uses that share of the limits of speed and effort, and keeps to that of acceleration; peaks of speed are as 1/T, of acceleration as 1/T²."""
-    q, v, a = at(1.0)(instants)
+def _check_range(path: _Path, duration: float | None) -> None:
+    """Refuses positions beyond limits.  Joints without limits go where waypoints are, and otherwise stay within the range that is taken for them."""
+    limits, q = path.limits, path.at(1.0)(path.instants)[0]
+    for m, joint in enumerate(limits.joints):
+        if joint.name in limits.unbounded and path.points.are_given:
+            continue
+        slack = 1e-6 * max(limits.half[m], 1e-300)
+        for end, bound, k in (("lower", limits.lower[m], int(q[:, m].argmin())), ("upper", limits.upper[m], int(q[:, m].argmax()))):
+            if (q[k, m] - bound) * (1 if end == "upper" else -1) > slack:
+                where = path.where(float(path.instants[k]), duration)
+                whose = f"its {end} limit {bound:.6g} {joint.unit}" if joint.name not in limits.unbounded else f"{bound:.6g} {joint.unit}, the {end} end of the range of joints without limits"
+                raise MotionError(f"{where}, {joint.name} goes to {q[k, m]:.6g} {joint.unit}, beyond {whose}; add waypoints, or move them away from the limits")
+
+
+def _too_fast(model: Model, path: _Path, total: float) -> str:
+    """What would be beyond its limit, and when."""
+    use = worst_rate(path.limits, *path.at(total)(total * path.instants)[1:])
+    if use.share <= 1 + ROUND_OFF:
+        time = total * path.instants
+        use = worst_effort(model, path.limits, whole_motion(model, path.limits, time, *path.at(total)(time)))
+    return f"the {use.quantity} of {use.joint.name} would be {use.share:.3g} {use.of_limit}, at {total * path.instants[use.sample]:.4g} s"
+
+
+def _shortest(model: Model, path: _Path, given: float | None) -> tuple[float, list[str]]:
+    """The shortest duration within the limits, or within a share of those of speed and effort where none is given; and notes.
+
+    Peaks of speed are as 1/T, of acceleration as 1/T².
+    """
+    limits, instants, use = path.limits, path.instants, SHARE if given is None else 1.0
+    q, v, a = path.at(1.0)(instants)
     total = max(float((np.abs(v).max(axis=0) / (use * limits.velocity)).max()), float(np.sqrt((np.abs(a).max(axis=0) / limits.acceleration).max())))
-    stretch, notes = effort_stretch(model, limits, whole_motion(model, limits, total * instants, q, v / total, a / total**2), use)
+    motion = whole_motion(model, limits, total * instants, q, v / total, a / total**2, lambda k: path.where(float(instants[k]), given))
+    stretch, notes = effort_stretch(model, limits, motion, use)
     return total * stretch * (1 + 1e-6), notes

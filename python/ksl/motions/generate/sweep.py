@@ -6,7 +6,7 @@ import numpy as np
 
 from ksl.base.errors import MotionError
 from ksl.model.model import Model
-from ksl.motions.generate.generated import SHARE, Generated, effort_stretch, excess, limits_of, sample_times, whole_motion
+from ksl.motions.generate.generated import SHARE, Generated, effort_stretch, limits_of, sample_times, whole_motion, worst_use
 from ksl.motions.signal.rates import derivatives
 
 RAMP = 0.05
@@ -34,13 +34,13 @@ def chirp(model: Model, duration: float = 20.0, low: float = 0.1, high: float = 
     envelope = (x**3 * (10 - 15 * x + 6 * x**2))[:, None]
     # the smallest of three amplitudes, rounded off where they meet
     amplitude = ((1 / limits.half) ** 4 + (omega / limits.velocity) ** 4 + (omega**2 / limits.acceleration) ** 4) ** -0.25
-    swing, notes, factor = envelope * amplitude * np.sin(phase), list(limits.notes), SHARE
+    swing, notes, factor = envelope * amplitude * np.sin(phase), limits.said(), SHARE
     for _ in range(40):
         q = limits.middle + factor * swing
         v, a = derivatives(t, q, 2)
         motion = whole_motion(model, limits, t, q, v, a)
         stretch, heavy = effort_stretch(model, limits, motion, SHARE)
-        share, _ = excess(limits, q, v, a)
+        share = worst_use(limits, q, v, a).share
         if share <= SHARE * (1 + 1e-9) and stretch <= 1:
             break
         factor *= SHARE / share if share > SHARE else 0.95

@@ -26,12 +26,14 @@ class Waypoints:
     positions: Array
     times: Array | None = None
     notes: tuple[str, ...] = ()
+    are_given: bool = True
+    """Whether somebody named them; otherwise they are between limits."""
 
 
 def between_limits(limits: Limits) -> Waypoints:
     """From the middle of the range of every joint to its lower part, its upper part, and back."""
     part = BETWEEN * limits.half * np.array([[0.0], [-1.0], [1.0], [0.0]])
-    return Waypoints(limits.middle + part, None, (f"no waypoints were given: all joints move over {100 * BETWEEN:.0f} % of their range",))
+    return Waypoints(limits.middle + part, None, (f"no waypoints were given: all joints move over {100 * BETWEEN:.0f} % of their range",), False)
 
 
 def read_waypoints(model: Mechanism, limits: Limits, path: str | os.PathLike[str]) -> Waypoints:

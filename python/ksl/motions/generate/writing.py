@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -12,26 +13,28 @@ from ksl._core import __version__
 from ksl.base.arrow_files import arrow_file
 from ksl.base.csv_cells import csv_text
 from ksl.base.errors import MotionError
-from ksl.model.mechanism import Mechanism
+from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of
+from ksl.model.requests import one_of
 from ksl.model.states import Array
-from ksl.motions.closed_motion import leading
+from ksl.motions.closed_motion import leading, moving_joints
 from ksl.motions.generate.generated import Generated
 from ksl.output import whole_file
 
 DIGITS = 15
 
 
-def write_motion(model: Mechanism, generated: Generated, path: str | os.PathLike[str]) -> None:
+def write_motion(model: Mechanism, generated: Generated, path: str | os.PathLike[str], joints: Literal["all", "drives"] = "all") -> None:
     """`time`, positions, velocities and accelerations of all moving joints; of a template the positions alone.
 
+    joints: "drives" writes those of the joints that the others of a closed mechanism follow, its drives and what floats; `ksl loads` needs no more.
     The file is written completely or not at all, in a folder that exists.  Parquet holds, under the key `ksl` of its metadata, how the motion was made.
     Raises MotionError for other suffixes, OutputError where it can't be written.
     """
     file = Path(path)
     if file.suffix.lower() not in (".csv", ".parquet"):
         raise MotionError(f"{file}: unknown suffix {file.suffix!r}; give a name that ends in .csv or .parquet")
-    columns = _columns(model, generated)
+    columns = _columns(model, generated, written_joints(model, generated, joints))
     with whole_file(file) as part:
         if file.suffix.lower() == ".csv":
             with open(part, "w", encoding="utf-8", newline="\n") as out:
@@ -46,11 +49,19 @@ def write_motion(model: Mechanism, generated: Generated, path: str | os.PathLike
                 pq.write_table(pa.table(columns).replace_schema_metadata({"ksl": json.dumps(how)}), out, compression="zstd")
 
 
-def _columns(model: Mechanism, generated: Generated) -> dict[str, Array]:
+def written_joints(model: Mechanism, generated: Generated, joints: Literal["all", "drives"] = "all") -> tuple[Joint, ...]:
+    """The joints whose columns are written.  Raises MotionError for drives of a robot without loops, of which all joints are."""
+    if one_of(joints, "joints", "all", "drives") == "all" and generated.facts.get("kind") != "template":
+        return moving_joints(model)
+    if joints == "drives" and not model.loops:
+        raise MotionError(f"{model.name} has no loops, so that no joint follows its drives; write the columns of all joints")
+    return leading(model)
+
+
+def _columns(model: Mechanism, generated: Generated, joints: tuple[Joint, ...]) -> dict[str, Array]:
     motion = generated.motion
     columns = {"time": motion.time}
     is_template = generated.facts.get("kind") == "template"
-    joints = leading(model) if is_template else model.joints[: len(model.joint_names)]
     for k, x in enumerate((motion.q, motion.v, motion.a)):
         if k and is_template:
             break
