@@ -178,6 +178,36 @@ def test_cases_with_other_joints_are_refused(fourbar, tmp_path):
         ksl.compute_loads(fourbar, cases=tmp_path / "cases.toml")
 
 
+@pytest.mark.parametrize(("kind", "seed"), [("revolute", 2), ("prismatic", 2), ("spherical", 1)])
+def test_efforts_of_joints_without_a_motor_are_zero(kind, seed):
+    """Exactly, about axes in any direction; the other components are those of Model.reactions."""
+    case = random_case(kind, seed)
+    model = case.model
+    moved = np.zeros((len(TIME), model.nv))
+    for k, name in enumerate(case.drives):
+        joint = model.joint(name)
+        moved[:, joint.v_index : joint.v_index + joint.nv] = 0.03 * (np.sin(TIME + k) - np.sin(k))[:, None]
+    run = ksl.compute_loads(model, (TIME, model.integrate(np.tile(case.q, (len(TIME), 1)), moved)))
+    block, joints, idle = next(run.cases[0].blocks()), run.cases[0].joints, 0
+    for joint in joints:
+        if joint.one_coordinate and joint.name not in case.drives and joint.kind != "helical" and (joint.nv or joint.name in model.loop_names):
+            assert row_of(run, joint.name)["axial_moment_peak" if joint.has_angle else "axial_force_peak"] == 0.0, joint.name
+            idle += 1
+    assert idle
+    expected = model.reactions(block.q, block.v, block.a, joints=[j.name for j in joints])
+    assert block.total == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+
+
+def test_components_along_the_motion_that_are_not_zero(robot, fourbar):
+    """Of joints with damping, and about points off the axis."""
+    motion = ksl.compute_loads(fourbar, of_drive(fourbar, "A", TURN)).cases[0].motion
+    damped = robot(FOURBAR.replace('<axis xyz="0 -1 0"/>', '<axis xyz="0 -1 0"/><dynamics damping="0.1"/>'), drives=["A"], physics="damping")
+    assert row_of(ksl.compute_loads(damped, motion), "B")["axial_moment_peak"] > 0.1
+    for at, is_zero in (({"B": (0, -0.1, 0)}, True), ({"B": (0.1, 0, 0)}, False), ("world", False)):
+        run = ksl.compute_loads(fourbar, motion, at=at, axes="rocker")
+        assert (row_of(run, "B")["axial_moment_peak"] == 0.0) is is_zero
+
+
 def test_the_worst_pose_is_the_worst_of_a_scan(robot):
     model = robot(SLIDERCRANK, drives=["A"])
     angle = np.linspace(-np.pi, np.pi, 2001)

@@ -41,7 +41,7 @@ class Curves:
         """Adds the samples `block.rows`; each sample must be added once, in any order."""
         followers = {name: i for i, name in enumerate(self.case.model.follower_names)}
         for i, collected in enumerate(self.loads):
-            part = joint_loads(collected.joint, block.in_joint_axes[:, i], None, None)
+            part = joint_loads(collected.joint, block.in_joint_axes[:, i], None, None, bool(block.without_axial_effort[i]))
             for name, x in part.wrench.items():
                 collected.wrench[name][block.rows] = x
             supplied = collected.brake if self.case.brake else collected.effort

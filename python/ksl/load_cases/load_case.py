@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksl import _core
 from ksl.base.errors import MotionError, ResultError
 from ksl.load_cases.loop_motion import JointMotions, joint_motions
+from ksl.load_cases.passive_joints import passive, without_axial_effort
 from ksl.load_cases.placement import Placement as Placement
 from ksl.load_cases.reaction_joints import reaction_joints
 from ksl.load_cases.undetermined import Undetermined, undetermined
@@ -79,6 +81,16 @@ class LoadCase:
             return self.known_undetermined
         return undetermined(self.model, self.motion.q, self.placement) if self.model.loops and isinstance(self.model, Calls) else Undetermined()
 
+    @cached_property
+    def passive(self) -> NDArray[np.bool_]:
+        """(joints) those that transmit nothing along their motion, of a closed mechanism."""
+        return passive(self.model)
+
+    @cached_property
+    def without_axial_effort(self) -> NDArray[np.bool_]:
+        """(joints) those of them whose wrench at the chosen point has no component along the motion."""
+        return without_axial_effort(self.model, self.placement)
+
     def blocks(self) -> Iterator[Block]:
         """All samples in order, in blocks of about BLOCK_ROWS rows of the table."""
         samples = max(1, BLOCK_ROWS // len(self.joints))
@@ -92,6 +104,9 @@ class LoadCase:
         m, v, a, in_joint_axes = self.motion, self.motion.resolved_v, self.motion.resolved_a, p.axes == "joint" and p.order == "lin_ang"
         wanted = self._requests("total", p.axes, p.order) + self._requests("constraint", p.axes, p.order)
         wanted += [] if in_joint_axes else self._requests("total", "joint", "lin_ang")
+        passive = self.passive
+        if not in_joint_axes and passive.any():
+            wanted += self._requests("constraint", "joint", "lin_ang")
         if self.model.follower_names:
             wanted.append(self.model.reaction_request("child", "joint", "joint", "lin_ang", "coupling", self.model.follower_names))
         try:
@@ -105,8 +120,11 @@ class LoadCase:
         coupling = self._coupling(found.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
         each = 1 + len(p.points)
         total, constraint, *others = [self._merged(found[i : i + each]) for i in range(0, len(found), each)]
+        of_structure = [constraint, *others[1:]]  # of joints without a motor, whose efforts are zero
+        for whole, part in zip([total, *others[:1]], of_structure, strict=True) if passive.any() else ():
+            whole[:, passive] = part[:, passive]
         parts = self.model.effort_parts(m.q[rows], v[rows], a[rows], external, threads=threads) if self.model.physics and not self.brake else None
-        return Block(rows, m.time[rows], m.q[rows], v[rows], a[rows], tau, total, constraint, others[0] if others else total, coupling, self.joint_motions.part(rows), parts, self.brake, self.undetermined)
+        return Block(rows, m.time[rows], m.q[rows], v[rows], a[rows], tau, total, constraint, others[0] if others else total, coupling, self.joint_motions.part(rows), parts, self.brake, self.undetermined, self.without_axial_effort)
 
     def _requests(self, part: str, axes: str, order: str) -> list[_core.Request]:
         """Requests for all joints at the common point, and for each joint that has a point of its own."""
@@ -154,3 +172,5 @@ class Block:
     """Whether brakes supply `tau`, and not the drives."""
     undetermined: Undetermined = Undetermined()
     """Components that rigid bodies leave open, along the whole motion."""
+    without_axial_effort: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    """(joints) those without a motor, of a closed mechanism, in whose wrench the component along the motion is zero by definition."""

@@ -159,13 +159,18 @@ def length(x: Array) -> Array:
     return np.sqrt(along(x, x))
 
 
-def joint_loads(joint: Joint, wrench: Array, speed: Array | None, effort: Array | None) -> JointLoads:
-    """Curves of a joint from its wrench (n, 6), linear first, in the joint's axes."""
+def joint_loads(joint: Joint, wrench: Array, speed: Array | None, effort: Array | None, without_axial_effort: bool = False) -> JointLoads:
+    """Curves of a joint from its wrench (n, 6), linear first, in the joint's axes.
+
+    without_axial_effort: the component along its motion is zero by definition, and what the wrench has there is rounding.
+    """
     force, moment = wrench[:, :3], wrench[:, 3:]
     if not has_one_coordinate(joint.kind):
         return JointLoads(joint, {"force": length(force), "moment": length(moment)}, None, None)
     axis = np.array(joint.axis)
     axial, about_axis = along(force, axis), along(moment, axis)
+    if without_axial_effort:
+        (about_axis if joint.has_angle else axial)[:] = 0.0
     curves = {
         "axial_force": axial,
         "radial_force": length(force - axial[:, None] * axis),

@@ -22,6 +22,7 @@ class Peaks:
         self._joints = joints
         self._axial = np.array([j.one_coordinate for j in joints])
         self._axes = np.array([j.axis for j in joints])[self._axial]
+        self._turns = np.array([j.has_angle for j in joints])[self._axial]
         self._driven = np.array([has_drive(model, j) for j in joints])
         self._v = np.array([j.v_index for j in joints])[self._driven]
         self._follows = np.array([j.leader is not None for j in joints])
@@ -62,6 +63,8 @@ class Peaks:
         forces, moments = by_joint[self._axial, :, :3], by_joint[self._axial, :, 3:]
         axes = self._axes[:, None]
         axial, about_axis = along(forces, axes), along(moments, axes)
+        free = block.without_axial_effort[self._axial]
+        axial[free & ~self._turns], about_axis[free & self._turns] = 0.0, 0.0
         put("axial_force", self._axial, axial)
         put("radial_force", self._axial, length(forces - axial[..., None] * axes))
         put("bending_moment", self._axial, length(moments - about_axis[..., None] * axes))
