@@ -5,6 +5,7 @@
 #include "description/check.hpp"
 #include "description/loops.hpp"
 #include "description/mimic.hpp"
+#include "description/reversed_compliance.hpp"
 #include "description/surgery.hpp"
 #include "ksl/engine/model/joints.hpp"
 #include "text/words.hpp"
@@ -139,8 +140,10 @@ robot_description with_root(const robot_description &robot, const std::string &l
     path.push_back(above[index(l)]);
   for (const int j : path)
     check_reversible(robot.joints[index(j)], link);
-  for (const int j : path)
+  for (const int j : path) {
+    reverse_compliance(out, robot.joints[index(j)], link);
     reverse(out, j);
+  }
   return out;
 }
 
@@ -204,6 +207,13 @@ robot_description merged(const robot_description &robot, const robot_description
     out.loops.push_back(std::move(loop));
   }
   out.drives = merged_drives(robot, other, prefix);
+  out.drive_weights.clear();
+  if (out.drives && (!robot.drive_weights.empty() || !other.drive_weights.empty()))
+    for (const robot_description *of : {&robot, &other}) {
+      std::vector<double> weights = of->drive_weights;
+      weights.resize(known_drives(*of)->size(), 1.0);
+      out.drive_weights.insert(out.drive_weights.end(), weights.begin(), weights.end());
+    }
   for (joint_compliance compliance : other.compliances) {
     compliance.joint = prefix + compliance.joint;
     out.compliances.push_back(std::move(compliance));

@@ -201,3 +201,39 @@ def test_stiffnesses_go_where_their_joints_go():
     assert stiff.without_loops().loop_names == []
     part = stiff.subtree("a0", loops="drop")
     assert part.loop_names == [] and set(part.joint_names) < set(names)
+
+
+def test_stiffnesses_of_joints_that_are_reversed():
+    """A four-bar with a post that is welded to its frame and bends, under wrenches in balance: whichever link is the root, joints carry the same."""
+    at = lambda x, z=0.0: np.block([[np.eye(3), np.array([[x], [0], [z]])], [np.zeros((1, 3)), 1]])
+    b = ksl.Builder("four-bar").add_link("frame", mass=1.0, inertia=np.eye(3))
+    for name in ("crank", "coupler", "post", "rocker"):
+        b.add_link(name, mass=1.0, center_of_mass=(0.1, 0, 0), inertia=np.eye(3) * 0.1)
+    b.add_joint("A", "continuous", "frame", "crank", axis=(0, 1, 0)).add_joint("B", "continuous", "crank", "coupler", pose=at(0.2), axis=(0, 1, 0))
+    b.add_joint("W", "fixed", "frame", "post", pose=at(0.5, -0.3)).add_joint("D", "continuous", "post", "rocker", pose=at(0.1, 0.3), axis=(0, 1, 0))
+    m = b.add_loop("C", "revolute", "coupler", "rocker", at(0.6), at(0.5), axis=(0, 1, 0)).build(drives=["A"], gravity=(0, 0, 0))
+    L = np.random.default_rng(1).normal(size=(6, 6))
+    stiffness = {name: {"axial": 2e7, "radial": 1e8, "tilting": 1e5} for name in "ABCD"} | {"W": 1e6 * (L @ L.T + np.eye(6))}
+    stiff = m.with_stiffness(stiffness)
+    start = m.neutral()
+    start[[m.joint("A").q_index, m.joint("B").q_index, m.joint("D").q_index]] = -1.0, 0.4, -1.5
+    q, still = m.close(start, hold=["A"]).q, np.zeros(m.nv)
+    force, moment = np.array([30.0, 50.0, -20.0]), np.array([5.0, -3.0, 8.0])
+    one, two = (m.frame_pose(q, link) for link in ("coupler", "rocker"))
+    at_world = np.r_[-force, -moment - np.cross(one[:3, 3], force)]  # of the second wrench
+    push = {link: np.r_[T[:3, :3].T @ f[:3], T[:3, :3].T @ (f[3:] - np.cross(T[:3, 3], f[:3]))] for link, T, f in (("coupler", one, -at_world), ("rocker", two, at_world))}
+    names = ["A", "B", "C", "D", "W"]
+    how = {"joints": names, "axes": "frame", "at": "frame"}
+    expected = stiff.reactions(q, still, still, push, **how)
+    assert np.abs(expected - m.reactions(q, still, still, push, **how)).max() > 1  # stiffnesses decide something
+    for link in ("crank", "coupler", "post", "rocker"):
+        r = stiff.with_root(link)
+        q_new = r.neutral()
+        for name in ("A", "B", "D"):
+            q_new[r.joint(name).q_index] = q[m.joint(name).q_index]
+        signs = np.array([-1.0 if name in m.support(link) else 1.0 for name in names])
+        close_to(signs[:, None] * r.reactions(q_new, still, still, push, **how), expected, 1e-8)
+    turning = m.with_stiffness({"A": [1e6, 2e6, 1e6, 1e5, 1e5, 1e5], "B": [1e6, 2e6, 3e6, 1e5, 1e5, 1e5]})
+    with pytest.raises(ksl.DescriptionError, match="joint B would have to be reversed to make link coupler the root, and its stiffness, which moves with its child"):
+        turning.with_root("coupler")
+    assert turning.with_root("crank").root == "crank"  # the same all round the axis
