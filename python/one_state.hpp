@@ -2,7 +2,8 @@
 // calls.hpp that such a call needs, and none of the others.
 //
 // Whatever is out of the ordinary is left to calls.hpp, which knows all that is allowed and what to say of the rest: wrenches, requests,
-// quaternions, other shapes and types, numbers that are not finite.
+// quaternions that are not of unit length, other shapes and types, numbers that are not finite, and states of mechanisms with loops that
+// have no result.
 #pragma once
 
 #include "array.hpp"
@@ -35,14 +36,17 @@ public:
 
   nb::object run(nb::handle external, nb::handle request, nb::handle out, nb::handle threads) {
     if (row_.request != ksl::request_kind::none || !external.is_none() || !request.is_none() || !threads.is_none() ||
-        m_.followers() != 0 || ksl::loops::is_closed(row_, m_) || !m_.quaternions().empty() ||
-        ksl::has_unread_results(row_) || (row_.needs_mass && m_.massless_joint() >= 0) ||
+        m_.followers() != 0 || ksl::has_unread_results(row_) || (row_.needs_mass && m_.massless_joint() >= 0) ||
         (row_.smooth_friction && m_.exact_friction()))
       return {};
     const ksl::nearest_rounding rounding;
     ksl::state_view<double> state;
-    if (!take_inputs(state) || !take_results(out, state))
+    const bool closed = ksl::loops::is_closed(row_, m_);
+    if ((closed && (row_.closed == ksl::closed_by::refusal || row_.closed == ksl::closed_by::plan)) ||
+        !take_inputs(state) || !take_results(out, state))
       return {};
+    if (closed)
+      return run_closed(state);
     const ksl::kernels_in<double> &kernel = ksl::kernels_of_row<double>(row_);
     const ksl::model_view<double> view = m_.view_in<double>();
     const std::size_t bytes = kernel.workspace_bytes(view), nv = static_cast<std::size_t>(m_.nv());
@@ -52,10 +56,18 @@ public:
       take_zeros(state, reinterpret_cast<double *>(workspace + bytes), nv);
     if (!kernel.state(view, workspace, state) || !(row_.needs_mass || results_are_finite(state)))
       return {};
-    return row_.results == 1 ? std::move(result_[0]) : tuple_of_results();
+    return results();
   }
 
 private:
+  nb::object run_closed(const ksl::state_view<double> &state) {
+    const std::size_t bytes = ksl::loops::state_bytes<double>(m_, ksl::loops::room_for(state));
+    if (!ksl::loops::run_state<double>(row_, m_, ksl::thread_memory(ksl::kept_for::workspace, bytes), state) ||
+        !results_are_finite(state))
+      return {};
+    return results();
+  }
+
   bool take_inputs(ksl::state_view<double> &state) const {
     for (int i = 0; i < row_.inputs; ++i) {
       const int columns = ksl::length_of(row_.input_list[i], m_.nq(), m_.nv());
@@ -66,7 +78,14 @@ private:
         return false;
       ksl::input_of(state, row_.input_list[i]) = numbers;
     }
-    return true;
+    return has_unit_quaternions(state, ksl::input::q) && has_unit_quaternions(state, ksl::input::q1);
+  }
+  bool has_unit_quaternions(const ksl::state_view<double> &state, ksl::input x) const {
+    bool are_units = true;
+    if (row_.reads(x) && !m_.quaternions().empty())
+      ksl::check_quaternions(m_, ksl::rows_view<const double>{ksl::input_of(state, x), 0}, 0, 1,
+                             [&](const ksl::joint_row &, std::size_t, const double *) { return are_units = false; });
+    return are_units;
   }
 
   /// A variant's kernels read more than it names: zeros, all of which have at most nv numbers.
@@ -114,7 +133,9 @@ private:
         return false;
     return true;
   }
-  nb::object tuple_of_results() const {
+  nb::object results() const {
+    if (row_.results == 1)
+      return result_[0];
     nb::object tuple = nb::steal(PyTuple_New(row_.results));
     if (!tuple.is_valid())
       nb::raise_python_error();

@@ -49,7 +49,7 @@ std::size_t coupled_bytes(const model &m) {
 std::size_t closed_bytes(const model &m) {
   if (m.loops().empty())
     return 0;
-  const loops::room all = {static_cast<int>(m.links().size()), static_cast<int>(m.joints().size() + m.loops().size())};
+  const loops::room all = loops::room_of_data(m);
   return std::max(loops::state_bytes<double>(m, all), loops::state_bytes<float>(m, all));
 }
 

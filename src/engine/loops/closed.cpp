@@ -195,12 +195,21 @@ template <class S> bool run_state(const algorithm_row &row, const model &m, void
   batch.reactions_n = s.reactions_n, batch.reactions = reactions;
   for (int r = 0; r < most_results; ++r)
     batch.result[r] = {s.result[r], 0};
-  return loops::run_batch(row, m, batch, 0, 1, pieces.take<std::byte>(0)).ordinary;
+  // by the plan at first, in memory that is not larger than that of run_batch, and without the time that laying out all of that takes
+  planned<S> fast(row, m);
+  if (bool done = false; fast.suits(batch)) {
+    arena part = pieces;
+    fast.lay_out(part, batch, 1);
+    fast.run(batch, 0, 1, &done);
+    if (done)
+      return true;
+  }
+  return loops::run_batch(row, m, batch, 0, 1, pieces.take<std::byte>(0), false).ordinary;
 }
 
 template <class S>
 batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
-                        std::size_t end, void *memory) {
+                        std::size_t end, void *memory, bool by_plan) {
   const int states = static_cast<int>(std::min<std::size_t>(batch.n, planned<S>::most));
   planned<S> fast(row, m);
   runner<S> one(row, m, room_for(batch));
@@ -209,7 +218,7 @@ batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_vi
   fast.lay_out(pieces, batch, states);
   one.lay_out(pieces);
   state.lay_out(pieces, row, m, batch, 0);
-  const bool suits = memory && fast.suits(batch);
+  const bool suits = memory && by_plan && fast.suits(batch);
   bool ordinary = true, done[planned<S>::most] = {};
   for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
     const int n = static_cast<int>(std::min(end - k, static_cast<std::size_t>(states)));
@@ -251,7 +260,7 @@ template <class S> std::string reason(const algorithm_row &row, const model &m, 
   template std::size_t state_bytes<S>(const model &, room);                                                            \
   template bool run_state(const algorithm_row &, const model &, void *, const state_view<S> &);                        \
   template batch_outcome run_batch(const algorithm_row &, const model &, const batch_view<S> &, std::size_t,           \
-                                   std::size_t, void *);                                                               \
+                                   std::size_t, void *, bool);                                                         \
   template std::string reason(const algorithm_row &, const model &, const state_view<S> &);
 KSL_INSTANTIATE(double)
 KSL_INSTANTIATE(float)

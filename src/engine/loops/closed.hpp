@@ -26,14 +26,22 @@ template <class S> room room_for(const batch_view<S> &batch);
 
 template <class S> std::size_t state_bytes(const model &m, room wanted);
 
+/// The room for a wrench on each link, and for one request that names each joint once: that of ksl::data.
+inline room room_of_data(const model &m) {
+  return {static_cast<int>(m.links().size()), static_cast<int>(m.joints().size() + m.loops().size()), 1};
+}
+inline bool fits(room wanted, room given) {
+  return wanted.externals <= given.externals && wanted.joints <= given.joints && wanted.requests <= given.requests;
+}
+
 /// Computes one state.  Returns false, and NaN in all results, where the numbers are not those of the closed mechanism or don't determine
 /// a result.
 template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s);
 
-/// As batch_kernel.
+/// As batch_kernel.  by_plan: states that the model's plan fits are computed in lanes, otherwise all with pivots of their own.
 template <class S>
 batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
-                        std::size_t end, void *memory);
+                        std::size_t end, void *memory, bool by_plan = true);
 
 /// Why run_state has no result; empty if it has one.  Allocates.
 template <class S> std::string reason(const algorithm_row &row, const model &m, const state_view<S> &s);

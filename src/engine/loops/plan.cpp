@@ -162,7 +162,7 @@ private:
       p.columns_begin = end();
       for (int j = step + 1; j < nv; ++j)
         if (filled[index(p.row * nv + k.column[j])])
-          plan_.list.push_back(k.column[j]);
+          plan_.list.push_back(j);
       p.columns_end = p.rows_begin = end();
       for (int i = step + 1; i < t_.rows; ++i)
         if (filled[index(k.row[i] * nv + p.column)])
@@ -170,7 +170,7 @@ private:
       p.rows_end = p.later_begin = end();
       for (int i = p.rows_begin; i < p.rows_end; ++i)
         for (int j = p.columns_begin; j < p.columns_end; ++j)
-          filled[index(plan_.list[index(i)] * nv + plan_.list[index(j)])] = 1;
+          filled[index(plan_.list[index(i)] * nv + k.column[plan_.list[index(j)]])] = 1;
       for (int later = step + 1; later < k.rank; ++later)
         if (filled[index(p.row * nv + k.column[later])])
           plan_.list.push_back(later);

@@ -57,8 +57,9 @@ template <class S> void planned<S>::lay_out(arena &memory, const batch_view<S> &
     all.n = joints;
     rows[0] = {all, {}};
     part.n = static_cast<std::size_t>(states), part.external_n = externals, part.reactions_n = 1, part.reactions = rows;
-    bytes = std::max({bytes, kernels_for<S>(*row).workspace_bytes(view_),
-                      kernels_for<S>(*row).batch(view_, part, 0, 0, nullptr).bytes});
+    bytes = std::max(bytes, kernels_for<S>(*row).workspace_bytes(view_));
+    if (states > 1)
+      bytes = std::max(bytes, kernels_for<S>(*row).batch(view_, part, 0, 0, nullptr).bytes);
   }
   workspace_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(bytes));
 }
@@ -77,7 +78,7 @@ template <class S> batch_view<S> planned<S>::part_of(const batch_view<S> &batch,
 /// Several states in lanes, or one alone.
 template <class S> void planned<S>::call(const algorithm_row &row, const batch_view<S> &part) {
   const kernels_in<S> &kernel = kernels_for<S>(row);
-  if (part.n > 1 || !part.v.first) {
+  if (part.n > 1) {
     kernel.batch(view_, part, 0, part.n, workspace_);
     return;
   }

@@ -36,7 +36,7 @@ struct loop_column { int body, coordinate, v; };
 struct loop_pivot {
   int row, column;
   int rows_begin, rows_end;       ///< equations below that have the column
-  int columns_begin, columns_end; ///< columns to the right that the row has, pivots of later steps first
+  int columns_begin, columns_end; ///< columns that the row has: later steps, then pivots + number of an independent one
   int later_begin, later_end;     ///< steps whose columns these are
 };
 

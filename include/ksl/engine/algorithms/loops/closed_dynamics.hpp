@@ -12,13 +12,14 @@ inline namespace KSL_ISA {
 template <class T> struct closed_inverse_dynamics_workspace {
   loop_equations_workspace<T> equations;
   inverse_dynamics_workspace<T> inverse;
-  array_of<T> tree, multiplier;
+  array_of<T> tree, multiplier, projected;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     equations.lay_out(memory, model);
     inverse.lay_out(memory, model);
     tree.lay_out(memory, model.nv);
     multiplier.lay_out(memory, model.loops ? model.loops->rows : 0);
+    projected.lay_out(memory, model.nv + columns_at_a_time<T>);
   }
 };
 
@@ -33,34 +34,38 @@ void closed_inverse_dynamics(const model_view<scalar_of<T>> &model, const closed
   closed_inverse_dynamics_workspace<T> w = given;
   const loop_view<S> &loops = *model.loops;
   const int f = loops.freedoms;
-  set_loop_equations(model, w.equations, q, v, a);
-  eliminate_by_plan(model, w.equations);
+  set_loop_equations<false>(model, w.equations, q, v);
+  eliminate_by_plan<false>(model, w.equations);
   T *const tree = &w.tree[0], *const lambda = &w.multiplier[0];
   inverse_dynamics(model, w.inverse, q, v, a, external, tree);
+  check_accelerations(model, w.equations, w.inverse.motion, a);
   for (int i = 0; i < model.nv; ++i)
     tau[i] = w.equations.fault;
-  for (int j = 0; j < f; ++j) { // Gᵀ of the tree's efforts
-    T sum = tree[loops.independent[j]];
-    for (int k = 0; k < loops.pivots; ++k)
-      sum = sum - w.equations.solved[k * (f + 1) + j] * tree[loops.pivot[k].column];
-    tau[loops.independent[j]] = sum + w.equations.fault;
-  }
-  // Kᵀ λ = the efforts of the tree at dependent coordinates: by the factors, which elimination has left
+  // With K = L U, Kᵀ λ = the efforts of the tree at dependent coordinates: Uᵀ z of these first; what Uᵀ z has at the independent ones is
+  // taken off the efforts there, since Gᵀ of the efforts is wanted.  That needs no element of G.
   for (int i = 0; i < loops.rows; ++i)
     lambda[i] = T(S(0));
+  T *const projected = &w.projected[0];
+  for (int j = 0; j < f + columns_at_a_time<T>; ++j)
+    projected[loops.pivots + j] = j < f ? tree[loops.independent[j]] : T(S(0));
   for (int k = 0; k < loops.pivots; ++k) {
     const loop_pivot &p = loops.pivot[k];
-    lambda[p.row] = lambda[p.row] + tree[p.column];
-    lambda[p.row] = lambda[p.row] / w.equations.element(p.row, p.column);
+    const T *const row = w.equations.row(p.row);
+    const T z = (tree[p.column] + lambda[p.row]) * row[k];
+    lambda[p.row] = z;
     for (int i = p.later_begin; i < p.later_end; ++i) {
-      const loop_pivot &later = loops.pivot[loops.list[i]];
-      lambda[later.row] = lambda[later.row] - w.equations.element(p.row, later.column) * lambda[p.row];
+      const int step = loops.list[i], later = loops.pivot[step].row;
+      lambda[later] = lambda[later] - row[step] * z;
     }
+    const int first = p.columns_begin + p.later_end - p.later_begin;
+    subtract_columns(z, row, projected, loops.list + first, p.columns_end - first, loops.pivots, model.nv);
   }
+  for (int j = 0; j < f; ++j)
+    tau[loops.independent[j]] = projected[loops.pivots + j] + w.equations.fault;
   for (int k = loops.pivots - 1; k >= 0; --k) {
     const loop_pivot &p = loops.pivot[k];
     for (int i = p.rows_begin; i < p.rows_end; ++i) // equations that follow from others have no multiplier
-      lambda[p.row] = lambda[p.row] - w.equations.element(loops.list[i], p.column) * lambda[loops.list[i]];
+      lambda[p.row] = lambda[p.row] - w.equations.row(loops.list[i])[k] * lambda[loops.list[i]];
   }
   for (int l = 0; l < loops.loops; ++l) {
     const closing_joint<S> &joint = loops.joint[l];
@@ -191,8 +196,9 @@ void closed_forward_dynamics(const model_view<scalar_of<T>> &model, const closed
   closed_forward_dynamics_workspace<T> w = given;
   const loop_view<S> &loops = *model.loops;
   const int f = loops.freedoms;
-  set_loop_equations(model, w.equations, q, v, static_cast<const T *>(nullptr));
-  eliminate_by_plan(model, w.equations);
+  set_loop_equations<true>(model, w.equations, q, v);
+  eliminate_by_plan<true>(model, w.equations);
+  solve_by_plan(model, w.equations);
   T *const a0 = &w.a0[0], *const tree = &w.tree[0], *const r = &w.r[0];
   for (int j = 0; j < f; ++j)
     a0[loops.independent[j]] = T(S(0));

@@ -6,20 +6,51 @@
 //     Ẇ = Σ ± (J_c a_c + (J_c × U_c) v_c),   U_c = V_s − V_c,                                                        (1)
 //
 // where V_c is the twist of the body behind coordinate c (src/engine/loops/variation.hpp).  Rows are the products of W and Ẇ with unit
-// forces and moments that are fixed in the successor.
+// forces and moments that are fixed in the successor.  Where the motion of all bodies is known, Ẇ is cheaper by theirs:
+//
+//     Ẇ = (a_s − a_p − (ω_s + ω_p) × W.lin, α_s − α_p − ω_s × W.ang), with accelerations of points at that origin.      (2)
 #pragma once
 
+#include "ksl/engine/lanes/body_lanes.hpp"
 #include "ksl/engine/model/loop_view.hpp"
 #include "ksl/engine/steps/world_axes.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {
 
+/// How many numbers of a row of K are computed at a time, with plain numbers: beyond the last column a row has zeros.
+template <class T> constexpr int columns_at_a_time = 1;
+template <> inline constexpr int columns_at_a_time<double> = native_lanes<double>;
+template <> inline constexpr int columns_at_a_time<float> = native_lanes<float>;
+
+/// x[columns] −= factor y[columns], for the elements that differ from zero; with plain numbers for all of [begin, end), which is the same
+/// and takes less time than to look for them.
+template <class T>
+KSL_LANES void subtract_columns(const T &factor, const T *y, T *x, const int *columns, int n, int begin, int end) {
+  if constexpr (is_number<T>) {
+    using P = native_pack<T>;
+    const P spread(factor);
+    for (int j = begin; j < end; j += columns_at_a_time<T>) {
+      P from, to;
+      body_lanes::read(y + j, from);
+      body_lanes::read(x + j, to);
+      body_lanes::write(to - spread * from, x + j);
+    }
+  } else {
+    for (int j = 0; j < n; ++j)
+      x[columns[j]] = x[columns[j]] - factor * y[columns[j]];
+  }
+}
+
 template <class T> struct loop_equations_workspace {
   world_axes<T> world;
   array_of<screw<T>> J;      ///< of each column of a loop
-  array_of<SE3<T>> relative; ///< of each loop: the joint's frame on the successor in that on the predecessor
-  array_of<T> K;             ///< (rows, nv + 1): the last column is b
+  array_of<SE3<T>> joint;    ///< of each loop: the joint's frame on the successor in the world
+  array_of<SE3<T>> relative; ///< the same in the joint's frame on the predecessor
+  array_of<screw<T>> twist;  ///< W of each loop
+  array_of<T> moved;         ///< of each loop: the sum of the terms of W as lengths
+  array_of<int> place;       ///< of each column of a loop: where it is in K
+  array_of<T> K;             ///< (rows, pitch): pivots in their order, independent coordinates, b, and zeros
   array_of<T> solved;        ///< (pivots, freedoms + 1): dependent coordinates by independent ones, and for b
   T fault;                   ///< NaN where a state is not one of the closed mechanism, else 0
   int pitch;
@@ -32,13 +63,14 @@ template <class T> struct loop_equations_workspace {
                  ? most
                  : loops->joint[l].columns_end - loops->joint[l].columns_begin;
     world.lay_out(memory, model);
-    J.lay_out(memory, most);
-    relative.lay_out(memory, loops ? loops->loops : 0);
-    K.lay_out(memory, loops ? loops->rows * (model.nv + 1) : 0);
+    J.lay_out(memory, most), place.lay_out(memory, most);
+    const int n = loops ? loops->loops : 0;
+    joint.lay_out(memory, n), relative.lay_out(memory, n), twist.lay_out(memory, n), moved.lay_out(memory, n);
+    pitch = model.nv + columns_at_a_time<T>;
+    K.lay_out(memory, loops ? loops->rows * pitch : 0);
     solved.lay_out(memory, loops ? loops->pivots * (loops->freedoms + 1) : 0);
-    pitch = model.nv + 1;
   }
-  KSL_LANES T &element(int row, int column) const { return K[row * pitch + column]; }
+  KSL_LANES T *row(int i) const { return &K[i * pitch]; }
 };
 
 /// NaN in the lanes where |x| is above the limit, or NaN; 0 elsewhere.
@@ -85,9 +117,9 @@ template <class T> KSL_LANES screw<T> twist_product(const screw<T> &s, const scr
   return out;
 }
 
-/// One loop: its rows of K, with −(K̇ v) or, for accelerations that are given, −(K a + K̇ v) as b; and whether it is closed.
-template <class T> KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w,
-                                           int loop, const T *v, const T *a) {
+/// One loop: its rows of K, with −(K̇ v) as b if these rates are wanted; and whether it is closed.
+template <bool rates, class T>
+KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w, int loop, const T *v) {
   using A = algebra<T>;
   using S = scalar_of<T>;
   const loop_view<S> &loops = *model.loops;
@@ -103,16 +135,18 @@ template <class T> KSL_LANES void set_loop(const model_view<scalar_of<T>> &model
   };
   const SE3<T> to = frame(joint.successor, joint.on_successor), from = frame(joint.predecessor, joint.on_predecessor);
   A::product_dinvd(&from, &to, &w.relative[loop]);
+  w.joint[loop] = to;
   const int n = joint.columns_end - joint.columns_begin, middle = joint.columns_middle - joint.columns_begin;
   screw<T> W = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}}, rate = W;
-  T moved(S(0)); // sum of the terms of W as lengths, and the same of its rate
-  T accelerated(S(0));
+  T moved(S(0));
   const auto add_columns = [&](int begin, int end, const T &sign) KSL_INLINED {
     for (int c = begin; c < end; ++c) {
       const loop_column &of = loops.column[joint.columns_begin + c];
       const vec3<T> o = w.world.origin[of.body], arm = {to.t.x - o.x, to.t.y - o.y, to.t.z - o.z};
       const mat3x3<T> R = w.world.rotation[of.body];
       w.J[c] = column_about(R, of.coordinate, T(loops.pitch[joint.columns_begin + c]), arm);
+      const int place = loops.place[of.v];
+      w.place[c] = place < 0 ? -1 - place : loops.pivots + place;
       add_scaled(sign * v[of.v], w.J[c], W);
       moved = moved + math<T>::fabs(v[of.v]) * T(loops.column_scale[of.v]);
     }
@@ -128,16 +162,14 @@ template <class T> KSL_LANES void set_loop(const model_view<scalar_of<T>> &model
         U = own;
       screw<T> bent = twist_product(w.J[c], U);
       add_scaled(sign * v[of.v], bent, rate);
-      if (a)
-        add_scaled(sign * a[of.v], w.J[c], rate);
       add_scaled(v[of.v], w.J[c], own);
-      if (a)
-        accelerated = accelerated + math<T>::fabs(a[of.v]) * T(loops.column_scale[of.v]);
     }
   };
-  add_rates(0, middle, T(S(1)), screw<T>{{T(0), T(0), T(0)}, {T(0), T(0), T(0)}});
-  add_rates(middle, n, T(S(-1)), W);
-  accelerated = accelerated + moved * moved * T(S(1) / loops.length);
+  if constexpr (rates) {
+    add_rates(0, middle, T(S(1)), screw<T>{{T(0), T(0), T(0)}, {T(0), T(0), T(0)}});
+    add_rates(middle, n, T(S(-1)), W);
+  }
+  w.twist[loop] = W, w.moved[loop] = moved;
 
   const vec3<T> gap = {to.t.x - from.t.x, to.t.y - from.t.y, to.t.z - from.t.z};
   vec3<T> turned = {T(0), T(0), T(0)};
@@ -171,86 +203,139 @@ template <class T> KSL_LANES void set_loop(const model_view<scalar_of<T>> &model
     A::product_drv(&to.R, &own, &d);
     const int row = joint.first_row + i;
     const T scale(loops.row_scale[row]);
-    T *const line = &w.K[row * w.pitch];
-    for (int k = 0; k < model.nv; ++k)
+    T *const line = w.row(row);
+    for (int k = 0; k < w.pitch; ++k)
       line[k] = T(S(0));
     const screw<T> *const J = &w.J[0];
     for (int c = 0; c < n; ++c) {
       const T x = A::dot_vv(&d, force ? &J[c].lin : &J[c].ang);
-      T &sum = line[loops.column[joint.columns_begin + c].v];
+      T &sum = line[w.place[c]];
       sum = c < middle ? sum + x : sum - x;
     }
-    const T speed = A::dot_vv(&d, force ? &W.lin : &W.ang) * scale, b = A::dot_vv(&d, force ? &rate.lin : &rate.ang);
+    const T speed = A::dot_vv(&d, force ? &W.lin : &W.ang) * scale;
     const T open = A::dot_vv(&d, force ? &gap : &turned) * scale;
-    line[model.nv] = -b;
+    if constexpr (rates)
+      line[model.nv] = -A::dot_vv(&d, force ? &rate.lin : &rate.ang);
     fault = fault + fault_beyond(open, tolerance * length);
     fault = fault + fault_beyond(speed, tolerance * T(S(0.25)) * moved + T(S(1e-12)) * length);
-    if (a)
-      fault = fault + fault_beyond(b * scale, tolerance * T(S(0.25)) * accelerated + T(S(1e-12)) * length);
   }
   w.fault = fault;
 }
 
-/// K and b of all loops, after the axes and origins of all bodies in the world.
-template <class T> KSL_LANES void set_loop_equations(const model_view<scalar_of<T>> &model,
-                                                     loop_equations_workspace<T> &w, const T *q, const T *v,
-                                                     const T *a) {
+/// K of all loops, and b if rates are wanted, after the axes and origins of all bodies in the world.
+template <bool rates, class T>
+KSL_LANES void set_loop_equations(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w, const T *q,
+                                  const T *v) {
   express_in_world(model, w.world, q);
   w.fault = T(scalar_of<T>(0));
   for (int l = 0; l < model.loops->loops; ++l)
-    set_loop(model, w, l, v, a);
+    set_loop<rates>(model, w, l, v);
 }
 
-/// x[columns] −= factor y[columns], and the same of the last column.
-template <class T> KSL_LANES void subtract_columns(const T &factor, const T *y, T *x, const int *columns, int n,
-                                                   int last) {
-  for (int j = 0; j < n; ++j)
-    x[columns[j]] = x[columns[j]] - factor * y[columns[j]];
-  x[last] = x[last] - factor * y[last];
-}
-
-/// Eliminates by the plan, and solves for the dependent coordinates.
-template <class T> KSL_LANES void eliminate_by_plan(const model_view<scalar_of<T>> &model,
-                                                    loop_equations_workspace<T> &w) {
+/// Whether accelerations a (nv) keep the loops closed: (2), by the motions of bodies that inverse dynamics has found; after
+/// set_loop_equations.
+template <class T, class Motions>
+KSL_LANES void check_accelerations(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w,
+                                   const Motions &motion, const T *a) {
+  using A = algebra<T>;
   using S = scalar_of<T>;
   const loop_view<S> &loops = *model.loops;
-  const int b = model.nv, f = loops.freedoms, pitch = w.pitch, pivots = loops.pivots;
-  T *const K = &w.K[0], *const solved = &w.solved[0];
-  const int *const list = loops.list, *const independent = loops.independent;
+  for (int l = 0; l < loops.loops; ++l) {
+    const closing_joint<S> &joint = loops.joint[l];
+    const SE3<T> to = w.joint[l];
+    const screw<T> W = w.twist[l];
+    struct end { vec3<T> omega, alpha, acceleration; };
+    const auto moved = [&](int body) KSL_INLINED {
+      const auto m = motion[body];
+      const mat3x3<T> R = w.world.rotation[body];
+      const vec3<T> o = w.world.origin[body], arm = {to.t.x - o.x, to.t.y - o.y, to.t.z - o.z};
+      end e;
+      vec3<T> x;
+      A::product_drv(&R, &m.angular_velocity, &e.omega);
+      A::product_drv(&R, &m.angular_acceleration, &e.alpha);
+      A::product_drv(&R, &m.acceleration, &e.acceleration);
+      A::cross_vv(&e.alpha, &arm, &x);
+      A::xpy_vv(&x, &e.acceleration);
+      A::cross_vv(&e.omega, &arm, &x);
+      A::cross_vv(&e.omega, &x, &x);
+      A::xpy_vv(&x, &e.acceleration);
+      return e;
+    };
+    const end s = moved(joint.successor), p = moved(joint.predecessor);
+    const vec3<T> both = {s.omega.x + p.omega.x, s.omega.y + p.omega.y, s.omega.z + p.omega.z};
+    vec3<T> x, y;
+    A::cross_vv(&both, &W.lin, &x);
+    A::cross_vv(&s.omega, &W.ang, &y);
+    const vec3<T> lin = {s.acceleration.x - p.acceleration.x - x.x, s.acceleration.y - p.acceleration.y - x.y,
+                         s.acceleration.z - p.acceleration.z - x.z},
+                  ang = {s.alpha.x - p.alpha.x - y.x, s.alpha.y - p.alpha.y - y.y, s.alpha.z - p.alpha.z - y.z};
+    T terms = w.moved[l] * w.moved[l] * T(S(1) / loops.length);
+    for (int c = joint.columns_begin; c < joint.columns_end; ++c)
+      terms = terms + math<T>::fabs(a[loops.column[c].v]) * T(loops.column_scale[loops.column[c].v]);
+    const T allowed = T(loop_tolerance<S> * S(0.25)) * terms + T(S(1e-12)) * T(loops.length);
+    for (int i = 0; i < joint.forces + joint.moments; ++i) {
+      const vec3<T> own = spread<T>(joint.direction[i]);
+      vec3<T> d;
+      A::product_drv(&to.R, &own, &d);
+      const T scale(loops.row_scale[joint.first_row + i]);
+      w.fault = w.fault + fault_beyond(A::dot_vv(&d, i < joint.forces ? &lin : &ang) * scale, allowed);
+    }
+  }
+}
+
+/// Eliminates by the plan.  The factors stay in K: those of rows below pivots, and in place of each pivot its inverse.
+template <bool rates, class T>
+KSL_LANES void eliminate_by_plan(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w) {
+  using S = scalar_of<T>;
+  const loop_view<S> &loops = *model.loops;
+  const int b = model.nv, f = loops.freedoms, pivots = loops.pivots;
+  const int *const list = loops.list;
   T smallest = T(S(1)), fault = w.fault;
   for (int k = 0; k < pivots; ++k) {
     const loop_pivot p = loops.pivot[k];
-    const T *const row = K + p.row * pitch;
-    const T pivot = row[p.column], inverse = T(S(1)) / pivot;
+    T *const row = w.row(p.row);
+    const T pivot = row[k], inverse = T(S(1)) / pivot;
+    row[k] = inverse;
     const T scaled = math<T>::fabs(pivot) * T(loops.row_scale[p.row] * loops.column_scale[p.column]);
     smallest = math<T>::select(scaled < smallest, scaled, smallest);
     for (int i = p.rows_begin; i < p.rows_end; ++i) {
-      T *const target = K + list[i] * pitch;
-      const T factor = target[p.column] * inverse;
-      target[p.column] = factor;
-      subtract_columns(factor, row, target, list + p.columns_begin, p.columns_end - p.columns_begin, b);
+      T *const target = w.row(list[i]);
+      const T factor = target[k] * inverse;
+      target[k] = factor;
+      subtract_columns(factor, row, target, list + p.columns_begin, p.columns_end - p.columns_begin, k + 1,
+                       rates ? b + 1 : b);
+      if constexpr (rates && !is_number<T>)
+        target[b] = target[b] - factor * row[b];
     }
   }
   fault = fault + fault_beyond(T(least_pivot<S>), smallest);
   for (int r = 0; r < loops.rows - pivots; ++r) { // equations that follow from the others have nothing left
     const int row = loops.redundant[r];
     for (int j = 0; j < f; ++j)
-      fault = fault + fault_beyond(K[row * pitch + independent[j]] *
-                                       T(loops.row_scale[row] * loops.column_scale[independent[j]]),
-                                   T(largest_rest<S>));
+      fault = fault +
+              fault_beyond(w.row(row)[pivots + j] * T(loops.row_scale[row] * loops.column_scale[loops.independent[j]]),
+                           T(largest_rest<S>));
   }
   w.fault = fault;
-  for (int k = pivots - 1; k >= 0; --k) {
+}
+
+/// Solves for the dependent coordinates, after the elimination with rates.
+template <class T> KSL_LANES void solve_by_plan(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w) {
+  const loop_view<scalar_of<T>> &loops = *model.loops;
+  const int b = model.nv, f = loops.freedoms;
+  T *const solved = &w.solved[0];
+  const int *const list = loops.list;
+  for (int k = loops.pivots - 1; k >= 0; --k) {
     const loop_pivot p = loops.pivot[k];
-    const T *const row = K + p.row * pitch;
-    const T inverse = T(S(1)) / row[p.column];
+    const T *const row = w.row(p.row);
+    const T inverse = row[k];
     T *const out = solved + k * (f + 1);
     for (int j = 0; j < f; ++j)
-      out[j] = row[independent[j]];
+      out[j] = row[loops.pivots + j];
     out[f] = row[b];
     for (int i = p.later_begin; i < p.later_end; ++i) {
       const int step = list[i];
-      const T factor = row[loops.pivot[step].column];
+      const T factor = row[step];
       const T *const later = solved + step * (f + 1);
       for (int j = 0; j <= f; ++j)
         out[j] = out[j] - factor * later[j];
