@@ -128,8 +128,11 @@ inline void add_builder(nb::module_ &module) {
           "name"_a, "kind"_a, "parent"_a, "child"_a, "pose"_a, "options"_a)
       .def("add_loop", &add_loop, "loop"_a)
       .def(
-          "set_drives", [](ksl::builder &b, const std::vector<std::string> &joints) { b.set_drives(joints); },
-          "joints"_a)
+          "set_drives",
+          [](ksl::builder &b, const std::vector<std::string> &joints, const std::vector<double> &weights) {
+            b.set_drives(joints, weights);
+          },
+          "joints"_a, "weights"_a)
       .def("add_dh_chain", &add_dh_chain, "parent"_a, "rows"_a, "modified"_a, "prefix"_a)
       .def(
           "build",
@@ -197,10 +200,10 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
           "compliances"_a)
       .def(
           "with_drives",
-          [](const ksl::model &m, const std::vector<std::string> &joints) {
-            return ksl::model(ksl::with_drives(m.description(), joints));
+          [](const ksl::model &m, const std::vector<std::string> &joints, const std::vector<double> &weights) {
+            return ksl::model(ksl::with_drives(m.description(), joints, weights));
           },
-          "joints"_a)
+          "joints"_a, "weights"_a)
       .def("with_inertias", &with_inertias, "inertias"_a)
       .def("with_gravity", &ksl::model::with_gravity, "gravity"_a)
       .def(

@@ -53,8 +53,8 @@ template <class Go> void fields(Go &go, ksl::physics_options &p) {
   go(p.damping, p.friction, p.armature, p.rotor, p.spring, p.rotor_bodies, p.exact_friction, p.friction_width);
 }
 template <class Go> void fields(Go &go, ksl::robot_description &r) {
-  go(r.name, r.file, r.links, r.joints, r.loops, r.drives, r.compliances, r.gravity, r.physics, r.floating_base,
-     r.unused, r.warnings);
+  go(r.name, r.file, r.links, r.joints, r.loops, r.drives, r.drive_weights, r.compliances, r.gravity, r.physics,
+     r.floating_base, r.unused, r.warnings);
 }
 
 template <class T> constexpr bool is_struct = requires(T &x, void (&go)(...)) { fields(go, x); };

@@ -125,6 +125,32 @@ inline nb::object derivatives(const ksl::model &m, nb::handle q, nb::handle v, n
   return nb::make_tuple(out[0], out[1], out[2], f);
 }
 
+/// How motions and wrenches of loops vary along the mechanism, and the wrenches (closed_reaction_variations), of all states.
+inline nb::object reaction_variations(const ksl::model &m, nb::handle q, nb::handle v, nb::handle a,
+                                      const std::vector<int> &links, const nb::list &wrenches, bool in_world) {
+  const rows Q(q), V(v), X(a);
+  const externals e(links, wrenches, in_world);
+  ksl::data d(m);
+  const std::size_t nv = static_cast<std::size_t>(m.nv()), loops = m.loops().size();
+  std::vector<int> indices(nv);
+  std::vector<double> memory;
+  const std::size_t f = Q.states ? static_cast<std::size_t>(ksl::independent(m, d, Q[0], indices.data())) : 0;
+  const std::size_t columns[] = {9 * f * nv, 36 * f * loops, 18 * f * loops, 12 * loops};
+  nb::object out[4];
+  for (int i = 0; i < 4; ++i)
+    out[i] = new_rows(Q.states, columns[i]);
+  for (std::size_t k = 0; k < Q.states; ++k) {
+    if (static_cast<std::size_t>(ksl::independent(m, d, Q[k], indices.data())) != f)
+      throw std::invalid_argument("state " + std::to_string(k) +
+                                  " has another number of freedoms than state 0; call it alone");
+    double *at[4];
+    for (int i = 0; i < 4; ++i)
+      at[i] = data_of(out[i]) + k * columns[i];
+    ksl::closed_reaction_variations(m, d, Q[k], V[k], X[k], e.of_state(k, memory), at[0], at[1], at[2], at[3]);
+  }
+  return nb::make_tuple(out[0], out[1], out[2], out[3], f);
+}
+
 inline void add_loops(nb::class_<ksl::model> &model) {
   model
       .def_prop_ro("loops",
@@ -135,6 +161,7 @@ inline void add_loops(nb::class_<ksl::model> &model) {
                      return all;
                    })
       .def_prop_ro("drives", [](const ksl::model &m) { return m.description().drives; })
+      .def_prop_ro("drive_weights", [](const ksl::model &m) { return m.description().drive_weights; })
       .def_prop_ro("loop_rows", &ksl::loop_rows)
       .def(
           "loop_error",
@@ -224,6 +251,19 @@ inline void add_loops(nb::class_<ksl::model> &model) {
             return nb::make_tuple(out, how, error);
           },
           "q"_a, "hold"_a, "limits"_a, "iterations"_a)
+      .def(
+          "stabilised_forward_dynamics",
+          [](const ksl::model &m, nb::handle q, nb::handle v, nb::handle tau, const std::vector<int> &links,
+             const nb::list &wrenches, bool in_world, double alpha, double beta) {
+            const rows Q(q), V(v), T(tau);
+            const externals e(links, wrenches, in_world);
+            std::vector<double> memory;
+            return each(m, Q.states, static_cast<std::size_t>(m.nv()), [&](ksl::data &d, std::size_t k, double *a) {
+              ksl::stabilised_forward_dynamics(m, d, Q[k], V[k], T[k], e.of_state(k, memory), {alpha, beta}, a);
+            });
+          },
+          "q"_a, "v"_a, "tau"_a, "links"_a, "wrenches"_a, "in_world"_a, "alpha"_a, "beta"_a)
+      .def("reaction_variations", &reaction_variations, "q"_a, "v"_a, "a"_a, "links"_a, "wrenches"_a, "in_world"_a)
       .def("closed_derivatives", &derivatives, "q"_a, "v"_a, "x"_a, "links"_a, "wrenches"_a, "in_world"_a, "forward"_a)
       .def(
           "reaction_patterns",

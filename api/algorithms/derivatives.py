@@ -106,6 +106,10 @@ All arguments as in :meth:`reactions`, whose components in the requested axes ar
 these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.
 External wrenches are held in `external_axes`: in those of their links, with which they move, or in the world's.
 out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022); O(joints × nv).
+
+Of a mechanism with loops, columns are the coordinates of :meth:`independent`, which vary one at a time, while the others follow; there must
+be as many drives as freedoms.  Joints that close loops have derivatives at the joint in its axes.  What rigid bodies don't determine
+is an error, or with undetermined="nan" NaN.
 """,
     ),
     Algorithm(

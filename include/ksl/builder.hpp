@@ -83,7 +83,7 @@ public:
                     const SE3<double> &successor_pose, const loop_options &options = {});
 
   /// The joints that have a motor.  Inverse dynamics of mechanisms with loops need to know them.
-  builder &set_drives(const std::vector<std::string> &joints);
+  builder &set_drives(const std::vector<std::string> &joints, const std::vector<double> &weights = {});
 
   /// Adds joint1, link1, joint2, link2, … to a link, names after the prefix.  The frame of link i is that of row i.
   builder &add_dh_chain(const std::string &parent, const std::vector<dh_row> &rows, dh_convention convention,

@@ -82,6 +82,13 @@ KSL_EXPORT ksl_status_t ksl_closed_forward_dynamics_derivatives(const ksl_model_
                                                                 const ksl_external_t *external, double *by_q,
                                                                 double *by_v, double *by_tau);
 
+/** Accelerations a (nv) under efforts tau (nv), which correct errors e of the loops by ë + 2 alpha ė + beta² e = 0 (Baumgarte); gains in 1/s.
+    Positions and velocities may be off by 1e-2 of the mechanism's length, or of the terms of their equation.  external may be NULL. */
+KSL_EXPORT ksl_status_t ksl_stabilised_forward_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                        const double *v, const double *tau,
+                                                        const ksl_external_t *external, double alpha, double beta,
+                                                        double *a);
+
 KSL_END_C
 
 #endif

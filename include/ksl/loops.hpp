@@ -91,4 +91,25 @@ KSL_EXPORT void closed_forward_dynamics_derivatives(const model &m, data &d, con
                                                     const double *tau, const external_wrenches<double> &external,
                                                     double *by_q, double *by_v, double *by_tau);
 
+/// How the motion and the wrenches of joints that close loops vary along the mechanism, from which derivatives of all reactions follow.  For
+/// each coordinate of independent(), in q, in v and in a: motions (3, freedoms, 3, nv) are dq, dv and da; on_links (3, freedoms, loops, 2, 6)
+/// what the joint exerts on its successor and on its predecessor, at their origins in their axes; at_joints (3, freedoms, loops, 6) what its
+/// predecessor exerts on its successor, at its frame there.  wrenches (loops, 2, 6) are those on links themselves.  Of redundant equations some
+/// multipliers are zero, and only what rigid bodies determine has a meaning.  Throws as closed_inverse_dynamics_derivatives.
+KSL_EXPORT void closed_reaction_variations(const model &m, data &d, const double *q, const double *v, const double *a,
+                                           const external_wrenches<double> &external, double *motions, double *on_links,
+                                           double *at_joints, double *wrenches);
+
+/// Gains of a correction of constraint errors e: ë + 2 α ė + β² e = 0 (Baumgarte, Computer Methods in Applied Mechanics and Engineering 1,
+/// 1972, p. 1).  α = β is critically damped: errors decay with e^(−α t).
+struct stabilisation {
+  double alpha, beta; ///< 1/s, not negative
+};
+/// Accelerations a (nv) under efforts tau (nv), of states whose positions and velocities keep the loops closed up to 1e-2 of the mechanism's
+/// length, or of the terms of their equation.  They correct these errors, with the independent coordinates free to move as the efforts want.
+/// Without errors they are those of forward_dynamics.  Throws result_error, which allocates, for larger errors.
+KSL_EXPORT void stabilised_forward_dynamics(const model &m, data &d, const double *q, const double *v,
+                                            const double *tau, const external_wrenches<double> &external,
+                                            const stabilisation &gains, double *a);
+
 } // namespace ksl

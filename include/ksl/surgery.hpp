@@ -61,7 +61,9 @@ KSL_EXPORT robot_description without_loops(robot_description robot);
 /// Gives joints compliance, in place of what they had.  Reactions of mechanisms with loops are then those of least energy.
 KSL_EXPORT robot_description with_compliances(robot_description robot, std::vector<joint_compliance> compliances);
 
-/// Says which joints have a motor, in place of what the robot says.
-KSL_EXPORT robot_description with_drives(robot_description robot, std::vector<std::string> joints);
+/// Says which joints have a motor, in place of what the robot says.  weights: of each, of the squares of efforts where these are more than
+/// the freedoms; empty: all 1.
+KSL_EXPORT robot_description with_drives(robot_description robot, std::vector<std::string> joints,
+                                         std::vector<double> weights = {});
 
 } // namespace ksl

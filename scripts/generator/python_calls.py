@@ -49,6 +49,14 @@ FIRST = {
             stiff: Calls = self._with_stiffness(stiffness)
             return stiff.reactions(q, v, a, external, on, at, axes, order, part, joints, out, threads, external_axes)
 ''',
+    "forward_dynamics": '''\
+        if stabilise is not None:
+            return self._stabilised(q, v, tau, external, out, external_axes, stabilise)
+''',
+    "reactions_derivatives": '''\
+        if self.loops:
+            return self._reactions_along((q, v, a), external, on, at, axes, order, part, joints, out, external_axes, undetermined)
+''',
     "inverse_dynamics_derivatives": '''\
         if self.loops:
             return self._along("inverse_dynamics_derivatives", q, v, (a, "a"), external, out, external_axes)
@@ -59,7 +67,7 @@ FIRST = {
 ''',
 }
 """What methods do first for mechanisms with loops."""
-FURTHER = {"reactions": "stiffness: Mapping[str, Stiffness] | None = None"}
+FURTHER = {"reactions": "stiffness: Mapping[str, Stiffness] | None = None", "forward_dynamics": "stabilise: Gains | None = None", "reactions_derivatives": 'undetermined: Undetermined = "refuse"'}
 """Keywords of that."""
 
 CHOICE = '''\
@@ -135,9 +143,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.model.loops import LoopCalls
+from ksl.model.loops import Gains, LoopCalls
 from ksl.model.requests import one_of
-from ksl.model.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, external_in, numbers
+from ksl.model.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, Undetermined, external_in, numbers
 from ksl.model.stiffness import Stiffness
 
 
@@ -212,6 +220,18 @@ Model\\.simulate$:
         self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], times: NDArray[numpy.floating], how: dict[str, Any], drives: dict[str, Any],
         external: list[tuple[int, Any]], in_world: bool, laws: dict[str, Any], events: list[tuple[int, bool]], event_values: Any, threads: int | None, progress: Any,
     ) -> tuple[dict[str, NDArray[numpy.floating]], list[tuple[int, float, int, int, int, int]], list[tuple[int, float, int, int, float]]]: ...
+
+Model\\.stabilised_forward_dynamics$:
+    def stabilised_forward_dynamics(
+        self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], tau: NDArray[numpy.floating], links: list[int],
+        wrenches: list[NDArray[numpy.floating]], in_world: bool, alpha: float, beta: float,
+    ) -> NDArray[numpy.floating]: ...
+
+Model\\.reaction_variations$:
+    def reaction_variations(
+        self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], a: NDArray[numpy.floating], links: list[int],
+        wrenches: list[NDArray[numpy.floating]], in_world: bool,
+    ) -> tuple[NDArray[numpy.floating], NDArray[numpy.floating], NDArray[numpy.floating], NDArray[numpy.floating], int]: ...
 
 Model\\.(joints|links|loops)$:
     @property

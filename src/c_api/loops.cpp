@@ -142,4 +142,17 @@ ksl_status_t ksl_closed_forward_dynamics_derivatives(const ksl_model_t *m, ksl_d
   });
 }
 
+ksl_status_t ksl_stabilised_forward_dynamics(const ksl_model_t *m, ksl_data_t *d, const double *q, const double *v,
+                                             const double *tau, const ksl_external_t *external, double alpha,
+                                             double beta, double *a) {
+  return at_position(m, d, q, v && tau && a, [&](const ksl::model &model, ksl::data &data) {
+    require(!model.loops().empty(), "the model has no loops; ksl_forward_dynamics is for trees");
+    require(alpha >= 0 && beta >= 0 && std::isfinite(alpha) && std::isfinite(beta),
+            "gains are not finite and 0 or more; give alpha and beta in 1/s");
+    require_finite(v, model.nv(), "v");
+    require_finite(tau, model.nv(), "tau");
+    ksl::stabilised_forward_dynamics(model, data, q, v, tau, external_of<double>(m, external), {alpha, beta}, a);
+  });
+}
+
 } // extern "C"

@@ -268,8 +268,8 @@ builder &builder::add_loop(const std::string &name, joint_kind kind, const std::
   return *this;
 }
 
-builder &builder::set_drives(const std::vector<std::string> &joints) {
-  robot_.drives = joints;
+builder &builder::set_drives(const std::vector<std::string> &joints, const std::vector<double> &weights) {
+  robot_.drives = joints, robot_.drive_weights = weights;
   return *this;
 }
 

@@ -82,6 +82,16 @@ void check_drives(const robot_description &robot) {
     const auto found = joints.find(name);
     check_drive(robot, name, found == joints.end() ? nullptr : found->second);
   }
+  const std::size_t weights = robot.drive_weights.size();
+  if (weights > 0 && weights != robot.drives->size())
+    refuse(robot, {},
+           std::to_string(weights) + " weights of " + std::to_string(robot.drives->size()) +
+               " drives; give one for each, or none");
+  for (std::size_t k = 0; k < weights; ++k)
+    if (!(robot.drive_weights[k] > 0) || !std::isfinite(robot.drive_weights[k]))
+      refuse(robot, {},
+             "drive " + quoted((*robot.drives)[k]) + ": its weight is " + text::shown(robot.drive_weights[k]) +
+                 "; a weight is positive and finite");
 }
 
 /// Refuses compliances of unknown joints, and matrices that store no energy: x · C x must not be negative.
@@ -159,7 +169,15 @@ void keep_drives(robot_description &robot) {
   for (const joint_description &joint : robot.joints)
     if (row_of(joint.kind).nv > 0)
       movable.insert(joint.name);
-  std::erase_if(*robot.drives, [&](const std::string &joint) { return movable.count(joint) == 0; });
+  std::vector<std::string> kept;
+  std::vector<double> weights;
+  for (std::size_t k = 0; k < robot.drives->size(); ++k)
+    if (movable.count((*robot.drives)[k]) > 0) {
+      kept.push_back((*robot.drives)[k]);
+      if (!robot.drive_weights.empty())
+        weights.push_back(robot.drive_weights[k]);
+    }
+  *robot.drives = std::move(kept), robot.drive_weights = std::move(weights);
 }
 
 void check_loops(const robot_description &robot) {
@@ -195,6 +213,7 @@ robot_description with_loops(robot_description robot, std::vector<loop_descripti
 robot_description without_loops(robot_description robot) {
   robot.loops.clear();
   robot.drives.reset();
+  robot.drive_weights.clear();
   robot.compliances.clear();
   return robot;
 }
@@ -205,12 +224,13 @@ robot_description with_compliances(robot_description robot, std::vector<joint_co
   return robot;
 }
 
-robot_description with_drives(robot_description robot, std::vector<std::string> joints) {
+robot_description with_drives(robot_description robot, std::vector<std::string> joints, std::vector<double> weights) {
   if (robot.loops.empty())
     refuse(robot, {},
            "robot " + quoted(robot.name) +
                " has no loops: each joint of a tree has a motor; name drives of robots with loops only");
   robot.drives = std::move(joints);
+  robot.drive_weights = std::move(weights);
   check_loops(robot);
   return robot;
 }

@@ -96,6 +96,12 @@ static void test_geometry(const ksl_model_t *m, ksl_data_t *d) {
   CHECK(inertia > 0 && by_tau[1] == 0 && by_tau[2] == 0);
   CHECK(ksl_closed_forward_dynamics_derivatives(m, d, closed, jump, by_v, NULL, by_q, by_a, by_tau) == KSL_OK);
   CHECK(near(by_tau[0] * inertia, 1, 1e-9));
+  CHECK(ksl_forward_dynamics(m, d, closed, jump, by_v, NULL, rate) == KSL_OK);
+  CHECK(ksl_stabilised_forward_dynamics(m, d, closed, jump, by_v, NULL, 10, 10, errors) == KSL_OK);
+  for (int i = 0; i < 3; ++i)
+    CHECK(near(errors[i], rate[i], 1e-9));
+  CHECK_REFUSED(ksl_stabilised_forward_dynamics(m, d, closed, jump, by_v, NULL, -1, 0, errors), KSL_BAD_ARGUMENT,
+                "gains");
   CHECK_REFUSED(
       ksl_consistent_velocity(m, d, closed, (const double[]){1, 1, 1}, (const bool[]){true, true, true}, jump),
       KSL_BAD_ARGUMENT, "no motion of the closed mechanism");

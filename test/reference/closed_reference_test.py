@@ -87,7 +87,7 @@ def test_dynamics(case, state):
     if more:
         wanted = np.zeros(m.nv)
         wanted[[m.joint_names.index(name) for name in more]] = np.ravel(list(more.values()))
-        close_to(m.with_drives(more).inverse_dynamics(q, v, a), wanted)
+        close_to(m.with_drives(list(more)).inverse_dynamics(q, v, a), wanted)
 
 
 @pytest.mark.parametrize("case, state", states())

@@ -40,18 +40,20 @@ class Mechanisms:
         if "loops" in given:
             model = model.without_loops() if given["loops"] == "cut" else with_loops(model, self._path(f"{where}: loops", given["loops"]))
         if "drives" in given:
-            names = joints_named(f"{where}: drives", given["drives"])
+            drives = drives_named(f"{where}: drives", given["drives"])
             if not model.loops:
                 raise CaseError(f"{where}: drives are given, but {model.name} has no loops: each joint of a tree has a motor; leave drives out")
-            model = model.with_drives(names)
+            model = model.with_drives(drives)
         if "stiffness" in given:
             stiffness = given["stiffness"]
             model, notes = stiff_by(model, stiffness if isinstance(stiffness, dict) else self._path(f"{where}: stiffness", stiffness))
         return model, notes
 
 
-def joints_named(where: str, given: Any) -> list[str]:
-    """A list of names, or names separated by commas as the option has them."""
+def drives_named(where: str, given: Any) -> list[str] | dict[str, float]:
+    """A list of names, names separated by commas as the option has them, or a table of weights."""
+    if isinstance(given, dict):
+        return given
     names = [name.strip() for name in given.split(",")] if isinstance(given, str) else given
     if not isinstance(names, list) or not all(isinstance(name, str) and name for name in names):
         raise CaseError(f'{where} is {given!r}; expected names of joints, ["A"] for example')

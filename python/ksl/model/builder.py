@@ -171,7 +171,7 @@ class Builder:
         masses: Literal["optional"] | None = None,
         physics: str | Iterable[str] | None = None,
         friction_width: float = 0.01,
-        drives: Iterable[str] | None = None,
+        drives: given.Drives | None = None,
     ) -> Model:
         """The model of what has been added, with the options of :func:`ksl.load`; `gravity` None is the builder's own.
 
@@ -184,7 +184,7 @@ class Builder:
         own = None if gravity is None else list(three_numbers(gravity, "gravity"))
         floating_base, strict = given.flag(floating_base, "floating_base"), given.flag(strict, "strict")
         if drives is not None:
-            self._core.set_drives(given.names(drives, "drives"))
+            self._core.set_drives(*given.drives(drives))
         core = self._core.build(floating_base, strict, own, given.payload_points(payloads), masses is not None, given.physics(physics, friction_width))
         for line in core.warnings:
             warnings.warn(line, DescriptionWarning, stacklevel=2)

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.model.loops import LoopCalls
+from ksl.model.loops import Gains, LoopCalls
 from ksl.model.requests import one_of
-from ksl.model.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, external_in, numbers
+from ksl.model.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, Undetermined, external_in, numbers
 from ksl.model.stiffness import Stiffness
 
 
@@ -180,6 +180,7 @@ class Calls(LoopCalls):
         out: Array | None = None,
         threads: int | None = None,
         external_axes: ExternalAxes = "link",
+        stabilise: Gains | None = None,
     ) -> Array:
         """Accelerations (…, nv) under joint efforts tau (…, nv) at q (…, nq) and v (…, nv).
 
@@ -189,8 +190,14 @@ class Calls(LoopCalls):
         Raises ValueError if a joint can move without moving any mass, for example at an end of the mechanism whose links have none: its
         acceleration is not determined.
 
+        stabilise: of a mechanism with loops, corrects errors e of loops that are slightly open: ë + 2 α ė + β² e = 0 (Baumgarte, 1972), with (α, β) in
+        1/s, or one number for both, with which errors decay as e^(−α t).  Errors up to 1e-2 of the mechanism's length, and of the terms of
+        velocities, are then accepted; otherwise past 1e-6 they are refused.  The states are computed one by one.
+
             a = m.forward_dynamics(q, v, tau)                                   # (6,), rad/s²
         """
+        if stabilise is not None:
+            return self._stabilised(q, v, tau, external, out, external_axes, stabilise)
         if external_axes != "link":
             external = external_in(external, external_axes)
         return self._core.forward_dynamics(q, v, tau, None, external, None, out, threads)
@@ -817,6 +824,7 @@ class Calls(LoopCalls):
         Array] | None = None,
         threads: int | None = None,
         external_axes: ExternalAxes = "link",
+        undetermined: Undetermined = "refuse",
     ) -> tuple[Array, Array, Array]:
         """Derivatives of reactions by q, v and a, each (…, joints, 6, nv).
 
@@ -824,7 +832,13 @@ class Calls(LoopCalls):
         these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.
         External wrenches are held in `external_axes`: in those of their links, with which they move, or in the world's.
         out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022); O(joints × nv).
+
+        Of a mechanism with loops, columns are the coordinates of :meth:`independent`, which vary one at a time, while the others follow; there must
+        be as many drives as freedoms.  Joints that close loops have derivatives at the joint in its axes.  What rigid bodies don't determine
+        is an error, or with undetermined="nan" NaN.
         """
+        if self.loops:
+            return self._reactions_along((q, v, a), external, on, at, axes, order, part, joints, out, external_axes, undetermined)
         if external_axes != "link":
             external = external_in(external, external_axes)
         return self._core.reactions_derivatives(q, v, a, None, external, self.reaction_request(on, at, axes, order, part, joints), out, threads)

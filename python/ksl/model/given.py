@@ -113,6 +113,17 @@ def pose_of(what: str, pose: PoseLike | None, xyz: ArrayLike | None, rpy: ArrayL
     return matrix
 
 
+Drives = str | Iterable[str] | Mapping[str, float]
+"""Names of joints that have a motor, or {name: weight}: of the squares of efforts, where drives are more than the freedoms."""
+
+
+def drives(given: Any) -> tuple[list[str], list[float]]:
+    """Names and weights; no weights if none are given."""
+    if not isinstance(given, Mapping):
+        return names(given, "drives"), []
+    return names(list(given), "drives"), [number(weight, f"drive {joint}: its weight") for joint, weight in given.items()]
+
+
 def names(x: str | Iterable[str], what: str) -> list[str]:
     """A list of names; one name stands for itself."""
     if not isinstance(x, (str, Iterable)):

@@ -33,7 +33,7 @@ def load(
     physics: str | Iterable[str] | None = None,
     friction_width: float = 0.01,
     loops: str | os.PathLike[str] | None = None,
-    drives: str | Iterable[str] | None = None,
+    drives: given.Drives | None = None,
 ) -> Model:
     """Reads a robot file: URDF, SDF, or MJCF, which needs the extra `ksl[mjcf]`.  Its root element says which it is.
 
@@ -50,7 +50,8 @@ def load(
     physics, friction_width: which physics of joints the model has, as :meth:`Model.with_physics` takes them; none by default.
     loops: a TOML file with joints that close loops, besides those of the robot file (:mod:`ksl.model.loops_file` shows one); "cut" leaves out
     those of the robot file: the tree, which is another machine.
-    drives: the joints that have a motor, of a robot with loops, instead of those that the files name.
+    drives: the joints that have a motor, of a robot with loops, instead of those that the files name; {joint: weight} as :meth:`Model.with_drives`
+    takes it.
     Raises :class:`DescriptionError`, which names file, line, link or joint, what is wrong and how to mend it.
 
         m = ksl.load("robot.urdf", payloads={"tool0": (2.0, (0, 0, 0.05))})   # 2 kg, 5 cm in front of the flange
@@ -83,7 +84,7 @@ def load_string(
     physics: str | Iterable[str] | None = None,
     friction_width: float = 0.01,
     loops: str | os.PathLike[str] | None = None,
-    drives: str | Iterable[str] | None = None,
+    drives: given.Drives | None = None,
 ) -> Model:
     """Reads the contents of a robot file, for example what a xacro program printed, as :func:`load` reads the file.
 
@@ -118,7 +119,7 @@ class _Options:
     physics: str | Iterable[str] | None
     friction_width: float
     loops: str | os.PathLike[str] | None
-    drives: str | Iterable[str] | None
+    drives: given.Drives | None
 
 
 def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
@@ -127,7 +128,7 @@ def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
     if cut and o.drives is not None:
         raise ValueError('drives are given, but loops="cut" leaves a tree, whose joints all have a motor; leave one of the two out')
     beside = None if o.loops is None or cut else LoopsFile(_path_of_loops(o.loops))
-    return _closed(_read(file, text, o, cut), beside, None if o.drives is None else given.names(o.drives, "drives"))
+    return _closed(_read(file, text, o, cut), beside, o.drives)
 
 
 def with_loops(loaded: Model, file: str | os.PathLike[str]) -> Model:
@@ -135,14 +136,14 @@ def with_loops(loaded: Model, file: str | os.PathLike[str]) -> Model:
     return _closed(loaded, LoopsFile(_path_of_loops(file)), None)
 
 
-def _closed(loaded: Model, beside: LoopsFile | None, drives: list[str] | None) -> Model:
+def _closed(loaded: Model, beside: LoopsFile | None, drives: given.Drives | None) -> Model:
     """With the loops of a file beside that of the robot, and with drives.  A model that neither changes is the same."""
     if beside is not None:
         beside.check_robot(loaded.name)
         try:
             core = loaded._core.with_loops(beside.loops)
             if beside.drives is not None:
-                core = core.with_drives(beside.drives)
+                core = core.with_drives(*given.drives(beside.drives))
         except DescriptionError as error:
             raise beside.refused(error) from None
         loaded = _as(loaded, core, beside.input)
@@ -150,7 +151,7 @@ def _closed(loaded: Model, beside: LoopsFile | None, drives: list[str] | None) -
         return loaded
     if not loaded.loops:
         raise DescriptionError(f"{loaded.file}: drives are given, but the robot has no loops: each joint of a tree has a motor; leave drives= out")
-    return _as(loaded, loaded._core.with_drives(drives))
+    return _as(loaded, loaded._core.with_drives(*given.drives(drives)))
 
 
 def _as(loaded: Model, core: _core.Model, *inputs: InputFile) -> Model:

@@ -12,9 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.model import given
 from ksl.model.requests import Requests
-from ksl.model.states import Array, External, ExternalAxes, argument, external_in, items_of
+from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined, argument, external_in, items_of
 from ksl.model.stiffness import Stiffness
 
+Gains = float | tuple[float, float]
+"""(α, β) of a correction of errors of loops, 1/s, or one number for both."""
 CLOSING = ("closed", "out of reach", "singular", "limits", "nothing free")
 _CONTRADICTORY, _NEAREST = 2, 1
 
@@ -201,17 +203,45 @@ class LoopCalls(Requests):
         """The model with these stiffnesses, which is made by a room above."""
         raise NotImplementedError
 
+    def _stabilised(
+        self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None, out: object, external_axes: ExternalAxes, gains: Gains
+    ) -> Array:
+        """Accelerations that correct errors of the loops."""
+        if out is not None:
+            raise ValueError("forward_dynamics: out= is for calls without stabilise=; leave one of both out")
+        both = np.asarray(given.numbers(gains, "stabilise"), dtype=float)
+        if both.shape not in ((), (2,)) or not np.isfinite(both).all() or (both < 0).any():
+            raise ValueError(f"stabilise={gains!r}; expected (α, β) in 1/s, or one number for both, 0 or more")
+        alpha, beta = np.broadcast_to(both, (2,)).tolist()
+        arrays, links, leading = self._with_external((q, "q", self.nq), (v, "v", self.nv), (tau, "tau", self.nv), external=external, axes=external_axes)
+        at, moving, efforts, *wrenches = arrays
+        found: Array = self._core.stabilised_forward_dynamics(at, moving, efforts, links, wrenches, external_axes == "world", alpha, beta)
+        return found.reshape(*leading, self.nv)
+
+    def _reactions_along(
+        self, states: tuple[ArrayLike, ArrayLike, ArrayLike], external: External | None, on: Side, at: Point, axes: str, order: Order, part: Part,
+        joints: Iterable[str] | None, out: object, external_axes: ExternalAxes, undetermined: Undetermined,
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
+        """Derivatives of reactions along the mechanism, which :mod:`ksl.model.surgery` has: they need the tree."""
+        raise NotImplementedError
+
+    def _with_external(
+        self, *inputs: tuple[ArrayLike, str, int], external: External | None, axes: ExternalAxes
+    ) -> tuple[list[Array], list[int], tuple[int, ...]]:
+        """Arrays (states, columns) of inputs and of wrenches, the links of these, and the common leading shape."""
+        external_in(external, axes)
+        items = items_of(external, axes)
+        wrenches = [(wrench, f"external[{link!r}]", 6) for link, wrench in items]
+        *arrays, leading = self._several(*inputs, *wrenches)
+        return arrays, [self._index(self._link_index, link, "link") for link, _ in items], leading
+
     def _along(
         self, call: str, q: ArrayLike, v: ArrayLike, x: tuple[ArrayLike, str], external: External | None, out: object, external_axes: ExternalAxes
     ) -> tuple[Array, Array, Array]:
         """Derivatives along the mechanism: columns are the independent coordinates; those by efforts are all."""
         if out is not None:
             raise ValueError(f"{call}: out= is for models without loops; the number of columns follows from the position")
-        external_in(external, external_axes)
-        items = items_of(external, external_axes)
-        wrenches = [(wrench, f"external[{link!r}]", 6) for link, wrench in items]
-        *arrays, leading = self._several((q, "q", self.nq), (v, "v", self.nv), (*x, self.nv), *wrenches)
-        links = [self._index(self._link_index, link, "link") for link, _ in items]
+        arrays, links, leading = self._with_external((q, "q", self.nq), (v, "v", self.nv), (*x, self.nv), external=external, axes=external_axes)
         by_q, by_v, by_x, free = self._core.closed_derivatives(arrays[0], arrays[1], arrays[2], links, arrays[3:], external_axes == "world", x[1] == "tau")
         columns = self.nv if x[1] == "tau" else free
         return by_q.reshape(*leading, self.nv, free), by_v.reshape(*leading, self.nv, free), by_x.reshape(*leading, self.nv, columns)

@@ -1,7 +1,7 @@
 """Joints that close loops, and drives, in a file beside that of the robot, for robot files that must stay as they are.
 
     robot = "fourbar"                 # as the robot file names it; may be left out
-    drives = ["A"]                    # the joints that have a motor; may be left out
+    drives = ["A"]                    # the joints that have a motor, or { A = 1.0, B = 4.0 } with weights; may be left out
 
     [[loop]]
     name = "C"
@@ -72,9 +72,15 @@ class LoopsFile:
             if key not in known:
                 raise self._refused(f"{where} has an unknown key {key!r}; {near_names(key, list(known))}expected {', '.join(known)}")
 
-    def _drives(self, drives: Any) -> list[str] | None:
+    def _drives(self, drives: Any) -> given.Drives | None:
         if drives is None:
             return None
+        if isinstance(drives, dict):
+            try:
+                given.drives(drives)
+            except ValueError as error:
+                raise self.refused(error) from None
+            return drives
         if not isinstance(drives, list) or not all(isinstance(joint, str) for joint in drives):
             raise self._refused(f'drives is {drives!r}; expected names of joints, ["A"] for example')
         return drives

@@ -169,6 +169,7 @@ class Mechanism:
         self.loops: tuple[Loop, ...] = tuple(_loop(row) for row in core.loops)
         """The joints that close loops; a model without them is a tree."""
         self.drives: tuple[str, ...] | None = None if core.drives is None else tuple(core.drives)
+        self.drive_weights: tuple[float, ...] = tuple(core.drive_weights)
         """The joints that have motors; None where the file names none.  Without loops every joint is taken to have one."""
         self.unused: tuple[str, ...] = tuple(core.unused)
         """Contents of the file that KSL doesn't use, a line for each kind."""

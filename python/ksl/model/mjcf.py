@@ -349,7 +349,7 @@ class _Reader:
         floats = {self.joints[j] for j in range(self.mj.njnt) if self.mj.jnt_type[j] == FREE}
         found, self.other_actuators = drives(self.mj, names, leader, floats)
         if found:
-            self.builder._core.set_drives(found)
+            self.builder._core.set_drives(found, [])
 
     def not_carried(self, what: str, joint: str) -> None:
         self.unused.setdefault(what, []).append(joint)

@@ -80,7 +80,7 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls):
         """Differs between models that differ in joints, links, loops or drives."""
         import hashlib
 
-        return hashlib.sha256(repr((self.joints, self.links, self.loops, self.drives)).encode()).hexdigest()
+        return hashlib.sha256(repr((self.joints, self.links, self.loops, self.drives, self.drive_weights)).encode()).hexdigest()
 
     def with_physics(self, physics: str | Iterable[str] | None, friction_width: float = 0.01) -> Model:
         """The same robot with this physics of joints, instead of its own.

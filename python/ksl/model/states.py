@@ -29,6 +29,8 @@ Order = Literal["lin_ang", "ang_lin"]
 Expressed = Literal["frame", "world"]
 Acceleration = Literal["spatial", "classical", "rate"]
 Triangle = Literal["both", "upper"]
+Undetermined = Literal["refuse", "nan"]
+"""What derivatives of reactions give for components that rigid bodies leave open: an error, or NaN."""
 Part = Literal["total", "constraint", "actuation", "coupling"]
 EFFORT_PARTS = ("transmitted", "damping", "friction", "rotor", "spring")
 """What the efforts of motors consist of, in the order of `Model.effort_parts`."""

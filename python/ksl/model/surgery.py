@@ -15,7 +15,9 @@ from ksl.base.errors import DescriptionError, QuaternionWarning, unknown_name
 from ksl.base.files_read import InputFile
 from ksl.model import given
 from ksl.model.calls import Calls
+from ksl.model.closed_reactions import Request, reactions_derivatives
 from ksl.model.requests import one_of
+from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined
 from ksl.model.stiffness import Stiffness, compliance_of
 
 S = TypeVar("S", bound="Surgery")
@@ -51,12 +53,15 @@ class Surgery(Calls):
         """
         return self._made(self._core.without_loops())
 
-    def with_drives(self: S, joints: Iterable[str]) -> S:
+    def with_drives(self: S, joints: given.Drives) -> S:
         """The same robot with motors at these joints and at no others.  Inverse dynamics of mechanisms with loops need to know them.
+
+        joints: names, or {name: weight}.  Where there are more drives than freedoms, efforts are those with the least sum of weight × effort²,
+        in N m and N; without weights all are 1.  A weight of 1 / limit² shares efforts by what motors can do.
 
             m = m.with_drives(["crank"])
         """
-        return self._made(self._core.with_drives(given.names(joints, "drives")))
+        return self._made(self._core.with_drives(*given.drives(joints)))
 
     def with_stiffness(self: S, stiffness: Mapping[str, Stiffness]) -> S:
         """The same mechanism, some of whose joints give way; without loops, no result depends on it.
@@ -77,6 +82,19 @@ class Surgery(Calls):
             if given.name(joint, "a joint") not in axes:
                 raise DescriptionError(unknown_name(self.name or self.file, "joint", joint, list(axes)))
         return self._made(self._core.with_compliances([(given.name(joint, "a joint"), compliance_of(joint, x, axes.get(joint))) for joint, x in given_too]))
+
+    def _reactions_along(
+        self, states: tuple[ArrayLike, ArrayLike, ArrayLike], external: External | None, on: Side, at: Point, axes: str, order: Order, part: Part,
+        joints: Iterable[str] | None, out: object, external_axes: ExternalAxes, undetermined: Undetermined,
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
+        if out is not None:
+            raise ValueError("reactions_derivatives: out= is for models without loops; the number of columns follows from the position")
+        names = self.joint_names if joints is None else self._names_of(joints, "joints")
+        for name in names:
+            self._reaction_index(name)  # known
+        self.reaction_request(on, at, axes, order, part, [])
+        wanted = Request(list(names), on, at, axes, order, part)
+        return reactions_derivatives(self, self.without_loops(), states, external, external_axes, wanted, undetermined)
 
     def _with_stiffness(self: S, stiffness: Mapping[str, Stiffness]) -> S:
         return self.with_stiffness(stiffness)

@@ -84,14 +84,15 @@ finding closed_state::efforts_of_drives(const double *y, double *tau) {
       tau[k_.independent()[j]] = wanted[j];
     return {};
   }
-  // The vectors g_j, row j of Gᵀ E, made orthonormal in turn; τ = Σ z_j ĝ_j has least norm.  The rank is judged on scaled numbers.
+  // The vectors g_j, row j of Gᵀ E W^(−1/2), made orthonormal in turn; W^(1/2) τ = Σ z_j ĝ_j has least norm.  The rank is judged on scaled
+  // numbers.
   double *const basis = MG_, *const scaled = H_;
   for (int j = 0; j < f; ++j)
     for (int d = 0; d < n; ++d) {
       const std::size_t drive = static_cast<std::size_t>(t_.drives[static_cast<std::size_t>(d)]);
-      basis[j * n + d] = G_[static_cast<int>(drive) * f + j];
-      scaled[j * n + d] =
-          basis[j * n + d] * t_.column_scale[static_cast<std::size_t>(k_.independent()[j])] / t_.column_scale[drive];
+      const double g = G_[static_cast<int>(drive) * f + j];
+      basis[j * n + d] = g * t_.drive_scale[static_cast<std::size_t>(d)];
+      scaled[j * n + d] = g * t_.column_scale[static_cast<std::size_t>(k_.independent()[j])] / t_.column_scale[drive];
     }
   const auto reduce = [n](double *from, const double *by) {
     double along = 0;
@@ -127,17 +128,25 @@ finding closed_state::efforts_of_drives(const double *y, double *tau) {
   }
   for (int d = 0; d < n; ++d)
     for (int j = 0; j < f; ++j)
-      tau[t_.drives[static_cast<std::size_t>(d)]] += wanted[j] * basis[j * n + d];
+      tau[t_.drives[static_cast<std::size_t>(d)]] +=
+          wanted[j] * basis[j * n + d] * t_.drive_scale[static_cast<std::size_t>(d)];
   return {};
 }
 
-finding closed_state::steady_acceleration(const double *q, const double *v, double *a) {
+finding closed_state::steady_acceleration(const double *q, const double *v, double *a, const stabilisation *gains) {
   g_.velocity(v, rows_[0], rows_[1]);
   if (const finding fault = check(finding::kind::velocity, rows_[0], rows_[1], false))
     return fault;
+  double *const corrected = rows_[1];
+  std::fill_n(corrected, t_.rows, 0.0);
+  if (gains) {
+    g_.error(rows_[2]);
+    for (int i = 0; i < t_.rows; ++i)
+      corrected[i] = 2 * gains->alpha * rows_[0][i] + gains->beta * gains->beta * rows_[2][i];
+  }
   g_.acceleration(q, v, zero_, rows_[0], nullptr);
   for (int i = 0; i < t_.rows; ++i)
-    rows_[0][i] = -rows_[0][i];
+    rows_[0][i] = -rows_[0][i] - corrected[i];
   std::fill_n(a, m_.nv(), 0.0);
   k_.complete(rows_[0], a);
   return {};
@@ -214,8 +223,8 @@ void closed_state::set_multipliers(const double *q, const double *v, const doubl
 }
 
 finding closed_state::forward_dynamics(const double *q, const double *v, const double *tau,
-                                       const external_wrenches<double> &e, double *a) {
-  if (const finding fault = steady_acceleration(q, v, a0_))
+                                       const external_wrenches<double> &e, double *a, const stabilisation *gains) {
+  if (const finding fault = steady_acceleration(q, v, a0_, gains))
     return fault;
   state_view<double> s;
   s.q = q, s.v = v, s.a = a0_, s.external = e, s.result[0] = tree_;

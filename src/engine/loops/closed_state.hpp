@@ -15,6 +15,7 @@
 
 #include "engine/loops/elimination.hpp"
 #include "engine/loops/geometry.hpp"
+#include "ksl/loops.hpp"
 
 namespace ksl::loops {
 
@@ -39,6 +40,8 @@ struct finding {
 
 /// How far numbers may be from those of a closed mechanism, relative to `length` or to the terms of the equation.
 inline constexpr double tolerance_of_double = 1e-6, tolerance_of_float = 1e-3;
+/// The same where errors are corrected (stabilised_forward_dynamics).
+inline constexpr double tolerance_of_corrected = 1e-2;
 
 class closed_state {
 public:
@@ -57,11 +60,11 @@ public:
   finding inverse_dynamics(const double *q, const double *v, const double *a, const external_wrenches<double> &e,
                            double *tau);
 
-  /// The accelerations (nv) at rest of the independent coordinates.
-  finding steady_acceleration(const double *q, const double *v, double *a);
+  /// The accelerations (nv) at rest of the independent coordinates; with gains, those that correct errors of the loops.
+  finding steady_acceleration(const double *q, const double *v, double *a, const stabilisation *gains = nullptr);
 
   finding forward_dynamics(const double *q, const double *v, const double *tau, const external_wrenches<double> &e,
-                           double *a);
+                           double *a, const stabilisation *gains = nullptr);
 
   /// The jump (nv) of velocities under impulses.
   finding velocity_jump(const double *q, const external_wrenches<double> &impulses, double *jump);

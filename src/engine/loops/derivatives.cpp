@@ -110,6 +110,36 @@ finding closed_derivatives::inverse_dynamics(const double *q, const double *v, c
   return {};
 }
 
+finding closed_derivatives::reaction_variations(const double *q, const double *v, const double *a,
+                                                const external_wrenches<double> &e, double *motions, double *on_links,
+                                                double *at_joints) {
+  if (const finding fault = c_.inverse_dynamics(q, v, a, e, tau_))
+    return fault;
+  const int f = c_.solved().freedoms(), nv = m_.nv(), loops = static_cast<int>(t_.loops.size());
+  if (static_cast<int>(t_.drives.size()) != f)
+    return {finding::kind::more_drives, -1, 0, 0, f};
+  set_tree(q, v, a, e);
+  set_projections();
+  for (const varied what : {varied::position, varied::velocity, varied::acceleration})
+    for (int j = 0; j < f; ++j) {
+      vary(what, j);
+      double *const efforts =
+          left_; // of the tree, less the wrenches of the loops: Kᵀ dλ at coordinates without a drive
+      std::fill_n(efforts, nv, 0.0);
+      if (what == varied::position)
+        add_product(by_q_, nv, dq_, 1, efforts);
+      if (what != varied::acceleration)
+        add_product(by_v_, nv, dv_, 1, efforts);
+      add_product(M_, nv, da_, 1, efforts);
+      c_.solved().multipliers(efforts, rates_);
+      c_.at().wrench_variations(c_.multipliers(), rates_, dq_, on_links, at_joints);
+      for (const double *x : {dq_, dv_, da_})
+        motions = std::copy_n(x, nv, motions);
+      on_links += 12 * loops, at_joints += 6 * loops;
+    }
+  return {};
+}
+
 finding closed_derivatives::forward_dynamics(const double *q, const double *v, const double *tau,
                                              const external_wrenches<double> &e, double *by_q, double *by_v,
                                              double *by_tau) {

@@ -29,6 +29,12 @@ public:
   finding forward_dynamics(const double *q, const double *v, const double *tau, const external_wrenches<double> &e,
                            double *by_q, double *by_v, double *by_tau);
 
+  /// How the motion and the wrenches of the loops' joints vary along the mechanism: for each independent coordinate of q, of v and of a
+  /// (3, freedoms) dq, dv and da, (3, nv); the wrenches on links, (loops, 2, 6), at the links' origins in their axes; and at the joints'
+  /// frames, (loops, 6).
+  finding reaction_variations(const double *q, const double *v, const double *a, const external_wrenches<double> &e,
+                              double *motions, double *on_links, double *at_joints);
+
 private:
   void set_tree(const double *q, const double *v, const double *a, const external_wrenches<double> &e);
   enum class varied { position, velocity, acceleration };

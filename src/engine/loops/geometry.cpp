@@ -160,30 +160,77 @@ void geometry::acceleration(const double *q, const double *v, const double *a, d
   }
 }
 
+/// Σ λ T of a loop.
+coscrew<double> geometry::wrench(int loop, const double *lambda) const {
+  const ksl::loops::loop &l = t_.loops[static_cast<std::size_t>(loop)];
+  coscrew<double> w = {{0, 0, 0}, {0, 0, 0}};
+  for (int i = 0; i < l.rows; ++i) {
+    const coscrew<double> &T = at_[loop].T[i];
+    const double x = lambda[l.first_row + i];
+    w.lin = {w.lin.x + x * T.lin.x, w.lin.y + x * T.lin.y, w.lin.z + x * T.lin.z};
+    w.ang = {w.ang.x + x * T.ang.x, w.ang.y + x * T.ang.y, w.ang.z + x * T.ang.z};
+  }
+  return w;
+}
+
+/// The twist of the successor relative to the predecessor for velocities dq, at the joint's frame on the successor.
+screw<double> geometry::relative_twist(int loop, const double *dq) const {
+  const ksl::loops::loop &l = t_.loops[static_cast<std::size_t>(loop)];
+  screw<double> W = {{0, 0, 0}, {0, 0, 0}};
+  for (int c = l.support_begin; c < l.support_end; ++c) {
+    const support &side = t_.supports[static_cast<std::size_t>(c)];
+    const column &of = t_.columns[static_cast<std::size_t>(side.column)];
+    W = sum(W, scaled(side.sign * of.factor * dq[of.v], column_at_successor(loop, side.column)));
+  }
+  return W;
+}
+
+/// A wrench at the joint's frame on the successor, on that (side 0), or the opposite one on the predecessor (1): at the link's origin, in its
+/// axes.
+void geometry::move_to_link(int loop, int side, const coscrew<double> &w, double *six) const {
+  const ksl::loops::loop &l = t_.loops[static_cast<std::size_t>(loop)];
+  const SE3<double> link = pose(side == 0 ? l.successor : l.predecessor);
+  SE3<double> D;
+  A::product_dinvd(&link, &at_[loop].successor, &D);
+  const vector force = turned(D.R, w.lin), moment = sum(turned(D.R, w.ang), cross(D.t, force));
+  const double sign = side == 0 ? 1 : -1, found[] = {force.x, force.y, force.z, moment.x, moment.y, moment.z};
+  for (int c = 0; c < 6; ++c)
+    six[c] = sign * found[c];
+}
+
 void geometry::wrenches(const double *lambda, int *links, double *on_links, double *at_joints) const {
-  for (std::size_t n = 0; n < t_.loops.size(); ++n) {
-    const loop &l = t_.loops[n];
-    coscrew<double> w = {{0, 0, 0}, {0, 0, 0}};
-    for (int i = 0; i < l.rows; ++i) {
-      const coscrew<double> &T = at_[n].T[i];
-      const double x = lambda[l.first_row + i];
-      w.lin = {w.lin.x + x * T.lin.x, w.lin.y + x * T.lin.y, w.lin.z + x * T.lin.z};
-      w.ang = {w.ang.x + x * T.ang.x, w.ang.y + x * T.ang.y, w.ang.z + x * T.ang.z};
-    }
+  for (int n = 0; n < static_cast<int>(t_.loops.size()); ++n) {
+    const loop &l = t_.loops[static_cast<std::size_t>(n)];
+    const coscrew<double> w = wrench(n, lambda);
     const double joint[] = {w.lin.x, w.lin.y, w.lin.z, w.ang.x, w.ang.y, w.ang.z};
     std::copy_n(joint, 6, at_joints + 6 * n);
-    const int side[2] = {l.successor, l.predecessor};
-    for (int k = 0; k < 2; ++k) { // the same wrench on the successor, the opposite one on the predecessor
-      const SE3<double> link = pose(side[k]);
-      SE3<double> D;
-      A::product_dinvd(&link, &at_[n].successor, &D);
-      const vector force = turned(D.R, w.lin), moment = sum(turned(D.R, w.ang), cross(D.t, force));
-      const double sign = k == 0 ? 1 : -1;
-      const double six[] = {force.x, force.y, force.z, moment.x, moment.y, moment.z};
-      for (int c = 0; c < 6; ++c)
-        on_links[(2 * n + static_cast<std::size_t>(k)) * 6 + static_cast<std::size_t>(c)] = sign * six[c];
-      links[2 * n + static_cast<std::size_t>(k)] = t_.links[static_cast<std::size_t>(side[k])];
+    for (int side = 0; side < 2; ++side) {
+      move_to_link(n, side, w, on_links + 6 * (2 * n + side));
+      links[2 * n + side] = t_.links[static_cast<std::size_t>(side == 0 ? l.successor : l.predecessor)];
     }
+  }
+}
+
+void geometry::wrench_variations(const double *lambda, const double *dlambda, const double *dq, double *on_links,
+                                 double *at_joints) const {
+  for (int n = 0; n < static_cast<int>(t_.loops.size()); ++n) {
+    const loop &l = t_.loops[static_cast<std::size_t>(n)];
+    const screw<double> W = relative_twist(n, dq);
+    const coscrew<double> f = wrench(n, lambda);
+    coscrew<double> df = wrench(n, dlambda);
+    if (l.kind ==
+        joint_kind::universal) { // its last wrench is the normal of both axes, the first of which the predecessor has
+      const vector u1 = first_axis(n), dN = cross(cross(u1, W.ang), l.axis2);
+      const double size = length(cross(u1, l.axis2));
+      df.ang = sum(df.ang, scaled(size > 0 ? lambda[l.first_row + l.rows - 1] / size : 0, dN));
+    }
+    // the successor's axes turn and move with it as the predecessor sees them: ad* of W
+    const coscrew<double> seen = {sum(df.lin, cross(W.ang, f.lin)),
+                                  sum(df.ang, sum(cross(W.ang, f.ang), cross(W.lin, f.lin)))};
+    move_to_link(n, 0, df, on_links + 12 * n);
+    move_to_link(n, 1, seen, on_links + 12 * n + 6);
+    const double joint[] = {df.lin.x, df.lin.y, df.lin.z, df.ang.x, df.ang.y, df.ang.z};
+    std::copy_n(joint, 6, at_joints + 6 * n);
   }
 }
 

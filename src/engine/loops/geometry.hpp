@@ -38,6 +38,10 @@ public:
   /// wrenches (loops, 6) of predecessors on successors at the joints' frames on the successors.
   void wrenches(const double *lambda, int *links, double *on_links, double *at_joints) const;
 
+  /// How these wrenches vary with the multipliers and with the coordinates dq (nv), along the mechanism.
+  void wrench_variations(const double *lambda, const double *dlambda, const double *dq, double *on_links,
+                         double *at_joints) const;
+
   const SE3<double> &successor_frame(int loop) const { return at_[loop].successor; } ///< of the joint, in the world
 
   /// The axes in the world of the link on one side of a loop.
@@ -65,6 +69,9 @@ private:
   };
 
   SE3<double> pose(int slot) const;
+  coscrew<double> wrench(int loop, const double *lambda) const;
+  screw<double> relative_twist(int loop, const double *dq) const;
+  void move_to_link(int loop, int side, const coscrew<double> &w, double *six) const;
   void set_columns(const double *q);
   void set_rows_of_universal(const loop &l, frames &f) const;
 

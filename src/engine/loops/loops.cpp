@@ -7,6 +7,7 @@
 #include "engine/loops/findings.hpp"
 #include "engine/loops/singular_values.hpp"
 #include "engine/thread_memory.hpp"
+#include "ksl/dynamics.hpp"
 #include "ksl/result_error.hpp"
 #include "text/rounding.hpp"
 
@@ -188,6 +189,32 @@ void closed_forward_dynamics_derivatives(const model &m, data &d, const double *
   if (!fault)
     fault = w.forward_dynamics(q, v, tau, external, by_q, by_v, by_tau);
   require("forward_dynamics_derivatives", fault, m);
+}
+
+void closed_reaction_variations(const model &m, data &d, const double *q, const double *v, const double *a,
+                                const external_wrenches<double> &external, double *motions, double *on_links,
+                                double *at_joints, double *wrenches) {
+  const nearest_rounding rounding;
+  closed_derivatives w = derivatives_of(m, d, external.n);
+  finding fault = w.state().set_position(q);
+  if (!fault)
+    fault = w.reaction_variations(q, v, a, external, motions, on_links, at_joints);
+  require("reactions_derivatives", fault, m);
+  const external_wrenches<double> of_loops = w.state().all_wrenches({});
+  std::copy_n(of_loops.wrench, 6 * of_loops.n, wrenches);
+}
+
+void stabilised_forward_dynamics(const model &m, data &d, const double *q, const double *v, const double *tau,
+                                 const external_wrenches<double> &external, const stabilisation &gains, double *a) {
+  const nearest_rounding rounding;
+  if (m.loops().empty())
+    return forward_dynamics(m, d, q, v, tau, a, external);
+  closed_state c = laid_out(closed_state(m, tolerance_of_corrected), d,
+                            [&](closed_state &w, arena &memory) { w.lay_out(memory, external.n); });
+  finding fault = c.set_position(q);
+  if (!fault)
+    fault = c.forward_dynamics(q, v, tau, external, a, &gains);
+  require("forward_dynamics", fault, m);
 }
 
 } // namespace ksl

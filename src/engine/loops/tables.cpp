@@ -210,14 +210,19 @@ private:
   void set_drives() {
     t_.is_driven.assign(index(m_.nv()), 0);
     t_.drives_are_known = m_.description().drives.has_value();
-    for (const std::string &name : m_.description().drives.value_or(std::vector<std::string>())) {
-      const joint_row &row = m_.joints()[index(m_.find_joint(name))];
-      for (int k = 0; k < row_of(row.kind).nv; ++k)
+    const std::vector<std::string> drives = m_.description().drives.value_or(std::vector<std::string>());
+    const std::vector<double> &weights = m_.description().drive_weights;
+    std::vector<double> scale(index(m_.nv()), 1.0);
+    for (std::size_t d = 0; d < drives.size(); ++d) {
+      const joint_row &row = m_.joints()[index(m_.find_joint(drives[d]))];
+      for (int k = 0; k < row_of(row.kind).nv; ++k) {
         t_.is_driven[index(row.v_index + k)] = 1;
+        scale[index(row.v_index + k)] = weights.empty() ? 1 : 1 / std::sqrt(weights[d]);
+      }
     }
     for (int v = 0; v < m_.nv(); ++v)
       if (t_.is_driven[index(v)])
-        t_.drives.push_back(v);
+        t_.drives.push_back(v), t_.drive_scale.push_back(scale[index(v)]);
   }
 
   const model &m_;

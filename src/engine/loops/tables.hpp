@@ -53,6 +53,7 @@ struct tables {
   /// Compliances (6, 6) of joints, and where each is among all joints: those of the tree, then those of loops.
   std::vector<std::pair<int, std::array<double, 36>>> compliances;
   std::vector<int> drives;              ///< coordinates in v that have a motor, ascending
+  std::vector<double> drive_scale;      ///< 1 / √weight of each
   std::vector<unsigned char> is_driven; ///< (nv)
   bool drives_are_known = false;
 };

@@ -1,0 +1,100 @@
+"""Efforts of more drives than freedoms, by weights; and forward dynamics that corrects errors of loops."""
+
+import ksl
+import numpy as np
+import pytest
+from closed_mechanisms import KINDS
+from closed_test import Motion, close_to, determined_case
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", range(2))
+def test_efforts_with_the_least_weighted_sum_of_squares(kind, seed):
+    """Of all efforts that balance: the solution of the dense equations by a pseudo-inverse."""
+    x = Motion(kind, seed, determined_case)
+    c, m = x.case, x.case.model
+    rng = np.random.default_rng(seed)
+    names = [j.name for j in m.joints if j.nv == 1]
+    weights = dict(zip(names, 10 ** rng.uniform(-3, 3, len(names)), strict=True))
+    weighted = m.with_drives(weights)
+    assert weighted.drives == tuple(names) and weighted.drive_weights == tuple(weights.values())
+    J = m.loop_jacobian(c.q)
+    rank = m.mobility(c.q).rank
+    G = np.linalg.svd(J)[2][rank:].T
+    columns = [m.joint(name).v_index for name in names]
+    if np.linalg.matrix_rank(G[columns], tol=1e-6) < G.shape[1]:
+        pytest.skip("these joints don't move all")
+    wanted = G.T @ m.without_loops().inverse_dynamics(c.q, x.v, x.a, x.external)
+    for model, w in ((weighted, np.array(list(weights.values()))), (m.with_drives(names), np.ones(len(names)))):
+        tau = model.inverse_dynamics(c.q, x.v, x.a, x.external)
+        expected = np.linalg.pinv(G[columns].T / np.sqrt(w)) @ wanted / np.sqrt(w)
+        close_to(tau[columns], expected, 1e-6)
+        close_to(G.T @ tau, wanted, 1e-9)
+        assert not np.delete(tau, columns).any()
+
+
+def test_weights_stay_with_their_drives():
+    import pickle
+
+    c = determined_case("revolute", 1)
+    names = [j.name for j in c.model.joints if j.nv == 1]
+    m = c.model.with_drives({name: k + 1.0 for k, name in enumerate(names)})
+    assert pickle.loads(pickle.dumps(m)).drive_weights == m.drive_weights
+    assert m.without_loops().drive_weights == () and m.with_gravity((0, 0, 0)).drive_weights == m.drive_weights
+    frozen = m.with_frozen_joints({names[1]: float(c.q[m.joint(names[1]).q_index])})
+    assert frozen.drives == (names[0], *names[2:]) and frozen.drive_weights == (1.0, *[k + 3.0 for k in range(len(names) - 2)])
+    pair = m.merged(c.model, m.link_names[-1], prefix="x_")
+    assert len(pair.drive_weights) == len(pair.drives) and pair.drive_weights[: len(names)] == m.drive_weights and set(pair.drive_weights[len(names) :]) == {1.0}
+    for bad in (0.0, -1.0, np.inf):
+        with pytest.raises(ksl.DescriptionError, match=f"drive .{names[0]}.: its weight is .*; a weight is positive and finite"):
+            c.model.with_drives({names[0]: bad})
+    with pytest.raises(ValueError, match="its weight"):
+        c.model.with_drives({names[0]: "much"})
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_errors_are_corrected_at_the_rate_that_is_asked_for(kind):
+    """Of a slightly open state ë + 2 α ė + β² e = 0, with e the errors of the loops; of a closed one it changes nothing."""
+    x = Motion(kind, 1, determined_case)
+    c, m = x.case, x.case.model
+    close_to(m.forward_dynamics(c.q, x.v, x.tau, x.external, stabilise=10.0), m.forward_dynamics(c.q, x.v, x.tau, x.external), 1e-8)
+    if m.mobility(c.q).redundant:
+        return  # errors of redundant equations can't be corrected each for itself
+    rng = np.random.default_rng(1)
+    q, v = m.integrate(c.q, 1e-4 * rng.normal(size=m.nv)), x.v + 1e-4 * rng.normal(size=m.nv)
+    with pytest.raises(ksl.ResultError, match="loop joint L is open"):
+        m.forward_dynamics(q, v, x.tau, x.external)
+    for gains in (5.0, (3.0, 7.0)):
+        alpha, beta = np.broadcast_to(gains, 2)
+        a = m.forward_dynamics(q, v, x.tau, x.external, stabilise=gains)
+        left = m.loop_acceleration(q, v, a) + 2 * alpha * m.loop_jacobian(q) @ v + beta**2 * m.loop_error(q)
+        close_to(left, np.zeros(len(left)), 1e-9)
+    held = m.forward_dynamics(np.stack([q, c.q]), np.stack([v, x.v]), x.tau, x.external, stabilise=5.0)
+    close_to(held[0], m.forward_dynamics(q, v, x.tau, x.external, stabilise=5.0), 1e-12)
+
+
+def test_errors_decay():
+    """A mechanism that begins slightly open, integrated with small steps."""
+    x = Motion("spherical", 1, determined_case)
+    c, m = x.case, x.case.model
+    q, v, step = m.integrate(c.q, 1e-4 * np.random.default_rng(2).normal(size=m.nv)), np.zeros(m.nv), 1e-3
+    began, rest = np.linalg.norm(m.loop_error(q)), np.zeros(m.nv)
+    for _ in range(300):  # the midpoint method
+        half = v + step / 2 * m.forward_dynamics(q, v, rest, stabilise=30.0)
+        a = m.forward_dynamics(m.integrate(q, step / 2 * v), half, rest, stabilise=30.0)
+        q, v = m.integrate(q, step * half), v + step * a
+    assert np.linalg.norm(m.loop_error(q)) < 0.02 * began
+
+
+def test_bad_gains_and_large_errors_are_refused():
+    x = Motion("spherical", 1, determined_case)
+    c, m = x.case, x.case.model
+    for gains in (-1.0, (1.0, np.nan), (1.0, 2.0, 3.0)):
+        with pytest.raises(ValueError, match="stabilise=.*expected .α, β. in 1/s"):
+            m.forward_dynamics(c.q, x.v, x.tau, stabilise=gains)
+    with pytest.raises(ksl.ResultError, match="loop joint L is open .*close"):
+        m.forward_dynamics(m.integrate(c.q, np.full(m.nv, 0.3)), x.v, x.tau, stabilise=1.0)
+    with pytest.raises(ValueError, match="out= is for calls without stabilise="):
+        m.forward_dynamics(c.q, x.v, x.tau, out=np.zeros(m.nv), stabilise=1.0)
+    tree = m.without_loops()
+    assert np.array_equal(tree.forward_dynamics(c.q, x.v, x.tau, stabilise=1.0), tree.forward_dynamics(c.q, x.v, x.tau))
