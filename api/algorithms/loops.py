@@ -17,6 +17,21 @@ ROWS = (
         "elimination doesn't fit.",
     ),
     Algorithm(
+        name="closed_inverse_dynamics_with_reactions",
+        header="closed_reactions.hpp",
+        inputs=("q", "v", "a"),
+        external="optional",
+        request="reactions",
+        results=(TAU,),
+        form="efforts_and_reactions",
+        needs_mass=True,
+        closed="plan",
+        faces=(),
+        summary="Efforts of the drives of a mechanism with loops, and the wrench through each joint.",
+        text="Efforts {tau} of drives and the reactions of the joints that are asked for, for {q}, {v} and {a}: of joints of the tree that move, and, at "
+        "the joint in its axes, of joints that close loops; NaN in {tau} for states that the plan of elimination doesn't fit.",
+    ),
+    Algorithm(
         name="closed_forward_dynamics",
         header="closed_dynamics.hpp",
         inputs=("q", "v", "tau"),

@@ -64,6 +64,7 @@ struct kernel_table {
   const algorithm_kernels *integrate_jacobians;
   const algorithm_kernels *difference_jacobians;
   const algorithm_kernels *closed_inverse_dynamics;
+  const algorithm_kernels *closed_inverse_dynamics_with_reactions;
   const algorithm_kernels *closed_forward_dynamics;
 };
 
@@ -964,6 +965,22 @@ constexpr algorithm_row closed_inverse_dynamics = {
     .closed = closed_by::plan,
 };
 
+constexpr algorithm_row closed_inverse_dynamics_with_reactions = {
+    .name = "closed_inverse_dynamics_with_reactions",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .input_name = {"q", "v", "a"},
+    .external = external_use::optional,
+    .request = request_kind::reactions,
+    .needs_mass = true,
+    .nan_without_mass = false,
+    .smooth_friction = false,
+    .results = 1,
+    .result = {{"tau", 1, {extent::nv}}},
+    .kernels = &kernel_table::closed_inverse_dynamics_with_reactions,
+    .closed = closed_by::plan,
+};
+
 constexpr algorithm_row closed_forward_dynamics = {
     .name = "closed_forward_dynamics",
     .inputs = 3,
@@ -1214,6 +1231,7 @@ constexpr const algorithm_row *all[] = {
     &integrate_jacobians,
     &difference_jacobians,
     &closed_inverse_dynamics,
+    &closed_inverse_dynamics_with_reactions,
     &closed_forward_dynamics,
 };
 

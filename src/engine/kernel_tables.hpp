@@ -63,6 +63,7 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_integrate_jacobians_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_difference_jacobians_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_closed_inverse_dynamics_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_closed_inverse_dynamics_with_reactions_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_closed_forward_dynamics_##set;
 
 #define KSL_KERNEL_TABLE(set) \
@@ -124,5 +125,6 @@
     .integrate_jacobians = &ksl_kernels_integrate_jacobians_##set, \
     .difference_jacobians = &ksl_kernels_difference_jacobians_##set, \
     .closed_inverse_dynamics = &ksl_kernels_closed_inverse_dynamics_##set, \
+    .closed_inverse_dynamics_with_reactions = &ksl_kernels_closed_inverse_dynamics_with_reactions_##set, \
     .closed_forward_dynamics = &ksl_kernels_closed_forward_dynamics_##set, \
   }

@@ -171,12 +171,14 @@ template <class S> room room_for(const batch_view<S> &batch) {
 template <class S> std::size_t state_bytes(const model &m, room wanted) {
   batch_view<S> batch;
   reaction_request request;
-  request.n = wanted.joints;
+  request.n = wanted.joints * wanted.requests;
   const reaction_rows<S> rows = {request, {}};
   batch.n = 1, batch.external_n = wanted.externals, batch.reactions_n = 1, batch.reactions = &rows;
   arena measure;
   measure.take<external_rows<S>>(wanted.externals);
+  measure.take<reaction_rows<S>>(wanted.requests); // of run_state, and twice those of planned
   measure.take<reaction_rows<S>>(wanted.requests);
+  measure.take<reaction_result<S>>(wanted.requests);
   return measure.used() + loops::run_batch<S>(rows::inverse_dynamics_with_reactions, m, batch, 0, 0, nullptr).bytes;
 }
 

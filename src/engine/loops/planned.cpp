@@ -40,18 +40,21 @@ template <class S> bool planned<S>::suits(const batch_view<S> &batch) const {
 
 template <class S> void planned<S>::lay_out(arena &memory, const batch_view<S> &batch, int states) {
   const int ends = view_.loops ? 12 * view_.loops->loops : 0, nv = m_.nv(), externals = batch.external_n + ends / 6;
-  int joints = 0;
+  int joints = 0; // of all requests
   for (int r = 0; r < batch.reactions_n; ++r)
-    joints = std::max(joints, batch.reactions[r].request.n);
+    joints += batch.reactions[r].request.n;
   numbers_ = memory.take<S>(states * nv), wrenches_ = memory.take<S>(states * ends),
   on_links_ = memory.take<S>(states * ends);
   found_ = memory.take<S>(static_cast<std::ptrdiff_t>(states) * 6 * joints), unwanted_ = memory.take<S>(states * nv);
   links_ = memory.take<int>(joints), external_ = memory.take<external_rows<S>>(externals);
   state_external_ = memory.take<S>(6 * externals), state_links_ = memory.take<int>(externals);
+  reactions_ = memory.take<reaction_rows<S>>(batch.reactions_n);
+  state_reactions_ = memory.take<reaction_result<S>>(batch.reactions_n);
   std::size_t bytes = 0;
   reaction_rows<S> rows[1];
   for (const algorithm_row *row : // those of any call, since memory is measured for one of them
-       {&rows::closed_forward_dynamics, &rows::closed_inverse_dynamics, &rows::inverse_dynamics_with_reactions}) {
+       {&rows::closed_forward_dynamics, &rows::closed_inverse_dynamics, &rows::closed_inverse_dynamics_with_reactions,
+        &rows::inverse_dynamics_with_reactions}) {
     batch_view<S> part;
     reaction_request all;
     all.n = joints;
@@ -89,11 +92,9 @@ template <class S> void planned<S>::call(const algorithm_row &row, const batch_v
     std::copy_n(part.external[e].wrench.first, 6, state_external_ + 6 * e);
   }
   s.external = {part.external_n, state_links_, state_external_, part.external_axes};
-  reaction_result<S> wanted;
-  if (part.reactions_n > 0) {
-    wanted = {&part.reactions[0].request, part.reactions[0].out.first};
-    s.reactions_n = 1, s.reactions = &wanted;
-  }
+  for (int r = 0; r < part.reactions_n; ++r)
+    state_reactions_[r] = {&part.reactions[r].request, part.reactions[r].out.first};
+  s.reactions_n = part.reactions_n, s.reactions = state_reactions_;
   for (int r = 0; r < most_results; ++r)
     s.result[r] = part.result[r].first;
   kernel.state(view_, workspace_, s);
@@ -161,21 +162,58 @@ template <class S> void planned<S>::set_reactions(const batch_view<S> &batch, st
   }
 }
 
+/// Do all requests name joints that move, and those of loops?  Wrenches through welds are found by a second call, which knows on which of the
+/// welded links those of loops act.
+template <class S> bool planned<S>::moves_all(const batch_view<S> &batch) const {
+  for (int r = 0; r < batch.reactions_n; ++r)
+    for (int k = 0; k < batch.reactions[r].request.n; ++k)
+      if (const int link = batch.reactions[r].request.link[k];
+          link < view_.links && !view_.link[link].carried_by_moving_joint)
+        return false;
+  return true;
+}
+
+template <class S> void planned<S>::copy_reactions(const batch_view<S> &batch, std::size_t first, int n,
+                                                   const bool *done) const {
+  for (int r = 0; r < batch.reactions_n; ++r) {
+    const std::ptrdiff_t numbers = 6 * std::ptrdiff_t(batch.reactions[r].request.n);
+    for (int i = 0; i < n && batch.reactions[r].out.first; ++i)
+      if (done[i])
+        std::copy_n(reactions_[r].out.first + i * numbers, numbers,
+                    ksl::row(batch.reactions[r].out, first + static_cast<std::size_t>(i)));
+  }
+}
+
 template <class S> void planned<S>::run(const batch_view<S> &batch, std::size_t first, int n, bool *done) {
   const int nv = m_.nv(), ends = 12 * view_.loops->loops;
   batch_view<S> part = part_of(batch, first, n);
   part.result[0] = {numbers_, nv};
-  const bool inverse = row_.closed != closed_by::accelerations;
-  if (inverse)
+  const bool inverse = row_.closed != closed_by::accelerations,
+             together = row_.closed == closed_by::reactions && moves_all(batch);
+  if (together) {
+    S *found = found_;
+    for (int r = 0; r < batch.reactions_n; ++r) {
+      const std::ptrdiff_t numbers = 6 * std::ptrdiff_t(batch.reactions[r].request.n);
+      reactions_[r] = {batch.reactions[r].request, {found, numbers}};
+      found += n * numbers;
+    }
+    part.reactions_n = batch.reactions_n, part.reactions = reactions_;
+  } else if (inverse) {
     part.result[1] = {wrenches_, ends};
-  call(kernel_row(), part);
+  }
+  call(together  ? rows::closed_inverse_dynamics_with_reactions
+       : inverse ? rows::closed_inverse_dynamics
+                 : rows::closed_forward_dynamics,
+       part);
   for (int i = 0; i < n; ++i) {
     S sum = 0;
     for (int k = 0; k < nv; ++k)
       sum += numbers_[i * nv + k] * S(0);
     done[i] = sum == S(0);
   }
-  if (row_.closed == closed_by::reactions)
+  if (together)
+    copy_reactions(batch, first, n, done);
+  else if (row_.closed == closed_by::reactions)
     set_reactions(batch, first, n, done);
   for (int i = 0; i < n && row_.results > 0 && batch.result[0].first; ++i)
     if (done[i])

@@ -25,11 +25,10 @@ public:
   void run(const batch_view<S> &batch, std::size_t first, int n, bool *done);
 
 private:
-  const algorithm_row &kernel_row() const {
-    return row_.closed == closed_by::accelerations ? rows::closed_forward_dynamics : rows::closed_inverse_dynamics;
-  }
   batch_view<S> part_of(const batch_view<S> &batch, std::size_t first, int n) const;
   void call(const algorithm_row &row, const batch_view<S> &part);
+  bool moves_all(const batch_view<S> &batch) const;
+  void copy_reactions(const batch_view<S> &batch, std::size_t first, int n, const bool *done) const;
   void move_to_links(int n);
   void set_reactions(const batch_view<S> &batch, std::size_t first, int n, const bool *done);
   void store_loop(const reaction_request &wanted, const S *at_joint, S *out) const;
@@ -42,6 +41,8 @@ private:
   external_rows<S> *external_ = nullptr;
   S *state_external_ = nullptr; ///< of one state
   int *state_links_ = nullptr;
+  reaction_rows<S> *reactions_ = nullptr; ///< of each request
+  reaction_result<S> *state_reactions_ = nullptr;
   void *workspace_ = nullptr;
 };
 

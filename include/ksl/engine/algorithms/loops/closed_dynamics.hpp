@@ -19,7 +19,7 @@ template <class T> struct closed_inverse_dynamics_workspace {
     inverse.lay_out(memory, model);
     tree.lay_out(memory, model.nv);
     multiplier.lay_out(memory, model.loops ? model.loops->rows : 0);
-    projected.lay_out(memory, model.nv + columns_at_a_time<T>);
+    projected.lay_out(memory, padded_columns<T>(model.nv + 1));
   }
 };
 
@@ -46,12 +46,12 @@ void closed_inverse_dynamics(const model_view<scalar_of<T>> &model, const closed
   for (int i = 0; i < loops.rows; ++i)
     lambda[i] = T(S(0));
   T *const projected = &w.projected[0];
-  for (int j = 0; j < f + columns_at_a_time<T>; ++j)
-    projected[loops.pivots + j] = j < f ? tree[loops.independent[j]] : T(S(0));
+  for (int j = 0; j < padded_columns<T>(model.nv + 1); ++j)
+    projected[j] = j >= loops.pivots && j < model.nv ? tree[loops.independent[j - loops.pivots]] : T(S(0));
   for (int k = 0; k < loops.pivots; ++k) {
     const loop_pivot &p = loops.pivot[k];
     const T *const row = w.equations.row(p.row);
-    const T z = (tree[p.column] + lambda[p.row]) * row[k];
+    const T z = (tree[p.column] + lambda[p.row]) * w.equations.L[p.row * loops.pivots + k];
     lambda[p.row] = z;
     for (int i = p.later_begin; i < p.later_end; ++i) {
       const int step = loops.list[i], later = loops.pivot[step].row;
@@ -65,7 +65,7 @@ void closed_inverse_dynamics(const model_view<scalar_of<T>> &model, const closed
   for (int k = loops.pivots - 1; k >= 0; --k) {
     const loop_pivot &p = loops.pivot[k];
     for (int i = p.rows_begin; i < p.rows_end; ++i) // equations that follow from others have no multiplier
-      lambda[p.row] = lambda[p.row] - w.equations.row(loops.list[i])[k] * lambda[loops.list[i]];
+      lambda[p.row] = lambda[p.row] - w.equations.L[loops.list[i] * loops.pivots + k] * lambda[loops.list[i]];
   }
   for (int l = 0; l < loops.loops; ++l) {
     const closing_joint<S> &joint = loops.joint[l];

@@ -18,19 +18,24 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// How many numbers of a row of K are computed at a time, with plain numbers: beyond the last column a row has zeros.
+/// How many numbers of a row of K are computed at a time, with plain numbers.
 template <class T> constexpr int columns_at_a_time = 1;
 template <> inline constexpr int columns_at_a_time<double> = native_lanes<double>;
 template <> inline constexpr int columns_at_a_time<float> = native_lanes<float>;
+/// Room for so many numbers of a row.
+template <class T> constexpr int padded_columns(int n) {
+  constexpr int some = columns_at_a_time<T>;
+  return (n + some - 1) / some * some;
+}
 
-/// x[columns] −= factor y[columns], for the elements that differ from zero; with plain numbers for all of [begin, end), which is the same
-/// and takes less time than to look for them.
+/// x[columns] −= factor y[columns], for the elements that differ from zero; with plain numbers for all of [begin, end) and for what is beside
+/// them in the same registers, which takes less time than to look for them.  Nothing of x before `begin` may be needed any more.
 template <class T>
 KSL_LANES void subtract_columns(const T &factor, const T *y, T *x, const int *columns, int n, int begin, int end) {
   if constexpr (is_number<T>) {
     using P = native_pack<T>;
     const P spread(factor);
-    for (int j = begin; j < end; j += columns_at_a_time<T>) {
+    for (int j = begin / columns_at_a_time<T> * columns_at_a_time<T>; j < end; j += columns_at_a_time<T>) {
       P from, to;
       body_lanes::read(y + j, from);
       body_lanes::read(x + j, to);
@@ -51,6 +56,7 @@ template <class T> struct loop_equations_workspace {
   array_of<T> moved;         ///< of each loop: the sum of the terms of W as lengths
   array_of<int> place;       ///< of each column of a loop: where it is in K
   array_of<T> K;             ///< (rows, pitch): pivots in their order, independent coordinates, b, and zeros
+  array_of<T> L;             ///< (rows, pivots): factors of rows below pivots, and in the row of each pivot its inverse
   array_of<T> solved;        ///< (pivots, freedoms + 1): dependent coordinates by independent ones, and for b
   T fault;                   ///< NaN where a state is not one of the closed mechanism, else 0
   int pitch;
@@ -66,8 +72,9 @@ template <class T> struct loop_equations_workspace {
     J.lay_out(memory, most), place.lay_out(memory, most);
     const int n = loops ? loops->loops : 0;
     joint.lay_out(memory, n), relative.lay_out(memory, n), twist.lay_out(memory, n), moved.lay_out(memory, n);
-    pitch = model.nv + columns_at_a_time<T>;
+    pitch = padded_columns<T>(model.nv + 1);
     K.lay_out(memory, loops ? loops->rows * pitch : 0);
+    L.lay_out(memory, loops ? loops->rows * loops->pivots : 0);
     solved.lay_out(memory, loops ? loops->pivots * (loops->freedoms + 1) : 0);
   }
   KSL_LANES T *row(int i) const { return &K[i * pitch]; }
@@ -283,7 +290,7 @@ KSL_LANES void check_accelerations(const model_view<scalar_of<T>> &model, loop_e
   }
 }
 
-/// Eliminates by the plan.  The factors stay in K: those of rows below pivots, and in place of each pivot its inverse.
+/// Eliminates by the plan: K = L U, with U in the columns of K that are right of each pivot.
 template <bool rates, class T>
 KSL_LANES void eliminate_by_plan(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w) {
   using S = scalar_of<T>;
@@ -295,13 +302,13 @@ KSL_LANES void eliminate_by_plan(const model_view<scalar_of<T>> &model, loop_equ
     const loop_pivot p = loops.pivot[k];
     T *const row = w.row(p.row);
     const T pivot = row[k], inverse = T(S(1)) / pivot;
-    row[k] = inverse;
+    w.L[p.row * pivots + k] = inverse;
     const T scaled = math<T>::fabs(pivot) * T(loops.row_scale[p.row] * loops.column_scale[p.column]);
     smallest = math<T>::select(scaled < smallest, scaled, smallest);
     for (int i = p.rows_begin; i < p.rows_end; ++i) {
       T *const target = w.row(list[i]);
       const T factor = target[k] * inverse;
-      target[k] = factor;
+      w.L[list[i] * pivots + k] = factor;
       subtract_columns(factor, row, target, list + p.columns_begin, p.columns_end - p.columns_begin, k + 1,
                        rates ? b + 1 : b);
       if constexpr (rates && !is_number<T>)
@@ -328,7 +335,7 @@ template <class T> KSL_LANES void solve_by_plan(const model_view<scalar_of<T>> &
   for (int k = loops.pivots - 1; k >= 0; --k) {
     const loop_pivot p = loops.pivot[k];
     const T *const row = w.row(p.row);
-    const T inverse = row[k];
+    const T inverse = w.L[p.row * loops.pivots + k];
     T *const out = solved + k * (f + 1);
     for (int j = 0; j < f; ++j)
       out[j] = row[loops.pivots + j];
