@@ -5,7 +5,7 @@
 #include "ksl/builder.hpp"
 #include "ksl/dynamics.hpp"
 #include "ksl/dual.hpp"
-#include "ksl/engine/algorithms/loops/closed_dynamics.hpp"
+#include "ksl/engine/algorithms/loops/closed_reactions.hpp"
 #include "ksl/engine/lanes/owned_workspace.hpp"
 #include "ksl/loops.hpp"
 
@@ -93,6 +93,17 @@ numbers<first> position_along(const ksl::model &m, const numbers<double> &q, con
   return robots::moved(m, q, along(numbers<double>(static_cast<std::size_t>(m.nv()), 0.0), rate));
 }
 
+/// All joints that move, and those of loops.
+numbers<int> all_joints(const ksl::model &m) {
+  numbers<int> links;
+  for (const ksl::joint_row &joint : m.joints())
+    if (joint.v_index >= 0)
+      links.push_back(joint.link);
+  for (std::size_t l = 0; l < m.loops().size(); ++l)
+    links.push_back(static_cast<int>(m.links().size() + l));
+  return links;
+}
+
 void check_near(double x, double expected) {
   INFO(x, " ", expected);
   CHECK(std::fabs(x - expected) <= 1e-9 * std::max(1.0, std::fabs(expected)));
@@ -121,6 +132,10 @@ TEST_CASE("closed mechanisms on dual numbers: efforts, wrenches of loops and acc
     ksl::closed_reaction_variations(m, d, s.q.data(), s.v.data(), s.a.data(), push, motions.data(), on_links.data(),
                                     at_joints.data(), wrenches.data());
     const ksl::owned_workspace<ksl::closed_inverse_dynamics_workspace<first>> inverse(m.view());
+    const ksl::owned_workspace<ksl::closed_inverse_dynamics_with_reactions_workspace<first>> with_reactions(m.view());
+    const numbers<int> links = all_joints(m);
+    ksl::reaction_request all;
+    all.n = static_cast<int>(links.size()), all.link = links.data();
     const ksl::owned_workspace<ksl::closed_forward_dynamics_workspace<first>> forward(m.view());
     for (std::size_t what = 0; what < 3; ++what)
       for (std::size_t j = 0; j < f; ++j) {
@@ -133,6 +148,18 @@ TEST_CASE("closed mechanisms on dual numbers: efforts, wrenches of loops and acc
           check_near(tau[i].derivative[0], by[what][i * f + j]);
         for (std::size_t c = 0; c < 6 && !planar; ++c) // of the planar one some equations are redundant
           check_near(found[c].derivative[0], at_joints[6 * (what * f + j) + c]);
+        numbers<first> again(nv), reactions(6 * links.size());
+        ksl::inverse_dynamics_with_reactions<first>(m.view(), *with_reactions, q.data(), v.data(), a.data(), pushed,
+                                                    again.data(), all, reactions.data());
+        for (std::size_t c = 0; c < 6; ++c)
+          CHECK(reactions[reactions.size() - 6 + c].derivative[0] == found[c].derivative[0]);
+        CHECK(again[0].derivative[0] == tau[0].derivative[0]);
+        // the same in double precision
+        numbers<double> expected(6 * links.size()), efforts(nv);
+        ksl::inverse_dynamics_with_reactions(m, d, s.q.data(), s.v.data(), s.a.data(), efforts.data(), all,
+                                             expected.data(), push);
+        for (std::size_t c = 0; c < 6 * links.size() && !planar; ++c)
+          check_near(reactions[c].value, expected[c]);
       }
     numbers<double> of_q(nv * nv), of_v(nv * nv), of_tau(nv * nv), acceleration(nv);
     ksl::closed_forward_dynamics_derivatives(m, d, s.q.data(), s.v.data(), s.tau.data(), push, of_q.data(), of_v.data(),

@@ -6,12 +6,16 @@
 #include "ksl/engine/model/joints.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 
 namespace ksl::loops {
 namespace {
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+/// A pivot that makes less work may be smaller than the largest one by this factor.
+constexpr double large_enough = 0.25;
 
 /// Memory that something is laid out in.
 template <class Work> class held {
@@ -138,51 +142,141 @@ private:
              static_cast<int>(t_.drives.size()));
     plan_.independent.assign(k.independent(), k.independent() + k.freedoms());
     plan_.redundant.assign(k.row + k.rank, k.row + t_.rows);
-    plan_.place.assign(index(m_.nv()), 0);
-    for (int j = 0; j < k.freedoms(); ++j)
-      plan_.place[index(k.independent()[j])] = j;
-    for (int i = 0; i < k.rank; ++i)
-      plan_.place[index(k.column[i])] = -1 - i;
     plan_.view.drives_are_independent = t_.drives_are_known && plan_.independent == t_.drives;
-    set_lists(k);
+    set_pivots(k, g.jacobian());
   }
 
-  /// Which elements can differ from zero, step by step, and what each step has to do.
-  void set_lists(const elimination &k) {
-    const int nv = m_.nv();
-    std::vector<unsigned char> filled(index(t_.rows * nv), 0);
+  /// Which elements of K can differ from zero.
+  void set_filled() {
+    filled_.assign(index(t_.rows * m_.nv()), 0);
     for (std::size_t l = 0; l < plan_.joints.size(); ++l)
       for (int i = 0; i < t_.loops[l].rows; ++i)
         for (int c = plan_.joints[l].columns_begin; c < plan_.joints[l].columns_end; ++c)
-          filled[index((t_.loops[l].first_row + i) * nv + plan_.columns[index(c)].v)] = 1;
-    const auto end = [&] { return static_cast<int>(plan_.list.size()); };
+          filled(t_.loops[l].first_row + i, plan_.columns[index(c)].v) = 1;
+  }
+  unsigned char &filled(int row, int column) { return filled_[index(row * m_.nv() + column)]; }
+
+  /// The order of pivots.  Elimination with complete pivoting says which equations and which coordinates; among these, the element whose
+  /// elimination makes least work (Markowitz, Management Science 3, 1957, p. 255) of those that are not much smaller than the largest one,
+  /// unless that ends with pivots that are much smaller.
+  void set_pivots(const elimination &k, const double *K) {
+    const int nv = m_.nv();
+    const double by_size = set_order(k, K, 1);
+    if (set_order(k, K, large_enough) < large_enough * by_size)
+      set_order(k, K, 1);
+    std::vector<int> columns(index(nv)); // pivots, then independent coordinates, ascending
+    plan_.place.assign(index(nv), 0);
     for (int step = 0; step < k.rank; ++step) {
-      loop_pivot p{};
-      p.row = k.row[step], p.column = k.column[step];
-      p.columns_begin = end();
-      for (int j = step + 1; j < nv; ++j)
-        if (filled[index(p.row * nv + k.column[j])])
-          plan_.list.push_back(j);
-      p.columns_end = p.rows_begin = end();
-      for (int i = step + 1; i < t_.rows; ++i)
-        if (filled[index(k.row[i] * nv + p.column)])
-          plan_.list.push_back(k.row[i]);
-      p.rows_end = p.later_begin = end();
-      for (int i = p.rows_begin; i < p.rows_end; ++i)
-        for (int j = p.columns_begin; j < p.columns_end; ++j)
-          filled[index(plan_.list[index(i)] * nv + k.column[plan_.list[index(j)]])] = 1;
-      for (int later = step + 1; later < k.rank; ++later)
-        if (filled[index(p.row * nv + k.column[later])])
-          plan_.list.push_back(later);
-      p.later_end = end();
-      plan_.pivots.push_back(p);
+      columns[index(step)] = order_[index(step)].second;
+      plan_.place[index(columns[index(step)])] = -1 - step;
     }
+    for (int j = 0; j < k.freedoms(); ++j) {
+      columns[index(k.rank + j)] = k.independent()[j];
+      plan_.place[index(k.independent()[j])] = j;
+    }
+    set_filled();
+    for (int step = 0; step < k.rank; ++step)
+      set_lists(step, plan_.redundant, columns);
+  }
+
+  /// Sets order_ with pivots of which none is smaller than that share of the largest.  Returns the smallest one.
+  double set_order(const elimination &k, const double *K, double share) {
+    const int nv = m_.nv();
+    set_filled();
+    std::vector<double> A(index(t_.rows * nv));
+    for (int i = 0; i < t_.rows; ++i)
+      for (int j = 0; j < nv; ++j)
+        A[index(i * nv + j)] = K[i * nv + j] * t_.row_scale[index(i)] * t_.column_scale[index(j)];
+    std::vector<int> rows(k.row, k.row + t_.rows),
+        columns(k.column, k.column + nv); // what is left; pivots come from the first
+    double smallest = std::numeric_limits<double>::infinity();
+    order_.clear();
+    for (int step = 0; step < k.rank; ++step) {
+      const std::pair<int, int> pivot = best_pivot(A, rows, columns, k.rank - step, share);
+      smallest = std::min(smallest, std::fabs(A[index(pivot.first * nv + pivot.second)]));
+      order_.push_back(pivot);
+      rows.erase(std::find(rows.begin(), rows.end(), pivot.first));
+      columns.erase(std::find(columns.begin(), columns.end(), pivot.second));
+      eliminate_one(A, pivot, rows, columns);
+    }
+    return smallest;
+  }
+
+  /// Among the first `left` rows and columns.
+  std::pair<int, int> best_pivot(const std::vector<double> &A, const std::vector<int> &rows,
+                                 const std::vector<int> &columns, int left, double share) {
+    const int nv = m_.nv();
+    std::vector<int> in_row(index(t_.rows), 0), in_column(index(nv), 0);
+    double largest = 0;
+    for (const int i : rows)
+      for (const int j : columns)
+        in_row[index(i)] += filled(i, j), in_column[index(j)] += filled(i, j);
+    const auto size = [&](int i, int j) { return std::fabs(A[index(rows[index(i)] * nv + columns[index(j)])]); };
+    for (int i = 0; i < left; ++i)
+      for (int j = 0; j < left; ++j)
+        largest = std::max(largest, size(i, j));
+    std::pair<int, int> best = {0, 0};
+    int least = 0;
+    double of_best = -1;
+    for (int i = 0; i < left; ++i)
+      for (int j = 0; j < left; ++j) {
+        if (!(size(i, j) >= share * largest))
+          continue;
+        const int work = (in_row[index(rows[index(i)])] - 1) * (in_column[index(columns[index(j)])] - 1);
+        if (of_best < 0 || work < least || (work == least && size(i, j) > of_best))
+          best = {rows[index(i)], columns[index(j)]}, least = work, of_best = size(i, j);
+      }
+    return best;
+  }
+
+  void eliminate_one(std::vector<double> &A, std::pair<int, int> pivot, const std::vector<int> &rows,
+                     const std::vector<int> &columns) {
+    const int nv = m_.nv();
+    const auto [p, c] = pivot;
+    for (const int i : rows) {
+      if (!filled(i, c))
+        continue;
+      const double factor = A[index(i * nv + c)] / A[index(p * nv + c)];
+      for (const int j : columns)
+        if (filled(p, j))
+          A[index(i * nv + j)] -= factor * A[index(p * nv + j)], filled(i, j) = 1;
+    }
+  }
+
+  /// What one step has to do.  rest: equations without a pivot; columns: all, in order.
+  void set_lists(int step, const std::vector<int> &rest, const std::vector<int> &columns) {
+    const int nv = m_.nv(), rank = static_cast<int>(order_.size());
+    const auto end = [&] { return static_cast<int>(plan_.list.size()); };
+    loop_pivot p{};
+    p.row = order_[index(step)].first, p.column = order_[index(step)].second;
+    p.columns_begin = end();
+    for (int j = step + 1; j < nv; ++j)
+      if (filled(p.row, columns[index(j)]))
+        plan_.list.push_back(j);
+    p.columns_end = p.rows_begin = end();
+    for (int later = step + 1; later < rank; ++later)
+      if (filled(order_[index(later)].first, p.column))
+        plan_.list.push_back(order_[index(later)].first);
+    for (const int i : rest)
+      if (filled(i, p.column))
+        plan_.list.push_back(i);
+    p.rows_end = p.later_begin = end();
+    for (int i = p.rows_begin; i < p.rows_end; ++i)
+      for (int j = p.columns_begin; j < p.columns_end; ++j)
+        filled(plan_.list[index(i)], columns[index(plan_.list[index(j)])]) = 1;
+    for (int later = step + 1; later < rank; ++later)
+      if (filled(p.row, columns[index(later)]))
+        plan_.list.push_back(later);
+    p.later_end = end();
+    plan_.pivots.push_back(p);
   }
 
   const model &m_;
   const tables &t_;
   const model_view<double> view_;
   loop_plan<double> plan_;
+  std::vector<unsigned char> filled_;      ///< (rows, nv)
+  std::vector<std::pair<int, int>> order_; ///< equation and coordinate of each pivot
 };
 
 } // namespace
