@@ -88,6 +88,7 @@ def test_loops_that_share_joints_are_one_finding(check):
     finding = only(check(planar().replace("</robot>", second + pin + "</robot>")), "loop-redundant")
     assert finding.name == "D" and finding.value == 6 and finding.severity == "note"
     assert "6 of the 10 equations of D and H follow from the others; not determined are force along the axis, moment across the axis of D; of" in finding.found
+    assert finding.repair.count("spherical") == 2 and finding.repair.count("cylindrical") == 2 and "nothing is redundant then" in finding.repair
 
 
 def test_every_rule_has_a_case_in_the_formats_that_can_break_it():

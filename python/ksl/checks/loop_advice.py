@@ -90,24 +90,35 @@ def is_across_a_plane(patterns: Array, axes: list[Array]) -> bool:
 def advice(model: Model, patterns: Array, joints: list[Joint | Loop]) -> Advice:
     """Changes of kind one after the other, each the one that removes most; where several do, loop joints first, and those of the ground last.
 
+    One joint of each loop becomes spherical at most if that is enough, since a linkage is built with one spherical and one cylindrical joint in each.
     patterns (redundant, joints, 6): of :meth:`Model.reactions_null_basis`, of these joints.  Joints with a motor stay as they are.
     """
+    loops = sum(isinstance(joint, Loop) for joint in joints)
+    found = _advice(model, patterns, joints, loops)
+    return found if not found.left else min(found, _advice(model, patterns, joints, len(joints)), key=lambda a: a.left)
+
+
+def _advice(model: Model, patterns: Array, joints: list[Joint | Loop], spherical: int) -> Advice:
+    """spherical: so many joints may become it."""
     driven = set(model.drives or ())
     free = [(i, joint) for i, joint in enumerate(joints) if joint.name not in driven]
     ground = model.link_names[0]  # its joints are those of cranks, which motors turn
     free.sort(key=lambda item: 0 if isinstance(item[1], Loop) else 2 if item[1].parent == ground else 1)  # stable
     changes: list[Change] = []
-    while len(patterns) and (best := _best(patterns, free, {change.joint for change in changes})):
+    while len(patterns) and (best := _best(patterns, free, {change.joint for change in changes}, spherical > 0)):
         change, released = best
         changes.append(change)
+        spherical -= change.kind == "spherical"
         patterns = _without(patterns, released)
     return Advice(tuple(changes), len(patterns))
 
 
-def _best(patterns: Array, joints: list[tuple[int, Joint | Loop]], changed: set[str]) -> tuple[Change, Array] | None:
+def _best(patterns: Array, joints: list[tuple[int, Joint | Loop]], changed: set[str], spherical: bool) -> tuple[Change, Array] | None:
     found: tuple[Change, Array] | None = None
     for i, joint in joints:
         for kind, components, axis2 in () if joint.name in changed else _other_kinds(joint, patterns[:, i]):
+            if kind == "spherical" and not spherical:
+                continue
             fewer = KINDS[kind].nv - KINDS[joint.kind].nv
             released = patterns[:, i] @ components.T
             if np.linalg.matrix_rank(released, tol=TOLERANCE) == fewer and (found is None or fewer > found[0].fewer):

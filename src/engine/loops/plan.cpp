@@ -162,8 +162,8 @@ private:
   void set_pivots(const elimination &k, const double *K) {
     const int nv = m_.nv();
     const double by_size = set_order(k, K, 1);
-    if (set_order(k, K, large_enough) < large_enough * by_size)
-      set_order(k, K, 1);
+    const bool is_small = set_order(k, K, large_enough) < large_enough * by_size;
+    set_order(k, K, is_small ? 1 : large_enough);
     std::vector<int> columns(index(nv)); // pivots, then independent coordinates, ascending
     plan_.place.assign(index(nv), 0);
     for (int step = 0; step < k.rank; ++step) {
