@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -282,6 +283,8 @@ class LoopCalls(Requests):
 
     def _several(self, *inputs: tuple[ArrayLike, str, int]) -> list[Any]:
         """Arrays (states, columns) of doubles, and their common leading shape."""
+        if (one := _one_state(inputs)) is not None:
+            return [*one, ()]
         arrays = []
         for x, name, columns in inputs:
             array = np.asarray(argument(x, name, columns, self._core), dtype=float)
@@ -303,3 +306,15 @@ class LoopCalls(Requests):
         if _NEAREST in how:
             said = f"given {list(names)}: they leave freedoms; of these, the {what} are those nearest to the ones passed"
             warnings.warn(said, UserWarning, stacklevel=3)
+
+
+def _one_state(inputs: Sequence[tuple[ArrayLike, str, int]]) -> list[Array] | None:
+    """One state whose numbers can be read as they are, which takes a tenth of the time; None for all else."""
+    rows: list[Array] = []
+    for x, _, columns in inputs:
+        if type(x) is not np.ndarray or x.dtype != np.float64 or x.shape != (columns,) or not (x.flags.c_contiguous and x.flags.aligned):
+            return None
+        if not math.isfinite(x.dot(x)):  # also of numbers whose squares overflow
+            return None
+        rows.append(x.reshape(1, columns))
+    return rows
