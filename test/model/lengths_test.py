@@ -60,11 +60,11 @@ FILES = {
 }  # fmt: skip
 """Fields of files that take a length."""
 OTHERS = {
-    "cases": {
+    "cases": {"loops", "drives", "stiffness", 
         "physics", "friction_width", "mounting", "stop", "payloads.link", "payloads.mass", "external.link", "external.wrench", "external.steps",
         "external.file", "external.axes", "external.order",
     },
-    "sweep": {"components", "reading", "physics", "friction_width", "floating_base", "mimic", "model", "payload", "speed", "tilt", "mass", "motion", "loops", "drives"},
+    "sweep": {"components", "reading", "physics", "friction_width", "floating_base", "mimic", "model", "payload", "speed", "tilt", "mass", "motion", "loops", "drives", "stiffness"},
     "components": {"", "°", "N", "N m", "kg m²", "W", "J", "h", "%", "r/min", "r/min, N m", "m/N", "the stress's", "the stress's per N or N m"},
 }  # fmt: skip
 """Those that take none; of components their units."""
