@@ -139,6 +139,7 @@ def test_cases_name_loops_drives_and_stiffnesses(robot, tmp_path):
     (tmp_path / "cases.toml").write_text(
         f'[defaults]\nloops = "loops.toml"\ndrives = ["A"]\nmotion = "crank.csv"\n[cases.rigid]\n[cases.stiff]\nstiffness = {STIFF}\n'
         '[cases.file]\nstiffness = "bearings.toml"\n[cases.some]\nstiffness = { A = [1e6, 1e6, 1e6, 1e6, 1e6, 1e6] }\n[cases.rocker]\ndrives = "D"\nmotion = "rocker.csv"\n'
+        "[cases.shared]\ndrives = { A = 1.0, D = 4.0 }\n"
     )
     run = ksl.compute_loads(tree, cases=tmp_path / "cases.toml")
     closed = robot(FOURBAR, drives=["A"])
@@ -148,6 +149,11 @@ def test_cases_name_loops_drives_and_stiffnesses(robot, tmp_path):
         assert next(case.blocks()).total == pytest.approx(next(alone.blocks()).total, rel=1e-9, abs=1e-9), case.name
     assert run.cases[0].undetermined.components and not run.cases[1].undetermined.components
     assert run.cases[4].motion.closing.held == ("D",) and run.cases[4].model.drives == ("D",)
+    shared = run.cases[5]
+    assert shared.model.drive_weights == (1.0, 4.0) and shared.motion.closing.held == ("A",)
+    tau, alone = (next(case.blocks()).tau for case in (shared, run.cases[0]))
+    _, ratio = closed.consistent_velocity(shared.motion.q, np.tile([1.0, 0, 0], (len(TIME), 1)), given=["A"])[:, [0, 2]].T  # of the rocker to the crank
+    assert tau[:, 0] == pytest.approx(alone[:, 0] / (1 + ratio**2 / 4), abs=1e-9) and tau[:, 2] == pytest.approx(tau[:, 0] * ratio / 4, abs=1e-9)
     assert any(line.startswith("some: ") and "not in the stiffnesses, and therefore rigid" in line for line in run.notes), run.notes
     assert {"loops.toml", "bearings.toml"} <= {Path(file.file).name for file in run.provenance.inputs}
 

@@ -60,9 +60,9 @@ FILES = {
 }  # fmt: skip
 """Fields of files that take a length."""
 OTHERS = {
-    "cases": {"loops", "drives", "stiffness", 
+    "cases": {
         "physics", "friction_width", "mounting", "stop", "payloads.link", "payloads.mass", "external.link", "external.wrench", "external.steps",
-        "external.file", "external.axes", "external.order",
+        "external.file", "external.axes", "external.order", "loops", "drives", "stiffness",
     },
     "sweep": {"components", "reading", "physics", "friction_width", "floating_base", "mimic", "model", "payload", "speed", "tilt", "mass", "motion", "loops", "drives", "stiffness"},
     "components": {"", "°", "N", "N m", "kg m²", "W", "J", "h", "%", "r/min", "r/min, N m", "m/N", "the stress's", "the stress's per N or N m"},

@@ -70,6 +70,8 @@ def test_drives_are_those_of_the_call_else_of_the_file_beside_else_of_the_robot(
     assert ksl.load(robot, loops=written(tmp_path, BESIDE)).drives == ("A",)
     assert ksl.load(robot, loops=written(tmp_path, BESIDE.replace('drives = ["A"]', ""))).drives == ("D",)
     assert ksl.load(robot, loops=written(tmp_path, BESIDE), drives=[]).drives == ()
+    weighted = ksl.load(robot, loops=written(tmp_path, BESIDE.replace('drives = ["A"]', "drives = { A = 2.0, B = 3.0 }")))
+    assert weighted.drives == ("A", "B") and weighted.drive_weights == (2.0, 3.0)
 
 
 def test_the_open_tree(robot):
