@@ -131,6 +131,8 @@ def test_cases_name_loops_drives_and_stiffnesses(robot, tmp_path):
     tree = robot(FOURBAR, loops="cut")
     np.savetxt(tmp_path / "crank.csv", np.column_stack([TIME, TURN]), delimiter=",", header="time,A", comments="", fmt="%.17g")
     np.savetxt(tmp_path / "rocker.csv", np.column_stack([TIME, -1.8 + 0.1 * np.sin(TIME)]), delimiter=",", header="time,D", comments="", fmt="%.17g")
+    both = ksl.compute_loads(robot(FOURBAR, drives=["A"]), tmp_path / "crank.csv").cases[0].motion.q[:, [0, 2]]
+    np.savetxt(tmp_path / "both.csv", np.column_stack([TIME, both]), delimiter=",", header="time,A,D", comments="", fmt="%.17g")
     (tmp_path / "loops.toml").write_text(
         '[[loop]]\nname = "C"\nkind = "continuous"\npredecessor = "coupler"\nsuccessor = "rocker"\n'
         "predecessor_xyz = [0.32, 0.03, 0]\nsuccessor_xyz = [0.25, 0.02, 0]\naxis = [0, -1, 0]\n"
@@ -139,7 +141,7 @@ def test_cases_name_loops_drives_and_stiffnesses(robot, tmp_path):
     (tmp_path / "cases.toml").write_text(
         f'[defaults]\nloops = "loops.toml"\ndrives = ["A"]\nmotion = "crank.csv"\n[cases.rigid]\n[cases.stiff]\nstiffness = {STIFF}\n'
         '[cases.file]\nstiffness = "bearings.toml"\n[cases.some]\nstiffness = { A = [1e6, 1e6, 1e6, 1e6, 1e6, 1e6] }\n[cases.rocker]\ndrives = "D"\nmotion = "rocker.csv"\n'
-        "[cases.shared]\ndrives = { A = 1.0, D = 4.0 }\n"
+        '[cases.shared]\ndrives = { A = 1.0, D = 4.0 }\nmotion = "both.csv"\n'
     )
     run = ksl.compute_loads(tree, cases=tmp_path / "cases.toml")
     closed = robot(FOURBAR, drives=["A"])
