@@ -123,6 +123,11 @@ KSL_EXPORT ksl_status_t ksl_model_without_loops(const ksl_model_t *model, ksl_mo
 /** The same robot, which has loops, with motors at these n joints and at no others. */
 KSL_EXPORT ksl_status_t ksl_model_with_drives(const ksl_model_t *model, int n, const int *joints, ksl_model_t **made);
 
+/** The same with a weight for each: where drives are more than freedoms, efforts are those with the least sum of weight x effort^2.  weights may
+    be NULL: all 1. */
+KSL_EXPORT ksl_status_t ksl_model_with_weighted_drives(const ksl_model_t *model, int n, const int *joints,
+                                                       const double *weights, ksl_model_t **made);
+
 /** The same robot with another frame, which is a massless link, at a pose in a link's frame (NULL: identity). */
 KSL_EXPORT ksl_status_t ksl_model_with_frame(const ksl_model_t *model, const char *name, int link,
                                              const ksl_SE3_t *pose, ksl_model_t **made);

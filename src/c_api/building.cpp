@@ -208,6 +208,11 @@ ksl_status_t ksl_model_without_loops(const ksl_model_t *model, ksl_model_t **mad
 }
 
 ksl_status_t ksl_model_with_drives(const ksl_model_t *model, int n, const int *joints, ksl_model_t **made) {
+  return ksl_model_with_weighted_drives(model, n, joints, nullptr, made);
+}
+
+ksl_status_t ksl_model_with_weighted_drives(const ksl_model_t *model, int n, const int *joints, const double *weights,
+                                            ksl_model_t **made) {
   return made_from(model, made, [&] {
     require(n >= 0 && (joints || n == 0), "joints must not be null, and their number not negative");
     std::vector<std::string> names;
@@ -215,7 +220,8 @@ ksl_status_t ksl_model_with_drives(const ksl_model_t *model, int n, const int *j
       require_joint(model, joints[i]);
       names.push_back(model->model.joints()[static_cast<std::size_t>(joints[i])].name);
     }
-    return ksl::with_drives(model->model.description(), names);
+    return ksl::with_drives(model->model.description(), names,
+                            weights ? std::vector<double>(weights, weights + n) : std::vector<double>());
   });
 }
 

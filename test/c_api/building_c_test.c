@@ -83,6 +83,10 @@ static void test_loops(void) {
   const int joint = 0;
   CHECK(ksl_model_with_drives(m, 1, &joint, &driven) == KSL_OK);
   ksl_model_free(driven);
+  const double weight = 4, none = 0;
+  CHECK(ksl_model_with_weighted_drives(m, 1, &joint, &weight, &driven) == KSL_OK);
+  ksl_model_free(driven);
+  CHECK_REFUSED(ksl_model_with_weighted_drives(m, 1, &joint, &none, &driven), KSL_BAD_DESCRIPTION, "its weight is 0");
   CHECK_REFUSED(ksl_model_with_drives(cut, 1, &joint, &driven), KSL_BAD_DESCRIPTION, "no loops");
   CHECK_REFUSED(ksl_model_with_drives(m, 1, NULL, &driven), KSL_BAD_ARGUMENT, "null");
   ksl_model_free(cut), ksl_model_free(m);
