@@ -23,6 +23,7 @@ COMMANDS = {
         ("ROBOT", "DIR/motion.csv", "-o", "DIR/results", "--csv", "--json"),
         ("ROBOT", "DIR/motion.parquet", "-o", "DIR/some", "--joints", "joint,-,Arm,arm,🦾", "--at", "-=0,0,0.1"),
     ],
+    "simulate": [("ROBOT", "--until", "0.02", "--pose", "case=0.1", "--dry-friction", "Arm=1", "-o", "DIR/simulated")],
     "size": [("DIR/results", "DIR/components.toml", "-o", "DIR/sizes"), ("DIR/results", "--example")],
     "sweep": [("ROBOT", "DIR/sweep.toml", "-o", "DIR/sweep")],
     "view": [("ROBOT", "--export", "DIR/rest.html", "--joint", "world")],
@@ -50,7 +51,7 @@ def test_every_command_is_in_the_table():
 
 
 def test_every_command_takes_such_names(folder):
-    for command in ("info", "check", "motion", "hold", "loads", "size", "sweep", "view"):
+    for command in ("info", "check", "motion", "hold", "loads", "simulate", "size", "sweep", "view"):
         for given in COMMANDS[command]:
             if command == "view":
                 pytest.importorskip("viser")

@@ -10,7 +10,7 @@ import typer
 
 import ksl
 from ksl.commands import app
-from ksl.load_cases import case_file
+from ksl.load_cases import case_file, simulate_keys
 from ksl.model.lengths import extent, far, far_inertia
 from ksl.sizing.catalogue import KINDS
 from ksl.sizing.catalogue_numbers import lengths_of
@@ -40,17 +40,22 @@ OPTIONS = {
     ("size", "--at"): (["size", "results", "--at", "pin=0,0,50"], "the point of the moments of pin is 50 m from the joint's origin"),
     ("view", "--gravity"): (["view", "arm.urdf", "--export", "v.html", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
     ("info", "--gravity"): (["info", "arm.urdf", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
+    ("simulate", "--payload"): (["simulate", "arm.urdf", "--until", "0.01", "-o", "out", "--payload", "2,0,0,50", "--on-link", "tip"], "the payload on tip is 50 m"),
+    ("simulate", "--pose"): (["simulate", "arm.urdf", "--until", "0.01", "-o", "out", "--pose", "slide=300"], "slide reaches 300 m, and its limits are -0.4 and 0.4 m"),
+    ("simulate", "--gravity"): (["simulate", "arm.urdf", "--until", "0.01", "-o", "out", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
     ("motion", "--gravity"): (["motion", "arm.urdf", "--kind", "template", "-o", "t.csv", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
 }
 """Options that take a length, and what is said of one in millimetres."""
-SPEEDS = {(command, "--friction-width") for command in ("loads", "view")} | {("motion", "--acceleration")}
-"""Options whose help names metres, and that take no length: speeds and accelerations, which have limits of their own."""
+SPEEDS = {(command, "--friction-width") for command in ("loads", "simulate", "view")} | {("motion", "--acceleration"), ("simulate", "--velocity")}
+EFFORTS = {("simulate", option) for option in ("--gains", "--brake", "--dry-friction")}
+"""Options whose help names metres, and that take no length: speeds and accelerations, which have limits of their own, and efforts in N m."""
 
 FILES = {
     ("cases", "payloads.center"): (CASES + 'payloads = [{ link = "tip", mass = 1, center = [0, 0, 50] }]', "the payload on tip is 50 m"),
     ("cases", "payloads.inertia"): (CASES + 'payloads = [{ link = "tip", mass = 1, inertia = [400, 400, 400, 0, 0, 0] }]', "the inertia of the payload on tip is that of a body with a radius of 20 m"),
     ("cases", "external.point"): (CASES + 'external = [{ link = "tip", wrench = [1, 0, 0, 0, 0, 0], point = [0, 80, 0] }]', "the point of external wrench 1, on tip, is 80 m"),
     ("cases", "hold.pose"): ("[cases.one]\nhold = { pose = { slide = 300 } }", "slide reaches 300 m"),
+    ("cases", "simulate.pose"): ("[cases.one]\nsimulate = { until = 0.01, pose = { slide = 300 } }", "slide reaches 300 m"),
     ("cases", "gravity"): (CASES + "gravity = [0, 0, -9810]", "is that in mm/s²?"),
     ("cases", "motion"): ('[cases.one]\nmotion = "mm.csv"', "slide reaches 300 m, and its limits are -0.4 and 0.4 m: are these millimetres? Then give their unit in a map"),
     ("sweep", "payload.center"): (SWEEP + 'kind = "payload"\nlink = "tip"\ncenter = [0, 0, 50]\nvalues = [1]', "the payload is 50 m from the link's origin"),
@@ -63,8 +68,9 @@ OTHERS = {
     "cases": {
         "physics", "friction_width", "mounting", "stop", "payloads.link", "payloads.mass", "external.link", "external.wrench", "external.steps",
         "external.file", "external.axes", "external.order", "loops", "drives", "stiffness",
+        *(f"simulate.{key}" for key in simulate_keys.KEYS if key != "pose"),
     },
-    "sweep": {"components", "reading", "physics", "friction_width", "floating_base", "mimic", "model", "payload", "speed", "tilt", "mass", "motion", "loops", "drives", "stiffness"},
+    "sweep": {"simulate", "components", "reading", "physics", "friction_width", "floating_base", "mimic", "model", "payload", "speed", "tilt", "mass", "motion", "loops", "drives", "stiffness"},
     "components": {"", "°", "N", "N m", "kg m²", "W", "J", "h", "%", "r/min", "r/min, N m", "m/N", "the stress's", "the stress's per N or N m"},
 }  # fmt: skip
 """Those that take none; of components their units."""
@@ -97,7 +103,7 @@ def test_every_option_that_takes_a_length_is_judged(folder):
         for p in command.params
         if p.param_type_name == "option" and re.search(r"X,Y,Z|\bm\b", f"{p.metavar} {p.help}")
     }
-    assert takes - SPEEDS == OPTIONS.keys()
+    assert takes - SPEEDS - EFFORTS == OPTIONS.keys()
 
 
 @pytest.mark.parametrize("option", OPTIONS, ids=" ".join)
@@ -107,7 +113,7 @@ def test_option(folder, option):
 
 
 def test_every_field_that_takes_a_length_is_judged():
-    inner = {"payloads": case_file.OF_PAYLOAD, "external": case_file.OF_EXTERNAL, "hold": case_file.OF_HOLD}
+    inner = {"simulate": simulate_keys.KEYS, "payloads": case_file.OF_PAYLOAD, "external": case_file.OF_EXTERNAL, "hold": case_file.OF_HOLD}
     keys = {f"{k}.{i}" for k, of in inner.items() for i in of} | (set(case_file.KEYS) - inner.keys())
     assert keys == OTHERS["cases"] | {key for file, key in FILES if file == "cases"}
     varied = {f"{kind}.center" for kind, takes in description.TAKES.items() if "center" in takes}

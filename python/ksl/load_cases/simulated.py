@@ -26,6 +26,7 @@ from ksl.model.simulation_result import Simulation
 from ksl.model.states import Array
 from ksl.motions.closing import Closing
 from ksl.motions.motion import Motion, Source
+from ksl.motions.signal.suspicions import suspicions_of_pose
 
 ControllerName = Literal["none", "gravity", "pd", "computed torque"]
 CONTROLLERS = ("none", "gravity", "pd", "computed torque")
@@ -101,7 +102,8 @@ def simulated_motion(
     reached = np.isfinite(run.q).all(axis=1) & np.isfinite(run.a).all(axis=1)
     if np.count_nonzero(reached) < 2:
         raise MotionError(f"simulation: {run.reason} at its beginning, {run.ended:.6g} s; check the start, gains and units")
-    doubts = [f"simulation: {one.message}" for one in said if issubclass(one.category, RuntimeWarning)]
+    doubts = suspicions_of_pose(model, q) if how.pose is not None else []
+    doubts += [f"simulation: {one.message}" for one in said if issubclass(one.category, RuntimeWarning)]
     source = Source("simulation", f"simulated by {how.method}", int(np.count_nonzero(reached)), float(times[1] - times[0]), _notes(run, how))
     corners = sorted({e.time for e in run.events if e.what in JUMPS and times[0] < e.time < run.ended})
     motion = Motion(
