@@ -10,7 +10,8 @@ SI units, radians; six-vectors are linear first unless `order="ang_lin"`; arrays
 What there is for users; help(ksl.load) and the like say more:
 
     robots        load(path), load_string(text), Builder: a Model, with its Joint and Link; every algorithm is a method, help(ksl.Model)
-    jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, sweep; check: Findings of one Finding each
+    jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, sweep; check: Findings of one Finding each;
+                  compare: a Comparison with other libraries
     motions       read_motion; motions.generate makes some
     algebra       Pose, Twist, Acceleration, Wrench, Momentum, Inertia: typed, with checked frames; ufuncs: the same over plain arrays
     modules       simulation: controllers, brakes and results of m.simulate; identification, base_parameters, consistency; mjcf, states in MuJoCo's layout
@@ -45,6 +46,8 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.checks.findings import Finding as Finding
     from ksl.checks.findings import Findings as Findings
     from ksl.checks.run import check as check
+    from ksl.comparison.compare_robot import compare as compare
+    from ksl.comparison.results import Comparison as Comparison
     from ksl.model.builder import Builder as Builder
     from ksl.model.loading import load as load
     from ksl.model.loading import load_string as load_string
@@ -68,6 +71,7 @@ _MODULE_OF = {
     "Acceleration": "ksl.spatial",
     "Builder": "ksl.model.builder",
     "CaseError": "ksl.base.errors",
+    "Comparison": "ksl.comparison.results",
     "DescriptionError": "ksl.base.errors",
     "DescriptionWarning": "ksl.base.errors",
     "Finding": "ksl.checks.findings",
@@ -90,6 +94,7 @@ _MODULE_OF = {
     "Wrench": "ksl.spatial",
     "__version__": "ksl._core",
     "check": "ksl.checks.run",
+    "compare": "ksl.comparison.compare_robot",
     "compute_loads": "ksl.report.compute_loads",
     "hold": "ksl.report.hold_pose",
     "load": "ksl.model.loading",

@@ -16,6 +16,7 @@ NAMES = [name for name in OURS if name.strip()]
 
 COMMANDS = {
     "check": [("ROBOT",)],
+    "compare": [("ROBOT", "--with", "mujoco", "--states", "1")],
     "hold": [("ROBOT",), ("ROBOT", "--payload", "1", "--on-link", "case")],
     "info": [("ROBOT",)],
     "motion": [("ROBOT", "--kind", "minjerk", "-o", "DIR/motion.csv"), ("ROBOT", "--kind", "minjerk", "-o", "DIR/motion.parquet")],
@@ -51,12 +52,12 @@ def test_every_command_is_in_the_table():
 
 
 def test_every_command_takes_such_names(folder):
-    for command in ("info", "check", "motion", "hold", "loads", "simulate", "size", "sweep", "view"):
+    for command in ("info", "check", "compare", "motion", "hold", "loads", "simulate", "size", "sweep", "view"):
         for given in COMMANDS[command]:
             if command == "view":
                 pytest.importorskip("viser")
             done = run_ksl(command, *(a.replace("ROBOT", str(folder / "robot.urdf")).replace("DIR", str(folder)) for a in given))
-            assert done.returncode == (2 if command == "check" else 0), (command, given, done.stderr)
+            assert done.returncode == (2 if command in ("check", "compare") else 0), (command, given, done.stderr)
             if command == "info":
                 assert all(name in "".join(done.stdout.split()) for name in NAMES), command
     from ksl.viewer.results_scene import read_results, scene_of_results

@@ -18,6 +18,7 @@ ALLOWED: dict[str, set[str]] = {
     "arrays": {"base"},
     "model": {"base", "output"},
     "identify": {"base", "model"},
+    "comparison": {"base", "model"},
     "motions.signal": {"base", "model"},
     "motions.columns": {"base", "model"},
     "motions.files": {"base", "model", "motions.signal", "motions.columns"},
@@ -31,7 +32,7 @@ ALLOWED: dict[str, set[str]] = {
     "report": {"base", "output", "model", "motions", "load_cases", "sizing", "viewer"},
     "commands": {
         "base", "output", "model", "motions", "motions.files", "motions.generate",
-        "checks", "load_cases", "sizing", "viewer", "sweeps", "report",
+        "comparison", "checks", "load_cases", "sizing", "viewer", "sweeps", "report",
     },
 }  # fmt: skip
 """Lower rooms first.  Of rooms side by side: load_cases know neither checks nor viewer; sizing reads what load_cases write; viewer and

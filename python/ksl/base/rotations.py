@@ -38,3 +38,22 @@ def rotation_of_quaternion(quaternion: Floats) -> Floats:
 
 def _stacked(rows: list[list[Floats]]) -> Floats:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def quaternion_of(R: Floats) -> NDArray[np.float64]:
+    """[x y z w] (4) of a rotation matrix (3, 3) (Shepperd, Quaternion from rotation matrix, 1978)."""
+    K = np.array([R[0, 0], R[1, 1], R[2, 2], np.trace(R)])
+    i = int(np.argmax(K))
+    if i == 3:
+        q = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], 1 + K[3]])
+    else:
+        j, k = (i + 1) % 3, (i + 2) % 3
+        q = np.empty(4)
+        q[i], q[j], q[k], q[3] = 1 + 2 * R[i, i] - K[3], R[i, j] + R[j, i], R[i, k] + R[k, i], R[k, j] - R[j, k]
+    return np.asarray(q / np.linalg.norm(q))
+
+
+def quaternion_product(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The product a b of quaternions (…, 4), [x y z w]: the rotation of b, then that of a, about axes that stand."""
+    u, v, s, t = a[..., :3], b[..., :3], a[..., 3:], b[..., 3:]
+    return np.concatenate([s * v + t * u + np.cross(u, v), s * t - (u * v).sum(axis=-1, keepdims=True)], axis=-1)

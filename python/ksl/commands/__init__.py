@@ -2,6 +2,7 @@
 
 from ksl.commands import (
     check,
+    compare,
     hold,
     info,
     loads,
@@ -16,6 +17,7 @@ from ksl.commands.app import app
 __all__ = [
     "app",
     "check",
+    "compare",
     "hold",
     "info",
     "loads",

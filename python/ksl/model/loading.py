@@ -175,7 +175,7 @@ def _read(file: str, text: bytes | None, o: _Options, cut: bool) -> Model:
     gravity = None if o.gravity is None else list(three_numbers(o.gravity, "gravity"))
     points, independent = given.payload_points(o.payloads), o.mimic == "independent"
     contents = _core.file_bytes(os.fsencode(file)) if text is None else text
-    if _root_element(contents) == "mujoco":
+    if root_element(contents) == "mujoco":
         from ksl.model import mjcf
 
         if o.model:
@@ -196,7 +196,7 @@ def _warn_of(loaded: Model, o: _Options) -> None:
         warnings.warn(line, DescriptionWarning, stacklevel=3)
 
 
-def _root_element(contents: bytes) -> str | None:
+def root_element(contents: bytes) -> str | None:
     """The name of a file's first element; None if it can't be read, which the reader then explains."""
     # a parser that is given its input in blocks may look at a tag of many megabytes again with each of them
     most = 1 << 20

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import DescriptionError, DescriptionWarning
 from ksl.base.files_read import InputFile
+from ksl.base.rotations import quaternion_of, quaternion_product
 from ksl.model import given
 from ksl.model.builder import Builder
 from ksl.model.joint_kinds import KINDS, Kind
@@ -465,14 +466,14 @@ def _free(entry: Layout, to: bool, q: Array, rates: _Rates) -> tuple[Array, _Rat
     """KSL: pose in the joint's frame, quaternion last, linear velocity in the body's axes; MuJoCo: in the world's, quaternion first."""
     placement = np.array(entry["placement"])
     R, t = placement[:3, :3], placement[:3, 3]
-    turn = _quaternion(R)
+    turn = quaternion_of(R)
     if to:
         own = q[..., 3:] / np.linalg.norm(q[..., 3:], axis=-1, keepdims=True)
-        wxyz = _times(turn, own)[..., [3, 0, 1, 2]]
+        wxyz = quaternion_product(turn, own)[..., [3, 0, 1, 2]]
         new_q = np.concatenate([q[..., :3] @ R.T + t, wxyz], axis=-1)
     else:
         wxyz = q[..., 3:] / np.linalg.norm(q[..., 3:], axis=-1, keepdims=True)
-        own = _times(turn * [-1, -1, -1, 1], wxyz[..., [1, 2, 3, 0]])
+        own = quaternion_product(turn * [-1, -1, -1, 1], wxyz[..., [1, 2, 3, 0]])
         new_q = np.concatenate([(q[..., :3] - t) @ R, own], axis=-1)
     x, y, z, w = np.moveaxis(wxyz[..., [1, 2, 3, 0]], -1, 0)
     u, w = np.stack([x, y, z], axis=-1), w[..., None]
@@ -520,22 +521,3 @@ def _linear_parts(to: bool, rates: _Rates, out: Any, back: Any, angular: Any, n:
             linear = out(linear) if to else back(linear)
         new[name] = np.concatenate([linear, x[..., n:]], axis=-1)
     return new
-
-
-def _quaternion(R: Array) -> Array:
-    """[x y z w] of a rotation matrix (Shepperd, Quaternion from rotation matrix, 1978)."""
-    K = np.array([R[0, 0], R[1, 1], R[2, 2], np.trace(R)])
-    i = int(np.argmax(K))
-    if i == 3:
-        q = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], 1 + K[3]])
-    else:
-        j, k = (i + 1) % 3, (i + 2) % 3
-        q = np.empty(4)
-        q[i], q[j], q[k], q[3] = 1 + 2 * R[i, i] - K[3], R[i, j] + R[j, i], R[i, k] + R[k, i], R[k, j] - R[j, k]
-    return np.asarray(q / np.linalg.norm(q))
-
-
-def _times(a: Array, b: Array) -> Array:
-    """The quaternion product a b, [x y z w]."""
-    u, v, s, t = a[..., :3], b[..., :3], a[..., 3:], b[..., 3:]
-    return np.concatenate([s * v + t * u + np.cross(u, v), s * t - (u * v).sum(axis=-1, keepdims=True)], axis=-1)

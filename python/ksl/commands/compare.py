@@ -1,0 +1,50 @@
+"""`ksl compare`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from ksl.commands.app import app, console, fail
+from ksl.commands.options import FloatingBase, Physics, Robot, described_warnings, in_options
+
+
+@app.command()
+def compare(
+    robot: Robot,
+    libraries: Annotated[
+        str, typer.Option("--with", metavar="NAMES", help="Libraries, separated by commas: pinocchio, mujoco, drake; otherwise those of them that are installed.")
+    ] = "",
+    floating_base: FloatingBase = False,
+    physics: Physics = "",
+    states: Annotated[int, typer.Option("--states", metavar="N", help="How many random states, 1 to 1000.")] = 8,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the random states.")] = 0,
+    json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+) -> None:
+    """Compare a robot with other libraries: which numbers differ at random states, in which conventions, and whose rule explains it.
+
+    Exit status: 0 all numbers agree, 1 some differ and it is known why, 2 it is not known why, or there was nothing to compare with.
+    """
+    from ksl.commands.print_compare import print_comparison
+    from ksl.comparison.compare_robot import compare as compare_robot
+
+    names = [word.strip() for word in libraries.split(",")] if libraries else None
+    on = [word.strip() for word in physics.split(",")] if physics else None
+    with described_warnings():
+        try:
+            found = compare_robot(robot, names, floating_base=floating_base, physics=on, states=states, seed=seed)
+        except ValueError as e:
+            fail(in_options(e, states=states, seed=seed).replace("libraries", "--with", 1))
+    if json:
+        _print_json(found.as_dict())
+    else:
+        print_comparison(found, console(120), asked=names is not None)
+    missing = bool(found.missing) and names is not None  # what was asked for by name
+    raise typer.Exit(max(found.status, 2 if missing else 0))
+
+
+def _print_json(value: dict[str, Any]) -> None:
+    import json
+
+    print(json.dumps(value, indent=2, ensure_ascii=False))

@@ -1,0 +1,32 @@
+"""URDF as other libraries take it: without elements that they refuse, and with a floating joint below its root."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+from ksl.model.model import Model
+
+
+def without(contents: bytes, of: str, *tags: str) -> ElementTree.Element:
+    """The document without some elements of its links or joints: without <visual> and <collision> of links no library looks for their meshes."""
+    robot = ElementTree.fromstring(contents)
+    for element in robot.iterfind(of):
+        for child in [child for tag in tags for child in element.findall(tag)]:
+            element.remove(child)
+    return robot
+
+
+def on_floating_joint(robot: ElementTree.Element, model: Model) -> ElementTree.Element:
+    """With a new root, on which the robot's floats: the joint is called as KSL calls it."""
+    root, ground = model.root, "ground"
+    while ground in model.link_names:
+        ground += "_"
+    robot.append(ElementTree.Element("link", name=ground))
+    joint = ElementTree.SubElement(robot, "joint", name=model.joint_above(root).name, type="floating")
+    ElementTree.SubElement(joint, "parent", link=ground)
+    ElementTree.SubElement(joint, "child", link=root)
+    return robot
+
+
+def text(robot: ElementTree.Element) -> str:
+    return ElementTree.tostring(robot, encoding="unicode")

@@ -1,0 +1,412 @@
+"""`ksl.compare` with libraries that are fakes: KSL's own numbers, and one thing that is planted into them."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from ksl_command import run_ksl
+
+import ksl
+from ksl.comparison import libraries, other_robot
+from ksl.comparison.bodies import lumped, of_link, pseudo_inertia
+from ksl.comparison.coordinates import same
+from ksl.comparison.libraries import Library
+from ksl.comparison.other_robot import NotLoaded, OneState, OtherRobot, Place
+
+ARM = """<robot name="arm"><link name="base"/>
+  <link name="upper"><inertial><origin xyz="0.1 0.02 0.2"/><mass value="2"/><inertia ixx="0.03" iyy="0.04" izz="0.02" ixy="0.002" iyz="0.001" ixz="0.003"/></inertial></link>
+  <link name="fore"><inertial><origin xyz="0 0.1 0.2"/><mass value="1"/><inertia ixx="0.02" iyy="0.03" izz="0.02" ixy="0.001" iyz="0.002" ixz="0.003"/></inertial></link>
+  <link name="hand"><inertial><origin xyz="0.05 0 0"/><mass value="0.5"/><inertia ixx="0.002" iyy="0.003" izz="0.002" ixy="0.0001" iyz="0" ixz="0"/></inertial></link>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><origin xyz="0 0 0.3" rpy="0.1 0.2 0.3"/><axis xyz="0 0 1"/>
+    <limit lower="-2" upper="2" effort="9" velocity="9"/><dynamics damping="0.7" friction="0.4"/></joint>
+  <joint name="elbow" type="prismatic"><parent link="upper"/><child link="fore"/><origin xyz="0.2 0 0" rpy="1 0 0"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="9" velocity="9"/></joint>
+  <joint name="weld" type="fixed"><parent link="fore"/><child link="hand"/><origin xyz="0 0 0.4" rpy="0 1 0"/></joint>
+</robot>"""
+WITH_ARMATURE = """<mujoco model="geared"><worldbody><body name="one"><joint name="first" axis="0 1 0" armature="0.4" damping="0.3"/>
+  <inertial pos="0.1 0 0" mass="1" diaginertia="0.1 0.1 0.1"/><body name="two" pos="0.3 0 0"><joint name="second" axis="1 0 0" stiffness="2" springref="0.1"/>
+  <inertial pos="0 0.1 0" mass="1" diaginertia="0.1 0.1 0.1"/></body></body></worldbody></mujoco>"""
+
+
+class Same(OtherRobot):
+    """Another library that is KSL.  Subclasses plant what differs."""
+
+    library, version = "fake", "1.0"
+
+    def __init__(self, file):
+        super().__init__(file)
+        self.own = self.planted(file.model)
+        self.nv, self.neutral, self.gravity = self.own.nv, self.own.neutral(), np.array(self.own.gravity)
+
+    def planted(self, model):
+        return model
+
+    def place(self, joint):
+        own = self.own.joint(joint.name)
+        return Place(list(range(own.q_index, own.q_index + own.nq)), list(range(own.v_index, own.v_index + own.nv)), same)
+
+    def note(self):
+        pass
+
+    def links(self):
+        return list(self.model.link_names)
+
+    def bodies(self):
+        return lumped(self.own, [self.model.joint(name).child for name in self.model.joint_names])
+
+    def pose(self, pose, link):
+        return pose
+
+    def jacobian(self, J, pose):
+        return J
+
+    def compute(self, q, v, a, tau, links):
+        m = self.own
+        poses = {link: self.pose(m.frame_pose(q, f"link:{link}"), link) for link in links}
+        jacobians = {link: self.jacobian(m.jacobian(q, f"link:{link}"), m.frame_pose(q, f"link:{link}")) for link in links}
+        return OneState(m.inverse_dynamics(q, v, a), m.forward_dynamics(q, v, tau), m.mass_matrix(q), poses, jacobians)
+
+
+@pytest.fixture
+def compared(tmp_path, monkeypatch):
+    """The one result of a comparison with a fake."""
+
+    def compared(fake, text=ARM, **options):
+        (tmp_path / "robot.xml").write_text(text)
+        monkeypatch.setattr(libraries, "LIBRARIES", LIBRARIES)
+        monkeypatch.setitem(LIBRARIES, "fake", Library("json", "pip install fake", fake))
+        return ksl.compare(tmp_path / "robot.xml", "fake", **options)["fake"]
+
+    LIBRARIES = libraries.LIBRARIES
+    return compared
+
+
+DYNAMICS = ["inverse dynamics", "forward dynamics", "mass matrix"]
+ALL = [*DYNAMICS, "positions", "orientations", "Jacobians"]
+
+
+def planted(change):
+    class Planted(Same):
+        def planted(self, model):
+            return change(model)
+
+    return Planted
+
+
+def with_link(change, link="fore"):
+    """A link's pseudo-inertia is another."""
+
+    def planted_in(model):
+        P = change(of_link(model.link(link)))
+        I = np.trace(P[:3, :3]) * np.eye(3) - P[:3, :3]
+        return model.with_parameters({link: [P[3, 3], *P[:3, 3], I[0, 0], I[0, 1], I[1, 1], I[0, 2], I[1, 2], I[2, 2]]})
+
+    return planted(planted_in)
+
+
+def test_the_same_numbers_agree(compared):
+    found = compared(Same)
+    assert (found.status, found.differing, found.reasons, found.version) == (0, [], [], "1.0")
+    assert [q.name for q in found.quantities] == ALL and all(q.agrees and q.difference < 1e-12 for q in found.quantities)
+
+
+@pytest.mark.parametrize(
+    ("physics", "names"), [(["damping"], {"damping"}), (["friction"], {"friction"}), (["damping", "friction"], {"damping", "friction"})], ids=str
+)
+def test_physics_that_only_the_other_library_applies(compared, physics, names):
+    found = compared(planted(lambda m: m.with_physics(physics)))
+    assert {r.topic for r in found.reasons} == names and found.differing == DYNAMICS[:2] and found.status == 1
+    assert all(r.explains == ("inverse dynamics", "forward dynamics") and "shoulder" in r.text and "KSL where physics= names it" in r.text for r in found.reasons)
+
+
+def test_physics_that_only_ksl_applies(compared):
+    found = compared(planted(lambda m: m.with_physics(None)), physics="damping")
+    assert [r.topic for r in found.reasons] == ["damping"] and "KSL applies it (physics), fake doesn't" in found.reasons[0].text
+
+
+def test_a_library_that_ignores_armature(compared):
+    pytest.importorskip("mujoco")
+    assert compared(Same, WITH_ARMATURE, physics="armature").status == 0
+    found = compared(planted(lambda m: m.with_physics(None)), WITH_ARMATURE, physics="armature")
+    assert [r.topic for r in found.reasons] == ["armature"] and found.differing == DYNAMICS and found.unexplained == []
+    found = compared(planted(lambda m: m.with_physics("all")), WITH_ARMATURE)
+    assert {r.topic for r in found.reasons} == {"armature", "damping", "spring"} and found.unexplained == []
+    assert next(r for r in found.reasons if r.topic == "armature").explains[0] == "mass matrix"
+
+
+@pytest.mark.parametrize("gravity", [(0, 0, 0), (0, 0, 9.81), (0, -9.81, 0)], ids=str)
+def test_another_gravity(compared, gravity):
+    found = compared(planted(lambda m: m.with_gravity(gravity)))
+    assert [r.topic for r in found.reasons] == ["gravity"] and found.differing == DYNAMICS[:2] and found.unexplained == []
+    assert "(0, 0, -9.81) in KSL" in found.reasons[0].text
+
+
+MASSES = {
+    "its mass and tensor are dropped": np.zeros_like,
+    "a point mass": lambda P: pseudo_inertia(P[3, 3], P[:3, 3] / P[3, 3], np.zeros((3, 3))),
+    "products of inertia have the other sign": lambda P: of_central(P, lambda I: 2 * np.diag(np.diag(I)) - I),
+    "products of inertia are dropped": lambda P: of_central(P, lambda I: np.diag(np.diag(I))),
+    "moments of inertia are made equal": lambda P: of_central(P, lambda I: np.trace(I) / 3 * np.eye(3)),
+    "the mass is at the link's origin": lambda P: pseudo_inertia(P[3, 3], np.zeros(3), central(P)),
+    "solid sphere of 1000 kg/m³": lambda P: of_central(P, lambda I: 0.4 * P[3, 3] * np.cbrt(3 * P[3, 3] / (4e3 * np.pi)) ** 2 * np.eye(3)),
+    "1.7 kg there, 1.5 kg in KSL": lambda P: P + np.diag([0, 0, 0, 0.2]),
+    "same principal moments about other axes": lambda P: of_central(P, lambda I: I[::-1, ::-1]),
+}
+
+
+def central(P):
+    S = P[:3, :3] - np.outer(P[:3, 3], P[:3, 3]) / P[3, 3]
+    return np.trace(S) * np.eye(3) - S
+
+
+def of_central(P, change):
+    return pseudo_inertia(P[3, 3], P[:3, 3] / P[3, 3], change(central(P)))
+
+
+@pytest.mark.parametrize("said", MASSES)
+def test_masses_that_the_other_library_has_otherwise(compared, said):
+    text = ARM.replace('name="hand"><inertial>', 'name="hand"><visual/><!--').replace("</inertial></link>\n  <joint", "--></link>\n  <joint") if "principal" in said else ARM
+    found = compared(with_link(MASSES[said]), text)
+    assert [r.topic for r in found.reasons] == ["masses"], found
+    assert "fore: " in found.reasons[0].text and said in found.reasons[0].text
+    assert found.unexplained == [] and found.status == 1
+
+
+def test_a_link_that_is_welded_to_another_is_named(compared):
+    found = compared(with_link(np.zeros_like, "hand"))
+    assert found.reasons[0].text.startswith("hand: its mass and tensor are dropped")
+
+
+class AngularFirst(Same):
+    def jacobian(self, J, pose):
+        return np.roll(J, 3, axis=0)
+
+
+class Mixed(Same):
+    def jacobian(self, J, pose):
+        return np.kron(np.eye(2), pose[:3, :3]) @ J
+
+
+class AtWorldOrigin(Same):
+    def jacobian(self, J, pose):
+        linear, angular = pose[:3, :3] @ J[:3], pose[:3, :3] @ J[3:]
+        return np.concatenate([angular, linear + np.cross(pose[:3, 3], angular.T).T])
+
+
+class Transposed(Same):
+    def pose(self, pose, link):
+        changed = pose.copy()
+        changed[:3, :3] = pose[:3, :3].T
+        return changed
+
+
+class Opposite(Same):
+    def compute(self, *given):
+        one = super().compute(*given)
+        return one._replace(efforts=-one.efforts)
+
+
+class Permuted(Same):
+    """Its results are of joints in another order than it says."""
+
+    def compute(self, *given):
+        one = super().compute(*given)
+        return one._replace(efforts=one.efforts[::-1], mass_matrix=one.mass_matrix[::-1, ::-1])
+
+
+class OtherQuaternion(Same):
+    def compute(self, q, *given):
+        q = q.copy()
+        q[3:7] = q[[4, 5, 6, 3]]
+        return super().compute(q, *given)
+
+
+class Noisy(Same):
+    def compute(self, *given):
+        one = super().compute(*given)
+        return one._replace(efforts=one.efforts + np.sin(1e3 * one.efforts))
+
+
+@pytest.mark.parametrize(
+    ("fake", "topics", "text", "differing"),
+    [
+        (AngularFirst, ["order"], "angular first", ["Jacobians"]),
+        (Mixed, ["frame"], "in world axes;", ["Jacobians"]),
+        (AtWorldOrigin, ["order", "frame"], "in world axes and about the world's origin", ["Jacobians"]),
+        (Transposed, ["frame"], "transposes", ["orientations"]),
+        (Opposite, ["sign"], "opposite sign", ["inverse dynamics"]),
+        (Permuted, ["order"], "in another order", ["inverse dynamics", "mass matrix"]),
+    ],
+)
+def test_other_conventions(compared, fake, topics, text, differing):
+    found = compared(fake)
+    assert [r.topic for r in found.reasons] == topics and text in found.reasons[-1].text
+    assert found.differing == differing and found.unexplained == [] and found.status == 1
+
+
+def test_another_order_of_quaternions(compared):
+    found = compared(OtherQuaternion, ARM.replace('<link name="base"/>', ARM[ARM.index('<link name="upper"'):ARM.index('  <link name="fore"')].replace("upper", "base")), floating_base=True)
+    assert {r.topic for r in found.reasons} == {"quaternion"} and found.unexplained == [], found
+    assert found.differing == ["inverse dynamics", "forward dynamics", "positions", "orientations"]
+
+
+def moved(text, **change):
+    class Moved(Same):
+        def planted(self, model):
+            return ksl.load_string(text, mimic="independent")
+
+    return Moved
+
+
+@pytest.mark.parametrize(
+    ("was", "becomes", "said", "explained"),
+    [
+        ('xyz="0.2 0 0" rpy="1 0 0"', 'xyz="0.2 0.1 0" rpy="1 0 0"', "apart by (0, 0.05403, -0.08415) m in the link's axes, at every position: elbow (link fore)", True),
+        ('xyz="0 0 0.4" rpy="0 1 0"', 'xyz="0 0 0.4" rpy="0 0.5 0"', "apart by 0.5 rad in the link's axes, at every position: weld (link hand)", True),
+        ('axis xyz="0 0 1"', 'axis xyz="0 0 -1"', "the axis points the other way: shoulder (link upper)", True),
+        ('axis xyz="0 1 0"', 'axis xyz="1 0 0"', "not constant: another axis, or another number of the joint: elbow (link fore)", False),
+    ],
+)
+def test_joints_where_the_libraries_part(compared, was, becomes, said, explained):
+    assert was in ARM
+    found = compared(moved(ARM.replace(was, becomes)))
+    places = [r for r in found.reasons if r.topic == "joint placement"]
+    assert len(places) == 1 and said in places[0].text
+    assert found.status == (1 if explained else 2) and (found.unexplained == []) == explained
+
+
+def test_what_nothing_explains_is_said(compared):
+    found = compared(Noisy)
+    assert (found.status, found.reasons, found.unexplained) == (2, [], ["inverse dynamics"])
+    assert found.quantities[0].where.startswith(("shoulder, state", "elbow, state")) and found.quantities[0].unit in ("N m", "N")
+
+
+def test_a_robot_that_the_other_library_refuses(compared):
+    def refuse(file):
+        raise NotLoaded("it refuses the file: \x1b[2J\u202e" + "x" * 9000)
+
+    found = compared(refuse)
+    assert found.status == 2 and "\x1b" not in found.failed and "\u202e" not in found.failed and len(found.failed) < 4200
+
+    class Lacking(Same):
+        def place(self, joint):
+            return None if joint.name == "elbow" else super().place(joint)
+
+    assert compared(Lacking).failed == "it has no such joint as elbow (prismatic): its coordinates are others"
+
+    class Failing(Same):
+        def compute(self, *given):
+            raise RuntimeError("no solution")
+
+    assert compared(Failing).failed == "it has no result: no solution"
+
+
+def test_links_without_frames_and_joints_without_mass(compared):
+    class Fused(Same):
+        def links(self):
+            return ["base", "upper"]
+
+    found = compared(Fused)
+    assert found.status == 0 and found.not_compared == ["poses and Jacobians of links that it has no frames of: fore, hand"]
+    without = re.sub(r"<inertial>(?:(?!</inertial>).)*</inertial></link>\n  <joint", "</link>\n  <joint", ARM).replace('<mass value="1"/>', '<mass value="0"/>')
+    without = re.sub(r'(<mass value="0"/>)<inertia [^>]*>', r'\1<inertia ixx="0" iyy="0" izz="0" ixy="0" iyz="0" ixz="0"/>', without)
+
+    class NoAccelerations(Same):
+        def compute(self, q, v, a, tau, links):
+            m = self.own
+            poses, jacobians = ({link: f(q, f"link:{link}") for link in links} for f in (m.frame_pose, m.jacobian))
+            return OneState(m.inverse_dynamics(q, v, a), np.full(m.nv, np.nan), m.mass_matrix(q), poses, jacobians)
+
+    with pytest.warns(ksl.DescriptionWarning):
+        found = compared(NoAccelerations, without)
+    assert found.status == 0 and "forward dynamics: a joint moves no mass" in found.not_compared[0]
+
+
+def test_a_robot_without_joints_that_move(tmp_path):
+    (tmp_path / "rock.urdf").write_text("<robot name='rock'><link name='a'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' iyz='0' ixz='0'/></inertial></link></robot>")
+    with pytest.raises(ksl.DescriptionError, match="rock.urdf: no joint moves, and there is nothing to compare; floating_base"):
+        ksl.compare(tmp_path / "rock.urdf")
+
+
+def test_libraries_that_are_missing_are_named_with_the_command_that_brings_them(tmp_path, monkeypatch):
+    (tmp_path / "arm.urdf").write_text(ARM)
+    monkeypatch.setitem(libraries.LIBRARIES, "drake", libraries.LIBRARIES["drake"]._replace(package="not_there_at_all"))
+    found = ksl.compare(tmp_path / "arm.urdf", "drake")
+    assert (found.status, found.libraries, found.missing) == (2, (), {"drake": "pip install drake"})
+    with pytest.raises(KeyError, match="no results of 'drake'; there are those of none"):
+        found["drake"]
+    done = run_ksl("compare", str(tmp_path / "arm.urdf"), "--with", "drake")
+    assert done.returncode == 2 and "drake: not installed; pip install drake" in done.stdout
+
+    def broken(file):
+        raise ImportError("libboost.so.1: cannot open")
+
+    monkeypatch.setitem(libraries.LIBRARIES, "drake", Library("json", "pip install drake", broken))
+    assert ksl.compare(tmp_path / "arm.urdf", "drake")["drake"].failed == "its package is installed and can't be imported: libboost.so.1: cannot open"
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"libraries": "drakee"}, "no library named 'drakee'; did you mean 'drake'"),
+        ({"libraries": []}, "libraries is empty"),
+        ({"states": 0}, "states=0; expected a whole number, 1 to 1000"),
+        ({"states": True}, "states=True"),
+        ({"seed": -1}, "seed=-1"),
+        ({"physics": "dampng"}, "dampng"),
+    ],
+)
+def test_arguments(tmp_path, options, said):
+    (tmp_path / "arm.urdf").write_text(ARM)
+    with pytest.raises(ValueError, match=re.escape(said)):
+        ksl.compare(tmp_path / "arm.urdf", **options)
+    words = {"libraries": "--with", "states": "--states", "seed": "--seed", "physics": "--physics"}
+    (name, value), *_ = options.items()
+    if isinstance(value, (str, int)) and not isinstance(value, bool):
+        done = run_ksl("compare", str(tmp_path / "arm.urdf"), words[name], str(value))
+        assert done.returncode == 2 and done.stderr.startswith("ksl: ") and str(value) in done.stderr
+
+
+def test_the_command_prints_reasons_and_json(tmp_path, monkeypatch):
+    (tmp_path / "arm.urdf").write_text(ARM.replace("shoulder", "shoul\u202eder"), encoding="utf-8")
+    monkeypatch.setitem(libraries.LIBRARIES, "mujoco", Library("json", "", planted(lambda m: m.with_physics("damping"))))
+    done = run_ksl("compare", str(tmp_path / "arm.urdf"), "--with", "mujoco", "--states", "3")
+    assert done.returncode == 1 and "\u202e" not in done.stdout and "\\u202e" in done.stdout
+    assert "mujoco 1.0: inverse dynamics, forward dynamics differ, and each difference is explained" in done.stdout.replace("fake", "mujoco")
+    assert "damping (inverse dynamics, forward dynamics): fake applies it (shoul\\u202eder)" in done.stdout
+    done = run_ksl("compare", str(tmp_path / "arm.urdf"), "--with", "mujoco", "--json")
+    found = json.loads(done.stdout)
+    assert found["status"] == found["libraries"][0]["status"] == 1 and found["libraries"][0]["reasons"][0]["topic"] == "damping"
+
+
+def test_cost_of_bodies_is_linear_in_welded_links():
+    """Chains of welds are walked once."""
+    from growth import assert_linear, work
+    from ksl.comparison.bodies import welded
+
+    def chain(n):
+        b = ksl.Builder("chain").add_link("l0", 1.0)
+        for i in range(1, n):
+            b.add_link(f"l{i}", 1.0).add_joint(f"j{i}", "revolute" if i == 1 else "fixed", f"l{i - 1}", f"l{i}", **({"axis": (0, 0, 1)} if i == 1 else {}))
+        return b.build()
+
+    assert_linear(lambda n: work(lambda m=chain(n): welded(m)), 50)
+
+
+def test_every_coordinate_form_keeps_power():
+    """τ' · v' = τ · v for all forms, and T's rate is its derivative along v."""
+    from ksl.comparison import coordinates as c
+
+    rng = np.random.default_rng(4)
+    X = ksl.Pose.from_rpy((0.1, 0.2, 0.3), (0.4, 0.5, 0.6)).matrix
+    m = ksl.Builder("free").add_link("w").add_link("b", 1.0).add_joint("f", "floating", "w", "b").build()
+    p = ksl.Builder("plane").add_link("w").add_link("b", 1.0).add_joint("f", "planar", "w", "b", axis=(0, 0, 1)).build()
+    for model, forms in ((m, (c.free(X), c.free_in_world(X), c.free_linear_in_world(X))), (p, (c.same, c.cosine_and_sine, c.planar_in_parent))):
+        q, v = model.random(rng, 3), rng.normal(size=(3, model.nv))
+        for form in forms:
+            h = 1e-6
+            ahead, behind = (form(model.integrate(q, s * h * v), v) for s in (1, -1))
+            derivative = np.einsum("nij,nj->ni", ahead.T - behind.T, v) / (2 * h)
+            np.testing.assert_allclose(form(q, v).rate, derivative, atol=1e-8)
+    assert other_robot.Place([], [], c.same).form is c.same
