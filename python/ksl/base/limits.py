@@ -16,6 +16,8 @@ MOTION_NUMBERS = 1 << 28
 They are 2 GiB as doubles: ten hours of 7 joints at 1 kHz with their rates."""
 COLUMNS = 1 << 17
 """Columns of a table, or lines of a map of columns: 40,000 joints with their rates."""
+WORKBOOK_BYTES = 1 << 28
+"""Bytes of an Excel workbook, unpacked.  A cell has some 30 of them, and takes two microseconds to read."""
 LINE_BYTES = 64 << 20
 """Bytes of a line at the beginning of a CSV file, where names are, or of an array of names in an NPZ file."""
 YAML_BYTES = 1 << 19

@@ -59,6 +59,7 @@ def loads(
     cases: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Load cases: docs/cases.md. MOTION is then that of cases that name none.")] = None,
     output: Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for the results.")] = Path("loads"),
     csv: Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")] = False,
+    xlsx: Annotated[bool, typer.Option("--xlsx", help="Write results.xlsx, a workbook with a sheet for each table.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")] = False,
     pdf: Annotated[bool, typer.Option("--pdf", help="Write report.pdf, printed by Chromium or Chrome.")] = False,
     components: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Components that the report checks against the loads; see ksl size.")] = None,
@@ -130,7 +131,7 @@ def loads(
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)
         run = _run(model, stiff, motion, cases, external, columns, placement, loaded, reading, options)
         out = console(120)
-        files = written(run, output, out, csv, force, report)
+        files = written(run, output, out, csv, force, report, xlsx=xlsx)
         print_run(out, run, [f"written to {output}: {', '.join(files)}", f"report: {output / 'report.html'}"])
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise

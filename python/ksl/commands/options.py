@@ -31,9 +31,9 @@ Resample = Annotated[float | None, typer.Option("--resample", metavar="HZ", help
 From = Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Use the motion from this time on.")]
 To = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="Use the motion up to this time.")]
 IgnoreExtra = Annotated[bool, typer.Option("--ignore-extra", help="Leave out columns of the motion that belong to no joint.")]
-Topic = Annotated[str | None, typer.Option("--topic", metavar="NAME", help="Topic of a bag, where several have joint states.")]
+Topic = Annotated[str | None, typer.Option("--topic", metavar="NAME", help="Topic of a bag, where several have joint states, or sheet of a workbook.")]
 PositionsOnly = Annotated[bool, typer.Option("--positions-only", help="Differentiate the positions, even if the motion has velocities or accelerations.")]
-MOTION_HELP = "CSV, Parquet, NPZ, MCAP or ROS bag with the positions of all moving joints over time; - is standard input."
+MOTION_HELP = "CSV, Excel workbook, Parquet, NPZ, MCAP or ROS bag with the positions of all moving joints over time; - is standard input."
 ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which model of an SDF file that has several.")]
 Loops = Annotated[str, typer.Option("--loops", metavar="FILE.toml|cut", help="Joints that close loops, in a file beside the robot's; or leave those of the robot's file out.")]
 Drives = Annotated[str, typer.Option("--drives", metavar="NAMES", help="The joints that have motors, of a robot with loops, separated by commas.")]

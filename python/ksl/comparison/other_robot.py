@@ -17,6 +17,12 @@ class NotLoaded(Exception):
     """Why the library has no such robot, as a sentence."""
 
 
+def check_root(file: File) -> None:
+    """Raises NotLoaded where a root floats that other libraries take for the ground."""
+    if file.floating_base and file.model.root == "world":
+        raise NotLoaded("the root is called world, which is the ground there and can't float")
+
+
 class File(NamedTuple):
     """A robot's file, as KSL has read it."""
 

@@ -16,7 +16,7 @@ from ksl.base.printable import sentence
 from ksl.comparison import coordinates
 from ksl.comparison.bodies import pseudo_inertia, welded
 from ksl.comparison.coordinates import Array, Form
-from ksl.comparison.other_robot import File, NotLoaded, OneState, OtherRobot, Place
+from ksl.comparison.other_robot import File, NotLoaded, OneState, OtherRobot, Place, check_root
 from ksl.comparison.results import Note
 from ksl.comparison.urdf_text import text, without
 from ksl.model.mechanism import Joint
@@ -47,6 +47,7 @@ class RobotInDrake(OtherRobot):
 
     def __init__(self, file: File) -> None:
         super().__init__(file)
+        check_root(file)
         try:
             self.version = version("drake")
         except PackageNotFoundError:

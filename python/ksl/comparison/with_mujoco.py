@@ -11,7 +11,7 @@ from ksl.base.printable import sentence
 from ksl.comparison import coordinates
 from ksl.comparison.bodies import pseudo_inertia
 from ksl.comparison.coordinates import Array, Mapped
-from ksl.comparison.other_robot import File, NotLoaded, OneState, OtherRobot, Place
+from ksl.comparison.other_robot import File, NotLoaded, OneState, OtherRobot, Place, check_root
 from ksl.comparison.results import Note
 from ksl.comparison.urdf_text import on_floating_joint, text, without
 from ksl.model.mechanism import Joint
@@ -28,6 +28,7 @@ class RobotInMujoco(OtherRobot):
 
     def __init__(self, file: File) -> None:
         super().__init__(file)
+        check_root(file)
         handler = mujoco.get_mju_user_warning()
         mujoco.set_mju_user_warning(self.said.append)  # instead of a log file in the current folder
         try:

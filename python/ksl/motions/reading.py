@@ -54,7 +54,7 @@ def read_motion(
 
     Of a mechanism with loops the columns of its drives are enough: the other joints follow, and columns that they have are compared.
 
-    path: a CSV, Parquet or NPZ file, an MCAP file, a ROS 1 bag, or the folder of a ROS 2 bag; the content decides, not the name.
+    path: a CSV, Parquet or NPZ file, an Excel workbook (.xlsx), an MCAP file, a ROS 1 bag, or the folder of a ROS 2 bag; the content decides, not the name.
     "-" is standard input.  docs/motions.md lists the columns of all kinds of joints, and what each format may hold.
 
     map: which column of the file is which joint's, and how it is converted: a file, or {column: joint}.
@@ -63,7 +63,7 @@ def read_motion(
     resample: samples at equal steps, this many a second, on quintic splines through those of the file.
     start, stop: the part of the motion that is used, s, in times of the file.
     ignore_extra: columns that belong to no joint are left out; otherwise they are refused.
-    topic: which one of the topics of a bag; needed where several have joint states.
+    topic: which one of the topics of a bag, or of the sheets of a workbook; needed where several hold something.
     positions_only: velocities and accelerations in the file are not used.
     smooth: Hz, at which positions and given rates are low-passed without delay, after resampling; see docs/measured.md.
 

@@ -20,6 +20,7 @@ from ksl.output import refuse_inputs, staged, whole_file
 from ksl.report.files import ReportFiles
 from ksl.report.input import NOT_USED
 from ksl.report.result_files import RESULTS, WrenchFiles, refuse_others
+from ksl.report.workbook import WORKBOOK, check_package, write_workbook
 
 if TYPE_CHECKING:
     from ksl.report.input import ReportInput
@@ -33,19 +34,22 @@ class Run(ComputedCases):
 
     def write(
         self, directory: str | os.PathLike[str], csv: bool = False, force: bool = False, advance: Callable[[int], None] | None = None,
-        report: ReportFiles = ReportFiles(), beside: Mapping[str, Callable[[Path], None]] = MappingProxyType({}),
+        report: ReportFiles = ReportFiles(), beside: Mapping[str, Callable[[Path], None]] = MappingProxyType({}), xlsx: bool = False,
     ) -> list[str]:  # fmt: skip
         """Writes wrenches.parquet, summary.csv and report.html.
 
         csv: wrenches.csv too.  force: results of another robot in that folder, and files of others with names of results, are replaced
         and not refused; files that the run reads never are.  advance: is told the number of samples of each block that is done.
         report: whether there shall be report.json and report.pdf, and components that the report checks.  beside: more files by name, and what
-        writes each.  Returns the names of the files.  All are written, or none: see :func:`staged`.
+        writes each.  xlsx: results.xlsx too, a sheet for each table, with units; needs the extra `ksl[xlsx]`.
+        Returns the names of the files.  All are written, or none: see :func:`staged`.
         Raises MotionError where results are not finite, SizingError and OutputError.
 
             ksl.compute_loads("robot.urdf", "motion.csv").write("results", csv=True)
         """
         folder = Path(directory)
+        if xlsx:
+            check_package()
         names = (*RESULTS, *beside)
         refuse_inputs([folder / name for name in names], [*self._files_read, *([report.components] if report.components else [])])
         check = None if force else partial(refuse_others, folder, self.provenance)
@@ -53,6 +57,8 @@ class Run(ComputedCases):
             with WrenchFiles(stage, self.writer(), csv) as files:
                 self.compute(files.write, advance)
             write_summary(stage / SUMMARY, self.rows, self.provenance)
+            if xlsx:
+                write_workbook(stage / WORKBOOK, stage / "wrenches.parquet", self.rows, self.provenance)
             report.write(stage, replace(self._report_input(self._shown()), sizing=report.sizing(stage, folder)))
             for name, write in beside.items():
                 write(stage / name)

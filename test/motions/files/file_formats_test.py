@@ -158,14 +158,17 @@ def test_spreadsheets_are_refused(leg, tmp_path, refusal):
     path = tmp_path / "motion.csv"
     with zipfile.ZipFile(path, "w") as z:
         z.writestr("xl/workbook.xml", "<workbook/>")
-    assert refusal(leg, path).startswith(": is a spreadsheet (Excel or OpenDocument); save the sheet as CSV")
+    assert refusal(leg, path).startswith(": is an Excel workbook, but truncated or damaged")
+    with zipfile.ZipFile(path, "w") as z:
+        z.writestr("mimetype", "application/vnd.oasis.opendocument.spreadsheet")
+    assert refusal(leg, path).startswith(": is a spreadsheet (binary Excel or OpenDocument); save it as .xlsx, or the sheet as CSV")
     with zipfile.ZipFile(path, "w") as z:
         z.writestr("readme.txt", "")
     assert refusal(leg, path).startswith(": is a zip archive without NumPy arrays")
 
 
 def test_a_topic_is_for_bags(leg, written, refusal):
-    assert refusal(leg, written(npz(**ROW)), topic="/joint_states").startswith(": --topic (topic=) chooses among the topics of a bag, but this is NPZ")
+    assert refusal(leg, written(npz(**ROW)), topic="/joint_states").startswith(": --topic (topic=) chooses among the topics of a bag or the sheets of a workbook, but this is NPZ")
 
 
 @pytest.mark.parametrize("piped", [False, True], ids=["a file", "bytes of a pipe"])

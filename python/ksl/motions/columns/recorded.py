@@ -45,6 +45,11 @@ class Recorded:
         check_names(self.head, self.names)
 
     @property
+    def has_parts(self) -> bool:
+        """Whether it is one of several that the file may hold: a topic, a sheet."""
+        return self.is_recording
+
+    @property
     def head(self) -> str:
         """Where the names of columns are."""
         return self.file

@@ -91,7 +91,7 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
     if not any(header):
         raise MotionError(f"{file}:{header_line}: no names of columns; {MEND}, named in the first line")
     units: list[str] = []
-    if len(fields) > start and _is_row_of_units(fields[start]):
+    if len(fields) > start and is_row_of_units(fields[start]):
         units = [bare(u) for u in fields[start]] + [""] * (len(header) - len(fields[start]))
         start += 1
     while len(fields) > start and not any(fields[start]):
@@ -157,7 +157,7 @@ def is_number(text: str) -> bool:
     return True
 
 
-def _is_row_of_units(row: list[str]) -> bool:
+def is_row_of_units(row: list[str]) -> bool:
     said = [x for x in row if x]
     return bool(said) and not any(is_number(x) for x in said) and all(_BRACKETED.fullmatch(x) or unit_of(x) for x in said)
 

@@ -65,9 +65,10 @@ class Content:
 
 
 def open_table(path: str | os.PathLike[str], topic: str | None = None, positions_only: bool = False) -> Recorded:
-    """The table that a file holds: CSV, Parquet, NPZ, MCAP, a ROS 1 bag, or a ROS 2 bag, which is a folder.
+    """The table that a file holds: CSV, Parquet, NPZ, an Excel workbook, MCAP, a ROS 1 bag, or a ROS 2 bag, which is a folder.
 
-    "-" is standard input; pipes and files compressed by gzip, bzip2 or xz are read, too.  topic, positions_only: for bags.
+    "-" is standard input; pipes and files compressed by gzip, bzip2 or xz are read, too.  topic: of a bag, or the sheet of a workbook.
+    positions_only: for bags.
     Raises MotionError with the file, what it is, and what to give instead.
     """
     file = os.fspath(path)
@@ -86,8 +87,8 @@ def open_table(path: str | os.PathLike[str], topic: str | None = None, positions
         raise MotionError(f"{'standard input' if file == STANDARD_INPUT else file}: {e}; {MEND}") from None
     except (OSError, UnicodeError) as e:
         raise MotionError(f"{file}: can't be read ({what_os_says(e)}); {MEND}") from None
-    if topic is not None and not table.is_recording:
-        raise MotionError(f"{content.file}: --topic (topic=) chooses among the topics of a bag, but this is {table.format}; leave it out")
+    if topic is not None and not table.has_parts:
+        raise MotionError(f"{content.file}: --topic (topic=) chooses among the topics of a bag or the sheets of a workbook, but this is {table.format}; leave it out")
     return table
 
 
@@ -130,7 +131,7 @@ def _opened(content: Content, head: bytes, topic: str | None, positions_only: bo
 
         return ParquetTable(file, content.bytes() if content.path is None else content.path)
     if head.startswith((b"PK\x03\x04", b"PK\x05\x06")):
-        return _opened_zip(content)
+        return _opened_zip(content, topic)
     if head.startswith((b"\x89MCAP0", b"#ROSBAG", b"SQLite format 3")):
         from ksl.motions.files import bags
 
@@ -154,7 +155,7 @@ def _opened(content: Content, head: bytes, topic: str | None, positions_only: bo
     return table
 
 
-def _opened_zip(content: Content) -> Recorded:
+def _opened_zip(content: Content, sheet: str | None) -> Recorded:
     from ksl.motions.files.npz_table import npz_table
 
     try:
@@ -163,8 +164,12 @@ def _opened_zip(content: Content) -> Recorded:
     except (zipfile.BadZipFile, ValueError, EOFError, OverflowError, NotImplementedError, UnicodeError, struct.error):
         raise MotionError(f"{content.file}: is an NPZ file or another zip archive, but truncated or damaged; copy or write it again") from None
     names = [each.filename for each in inside]
-    if "xl/workbook.xml" in names or "mimetype" in names:
-        raise MotionError(f"{content.file}: is a spreadsheet (Excel or OpenDocument); save the sheet as CSV, and give that")
+    if "xl/workbook.xml" in names:
+        from ksl.motions.files.workbook import workbook_table
+
+        return workbook_table(content.file, content.opened(), sheet)
+    if "xl/workbook.bin" in names or "mimetype" in names:
+        raise MotionError(f"{content.file}: is a spreadsheet (binary Excel or OpenDocument); save it as .xlsx, or the sheet as CSV, and give that")
     if not names or not all(n.endswith(".npy") for n in names):
         raise MotionError(f"{content.file}: is a zip archive without NumPy arrays; give CSV, Parquet, NPZ or a bag")
     if len(inside) > limits.COLUMNS:

@@ -1,0 +1,231 @@
+"""Excel workbooks: one table on one sheet, read by the package openpyxl."""
+
+from __future__ import annotations
+
+import datetime
+import zipfile
+from array import array
+from collections.abc import Iterator, Sequence
+from typing import Any, BinaryIO, NamedTuple
+
+import numpy as np
+
+from ksl.base import limits
+from ksl.base.errors import MotionError, near_names
+from ksl.base.words import listed
+from ksl.model.states import Array
+from ksl.motions.columns.recorded import Recorded, check_columns, check_names, check_numbers
+from ksl.motions.columns.units import bare
+from ksl.motions.files.csv_form import is_row_of_units
+
+ONE_TABLE = "give each table a sheet of its own"
+
+
+class Row(NamedTuple):
+    number: int
+    """From 1, as the program shows it."""
+    cells: tuple[Any, ...]
+
+
+class WorkbookTable(Recorded):
+    """The table of a sheet.  Its numbers are in memory."""
+
+    def __init__(self, file: str, sheet: str, header: Row, columns: dict[str, _Column], units: dict[str, str], first_row: int, notes: list[str]) -> None:
+        self.sheet, self.header_row, self.first_row, self.cells = sheet, header.number, first_row, columns
+        numbers = {name: np.frombuffer(column.numbers, dtype=float).copy() for name, column in columns.items()}
+        texts = {name: column.text for name, column in columns.items() if column.text is not None}
+        super().__init__(file, "Excel workbook", list(columns), numbers, units, notes, texts=texts)
+
+    @property
+    def has_parts(self) -> bool:
+        return True
+
+    @property
+    def head(self) -> str:
+        return f"{self.file}: sheet {self.sheet!r}, row {self.header_row}"
+
+    def place(self, row: int) -> str:
+        return f"{self.file}: sheet {self.sheet!r}, row {self.first_row + row}"
+
+    def read(self, names: Sequence[str], time: str | None = None) -> dict[str, Array]:
+        for name in names:
+            column = self.cells[name]
+            if column.text is not None:
+                raise MotionError(f"{self.file}: sheet {self.sheet!r}, cell {column.letter}{column.text_row}: column {name!r} holds {column.text[:40]!r}; expected a number")
+            if column.is_time and name != time:
+                raise MotionError(f"{self.file}: sheet {self.sheet!r}: column {name!r} holds dates or clock times; expected numbers")
+        found = super().read(names, time)
+        if time is not None and self.cells[time].is_time:
+            self.times_are_seconds = True
+            self.notes.append(f"times in column {time!r} are dates or clock times, converted to s since the first; Excel keeps them to the millisecond")
+            found[time] = found[time] - (found[time][0] if len(found[time]) else 0.0)
+        return found
+
+
+class _Column:
+    """Numbers of a column, NaN where a cell is empty, and the first cell that holds none."""
+
+    def __init__(self, letter: str) -> None:
+        self.letter = letter
+        self.numbers = array("d")
+        self.origin: datetime.datetime | None = None
+        """The first date, from which others count: seconds since 1970 would have digits for 0.2 µs alone."""
+        self.is_time: bool | None = None
+        self.text: str | None = None
+        self.text_row = 0
+
+    def add(self, row: int, given: Any) -> None:
+        cell = given
+        if isinstance(cell, datetime.datetime):
+            self.origin = self.origin or cell
+            cell = cell - self.origin
+        number, is_time = _number(cell)
+        if cell is not None and (number is None or (self.is_time is not None and is_time != self.is_time)) and self.text is None:
+            self.text, self.text_row = str(given), row
+        elif cell is not None:
+            self.is_time = is_time
+        self.numbers.append(float("nan") if number is None else number)
+
+
+def _number(cell: Any) -> tuple[float | None, bool]:
+    """A cell as a number, and whether it is a time, in s; None for text and truth values."""
+    if isinstance(cell, datetime.timedelta):
+        return cell.total_seconds(), True
+    if isinstance(cell, datetime.time):
+        return cell.hour * 3600.0 + cell.minute * 60.0 + cell.second + cell.microsecond * 1e-6, True
+    if isinstance(cell, (int, float)) and not isinstance(cell, bool):
+        try:
+            return float(cell), False
+        except OverflowError:
+            return None, False
+    return None, False
+
+
+def workbook_table(file: str, source: BinaryIO, sheet: str | None) -> WorkbookTable:
+    """The table of a workbook, or of the sheet that is named.  Raises MotionError: for several tables, of which none is guessed."""
+    try:
+        import openpyxl
+    except ModuleNotFoundError as e:
+        if e.name != "openpyxl":
+            raise
+        raise MotionError(f"{file}: is an Excel workbook, which is read by the package openpyxl; install it: pip install 'ksl[xlsx]'; or save the sheet as CSV") from None
+    with source:
+        _check_size(file, source)
+        try:
+            book = openpyxl.load_workbook(source, read_only=True, data_only=True, keep_links=False)
+            chosen = _sheet(file, book, sheet)
+            return _table(file, chosen.title, _rows(chosen))
+        except (MotionError, MemoryError):
+            raise
+        except Exception as e:  # openpyxl lets errors of XML, of zip archives and of Python's own types through
+            raise MotionError(f"{file}: is an Excel workbook, but truncated or damaged ({type(e).__name__}); open and save it again, or save the sheet as CSV") from None
+
+
+def _check_size(file: str, source: BinaryIO) -> None:
+    with zipfile.ZipFile(source) as archive:
+        size = sum(each.file_size for each in archive.infolist())
+    if size > limits.WORKBOOK_BYTES:
+        raise MotionError(f"{file}: unpacked it has {limits.megabytes(size)}; at most {limits.megabytes(limits.WORKBOOK_BYTES)} of a workbook are read: save the sheet as CSV")
+    source.seek(0)
+
+
+def _sheet(file: str, book: Any, wanted: str | None) -> Any:
+    """The sheet that is named, or the only one that holds anything."""
+    sheets = {sheet.title: sheet for sheet in book.worksheets}
+    if wanted is not None:
+        if wanted not in sheets:
+            raise MotionError(f"{file}: --topic (topic=) is {wanted!r}, and no sheet has this name; {near_names(wanted, sheets)}sheets: {listed(sheets)}")
+        return sheets[wanted]
+    filled = [sheet for sheet in sheets.values() if any(row.cells for row in _rows(sheet))]
+    if not filled:
+        raise MotionError(f"{file}: all sheets are empty; give `time` and a column for each joint, a row for each sample")
+    if len(filled) > 1:
+        raise MotionError(f"{file}: {len(filled)} sheets hold something: {listed([sheet.title for sheet in filled])}; say which by --topic SHEET (topic=)")
+    return filled[0]
+
+
+def _rows(sheet: Any) -> Iterator[Row]:
+    """Rows without the empty cells at their ends."""
+    sheet.reset_dimensions()  # programs write wrong ones
+    for number, cells in enumerate(sheet.iter_rows(values_only=True), 1):
+        end = len(cells)
+        while end and (cells[end - 1] is None or cells[end - 1] == ""):
+            end -= 1
+        yield Row(number, tuple(None if x == "" else x for x in cells[:end]))
+
+
+def _table(file: str, sheet: str, rows: Iterator[Row]) -> WorkbookTable:
+    where = f"{file}: sheet {sheet!r}"
+    notes: list[str] = []
+    header = _header(where, rows, notes)
+    start = next(i for i, x in enumerate(header.cells) if x is not None)
+    names = _names(where, header, start)
+    columns = {name: _Column(letters(start + i)) for i, name in enumerate(names)}
+    units: dict[str, str] = {}
+    first = end = 0
+    for row in rows:
+        if not row.cells:
+            continue
+        texts = [str(x or "").strip() for x in row.cells[start : start + len(names)]]
+        if not first and not units and all(isinstance(x, str) for x in row.cells if x is not None) and is_row_of_units(texts):
+            units = {name: bare(unit) for name, unit in zip(names, texts) if unit}
+            continue
+        if first and row.number != end + 1:
+            raise MotionError(f"{where}, row {row.number}: the table ends in row {end}, and more follows: a second table? {ONE_TABLE}, and no rows between samples empty")
+        first, end = first or row.number, row.number
+        _add(where, row, start, columns, notes)
+        check_numbers(file, len(columns) * (end - first + 1))
+    return WorkbookTable(file, sheet, header, columns, units, first or header.number + 1, notes)
+
+
+def _header(where: str, rows: Iterator[Row], notes: list[str]) -> Row:
+    """The first row of several texts.  Single texts above it are titles."""
+    titles: list[str] = []
+    for row in rows:
+        filled = [x for x in row.cells if x is not None]
+        if any(not isinstance(x, str) for x in filled):
+            raise MotionError(f"{where}, row {row.number}: no names of columns above this row; name them: time, and each joint")
+        if len(filled) > 1:
+            if titles:
+                notes.append(f"left out of sheet {where.rpartition('sheet ')[2]}: {listed(titles)}, above the names of columns")
+            return row
+        titles += [repr(x[:40]) for x in filled]
+    raise MotionError(f"{where}: no names of columns; give `time` and a column for each joint, a row for each sample")
+
+
+def _names(where: str, header: Row, start: int) -> list[str]:
+    """Names of the columns, which have none without a name between them."""
+    names = [None if x is None else str(x).strip() for x in header.cells[start:]]
+    check_columns(f"{where}, row {header.number}", len(names))
+    if None in names:
+        gap = letters(start + names.index(None))
+        raise MotionError(f"{where}, row {header.number}: column {gap} has no name, and columns with names stand on both sides of it: two tables? {ONE_TABLE}, or name the column")
+    found = [name or "" for name in names]
+    check_names(f"{where}, row {header.number}", found)
+    seen: set[str] = set()
+    for name in found:
+        if name in seen:
+            raise MotionError(f"{where}, row {header.number}: two columns are named {name!r}; rename or remove one")
+        seen.add(name)
+    return found
+
+
+def _add(where: str, row: Row, start: int, columns: dict[str, _Column], notes: list[str]) -> None:
+    """The cells of a row to the columns.  A text beside the table is a remark; a number there is of another table."""
+    for i, x in enumerate(row.cells):
+        if x is not None and not start <= i < start + len(columns):
+            if not isinstance(x, str):
+                raise MotionError(f"{where}, cell {letters(i)}{row.number}: holds {str(x)[:40]!r} beside the table, where no name is above: two tables? {ONE_TABLE}, or name the column")
+            notes.append(f"left out: {x[:40]!r} in cell {letters(i)}{row.number}, beside the table")
+    for i, column in enumerate(columns.values()):
+        column.add(row.number, row.cells[start + i] if start + i < len(row.cells) else None)
+
+
+def letters(i: int) -> str:
+    """The name of a column by its number from 0: A, B, …, Z, AA."""
+    name = ""
+    i += 1
+    while i:
+        i, rest = divmod(i - 1, 26)
+        name = chr(65 + rest) + name
+    return name

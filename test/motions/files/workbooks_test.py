@@ -1,0 +1,135 @@
+"""Motions in Excel workbooks: one table on one sheet; everything else is said and not guessed."""
+
+import datetime
+import zipfile
+
+import numpy as np
+import pytest
+from ksl_command import run_ksl
+
+import ksl
+from ksl.base import limits
+from ksl.motions.files.workbook import letters
+
+openpyxl = pytest.importorskip("openpyxl")
+NAMES = ["time", "hip", "slide"]
+
+
+@pytest.fixture
+def book(tmp_path):
+    """Writes sheets {name: rows} and gives the path."""
+
+    def write(**sheets):
+        made = openpyxl.Workbook()
+        made.remove(made.active)
+        for name, rows in sheets.items():
+            sheet = made.create_sheet(name)
+            for row in rows:
+                sheet.append(list(row))
+        made.save(tmp_path / "motion.xlsx")
+        return tmp_path / "motion.xlsx"
+
+    return write
+
+
+def test_numbers_are_those_of_the_sheet(leg, book, rows):
+    motion = ksl.read_motion(leg, book(Log=[NAMES, *rows.tolist()]))
+    np.testing.assert_array_equal(np.column_stack([motion.time, motion.q]), rows)
+    assert motion.source.format == "Excel workbook" and not motion.doubts
+
+
+def test_titles_units_indents_empty_sheets_and_remarks(leg, book, rows):
+    degrees = np.column_stack([1000 * rows[:, 0], np.degrees(rows[:, 1]), 1000 * rows[:, 2]])
+    table = [["Test 7, arm 2"], [], [None, *NAMES], [None, "ms", "deg", "[mm]"], *[[None, *row] for row in degrees.tolist()], [], []]
+    table[5].append("recorded by Ada")
+    motion = ksl.read_motion(leg, book(Empty=[], Log=table, Notes=[]))
+    np.testing.assert_allclose(np.column_stack([motion.time, motion.q]), rows, atol=1e-12)
+    notes = "\n".join(motion.source.notes)
+    assert "'Test 7, arm 2', above the names" in notes and "'recorded by Ada' in cell E6" in notes and "converted from deg to rad: hip" in notes
+    named = [["time [ms]", "hip (deg)", "slide [mm]"], *degrees.tolist()]
+    np.testing.assert_allclose(ksl.read_motion(leg, book(Log=named)).q, rows[:, 1:], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "start", [datetime.datetime(2026, 3, 1, 12, 0, 0, 250000), datetime.time(23, 59, 58), datetime.timedelta(hours=30)], ids=["dates", "clock", "durations"]
+)
+def test_times_of_excel(leg, book, rows, start):
+    def at(k):
+        step = datetime.timedelta(milliseconds=100 * k)
+        return (datetime.datetime.combine(datetime.date(2026, 1, 1), start) + step).time() if isinstance(start, datetime.time) else start + step
+
+    motion = ksl.read_motion(leg, book(Log=[NAMES, *([at(k), *row[1:]] for k, row in enumerate(rows.tolist()))]))
+    np.testing.assert_allclose(motion.time, rows[:, 0], atol=1e-9)
+    assert any("dates or clock times" in note for note in motion.source.notes)
+
+
+def test_several_sheets_need_a_name(leg, book, rows, refusal):
+    path = book(First=[NAMES, *rows.tolist()], Second=[NAMES, *(2 * rows).tolist()])
+    assert refusal(leg, path) == ": 2 sheets hold something: First, Second; say which by --topic SHEET (topic=)"
+    assert refusal(leg, path, topic="Secnd").startswith(": --topic (topic=) is 'Secnd', and no sheet has this name; did you mean 'Second'?")
+    np.testing.assert_array_equal(ksl.read_motion(leg, path, topic="Second").q, 2 * rows[:, 1:])
+
+
+REFUSED = {
+    "two tables side by side": ([[*NAMES, None, *NAMES], [0, 1, 2, None, 0, 1, 2]], ", row 1: column D has no name, and columns with names stand on both sides of it: two tables?"),
+    "a number beside the table": ([NAMES, [0, 1, 2, None, 5]], ", cell E2: holds '5' beside the table, where no name is above: two tables?"),
+    "two tables below each other": ([NAMES, [0, 1, 2], [1, 1, 2], [], NAMES, [0, 1, 2]], ", row 5: the table ends in row 3, and more follows: a second table?"),
+    "an empty row": ([NAMES, [0, 1, 2], [], [1, 1, 2]], ", row 4: the table ends in row 2, and more follows"),
+    "no names": ([[0, 1, 2], [1, 1, 2]], ", row 1: no names of columns above this row"),
+    "one text alone": ([["hello"]], ": no names of columns"),
+    "the same name twice": ([["time", "hip", "hip"], [0, 1, 2]], ", row 1: two columns are named 'hip'"),
+    "a number as text": ([NAMES, [0, 1, 2], [1, "1,5", 2]], ", cell B3: column 'hip' holds '1,5'; expected a number"),
+    "an error of a formula": ([NAMES, [0, "#DIV/0!", 2]], ", cell B2: column 'hip' holds '#DIV/0!'"),
+    "a truth value": ([NAMES, [0, True, 2]], ", cell B2: column 'hip' holds 'True'"),
+    "a mean below": ([NAMES, [0, 1, 2], ["mean", 1, 2]], ", cell A3: column 'time' holds 'mean'"),
+    "dates of a joint": ([NAMES, [0, datetime.datetime(2026, 1, 1), 2]], ": column 'hip' holds dates or clock times; expected numbers"),
+    "dates among numbers": ([NAMES, [0, 1, 2], [datetime.datetime(2026, 1, 1), 1, 2]], ", cell A3: column 'time' holds '2026-01-01"),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_is_no_one_table_is_refused(leg, book, refusal, what):
+    rows, said = REFUSED[what]
+    assert said in refusal(leg, book(Log=rows))
+
+
+def test_empty_and_damaged_workbooks(leg, book, written, refusal):
+    assert refusal(leg, book(A=[], B=[])).startswith(": all sheets are empty")
+    whole = book(Log=[NAMES, [0, 1, 2]]).read_bytes()
+    assert "damaged" in refusal(leg, written(whole[:-40], "cut.xlsx"))
+    with zipfile.ZipFile(written(b"", "bad.xlsx"), "w") as bad:
+        bad.writestr("xl/workbook.xml", "<workbook>")
+    assert "truncated or damaged" in refusal(leg, written((written(b"", "x").parent / "bad.xlsx").read_bytes(), "bad2.xlsx"))
+
+
+def test_entities_and_large_workbooks_are_refused_soon(leg, book, written, refusal, monkeypatch):
+    path = book(Log=[NAMES, [0, 1, 2]])
+    bomb = '<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa">' + "".join(f'<!ENTITY a{i} "{f"&a{i - 1 if i else str()};" * 10}">' for i in range(12)) + "]>"
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(path.with_name("bomb.xlsx"), "w") as new:
+        for name in old.namelist():
+            text = old.read(name)
+            new.writestr(name, text.replace(b"<worksheet", f"{bomb}<worksheet".encode(), 1).replace(b"<v>0</v>", b"<v>&a11;</v>") if "sheet1" in name else text)
+    assert "damaged" in refusal(leg, path.with_name("bomb.xlsx"))
+    monkeypatch.setattr(limits, "WORKBOOK_BYTES", 1000)
+    assert "of a workbook are read: save the sheet as CSV" in refusal(leg, path)
+
+
+def test_hostile_names(leg, book, refusal):
+    said = refusal(leg, book(**{"L\u202eog": [["time", "hip\u202e\u2066", "slide"], [0, 1, 2]]}))
+    assert "\u202e" not in said and "\\u202e" in said
+
+
+def test_without_openpyxl(leg, book, refusal, monkeypatch):
+    path = book(Log=[NAMES, [0, 1, 2]])
+    monkeypatch.setitem(__import__("sys").modules, "openpyxl", None)
+    assert "pip install 'ksl[xlsx]'; or save the sheet as CSV" in refusal(leg, path)
+
+
+def test_by_the_command(leg, book, rows, tmp_path):
+    path = book(First=[NAMES, *rows.tolist()], Second=[["notes"]])
+    done = run_ksl("loads", leg.file, path, "-o", tmp_path / "out", "--topic", "First")
+    assert done.returncode == 0 and "axial" in done.stdout, done.stderr
+
+
+def test_letters():
+    assert [letters(i) for i in (0, 25, 26, 51, 52, 701, 702, 16383)] == ["A", "Z", "AA", "AZ", "BA", "ZZ", "AAA", "XFD"]
