@@ -5,7 +5,7 @@ Nothing is refused here.  What can't be read is None, and is noted in `RobotFile
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from heapq import heappop, heappush
@@ -188,6 +188,8 @@ class RobotFile:
     symmetry: float = 0.05
     beside: str | PathLike[str] | None = None
     """The file with loops that is given besides."""
+    xacro: Mapping[str, object] | None = None
+    """Arguments of a xacro file, which was run; None of other files."""
     drives: tuple[str, ...] | None = None
     not_checked: list[str] = field(default_factory=list)
 

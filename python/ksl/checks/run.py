@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,7 +29,8 @@ from ksl.checks import (
 from ksl.checks.findings import Finding, Findings
 from ksl.checks.robot import RobotFile
 from ksl.checks.rule import Rule
-from ksl.checks.xml_file import parse
+from ksl.checks.xml_file import parse, parse_bytes
+from ksl.model.xacro_files import EXPANDED, expanded
 
 TOPICS: dict[str, list[Rule]] = {
     "The file": [*file_rules.RULES, file_rules.not_loaded, *portability_rules.RULES],
@@ -60,6 +61,7 @@ def check(
     symmetry: float = SYMMETRY,
     loops: str | os.PathLike[str] | None = None,
     drives: Iterable[str] | str | None = None,
+    xacro: Mapping[str, object] | None = None,
 ) -> Findings:
     """Looks for what is wrong in a robot file: URDF, SDF, or MJCF (with the extra `ksl[mjcf]`).
 
@@ -70,6 +72,7 @@ def check(
     AMENT_PREFIX_PATH.
     symmetry: share of its mass, 0 to 1, by which a limb may differ from that of the other side.
     loops, drives: as :func:`ksl.load` takes them: a TOML file with joints that close loops, and the joints that have motors.
+    xacro: as :func:`ksl.load` takes it: arguments of a xacro file, which is run.  Lines are then those of the text that it makes.
     Returns the findings, errors first: a sequence of :class:`ksl.checks.findings.Finding`, with `table` as an Arrow
     table.
     Raises DescriptionError where there is no XML file to check, ValueError for an unknown rule.  Cost: O(links), and
@@ -79,7 +82,7 @@ def check(
         findings = ksl.check("robot.urdf")
         print(findings.summary, [f.rule for f in findings])
     """
-    robot, left_out = _read(path, ignore, package_paths, symmetry, loops, drives)
+    robot, left_out = _read(path, ignore, package_paths, symmetry, loops, drives, xacro)
     return _findings(robot, left_out)
 
 
@@ -145,6 +148,7 @@ def _read(
     symmetry: float,
     loops: str | os.PathLike[str] | None = None,
     drives: Iterable[str] | str | None = None,
+    xacro: Mapping[str, object] | None = None,
 ) -> tuple[RobotFile, list[str]]:
     """The file as the rules see it, and the rules that are left out."""
     left_out = _rule_names(ignore, "ignore")
@@ -155,9 +159,13 @@ def _read(
         if not folder.is_dir():
             raise ValueError(f"package_path={str(folder)!r}: no such folder; name the folder that holds the packages")
     motors = None if drives is None else (drives,) if isinstance(drives, str) else tuple(drives)
-    robot = RobotFile(Path(path), package_paths=folders, symmetry=symmetry, beside=loops, drives=motors)
+    robot = RobotFile(Path(path), package_paths=folders, symmetry=symmetry, beside=loops, drives=motors, xacro=xacro)
     try:
-        parse(robot)
+        if xacro is None:
+            parse(robot)
+        else:
+            made = expanded(str(path), xacro)
+            parse_bytes(robot, made.contents)
     except ModuleNotFoundError as e:
         raise DescriptionError(f"checking a file needs {e.name}; install it with: pip install 'ksl[check]'") from None
     _fill(robot)
@@ -221,7 +229,7 @@ def _load(robot: RobotFile) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DescriptionWarning)
         try:
-            robot.model = load(robot.path, masses="optional", loops=robot.beside, drives=robot.drives)
+            robot.model = load(robot.path, masses="optional", loops=robot.beside, drives=robot.drives, xacro=robot.xacro)
         except ValueError as e:
             robot.refusal = str(e)
 
@@ -241,7 +249,7 @@ def _findings(robot: RobotFile, left_out: Sequence[str]) -> Findings:
         found = [finding for rule in asked for finding in rule.findings(robot)]
     if "not-loaded" not in left_out and not robot.syntax:
         found += [f for f in RULES["not-loaded"].findings(robot) if not any(_explains(other, f) for other in found)]
-    return Findings(str(robot.path), found, robot.not_checked, left_out)
+    return Findings(f"{robot.path}{'' if robot.xacro is None else EXPANDED}", found, robot.not_checked, left_out)
 
 
 def _explains(finding: Finding, refusal: Finding) -> bool:

@@ -36,7 +36,7 @@ GROUPS = {
     "Results": {"--output", "--csv", "--xlsx", "--json", "--pdf", "--paper", "--components", "--fail-on", "--force", "--drives-only"},
     "Comparison": {"--with", "--states"},
     "Page": {"--export", "--joint", "--case", "--port", "--browser"},
-    "Robot": {"--floating-base", "--mimic", "--strict", "--model", "--physics", "--friction-width", "--package-path", "--loops", "--drives", "--stiffness"},
+    "Robot": {"--floating-base", "--mimic", "--strict", "--model", "--physics", "--friction-width", "--package-path", "--loops", "--drives", "--stiffness", "--xacro"},
     "Motion": {"--map", "--degrees", "--time-unit", "--smooth", "--resample", "--from", "--to", "--ignore-extra", "--topic", "--positions-only"},
 }
 """Options of commands that have many, by what they are about."""

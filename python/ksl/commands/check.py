@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ksl.commands.app import app, console, fail
-from ksl.commands.options import Drives, Loops, Robot
+from ksl.commands.options import Drives, Loops, Robot, Xacro, xacro_arguments
 
 if TYPE_CHECKING:
     from ksl.checks.run import Fixed
@@ -55,6 +55,7 @@ def check(
     ] = False,
     loops: Loops = "",
     drives: Drives = "",
+    xacro: Xacro = None,
     json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Look for what is wrong in a robot file: masses and inertias, joints, limits, names, meshes, the tree.
@@ -69,10 +70,12 @@ def check(
     if (accept or force) and fix is None:
         fail("--accept and --force are for --fix OUT.urdf; give it, or leave them out")
     motors = [word.strip() for word in drives.split(",")] if drives else None
+    if xacro is not None and fix is not None:
+        fail("--xacro and --fix: what xacro makes is repaired where it comes from, in the xacro file; leave one of them out")
     options: dict[str, Any] = {"ignore": ignore, "package_paths": package_path, "symmetry": symmetry, "loops": loops or None, "drives": motors}
     try:
         fixed = fix_file(robot, fix, accept=accept, force=force, **options) if fix else None
-        findings = fixed.left if fixed else check_file(robot, **options)
+        findings = fixed.left if fixed else check_file(robot, xacro=xacro_arguments(xacro), **options)
     except (ValueError, OutputError) as e:
         fail(_of_option(e, ignore, accept, package_path, symmetry))
     if json:

@@ -19,6 +19,7 @@ from ksl.commands.options import (
     Physics,
     Robot,
     Strict,
+    Xacro,
     in_options,
     numbers,
     path_with_a_name,
@@ -56,6 +57,7 @@ def hold(
     physics: Physics = "",
     loops: Loops = "",
     drives: Drives = "",
+    xacro: Xacro = None,
     stiffness: Stiffness = None,
 ) -> None:
     """Print the efforts and every wrench of one pose at rest, or of the worst pose for a joint."""
@@ -67,7 +69,7 @@ def hold(
     from ksl.report.hold_pose import hold as held
 
     loaded = payloads_given(payload, on_link)
-    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, loops=loops, drives=drives)
+    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, loops=loops, drives=drives, xacro=xacro)
     model, stiff = with_stiffness(model, stiffness)
     point = numbers(at, "--at", 3) if "," in at else at
     try:

@@ -32,6 +32,7 @@ from ksl.commands.options import (
     TimeUnit,
     To,
     Topic,
+    Xacro,
     check_order,
     in_options,
     numbers,
@@ -84,6 +85,7 @@ def loads(
     friction_width: FrictionWidth = 0.01,
     loops: Loops = "",
     drives: Drives = "",
+    xacro: Xacro = None,
     stiffness: Stiffness = None,
     columns: ColumnMapFile = None,
     degrees: Degrees = False,
@@ -116,7 +118,7 @@ def loads(
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
     if motion is not None:
         check_order(robot, motion)
-    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives)
+    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives, xacro=xacro)
     model, stiff = with_stiffness(model, stiffness)
     placement = _placement(model, on, at, axes, order, joints)
     reading: dict[str, Any] = {
@@ -126,6 +128,7 @@ def loads(
     options = {"on": on, "at": at, "axes": axes, "order": order, "joints": joints, "floating_base": floating_base, "mimic": mimic}
     options |= {"strict": strict, "gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
     options |= {"loops": loops, "drives": drives, "stiffness": str(stiffness or "")} if model.loops or loops else {}
+    options |= {"xacro": xacro} if xacro else {}
     options |= {name: str(value) if name == "map" else value for name, value in reading.items() if value not in (None, False)}
     try:
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)

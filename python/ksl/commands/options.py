@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import shlex
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -37,6 +38,7 @@ MOTION_HELP = "CSV, Excel workbook, Parquet, NPZ, MCAP or ROS bag with the posit
 ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which model of an SDF file that has several.")]
 Loops = Annotated[str, typer.Option("--loops", metavar="FILE.toml|cut", help="Joints that close loops, in a file beside the robot's; or leave those of the robot's file out.")]
 Drives = Annotated[str, typer.Option("--drives", metavar="NAMES", help="The joints that have motors, of a robot with loops, separated by commas.")]
+Xacro = Annotated[str | None, typer.Option("--xacro", metavar="'NAME:=VALUE …'", help="ROBOT is a xacro file, which is run with these arguments, '' for none. It is a program: run those of people you trust.")]
 DEFAULT_FRICTION_WIDTH = 0.01
 """rad/s or m/s, as that of ksl.load."""
 
@@ -88,6 +90,23 @@ def payloads_given(payload: list[str], on_link: list[str]) -> dict[str, tuple[fl
     return {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
 
 
+def xacro_arguments(text: str | None) -> dict[str, str] | None:
+    """{name: value} of the option --xacro; None without it."""
+    if text is None:
+        return None
+    found: dict[str, str] = {}
+    try:
+        words = shlex.split(text)
+    except ValueError:
+        fail(f"--xacro {text}: a quote has no end")
+    for word in words:
+        name, sign, value = word.partition(":=")
+        if not sign or not name:
+            fail(f"--xacro {text}: {word!r} is no argument; expected NAME:=VALUE, separated by blanks")
+        found[name] = value
+    return found
+
+
 def suggestion(name: str, known: list[str], otherwise: str) -> str:
     from ksl.base.errors import close_names
 
@@ -130,6 +149,7 @@ def read_model(
     friction_width: float = DEFAULT_FRICTION_WIDTH,
     loops: str = "",
     drives: str = "",
+    xacro: str | None = None,
 ) -> Model:
     from ksl.model.loading import load
 
@@ -139,11 +159,11 @@ def read_model(
         try:
             on = [word.strip() for word in physics.split(",")] if physics else None
             motors = [word.strip() for word in drives.split(",")] if drives else None
-            model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None, on, friction_width, loops or None, motors)
+            model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None, on, friction_width, loops or None, motors, xacro_arguments(xacro))
         except ValueError as e:
             absent = [link for link in payloads or {} if f"no link {link} to carry the payload" in str(e)]
             if absent:
-                bare = load(robot, floating_base, how, masses="optional", model=name or None)
+                bare = load(robot, floating_base, how, masses="optional", model=name or None, xacro=xacro_arguments(xacro))
                 fail(f"--on-link {absent[0]}: no such link; {suggestion(absent[0], bare.link_names, f'the links of {bare.name} are')}")
             fail(in_options(e, mimic=mimic))
     if friction_width != DEFAULT_FRICTION_WIDTH and not {"friction", "all"} & set(model.physics):

@@ -34,6 +34,7 @@ def load(
     friction_width: float = 0.01,
     loops: str | os.PathLike[str] | None = None,
     drives: given.Drives | None = None,
+    xacro: Mapping[str, object] | None = None,
 ) -> Model:
     """Reads a robot file: URDF, SDF, or MJCF, which needs the extra `ksl[mjcf]`.  Its root element says which it is.
 
@@ -52,6 +53,8 @@ def load(
     those of the robot file: the tree, which is another machine.
     drives: the joints that have a motor, of a robot with loops, instead of those that the files name; {joint: weight} as :meth:`Model.with_drives`
     takes it.
+    xacro: arguments {name: value} of a xacro file, {} for none, which the package xacro (`ksl[xacro]`) then runs.  Such a file is a program, which reads
+    other files and the environment: without this argument it is refused.  Messages name lines of the text that it makes.
     Raises :class:`DescriptionError`, which names file, line, link or joint, what is wrong and how to mend it.
 
         m = ksl.load("robot.urdf", payloads={"tool0": (2.0, (0, 0, 0.05))})   # 2 kg, 5 cm in front of the flange
@@ -67,7 +70,16 @@ def load(
     if "<" in file and ">" in file:
         raise DescriptionError("the path of the file is the contents of one; ksl.load_string(text) reads these")
     options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width, loops, drives)
-    loaded = _loaded(file, None, options)
+    if xacro is None:
+        loaded = _not_expanded(file, options)
+    else:
+        from ksl.model.xacro_files import expanded
+
+        made = expanded(file, xacro)
+        for line in made.said:
+            warnings.warn(line, DescriptionWarning, stacklevel=2)
+        text = _loaded(made.name, made.contents, options)
+        loaded = _as(text, text._core, *made.inputs)
     _warn_of(loaded, options)
     return loaded
 
@@ -120,6 +132,16 @@ class _Options:
     friction_width: float
     loops: str | os.PathLike[str] | None
     drives: given.Drives | None
+
+
+def _not_expanded(file: str, o: _Options) -> Model:
+    """From a file that is no xacro.  A refusal of one that is says how KSL would run it."""
+    try:
+        return _loaded(file, None, o)
+    except DescriptionError as e:
+        if str(e).endswith("run xacro first: xacro FILE > robot.urdf"):
+            raise DescriptionError(f"{e}, or let KSL run it: xacro={{}} (--xacro '')") from None
+        raise
 
 
 def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
