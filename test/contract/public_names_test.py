@@ -13,7 +13,7 @@ import pytest
 from ksl.base.other_names import OF_MODEL, OF_PACKAGE
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-SLOW = ("numpy", "ksl._core", "scipy", "pyarrow", "plotly", "pandas", "lxml", "viser", "trimesh", "ray", "mujoco", "mcap", "rosbags", "openpyxl", "pinocchio", "pydrake")
+SLOW = ("numpy", "ksl._core", "scipy", "pyarrow", "plotly", "pandas", "lxml", "viser", "trimesh", "ray", "mujoco", "mcap", "rosbags", "openpyxl", "pinocchio", "pydrake", "pxr", "xacro")
 
 
 def python(code: str) -> str:

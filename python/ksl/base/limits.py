@@ -30,6 +30,8 @@ NAME_LENGTH = 4096
 """Characters of the name of a column."""
 ROBOT_BYTES = 64 << 20
 """Bytes of a robot file that `ksl check` reads.  The largest ones known have some hundred kilobytes; meshes are in files of their own."""
+USD_BYTES = 1 << 30
+"""Bytes of a USD file, which may hold meshes."""
 ATTRIBUTES = 1000
 """Attributes of one element of a robot file.  The loader reads as many; `ksl check` doesn't look into the values of more."""
 NAMESPACE_LENGTH = 1000

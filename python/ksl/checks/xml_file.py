@@ -47,6 +47,8 @@ def contents(path: Path) -> bytes:
 
 def check_xml(data: bytes, path: Path) -> None:
     """Raises DescriptionError for contents that are no XML."""
+    if data.startswith((b"#usda", b"PXR-USDC")):
+        raise DescriptionError(f"{path}: is USD, whose physics ksl.load reads (ksl info prints what it has read); files that are checked are URDF, SDF and MJCF")
     if not data.strip():
         raise DescriptionError(f"{path}: is empty; expected a URDF, SDF or MJCF file")
     is_utf_16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))

@@ -12,6 +12,7 @@ from typing import Literal
 from xml.etree import ElementTree
 
 from ksl import _core
+from ksl.base import input_files, limits
 from ksl.base.errors import DescriptionError, DescriptionWarning
 from ksl.base.files_read import InputFile
 from ksl.model import given
@@ -36,10 +37,10 @@ def load(
     drives: given.Drives | None = None,
     xacro: Mapping[str, object] | None = None,
 ) -> Model:
-    """Reads a robot file: URDF, SDF, or MJCF, which needs the extra `ksl[mjcf]`.  Its root element says which it is.
+    """Reads a robot file: URDF, SDF, MJCF, which needs the extra `ksl[mjcf]`, or USD, which needs `ksl[usd]`.  Its content says which it is.
 
     floating_base: the root link floats; the first joint is then `floating_base` (`floating_root`, with a warning, if the
-    file has a joint of that name).  SDF and MJCF files say themselves what floats: there it is an error if nothing does.
+    file has a joint of that name).  SDF, MJCF and USD files say themselves what floats: there it is an error if nothing does.
     mimic: a joint that mimics another is "coupled" to it: it has no numbers in q and v, and its position is multiplier ×
     the other's + offset; "independent" gives it a coordinate of its own.
     strict: an inertia that no rigid body can have, or a moving link with geometry and no mass, is an error instead of a
@@ -196,6 +197,13 @@ def _read(file: str, text: bytes | None, o: _Options, cut: bool) -> Model:
     floating_base, strict = given.flag(o.floating_base, "floating_base"), given.flag(o.strict, "strict")
     gravity = None if o.gravity is None else list(three_numbers(o.gravity, "gravity"))
     points, independent = given.payload_points(o.payloads), o.mimic == "independent"
+    if text is None and _is_usd(file):
+        from ksl.model.usd import load_usd
+
+        if o.model:
+            raise DescriptionError(f'{file}: model "{o.model}" is asked for, but only SDF files hold several; leave that option out')
+        stage = load_usd(file, floating_base, strict, gravity, o.payloads, o.masses, cut)
+        return stage if o.physics is None and o.friction_width == stage.friction_width else stage.with_physics(o.physics, o.friction_width)
     contents = _core.file_bytes(os.fsencode(file)) if text is None else text
     if root_element(contents) == "mujoco":
         from ksl.model import mjcf
@@ -207,6 +215,18 @@ def _read(file: str, text: bytes | None, o: _Options, cut: bool) -> Model:
     options = (floating_base, independent, strict, gravity, points, o.masses is not None, o.model or "", given.physics(o.physics, o.friction_width), cut)
     made = _core.load_text(contents, os.fsencode(file), *options)
     return Model(made, (os.path.abspath(file), *options), inputs=hashed(file, contents)) if text is None else Model(made)
+
+
+def _is_usd(file: str) -> bool:
+    """Whether a file begins as USD does, or is a package of it, which is told by its name: it begins as any zip archive."""
+    if not os.path.isfile(file):
+        return False  # a pipe is read once
+    try:
+        with input_files.opened(file, limits.USD_BYTES) as source:
+            head = source.read(8)
+    except input_files.Unreadable:
+        return False  # the reader of other formats says so
+    return head.startswith((b"#usda", b"PXR-USDC")) or (head.startswith(b"PK\x03\x04") and file.lower().endswith(".usdz"))
 
 
 def _warn_of(loaded: Model, o: _Options) -> None:
