@@ -376,7 +376,7 @@ def test_the_limits_of_the_page_are_those_of_the_readers():
     section = (Path(__file__).parents[2] / "docs/motions.md").read_text(encoding="utf-8").split("\n## Limits\n")[1]
     said = re.findall(r"^\| .* \| ([\d,]+)(?: (GiB|MiB))?(?: characters)? \|$", section, re.MULTILINE)
     numbers = [int(number.replace(",", "")) << {"GiB": 30, "MiB": 20, "": 0}[unit] for number, unit in said]
-    readers = (limits.MOTION_BYTES, limits.MOTION_NUMBERS, limits.COLUMNS, limits.LINE_BYTES, limits.NAME_LENGTH, limits.YAML_BYTES, limits.TOML_BYTES, limits.TOML_DEPTH)
+    readers = (limits.MOTION_BYTES, limits.WORKBOOK_BYTES, limits.MOTION_NUMBERS, limits.COLUMNS, limits.LINE_BYTES, limits.NAME_LENGTH, limits.YAML_BYTES, limits.TOML_BYTES, limits.TOML_DEPTH)
     assert numbers == [*readers, limits.ROBOT_BYTES, limits.ATTRIBUTES, limits.NAMESPACE_LENGTH]
     assert f"at most {limits.MESSAGE_LENGTH:,} characters" in section
 

@@ -182,7 +182,7 @@ def in_double(bodies: list[Body], connections: list[Connection]) -> None:
                 u = body[:3, :3] @ at[:3, :3] @ c.axis
                 at[:3, :3] = body[:3, :3].T @ _turn(u, _direction(u, directions)) @ body[:3, :3] @ at[:3, :3]
         here, there = first @ c.at_first, second @ c.at_second
-        if c.axis is None and c.kind != "spherical" or KINDS[c.kind].angle is None and c.axis is not None:
+        if (c.axis is None and c.kind != "spherical") or (KINDS[c.kind].angle is None and c.axis is not None):
             there[:3, :3] = here[:3, :3]
         apart = there[:3, 3] - here[:3, 3]
         along = np.zeros(3) if c.axis is None else here[:3, :3] @ c.axis
@@ -208,7 +208,7 @@ def _turn(u: Array, v: Array) -> Array:
     """The smallest rotation (3, 3) from one unit vector to another that is near, to second order in their distance, orthogonal to double precision."""
     w = np.cross(u, v)
     W = np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
-    return np.eye(3) + W + 0.5 * W @ W
+    return np.asarray(np.eye(3) + W + 0.5 * W @ W)
 
 
 def _inverse(X: Array) -> Array:

@@ -20,6 +20,7 @@ from ksl.motions.columns.column_map import ColumnMap
 from ksl.motions.columns.columns_used import Choice, choose_columns, with_unused_together
 from ksl.motions.columns.recorded import Recorded, check_finite
 from ksl.motions.columns.time_column import TIME, find_time, in_seconds, with_nanoseconds, with_unit
+from ksl.motions.files import rtde
 from ksl.motions.files.csv_form import MEND
 from ksl.motions.files.map_file import read_map
 from ksl.motions.files.npz_table import NpzTable, with_matrices
@@ -82,6 +83,8 @@ def read_motion(
         table = open_table(path, topic, positions_only)
         if isinstance(table, NpzTable):
             table = with_matrices(table, model)
+        if map is None and rtde.is_rtde(table):
+            table = rtde.of_robot(table, model, positions_only)
         columns = read_map(map) if map is not None else ColumnMap("")
         choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
         values = _values(table, choice)

@@ -138,7 +138,7 @@ REFUSED = {
     "NUL": (b"time,hip\x00,slide\n", ":1: line 1 is not text".removeprefix(":1")),
     "gzip, truncated": (gzip.compress((HEAD + "0,0,0\n").encode())[:-9], ": is compressed by gzip, but truncated or damaged"),
     "HDF5": (b"\x89HDF\r\n\x1a\n", ": is an HDF5 file"),
-    "MATLAB": (b"MATLAB 5.0 MAT-file", ": is a MATLAB file; save the motion by writetable"),
+    "MATLAB": (b"MATLAB 5.0 MAT-file", ": is a MATLAB file, but truncated or damaged"),
 }
 
 

@@ -77,10 +77,18 @@ def npz_table(file: str, source: BinaryIO) -> NpzTable:
         raise
     except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, TypeError, ValueError, OverflowError, RuntimeError, MemoryError):
         raise MotionError(f"{file}: is an NPZ file, but truncated or damaged; copy or write it again") from None
+    return table_of_arrays(file, "NPZ", {a.name: a.first for a in found if a.name not in lists}, arrays, lists)
+
+
+def table_of_arrays(file: str, form: str, others: dict[str, str], arrays: dict[str, NDArray[np.float64]], lists: dict[str, list[str]]) -> NpzTable:
+    """A table of arrays by their names.  others: {name: its first value or type} of all but lists of names, in order; those without numbers are texts.
+
+    Raises MotionError for arrays that are no columns, and for columns of different lengths.
+    """
     columns: dict[str, NDArray[np.float64]] = {}
     matrices: dict[str, NDArray[np.float64]] = {}
     texts: dict[str, str] = {}
-    for name, first in ((a.name, a.first) for a in found if a.name not in lists):
+    for name, first in others.items():
         if name not in arrays:
             columns[name], texts[name] = np.empty(0), first
             continue
@@ -94,7 +102,7 @@ def npz_table(file: str, source: BinaryIO) -> NpzTable:
         else:
             columns[name] = x
     _check_lengths(file, {n: len(x) for n, x in (columns | matrices).items() if n not in texts})
-    table = NpzTable(file, "NPZ", list(columns), columns, texts=texts)
+    table = NpzTable(file, form, list(columns), columns, texts=texts)
     table.matrices, table.joints = matrices, [n for key in NAMES for n in lists.get(key, [])]
     return table
 

@@ -31,8 +31,9 @@ _PACKED: dict[bytes, tuple[str, Callable[[BytesIO], Any]]] = {
     b"\xfd7zXZ\x00": ("xz", lzma.open),
 }
 _OTHERS = {
-    b"\x89HDF": "an HDF5 file (or one of MATLAB's -v7.3); save the motion as CSV, Parquet or NPZ",
-    b"MATLAB": "a MATLAB file; save the motion by writetable(…, 'motion.csv')",
+    b"\x89HDF": "an HDF5 file (or one of MATLAB's -v7.3); save the motion as CSV, Parquet or NPZ, or in MATLAB by save(…, '-v7')",
+    b"MATLAB 7.3": "a MATLAB file of version 7.3, which is HDF5; save it by save(…, '-v7')",
+    b"MATLAB": "a MATLAB file of another version; save it by save(…, '-v7')",
     b"\x93NUMPY": "a single NumPy array; save time and positions together: numpy.savez('motion.npz', time=…, q=…)",
     b"\xd0\xcf\x11\xe0": "an old Excel workbook; save the sheet as CSV",
     b"\x28\xb5\x2f\xfd": "compressed by zstd; unpack it, or compress it by gzip",
@@ -141,6 +142,10 @@ def _opened(content: Content, head: bytes, topic: str | None, positions_only: bo
             raise MotionError(f"{file}: is a bag that is {content.how or 'read from a pipe'}; unpack it to a file, and give that")
         read = bags.ros1_bag if head.startswith(b"#ROSBAG") else bags.ros2_database
         return read(file, topic, positions_only)
+    if head.startswith(b"MATLAB 5.0 MAT-file"):
+        from ksl.motions.files.mat_table import mat_table
+
+        return mat_table(file, content.opened())
     for magic, what in _OTHERS.items():
         if head.startswith(magic):
             raise MotionError(f"{file}: is {what}")
