@@ -323,6 +323,26 @@ def test_what_is_refused(tmp_path, change, said):
     assert str(e.value).startswith(f"{tmp_path / 'arm.usda'}: ")
 
 
+def test_values_of_other_types_are_refused(tmp_path):
+    w = Writer(tmp_path / "arm.usda", arm(np.random.default_rng(5)))
+    text = (tmp_path / "arm.usda").read_text()
+    for was, becomes in (("float physics:mass = 2", 'token[] physics:mass = ["a"]'), ("xformOp:transform", "xformOp:trnsform"), ("quatf physics:localRot0", "dummy physics:localRot0")):
+        (tmp_path / "bad.usda").write_text(text.replace(was, becomes))
+        with pytest.raises(ksl.DescriptionError, match="bad.usda: "):
+            ksl.load(tmp_path / "bad.usda")
+    rng = np.random.default_rng(0)
+    for k in range(40):
+        data = bytearray(text.encode())
+        for i in rng.integers(8, len(data), size=3):
+            data[i] = int(rng.choice(list(b'0123456789.-"()[]{}=,abcxyz \n')))
+        (tmp_path / f"{k}.usda").write_bytes(bytes(data))
+        try:
+            ksl.load(tmp_path / f"{k}.usda")
+        except ksl.DescriptionError as e:
+            assert "\n" not in str(e)
+    assert w.stage
+
+
 def test_damaged_files_and_no_package(tmp_path, monkeypatch):
     for text in (b"#usda 1.0\n( garbage", b"PXR-USDC" + bytes(200)):
         (tmp_path / "bad.usd").write_bytes(text)

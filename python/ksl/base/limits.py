@@ -18,6 +18,8 @@ COLUMNS = 1 << 17
 """Columns of a table, or lines of a map of columns: 40,000 joints with their rates."""
 WORKBOOK_BYTES = 1 << 28
 """Bytes of an Excel workbook, unpacked.  A cell has some 30 of them, and takes two microseconds to read."""
+WORKBOOK_CELLS = 1 << 26
+"""Cells of a sheet, empty ones before the last of each row too: a short text may name the last of 16,384 columns in each row."""
 LINE_BYTES = 64 << 20
 """Bytes of a line at the beginning of a CSV file, where names are, or of an array of names in an NPZ file."""
 YAML_BYTES = 1 << 19

@@ -89,6 +89,8 @@ def _read(robot: str | os.PathLike[str], floating_base: bool, physics: str | Ite
         default = load(robot, floating_base, physics=on)
         model = load(robot, floating_base, "independent", physics=on, loops="cut")
     contents = _core.file_bytes(os.fsencode(model.file))
+    if b"<" not in contents[: 1 << 16]:
+        raise DescriptionError(f"{model.file}: is no XML; compared are URDF, SDF and MJCF, which other libraries read, too: ksl.load(…).to_urdf(path) writes URDF")
     notes = []
     if default.follower_names:
         notes.append(Note("mimic", f"KSL couples mimic joints to their leaders ({', '.join(default.follower_names[:5])}); compared with mimic=\"independent\""))

@@ -43,6 +43,10 @@ def load_usd(
         return _model(file, stage, floating_base, strict, gravity, payloads, masses, cut)
     except ValueError as e:
         raise DescriptionError(str(e) if str(e).startswith(f"{file}:") else f"{file}: {e}") from None
+    except MemoryError:
+        raise
+    except Exception as e:  # values of types that an attribute can't have, and what USD finds late
+        raise DescriptionError(f"{file}: USD can't make sense of the file ({type(e).__name__}: {sentence(' '.join(str(e).split()))[:300]}); correct it, or write it again") from None
 
 
 def _model(

@@ -110,6 +110,8 @@ def test_entities_and_large_workbooks_are_refused_soon(leg, book, written, refus
             text = old.read(name)
             new.writestr(name, text.replace(b"<worksheet", f"{bomb}<worksheet".encode(), 1).replace(b"<v>0</v>", b"<v>&a11;</v>") if "sheet1" in name else text)
     assert "damaged" in refusal(leg, path.with_name("bomb.xlsx"))
+    monkeypatch.setattr(limits, "WORKBOOK_CELLS", 5)
+    assert "6 cells; at most 5 are read" in refusal(leg, path)
     monkeypatch.setattr(limits, "WORKBOOK_BYTES", 1000)
     assert "of a workbook are read: save the sheet as CSV" in refusal(leg, path)
 

@@ -19,6 +19,8 @@ from ksl.motions.columns.units import bare
 from ksl.motions.files.csv_form import is_row_of_units
 
 ONE_TABLE = "give each table a sheet of its own"
+MOST_NOTES = 10
+"""Remarks beside a table, and titles above it, that are named."""
 
 
 class Row(NamedTuple):
@@ -147,7 +149,11 @@ def _sheet(file: str, book: Any, wanted: str | None) -> Any:
 def _rows(sheet: Any) -> Iterator[Row]:
     """Rows without the empty cells at their ends."""
     sheet.reset_dimensions()  # programs write wrong ones
+    seen = 0
     for number, cells in enumerate(sheet.iter_rows(values_only=True), 1):
+        seen += len(cells)
+        if seen > limits.WORKBOOK_CELLS:
+            raise MotionError(f"sheet {sheet.title!r}, row {number}: {seen:,} cells; at most {limits.WORKBOOK_CELLS:,} are read: save the table as CSV")
         end = len(cells)
         while end and (cells[end - 1] is None or cells[end - 1] == ""):
             end -= 1
@@ -189,7 +195,7 @@ def _header(where: str, rows: Iterator[Row], notes: list[str]) -> Row:
             if titles:
                 notes.append(f"left out of sheet {where.rpartition('sheet ')[2]}: {listed(titles)}, above the names of columns")
             return row
-        titles += [repr(x[:40]) for x in filled]
+        titles += [repr(x[:40]) for x in filled if len(titles) < MOST_NOTES]
     raise MotionError(f"{where}: no names of columns; give `time` and a column for each joint, a row for each sample")
 
 
@@ -216,7 +222,8 @@ def _add(where: str, row: Row, start: int, columns: dict[str, _Column], notes: l
         if x is not None and not start <= i < start + len(columns):
             if not isinstance(x, str):
                 raise MotionError(f"{where}, cell {letters(i)}{row.number}: holds {str(x)[:40]!r} beside the table, where no name is above: two tables? {ONE_TABLE}, or name the column")
-            notes.append(f"left out: {x[:40]!r} in cell {letters(i)}{row.number}, beside the table")
+            if len(notes) < MOST_NOTES:
+                notes.append(f"left out: {x[:40]!r} in cell {letters(i)}{row.number}, beside the table")
     for i, column in enumerate(columns.values()):
         column.add(row.number, row.cells[start + i] if start + i < len(row.cells) else None)
 
