@@ -329,6 +329,17 @@ def test_a_robot_without_joints_that_move(tmp_path):
         ksl.compare(tmp_path / "rock.urdf")
 
 
+def test_xacro(tmp_path, compared):
+    pytest.importorskip("xacro")
+    text = ARM.replace('<robot name="arm">', '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="arm"><xacro:arg name="damping" default="0"/>').replace('damping="0.7"', 'damping="$(arg damping)"')
+    (tmp_path / "arm.xacro").write_text(text)
+    compared(Same)  # registers it
+    libraries.LIBRARIES["fake"] = Library("json", "", planted(lambda m: m.with_physics("damping")))
+    assert ksl.compare(tmp_path / "arm.xacro", "fake", xacro={})["fake"].status == 0
+    found = ksl.compare(tmp_path / "arm.xacro", "fake", xacro={"damping": 2})
+    assert found["fake"].status == 1 and found.file == f"{tmp_path / 'arm.xacro'} (expanded by xacro)"
+
+
 def test_libraries_that_are_missing_are_named_with_the_command_that_brings_them(tmp_path, monkeypatch):
     (tmp_path / "arm.urdf").write_text(ARM)
     monkeypatch.setitem(libraries.LIBRARIES, "drake", libraries.LIBRARIES["drake"]._replace(package="not_there_at_all"))

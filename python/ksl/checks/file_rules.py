@@ -67,7 +67,7 @@ def xml_encoding(robot: RobotFile) -> Iterator[Broken]:
     "error",
     condition="The file holds neither elements nor expressions of xacro.",
     cause="The source for xacro was given, and not what xacro makes of it.",
-    repair="Run xacro first: xacro FILE > robot.urdf.",
+    repair="Run xacro first: xacro FILE > robot.urdf; or let KSL run it: --xacro 'NAME:=VALUE'.",
     formats=("urdf", "unknown"),
 )
 def xacro_unexpanded(robot: RobotFile) -> Iterator[Broken]:

@@ -182,7 +182,7 @@ def link_unreachable(robot: RobotFile) -> Iterator[Broken]:
     "error",
     condition="A robot has at least one link.",
     cause="Another file was meant, or the file only includes others.",
-    repair="Name the file that has the links. If it is made by xacro, run xacro first: xacro FILE > robot.urdf.",
+    repair="Name the file that has the links. If it is made by xacro, run xacro first: xacro FILE > robot.urdf; or let KSL run it: --xacro 'NAME:=VALUE'.",
     formats=("urdf", "sdf"),
     whole=True,
 )

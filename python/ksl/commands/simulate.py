@@ -26,6 +26,7 @@ from ksl.commands.options import (
     Physics,
     Robot,
     Strict,
+    Xacro,
     check_order,
     numbers,
     path_with_a_name,
@@ -76,6 +77,7 @@ def simulate(
     friction_width: FrictionWidth = 0.01,
     loops: Loops = "",
     drives: Drives = "",
+    xacro: Xacro = None,
 ) -> None:
     """Simulate a mechanism under a controller, without drives or under brakes, and write motion.csv and every wrench, as ksl loads.
 
@@ -94,12 +96,12 @@ def simulate(
     if until is None and motion is None and cases is None:
         fail("--until: the end is missing; give it, s, or a MOTION that has one")
     loaded = payloads_given(payload, on_link)
-    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives)
+    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives, xacro=xacro)
     carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
     options = {
         "until": until, "from": start, "pose": pose, "velocity": velocity, "controller": controller, "gains": gains, "brake_at": brake_at, "brake": brake,
         "dry_friction": dry_friction, "bounce": bounce, "rate": rate, "method": method, "step": step,
-        "gravity": gravity, "physics": physics, "loops": loops, "drives": drives,
+        "gravity": gravity, "physics": physics, "loops": loops, "drives": drives, "xacro": xacro or "",
     }  # fmt: skip
     try:
         if cases is not None:

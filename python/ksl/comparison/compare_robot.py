@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -19,6 +22,7 @@ from ksl.comparison.other_robot import File, NotLoaded, OtherRobot, States, numb
 from ksl.comparison.results import Comparison, Note, OneLibrary
 from ksl.model.loading import load, root_element
 from ksl.model.model import Model
+from ksl.model.xacro_files import expanded
 
 MOST_STATES = 1000
 MOST_SAID = 20
@@ -33,6 +37,7 @@ def compare(
     physics: str | Iterable[str] | None = None,
     states: int = 8,
     seed: int = 0,
+    xacro: Mapping[str, object] | None = None,
 ) -> Comparison:
     """The same robot file in other libraries: which numbers differ, after which conventions were converted, and why.
 
@@ -42,6 +47,7 @@ def compare(
     floating_base, physics: as :func:`ksl.load` takes them.  Mimic joints are independent and loops cut in this comparison, as others have them.
     states: how many random states, 1 to 1000; positions within limits, velocities and accelerations of standard deviation 1 rad/s or m/s, and so on.
     seed: of their generator, 0 or more.
+    xacro: as :func:`ksl.load` takes it; what xacro makes of the file is compared.
 
     Compared are efforts for accelerations, accelerations for efforts, mass matrices, poses and Jacobians of all links, in KSL's conventions
     (:doc:`conventions`): numbers agree within 1e-8 of the largest of their kind.  `reasons` are what was tried on KSL's model and gives the other
@@ -54,6 +60,12 @@ def compare(
     wanted = _names(libraries)
     _check_count(states, "states", 1, MOST_STATES)
     _check_count(seed, "seed", 0, 2**63 - 1)
+    if xacro is not None:
+        made = expanded(os.fspath(robot), xacro)
+        with TemporaryDirectory() as folder:  # other libraries read files
+            path = Path(folder) / "robot.urdf"
+            path.write_bytes(made.contents)
+            return replace(compare(path, libraries, floating_base=floating_base, physics=physics, states=states, seed=seed), file=made.name)
     file, notes, said = _read(robot, floating_base, physics)
     for line in said:
         warnings.warn(line, DescriptionWarning, stacklevel=2)
