@@ -10,6 +10,7 @@ import pytest
 from ksl_command import run_ksl
 
 import ksl
+from ksl.base import workbooks
 from ksl.report import workbook
 
 openpyxl = pytest.importorskip("openpyxl")
@@ -85,7 +86,7 @@ def test_more_rows_than_a_sheet_has(swing, tmp_path, monkeypatch):
 
 
 def test_without_the_package(swing, tmp_path, monkeypatch):
-    monkeypatch.setattr(workbook, "find_spec", lambda name: None)
+    monkeypatch.setattr(workbooks, "find_spec", lambda name: None)
     run = ksl.compute_loads(swing / "swing.urdf", swing / "motion.npz")
     with pytest.raises(Exception, match=r"pip install 'ksl\[xlsx\]'"):
         run.write(tmp_path / "out", xlsx=True)
@@ -103,8 +104,29 @@ def test_control_characters_in_names(tmp_path):
 
     book = Workbook(write_only=True)
     sheet = book.create_sheet("x")
-    sheet.append(workbook._cells(sheet, ["a\x00b\x1b\u202e", "x" * 40000, 1.5, None]))
+    sheet.append(workbooks.cells(sheet, ["a\x00b\x1b\u202e", "x" * 40000, 1.5, None]))
     book.save(tmp_path / "x.xlsx")
     (row,) = sheets(tmp_path / "x.xlsx")["x"]
     assert row[0] == "a\\x00b\\x1b\\u202e" and len(row[1]) == 32767 and row[2:] == (1.5,)
     assert "openpyxl" in sys.modules
+
+
+def test_workbooks_of_sizing_and_of_a_pose(swing, tmp_path):
+    (tmp_path / "c.toml").write_text(f'[[component]]\njoints = [{HOSTILE!r}]\nkind = "motor"\nname = "=1+1"\ngear_ratio = 1\npeak_torque = 90\n')
+    done = run_ksl("size", swing / "out", tmp_path / "c.toml", "-o", tmp_path / "s", "--xlsx")
+    assert done.returncode == 0 and "sizing.xlsx" in done.stdout, done.stderr
+    book = sheets(tmp_path / "s/sizing.xlsx")
+    assert list(book) == ["Sizing", "Peaks", "About"], done.stdout
+    table = pq.read_table(tmp_path / "s/sizing.parquet")
+    names, units, *rows = book["Sizing"]
+    assert list(names) == table.column_names and len(rows) == len(table) and "=1+1" in rows[0]
+    for name, found in zip(names, zip(*rows), strict=True):
+        assert same(found, [None if x == "" else x for x in table.column(name).to_pylist()]), name
+    names, units, *rows = book["Peaks"]
+    assert dict(zip(names, units))["bending_moment"] == "N m" and dict(zip(names, units))["time"] == "s" and len(rows) == len(pq.read_table(tmp_path / "s/peaks.parquet"))
+    assert run_ksl("size", swing / "out", tmp_path / "c.toml", "-o", tmp_path / "s").returncode == 0 and not (tmp_path / "s/sizing.xlsx").exists()
+    done = run_ksl("hold", swing / "swing.urdf", "-o", tmp_path / "h", "--xlsx")
+    assert done.returncode == 0 and list(sheets(tmp_path / "h/results.xlsx")) == ["Summary", "Wrenches", "About"]
+    for command in (("size", swing / "out", tmp_path / "c.toml"), ("hold", swing / "swing.urdf")):
+        done = run_ksl(*command, "--xlsx")
+        assert done.returncode == 2 and "into a folder; give it by -o DIR" in done.stderr

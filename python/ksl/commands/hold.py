@@ -42,6 +42,7 @@ def hold(
     of: Annotated[str, typer.Option("--of", metavar="QUANTITY", help="What is largest there: effort, fx … tz, force, moment, axial_force, bending_moment …")] = "effort",
     seed: Annotated[int, typer.Option(metavar="N", help="Of the search.")] = 0,
     output: Annotated[Path | None, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for files as of `ksl loads`.")] = None,
+    xlsx: Annotated[bool, typer.Option("--xlsx", help="With -o: results.xlsx too, a workbook with a sheet for each table.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace results of another robot in DIR, or files of others with their names.")] = False,
     on: Annotated[str, typer.Option(metavar="child|parent", help="Side that the wrench acts on.")] = "child",
     at: Annotated[str, typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes.")] = "joint",
@@ -68,6 +69,8 @@ def hold(
     from ksl.output import OutputError
     from ksl.report.hold_pose import hold as held
 
+    if xlsx and output is None:
+        fail("--xlsx writes results.xlsx into a folder; give it by -o DIR")
     loaded = payloads_given(payload, on_link)
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, loops=loops, drives=drives, xacro=xacro)
     model, stiff = with_stiffness(model, stiffness)
@@ -93,7 +96,7 @@ def hold(
             model, positions, worst or None, of, payloads=carried, on=cast("Side", on), at=point, axes=axes, order=cast("Order", order), seed=seed,
             inputs=inputs, options=options, command=command_line(),
         )  # fmt: skip
-        written = run.write(output, force=force) if output else []
+        written = run.write(output, force=force, xlsx=xlsx) if output else []
     except (ValueError, OutputError, RuntimeError) as e:
         fail(e)
     out = console(120)

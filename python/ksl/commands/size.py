@@ -46,6 +46,7 @@ def size(
         bool, typer.Option("--brief", help="Print one line for each figure, without inputs and formulas.")
     ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print everything as JSON instead.")] = False,
+    xlsx: Annotated[bool, typer.Option("--xlsx", help="With -o: sizing.xlsx too, a workbook with a sheet for each table.")] = False,
     fail_on: Annotated[
         list[str],
         typer.Option(
@@ -79,6 +80,8 @@ def size(
     for word in fail_on:
         if word not in ("utilisation", "left-out"):
             fail(f"--fail-on {word}: expected utilisation or left-out")
+    if xlsx and output is None:
+        fail("--xlsx writes sizing.xlsx into a folder; give it by -o DIR")
     points = _points(at)
     try:
         if example:
@@ -88,7 +91,7 @@ def size(
 
         chosen = [name.strip() for name in joints.split(",")] if joints else None
         sizing = size_components(results, components, joints=chosen, at=points)
-        written = sizing.write(output, force) if output else []
+        written = sizing.write(output, force, xlsx) if output else []
     except (SizingError, OutputError) as e:
         fail(_as_options(str(e)))
     except ModuleNotFoundError as e:

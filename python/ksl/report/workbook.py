@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
-from importlib.util import find_spec
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from ksl.base import workbooks
 from ksl.base.arrow_files import arrow_file
-from ksl.base.printable import one_line
+from ksl.base.workbooks import MOST_ROWS
 from ksl.load_cases.provenance import CONVENTIONS, UNITS, Provenance
 from ksl.load_cases.quantities import UNITS as UNITS_OF_QUANTITIES
 from ksl.load_cases.quantities import SummaryRow
@@ -18,13 +18,9 @@ from ksl.model.states import EFFORT_PARTS
 from ksl.output import OutputError
 
 if TYPE_CHECKING:
-    from openpyxl.worksheet._write_only import WriteOnlyWorksheet
+    from openpyxl import Workbook
 
 WORKBOOK = "results.xlsx"
-MOST_ROWS = (1 << 20) - 2
-"""Of samples and joints in one sheet, below names and units."""
-MOST_TEXT = 32767
-"""Characters of a cell."""
 _WORDS = ("case", "joint", "kind", "on", "at", "axes", "undetermined")
 _ENDS = re.compile(r"_(peak|rms|mean|lowest|highest|positive|negative)$")
 _COMPONENT = re.compile(r"(?:constraint_)?([ft])[xyz]$")
@@ -34,8 +30,8 @@ _OF_KIND |= dict.fromkeys(("effort", "brake", "coupling", *EFFORT_PARTS), "N m o
 
 def check_package() -> None:
     """Raises OutputError without the package that writes workbooks: before an hour of work rather than after it."""
-    if find_spec("openpyxl") is None:
-        raise OutputError(f"{WORKBOOK}: is written by the package openpyxl; install it: pip install 'ksl[xlsx]'")
+    if missing := workbooks.is_missing():
+        raise OutputError(f"{WORKBOOK}: {missing}")
 
 
 def unit_of_column(name: str) -> str:
@@ -51,53 +47,27 @@ def unit_of_column(name: str) -> str:
 
 
 def write_workbook(path: Path, wrenches: Path, rows: Sequence[SummaryRow], provenance: Provenance) -> None:
-    """results.xlsx: the summary, every wrench of a file wrenches.parquet, and what made them.  O(numbers), some 5 µs each.
+    """results.xlsx: the summary, every wrench of a file wrenches.parquet, and what made them.  O(numbers).
 
     More rows of wrenches than a sheet has are left out, and the sheet says so.
     """
-    from openpyxl import Workbook
-
-    book = Workbook(write_only=True)
+    book = workbooks.new_workbook()
     summary = all_rows(rows)
     names = columns_of_rows(summary)
-    _add_table(book.create_sheet("Summary"), names, ([row.get(name) for name in names] for row in summary))
-    _add_wrenches(book.create_sheet("Wrenches"), wrenches)
-    about = book.create_sheet("About")
-    about.column_dimensions["A"].width, about.column_dimensions["B"].width = 16, 100
-    for name, text in [("robot", provenance.robot), *provenance.lines(), ("units", UNITS), ("peaks", PEAKS), ("conventions", CONVENTIONS)]:
-        about.append(_cells(about, [name, text]))
-    book.save(path)
+    workbooks.add_table(book, "Summary", names, [unit_of_column(name) for name in names], ([row.get(name) for name in names] for row in summary))
+    _add_wrenches(book, wrenches)
+    workbooks.add_lines(book, "About", [("robot", provenance.robot), *provenance.lines(), ("units", UNITS), ("peaks", PEAKS), ("conventions", CONVENTIONS)])
+    workbooks.save(book, path)
 
 
-def _add_wrenches(sheet: WriteOnlyWorksheet, wrenches: Path) -> None:
+def _add_wrenches(book: Workbook, wrenches: Path) -> None:
     import pyarrow.parquet as pq
 
     with arrow_file(wrenches) as opened:
         file = pq.ParquetFile(opened)
-        rows = file.metadata.num_rows
-        if rows > MOST_ROWS:
-            sheet.append(_cells(sheet, [f"{rows:,} rows; a sheet has {MOST_ROWS:,}. wrenches.parquet has all of them."]))
+        if file.metadata.num_rows > MOST_ROWS:
+            workbooks.add_lines(book, "Wrenches", [(f"{file.metadata.num_rows:,} rows; a sheet has {MOST_ROWS:,}. wrenches.parquet has all of them.",)])
             return
-        _add_table(sheet, file.schema_arrow.names, (row for batch in file.iter_batches(4096) for row in zip(*(column.to_pylist() for column in batch.columns))))
-
-
-def _add_table(sheet: WriteOnlyWorksheet, names: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """Names, units and rows; the first two stay in view."""
-    sheet.freeze_panes = "A3"
-    for head in (names, [unit_of_column(name) for name in names]):
-        sheet.append(_cells(sheet, head))
-    for row in rows:
-        sheet.append(_cells(sheet, row))
-
-
-def _cells(sheet: WriteOnlyWorksheet, row: Iterable[Any]) -> Iterator[Any]:
-    """Values as cells.  A text that begins with = is no formula, and control characters, which a workbook can't have, are shown by their numbers."""
-    from openpyxl.cell import WriteOnlyCell
-
-    for x in row:
-        if not isinstance(x, str):
-            yield x
-            continue
-        cell = WriteOnlyCell(sheet, value=one_line(x)[:MOST_TEXT])
-        cell.data_type = "s"
-        yield cell
+        names = file.schema_arrow.names
+        rows = (row for batch in file.iter_batches(4096) for row in zip(*(column.to_pylist() for column in batch.columns)))
+        workbooks.add_table(book, "Wrenches", names, [unit_of_column(name) for name in names], rows)

@@ -11,11 +11,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ksl.base import workbooks
 from ksl.base.arrow_files import arrow_file
 from ksl.base.csv_cells import csv_comment, csv_table
 from ksl.base.errors import SizingError
 from ksl.base.markup import html as escape
-from ksl.output import refuse_inputs, refuse_unknown, staged
+from ksl.output import OutputError, refuse_inputs, refuse_unknown, staged
 from ksl.sizing.figures import Figure, LeftOut, significant
 from ksl.sizing.motor_figures import Cloud
 from ksl.sizing.peaks import QUANTITIES, PeakRow
@@ -23,7 +24,8 @@ from ksl.sizing.peaks import QUANTITIES, PeakRow
 if TYPE_CHECKING:
     import pyarrow as pa
 
-FILES = ("sizing.parquet", "sizing.csv", "sizing.json", "peaks.parquet", "peaks.csv")
+WORKBOOK = "sizing.xlsx"
+FILES = ("sizing.parquet", "sizing.csv", "sizing.json", "peaks.parquet", "peaks.csv", WORKBOOK)
 """What `write` writes."""
 
 CONVENTIONS = {
@@ -134,8 +136,10 @@ class Sizing:
             "conventions": CONVENTIONS,
         }
 
-    def write(self, directory: str | Path, force: bool = False) -> list[str]:
+    def write(self, directory: str | Path, force: bool = False, xlsx: bool = False) -> list[str]:
         """Writes sizing.parquet, .csv and .json, peaks.parquet and .csv, completely or not at all; returns their names.
+
+        xlsx: sizing.xlsx too, a sheet for each table with units; needs the extra `ksl[xlsx]`.
 
         Raises SizingError where the folder holds the sizing of another robot, unless it is forced; OutputError (an OSError)
         where it can't be written, where it holds files of others with these names (unless it is forced), or the components' file.
@@ -144,6 +148,8 @@ class Sizing:
         import pyarrow.parquet
 
         folder = Path(directory)
+        if xlsx and (missing := workbooks.is_missing()):
+            raise OutputError(f"{WORKBOOK}: {missing}")
         refuse_inputs([folder / name for name in FILES], [file["file"] for file in self.provenance.get("inputs", [])])
 
         def refuse_others() -> None:
@@ -166,7 +172,17 @@ class Sizing:
             (stage / "sizing.json").write_text(
                 json.dumps(self.as_dict(), ensure_ascii=False, indent=1) + "\n", encoding="utf-8", errors="replace"
             )
-        return list(FILES)
+            if xlsx:
+                self._write_workbook(stage / WORKBOOK)
+        return [name for name in FILES if xlsx or name != WORKBOOK]
+
+    def _write_workbook(self, path: Path) -> None:
+        book = workbooks.new_workbook()
+        for title, table in (("Sizing", self.table), ("Peaks", self.peak_table)):
+            units = [(field.metadata or {}).get(b"unit", b"s" if field.name == "time" else b"").decode() for field in table.schema]
+            workbooks.add_table(book, title, table.column_names, units, zip(*(column.to_pylist() for column in table.columns)))
+        workbooks.add_lines(book, "About", [line.split(": ", 1) for line in [f"made by: {self._headlines()[0]}", *self._headlines()[1:]]])
+        workbooks.save(book, path)
 
     def _headlines(self) -> list[str]:
         p = self.provenance
