@@ -296,6 +296,20 @@ def test_masses_of_parts_are_those_of_the_body(tmp_path):
     assert link.mass == 4.0 and np.allclose(link.first_moment, (0.2, 0, 0)) and np.allclose(link.inertia[:3], (0.02, 0.08, 0.1))
 
 
+def test_numbers_of_physx(tmp_path):
+    """Raw attributes: their schema is not a part of usd-core."""
+    w = Writer(tmp_path / "arm.usda", arm(np.random.default_rng(5)), length=0.01)
+    for name, velocity, armature in (("j0", 90.0, 500.0), ("j1", 50.0, 0.7), ("j4", 1e6, 0.0)):
+        prim = w.stage.GetPrimAtPath(f"/robot/{name}")
+        prim.CreateAttribute("physxJoint:maxJointVelocity", Sdf.ValueTypeNames.Float).Set(velocity)
+        prim.CreateAttribute("physxJoint:armature", Sdf.ValueTypeNames.Float).Set(armature)
+    w.stage.Save()
+    m = ksl.load(tmp_path / "arm.usda")
+    turns, slides, none = (m.joint(name) for name in ("j0", "j1", "j4"))
+    assert (turns.velocity, turns.armature) == pytest.approx((np.pi / 2, 0.05)) and (slides.velocity, slides.armature) == pytest.approx((0.5, 0.7))
+    assert none.velocity is None and none.armature == 0.0
+
+
 def test_what_is_not_carried(tmp_path):
     w = Writer(tmp_path / "arm.usda", arm(np.random.default_rng(5)))
     UsdPhysics.DistanceJoint.Define(w.stage, "/robot/rope").CreateBody1Rel().SetTargets(["/robot/l3"])

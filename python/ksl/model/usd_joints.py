@@ -13,6 +13,8 @@ from ksl.model.usd_stage import Stage, rotation, short_names
 
 AXES = {"X": np.array([1.0, 0.0, 0.0]), "Y": np.array([0.0, 1.0, 0.0]), "Z": np.array([0.0, 0.0, 1.0])}
 _KINDS = {"PhysicsFixedJoint": "fixed", "PhysicsRevoluteJoint": "revolute", "PhysicsPrismaticJoint": "prismatic", "PhysicsSphericalJoint": "spherical"}
+NO_SPEED_LIMIT = 1e6
+"""deg/s or units/s: PhysX's default, which limits nothing."""
 _FREEDOMS = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
 
 
@@ -131,7 +133,7 @@ def _numbers(stage: Stage, prim: Any, kind: str) -> dict[str, Any]:
         found["effort"] = force * (of_effort if turns else stage.mass * stage.length)
     for ours, theirs, factor in (("velocity", "physxJoint:maxJointVelocity", unit), ("armature", "physxJoint:armature", stage.mass * (stage.length**2 if turns else 1.0))):
         value = _positive(prim, theirs)
-        if value is not None:
+        if value is not None and (ours != "velocity" or value < NO_SPEED_LIMIT):
             found[ours] = value * factor
     return found
 
