@@ -79,7 +79,7 @@ def _model(
             builder._core.set_drives(drives)
     _say_gaps(connections, list(bodies.values()), stage.said)
     if made.turned:
-        stage.said.append(f"joint {listed(made.turned)}: body1 carries body0; the axis points the other way, so that the position is that of the file (the inverse, of spherical joints)")
+        stage.said.append(f"joint {listed(made.turned)}: body1 carries body0; the axis points the other way, so that the position is that of the file (the opposite, of spherical and translation joints)")
     builder._core.read_from(file, stage.unused, stage.said)
     core = builder._core.build(False, strict, gravity, given.payload_points(payloads), masses is not None)
     return Model(core, inputs=_inputs(file, stage.stage))
