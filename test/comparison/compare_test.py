@@ -8,7 +8,8 @@ import pytest
 from ksl_command import run_ksl
 
 import ksl
-from ksl.comparison import libraries, other_robot
+from ksl.base.rotations import quaternion_of
+from ksl.comparison import libraries
 from ksl.comparison.bodies import lumped, of_link, pseudo_inertia
 from ksl.comparison.coordinates import same
 from ksl.comparison.libraries import Library
@@ -420,4 +421,14 @@ def test_every_coordinate_form_keeps_power():
             ahead, behind = (form(model.integrate(q, s * h * v), v) for s in (1, -1))
             derivative = np.einsum("nij,nj->ni", ahead.T - behind.T, v) / (2 * h)
             np.testing.assert_allclose(form(q, v).rate, derivative, atol=1e-8)
-    assert other_robot.Place([], [], c.same).form is c.same
+    q = np.array([[0.1, 0.2, 0.7]])
+    np.testing.assert_allclose(c.cosine_and_sine(q, q).q, [[0.1, 0.2, np.cos(0.7), np.sin(0.7)]])
+    np.testing.assert_allclose(c.cosine_and_sine(q[:, 2:], q[:, 2:]).q, [[np.cos(0.7), np.sin(0.7)]])
+    q = m.random(rng, 1)
+    pose = X @ m.frame_pose(q[0], "link:b")
+    x, y, z, w = quaternion_of(pose[:3, :3])
+    for form, order in ((c.free(X), [x, y, z, w]), (c.free_linear_in_world(X), [w, x, y, z])):
+        found = form(q, np.zeros((1, 6))).q[0]
+        np.testing.assert_allclose(found[:3], pose[:3, 3])
+        np.testing.assert_allclose(found[3:] * np.sign(found[3] * order[0]), order, atol=1e-12)
+    np.testing.assert_allclose(c.free_in_world(X)(q, np.zeros((1, 6))).q[0][4:], pose[:3, 3])

@@ -179,6 +179,12 @@ def test_units_and_axes_that_are_not_given_are_said(tmp_path):
     assert ksl.load(tmp_path / "arm.usda", gravity=(0, 0, -1)).gravity[2] == -1
 
 
+def test_gravity_points_down_the_axis_that_is_up(tmp_path):
+    for up, gravity in (("Y", (0, -9.81, 0)), ("Z", (0, 0, -9.81))):
+        Writer(tmp_path / f"{up}.usda", arm(np.random.default_rng(5)), up=up)
+        assert tuple(ksl.load(tmp_path / f"{up}.usda").gravity) == gravity
+
+
 def test_bodies_that_nothing_carries_float(tmp_path):
     m = arm(np.random.default_rng(5))
     w = Writer(tmp_path / "arm.usda", m)

@@ -80,7 +80,7 @@ def gravity_of(stage: Stage) -> Array:
     """In world axes, m/s²: that of the first physics scene, or the Earth's, down."""
     from pxr import UsdPhysics
 
-    down = np.array({"X": (-1.0, 0.0, 0.0), "Y": (0.0, -1.0, 0.0)}.get(stage.up, (0.0, 0.0, -1.0)))
+    down = np.array((0.0, -1.0, 0.0) if stage.up == "Y" else (0.0, 0.0, -1.0))
     scenes = [prim for prim in stage.prims() if prim.IsA(UsdPhysics.Scene)]
     if not scenes:
         return EARTH * down
