@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ksl.commands.app import app, console, fail
-from ksl.commands.options import Drives, Loops, Robot, Xacro, xacro_arguments
+from ksl.commands.options import Drives, Loops, RobotText, Xacro, xacro_arguments
 
 if TYPE_CHECKING:
     from ksl.checks.run import Fixed
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @app.command()
 def check(
-    robot: Robot,
+    robot: RobotText,
     ignore: Annotated[
         list[str],
         typer.Option(

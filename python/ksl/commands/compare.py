@@ -7,12 +7,12 @@ from typing import Annotated, Any
 import typer
 
 from ksl.commands.app import app, console, fail
-from ksl.commands.options import FloatingBase, Physics, Robot, Xacro, described_warnings, in_options, xacro_arguments
+from ksl.commands.options import FloatingBase, Physics, RobotText, Xacro, described_warnings, in_options, xacro_arguments
 
 
 @app.command()
 def compare(
-    robot: Robot,
+    robot: RobotText,
     libraries: Annotated[
         str, typer.Option("--with", metavar="NAMES", help="Libraries, separated by commas: pinocchio, mujoco, drake; otherwise those of them that are installed.")
     ] = "",

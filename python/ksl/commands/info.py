@@ -13,7 +13,7 @@ from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, Mo
 
 @app.command()
 def info(
-    robot: Annotated[Path | None, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, or MJCF (with the package mujoco).")] = None,
+    robot: Annotated[Path | None, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, MJCF (with the package mujoco) or USD (with usd-core).")] = None,
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
     strict: Strict = False,
