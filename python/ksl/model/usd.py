@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from ksl.base.errors import DescriptionError
 from ksl.base.files_read import InputFile, note
@@ -14,6 +15,9 @@ from ksl.model import given
 from ksl.model.assembly import Body, Connection, assembled, gap, in_double
 from ksl.model.builder import Builder
 from ksl.model.model import Model
+
+if TYPE_CHECKING:
+    from ksl.model.usd_stage import Stage
 
 APART, TURNED = 1e-4, 1e-3
 """m, and the sine of an angle: bodies that stand further from what their joint allows are said.  Single precision leaves some 1e-6."""
@@ -43,10 +47,6 @@ def load_usd(
         return _model(file, stage, floating_base, strict, gravity, payloads, masses, cut)
     except ValueError as e:
         raise DescriptionError(str(e) if str(e).startswith(f"{file}:") else f"{file}: {e}") from None
-    except MemoryError:
-        raise
-    except Exception as e:  # values of types that an attribute can't have, and what USD finds late
-        raise DescriptionError(f"{file}: USD can't make sense of the file ({type(e).__name__}: {sentence(' '.join(str(e).split()))[:300]}); correct it, or write it again") from None
 
 
 def _model(
@@ -59,16 +59,11 @@ def _model(
     masses: str | None,
     cut: bool,
 ) -> Model:
-    from ksl.model.usd_joints import joints_of
-    from ksl.model.usd_stage import bodies_of, gravity_of, units_of
-
-    stage = units_of(opened)
-    bodies = bodies_of(stage)
+    stage, down, bodies, connections, driven = _read(opened)
     if not bodies:
         raise DescriptionError("no rigid body (PhysicsRigidBodyAPI) is in the file: it has shapes alone, or its physics are in another layer; give that file")
-    connections, driven = joints_of(stage, bodies)
     in_double(list(bodies.values()), connections)
-    builder = Builder(stage.stage.GetDefaultPrim().GetName() or os.path.splitext(os.path.basename(file))[0] or "robot", gravity=[float(x) for x in gravity_of(stage)])
+    builder = Builder(stage.stage.GetDefaultPrim().GetName() or os.path.splitext(os.path.basename(file))[0] or "robot", gravity=down)
     made = assembled(builder, list(bodies.values()), connections, cut)
     if floating_base and not made.floating:
         raise DescriptionError("a floating base is asked for, but joints connect all bodies to the world; remove that joint, or don't ask for it")
@@ -76,13 +71,30 @@ def _model(
         _say_loops(made.loops, connections, stage.said)
         drives = [name for name in driven if name not in made.loops]
         if drives:
-            builder._core.set_drives(drives)
+            builder._core.set_drives(drives, [])
     _say_gaps(connections, list(bodies.values()), stage.said)
     if made.turned:
         stage.said.append(f"joint {listed(made.turned)}: body1 carries body0; the axis points the other way, so that the position is that of the file (the opposite, of spherical and translation joints)")
     builder._core.read_from(file, stage.unused, stage.said)
     core = builder._core.build(False, strict, gravity, given.payload_points(payloads), masses is not None)
     return Model(core, inputs=_inputs(file, stage.stage))
+
+
+def _read(opened: object) -> tuple[Stage, list[float], dict[str, Body], list[Connection], list[str]]:
+    """The stage, gravity, bodies, joints, and the names of those with drives.  Raises ValueError for values that USD lets a file have and that make no sense."""
+    from ksl.model.usd_joints import joints_of
+    from ksl.model.usd_stage import bodies_of, gravity_of, units_of
+
+    try:
+        stage = units_of(opened)
+        bodies = bodies_of(stage)
+        connections, driven = joints_of(stage, bodies)
+        return stage, [float(x) for x in gravity_of(stage)], bodies, connections, driven
+    except (DescriptionError, MemoryError):
+        raise
+    except Exception as e:  # values of types that an attribute can't have, and what USD finds late
+        said = f"USD can't make sense of the file ({type(e).__name__}: {sentence(' '.join(str(e).split()))[:300]}); correct it, or write it again"
+        raise DescriptionError(said) from None
 
 
 def _say_loops(loops: list[str], connections: list[Connection], said: list[str]) -> None:
