@@ -33,6 +33,31 @@ time, while the others follow.  There must be as many drives as freedoms, and ou
 """,
     ),
     Algorithm(
+        name="inverse_dynamics_gradient",
+        closed="refusal",
+        header="inverse_dynamics_gradient.hpp",
+        inputs=("q", "v", "a", "tau"),
+        called={"tau": "weights"},
+        results=(
+            Result("by_q", ("nv",), "gradient by q"),
+            Result("by_v", ("nv",), "by v"),
+            Result("by_a", ("nv",), "by a: the mass matrix times the weights"),
+        ),
+        smooth_friction=True,
+        summary="Gradients by q, v and a, each (…, nv), of a weighted sum of the efforts of inverse_dynamics.",
+        text="Gradients {by_q}, {by_v}, {by_a} of the sum of {weights} times the joint efforts that inverse dynamics gives for {q}, {v}, {a}, "
+        "without external wrenches: the derivatives of the efforts, transposed, times the weights, and none of these matrices is computed.  By q "
+        "is along q ⊕ s e_k with v and a held componentwise (reverse accumulation: Griewank and Walther, Evaluating Derivatives, 2008, "
+        "chapter 3).  O(bodies).",
+        python="""
+weights (…, nv): what each effort counts.  They are the product of weights and :meth:`inverse_dynamics_derivatives`,
+numpy.einsum("...i,...ik->...k", weights, derivative), at about three times the cost of :meth:`inverse_dynamics`: what an optimiser needs of a
+cost, or training of a loss.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.
+out: three arrays, one for each gradient.  q, v, a, threads: as in :meth:`inverse_dynamics`.
+Reverse accumulation (Griewank and Walther, Evaluating Derivatives, 2008, chapter 3); O(bodies).
+""",
+    ),
+    Algorithm(
         name="stiffness",
         closed="refusal",
         header="inverse_dynamics_derivatives.hpp",

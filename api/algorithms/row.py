@@ -32,7 +32,7 @@ class Algorithm:
     name: the name of every call, and of the engine's function NAME(model, workspace, inputs, [external,] [links,] results),
     unless another form is given.  The workspace is NAME_workspace, unless given.
     header: the file that defines it, in include/ksl/engine/algorithms/GROUP/; "mass/NAME.hpp" names that of another group.
-    inputs: names of INPUTS, q first.  called: what calls name them instead, where that says more.  external: wrenches on links are "optional" or "required".
+    inputs: names of INPUTS, q first.  called: what calls name them instead, where that says more, or where they are something else.  external: wrenches on links are "optional" or "required".
     request: what a call specifies besides numbers:
         "links": links, how many and which; "link": one
         "frames", "frame": the same, and in whose axes and about whose origin their motion is expressed
@@ -91,7 +91,7 @@ class Algorithm:
     def __post_init__(self) -> None:
         if self.keywords == "order" and self.request not in ("", "links"):
             raise ValueError(f"{self.name}: the request {self.request} has an order of its own")
-        if "tau" in self.inputs and self.coupled == "projection":
+        if "tau" in self.inputs and self.coupled == "projection" and "tau" not in self.called:  # other numbers than efforts expand as velocities do
             raise ValueError(f"{self.name}: efforts of coupled joints can't be expanded; give coupled=")
         if "tau" in self.inputs and self.closed == "tree":
             raise ValueError(f"{self.name}: efforts of a tree are not those of a mechanism with loops; give closed=")

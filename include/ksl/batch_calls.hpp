@@ -294,6 +294,15 @@ KSL_EXPORT void centroidal_momentum_rate_batch(const model &m, const batch_view<
 template <class S>
 KSL_EXPORT void inverse_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
+/// Gradients by_q (nv), by_v (nv), by_a (nv) of the sum of weights (nv) times the joint efforts that inverse dynamics
+/// gives for q (nq), v (nv), a (nv), without external wrenches: the derivatives of the efforts, transposed, times the
+/// weights, and none of these matrices is computed.  By q is along q ⊕ s e_k with v and a held componentwise (reverse
+/// accumulation: Griewank and Walther, Evaluating Derivatives, 2008, chapter 3).  O(bodies).  Reads batch.q, batch.v,
+/// batch.a, batch.tau (weights); writes by_q into batch.result[0] (rows of nv), by_v into batch.result[1] (rows of nv),
+/// by_a into batch.result[2] (rows of nv).
+template <class S>
+KSL_EXPORT void inverse_dynamics_gradient_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
 /// Stiffness K (nv, nv), row-major, of the pose q (nq) at rest: the derivative along q ⊕ s e_k of the efforts that hold
 /// it, those of gravity_torque.  External wrenches are held in the axes in which they are given, those of their links,
 /// which move, or of the world.  O(bodies × depth).  Reads batch.q, batch.external; writes K into batch.result[0] (rows

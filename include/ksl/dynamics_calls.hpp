@@ -272,6 +272,14 @@ template <class S>
 KSL_EXPORT void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *dtau_dq,
                                              S *dtau_dv, S *dtau_da, const external_wrenches<S> &external = {});
 
+/// Gradients by_q (nv), by_v (nv), by_a (nv) of the sum of weights (nv) times the joint efforts that inverse dynamics
+/// gives for q (nq), v (nv), a (nv), without external wrenches: the derivatives of the efforts, transposed, times the
+/// weights, and none of these matrices is computed.  By q is along q ⊕ s e_k with v and a held componentwise (reverse
+/// accumulation: Griewank and Walther, Evaluating Derivatives, 2008, chapter 3).  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void inverse_dynamics_gradient(const model &m, data &d, const S *q, const S *v, const S *a, const S *weights,
+                                          S *by_q, S *by_v, S *by_a);
+
 /// Stiffness K (nv, nv), row-major, of the pose q (nq) at rest: the derivative along q ⊕ s e_k of the efforts that hold
 /// it, those of gravity_torque.  External wrenches are held in the axes in which they are given, those of their links,
 /// which move, or of the world.  O(bodies × depth).  No allocation.

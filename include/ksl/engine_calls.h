@@ -775,6 +775,27 @@ KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_external_batchf(
     const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *dtau_dq, ptrdiff_t dtau_dq_stride,
     float *dtau_dv, ptrdiff_t dtau_dv_stride, float *dtau_da, ptrdiff_t dtau_da_stride, int threads);
 
+/** Gradients by_q (nv), by_v (nv), by_a (nv) of the sum of weights (nv) times the joint efforts that inverse
+    dynamics gives for q (nq), v (nv), a (nv), without external wrenches: the derivatives of the efforts, transposed,
+    times the weights, and none of these matrices is computed.  By q is along q ⊕ s e_k with v and a held
+    componentwise (reverse accumulation: Griewank and Walther, Evaluating Derivatives, 2008, chapter 3).  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_gradient(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                      const double *v, const double *a, const double *weights,
+                                                      double *by_q, double *by_v, double *by_a);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_gradientf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                       const float *v, const float *a, const float *weights,
+                                                       float *by_q, float *by_v, float *by_a);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_gradient_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                            ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                            const double *a, ptrdiff_t a_stride, const double *weights,
+                                                            ptrdiff_t weights_stride, double *by_q,
+                                                            ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+                                                            double *by_a, ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_gradient_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, const float *weights, ptrdiff_t weights_stride, float *by_q,
+    ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride, int threads);
+
 /** Stiffness K (nv, nv), row-major, of the pose q (nq) at rest: the derivative along q ⊕ s e_k of the efforts that
     hold it, those of gravity_torque.  External wrenches are held in the axes in which they are given, those of their
     links, which move, or of the world.  O(bodies × depth).  external may be NULL: no wrench. */

@@ -258,6 +258,12 @@ template <class S> void inverse_dynamics_derivatives_batch(const model &m, const
 template void inverse_dynamics_derivatives_batch(const model &, const batch_view<double> &, int);
 template void inverse_dynamics_derivatives_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void inverse_dynamics_gradient_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::inverse_dynamics_gradient, m, batch, threads);
+}
+template void inverse_dynamics_gradient_batch(const model &, const batch_view<double> &, int);
+template void inverse_dynamics_gradient_batch(const model &, const batch_view<float> &, int);
+
 template <class S> void stiffness_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::stiffness, m, batch, threads);
 }

@@ -1423,6 +1423,43 @@ ksl_status_t ksl_inverse_dynamics_derivatives_external_batchf(
                            external, threads);
 }
 
+ksl_status_t ksl_inverse_dynamics_gradient(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                           const double *a, const double *weights, double *by_q, double *by_v,
+                                           double *by_a) {
+  return state_call<rows::inverse_dynamics_gradient, double>(
+      model, data, {.q = q, .v = v, .a = a, .tau = weights, .result = {by_q, by_v, by_a}}, no_external);
+}
+
+ksl_status_t ksl_inverse_dynamics_gradientf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                            const float *a, const float *weights, float *by_q, float *by_v,
+                                            float *by_a) {
+  return state_call<rows::inverse_dynamics_gradient, float>(model, data,
+                                                            {.q = q, .v = v, .a = a, .tau = weights, .result = {by_q, by_v, by_a}},
+                                                            no_external);
+}
+
+ksl_status_t ksl_inverse_dynamics_gradient_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                 ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                 const double *a, ptrdiff_t a_stride, const double *weights,
+                                                 ptrdiff_t weights_stride, double *by_q, ptrdiff_t by_q_stride,
+                                                 double *by_v, ptrdiff_t by_v_stride, double *by_a,
+                                                 ptrdiff_t by_a_stride, int threads) {
+  return batch_call<double>(rows::inverse_dynamics_gradient, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {weights, weights_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_gradient_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                  ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                  const float *a, ptrdiff_t a_stride, const float *weights,
+                                                  ptrdiff_t weights_stride, float *by_q, ptrdiff_t by_q_stride,
+                                                  float *by_v, ptrdiff_t by_v_stride, float *by_a,
+                                                  ptrdiff_t by_a_stride, int threads) {
+  return batch_call<float>(rows::inverse_dynamics_gradient, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {weights, weights_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                           no_external_rows, threads);
+}
+
 ksl_status_t ksl_stiffness(const ksl_model_t *model, ksl_data_t *data, const double *q, const ksl_external_t *external,
                            double *K) {
   return state_call<rows::stiffness, double>(model, data, {.q = q, .result = {K}}, external);

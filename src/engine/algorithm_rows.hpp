@@ -44,6 +44,7 @@ struct kernel_table {
   const algorithm_kernels *centroidal_momentum_matrix;
   const algorithm_kernels *centroidal_momentum_rate;
   const algorithm_kernels *inverse_dynamics_derivatives;
+  const algorithm_kernels *inverse_dynamics_gradient;
   const algorithm_kernels *forward_dynamics_derivatives;
   const algorithm_kernels *reactions_derivatives;
   const algorithm_kernels *reactions_external_derivatives;
@@ -655,6 +656,22 @@ constexpr algorithm_row inverse_dynamics_derivatives = {
     .closed = closed_by::refusal,
 };
 
+constexpr algorithm_row inverse_dynamics_gradient = {
+    .name = "inverse_dynamics_gradient",
+    .inputs = 4,
+    .input_list = {input::q, input::v, input::a, input::tau},
+    .input_name = {"q", "v", "a", "weights"},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .nan_without_mass = false,
+    .smooth_friction = true,
+    .results = 3,
+    .result = {{"by_q", 1, {extent::nv}}, {"by_v", 1, {extent::nv}}, {"by_a", 1, {extent::nv}}},
+    .kernels = &kernel_table::inverse_dynamics_gradient,
+    .closed = closed_by::refusal,
+};
+
 constexpr algorithm_row forward_dynamics_derivatives = {
     .name = "forward_dynamics_derivatives",
     .inputs = 3,
@@ -1207,6 +1224,7 @@ constexpr const algorithm_row *all[] = {
     &centroidal_momentum_matrix,
     &centroidal_momentum_rate,
     &inverse_dynamics_derivatives,
+    &inverse_dynamics_gradient,
     &stiffness,
     &forward_dynamics_derivatives,
     &reactions_derivatives,

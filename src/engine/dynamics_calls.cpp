@@ -247,6 +247,13 @@ void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *
 }
 
 template <class S>
+void inverse_dynamics_gradient(const model &m, data &d, const S *q, const S *v, const S *a, const S *weights, S *by_q,
+                               S *by_v, S *by_a) {
+  compute<S>(rows::inverse_dynamics_gradient, m, d, {.q = q, .v = v, .a = a, .tau = weights,
+                                                     .result = {by_q, by_v, by_a}});
+}
+
+template <class S>
 void stiffness(const model &m, data &d, const S *q, S *K, const external_wrenches<S> &external) {
   const S *const zero = d.template zero<S>();
   compute<S>(rows::stiffness, m, d, {.q = q, .v = zero, .a = zero, .external = external, .result = {K}});
@@ -526,6 +533,10 @@ template void inverse_dynamics_derivatives<double>(const model &, data &, const 
                                                    const external_wrenches<double> &);
 template void inverse_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *,
                                                   float *, float *, float *, const external_wrenches<float> &);
+template void inverse_dynamics_gradient<double>(const model &, data &, const double *, const double *, const double *,
+                                                const double *, double *, double *, double *);
+template void inverse_dynamics_gradient<float>(const model &, data &, const float *, const float *, const float *,
+                                               const float *, float *, float *, float *);
 template void stiffness<double>(const model &, data &, const double *, double *, const external_wrenches<double> &);
 template void stiffness<float>(const model &, data &, const float *, float *, const external_wrenches<float> &);
 template void forward_dynamics_derivatives<double>(const model &, data &, const double *, const double *,

@@ -43,6 +43,7 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_centroidal_momentum_matrix_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_centroidal_momentum_rate_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_gradient_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_external_derivatives_##set; \
@@ -105,6 +106,7 @@
     .centroidal_momentum_matrix = &ksl_kernels_centroidal_momentum_matrix_##set, \
     .centroidal_momentum_rate = &ksl_kernels_centroidal_momentum_rate_##set, \
     .inverse_dynamics_derivatives = &ksl_kernels_inverse_dynamics_derivatives_##set, \
+    .inverse_dynamics_gradient = &ksl_kernels_inverse_dynamics_gradient_##set, \
     .forward_dynamics_derivatives = &ksl_kernels_forward_dynamics_derivatives_##set, \
     .reactions_derivatives = &ksl_kernels_reactions_derivatives_##set, \
     .reactions_external_derivatives = &ksl_kernels_reactions_external_derivatives_##set, \

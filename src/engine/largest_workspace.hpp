@@ -7,6 +7,7 @@
 #include "ksl/engine/algorithms/derivatives/forward_dynamics_second_derivatives.hpp"
 #include "ksl/engine/algorithms/derivatives/frame_motion_derivatives.hpp"
 #include "ksl/engine/algorithms/derivatives/inverse_dynamics_derivatives.hpp"
+#include "ksl/engine/algorithms/derivatives/inverse_dynamics_gradient.hpp"
 #include "ksl/engine/algorithms/derivatives/inverse_dynamics_second_derivatives.hpp"
 #include "ksl/engine/algorithms/derivatives/reactions_derivatives.hpp"
 #include "ksl/engine/algorithms/derivatives/reactions_external_derivatives.hpp"
@@ -82,6 +83,7 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
       workspace_bytes<centroidal_momentum_matrix_workspace<double>>(m),
       workspace_bytes<centroidal_momentum_rate_workspace<double>>(m),
       workspace_bytes<inverse_dynamics_derivatives_workspace<double>>(m),
+      workspace_bytes<inverse_dynamics_gradient_workspace<double>>(m),
       workspace_bytes<forward_dynamics_derivatives_workspace<double>>(m),
       workspace_bytes<reactions_derivatives_workspace<double>>(m),
       workspace_bytes<reactions_external_derivatives_workspace<double>>(m),

@@ -1608,6 +1608,48 @@ TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in fl
   faces::agree<float>(ksl::rows::inverse_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
 }
 
+TEST_CASE("inverse_dynamics_gradient: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::inverse_dynamics_gradient(s.r.m, s.r.d, s.q, s.v, s.a, s.tau, s.result[0], s.result[1], s.result[2]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    s.status = ksl_inverse_dynamics_gradient(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.tau, s.result[0], s.result[1],
+                                             s.result[2]);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::inverse_dynamics_gradient_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    s.status = ksl_inverse_dynamics_gradient_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                   s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
+                                                   s.batch.tau.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                                   s.batch.result[1].first, s.batch.result[1].stride,
+                                                   s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+  };
+  faces::agree<double>(ksl::rows::inverse_dynamics_gradient, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("inverse_dynamics_gradient: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::inverse_dynamics_gradient(s.r.m, s.r.d, s.q, s.v, s.a, s.tau, s.result[0], s.result[1], s.result[2]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    s.status = ksl_inverse_dynamics_gradientf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.tau, s.result[0], s.result[1],
+                                              s.result[2]);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::inverse_dynamics_gradient_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    s.status = ksl_inverse_dynamics_gradient_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                    s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
+                                                    s.batch.tau.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                                    s.batch.result[1].first, s.batch.result[1].stride,
+                                                    s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+  };
+  faces::agree<float>(ksl::rows::inverse_dynamics_gradient, cpp, c, cpp_batch, c_batch);
+}
+
 TEST_CASE("stiffness: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
     ksl::stiffness(s.r.m, s.r.d, s.q, s.result[0], s.external);

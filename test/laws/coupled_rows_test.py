@@ -47,6 +47,8 @@ class Case:
 
     def results(self, row: Algorithm, of: str, **more) -> list[np.ndarray]:
         model, given = (self.p.m, self.given) if of == "coupled" else (self.p.free, self.free_given)
+        if row.called.get("tau") and of != "coupled":  # no efforts, but a virtual velocity
+            given = given | {"tau": self.p.motion(given["tau"])}
         found = getattr(model, row.name)(*(given[x] for x in row.inputs), **self.keywords(row, **more))
         return list(found) if isinstance(found, tuple) else [found]
 

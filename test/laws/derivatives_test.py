@@ -57,6 +57,20 @@ def test_inverse_dynamics(seed):
 
 
 @pytest.mark.parametrize("seed", TREES)
+def test_gradient_of_inverse_dynamics(seed):
+    """It is the product of weights and derivatives, which have no step in common with it; with mimic joints, too."""
+    m, rng, q, v, a, _ = case(seed)
+    if m.nv:
+        weights = rng.normal(size=m.nv)
+        found = m.inverse_dynamics_gradient(q, v, a, weights)
+        for gradient, derivative in zip(found, m.inverse_dynamics_derivatives(q, v, a), strict=True):
+            assert np.abs(gradient - weights @ derivative).max() < 1e-12 * max(1.0, np.abs(derivative).max() * np.abs(weights).sum())
+        single = m.inverse_dynamics_gradient(*(x.astype(np.float32) for x in (q, v, a, weights)))
+        for gradient, exact in zip(single, found, strict=True):
+            assert gradient.dtype == np.float32 and np.abs(gradient - exact).max() < 1e-3 * max(1.0, np.abs(exact).max())
+
+
+@pytest.mark.parametrize("seed", TREES)
 def test_forward_dynamics(seed):
     """Accelerations bend with the inverse of the mass matrix: its condition enters the error of the differences."""
     m, _, q, v, tau, external = case(seed, heavy=True)

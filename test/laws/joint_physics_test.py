@@ -56,6 +56,15 @@ def test_derivatives_are_those_of_differences(case):
     for found, efforts in zip(m.inverse_dynamics_derivatives(q, v, a), moved.values(), strict=True):
         expected = np.swapaxes(efforts(step) - efforts(-step), 1, 2) / (2 * step)
         assert abs(found - expected).max() < 1e-7 * max(1, abs(tau).max(), abs(expected).max())
+    for found, derivative in zip(m.inverse_dynamics_gradient(q, v, a, a), m.inverse_dynamics_derivatives(q, v, a), strict=True):
+        expected = np.einsum("ni,nik->nk", a, derivative)
+        assert abs(found - expected).max() < 1e-12 * max(1, abs(expected).max())
+    for given in range(4):  # also written over an argument
+        arguments = [q.copy(), v.copy(), a.copy(), a.copy()]
+        if arguments[given].shape == v.shape:
+            out = tuple(arguments[given] if i == 0 else np.empty_like(v) for i in range(3))
+            for x, y in zip(m.inverse_dynamics_gradient(*arguments, out=out), m.inverse_dynamics_gradient(q, v, a, a), strict=True):
+                np.testing.assert_array_equal(x, y)
 
 
 def test_power_is_the_rate_of_energy_and_the_heat(case):

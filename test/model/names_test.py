@@ -113,6 +113,7 @@ def test_every_method_that_takes_names_is_in_a_table():
         "reaction_request": "what reactions makes", "inverse_kinematics": "FRAMES", "parent": "joint_above", "builder": "no name of the model", "loads": "at, axes",
         "show": "viewer: joint()", "position_of": "takes a Joint", "velocity_of": "takes a Joint", "joint_index": "joint", "frame_link": "FRAMES",
         "inverse_dynamics_with_reactions": "requests", "with_drives": "refused for trees",
+        "inverse_dynamics_gradient": "weights of efforts, in the order of v",
     }  # fmt: skip
     entered = {name.split(",")[0] for table in (FRAMES, JOINTS, LINKS) for name in table}
     takes_external = {name for name, f in inspect.getmembers(ksl.Model, inspect.isfunction) if "external" in inspect.signature(f).parameters}

@@ -95,6 +95,7 @@ def test_exact_friction_is_for_inverse_dynamics_only():
         "forward_dynamics": lambda: m.forward_dynamics(Q, V, A),
         "forward_dynamics_by_mass_matrix": lambda: m.forward_dynamics_by_mass_matrix(Q, V, A),
         "inverse_dynamics_derivatives": lambda: m.inverse_dynamics_derivatives(Q, V, A),
+        "inverse_dynamics_gradient": lambda: m.inverse_dynamics_gradient(Q, V, A, A),
         "forward_dynamics_derivatives": lambda: m.forward_dynamics_derivatives(Q, V, A),
         "inverse_dynamics_second_derivatives": lambda: m.inverse_dynamics_second_derivatives(Q, V, A),
         "forward_dynamics_second_derivatives": lambda: m.forward_dynamics_second_derivatives(Q, V, A),

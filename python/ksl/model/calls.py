@@ -763,6 +763,19 @@ class Calls(LoopCalls):
             external = external_in(external, external_axes)
         return self._core.inverse_dynamics_derivatives(q, v, a, None, external, None, out, threads)
 
+    def inverse_dynamics_gradient(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, weights: ArrayLike, out: tuple[Array, Array, Array] | None = None, threads: int | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Gradients by q, v and a, each (…, nv), of a weighted sum of the efforts of inverse_dynamics.
+
+        weights (…, nv): what each effort counts.  They are the product of weights and :meth:`inverse_dynamics_derivatives`,
+        numpy.einsum("...i,...ik->...k", weights, derivative), at about three times the cost of :meth:`inverse_dynamics`: what an optimiser needs of a
+        cost, or training of a loss.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.
+        out: three arrays, one for each gradient.  q, v, a, threads: as in :meth:`inverse_dynamics`.
+        Reverse accumulation (Griewank and Walther, Evaluating Derivatives, 2008, chapter 3); O(bodies).
+        """
+        return self._core.inverse_dynamics_gradient(q, v, a, weights, None, None, out, threads)
+
     def stiffness(
         self, q: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None, external_axes: ExternalAxes = "link"
     ) -> Array:

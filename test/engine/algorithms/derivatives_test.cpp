@@ -3,6 +3,7 @@
 #include "derivatives_of.hpp"
 
 #include "ksl/engine/algorithms/derivatives/inverse_dynamics_derivatives.hpp"
+#include "ksl/engine/algorithms/derivatives/inverse_dynamics_gradient.hpp"
 #include "ksl/engine/algorithms/derivatives/reactions_derivatives.hpp"
 #include "ksl/engine/algorithms/derivatives/reactions_external_derivatives.hpp"
 
@@ -24,6 +25,59 @@ void check_inverse_dynamics(const ksl::model &m, const state &s) {
   ksl::inverse_dynamics_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), s.external(), D.data(), &D[n],
                                     &D[2 * n]);
   check_derivatives(function<decltype(tau)>{m, s, tau}, D, 1e-13);
+}
+
+/// Weights of the efforts of a state: each another number.
+template <class N> numbers<N> weights_of(const state &s) {
+  numbers<N> weights;
+  for (const double a : s.a)
+    weights.push_back(N(0.5 - a * a));
+  return weights;
+}
+
+/// The gradients are derivatives of the weighted sum; and those of the gradients, by dual numbers, are symmetric: by v and a of each other.
+void check_gradient(const ksl::model &m, const state &s) {
+  const auto sum = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a,
+                       const ksl::external_wrenches<T> &) {
+    numbers<T> tau(v.size());
+    const ksl::owned_workspace<ksl::inverse_dynamics_workspace<T>> w(m.view());
+    ksl::inverse_dynamics<T>(m.view(), *w, q.data(), v.data(), a.data(), {}, tau.data());
+    const numbers<T> weights = weights_of<T>(s);
+    T out(0.0);
+    for (std::size_t i = 0; i < tau.size(); ++i)
+      out = out + weights[i] * tau[i];
+    return numbers<T>{out};
+  };
+  const std::size_t n = s.v.size();
+  numbers<double> D(3 * n, NAN);
+  const numbers<double> weights = weights_of<double>(s);
+  const ksl::owned_workspace<ksl::inverse_dynamics_gradient_workspace<double>> w(m.view());
+  ksl::inverse_dynamics_gradient(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), weights.data(), D.data(), &D[n],
+                                 &D[2 * n]);
+  check_derivatives(function<decltype(sum)>{m, s, sum}, D, 1e-13);
+
+  const auto gradient = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a,
+                            const ksl::external_wrenches<T> &) {
+    numbers<T> by_q(n), by_v(n), by_a(n);
+    const ksl::owned_workspace<ksl::inverse_dynamics_gradient_workspace<T>> own(m.view());
+    ksl::inverse_dynamics_gradient<T>(m.view(), *own, q.data(), v.data(), a.data(), weights_of<T>(s).data(),
+                                      by_q.data(), by_v.data(), by_a.data());
+    by_v.insert(by_v.end(), by_a.begin(), by_a.end());
+    return by_v;
+  };
+  const function<decltype(gradient)> f{m, s, gradient};
+  double error = 0, scale = 1;
+  for (int k = 0; k < m.nv(); ++k) {
+    const numbers<double> by_v = f.derivative(1, k), by_a = f.derivative(2, k);
+    for (std::size_t i = 0; i < n; ++i) {
+      const double other = f.derivative(1, static_cast<int>(i))[static_cast<std::size_t>(k)];
+      error = std::fmax(error, std::fabs(by_v[i] - other)); // of v_i and v_k
+      error = std::fmax(error, std::fabs(by_a[i]));         // efforts have no products of v and a
+      error = std::fmax(error, std::fabs(by_a[n + i]));     // nor of two a
+      scale = std::fmax(scale, std::fabs(other));
+    }
+  }
+  CHECK(error <= 1e-13 * scale);
 }
 
 void check_reactions(const ksl::model &m, const state &s, ksl::reaction_request request) {
@@ -102,6 +156,19 @@ TEST_CASE("derivatives of inverse dynamics: every kind of joint") {
   const ksl::model m = ksl::load(KSL_EVERY_KIND);
   for (int turn = 0; turn < 5; ++turn)
     check_inverse_dynamics(m, random_state(m, random));
+}
+
+TEST_CASE("gradient of inverse dynamics: every kind of joint, and random trees") {
+  std::mt19937 random(11);
+  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  for (int turn = 0; turn < 5; ++turn)
+    check_gradient(m, random_state(m, random));
+  for (int turn = 0; turn < 40; ++turn) {
+    CAPTURE(turn);
+    const ksl::model tree = random_tree(2 + turn % 12, random);
+    if (tree.nv() > 0)
+      check_gradient(tree, random_state(tree, random));
+  }
 }
 
 TEST_CASE("derivatives of inverse dynamics: random trees") {
