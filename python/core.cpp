@@ -10,6 +10,7 @@
 #include "calls.hpp"
 #include "inverse_kinematics.hpp"
 #include "loops.hpp"
+#include "operators/binding.hpp"
 #include "simulate.hpp"
 #include "ksl/config.h"
 #include "load/robot_file.hpp"
@@ -326,6 +327,7 @@ NB_MODULE(_core, module) {
   simulation_calls::add_simulation(model);
   building::add_builder(module);
   add_loading(module);
+  operators::add_operators(module);
 }
 #undef PyInit__core
 

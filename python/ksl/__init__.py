@@ -14,7 +14,7 @@ What there is for users; help(ksl.load) and the like say more:
                   compare: a Comparison with other libraries
     motions       read_motion; motions.generate makes some
     algebra       Pose, Twist, Acceleration, Wrench, Momentum, Inertia: typed, with checked frames; ufuncs: the same over plain arrays
-    modules       simulation: controllers, brakes and results of m.simulate; identification, base_parameters, consistency; mjcf, states in MuJoCo's layout
+    modules       simulation: controllers, brakes and results of m.simulate; identification, base_parameters, consistency; mjcf, states in MuJoCo's layout; torch, jax
     errors        DescriptionError, MotionError, CaseError, ResultError, SizingError, SweepError, ViewerError, FrameError: all are ValueErrors
     warnings      DescriptionWarning, QuaternionWarning
 
@@ -28,9 +28,11 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl import base_parameters as base_parameters
     from ksl import consistency as consistency
     from ksl import identification as identification
+    from ksl import jax as jax
     from ksl import mjcf as mjcf
     from ksl import motions as motions
     from ksl import simulation as simulation
+    from ksl import torch as torch
     from ksl import ufuncs as ufuncs
     from ksl._core import __version__ as __version__
     from ksl.base.errors import CaseError as CaseError
@@ -110,9 +112,11 @@ _MODULES = {
     "base_parameters": "ksl.base_parameters",
     "consistency": "ksl.consistency",
     "identification": "ksl.identification",
+    "jax": "ksl.jax",
     "mjcf": "ksl.mjcf",
     "motions": "ksl.motions.generate",
     "simulation": "ksl.simulation",
+    "torch": "ksl.torch",
     "ufuncs": "ksl.ufuncs",
 }
 """Public modules, and what is imported when they are first used as `ksl.NAME`."""

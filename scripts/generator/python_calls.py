@@ -240,6 +240,12 @@ Model\\.(joints|links|loops)$:
 Model\\.joint_kinds$:
     joint_kinds: tuple[JointKind, ...]
 
+Operator\\.compute$:
+    def compute(self, stage: int, inputs: list[Any], outputs: list[Any], threads: int) -> None: ...
+
+^_core\\.xla_handler$:
+    xla_handler: Any
+
 ^_core\\.joint_kinds$:
     joint_kinds: tuple[JointKind, ...]
 

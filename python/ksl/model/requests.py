@@ -205,6 +205,28 @@ class Requests(Mechanism):
         )
 
 
+def core_of(model: Requests) -> _core.Model:
+    """The compiled model, for rooms that have compiled calls of their own."""
+    return model._core
+
+
+def request_of_links(model: Requests, names: Iterable[str] | None) -> _core.Links:
+    """The request of calls about links, as `frame_poses` takes names."""
+    return model._links_of(names)
+
+
+def request_of_frames(
+    model: Requests, names: Iterable[str] | None, axes: str, at: str, order: str, offset: ArrayLike | None = None, kind: str = "spatial"
+) -> _core.Links:
+    """The request of calls about motions of frames; keywords as in `frame_acceleration`."""
+    return model._frames_of(names, axes, at, order, offset, kind)
+
+
+def request_of_order(model: Requests, order: str) -> _core.Links | None:
+    """The request of results of six numbers that belong to no link."""
+    return model._order_of(order)
+
+
 def _names(names: Iterable[str] | None, what: str) -> tuple[str, ...] | str | None:
     """What a request can be kept by; one name stands for itself."""
     if names is None or isinstance(names, (str, tuple)):

@@ -1,0 +1,30 @@
+"""Dynamics that JAX differentiates: :func:`differentiable`."""
+
+from __future__ import annotations
+
+from ksl.model.model import Model
+
+try:
+    from ksl.operators.jax_arrays import JaxCalls
+except ModuleNotFoundError as e:
+    if e.name not in ("jax", "jaxlib"):
+        raise
+    raise ModuleNotFoundError("ksl.jax needs JAX; install it with: pip install 'ksl[jax]'", name=e.name) from None
+
+__all__ = ["JaxCalls", "differentiable"]
+
+
+def differentiable(model: Model, threads: int | None = None) -> JaxCalls:
+    """The calls of a model for JAX arrays, which JAX differentiates: :class:`ksl.operators.calls.Calls` has them all.
+
+    model: any but those with joints that close loops.  It is immutable, so that compiled programs may hold it.
+    threads: the most threads for large batches; None or 0 is all cores that the process may use.  Results don't depend on it.
+
+    Arrays are those of the CPU, float32 or float64, all of one type: others raise TypeError or ValueError, which name the argument.  A call costs
+    what the call of the model does, its gradient as docs/derivatives.md says: two and a half times that of inverse dynamics.
+
+        d = ksl.jax.differentiable(m)
+        by_q = jax.grad(lambda q: (d.inverse_dynamics(q, v, a) ** 2).sum())(q)      # (6,)
+        twist = jax.jit(d.frame_velocities)(q, v)[-1]                               # (6,): of the last link
+    """
+    return JaxCalls(model, threads)

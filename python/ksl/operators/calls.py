@@ -1,0 +1,155 @@
+"""The calls of models that differentiate, for arrays of any library."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Generic, TypeVar
+
+from ksl import _core
+from ksl.model.model import Model
+from ksl.model.requests import request_of_frames, request_of_links, request_of_order
+from ksl.model.states import Acceleration, Expressed, Order, Part, Point, Side
+from ksl.operators.operator import Operator
+
+_REQUESTS: dict[str, Callable[..., _core.Links | _core.Request | None]] = {
+    "links": request_of_links,
+    "frames": request_of_frames,
+    "order": request_of_order,
+    "joints": lambda model, *keywords: model.reaction_request(*keywords),
+}
+
+A = TypeVar("A")
+"""Arrays of the library."""
+
+
+class Calls(ABC, Generic[A]):
+    """Calls of a model that a library of arrays differentiates, in the forward and in the backward direction.
+
+    They are those of :class:`ksl.Model` of the same names, with the same conventions, shapes and units.  Arguments are arrays of the library,
+    float32 or float64, all of one type; leading shapes are broadcast.  One number stands for each coordinate: v=0.0.
+
+    q is nq numbers, and results are functions of all of them: quaternions are divided by their length first, so that a gradient by a quaternion
+    is at right angles to it.  :meth:`integrate` moves a position along a joint velocity instead.
+    parameters: the inertial parameters (links, 10) of all links, in place of the model's, which `model.parameters` are; or (…, links, 10), a set for
+    each state.  They are differentiated, too.  Masses must not be negative; that the inertias are possible is not checked.
+    NaN is passed on: a state that has one gives NaN, and the others don't notice.
+
+    Second derivatives: of inverse_dynamics, bias, gravity_torque, forward_dynamics and potential_energy, without parameters=.  Asking for
+    others raises NotImplementedError.
+    """
+
+    def __init__(self, model: Model, threads: int | None = None) -> None:
+        if not isinstance(model, Model):
+            raise TypeError(f"expected a ksl.Model, as ksl.load returns it, and not {type(model).__name__}")
+        if not (threads is None or (isinstance(threads, int) and not isinstance(threads, bool) and threads >= 0)):
+            raise ValueError(f"threads={threads!r}; expected how many threads to use at most, or None or 0 for all cores")
+        self.model = model
+        self._threads = min(threads or 0, 1 << 30)
+        self._kept: dict[tuple[str, int, bool], tuple[Operator, object]] = {}
+
+    @abstractmethod
+    def _apply(self, operator: Operator, arguments: Sequence[Any]) -> A:
+        """The result of an operator."""
+
+    @abstractmethod
+    def _is_differentiated(self, x: object) -> bool:
+        """Does the library differentiate by this, or trace it?"""
+
+    def _operator(self, name: str, parameters: bool, make: str = "", *arguments: Any) -> Operator:
+        """The operator, and its request by the function of `_REQUESTS` that makes it: once for the same request."""
+        request = _REQUESTS[make](self.model, *arguments) if make else None
+        key = (name, id(request), parameters)
+        if key not in self._kept:
+            self._kept[key] = Operator(self.model, name, request, parameters, self._threads), request  # which keeps its id
+        return self._kept[key][0]
+
+    def _call(self, name: str, arguments: Sequence[Any], parameters: Any = None, request: Sequence[Any] = ()) -> A:
+        if parameters is not None:
+            arguments = (*arguments, parameters)
+        return self._apply(self._operator(name, parameters is not None, *request), arguments)
+
+    def inverse_dynamics(self, q: A, v: A | float, a: A | float, parameters: A | None = None) -> A:
+        """Joint efforts (…, nv) that give accelerations a (…, nv) at q (…, nq) and v (…, nv); N m, N.
+
+        As :meth:`ksl.Model.inverse_dynamics`.  Derivatives: Singh, Russell, Wensing (RA-L 7(2), 2022), O(bodies × depth).
+        """
+        return self._call("inverse_dynamics", (q, v, a), parameters)
+
+    def bias(self, q: A, v: A | float, parameters: A | None = None) -> A:
+        """Efforts (…, nv) that hold velocities v (…, nv) without acceleration; N m, N.  As :meth:`ksl.Model.bias`."""
+        return self._call("bias", (q, v), parameters)
+
+    def gravity_torque(self, q: A, parameters: A | None = None) -> A:
+        """Efforts (…, nv) that hold the mechanism at rest at q (…, nq); N m, N.  As :meth:`ksl.Model.gravity_torque`."""
+        return self._call("gravity_torque", (q,), parameters)
+
+    def forward_dynamics(self, q: A, v: A | float, tau: A | float, parameters: A | None = None) -> A:
+        """Accelerations (…, nv) under joint efforts tau (…, nv); rad/s², m/s².
+
+        As :meth:`ksl.Model.forward_dynamics`.  Derivatives: Carpentier and Mansard (RSS 2018), O(nv² × depth); by parameters −M⁻¹ Y, Y being the
+        regressor of inverse dynamics.
+        """
+        return self._call("forward_dynamics", (q, v, tau), parameters)
+
+    def reactions(
+        self, q: A, v: A | float, a: A | float, parameters: A | None = None, *, on: Side = "child", at: Point = "joint", axes: str = "joint",
+        order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None,
+    ) -> A:  # fmt: skip
+        """The wrenches (…, joints, 6) through joints: what the parent side exerts on the child side; N, N m.
+
+        on, at, axes, order, part, joints: as in :meth:`ksl.Model.reactions`.  Derivatives: after Singh, Russell, Wensing (RA-L 7(2), 2022),
+        O(joints × nv); by parameters the regressor, O(joints × links).
+        """
+        if self._is_differentiated(at):
+            raise TypeError("reactions: at is an array that is differentiated or traced, and there is no derivative by it; give three plain numbers")
+        return self._call("reactions", (q, v, a), parameters, ("joints", on, at, axes, order, part, joints))
+
+    def mass_matrix(self, q: A) -> A:
+        """Mass matrix (…, nv, nv) at q (…, nq).  As :meth:`ksl.Model.mass_matrix`; its derivative costs O(nv × depth²)."""
+        return self._call("mass_matrix", (q,))
+
+    def kinetic_energy(self, q: A, v: A | float, parameters: A | None = None) -> A:
+        """Kinetic energy (…), J: the first result of :meth:`ksl.Model.energy`."""
+        return self._call("kinetic_energy", (q, v), parameters)
+
+    def potential_energy(self, q: A, parameters: A | None = None) -> A:
+        """Potential energy (…), J, of gravity, and of springs if the model's physics has them: the second result of :meth:`ksl.Model.energy`."""
+        return self._call("potential_energy", (q,), parameters)
+
+    def frame_poses(self, q: A, names: Iterable[str] | None = None) -> A:
+        """Poses (…, names, 4, 4) of links' frames in the world; m.  As :meth:`ksl.Model.frame_poses`."""
+        return self._call("frame_poses", (q,), request=("links", names))
+
+    def frame_velocities(
+        self, q: A, v: A | float, names: Iterable[str] | None = None, *, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang"
+    ) -> A:
+        """Twists (…, names, 6) of links' frames; m/s, rad/s.  As :meth:`ksl.Model.frame_velocities`."""
+        return self._call("frame_velocities", (q, v), request=("frames", names, axes, at, order))
+
+    def frame_accelerations(
+        self, q: A, v: A | float, a: A | float, names: Iterable[str] | None = None, *, kind: Acceleration = "spatial", axes: Expressed = "frame",
+        at: Expressed = "frame", order: Order = "lin_ang",
+    ) -> A:  # fmt: skip
+        """Accelerations (…, names, 6) of links' frames, without gravity; m/s², rad/s².  As :meth:`ksl.Model.frame_accelerations`."""
+        return self._call("frame_accelerations", (q, v, a), request=("frames", names, axes, at, order, None, kind))
+
+    def center_of_mass(self, q: A) -> A:
+        """Centre of mass (…, 3) in the world, m, of the links that move.  As :meth:`ksl.Model.center_of_mass`."""
+        return self._call("center_of_mass", (q,))
+
+    def centroidal_momentum(self, q: A, v: A | float, order: Order = "lin_ang") -> A:
+        """Momentum (…, 6) about the centre of mass, in the world's axes; kg m/s, kg m²/s.  As :meth:`ksl.Model.centroidal_momentum`."""
+        return self._call("centroidal_momentum", (q, v), request=("order", order))
+
+    def centroidal_momentum_rate(self, q: A, v: A | float, a: A | float, order: Order = "lin_ang") -> A:
+        """Rate (…, 6) of the centroidal momentum; N, N m.  As :meth:`ksl.Model.centroidal_momentum_rate`."""
+        return self._call("centroidal_momentum_rate", (q, v, a), request=("order", order))
+
+    def integrate(self, q: A, dv: A | float) -> A:
+        """Positions q ⊕ dv (…, nq): where q (…, nq) is after unit time at the joint velocity dv (…, nv).  As :meth:`ksl.Model.integrate`."""
+        return self._call("integrate", (q, dv))
+
+    def difference(self, q0: A, q1: A) -> A:
+        """Differences q1 ⊖ q0 (…, nv): the joint velocity that leads from q0 to q1 in unit time.  As :meth:`ksl.Model.difference`."""
+        return self._call("difference", (q0, q1))

@@ -1,0 +1,199 @@
+"""Operators for JAX: primitives, which compiled programs run in the extension on XLA's own arrays.
+
+Each stage is a primitive.  JVP is linear in the changes of inputs, and its transpose is VJP; JVP of JVP is SECOND_JVP, and so on.  All rules follow
+from these few, so that no operator has one of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.extend.core import Primitive
+from jax.interpreters import ad, batching, mlir
+
+from ksl import _core
+from ksl.operators.calls import Calls
+from ksl.operators.operator import Operator, Stage, arranged
+
+TARGET = "ksl_operator"
+
+jax.ffi.register_ffi_target(TARGET, _core.xla_handler, platform="cpu")
+
+PRIMITIVES = {stage: Primitive(f"ksl_{stage.name.lower()}") for stage in Stage}
+for _primitive in PRIMITIVES.values():
+    _primitive.multiple_results = True
+
+
+class JaxCalls(Calls[jax.Array]):
+    """Calls of a model on JAX arrays: `jit`, `grad`, `jvp`, `vmap` and their combinations."""
+
+    def _apply(self, operator: Operator, arguments: Sequence[Any]) -> jax.Array:
+        arrays = _of_one_type(operator, arguments)
+        rows, found = arranged(operator, arrays, jnp.broadcast_to)
+        (result,) = bind(Stage.VALUE, operator, rows)
+        return result.reshape(*found.leading, *operator.shape)
+
+    def _is_differentiated(self, x: object) -> bool:
+        return isinstance(x, jax.core.Tracer)
+
+
+def bind(stage: Stage, operator: Operator, arguments: Sequence[Any]) -> list[Any]:
+    return list(PRIMITIVES[stage].bind(*arguments, operator=operator))
+
+
+def _of_one_type(operator: Operator, arguments: Sequence[Any]) -> list[jax.Array]:
+    """JAX arrays of one precision on a device that can be reached; numbers and weakly typed arrays take that of the others."""
+    arrays = [jnp.asarray(x) for x in arguments]
+    strong = {name: x.dtype for name, x in zip(operator.inputs, arrays) if not x.weak_type}
+    types = set(strong.values()) or {jnp.result_type(float)}
+    found = ", ".join(f"{name} {x.dtype}" for name, x in zip(operator.inputs, arrays))
+    if len(types) > 1:
+        raise TypeError(f"{operator.name}: arguments have different types: {found}; give all float32 or all float64, by x.astype")
+    (dtype,) = types
+    if dtype not in (np.float32, np.float64):
+        raise TypeError(f"{operator.name}: arguments are {found}; expected float32 or float64, by x.astype")
+    for name, x in zip(operator.inputs, arrays):
+        _require_cpu(operator, name, x)
+    return [x.astype(dtype) for x in arrays]
+
+
+def _require_cpu(operator: Operator, name: str, x: jax.Array) -> None:
+    if isinstance(x, jax.core.Tracer):
+        return  # where it will be is known when the program is compiled
+    for device in x.devices():
+        if device.platform != "cpu":
+            raise ValueError(f"{operator.name}: {name} is on {device}, which KSL can't reach; move it by jax.device_put(x, jax.devices('cpu')[0])")
+
+
+def _shapes(stage: Stage, operator: Operator, first: Any) -> list[tuple[int, ...]]:
+    return operator.result_shapes(stage, *first.shape[:2])
+
+
+def _abstract(stage: Stage, *arguments: Any, operator: Operator) -> list[Any]:
+    return [jax.core.ShapedArray(shape, arguments[0].dtype) for shape in _shapes(stage, operator, arguments[0])]
+
+
+def _run(stage: Stage, *arguments: Any, operator: Operator) -> Any:
+    """Outside of any program: as a program of its own, compiled once for each shape."""
+    if stage not in operator.programs:
+        operator.programs[stage] = jax.jit(partial(PRIMITIVES[stage].bind, operator=operator))
+    return operator.programs[stage](*arguments)
+
+
+def _lower(stage: Stage, context: Any, *arguments: Any, operator: Operator) -> Any:
+    context.module_context.add_keepalive(operator)
+    rule = jax.ffi.ffi_lowering(TARGET)
+    return rule(context, *arguments, operator=np.int64(operator.number), stage=np.int64(stage), threads=np.int64(operator.threads))
+
+
+def _lower_elsewhere(context: Any, *_: Any, operator: Operator) -> Any:
+    platforms = ", ".join(context.module_context.platforms)
+    raise ValueError(f"{operator.name}: the program is for {platforms}, which KSL can't reach; give jax.jit arrays on jax.devices('cpu')[0]")
+
+
+def _changes(of: Sequence[Any], changes: Sequence[Any]) -> list[Any]:
+    """Changes as arrays, where JAX says that they are zero."""
+    return [jnp.zeros_like(x) if type(d) is ad.Zero else d for x, d in zip(of, changes)]
+
+
+def _all_zero(changes: Sequence[Any]) -> bool:
+    return all(type(d) is ad.Zero for d in changes)
+
+
+def _sum(parts: list[list[Any]]) -> list[Any]:
+    return [sum(each[1:], each[0]) for each in zip(*parts)]
+
+
+def _split(stage: Stage, operator: Operator, arguments: Sequence[Any]) -> list[Sequence[Any]]:
+    """What a stage is given: inputs, and for each of the rest, in which it is linear, a list."""
+    n = len(operator.inputs)
+    rest = {Stage.VALUE: [], Stage.JVP: [n], Stage.VJP: [1], Stage.SECOND_JVP: [n, n], Stage.SECOND_VJP: [1, n]}[stage]
+    parts, begin = [], 0
+    for count in [n, *rest]:
+        parts.append(arguments[begin : begin + count])
+        begin += count
+    return parts
+
+
+_NEXT = {Stage.VALUE: Stage.JVP, Stage.JVP: Stage.SECOND_JVP, Stage.VJP: Stage.SECOND_VJP}
+"""What the change of a stage along a change of the inputs is."""
+
+
+def _jvp(stage: Stage, primals: Sequence[Any], tangents: Sequence[Any], *, operator: Operator) -> tuple[list[Any], list[Any]]:
+    x, *linear = _split(stage, operator, primals)
+    dx, *others = _split(stage, operator, tangents)
+    result = bind(stage, operator, primals)
+    parts = []
+    if not _all_zero(dx):
+        if stage not in _NEXT:
+            raise NotImplementedError(f"{operator.name}: there are no third derivatives of it")
+        if stage is not Stage.VALUE:
+            operator.require_twice()
+        parts.append(bind(_NEXT[stage], operator, [*primals, *_changes(x, dx)]))
+    for i, change in enumerate(others):  # in which the stage is linear
+        if not _all_zero(change):
+            given = [*linear[:i], _changes(linear[i], change), *linear[i + 1 :]]
+            parts.append(bind(stage, operator, [*x, *(each for group in given for each in group)]))
+    return result, _sum(parts) if parts else [jnp.zeros_like(y) for y in result]
+
+
+def _transpose(stage: Stage, cotangents: Sequence[Any], *arguments: Any, operator: Operator) -> list[Any]:
+    """JVP and VJP are each other's transposes; so are the second ones by their cotangent, and each its own by its changes."""
+    x, *linear = _split(stage, operator, arguments)
+    groups, states = x[0].shape[:2]
+    shapes = operator.result_shapes(stage, groups, states)
+    given = [jnp.zeros(shape, x[0].dtype) if type(c) is ad.Zero else c for shape, c in zip(shapes, cotangents)]
+    which = next(i for i, part in enumerate(linear) if any(map(ad.is_undefined_primal, part)))
+    if stage is Stage.JVP:
+        found = bind(Stage.VJP, operator, [*x, *given])
+    elif stage is Stage.VJP:
+        found = bind(Stage.JVP, operator, [*x, *given])
+    elif stage is Stage.SECOND_JVP:
+        found = bind(Stage.SECOND_VJP, operator, [*x, *given, *linear[1 - which]])
+    elif which == 0:
+        found = bind(Stage.SECOND_JVP, operator, [*x, *given, *linear[1]])
+    else:
+        found = bind(Stage.SECOND_VJP, operator, [*x, *linear[0], *given])
+    parts: list[list[Any]] = [[None] * len(x), *([None] * len(part) for part in linear)]
+    parts[1 + which] = [f if ad.is_undefined_primal(old) else None for f, old in zip(found, linear[which])]
+    return [each for part in parts for each in part]
+
+
+def _kinds(stage: Stage, operator: Operator) -> list[bool]:
+    """Of each argument, whether it has a row for each group: parameters, and their changes."""
+    own = [name == "parameters" for name in operator.inputs]
+    return {Stage.VALUE: own, Stage.JVP: own * 2, Stage.VJP: [*own, False], Stage.SECOND_JVP: own * 3, Stage.SECOND_VJP: [*own, False, *own]}[stage]
+
+
+def _batch(stage: Stage, arguments: Sequence[Any], axes: Sequence[Any], *, operator: Operator) -> tuple[list[Any], list[int]]:
+    """The new axis joins that of states, or that of groups where parameters differ along it, or are differentiated."""
+    size = next(x.shape[axis] for x, axis in zip(arguments, axes) if axis is not None)
+    of_groups = _kinds(stage, operator)
+    apart = operator.parameters and (stage is Stage.VJP or any(g and axis is not None for g, axis in zip(of_groups, axes)))
+    rows = []
+    for x, axis, of_group in zip(arguments, axes, of_groups):
+        if of_group and not apart:
+            rows.append(x)
+            continue
+        whole = jnp.broadcast_to(x, (size, *x.shape)) if axis is None else jnp.moveaxis(x, axis, 0)
+        rows.append(whole.reshape(-1, *whole.shape[2:]) if apart else jnp.swapaxes(whole, 0, 1).reshape(whole.shape[1], -1, *whole.shape[3:]))
+    results = bind(stage, operator, rows)
+    if apart:
+        return [y.reshape(size, -1, *y.shape[1:]) for y in results], [0] * len(results)
+    return [y.reshape(y.shape[0], size, -1, *y.shape[2:]) for y in results], [1] * len(results)
+
+
+for _stage, _primitive in PRIMITIVES.items():
+    _primitive.def_impl(partial(_run, _stage))
+    _primitive.def_abstract_eval(partial(_abstract, _stage))
+    ad.primitive_jvps[_primitive] = partial(_jvp, _stage)
+    if _stage is not Stage.VALUE:
+        ad.primitive_transposes[_primitive] = partial(_transpose, _stage)
+    batching.primitive_batchers[_primitive] = partial(_batch, _stage)
+    mlir.register_lowering(_primitive, partial(_lower, _stage), platform="cpu")
+    mlir.register_lowering(_primitive, _lower_elsewhere)

@@ -1,0 +1,132 @@
+"""An operator of one model: what libraries of arrays differentiate, whatever they are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+from ksl import _core
+from ksl.model.model import Model
+from ksl.model.requests import core_of
+from ksl.operators.table import ROWS
+
+
+class Stage(IntEnum):
+    """What is computed, as in the extension.  x are the inputs, λ a cotangent of the result y."""
+
+    VALUE = 0
+    """x → y"""
+    JVP = 1
+    """x, dx → dy"""
+    VJP = 2
+    """x, λ → one cotangent for each x"""
+    SECOND_JVP = 3
+    """x, dx, dx₂ → the change of JVP along dx₂"""
+    SECOND_VJP = 4
+    """x, λ, dx₂ → the change of VJP along dx₂"""
+
+
+class Operator:
+    """A row of the table for a model and a request, with parameters of links as its last input or without.
+
+    Its arrays have three axes: inputs (groups, states, numbers), parameters (groups, links, 10): one set for the states of a group; the result
+    (groups, states, numbers).  It is itself, and hashed by identity: traced programs and caches hold it.
+    """
+
+    def __init__(self, model: Model, name: str, request: _core.Links | _core.Request | None, parameters: bool, threads: int) -> None:
+        row = ROWS[name]
+        self.name, self.row, self.threads, self.parameters = name, row, threads, parameters
+        self.core = _core.Operator(
+            core_of(model), row.value, row.result, row.lift, row.first, list(row.by), row.gradient, row.second, list(row.by_two),
+            row.regressor if parameters else "", row.by_parameters, row.solved, request,
+        )  # fmt: skip
+        self.number: int = self.core.number
+        """By which compiled programs name it."""
+        self.inputs: tuple[str, ...] = (*row.inputs, "parameters") if parameters else row.inputs
+        self.widths: tuple[int, ...] = tuple(self.core.widths)
+        self.shape: tuple[int, ...] = tuple(self.core.shape)
+        """Of the result of a state."""
+        self.numbers: int = math.prod(self.shape)
+        self.programs: dict[object, Any] = {}
+        """What a library has compiled for it."""
+
+    @property
+    def twice(self) -> bool:
+        """Has it second derivatives?"""
+        return bool(self.row.second) and not self.parameters
+
+    def require_twice(self) -> None:
+        """Raises NotImplementedError where it has no second derivatives."""
+        if not self.row.second:
+            raise NotImplementedError(f"{self.name}: there are no second derivatives of it; those that have some are {', '.join(n for n in ROWS if ROWS[n].second)}")
+        if self.parameters:
+            raise NotImplementedError(f"{self.name}: there are no second derivatives of it with parameters=; without them there are")
+
+    def result_shapes(self, stage: Stage, groups: int, states: int) -> list[tuple[int, ...]]:
+        """The shapes of what a stage returns."""
+        if stage in (Stage.VJP, Stage.SECOND_VJP):
+            return [self.input_shape(x, groups, states) for x in range(len(self.inputs))]
+        return [(groups, states, self.numbers)]
+
+    def input_shape(self, x: int, groups: int, states: int) -> tuple[int, ...]:
+        return (groups, self.widths[x] // 10, 10) if self.inputs[x] == "parameters" else (groups, states, self.widths[x])
+
+    def compute(self, stage: Stage, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
+        """Computes a stage on arrays of the CPU that are contiguous and of one precision, into others."""
+        self.core.compute(int(stage), list(inputs), list(outputs), self.threads)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How arguments of any leading shapes become arrays of three axes."""
+
+    leading: tuple[int, ...]
+    """Of the result."""
+    groups: int
+    """How many of its axes distinguish sets of parameters."""
+
+    def split(self) -> tuple[int, int]:
+        return math.prod(self.leading[: self.groups]), math.prod(self.leading[self.groups :])
+
+
+def layout(operator: Operator, shapes: Sequence[tuple[int, ...]]) -> Layout:
+    """The layout for arguments of these shapes.  Raises ValueError, which names the argument, for shapes that don't fit."""
+    leading: tuple[int, ...] = ()
+    groups = 0
+    for name, width, shape in zip(operator.inputs, operator.widths, shapes):
+        last = (width // 10, 10) if name == "parameters" else (width,)
+        if shape == () and name not in ("q", "q0", "q1", "parameters"):
+            continue  # one number stands for each coordinate
+        own = shape[: -len(last)]
+        if shape[len(own) :] != last or len(shape) < len(last):
+            numbers = {"parameters": "ten for each link", "q": "nq numbers for each state"}.get(name, "nq numbers for each state" if name in ("q0", "q1") else "nv numbers for each state")
+            raise ValueError(f"{operator.name}: {name} has shape {shape}; expected (…, {', '.join(map(str, last))}): {numbers}")
+        leading = _broadcast(leading, own, operator, shapes)
+        if name == "parameters" and any(n != 1 for n in own):  # the last input, so that `leading` is that of all
+            groups = len(leading) - next(i for i, n in enumerate(reversed(own)) if n != 1)
+    return Layout(leading, groups)
+
+
+def _broadcast(a: tuple[int, ...], b: tuple[int, ...], operator: Operator, shapes: Sequence[tuple[int, ...]]) -> tuple[int, ...]:
+    n = max(len(a), len(b))
+    pairs = list(zip((1,) * (n - len(a)) + a, (1,) * (n - len(b)) + b))
+    if any(x != y and 1 not in (x, y) for x, y in pairs):
+        found = ", ".join(f"{name} {shape}" for name, shape in zip(operator.inputs, shapes))
+        raise ValueError(f"{operator.name}: leading shapes don't broadcast: {found}")
+    return tuple(y if x == 1 else x for x, y in pairs)
+
+
+def arranged(operator: Operator, arrays: Sequence[Any], broadcast_to: Any) -> tuple[list[Any], Layout]:
+    """Arguments as arrays of three axes, by the library's own functions, which it differentiates; and how the result gets its shape again."""
+    found = layout(operator, [tuple(x.shape) for x in arrays])
+    groups, states = found.split()
+    rows = []
+    for name, width, x in zip(operator.inputs, operator.widths, arrays):
+        if name == "parameters":
+            rows.append(broadcast_to(x, (*found.leading[: found.groups], width // 10, 10) if found.groups else (width // 10, 10)).reshape(groups, width // 10, 10))
+        else:
+            rows.append(broadcast_to(x, (*found.leading, width)).reshape(groups, states, width))
+    return rows, found

@@ -1,0 +1,224 @@
+"""Operators for torch: functions of autograd, and custom operators of which `torch.compile` makes nodes of its graph.
+
+autograd differentiates JVP and VJP again, by the rules in `_Stage`.  Compiled graphs know reverse mode alone, which the custom operators have.
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Sequence
+from typing import Any, cast
+
+import torch
+from torch import Tensor
+
+from ksl.operators.calls import Calls
+from ksl.operators.operator import Operator, Stage, arranged
+
+
+class TorchCalls(Calls[Tensor]):
+    """Calls of a model on tensors: `backward`, `torch.func`, forward mode, `torch.compile`."""
+
+    def _apply(self, operator: Operator, arguments: Sequence[Any]) -> Tensor:
+        rows, found = arranged(operator, _of_one_type(operator, arguments), torch.broadcast_to)
+        if torch.compiler.is_compiling():
+            result = torch.ops.ksl.compute(rows, operator.number, int(Stage.VALUE))[0]
+        else:
+            result = _apply_stage(Stage.VALUE, operator, rows)[0]
+        return result.reshape(*found.leading, *operator.shape)
+
+    def _is_differentiated(self, x: object) -> bool:
+        return isinstance(x, Tensor)
+
+    @torch.compiler.assume_constant_result
+    def _operator(self, *arguments: Any) -> Operator:
+        operator = super()._operator(*arguments)
+        _BY_NUMBER[operator.number] = operator
+        return operator
+
+
+_BY_NUMBER: weakref.WeakValueDictionary[int, Operator] = weakref.WeakValueDictionary()
+"""Operators of compiled graphs, which name them by number."""
+
+
+def _of_one_type(operator: Operator, arguments: Sequence[Any]) -> list[Tensor]:
+    """Tensors of one precision on the CPU; numbers and other arrays, which don't differentiate, take the type of the tensors."""
+    given = [x for x in arguments if isinstance(x, Tensor)]
+    types = {x.dtype for x in given} or {torch.get_default_dtype()}
+    found = ", ".join(f"{name} {x.dtype}" for name, x in zip(operator.inputs, arguments) if isinstance(x, Tensor))
+    if len(types) > 1:
+        raise TypeError(f"{operator.name}: arguments have different types: {found}; give all float32 or all float64, by x.to")
+    (dtype,) = types
+    if dtype not in (torch.float32, torch.float64):
+        raise TypeError(f"{operator.name}: arguments are {found}; expected torch.float32 or torch.float64, by x.to")
+    for name, x in zip(operator.inputs, arguments):
+        if isinstance(x, Tensor) and (x.device.type != "cpu" or x.layout is not torch.strided):
+            where = x.device if x.device.type != "cpu" else x.layout
+            raise ValueError(f"{operator.name}: {name} is on {where}, which KSL can't reach; move it by {name}.cpu()" if x.device.type != "cpu" else f"{operator.name}: {name} is a tensor of {where}; expected a dense one, by {name}.to_dense()")
+    return [x if isinstance(x, Tensor) else torch.as_tensor(x, dtype=dtype) for x in arguments]
+
+
+def _compute(operator: Operator, stage: Stage, arguments: Sequence[Tensor]) -> list[Tensor]:
+    """Runs a stage.  The extension reads and writes the memory of the tensors."""
+    plain = [x.detach().resolve_neg().contiguous() for x in arguments]
+    groups, states = plain[0].shape[:2]
+    results = [torch.empty(shape, dtype=plain[0].dtype) for shape in operator.result_shapes(stage, groups, states)]
+    operator.compute(stage, plain, results)
+    return results
+
+
+def _split(stage: Stage, operator: Operator, arguments: Sequence[Any]) -> list[list[Any]]:
+    """What a stage is given: inputs, and for each of the rest, in which it is linear, a list."""
+    n = len(operator.inputs)
+    counts = {Stage.VALUE: [n], Stage.JVP: [n, n], Stage.VJP: [n, 1], Stage.SECOND_JVP: [n, n, n], Stage.SECOND_VJP: [n, 1, n]}[stage]
+    parts, begin = [], 0
+    for count in counts:
+        parts.append(list(arguments[begin : begin + count]))
+        begin += count
+    return parts
+
+
+def _filled(given: Sequence[Tensor | None], like: Sequence[Tensor]) -> list[Tensor]:
+    return [torch.zeros_like(x) if d is None else d for d, x in zip(given, like)]
+
+
+def _apply_stage(stage: Stage, operator: Operator, arguments: Sequence[Tensor]) -> tuple[Tensor, ...]:
+    return cast("tuple[Tensor, ...]", _Stage.apply(stage, operator, *arguments))
+
+
+class _Stage(torch.autograd.Function):
+    """A stage of an operator.  Arguments and results are tensors with three axes (:class:`ksl.operators.operator.Operator`)."""
+
+    @staticmethod
+    def forward(stage: Stage, operator: Operator, *arguments: Tensor) -> tuple[Tensor, ...]:
+        return tuple(_compute(operator, stage, arguments))
+
+    @staticmethod
+    def setup_context(ctx: Any, inputs: tuple[Any, ...], output: Any) -> None:
+        ctx.stage, ctx.operator, *arguments = inputs
+        ctx.save_for_backward(*arguments)
+        ctx.save_for_forward(*arguments)
+        ctx.set_materialize_grads(False)
+
+    @staticmethod
+    def backward(ctx: Any, *cotangents: Tensor | None) -> tuple[Tensor | None, ...]:
+        gradients = _backward(ctx.stage, ctx.operator, ctx.saved_tensors, cotangents, ctx.needs_input_grad[2:])
+        return None, None, *gradients
+
+    @staticmethod
+    def jvp(ctx: Any, *changes: Tensor | None) -> tuple[Tensor, ...]:
+        return _forward(ctx.stage, ctx.operator, ctx.saved_tensors, changes[2:])
+
+    @staticmethod
+    def vmap(info: Any, axes: tuple[Any, ...], stage: Stage, operator: Operator, *arguments: Tensor) -> tuple[tuple[Tensor, ...], tuple[int, ...]]:
+        return _mapped(info.batch_size, axes[2:], stage, operator, arguments)
+
+
+def _backward(
+    stage: Stage, operator: Operator, arguments: Sequence[Tensor], cotangents: Sequence[Tensor | None], needed: Sequence[bool]
+) -> list[Tensor | None]:
+    """The cotangents of the arguments of a stage: JVP and VJP are each other's transposes in what they are linear in."""
+    x, *linear = _split(stage, operator, arguments)
+    if all(c is None for c in cotangents):
+        return [None] * len(arguments)
+    groups, states = x[0].shape[:2]
+    shapes = operator.result_shapes(stage, groups, states)
+    given = [x[0].new_zeros(shape) if c is None else c for shape, c in zip(shapes, cotangents)]
+    wanted = _split(stage, operator, needed)
+    found: list[list[Tensor | None]] = [[None] * len(part) for part in (x, *linear)]
+    if any(wanted[0]):
+        found[0] = list(_of_inputs(stage, operator, x, linear, given))
+    for i in range(len(linear)):
+        if any(wanted[1 + i]):
+            found[1 + i] = list(_transposed(stage, operator, x, linear, given, i))
+    return [each if need else None for each, need in zip((each for part in found for each in part), needed)]
+
+
+def _of_inputs(stage: Stage, operator: Operator, x: list[Tensor], linear: list[list[Tensor]], given: list[Tensor]) -> Sequence[Tensor]:
+    """By the inputs, in which a stage isn't linear."""
+    if stage is Stage.VALUE:
+        return _apply_stage(Stage.VJP, operator, [*x, *given])
+    if stage not in (Stage.JVP, Stage.VJP):
+        raise NotImplementedError(f"{operator.name}: there are no third derivatives of it")
+    operator.require_twice()
+    if stage is Stage.JVP:  # of λ · (second derivative along dx and dx₂) along dx₂
+        return _apply_stage(Stage.SECOND_VJP, operator, [*x, *given, *linear[0]])
+    return _apply_stage(Stage.SECOND_VJP, operator, [*x, *linear[0], *given])
+
+
+def _transposed(stage: Stage, operator: Operator, x: list[Tensor], linear: list[list[Tensor]], given: list[Tensor], which: int) -> Sequence[Tensor]:
+    if stage is Stage.JVP:
+        return _apply_stage(Stage.VJP, operator, [*x, *given])
+    if stage is Stage.VJP:
+        return _apply_stage(Stage.JVP, operator, [*x, *given])
+    if stage is Stage.SECOND_JVP:
+        return _apply_stage(Stage.SECOND_VJP, operator, [*x, *given, *linear[1 - which]])
+    if which == 0:
+        return _apply_stage(Stage.SECOND_JVP, operator, [*x, *given, *linear[1]])
+    return _apply_stage(Stage.SECOND_VJP, operator, [*x, *linear[0], *given])
+
+
+_NEXT = {Stage.VALUE: Stage.JVP, Stage.JVP: Stage.SECOND_JVP, Stage.VJP: Stage.SECOND_VJP}
+
+
+def _forward(stage: Stage, operator: Operator, arguments: Sequence[Tensor], changes: Sequence[Tensor | None]) -> tuple[Tensor, ...]:
+    """The change of a stage along changes of its arguments."""
+    x, *linear = _split(stage, operator, arguments)
+    dx, *others = _split(stage, operator, changes)
+    parts = []
+    if any(d is not None for d in dx):
+        if stage not in _NEXT:
+            raise NotImplementedError(f"{operator.name}: there are no third derivatives of it")
+        if stage is not Stage.VALUE:
+            operator.require_twice()
+        parts.append(_apply_stage(_NEXT[stage], operator, [*arguments, *_filled(dx, x)]))
+    for i, change in enumerate(others):
+        if any(d is not None for d in change):
+            given = [*linear[:i], _filled(change, linear[i]), *linear[i + 1 :]]
+            parts.append(_apply_stage(stage, operator, [*x, *(each for group in given for each in group)]))
+    return tuple(sum(each[1:], each[0]) for each in zip(*parts))
+
+
+def _mapped(
+    size: int, axes: Sequence[int | None], stage: Stage, operator: Operator, arguments: Sequence[Tensor]
+) -> tuple[tuple[Tensor, ...], tuple[int, ...]]:
+    """The new axis joins that of states, or that of groups where parameters differ along it, or are differentiated."""
+    own = [name == "parameters" for name in operator.inputs]
+    of_groups = {Stage.VALUE: own, Stage.JVP: own * 2, Stage.VJP: [*own, False], Stage.SECOND_JVP: own * 3, Stage.SECOND_VJP: [*own, False, *own]}[stage]
+    apart = operator.parameters and (stage is Stage.VJP or any(g and axis is not None for g, axis in zip(of_groups, axes)))
+    rows = []
+    for x, axis, of_group in zip(arguments, axes, of_groups):
+        if of_group and not apart:
+            rows.append(x)
+            continue
+        whole = x.expand(size, *x.shape) if axis is None else x.movedim(axis, 0)
+        rows.append(whole.reshape(-1, *whole.shape[2:]) if apart else whole.swapaxes(0, 1).reshape(whole.shape[1], -1, *whole.shape[3:]))
+    results = _apply_stage(stage, operator, rows)
+    if apart:
+        return tuple(y.reshape(size, -1, *y.shape[1:]) for y in results), (0,) * len(results)
+    return tuple(y.reshape(y.shape[0], size, -1, *y.shape[2:]) for y in results), (1,) * len(results)
+
+
+@torch.library.custom_op("ksl::compute", mutates_args=())
+def _graph_node(arguments: list[Tensor], number: int, stage: int) -> list[Tensor]:
+    return _compute(_BY_NUMBER[number], Stage(stage), arguments)
+
+
+@_graph_node.register_fake
+def _(arguments: list[Tensor], number: int, stage: int) -> list[Tensor]:
+    groups, states = arguments[0].shape[:2]
+    return [arguments[0].new_empty(shape) for shape in _BY_NUMBER[number].result_shapes(Stage(stage), groups, states)]
+
+
+def _node_context(ctx: Any, inputs: tuple[Any, ...], output: Any) -> None:
+    arguments, ctx.number, ctx.stage = inputs
+    ctx.save_for_backward(*arguments)
+
+
+def _node_backward(ctx: Any, cotangents: list[Tensor]) -> tuple[Any, ...]:
+    if ctx.stage != Stage.VALUE:
+        raise NotImplementedError("compiled graphs have first derivatives alone; take second ones outside of torch.compile")
+    return torch.ops.ksl.compute([*ctx.saved_tensors, *cotangents], ctx.number, int(Stage.VJP)), None, None
+
+
+_graph_node.register_autograd(_node_backward, setup_context=_node_context)

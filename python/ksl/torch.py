@@ -1,0 +1,31 @@
+"""Dynamics that torch differentiates: :func:`differentiable`."""
+
+from __future__ import annotations
+
+from ksl.model.model import Model
+
+try:
+    from ksl.operators.torch_arrays import TorchCalls
+except ModuleNotFoundError as e:
+    if e.name != "torch":
+        raise
+    raise ModuleNotFoundError("ksl.torch needs torch; install it with: pip install 'ksl[torch]'", name=e.name) from None
+
+__all__ = ["TorchCalls", "differentiable"]
+
+
+def differentiable(model: Model, threads: int | None = None) -> TorchCalls:
+    """The calls of a model for tensors, which torch differentiates: :class:`ksl.operators.calls.Calls` has them all.
+
+    model: any but those with joints that close loops.  It is immutable, so that compiled programs may hold it.
+    threads: the most threads for large batches; None or 0 is all cores that the process may use.  Results don't depend on it.
+
+    Arrays are those of the CPU, float32 or float64, all of one type: others raise TypeError or ValueError, which name the argument.  A call costs
+    what the call of the model does, its gradient as docs/derivatives.md says: two and a half times that of inverse dynamics.
+
+        d = ksl.torch.differentiable(m)
+        q = torch.tensor(q, requires_grad=True)
+        (d.inverse_dynamics(q, v, a) ** 2).sum().backward()
+        by_q = q.grad                                                               # (6,)
+    """
+    return TorchCalls(model, threads)

@@ -1,0 +1,114 @@
+// The class Operator of the extension.  ksl.operators makes its objects, and gives arrays that fit.
+#pragma once
+
+#include "../calls.hpp"
+#include "ffi.hpp"
+
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <tuple>
+
+namespace operators {
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+/// An operator that Python holds.
+struct held {
+  std::shared_ptr<const operation> of;
+  std::int64_t number;
+
+  explicit held(std::shared_ptr<const operation> o) : of(std::move(o)), number(kept::add(of)) {}
+  held(const held &) = delete;
+  held &operator=(const held &) = delete;
+  ~held() { kept::remove(number); }
+};
+
+inline const ksl::algorithm_row *row_named(const std::string &name) {
+  if (name.empty())
+    return nullptr;
+  for (const ksl::algorithm_row *row : ksl::rows::all)
+    if (name == row->name)
+      return row;
+  throw nb::value_error(("no algorithm " + name).c_str());
+}
+
+inline lifted lift_named(const std::string &name) {
+  return name == "position" ? lifted::position : name == "poses" ? lifted::poses : lifted::plain;
+}
+
+using terms = std::vector<std::tuple<int, int, int>>;
+
+inline void init(held *self, const ksl::model &m, const std::string &value, int value_result, const std::string &lift,
+                 const std::string &first, std::vector<int> first_result, const std::string &gradient,
+                 const std::string &second, const terms &second_terms, const std::string &regressor,
+                 int regressor_result, bool solved, nb::handle request) {
+  description d;
+  d.value = row_named(value), d.value_result = value_result, d.lift = lift_named(lift);
+  d.first = row_named(first), d.first_result = std::move(first_result);
+  d.gradient = row_named(gradient), d.second = row_named(second);
+  for (const auto &[result, x, y] : second_terms)
+    d.second_terms.push_back({result, x, y});
+  d.regressor = row_named(regressor), d.regressor_result = regressor_result, d.solved = solved;
+  if (nb::isinstance<calls::link_request>(request)) {
+    const auto &links = nb::cast<const calls::link_request &>(request);
+    d.links = links.index, d.frame = links.frame;
+  } else if (nb::isinstance<calls::reactions_request>(request)) {
+    const auto &joints = nb::cast<const calls::reactions_request &>(request);
+    d.joint_links = joints.links, d.joints = joints.request, d.has_joints = true;
+  }
+  try {
+    new (self) held(std::make_shared<const operation>(m, std::move(d)));
+  } catch (const std::invalid_argument &e) {
+    throw nb::value_error(e.what());
+  }
+}
+
+template <class S> using read = nb::ndarray<const S, nb::c_contig, nb::device::cpu>;
+template <class S> using written = nb::ndarray<S, nb::c_contig, nb::device::cpu>;
+
+/// Computes a stage on arrays of ksl.operators: (groups, states, numbers), or (groups, links, 10).
+template <class S>
+void compute_arrays(const held &self, int what, const std::vector<read<S>> &in, const std::vector<written<S>> &out,
+                    int threads) {
+  const operation &of = *self.of;
+  const auto which = static_cast<stage>(what);
+  if (what < 0 || what >= stages || static_cast<int>(in.size()) != inputs_of(which, of.buffers()) ||
+      static_cast<int>(out.size()) != outputs_of(which, of.buffers()) || in[0].ndim() != 3)
+    throw nb::value_error("arrays don't fit the operator");
+  arrays<S> given;
+  given.groups = in[0].shape(0), given.states = in[0].shape(1);
+  for (const read<S> &x : in)
+    given.in.push_back(x.data());
+  for (const written<S> &x : out)
+    given.out.push_back(x.data());
+  std::optional<without_gil> released;
+  if (given.groups * given.states >= calls::states_worth_releasing)
+    released.emplace();
+  compute(of, which, given, threads);
+}
+
+inline void add_operators(nb::module_ &module) {
+  nb::class_<held>(module, "Operator", "An algorithm with its derivatives, for one model.")
+      .def("__init__", &init, "model"_a, "value"_a, "value_result"_a, "lift"_a, "first"_a, "first_result"_a,
+           "gradient"_a, "second"_a, "second_terms"_a, "regressor"_a, "regressor_result"_a, "solved"_a,
+           "request"_a.none())
+      .def_ro("number", &held::number, "By which compiled programs name it.")
+      .def_prop_ro("widths",
+                   [](const held &h) {
+                     std::vector<int> all;
+                     for (int x = 0; x < h.of->buffers(); ++x)
+                       all.push_back(h.of->width(x));
+                     return all;
+                   })
+      .def_prop_ro(
+          "shape", [](const held &h) { return h.of->result_shape(); }, "Of the result of a state.")
+      .def("compute", &compute_arrays<double>, "stage"_a, "inputs"_a, "outputs"_a, "threads"_a)
+      .def("compute", &compute_arrays<float>, "stage"_a, "inputs"_a, "outputs"_a, "threads"_a);
+  module.attr("xla_handler") = nb::capsule(reinterpret_cast<void *>(&ffi::handle));
+}
+
+} // namespace operators

@@ -1,0 +1,153 @@
+// An operator: an algorithm with the algorithms that compute its derivatives, for one model.
+//
+// All are computed in parts of the batch.  The Jacobians of a part are contracted with tangents or cotangents while they are in the
+// caches, and never leave them.
+#pragma once
+
+#include "tangent.hpp"
+
+#include "engine/algorithm_rows.hpp"
+#include "engine/arguments.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace operators {
+
+/// What is computed.  x are the inputs, the parameters of links last if the operator has them; y is the result.  jvp: the change of y along
+/// changes of x.  vjp: for a cotangent of y those of x.  The second ones: the change of these along further changes of x.
+///
+/// value: x → y.  jvp: x, dx → dy.  vjp: x, λ → one for each x.  second_jvp: x, dx, dx₂ → dy.  second_vjp: x, λ, dx₂ → one for each x.
+enum class stage : unsigned char { value, jvp, vjp, second_jvp, second_vjp };
+constexpr int stages = 5;
+
+/// How the result follows from what derivatives are of.  plain: it is that.  position: they are of the tangent of a position.
+/// poses: they are of twists in the axes of frames, and the result are their poses.
+enum class lifted : unsigned char { plain, position, poses };
+
+/// A result of the second derivatives: by input x, then by input y.
+struct second_term { int result, x, y; };
+
+struct description {
+  const ksl::algorithm_row *value = nullptr;
+  int value_result = 0; ///< which of its results
+  lifted lift = lifted::plain;
+  const ksl::algorithm_row *first = nullptr;
+  std::vector<int> first_result; ///< of each input, which of its results
+  /// Computes the products of cotangents, its input tau, and all first derivatives; null: they are multiplied.
+  const ksl::algorithm_row *gradient = nullptr;
+  const ksl::algorithm_row *second = nullptr; ///< null: there are none
+  std::vector<second_term> second_terms;
+  const ksl::algorithm_row *regressor = nullptr; ///< derivative by the parameters of links; null: they are no input
+  int regressor_result = 0;
+  bool solved = false; ///< that of the efforts, and the result are accelerations: y changes by −M⁻¹ times it
+  std::vector<int> links;
+  ksl::frame_options frame = {};
+  std::vector<int> joint_links;
+  ksl::reaction_request joints = {};
+  bool has_joints = false;
+};
+
+class operation {
+public:
+  /// Throws std::invalid_argument for models that an algorithm refuses.
+  operation(const ksl::model &m, description given)
+      : model_(m), given_(std::move(given)), tangent_(m), all_links_(m.links().size()) {
+    given_.joints.link = given_.joint_links.data();
+    given_.joints.n = static_cast<int>(given_.joint_links.size());
+    for (std::size_t i = 0; i < all_links_.size(); ++i)
+      all_links_[i] = static_cast<int>(i);
+    if (!m.loops().empty())
+      throw std::invalid_argument("operators are for trees, and this model has joints that close loops; give "
+                                  "model.without_loops() for the tree");
+    for (const ksl::algorithm_row *row : {given_.value, given_.first, given_.gradient, given_.second, given_.regressor})
+      if (row)
+        ksl::check_model(*row, m, [](const std::string &sentence) { throw std::invalid_argument(sentence); });
+  }
+  operation(const operation &) = delete;
+  operation &operator=(const operation &) = delete;
+
+  const ksl::model &model() const { return model_; }
+  const description &given() const { return given_; }
+  const tangent &positions() const { return tangent_; }
+  /// Without parameters of links.  Those of the algorithm that it doesn't have are zero.
+  int inputs() const { return static_cast<int>(given_.first_result.size()); }
+  bool has_parameters() const { return given_.regressor != nullptr; }
+  int buffers() const { return inputs() + (has_parameters() ? 1 : 0); } ///< with them
+  int parameters() const { return 10 * static_cast<int>(all_links_.size()); }
+
+  bool is_position(int x) const {
+    const ksl::input list = given_.value->input_list[x];
+    return list == ksl::input::q || list == ksl::input::q1;
+  }
+  /// How many numbers input x has; the last one may be the parameters.
+  int width(int x) const {
+    return x < inputs() ? ksl::length_of(given_.value->input_list[x], model_.nq(), model_.nv()) : parameters();
+  }
+  /// How many numbers a result of a row has.
+  std::ptrdiff_t numbers(const ksl::algorithm_row &row, int result) const {
+    return ksl::numbers_of(row.result[result], extents(row));
+  }
+  bool gives_reactions() const { return given_.value->request == ksl::request_kind::reactions; }
+  std::ptrdiff_t result_numbers() const {
+    return gives_reactions() ? std::ptrdiff_t(6) * given_.joints.n : numbers(*given_.value, given_.value_result);
+  }
+  /// The shape of the result of a state.
+  std::vector<int> result_shape() const {
+    if (gives_reactions())
+      return {given_.joints.n, 6};
+    const ksl::result_row &result = given_.value->result[given_.value_result];
+    std::vector<int> shape;
+    for (int i = 0; i < result.axes; ++i)
+      shape.push_back(ksl::length_of(result.shape[i], extents(*given_.value)));
+    return shape;
+  }
+  /// How many numbers derivatives are of: fewer than those of the result if that is lifted.
+  std::ptrdiff_t moving_numbers() const {
+    return given_.lift == lifted::position ? model_.nv()
+           : given_.lift == lifted::poses  ? 6 * static_cast<std::ptrdiff_t>(given_.links.size())
+                                           : result_numbers();
+  }
+
+  /// A batch of a row for these inputs; null for inputs that the row doesn't have.
+  template <class S> ksl::batch_view<S> batch(const ksl::algorithm_row &row, std::size_t n,
+                                              const std::vector<const S *> &inputs) const {
+    ksl::batch_view<S> b;
+    b.n = n;
+    for (int i = 0; i < this->inputs(); ++i)
+      if (const ksl::input list = given_.value->input_list[i]; row.reads(list))
+        ksl::input_of(b, list) = {inputs[static_cast<std::size_t>(i)], width(i)};
+    const std::vector<int> &links = links_of(row);
+    b.links = {static_cast<int>(links.size()), links.data()};
+    b.frame = given_.frame;
+    if (given_.has_joints)
+      b.joints = &given_.joints;
+    return b;
+  }
+
+private:
+  /// Regressors are by all links.
+  const std::vector<int> &links_of(const ksl::algorithm_row &row) const {
+    return &row == given_.regressor ? all_links_ : given_.links;
+  }
+  ksl::extents extents(const ksl::algorithm_row &row) const {
+    return {model_.nq(),
+            model_.nv(),
+            static_cast<int>(links_of(row).size()),
+            given_.joints.n,
+            model_.tree_elements(),
+            static_cast<int>(all_links_.size()),
+            0};
+  }
+
+  const ksl::model model_;
+  description given_;
+  const tangent tangent_;
+  std::vector<int> all_links_;
+};
+
+} // namespace operators

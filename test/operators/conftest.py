@@ -1,0 +1,7 @@
+import pytest
+from operator_cases import ROBOTS, robot_named
+
+
+@pytest.fixture(scope="module", params=ROBOTS)
+def robot(request):
+    return robot_named(request.param)

@@ -1,0 +1,192 @@
+"""ksl.jax: gradients of every operator in both directions, batches, programs, precision, and what is refused."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from operator_cases import arguments, robot_named
+
+os.environ.setdefault("JAX_PLATFORMS", "cpu")
+jax = pytest.importorskip("jax", reason="needs JAX: pip install 'ksl[jax]'")
+import jax.numpy as jnp
+from jax.test_util import check_grads
+
+import ksl.jax
+from ksl.operators.table import ROWS
+
+LINKS = {"frame_poses", "frame_velocities", "frame_accelerations"}
+
+
+@pytest.fixture(autouse=True)
+def double():
+    """Double precision, as differences need it; JAX counts in single precision unless it is told."""
+    with jax.enable_x64(True):
+        yield
+
+
+def call_of(m, name):
+    """A function of the operator's arguments."""
+    call = getattr(ksl.jax.differentiable(m), name)
+    if name in LINKS:
+        return lambda *x: call(*x, [m.link_names[-1], m.link_names[1]])
+    if name == "reactions":
+        return lambda *x: call(*x, joints=[j.name for j in m.joints][:3], at="world", axes=m.link_names[-1])
+    return call
+
+
+def given_to(m, name, parameters=False, n=2, seed=0):
+    row = ROWS[name]
+    names = (*row.inputs, "parameters") if parameters else row.inputs
+    return [jnp.asarray(x) for x in arguments(m, names, np.random.default_rng(seed), n)]
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_gradients(robot, name):
+    x = given_to(robot, name)
+    order = 2 if ROWS[name].second else 1
+    check_grads(call_of(robot, name), x, order=order, atol=1e-4, rtol=1e-4)
+
+
+@pytest.mark.parametrize("name", [name for name in ROWS if ROWS[name].regressor])
+def test_gradients_by_parameters(robot, name):
+    x = given_to(robot, name, parameters=True)
+    check_grads(call_of(robot, name), x, order=1, atol=1e-4, rtol=1e-4)
+
+
+def test_values_are_those_of_the_model(robot):
+    q, v, a = (np.asarray(x) for x in given_to(robot, "inverse_dynamics", n=7))
+    d = ksl.jax.differentiable(robot)
+    unit = robot.integrate(q / 1.0, 0.0) if not any(j.quaternion is not None for j in robot.joints) else np.asarray(d.integrate(q, 0.0))
+    np.testing.assert_allclose(d.inverse_dynamics(q, v, a), robot.inverse_dynamics(unit, v, a), rtol=1e-11, atol=1e-11)
+    np.testing.assert_allclose(d.mass_matrix(q), robot.mass_matrix(unit), rtol=1e-11, atol=1e-12)
+    assert d.kinetic_energy(q, v).shape == (7,) and d.frame_poses(q).shape == (7, len(robot.links), 4, 4)
+
+
+def test_maps_and_programs():
+    """vmap over any argument, over parameters too, inside and outside of jit, of grad, and of maps."""
+    m = robot_named("floating")
+    d = ksl.jax.differentiable(m)
+    q, v, a = given_to(m, "inverse_dynamics", n=6)
+    p = jnp.asarray(m.parameters) * jnp.linspace(0.9, 1.1, 6)[:, None, None]
+    f = d.inverse_dynamics
+    np.testing.assert_array_equal(jax.jit(jax.vmap(f))(q, v, a), f(q, v, a))
+    np.testing.assert_array_equal(jax.vmap(f, in_axes=(None, 1, None), out_axes=1)(q[0], v.T, a[0]).T, f(q[0], v, a[0]))
+    apart = jnp.stack([f(q[i], v[i], a[i], p[i]) for i in range(6)])
+    np.testing.assert_array_equal(jax.vmap(f)(q, v, a, p), apart)
+    np.testing.assert_array_equal(f(q, v, a, p), apart)
+    cost = lambda q, v, a, p: (f(q, v, a, p) ** 2).sum()
+    each = jax.vmap(jax.grad(cost, argnums=(0, 3)))(q, v, a, p)
+    alone = [jax.grad(cost, argnums=(0, 3))(q[i], v[i], a[i], p[i]) for i in range(6)]
+    for found, expected in zip(each, zip(*alone)):
+        np.testing.assert_allclose(found, jnp.stack(expected), rtol=1e-12, atol=1e-12)
+    shared = jax.vmap(jax.grad(cost, argnums=3), in_axes=(0, 0, 0, None))(q, v, a, p[0])
+    np.testing.assert_allclose(shared.sum(0), jax.grad(cost, argnums=3)(q, v, a, p[0]), rtol=1e-10, atol=1e-10)
+    nested = jax.vmap(jax.vmap(f, in_axes=(None, 0, None)), in_axes=(0, None, 0))(q, v, a)
+    np.testing.assert_array_equal(nested[2, 4], f(q[2], v[4], a[2]))
+
+
+def test_second_derivatives_in_all_directions():
+    m = robot_named("physics")
+    f = ksl.jax.differentiable(m).forward_dynamics
+    x = [a[0] for a in given_to(m, "forward_dynamics")]
+    expected = m.forward_dynamics_second_derivatives(*map(np.asarray, x))[2]  # by q and v
+    for outer in (jax.jacfwd, jax.jacrev):
+        for inner in (jax.jacfwd, jax.jacrev):
+            np.testing.assert_allclose(outer(inner(f, 0), 1)(*x), expected, rtol=1e-9, atol=1e-9)
+
+
+def test_gradients_along_joint_velocities(robot):
+    """Those of the engine are the gradients by a displacement of the position."""
+    d = ksl.jax.differentiable(robot)
+    q, v, a = (x[0] for x in given_to(robot, "inverse_dynamics"))
+    q = d.integrate(q, 0.0)  # of unit length
+    weights = jnp.linspace(-1, 1, robot.nv)
+    found = jax.grad(lambda dv: weights @ d.inverse_dynamics(d.integrate(q, dv), v, a))(jnp.zeros(robot.nv))
+    np.testing.assert_allclose(found, robot.inverse_dynamics_gradient(*map(np.asarray, (q, v, a, weights)))[0], rtol=1e-10, atol=1e-10)
+    by_numbers = jax.grad(lambda q: weights @ d.inverse_dynamics(q, v, a))(q)
+    for j in robot.joints:
+        if j.quaternion is not None and j.nq:
+            part = slice(j.q_index + j.quaternion, j.q_index + j.quaternion + 4)
+            assert abs(by_numbers[part] @ q[part]) < 1e-10 * abs(by_numbers).max()
+
+
+def test_precision_and_numbers_for_all_coordinates():
+    m = robot_named("physics")
+    d = ksl.jax.differentiable(m)
+    q, v, a = given_to(m, "inverse_dynamics", n=3)
+    single = d.inverse_dynamics(*(x.astype(jnp.float32) for x in (q, v, a)))
+    assert single.dtype == jnp.float32
+    np.testing.assert_allclose(single, d.inverse_dynamics(q, v, a), rtol=1e-3, atol=1e-2)
+    assert d.inverse_dynamics(q.astype(jnp.float32), 0.0, 0).dtype == jnp.float32
+    np.testing.assert_array_equal(d.inverse_dynamics(q, 0.0, 0.0), d.gravity_torque(q))
+
+
+def test_scans_and_gradients_through_them():
+    """A simulation of ten steps, differentiated by its first velocity, against differences."""
+    m = robot_named("every kind")
+    d = ksl.jax.differentiable(m)
+
+    def end(v0):
+        def step(state, _):
+            q, v = state
+            v = v + 0.01 * d.forward_dynamics(q, v, 0.0)
+            return (d.integrate(q, 0.01 * v), v), None
+
+        (q, v), _ = jax.lax.scan(step, (jnp.asarray(m.neutral()), v0), None, length=10)
+        return d.kinetic_energy(q, v) + d.potential_energy(q)
+
+    v0 = given_to(m, "bias", n=1)[1][0] * 0.3
+    check_grads(jax.jit(end), (v0,), order=1, atol=1e-4, rtol=1e-4)
+
+
+def test_what_is_refused():
+    m = robot_named("physics")
+    d = ksl.jax.differentiable(m)
+    q, v, a = given_to(m, "inverse_dynamics")
+    with pytest.raises(TypeError, match="inverse_dynamics: arguments have different types: q float64, v float32, a float64; give all float32 or all float64, by x.astype"):
+        d.inverse_dynamics(q, v.astype(jnp.float32), a)
+    with pytest.raises(TypeError, match="expected float32 or float64"):
+        d.gravity_torque(q.astype(jnp.float16))
+    with pytest.raises(TypeError, match="expected float32 or float64"):
+        d.gravity_torque(jnp.zeros(6, int))
+    with pytest.raises(ValueError, match=r"gravity_torque: q has shape \(2, 5\); expected \(…, 6\): nq numbers for each state"):
+        jax.jit(d.gravity_torque)(q[:, :5])
+    with pytest.raises(TypeError, match="reactions: at is an array that is differentiated or traced, and there is no derivative by it; give three plain numbers"):
+        jax.grad(lambda at: d.reactions(q, v, a, at=at).sum())(jnp.zeros(3))
+    with pytest.raises(NotImplementedError, match="reactions: there are no second derivatives of it"):
+        jax.hessian(lambda q: d.reactions(q, v, a).sum())(q)
+    with pytest.raises(NotImplementedError, match="inverse_dynamics: there are no third derivatives of it"):
+        jax.jacfwd(jax.hessian(lambda q: d.inverse_dynamics(q, v, a).sum()))(q)
+    with pytest.raises(NotImplementedError, match="there are no second derivatives of it with parameters="):
+        jax.hessian(lambda q: d.inverse_dynamics(q, v, a, m.parameters).sum())(q)
+    with pytest.raises(TypeError, match="expected a ksl.Model, as ksl.load returns it, and not str"):
+        ksl.jax.differentiable("robot.urdf")
+    with pytest.raises(ValueError, match="threads=-1; expected how many threads"):
+        ksl.jax.differentiable(m, threads=-1)
+    negative = jnp.asarray(m.parameters).at[3, 0].set(-1.0)
+    with pytest.raises(Exception, match=f"ksl: link {m.link_names[3]}: "):
+        jax.block_until_ready(d.inverse_dynamics(q, v, a, negative))
+
+
+def test_a_program_for_another_device_is_refused_when_it_is_compiled():
+    m = robot_named("physics")
+    d = ksl.jax.differentiable(m)
+    with pytest.raises(ValueError, match="gravity_torque: the program is for cuda, which KSL can't reach; give jax.jit arrays on jax.devices"):
+        jax.jit(d.gravity_torque).trace(jnp.zeros(6)).lower(lowering_platforms=("cuda",))
+
+
+def test_programs_outlive_the_calls_that_they_are_made_of():
+    m = robot_named("physics")
+    program = jax.jit(ksl.jax.differentiable(m).gravity_torque).lower(jnp.zeros(6)).compile()
+    import gc
+
+    gc.collect()
+    np.testing.assert_array_equal(program(jnp.zeros(6)), m.gravity_torque(np.zeros(6)))
+
+
+def test_without_jax_the_command_that_brings_it_is_named():
+    code = "import sys\nsys.modules['jax'] = None\ntry:\n    import ksl.jax\nexcept ModuleNotFoundError as e:\n    print(e)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout == "ksl.jax needs JAX; install it with: pip install 'ksl[jax]'\n", done.stderr

@@ -1,0 +1,138 @@
+"""ksl.torch: gradients of every operator in both directions, batches, compiled graphs, precision, and what is refused."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from operator_cases import arguments, robot_named
+
+torch = pytest.importorskip("torch", reason="needs torch: pip install 'ksl[torch]'")
+from torch.autograd import gradcheck, gradgradcheck
+from torch.autograd import forward_ad
+
+import ksl.torch
+from ksl.operators.table import ROWS
+
+LINKS = {"frame_poses", "frame_velocities", "frame_accelerations"}
+
+
+def call_of(m, name):
+    """A function of the operator's arguments."""
+    call = getattr(ksl.torch.differentiable(m), name)
+    if name in LINKS:
+        return lambda *x: call(*x, [m.link_names[-1], m.link_names[1]])
+    if name == "reactions":
+        return lambda *x: call(*x, joints=[j.name for j in m.joints][:3], at="world", axes=m.link_names[-1])
+    return call
+
+
+def given_to(m, name, parameters=False, n=2, seed=0, requires_grad=True):
+    row = ROWS[name]
+    names = (*row.inputs, "parameters") if parameters else row.inputs
+    return tuple(torch.tensor(x, requires_grad=requires_grad) for x in arguments(m, names, np.random.default_rng(seed), n))
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_gradients(robot, name):
+    x = given_to(robot, name)
+    assert gradcheck(call_of(robot, name), x, check_forward_ad=True, atol=1e-4, rtol=1e-4)
+    if ROWS[name].second:
+        assert gradgradcheck(call_of(robot, name), x, check_fwd_over_rev=True, check_rev_over_rev=True, atol=1e-4, rtol=1e-4)
+
+
+@pytest.mark.parametrize("name", [name for name in ROWS if ROWS[name].regressor])
+def test_gradients_by_parameters(robot, name):
+    x = given_to(robot, name, parameters=True)
+    assert gradcheck(call_of(robot, name), x, check_forward_ad=True, atol=1e-4, rtol=1e-4)
+
+
+def test_functions_of_functions():
+    """torch.func: maps over any argument, over parameters too, and second derivatives in all directions."""
+    m = robot_named("floating")
+    d = ksl.torch.differentiable(m)
+    q, v, a = given_to(m, "inverse_dynamics", n=5, requires_grad=False)
+    p = torch.tensor(m.parameters) * torch.linspace(0.9, 1.1, 5)[:, None, None]
+    f, func = d.inverse_dynamics, torch.func
+    torch.testing.assert_close(func.vmap(f)(q, v, a), f(q, v, a), rtol=0, atol=0)
+    torch.testing.assert_close(func.vmap(f, in_dims=(None, 1, None), out_dims=1)(q[0], v.T, a[0]).T, f(q[0], v, a[0]), rtol=0, atol=0)
+    apart = torch.stack([f(q[i], v[i], a[i], p[i]) for i in range(5)])
+    torch.testing.assert_close(func.vmap(f)(q, v, a, p), apart, rtol=0, atol=0)
+    torch.testing.assert_close(f(q, v, a, p), apart, rtol=0, atol=0)
+    cost = lambda q, v, a, p: (f(q, v, a, p) ** 2).sum()
+    shared = func.vmap(func.grad(cost, argnums=3), in_dims=(0, 0, 0, None))(q, v, a, p[0])
+    torch.testing.assert_close(shared.sum(0), func.grad(cost, argnums=3)(q, v, a, p[0]), rtol=1e-10, atol=1e-10)
+    of = lambda q, v: d.forward_dynamics(q, v, a[0])
+    expected = func.jacfwd(func.jacfwd(of, 0), 1)(q[0], v[0])
+    for outer in (func.jacfwd, func.jacrev):
+        for inner in (func.jacfwd, func.jacrev):
+            torch.testing.assert_close(outer(inner(of, 0), 1)(q[0], v[0]), expected, rtol=1e-9, atol=1e-9)
+
+
+def test_forward_mode():
+    m = robot_named("physics")
+    d = ksl.torch.differentiable(m)
+    q, v, a = given_to(m, "inverse_dynamics", requires_grad=False)
+    with forward_ad.dual_level():
+        found = forward_ad.unpack_dual(d.inverse_dynamics(forward_ad.make_dual(q, v), v, a)).tangent
+    expected = np.einsum("nik,nk->ni", m.inverse_dynamics_derivatives(q.numpy(), v.numpy(), a.numpy())[0], v.numpy())
+    np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-11)
+
+
+def test_compiled_graphs():
+    """Whole graphs, without a break, by the backend that compiles nothing, since a compiler needn't be there."""
+    m = robot_named("floating")
+    d = ksl.torch.differentiable(m)
+    p = torch.tensor(m.parameters, requires_grad=True)
+    q, v, a = given_to(m, "inverse_dynamics")
+
+    def cost(q, v, a, p):
+        wrench = d.reactions(q, v, a, p, joints=[m.joint_names[1]])
+        return (d.inverse_dynamics(q, v, a, p) ** 2).sum() + (wrench**2).sum() + d.frame_poses(q)[..., :3, 3].sum()
+
+    found = torch.autograd.grad(torch.compile(cost, fullgraph=True, backend="aot_eager")(q, v, a, p), (q, v, a, p))
+    for one, other in zip(found, torch.autograd.grad(cost(q, v, a, p), (q, v, a, p))):
+        torch.testing.assert_close(one, other, rtol=1e-12, atol=1e-12)
+
+
+def test_precision_numbers_and_arrays():
+    m = robot_named("physics")
+    d = ksl.torch.differentiable(m)
+    q, v, a = given_to(m, "inverse_dynamics", n=3, requires_grad=False)
+    assert d.inverse_dynamics(q.float(), v.float(), a.float()).dtype == torch.float32
+    torch.testing.assert_close(d.inverse_dynamics(q, 0.0, 0.0), d.gravity_torque(q), rtol=0, atol=0)
+    torch.testing.assert_close(d.inverse_dynamics(q, v.numpy(), a.tolist()), d.inverse_dynamics(q, v, a), rtol=0, atol=0)
+    crossed = torch.stack([q, q], dim=-1)[..., 0]  # numbers of a row are no neighbours
+    assert not crossed.is_contiguous()
+    torch.testing.assert_close(d.inverse_dynamics(crossed, v, a), d.inverse_dynamics(q, v, a), rtol=0, atol=0)
+
+
+def test_what_is_refused():
+    m = robot_named("physics")
+    d = ksl.torch.differentiable(m)
+    q, v, a = given_to(m, "inverse_dynamics")
+    with pytest.raises(TypeError, match=r"inverse_dynamics: arguments have different types: q torch.float64, v torch.float32, a torch.float64; give all float32 or all float64, by x.to"):
+        d.inverse_dynamics(q, v.float(), a)
+    with pytest.raises(TypeError, match=r"expected torch.float32 or torch.float64"):
+        d.gravity_torque(q.half())
+    with pytest.raises(ValueError, match=r"gravity_torque: q is on meta, which KSL can't reach; move it by q.cpu\(\)"):
+        d.gravity_torque(torch.zeros(6, device="meta"))
+    with pytest.raises(ValueError, match=r"gravity_torque: q is a tensor of torch.sparse_coo; expected a dense one, by q.to_dense\(\)"):
+        d.gravity_torque(torch.zeros(2, 6).to_sparse())
+    with pytest.raises(ValueError, match=r"gravity_torque: q has shape \(2, 5\); expected \(…, 6\)"):
+        d.gravity_torque(q[:, :5])
+    with pytest.raises(TypeError, match="reactions: at is an array that is differentiated or traced, and there is no derivative by it; give three plain numbers"):
+        d.reactions(q, v, a, at=torch.zeros(3, requires_grad=True))
+    with pytest.raises(NotImplementedError, match="reactions: there are no second derivatives of it"):
+        (g,) = torch.autograd.grad((d.reactions(q, v, a) ** 2).sum(), q, create_graph=True)
+        g.sum().backward()
+    with pytest.raises(ksl.DescriptionError, match=f"link {m.link_names[3]}: "):
+        p = torch.tensor(m.parameters)
+        p[3, 0] = -1
+        d.inverse_dynamics(q, v, a, p)
+
+
+def test_without_torch_the_command_that_brings_it_is_named():
+    code = "import sys\nsys.modules['torch'] = None\ntry:\n    import ksl.torch\nexcept ModuleNotFoundError as e:\n    print(e)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout == "ksl.torch needs torch; install it with: pip install 'ksl[torch]'\n", done.stderr
