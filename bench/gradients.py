@@ -1,10 +1,10 @@
-"""Efforts of inverse dynamics and their gradients in JAX, beside other code for JAX and beside calls through jax.pure_callback.
+"""Efforts of inverse dynamics and their gradients in JAX and torch, beside other code for these and beside calls through jax.pure_callback.
 
     python bench/gradients.py [--states 4096] [--robot ROBOT.urdf] [--turns 31]
 
 One core.  Each way computes tau, and the gradients of Σ weights · tau by q, v and a, in double precision, of the same states, in one compiled program; all
 must agree to 1e-6 of the largest number.  They take turns; a figure is the median of their processor times.  Peers that aren't installed are left
-out: pip install frax mujoco-mjx jaxsim adam-robotics.
+out: pip install torch frax mujoco-mjx jaxsim adam-robotics.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 os.environ |= {"JAX_PLATFORMS": "cpu", "JAX_ENABLE_X64": "1", "OMP_NUM_THREADS": "1", "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false"}
 if hasattr(os, "sched_setaffinity"):
@@ -132,6 +133,46 @@ def of_adam(m: ksl.Model, path: Path) -> Way:
     return batch
 
 
+def in_torch(make: Callable[[ksl.Model, Path], Callable[..., Any]]) -> Callable[[ksl.Model, Path, list[jax.Array], jax.Array], Callable[..., list[np.ndarray]]]:
+    """Efforts and gradients in torch, which runs no compiled program."""
+
+    def program(m, path, x, weights):
+        import torch
+
+        torch.set_num_threads(1)
+        tau = make(m, path)
+        given = [torch.tensor(np.asarray(y), requires_grad=True) for y in x]
+        w = torch.tensor(np.asarray(weights))
+
+        def compute(*_):
+            y = tau(*given)
+            return [each.detach().numpy() for each in (y, *torch.autograd.grad(y, given, w))]
+
+        return compute
+
+    return program
+
+
+def of_torch(m: ksl.Model, path: Path) -> Callable[..., Any]:
+    import ksl.torch
+
+    return ksl.torch.differentiable(m, threads=1).inverse_dynamics
+
+
+def of_adam_torch(m: ksl.Model, path: Path) -> Callable[..., Any]:
+    import torch
+    from adam.pytorch import KinDynComputations
+
+    robot = KinDynComputations(str(path), list(m.joint_names), dtype=torch.float64, gravity=torch.tensor([0, 0, -9.81, 0, 0, 0], dtype=torch.float64))
+
+    def batch(q, v, a):
+        base = torch.eye(4, dtype=q.dtype).expand(len(q), 4, 4)
+        still = torch.zeros(len(q), 6, dtype=q.dtype)
+        return torch.einsum("nij,nj->ni", robot.mass_matrix(base, q)[:, 6:, 6:], a) + robot.bias_force(base, q, still, v)[:, 6:]
+
+    return batch
+
+
 def both(tau: Way, weights: jax.Array) -> Callable[..., list[jax.Array]]:
     """Efforts and gradients in one program."""
 
@@ -178,15 +219,18 @@ def main() -> None:
     x = [jnp.asarray(y) for y in (m.random(rng, size=given.states), *rng.normal(size=(2, given.states, m.nv)))]
     weights = jnp.asarray(rng.normal(size=(given.states, m.nv)))
     programs, expected = {}, None
-    for name, way in ways(m, given.robot).items():
+    made = {name: lambda way=way: both(way, weights) for name, way in ways(m, given.robot).items()}
+    for name, make in {"ksl.torch": of_torch, "adam, torch": of_adam_torch}.items():
+        made[name] = lambda make=make: in_torch(make)(m, given.robot, x, weights)
+    for name, make in made.items():
         try:
-            program = both(way, weights)
+            program = make()
             found = jax.block_until_ready(program(*x))
         except Exception as e:
             print(f"left out: {name}: {type(e).__name__}: {str(e).splitlines()[0] if str(e) else ''}", file=sys.stderr)
             continue
-        expected = found if expected is None else expected
-        error = max(float(jnp.abs(a - b).max() / jnp.abs(b).max()) for a, b in zip(found, expected))
+        expected = [np.asarray(y) for y in found] if expected is None else expected
+        error = max(float(np.abs(np.asarray(a) - b).max() / np.abs(b).max()) for a, b in zip(found, expected))
         if not error < 1e-6:
             print(f"left out: {name}: its results differ by {error:.1e} of the largest number", file=sys.stderr)
             continue
