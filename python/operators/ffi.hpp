@@ -11,6 +11,7 @@ namespace operators::ffi {
 
 inline xla::error *fail(const xla::call_frame &frame, const std::string &sentence, xla::code code) {
   xla::error_arguments arguments = {sizeof(xla::error_arguments), nullptr, sentence.c_str(), code};
+  // cppcheck-suppress returnDanglingLifetime ; the error has a copy of the sentence
   return frame.api->create_error(&arguments);
 }
 
@@ -60,7 +61,10 @@ inline void execute(const xla::call_frame &frame) {
   if (!of)
     throw std::invalid_argument(
         "the model of this compiled function is of another process, or is gone; compile the function here");
-  const auto what = static_cast<stage>(constant(frame, "stage"));
+  const std::int64_t number = constant(frame, "stage");
+  if (number < 0 || number >= stages)
+    throw std::invalid_argument("there is no stage of this number");
+  const auto what = static_cast<stage>(number);
   const int threads = static_cast<int>(constant(frame, "threads"));
   if (frame.arguments.n == 0)
     throw std::invalid_argument("a call without arguments");

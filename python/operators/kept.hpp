@@ -14,7 +14,7 @@ namespace operators {
 
 class kept {
 public:
-  static std::int64_t add(std::shared_ptr<const operation> of) {
+  static std::int64_t add(const std::shared_ptr<const operation> &of) {
     const std::scoped_lock lock(mutex());
     std::random_device random;
     for (;;) {

@@ -22,8 +22,10 @@ LINKS = {"frame_poses", "frame_velocities", "frame_accelerations"}
 @pytest.fixture(autouse=True)
 def double():
     """Double precision, as differences need it; JAX counts in single precision unless it is told."""
-    with jax.enable_x64(True):
-        yield
+    before = jax.config.jax_enable_x64
+    jax.config.update("jax_enable_x64", True)
+    yield
+    jax.config.update("jax_enable_x64", before)
 
 
 def call_of(m, name):
@@ -184,6 +186,30 @@ def test_programs_outlive_the_calls_that_they_are_made_of():
 
     gc.collect()
     np.testing.assert_array_equal(program(jnp.zeros(6)), m.gravity_torque(np.zeros(6)))
+
+
+def test_a_program_of_another_process_is_refused():
+    """Its operator has a number that is unknown here; and so are calls that don't fit an operator."""
+    m = robot_named("physics")
+    d = ksl.jax.differentiable(m)
+    d.gravity_torque(jnp.zeros(6))
+    ((operator, _),) = d._kept.values()
+    call = jax.ffi.ffi_call("ksl_operator", jax.ShapeDtypeStruct((1, 2, 6), jnp.float64))
+    q = jnp.zeros((1, 2, 6))
+    constants = {"operator": np.int64(operator.number), "stage": np.int64(0), "threads": np.int64(1)}
+    np.testing.assert_array_equal(call(q, **constants)[0, 0], m.gravity_torque(np.zeros(6)))
+    for given, wrong, said in (
+        (q, {"operator": np.int64(1)}, "ksl: the model of this compiled function is of another process, or is gone; compile the function here"),
+        (q, {"stage": np.int64(1)}, "ksl: arguments don't fit the operator"),
+        (q, {"stage": np.int64(5)}, "ksl: there is no stage of this number"),
+        (q[..., :5], {}, "ksl: arguments don't fit the operator"),
+        (q[0], {}, "ksl: arguments don't fit the operator"),
+        (q.astype(jnp.float32), {}, "ksl: arrays of different precision"),
+        (q.astype(jnp.int32), {}, "ksl: arrays are neither float32 nor float64"),
+        (q, {"stage": np.float64(0.5)}, "ksl: the call has no whole number stage"),
+    ):
+        with pytest.raises(Exception, match=said):
+            jax.block_until_ready(call(given, **(constants | wrong)))
 
 
 def test_without_jax_the_command_that_brings_it_is_named():

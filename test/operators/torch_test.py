@@ -1,5 +1,7 @@
 """ksl.torch: gradients of every operator in both directions, batches, compiled graphs, precision, and what is refused."""
 
+import copy
+import pickle
 import subprocess
 import sys
 
@@ -93,6 +95,34 @@ def test_compiled_graphs():
     found = torch.autograd.grad(torch.compile(cost, fullgraph=True, backend="aot_eager")(q, v, a, p), (q, v, a, p))
     for one, other in zip(found, torch.autograd.grad(cost(q, v, a, p), (q, v, a, p))):
         torch.testing.assert_close(one, other, rtol=1e-12, atol=1e-12)
+
+
+def test_a_compiled_graph_for_any_number_of_states():
+    m = robot_named("physics")
+    d = ksl.torch.differentiable(m)
+    program = torch.compile(lambda q, v: (d.bias(q, v) ** 2).sum(), fullgraph=True, dynamic=True, backend="aot_eager")
+    for n in (3, 7, 4):
+        q, v, _ = given_to(m, "inverse_dynamics", n=n)
+        (found,) = torch.autograd.grad(program(q, v), q)
+        (expected,) = torch.autograd.grad((d.bias(q, v) ** 2).sum(), q)
+        torch.testing.assert_close(found, expected, rtol=1e-12, atol=1e-12)
+
+
+def test_modules_that_have_one_are_copied_and_pickled():
+    class Layer(torch.nn.Module):
+        def __init__(self, calls):
+            super().__init__()
+            self.calls, self.gain = calls, torch.nn.Parameter(torch.ones(6, dtype=torch.float64))
+
+        def forward(self, q):
+            return self.calls.gravity_torque(q * self.gain)
+
+    m = robot_named("physics")
+    layer = Layer(ksl.torch.differentiable(m, threads=1))
+    q = torch.zeros(2, 6, dtype=torch.float64) + 0.3
+    expected = layer(q)
+    torch.testing.assert_close(copy.deepcopy(layer)(q), expected, rtol=0, atol=0)
+    torch.testing.assert_close(pickle.loads(pickle.dumps(layer.calls)).gravity_torque(q), expected, rtol=0, atol=0)
 
 
 def test_precision_numbers_and_arrays():

@@ -48,6 +48,10 @@ class Calls(ABC, Generic[A]):
         self._threads = min(threads or 0, 1 << 30)
         self._kept: dict[tuple[str, int, bool], tuple[Operator, object]] = {}
 
+    def __reduce__(self) -> tuple[type[Calls[A]], tuple[Model, int]]:
+        """Pickles and deep copies, of modules of torch that have one for example, are made anew from the model."""
+        return type(self), (self.model, self._threads)
+
     @abstractmethod
     def _apply(self, operator: Operator, arguments: Sequence[Any]) -> A:
         """The result of an operator."""
