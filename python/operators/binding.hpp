@@ -53,6 +53,7 @@ inline void init(held *self, const ksl::model &m, const std::string &value, int 
   for (const auto &[result, x, y] : second_terms)
     d.second_terms.push_back({result, x, y});
   d.regressor = row_named(regressor), d.regressor_result = regressor_result, d.solved = solved;
+  d.solve = solved ? row_named("solve_mass_matrix") : nullptr;
   if (nb::isinstance<calls::link_request>(request)) {
     const auto &links = nb::cast<const calls::link_request &>(request);
     d.links = links.index, d.frame = links.frame;

@@ -254,29 +254,51 @@ private:
     }
   }
 
-  /// The same by the algorithm that computes it.
+  /// The same by the algorithm that computes products for efforts.  Accelerations under given efforts change by −M⁻¹ times what efforts at
+  /// these accelerations change by.
   void gradient() {
-    const ksl::algorithm_row &row = *of_.given().gradient;
-    const S *const weights = in(of_.buffers(), nv());
-    ksl::batch_view<S> b = of_.batch<S>(row, n_, inputs_);
+    const description &d = of_.given();
+    const S *const weights = d.solved ? solved_weights() : in(of_.buffers(), nv());
+    ksl::batch_view<S> b = of_.batch<S>(*d.gradient, n_, inputs_);
     b.tau = {weights, nv()};
+    if (d.solved)
+      b.a = {lifted_value(), nv()};
+    const int moved = of_.inputs() - (d.solved ? 1 : 0); // by efforts it is −weights
     const bool plain = of_.positions().is_plain();
-    for (int x = 0; x < of_.inputs(); ++x)
+    for (int x = 0; x < moved; ++x)
       b.result[x] = {of_.is_position(x) && !plain ? room(first_[x], states() * nv()) : out(x, nv()), nv()};
-    ksl::compute_states(row, *model_, b, 0, n_);
-    for (int x = 0; !plain && x < of_.inputs(); ++x)
-      if (of_.is_position(x)) {
-        const index width = of_.width(x);
-        S *const to = out(x, width);
-        std::fill_n(to, states() * width, S(0));
-        for (index k = 0; k < states(); ++k)
-          of_.positions().add_pulled(raw(x) + k * width, first_[x].data() + k * nv(), to + k * width);
-      }
+    ksl::compute_states(*d.gradient, *model_, b, 0, n_);
+    for (int x = 0; !plain && x < moved; ++x)
+      if (of_.is_position(x))
+        pull_all(x);
+    if (d.solved)
+      std::transform(weights, weights + states() * nv(), out(moved, nv()), [](S w) { return -w; });
     if (!of_.has_parameters())
       return;
     set_regressor();
     for (index k = 0; k < states(); ++k)
       sum_parameters(k, weights + k * nv());
+  }
+
+  /// −M⁻¹ times the cotangents.
+  const S *solved_weights() {
+    const ksl::algorithm_row &row = *of_.given().solve;
+    S *const weights = room(efforts_, states() * nv());
+    ksl::batch_view<S> b = of_.batch<S>(row, n_, inputs_);
+    b.tau = {in(of_.buffers(), nv()), nv()};
+    b.result[0] = {weights, nv()};
+    ksl::compute_states(row, *model_, b, 0, n_);
+    std::transform(weights, weights + states() * nv(), weights, [](S w) { return -w; });
+    return weights;
+  }
+
+  /// Writes what gradients along joint velocities, in the memory of the first derivatives, are by the numbers of positions x.
+  void pull_all(int x) {
+    const index width = of_.width(x);
+    S *const to = out(x, width);
+    std::fill_n(to, states() * width, S(0));
+    for (index k = 0; k < states(); ++k)
+      of_.positions().add_pulled(raw(x) + k * width, first_[x].data() + k * nv(), to + k * width);
   }
 
   /// Writes Jᵀ f for input x.
@@ -293,16 +315,9 @@ private:
     of_.positions().add_pulled(raw(x) + k * width, g, to);
   }
 
+  /// Adds the cotangents of parameters; f are those of efforts where the result follows from these.
   void sum_parameters(index k, const S *f) {
     const index rows = of_.moving_numbers(), p = of_.parameters();
-    if (of_.given().solved) {
-      S *const efforts = room(efforts_, nv());
-      std::fill_n(efforts, nv(), S(0));
-      add_transposed(first(of_.inputs() - 1, k), f, rows, nv(), efforts);
-      for (int i = 0; i < nv(); ++i)
-        efforts[i] = -efforts[i];
-      f = efforts;
-    }
     const S *const Y = regressor_.data() + k * rows * p;
     double *const sum = sums_.data() + offset(part_, p);
     for (index i = 0; i < rows; ++i)

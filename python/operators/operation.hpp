@@ -44,7 +44,9 @@ struct description {
   std::vector<second_term> second_terms;
   const ksl::algorithm_row *regressor = nullptr; ///< derivative by the parameters of links; null: they are no input
   int regressor_result = 0;
-  bool solved = false; ///< that of the efforts, and the result are accelerations: y changes by −M⁻¹ times it
+  /// Regressor and gradient are those of efforts, and the result are accelerations: they change by −M⁻¹ times what efforts change by.
+  bool solved = false;
+  const ksl::algorithm_row *solve = nullptr; ///< M⁻¹ tau
   std::vector<int> links;
   ksl::frame_options frame = {};
   std::vector<int> joint_links;
@@ -64,7 +66,8 @@ public:
     if (!m.loops().empty())
       throw std::invalid_argument("operators are for trees, and this model has joints that close loops; give "
                                   "model.without_loops() for the tree");
-    for (const ksl::algorithm_row *row : {given_.value, given_.first, given_.gradient, given_.second, given_.regressor})
+    for (const ksl::algorithm_row *row :
+         {given_.value, given_.first, given_.gradient, given_.second, given_.regressor, given_.solve})
       if (row)
         ksl::check_model(*row, m, [](const std::string &sentence) { throw std::invalid_argument(sentence); });
   }

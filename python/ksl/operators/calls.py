@@ -76,7 +76,8 @@ class Calls(ABC, Generic[A]):
     def inverse_dynamics(self, q: A, v: A | float, a: A | float, parameters: A | None = None) -> A:
         """Joint efforts (…, nv) that give accelerations a (…, nv) at q (…, nq) and v (…, nv); N m, N.
 
-        As :meth:`ksl.Model.inverse_dynamics`.  Derivatives: Singh, Russell, Wensing (RA-L 7(2), 2022), O(bodies × depth).
+        As :meth:`ksl.Model.inverse_dynamics`.  Gradients by q, v and a: :meth:`ksl.Model.inverse_dynamics_gradient`, O(bodies); changes: Singh,
+        Russell, Wensing (RA-L 7(2), 2022), O(bodies × depth); by parameters the regressor, O(links × depth).
         """
         return self._call("inverse_dynamics", (q, v, a), parameters)
 
@@ -91,8 +92,8 @@ class Calls(ABC, Generic[A]):
     def forward_dynamics(self, q: A, v: A | float, tau: A | float, parameters: A | None = None) -> A:
         """Accelerations (…, nv) under joint efforts tau (…, nv); rad/s², m/s².
 
-        As :meth:`ksl.Model.forward_dynamics`.  Derivatives: Carpentier and Mansard (RSS 2018), O(nv² × depth); by parameters −M⁻¹ Y, Y being the
-        regressor of inverse dynamics.
+        As :meth:`ksl.Model.forward_dynamics`.  Gradients by q, v and tau are those of inverse dynamics, at the accelerations found, times −M⁻¹: O(bodies);
+        changes: Carpentier and Mansard (RSS 2018), O(nv² × depth); by parameters −M⁻¹ Y, Y being the regressor of inverse dynamics.
         """
         return self._call("forward_dynamics", (q, v, tau), parameters)
 

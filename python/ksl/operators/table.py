@@ -20,7 +20,7 @@ class Row:
     gradient: the algorithm that computes the products of a cotangent and all first derivatives, if there is one.
     second, by_two: the same for second derivatives: (result, input, other input), the inputs by number, first axis first.
     regressor, by_parameters: the algorithm whose result is the derivative by the parameters of links, and which result.
-    solved: the regressor is that of efforts, and the result are accelerations, which change by −M⁻¹ times it.
+    solved: regressor and gradient are those of efforts, and the result are accelerations, which change by −M⁻¹ times what efforts do.
     lift: what derivatives are of: the result itself, the tangent of a position, or twists of frames, where the result are poses.
     """
 
@@ -58,7 +58,8 @@ ROWS: dict[str, Row] = {
     ),
     "forward_dynamics": Row(
         "forward_dynamics", ("q", "v", "tau"), "forward_dynamics_derivatives", (0, 1, 2),
-        second="forward_dynamics_second_derivatives", by_two=((0, 0, 0), (1, 1, 1), (2, 0, 1), (3, 0, 2)), regressor="inverse_dynamics_regressor", solved=True,
+        gradient="inverse_dynamics_gradient", second="forward_dynamics_second_derivatives",
+        by_two=((0, 0, 0), (1, 1, 1), (2, 0, 1), (3, 0, 2)), regressor="inverse_dynamics_regressor", solved=True,
     ),
     "reactions": Row("reactions", _QUV, "reactions_derivatives", (0, 1, 2), regressor="reactions_regressor"),
     "mass_matrix": Row("mass_matrix", ("q",), "inverse_dynamics_second_derivatives", (3,)),
