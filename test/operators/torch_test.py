@@ -97,6 +97,19 @@ def test_compiled_graphs():
         torch.testing.assert_close(one, other, rtol=1e-12, atol=1e-12)
 
 
+def test_operators_that_are_kept_are_limited(monkeypatch):
+    """And a graph whose operator is gone says so."""
+    monkeypatch.setattr("ksl.operators.calls.OPERATORS_KEPT", 2)
+    m = robot_named("physics")
+    d = ksl.torch.differentiable(m)
+    q = torch.zeros(6, dtype=torch.float64)
+    at = [d.reactions(q, 0.0, 0.0, at=(0.1 * i, 0, 0)) for i in range(5)]
+    assert len(d._kept) <= 2 and not torch.equal(at[0], at[4])
+    torch.testing.assert_close(d.reactions(q, 0.0, 0.0, at=(0.0, 0, 0)), at[0], rtol=0, atol=0)
+    with pytest.raises(RuntimeError, match="the model of this compiled graph is gone; keep what ksl.torch.differentiable returns"):
+        torch.ops.ksl.compute([q[None, None]], 1, 0)
+
+
 def test_a_compiled_graph_for_any_number_of_states():
     m = robot_named("physics")
     d = ksl.torch.differentiable(m)

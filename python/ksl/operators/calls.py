@@ -19,6 +19,9 @@ _REQUESTS: dict[str, Callable[..., _core.Links | _core.Request | None]] = {
     "joints": lambda model, *keywords: model.reaction_request(*keywords),
 }
 
+OPERATORS_KEPT = 1024
+"""For one model; each holds a copy of it, some ten kilobytes."""
+
 A = TypeVar("A")
 """Arrays of the library."""
 
@@ -65,6 +68,8 @@ class Calls(ABC, Generic[A]):
         request = _REQUESTS[make](self.model, *arguments) if make else None
         key = (name, id(request), parameters)
         if key not in self._kept:
+            if len(self._kept) >= OPERATORS_KEPT:  # a point that changes from call to call; compiled programs of JAX keep theirs
+                self._kept.clear()
             self._kept[key] = Operator(self.model, name, request, parameters, self._threads), request  # which keeps its id
         return self._kept[key][0]
 

@@ -41,6 +41,13 @@ _BY_NUMBER: weakref.WeakValueDictionary[int, Operator] = weakref.WeakValueDictio
 """Operators of compiled graphs, which name them by number."""
 
 
+def _operator_of(number: int) -> Operator:
+    found = _BY_NUMBER.get(number)
+    if found is None:
+        raise RuntimeError("the model of this compiled graph is gone; keep what ksl.torch.differentiable returns as long as the graph, and compile it again")
+    return found
+
+
 def _of_one_type(operator: Operator, arguments: Sequence[Any]) -> list[Tensor]:
     """Tensors of one precision on the CPU; numbers and other arrays, which don't differentiate, take the type of the tensors."""
     given = [x for x in arguments if isinstance(x, Tensor)]
@@ -201,13 +208,13 @@ def _mapped(
 
 @torch.library.custom_op("ksl::compute", mutates_args=())
 def _graph_node(arguments: list[Tensor], number: int, stage: int) -> list[Tensor]:
-    return _compute(_BY_NUMBER[number], Stage(stage), arguments)
+    return _compute(_operator_of(number), Stage(stage), arguments)
 
 
 @_graph_node.register_fake
 def _(arguments: list[Tensor], number: int, stage: int) -> list[Tensor]:
     groups, states = arguments[0].shape[:2]
-    return [arguments[0].new_empty(shape) for shape in _BY_NUMBER[number].result_shapes(Stage(stage), groups, states)]
+    return [arguments[0].new_empty(shape) for shape in _operator_of(number).result_shapes(Stage(stage), groups, states)]
 
 
 def _node_context(ctx: Any, inputs: tuple[Any, ...], output: Any) -> None:
