@@ -26,7 +26,7 @@ FLAGS = ["-g", "-O0", "-fPIC", "-fvisibility=hidden", "-w"]
 
 
 def version_of_project():
-    return re.search(r"project\(ksl VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"))[1]
+    return re.search(r'#define KSL_VERSION "(\S+)"', (ROOT / "include/ksl/config.h").read_text(encoding="utf-8"))[1]
 
 
 def numbers(version):

@@ -13,6 +13,8 @@ COMPAT = INCLUDE / "ksl" / "compat"
 HERE = Path(__file__).parent
 sys.path.insert(0, str(ROOT / "test" / "algebra"))
 sys.path.insert(0, str(ROOT / "scripts"))
+sys.path.insert(0, str(ROOT / "scripts" / "abi"))
+from abi import version_of_project
 from functions import published
 from library import find
 from single_header import flatten
@@ -74,8 +76,8 @@ def test_the_published_program_needs_the_published_library_alone():
 
 
 def test_the_version_is_the_projects(tmp_path):
-    """<ksl/version.h> and <version.h> tell it, and it is that of CMakeLists.txt."""
-    (version,) = re.findall(r"project\(ksl VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text())
+    """<ksl/version.h> and <version.h> tell it, in both forms, and it is what the build, the wheel and the packages say."""
+    version = version_of_project()
     for header, include in (("ksl/version.h", []), ("version.h", ["-I", COMPAT])):
         text = f"#include <{header}>\nKSL_VERSION KSL_VERSION_MAJOR.KSL_VERSION_MINOR.KSL_VERSION_PATCH\n"
         done = subprocess.run(["gcc", "-E", "-P", *include, "-I", INCLUDE, "-x", "c", "-"], input=text, capture_output=True, text=True, check=True)
