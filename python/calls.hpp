@@ -200,7 +200,7 @@ private:
     wrenches_.clear();
     for (nb::handle item : items)
       wrenches_.push_back(
-          {nb::borrow(PyTuple_GET_ITEM(item.ptr(), 1)), nullptr, 6, nb::borrow(PyTuple_GET_ITEM(item.ptr(), 0))});
+          {nb::borrow(PyTuple_GetItem(item.ptr(), 1)), nullptr, 6, nb::borrow(PyTuple_GetItem(item.ptr(), 0))});
     return true;
   }
 

@@ -332,7 +332,7 @@ NB_MODULE(_core, module) {
 #undef PyInit__core
 
 extern "C" NB_EXPORT PyObject *PyInit__core() {
-  if (PyInterpreterState_Get() == PyInterpreterState_Main())
+  if (PyInterpreterState_GetID(PyInterpreterState_Get()) == 0) // the main one's
     return begin_core();
   PyErr_SetString(
       PyExc_ImportError,

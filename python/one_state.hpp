@@ -140,7 +140,7 @@ private:
     if (!tuple.is_valid())
       nb::raise_python_error();
     for (int r = 0; r < row_.results; ++r)
-      PyTuple_SET_ITEM(tuple.ptr(), r, nb::object(result_[r]).release().ptr());
+      PyTuple_SetItem(tuple.ptr(), r, nb::object(result_[r]).release().ptr()); // the macro is not in the stable ABI
     return tuple;
   }
 

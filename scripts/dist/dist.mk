@@ -1,4 +1,5 @@
-# The wheel, its source and its list of parts, in build/dist, from pinned packages; the wheel is built twice and compared.
+# The wheel as it is published, its source and its list of parts, in build/dist, from pinned packages; the wheel is built twice and compared.
+# It is of this machine's processor and Python: PYTHON=python3.12 or later makes the one of the stable ABI.
 
 .PHONY: dist
 # for developers, a third of the time: make dist DIST_OPTIONS="--sets x86_64_v3"

@@ -11,32 +11,36 @@ from pathlib import Path
 from cyclonedx.model import HashAlgorithm, HashType, Property
 from cyclonedx.model.bom import Bom
 from cyclonedx.model.component import Component, ComponentScope, ComponentType
-from cyclonedx.model.license import DisjunctiveLicense
+from cyclonedx.model.license import DisjunctiveLicense, LicenseExpression
 from cyclonedx.output.json import JsonV1Dot5
 from cyclonedx.schema import SchemaVersion
 from cyclonedx.validation.json import JsonStrictValidator
 from packageurl import PackageURL
 from packaging.requirements import Requirement
 
-BUILDERS = ("scikit-build-core", "nanobind", "ninja", "cmake", "numpy")
+BUILDERS = ("scikit-build-core", "nanobind", "ninja", "cmake", "numpy", "ziglang")
 
 
-def macro(header, name):
-    """The value of a macro of a header that the compiler finds."""
-    text = subprocess.run(["g++", "-x", "c++", "-E", "-dM", "-include", header, "/dev/null"], check=True, capture_output=True, text=True).stdout
-    return re.search(rf"^#define {name} (.*)$", text, re.MULTILINE)[1].strip()
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def clang():
+    """What the compiler says of itself.  Its C++ library, which is linked statically, has its version."""
+    path = Path(metadata.distribution("ziglang").locate_file("ziglang/zig"))
+    return subprocess.run([path, "cc", "--version"], check=True, capture_output=True, text=True).stdout.splitlines()[0]
 
 
 def component(name, version, licence, kind="generic", **more):
     url = PackageURL(kind, None, name.lower(), version)
-    licences = [DisjunctiveLicense(id=licence)]
+    licences = [LicenseExpression(licence) if " " in licence else DisjunctiveLicense(id=licence)]
     return Component(name=name, version=version, type=ComponentType.LIBRARY, purl=url, bom_ref=str(url), licenses=licences, **more)
 
 
 def compiled_in():
     """Libraries whose code is in the extension."""
-    number = int(macro("pugixml.hpp", "PUGIXML_VERSION"))
-    yield component("pugixml", f"{number // 1000}.{number % 1000 // 10}", "MIT")
+    pugixml = re.search(r"set\(KSL_FETCHED_PUGIXML (\S+)\)", (ROOT / "cmake/pugixml.cmake").read_text(encoding="utf-8"))[1]
+    yield component("pugixml", pugixml, "MIT")
+    yield component("libc++", re.search(r"version (\S+)", clang())[1], "Apache-2.0 WITH LLVM-exception")
     yield component("nanobind", metadata.version("nanobind"), "BSD-3-Clause", "pypi")
     robin = next(path for path in metadata.files("nanobind") if path.name == "robin_hash.h").locate()
     growth = Path(robin).with_name("robin_growth_policy.h").read_text(encoding="utf-8")
@@ -48,7 +52,7 @@ def needed(requirements):
     """What the wheel asks for; packages of extras are optional."""
     for line in requirements:
         wanted = Requirement(line)
-        if wanted.name == "ksl" or wanted.marker and 'extra == "test"' in str(wanted.marker):
+        if wanted.name == "ksl" or (wanted.marker and 'extra == "test"' in str(wanted.marker)):
             continue
         scope = ComponentScope.OPTIONAL if wanted.marker and "extra" in str(wanted.marker) else ComponentScope.REQUIRED
         properties = [Property(name="ksl:versions", value=str(wanted.specifier) or "any")]
@@ -61,8 +65,7 @@ def needed(requirements):
 def tools():
     for name in BUILDERS:
         yield Component(name=name, version=metadata.version(name), type=ComponentType.APPLICATION, bom_ref=f"tool:{name}")
-    said = subprocess.run(["g++", "--version"], check=True, capture_output=True, text=True).stdout.splitlines()[0]
-    yield Component(name="g++", version=said, type=ComponentType.APPLICATION, bom_ref="tool:g++")
+    yield Component(name="clang", version=clang(), type=ComponentType.APPLICATION, bom_ref="tool:clang")
 
 
 def of_wheel(wheel):

@@ -1,0 +1,42 @@
+#!/usr/bin/env python3
+"""Try the KSL that is installed, as its first user does: import it, check a robot, and compute a report.  Says how long each took.
+
+    python scripts/dist/try_wheel.py examples"""
+
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+
+def timed(what, command, **options):
+    start = time.monotonic()
+    done = subprocess.run(command, capture_output=True, text=True, **options)
+    print(f"{time.monotonic() - start:6.1f} s  {what}")
+    if done.returncode != 0:
+        sys.exit(f"{what} ended with {done.returncode}\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def main():
+    examples = Path(sys.argv[1]).resolve()
+    robot = examples / "robots/ur5.urdf"
+    with tempfile.TemporaryDirectory() as folder:  # and not the source tree, whose ksl has no extension
+        ksl = [sys.executable, "-m", "ksl"]
+        lines = f"import ksl; m = ksl.load({str(robot)!r}); print(ksl.__version__, ksl._core.instruction_set(), *m.gravity_torque([0.0] * m.nq).round(2))"
+        print(timed("import, load, compute", [sys.executable, "-c", lines], cwd=folder), end="")
+        for name in ("x86-64-v2", "x86-64-v3") if "x86" in platform.machine() else ():  # processors without AVX-512 run these
+            timed(f"the same with {name}", [sys.executable, "-c", lines], cwd=folder, env=os.environ | {"KSL_ISA": name})
+        timed("ksl check", [*ksl, "check", str(robot), "--ignore", "root-inertial"], cwd=folder)
+        timed("ksl loads", [*ksl, "loads", str(robot), str(examples / "motions/ur5_pick.csv"), "-o", "out"], cwd=folder)
+        report = Path(folder, "out/report.html")
+        if not report.read_text(encoding="utf-8").lower().startswith("<!doctype html"):
+            sys.exit("report.html is no page")
+        print(f"{report.stat().st_size / 1e6:.1f} MB of report")
+
+
+if __name__ == "__main__":
+    main()
