@@ -7,6 +7,7 @@
 # make bench-arm  instructions on an emulated Arm processor, beside Pinocchio's; renews their table in docs/performance.md
 # make release   all of the C algebra as one header, build/release/ksl.h
 # make docs      the reference in docs/reference, from the headers and from api/algorithms/
+# make site      the documentation as a site, build/site
 # make ci     what CI runs on each change: make test, and beside it lint, abi and fuzz-short
 # make format    C and C++ as .clang-format says
 # make lint, coverage, mutate, sanitize, fuzz, golden, test-faults, abi, dist   long checks of what docs/trust.md promises; each writes its record
@@ -147,7 +148,7 @@ $(VENV)/.tested: $(VENV)/.tools $(SOURCES)
 	rm -f $(VENV)/.installed
 	touch $@
 
--include scripts/ci.mk scripts/lint/lint.mk scripts/abi/abi.mk scripts/dist/dist.mk scripts/trust/trust.mk fuzz/fuzz.mk test/golden/golden.mk test/mutate/mutate.mk \
+-include scripts/ci.mk scripts/lint/lint.mk scripts/abi/abi.mk scripts/dist/dist.mk scripts/site/site.mk scripts/trust/trust.mk fuzz/fuzz.mk test/golden/golden.mk test/mutate/mutate.mk \
   test/coverage/coverage.mk test/sanitize/sanitize.mk test/faults/faults.mk
 
 clean:

@@ -105,7 +105,7 @@ def test_pictures_exist_and_can_be_made(path):
 
 
 def test_every_picture_is_shown():
-    shown = {name for path in [ROOT / "README.md", *TUTORIALS.glob("*.md")] for name in pictures(path)}
+    shown = {name for path in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")] for name in pictures(path)}
     assert shown == set(PICTURES) == {path.name for path in IMAGES.glob("tutorial_*.png")}
 
 
@@ -122,17 +122,20 @@ def test_an_excerpt_that_is_not_printed_is_found():
             check_excerpt(wrong, printed)
 
 
-def test_readme_lists_every_page():
-    """Tutorials and pages of docs are in its table, each with a link."""
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    missing = [str(p.relative_to(ROOT)) for p in [*(ROOT / "docs").glob("*.md"), *PAGES] if f"({p.relative_to(ROOT)})" not in text]
+def test_the_front_page_lists_every_page():
+    """All pages but those of folders that it names whole are in the table of docs/README.md, which is the menu of the site."""
+    docs = ROOT / "docs"
+    text = (docs / "README.md").read_text(encoding="utf-8")
+    assert "(docs/README.md#all-pages)" in (ROOT / "README.md").read_text(encoding="utf-8")
+    pages = {p.relative_to(docs).as_posix() for p in docs.rglob("*.md")} - {"README.md"}
+    missing = [page for page in pages if f"]({page})" not in text and f"]({page.rpartition('/')[0]}/)" not in text]
     assert not missing
 
 
-def test_readme_lists_every_extra():
+def test_the_page_of_installation_lists_every_extra():
     """All extras of the package but that of the tests."""
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     section = project[project.index("[project.optional-dependencies]") : project.index("[project.scripts]")]
     extras = set(re.findall(r"^(\w+) = \[", section, re.MULTILINE)) - {"test"}
-    listed = set(re.findall(r"^  \| `(\w+)` \|", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE))
+    listed = set(re.findall(r"^\| `(\w+)` \|", (ROOT / "docs/install.md").read_text(encoding="utf-8"), re.MULTILINE))
     assert extras and listed == extras
