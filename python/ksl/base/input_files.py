@@ -49,7 +49,7 @@ def opened(file: str, limit: int) -> BinaryIO:
         _check_kind(file, found.st_mode)
         if stat.S_ISREG(found.st_mode) and found.st_size > limit:
             raise Unreadable(f"has {limits.megabytes(found.st_size)}, and is larger than {limits.megabytes(limit)}, the most that is read")
-        if hasattr(os, "set_blocking"):
+        if hasattr(os, "O_NONBLOCK"):  # Windows has set_blocking without it, for pipes alone
             os.set_blocking(handle, True)
         return os.fdopen(handle, "rb")
     except BaseException:

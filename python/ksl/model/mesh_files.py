@@ -74,7 +74,7 @@ def _is_folder(path: Path) -> bool:
 def _declares(folder: Path, package: str) -> bool:
     """Whether package.xml of this folder says that it is the package."""
     try:
-        return f"<name>{package}</name>" in (folder / "package.xml").read_text(errors="replace")[:10_000]
+        return f"<name>{package}</name>" in (folder / "package.xml").read_text(encoding="utf-8", errors="replace")[:10_000]
     except OSError:
         return False
 

@@ -119,6 +119,8 @@ def _no_stage(stage: Path) -> OSError:
 
 def _link(stage: Path, names: list[str]) -> None:
     """Replaces the names in the folder by links to their earlier files.  Links of files that were not there lead nowhere yet."""
+    if os.name == "nt":  # a link to a folder is another thing there than one to a file, and few may make either
+        raise NotImplementedError
     folder = stage.parent
     (stage / OLD).mkdir()
     for name in names:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import socket
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -51,7 +52,8 @@ def stop_server(server: viser.ViserServer) -> None:
 
 def _is_free(port: int) -> bool:
     with socket.socket() as s:
-        s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # a server that has just ended is no obstacle
+        if os.name != "nt":  # where the option lets two servers have one port
+            s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # a server that has just ended is no obstacle
         try:
             s.bind(("127.0.0.1", port))
         except OSError:

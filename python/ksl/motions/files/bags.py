@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -234,7 +235,10 @@ class _with_suffix:
             return self._file
         self._folder = tempfile.TemporaryDirectory()
         link = Path(self._folder.name) / f"recording{self._suffix}"
-        os.symlink(self._file.absolute(), link)
+        try:
+            os.symlink(self._file.absolute(), link)
+        except OSError:  # Windows gives this right to few
+            shutil.copyfile(self._file, link)
         return link
 
     def __exit__(self, *_: object) -> None:

@@ -1,0 +1,137 @@
+"""The package on Windows and macOS, as far as it can be seen from here: what these systems lack is not called, and modules are imported without it.
+docs/decisions/0024-packages.md lists what stands in for it."""
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PYTHON = Path(__file__).resolve().parents[2] / "python"
+
+MODULES = {"fcntl", "grp", "posix", "pty", "pwd", "readline", "resource", "syslog", "termios", "tty"}
+"""Modules of the standard library that Windows lacks."""
+
+WINDOWS_LACKS = {
+    "os": {"O_CLOEXEC", "O_DIRECTORY", "O_NOFOLLOW", "O_NONBLOCK", "chown", "fchmod", "fchown", "fork", "getegid", "geteuid", "getgid", "getgroups", "getloadavg",
+           "getpgid", "getsid", "getuid", "killpg", "lchown", "mkfifo", "mknod", "nice", "openpty", "pipe2", "posix_fallocate", "pread", "preadv", "pwrite", "pwritev",
+           "register_at_fork", "sched_getaffinity", "sched_setaffinity", "sendfile", "set_blocking", "setsid", "statvfs", "sync", "sysconf", "ttyname", "uname", "wait",
+           "waitstatus_to_exitcode"},
+    "signal": {"SIGALRM", "SIGCHLD", "SIGCONT", "SIGHUP", "SIGKILL", "SIGPIPE", "SIGQUIT", "SIGSTOP", "SIGTSTP", "SIGUSR1", "SIGUSR2", "SIGWINCH", "alarm", "pause",
+               "pthread_kill", "pthread_sigmask", "setitimer", "siginterrupt", "sigwait"},
+    "socket": {"AF_UNIX", "socketpair"},
+    "time": {"clock_gettime", "pthread_getcpuclockid", "tzset"},
+}
+MACOS_LACKS = {"os": {"O_DIRECT", "memfd_create", "pipe2", "posix_fallocate", "sched_getaffinity", "sched_setaffinity"}, "signal": {"sigtimedwait", "sigwaitinfo"}}
+
+IMPORTS = """
+import importlib, pkgutil, sys, types
+system, blocked, lacking = {system!r}, {blocked!r}, {lacking!r}
+import ksl
+names = [m.name for m in pkgutil.walk_packages(ksl.__path__, "ksl.") if not m.name.rpartition(".")[2].startswith("_")]
+for name in names:  # with all that other packages import, which have their own ways on other systems
+    importlib.import_module(name)
+compiled = {{name: sys.modules[name] for name in ("ksl._core", "ksl._ufuncs") if name in sys.modules}}
+for name in [name for name in sys.modules if name == "ksl" or name.startswith("ksl.")]:
+    del sys.modules[name]
+sys.modules.update(compiled)
+for name in blocked:
+    sys.modules[name] = None  # ModuleNotFoundError
+for name, missing in lacking.items():
+    real, other = importlib.import_module(name), types.ModuleType(name)
+    other.__dict__.update({{k: v for k, v in vars(real).items() if k not in missing}})
+    if name == "os":
+        other.name, other.sep, other.pathsep = ("nt", "\\\\", ";") if system == "win32" else ("posix", "/", ":")
+    sys.modules[name] = other
+sys.platform = system
+for name in names:
+    importlib.import_module(name)
+print(len(names))
+"""
+
+
+@pytest.mark.parametrize(("system", "blocked", "lacking"), [("win32", MODULES, WINDOWS_LACKS), ("darwin", set(), MACOS_LACKS)], ids=["Windows", "macOS"])
+def test_every_module_is_imported(system, blocked, lacking):
+    """With `os`, `signal` and the like as that system has them, for the modules of this package alone."""
+    done = subprocess.run([sys.executable, "-c", IMPORTS.format(system=system, blocked=blocked, lacking=lacking)], capture_output=True, text=True, env=os.environ)
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) > 100
+
+
+def unguarded(text: str, lacking: dict[str, set[str]]) -> list[str]:
+    """Names that the system lacks, used where no condition around them asks for the system, or for the name or what comes with it."""
+    tree = ast.parse(text)
+    parents = {child: node for node in ast.walk(tree) for child in ast.iter_child_nodes(node)}
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.attr in lacking.get(node.value.id, ()):
+            around, at = [], node
+            while at in parents and not isinstance(at, (ast.FunctionDef, ast.Module)):
+                at = parents[at]
+                around += [ast.unparse(getattr(at, "test", at))] if isinstance(at, (ast.If, ast.IfExp, ast.BoolOp)) else []
+            around += [ast.unparse(s) for s in at.body if isinstance(s, ast.If) and isinstance(s.body[-1], (ast.Return, ast.Raise))] if isinstance(at, ast.FunctionDef) else []
+            if not any(word in condition for condition in around for word in ("hasattr(", "sys.platform", "os.name", "fcntl is None")):
+                found.append(f"{node.lineno}: {node.value.id}.{node.attr}")
+    return found
+
+
+CALLED_WITH_A_LOCK = {"ksl/output/locks.py": {"os.pwrite"}}
+"""What only a holder of a lock calls: there is none on Windows."""
+
+
+@pytest.mark.parametrize("lacking", [WINDOWS_LACKS, MACOS_LACKS], ids=["Windows", "macOS"])
+def test_nothing_is_called_that_a_system_lacks(lacking):
+    found = []
+    for path in sorted((PYTHON / "ksl").rglob("*.py")):
+        name = path.relative_to(PYTHON).as_posix()
+        found += [f"{name}:{use}" for use in unguarded(path.read_text(encoding="utf-8"), lacking) if use.split(" ")[1] not in CALLED_WITH_A_LOCK.get(name, ())]
+    assert not found
+
+
+def test_what_is_lacking_is_found():
+    assert unguarded("import os\ndef f():\n    return os.getuid()\n", WINDOWS_LACKS) == ["3: os.getuid"]
+    assert not unguarded("import os\ndef f():\n    return os.getuid() if hasattr(os, 'getuid') else 0\n", WINDOWS_LACKS)
+
+
+def test_a_file_is_read_where_no_descriptor_can_be_without_waiting(tmp_path, monkeypatch):
+    """Windows has os.set_blocking from Python 3.12 on, for pipes alone: it refuses files."""
+    from ksl.base import input_files
+
+    def refuse(*_):
+        raise OSError("not a pipe")
+
+    monkeypatch.delattr(os, "O_NONBLOCK")
+    monkeypatch.setattr(os, "set_blocking", refuse)
+    (tmp_path / "a.txt").write_bytes(b"1\r\n")
+    assert input_files.contents(str(tmp_path / "a.txt"), 100) == b"1\r\n"
+
+
+def test_results_are_replaced_without_links(tmp_path, monkeypatch):
+    """As on Windows, where few may make them."""
+    from ksl.output import swap
+
+    monkeypatch.setattr(swap.os, "name", "nt")
+    for name in ("a", "b"):
+        (tmp_path / name).write_text("earlier")
+    stage = tmp_path / ".stage"
+    (stage / "new").mkdir(parents=True)
+    for name in ("a", "c"):
+        (stage / "new" / name).write_text("new")
+    monkeypatch.setattr(swap.os, "symlink", lambda *_, **__: pytest.fail("a link was made"))
+    swap.swap(stage, {"a", "b", "c"})
+    monkeypatch.setattr(swap.os, "name", "posix")
+    assert {path.name: path.read_text() for path in tmp_path.iterdir() if path.is_file()} == {"a": "new", "c": "new"}
+
+
+def test_a_bag_is_read_where_links_are_refused(tmp_path, monkeypatch):
+    from ksl.motions.files import bags
+
+    def refuse(*_):
+        raise OSError(22, "a required privilege is not held by the client")
+
+    monkeypatch.setattr(bags.os, "symlink", refuse)
+    (tmp_path / "recording").write_bytes(b"bag")
+    with bags._with_suffix(str(tmp_path / "recording"), ".db3") as path:
+        assert path.suffix == ".db3" and path.read_bytes() == b"bag"
