@@ -52,21 +52,41 @@ struct instruction_set_row {
 
 #if defined(__x86_64__)
 
-// Features that gcc and clang both know by name.  The rest of level 3 (LZCNT, MOVBE, F16C) is read from cpuid.
-[[maybe_unused]] bool has_v2() { return __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"); }
+/// What cpuid and the operating system say.  Not by __builtin_cpu_supports, whose table is part of libgcc, and is empty where a program is
+/// linked with other runtime libraries.
+struct processor {
+  unsigned first = 0, seventh = 0, extended = 0; ///< ecx of leaf 1, ebx of leaf 7, ecx of leaf 0x80000001
+  unsigned saved = 0;                            ///< registers that the system saves where it changes threads
+
+  processor() {
+    unsigned a, b, c, d;
+    if (__get_cpuid(1, &a, &b, &c, &d))
+      first = c;
+    if (__get_cpuid_count(7, 0, &a, &b, &c, &d))
+      seventh = b;
+    if (__get_cpuid(0x80000001, &a, &b, &c, &d))
+      extended = c;
+    if (first & bit_OSXSAVE)
+      __asm__ volatile("xgetbv" : "=a"(saved), "=d"(d) : "c"(0));
+  }
+  static bool all(unsigned word, unsigned bits) { return (word & bits) == bits; }
+};
+
+[[maybe_unused]] bool has_v2() { return processor::all(processor().first, bit_SSE4_2 | bit_POPCNT); }
 
 [[maybe_unused]] bool has_v3() {
-  unsigned a, b, c, d;
-  const bool movbe_f16c = __get_cpuid(1, &a, &b, &c, &d) && (c & (1u << 22)) && (c & (1u << 29));
-  const bool lzcnt = __get_cpuid(0x80000001, &a, &b, &c, &d) && (c & (1u << 5));
-  return has_v2() && movbe_f16c && lzcnt && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
-         __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+  const processor p;
+  return has_v2() && processor::all(p.first, bit_AVX | bit_FMA | bit_MOVBE | bit_F16C) &&
+         processor::all(p.extended, bit_LZCNT) && processor::all(p.seventh, bit_AVX2 | bit_BMI | bit_BMI2) &&
+         processor::all(p.saved, 0x06);
 }
 
 #ifdef KSL_HAS_x86_64_v4
 bool has_v4() {
-  return has_v3() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-         __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+  const processor p;
+  return has_v3() &&
+         processor::all(p.seventh, bit_AVX512F | bit_AVX512BW | bit_AVX512CD | bit_AVX512DQ | bit_AVX512VL) &&
+         processor::all(p.saved, 0xe6);
 }
 #endif
 
