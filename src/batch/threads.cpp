@@ -53,6 +53,24 @@ template <class Done> void look_out(Done done) {
 /// Where the system refuses a thread, how many calls go on with the threads that there are before it is asked again.
 constexpr std::size_t calls_after_refusal = 100;
 
+/// While it lives, its thread blocks all signals, and threads that it makes inherit that.  Windows has none that threads receive.
+class no_signals {
+#if !defined(_WIN32)
+public:
+  no_signals() {
+    sigset_t all;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before_);
+  }
+  ~no_signals() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  no_signals(const no_signals &) = delete;
+  no_signals &operator=(const no_signals &) = delete;
+
+private:
+  sigset_t before_{};
+#endif
+};
+
 /// The calling thread works too and can compute all parts alone.  So a call also completes if no threads can be created, if
 /// all of them are busy with other calls, or if a part makes a call of its own.
 class pool {
@@ -116,16 +134,13 @@ private:
       --calls_until_next_try_;
       return;
     }
-    sigset_t all, before;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before);
+    [[maybe_unused]] const no_signals blocked;
     try {
       while (workers_.size() < wanted)
         workers_.emplace_back(&pool::work, this);
     } catch (const std::exception &) { // no more threads or memory: go on with those there are
       calls_until_next_try_ = calls_after_refusal;
     }
-    pthread_sigmask(SIG_SETMASK, &before, nullptr);
   }
 
   void work() {

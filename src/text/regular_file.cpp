@@ -1,13 +1,11 @@
 #include "text/regular_file.hpp"
 
 #include "text/limits.hpp"
+#include "text/system_files.hpp"
 #include "text/words.hpp"
 
 #include <cerrno>
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <system_error>
-#include <unistd.h>
 
 namespace ksl::text {
 
@@ -22,14 +20,15 @@ namespace {
              "); check its path and its permissions");
 }
 
-void check_regular(const struct stat &status, const std::string &path) {
-  if (S_ISREG(status.st_mode))
-    return check_size(static_cast<std::size_t>(status.st_size), path);
-  if (S_ISDIR(status.st_mode))
+void check_regular(const system_files::status &status, const std::string &path) {
+  using system_files::kind;
+  if (status.what == kind::regular)
+    return check_size(status.bytes, path);
+  if (status.what == kind::folder)
     refuse(path, 0, "this is a folder, not a file; give the path of a URDF file in it");
-  const char *const kind = S_ISFIFO(status.st_mode) ? "pipe" : S_ISSOCK(status.st_mode) ? "socket" : "device";
+  const char *const what = status.what == kind::pipe ? "pipe" : status.what == kind::socket ? "socket" : "device";
   refuse(path, 0,
-         std::string("this is a ") + kind +
+         std::string("this is a ") + what +
              ", not a regular file; save what it gives as a file, or give it to ksl.load_string");
 }
 
@@ -40,25 +39,25 @@ public:
   /// pipe's writer, and what has been opened is looked at.  The first look is for devices, some of which act when they
   /// are opened.
   explicit open_file(const std::string &path) : path_(path) {
-    struct stat status{};
-    if (stat(path.c_str(), &status) != 0)
+    system_files::status status{};
+    if (!system_files::look_at(path, status))
       refuse_unreadable(path, errno);
     check_regular(status, path);
-    descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+    descriptor_ = system_files::open_to_read(path);
     if (descriptor_ < 0)
       refuse_unreadable(path, errno);
   }
-  ~open_file() { close(descriptor_); }
+  ~open_file() { system_files::close_file(descriptor_); }
   open_file(const open_file &) = delete;
   open_file &operator=(const open_file &) = delete;
 
   std::string bytes() const {
-    struct stat status{};
-    if (fstat(descriptor_, &status) != 0)
+    system_files::status status{};
+    if (!system_files::look_at(descriptor_, status))
       refuse_unreadable(path_, errno);
     check_regular(status, path_);
     std::string all;
-    all.reserve(static_cast<std::size_t>(status.st_size));
+    all.reserve(status.bytes);
     char block[1 << 16];
     while (const std::size_t n = read_block(block, sizeof block)) {
       all.append(block, n);
@@ -69,9 +68,9 @@ public:
 
 private:
   std::size_t read_block(char *block, std::size_t size) const {
-    ssize_t n = 0;
+    std::ptrdiff_t n = 0;
     do
-      n = ::read(descriptor_, block, size);
+      n = system_files::read_some(descriptor_, block, size);
     while (n < 0 && errno == EINTR);
     if (n < 0)
       refuse_unreadable(path_, errno);
