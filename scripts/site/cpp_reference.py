@@ -5,19 +5,25 @@ import re
 from contents import ROOT
 
 INCLUDE = ROOT / "include"
-CPP = ("model", "dynamics", "dynamics_calls", "batch_calls", "loops", "inverse_kinematics", "builder", "surgery", "urdf", "section", "result_error",
-       "spatial", "dual", "pack")
-C = ("engine", "engine_building", "engine_calls", "engine_loops", "arrays")
+FIRST = ("model", "dynamics", "dynamics_calls", "batch_calls", "loops", "inverse_kinematics", "builder", "engine", "engine_building", "engine_calls", "engine_loops")
+NONE_OF_USERS = {"algebra.hpp", "isa.hpp", "batch.hpp"}  # templates that have pages, macros, a header that includes another
 NAME = re.compile(r"(?:struct|class|enum class|enum|using|concept)\s+(?:KSL_\w+\s+)?(\w+)|(\w+|operator[^\s(]+)\s*\(")
 """What a declaration declares."""
 
 
+def headers(pattern):
+    """Those of FIRST in their order, then the others by name."""
+    names = sorted(path.name for path in (INCLUDE / "ksl").glob(pattern) if path.name not in NONE_OF_USERS)
+    stems = {name: name.partition(".")[0] for name in names}
+    return [f"ksl/{name}" for name in sorted(names, key=lambda name: FIRST.index(stems[name]) if stems[name] in FIRST else len(FIRST))]
+
+
 def pages():
     return {
-        "reference/cpp.md": page("C++: models, dynamics, typed vectors", "cpp", [f"ksl/{name}.hpp" for name in CPP],
+        "reference/cpp.md": page("C++: models, dynamics, typed vectors", "cpp", headers("*.hpp"),
                                  "Every declaration of the headers for C++, under its header. The templates of the algebra are those of [the C algebra](README.md), "
                                  "as `ksl::algebra<T>::NAME`; [The algebra](../algebra.md) says how. [Dynamics](dynamics.md) has all algorithms beside each other."),
-        "reference/c_engine.md": page("C: models, dynamics, arrays", "c", [f"ksl/{name}.h" for name in C],
+        "reference/c_engine.md": page("C: models, dynamics, arrays", "c", [*headers("engine*.h"), "ksl/arrays.h"],
                                       "Every declaration of the headers for C that need the library. [From C](../c.md) shows them at work; [the algebra](README.md) needs no library."),
     }
 
@@ -26,8 +32,8 @@ def navigation():
     return [{"C++": "reference/cpp.md"}, {"C: models and dynamics": "reference/c_engine.md"}]
 
 
-def page(title, language, headers, text):
-    return "\n\n".join([f"# {title}", text, *(section(header, language) for header in headers)]) + "\n"
+def page(title, language, names, text):
+    return "\n\n".join([f"# {title}", text, *(section(name, language) for name in names)]) + "\n"
 
 
 def section(header, language):

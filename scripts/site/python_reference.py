@@ -1,5 +1,6 @@
 """The reference of Python: every public name of `ksl`, with whole signatures and docstrings.  They are read from the source: nothing is compiled."""
 
+import functools
 import re
 import textwrap
 
@@ -14,48 +15,56 @@ PAGES = {
     "errors": ("Errors and warnings", ["CaseError", "DescriptionError", "FrameError", "MotionError", "ResultError", "SizingError", "SweepError", "ViewerError",
                                        "DescriptionWarning", "QuaternionWarning"]),
 }
-MODULES = {"motions": "ksl.motions.generate", "ufuncs": "ksl.ufuncs", "identification": "ksl.identification", "base_parameters": "ksl.base_parameters",
-           "consistency": "ksl.consistency", "mjcf": "ksl.mjcf"}
 NOT_CALLED = ("Model", "Run", "Findings")  # other calls make these
 ARGUMENT = re.compile(r"^([a-z]\w*(?:, \w+)*):")
 ROLE = re.compile(r":(?:meth|func|class|mod|attr):`~?([^`]+)`")
 
 
+@functools.cache
+def package():
+    return griffe.load("ksl", search_paths=[str(ROOT / "python")], allow_inspection=False)
+
+
+def public_names(table):
+    """{name: module that has it}, as the package has it in a table."""
+    value = package()[table].value
+    return {key.strip("'\""): place.strip("'\"") for key, place in zip(map(str, value.keys), map(str, value.values), strict=True)}
+
+
+def titled():
+    """{page: (title, names)}, with a page for names that PAGES doesn't have."""
+    others = sorted(set(public_names("_MODULE_OF")) - {name for _, names in PAGES.values() for name in names} - {"__version__"})
+    return PAGES | ({"others": ("Other names", others)} if others else {})
+
+
 def pages():
-    package = griffe.load("ksl", search_paths=[str(ROOT / "python")], allow_inspection=False)
-    table = package["_MODULE_OF"].value
-    places = {key.strip("'\""): value.strip("'\"") for key, value in zip(map(str, table.keys), map(str, table.values), strict=True)}
-    missing = set(places) - {name for _, names in PAGES.values() for name in names} - {"__version__"}
-    if missing:
-        raise ValueError(f"public names that no page of scripts/site/python_reference.py has: {sorted(missing)}")
-    found = {}
-    for page, (title, names) in PAGES.items():
-        objects = [(name, package[places[name].removeprefix("ksl.")][name]) for name in names]
+    places, modules, found = public_names("_MODULE_OF"), public_names("_MODULES"), {}
+    for page, (title, names) in titled().items():
+        objects = [(name, package()[places[name].removeprefix("ksl.")][name]) for name in names]
         found[f"reference/python/{page}.md"] = "\n\n".join([f"# {title}", *(section(f"ksl.{name}", thing) for name, thing in objects)]) + "\n"
-    for name, place in MODULES.items():
-        module = package[place.removeprefix("ksl.")]
+    for name, place in modules.items():
+        module = package()[place.removeprefix("ksl.")]
         parts = [f"# ksl.{name}", text_of(module)]
         for member_name, member in module.members.items():
             if found_member := public(member, module):
                 parts.append(section(f"ksl.{name}.{member_name}", found_member))
         parts += compiled() if name == "ufuncs" else []
         found[f"reference/python/{name}.md"] = "\n\n".join(parts) + "\n"
-    found["reference/python/README.md"] = index(package, places)
+    found["reference/python/README.md"] = index(places, modules)
     return found
 
 
 def navigation():
-    names = {page: title for page, (title, _) in PAGES.items()} | {name: f"ksl.{name}" for name in MODULES}
+    names = {page: title for page, (title, _) in titled().items()} | {name: f"ksl.{name}" for name in public_names("_MODULES")}
     return {"Python": [{"All names": "reference/python/README.md"}, *({title: f"reference/python/{page}.md"} for page, title in names.items())]}
 
 
-def index(package, places):
-    lines = ["# Python", text_of(package), "| name | what |", "|---|---|"]
-    rows = []
-    for page, (_, names) in PAGES.items():
-        rows += [f"| [ksl.{name}]({page}.md) | {first_line(package[places[name].removeprefix('ksl.')][name])} |" for name in names]
-    rows += [f"| [ksl.{name}]({name}.md) | {first_line(package[place.removeprefix('ksl.')])} |" for name, place in MODULES.items()]
-    return "\n\n".join(lines[:2]) + "\n\n" + "\n".join([*lines[2:], *rows]) + "\n"
+def index(places, modules):
+    rows = ["| name | what |", "|---|---|"]
+    for page, (_, names) in titled().items():
+        rows += [f"| [ksl.{name}]({page}.md) | {first_line(package()[places[name].removeprefix('ksl.')][name])} |" for name in names]
+    rows += [f"| [ksl.{name}]({name}.md) | {first_line(package()[place.removeprefix('ksl.')])} |" for name, place in modules.items()]
+    return "\n\n".join(["# Python", text_of(package()), "\n".join(rows)]) + "\n"
 
 
 def public(member, module):
