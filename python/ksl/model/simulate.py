@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,7 +40,7 @@ REASONS = (
 """How runs end, in the order of the compiled enumeration."""
 COMPLETE, OF_EVENT, OF_FUNCTION, UNDERFLOW, NOT_FINITE = 0, 1, 2, 3, 5
 
-Efforts = ArrayLike | Callable[[float, Array, Array], ArrayLike] | Controller | None
+Efforts: TypeAlias = "ArrayLike | Callable[[float, Array, Array], ArrayLike] | Controller | None"
 EventFunction = Callable[[float, Array, Array], float]
 
 
