@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs the Debian or Ubuntu packages that are missing.  Usage: system_packages.sh demo|test|bench|bench-arm|lint|abi|fuzz|trust, one or several
+# Installs the Debian or Ubuntu packages that are missing.  Usage: system_packages.sh demo|test|bench|bench-arm|lint|abi|fuzz|trust|windows, one or several
 set -eu
 wanted=" $* "
 for_any() { # for_any NAME...: is one of them wanted
@@ -56,6 +56,11 @@ if for_any fuzz trust; then
 fi
 if for_any abi trust; then
   need abigail-tools command -v abidiff
+fi
+if for_any windows; then
+  need doctest-dev has_header doctest/doctest.h
+  need wine command -v wine
+  need wine64 test -e /usr/lib/wine/wine64
 fi
 if for_any trust; then
   need valgrind command -v valgrind

@@ -11,7 +11,10 @@
 #if defined(_WIN32)
 #include <algorithm>
 #include <io.h>
+#define NOMINMAX // its macros have the names of our variables
 #include <windows.h>
+#undef near
+#undef far
 #else
 #include <unistd.h>
 #endif
