@@ -208,6 +208,12 @@ def test_part_of_a_project_in_cpp17(tmp_path):
     printed(built(tmp_path, "CXX", lines, targets=["app"]) / "app", tmp_path, ALGEBRA_PRINTS)
 
 
+def test_fetched_by_a_project(tmp_path):
+    """FetchContent, as a user's project fetches a release; here from this tree."""
+    lines = ["include(FetchContent)", f"FetchContent_Declare(ksl SOURCE_DIR {ROOT})", "FetchContent_MakeAvailable(ksl)", program("app", "algebra.c", "ksl::algebra")]
+    printed(built(tmp_path, "C", lines, "-DCMAKE_CXX_COMPILER=none", targets=["app"]) / "app", tmp_path, ALGEBRA_PRINTS)
+
+
 def test_part_of_a_project_without_pugixml(tmp_path):
     lines = [PART, exists("ksl::algebra", True), exists("ksl::ksl", False)]
     done = configured(tmp_path, "CXX", lines, "-DCMAKE_DISABLE_FIND_PACKAGE_pugixml=ON")
