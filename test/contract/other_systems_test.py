@@ -22,7 +22,6 @@ WINDOWS_LACKS = {
     "signal": {"SIGALRM", "SIGCHLD", "SIGCONT", "SIGHUP", "SIGKILL", "SIGPIPE", "SIGQUIT", "SIGSTOP", "SIGTSTP", "SIGUSR1", "SIGUSR2", "SIGWINCH", "alarm", "pause",
                "pthread_kill", "pthread_sigmask", "setitimer", "siginterrupt", "sigwait"},
     "socket": {"AF_UNIX", "socketpair"},
-    "time": {"clock_gettime", "pthread_getcpuclockid", "tzset"},
 }
 MACOS_LACKS = {"os": {"O_DIRECT", "memfd_create", "pipe2", "posix_fallocate", "sched_getaffinity", "sched_setaffinity"}, "signal": {"sigtimedwait", "sigwaitinfo"}}
 
