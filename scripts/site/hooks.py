@@ -22,7 +22,8 @@ FIRST = [  # the first pattern that fits a page's path says how much its words c
     (r"reference/dynamics", 2.0),
     (r"reference/python", 0.5),
     (r"reference/", 0.15),
-    (r"tutorials/", 1.2),
+    (r"tutorials/", 0.9),
+    (r"sizing\.md", 6.0),
     (r"(conventions|cases|sizing|derivatives|loads)\.md", 3.0),
 ]
 
