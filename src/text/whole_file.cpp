@@ -4,9 +4,9 @@
 
 #include <atomic>
 #include <cerrno>
-#include <chrono>
 #include <cstdint>
 #include <cstdio>
+#include <ctime>
 #include <new>
 
 #if defined(_WIN32)
@@ -22,7 +22,9 @@ namespace {
 /// A number that differs between calls, threads and processes.  It need not be secret: a name that is taken isn't used.
 std::uint64_t new_number() {
   static std::atomic<std::uint64_t> calls{0};
-  auto x = static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count());
+  std::timespec now{};
+  std::timespec_get(&now, TIME_UTC);
+  std::uint64_t x = static_cast<std::uint64_t>(now.tv_sec) * 1'000'000'000u + static_cast<std::uint64_t>(now.tv_nsec);
   x += static_cast<std::uint64_t>(getpid()) << 40;
   x += calls.fetch_add(1, std::memory_order_relaxed) * 0x9e3779b97f4a7c15u;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u; // the mixing of splitmix64

@@ -153,7 +153,7 @@ std::string nearest(std::string_view name, const std::vector<std::string> &candi
 std::string suggestion(std::string_view name, const std::vector<std::string> &candidates,
                        const std::string &otherwise) {
   const std::string near = nearest(name, candidates);
-  return near.empty() ? "; " + otherwise : "; did you mean " + quoted(near) + "?";
+  return near.empty() ? "; " + otherwise : "; did you mean " + text::quoted(near) + "?"; // not std::quoted
 }
 
 } // namespace ksl::text
