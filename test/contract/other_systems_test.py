@@ -30,8 +30,13 @@ import importlib, pkgutil, sys, types
 system, blocked, lacking = {system!r}, {blocked!r}, {lacking!r}
 import ksl
 names = [m.name for m in pkgutil.walk_packages(ksl.__path__, "ksl.") if not m.name.rpartition(".")[2].startswith("_")]
-for name in names:  # with all that other packages import, which have their own ways on other systems
-    importlib.import_module(name)
+for name in list(names):  # with all that other packages import, which have their own ways on other systems
+    try:
+        importlib.import_module(name)
+    except ModuleNotFoundError as e:  # of a package that is not installed
+        if e.name.startswith("ksl"):
+            raise
+        names.remove(name)
 compiled = {{name: sys.modules[name] for name in ("ksl._core", "ksl._ufuncs") if name in sys.modules}}
 for name in [name for name in sys.modules if name == "ksl" or name.startswith("ksl.")]:
     del sys.modules[name]
