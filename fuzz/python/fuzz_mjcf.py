@@ -24,7 +24,7 @@ def read(data: bytes) -> None:
     if LEFT_OUT.search(data):
         return
     bits = crc32(data)  # options follow from the text itself, so that each text always takes the same way
-    options = loading._Options(bits % 8 == 0, "independent" if bits & 8 else "coupled", bits & 48 == 0, None, None, "optional", None, None, 0.01)
+    options = loading._Options(bits % 8 == 0, "independent" if bits & 8 else "coupled", bits & 48 == 0, None, None, "optional", None, None, 0.01, None, None)
     if loading.root_element(data) != "mujoco":
         return
     model = loading._loaded("robot.xml", data, options)

@@ -1,5 +1,7 @@
 """What recorders leave behind, in files of every format: the motion is that of the clean file, and a note says what was done."""
 
+from ksl.motions.signal.rates import derivative, derivatives
+from ksl.motions.signal.resampling import on_spline
 import io
 
 import numpy as np
@@ -147,3 +149,13 @@ def test_numbers_that_overflow_between_samples(leg, tmp_path):
     (tmp_path / "motion.csv").write_text("\n".join(["time,hip,slide,hip.v,slide.v", *rows]) + "\n")
     with pytest.raises(ksl.MotionError, match="a position, interpolated, is not finite; "):
         read_motion(leg, tmp_path / "motion.csv")
+
+
+def test_times_too_close_for_a_spline_are_said_with_their_joints():
+    """Two samples at times that differ by less than rounding of the others: found by a fuzzer, which got an error of SciPy."""
+    close = np.array([0.0, 1e-300, 2e-300, 1.0, 2.0, 3.0, 4.0])
+    with pytest.raises(ksl.MotionError, match="times are so close to each other"):
+        on_spline(close, np.zeros((7, 1)), np.array([0.5]))
+    for call in (lambda: derivative(close, np.zeros(7)), lambda: derivatives(close, np.zeros((7, 1)), 2)):
+        with pytest.raises(ksl.MotionError, match="check their unit"):
+            call()

@@ -164,6 +164,9 @@ def _merged(file: str, series: list[_Series], time: Array, values: Values, rows:
             continue
         those = f"{count(len(own), 'sample')} of {listed(s.joints)}"
         notes.append(f"{those} are at other times than those of the joints recorded most often: interpolated by splines onto these {len(at):,}")
-        x = on_spline(own - own[0], np.column_stack([values[c][s.rows] for c in s.columns]), at - own[0])
+        try:
+            x = on_spline(own - own[0], np.column_stack([values[c][s.rows] for c in s.columns]), at - own[0])
+        except MotionError as e:
+            raise MotionError(f"{file}: {listed(s.joints)}: {e}") from None
         out |= {c: x[:, i] for i, c in enumerate(s.columns)}
     return Ordered(at, {c: out[c] for c in values}, rows[kept], notes)

@@ -11,6 +11,7 @@ from ksl.model.mechanism import Joint
 from ksl.model.states import Array
 from ksl.motions.signal.corners import Found, find_jumps, jumps_at
 from ksl.motions.signal.noise import step_of
+from ksl.motions.signal.splines import spline_through
 
 SPLINE_SAMPLES = 6
 """A quintic needs six samples."""
@@ -21,9 +22,7 @@ LARGEST = 1e100
 
 def derivative(time: Array, x: Array, order: int = 1) -> Array:
     """Derivative at the samples of the quintic not-a-knot spline through x (n, …)."""
-    from scipy.interpolate import make_interp_spline
-
-    rates: Array = make_interp_spline(time, x, k=5, check_finite=False)(time, nu=order)
+    rates: Array = spline_through(time, x)(time, nu=order)
     return rates
 
 
@@ -50,15 +49,13 @@ def derivatives(time: Array, x: Array, order: int, found: Sequence[Found | None]
     order: of the derivative that may jump: 2 for positions, 1 for velocities.  A column in which nothing jumps has the derivatives of
     its quintic not-a-knot spline.  O(n c); equations of all columns are factored once.
     """
-    from scipy.interpolate import make_interp_spline
-
-    spline = make_interp_spline(time, x, k=5, check_finite=False)
+    spline = spline_through(time, x)
     first: Array = spline(time, nu=1)
     second: Array = spline(time, nu=2) if order == 2 else first
     split = {c: f.jumps for c, f in enumerate(found) if f is not None and len(f.jumps.times)}
     if split:
         cut, jumps = list(split), list(split.values())
-        spline = make_interp_spline(time, x[:, cut] - np.column_stack([j(time) for j in jumps]), k=5, check_finite=False)
+        spline = spline_through(time, x[:, cut] - np.column_stack([j(time) for j in jumps]))
         first[:, cut] = spline(time, nu=1) + np.column_stack([j(time, 1) for j in jumps])
         if order == 2:
             second[:, cut] = spline(time, nu=2) + np.column_stack([j(time, 2) for j in jumps])
@@ -86,9 +83,7 @@ def rates(joint: Joint, time: Array, q: Array, v: Array | None, a: Array | None)
     if not KINDS[joint.kind].velocity_is_rate:  # planar: of all others without a quaternion it is
         found_v, found_a = _rates_in_plane(time, q)
         return found_v, found_a if a is None else a
-    from scipy.interpolate import make_interp_spline
-
-    spline = make_interp_spline(time, q, k=5, check_finite=False)
+    spline = spline_through(time, q)
     return spline(time, nu=1), spline(time, nu=2) if a is None else a
 
 

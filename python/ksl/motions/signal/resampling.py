@@ -12,6 +12,7 @@ from ksl.model.mechanism import Joint
 from ksl.model.states import Array
 from ksl.motions.signal.quaternions import continuous_unit
 from ksl.motions.signal.rates import SPLINE_SAMPLES, jumps_of
+from ksl.motions.signal.splines import spline_through
 
 MOST_SAMPLES = 20_000_000
 Given = list[list[Array | None]]
@@ -55,8 +56,6 @@ def on_spline(time: Array, x: Array, at: Array, order: int | None = None) -> Arr
 
     order: the derivative of the columns of x (n, c) that may jump, 2 for positions and 1 for velocities: the spline is then split there.
     """
-    from scipy.interpolate import make_interp_spline
-
     if x.shape[-1] == 0:
         return np.empty((len(at), 0))
     if len(time) == 1:
@@ -64,8 +63,8 @@ def on_spline(time: Array, x: Array, at: Array, order: int | None = None) -> Arr
     degree = max(k for k in (1, 3, 5) if k < len(time))
     jumps = [f.jumps for f in jumps_of(time, x, order)] if order is not None else []
     if not any(len(j.times) for j in jumps):
-        plain: Array = make_interp_spline(time, x, k=degree, check_finite=False)(at)
+        plain: Array = spline_through(time, x, degree)(at)
         return plain
     smooth = x - np.column_stack([j(time) for j in jumps])
-    values: Array = make_interp_spline(time, smooth, k=degree, check_finite=False)(at) + np.column_stack([j(at) for j in jumps])
+    values: Array = spline_through(time, smooth, degree)(at) + np.column_stack([j(at) for j in jumps])
     return values

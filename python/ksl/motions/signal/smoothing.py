@@ -7,6 +7,7 @@ import numpy as np
 from ksl.base.errors import MotionError
 from ksl.model.states import Array
 from ksl.motions.signal.corners import evenly_spaced
+from ksl.motions.signal.splines import spline_through
 
 ORDER = 4
 """The order of the Butterworth filter, which runs forwards and backwards: amplitudes are multiplied by 1 / (1 + (f / f_c)^8), half at f_c."""
@@ -32,7 +33,6 @@ def smoothed(time: Array, x: Array, cutoff: float, what: str = "motion") -> Arra
     A Butterworth filter of order 4, forwards and backwards.  Uneven samples are first interpolated at even times by cubic splines,
     and back afterwards.  Beyond both ends the motion is continued by its point reflection, which keeps positions and velocities there.
     """
-    from scipy.interpolate import make_interp_spline
     from scipy.signal import butter, sosfiltfilt
 
     steps = len(time) - 1
@@ -46,10 +46,10 @@ def smoothed(time: Array, x: Array, cutoff: float, what: str = "motion") -> Arra
         raise MotionError(f"{what}: --smooth {cutoff:g} Hz is so low that the filter can't be computed for {rate:.4g} samples a second; {lowest}")
     even = evenly_spaced(time, EVEN)
     regular = time if even else np.linspace(time[0], time[-1], len(time))
-    y = x if even else make_interp_spline(time, x, k=3)(regular)
+    y = x if even else spline_through(time, x, 3)(regular)
     pad = min(steps, int(np.ceil(3 * rate / cutoff)))
     y = sosfiltfilt(butter(ORDER, cutoff, fs=rate, output="sos"), y, axis=0, padtype="odd", padlen=pad)
-    out: Array = y if even else make_interp_spline(regular, y, k=3)(time)
+    out: Array = y if even else spline_through(regular, y, 3)(time)
     return out
 
 

@@ -1,0 +1,22 @@
+"""Splines through the samples of a motion."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ksl.base.errors import MotionError
+from ksl.model.states import Array
+
+TOO_CLOSE = "times are so close to each other, for their distances elsewhere, that no spline goes through the samples; check their unit (s), or leave some out"
+
+
+def spline_through(time: Array, x: Array, degree: int = 5) -> Any:
+    """The not-a-knot spline of scipy through x (n, …) at increasing times (n).  Raises MotionError where rounding leaves no equations for one."""
+    from scipy.interpolate import make_interp_spline
+
+    try:
+        return make_interp_spline(time, x, k=degree, check_finite=False)
+    except np.linalg.LinAlgError:
+        raise MotionError(TOO_CLOSE) from None
