@@ -553,3 +553,26 @@ def test_numbers_in_a_map(tmp_path, number):
     (tmp_path / "map.csv").write_text(f"from,to,sign,scale,offset\na,hip,{number},{number},{number}\n", encoding="utf-8")
     rule = read_map(tmp_path / "map.csv").rules["a"]
     assert (rule.sign, rule.scale, rule.offset) == (1, 1, 1)
+
+
+def test_a_time_zone_that_is_no_text(tmp_path):
+    """Found by a fuzzer: pyarrow reads the zone's bytes only when it is asked for it."""
+    import base64
+
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    path = tmp_path / "m.parquet"
+    table = pa.table({"time": pa.array(range(9), pa.timestamp("ms", tz="Mars/Here")), "shoulder": np.zeros(9)})
+    pq.write_table(table, path)
+    schema = pq.read_metadata(path).metadata[b"ARROW:schema"]
+    broken = base64.b64encode(base64.b64decode(schema).replace(b"Mars/Here", b"Ma\x97s/Here"))
+    content = path.read_bytes()
+    assert len(broken) == len(schema) and schema in content
+    path.write_bytes(content.replace(schema, broken))
+    with pytest.raises(ksl.MotionError, match="the time zone of column 'time' is no text; write times in seconds"):
+        ksl.read_motion(ksl.load_string(ONE_JOINT), path)
+
+
+ONE_JOINT = """<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="shoulder" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint></robot>"""

@@ -233,6 +233,14 @@ class ParquetTable(Recorded):
             return seconds
         return self._numbers(column)
 
+    def _zone(self, column: pa.ChunkedArray, name: str) -> str | None:
+        """The time zone of dates."""
+        try:
+            zone: str | None = column.type.tz
+        except UnicodeDecodeError:
+            raise MotionError(f"{self.file}: the time zone of column {name!r} is no text; write times in seconds") from None
+        return zone
+
     def _ticks(self, column: pa.ChunkedArray, name: str) -> np.ndarray:
         """Nanoseconds of dates since the first one, or of durations.  Raises MotionError where 64 bits don't hold them, or the time zone is unknown."""
         import pyarrow as pa
@@ -240,7 +248,7 @@ class ParquetTable(Recorded):
 
         dates = t.is_timestamp(column.type)
         try:
-            nanoseconds = column.cast(pa.timestamp("ns", column.type.tz) if dates else pa.duration("ns"))
+            nanoseconds = column.cast(pa.timestamp("ns", self._zone(column, name)) if dates else pa.duration("ns"))
         except pa.ArrowInvalid:
             what, known = ("dates", "those from 1678 to 2261") if dates else ("durations", "those of at most 292 years")
             raise MotionError(f"{self.file}: column {name!r} holds {what} that are too large, only {known} are read; write times in seconds") from None
@@ -255,7 +263,7 @@ class ParquetTable(Recorded):
         try:
             first = column[0].as_py()
         except (pa.ArrowException, ValueError, LookupError, OverflowError):
-            zone = f"the time zone {column.type.tz!r}, which is not known" if column.type.tz else "a first date that can't be shown"
+            zone = f"the time zone {self._zone(column, name)!r}, which is not known" if self._zone(column, name) else "a first date that can't be shown"
             raise MotionError(f"{self.file}: column {name!r} has {zone}; write dates in UTC, or times in seconds") from None
         self.notes.append(f"times in column {name!r} are dates; time 0 is {first}")
         ticks -= ticks[0]
