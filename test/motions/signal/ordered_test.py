@@ -156,6 +156,8 @@ def test_times_too_close_for_a_spline_are_said_with_their_joints():
     close = np.array([0.0, 1e-300, 2e-300, 1.0, 2.0, 3.0, 4.0])
     with pytest.raises(ksl.MotionError, match="times are so close to each other"):
         on_spline(close, np.zeros((7, 1)), np.array([0.5]))
+    with pytest.raises(ksl.MotionError, match="times are so close to each other"):
+        on_spline(np.array([0.0, 1.0, 1.0, 2.0]), np.zeros((4, 1)), np.array([0.5]))
     for call in (lambda: derivative(close, np.zeros(7)), lambda: derivatives(close, np.zeros((7, 1)), 2)):
         with pytest.raises(ksl.MotionError, match="check their unit"):
             call()

@@ -16,6 +16,8 @@ def spline_through(time: Array, x: Array, degree: int = 5) -> Any:
     """The not-a-knot spline of scipy through x (n, …) at increasing times (n).  Raises MotionError where rounding leaves no equations for one."""
     from scipy.interpolate import make_interp_spline
 
+    if (np.diff(time) <= 0).any():  # times that differ by less than their distance from the first one can show
+        raise MotionError(TOO_CLOSE)
     try:
         return make_interp_spline(time, x, k=degree, check_finite=False)
     except np.linalg.LinAlgError:
