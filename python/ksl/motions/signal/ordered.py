@@ -168,7 +168,5 @@ def _merged(file: str, series: list[_Series], time: Array, values: Values, rows:
             x = on_spline(own - own[0], np.column_stack([values[c][s.rows] for c in s.columns]), at - own[0])
         except MotionError as e:
             raise MotionError(f"{file}: {listed(s.joints)}: {e}") from None
-        if not np.isfinite(x).all():
-            raise MotionError(f"{file}: {listed(s.joints)}: numbers overflow between the samples; check the units of times and positions (s, rad, m)")
         out |= {c: x[:, i] for i, c in enumerate(s.columns)}
     return Ordered(at, {c: out[c] for c in values}, rows[kept], notes)
