@@ -42,7 +42,6 @@ public:
   const double *q() const { return q_.data(); }
   const double *v() const { return start_.data() + of_.nv(); }
   double work() const { return start_[2 * of_.nv()]; }
-  const double *a() const { return rate_[0].data() + of_.nv(); }
 
 private:
   void set_scale();

@@ -32,7 +32,6 @@ public:
   mode &at(int k) { return mode_[static_cast<std::size_t>(k)]; }
   mode at(int k) const { return mode_[static_cast<std::size_t>(k)]; }
   bool holds(int k) const { return at(k) >= mode::sticks; }
-  bool any() const { return any_; }
   double friction(int k) const { return friction_[static_cast<std::size_t>(k)]; }
   double holding(int k) const { return holding_[static_cast<std::size_t>(k)]; }
 

@@ -11,7 +11,7 @@ public:
 
   std::size_t size() const { return 2 * of_.nv() + 1; }
 
-  /// The rates dy of y about q0 at time t; its position stays in q().  False if a function ended the run.
+  /// The rates dy of y about q0 at time t.  False if a function ended the run.
   bool rates(double t, const double *q0, const double *y, double *dy) {
     const std::size_t nv = of_.nv();
     of_.space().move(1, q0, y, q_.data());
@@ -20,7 +20,6 @@ public:
     of_.space().rates(1, y, y + nv, dy);
     return true;
   }
-  const double *q() const { return q_.data(); }
 
 private:
   system &of_;
