@@ -230,6 +230,13 @@ def test_the_worst_start_is_the_worst_of_all(spinning):
     assert found["worst"].motion.time[0] == each[int(np.argmax(largest))].motion.time[0]
 
 
+def test_numbers_beyond_the_range_are_a_sentence_that_names_the_case(spinning):
+    """Each number is finite, and the efforts of a stop under them are not."""
+    text = '[cases.far]\nmotion = "m.csv"\ngravity = [1e308, 1e308, 0]\npayloads = [{ link = "beam", mass = 2, center = [2.5, 0, 0.1] }]\nstop = { time = 1.5 }\n'
+    with pytest.raises(ksl.CaseError, match=r"case far: the stop from 0 s: .*too large.*; check the units of positions"):
+        cases(spinning, text)
+
+
 def test_brakes_may_stop_it_and_external_wrenches_are_those_of_the_start(spinning):
     text = """
 [cases.brake]

@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 from ksl.base.errors import ResultError
 
+CHECK_UNITS = "check the units of positions, rates, external wrenches, masses and gravity (rad, m, s, N, N m, kg)"
+"""What helps where numbers of a file are finite and a result of them is not."""
+
 
 def require_finite(call: str, result: str, x: NDArray[np.floating]) -> None:
     """Raises ResultError for a number of x (…, numbers) that is not finite.  The message begins with the names of the call and the result."""

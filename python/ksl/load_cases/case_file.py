@@ -369,7 +369,10 @@ class _Case:
     ) -> list[LoadCase]:
         stop, by = self._stop(motion)
         if stop.start == "worst":
-            starts = [worst_start(model, motion, stop, external)]
+            try:
+                starts = [worst_start(model, motion, stop, external)]
+            except MotionError as e:
+                raise CaseError(f"{self.where}: {e}") from None
         elif stop.start == "all":
             starts = stop.starts(motion).tolist()
         else:
@@ -382,7 +385,10 @@ class _Case:
             at = float(motion.time[start])
             kind = f"emergency stop from {at:.6g} s in {stop.duration:g} s, {stop.law} law, by the {by}{tried}"
             name = f"{self.name} {at:.6g} s" if stop.start == "all" else self.name
-            stopped = replace(stop.motion(model, motion, start), doubts=doubts)
+            try:
+                stopped = replace(stop.motion(model, motion, start), doubts=doubts)
+            except MotionError as e:
+                raise CaseError(f"{self.where}: {e}") from None
             made.append(self._made(model, stopped, file, payloads, external, kind, by == "brakes", name, at))
         return made
 

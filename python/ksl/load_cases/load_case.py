@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ksl import _core
 from ksl.base.errors import MotionError, ResultError
+from ksl.base.finite_results import CHECK_UNITS
 from ksl.load_cases.loop_motion import JointMotions, joint_motions
 from ksl.load_cases.passive_joints import passive, without_axial_effort
 from ksl.load_cases.placement import Placement as Placement
@@ -114,8 +115,7 @@ class LoadCase:
         except ResultError as e:
             check_drives(self.model, self.motion_file or self.name)
             sample = (rows.start or 0) + e.state
-            units = "check the units of positions, rates, external wrenches, masses and gravity (rad, m, s, N, N m, kg)"
-            about = "" if self.model.loops else f"; {units}"
+            about = "" if self.model.loops else f"; {CHECK_UNITS}"
             raise MotionError(f"{self.motion_file or self.name}: sample {sample + 1} (time {m.time[sample]:.9g}): {e}{about}") from None
         coupling = self._coupling(found.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
         each = 1 + len(p.points)

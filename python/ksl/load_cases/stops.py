@@ -19,7 +19,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.base.errors import MotionError
+from ksl.base.errors import MotionError, ResultError
+from ksl.base.finite_results import CHECK_UNITS
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
 from ksl.model.calls import Calls
@@ -104,13 +105,10 @@ def nearest_sample(motion: Motion, time: float) -> int:
 def worst_start(model: Calls, motion: Motion, stop: Stop, external: Sequence[WrenchOverTime]) -> int:
     """The sample whose stop uses the largest share of an effort limit; if none is given, of the largest effort of the joint in all stops.
 
-    External wrenches are those of the start, held.
+    External wrenches are those of the start, held.  Raises MotionError for a stop that has no efforts.
     """
     starts, x = stop.starts(motion), np.linspace(0, 1, SEARCHED)
-    try:
-        largest = np.concatenate([_largest_efforts(model, motion, stop, part, x, external) for part in _parts(starts, len(x))])
-    except NotClosed as e:
-        raise MotionError(f"the stop from {motion.time[starts[e.row]]:.6g} s: {e.why}") from None
+    largest = np.concatenate([_largest_efforts(model, motion, stop, part, x, external) for part in _parts(starts, len(x))])
     limits = np.array([limits_of(j).effort or 0.0 for j in model.joints if j.nv == 1 and j.v_index >= 0])
     columns = [j.v_index for j in model.joints if j.nv == 1 and j.v_index >= 0]
     if not columns:
@@ -130,9 +128,15 @@ def _largest_efforts(
     model: Calls, motion: Motion, stop: Stop, starts: NDArray[np.intp], x: Array, external: Sequence[WrenchOverTime]
 ) -> Array:
     """(starts, nv): the largest magnitude of each effort during the stop from each start."""
-    q, v, a = stop.states(model, motion, starts, x)
     time = np.repeat(motion.time[starts], len(x))
-    flat = total_on_links(external, model, time, q.reshape(len(time), -1))
-    held = {link: w.reshape(len(starts), len(x), 6) for link, w in flat.items()}
-    largest: Array = np.abs(model.inverse_dynamics(q, v, a, held or None)).max(axis=1)
+    try:
+        q, v, a = stop.states(model, motion, starts, x)
+        flat = total_on_links(external, model, time, q.reshape(len(time), -1))
+        held = {link: w.reshape(len(starts), len(x), 6) for link, w in flat.items()}
+        largest: Array = np.abs(model.inverse_dynamics(q, v, a, held or None)).max(axis=1)
+    except NotClosed as e:
+        raise MotionError(f"the stop from {motion.time[starts[e.row]]:.6g} s: {e.why}") from None
+    except ResultError as e:
+        about = "" if model.loops else f"; {CHECK_UNITS}"
+        raise MotionError(f"the stop from {time[e.state]:.6g} s: {e}{about}") from None
     return largest
