@@ -1,4 +1,5 @@
 # make demo   sets everything up, runs the main job on a robot and a motion that ship with KSL, says where the report is
+# make full   compiles what `make demo` leaves out: kernels for this processor, with which batches are computed many times as fast
 # make test   sets everything up, runs all tests
 # make test-long  the tests of many random cases with fifty times as many, of C++ with both compilers and each instruction set, and on an
 #              emulated Arm processor; writes test/long_results.md
@@ -36,11 +37,15 @@ unexport $(filter-out PYTHON,$(filter $(DROPPED),$(.VARIABLES)))
 
 SOURCES := $(shell find include src python cmake -type f -not -name '*.pyc') CMakeLists.txt pyproject.toml
 
-.PHONY: demo test test-c test-python build-gcc build-clang quick test-long bench bench-build bench-plots bench-arm release docs clean
+.PHONY: demo full test test-c test-python build-gcc build-clang quick test-long bench bench-build bench-plots bench-arm release docs clean
 .DELETE_ON_ERROR:
 
-demo: $(VENV)/.installed
+# What is installed serves; else KSL is compiled for a first look.
+demo: $(firstword $(wildcard $(VENV)/.tested $(VENV)/.installed) $(VENV)/.first_look)
 	$(BIN)/ksl loads examples/robots/panda.urdf examples/motions/panda_pick.csv -o out/panda_pick
+	@if [ -e $(VENV)/.first_look ]; then echo "KSL is compiled for a first look. \`make full\` compiles it for this processor: batches are then many times as fast"; fi
+
+full: $(VENV)/.installed
 
 # One job compiles with clang and installs libraries, the other installs packages and compiles with gcc: each waits for the network in turn.
 test: $(VENV)/.tools
@@ -135,8 +140,14 @@ $(VENV)/.tools:
 # pip's build names the compiler that Python was built with, whatever else is there.  So clang is named here, unless somebody has named another.
 named = $(filter environment% command%,$(origin CC) $(origin CXX))
 clang_if_it_works = $(shell printf '\043include <span>\nstatic_assert(__clang_major__ >= 14);\n' | clang++ -std=c++20 -x c++ -fsyntax-only - 2>/dev/null && echo CC=clang CXX=clang++)
+install = $(if $(named),,$(clang_if_it_works)) $(BIN)/python scripts/install.py --no-build-isolation $(1) '.[loads,check]'
 $(VENV)/.installed: $(VENV)/.tools $(SOURCES)
-	$(if $(named),,$(clang_if_it_works)) $(BIN)/python scripts/install.py --no-build-isolation '.[loads,check]'
+	$(call install)
+	rm -f $(VENV)/.first_look
+	touch $@
+
+$(VENV)/.first_look: $(VENV)/.tools $(SOURCES)
+	$(call install,--config-settings=build-dir=build/first_look --config-settings=cmake.define.KSL_FIRST_LOOK=ON)
 	touch $@
 
 $(VENV)/.packages: $(VENV)/.tools scripts/system_packages.sh
@@ -146,7 +157,7 @@ $(VENV)/.packages: $(VENV)/.tools scripts/system_packages.sh
 $(VENV)/.tested: $(VENV)/.tools $(SOURCES)
 	CC=clang CXX=clang++ $(BIN)/python -m pip install -q --no-build-isolation --config-settings=build-dir=build/clang \
 	  --config-settings=cmake.define.KSL_WERROR=ON '.[test]'
-	rm -f $(VENV)/.installed
+	rm -f $(VENV)/.installed $(VENV)/.first_look
 	touch $@
 
 -include scripts/ci.mk scripts/lint/lint.mk scripts/abi/abi.mk scripts/dist/dist.mk scripts/site/site.mk scripts/trust/trust.mk fuzz/fuzz.mk test/golden/golden.mk test/mutate/mutate.mk \
