@@ -5,6 +5,7 @@
 #include "description/given.hpp"
 #include "description/mimic.hpp"
 #include "description/rigid_pose.hpp"
+#include "description/surgery.hpp"
 #include "text/words.hpp"
 
 #include <algorithm>
@@ -16,10 +17,9 @@ namespace ksl {
 
 namespace {
 
+using surgery::refuse;
 using text::quoted;
 using text::shown;
-
-[[noreturn]] void refuse(const std::string &what) { text::refuse({}, 0, what); }
 
 bool finite(const vec3<double> &x) { return std::isfinite(x.x) && std::isfinite(x.y) && std::isfinite(x.z); }
 

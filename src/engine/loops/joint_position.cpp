@@ -1,5 +1,6 @@
 #include "engine/loops/joint_position.hpp"
 
+#include "engine/loops/vectors.hpp"
 #include "ksl/engine/model/joints.hpp"
 
 #include <cmath>
@@ -18,22 +19,6 @@ mat3x3<double> product(const mat3x3<double> &a, const mat3x3<double> &b) {
 }
 mat3x3<double> transposed(const mat3x3<double> &a) {
   return {a.m00, a.m01, a.m02, a.m10, a.m11, a.m12, a.m20, a.m21, a.m22};
-}
-vector turned_back(const mat3x3<double> &R, const vector &x) {
-  vector y;
-  A::product_drinvv(&R, &x, &y);
-  return y;
-}
-vector turned(const mat3x3<double> &R, const vector &x) {
-  vector y;
-  A::product_drv(&R, &x, &y);
-  return y;
-}
-double dot(const vector &a, const vector &b) { return A::dot_vv(&a, &b); }
-vector cross(const vector &a, const vector &b) {
-  vector c;
-  A::cross_vv(&a, &b, &c);
-  return c;
 }
 
 mat3x3<double> about_z(double angle) {

@@ -2,6 +2,7 @@
 
 #include "description/loops.hpp"
 #include "engine/canonical_axes.hpp"
+#include "engine/loops/vectors.hpp"
 #include "ksl/engine/model/joints.hpp"
 
 #include <algorithm>
@@ -9,17 +10,6 @@
 
 namespace ksl::loops {
 namespace {
-
-using A = algebra<double>;
-
-vec3<double> product(const mat3x3<double> &R, const vec3<double> &x) {
-  vec3<double> y;
-  A::product_drv(&R, &x, &y);
-  return y;
-}
-
-double dot(const vec3<double> &a, const vec3<double> &b) { return A::dot_vv(&a, &b); }
-double length(const vec3<double> &a) { return std::sqrt(dot(a, a)); }
 
 /// An orthonormal basis of the wrenches that do no work on the unit twists given, by Gram and Schmidt, from unit forces and moments
 /// along the axes.  Twists along and about axes leave unit wrenches.  All are in canonical axes.
@@ -147,14 +137,12 @@ private:
       l.rows = 4;
       for (int i = 0; i < 3; ++i)
         l.T[i] = {{i == 0 ? 1. : 0., i == 1 ? 1. : 0., i == 2 ? 1. : 0.}, {0, 0, 0}};
-      vec3<double> normal;
-      A::cross_vv(&l.axis, &l.axis2, &normal);
-      l.T[3] = {{0, 0, 0}, normal};
+      l.T[3] = {{0, 0, 0}, cross(l.axis, l.axis2)};
       return;
     }
     l.rows = wrenches_without_work(unit_twists(l.kind, {0, 0, 1}, l.pitch), l.T); // in canonical axes
     for (int i = 0; i < l.rows; ++i)
-      l.T[i] = {product(l.canonical, l.T[i].lin), product(l.canonical, l.T[i].ang)};
+      l.T[i] = {turned(l.canonical, l.T[i].lin), turned(l.canonical, l.T[i].ang)};
   }
 
   void add_support(int joint, double sign) {
