@@ -1,5 +1,5 @@
 # make demo   sets everything up, runs the main job on a robot and a motion that ship with KSL, says where the report is
-# make full   compiles what `make demo` leaves out: kernels for this processor, with which batches are computed many times as fast
+# make full   compiles what `make demo` leaves out: the kernels for this processor, whose batches are three to four times as fast
 # make test   sets everything up, runs all tests
 # make test-long  the tests of many random cases with fifty times as many, of C++ with both compilers and each instruction set, and on an
 #              emulated Arm processor; writes test/long_results.md
@@ -43,7 +43,7 @@ SOURCES := $(shell find include src python cmake -type f -not -name '*.pyc') CMa
 # What is installed serves; else KSL is compiled for a first look.
 demo: $(firstword $(wildcard $(VENV)/.tested $(VENV)/.installed) $(VENV)/.first_look)
 	$(BIN)/ksl loads examples/robots/panda.urdf examples/motions/panda_pick.csv -o out/panda_pick
-	@if [ -e $(VENV)/.first_look ]; then echo "KSL is compiled for a first look. \`make full\` compiles it for this processor: batches are then many times as fast"; fi
+	@if [ -e $(VENV)/.first_look ]; then echo "KSL is compiled for a first look. \`make full\` compiles it for this processor: batches are then three to four times as fast"; fi
 
 full: $(VENV)/.installed
 
