@@ -275,16 +275,24 @@ private:
   int link_of(nb::handle name) const {
     Py_ssize_t size = 0;
     const char *const text = PyUnicode_CheckExact(name.ptr()) ? PyUnicode_AsUTF8AndSize(name.ptr(), &size) : nullptr;
-    const int link = text ? m_.find_link(std::string(text, static_cast<std::size_t>(size))) : -1;
-    if (link >= 0)
-      return link;
+    const std::string word = text ? std::string(text, static_cast<std::size_t>(size)) : "";
+    const int link = text ? m_.find_link(word) : -1;
+    const int told = link < 0 && word.compare(0, 5, "link:") == 0 ? m_.find_link(word.substr(5)) : link;
+    if (told >= 0)
+      return told;
     PyErr_Clear();
     nb::list known;
     for (const ksl::link_description &l : m_.links())
       known.append(l.name);
     const ksl::robot_description &robot = m_.description();
-    refuse(text_of(nb::module_::import_("ksl.base.errors")
-                       .attr("unknown_name")(robot.name.empty() ? robot.file : robot.name, "link", name, known)));
+    const int joint = text ? m_.find_joint(word) : -1;
+    const auto carried = [&] {
+      return m_.links()[static_cast<std::size_t>(m_.joints()[static_cast<std::size_t>(joint)].link)].name;
+    };
+    const nb::object errors = nb::module_::import_("ksl.base.errors");
+    const std::string &where = robot.name.empty() ? robot.file : robot.name;
+    refuse(text_of(joint < 0 ? errors.attr("unknown_name")(where, "link", name, known)
+                             : errors.attr("other_kind")(where, "link", name, "joint", carried())));
   }
 
   [[noreturn]] void refuse_leading_shapes() {

@@ -140,7 +140,10 @@ if not TYPE_CHECKING:  # otherwise a type checker would believe in any name
         from importlib import import_module
 
         if name in _MODULES:
-            import_module(_MODULES[name])
+            try:
+                import_module(_MODULES[name])
+            except ModuleNotFoundError as e:  # an attribute is asked for: hasattr and help would end with any other error
+                raise AttributeError(str(e), name=name) from None
             return sys.modules[f"ksl.{name}"]
         if name not in _MODULE_OF:
             from ksl.base.errors import near_names

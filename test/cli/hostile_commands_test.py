@@ -44,6 +44,10 @@ def hostile(tmp_path_factory):
         table = csv.writer(f)
         table.writerow(["time", *map(csv_text, BAD)])
         table.writerows([k / 10, *[0.1 * k] * len(BAD)] for k in range(8))
+    motor = '[[component]]\njoint = "=HYPERLINK(1)"\nkind = "motor"\nname = "=\\u202e\\u001b"\npeak_torque = 9\n'
+    (folder / "components.toml").write_text(motor)
+    (folder / "sweep.toml").write_text('[base]\nmotion = "motion.csv"\n[[vary]]\nkind = "payload"\nlink = "=HYPERLINK(1)"\nvalues = [0, 1]\n')
+    assert run("loads", "robot.urdf", "motion.csv", "-o", "results", inside=folder).returncode == 0
     return folder
 
 
@@ -110,23 +114,38 @@ def test_cells_of_tables():
     assert table["x"].to_pylist() == [-1.0] * len(BAD), "numbers stay"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "status"),
-    [
-        (("info", "robot.urdf"), 0),
-        (("check", "robot.urdf", "--all"), 1),
-        (("check", "robot.urdf", "--json"), 1),
-        (("loads", "robot.urdf", "motion.csv", "-o", "OUT", "--csv"), 0),
-        (("hold", "robot.urdf"), 0),
-        (("motion", "robot.urdf", "--kind", "minjerk", "-o", "OUT.csv"), 0),
-        (("loads", "\x1b[31m.urdf", "\u202e.csv"), 2),
-        (("\x1b[31m",), 2),
-        (("info", "robot.urdf", "\x1b[31m"), 2),
-        (("loads", "robot.urdf", "motion.csv", "--on", "\u202e"), 2),
-    ],
-    ids=["info", "check", "check --json", "loads", "hold", "motion", "names of files", "a command", "an argument", "an option"],
-)
+PRINTED = {
+    "info": (("info", "robot.urdf"), 0),
+    "check": (("check", "robot.urdf", "--all"), 1),
+    "check --json": (("check", "robot.urdf", "--json"), 1),
+    "compare": (("compare", "robot.urdf", "--with", "mujoco", "--states", "1"), 0),
+    "loads": (("loads", "robot.urdf", "motion.csv", "-o", "OUT", "--csv"), 0),
+    "hold": (("hold", "robot.urdf"), 0),
+    "motion": (("motion", "robot.urdf", "--kind", "minjerk", "-o", "OUT.csv"), 0),
+    "simulate": (("simulate", "robot.urdf", "--until", "0.02", "--pose", "=HYPERLINK(1)=0.1", "--dry-friction", "-2+3=1", "-o", "OUT"), 0),
+    "size": (("size", "results", "components.toml", "-o", "OUT"), 0),
+    "size --example": (("size", "results", "--example"), 0),
+    "sweep": (("sweep", "robot.urdf", "sweep.toml", "-o", "OUT"), 0),
+    "view": (("view", "robot.urdf", "--export", "OUT.html"), 0),
+    "names of files": (("loads", "\x1b[31m.urdf", "\u202e.csv"), 2),
+    "a command": (("\x1b[31m",), 2),
+    "an argument": (("info", "robot.urdf", "\x1b[31m"), 2),
+    "an option": (("loads", "robot.urdf", "motion.csv", "--on", "\u202e"), 2),
+}
+"""What each command is given, and its status.  A new command must enter."""
+
+
+def test_every_command_is_in_the_table():
+    import ksl.commands  # noqa: F401  the commands
+    from ksl.commands.app import app
+
+    assert {command.name or command.callback.__name__ for command in app.registered_commands} <= {arguments[0] for arguments, _ in PRINTED.values()}
+
+
+@pytest.mark.parametrize(("arguments", "status"), PRINTED.values(), ids=PRINTED)
 def test_nothing_but_printable_text_is_printed(hostile, tmp_path, arguments, status):
+    for needed in {"view": ["viser"], "compare": ["mujoco"]}.get(arguments[0], []):
+        pytest.importorskip(needed)
     p = run(*(a.replace("OUT", str(tmp_path / "out")) for a in arguments), inside=hostile)
     assert p.returncode == status and p.stdout + p.stderr, p.stderr.decode()
     for text in (p.stdout.decode(), p.stderr.decode()):

@@ -39,6 +39,16 @@ def test_every_name_is_there():
     assert python("from ksl import load, Pose\nimport ksl\nprint(ksl.load is load, ksl.Pose is Pose)") == "True True\n"
 
 
+def test_help_where_no_library_is_installed_beside():
+    """help(ksl) ended with "ksl.jax needs JAX"."""
+    without = "import sys\nfor name in ('jax', 'torch'):\n    sys.modules[name] = None\nimport ksl\n"
+    assert python(f"{without}import pydoc\nprint('every wrench' in pydoc.render_doc(ksl))") == "True\n"
+    for name in ("jax", "torch"):
+        said = f"ksl.{name} needs {name if name == 'torch' else 'JAX'}; install it with: pip install 'ksl[{name}]'"
+        assert python(f"{without}print(hasattr(ksl, {name!r}))\ntry:\n    ksl.{name}\nexcept AttributeError as e:\n    print(e)") == f"False\n{said}\n"
+        assert python(f"{without}try:\n    from ksl import {name}\nexcept ModuleNotFoundError as e:\n    print(e)") == f"{said}\n"
+
+
 def test_help_begins_with_all_that_users_may_use():
     for name in (*ksl.__all__, *ksl._MODULES):
         assert name == "__version__" or re.search(rf"\b{name}\b", ksl.__doc__), f"{name} is missing in the docstring of ksl"

@@ -191,6 +191,26 @@ def test_the_closed_door_hangs_on_both_hinges_by_their_stiffness():
         m.with_stiffness({"upper": np.zeros(6)})
 
 
+@pytest.mark.parametrize("size", [1e-9, 1e-6, 1e-3, 1e6])
+def test_stiffnesses_decide_alike_in_small_and_large_mechanisms(size):
+    """A door and its hinges, all lengths times `size` and stiffnesses about axes times its square, have the same forces: stiffnesses in N/m beside N m/rad are no
+    measure of each other.  In a micromechanism those along axes counted as rigid."""
+
+    def forces(s):
+        b = ksl.Builder("door").add_link("wall").add_link("leaf", mass=10.0, center_of_mass=(0.5 * s, 0.1 * s, 0.3 * s), inertia=np.diag([1.0, 1.0, 1.0]) * s**2)
+        b.add_joint("lower", "revolute", "wall", "leaf", axis=(0, 0, 1))
+        up = np.eye(4)
+        up[2, 3] = s
+        m = b.add_loop("upper", "revolute", "wall", "leaf", up, up, axis=(0, 0, 1)).build(drives=["lower"])
+        turning = np.array([1, 1, 1, s * s, s * s, s * s])
+        stiffness = {"lower": np.array([2e6, 1e6, 3e6, 3e3, 1e3, 1e3]) * turning, "upper": np.array([1e6, 4e6, 1e6, 1e3, 2e3, 1e3]) * turning}
+        m = m.with_stiffness(stiffness)
+        assert m.reactions_unique([0.0], ["lower", "upper"]).all()
+        return m.reactions([0.0], [0.0], [0.0], joints=["lower", "upper"]) / [1, 1, 1, s, s, s]
+
+    close_to(forces(size), forces(1.0), 1e-9)
+
+
 def test_stiffnesses_go_where_their_joints_go():
     c = random_case("revolute", 1)
     names = [*c.model.joint_names, "L"]

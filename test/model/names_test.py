@@ -1,13 +1,19 @@
 """Names of links and joints, whatever they are called: every call that takes one says which it means, or is refused with the way to say it."""
 
 import re
+import sys
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
 from ksl_command import run_ksl
 
+sys.path.append(str(Path(__file__).parents[1] / "load_cases"))
+from linkages import FOURBAR
+
 import ksl
+from ksl.simulation import PD, Brake
 
 LINK_ORIGIN = [0.1, 0.2, 0.3]
 EXTERNAL = np.array([1.0, 2, 3, 4, 5, 6])
@@ -76,6 +82,11 @@ JOINTS = {
     "reactions_derivatives": lambda m, s, name: m.reactions_derivatives(*s[:3], joints=[name])[0],
     "reactions_external_derivatives": lambda m, s, name: m.reactions_external_derivatives(s[0], joints=[name]),
     "reactions_regressor": lambda m, s, name: m.reactions_regressor(*s[:3], joints=[name]),
+    "simulate, friction": lambda m, s, name: m.simulate(np.zeros(3), np.zeros(3), [0, 0.01], friction={name: 0.5}).q,
+    "simulate, restitution": lambda m, s, name: m.simulate(np.zeros(3), np.zeros(3), [0, 0.01], restitution={name: 0.5}).q,
+    "simulate, brake": lambda m, s, name: m.simulate(np.zeros(3), np.zeros(3), [0, 0.01], brake=Brake({name: 0.5}, at=0.0)).q,
+    "simulate, stiffness of gains": lambda m, s, name: m.simulate(np.zeros(3), np.zeros(3), [0, 0.01], efforts=PD(np.zeros(3), {name: 9.0}, 1.0)).q,
+    "with_stiffness": lambda m, s, name: np.array([m.with_stiffness({name: np.full(6, 1e6)}).nq]),
     "joint": lambda m, s, name: np.array([m.joint(name).q_index]),
     "with_frozen_joints": lambda m, s, name: np.array([m.with_frozen_joints({name: 0.3}).nq]),
     "placement of loads": lambda m, s, name: ksl.compute_loads(m, (np.arange(2.0), np.zeros((2, m.nq)), np.zeros((2, m.nv)), np.zeros((2, m.nv))), joints=[name]),
@@ -88,6 +99,7 @@ LINKS = {
     "support": lambda m, s, name: m.support(name),
     "children": lambda m, s, name: m.children(name),
     "external": lambda m, s, name: m.inverse_dynamics(*s[:3], {name: EXTERNAL}),
+    "simulate, external": lambda m, s, name: m.simulate(np.zeros(3), np.zeros(3), [0, 0.01], external={name: EXTERNAL}).q,
     "with_payload": lambda m, s, name: m.with_payload(name, 1.0),
     "with_root": lambda m, s, name: m.with_root(name),
     "subtree": lambda m, s, name: m.subtree(name),
@@ -102,7 +114,9 @@ LINKS = {
 }
 """Calls that take links.  Joints are refused."""
 
-NAMES_OF = re.compile(r"\b(names|joints|name|link|links|joint|seen_from|beyond|parent_link|parameters|external|weights)\b(?=:|,|\)|=)")
+NAMES_OF = re.compile(
+    r"\b(names|joints|name|link|links|joint|seen_from|beyond|parent_link|parameters|external|weights|hold|given|stiffness|friction|restitution|brake|efforts)\b(?=:|,|\)|=)"
+)
 
 
 def test_every_method_that_takes_names_is_in_a_table():
@@ -112,10 +126,10 @@ def test_every_method_that_takes_names_is_in_a_table():
     others = {
         "reaction_request": "what reactions makes", "inverse_kinematics": "FRAMES", "parent": "joint_above", "builder": "no name of the model", "loads": "at, axes",
         "show": "viewer: joint()", "position_of": "takes a Joint", "velocity_of": "takes a Joint", "joint_index": "joint", "frame_link": "FRAMES",
-        "inverse_dynamics_with_reactions": "requests", "with_drives": "refused for trees",
+        "inverse_dynamics_with_reactions": "requests", "stiffness": "no argument of that name",
         "inverse_dynamics_gradient": "weights of efforts, in the order of v",
     }  # fmt: skip
-    entered = {name.split(",")[0] for table in (FRAMES, JOINTS, LINKS) for name in table}
+    entered = {name.split(",")[0] for table in (FRAMES, JOINTS, LINKS, CLOSED, WITH_LOOPS) for name in table}
     takes_external = {name for name, f in inspect.getmembers(ksl.Model, inspect.isfunction) if "external" in inspect.signature(f).parameters}
     for name, f in inspect.getmembers(ksl.Model, inspect.isfunction):
         takes = [p for p in inspect.signature(f).parameters if NAMES_OF.search(p + ":") and p != "external"]
@@ -141,16 +155,56 @@ def test_the_ways_are_among_the_frames(robot, state):
 
 @pytest.mark.parametrize("call", JOINTS.values(), ids=JOINTS)
 def test_joints_are_meant_where_joints_are_taken(robot, state, call):
-    call(robot, state, "hip"), call(robot, state, "joint:hip" if call is not JOINTS["with_frozen_joints"] else "hip")
-    with pytest.raises(ValueError, match="thigh"):
+    call(robot, state, "hip"), call(robot, state, "joint:hip")
+    with pytest.raises(ValueError, match="no joint named 'thigh'; it is a link, which joint 'hip' carries"):
         call(robot, state, "thigh")
 
 
 @pytest.mark.parametrize("call", LINKS.values(), ids=LINKS)
 def test_links_are_meant_where_links_are_taken(robot, state, call):
-    call(robot, state, "hip")
-    with pytest.raises(ValueError, match="knee"):
+    call(robot, state, "hip"), call(robot, state, "link:hip")
+    with pytest.raises(ValueError, match="no link named 'knee'; it is a joint, which carries link 'shank'"):
         call(robot, state, "knee")
+
+
+CLOSED = {
+    "close": lambda m, q, name: m.close(q, hold=[name]),
+    "branches": lambda m, q, name: m.branches(q, hold=[name], starts=1),
+    "consistent_velocity": lambda m, q, name: m.consistent_velocity(q, np.zeros(3), given=[name]),
+    "consistent_acceleration": lambda m, q, name: m.consistent_acceleration(q, np.zeros(3), np.zeros(3), given=[name]),
+    "with_drives": lambda m, q, name: m.with_drives([name]),
+    "with_frozen_joints": lambda m, q, name: m.with_frozen_joints({name: q[0]}),
+    "simulate, friction": lambda m, q, name: m.simulate(q, np.zeros(3), [0, 0.01], friction={name: 0.5}),
+}
+"""Calls of mechanisms with loops that take joints of the tree."""
+WITH_LOOPS = {
+    "reactions": lambda m, q, name: m.reactions(q, np.zeros(3), np.zeros(3), joints=[name]),
+    "reactions_unique": lambda m, q, name: m.reactions_unique(q, joints=[name]),
+    "reactions_null_basis": lambda m, q, name: m.reactions_null_basis(q, joints=[name]),
+    "with_stiffness": lambda m, q, name: m.with_stiffness({name: np.full(6, 1e6)}),
+    "reactions, stiffness": lambda m, q, name: m.reactions(q, np.zeros(3), np.zeros(3), stiffness={name: np.full(6, 1e6)}),
+}
+"""Those that take joints which close loops, too."""
+
+
+@pytest.fixture(scope="module")
+def four_bar():
+    """A linkage whose joint `A` carries `crank`, where link `A` is another one; the joint that closes it has the name of the link `rocker`."""
+    m = ksl.load_string(FOURBAR.replace('"coupler"', '"A"').replace('name="C"', 'name="rocker"')).with_drives(["A"])
+    return m, m.close(np.zeros(3), hold=["A"]).q
+
+
+@pytest.mark.parametrize("call", [*CLOSED.values(), *WITH_LOOPS.values()], ids=[*CLOSED, *WITH_LOOPS])
+def test_names_in_mechanisms_with_loops(four_bar, call):
+    call(*four_bar, "A"), call(*four_bar, "joint:A")
+    with pytest.raises(ValueError, match="no joint named 'crank'; it is a link, which joint 'A' carries"):
+        call(*four_bar, "crank")
+    for name in ("rocker", "joint:rocker"):
+        if call in WITH_LOOPS.values():
+            call(*four_bar, name)
+        else:
+            with pytest.raises(ValueError, match="closes a loop"):
+                call(*four_bar, name)
 
 
 def test_hybrid_dynamics_hold_the_joint_and_refuse_what_holds_nothing(robot, state):

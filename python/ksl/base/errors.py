@@ -77,6 +77,12 @@ def near_names(name: object, known: Iterable[str]) -> str:
     return f"did you mean {' or '.join(map(repr, near))}? " if near else ""
 
 
+def other_kind(where: str, what: str, name: object, found: str, other: str) -> str:
+    """Says that a link has the name where a joint is meant, or the other way round, and which joint carries it, or which link it carries."""
+    said = f"it is a link, which joint {other!r} carries" if found == "link" else f"it is a joint, which carries link {other!r}"
+    return sentence(f"{where}: no {what} named {name!r}; {said}")
+
+
 def unknown_name(where: str, what: str, name: object, known: Iterable[str]) -> str:
     """Says that there is no link, joint … of this name, which ones are near, and which ones there are."""
     names = list(known)

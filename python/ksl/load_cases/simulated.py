@@ -26,6 +26,7 @@ from ksl.model.simulation_result import Simulation
 from ksl.model.states import Array
 from ksl.motions.closing import Closing
 from ksl.motions.motion import Motion, Source
+from ksl.motions.signal.standing import standing_of_integrated
 from ksl.motions.signal.suspicions import suspicions_of_pose
 
 ControllerName = Literal["none", "gravity", "pd", "computed torque"]
@@ -105,9 +106,12 @@ def simulated_motion(
     doubts = suspicions_of_pose(model, q) if how.pose is not None else []
     doubts += [f"simulation: {one.message}" for one in said if issubclass(one.category, RuntimeWarning)]
     source = Source("simulation", f"simulated by {how.method}", int(np.count_nonzero(reached)), float(times[1] - times[0]), _notes(run, how))
+    joints, (t, x, v) = model.joints[: len(model.joint_names)], (values[reached] for values in (times, run.q, run.v))
+    error = (how.atol, how.rtol) if how.method == "dop853" else (0.0, 0.0)  # the other methods control none
+    standing = standing_of_integrated(joints, t, x, v, *error)
     corners = sorted({e.time for e in run.events if e.what in JUMPS and times[0] < e.time < run.ended})
     motion = Motion(
-        times[reached], run.q[reached], run.v[reached], run.a[reached], doubts=doubts, source=source, closing=closing,
+        t, x, v, run.a[reached], doubts=doubts, source=source, closing=closing, stands=standing.stands, held=standing.held, resolution=standing.rate,
         corner_times=np.array(corners if len(corners) <= MOST_CORNERS else [], dtype=float),
     )  # fmt: skip
     return motion, _in_words(how, brake)

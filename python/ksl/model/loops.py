@@ -259,7 +259,8 @@ class LoopCalls(Requests):
 
     def _reaction_index(self, name: str) -> int:
         """Where a joint's wrench is among those of all joints, tree and loop."""
-        return len(self.joints) + self._loop_index[name] if name in self._loop_index else self.joint_index(name)
+        loop = self._loop_index.get(self._plain(name, "joint"))
+        return self.joint_index(name) if loop is None else len(self.joints) + loop
 
     def _names_of(self, names: Iterable[str], what: str) -> list[str]:
         return given.names(names, what)
@@ -268,7 +269,7 @@ class LoopCalls(Requests):
         """The coordinates in v of joints of the tree that move."""
         coordinates: list[int] = []
         for name in self._names_of(names, what):
-            if name in self._loop_index:
+            if self._plain(name, "joint") in self._loop_index:
                 raise ValueError(f"{what}: {name!r} closes a loop, and has no coordinates; name joints of the tree")
             joint = self.joint(name)
             if joint.nv == 0:

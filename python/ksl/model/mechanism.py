@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl import _core
-from ksl.base.errors import unknown_name
+from ksl.base.errors import other_kind, unknown_name
 from ksl.base.files_read import InputFile
 from ksl.base.printable import sentence
 from ksl.model.joint_kinds import Kind
@@ -467,13 +467,28 @@ class Mechanism:
                 return table[name[len(what) + 1 :]]
         raise ValueError(self._other_kind(name, what) or unknown_name(self.name or self.file, what, name, table))
 
+    def _plain(self, name: str, what: str) -> str:
+        """A name as the compiled calls know it, without `joint:` or `link:`.  Raises ValueError for a link where a joint is meant, or the other way round.
+
+        Joints are those that close loops, too.  Of names that there are not the compiled calls say what there is.
+        """
+        known = self._link_index if what == "link" else self._joint_index | self._loop_index
+        plain = name if name in known else name.removeprefix(f"{what}:")
+        if plain in known:
+            return plain
+        if said := self._other_kind(name, what):
+            raise ValueError(said)
+        return name
+
     def _other_kind(self, name: object, what: str) -> str:
         """A sentence about a link where a joint is meant, or the other way round; empty for other names."""
         if not isinstance(name, str):
             return ""
-        said = ""
+        where = self.name or self.file
+        if what == "joint" and name.removeprefix("joint:") in self._loop_index:
+            return sentence(f"{where}: no joint named {name!r} has coordinates; it closes a loop")
         if what == "joint" and name in self._link_index:
-            said = f"it is a link, which joint {self._carrying[name].name!r} carries"
-        elif what == "link" and name in self._children:
-            said = f"it is a joint, which carries link {self.links[self._children[name]].name!r}"
-        return sentence(f"{self.name or self.file}: no {what} named {name!r}; {said}") if said else ""
+            return other_kind(where, what, name, "link", self._carrying[name].name)
+        if what == "link" and name in self._children:
+            return other_kind(where, what, name, "joint", self.links[self._children[name]].name)
+        return ""

@@ -181,8 +181,9 @@ class Requests(Mechanism):
 
     def _carried_link(self, joint: str) -> int:
         """What a request calls a joint: the index of the link that it carries; for one that closes a loop, a number after those of all links."""
-        if isinstance(joint, str) and joint in self._loop_index:
-            return len(self._link_index) + self._loop_index[joint]
+        loop = self._loop_index.get(self._plain(joint, "joint")) if isinstance(joint, str) else None
+        if loop is not None:
+            return len(self._link_index) + loop
         return self._link_index[self.joint(joint).child]
 
     def _new_request(self, on: str, at: Point, axes: str, order: str, part: str, joints: tuple[str, ...] | str | None) -> _core.Request:

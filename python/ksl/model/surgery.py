@@ -44,7 +44,7 @@ class Surgery(Calls):
         Joints on the way must be fixed or move on one axis (revolute, continuous, prismatic, helical, cylindrical).
         A fixed root is at the world's origin, with the world's axes; where the base floats, the new root floats.
         """
-        return self._made(self._core.with_root(given.name(link, "link")))
+        return self._made(self._core.with_root(self._plain(given.name(link, "link"), "link")))
 
     def without_loops(self: S) -> S:
         """The same robot with its loops cut: a tree, whose joints all have a drive.
@@ -61,7 +61,8 @@ class Surgery(Calls):
 
             m = m.with_drives(["crank"])
         """
-        return self._made(self._core.with_drives(*given.drives(joints)))
+        names, weights = given.drives(joints)
+        return self._made(self._core.with_drives([self._plain(name, "joint") for name in names], weights))
 
     def with_stiffness(self: S, stiffness: Mapping[str, Stiffness]) -> S:
         """The same mechanism, some of whose joints give way; without loops, no result depends on it.
@@ -75,13 +76,16 @@ class Surgery(Calls):
 
             m = m.with_stiffness({"A": {"axial": 2e7, "radial": 1e8, "tilting": 1e5}, "C": {"axial": 2e7, "radial": 1e8, "tilting": 1e5}})
         """
-        given_too = given.mapping(stiffness, "stiffness", "{joint: six numbers, a (6, 6) matrix, or axial, radial and tilting}")
+        given_too = [
+            (self._plain(given.name(joint, "a joint"), "joint"), x)
+            for joint, x in given.mapping(stiffness, "stiffness", "{joint: six numbers, a (6, 6) matrix, or axial, radial and tilting}")
+        ]
         axes: dict[str, tuple[float, float, float] | None] = {joint.name: joint.axis for joint in self.joints}
         axes.update((loop.name, loop.axis) for loop in self.loops)
         for joint, _ in given_too:
-            if given.name(joint, "a joint") not in axes:
+            if joint not in axes:
                 raise DescriptionError(unknown_name(self.name or self.file, "joint", joint, list(axes)))
-        return self._made(self._core.with_compliances([(given.name(joint, "a joint"), compliance_of(joint, x, axes.get(joint))) for joint, x in given_too]))
+        return self._made(self._core.with_compliances([(joint, compliance_of(joint, x, axes[joint])) for joint, x in given_too]))
 
     def _reactions_along(
         self, states: tuple[ArrayLike, ArrayLike, ArrayLike], external: External | None, on: Side, at: Point, axes: str, order: Order, part: Part,
@@ -109,7 +113,7 @@ class Surgery(Calls):
             held = m.with_frozen_joints({"elbow": 1.5})
         """
         positions = given.mapping(joints, "joints", "{joint: position}")
-        frozen = [(given.name(name, "a joint"), [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in positions]
+        frozen = [(self._plain(given.name(name, "a joint"), "joint"), [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in positions]
         made = self._made(self._core.with_frozen_joints(frozen))
         for line in made.warnings:
             if "quaternion" in line and line not in self.warnings:
@@ -122,7 +126,7 @@ class Surgery(Calls):
 
             loaded = m.with_payload("tool0", 2.0, (0, 0, 0.05))
         """
-        return self._made(self._core.with_payload(given.name(link, "link"), given.mass(f"payload on {link}", mass, center_of_mass, inertia)))
+        return self._made(self._core.with_payload(self._plain(given.name(link, "link"), "link"), given.mass(f"payload on {link}", mass, center_of_mass, inertia)))
 
     def merged(self: S, other: Surgery, parent_link: str, pose: given.PoseLike | None = None, prefix: str = "") -> S:
         """This robot with another one on it.
@@ -133,7 +137,8 @@ class Surgery(Calls):
         """
         if not isinstance(other, Surgery):
             raise ValueError(f"other is {type(other).__name__}; expected a model")
-        core = self._core.merged(other._core, given.name(parent_link, "parent_link"), given.pose(pose, "pose", parent_link), given.name(prefix, "prefix"))
+        link = self._plain(given.name(parent_link, "parent_link"), "link")
+        core = self._core.merged(other._core, link, given.pose(pose, "pose", parent_link), given.name(prefix, "prefix"))
         return self._made(core, tuple(dict.fromkeys((*self.inputs, *other.inputs))))
 
     def subtree(self: S, link: str, loops: Literal["refuse", "drop"] = "refuse") -> S:
@@ -143,7 +148,7 @@ class Surgery(Calls):
         loops: of a loop that loses a link, "refuse" is an error that names it; "drop" leaves out the joint that closes it.
         """
         drop = one_of(loops, "loops", "refuse", "drop") == "drop"
-        return self._made(self._core.subtree(given.name(link, "link"), drop))
+        return self._made(self._core.subtree(self._plain(given.name(link, "link"), "link"), drop))
 
     def with_frame(self: S, name: str, link: str, pose: given.PoseLike | None = None) -> S:
         """A frame `name`, at `pose`, (4, 4) or :class:`ksl.Pose`, in a link's frame, that may be used wherever a link may.
@@ -152,7 +157,8 @@ class Surgery(Calls):
 
             T = m.with_frame("tip", "tool0", ksl.Pose.from_rpy((0, 0, 0.1))).frame_pose(q, "tip")
         """
-        return self._made(self._core.with_frame(given.name(name, "name"), given.name(link, "link"), given.pose(pose, f"frame {name}: its pose", link)))
+        on = self._plain(given.name(link, "link"), "link")
+        return self._made(self._core.with_frame(given.name(name, "name"), on, given.pose(pose, f"frame {name}: its pose", link)))
 
     def with_parameters(self: S, parameters: Mapping[str, ArrayLike | tuple[float, ArrayLike, ArrayLike]]) -> S:
         """Other inertias for some links.

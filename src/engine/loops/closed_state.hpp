@@ -120,6 +120,7 @@ private:
          *MG_ = nullptr, *H_ = nullptr, *small_ = nullptr;
   void set_energies(int patterns);
   double energy(const double *x, const double *y) const;
+  double least_energy() const;
   reaction_request all_joints() const;
 
   double *reactions_ = nullptr, *patterns_ = nullptr;

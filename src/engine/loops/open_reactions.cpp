@@ -67,21 +67,36 @@ double closed_state::energy(const double *x, const double *y) const {
   return sum;
 }
 
+/// Rounding of the elements of a pattern, whose norm is 1.
+constexpr double of_elements = 1e-13;
+
+/// The largest energy that rounding of its elements gives a pattern.
+double closed_state::least_energy() const {
+  double largest = 0;
+  for (const auto &[joint, C] : t_.compliances)
+    for (std::size_t i = 0; i < 6; ++i)
+      largest = std::max(largest, C[7 * i]);
+  return of_elements * of_elements * largest;
+}
+
 /// Turns the patterns into others, orthonormal too, whose energies with each other are zero: those without energy come first.
+///
+/// Energies in bending and in stretching, or of large and small mechanisms, may differ by any power of ten.  So an energy counts as none
+/// beside the terms that made it, and not beside those of other patterns.
 void closed_state::set_energies(int n) {
   const int length = pattern_length();
-  double largest = 0;
-  for (int i = 0; i < n; ++i)
-    for (int k = 0; k < n; ++k) {
+  double *const terms = stiff_; // until the energies are known: the sum of the terms that made each
+  for (int i = 0; i < n; ++i) {
+    for (int k = 0; k < n; ++k)
       energy_[i * n + k] = energy(pattern(i), pattern(k));
-      largest = std::max(largest, std::fabs(energy_[i * n + k]));
-    }
+    terms[i] = std::fabs(energy_[i * n + i]);
+  }
   for (int sweep = 0; sweep < 60; ++sweep) { // Jacobi's method
     bool turned = false;
     for (int i = 0; i < n; ++i)
       for (int k = i + 1; k < n; ++k) {
         const double xy = energy_[i * n + k], xx = energy_[i * n + i], yy = energy_[k * n + k];
-        if (!(std::fabs(xy) > 1e-16 * std::sqrt(std::fabs(xx * yy)) && std::fabs(xy) > 1e-18 * largest))
+        if (!(std::fabs(xy) > 1e-15 * std::sqrt(terms[i]) * std::sqrt(terms[k])))
           continue;
         turned = true;
         const double zeta = (yy - xx) / (2 * xy),
@@ -97,18 +112,20 @@ void closed_state::set_energies(int n) {
         turn(energy_ + i, energy_ + k, n, n);
         turn(patterns_ + i * length, patterns_ + k * length, length, 1);
         turn(null_lambda_ + i * t_.rows, null_lambda_ + k * t_.rows, t_.rows, 1);
+        const double x = terms[i], y = terms[k], both = 2 * std::fabs(c * s * xy);
+        terms[i] = c * c * x + both + s * s * y, terms[k] = s * s * x + both + c * c * y;
       }
     if (!turned)
       break;
   }
+  const double least = least_energy();
   open_ = 0;
-  for (int k = 0; k < n;
-       ++k) { // a compliance that is small beside others is none: rounding of the largest would decide
+  for (int k = 0; k < n; ++k) {
+    const bool is_open = !(energy_[k * n + k] > std::max(1e-12 * terms[k], least));
     stiff_[k] = energy_[k * n + k];
-    if (stiff_[k] > 1e-12 * largest)
+    if (!is_open)
       continue;
     std::swap(stiff_[k], stiff_[open_]);
-    std::swap(energy_[k * n + k], energy_[open_ * n + open_]);
     std::swap_ranges(patterns_ + k * length, patterns_ + (k + 1) * length, patterns_ + open_ * length);
     std::swap_ranges(null_lambda_ + k * t_.rows, null_lambda_ + (k + 1) * t_.rows, null_lambda_ + open_ * t_.rows);
     ++open_;

@@ -33,6 +33,39 @@ def test_a_sample_that_is_off(leg, tmp_path, rates, value):
     assert ("while hip.v goes on as before: efforts there are those of another position" in said) == (rates > 0)
 
 
+@pytest.mark.parametrize("rates", [0, 1, 2], ids=["positions", "velocities", "accelerations"])
+@pytest.mark.parametrize("at", [0, 1, 2, 3, -4, -3, -2, -1])
+def test_the_first_and_the_last_samples(leg, tmp_path, rates, at):
+    """Recorders begin with zeros, before the first message came.  Nothing was said of the first and the last four samples."""
+    hip = 0.7 + swing()
+    off, hip[at] = -hip[at], 0.0
+    (said,) = doubts(leg, tmp_path, rates, hip)
+    assert said.startswith(f"the sample of hip at {T[at]:.6g} s is {off:.4g} off those around it")
+
+
+@pytest.mark.parametrize("rates", [0, 1])
+@pytest.mark.parametrize("many", [2, 3])
+def test_several_samples_before_the_first_message(leg, tmp_path, rates, many):
+    hip = 0.7 + swing()
+    hip[:many] = 0.0
+    (said,) = doubts(leg, tmp_path, rates, hip)
+    assert said.startswith("hip jumps by 0.7") and f"at {T[many] - 0.005:.6g} s" in said
+    hip = 0.7 + swing()
+    hip[-many:] = 0.0
+    (said,) = doubts(leg, tmp_path, rates, hip)
+    assert said.startswith("hip jumps by -1.1") and f"at {T[-many] - 0.005:.6g} s" in said
+
+
+@pytest.mark.parametrize("rates", [0, 1])
+@pytest.mark.parametrize("start", [0, 1, 2, 3])
+def test_motions_that_begin_within_the_first_samples(leg, tmp_path, rates, start):
+    """With a jump of the acceleration, as trapezoidal profiles have it, or of the speed, or held for a sample: the samples are where the machine was."""
+    since = np.maximum(T - T[start], 0.0)
+    for x, v in ((np.where(since < 1, since**2 / 2, since - 0.5), np.minimum(since, 1.0)), (0.5 * since, 0.5 * (T >= T[start]))):
+        for hip, hip_v in ((x, v), (x[::-1], -v[::-1])):
+            assert not any("off those around" in said or said.startswith("hip jumps") for said in doubts(leg, tmp_path, rates, 0.4 + hip, hip_v))
+
+
 @pytest.mark.parametrize("rates", [0, 1])
 def test_positions_of_which_some_are_missing(leg, tmp_path, rates):
     """Velocities come from another source, which lost none."""

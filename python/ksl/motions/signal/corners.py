@@ -133,9 +133,13 @@ def find_jumps(time: Array, x: Array, order: int = 2, resolution: Array | None =
     stand_out, background, rounded = _candidates(time, x, resolution)
     for c in np.flatnonzero(stand_out.any(axis=0)):
         gaps = np.flatnonzero(stand_out[:, c])
+        ends = _off_at_the_ends(time, x[:, c], background[[0, -1], c]) if gaps[0] < SIDE or gaps[-1] >= len(time) - 1 - SIDE else []
         gaps = gaps[(gaps >= SIDE - 1) & (gaps < len(time) - SIDE)]
         if 0 < len(gaps) <= max(64, len(time) // 8):  # more is no motion with corners
             nothing[c] = _tested(time, x[:, c], order, gaps, background[gaps, c], resolution[c], rounded[c])
+        if ends:
+            others = [one for one in nothing[c].impossible if all(abs(one[1] - t) > 4 * np.median(np.diff(time)) for _, t, _ in ends)]
+            nothing[c] = Found(nothing[c].jumps, sorted([*ends, *others], key=lambda f: f[1]))
     return nothing
 
 
@@ -255,6 +259,34 @@ def _off_samples(time: Array, x: Array, gaps: Indices, noise: Array) -> list[tup
     good = np.abs(difference - size[:, None]).max(axis=1) < 0.5 * np.abs(size)
     good &= (np.abs(difference[:, 1:4] - size[:, None]).max(axis=1) < 0.1 * np.abs(size)) & (np.abs(size) > 2 * SIGNIFICANT * noise[np.searchsorted(gaps, samples)])
     return [(int(samples[k]), float(size[k])) for k in np.flatnonzero(good)]
+
+
+def _off_at_the_ends(time: Array, x: Array, noise: Array) -> list[tuple[int, float, float]]:
+    """Samples among the first and the last four that are off those further inside, or all of which beyond one are: (order, time, size).
+
+    They have no four neighbours on both sides, so that a motion that begins there may look alike.  Only what is further than any step, and than any change
+    of steps, of the motion inside is named.  noise: its standard deviation at both ends.
+    """
+    inside = x[SIDE:-SIDE]
+    if len(inside) < 3:
+        return []
+    bends, step = 3 * float(np.abs(np.diff(inside, 2)).max()), 1.5 * float(np.abs(np.diff(inside)).max())
+    found: list[tuple[int, float, float]] = []
+    for forward, t, y, deviation in ((1, time, x, noise[0]), (-1, -time[::-1], x[::-1], noise[1])):
+        head, off = y[: 2 * SIDE].copy(), []
+        for k in range(SIDE - 1, -1, -1):
+            size = float(head[k] - one_sided(t, head, np.array([k + 1]), SIDE, t[k : k + 1])[0, 0])
+            if abs(size) > max(bends, 2 * SIGNIFICANT * np.sqrt(comb(8, 4)) * deviation):
+                head[k] -= size
+                off.append((k, size))
+        sizes = [abs(size) for _, size in off]
+        if not off or max(sizes) <= step or (len(off) == off[0][0] + 1 > 1 and min(np.diff(sizes)) > 0.1 * sizes[0]):
+            continue  # the last is a motion that begins with a jump of its speed
+        if len(off) == off[0][0] + 1 > 1 and max(sizes) - min(sizes) < 0.1 * sizes[0]:
+            found.append((0, forward * float(t[len(off) - 1] + t[len(off)]) / 2, -forward * off[0][1]))
+        else:
+            found += [(-1, forward * float(t[k]), size) for k, size in off]
+    return found
 
 
 def jumps_at(time: Array, x: Array, times: Array) -> list[Jumps]:

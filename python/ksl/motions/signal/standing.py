@@ -59,12 +59,7 @@ def standing_of(joints: Sequence[Joint], measured: Samples, time: Array, q: Arra
 
     O(n nv), besides an estimate of noise for joints that turn back and forth within small ranges.
     """
-    steps = np.diff(time)
-    beside = np.minimum(np.append(steps[:1], steps), np.append(steps, steps[-1:]))  # the shorter of the steps before and after a sample
-    rounded = np.zeros(v.shape[1])
-    for j in joints:
-        rounded[j.v_index : j.v_index + j.nv] = OF_POSITIONS * np.abs(q[:, j.q_index : j.q_index + j.nq]).max(initial=0.0)
-    found = Standing(np.abs(v) <= rounded / beside[:, None], np.zeros(v.shape, dtype=bool), rounded / np.median(steps), {})
+    found = _rounded(joints, time, q, v)
     for joint, (given_v, given_a) in zip(joints, measured.given, strict=True):
         if joint.quaternion is None and KINDS[joint.kind].velocity_is_rate:
             for k in range(joint.nv):
@@ -72,6 +67,34 @@ def standing_of(joints: Sequence[Joint], measured: Samples, time: Array, q: Arra
             if given_a is not None:
                 found.held[:, joint.v_index : joint.v_index + joint.nv] = False
     return found
+
+
+def standing_of_integrated(joints: Sequence[Joint], time: Array, q: Array, v: Array, absolute: float, relative: float) -> Standing:
+    """Stands in a motion that was integrated with an error of absolute + relative |q| in each step: a position that keeps within that is one.
+
+    The error of stiff gains is larger in rates than in positions, and of either sign.
+    """
+    found = _rounded(joints, time, q, v)
+    for joint in joints:
+        for k in range(joint.nv if joint.quaternion is None and KINDS[joint.kind].velocity_is_rate else 0):
+            x, column = q[:, joint.q_index + k], joint.v_index + k
+            resolution = absolute + relative * float(np.abs(x).max())
+            here = _keeps_within(x, resolution, min(WINDOW, len(x)))
+            here &= ~_drifts(x, here, 2 * resolution)
+            found.stands[:, column] |= here
+            found.held[:, column] = _inside(time, here, 0.0)
+            found.rate[column] = max(found.rate[column], resolution / float(np.median(np.diff(time))))
+    return found
+
+
+def _rounded(joints: Sequence[Joint], time: Array, q: Array, v: Array) -> Standing:
+    """Stands by the rounding of positions in memory alone."""
+    steps = np.diff(time)
+    beside = np.minimum(np.append(steps[:1], steps), np.append(steps, steps[-1:]))  # the shorter of the steps before and after a sample
+    rounded = np.zeros(v.shape[1])
+    for j in joints:
+        rounded[j.v_index : j.v_index + j.nv] = OF_POSITIONS * np.abs(q[:, j.q_index : j.q_index + j.nq]).max(initial=0.0)
+    return Standing(np.abs(v) <= rounded / beside[:, None], np.zeros(v.shape, dtype=bool), rounded / np.median(steps), {})
 
 
 def with_means(q: Array, held: NDArray[np.bool_], joints: Sequence[Joint]) -> Array:
