@@ -3,8 +3,9 @@
 
     run.py --short [--record] | --seconds N | --runs N [--only NAME ...]
 
---short replays the seeds and goes on for 5 s, and for 20 s where a reader has changed since it was last recorded to run (test/trust/read/fuzz.txt);
---record writes there what has run.
+--short replays the seeds and goes on for as many texts as take about 4 s, four times as many where a reader has changed since it was last recorded to
+run (test/trust/read/fuzz.txt); --record writes there what has run.  The texts are those of one seed and of the files of the repository: the same commit
+runs the same ones, unless a target takes far longer than usual and is stopped.
 
 A target is a program build/fuzz/fuzz/fuzz_NAME, or a file fuzz/python/fuzz_NAME.py; both take the arguments of libFuzzer.
 Its seeds are in fuzz/corpus/FORMAT, where NAME begins with FORMAT, or fuzz/packed_seeds.py makes them.  If there is a file fuzz/FORMAT.dict, it has words of the
@@ -37,8 +38,15 @@ PATIENCE = 300
 PROMISED, OF_PACKED = 10_000_000, 1_000_000
 """Executions of each target, and of those whose texts are files that are packed, of which each takes milliseconds."""
 PACKED = ("npz", "parquet", "mcap", "ros1", "ros2")
-SHORT, CHANGED = 5, 20
-"""Seconds of a short run of each target, and where its reader has changed."""
+SHORT = {
+    "cases": 40_000, "check": 15_000, "check_rules": 8_000, "components": 40_000, "csv": 20_000, "csv_form": 60_000, "map": 40_000, "mcap": 2_000, "mjcf": 8_000,
+    "npz": 2_500, "parquet": 1_500, "ros1": 1_500, "ros2": 1_000, "sdf": 15_000, "sweep": 50_000, "urdf": 30_000, "urdf_round_trip": 30_000,
+}  # fmt: skip
+"""Texts of a short run of each target, beyond its seeds."""
+USUAL, CHANGED = 10_000, 4
+"""The same of a target that isn't named there; how many times as many texts where its reader has changed."""
+CEILING, PATIENT = 60, 100
+"""Seconds after which a short run ends all the same, with what it has found, and after which a text never ends: CI's machines are busy."""
 LONGEST, LONGEST_PACKED = 1500, 1 << 14
 """Bytes of a text.  Longer ones take more time and show little more, but a database has some pages."""
 
@@ -123,8 +131,8 @@ def readers_of(target):
     return f"{changes.digest_of(files)} {target.name}"
 
 
-def run(target, limits):
-    """Executions, seconds, and what the target says at the end."""
+def run(target, limits, texts=None):
+    """Executions, seconds, and what the target says at the end.  texts: of a short run, beyond the seeds; it keeps none for the next one."""
     name = target.name
     kept = BUILD / "corpus" / (f"{name} with {target.fault}".replace(" ", "_") if target.fault else name)
     found = BUILD / "found" / kept.name
@@ -133,7 +141,7 @@ def run(target, limits):
     words = ROOT / f"fuzz/{format_of(name)}.dict"
     arguments = [
         f"-max_len={LONGEST_PACKED if name in PACKED else LONGEST}",
-        "-timeout=10",
+        f"-timeout={PATIENT if texts else 10}",
         "-rss_limit_mb=2048",
         "-print_final_stats=1",
         "-entropic=0",
@@ -142,10 +150,20 @@ def run(target, limits):
     ]
     if words.exists():
         arguments.append(f"-dict={words}")
+    environment = target.environment
+    if texts is None:
+        arguments += [kept, *seeds_of(name)]
+    else:
+        # A folder is read in the order of its file system.
+        seeds = sorted(str(file) for folder in seeds_of(name) for file in folder.rglob("*") if file.is_file())
+        listed = kept.with_suffix(".seeds")
+        listed.write_text(",".join(seeds), encoding="utf-8")
+        arguments += [f"-seed_inputs=@{listed}", "-seed=1", f"-runs={len(seeds) + texts}"]
+        environment["PYTHONHASHSEED"] = "0"  # of which the order of sets depends
     start = time.monotonic()
     done = subprocess.run(
-        [*target.command, *arguments, kept, *seeds_of(name)],
-        env=target.environment,
+        [*target.command, *arguments],
+        env=environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -200,11 +218,12 @@ def work(target, asked, all_targets):
     if asked.runs:
         to_record(target.name, "--begun")
     faults = faults_of(target, all_targets) if asked.runs else {}
-    # Short runs take the same texts each time: what fails then is a change of the readers.
     line = readers_of(target)
-    seconds = (SHORT if line in changes.read("fuzz") else CHANGED) if asked.short else asked.seconds
-    limits = [f"-runs={min(asked.runs, promised(target.name))}"] if asked.runs else [f"-max_total_time={seconds}", "-seed=1"]
-    result = run(target, limits)
+    if asked.short:
+        texts = SHORT.get(target.name, USUAL) * (1 if line in changes.read("fuzz") else CHANGED)
+        result = run(target, [f"-max_total_time={CEILING}"], texts)
+    else:
+        result = run(target, [f"-runs={min(asked.runs, promised(target.name))}" if asked.runs else f"-max_total_time={asked.seconds}"])
     if asked.runs:
         record(target.name, result, faults)
     if result["ok"] and "missed" not in faults.values() and not asked.seconds:

@@ -1,6 +1,6 @@
 # What CI runs on each change: the tests, and beside them the static analysis, the comparison of the C interface, and a short run of each fuzz
 # target.  Nothing is recorded.  What more than one of them needs is made first.  The tests have all cores where they can use them: lint is nice,
-# and takes what is left.  Fuzz targets run for a time, so they have their part of the machine.
+# and takes what is left.  A fuzz target that takes far longer than usual is stopped, so they have their part of the machine.
 .PHONY: ci ci-builds
 BESIDE := CMAKE_BUILD_PARALLEL_LEVEL=1 $(MAKE) --no-print-directory
 

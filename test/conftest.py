@@ -3,7 +3,13 @@
 `pytest --long` runs the tests marked `many_cases`, with fifty times as many random cases, those of hypothesis with twenty times as many, and those marked `long`, which no other run
 takes; `make test-long` does."""
 
+import os
 from pathlib import Path
+
+# One test a core: with threads of its own, the linear algebra of small matrices takes ten times the processor time where cores are busy.
+# Before numpy is imported, and for all processes that tests start.
+for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
 
 import pytest
 from hypothesis import HealthCheck, settings

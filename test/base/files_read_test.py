@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import threading
 
 import numpy as np
 import pytest
@@ -106,6 +107,21 @@ def test_large_files_are_hashed_by_a_thread(tmp_path, monkeypatch):
     with recorded() as ledger, being_read("motion", path, ValueError):
         pass
     assert ledger.files[0].sha256 == sha256(path)
+
+
+def test_the_hash_of_a_file_that_is_refused_is_given_up(tmp_path, monkeypatch):
+    given_up = []
+    monkeypatch.setattr(files_read, "SMALL", 10)
+    monkeypatch.setattr(files_read, "sha256_of", lambda _, stop: given_up.append(stop.wait(60)))
+    path = tmp_path / "m.csv"
+    path.write_text("a" * 100)
+    with pytest.raises(ValueError, match="refused"), recorded(), being_read("motion", path, ValueError):
+        raise ValueError("refused")
+    assert given_up == [True]
+    monkeypatch.undo()
+    stop = threading.Event()
+    stop.set()
+    assert files_read.sha256_of(files_read.state_of(str(path)), stop) is None
 
 
 CUBE = "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1)) + "f 1 2 4\nf 1 4 3\nf 5 7 8\nf 5 8 6\nf 1 5 6\nf 1 6 2\nf 3 4 8\nf 3 8 7\nf 1 3 7\nf 1 7 5\nf 2 6 8\nf 2 8 4\n"

@@ -5,10 +5,10 @@ so, or with the reason why it needs none.  A new one that isn't fails the first 
 """
 
 import ast
-from pathlib import Path
 
 import numpy as np
 import pytest
+from syntax import FILES, PYTHON, nodes
 
 import ksl
 from ksl.identification import identify
@@ -16,8 +16,7 @@ from ksl.identify import fit
 from ksl.load_cases import holding
 from ksl.motions.generate import excitation
 
-PACKAGE = Path(ksl.__file__).parent
-PANDA = Path(__file__).resolve().parents[2] / "examples/robots/panda.urdf"
+PANDA = PYTHON.parent / "examples/robots/panda.urdf"
 
 
 def panda():
@@ -83,11 +82,10 @@ NEED_NONE = {
 
 
 def loops():
-    for file in sorted(PACKAGE.rglob("*.py")):
-        tree = ast.parse(file.read_text(encoding="utf-8"))
-        for function in ast.walk(tree):
+    for file in FILES:
+        for function in nodes(file):
             if isinstance(function, ast.FunctionDef) and any(map(comes_near, ast.walk(function))):
-                yield f"{file.relative_to(PACKAGE).as_posix()}: {function.name}"
+                yield f"{file.relative_to(PYTHON / 'ksl').as_posix()}: {function.name}"
 
 
 def comes_near(node) -> bool:

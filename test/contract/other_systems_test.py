@@ -5,11 +5,9 @@ import ast
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
-
-PYTHON = Path(__file__).resolve().parents[2] / "python"
+from syntax import FILES, PYTHON, nodes
 
 MODULES = {"fcntl", "grp", "posix", "pty", "pwd", "readline", "resource", "syslog", "termios", "tty"}
 """Modules of the standard library that Windows lacks."""
@@ -64,20 +62,19 @@ def test_every_module_is_imported(system, blocked, lacking):
     assert int(done.stdout) > 100
 
 
-def unguarded(text: str, lacking: dict[str, set[str]]) -> list[str]:
+def unguarded(nodes: list[ast.AST], lacking: dict[str, set[str]]) -> list[str]:
     """Names that the system lacks, used where no condition around them asks for the system, or for the name or what comes with it."""
-    tree = ast.parse(text)
-    parents = {child: node for node in ast.walk(tree) for child in ast.iter_child_nodes(node)}
+    used = [n for n in nodes if isinstance(n, ast.Attribute) and isinstance(n.value, ast.Name) and n.attr in lacking.get(n.value.id, ())]
+    parents = {child: node for node in nodes for child in ast.iter_child_nodes(node)} if used else {}
     found = []
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.attr in lacking.get(node.value.id, ()):
-            around, at = [], node
-            while at in parents and not isinstance(at, (ast.FunctionDef, ast.Module)):
-                at = parents[at]
-                around += [ast.unparse(getattr(at, "test", at))] if isinstance(at, (ast.If, ast.IfExp, ast.BoolOp)) else []
-            around += [ast.unparse(s) for s in at.body if isinstance(s, ast.If) and isinstance(s.body[-1], (ast.Return, ast.Raise))] if isinstance(at, ast.FunctionDef) else []
-            if not any(word in condition for condition in around for word in ("hasattr(", "sys.platform", "os.name", "fcntl is None")):
-                found.append(f"{node.lineno}: {node.value.id}.{node.attr}")
+    for node in used:
+        around, at = [], node
+        while at in parents and not isinstance(at, (ast.FunctionDef, ast.Module)):
+            at = parents[at]
+            around += [ast.unparse(getattr(at, "test", at))] if isinstance(at, (ast.If, ast.IfExp, ast.BoolOp)) else []
+        around += [ast.unparse(s) for s in at.body if isinstance(s, ast.If) and isinstance(s.body[-1], (ast.Return, ast.Raise))] if isinstance(at, ast.FunctionDef) else []
+        if not any(word in condition for condition in around for word in ("hasattr(", "sys.platform", "os.name", "fcntl is None")):
+            found.append(f"{node.lineno}: {node.value.id}.{node.attr}")
     return found
 
 
@@ -88,15 +85,18 @@ CALLED_WITH_A_LOCK = {"ksl/output/locks.py": {"os.pwrite"}}
 @pytest.mark.parametrize("lacking", [WINDOWS_LACKS, MACOS_LACKS], ids=["Windows", "macOS"])
 def test_nothing_is_called_that_a_system_lacks(lacking):
     found = []
-    for path in sorted((PYTHON / "ksl").rglob("*.py")):
+    for path in FILES:
         name = path.relative_to(PYTHON).as_posix()
-        found += [f"{name}:{use}" for use in unguarded(path.read_text(encoding="utf-8"), lacking) if use.split(" ")[1] not in CALLED_WITH_A_LOCK.get(name, ())]
+        found += [f"{name}:{use}" for use in unguarded(nodes(path), lacking) if use.split(" ")[1] not in CALLED_WITH_A_LOCK.get(name, ())]
     assert not found
 
 
 def test_what_is_lacking_is_found():
-    assert unguarded("import os\ndef f():\n    return os.getuid()\n", WINDOWS_LACKS) == ["3: os.getuid"]
-    assert not unguarded("import os\ndef f():\n    return os.getuid() if hasattr(os, 'getuid') else 0\n", WINDOWS_LACKS)
+    def found(text):
+        return unguarded(list(ast.walk(ast.parse(text))), WINDOWS_LACKS)
+
+    assert found("import os\ndef f():\n    return os.getuid()\n") == ["3: os.getuid"]
+    assert not found("import os\ndef f():\n    return os.getuid() if hasattr(os, 'getuid') else 0\n")
 
 
 def test_a_file_is_read_where_no_descriptor_can_be_without_waiting(tmp_path, monkeypatch):

@@ -98,9 +98,12 @@ def being_read(role: str, path: str | os.PathLike[str], error: type[ValueError])
     digest = _Digest(before)
     try:
         yield
+    except BaseException:
+        digest.give_up()  # a file of gigabytes is refused at once
+        raise
     finally:
         ledger._open.discard(file)
-        sha256 = digest.result()
+    sha256 = digest.result()
     if sha256 is None or state_of(file) != before:
         raise error(changed(file, "while it was read"))
     ledger.add(InputFile(role, file, sha256), error)
@@ -132,13 +135,15 @@ def state_of(file: str) -> State | None:
     return tuple((name, s.st_dev, s.st_ino, s.st_size, s.st_mtime_ns, s.st_ctime_ns) for name, s in regular)
 
 
-def sha256_of(files: State) -> str | None:
-    """Of the bytes of all of them, one after the other.  None if one can't be read."""
+def sha256_of(files: State, given_up: threading.Event | None = None) -> str | None:
+    """Of the bytes of all of them, one after the other.  None if one can't be read, or if it is given up."""
     digest = hashlib.sha256()
     try:
         for name, *_ in files:
             with open(name, "rb") as f:
                 while chunk := f.read(1 << 20):
+                    if given_up is not None and given_up.is_set():
+                        return None
                     digest.update(chunk)
     except OSError:
         return None
@@ -151,13 +156,19 @@ class _Digest:
     def __init__(self, files: State) -> None:
         self._files = files
         self._found: str | None = None
+        self._given_up = threading.Event()
         large = sum(size for _, _, _, size, _, _ in files) > SMALL
         self._thread = threading.Thread(target=self._compute, daemon=True) if large else None
         if self._thread is not None:
             self._thread.start()
 
     def _compute(self) -> None:
-        self._found = sha256_of(self._files)
+        self._found = sha256_of(self._files, self._given_up)
+
+    def give_up(self) -> None:
+        self._given_up.set()
+        if self._thread is not None:
+            self._thread.join()
 
     def result(self) -> str | None:
         if self._thread is None:
