@@ -35,8 +35,9 @@ PROGRAMS = BUILD / "fuzz"
 PATIENCE = 300
 """Seconds in which a fault that was planted must be found."""
 PROMISED, OF_PACKED = 10_000_000, 1_000_000
-"""Executions of each target, and of those whose texts are files that are packed, of which each takes milliseconds."""
-PACKED = ("npz", "parquet", "mcap", "ros1", "ros2")
+"""Executions of each target, and of those whose texts take milliseconds each: files that are packed, and what makes a model of each text."""
+PACKED = ("npz", "parquet", "mcap", "ros1", "ros2", "xlsx", "mat")
+SLOW = (*PACKED, "usd", "loops")
 SHORT, CHANGED = 5, 20
 """Seconds of a short run of each target, and where its reader has changed."""
 LONGEST, LONGEST_PACKED = 1500, 1 << 14
@@ -172,7 +173,7 @@ def faults_of(target, all_targets):
 
 
 def promised(name):
-    return OF_PACKED if name in PACKED else PROMISED
+    return OF_PACKED if name in SLOW else PROMISED
 
 
 def record(name, result, faults):

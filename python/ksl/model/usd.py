@@ -33,7 +33,7 @@ def load_usd(file: str, how: given.Reading) -> Model:
     try:
         stage = Usd.Stage.Open(file)
     except Exception as e:  # errors of Tf, which are of several types
-        raise DescriptionError(f"{file}: USD refuses the file: {sentence(' '.join(str(e).split()))[:500]}; correct it, or write it again") from None
+        raise DescriptionError(f"{file}: USD refuses the file: {_said(e, 500)}; correct it, or write it again") from None
     try:
         return _model(file, stage, how)
     except ValueError as e:
@@ -45,7 +45,7 @@ def _model(file: str, opened: object, how: given.Reading) -> Model:
     if not bodies:
         raise DescriptionError("no rigid body (PhysicsRigidBodyAPI) is in the file: it has shapes alone, or its physics are in another layer; give that file")
     in_double(list(bodies.values()), connections)
-    builder = Builder(stage.stage.GetDefaultPrim().GetName() or os.path.splitext(os.path.basename(file))[0] or "robot", gravity=down)
+    builder = Builder(stage.name or os.path.splitext(os.path.basename(file))[0] or "robot", gravity=down)
     made = assembled(builder, list(bodies.values()), connections, how.cut)
     if how.floating_base and not made.floating:
         raise DescriptionError("a floating base is asked for, but joints connect all bodies to the world; remove that joint, or don't ask for it")
@@ -75,8 +75,16 @@ def _read(opened: object) -> tuple[Stage, list[float], dict[str, Body], list[Con
     except (DescriptionError, MemoryError):
         raise
     except Exception as e:  # values of types that an attribute can't have, and what USD finds late
-        said = f"USD can't make sense of the file ({type(e).__name__}: {sentence(' '.join(str(e).split()))[:300]}); correct it, or write it again"
+        said = f"USD can't make sense of the file ({type(e).__name__}: {_said(e, 300)}); correct it, or write it again"
         raise DescriptionError(said) from None
+
+
+def _said(error: Exception, most: int) -> str:
+    """What USD says, on one line."""
+    try:
+        return sentence(" ".join(str(error).split()))[:most]
+    except UnicodeDecodeError:  # errors of Tf quote the bytes of the file
+        return "it holds bytes that are no UTF-8"
 
 
 def _say_loops(loops: list[str], connections: list[Connection], said: list[str]) -> None:
