@@ -1,7 +1,8 @@
 # Readers get texts that a fuzzer makes.  The long run also plants faults into each target, which must find them.
 # make fuzz-short   the seeds and some thousand texts of each target, four times as many where its reader has changed since a run that was recorded,
 #                   and the same ones each time; FUZZ_OPTIONS=--record notes what has run, in test/trust/read/fuzz.txt
-# make fuzz         10,000,000 executions of each target, 1,000,000 of those of packed files (npz, parquet, mcap, ros1, ros2), and its record;
+# make fuzz         10,000,000 executions of each target, 1,000,000 of those of packed files (npz, parquet, mcap, ros1, ros2, xlsx,
+#                   mat), usd and loops, and its record;
 #                   most take less than an hour of one core, mjcf, parquet and ros2 more
 
 .PHONY: fuzz fuzz-short fuzz-build fuzz-build-short

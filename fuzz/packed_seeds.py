@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Small valid files for the targets of formats that are packed: packed_seeds.py FORMAT FOLDER, FORMAT being npz, parquet, mcap, ros1 or ros2.
+"""Small valid files for the targets of formats that are packed: packed_seeds.py FORMAT FOLDER, FORMAT being npz, parquet, mcap, ros1, ros2, xlsx or mat.
 
 They are written by the libraries of these formats, so that no binary file is kept in the repository.
 """
@@ -148,7 +148,44 @@ def ros2():
     yield "of_mcap", zipped(folder_of("mcap", rates=False))
 
 
-FORMATS = {each.__name__: each for each in (npz, parquet, mcap, ros1, ros2)}
+def xlsx():
+    import datetime
+
+    import openpyxl
+
+    def written(rows, title=None, name="Sheet"):
+        book = openpyxl.Workbook()
+        book.active.title = name
+        for row in [*([[title]] if title else []), *rows]:
+            book.active.append(row)
+        out = io.BytesIO()
+        book.save(out)
+        return out.getvalue()
+
+    samples = np.column_stack(list(COLUMNS.values())).tolist()
+    dates = [[datetime.datetime(2026, 3, 1) + datetime.timedelta(milliseconds=10 * k), *row[1:]] for k, row in enumerate(samples)]
+    yield "plain", written([list(COLUMNS), *samples])
+    yield "units", written([list(COLUMNS), ["s", "deg", "mm"], *samples], "Arm, measured")
+    yield "dates", written([list(COLUMNS), *dates])
+    yield "remarks", written([["t", "hip [deg]", "slide", "note"], *([*row, "calm"] for row in samples)], name="a sheet")
+
+
+def mat():
+    import scipy.io
+
+    def written(compressed=False, **variables):
+        out = io.BytesIO()
+        scipy.io.savemat(out, variables, do_compression=compressed)
+        return out.getvalue()
+
+    both = np.column_stack([COLUMNS["hip"], COLUMNS["slide"]])
+    yield "columns", written(**COLUMNS)
+    yield "compressed", written(True, time=T, q=both, v=both, a=both)
+    yield "names", written(time=T[:, None], q=both, joint_names=np.array(["hip", "slide"], dtype=object), rate=100.0)
+    yield "characters", written(t=K.astype(np.int32), q=both.astype(np.float32), names=["hip  ", "slide"], note="a text")
+
+
+FORMATS = {each.__name__: each for each in (npz, parquet, mcap, ros1, ros2, xlsx, mat)}
 
 
 def main():

@@ -41,7 +41,7 @@ def of_npz(data: bytes, most: int, seed: int) -> bytes:
                 members = [(each.filename, archive.read(each)) for each in archive.infolist() if each.file_size < most]
             for _ in range(_random.randint(1, 3)):
                 _change_member(members)
-            made = _zip(members)
+            made = zipped(members)
             if len(made) <= most:
                 return made
         except Exception:  # of what is no archive any more
@@ -87,7 +87,7 @@ def _with_header(inside: bytes) -> bytes:
     return b"\x93NUMPY" + bytes([version, 0]) + length.to_bytes(2 if version == 1 else 4, "little") + header.encode() + b"\n" + inside[11 + len(text) :]
 
 
-def _zip(members: list[tuple[str, bytes]]) -> bytes:
+def zipped(members: list[tuple[str, bytes]]) -> bytes:
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w") as archive:
         for name, inside in members:

@@ -29,8 +29,6 @@ enum class stepping {
   sdirk4,     ///< order 4, implicit and L-stable, for stiff springs, dampers and gains
   variational ///< order 2, symplectic: energy has no trend, momenta are kept; of trees
 };
-/// The names of these in C++'s order: "semi_implicit_euler" and so on.
-KSL_EXPORT const char *name_of(stepping method);
 
 /// Rows of numbers at some times, straight lines between them, the first and the last row before and after.  Without rows: absent.
 struct rows_over_time {

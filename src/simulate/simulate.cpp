@@ -106,18 +106,6 @@ private:
 
 } // namespace
 
-const char *name_of(stepping method) {
-  switch (method) {
-  case stepping::semi_implicit_euler: return "semi_implicit_euler";
-  case stepping::rk4: return "rk4";
-  case stepping::rkmk4: return "rkmk4";
-  case stepping::dop853: return "dop853";
-  case stepping::sdirk4: return "sdirk4";
-  case stepping::variational: return "variational";
-  }
-  __builtin_unreachable();
-}
-
 simulation_record simulate(const model &m, const simulation &given, const simulation_results &out) {
   simulation task = given;
   const with_exact_friction friction(m, task);

@@ -363,6 +363,17 @@ def test_values_of_other_types_are_refused(tmp_path):
     assert w.stage
 
 
+def test_a_default_prim_that_is_missing_or_no_name(tmp_path):
+    stage = "#usda 1.0\n(\n    defaultPrim = {}\n    metersPerUnit = 1\n)\n" + 'def Xform "r"\n{{\n    def Xform "a" (prepend apiSchemas = ["PhysicsRigidBodyAPI"])\n    {{\n    }}\n}}\n'
+    path = tmp_path / "arm.usda"
+    path.write_text(stage.format('"nobody"'))
+    assert ksl.load(path, masses="optional").name == "arm"
+    for bad in (b'{ string a = "b" }', b'"\xff"'):
+        path.write_bytes(stage.format("?").encode().replace(b"?", bad))
+        with pytest.raises(ksl.DescriptionError, match="arm.usda: USD .*; correct it, or write it again$"):
+            ksl.load(path, masses="optional")
+
+
 def test_damaged_files_and_no_package(tmp_path, monkeypatch):
     for text in (b"#usda 1.0\n( garbage", b"PXR-USDC" + bytes(200)):
         (tmp_path / "bad.usd").write_bytes(text)

@@ -10,17 +10,25 @@ import typer
 
 from ksl.commands.app import GroupedOptions, app, command_line, console, fail
 from ksl.commands.options import (
+    AxesOf,
     Drives,
     FloatingBase,
     Gravity,
     Loops,
     Mimic,
     ModelName,
+    OnLinks,
+    OnSide,
+    OrderOf,
     Physics,
+    PointMasses,
+    Replace,
     Robot,
     Strict,
     Xacro,
+    carried_payloads,
     in_options,
+    named_number,
     numbers,
     path_with_a_name,
     payloads_given,
@@ -43,13 +51,13 @@ def hold(
     seed: Annotated[int, typer.Option(metavar="N", help="Of the search.")] = 0,
     output: Annotated[Path | None, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for files as of `ksl loads`.")] = None,
     xlsx: Annotated[bool, typer.Option("--xlsx", help="With -o: results.xlsx too, a workbook with a sheet for each table.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace results of another robot in DIR, or files of others with their names.")] = False,
-    on: Annotated[str, typer.Option(metavar="child|parent", help="Side that the wrench acts on.")] = "child",
+    force: Replace = False,
+    on: OnSide = "child",
     at: Annotated[str, typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes.")] = "joint",
-    axes: Annotated[str, typer.Option(metavar="AXES", help="joint, world, or a link's name.")] = "joint",
-    order: Annotated[str, typer.Option(metavar="lin_ang|ang_lin", help="Force or moment first.")] = "lin_ang",
-    payload: Annotated[list[str], typer.Option(metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")] = [],
-    on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
+    axes: AxesOf = "joint",
+    order: OrderOf = "lin_ang",
+    payload: PointMasses = [],
+    on_link: OnLinks = [],
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
     strict: Strict = False,
@@ -65,7 +73,6 @@ def hold(
     from ksl.base.files_read import recorded
     from ksl.commands.print_loads import print_pose
     from ksl.load_cases.holding import read_pose
-    from ksl.load_cases.load_case import Payload
     from ksl.output import OutputError
     from ksl.report.hold_pose import hold as held
 
@@ -88,7 +95,7 @@ def hold(
             for file in files:
                 positions |= read_pose(model, file, time)
         positions |= named
-        carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
+        carried = carried_payloads(loaded)
         inputs = [*model.inputs, *stiff, *ledger.files]
         options = {"on": on, "at": at, "axes": axes, "order": order, "gravity": gravity, "physics": physics, "mimic": mimic, "floating_base": floating_base}
         options |= {"loops": loops, "drives": drives, "stiffness": str(stiffness or "")} if model.loops or loops else {}
@@ -118,21 +125,8 @@ def _check_words(model: Model, files: list[str], time: float | None, of: str, wo
 
 def _positions(given: list[str]) -> dict[str, float]:
     named: dict[str, float] = {}
-    for name, value in map(_position, given):
+    for name, value in (named_number(text, "--pose") for text in given):
         if name in named:
             fail(f"--pose {name}=…: is given twice; a joint has one position")
         named[name] = value
     return named
-
-
-def _position(text: str) -> tuple[str, float]:
-    """NAME=VALUE, the value in rad or m, or in degrees with `deg` behind it."""
-    import math
-
-    name, _, value = text.rpartition("=")
-    degrees = value.endswith("deg")
-    try:
-        number = float(value.removesuffix("deg"))
-    except ValueError:
-        fail(f"--pose {text}: expected NAME=VALUE with a number, rad or m, or as 90deg")
-    return name, math.radians(number) if degrees else number

@@ -16,6 +16,7 @@ import typer
 from ksl.commands.app import errors, fail
 
 if TYPE_CHECKING:
+    from ksl.load_cases.load_case import Payload
     from ksl.model.model import Model
 
 Robot = Annotated[Path, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, MJCF (with the package mujoco) or USD (with usd-core).")]
@@ -41,6 +42,11 @@ ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which m
 Loops = Annotated[str, typer.Option("--loops", metavar="FILE.toml|cut", help="Joints that close loops, in a file beside the robot's; or leave those of the robot's file out.")]
 Drives = Annotated[str, typer.Option("--drives", metavar="NAMES", help="The joints that have motors, of a robot with loops, separated by commas.")]
 Xacro = Annotated[str | None, typer.Option("--xacro", metavar="'NAME:=VALUE …'", help="ROBOT is a xacro file, which is run with these arguments, '' for none. It is a program: run those of people you trust.")]
+PointMasses = Annotated[list[str], typer.Option("--payload", metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")]
+OnLinks = Annotated[list[str], typer.Option("--on-link", metavar="NAME", help="Link that carries the payload.")]
+OnSide = Annotated[str, typer.Option("--on", metavar="child|parent", help="Side that the wrench acts on.")]
+AxesOf = Annotated[str, typer.Option("--axes", metavar="AXES", help="joint, world, or a link's name.")]
+OrderOf = Annotated[str, typer.Option("--order", metavar="lin_ang|ang_lin", help="Force or moment first.")]
 DEFAULT_FRICTION_WIDTH = 0.01
 """rad/s or m/s, as that of ksl.load."""
 
@@ -50,6 +56,14 @@ def path_with_a_name(path: str | Path) -> Path:
     if not str(path):
         fail("--output: the name is empty; give one, or . for the current folder")
     return Path(path)
+
+
+Folder = Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for the results.")]
+WriteCsv = Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")]
+WriteJson = Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")]
+WritePdf = Annotated[bool, typer.Option("--pdf", help="Write report.pdf, printed by Chromium or Chrome.")]
+Components = Annotated[Path | None, typer.Option("--components", metavar="FILE.toml", help="Components that the report checks against the loads; see ksl size.")]
+Replace = Annotated[bool, typer.Option("--force", help="Replace results of another robot in DIR, or files of others with their names.")]
 
 
 def file_with_a_name(path: str | Path) -> Path:
@@ -84,12 +98,31 @@ def numbers(text: str, option: str, *counts: int) -> list[float]:
     return values
 
 
+def named_number(text: str, option: str) -> tuple[str, float]:
+    """NAME=VALUE, the value in rad or m, or in degrees with `deg` behind it."""
+    name, _, value = text.rpartition("=")
+    try:
+        number = float(value.removesuffix("deg"))
+    except ValueError:
+        number = math.nan
+    if not name or not math.isfinite(number):
+        fail(f"{option} {text}: expected NAME=VALUE with a number, rad or m, or as 90deg")
+    return name, math.radians(number) if value.endswith("deg") else number
+
+
 def payloads_given(payload: list[str], on_link: list[str]) -> dict[str, tuple[float, list[float]]]:
     """{link: (mass, point)} of the options --payload and --on-link, which come in pairs."""
     if len(payload) != len(on_link):
         fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
     values = [numbers(p, "--payload", 1, 4) for p in payload]
     return {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
+
+
+def carried_payloads(loaded: Mapping[str, tuple[float, Sequence[float]]]) -> list[Payload]:
+    """Those that :func:`payloads_given` returns, of the model, as load cases record them."""
+    from ksl.load_cases.load_case import Payload
+
+    return [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
 
 
 def xacro_arguments(text: str | None) -> dict[str, str] | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,20 +15,29 @@ from ksl.base.files_read import recorded
 from ksl.commands.app import GroupedOptions, app, command_line, console, fail
 from ksl.commands.options import (
     MOTION_HELP,
+    Components,
     Drives,
     FloatingBase,
+    Folder,
     FrictionWidth,
     Gravity,
     Loops,
     Mimic,
     ModelName,
+    OnLinks,
     Physics,
+    PointMasses,
+    Replace,
     Robot,
     Strict,
+    WriteCsv,
+    WriteJson,
+    WritePdf,
     Xacro,
+    carried_payloads,
     check_order,
+    named_number,
     numbers,
-    path_with_a_name,
     payloads_given,
     read_model,
 )
@@ -60,14 +68,14 @@ def simulate(
     method: Annotated[str, typer.Option(metavar="NAME", help="dop853, rk4, rkmk4, sdirk4, variational or semi_implicit_euler; docs/simulation.md.")] = "dop853",
     step: Annotated[float | None, typer.Option(metavar="S", help="Step of methods without error control.")] = None,
     cases: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Load cases instead, some with simulate = {…}: docs/cases.md.")] = None,
-    output: Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for the results.")] = Path("simulated"),
-    csv: Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")] = False,
-    pdf: Annotated[bool, typer.Option("--pdf", help="Write report.pdf, printed by Chromium or Chrome.")] = False,
-    components: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Components that the report checks against the loads; see ksl size.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace results of another robot in DIR, or files of others with their names.")] = False,
-    payload: Annotated[list[str], typer.Option(metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")] = [],
-    on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
+    output: Folder = Path("simulated"),
+    csv: WriteCsv = False,
+    json: WriteJson = False,
+    pdf: WritePdf = False,
+    components: Components = None,
+    force: Replace = False,
+    payload: PointMasses = [],
+    on_link: OnLinks = [],
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
     strict: Strict = False,
@@ -85,7 +93,6 @@ def simulate(
     computed-torque does so by inverse dynamics. docs/simulation.md says which method to take.
     """
     from ksl.commands.print_loads import print_run
-    from ksl.load_cases.load_case import Payload
     from ksl.load_cases.provenance import provenance_of
     from ksl.output import OutputError
     from ksl.report.files import ReportFiles
@@ -97,7 +104,7 @@ def simulate(
         fail("--until: the end is missing; give it, s, or a MOTION that has one")
     loaded = payloads_given(payload, on_link)
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives, xacro=xacro)
-    carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
+    carried = carried_payloads(loaded)
     options = {
         "until": until, "from": start, "pose": pose, "velocity": velocity, "controller": controller, "gains": gains, "brake_at": brake_at, "brake": brake,
         "dry_friction": dry_friction, "bounce": bounce, "rate": rate, "method": method, "step": step,
@@ -140,7 +147,7 @@ def _how(
     stiffness, damping = _gains(law, gains)
     positions, files = _positions(model, pose)
     return Simulated(
-        until, start, positions, dict(_named(one, "--velocity") for one in velocity), cast(ControllerName, law), stiffness, damping, brake_at,
+        until, start, positions, dict(named_number(one, "--velocity") for one in velocity), cast(ControllerName, law), stiffness, damping, brake_at,
         _efforts(brake, "--brake"), _efforts(dry_friction, "--dry-friction"), bounce, RATE if rate is None else rate, cast(Method, method), step,
     ), files  # fmt: skip
 
@@ -164,20 +171,8 @@ def _positions(model: Model, pose: list[str]) -> tuple[dict[str, Any] | None, li
     found: dict[str, Any] = {}
     with recorded() as ledger:
         for one in pose:
-            found |= dict([_named(one, "--pose")]) if "=" in one and not os.path.exists(one) else read_pose(model, one, None)
+            found |= dict([named_number(one, "--pose")]) if "=" in one and not os.path.exists(one) else read_pose(model, one, None)
     return found, ledger.files
-
-
-def _named(text: str, option: str) -> tuple[str, float]:
-    """NAME=VALUE, the value in rad or m, or in degrees with `deg` behind it."""
-    name, _, value = text.rpartition("=")
-    try:
-        number = float(value.removesuffix("deg"))
-    except ValueError:
-        number = math.nan
-    if not name or not math.isfinite(number):
-        fail(f"{option} {text}: expected NAME=VALUE with a number")
-    return name, math.radians(number) if value.endswith("deg") else number
 
 
 def _efforts(given: list[str], option: str) -> float | dict[str, float] | None:
@@ -186,7 +181,7 @@ def _efforts(given: list[str], option: str) -> float | dict[str, float] | None:
         return None
     if len(given) == 1 and "=" not in given[0]:
         return numbers(given[0], option, 1)[0]
-    return dict(_named(one, option) for one in given)
+    return dict(named_number(one, option) for one in given)
 
 
 def _case(model: Model, how: Simulated, motion: Path | None, carried: list[Payload]) -> tuple[LoadCase, list[InputFile]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -21,6 +22,23 @@ Physics = tuple[list[str], float]
 
 Loop = tuple[str, str, str, str, list[float], list[float], list[float] | None, list[float] | None, float | None]
 """A joint that closes a loop: name, kind, predecessor, successor, its frames on both by rows, axis, axis2, pitch."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a robot file is read: options of :func:`ksl.load`, checked, for readers that are written in Python."""
+
+    floating_base: bool = False
+    independent: bool = False
+    """Joints that mimic others have coordinates of their own."""
+    strict: bool = False
+    gravity: list[float] | None = None
+    points: list[tuple[str, float, list[float]]] = field(default_factory=list)
+    """Payloads, as :func:`payload_points` returns them."""
+    massless: bool = False
+    """A robot without masses is accepted."""
+    cut: bool = False
+    """Joints that close loops are left out."""
 
 
 @runtime_checkable

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from typing import Literal
@@ -194,27 +194,32 @@ def _read(file: str, text: bytes | None, o: _Options, cut: bool) -> Model:
     one_of(o.mimic, "mimic", "coupled", "independent")
     if o.masses is not None:
         one_of(o.masses, "masses", "optional")
-    floating_base, strict = given.flag(o.floating_base, "floating_base"), given.flag(o.strict, "strict")
     gravity = None if o.gravity is None else list(three_numbers(o.gravity, "gravity"))
-    points, independent = given.payload_points(o.payloads), o.mimic == "independent"
+    how = given.Reading(
+        given.flag(o.floating_base, "floating_base"), o.mimic == "independent", given.flag(o.strict, "strict"), gravity, given.payload_points(o.payloads),
+        o.masses is not None, cut,
+    )  # fmt: skip
     if text is None and _is_usd(file):
         from ksl.model.usd import load_usd
 
-        if o.model:
-            raise DescriptionError(f'{file}: model "{o.model}" is asked for, but only SDF files hold several; leave that option out')
-        stage = load_usd(file, floating_base, strict, gravity, o.payloads, o.masses, cut)
-        return stage if o.physics is None and o.friction_width == stage.friction_width else stage.with_physics(o.physics, o.friction_width)
+        return _of_one_model(load_usd, o, file, how)
     contents = _core.file_bytes(os.fsencode(file)) if text is None else text
     if root_element(contents) == "mujoco":
         from ksl.model import mjcf
 
-        if o.model:
-            raise DescriptionError(f'{file}: model "{o.model}" is asked for, but only SDF files hold several; leave that option out')
-        loaded = mjcf._load(file, text, contents, floating_base, independent, strict, gravity, o.payloads, o.masses, cut)
-        return loaded if o.physics is None and o.friction_width == loaded.friction_width else loaded.with_physics(o.physics, o.friction_width)
-    options = (floating_base, independent, strict, gravity, points, o.masses is not None, o.model or "", given.physics(o.physics, o.friction_width), cut)
+        return _of_one_model(mjcf._load, o, file, text, contents, how)
+    physics = given.physics(o.physics, o.friction_width)
+    options = (how.floating_base, how.independent, how.strict, how.gravity, how.points, how.massless, o.model or "", physics, how.cut)
     made = _core.load_text(contents, os.fsencode(file), *options)
     return Model(made, (os.path.abspath(file), *options), inputs=hashed(file, contents)) if text is None else Model(made)
+
+
+def _of_one_model(reader: Callable[..., Model], o: _Options, file: str, *arguments: object) -> Model:
+    """By a reader of a format whose files hold one model; physics are added to what it makes."""
+    if o.model:
+        raise DescriptionError(f'{file}: model "{o.model}" is asked for, but only SDF files hold several; leave that option out')
+    made = reader(file, *arguments)
+    return made if o.physics is None and o.friction_width == made.friction_width else made.with_physics(o.physics, o.friction_width)
 
 
 def _is_usd(file: str) -> bool:

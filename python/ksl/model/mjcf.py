@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import re
 import warnings
-from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
@@ -91,24 +90,14 @@ def model_of(
         one_of(masses, "masses", "optional")
     if loops is not None:
         one_of(loops, "loops", "cut")
-    model = _model(mj, file, False, independent, given.flag(strict, "strict"), None, None, masses, loops == "cut", [])
+    how = given.Reading(independent=independent, strict=given.flag(strict, "strict"), massless=masses is not None, cut=loops == "cut")
+    model = _model(mj, file, how, [])
     for line in model.warnings:
         warnings.warn(line, DescriptionWarning, stacklevel=2)
     return model
 
 
-def _load(
-    file: str,
-    text: bytes | None,
-    contents: bytes,
-    floating_base: bool,
-    independent: bool,
-    strict: bool,
-    gravity: list[float] | None,
-    payloads: Mapping[str, tuple[float, Sequence[float]]] | None,
-    masses: str | None,
-    cut: bool,
-) -> Model:
+def _load(file: str, text: bytes | None, contents: bytes, how: given.Reading) -> Model:
     try:
         import mujoco
     except ModuleNotFoundError as e:
@@ -129,7 +118,7 @@ def _load(
         raise DescriptionError(f"{file}: MuJoCo's compiler refuses the file: {_one_line(e)}; correct it there") from None
     finally:
         mujoco.set_mju_user_warning(handler)
-    return _model(compiled, file, floating_base, independent, strict, gravity, payloads, masses, cut, said, files.inputs(DescriptionError))
+    return _model(compiled, file, how, said, files.inputs(DescriptionError))
 
 
 def _forget_meshes(mujoco: Any) -> None:
@@ -146,26 +135,14 @@ def _is_utf_8(path: str) -> bool:
     return True
 
 
-def _model(
-    mj: Any,
-    file: str,
-    floating_base: bool,
-    independent: bool,
-    strict: bool,
-    gravity: list[float] | None,
-    payloads: Mapping[str, tuple[float, Sequence[float]]] | None,
-    masses: str | None,
-    cut: bool,
-    said: list[str],
-    inputs: tuple[InputFile, ...] = (),
-) -> Model:
+def _model(mj: Any, file: str, how: given.Reading, said: list[str], inputs: tuple[InputFile, ...] = ()) -> Model:
     try:
         with np.errstate(all="ignore"):  # numbers beyond the range, which the builder refuses
-            reader = _Reader(mj, independent, cut)
+            reader = _Reader(mj, how.independent, how.cut)
             reader.builder._core.read_from(file, reader.unused_lines(), [*said, *reader.said])
-            if floating_base and not (mj.jnt_type == FREE).any():
+            if how.floating_base and not (mj.jnt_type == FREE).any():
                 raise DescriptionError("a floating base is asked for, but no body has a <freejoint>; add one, or don't ask for that")
-            core = reader.builder._core.build(False, strict, gravity, given.payload_points(payloads), masses is not None)
+            core = reader.builder._core.build(False, how.strict, how.gravity, how.points, how.massless)
     except ValueError as e:
         sentence = "a name in it is not UTF-8; save the file in UTF-8, or give other names" if isinstance(e, UnicodeDecodeError) else str(e)
         raise DescriptionError(sentence if not file or sentence.startswith(f"{file}:") else f"{file}: {sentence}") from None

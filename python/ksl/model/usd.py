@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from ksl.base.errors import DescriptionError
@@ -23,16 +22,8 @@ APART, TURNED = 1e-4, 1e-3
 """m, and the sine of an angle: bodies that stand further from what their joint allows are said.  Single precision leaves some 1e-6."""
 
 
-def load_usd(
-    file: str,
-    floating_base: bool,
-    strict: bool,
-    gravity: list[float] | None,
-    payloads: Mapping[str, tuple[float, Sequence[float]]] | None,
-    masses: str | None,
-    cut: bool,
-) -> Model:
-    """The robot of a stage, with the options of :func:`ksl.load`.  Raises DescriptionError."""
+def load_usd(file: str, how: given.Reading) -> Model:
+    """The robot of a stage.  Raises DescriptionError."""
     try:
         from pxr import Usd
     except ModuleNotFoundError as e:
@@ -42,32 +33,23 @@ def load_usd(
     try:
         stage = Usd.Stage.Open(file)
     except Exception as e:  # errors of Tf, which are of several types
-        raise DescriptionError(f"{file}: USD refuses the file: {sentence(' '.join(str(e).split()))[:500]}; correct it, or write it again") from None
+        raise DescriptionError(f"{file}: USD refuses the file: {_said(e, 500)}; correct it, or write it again") from None
     try:
-        return _model(file, stage, floating_base, strict, gravity, payloads, masses, cut)
+        return _model(file, stage, how)
     except ValueError as e:
         raise DescriptionError(str(e) if str(e).startswith(f"{file}:") else f"{file}: {e}") from None
 
 
-def _model(
-    file: str,
-    opened: object,
-    floating_base: bool,
-    strict: bool,
-    gravity: list[float] | None,
-    payloads: Mapping[str, tuple[float, Sequence[float]]] | None,
-    masses: str | None,
-    cut: bool,
-) -> Model:
+def _model(file: str, opened: object, how: given.Reading) -> Model:
     stage, down, bodies, connections, driven = _read(opened)
     if not bodies:
         raise DescriptionError("no rigid body (PhysicsRigidBodyAPI) is in the file: it has shapes alone, or its physics are in another layer; give that file")
     in_double(list(bodies.values()), connections)
-    builder = Builder(stage.stage.GetDefaultPrim().GetName() or os.path.splitext(os.path.basename(file))[0] or "robot", gravity=down)
-    made = assembled(builder, list(bodies.values()), connections, cut)
-    if floating_base and not made.floating:
+    builder = Builder(stage.name or os.path.splitext(os.path.basename(file))[0] or "robot", gravity=down)
+    made = assembled(builder, list(bodies.values()), connections, how.cut)
+    if how.floating_base and not made.floating:
         raise DescriptionError("a floating base is asked for, but joints connect all bodies to the world; remove that joint, or don't ask for it")
-    if made.loops and not cut:
+    if made.loops and not how.cut:
         _say_loops(made.loops, connections, stage.said)
         drives = [name for name in driven if name not in made.loops]
         if drives:
@@ -76,7 +58,7 @@ def _model(
     if made.turned:
         stage.said.append(f"joint {listed(made.turned)}: body1 carries body0; the axis points the other way, so that the position is that of the file (the opposite, of spherical and translation joints)")
     builder._core.read_from(file, stage.unused, stage.said)
-    core = builder._core.build(False, strict, gravity, given.payload_points(payloads), masses is not None)
+    core = builder._core.build(False, how.strict, how.gravity, how.points, how.massless)
     return Model(core, inputs=_inputs(file, stage.stage))
 
 
@@ -93,8 +75,16 @@ def _read(opened: object) -> tuple[Stage, list[float], dict[str, Body], list[Con
     except (DescriptionError, MemoryError):
         raise
     except Exception as e:  # values of types that an attribute can't have, and what USD finds late
-        said = f"USD can't make sense of the file ({type(e).__name__}: {sentence(' '.join(str(e).split()))[:300]}); correct it, or write it again"
+        said = f"USD can't make sense of the file ({type(e).__name__}: {_said(e, 300)}); correct it, or write it again"
         raise DescriptionError(said) from None
+
+
+def _said(error: Exception, most: int) -> str:
+    """What USD says, on one line."""
+    try:
+        return sentence(" ".join(str(error).split()))[:most]
+    except UnicodeDecodeError:  # errors of Tf quote the bytes of the file
+        return "it holds bytes that are no UTF-8"
 
 
 def _say_loops(loops: list[str], connections: list[Connection], said: list[str]) -> None:

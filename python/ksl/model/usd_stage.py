@@ -25,6 +25,8 @@ class Stage:
     mass: float
     """kg of its unit."""
     up: str
+    name: str
+    """Of the default prim; empty without one."""
     said: list[str] = field(default_factory=list)
     """Warnings."""
     unused: list[str] = field(default_factory=list)
@@ -64,7 +66,8 @@ def units_of(stage: Any) -> Stage:
 
     length, mass = UsdGeom.GetStageMetersPerUnit(stage), UsdPhysics.GetStageKilogramsPerUnit(stage)
     up = str(UsdGeom.GetStageUpAxis(stage))
-    made = Stage(stage, float(length), float(mass), up)
+    default = stage.GetDefaultPrim()
+    made = Stage(stage, float(length), float(mass), up, str(default.GetName()) if default else "")
     if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):
         made.said.append("the file doesn't give metersPerUnit; lengths are taken in centimetres, USD's default: give metersPerUnit = 1 if they are in m")
     elif length != 1.0:

@@ -18,7 +18,7 @@ from jax.interpreters import ad, batching, mlir
 
 from ksl import _core
 from ksl.operators.calls import Calls
-from ksl.operators.operator import Operator, Stage, arranged
+from ksl.operators.operator import NEXT, Operator, Stage, arranged
 
 TARGET = "ksl_operator"
 
@@ -109,32 +109,17 @@ def _sum(parts: list[list[Any]]) -> list[Any]:
     return [sum(each[1:], each[0]) for each in zip(*parts)]
 
 
-def _split(stage: Stage, operator: Operator, arguments: Sequence[Any]) -> list[Sequence[Any]]:
-    """What a stage is given: inputs, and for each of the rest, in which it is linear, a list."""
-    n = len(operator.inputs)
-    rest = {Stage.VALUE: [], Stage.JVP: [n], Stage.VJP: [1], Stage.SECOND_JVP: [n, n], Stage.SECOND_VJP: [1, n]}[stage]
-    parts, begin = [], 0
-    for count in [n, *rest]:
-        parts.append(arguments[begin : begin + count])
-        begin += count
-    return parts
-
-
-_NEXT = {Stage.VALUE: Stage.JVP, Stage.JVP: Stage.SECOND_JVP, Stage.VJP: Stage.SECOND_VJP}
-"""What the change of a stage along a change of the inputs is."""
-
-
 def _jvp(stage: Stage, primals: Sequence[Any], tangents: Sequence[Any], *, operator: Operator) -> tuple[list[Any], list[Any]]:
-    x, *linear = _split(stage, operator, primals)
-    dx, *others = _split(stage, operator, tangents)
+    x, *linear = operator.split(stage, primals)
+    dx, *others = operator.split(stage, tangents)
     result = bind(stage, operator, primals)
     parts = []
     if not _all_zero(dx):
-        if stage not in _NEXT:
+        if stage not in NEXT:
             raise NotImplementedError(f"{operator.name}: there are no third derivatives of it")
         if stage is not Stage.VALUE:
             operator.require_twice()
-        parts.append(bind(_NEXT[stage], operator, [*primals, *_changes(x, dx)]))
+        parts.append(bind(NEXT[stage], operator, [*primals, *_changes(x, dx)]))
     for i, change in enumerate(others):  # in which the stage is linear
         if not _all_zero(change):
             given = [*linear[:i], _changes(linear[i], change), *linear[i + 1 :]]
@@ -144,7 +129,7 @@ def _jvp(stage: Stage, primals: Sequence[Any], tangents: Sequence[Any], *, opera
 
 def _transpose(stage: Stage, cotangents: Sequence[Any], *arguments: Any, operator: Operator) -> list[Any]:
     """JVP and VJP are each other's transposes; so are the second ones by their cotangent, and each its own by its changes."""
-    x, *linear = _split(stage, operator, arguments)
+    x, *linear = operator.split(stage, arguments)
     groups, states = x[0].shape[:2]
     shapes = operator.result_shapes(stage, groups, states)
     given = [jnp.zeros(shape, x[0].dtype) if type(c) is ad.Zero else c for shape, c in zip(shapes, cotangents)]
@@ -164,16 +149,10 @@ def _transpose(stage: Stage, cotangents: Sequence[Any], *arguments: Any, operato
     return [each for part in parts for each in part]
 
 
-def _kinds(stage: Stage, operator: Operator) -> list[bool]:
-    """Of each argument, whether it has a row for each group: parameters, and their changes."""
-    own = [name == "parameters" for name in operator.inputs]
-    return {Stage.VALUE: own, Stage.JVP: own * 2, Stage.VJP: [*own, False], Stage.SECOND_JVP: own * 3, Stage.SECOND_VJP: [*own, False, *own]}[stage]
-
-
 def _batch(stage: Stage, arguments: Sequence[Any], axes: Sequence[Any], *, operator: Operator) -> tuple[list[Any], list[int]]:
     """The new axis joins that of states, or that of groups where parameters differ along it, or are differentiated."""
     size = next(x.shape[axis] for x, axis in zip(arguments, axes) if axis is not None)
-    of_groups = _kinds(stage, operator)
+    of_groups = operator.of_groups(stage)
     apart = operator.parameters and (stage is Stage.VJP or any(g and axis is not None for g, axis in zip(of_groups, axes)))
     rows = []
     for x, axis, of_group in zip(arguments, axes, of_groups):

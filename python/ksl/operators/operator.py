@@ -6,12 +6,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
+from typing import Any, TypeVar
 
 from ksl import _core
 from ksl.model.model import Model
 from ksl.model.requests import core_of
 from ksl.operators.table import ROWS
+
+
+T = TypeVar("T")
 
 
 class Stage(IntEnum):
@@ -27,6 +30,10 @@ class Stage(IntEnum):
     """x, dx, dx₂ → the change of JVP along dx₂"""
     SECOND_VJP = 4
     """x, λ, dx₂ → the change of VJP along dx₂"""
+
+
+NEXT = {Stage.VALUE: Stage.JVP, Stage.JVP: Stage.SECOND_JVP, Stage.VJP: Stage.SECOND_VJP}
+"""What the change of a stage along a change of the inputs is."""
 
 
 class Operator:
@@ -73,6 +80,25 @@ class Operator:
 
     def input_shape(self, x: int, groups: int, states: int) -> tuple[int, ...]:
         return (groups, self.widths[x] // 10, 10) if self.inputs[x] == "parameters" else (groups, states, self.widths[x])
+
+    def split(self, stage: Stage, arguments: Sequence[Any]) -> list[list[Any]]:
+        """What a stage is given: inputs, and for each of the rest, in which it is linear, a list."""
+        parts, begin = [], 0
+        for count in self._by_stage(stage, len(self.inputs), 1):
+            parts.append(list(arguments[begin : begin + count]))
+            begin += count
+        return parts
+
+    def of_groups(self, stage: Stage) -> list[bool]:
+        """Of each argument of a stage, whether it has a row for each group: parameters, and their changes."""
+        own = [name == "parameters" for name in self.inputs]
+        return [each for part in self._by_stage(stage, own, [False]) for each in part]
+
+    @staticmethod
+    def _by_stage(stage: Stage, inputs: T, result: T) -> list[T]:
+        """One of the two for each group of arguments: what there is for inputs and their changes, or for a cotangent of the result."""
+        rest = {Stage.VALUE: [], Stage.JVP: [inputs], Stage.VJP: [result], Stage.SECOND_JVP: [inputs, inputs], Stage.SECOND_VJP: [result, inputs]}
+        return [inputs, *rest[stage]]
 
     def compute(self, stage: Stage, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
         """Computes a stage on arrays of the CPU that are contiguous and of one precision, into others."""

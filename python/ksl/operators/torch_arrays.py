@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from ksl.operators.calls import Calls
-from ksl.operators.operator import Operator, Stage, arranged
+from ksl.operators.operator import NEXT, Operator, Stage, arranged
 
 
 class TorchCalls(Calls[Tensor]):
@@ -74,17 +74,6 @@ def _compute(operator: Operator, stage: Stage, arguments: Sequence[Tensor]) -> l
     return results
 
 
-def _split(stage: Stage, operator: Operator, arguments: Sequence[Any]) -> list[list[Any]]:
-    """What a stage is given: inputs, and for each of the rest, in which it is linear, a list."""
-    n = len(operator.inputs)
-    counts = {Stage.VALUE: [n], Stage.JVP: [n, n], Stage.VJP: [n, 1], Stage.SECOND_JVP: [n, n, n], Stage.SECOND_VJP: [n, 1, n]}[stage]
-    parts, begin = [], 0
-    for count in counts:
-        parts.append(list(arguments[begin : begin + count]))
-        begin += count
-    return parts
-
-
 def _filled(given: Sequence[Tensor | None], like: Sequence[Tensor]) -> list[Tensor]:
     return [torch.zeros_like(x) if d is None else d for d, x in zip(given, like)]
 
@@ -125,13 +114,13 @@ def _backward(
     stage: Stage, operator: Operator, arguments: Sequence[Tensor], cotangents: Sequence[Tensor | None], needed: Sequence[bool]
 ) -> list[Tensor | None]:
     """The cotangents of the arguments of a stage: JVP and VJP are each other's transposes in what they are linear in."""
-    x, *linear = _split(stage, operator, arguments)
+    x, *linear = operator.split(stage, arguments)
     if all(c is None for c in cotangents):
         return [None] * len(arguments)
     groups, states = x[0].shape[:2]
     shapes = operator.result_shapes(stage, groups, states)
     given = [x[0].new_zeros(shape) if c is None else c for shape, c in zip(shapes, cotangents)]
-    wanted = _split(stage, operator, needed)
+    wanted = operator.split(stage, needed)
     found: list[list[Tensor | None]] = [[None] * len(part) for part in (x, *linear)]
     if any(wanted[0]):
         found[0] = list(_of_inputs(stage, operator, x, linear, given))
@@ -165,20 +154,17 @@ def _transposed(stage: Stage, operator: Operator, x: list[Tensor], linear: list[
     return _apply_stage(Stage.SECOND_VJP, operator, [*x, *linear[0], *given])
 
 
-_NEXT = {Stage.VALUE: Stage.JVP, Stage.JVP: Stage.SECOND_JVP, Stage.VJP: Stage.SECOND_VJP}
-
-
 def _forward(stage: Stage, operator: Operator, arguments: Sequence[Tensor], changes: Sequence[Tensor | None]) -> tuple[Tensor, ...]:
     """The change of a stage along changes of its arguments."""
-    x, *linear = _split(stage, operator, arguments)
-    dx, *others = _split(stage, operator, changes)
+    x, *linear = operator.split(stage, arguments)
+    dx, *others = operator.split(stage, changes)
     parts = []
     if any(d is not None for d in dx):
-        if stage not in _NEXT:
+        if stage not in NEXT:
             raise NotImplementedError(f"{operator.name}: there are no third derivatives of it")
         if stage is not Stage.VALUE:
             operator.require_twice()
-        parts.append(_apply_stage(_NEXT[stage], operator, [*arguments, *_filled(dx, x)]))
+        parts.append(_apply_stage(NEXT[stage], operator, [*arguments, *_filled(dx, x)]))
     for i, change in enumerate(others):
         if any(d is not None for d in change):
             given = [*linear[:i], _filled(change, linear[i]), *linear[i + 1 :]]
@@ -190,8 +176,7 @@ def _mapped(
     size: int, axes: Sequence[int | None], stage: Stage, operator: Operator, arguments: Sequence[Tensor]
 ) -> tuple[tuple[Tensor, ...], tuple[int, ...]]:
     """The new axis joins that of states, or that of groups where parameters differ along it, or are differentiated."""
-    own = [name == "parameters" for name in operator.inputs]
-    of_groups = {Stage.VALUE: own, Stage.JVP: own * 2, Stage.VJP: [*own, False], Stage.SECOND_JVP: own * 3, Stage.SECOND_VJP: [*own, False, *own]}[stage]
+    of_groups = operator.of_groups(stage)
     apart = operator.parameters and (stage is Stage.VJP or any(g and axis is not None for g, axis in zip(of_groups, axes)))
     rows = []
     for x, axis, of_group in zip(arguments, axes, of_groups):

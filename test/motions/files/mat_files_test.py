@@ -1,5 +1,8 @@
 """MATLAB files, as scipy writes them: arrays, rows or columns; names of joints; what is no array is said."""
 
+import struct
+import zlib
+
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -62,6 +65,47 @@ def test_damaged_and_newer_files(leg, mat, rows, written, refusal):
             ksl.read_motion(leg, written(bytes(bad), "bad.mat"))
         except ksl.MotionError as e:
             assert "\n" not in str(e)
+
+
+def element(kind, data, order="<"):
+    """An element as MATLAB's documentation of the format describes it."""
+    return struct.pack(f"{order}II", kind, len(data)) + data + bytes(-len(data) % 8)
+
+
+def array(name, x, order="<", kind=9, of_class=6):
+    head = element(6, struct.pack(f"{order}II", of_class, 0), order) + element(5, struct.pack(f"{order}2i", *x.shape), order) + element(1, name.encode(), order)
+    return element(14, head + element(kind, x.astype(f"{order}f8").tobytes(order="F"), order), order)
+
+
+def headed(elements, mark=b"\x00\x01IM"):
+    return b"MATLAB 5.0 MAT-file".ljust(124) + mark + elements
+
+
+def test_a_file_of_a_machine_whose_bytes_have_the_other_order(leg, written, rows):
+    data = headed(array("time", rows[:, :1], ">") + array("q", rows[:, 1:], ">"), b"\x01\x00MI")
+    np.testing.assert_array_equal(ksl.read_motion(leg, written(data)).q, rows[:, 1:])
+
+
+def test_elements_that_matlab_does_not_write(leg, written, rows, refusal):
+    time, q = array("time", rows[:, :1]), array("q", rows[:, 1:])
+    assert "columns" not in refusal(leg, written(headed(time))) and ksl.read_motion(leg, written(headed(time + q))).q.shape == (10, 2)
+    for bad in (array("q", rows[:, 1:], kind=0), array("q", rows[:, 1:], of_class=18), array("q", rows[:, 1:], kind=3), q[:8] + element(6, b"") + q[8:], element(9, bytes(8))):
+        assert ": is a MATLAB file, but truncated or damaged; save it again" in refusal(leg, written(headed(time + bad)))
+    assert refusal(leg, written(headed(time + q + time))) == ": two variables are named 'time'; save one of them"
+
+
+def test_files_that_unpack_to_much_are_refused(leg, written, rows, refusal, monkeypatch):
+    from ksl.base import limits
+
+    monkeypatch.setattr(limits, "MOTION_BYTES", 1 << 20)
+    packed = zlib.compress(array("q", np.zeros((1 << 20, 2))))
+    assert len(packed) < 1 << 16
+    assert ": unpacked it is larger than 1 MB, the most that is read" in refusal(leg, written(headed(array("time", rows[:, :1]) + struct.pack("<II", 15, len(packed)) + packed)))
+
+
+def test_cells_that_hold_no_names(leg, mat, rows, refusal):
+    path = mat(time=rows[:, :1], q=rows[:, 1:], joint_names=np.array(["hip", 1.0], dtype=object))
+    assert refusal(leg, path) == ": joint_names holds double in a cell; expected the names of joints, texts"
 
 
 def test_many_numbers_are_refused_before_they_are_loaded(leg, mat, rows, refusal, monkeypatch):

@@ -1,0 +1,42 @@
+"""USD as text: bodies, joints, masses and units of a stage.
+
+Pixar's library is a program of others, without coverage.  Texts that name other files, or ask for many elements by a few words, are left out."""
+
+from guided import guide
+
+guide("ksl.model.usd", "ksl.model.usd_stage", "ksl.model.usd_joints", "ksl.model.assembly", "ksl.model.builder", "ksl.model.loading")
+
+import atexit
+import os
+import re
+import tempfile
+from pathlib import Path
+from zlib import crc32
+
+from ksl.base.errors import DescriptionError
+from ksl.model import loading
+from mutate import of_text
+from target import BrokenPromise, check_message, finite, run
+
+LEFT_OUT = re.compile(rb"@|references|payload|subLayers|inherits|specializes|variant|instance|clips|timeSamples|#usda.*\n.*#sdf")
+FILE = Path(tempfile.gettempdir()) / f"ksl_fuzz_{os.getpid()}.usda"
+atexit.register(lambda: FILE.unlink(missing_ok=True))
+
+
+def read(data: bytes) -> None:
+    if not data.startswith(b"#usda") or LEFT_OUT.search(data):
+        return
+    FILE.write_bytes(data)
+    bits = crc32(data)  # options follow from the text itself, so that each text always takes the same way
+    options = loading._Options(bits % 8 == 0, "coupled", bits & 48 == 0, None, None, "optional", None, None, 0.01, "cut" if bits & 8 else None, None)
+    model = loading._loaded(str(FILE), None, options)
+    for line in [*model.warnings, *model.unused]:
+        check_message(line)
+    for names in (model.link_names, [*model.joint_names, *model.loop_names]):
+        if len(set(names)) < len(names) or not all(names):
+            raise BrokenPromise(f"broken promise: names of {len(names)} links or joints are not unique")
+    finite([link.mass for link in model.links], "masses")
+
+
+if __name__ == "__main__":
+    run(read, of_text, DescriptionError)
