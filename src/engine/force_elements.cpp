@@ -662,7 +662,7 @@ void force_element_states(const model &m, const double *q, const double *v, doub
     length[i] = found[i].length, rate[i] = found[i].speed, tension[i] = found[i].tension;
   const std::string why = elements::reason_of(m, found);
   if (!why.empty())
-    throw result_error("force_elements: " + why, 0, -1);
+    throw result_error("force_element_states: " + why, 0, -1);
 }
 
 } // namespace ksl
