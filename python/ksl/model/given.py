@@ -163,7 +163,7 @@ def force_element(
     links = [name(word, f"{who}: its {what}") for word, what in ((link1, "link1"), (link2, "link2"))]
     points = [list(three_numbers(x, f"{who}: its {what}")) for x, what in ((point1, "point1"), (point2, "point2"))]
     numbers = {"stiffness": stiffness, "free length": free_length, "damping": damping, "preload": preload}
-    both = [None, None] if limits is None else list(limits)
+    both = [None, None] if limits is None else list(limits) if isinstance(limits, Iterable) else []
     if len(both) != 2:
         raise ValueError(f"{who}: its limits are {limits!r}; expected (lower, upper), m, each may be None")
     bounds = [None if x is None else number(x, f"{who}: its limits") for x in both]
