@@ -1,6 +1,7 @@
 """Springs, dampers and cylinders between two points: how they are stated, closed forms, what becomes of them, motions of others' mechanisms."""
 
 import pickle
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.integrate import solve_ivp
 import ksl
 from ksl import mjcf
 
+ROBOTS = Path(__file__).parents[2] / "examples/robots"
 ON = "force elements"
 NUMBERS = {"stiffness": 500.0, "free_length": 0.3, "damping": 40.0, "preload": -25.0}
 BESIDE = """
@@ -200,3 +202,59 @@ def test_energy_of_a_run_is_accounted_for():
 def pendulum_rates(y):
     _, rate, tension, slope = strut(y[0], y[1])
     return [y[1], -1.5 * (9.81 * np.cos(y[0]) + tension * slope), 40 * rate**2]
+
+
+def test_andrews_squeezing_mechanism():
+    """The reference solution at 0.03 s of the Test Set for Initial Value Problem Solvers (Mazzia and Magherini, University of Bari)."""
+    m = ksl.load(ROBOTS / "andrews.urdf", physics=ON, gravity=(0, 0, 0))
+    names = ("beta", "theta", "gamma", "phi", "delta", "omega", "epsilon")
+    start = (-0.06171389001427642, 0.0, 0.4552798191630704, 0.2226683901658859, 0.48736497954384255, -0.2226683901658859, 1.2305474445498212)
+    end = (15.81077119629904, -15.75637105984298, 0.04082224013073101, -0.5347301163226948, 0.5244099658805304, 0.5347301163226948, 1.048080741042263)
+    rates = (1139.920302151208, -1424.379294994111, 11.03291221937134, 19.29337464421385, 0.5735699284790808, -19.29337464421385, 0.3231791658026955)
+    order = [names.index(name) for name in m.joint_names]
+    tau = np.where(np.array(m.joint_names) == "beta", 0.033, 0.0)
+    assert m.mobility(np.array(start)[order]).mobility == 1
+    run = m.simulate(np.array(start)[order], np.zeros(7), np.linspace(0, 0.03, 16), efforts=tau, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(run.q[-1], np.array(end)[order], atol=5e-9)
+    np.testing.assert_allclose(run.v[-1], np.array(rates)[order], rtol=1e-7)
+    assert run.drift.closure.max() < 1e-13 and abs(run.drift.energy).max() < 1e-11
+    # derivatives along the mechanism, with the spring, are those of differences of efforts
+    q, v = run.q[7], run.v[7]
+    a = m.forward_dynamics(q, v, tau)
+    np.testing.assert_allclose(m.inverse_dynamics(q, v, a), tau, atol=1e-9)
+    by_q, by_v, _ = m.forward_dynamics_derivatives(q, v, tau)
+    (crank,), drives = m.independent(q), ["beta"]
+    for analytic, of_q in ((by_q, 1), (by_v, 0)):
+        ends = []
+        for step in (1e-6, -1e-6):
+            at = m.close(m.integrate(q, of_q * step * m.consistent_velocity(q, np.eye(7)[crank], given=drives)), hold=drives).q
+            moving = v + (1 - of_q) * step * 1e3 * np.eye(7)[crank]
+            ends.append(m.forward_dynamics(at, m.consistent_velocity(at, moving, given=drives), tau))
+        found = (ends[0] - ends[1]) / 2e-6 / (1 if of_q else 1e3)
+        np.testing.assert_allclose(analytic[:, 0], found, rtol=2e-5, atol=2e-5 * abs(found).max())
+
+
+def governor_rates(y, momentum):
+    """A governor in three coordinates: the angle of its rods, the way of its slider, and the turn of its shaft, whose momentum stays."""
+    angle, way, _, rate, speed = y
+    s, c = np.sin(angle), np.cos(angle)
+    length = np.hypot(0.5 * s, way - 0.5 * c)
+    by_angle, by_way = 0.5 * way * s / length, (way - 0.5 * c) / length
+    force = 8e5 * (length - 0.5) + 4e4 * (by_angle * rate + by_way * speed)
+    turn = momentum / (0.15 + 12 * s**2)
+    return [rate, speed, turn, s * c * turn**2 - 6.5 / 6 * 9.81 * s - force * by_angle / 6, 9.81 - force * by_way / 10]
+
+
+def test_a_stiff_governor():
+    """After problem A05 of the IFToMM benchmarks; against Radau's method on equations of its own."""
+    m = ksl.load(ROBOTS / "governor.urdf", physics=ON)
+    start = dict(zip(("turn", "to_left", "to_right", "slide"), (0.0, np.pi / 6, np.pi / 6, 0.5 * np.sqrt(3)), strict=True))
+    q, v = np.array([start[name] for name in m.joint_names]), np.where(np.array(m.joint_names) == "turn", 2 * np.pi, 0.0)
+    times = [0, 0.5, 1.0]
+    y = [start["to_left"], start["slide"], 0, 0, 0]
+    exact = solve_ivp(lambda t, y: governor_rates(y, 3.15 * 2 * np.pi), (0, 1), y, "Radau", times, rtol=1e-11, atol=1e-12).y
+    expected = np.array([{"turn": e[2], "to_left": e[0], "to_right": e[0], "slide": e[1]}[name] for e in exact.T for name in m.joint_names]).reshape(3, 4)
+    for options, tolerance in (({"rtol": 1e-9, "atol": 1e-9}, 1e-7), ({"method": "sdirk4", "step": 2e-3}, 1e-6)):
+        run = m.simulate(q, v, times, **options)
+        np.testing.assert_allclose(run.q, expected, atol=tolerance)
+        assert abs(run.drift.energy).max() < 1e-2
