@@ -88,8 +88,19 @@ inline void add_loop(ksl::builder &b, const loop_given &given) {
              {vector(axis), vector(axis2), pitch});
 }
 
+/// A force element, as Python gives it: name, links, points on both, stiffness, free length, damping, preload, limits, stop stiffness.
+using force_element_given = std::tuple<std::string, std::string, std::string, three, three, std::array<double, 4>,
+                                       std::array<ksl::optional_number, 2>, double>;
+
+inline void add_force_element(ksl::builder &b, const force_element_given &given) {
+  const auto &[name, link1, link2, point1, point2, numbers, limits, stop] = given;
+  b.add_force_element(name, link1, vector_of(point1), link2, vector_of(point2),
+                      {numbers[0], numbers[1], numbers[2], numbers[3], limits[0], limits[1], stop});
+}
+
 /// A builder checks loops and finds their links, which have the same indices in it.  Its own joints have names that no loop has.
-inline ksl::model with_loops(const ksl::model &m, const std::vector<loop_given> &loops) {
+inline ksl::model with_loops(const ksl::model &m, const std::vector<loop_given> &loops,
+                             const std::vector<force_element_given> &elements) {
   ksl::builder alone(m.description().name);
   std::size_t longest = 0;
   for (const loop_given &loop : loops)
@@ -104,7 +115,10 @@ inline ksl::model with_loops(const ksl::model &m, const std::vector<loop_given> 
   }
   for (const loop_given &loop : loops)
     add_loop(alone, loop);
-  return ksl::model(ksl::with_loops(m.description(), alone.description().loops));
+  for (const force_element_given &of : elements)
+    add_force_element(alone, of);
+  const ksl::robot_description all = alone.description();
+  return ksl::model(ksl::with_force_elements(ksl::with_loops(m.description(), all.loops), all.force_elements));
 }
 
 inline void add_builder(nb::module_ &module) {
@@ -127,6 +141,7 @@ inline void add_builder(nb::module_ &module) {
           },
           "name"_a, "kind"_a, "parent"_a, "child"_a, "pose"_a, "options"_a)
       .def("add_loop", &add_loop, "loop"_a)
+      .def("add_force_element", &add_force_element, "element"_a)
       .def(
           "set_drives",
           [](ksl::builder &b, const std::vector<std::string> &joints, const std::vector<double> &weights) {
@@ -187,7 +202,7 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
             return ksl::model(ksl::with_frame(m.description(), name, link, pose_of(pose)));
           },
           "name"_a, "link"_a, "pose"_a)
-      .def("with_loops", &with_loops, "loops"_a)
+      .def("with_loops", &with_loops, "loops"_a, "elements"_a)
       .def("without_loops", [](const ksl::model &m) { return ksl::model(ksl::without_loops(m.description())); })
       .def(
           "with_compliances",

@@ -48,12 +48,18 @@ template <class Go> void fields(Go &go, ksl::loop_description &l) {
   go(l.name, l.at, l.kind, l.predecessor, l.successor, l.predecessor_pose, l.successor_pose, l.axis, l.axis2, l.pitch,
      l.given);
 }
+template <class Go> void fields(Go &go, ksl::force_element_description &f) {
+  go(f.name, f.at, f.link1, f.link2, f.point1, f.point2);
+  ksl::force_element_numbers &x = f.numbers;
+  go(x.stiffness, x.free_length, x.damping, x.preload, x.lower, x.upper, x.stop_stiffness);
+}
 template <class Go> void fields(Go &go, ksl::joint_compliance &c) { go(c.joint, c.matrix); }
 template <class Go> void fields(Go &go, ksl::physics_options &p) {
-  go(p.damping, p.friction, p.armature, p.rotor, p.spring, p.rotor_bodies, p.exact_friction, p.friction_width);
+  go(p.damping, p.friction, p.armature, p.rotor, p.spring, p.rotor_bodies, p.exact_friction, p.friction_width,
+     p.force_elements);
 }
 template <class Go> void fields(Go &go, ksl::robot_description &r) {
-  go(r.name, r.file, r.links, r.joints, r.loops, r.drives, r.drive_weights, r.compliances, r.gravity, r.physics,
+  go(r.name, r.file, r.links, r.joints, r.loops, r.force_elements, r.drives, r.drive_weights, r.compliances, r.gravity, r.physics,
      r.floating_base, r.unused, r.warnings);
 }
 

@@ -4,6 +4,7 @@
 #include "array.hpp"
 #include "without_gil.hpp"
 
+#include "ksl/force_elements.hpp"
 #include "ksl/loops.hpp"
 
 #include <nanobind/stl/string.h>
@@ -151,7 +152,39 @@ inline nb::object reaction_variations(const ksl::model &m, nb::handle q, nb::han
   return nb::make_tuple(out[0], out[1], out[2], out[3], f);
 }
 
+inline nb::dict force_element_dict(const ksl::model &m, const ksl::force_element_row &f) {
+  const ksl::force_element_numbers &x = f.numbers;
+  const auto point = [](const ksl::vec3<double> &p) { return std::array<double, 3>{p.x, p.y, p.z}; };
+  nb::dict d;
+  d["name"] = f.name;
+  d["link1"] = m.links()[static_cast<std::size_t>(f.link1)].name;
+  d["link2"] = m.links()[static_cast<std::size_t>(f.link2)].name;
+  d["point1"] = point(f.point1), d["point2"] = point(f.point2);
+  d["stiffness"] = x.stiffness, d["free_length"] = x.free_length, d["damping"] = x.damping, d["preload"] = x.preload;
+  d["lower"] = x.lower, d["upper"] = x.upper, d["stop_stiffness"] = x.stop_stiffness;
+  return d;
+}
+
+/// Lengths, rates and tensions of force elements, (states, 3 × elements).
+inline nb::object force_element_states(const ksl::model &m, nb::handle q, nb::handle v) {
+  const rows Q(q), V(v);
+  const std::size_t n = m.force_elements().size();
+  nb::object out = new_rows(Q.states, 3 * n);
+  double *row = data_of(out);
+  for (std::size_t k = 0; k < Q.states; ++k, row += 3 * n)
+    ksl::force_element_states(m, Q[k], V[k], row, row + n, row + 2 * n);
+  return out;
+}
+
 inline void add_loops(nb::class_<ksl::model> &model) {
+  model.def_prop_ro("force_elements",
+                    [](const ksl::model &m) {
+                      nb::list all;
+                      for (const ksl::force_element_row &f : m.force_elements())
+                        all.append(force_element_dict(m, f));
+                      return all;
+                    })
+      .def("force_element_states", &force_element_states, "q"_a, "v"_a);
   model
       .def_prop_ro("loops",
                    [](const ksl::model &m) {

@@ -82,6 +82,12 @@ public:
                     const std::string &successor, const SE3<double> &predecessor_pose,
                     const SE3<double> &successor_pose, const loop_options &options = {});
 
+  /// A spring, damper or cylinder between two points, each in the frame of a link that has been added before.  It has no effect unless
+  /// physics_options name force elements.
+  builder &add_force_element(const std::string &name, const std::string &link1, const vec3<double> &point1,
+                             const std::string &link2, const vec3<double> &point2,
+                             const force_element_numbers &numbers = {});
+
   /// The joints that have a motor.  Inverse dynamics of mechanisms with loops need to know them.
   builder &set_drives(const std::vector<std::string> &joints, const std::vector<double> &weights = {});
 
@@ -98,7 +104,7 @@ public:
 
 private:
   void cut_to(std::size_t links, std::size_t joints) noexcept;
-  int link_named(const std::string &joint, const std::string &end, const std::string &name) const;
+  int link_named(const std::string &who, const std::string &end, const std::string &name) const;
 
   robot_description robot_;
   std::map<std::string, int> links_, joints_; // joints of loops are among these

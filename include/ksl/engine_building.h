@@ -85,6 +85,24 @@ KSL_EXPORT ksl_status_t ksl_builder_add_loop(ksl_builder_t *builder, const char 
                                              const ksl_SE3_t *predecessor_pose, const ksl_SE3_t *successor_pose,
                                              const ksl_loop_options_t *options);
 
+/** The numbers of a force element between two points at a distance l.  It pulls them together, or with a negative force apart, with
+    preload + stiffness (l - free_length) + damping dl/dt, and beyond its limits with stop_stiffness (l - limit) more; N/m, m, N s/m, N.
+    Initialise it with ksl_force_element_numbers(). */
+typedef struct ksl_force_element_numbers_t {
+  double stiffness, free_length, damping, preload;
+  double lower, upper;   /**< limits of l, m; NAN: none */
+  double stop_stiffness; /**< N/m of stops at the limits; 0: a length beyond them is refused */
+} ksl_force_element_numbers_t;
+
+/** Numbers of a force element that exerts no force and has no limits. */
+KSL_EXPORT ksl_force_element_numbers_t ksl_force_element_numbers(void);
+
+/** Adds a spring, damper or cylinder between two points (3), each in the frame of a link that has been added.  It has no effect unless
+    the physics of the model's options name "force elements". */
+KSL_EXPORT ksl_status_t ksl_builder_add_force_element(ksl_builder_t *builder, const char *name, const char *link1,
+                                                      const double *point1, const char *link2, const double *point2,
+                                                      const ksl_force_element_numbers_t *numbers);
+
 /** The n joints that have a motor.  Inverse dynamics of mechanisms with loops need to know them. */
 KSL_EXPORT ksl_status_t ksl_builder_set_drives(ksl_builder_t *builder, int n, const char *const *joints);
 

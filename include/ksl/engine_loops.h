@@ -42,6 +42,14 @@ KSL_EXPORT ksl_status_t ksl_mobility(const ksl_model_t *model, ksl_data_t *data,
 KSL_EXPORT ksl_status_t ksl_independent(const ksl_model_t *model, ksl_data_t *data, const double *q, int *indices,
                                         int *n);
 
+/** The number of force elements of a model, between points of two links; the name of one, NULL if there is none. */
+KSL_EXPORT int ksl_model_force_elements(const ksl_model_t *model);
+KSL_EXPORT const char *ksl_model_force_element_name(const ksl_model_t *model, int element);
+/** The length (m), its rate (m/s) and the tension (N, negative where it pushes) of each at q (nq) and v (nv), NULL for rest; whether the
+    model's physics name them or not. */
+KSL_EXPORT ksl_status_t ksl_force_element_states(const ksl_model_t *model, const double *q, const double *v,
+                                                 double *length, double *rate, double *tension);
+
 /** How a search for a closed position ended. */
 typedef enum ksl_closing_t {
   KSL_CLOSED,

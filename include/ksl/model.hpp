@@ -36,8 +36,8 @@ struct model_options {
   std::optional<physics_options> physics; ///< none: those of the description
 };
 
-/// The options that switch on the physics of these names: damping, friction, exact friction, armature, rotor, rotor bodies, spring; or
-/// all, which is the five without exact friction and rotor bodies.  Throws description_error for any other name; it lists the known ones.
+/// The options that switch on the physics of these names: damping, friction, exact friction, armature, rotor, rotor bodies, spring, force
+/// elements; or all, which is the six without exact friction and rotor bodies.  Throws description_error for any other name; it lists the known ones.
 KSL_EXPORT physics_options physics_named(const std::vector<std::string> &names,
                                          double friction_width = physics_options().friction_width);
 /// The names of the physics that options switch on.
@@ -81,6 +81,14 @@ struct loop_row {
   double pitch;                                 ///< m/rad; of helical joints
 };
 
+/// A spring, damper or cylinder between points of two links, as a user sees it.
+struct force_element_row {
+  std::string name;
+  int link1, link2;            ///< indices into model::links()
+  vec3<double> point1, point2; ///< in the links' frames, m
+  force_element_numbers numbers;
+};
+
 namespace loops {
 struct tables;
 }
@@ -116,7 +124,11 @@ public:
   const std::vector<joint_row> &joints() const { return joints_; }
   /// Joints that close loops, in the order of the description.  A model without them is a tree.
   const std::vector<loop_row> &loops() const { return loops_; }
-  /// What the library has computed about them.
+  /// Springs, dampers and cylinders between points of two links, whether they act or not.
+  const std::vector<force_element_row> &force_elements() const { return force_elements_; }
+  /// How many of them act: all, if physics_options name them, or none.
+  int acting_force_elements() const { return acting_force_elements_; }
+  /// What the library has computed about the loops.
   const loops::tables &loop_tables() const { return *loop_tables_; }
 
   int moving_joints() const { return moving_joints_; } ///< without followers
@@ -238,6 +250,7 @@ private:
   std::vector<joint_row> joints_;
   std::vector<loop_row> loops_;
   std::shared_ptr<const loops::tables> loop_tables_; ///< null without loops
+  std::vector<force_element_row> force_elements_;
   std::vector<quaternion_in_q> quaternions_;
   std::vector<position_range> position_ranges_;
   std::vector<link_description> links_;
@@ -248,7 +261,7 @@ private:
   arrays<float> single_;
   std::vector<int> in_q_, in_v_; // where a user's numbers are in the expanded arrays
   int nq_ = 0, nv_ = 0, expanded_nq_ = 0, expanded_nv_ = 0, pose_numbers_ = 0, longest_path_ = 0, moving_joints_ = 0,
-      massless_joint_ = -1;
+      massless_joint_ = -1, acting_force_elements_ = 0;
 
   friend class model_builder;
 };

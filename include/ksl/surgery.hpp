@@ -40,7 +40,7 @@ KSL_EXPORT robot_description merged(const robot_description &robot, const robot_
 
 struct subtree_options {
   bool drop_loops =
-      false; ///< loops that lose an end are left out, instead of being refused: the rest is another machine
+      false; ///< loops and force elements that lose an end are left out, instead of being refused: the rest is another machine
 };
 
 /// A robot of a link and all that it carries.  The link is the root; it is fixed unless it is the root of a robot that floats.
@@ -54,6 +54,10 @@ KSL_EXPORT robot_description with_frame(const robot_description &robot, const st
 
 /// Adds joints that close loops; their links are indices into robot.links.
 KSL_EXPORT robot_description with_loops(robot_description robot, std::vector<loop_description> loops);
+
+/// Adds springs, dampers and cylinders between points of two links, which are indices into robot.links.
+KSL_EXPORT robot_description with_force_elements(robot_description robot,
+                                                 std::vector<force_element_description> elements);
 
 /// The robot with its loops cut: without the joints that close them, and without drives.
 KSL_EXPORT robot_description without_loops(robot_description robot);

@@ -33,10 +33,12 @@ bool lacks_link(const algorithm_row &row, const model &m, const link_list &links
 
 template <class S> bool compute_one(const algorithm_row &row, const model &m, const batch_view<S> &batch,
                                     std::size_t k) {
-  const bool closed = loops::is_closed(row, m), direct = m.followers() == 0 && !closed;
+  const bool closed = loops::is_closed(row, m), forced = !closed && elements::act_in(row, m),
+             direct = m.followers() == 0 && !closed && !forced;
   const kernels_in<S> &kernel = kernels_of_row<S>(row);
   const model_view<S> view = m.view_in<S>();
   const std::size_t bytes = closed   ? loops::state_bytes<S>(m, loops::room_for(batch))
+                            : forced ? elements::state_bytes<S>(row, m, elements::room_for(batch))
                             : direct ? kernel.workspace_bytes(view)
                                      : coupled::state_bytes<S>(row, m, extents_of(m, batch));
   one_state_memory<S> state;
@@ -47,6 +49,9 @@ template <class S> bool compute_one(const algorithm_row &row, const model &m, co
   bool ordinary = true;
   if (closed)
     return loops::run_state<S>(row, m, state.workspace, state.load(row, m, batch, k));
+  if (forced)
+    return elements::run_state<S>(row, m, state.workspace, state.load(row, m, batch, k)) &&
+           ordinary_results(row, m, batch, k, k + 1);
   if (direct)
     ordinary = kernel.state(view, state.workspace, state.load(row, m, batch, k));
   else

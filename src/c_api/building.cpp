@@ -87,6 +87,11 @@ ksl_joint_options_t ksl_joint_options(void) {
 
 ksl_loop_options_t ksl_loop_options(void) { return {nullptr, nullptr, std::numeric_limits<double>::quiet_NaN()}; }
 
+ksl_force_element_numbers_t ksl_force_element_numbers(void) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  return {0, 0, 0, 0, nan, nan, 0};
+}
+
 ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder) {
   return created(builder, name, "name and builder must not be null",
                  [&] { return new ksl_builder_t{ksl::builder(name)}; });
@@ -121,6 +126,19 @@ ksl_status_t ksl_builder_add_loop(ksl_builder_t *builder, const char *name, cons
       given = {vector_of(options->axis), vector_of(options->axis2), number_of(options->pitch)};
     builder->builder.add_loop(name, ksl::joint_kind_named(kind), predecessor, successor, pose_of(predecessor_pose),
                               pose_of(successor_pose), given);
+  });
+}
+
+ksl_status_t ksl_builder_add_force_element(ksl_builder_t *builder, const char *name, const char *link1,
+                                           const double *point1, const char *link2, const double *point2,
+                                           const ksl_force_element_numbers_t *numbers) {
+  return guarded([&] {
+    require(builder && name && link1 && point1 && link2 && point2 && numbers,
+            "builder, name, links, points and numbers must not be null");
+    const ksl_force_element_numbers_t &x = *numbers;
+    builder->builder.add_force_element(
+        name, link1, *vector_of(point1), link2, *vector_of(point2),
+        {x.stiffness, x.free_length, x.damping, x.preload, number_of(x.lower), number_of(x.upper), x.stop_stiffness});
   });
 }
 

@@ -3,6 +3,7 @@
 
 #include "c_api/calls.hpp"
 #include "engine/thread_memory.hpp"
+#include "ksl/force_elements.hpp"
 #include "ksl/loops.hpp"
 
 namespace ksl::c_api {
@@ -48,6 +49,25 @@ int ksl_model_loop_rows(const ksl_model_t *m) { return m ? ksl::loop_rows(m->mod
 const char *ksl_model_loop_name(const ksl_model_t *m, int loop) {
   return loop >= 0 && loop < ksl_model_loops(m) ? m->model.loops()[static_cast<std::size_t>(loop)].name.c_str()
                                                 : nullptr;
+}
+
+int ksl_model_force_elements(const ksl_model_t *m) { return m ? static_cast<int>(m->model.force_elements().size()) : 0; }
+const char *ksl_model_force_element_name(const ksl_model_t *m, int element) {
+  return element >= 0 && element < ksl_model_force_elements(m)
+             ? m->model.force_elements()[static_cast<std::size_t>(element)].name.c_str()
+             : nullptr;
+}
+
+ksl_status_t ksl_force_element_states(const ksl_model_t *m, const double *q, const double *v, double *length,
+                                      double *rate, double *tension) {
+  return guarded([&] {
+    last_warning()[0] = '\0';
+    require(m && q && length && rate && tension, "model, q and the results must not be null");
+    require_position(m->model, q, "q");
+    if (v)
+      require_finite(v, m->model.nv(), "v");
+    ksl::force_element_states(m->model, q, v, length, rate, tension);
+  });
 }
 
 ksl_status_t ksl_loop_error(const ksl_model_t *m, ksl_data_t *d, const double *q, double *error) {

@@ -6,6 +6,7 @@
 #include "description/mimic.hpp"
 #include "description/rigid_pose.hpp"
 #include "description/surgery.hpp"
+#include "ksl/surgery.hpp"
 #include "text/words.hpp"
 
 #include <algorithm>
@@ -233,8 +234,8 @@ builder &builder::add_joint(const std::string &name, joint_kind kind, const std:
   joint_description joint;
   joint.name = name;
   joint.kind = kind;
-  joint.parent = link_named(name, "parent", parent);
-  joint.child = link_named(name, "child", child);
+  joint.parent = link_named("joint " + name, "parent", parent);
+  joint.child = link_named("joint " + name, "child", child);
   joint.placement = rigid_pose(who + "its pose", pose);
   set_axes(who, row, options, joint);
   set_pitch(who, row, options, joint);
@@ -259,12 +260,26 @@ builder &builder::add_loop(const std::string &name, joint_kind kind, const std::
   loop_description loop;
   loop.name = name;
   loop.kind = kind;
-  loop.predecessor = link_named(name, "predecessor", predecessor);
-  loop.successor = link_named(name, "successor", successor);
+  loop.predecessor = link_named("joint " + name, "predecessor", predecessor);
+  loop.successor = link_named("joint " + name, "successor", successor);
   loop.predecessor_pose = rigid_pose(who + "its frame on the predecessor", predecessor_pose);
   loop.successor_pose = rigid_pose(who + "its frame on the successor", successor_pose);
   loop.axis = joint.axis, loop.axis2 = joint.axis2, loop.pitch = joint.pitch;
   append(robot_.loops, std::move(loop), joints_);
+  return *this;
+}
+
+builder &builder::add_force_element(const std::string &name, const std::string &link1, const vec3<double> &point1,
+                                    const std::string &link2, const vec3<double> &point2,
+                                    const force_element_numbers &numbers) {
+  force_element_description of;
+  of.name = name;
+  const std::string who = "force element " + quoted(name);
+  of.link1 = link_named(who, "first", link1), of.link2 = link_named(who, "second", link2);
+  of.point1 = point1, of.point2 = point2, of.numbers = numbers;
+  robot_description next; // checked with the links' names, and the names of those that are there already
+  next.links = robot_.links, next.force_elements = robot_.force_elements;
+  robot_.force_elements = with_force_elements(std::move(next), {std::move(of)}).force_elements;
   return *this;
 }
 
@@ -278,15 +293,15 @@ void builder::cut_to(std::size_t links, std::size_t joints) noexcept {
   cut(robot_.joints, joints, joints_);
 }
 
-int builder::link_named(const std::string &joint, const std::string &end, const std::string &name) const {
+int builder::link_named(const std::string &who, const std::string &end, const std::string &name) const {
   if (const auto found = links_.find(name); found != links_.end())
     return found->second;
   std::vector<std::string> names;
   for (const link_description &link : robot_.links)
     names.push_back(link.name);
-  refuse("joint " + joint + ": " + end + " link " + quoted(name) + " does not exist" +
+  refuse(who + ": " + end + " link " + quoted(name) + " does not exist" +
          text::suggestion(name, names,
-                          "add that link before the joint" +
+                          "add that link before it" +
                               (names.empty() ? "" : ", or name one of " + text::listed(names))));
 }
 

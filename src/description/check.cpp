@@ -1,5 +1,6 @@
 #include "description/check.hpp"
 
+#include "description/force_elements.hpp"
 #include "description/loops.hpp"
 #include "ksl/engine/model/joints.hpp"
 #include "text/words.hpp"
@@ -299,6 +300,7 @@ int check_tree(const robot_description &robot) {
   const std::vector<int> above = joints_above(robot);
   check_cycles(robot, above);
   check_loops(robot);
+  check_force_elements(robot);
   return only_root(robot, above);
 }
 

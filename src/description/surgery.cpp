@@ -123,6 +123,25 @@ std::vector<loop_description> loops_inside(const robot_description &robot, const
   return inside;
 }
 
+/// The force elements of which both links are in a part of a robot (subtree).
+std::vector<force_element_description> elements_inside(const robot_description &robot,
+                                                       const std::vector<int> &new_index, const std::string &link,
+                                                       const subtree_options &options) {
+  std::vector<force_element_description> inside;
+  for (force_element_description of : robot.force_elements) {
+    const int a = new_index[index(of.link1)], b = new_index[index(of.link2)];
+    if ((a < 0) != (b < 0) && !options.drop_loops)
+      refuse("force element " + quoted(of.name) + " acts on link " +
+             robot.links[index(a < 0 ? of.link1 : of.link2)].name + ", which link " + quoted(link) +
+             " doesn't carry; take a link that carries both of its ends, or drop it: " +
+             "loops=\"drop\" in Python, drop_loops in C++");
+    of.link1 = a, of.link2 = b;
+    if (a >= 0 && b >= 0)
+      inside.push_back(std::move(of));
+  }
+  return inside;
+}
+
 /// Appends a line unless it is there.
 void add_line(std::vector<std::string> &lines, const std::string &line) {
   if (std::find(lines.begin(), lines.end(), line) == lines.end())
@@ -206,6 +225,15 @@ robot_description merged(const robot_description &robot, const robot_description
     loop.predecessor += links, loop.successor += links;
     out.loops.push_back(std::move(loop));
   }
+  for (force_element_description of : other.force_elements) {
+    of.name = prefix + of.name;
+    if (has_name(robot.force_elements, of.name))
+      refuse("both robots have a force element named " + quoted(of.name) +
+             "; give a prefix for the names of the second");
+    of.at = {};
+    of.link1 += links, of.link2 += links;
+    out.force_elements.push_back(std::move(of));
+  }
   out.drives = merged_drives(robot, other, prefix);
   out.drive_weights.clear();
   if (out.drives && (!robot.drive_weights.empty() || !other.drive_weights.empty()))
@@ -269,6 +297,7 @@ robot_description subtree(const robot_description &robot, const std::string &lin
       out.joints.push_back(std::move(joint));
   }
   out.loops = loops_inside(robot, new_index, link, options);
+  out.force_elements = elements_inside(robot, new_index, link, options);
   keep_drives(out);
   out.warnings = check_inertias(out);
   return out;

@@ -3,6 +3,7 @@
 
 #include "engine/coupled.hpp"
 #include "engine/examine.hpp"
+#include "engine/force_elements.hpp"
 #include "text/rounding.hpp"
 #include "engine/thread_memory.hpp"
 
@@ -45,6 +46,16 @@ template <class S> bool compute_ordinary(const algorithm_row &row, const model &
     const std::size_t needed = loops::state_bytes<S>(m, wanted);
     return loops::run_state<S>(row, m, needed <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, needed),
                                s);
+  }
+  if (elements::act_in(row, m)) {
+    elements::require_possible(row, m);
+    if (!s.q)
+      throw std::invalid_argument("reactions of a mechanism with force elements are those of "
+                                  "inverse_dynamics_with_reactions: there is no call for those of the state that was "
+                                  "computed last");
+    const std::size_t needed = elements::state_bytes<S>(row, m, elements::room_for(s));
+    return elements::run_state<S>(
+        row, m, needed <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, needed), s);
   }
   if (m.followers() == 0 && has_unread_results(row))
     return kernels_of_row<S>(row).state(m.view_in<S>(), d.memory(), with_unread_results(row, m, d, s));

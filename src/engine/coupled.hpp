@@ -4,6 +4,7 @@
 #pragma once
 
 #include "engine/examine.hpp"
+#include "engine/force_elements.hpp"
 #include "engine/kernels.hpp"
 #include "engine/loops/closed.hpp"
 #include "ksl/model.hpp"
@@ -50,6 +51,7 @@ template <class S> const kernels_in<S> &kernels_of_row(const algorithm_row &row)
 inline void require_computable(const algorithm_row &row, const model &m) {
   coupled::require_projection(row, m);
   loops::require_closed(row, m);
+  elements::require_possible(row, m);
 }
 
 /// Computes states of a batch, as a batch_kernel does.
@@ -58,6 +60,8 @@ batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_vi
                         std::size_t end, void *memory) {
   if (loops::is_closed(row, m))
     return loops::run_batch<S>(row, m, batch, first, end, memory);
+  if (elements::act_in(row, m))
+    return elements::run_batch<S>(row, m, batch, first, end, memory);
   if (m.followers())
     return {coupled::run_batch<S>(row, m, batch, first, end, memory),
             ordinary_results(row, m, batch, first, memory ? end : first)};

@@ -53,10 +53,23 @@ std::size_t closed_bytes(const model &m) {
   return std::max(loops::state_bytes<double>(m, all), loops::state_bytes<float>(m, all));
 }
 
+/// The most bytes that force elements need for one state of any algorithm, for a wrench on each link and a request that names each link and
+/// joint once.
+std::size_t force_element_bytes(const model &m) {
+  std::size_t most = 0;
+  const int links = static_cast<int>(m.links().size()), joints = static_cast<int>(m.joints().size());
+  for (const algorithm_row *row : rows::all)
+    if (elements::act_in(*row, m))
+      most = std::max({most, elements::state_bytes<double>(*row, m, {links, links, joints, 1}),
+                       elements::state_bytes<float>(*row, m, {links, links, joints, 1})});
+  return most;
+}
+
 } // namespace
 
 data::data(const model &m)
-    : bytes_(std::max({largest_workspace(m.view()), coupled_bytes(m), closed_bytes(m), examination_bytes(m)}) +
+    : bytes_(std::max({largest_workspace(m.view()), coupled_bytes(m), closed_bytes(m), force_element_bytes(m),
+                       examination_bytes(m)}) +
              unread_bytes(m)),
       memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())), zero_single_(zero_.size()) {
 #ifndef NDEBUG

@@ -102,6 +102,11 @@ result_error not_finite(const char *call, const found_number &found, std::size_t
 template <class S> void examine(const algorithm_row &row, const model &m, const massless_joint_workspace &w,
                                 const state_view<S> &s, std::size_t state, bool of_batch, arguments_are given) {
   const found_number found = look_at_results(row, m, s);
+  if (found.name && !found.finite && m.acting_force_elements() > 0 && finite_arguments(row, m, s) &&
+      !is_overwritten(row, s, s.q))
+    if (const std::string reason = elements::reason(m, s.q, is_overwritten(row, s, s.v) ? nullptr : s.v);
+        !reason.empty())
+      throw result_error(beginning(row.name, state, of_batch) + reason, state, -1);
   if (found.name && loops::is_closed(row, m) && finite_arguments(row, m, s) && !std::isfinite(found.value))
     if (const std::string reason = loops::reason(row, m, s); !reason.empty())
       throw result_error(beginning(row.name, state, of_batch) + reason, state, -1);

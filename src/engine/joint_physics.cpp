@@ -105,6 +105,11 @@ void remove_rotors(robot_description &robot) {
   std::erase_if(robot.joints, [](const joint_description &j) { return j.is_rotor; });
   for (joint_description &j : robot.joints)
     j.parent = index[static_cast<std::size_t>(j.parent)], j.child = index[static_cast<std::size_t>(j.child)];
+  for (loop_description &l : robot.loops)
+    l.predecessor = index[static_cast<std::size_t>(l.predecessor)],
+    l.successor = index[static_cast<std::size_t>(l.successor)];
+  for (force_element_description &of : robot.force_elements)
+    of.link1 = index[static_cast<std::size_t>(of.link1)], of.link2 = index[static_cast<std::size_t>(of.link2)];
 }
 
 /// Adds link and joint JOINT_rotor, or that name with underscores after it.  names: those of all links and joints.
@@ -140,7 +145,8 @@ constexpr named_option named_options[] = {{"damping", &physics_options::damping}
                                           {"armature", &physics_options::armature},
                                           {"rotor", &physics_options::rotor},
                                           {"rotor bodies", &physics_options::rotor_bodies},
-                                          {"spring", &physics_options::spring}};
+                                          {"spring", &physics_options::spring},
+                                          {"force elements", &physics_options::force_elements}};
 
 } // namespace
 
@@ -160,7 +166,8 @@ physics_options physics_named(const std::vector<std::string> &names, double fric
     if (found != std::end(named_options))
       options.*found->option = true;
     else if (name == "all")
-      options.damping = options.friction = options.armature = options.rotor = options.spring = true;
+      options.damping = options.friction = options.armature = options.rotor = options.spring = options.force_elements =
+          true;
     else
       text::refuse({}, 0,
                    "physics " + text::quoted(name) + " is unknown, expected some of " +
@@ -227,6 +234,12 @@ std::vector<coordinate_physics<double>> joint_physics(robot_description &robot, 
   }
   for (const std::string &line : unused.lines())
     robot.unused.push_back(line);
+  if (!options.force_elements && !robot.force_elements.empty()) {
+    std::vector<std::string> names;
+    for (const force_element_description &of : robot.force_elements)
+      names.push_back(of.name);
+    robot.unused.push_back("force element " + text::listed(names) + " (read, not applied)");
+  }
   if (!(options.damping || options.friction || options.armature || options.rotor || options.spring))
     return {};
   std::vector<coordinate_physics<double>> all(static_cast<std::size_t>(nv), {0, 0, 0, 1, 0, 0, 0, false});

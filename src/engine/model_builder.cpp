@@ -73,6 +73,15 @@ void model_builder::add_loops() {
   }
 }
 
+void model_builder::add_force_elements() {
+  const robot_description &robot = m_.description_;
+  for (const force_element_description &of : robot.force_elements)
+    m_.force_elements_.push_back({of.name, m_.link_index_[static_cast<std::size_t>(of.link1)],
+                                  m_.link_index_[static_cast<std::size_t>(of.link2)], of.point1, of.point2,
+                                  of.numbers});
+  m_.acting_force_elements_ = robot.physics.force_elements ? static_cast<int>(m_.force_elements_.size()) : 0;
+}
+
 void model_builder::add_inertias() {
   const nearest_rounding rounding;
   sum_inertias();
@@ -293,6 +302,7 @@ void model_builder::finish() {
   m_.double_.physics = joint_physics(m_.description_, expanded_rows(), m_.expanded_nv_);
   round_to_single();
   find_massless_joint();
+  add_force_elements();
   add_loops();
 }
 

@@ -52,6 +52,7 @@ private:
   void narrow(std::vector<model::position_range> &limits, const joint_row &row, int c);
   void round_to_single();
   void add_loops();
+  void add_force_elements();
 
   model &m_;
   std::vector<std::vector<int>> children_; // for each link of the description: the joints whose parent it is

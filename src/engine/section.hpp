@@ -85,6 +85,11 @@ void section_wrench(const model &m, data &d, const S *q, const S *v, const S *a,
     if (loop.predecessor == section.link || loop.successor == section.link)
       throw std::invalid_argument("link " + m.links()[static_cast<std::size_t>(section.link)].name + " carries joint " +
                                   loop.name + " of a loop, whose wrench sections don't know; cut a link without one");
+  for (const force_element_row &of : m.force_elements())
+    if (m.acting_force_elements() > 0 && (of.link1 == section.link || of.link2 == section.link))
+      throw std::invalid_argument("force element " + of.name + " acts on link " +
+                                  m.links()[static_cast<std::size_t>(section.link)].name +
+                                  ", on one side of its sections; cut a link without one");
   const int carrier = m.joint_above(section.link);
   const state_view<S> s = {.q = q, .v = v, .a = a, .external = external, .links = {1, &section.link}};
   S pose[16];

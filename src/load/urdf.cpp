@@ -81,7 +81,7 @@ robot_description urdf_reader::read() {
   check_expanded();
   check_joint_elements();
   root_.expect({"name", "version"}, {"link", "joint", "drake:joint", "constraint", "loop_joint", "loop", "coupling",
-                                     "material", "transmission", "gazebo", "ros2_control"});
+                                     "force_element", "material", "transmission", "gazebo", "ros2_control"});
   minor_ = minor_version();
   robot_.name = root_.text("name");
   robot_.file = file_.name();
@@ -178,6 +178,11 @@ void urdf_reader::read_loops() {
       text::check_count(file_, child, robot_.joints.size() + robot_.loops.size(), text::limits::joints, "joints");
       robot_.loops.push_back(readers::loop_in(in_file(child), links_, minor_, unused_));
     }
+  for (const pugi::xml_node child : root_.node().children("force_element")) {
+    text::check_count(file_, child, robot_.force_elements.size(), text::limits::joints, "force elements");
+    robot_.force_elements.push_back(readers::force_element_in(
+        {file_, unused_, child, {"force element", child.attribute("name").value()}}, links_));
+  }
   readers::split_loops(robot_, unused_);
   const std::vector<int> moving = root_.node().child("coupling") ? readers::moving_joints(robot_) : std::vector<int>();
   for (const pugi::xml_node coupling : root_.node().children("coupling"))

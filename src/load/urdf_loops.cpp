@@ -172,6 +172,32 @@ std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 } // namespace
 
+force_element_description force_element_in(const element &of, const links_by_name &links) {
+  of.expect({"name", "stiffness", "free_length", "damping", "preload", "lower", "upper", "stop_stiffness"},
+            {"link1", "link2"});
+  force_element_description out;
+  out.name = of.where().name;
+  out.at = {of.line()};
+  out.link1 = link_in(of, "link1", links), out.link2 = link_in(of, "link2", links);
+  for (const auto &[tag, point] : {std::pair{"link1", &out.point1}, {"link2", &out.point2}}) {
+    const element end = of.child(tag);
+    end.expect({"link", "xyz"}, {});
+    if (end.has("xyz")) {
+      const auto [x, y, z] = end.numbers<3>("xyz");
+      *point = {x, y, z};
+    }
+  }
+  force_element_numbers &x = out.numbers;
+  for (const auto &[name, value] : {std::pair{"stiffness", &x.stiffness},
+                                    {"free_length", &x.free_length},
+                                    {"damping", &x.damping},
+                                    {"preload", &x.preload},
+                                    {"stop_stiffness", &x.stop_stiffness}})
+    *value = of.number(name).value_or(0);
+  x.lower = of.number("lower"), x.upper = of.number("upper");
+  return out;
+}
+
 bool is_loop(std::string_view tag) { return tag == "constraint" || tag == "loop_joint" || tag == "loop"; }
 
 bool is_foreign_loop(std::string_view tag) {

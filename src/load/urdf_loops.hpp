@@ -16,6 +16,9 @@ bool is_foreign_loop(std::string_view tag);
 /// The joint of a <constraint>, <loop_joint> or <loop>.  minor: of the URDF version 1.minor.
 loop_description loop_in(const element &loop, const links_by_name &links, int minor, text::unused_list &unused);
 
+/// A <force_element>, which is KSL's own: numbers as attributes, and in <link1 link="..." xyz="..."/> and <link2> a point of each link.
+force_element_description force_element_in(const element &of, const links_by_name &links);
+
 /// The joints that close loops, of those that have been read: links with several parents.  The other joints are then a tree, if the file
 /// describes a mechanism.
 void split_loops(robot_description &robot, text::unused_list &unused);

@@ -127,6 +127,8 @@ public:
         write_joint(joint);
     for (const loop_description &loop : robot_.loops)
       write_loop(loop);
+    for (const force_element_description &of : robot_.force_elements)
+      write_force_element(of);
     if (!robot_.loops.empty())
       for (const std::string &joint : robot_.drives.value_or(std::vector<std::string>()))
         write_drive(joint);
@@ -262,6 +264,27 @@ private:
     if (row.has_pitch)
       set(added(node.append_child("screw_thread_pitch")), "value",
           words({pitch_as_given(loop.pitch.value_or(0), loop.given.pitch)}));
+  }
+
+  void write_force_element(const force_element_description &of) {
+    pugi::xml_node node = added(root_.append_child("force_element"));
+    set(node, "name", of.name);
+    const force_element_numbers &x = of.numbers;
+    for (const auto &[name, value] : {std::pair{"stiffness", x.stiffness},
+                                      {"free_length", x.free_length},
+                                      {"damping", x.damping},
+                                      {"preload", x.preload},
+                                      {"stop_stiffness", x.stop_stiffness}})
+      if (value != 0)
+        set(node, name, words({value}));
+    for (const auto &[name, value] : {std::pair{"lower", x.lower}, {"upper", x.upper}})
+      if (value)
+        set(node, name, words({*value}));
+    for (const auto &[tag, link, p] : {std::tuple{"link1", of.link1, of.point1}, {"link2", of.link2, of.point2}}) {
+      pugi::xml_node end = added(node.append_child(tag));
+      set(end, "link", robot_.links[static_cast<std::size_t>(link)].name);
+      set(end, "xyz", words({p.x, p.y, p.z}));
+    }
   }
 
   /// That a joint has a motor, as the reader looks for it.

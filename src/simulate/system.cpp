@@ -1,6 +1,7 @@
 #include "simulate/system.hpp"
 
 #include "batch/compute_batch.hpp"
+#include "engine/force_elements.hpp"
 #include "ksl/engine/model/joint_physics.hpp"
 
 #include <cmath>
@@ -158,6 +159,8 @@ void system::set_power(std::size_t n, const double *q, const double *v, const do
   for (std::size_t k = 0; k < n; ++k)
     for (std::size_t i = 0; i < nv_; ++i)
       power[k] += tau[k * nv_ + i] * v[k * nv_ + i];
+  for (std::size_t k = 0; k < n; ++k)
+    power[k] += elements::damping_power(m_, q + k * nq_, v + k * nv_, nullptr);
   const model_view<double> view = m_.view();
   if (!view.physics)
     return;
@@ -187,6 +190,7 @@ void system::set_outer_efforts(const double *q, const double *v, double *out) {
     for (std::size_t i = 0; i < nv_; ++i)
       out[i] += computed_[i];
   }
+  elements::damping_power(m_, q, v, out);
   if (m_.view().physics) {
     changed_.resize(5 * nv_);
     call(rows::effort_parts, 1, q, v, nullptr, nullptr, changed_.data());

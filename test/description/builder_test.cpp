@@ -234,7 +234,7 @@ TEST_CASE("builder: gravity, where a description comes from, links without mass 
   check_refused(refused_mass({1, {0, 0, not_a_number}, {}}), {"link odd", "not finite"});
   check_refused(refused_mass({1, {}, {not_a_number, 0, 0, 0, 1, 0, 0, 0, 1}}), {"link odd", "not finite"});
   check_refused(refusal([] { ksl::builder("empty").add_joint("j", joint_kind::fixed, "ground", "arm", here); }),
-                {"parent link \"ground\" does not exist", "add that link before the joint"});
+                {"parent link \"ground\" does not exist", "add that link before it"});
   ksl::link_mass skewed = {1, {}, {1, 0.1, 0, 0.1 + 1e-9, 1, 0, 0, 0, 1}}; // to rounding: the mean is taken
   ksl::builder almost("almost");
   CHECK(almost.add_link("body", skewed).description().links[0].inertia.Ixy == doctest::Approx(0.1).epsilon(1e-8));

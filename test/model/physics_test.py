@@ -8,7 +8,7 @@ import pytest
 
 import ksl
 
-ALL = ("damping", "friction", "armature", "rotor", "spring")
+ALL = ("damping", "friction", "armature", "rotor", "spring", "force elements")
 SHOULDER = {"damping": 0.3, "friction": 1.5, "friction_width": 0.2, "armature": 0.02, "rotor_inertia": 1e-5, "gear_ratio": 100.0}
 ELBOW = {"damping": 0.1, "friction": 0.4, "rotor_inertia": 2e-4, "gear_ratio": -30.0, "spring_stiffness": 7.0, "spring_rest": 0.2}
 Q, V, A = np.array([0.8, -1.9]), np.array([2.1, -0.6]), np.array([-1.7, 0.4])
@@ -52,7 +52,7 @@ def test_a_model_tells_what_is_on(names):
 
 
 def test_wrong_names_are_refused_with_the_list():
-    listed = "expected some of all, damping, friction, exact friction, armature, rotor, rotor bodies, spring; did you mean"
+    listed = "expected some of all, damping, friction, exact friction, armature, rotor, rotor bodies, spring, force elements; did you mean"
     with pytest.raises(ksl.DescriptionError, match=f'physics "dampin" is unknown, {listed} "?damping'):
         arm().build(physics=["spring", "dampin"])
     with pytest.raises(ValueError, match="expected names, for example"):

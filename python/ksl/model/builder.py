@@ -131,6 +131,34 @@ class Builder:
         self._core.add_loop(given.loop(name, kind, predecessor, successor, predecessor_pose, successor_pose, axis, axis2, pitch))
         return self
 
+    def add_force_element(
+        self,
+        name: str,
+        link1: str,
+        point1: ArrayLike,
+        link2: str,
+        point2: ArrayLike,
+        stiffness: float = 0.0,
+        free_length: float = 0.0,
+        damping: float = 0.0,
+        preload: float = 0.0,
+        limits: Sequence[float | None] | None = None,
+        stop_stiffness: float = 0.0,
+    ) -> Builder:
+        """A spring, damper or cylinder between two points, of links that have been added.  Returns the builder.
+
+        point1, point2 (3): each in the frame of its link, m.  At the distance l of the points the element pulls them together, or with a
+        negative force apart, with preload + stiffness (l − free_length) + damping dl/dt; N, N/m, m, N s/m.
+        limits: (lower, upper) of l, m, each may be None.  Beyond them, stops pull or push with stop_stiffness (l − limit) more, N/m; with 0
+        such a length is refused.  It has no effect unless `physics=` names "force elements".
+
+            b.add_force_element("gas spring", "body", (0, 0, 0.1), "lid", (0.3, 0, 0), preload=-250.0, damping=80.0)
+        """
+        self._core.add_force_element(
+            given.force_element(name, link1, point1, link2, point2, stiffness, free_length, damping, preload, limits, stop_stiffness)
+        )
+        return self
+
     def add_dh_chain(self, parent: str, rows: Iterable[DHRow], convention: Convention = "standard", prefix: str = "") -> Builder:
         """Adds joint1, link1, joint2, link2, … to a link, their names after `prefix`.  Returns the builder.
 

@@ -24,6 +24,10 @@ Loop = tuple[str, str, str, str, list[float], list[float], list[float] | None, l
 """A joint that closes a loop: name, kind, predecessor, successor, its frames on both by rows, axis, axis2, pitch."""
 
 
+ForceElement = tuple[str, str, str, list[float], list[float], list[float], list[float | None], float]
+"""A force element: name, links, points on both; stiffness, free length, damping, preload; limits; stop stiffness."""
+
+
 @dataclass(frozen=True)
 class Reading:
     """How a robot file is read: options of :func:`ksl.load`, checked, for readers that are written in Python."""
@@ -165,6 +169,24 @@ def loop(
     poses = [pose(x, f"{who}: its frame on the {what}", link) for x, what, link in sides]
     axes = [direction(x, f"{who}: its {what}") for x, what in ((axis, "axis"), (axis2, "axis2"))]
     return own, words[0], words[1], words[2], poses[0], poses[1], axes[0], axes[1], None if pitch is None else number(pitch, f"{who}: its pitch")
+
+
+def force_element(
+    name_of: object, link1: object, point1: ArrayLike, link2: object, point2: ArrayLike,
+    stiffness: float, free_length: float, damping: float, preload: float, limits: Sequence[float | None] | None, stop_stiffness: float,
+) -> ForceElement:  # fmt: skip
+    """A spring, damper or cylinder between two points.  The compiled code checks its links and its numbers."""
+    own = name(name_of, "the name of the force element")
+    who = f"force element {own}"
+    links = [name(word, f"{who}: its {what}") for word, what in ((link1, "link1"), (link2, "link2"))]
+    points = [list(three_numbers(x, f"{who}: its {what}")) for x, what in ((point1, "point1"), (point2, "point2"))]
+    numbers = {"stiffness": stiffness, "free length": free_length, "damping": damping, "preload": preload}
+    both = [None, None] if limits is None else list(limits) if isinstance(limits, Iterable) else []
+    if len(both) != 2:
+        raise ValueError(f"{who}: its limits are {limits!r}; expected (lower, upper), m, each may be None")
+    bounds = [None if x is None else number(x, f"{who}: its limits") for x in both]
+    plain = [number(x, f"{who}: its {what}") for what, x in numbers.items()]
+    return own, links[0], links[1], points[0], points[1], plain, bounds, number(stop_stiffness, f"{who}: its stop stiffness")
 
 
 def physics(names: str | Iterable[str] | None, friction_width: float) -> Physics:

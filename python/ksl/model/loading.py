@@ -50,7 +50,7 @@ def load(
     masses: None refuses a robot none of whose moving links has a mass; "optional" accepts it, for kinematics.
     model: which model of an SDF file that has several; None is the only one that is not static.
     physics, friction_width: which physics of joints the model has, as :meth:`Model.with_physics` takes them; none by default.
-    loops: a TOML file with joints that close loops, besides those of the robot file (:mod:`ksl.model.loops_file` shows one); "cut" leaves out
+    loops: a TOML file with joints that close loops and with force elements, besides those of the robot file (:mod:`ksl.model.loops_file` shows one); "cut" leaves out
     those of the robot file: the tree, which is another machine.
     drives: the joints that have a motor, of a robot with loops, instead of those that the files name; {joint: weight} as :meth:`Model.with_drives`
     takes it.
@@ -164,7 +164,7 @@ def _closed(loaded: Model, beside: LoopsFile | None, drives: given.Drives | None
     if beside is not None:
         beside.check_robot(loaded.name)
         try:
-            core = loaded._core.with_loops(beside.loops)
+            core = loaded._core.with_loops(beside.loops, beside.force_elements)
             if beside.drives is not None:
                 core = core.with_drives(*given.drives(beside.drives))
         except DescriptionError as error:

@@ -42,6 +42,18 @@ class Mobility:
     """The length of the mechanism, m, that rows of moments were multiplied by, and coordinates that turn divided."""
 
 
+@dataclass(frozen=True)
+class ForceElementStates:
+    """What force elements do; each array is (…, elements), in the order of `force_elements`."""
+
+    length: Array
+    """m."""
+    rate: Array
+    """The rate of the length, m/s."""
+    tension: Array
+    """N; negative where the element pushes."""
+
+
 @dataclass(frozen=True, repr=False)
 class Closed:
     """What :meth:`Model.close` found; each array has the leading shape of the positions."""
@@ -100,6 +112,19 @@ class LoopCalls(Requests):
         """The rates (…, rows) of J v, J a + (rate of J) v, for q (…, nq), v and a (…, nv): zero for motions that keep the loops closed."""
         *arrays, leading = self._several((q, "q", self.nq), (v, "v", self.nv), (a, "a", self.nv))
         return self._core.loop_acceleration(*arrays).reshape(*leading, -1) if self.loops else np.zeros((*leading, 0))
+
+    def force_element_states(self, q: ArrayLike, v: ArrayLike = 0.0) -> ForceElementStates:
+        """Lengths, their rates and tensions of the springs, dampers and cylinders between two points, for q (…, nq) and v (…, nv).
+
+        They don't depend on whether `physics` names them.  Raises :class:`ksl.ResultError` where an element has no force: its points
+        coincide, or its length is beyond a limit without a stop.
+
+            m.force_element_states(q).tension
+        """
+        moving = np.zeros(self.nv) if np.ndim(v) == 0 and v == 0 else v
+        at, rates, leading = self._several((q, "q", self.nq), (moving, "v", self.nv))
+        found = self._core.force_element_states(at, rates).reshape(*leading, 3, len(self.force_elements))
+        return ForceElementStates(found[..., 0, :], found[..., 1, :], found[..., 2, :])
 
     def independent(self, q: ArrayLike) -> NDArray[np.intp]:
         """Indices into v, ascending, of coordinates that all others follow from at q (nq).

@@ -113,6 +113,35 @@ class Loop:
 
 
 @dataclass(frozen=True)
+class ForceElement:
+    """A spring, damper or cylinder between a point of one link and a point of another; SI units.
+
+    At the length l it pulls the points together, or with a negative force apart, with preload + stiffness (l − free_length) + damping dl/dt,
+    and beyond its limits with stop_stiffness (l − limit) more.
+    """
+
+    name: str
+    link1: str
+    link2: str
+    point1: tuple[float, float, float]
+    """In the frame of link1, m."""
+    point2: tuple[float, float, float]
+    stiffness: float = 0.0
+    """N/m."""
+    free_length: float = 0.0
+    """m."""
+    damping: float = 0.0
+    """N s/m."""
+    preload: float = 0.0
+    """N, positive where it pulls."""
+    lower: float | None = None
+    """Limits of the length, m; None where there are none."""
+    upper: float | None = None
+    stop_stiffness: float = 0.0
+    """N/m of stops at the limits; with 0 a length beyond them is refused."""
+
+
+@dataclass(frozen=True)
 class Link:
     """A link's inertia about its origin, in its axes, payload included."""
 
@@ -138,6 +167,10 @@ def _joint(row: Mapping[str, Any]) -> Joint:
 def _loop(row: Mapping[str, Any]) -> Loop:
     fields: dict[str, Any] = {k: tuple(x) if isinstance(x, list) else x for k, x in row.items()}
     return Loop(**fields)
+
+
+def _force_element(row: Mapping[str, Any]) -> ForceElement:
+    return ForceElement(**{k: tuple(x) if isinstance(x, list) else x for k, x in row.items()})
 
 
 def _read_only(x: Array) -> Array:
@@ -168,6 +201,8 @@ class Mechanism:
         """All joints: the moving ones in the order of q, then the mimic joints that follow them, then the fixed ones, `base` last."""
         self.loops: tuple[Loop, ...] = tuple(_loop(row) for row in core.loops)
         """The joints that close loops; a model without them is a tree."""
+        self.force_elements: tuple[ForceElement, ...] = tuple(_force_element(row) for row in core.force_elements)
+        """Springs, dampers and cylinders between points of two links.  They act if `physics` names "force elements"."""
         self.drives: tuple[str, ...] | None = None if core.drives is None else tuple(core.drives)
         self.drive_weights: tuple[float, ...] = tuple(core.drive_weights)
         """The joints that have motors; None where the file names none.  Without loops every joint is taken to have one."""

@@ -25,6 +25,7 @@ from ksl.model.mjcf_frames import matrix, moved
 from ksl.model.mjcf_frames import pose as frame
 from ksl.model.mjcf_loops import JOINT as EQUALITY_OF_JOINTS
 from ksl.model.mjcf_loops import KINDS_OF_EQUALITY, Coupling, actuated, closures, common_name, couplings, drives, is_active
+from ksl.model.mjcf_tendons import add_force_elements
 from ksl.model.model import Layout, Model
 from ksl.model.requests import one_of
 from ksl.model.states import in_order
@@ -173,6 +174,7 @@ class _Reader:
             self.add_body(i)
         self.add_sites()
         self.add_loops()
+        self.force_elements, self.of_tendons = add_force_elements(self.builder, mj, self.bodies)
 
     def new(self, of: str, name: str) -> str:
         """A name that no other link or joint has."""
@@ -344,9 +346,9 @@ class _Reader:
             lines.append(f"mocap bodies ({mj.nmocap}; welded where the file has them)")
         if mj.opt.density or mj.opt.viscosity:
             lines.append("density, viscosity (no forces of a fluid)")
-        lines += self.equality_lines()
+        lines += self.equality_lines() + self.of_tendons
         for word, count in (
-            ("geom", mj.ngeom), ("actuator", self.other_actuators if self.closures else mj.nu), ("tendon", mj.ntendon), ("sensor", mj.nsensor), ("contact pair", mj.npair), ("contact exclude", mj.nexclude),
+            ("geom", mj.ngeom), ("actuator", self.other_actuators if self.closures else mj.nu), ("tendon", mj.ntendon - self.force_elements), ("sensor", mj.nsensor), ("contact pair", mj.npair), ("contact exclude", mj.nexclude),
             ("flex", getattr(mj, "nflex", 0)), ("skin", mj.nskin), ("camera", mj.ncam), ("light", mj.nlight), ("keyframe", mj.nkey), ("plugin", mj.nplugin),
         ):  # fmt: skip
             if count:

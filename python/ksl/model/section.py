@@ -50,6 +50,12 @@ def section_wrench(
     wrenches = items_of(external, external_axes)
     for target, _ in wrenches:
         m.link(target)
+    for loop in m.loops:
+        if name in (loop.predecessor, loop.successor):
+            raise ValueError(f"link {name} carries joint {loop.name} of a loop, whose wrench sections don't know; cut a link without one")
+    for element in m.force_elements if "force elements" in m.physics else ():
+        if name in (element.link1, element.link2):
+            raise ValueError(f"force element {element.name} acts on link {name}, on one side of its sections; cut a link without one")
     parent = next(j for j in m.joints if j.child == name)
     children = [j for j in m.joints if j.parent == name]
     q, v, a = (np.asarray(argument(x, *role, m._core), float) for x, role in ((q, ("q", m.nq)), (v, ("v", m.nv)), (a, ("a", m.nv))))

@@ -209,6 +209,9 @@ class SimulationCalls(Calls):
         last = energy[np.isfinite(energy)]
         at = f"; joint {names[0]!r} is where the error is largest" if names and how == UNDERFLOW else f", those of joint {names[0]!r} first" if names else ""
         at += f"; {by_function}" if by_function and how == NOT_FINITE else ""
+        limited = [e.name for e in self.force_elements if (e.lower is not None or e.upper is not None) and not e.stop_stiffness]
+        if limited and how == NOT_FINITE and "force elements" in self.physics:
+            at += f"; perhaps force element {' or '.join(limited)} is beyond a limit without a stop"
         held = f"; its energy was {last[-1]:.4g} J" if len(last) else ""
         said = f"{which} ended at {time:.9g} s of {run.times[-1]:g} s: {REASONS[how]}{at}{held}.  Rows after that are NaN."
         warnings.warn(sentence(said), RuntimeWarning, stacklevel=3)

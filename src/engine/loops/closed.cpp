@@ -184,19 +184,9 @@ template <class S> std::size_t state_bytes(const model &m, room wanted) {
 
 template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
   arena pieces(memory);
-  external_rows<S> *const external = pieces.take<external_rows<S>>(s.external.n);
-  reaction_rows<S> *const reactions = pieces.take<reaction_rows<S>>(s.reactions_n);
-  batch_view<S> batch;
-  batch.n = 1;
-  batch.q = {s.q, 0}, batch.v = {s.v, 0}, batch.a = {s.a, 0}, batch.tau = {s.tau, 0};
-  for (int e = 0; e < s.external.n; ++e)
-    external[e] = {s.external.link[e], {s.external.wrench + 6 * std::ptrdiff_t(e), 6}};
-  batch.external_n = s.external.n, batch.external = external, batch.external_axes = s.external.axes;
-  for (int r = 0; r < s.reactions_n; ++r)
-    reactions[r] = {*s.reactions[r].request, {s.reactions[r].out, 0}};
-  batch.reactions_n = s.reactions_n, batch.reactions = reactions;
-  for (int r = 0; r < most_results; ++r)
-    batch.result[r] = {s.result[r], 0};
+  one_as_batch<S> alone;
+  alone.lay_out(pieces, s.external.n, s.reactions_n);
+  const batch_view<S> batch = alone.of(s);
   // by the plan at first, in memory that is not larger than that of run_batch, and without the time that laying out all of that takes
   planned<S> fast(row, m);
   if (bool done = false; fast.suits(batch)) {

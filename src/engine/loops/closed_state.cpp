@@ -8,7 +8,7 @@ namespace ksl::loops {
 
 void closed_state::lay_out(arena &memory, int externals) {
   const int m = t_.rows, nv = m_.nv(), loops = static_cast<int>(t_.loops.size());
-  g_.lay_out(memory);
+  g_.lay_out(memory, externals + 2 * loops);
   k_.lay_out(memory, m, nv);
   for (double *&x : rows_)
     x = memory.take<double>(m);

@@ -9,7 +9,7 @@ namespace ksl::loops {
 
 using A = algebra<double>;
 using vector = vec3<double>;
-void geometry::lay_out(arena &memory) {
+void geometry::lay_out(arena &memory, int externals) {
   const int links = static_cast<int>(t_.links.size()), nv = tree_.of().nv(),
             joints = static_cast<int>(tree_.of().joints().size());
   poses_ = memory.take<double>(16 * links);
@@ -22,7 +22,7 @@ void geometry::lay_out(arena &memory) {
        {&rows::frame_poses, &rows::frame_velocities, &rows::frame_accelerations, &rows::mass_matrix,
         &rows::inverse_dynamics, &rows::inverse_dynamics_with_reactions, &rows::inverse_dynamics_derivatives,
         &rows::effort_parts, &rows::integrate, &rows::difference})
-    most = std::max(most, tree_.bytes(*row, links, joints));
+    most = std::max(most, tree_.bytes(*row, links, joints, externals));
   rest_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(most));
 }
 

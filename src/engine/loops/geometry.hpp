@@ -14,7 +14,8 @@ class geometry {
 public:
   geometry(const model &m, const tables &t) : tree_(m), t_(t) {}
 
-  void lay_out(arena &memory);
+  /// externals: how many external wrenches a call of tree() may have.
+  void lay_out(arena &memory, int externals = 0);
 
   /// Sets frames and Jacobian at a position.
   void set_position(const double *q);

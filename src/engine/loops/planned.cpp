@@ -1,6 +1,7 @@
 #include "engine/loops/planned.hpp"
 
 #include "engine/coupled.hpp"
+#include "engine/one_state.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -39,7 +40,7 @@ template <class S> bool planned<S>::suits(const batch_view<S> &batch) const {
 }
 
 template <class S> void planned<S>::lay_out(arena &memory, const batch_view<S> &batch, int states) {
-  const int ends = view_.loops ? 12 * view_.loops->loops : 0, nv = m_.nv(), externals = batch.external_n + ends / 6;
+  const int ends = view_.loops ? 12 * view_.loops->loops : 0, nv = m_.nv(), externals = batch.external_n + ends / 6 + forces_.ends();
   int joints = 0; // of all requests
   for (int r = 0; r < batch.reactions_n; ++r)
     joints += batch.reactions[r].request.n;
@@ -65,6 +66,8 @@ template <class S> void planned<S>::lay_out(arena &memory, const batch_view<S> &
       bytes = std::max(bytes, kernels_for<S>(*row).batch(view_, part, 0, 0, nullptr).bytes);
   }
   workspace_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(bytes));
+  if (forces_.ends() > 0)
+    forces_.lay_out(memory, batch.external_n, states);
 }
 
 template <class S> batch_view<S> planned<S>::part_of(const batch_view<S> &batch, std::size_t first, int n) const {
@@ -72,9 +75,11 @@ template <class S> batch_view<S> planned<S>::part_of(const batch_view<S> &batch,
   part.n = static_cast<std::size_t>(n);
   part.q = rows_from(batch.q, first), part.v = rows_from(batch.v, first), part.a = rows_from(batch.a, first);
   part.tau = rows_from(batch.tau, first);
-  for (int e = 0; e < batch.external_n; ++e)
-    external_[e] = {batch.external[e].link, rows_from(batch.external[e].wrench, first)};
-  part.external_n = batch.external_n, part.external = external_, part.external_axes = batch.external_axes;
+  const bool elements = forces_.ends() > 0; // `first` is the state that run has set them at
+  for (int e = 0; e < batch.external_n + forces_.ends(); ++e)
+    external_[e] = elements ? forces_.external()[e]
+                            : external_rows<S>{batch.external[e].link, rows_from(batch.external[e].wrench, first)};
+  part.external_n = batch.external_n + forces_.ends(), part.external = external_, part.external_axes = batch.external_axes;
   return part;
 }
 
@@ -85,19 +90,7 @@ template <class S> void planned<S>::call(const algorithm_row &row, const batch_v
     kernel.batch(view_, part, 0, part.n, workspace_);
     return;
   }
-  state_view<S> s;
-  s.q = part.q.first, s.v = part.v.first, s.a = part.a.first, s.tau = part.tau.first;
-  for (int e = 0; e < part.external_n; ++e) {
-    state_links_[e] = part.external[e].link;
-    std::copy_n(part.external[e].wrench.first, 6, state_external_ + 6 * e);
-  }
-  s.external = {part.external_n, state_links_, state_external_, part.external_axes};
-  for (int r = 0; r < part.reactions_n; ++r)
-    state_reactions_[r] = {&part.reactions[r].request, part.reactions[r].out.first};
-  s.reactions_n = part.reactions_n, s.reactions = state_reactions_;
-  for (int r = 0; r < most_results; ++r)
-    s.result[r] = part.result[r].first;
-  kernel.state(view_, workspace_, s);
+  kernel.state(view_, workspace_, first_state(part, state_links_, state_external_, state_reactions_));
 }
 
 /// Wrenches at the joints' frames to those at the origins of the links, in their axes.
@@ -133,9 +126,9 @@ template <class S> void planned<S>::set_reactions(const batch_view<S> &batch, st
   batch_view<S> part = part_of(batch, first, n);
   for (int k = 0; k < ends; ++k) {
     const loop_row &of = m_.loops()[static_cast<std::size_t>(k / 2)];
-    external_[batch.external_n + k] = {k % 2 == 0 ? of.successor : of.predecessor, {on_links_ + 6 * k, 6 * ends}};
+    external_[part.external_n + k] = {k % 2 == 0 ? of.successor : of.predecessor, {on_links_ + 6 * k, 6 * ends}};
   }
-  part.external_n = batch.external_n + ends, part.external_axes = expressed_in::frame;
+  part.external_n += ends, part.external_axes = expressed_in::frame;
   part.result[0] = {unwanted_, m_.nv()};
   for (int r = 0; r < batch.reactions_n; ++r) {
     const reaction_request &wanted = batch.reactions[r].request;
@@ -186,6 +179,8 @@ template <class S> void planned<S>::copy_reactions(const batch_view<S> &batch, s
 
 template <class S> void planned<S>::run(const batch_view<S> &batch, std::size_t first, int n, bool *done) {
   const int nv = m_.nv(), ends = 12 * view_.loops->loops;
+  if (forces_.ends() > 0)
+    forces_.set(batch, first, n);
   batch_view<S> part = part_of(batch, first, n);
   part.result[0] = {numbers_, nv};
   const bool inverse = row_.closed != closed_by::accelerations,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/algorithm_rows.hpp"
+#include "engine/force_elements.hpp"
 #include "engine/kernels.hpp"
 #include "engine/loops/tables.hpp"
 #include "ksl/engine/lanes/workspace.hpp"
@@ -13,7 +14,8 @@ template <class S> class planned {
 public:
   static constexpr int most = 64; ///< states at a time
 
-  planned(const algorithm_row &row, const model &m) : row_(row), m_(m), view_(m.view_in<S>()) {}
+  planned(const algorithm_row &row, const model &m)
+      : row_(row), m_(m), view_(m.view_in<S>()), forces_(m, m.acting_force_elements()) {}
 
   /// Are there kernels for this call?
   bool suits(const batch_view<S> &batch) const;
@@ -36,6 +38,7 @@ private:
   const algorithm_row &row_;
   const model &m_;
   const model_view<S> view_;
+  elements::forces<S> forces_;
   S *numbers_ = nullptr, *wrenches_ = nullptr, *on_links_ = nullptr, *found_ = nullptr, *unwanted_ = nullptr;
   int *links_ = nullptr;
   external_rows<S> *external_ = nullptr;

@@ -4,6 +4,7 @@
 
 #include "engine/algorithm_rows.hpp"
 #include "engine/coupled_projection.hpp"
+#include "engine/force_elements.hpp"
 
 namespace ksl::loops {
 
@@ -13,8 +14,10 @@ public:
 
   const model &of() const { return m_; }
 
-  /// Bytes that a call of the row needs for requests of so many links and joints.
-  std::size_t bytes(const algorithm_row &row, int links, int joints) const {
+  /// Bytes that a call of the row needs for requests of so many links and joints, with so many external wrenches.
+  std::size_t bytes(const algorithm_row &row, int links, int joints, int externals) const {
+    if (elements::act_in(row, m_))
+      return elements::state_bytes<double>(row, m_, {externals, links, joints, 1});
     if (m_.followers() == 0)
       return kernels_of_row<double>(row).workspace_bytes(m_.view());
     const extents asked = {m_.nq(), m_.nv(), links, joints, m_.tree_elements(), static_cast<int>(m_.links().size()), 0};
@@ -22,10 +25,13 @@ public:
   }
 
   void call(const algorithm_row &row, void *memory, const state_view<double> &s) const {
-    call(row, m_.view(), memory, s);
+    if (elements::act_in(row, m_))
+      elements::run_state(row, m_, memory, s);
+    else
+      call(row, m_.view(), memory, s);
   }
 
-  /// The same without gravity and without joint physics.
+  /// The same without gravity, without joint physics and without force elements.
   void call_weightless(const algorithm_row &row, void *memory, const state_view<double> &s) const {
     model_view<double> view = m_.view();
     view.gravity = {0, 0, 0};

@@ -120,6 +120,27 @@ struct loop_description {
   given_loop given;
 };
 
+/// The numbers of a force element between two points at a distance l.  It pulls them together, or with a negative force apart, with
+///     preload + stiffness (l − free_length) + damping dl/dt,
+/// and beyond its limits with stop_stiffness (l − limit) more.
+struct force_element_numbers {
+  double stiffness = 0;         ///< N/m
+  double free_length = 0;       ///< m
+  double damping = 0;           ///< N s/m
+  double preload = 0;           ///< N
+  optional_number lower, upper; ///< limits of the length, m
+  double stop_stiffness = 0;    ///< N/m of one-sided stops at the limits; 0: a length beyond them is refused
+};
+
+/// A spring, damper or cylinder between a point of one link and a point of another.
+struct force_element_description {
+  std::string name; ///< unlike those of all other force elements
+  file_position at;
+  int link1 = -1, link2 = -1;        ///< indices into robot_description::links
+  vec3<double> point1{}, point2{};   ///< in the links' frames, m
+  force_element_numbers numbers;
+};
+
 /// How a joint, of the tree or of a loop, gives way under its wrench: what splits reactions that rigid bodies leave open.
 struct joint_compliance {
   std::string joint;
@@ -136,6 +157,7 @@ inline coordinate_limits limits_of(const joint_description &joint, int c) {
 /// Which physics of joints a model has, besides that of rigid bodies.  None by default: the quantities of the textbook.
 struct physics_options {
   bool damping = false, friction = false, armature = false, rotor = false, spring = false;
+  bool force_elements = false; ///< springs, dampers and cylinders between points of two links
   /// Rotors are bodies, which turn with the joint's parent link, instead of inertia of the joint's coordinate (with_rotors).
   bool rotor_bodies = false;
   /// Dry friction has full strength at any speed but zero, instead of the smooth law.  For inverse dynamics only.
@@ -150,6 +172,7 @@ struct robot_description {
   std::vector<link_description> links;
   std::vector<joint_description> joints; ///< in the order of the file: a tree
   std::vector<loop_description> loops;   ///< what closes loops of it
+  std::vector<force_element_description> force_elements; ///< between points of two links
   /// Joints that have a motor.  None: they are not known, which inverse dynamics of a mechanism with loops needs.  Without loops every
   /// joint is taken to have one.
   std::optional<std::vector<std::string>> drives;

@@ -1,0 +1,53 @@
+"""Force elements in MJCF: spatial tendons of a compiled `mujoco.MjModel` between exactly two sites, with stiffness or damping."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+WRAPS_SITE = 3
+"""The value of mjtWrap for sites, which MuJoCo publishes."""
+_NOT_USED = ("frictionloss", "armature", "limited", "actfrclimited", "stiffnesspoly", "dampingpoly", "springyield")
+
+
+def add_force_elements(builder: Any, mj: Any, bodies: list[str]) -> tuple[int, list[str]]:
+    """Adds the force elements, and returns how many tendons they are, and a line for what is not used of them.
+
+    Between the two ends of `springlength` a tendon exerts no force of its spring: it has stops there and no spring.
+    """
+    taken: set[str] = set()
+    lines: dict[str, list[str]] = {}
+    for i in range(mj.ntendon):
+        sites = _sites(mj, i)
+        if sites is None or not (mj.tendon_stiffness[i] or mj.tendon_damping[i]):
+            continue
+        name = mj.tendon(i).name or f"tendon{i}"
+        while name in taken:
+            name += "_"
+        taken.add(name)
+        lower, upper = map(float, mj.tendon_lengthspring[i])
+        stiffness, damping = float(mj.tendon_stiffness[i]), float(mj.tendon_damping[i])
+        ends = [(bodies[mj.site_bodyid[s]], mj.site_pos[s]) for s in sites]
+        spring: dict[str, Any] = {"stiffness": stiffness, "free_length": lower}
+        if stiffness and lower < upper:
+            spring = {"limits": (lower, upper), "stop_stiffness": stiffness}
+        builder.add_force_element(name, *ends[0], *ends[1], damping=damping, **spring)
+        for what in _NOT_USED:
+            if _has(mj, what, i):
+                lines.setdefault(name, []).append(what)
+    return len(taken), [f"tendon {name}: {', '.join(what)} (not used)" for name, what in lines.items()]
+
+
+def _sites(mj: Any, i: int) -> tuple[int, int] | None:
+    """The sites of a tendon that is the line between two of them, on two bodies."""
+    first = int(mj.tendon_adr[i])
+    if mj.tendon_num[i] != 2 or any(mj.wrap_type[first + k] != WRAPS_SITE for k in range(2)):
+        return None
+    a, b = (int(mj.wrap_objid[first + k]) for k in range(2))
+    return None if mj.site_bodyid[a] == mj.site_bodyid[b] else (a, b)
+
+
+def _has(mj: Any, what: str, i: int) -> bool:
+    values = getattr(mj, f"tendon_{what}", None)  # older versions have fewer
+    return values is not None and bool(np.any(values[i]))

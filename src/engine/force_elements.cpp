@@ -1,0 +1,668 @@
+#include "engine/force_elements.hpp"
+
+#include "engine/coupled.hpp"
+#include "engine/loops/vectors.hpp"
+#include "engine/one_state.hpp"
+#include "ksl/force_elements.hpp"
+#include "text/words.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace ksl::elements {
+namespace {
+
+using loops::cross;
+using loops::dot;
+using loops::length;
+using loops::scaled;
+using loops::sum;
+using vector = vec3<double>;
+
+/// A spring of no free length, and nothing else: its force is stiffness (p₂ − p₁), with or without a direction.
+bool is_linear(const force_element_numbers &x) {
+  return x.free_length == 0 && x.preload == 0 && x.damping == 0 && !x.lower && !x.upper;
+}
+
+/// rounding: relative, of positions.
+fault fault_of(const force_element_numbers &x, double length, double reach, double rounding) {
+  if (length <= rounding * reach && !is_linear(x))
+    return fault::coincide;
+  const double share = std::fmax(1e-9, rounding);
+  if (x.stop_stiffness == 0 && x.lower && length < *x.lower * (1 - share))
+    return fault::below;
+  return x.stop_stiffness == 0 && x.upper && length > *x.upper * (1 + share) ? fault::above : fault::none;
+}
+
+/// Sets what follows from apart, rate and the arms; reach: how far the points are from the world's origin.
+void evaluate(const force_element_numbers &x, double reach, double rounding, element_state &e) {
+  e.length = length(e.apart);
+  e.found = fault_of(x, e.length, reach, rounding);
+  const bool has_direction = !(e.length <= rounding * reach);
+  e.u = has_direction ? scaled(1 / e.length, e.apart) : vector{0, 0, 0};
+  e.speed = dot(e.u, e.rate);
+  const double beyond = x.upper && e.length > *x.upper   ? e.length - *x.upper
+                        : x.lower && e.length < *x.lower ? e.length - *x.lower
+                                                         : 0;
+  const double stretch = e.length - x.free_length;
+  e.elastic = x.preload + x.stiffness * stretch + x.stop_stiffness * beyond;
+  e.stiffness = x.stiffness + (beyond == 0 ? 0 : x.stop_stiffness);
+  e.potential = x.preload * stretch + x.stiffness * stretch * stretch / 2 + x.stop_stiffness * beyond * beyond / 2;
+  e.tension = e.elastic + x.damping * e.speed;
+  e.density = has_direction ? e.tension / e.length : x.stiffness;
+  if (e.found != fault::none)
+    e.tension = e.density = e.elastic = e.potential = std::numeric_limits<double>::quiet_NaN();
+}
+
+/// The axes and the origin of the twists of ends: the world's axes, the links' origins.
+constexpr frame_options in_world() {
+  frame_options how;
+  how.axes = expressed_in::world;
+  return how;
+}
+
+template <class S> vector three(const S *x, std::ptrdiff_t apart = 1) {
+  return {double(x[0]), double(x[apart]), double(x[2 * apart])};
+}
+
+} // namespace
+
+part part_in(const algorithm_row &row) {
+  const auto kernels = row.kernels;
+  using table = kernel_table;
+  for (const auto wrenches :
+       {&table::inverse_dynamics, &table::inverse_dynamics_with_reactions, &table::effort_parts, &table::forward_dynamics,
+        &table::forward_dynamics_by_mass_matrix, &table::hybrid_dynamics, &table::operational_space})
+    if (kernels == wrenches)
+      return part::wrenches;
+  const struct {
+    const algorithm_kernels *kernel_table::*kernels;
+    part how;
+  } others[] = {{&table::energy, part::energy},
+                {&table::energy_derivatives, part::energy_derivatives},
+                {&table::inverse_dynamics_derivatives, part::effort_derivatives},
+                {&table::inverse_dynamics_gradient, part::effort_gradient},
+                {&table::forward_dynamics_derivatives, part::acceleration_derivatives},
+                {&table::reactions_derivatives, part::reaction_derivatives},
+                {&table::inverse_dynamics_second_derivatives, part::refusal},
+                {&table::forward_dynamics_second_derivatives, part::refusal}};
+  for (const auto &other : others)
+    if (kernels == other.kernels)
+      return other.how;
+  return part::none;
+}
+
+void require_possible(const algorithm_row &row, const model &m) {
+  if (m.acting_force_elements() > 0 && part_in(row) == part::refusal)
+    throw std::invalid_argument(std::string(row.name) +
+                                " is not available with force elements between points of two links; leave \"force elements\" out of "
+                                "the model's physics, or take the first derivatives");
+}
+
+// --- tree_of_states
+
+template <class S> void tree_of_states<S>::measure(const algorithm_row &row, const batch_view<S> &part) {
+  const algorithm_row &computed = row.variant_of ? *row.variant_of : row;
+  const extents own = extents_of(m_, part);
+  if (m_.followers())
+    bytes_ = std::max({bytes_, coupled::state_bytes<S>(row, m_, own),
+                       coupled::run_batch<S>(row, m_, part, 0, 0, nullptr)});
+  else
+    bytes_ = std::max({bytes_, kernels_of_row<S>(row).workspace_bytes(m_.view_in<S>()),
+                       kernels_of_row<S>(row).batch(m_.view_in<S>(), part, 0, 0, nullptr).bytes});
+  externals_ = std::max(externals_, part.external_n), reactions_ = std::max(reactions_, part.reactions_n);
+  for (int r = 0; r < computed.results; ++r)
+    unwanted_n_[r] = std::max(unwanted_n_[r], numbers_of(computed.result[r], own));
+}
+
+template <class S> void tree_of_states<S>::lay_out(arena &memory) {
+  zero_ = memory.take<S>(m_.nv());
+  wrenches_ = memory.take<S>(6 * externals_), links_ = memory.take<int>(externals_);
+  wanted_ = memory.take<reaction_result<S>>(reactions_);
+  for (int r = 0; r < most_results; ++r)
+    unwanted_[r] = memory.take<S>(unwanted_n_[r]);
+  workspace_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(bytes_));
+  if (zero_)
+    std::fill_n(zero_, m_.nv(), S(0));
+}
+
+template <class S> bool tree_of_states<S>::call(const algorithm_row &row, const batch_view<S> &part) {
+  if (part.n > 1) {
+    if (!m_.followers())
+      return kernels_of_row<S>(row).batch(m_.view_in<S>(), part, 0, part.n, workspace_).ordinary;
+    coupled::run_batch<S>(row, m_, part, 0, part.n, workspace_);
+    return ordinary_results(row, m_, part, 0, part.n);
+  }
+  const algorithm_row &computed = row.variant_of ? *row.variant_of : row;
+  state_view<S> s = first_state(part, links_, wrenches_, wanted_);
+  for (const S **x : {&s.v, &s.a, &s.tau})
+    if (!*x)
+      *x = zero_;
+  for (int r = 0; r < computed.results; ++r)
+    if (!s.result[r])
+      s.result[r] = unwanted_[r];
+  if (!m_.followers())
+    return kernels_of_row<S>(row).state(m_.view_in<S>(), workspace_, s);
+  coupled::run_state<S>(row, m_, workspace_, s);
+  return ordinary_results(row, m_, s);
+}
+
+// --- forces
+
+template <class S> void forces<S>::lay_out(arena &memory, int externals, int states) {
+  links_ = memory.take<int>(ends());
+  poses_ = memory.take<S>(std::ptrdiff_t(states) * ends() * 16);
+  twists_ = memory.take<S>(std::ptrdiff_t(states) * ends() * 6);
+  wrenches_ = memory.take<S>(std::ptrdiff_t(states) * ends() * 6);
+  found_ = memory.take<element_state>(std::ptrdiff_t(states) * n_);
+  external_ = memory.take<external_rows<S>>(externals + ends());
+  batch_view<S> part;
+  part.n = static_cast<std::size_t>(states), part.links = {ends(), links_}, part.frame = in_world();
+  tree_.measure(rows::frame_poses, part);
+  tree_.measure(rows::frame_velocities, part);
+  tree_.lay_out(memory);
+  for (int i = 0; i < n_ && links_; ++i) {
+    const force_element_row &of = m_.force_elements()[static_cast<std::size_t>(i)];
+    links_[2 * i] = of.link1, links_[2 * i + 1] = of.link2;
+  }
+}
+
+template <class S> mat3x3<double> forces<S>::axes(int state, int end) const {
+  const S *const x = poses_ + (std::ptrdiff_t(state) * ends() + end) * 16;
+  return {double(x[0]), double(x[4]), double(x[8]), double(x[1]), double(x[5]),
+          double(x[9]), double(x[2]), double(x[6]), double(x[10])};
+}
+
+template <class S> vec3<double> forces<S>::angular(int state, int end) const {
+  return three(twists_ + (std::ptrdiff_t(state) * ends() + end) * 6 + 3);
+}
+
+template <class S> bool forces<S>::set(const batch_view<S> &batch, std::size_t first, int n) {
+  using A = algebra<double>;
+  batch_view<S> part;
+  part.n = static_cast<std::size_t>(n), part.links = {ends(), links_}, part.frame = in_world();
+  part.q = rows_from(batch.q, first), part.v = rows_from(batch.v, first);
+  part.result[0] = {poses_, 16 * std::ptrdiff_t(ends())};
+  tree_.call(rows::frame_poses, part);
+  part.result[0] = {twists_, 6 * std::ptrdiff_t(ends())};
+  tree_.call(rows::frame_velocities, part);
+  for (int e = 0; e < batch.external_n; ++e)
+    external_[e] = {batch.external[e].link, rows_from(batch.external[e].wrench, first)};
+  for (int k = 0; k < ends(); ++k)
+    external_[batch.external_n + k] = {links_[k], {wrenches_ + 6 * k, 6 * std::ptrdiff_t(ends())}};
+  bool fine = true;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n_; ++j) {
+      const force_element_row &of = m_.force_elements()[static_cast<std::size_t>(j)];
+      element_state &e = found_[std::ptrdiff_t(i) * n_ + j];
+      vector at[2], rate[2];
+      for (int side = 0; side < 2; ++side) {
+        const std::ptrdiff_t end = std::ptrdiff_t(i) * ends() + 2 * j + side;
+        const mat3x3<double> R = axes(i, 2 * j + side);
+        vector arm = side == 0 ? of.point1 : of.point2;
+        A::product_drv(&R, &arm, &arm);
+        (side == 0 ? e.arm1 : e.arm2) = arm;
+        at[side] = sum(three(poses_ + end * 16 + 3, 4), arm);
+        rate[side] = sum(three(twists_ + end * 6), cross(angular(i, 2 * j + side), arm));
+      }
+      e.apart = sum(at[1], scaled(-1, at[0])), e.rate = sum(rate[1], scaled(-1, rate[0]));
+      evaluate(of.numbers, length(at[0]) + length(at[1]), rounding_, e);
+      fine = fine && e.found == fault::none;
+      for (int side = 0; side < 2; ++side) {
+        const mat3x3<double> R = axes(i, 2 * j + side);
+        vector f = scaled(side == 0 ? e.density : -e.density, e.apart), t = cross(side == 0 ? e.arm1 : e.arm2, f);
+        if (batch.external_axes == expressed_in::frame)
+          A::product_drinvv(&R, &f, &f), A::product_drinvv(&R, &t, &t);
+        S *const out = wrenches_ + (std::ptrdiff_t(i) * ends() + 2 * j + side) * 6;
+        const double numbers[] = {f.x, f.y, f.z, t.x, t.y, t.z};
+        for (int c = 0; c < 6; ++c)
+          out[c] = static_cast<S>(numbers[c]);
+      }
+    }
+  return fine;
+}
+
+namespace {
+
+/// An algorithm with force elements, for some states at a time.
+template <class S> class with_forces {
+public:
+  with_forces(const algorithm_row &row, const model &m)
+      : row_(row), m_(m), part_(part_in(row)), nv_(m.nv()), forces_(m, m.acting_force_elements()), tree_(m) {}
+
+  /// How many states at a time: whole blocks of lanes, fewer where each has matrices.
+  int states() const { return kernels_of_row<S>(row_).lanes * (part_ == part::wrenches ? 4 : 1); }
+
+  void lay_out(arena &memory, const batch_view<S> &batch, int states) {
+    const std::ptrdiff_t n = states, ends = forces_.ends();
+    forces_.lay_out(memory, batch.external_n, states);
+    reactions_ = memory.take<reaction_rows<S>>(batch.reactions_n);
+    batch_view<S> part = batch;
+    part.n = static_cast<std::size_t>(n);
+    part.external_n = takes_external() ? batch.external_n + forces_.ends() : 0;
+    tree_.measure(row_, part);
+    if (varies()) {
+      jacobian_ = memory.take<S>(n * ends * 6 * nv_), bent_ = memory.take<S>(n * ends * 6 * nv_);
+      by_q_ = memory.take<double>(ends * 6 * nv_), by_v_ = memory.take<double>(ends * 6 * nv_);
+      matrix_ = memory.take<double>(2 * std::ptrdiff_t(nv_) * nv_);
+      tree_.measure(rows::frame_velocities_derivatives, ends_of(batch, 0, states));
+    }
+    if (part_ == part::effort_gradient)
+      bent_by_weights_ = memory.take<S>(n * ends * 6 * nv_), unread_ = memory.take<S>(n * ends * 6 * nv_),
+      weights_ = memory.take<double>(n * nv_);
+    if (part_ == part::acceleration_derivatives)
+      inverse_ = memory.take<S>(n * nv_ * nv_);
+    if (part_ == part::reaction_derivatives) {
+      by_external_ = memory.take<S>(n * external_numbers(batch));
+      tree_.measure(rows::reactions_external_derivatives, part_of(batch, 0, states));
+    }
+    tree_.lay_out(memory);
+  }
+
+  /// Computes states [first, first + n); false where results are to be examined.
+  bool run(const batch_view<S> &batch, std::size_t first, int n) {
+    const bool fine = forces_.set(batch, first, n);
+    set_variations(batch, first, n);
+    batch_view<S> part = part_of(batch, first, n);
+    part.external_n = takes_external() ? batch.external_n + forces_.ends() : 0, part.external = forces_.external();
+    for (int r = 0; r < most_results; ++r)
+      part.result[r] = rows_from(batch.result[r], first);
+    for (int r = 0; r < batch.reactions_n; ++r)
+      reactions_[r] = {batch.reactions[r].request, rows_from(batch.reactions[r].out, first)};
+    part.reactions_n = batch.reactions_n, part.reactions = reactions_;
+    if (part_ == part::acceleration_derivatives && !part.result[2].first)
+      part.result[2] = {inverse_, std::ptrdiff_t(nv_) * nv_};
+    const bool ordinary = tree_.call(row_, part);
+    for (int i = 0; i < n; ++i)
+      add(part, i);
+    return ordinary && fine;
+  }
+
+private:
+  bool takes_external() const { return row_.external != external_use::none; }
+  bool varies() const { return part_ != part::wrenches && part_ != part::energy; }
+  std::ptrdiff_t external_numbers(const batch_view<S> &batch) const {
+    return numbers_of(rows::reactions_external_derivatives.result[0], extents_of(m_, batch));
+  }
+  std::ptrdiff_t numbers_of_ends() const { return std::ptrdiff_t(forces_.ends()) * 6 * nv_; }
+
+  /// The inputs and the request of some states.
+  batch_view<S> part_of(const batch_view<S> &batch, std::size_t first, int n) const {
+    batch_view<S> part;
+    part.n = static_cast<std::size_t>(n);
+    for (const input x : {input::q, input::v, input::a, input::tau})
+      input_of(part, x) = rows_from(input_of(batch, x), first);
+    part.links = batch.links, part.frame = batch.frame, part.joints = batch.joints;
+    part.external_axes = batch.external_axes;
+    return part;
+  }
+
+  /// The same for the motions of the links that elements are on.
+  batch_view<S> ends_of(const batch_view<S> &batch, std::size_t first, int n) const {
+    batch_view<S> part = part_of(batch, first, n);
+    part.links = {forces_.ends(), forces_.links()}, part.frame = in_world(), part.joints = nullptr;
+    part.result[0] = {bent_, numbers_of_ends()}, part.result[1] = {jacobian_, numbers_of_ends()};
+    return part;
+  }
+
+  /// What derivatives need of the positions: before results are written, which may lie where inputs are.
+  void set_variations(const batch_view<S> &batch, std::size_t first, int n) {
+    if (varies())
+      tree_.call(rows::frame_velocities_derivatives, ends_of(batch, first, n));
+    if (part_ == part::effort_gradient) {
+      batch_view<S> part = ends_of(batch, first, n);
+      part.v = part.tau, part.result[0].first = bent_by_weights_, part.result[1].first = unread_;
+      tree_.call(rows::frame_velocities_derivatives, part);
+      for (int i = 0; i < n; ++i)
+        for (int k = 0; k < nv_; ++k)
+          weights_[i * nv_ + k] = part.tau.first ? double(row(part.tau, static_cast<std::size_t>(i))[k]) : 0;
+    }
+    if (part_ == part::reaction_derivatives) {
+      batch_view<S> part = part_of(batch, first, n);
+      part.result[0] = {by_external_, external_numbers(batch)};
+      tree_.call(rows::reactions_external_derivatives, part);
+    }
+  }
+
+  vector column(const S *of, int i, int end, int from, int k) const {
+    return three(of + (std::ptrdiff_t(i) * forces_.ends() + end) * 6 * nv_ + std::ptrdiff_t(from) * nv_ + k, nv_);
+  }
+
+  /// Sets by_q_ and by_v_ (ends, 6, nv): what a motion adds to the wrenches of element j at links' origins in world axes, besides what turns
+  /// with the links if numbers in their axes are held.
+  void vary(int i, int j, expressed_in held) {
+    const element_state &e = forces_.of(i, j);
+    const double damping = m_.force_elements()[static_cast<std::size_t>(j)].numbers.damping;
+    const double share = e.length > 0 ? 1 / e.length : 0;
+    for (int k = 0; k < nv_; ++k) {
+      vector apart = {0, 0, 0}, rate = {0, 0, 0}, turn[2];
+      for (int side = 0; side < 2; ++side) {
+        const int end = 2 * j + side;
+        const vector &arm = side == 0 ? e.arm1 : e.arm2;
+        turn[side] = column(jacobian_, i, end, 3, k);
+        const vector moved = cross(turn[side], arm);
+        const double sign = side == 0 ? -1 : 1;
+        apart = sum(apart, scaled(sign, sum(column(jacobian_, i, end, 0, k), moved)));
+        rate = sum(rate, scaled(sign, sum(sum(column(bent_, i, end, 0, k), cross(column(bent_, i, end, 3, k), arm)),
+                                          cross(forces_.angular(i, end), moved))));
+      }
+      const double dl = dot(e.u, apart);
+      const vector du = scaled(share, sum(apart, scaled(-dl, e.u)));
+      const double df = e.stiffness * dl + (damping == 0 ? 0 : damping * (dot(du, e.rate) + dot(e.u, rate)));
+      const vector by_q = sum(scaled(df - e.density * dl, e.u), scaled(e.density, apart)),
+                   by_v = scaled(damping * dl, e.u);
+      for (int side = 0; side < 2; ++side) {
+        const vector &arm = side == 0 ? e.arm1 : e.arm2;
+        const double sign = side == 0 ? 1 : -1;
+        const vector force = scaled(sign * e.density, e.apart);
+        vector f = scaled(sign, by_q), t = {0, 0, 0};
+        if (held == expressed_in::frame)
+          f = sum(f, cross(force, turn[side]));
+        else
+          t = cross(cross(turn[side], arm), force);
+        put(by_q_, 2 * j + side, k, f, sum(t, cross(arm, f)));
+        f = scaled(sign, by_v);
+        put(by_v_, 2 * j + side, k, f, cross(arm, f));
+      }
+    }
+  }
+  void put(double *matrix, int end, int k, const vector &f, const vector &t) const {
+    const double numbers[] = {f.x, f.y, f.z, t.x, t.y, t.z};
+    for (int c = 0; c < 6; ++c)
+      matrix[(end * 6 + c) * std::ptrdiff_t(nv_) + k] = numbers[c];
+  }
+
+  void add(const batch_view<S> &part, int i) {
+    if (part_ == part::wrenches)
+      return;
+    const int n = forces_.ends() / 2;
+    for (int j = 0; j < n && varies(); ++j)
+      vary(i, j, takes_external() ? part.external_axes : expressed_in::world);
+    S *out[most_results];
+    for (int r = 0; r < most_results; ++r)
+      out[r] = part.result[r].first ? row(part.result[r], static_cast<std::size_t>(i)) : nullptr;
+    switch (part_) {
+    case part::energy:
+      for (int j = 0; j < n && out[1]; ++j)
+        *out[1] += static_cast<S>(forces_.of(i, j).potential);
+      return;
+    case part::energy_derivatives: return add_forces(i, out[2]);
+    case part::effort_derivatives:
+      for (int r = 0; r < 2; ++r)
+        add_efforts(i, r == 0 ? by_q_ : by_v_, -1, out[r]);
+      return;
+    case part::acceleration_derivatives:
+      for (int r = 0; r < 2; ++r)
+        add_accelerations(i, r == 0 ? by_q_ : by_v_, out[2], out[r]);
+      return;
+    case part::effort_gradient: return add_gradient(i, out);
+    case part::reaction_derivatives:
+      for (int r = 0; r < 2; ++r)
+        add_reactions(i, r == 0 ? by_q_ : by_v_, part, out[r]);
+      return;
+    case part::none:
+    case part::wrenches:
+    case part::refusal: return;
+    }
+  }
+
+  /// The derivative of the potential: Σ elastic dl/dq.
+  void add_forces(int i, S *out) const {
+    for (int j = 0; j < forces_.ends() / 2 && out; ++j) {
+      const element_state &e = forces_.of(i, j);
+      for (int k = 0; k < nv_; ++k) {
+        double dl = 0;
+        for (int side = 0; side < 2; ++side) {
+          const int end = 2 * j + side;
+          const vector moved = cross(column(jacobian_, i, end, 3, k), side == 0 ? e.arm1 : e.arm2);
+          dl += (side == 0 ? -1 : 1) * dot(e.u, sum(column(jacobian_, i, end, 0, k), moved));
+        }
+        out[k] += static_cast<S>(e.elastic * dl);
+      }
+    }
+  }
+
+  /// matrix (nv, nv) = Σ Jᵀ wrenches of all ends.
+  void set_efforts(int i, const double *wrenches, double *matrix) const {
+    std::fill_n(matrix, std::ptrdiff_t(nv_) * nv_, 0.0);
+    for (int row = 0; row < 6 * forces_.ends(); ++row) {
+      const S *const J = jacobian_ + i * numbers_of_ends() + std::ptrdiff_t(row) * nv_;
+      const double *const w = wrenches + std::ptrdiff_t(row) * nv_;
+      for (int r = 0; r < nv_; ++r)
+        if (const double x = double(J[r]); x != 0)
+          for (int k = 0; k < nv_; ++k)
+            matrix[std::ptrdiff_t(r) * nv_ + k] += x * w[k];
+    }
+  }
+  void add_efforts(int i, const double *wrenches, double sign, S *out) const {
+    if (!out)
+      return;
+    set_efforts(i, wrenches, matrix_);
+    for (std::ptrdiff_t k = 0; k < std::ptrdiff_t(nv_) * nv_; ++k)
+      out[k] += static_cast<S>(sign * matrix_[k]);
+  }
+  /// M⁻¹ of the same.
+  void add_accelerations(int i, const double *wrenches, const S *inverse, S *out) const {
+    if (!out)
+      return;
+    set_efforts(i, wrenches, matrix_);
+    for (std::ptrdiff_t r = 0; r < nv_; ++r)
+      for (std::ptrdiff_t k = 0; k < nv_; ++k) {
+        double x = 0;
+        for (std::ptrdiff_t l = 0; l < nv_; ++l)
+          x += double(inverse[r * nv_ + l]) * matrix_[l * nv_ + k];
+        out[r * nv_ + k] += static_cast<S>(x);
+      }
+  }
+
+  /// With weights w the efforts of elements are −Σ (J w) · wrench: the derivative is that of J w, and that of the wrenches.
+  void add_gradient(int i, S *const *out) const {
+    for (int j = 0; j < forces_.ends() / 2; ++j) {
+      const element_state &e = forces_.of(i, j);
+      for (int side = 0; side < 2; ++side) {
+        const int end = 2 * j + side;
+        const vector f = scaled(side == 0 ? e.density : -e.density, e.apart), t = cross(side == 0 ? e.arm1 : e.arm2, f);
+        const double wrench[] = {f.x, f.y, f.z, t.x, t.y, t.z};
+        for (int c = 0; c < 6; ++c) {
+          const std::ptrdiff_t row = end * 6 + c;
+          const S *const J = jacobian_ + i * numbers_of_ends() + row * nv_,
+                        *const bent = bent_by_weights_ + i * numbers_of_ends() + row * nv_;
+          double along = 0;
+          for (int k = 0; k < nv_; ++k)
+            along += double(J[k]) * weights_[i * nv_ + k];
+          for (int k = 0; k < nv_; ++k) {
+            if (out[0])
+              out[0][k] -= static_cast<S>(double(bent[k]) * wrench[c] + along * by_q_[row * nv_ + k]);
+            if (out[1])
+              out[1][k] -= static_cast<S>(along * by_v_[row * nv_ + k]);
+          }
+        }
+      }
+    }
+  }
+
+  void add_reactions(int i, const double *wrenches, const batch_view<S> &part, S *out) const {
+    if (!out)
+      return;
+    using A = algebra<double>;
+    const std::ptrdiff_t rows = 6 * std::ptrdiff_t(part.joints->n), links = m_.view().links;
+    const S *const by = by_external_ + i * external_numbers(part);
+    for (int end = 0; end < forces_.ends(); ++end) {
+      const mat3x3<double> R = forces_.axes(i, end);
+      for (int k = 0; k < nv_; ++k) {
+        const double *const w = wrenches + end * 6 * std::ptrdiff_t(nv_) + k;
+        vector f = three(w, nv_), t = three(w + 3 * std::ptrdiff_t(nv_), nv_);
+        A::product_drinvv(&R, &f, &f), A::product_drinvv(&R, &t, &t);
+        const double x[] = {f.x, f.y, f.z, t.x, t.y, t.z};
+        for (std::ptrdiff_t r = 0; r < rows; ++r) {
+          const S *const from = by + (r * links + forces_.link(end)) * 6;
+          double change = 0;
+          for (int c = 0; c < 6; ++c)
+            change += double(from[c]) * x[c];
+          out[r * nv_ + k] += static_cast<S>(change);
+        }
+      }
+    }
+  }
+
+  const algorithm_row &row_;
+  const model &m_;
+  const part part_;
+  const int nv_;
+  forces<S> forces_;
+  tree_of_states<S> tree_;
+  reaction_rows<S> *reactions_ = nullptr;
+  S *jacobian_ = nullptr, *bent_ = nullptr; ///< (states, ends, 6, nv) of the links' twists by v and by q
+  S *bent_by_weights_ = nullptr, *unread_ = nullptr, *inverse_ = nullptr, *by_external_ = nullptr;
+  double *by_q_ = nullptr, *by_v_ = nullptr, *matrix_ = nullptr, *weights_ = nullptr;
+};
+
+} // namespace
+
+template <class S>
+batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
+                        std::size_t end, void *memory) {
+  with_forces<S> work(row, m);
+  const int states = static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(work.states()), batch.n));
+  arena pieces(memory);
+  work.lay_out(pieces, batch, states);
+  bool ordinary = true;
+  for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states))
+    ordinary = work.run(batch, k, static_cast<int>(std::min(end - k, static_cast<std::size_t>(states)))) && ordinary;
+  return {pieces.used(), ordinary};
+}
+
+template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, room wanted) {
+  const reaction_request request = [&] {
+    reaction_request all;
+    all.n = wanted.joints;
+    return all;
+  }();
+  const reaction_rows<S> reactions = {request, {}};
+  batch_view<S> batch;
+  batch.n = 1, batch.external_n = wanted.externals, batch.links = {wanted.links, nullptr}, batch.joints = &request;
+  if (row.request == request_kind::reactions) // kernels count the joints of all requests
+    batch.reactions_n = 1, batch.reactions = &reactions;
+  arena measure;
+  one_as_batch<S>().lay_out(measure, wanted.externals, wanted.requests);
+  measure.take<reaction_rows<S>>(wanted.requests), measure.take<reaction_result<S>>(wanted.requests);
+  return measure.used() + elements::run_batch<S>(row, m, batch, 0, 0, nullptr).bytes;
+}
+
+template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
+  arena pieces(memory);
+  one_as_batch<S> one;
+  one.lay_out(pieces, s.external.n, s.reactions_n);
+  const batch_view<S> batch = one.of(s);
+  with_forces<S> work(row, m);
+  work.lay_out(pieces, batch, 1);
+  return work.run(batch, 0, 1);
+}
+
+namespace {
+
+/// The elements of a model at one state, in memory of its own.
+class found_forces {
+public:
+  found_forces(const model &m, const double *q, const double *v, double rounding = rounding_of<double>)
+      : at_(m, static_cast<int>(m.force_elements().size()), rounding) {
+    arena measure;
+    at_.lay_out(measure, 0, 1);
+    memory_.resize(measure.used() + 64);
+    void *begin = memory_.data();
+    std::size_t space = memory_.size();
+    arena pieces(std::align(64, measure.used(), begin, space));
+    at_.lay_out(pieces, 0, 1);
+    batch_view<double> batch;
+    batch.n = 1, batch.q = {q, 0}, batch.v = {v, 0};
+    at_.set(batch, 0, 1);
+  }
+  const element_state &operator[](std::size_t i) const { return at_.of(0, static_cast<int>(i)); }
+  const forces<double> &all() const { return at_; }
+
+private:
+  forces<double> at_;
+  std::vector<std::byte> memory_;
+};
+
+std::string reason_of(const model &m, const found_forces &found) {
+  for (std::size_t i = 0; i < m.force_elements().size(); ++i) {
+    const force_element_row &of = m.force_elements()[i];
+    const std::string who = "force element " + text::quoted(of.name) + ": ";
+    const auto name = [&](int link) { return m.links()[static_cast<std::size_t>(link)].name; };
+    const auto limit = [&](const char *which, double value) {
+      return who + "its length is " + text::shown(found[i].length) + " m, " + which + " limit of " + text::shown(value) +
+             " m; correct the position or the limit, or give it a stop_stiffness, for stops that give way";
+    };
+    switch (found[i].found) {
+    case fault::none: break;
+    case fault::below: return limit("below its lower", *of.numbers.lower);
+    case fault::above: return limit("above its upper", *of.numbers.upper);
+    case fault::coincide:
+      return who + "its points on links " + name(of.link1) + " and " + name(of.link2) +
+             " coincide, so that its force has no direction; move one of them, or avoid the position";
+    }
+  }
+  return {};
+}
+
+} // namespace
+
+template <class S> std::string reason(const model &m, const S *q, const S *v) {
+  std::vector<double> positions(q, q + m.nq()), velocities(static_cast<std::size_t>(m.nv()), 0.0);
+  if (v)
+    velocities.assign(v, v + m.nv());
+  return reason_of(m, found_forces(m, positions.data(), velocities.data(), rounding_of<S>));
+}
+
+double damping_power(const model &m, const double *q, const double *v, double *out) {
+  const auto damps = [](const force_element_row &of) { return of.numbers.damping > 0; };
+  if (m.acting_force_elements() == 0 || std::none_of(m.force_elements().begin(), m.force_elements().end(), damps))
+    return 0;
+  const found_forces found(m, q, v);
+  double power = 0;
+  for (std::size_t i = 0; i < m.force_elements().size(); ++i)
+    power -= m.force_elements()[i].numbers.damping * found[i].speed * found[i].speed;
+  if (!out || power == 0)
+    return power;
+  // efforts −Σ damping l̇ ∂l/∂q: ∂l/∂q is l̇ for a unit of each velocity
+  std::vector<double> unit(static_cast<std::size_t>(m.nv()), 0.0);
+  for (std::size_t k = 0; k < unit.size(); ++k) {
+    unit[k] = 1;
+    const found_forces along(m, q, unit.data());
+    unit[k] = 0;
+    for (std::size_t i = 0; i < m.force_elements().size(); ++i)
+      out[k] -= m.force_elements()[i].numbers.damping * found[i].speed * along[i].speed;
+  }
+  return power;
+}
+
+#define KSL_INSTANTIATE(S)                                                                                             \
+  template class tree_of_states<S>;                                                                                    \
+  template class forces<S>;                                                                                            \
+  template std::size_t state_bytes<S>(const algorithm_row &, const model &, room);                                     \
+  template bool run_state(const algorithm_row &, const model &, void *, const state_view<S> &);                        \
+  template batch_outcome run_batch(const algorithm_row &, const model &, const batch_view<S> &, std::size_t,           \
+                                   std::size_t, void *);                                                               \
+  template std::string reason(const model &, const S *, const S *);
+KSL_INSTANTIATE(double)
+KSL_INSTANTIATE(float)
+#undef KSL_INSTANTIATE
+
+} // namespace ksl::elements
+
+namespace ksl {
+
+void force_element_states(const model &m, const double *q, const double *v, double *length, double *rate,
+                          double *tension) {
+  const elements::found_forces found(m, q, v);
+  for (std::size_t i = 0; i < m.force_elements().size(); ++i)
+    length[i] = found[i].length, rate[i] = found[i].speed, tension[i] = found[i].tension;
+  const std::string why = elements::reason_of(m, found);
+  if (!why.empty())
+    throw result_error("force_element_states: " + why, 0, -1);
+}
+
+} // namespace ksl

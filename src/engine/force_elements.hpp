@@ -1,0 +1,144 @@
+// Springs, dampers and cylinders between points of two links, on top of the kernels.  At a state each pulls its two points together with a
+// force along the line between them, which acts as an external wrench on each of the two links.  Algorithms that know external wrenches are
+// called with these; energies and derivatives get what is missing.  A model without such elements pays one comparison.
+//
+// With l the distance of the points p₁ and p₂, l u = p₂ − p₁, and f the tension, the wrenches are f u at p₁ and −f u at p₂.  What a small
+// motion adds to them is closed-form:
+//
+//     d(f u) = (df − f/l dl) u + f/l d(p₂ − p₁),   dl = u · d(p₂ − p₁),   df = ∂f/∂l dl + ∂f/∂l̇ dl̇.                     (1)
+#pragma once
+
+#include "engine/algorithm_rows.hpp"
+#include "engine/kernels.hpp"
+#include "ksl/engine/lanes/workspace.hpp"
+#include "ksl/model.hpp"
+
+#include <string>
+
+namespace ksl::elements {
+
+/// How force elements enter an algorithm.
+enum class part : unsigned char {
+  none,
+  wrenches, ///< as external wrenches, and in no other way
+  energy,
+  energy_derivatives,
+  effort_derivatives,
+  effort_gradient,
+  acceleration_derivatives,
+  reaction_derivatives,
+  refusal ///< they can't be computed with them
+};
+part part_in(const algorithm_row &row);
+
+/// Is the algorithm computed here for this model?
+inline bool act_in(const algorithm_row &row, const model &m) {
+  return m.acting_force_elements() > 0 && part_in(row) != part::none;
+}
+
+/// Throws std::invalid_argument if the algorithm can't be computed for a model with force elements.
+void require_possible(const algorithm_row &row, const model &m);
+
+/// What a call asks for, for memory.
+struct room { int externals = 0, links = 0, joints = 0, requests = 0; };
+template <class View> room room_for(const View &view) {
+  room wanted = {0, view.links.n, view.joints ? view.joints->n : 0, view.reactions_n};
+  if constexpr (requires { view.external_n; })
+    wanted.externals = view.external_n;
+  else
+    wanted.externals = view.external.n;
+  return wanted;
+}
+
+/// Computes one state of the tree, with whatever loops it carries left open.  Returns false if an element has no force there, or if the kernel
+/// does.
+template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, room wanted);
+template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s);
+
+/// As batch_kernel.
+template <class S>
+batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
+                        std::size_t end, void *memory);
+
+/// Why an element has no force.
+enum class fault : unsigned char { none, coincide, below, above };
+
+/// What elements do at one state.
+struct element_state {
+  fault found;
+  vec3<double> arm1, arm2;  ///< from the links' origins to the points, in world axes
+  vec3<double> apart, rate; ///< p₂ − p₁ and its rate
+  vec3<double> u;           ///< zero where the points coincide
+  double length, speed;     ///< l and dl/dt
+  double tension;           ///< NaN where there is none
+  double density;           ///< tension / length
+  double stiffness;         ///< ∂f/∂l
+  double elastic;           ///< what of the tension has a potential
+  double potential;
+};
+
+/// Calls of the kernels of the tree, for several states in lanes or for one alone.
+template <class S> class tree_of_states {
+public:
+  explicit tree_of_states(const model &m) : m_(m) {}
+
+  /// Makes room for calls of the row.
+  void measure(const algorithm_row &row, const batch_view<S> &part);
+  void lay_out(arena &memory);
+  /// Returns whether the results are ordinary.
+  bool call(const algorithm_row &row, const batch_view<S> &part);
+
+private:
+  const model &m_;
+  std::size_t bytes_ = 0;
+  int externals_ = 0, reactions_ = 0;
+  std::ptrdiff_t unwanted_n_[most_results] = {};
+  S *zero_ = nullptr, *wrenches_ = nullptr, *unwanted_[most_results] = {};
+  int *links_ = nullptr;
+  reaction_result<S> *wanted_ = nullptr;
+  void *workspace_ = nullptr;
+};
+
+/// Of positions, relative: points that are nearer to each other coincide.
+template <class S> constexpr double rounding_of = sizeof(S) == 8 ? 1e-14 : 1e-5;
+
+/// The forces of all elements in some states, and the external wrenches that they are.
+template <class S> class forces {
+public:
+  /// n: the first of the elements of the model, all or as many as act.
+  forces(const model &m, int n, double rounding = rounding_of<S>) : m_(m), n_(n), rounding_(rounding), tree_(m) {}
+
+  int ends() const { return 2 * n_; }
+  void lay_out(arena &memory, int externals, int states);
+
+  /// Sets the elements of states [first, first + n) of a batch, at most as many as there is room for; false if one has no force.
+  bool set(const batch_view<S> &batch, std::size_t first, int n);
+
+  /// After it, the wrenches of these states, in external_axes of the batch: its own, and after them those of elements.
+  const external_rows<S> *external() const { return external_; }
+
+  const element_state &of(int state, int element) const { return found_[state * n_ + element]; }
+  /// The link that end k is on: those of element i are 2 i and 2 i + 1.
+  int link(int k) const { return links_[k]; }
+  const int *links() const { return links_; }
+  mat3x3<double> axes(int state, int end) const;
+  vec3<double> angular(int state, int end) const;
+
+private:
+  const model &m_;
+  int n_;
+  double rounding_;
+  tree_of_states<S> tree_;
+  int *links_ = nullptr;
+  S *poses_ = nullptr, *twists_ = nullptr, *wrenches_ = nullptr;
+  element_state *found_ = nullptr;
+  external_rows<S> *external_ = nullptr;
+};
+
+/// Why an element has no force at a state; empty if all have one.  v may be null.  Allocates.
+template <class S> std::string reason(const model &m, const S *q, const S *v);
+
+/// For one state, v may be null: the power of dampers, which is not positive, and their efforts added to out (nv), which may be null.
+double damping_power(const model &m, const double *q, const double *v, double *out);
+
+} // namespace ksl::elements
