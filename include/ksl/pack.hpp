@@ -42,6 +42,7 @@ inline namespace KSL_ISA {
 #define KSL_LANES inline
 #define KSL_INLINED
 #endif
+#define KSL_NOT_INLINED __attribute__((noinline))
 
 /// W numbers of type T; arithmetic is elementwise.
 template <class T, int W> struct pack {
