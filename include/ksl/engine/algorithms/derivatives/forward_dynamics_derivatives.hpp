@@ -187,7 +187,7 @@ KSL_LANES void accelerate(const model_view<scalar_of<T>> &model, const forward_d
       subtree_dynamics<T> &subtree = d.subtree.at(b.v_index + b.nv - 1);
       accelerate({w.acceleration[b.parent], f}, subtree);
       for (int k = b.v_index; k < b.v_index + b.nv; ++k) {
-        d.derivative.at(k) = derivative_of(subtree, d.coordinate.at(k), d.derivative.at(k).by_a);
+        set_derivative(subtree, d.coordinate.at(k), d.derivative.at(k));
         set_elements(model, d, i, k, dtau);
       }
     }

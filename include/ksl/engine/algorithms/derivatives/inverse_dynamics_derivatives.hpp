@@ -192,7 +192,9 @@ KSL_LANES void set_joint(const model_view<scalar_of<T>> &model, const inverse_dy
   const int own_end = b.v_index + b.nv;
   const auto &subtree = d.subtree.at(own_end - 1);
   for (int k = b.v_index; k < own_end; ++k) {
-    d.derivative.at(k) = derivative_of(subtree, d.coordinate.at(k));
+    wrench_derivative<T> &own = d.derivative.at(k);
+    algebra<T>::product_Ms(&subtree.I, &d.coordinate.at(k).S, &own.by_a);
+    set_derivative(subtree, d.coordinate.at(k), own);
     set_elements(model, d, i, k, out);
   }
   if (b.parent > 0)
