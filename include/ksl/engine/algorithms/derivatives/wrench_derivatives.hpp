@@ -88,13 +88,13 @@ template <class T> KSL_LANES mat3x3<T> moment_of_momentum(const spatial_inertia<
 }
 
 /// Sets I, 2 B and f of one body with the motion m.  `own` is its inertia in its own frame, whose axes are R and whose origin is `origin`.
-template <class T>
+template <bool in_memory, class T>
 KSL_LANES void set_body_dynamics(const spatial_inertia<T> &own, const mat3x3<T> &R, const vec3<T> &origin,
                                  const body_twist<T> &m, subtree_dynamics<T> &d) {
   using A = algebra<T>;
   const spatial_inertia<T> turned = rotated(own, R);
   A::spatial_inertia_translated(&turned, &origin, &d.I);
-  read_again();
+  read_again<in_memory>();
   const spatial_inertia<T> &I = d.I;
   const vec3<T> &v = m.velocity.lin, &w = m.velocity.ang;
 
@@ -104,7 +104,7 @@ KSL_LANES void set_body_dynamics(const spatial_inertia<T> &own, const mat3x3<T> 
   A::add_vv(&p, &p, &d.twice_p); // p = m v + ω × h
 
   d.K = moment_of_momentum(I, m.velocity);
-  read_again();
+  read_again<in_memory>();
 
   body_motion<T> at_point = {
       w, m.acceleration.ang, {}}; // of the body's point at the common point; classical: a.lin + ω × v
@@ -115,7 +115,7 @@ KSL_LANES void set_body_dynamics(const spatial_inertia<T> &own, const mat3x3<T> 
 template <class T> KSL_LANES subtree_dynamics<T> body_dynamics(const spatial_inertia<T> &own, const mat3x3<T> &R,
                                                                const vec3<T> &origin, const body_twist<T> &m) {
   subtree_dynamics<T> d;
-  set_body_dynamics(own, R, origin, m, d);
+  set_body_dynamics<false>(own, R, origin, m, d);
   return d;
 }
 
@@ -135,18 +135,18 @@ template <class T> KSL_LANES coscrew<T> wrench_change(const subtree_dynamics<T> 
 
 /// How the wrench through a joint changes with one of its coordinates (3).  d is the sum over the joint's subtree; by_a, which is I S, is
 /// set already.
-template <class T>
+template <bool in_memory = true, class T>
 KSL_LANES void set_derivative(const subtree_dynamics<T> &d, const coordinate_motion<T> &c, wrench_derivative<T> &out) {
   using A = algebra<T>;
   coscrew<T> carried;
   vec3<T> turn;
   out.by_q = wrench_change(d, c.velocity_by_q.ang, c.acceleration_by_q);
-  read_again();
+  read_again<in_memory>();
   A::cross_sc(&c.S, &d.f, &carried); // S ×* f
   A::xpy_cc(&carried, &out.by_q);
-  read_again();
+  read_again<in_memory>();
   out.by_v = wrench_change(d, c.S.ang, c.acceleration_by_v);
-  read_again();
+  read_again<in_memory>();
   A::cross_vv(&d.twice_p, &c.S.lin, &out.turn); // 2 Bᵀ S = (0, twice_p × S.lin + Kᵀ S.ang)
   A::product_drinvv(&d.K, &c.S.ang, &turn);
   A::xpy_vv(&turn, &out.turn);
@@ -156,7 +156,7 @@ KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const
                                              const coscrew<T> &by_a) {
   wrench_derivative<T> out;
   out.by_a = by_a;
-  set_derivative(d, c, out);
+  set_derivative<false>(d, c, out);
   return out;
 }
 template <class T> KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d,
@@ -212,7 +212,7 @@ KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wren
       set_bodies(model, w.subtree, k, body_dynamics(own_inertia(model, k), w.rotation[k], w.origin[k], w.motion[k]));
     } else if (k.i > 0) {
       read_again();
-      set_body_dynamics(own_inertia(model, k), w.rotation.at(k.i), w.origin.at(k.i), w.motion.at(k.i),
+      set_body_dynamics<true>(own_inertia(model, k), w.rotation.at(k.i), w.origin.at(k.i), w.motion.at(k.i),
                         w.subtree.at(last_coordinate(model, k.i)));
     }
   });
