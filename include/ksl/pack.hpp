@@ -42,6 +42,14 @@ inline namespace KSL_ISA {
 #define KSL_LANES inline
 #define KSL_INLINED
 #endif
+#define KSL_NOT_INLINED __attribute__((noinline))
+
+/// What is in memory is read again from here on.  An operand in memory costs nothing; numbers that wait for their use don't fit in sixteen
+/// registers, and would be stored a second time.  `in_memory` is false where they are in registers anyway.
+template <bool in_memory = true> KSL_LANES void read_again() {
+  if constexpr (in_memory)
+    __asm__ volatile("" ::: "memory");
+}
 
 /// W numbers of type T; arithmetic is elementwise.
 template <class T, int W> struct pack {

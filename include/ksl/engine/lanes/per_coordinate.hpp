@@ -35,17 +35,17 @@ public:
   /// The numbers of V from number c on, as a U.
   template <template <class> class U, class P, int c = 0> KSL_LANES U<P> part(int k) const {
     U<P> u;
-    read<numbers_in<U<P>, P>, c>(k, reinterpret_cast<P *>(&u));
+    read<numbers_in<U<P>, P>>(place_of(k, c), reinterpret_cast<P *>(&u));
     return u;
   }
   template <template <class> class U, class P, int c = 0> KSL_LANES void set_part(int k, const U<P> &u) const {
-    write<numbers_in<U<P>, P>, c>(k, reinterpret_cast<const P *>(&u));
+    write<numbers_in<U<P>, P>>(place_of(k, c), reinterpret_cast<const P *>(&u));
   }
   /// The V of coordinate k, in all lanes of P.
   template <class P> KSL_LANES V<P> in_all_lanes(int k) const {
     V<P> v;
     if constexpr (is_number<T>)
-      spread_from<numbers>(k, reinterpret_cast<P *>(&v));
+      spread_from<numbers>(place_of(k, 0), reinterpret_cast<P *>(&v));
     else
       v = at(k);
     return v;
@@ -71,22 +71,31 @@ private:
   static constexpr int native_lanes_of = is_number<T> ? padded(1) : 1;
   static constexpr int before = padded(1); ///< room for a body without coordinates, the ground, before the first
 
-  template <int n, int c, class P> KSL_LANES void read(int k, P *to) const { // always unrolled, as body_lanes::read_all
+  /// Where number c of coordinate k is, and how far it is to the next number.  In registers: what is stored could be this object, for all
+  /// that compilers know.
+  struct place {
+    T *first;
+    std::ptrdiff_t stride;
+    KSL_LANES T *operator[](int c) const { return first + (is_number<T> ? c * stride : c); }
+  };
+  KSL_LANES place place_of(int k, int c) const { return {&number(k, c), stride_}; }
+
+  template <int n, class P> KSL_LANES static void read(place from, P *to) { // always unrolled, as body_lanes::read_all
     if constexpr (n > 0) {
-      read<n - 1, c>(k, to);
-      body_lanes::read(&number(k, c + n - 1), to[n - 1]);
+      read<n - 1>(from, to);
+      body_lanes::read(from[n - 1], to[n - 1]);
     }
   }
-  template <int n, class P> KSL_LANES void spread_from(int k, P *to) const {
+  template <int n, class P> KSL_LANES static void spread_from(place from, P *to) {
     if constexpr (n > 0) {
-      spread_from<n - 1>(k, to);
-      to[n - 1] = P(number(k, n - 1));
+      spread_from<n - 1>(from, to);
+      to[n - 1] = P(*from[n - 1]);
     }
   }
-  template <int n, int c, class P> KSL_LANES void write(int k, const P *from) const {
+  template <int n, class P> KSL_LANES static void write(place to, const P *from) {
     if constexpr (n > 0) {
-      write<n - 1, c>(k, from);
-      body_lanes::write(from[n - 1], &number(k, c + n - 1));
+      write<n - 1>(to, from);
+      body_lanes::write(from[n - 1], to[n - 1]);
     }
   }
 

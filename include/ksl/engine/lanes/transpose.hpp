@@ -196,6 +196,9 @@ KSL_LANES void store_columns(Next &next, T *rows, std::ptrdiff_t stride, int las
 template <class P>
 inline constexpr int widest = width_of<P> > 2 && sizeof(P) > 16 ? width_of<P> / 2 : width_of<P>;
 
+/// The widest chunk that is stored: there are as many stores as chunks, and a processor makes one at a time.
+template <class P> inline constexpr int widest_stored = sizeof(P) == 32 && width_of<P> == 4 ? 4 : widest<P>;
+
 } // namespace transposition
 
 /// For a number of columns known at compile time: as below, unrolled.
@@ -238,7 +241,7 @@ inline void load_rows(const T *rows, std::ptrdiff_t stride, int columns, int val
 }
 
 /// Stores W rows whose columns next() returns, one after the other.  Only the first `valid` rows are written.
-template <class T, int W, int K = transposition::widest<pack<T, W>>, class Next>
+template <class T, int W, int K = transposition::widest_stored<pack<T, W>>, class Next>
 inline void store_next(Next &next, std::ptrdiff_t columns, int valid, T *rows, std::ptrdiff_t stride) {
   std::ptrdiff_t c = 0;
   Next in_registers = next; // for all that compilers know, `next` could be in the rows
@@ -254,11 +257,13 @@ inline void store_next(Next &next, std::ptrdiff_t columns, int valid, T *rows, s
       store_next<T, W, K / 2>(next, columns - c, valid, rows + c, stride);
 }
 
-#if defined(__AVX512F__)
+#if defined(__AVX2__)
 namespace transposition {
 
-KSL_LANES __m512d from_two(__m512d a, __m512i place, __m512d b) { return _mm512_permutex2var_pd(a, place, b); }
-KSL_LANES __m512 from_two(__m512 a, __m512i place, __m512 b) { return _mm512_permutex2var_ps(a, place, b); }
+#if defined(__AVX512F__)
+typedef __m512i place;
+KSL_LANES __m512d from_two(__m512d a, __m512i at, __m512d b) { return _mm512_permutex2var_pd(a, at, b); }
+KSL_LANES __m512 from_two(__m512 a, __m512i at, __m512 b) { return _mm512_permutex2var_ps(a, at, b); }
 KSL_LANES void stream(double *to, __m512d v) { _mm512_stream_pd(to, v); }
 KSL_LANES void stream(float *to, __m512 v) { _mm512_stream_ps(to, v); }
 KSL_LANES void store_some(double *to, unsigned which, __m512d v) {
@@ -274,6 +279,33 @@ KSL_LANES __m512i places_from(float, int first) {
   return _mm512_add_epi32(_mm512_set_epi32(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0),
                           _mm512_set1_epi32(first));
 }
+#else
+/// Where the numbers of a register are in two others: those that are in the second one, and the rotation that puts all in order.
+struct place { __m256i second, rotated; };
+KSL_LANES __m256 from_two(__m256 a, const place &at, __m256 b) {
+  return _mm256_permutevar8x32_ps(_mm256_blendv_ps(a, b, _mm256_castsi256_ps(at.second)), at.rotated);
+}
+KSL_LANES __m256d from_two(__m256d a, const place &at, __m256d b) {
+  return _mm256_castps_pd(from_two(_mm256_castpd_ps(a), at, _mm256_castpd_ps(b)));
+}
+KSL_LANES void stream(double *to, __m256d v) { _mm256_stream_pd(to, v); }
+KSL_LANES void stream(float *to, __m256 v) { _mm256_stream_ps(to, v); }
+KSL_LANES void store_some(double *to, unsigned which, __m256d v) {
+  for (int i = 0; i < 4; ++i)
+    if (which >> i & 1)
+      to[i] = v[i];
+}
+KSL_LANES void store_some(float *to, unsigned which, __m256 v) {
+  for (int i = 0; i < 8; ++i)
+    if (which >> i & 1)
+      to[i] = v[i];
+}
+KSL_LANES place places_from(float, int first) {
+  const __m256i in_order = _mm256_set_epi32(7, 6, 5, 4, 3, 2, 1, 0), from = _mm256_set1_epi32(first);
+  return {_mm256_cmpgt_epi32(from, in_order), _mm256_and_si256(_mm256_add_epi32(in_order, from), _mm256_set1_epi32(7))};
+}
+KSL_LANES place places_from(double, int first) { return places_from(0.0f, 2 * first); }
+#endif
 
 } // namespace transposition
 
@@ -283,8 +315,8 @@ template <class T, int W, class Next>
 inline void stream_next(Next &next, std::ptrdiff_t columns, T *rows, std::ptrdiff_t stride) {
   using namespace transposition;
   pack<T, W> last[W];
-  T *to[W];      // the next line of each row, in memory
-  __m512i at[W]; // the places of its numbers in the two registers
+  T *to[W];    // the next line of each row, in memory
+  place at[W]; // the places of its numbers in the two registers
   const std::ptrdiff_t blocks = columns / W;
   take_columns<W>(next, last);
   transpose_blocks<W>(last);
@@ -315,15 +347,16 @@ inline void stream_next(Next &next, std::ptrdiff_t columns, T *rows, std::ptrdif
 #endif
 
 /// Rows from 1 KB on, of arrays from 4 MB on, are written past the caches.  Such an array doesn't stay in the nearer caches, and such a
-/// row has many whole cache lines.  Memory is then written once, instead of being read and written (docs/performance.md).
-inline constexpr std::size_t streamed_row = 1024, streamed_array = std::size_t(4) << 20;
+/// row has many whole cache lines.  Memory is then written once, instead of being read and written (docs/performance.md).  Where a
+/// register is half a line, it pays from 4 KB on.
+inline constexpr std::size_t streamed_row = vector_bytes == 64 ? 1024 : 4096, streamed_array = std::size_t(4) << 20;
 
 /// As store_next.  `all` is the number of rows of the whole array, which decides whether they are written past the caches.
 template <class T, int W, class Next>
 inline void store_next_of(std::size_t all, Next &next, std::ptrdiff_t columns, int valid, T *rows,
                           std::ptrdiff_t stride) {
-#if defined(__AVX512F__)
-  if constexpr (sizeof(T) * W == 64) {
+#if defined(__AVX2__)
+  if constexpr (sizeof(T) * W == vector_bytes) {
     const std::size_t bytes = static_cast<std::size_t>(columns) * sizeof(T);
     if (valid == W && bytes >= streamed_row && bytes * all >= streamed_array)
       return stream_next<T, W>(next, columns, rows, stride);

@@ -79,6 +79,12 @@ public:
         body_lanes::write(native_pack<T>(T(0)), &number((n - 1) / native_lanes<T> * native_lanes<T>, c));
   }
 
+  /// The V of body i in memory, where its numbers are neighbours.
+  KSL_LANES V<T> &at(int i) const
+    requires(!is_number<T>)
+  {
+    return reinterpret_cast<V<T> *>(first_)[i];
+  }
   /// Number c of body i.
   KSL_LANES T &number(int i, int c) const { return numbers_of<numbers>(first_, i)[c * lane_block<T>]; }
   T *data() const { return first_; }

@@ -186,8 +186,10 @@ KSL_LANES void accelerate(const model_view<scalar_of<T>> &model, const forward_d
     } else {
       subtree_dynamics<T> &subtree = d.subtree.at(b.v_index + b.nv - 1);
       accelerate({w.acceleration[b.parent], f}, subtree);
-      for (int k = b.v_index; k < b.v_index + b.nv; ++k)
-        set_elements(model, d, i, k, derivative_of(subtree, d.coordinate.at(k), d.derivative.at(k).by_a), dtau);
+      for (int k = b.v_index; k < b.v_index + b.nv; ++k) {
+        set_derivative(subtree, d.coordinate.at(k), d.derivative.at(k));
+        set_elements(model, d, i, k, dtau);
+      }
     }
   }
   if constexpr (is_number<T>) {

@@ -49,11 +49,16 @@ template <class T> KSL_LANES tau_derivatives<T> by_carried(const screw<T> &S, co
 /// The elements (2): how the effort of coordinate `own` changes with a coordinate that carries it or is of the same joint.  S_i · 2 B x
 /// is (2 Bᵀ S_i) · x, whose linear half is zero.
 template <class T>
-KSL_LANES tau_derivatives<T> by_carrier(const wrench_derivative<T> &own, const coordinate_motion<T> &carrier) {
+KSL_LANES tau_derivatives<T> by_carrier(const coscrew<T> &by_a, const vec3<T> &turn,
+                                        const coordinate_motion<T> &carrier) {
   using A = algebra<T>;
-  return {A::dot_vv(&own.turn, &carrier.velocity_by_q.ang) + A::dot_cs(&own.by_a, &carrier.acceleration_by_q),
-          A::dot_vv(&own.turn, &carrier.S.ang) + A::dot_cs(&own.by_a, &carrier.acceleration_by_v),
-          A::dot_cs(&own.by_a, &carrier.S)};
+  return {A::dot_vv(&turn, &carrier.velocity_by_q.ang) + A::dot_cs(&by_a, &carrier.acceleration_by_q),
+          A::dot_vv(&turn, &carrier.S.ang) + A::dot_cs(&by_a, &carrier.acceleration_by_v),
+          A::dot_cs(&by_a, &carrier.S)};
+}
+template <class T>
+KSL_LANES tau_derivatives<T> by_carrier(const wrench_derivative<T> &own, const coordinate_motion<T> &carrier) {
+  return by_carrier(own.by_a, own.turn, carrier);
 }
 
 /// The matrices (nv, nv), row-major, that elements are written to: all three, or only those by q and by v.
@@ -154,21 +159,28 @@ KSL_LANES void set_rows(const model_view<T> &model, const inverse_dynamics_deriv
 }
 
 /// Sets the elements of coordinate k of body i with the coordinates that carry it and those of its joint, in its row (2) and in its
-/// column (1).
+/// column (1).  How the wrench changes with k is in d.derivative.  A call of its own: what the loops need then is all that lives in
+/// registers.
 template <class T, bool three>
-KSL_LANES void set_elements(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &d, int i,
-                            int k, const wrench_derivative<T> &own, const tau_derivative_matrices<T, three> &out) {
-  const auto coordinate = d.coordinate; // in registers, whatever is written
-  const body<scalar_of<T>> *const body = model.body;
-  for (int m = body[i].v_index; m < body[i].v_index + body[i].nv; ++m)
-    out.set(k, m, by_carrier(own, coordinate.at(m)));
-  for (int j = body[i].parent; j > 0; j = body[j].parent) {
-    const int end = body[j].v_index + body[j].nv;
-    for (int m = body[j].v_index; m < end; ++m)
-      out.set(k, m, by_carrier(own, coordinate.at(m)));
-    for (int m = body[j].v_index; m < end; ++m)
-      out.set(m, k, by_carried(coordinate.at(m).S, own));
-  }
+KSL_NOT_INLINED void set_elements(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &d, int i,
+                                  int k, const tau_derivative_matrices<T, three> &matrices) {
+  const tau_derivative_matrices<T, three> out = matrices;
+  const coordinate_motion<T> *const coordinate = &d.coordinate.at(0);
+  const wrench_derivative<T> &own = d.derivative.at(k);
+  const index n = out.n, row = k * n, joint = model.body[i].v_index;
+  for_carriers(model, i, [&](index first, index end) KSL_INLINED {
+    const coscrew<T> by_a = own.by_a;
+    const vec3<T> turn = own.turn;
+    for (index m = first; m < end; ++m)
+      out.set(k, m, by_carrier(by_a, turn, coordinate[m]));
+    const coscrew<T> by_q = own.by_q, by_v = own.by_v;
+    for (index m = first, column = m * n + k; m < end && m < joint; ++m, column += n) {
+      const screw<T> S = coordinate[m].S;
+      out.by_q[column] = algebra<T>::dot_cs(&by_q, &S), out.by_v[column] = algebra<T>::dot_cs(&by_v, &S);
+      if constexpr (three)
+        out.by_a[column] = out.by_a[row + m]; // both are S_m · I S_k
+    }
+  });
 }
 
 /// Sets the elements of all coordinates of body i's joint, and adds the dynamics of its subtree to its parent's.
@@ -179,8 +191,12 @@ KSL_LANES void set_joint(const model_view<scalar_of<T>> &model, const inverse_dy
   const body<scalar_of<T>> &b = model.body[i];
   const int own_end = b.v_index + b.nv;
   const auto &subtree = d.subtree.at(own_end - 1);
-  for (int k = b.v_index; k < own_end; ++k)
-    set_elements(model, d, i, k, derivative_of(subtree, d.coordinate.at(k)), out);
+  for (int k = b.v_index; k < own_end; ++k) {
+    wrench_derivative<T> &own = d.derivative.at(k);
+    algebra<T>::product_Ms(&subtree.I, &d.coordinate.at(k).S, &own.by_a);
+    set_derivative(subtree, d.coordinate.at(k), own);
+    set_elements(model, d, i, k, out);
+  }
   if (b.parent > 0)
     add_dynamics(subtree, d.subtree.at(last_coordinate(model, b.parent)));
 }

@@ -87,13 +87,14 @@ template <class T> KSL_LANES mat3x3<T> moment_of_momentum(const spatial_inertia<
   return K;
 }
 
-/// I, 2 B and f of one body with the motion m.  `own` is its inertia in its own frame, whose axes are R and whose origin is `origin`.
-template <class T> KSL_LANES subtree_dynamics<T> body_dynamics(const spatial_inertia<T> &own, const mat3x3<T> &R,
-                                                               const vec3<T> &origin, const body_twist<T> &m) {
+/// Sets I, 2 B and f of one body with the motion m.  `own` is its inertia in its own frame, whose axes are R and whose origin is `origin`.
+template <bool in_memory, class T>
+KSL_LANES void set_body_dynamics(const spatial_inertia<T> &own, const mat3x3<T> &R, const vec3<T> &origin,
+                                 const body_twist<T> &m, subtree_dynamics<T> &d) {
   using A = algebra<T>;
-  subtree_dynamics<T> d;
   const spatial_inertia<T> turned = rotated(own, R);
   A::spatial_inertia_translated(&turned, &origin, &d.I);
+  read_again<in_memory>();
   const spatial_inertia<T> &I = d.I;
   const vec3<T> &v = m.velocity.lin, &w = m.velocity.ang;
 
@@ -103,12 +104,18 @@ template <class T> KSL_LANES subtree_dynamics<T> body_dynamics(const spatial_ine
   A::add_vv(&p, &p, &d.twice_p); // p = m v + ω × h
 
   d.K = moment_of_momentum(I, m.velocity);
+  read_again<in_memory>();
 
   body_motion<T> at_point = {
       w, m.acceleration.ang, {}}; // of the body's point at the common point; classical: a.lin + ω × v
   A::cross_vv(&w, &v, &at_point.acceleration);
   A::xpy_vv(&m.acceleration.lin, &at_point.acceleration);
   d.f = newton_euler(I, at_point);
+}
+template <class T> KSL_LANES subtree_dynamics<T> body_dynamics(const spatial_inertia<T> &own, const mat3x3<T> &R,
+                                                               const vec3<T> &origin, const body_twist<T> &m) {
+  subtree_dynamics<T> d;
+  set_body_dynamics<false>(own, R, origin, m, d);
   return d;
 }
 
@@ -126,22 +133,30 @@ template <class T> KSL_LANES coscrew<T> wrench_change(const subtree_dynamics<T> 
   return change;
 }
 
-/// How the wrench through a joint changes with one of its coordinates (3).  d is the sum over the joint's subtree; by_a is I S.
-template <class T>
-KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c,
-                                             const coscrew<T> &by_a) {
+/// How the wrench through a joint changes with one of its coordinates (3).  d is the sum over the joint's subtree; by_a, which is I S, is
+/// set already.
+template <bool in_memory = true, class T>
+KSL_LANES void set_derivative(const subtree_dynamics<T> &d, const coordinate_motion<T> &c, wrench_derivative<T> &out) {
   using A = algebra<T>;
-  wrench_derivative<T> out;
   coscrew<T> carried;
   vec3<T> turn;
   out.by_q = wrench_change(d, c.velocity_by_q.ang, c.acceleration_by_q);
+  read_again<in_memory>();
   A::cross_sc(&c.S, &d.f, &carried); // S ×* f
   A::xpy_cc(&carried, &out.by_q);
+  read_again<in_memory>();
   out.by_v = wrench_change(d, c.S.ang, c.acceleration_by_v);
-  out.by_a = by_a;
+  read_again<in_memory>();
   A::cross_vv(&d.twice_p, &c.S.lin, &out.turn); // 2 Bᵀ S = (0, twice_p × S.lin + Kᵀ S.ang)
   A::product_drinvv(&d.K, &c.S.ang, &turn);
   A::xpy_vv(&turn, &out.turn);
+}
+template <class T>
+KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c,
+                                             const coscrew<T> &by_a) {
+  wrench_derivative<T> out;
+  out.by_a = by_a;
+  set_derivative<false>(d, c, out);
   return out;
 }
 template <class T> KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d,
@@ -193,7 +208,13 @@ KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wren
                                const external_wrenches<T> &external) {
   w.derivative.clear_beyond(model.nv);
   coordinate_motions(model, w, ground, q, v, a, [&](auto k) KSL_INLINED {
-    set_bodies(model, w.subtree, k, body_dynamics(own_inertia(model, k), w.rotation[k], w.origin[k], w.motion[k]));
+    if constexpr (is_number<T>) {
+      set_bodies(model, w.subtree, k, body_dynamics(own_inertia(model, k), w.rotation[k], w.origin[k], w.motion[k]));
+    } else if (k.i > 0) {
+      read_again();
+      set_body_dynamics<true>(own_inertia(model, k), w.rotation.at(k.i), w.origin.at(k.i), w.motion.at(k.i),
+                        w.subtree.at(last_coordinate(model, k.i)));
+    }
   });
   for (int e = 0; e < external.n; ++e) {
     const int i = model.link[external.link[e]].body;
