@@ -23,7 +23,6 @@ Physics = tuple[list[str], float]
 Loop = tuple[str, str, str, str, list[float], list[float], list[float] | None, list[float] | None, float | None]
 """A joint that closes a loop: name, kind, predecessor, successor, its frames on both by rows, axis, axis2, pitch."""
 
-
 ForceElement = tuple[str, str, str, list[float], list[float], list[float], list[float | None], float]
 """A force element: name, links, points on both; stiffness, free length, damping, preload; limits; stop stiffness."""
 
