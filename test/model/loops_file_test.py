@@ -95,7 +95,7 @@ def test_pickles_have_what_was_asked_for(robot, tmp_path):
 
 WRONG = {
     '[[loop]]\nname = "C"': "loop C: no kind; write kind =",
-    "drives = []": r"no \[\[loop\]\] in it; describe at least one loop",
+    "drives = []": r"no \[\[loop\]\] and no \[\[force_element\]\] in it; describe at least one",
     BESIDE.replace("kind =", "knd ="): r"loop C has an unknown key 'knd'; did you mean 'kind'\?",
     BESIDE.replace("robot =", "robt ="): r"the file has an unknown key 'robt'; did you mean 'robot'\?",
     BESIDE.replace('"fourbar"', '"sixbar"'): "its loops are those of robot 'sixbar', but the robot is called 'fourbar'; give the file of that robot",
