@@ -60,8 +60,8 @@ template <class Go> void fields(Go &go, ksl::physics_options &p) {
      p.force_elements);
 }
 template <class Go> void fields(Go &go, ksl::robot_description &r) {
-  go(r.name, r.file, r.links, r.joints, r.loops, r.force_elements, r.drives, r.drive_weights, r.compliances, r.gravity, r.physics,
-     r.floating_base, r.unused, r.warnings);
+  go(r.name, r.file, r.links, r.joints, r.loops, r.force_elements, r.drives, r.drive_weights, r.compliances, r.gravity,
+     r.physics, r.floating_base, r.unused, r.warnings);
 }
 
 template <class T> constexpr bool is_struct = requires(T &x, void (&go)(...)) { fields(go, x); };

@@ -247,8 +247,8 @@ ksl_physics_t ksl_model_physics(const ksl_model_t *m) {
   if (!m)
     return {};
   const ksl::physics_options &p = m->model.description().physics;
-  return {p.damping, p.friction, p.armature, p.rotor, p.spring, p.rotor_bodies, p.exact_friction,
-          p.force_elements, p.friction_width};
+  return {p.damping,      p.friction,       p.armature,       p.rotor,         p.spring,
+          p.rotor_bodies, p.exact_friction, p.force_elements, p.friction_width};
 }
 
 int ksl_model_joint(const ksl_model_t *m, const char *name) {
