@@ -107,12 +107,13 @@ void require_possible(const algorithm_row &row, const model &m) {
 template <class S> void tree_of_states<S>::measure(const algorithm_row &row, const batch_view<S> &part) {
   const algorithm_row &computed = row.variant_of ? *row.variant_of : row;
   const extents own = extents_of(m_, part);
+  // a call for one state uses the kernel for one
   if (m_.followers())
-    bytes_ =
-        std::max({bytes_, coupled::state_bytes<S>(row, m_, own), coupled::run_batch<S>(row, m_, part, 0, 0, nullptr)});
+    bytes_ = std::max({bytes_, coupled::state_bytes<S>(row, m_, own),
+                       part.n > 1 ? coupled::run_batch<S>(row, m_, part, 0, 0, nullptr) : 0});
   else
     bytes_ = std::max({bytes_, kernels_of_row<S>(row).workspace_bytes(m_.view_in<S>()),
-                       kernels_of_row<S>(row).batch(m_.view_in<S>(), part, 0, 0, nullptr).bytes});
+                       part.n > 1 ? kernels_of_row<S>(row).batch(m_.view_in<S>(), part, 0, 0, nullptr).bytes : 0});
   externals_ = std::max(externals_, part.external_n), reactions_ = std::max(reactions_, part.reactions_n);
   for (int r = 0; r < computed.results; ++r)
     unwanted_n_[r] = std::max(unwanted_n_[r], numbers_of(computed.result[r], own));
