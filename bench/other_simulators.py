@@ -1,4 +1,4 @@
-"""The double pendulum of bench/simulation.py in other programs: {what: a call that gives the angles at the end}, for those that are installed."""
+"""The mechanisms of bench/simulation.py in other programs: what it is, and a call that gives the numbers at the end, for those that are installed."""
 
 from functools import partial
 
@@ -83,3 +83,129 @@ def rows(start, end):
             yield from make(start, end)
         except ImportError as e:
             yield f"{make.__name__.removeprefix('with_')}: {e.name} is not installed", None
+
+
+class NoResult(Exception):
+    """What a program says instead of a result."""
+
+
+def mjcf_of(m, step, integrator):
+    """A model whose joints turn and slide, and are placed without rotation, as MJCF: loops of revolute joints in a plane are points that coincide, as stiff as the step
+    allows, and force elements spatial tendons."""
+    words = lambda x: " ".join(repr(float(y)) for y in x)
+    sites = {link.name: "" for link in m.links}
+    for loop in m.loops:
+        for side, pose in ((loop.predecessor, loop.predecessor_pose), (loop.successor, loop.successor_pose)):
+            sites[side] += f'<site name="{loop.name}_{side}" pos="{words(pose[3:12:4])}"/>'
+    for e in m.force_elements:
+        for link, point in ((e.link1, e.point1), (e.link2, e.point2)):
+            sites[link] += f'<site name="{e.name}_{link}" pos="{words(point)}"/>'
+
+    def body(joint):
+        link = m.link(joint.child)
+        c = np.array(link.first_moment) / link.mass
+        xx, yy, zz, xy, yz, zx = link.inertia
+        about = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]) - link.mass * (c @ c * np.eye(3) - np.outer(c, c)) + 1e-13 * np.eye(3)
+        numbers = (about[0, 0], about[1, 1], about[2, 2], about[0, 1], about[0, 2], about[1, 2])
+        inertial = f'<inertial pos="{words(c)}" mass="{link.mass!r}" fullinertia="{words(numbers)}"/>'
+        kind = "slide" if joint.kind == "prismatic" else "hinge"
+        at = m.relative_pose(m.neutral(), joint.child, joint.parent)[:3, 3]
+        own = f'<body name="{joint.child}" pos="{words(at)}"><joint name="{joint.name}" type="{kind}" axis="{words(joint.axis)}"/>{inertial}{sites[joint.child]}'
+        return own + "".join(body(j) for j in m.joints if j.parent == joint.child) + "</body>"
+
+    (root,) = (j.child for j in m.joints if j.parent is None)
+    bodies = sites[root] + "".join(body(j) for j in m.joints if j.parent == root)
+    soft = f'solref="{2 * step!r} 1" solimp="0.9999 0.9999 0.001"'
+    equality = "".join(f'<connect site1="{x.name}_{x.predecessor}" site2="{x.name}_{x.successor}" {soft}/>' for x in m.loops)
+    tendons = "".join(
+        f'<spatial stiffness="{e.stiffness!r}" damping="{e.damping!r}" springlength="{e.free_length!r}"><site site="{e.name}_{e.link1}"/>'
+        f'<site site="{e.name}_{e.link2}"/></spatial>'
+        for e in m.force_elements
+    )
+    how = f'timestep="{step!r}" integrator="{integrator}" gravity="{words(m.gravity)}" tolerance="1e-15" iterations="100"'
+    return (
+        f'<mujoco><compiler balanceinertia="true"/><option {how}><flag contact="disable"/></option><worldbody>{bodies}</worldbody>'
+        f"<equality>{equality}</equality><tendon>{tendons}</tendon></mujoco>"
+    )
+
+
+def mechanism_in_mujoco(m, start, v, tau, end, steps):
+    import mujoco
+
+    def run(model, data, step):
+        mujoco.mj_resetData(model, data)
+        for joint, q, rate, effort in zip(m.joint_names, start, v, tau, strict=True):
+            of = data.joint(joint)
+            of.qpos[0], of.qvel[0], of.qfrc_applied[0] = q, rate, effort
+        mujoco.mj_step(model, data, nstep=round(end / step))
+        found = np.array([data.joint(joint).qpos[0] for joint in m.joint_names])
+        if not abs(data.time - end) < step:  # it begins again where numbers are not finite
+            raise NoResult("unstable")
+        return found
+
+    for integrator in ("RK4", "implicitfast"):
+        for step in steps:
+            model = mujoco.MjModel.from_xml_string(mjcf_of(m, step, integrator))
+            yield f"MuJoCo {integrator} {step:g}", partial(run, model, mujoco.MjData(model), step)
+
+
+def mechanism_in_exudyn(m, start, v, tau, end, steps):
+    """In a plane, as bodies with three coordinates each and equations for all joints; others are left out."""
+    if not m.loops or any(j.axis != (0.0, 0.0, 1.0) for j in m.joints if j.nv):
+        return
+    import exudyn
+    from exudyn.itemInterface import (
+        LoadTorqueVector, MarkerBodyPosition, MarkerBodyRigid, NodeRigidBody2D, ObjectConnectorSpringDamper, ObjectGround, ObjectJointRevolute2D, ObjectRigidBody2D,
+    )  # fmt: skip
+
+    moving = [j for j in m.joints if j.nv]
+
+    def run(step):
+        system = exudyn.SystemContainer().AddSystem()
+        bodies, centres, angles = {}, {}, {}
+        (ground,) = (j.child for j in m.joints if j.parent is None)
+        bodies[ground], centres[ground], angles[ground] = system.AddObject(ObjectGround()), np.zeros(3), 0.0
+        for j in moving:
+            link, pose = m.link(j.child), m.frame_pose(start, j.child)
+            c = np.array(link.first_moment) / link.mass
+            centre, angle = pose[:3, :3] @ c + pose[:3, 3], angles[j.parent] + start[j.q_index]
+            node = system.AddNode(NodeRigidBody2D(referenceCoordinates=[centre[0], centre[1], angle]))
+            inertia = link.inertia[2] - link.mass * (c[0] ** 2 + c[1] ** 2)
+            bodies[j.child] = system.AddObject(ObjectRigidBody2D(physicsMass=link.mass, physicsInertia=inertia, nodeNumber=node))
+            centres[j.child], angles[j.child] = c, angle
+        point = lambda link, at: system.AddMarker(MarkerBodyPosition(bodyNumber=bodies[link], localPosition=list(np.asarray(at, float) - centres[link])))
+        for j in moving:
+            at = m.relative_pose(m.neutral(), j.child, j.parent)[:3, 3]
+            system.AddObject(ObjectJointRevolute2D(markerNumbers=[point(j.parent, at), point(j.child, (0, 0, 0))]))
+        for x in m.loops:
+            ends = [point(x.predecessor, x.predecessor_pose[3:12:4]), point(x.successor, x.successor_pose[3:12:4])]
+            system.AddObject(ObjectJointRevolute2D(markerNumbers=ends))
+        for e in m.force_elements:
+            ends = [point(e.link1, e.point1), point(e.link2, e.point2)]
+            system.AddObject(ObjectConnectorSpringDamper(markerNumbers=ends, referenceLength=e.free_length, stiffness=e.stiffness, damping=e.damping))
+        for j in moving:
+            if tau[j.v_index]:
+                system.AddLoad(LoadTorqueVector(markerNumber=system.AddMarker(MarkerBodyRigid(bodyNumber=bodies[j.child])), loadVector=[0, 0, tau[j.v_index]]))
+        system.Assemble()
+        settings = exudyn.SimulationSettings()
+        settings.solution.file.write = settings.show.computationTime = False
+        how = settings.timeIntegration
+        how.endTime, how.numberOfSteps = end, round(end / step)
+        how.newton.useModifiedNewton = True
+        how.newton.relativeTolerance, how.newton.absoluteTolerance = 1e-8, 1e-10
+        system.SolveDynamic(settings)
+        found = dict(zip((j.child for j in moving), np.array(system.systemData.GetODE2Coordinates()).reshape(-1, 3)[:, 2], strict=True)) | {ground: 0.0}
+        of = {j.name: start[j.q_index] + found[j.child] - found[j.parent] for j in moving}  # coordinates count from the references
+        return np.array([of[name] for name in m.joint_names])
+
+    for step in (10 * steps[0], steps[0]):
+        yield f"Exudyn generalised alpha {step:g}", partial(run, step)
+
+
+def rows_of(m, start, v, tau, end, steps):
+    """A mechanism with force elements, which is built from KSL's model."""
+    for make in (mechanism_in_mujoco, mechanism_in_exudyn):
+        try:
+            yield from make(m, start, v, tau, end, steps)
+        except ImportError as e:
+            yield f"{make.__name__.removeprefix('mechanism_in_')}: {e.name} is not installed", None

@@ -177,13 +177,14 @@ inline nb::object force_element_states(const ksl::model &m, nb::handle q, nb::ha
 }
 
 inline void add_loops(nb::class_<ksl::model> &model) {
-  model.def_prop_ro("force_elements",
-                    [](const ksl::model &m) {
-                      nb::list all;
-                      for (const ksl::force_element_row &f : m.force_elements())
-                        all.append(force_element_dict(m, f));
-                      return all;
-                    })
+  model
+      .def_prop_ro("force_elements",
+                   [](const ksl::model &m) {
+                     nb::list all;
+                     for (const ksl::force_element_row &f : m.force_elements())
+                       all.append(force_element_dict(m, f));
+                     return all;
+                   })
       .def("force_element_states", &force_element_states, "q"_a, "v"_a);
   model
       .def_prop_ro("loops",

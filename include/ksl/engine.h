@@ -53,6 +53,7 @@ typedef struct ksl_physics_t {
   bool
       exact_friction; /**< F sign(v), instead of the smooth law; for inverse dynamics only: what solves or differentiates the law
                               of friction is refused */
+  bool force_elements;   /**< springs, dampers and cylinders between points of two links */
   double friction_width; /**< of the smooth law, rad/s or m/s, for joints that have none of their own; 0: 0.01 */
 } ksl_physics_t;
 

@@ -98,7 +98,7 @@ typedef struct ksl_force_element_numbers_t {
 KSL_EXPORT ksl_force_element_numbers_t ksl_force_element_numbers(void);
 
 /** Adds a spring, damper or cylinder between two points (3), each in the frame of a link that has been added.  It has no effect unless
-    the physics of the model's options name "force elements". */
+    physics.force_elements of the options is set. */
 KSL_EXPORT ksl_status_t ksl_builder_add_force_element(ksl_builder_t *builder, const char *name, const char *link1,
                                                       const double *point1, const char *link2, const double *point2,
                                                       const ksl_force_element_numbers_t *numbers);

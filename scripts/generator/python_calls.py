@@ -193,6 +193,9 @@ Model\\.(loop_error|loop_jacobian|reaction_patterns)$:
 Model\\.loop_acceleration$:
     def loop_acceleration(self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], a: NDArray[numpy.floating]) -> NDArray[numpy.floating]: ...
 
+Model\\.force_element_states$:
+    def force_element_states(self, q: NDArray[numpy.floating], v: NDArray[numpy.floating]) -> NDArray[numpy.floating]: ...
+
 Model\\.mobility$:
     def mobility(self, q: NDArray[numpy.floating]) -> tuple[int, int, int, float, float, float, list[int]]: ...
 
@@ -233,7 +236,7 @@ Model\\.reaction_variations$:
         wrenches: list[NDArray[numpy.floating]], in_world: bool,
     ) -> tuple[NDArray[numpy.floating], NDArray[numpy.floating], NDArray[numpy.floating], NDArray[numpy.floating], int]: ...
 
-Model\\.(joints|links|loops)$:
+Model\\.(joints|links|loops|force_elements)$:
     @property
     def \\1(self) -> list[dict[str, Any]]: ...
 

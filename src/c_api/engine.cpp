@@ -163,6 +163,7 @@ ksl::physics_options ksl::c_api::physics_of(const ksl_physics_t &from) {
   physics_options physics;
   physics.damping = from.damping, physics.armature = from.armature, physics.spring = from.spring;
   physics.friction = from.friction || from.exact_friction, physics.exact_friction = from.exact_friction;
+  physics.force_elements = from.force_elements;
   physics.rotor = from.rotor || from.rotor_bodies, physics.rotor_bodies = from.rotor_bodies;
   if (from.friction_width > 0)
     physics.friction_width = from.friction_width;
@@ -246,7 +247,8 @@ ksl_physics_t ksl_model_physics(const ksl_model_t *m) {
   if (!m)
     return {};
   const ksl::physics_options &p = m->model.description().physics;
-  return {p.damping, p.friction, p.armature, p.rotor, p.spring, p.rotor_bodies, p.exact_friction, p.friction_width};
+  return {p.damping,      p.friction,       p.armature,       p.rotor,         p.spring,
+          p.rotor_bodies, p.exact_friction, p.force_elements, p.friction_width};
 }
 
 int ksl_model_joint(const ksl_model_t *m, const char *name) {

@@ -51,7 +51,9 @@ const char *ksl_model_loop_name(const ksl_model_t *m, int loop) {
                                                 : nullptr;
 }
 
-int ksl_model_force_elements(const ksl_model_t *m) { return m ? static_cast<int>(m->model.force_elements().size()) : 0; }
+int ksl_model_force_elements(const ksl_model_t *m) {
+  return m ? static_cast<int>(m->model.force_elements().size()) : 0;
+}
 const char *ksl_model_force_element_name(const ksl_model_t *m, int element) {
   return element >= 0 && element < ksl_model_force_elements(m)
              ? m->model.force_elements()[static_cast<std::size_t>(element)].name.c_str()

@@ -299,10 +299,10 @@ int builder::link_named(const std::string &who, const std::string &end, const st
   std::vector<std::string> names;
   for (const link_description &link : robot_.links)
     names.push_back(link.name);
-  refuse(who + ": " + end + " link " + quoted(name) + " does not exist" +
-         text::suggestion(name, names,
-                          "add that link before it" +
-                              (names.empty() ? "" : ", or name one of " + text::listed(names))));
+  refuse(
+      who + ": " + end + " link " + quoted(name) + " does not exist" +
+      text::suggestion(name, names,
+                       "add that link before it" + (names.empty() ? "" : ", or name one of " + text::listed(names))));
 }
 
 robot_description builder::description(const check_options &how) const {

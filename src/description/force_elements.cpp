@@ -34,12 +34,8 @@ void check_numbers(const robot_description &robot, const force_element_descripti
   const struct {
     const char *name;
     double value;
-  } positive[] = {{"stiffness", x.stiffness},
-                  {"free_length", x.free_length},
-                  {"damping", x.damping},
-                  {"stop_stiffness", x.stop_stiffness},
-                  {"lower", x.lower.value_or(0)},
-                  {"upper", x.upper.value_or(0)}};
+  } positive[] = {{"stiffness", x.stiffness},           {"free_length", x.free_length}, {"damping", x.damping},
+                  {"stop_stiffness", x.stop_stiffness}, {"lower", x.lower.value_or(0)}, {"upper", x.upper.value_or(0)}};
   for (const auto &[name, value] : positive)
     if (!(value >= 0 && std::isfinite(value)))
       refuse(robot, of, std::string(name) + " is " + text::shown(value) + "; expected a number that is not negative");

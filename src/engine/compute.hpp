@@ -54,8 +54,8 @@ template <class S> bool compute_ordinary(const algorithm_row &row, const model &
                                   "inverse_dynamics_with_reactions: there is no call for those of the state that was "
                                   "computed last");
     const std::size_t needed = elements::state_bytes<S>(row, m, elements::room_for(s));
-    return elements::run_state<S>(
-        row, m, needed <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, needed), s);
+    return elements::run_state<S>(row, m, needed <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, needed),
+                                  s);
   }
   if (m.followers() == 0 && has_unread_results(row))
     return kernels_of_row<S>(row).state(m.view_in<S>(), d.memory(), with_unread_results(row, m, d, s));

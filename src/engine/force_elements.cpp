@@ -72,9 +72,9 @@ template <class S> vector three(const S *x, std::ptrdiff_t apart = 1) {
 part part_in(const algorithm_row &row) {
   const auto kernels = row.kernels;
   using table = kernel_table;
-  for (const auto wrenches :
-       {&table::inverse_dynamics, &table::inverse_dynamics_with_reactions, &table::effort_parts, &table::forward_dynamics,
-        &table::forward_dynamics_by_mass_matrix, &table::hybrid_dynamics, &table::operational_space})
+  for (const auto wrenches : {&table::inverse_dynamics, &table::inverse_dynamics_with_reactions, &table::effort_parts,
+                              &table::forward_dynamics, &table::forward_dynamics_by_mass_matrix,
+                              &table::hybrid_dynamics, &table::operational_space})
     if (kernels == wrenches)
       return part::wrenches;
   const struct {
@@ -96,9 +96,10 @@ part part_in(const algorithm_row &row) {
 
 void require_possible(const algorithm_row &row, const model &m) {
   if (m.acting_force_elements() > 0 && part_in(row) == part::refusal)
-    throw std::invalid_argument(std::string(row.name) +
-                                " is not available with force elements between points of two links; leave \"force elements\" out of "
-                                "the model's physics, or take the first derivatives");
+    throw std::invalid_argument(
+        std::string(row.name) +
+        " is not available with force elements between points of two links; leave \"force elements\" out of "
+        "the model's physics, or take the first derivatives");
 }
 
 // --- tree_of_states
@@ -106,12 +107,13 @@ void require_possible(const algorithm_row &row, const model &m) {
 template <class S> void tree_of_states<S>::measure(const algorithm_row &row, const batch_view<S> &part) {
   const algorithm_row &computed = row.variant_of ? *row.variant_of : row;
   const extents own = extents_of(m_, part);
+  // a call for one state uses the kernel for one
   if (m_.followers())
     bytes_ = std::max({bytes_, coupled::state_bytes<S>(row, m_, own),
-                       coupled::run_batch<S>(row, m_, part, 0, 0, nullptr)});
+                       part.n > 1 ? coupled::run_batch<S>(row, m_, part, 0, 0, nullptr) : 0});
   else
     bytes_ = std::max({bytes_, kernels_of_row<S>(row).workspace_bytes(m_.view_in<S>()),
-                       kernels_of_row<S>(row).batch(m_.view_in<S>(), part, 0, 0, nullptr).bytes});
+                       part.n > 1 ? kernels_of_row<S>(row).batch(m_.view_in<S>(), part, 0, 0, nullptr).bytes : 0});
   externals_ = std::max(externals_, part.external_n), reactions_ = std::max(reactions_, part.reactions_n);
   for (int r = 0; r < computed.results; ++r)
     unwanted_n_[r] = std::max(unwanted_n_[r], numbers_of(computed.result[r], own));
@@ -467,8 +469,9 @@ private:
         const double wrench[] = {f.x, f.y, f.z, t.x, t.y, t.z};
         for (int c = 0; c < 6; ++c) {
           const std::ptrdiff_t row = end * 6 + c;
-          const S *const J = jacobian_ + i * numbers_of_ends() + row * nv_,
-                        *const bent = bent_by_weights_ + i * numbers_of_ends() + row * nv_;
+          const S *const J = jacobian_ + i * numbers_of_ends() + row * nv_, *const bent = bent_by_weights_ +
+                                                                                          i * numbers_of_ends() +
+                                                                                          row * nv_;
           double along = 0;
           for (int k = 0; k < nv_; ++k)
             along += double(J[k]) * weights_[i * nv_ + k];
@@ -593,7 +596,8 @@ std::string reason_of(const model &m, const found_forces &found) {
     const std::string who = "force element " + text::quoted(of.name) + ": ";
     const auto name = [&](int link) { return m.links()[static_cast<std::size_t>(link)].name; };
     const auto limit = [&](const char *which, double value) {
-      return who + "its length is " + text::shown(found[i].length) + " m, " + which + " limit of " + text::shown(value) +
+      return who + "its length is " + text::shown(found[i].length) + " m, " + which + " limit of " +
+             text::shown(value) +
              " m; correct the position or the limit, or give it a stop_stiffness, for stops that give way";
     };
     switch (found[i].found) {

@@ -180,8 +180,8 @@ void urdf_reader::read_loops() {
     }
   for (const pugi::xml_node child : root_.node().children("force_element")) {
     text::check_count(file_, child, robot_.force_elements.size(), text::limits::joints, "force elements");
-    robot_.force_elements.push_back(readers::force_element_in(
-        {file_, unused_, child, {"force element", child.attribute("name").value()}}, links_));
+    robot_.force_elements.push_back(
+        readers::force_element_in({file_, unused_, child, {"force element", child.attribute("name").value()}}, links_));
   }
   readers::split_loops(robot_, unused_);
   const std::vector<int> moving = root_.node().child("coupling") ? readers::moving_joints(robot_) : std::vector<int>();

@@ -92,6 +92,45 @@ static void test_loops(void) {
   ksl_model_free(cut), ksl_model_free(m);
 }
 
+/* A spring from the wall to a leaf that hangs from its hinge: with the leaf at the angle q it is vertical for q = 0, and its length follows from
+   the law of cosines. */
+static void test_force_elements(void) {
+  const ksl_link_mass_t mass = {1, {0.5, 0, 0}, {{0}}};
+  const double above[3] = {0, 0, 1}, on_leaf[3] = {0.5, 0, 0}, q = 0.3, v = -0.7;
+  ksl_builder_t *b = NULL;
+  ksl_model_t *m = NULL;
+  ksl_data_t *d = NULL;
+  ksl_joint_options_t hinge = ksl_joint_options();
+  ksl_force_element_numbers_t numbers = ksl_force_element_numbers();
+  ksl_model_options_t options = ksl_model_options();
+  double length = 0, rate = 0, tension = 0, without = 0, with = 0;
+  hinge.axis = y;
+  numbers.stiffness = 200, numbers.free_length = 0.4, numbers.damping = 3, numbers.preload = 5, numbers.upper = 2;
+  CHECK(ksl_builder_create("spring", &b) == KSL_OK);
+  CHECK(ksl_builder_add_link(b, "wall", NULL) == KSL_OK && ksl_builder_add_link(b, "leaf", &mass) == KSL_OK);
+  CHECK(ksl_builder_add_joint(b, "hinge", "revolute", "wall", "leaf", NULL, &hinge) == KSL_OK);
+  CHECK(ksl_builder_build(b, NULL, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
+  CHECK(ksl_bias(m, d, &q, &v, NULL, &without) == KSL_OK && ksl_model_force_elements(m) == 0);
+  ksl_data_free(d), ksl_model_free(m);
+  CHECK_REFUSED(ksl_builder_add_force_element(b, "s", "wall", above, "lef", on_leaf, &numbers), KSL_BAD_DESCRIPTION,
+                "leaf");
+  CHECK_REFUSED(ksl_builder_add_force_element(b, "s", "wall", NULL, "leaf", on_leaf, &numbers), KSL_BAD_ARGUMENT,
+                "null");
+  CHECK(ksl_builder_add_force_element(b, "s", "wall", above, "leaf", on_leaf, &numbers) == KSL_OK);
+  options.physics.force_elements = true;
+  CHECK(ksl_builder_build(b, &options, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
+  ksl_builder_free(b);
+  CHECK(ksl_model_physics(m).force_elements && ksl_model_force_elements(m) == 1);
+  CHECK(strcmp(ksl_model_force_element_name(m, 0), "s") == 0 && !ksl_model_force_element_name(m, 1));
+  CHECK(ksl_force_element_states(m, &q, &v, &length, &rate, &tension) == KSL_OK);
+  const double l = sqrt(1.25 + sin(q)), slope = cos(q) / 2 / l; /* the leaf's end is at (cos q, 0, −sin q) / 2 */
+  CHECK(fabs(length - l) < 1e-14 && fabs(rate - slope * v) < 1e-14);
+  CHECK(fabs(tension - (5 + 200 * (l - 0.4) + 3 * slope * v)) < 1e-12);
+  CHECK(ksl_bias(m, d, &q, &v, NULL, &with) == KSL_OK && fabs(with - without - tension * slope) < 1e-12);
+  CHECK_REFUSED(ksl_force_element_states(m, NULL, &v, &length, &rate, &tension), KSL_BAD_ARGUMENT, "null");
+  ksl_data_free(d), ksl_model_free(m);
+}
+
 /* Each number of a joint with several has limits; what a file or a program gets wrong is said in words. */
 static void test_limits_of_several(void) {
   const double up[3] = {0, 0, 1}, downwards[3] = {0, 0, -2};
@@ -216,6 +255,7 @@ int main(int argc, char **argv) {
   ksl_model_free(m);
   test_table();
   test_limits_of_several();
+  test_force_elements();
   test_loops();
   return exit_status();
 }

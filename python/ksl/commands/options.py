@@ -26,7 +26,7 @@ FloatingBase = Annotated[bool, typer.Option("--floating-base", help="The root li
 Mimic = Annotated[str, typer.Option(metavar="coupled|independent", help="Joints that mimic another follow it, or have a coordinate of their own.")]
 Strict = Annotated[bool, typer.Option("--strict", help="An inertia that no rigid body can have, or a moving link with geometry and no mass, is an error.")]
 Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in world axes, m/s²; otherwise that of the file, or 0,0,-9.81.")]
-Physics = Annotated[str, typer.Option("--physics", metavar="NAMES", help="Physics of joints, separated by commas: damping, friction or exact friction, armature, rotor or rotor bodies, spring; or all.")]
+Physics = Annotated[str, typer.Option("--physics", metavar="NAMES", help="Physics of joints, separated by commas: damping, friction or exact friction, armature, rotor or rotor bodies, spring, force elements; or all.")]
 FrictionWidth = Annotated[float, typer.Option("--friction-width", metavar="SPEED", help="Where smooth friction has 0.71 of its full strength, rad/s or m/s, for joints without one of their own.")]
 ColumnMapFile = Annotated[Path | None, typer.Option("--map", metavar="FILE", help="Which column of the motion is which joint's, and its unit, sign, scale and offset: TOML or CSV (docs/motions.md).")]
 Degrees = Annotated[bool, typer.Option("--degrees", help="Angles of the motion and their rates are in degrees.")]

@@ -15,7 +15,7 @@ from rich.text import Text
 from ksl.commands.app import say
 from ksl.commands.print_loops import print_loops
 from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.model_tables import given_physics, joint_table, link_table
+from ksl.model.model_tables import force_element_table, given_physics, joint_table, link_table
 
 DEEPEST_INDENT = 20
 """Levels of the tree beyond this one are written as numbers; in narrow terminals, those beyond a tenth of the columns, whose indents take two fifths of them."""
@@ -29,10 +29,11 @@ def print_info(model: Mechanism, console: Console) -> None:
     of_tree = "coordinates of the tree" if model.loops else "degrees of freedom"
     console.print(f"{of_tree} {model.nv} (nq {model.nq}), moving joints {moving}, {of_followers}fixed joints {len(model.joints) - moving - following}, links {len(model.links)}")
     console.print(f"total mass {model.mass:.6g} kg, gravity ({', '.join(f'{g:g}' for g in model.gravity)}) m/s²")
-    console.print(f"physics of joints: {', '.join(model.physics) or 'none; --physics applies what joints have'}\n" if model.physics or given_physics(model.joints) else "")
+    console.print(f"physics of joints: {', '.join(model.physics) or 'none; --physics applies what joints have'}\n" if model.physics or model.force_elements or given_physics(model.joints) else "")
     console.out("\n".join(tree_lines(model, console.width)), highlight=False)
     if model.loops:
         print_loops(model, console)
+    _print_table(console, "Force elements between two points, in m and N", *force_element_table(model))
     followers = "the mimic joints and " if following else ""
     _print_table(console, f"Joints, in the order of q, then {followers}the fixed ones", *joint_table(model))
     _print_table(console, "Links with mass: centroid in the link's frame (m), inertia about it (kg m²)", *link_table(model))

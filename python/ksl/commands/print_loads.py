@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ksl.commands.app import say
+from ksl.load_cases.force_elements import element_ranges
 from ksl.load_cases.case_result import CaseResult
 from ksl.load_cases.load_case import Placement
 from ksl.load_cases.quantities import PowerBalance, SummaryRow, unit
@@ -41,6 +42,9 @@ def print_run(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     worst = max(run.results, key=_residual)
     of = f"power balance, worst of {len(run.cases)} load cases, {worst.case.name}: " if several else "power balance: "
     say(console, of + balance_line(worst.balance))
+    for case in run.cases:
+        for element in element_ranges(case):
+            say(console, f"force element {element.name}{f', {case.name}' if several else ''}: {element.text}")
     for line in written:
         say(console, line)
     console.print()

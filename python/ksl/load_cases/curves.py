@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ksl.load_cases.force_elements import act
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.quantities import JointLoads, PowerBalance, joint_loads, power_round_off
 from ksl.load_cases.reaction_joints import has_drive
@@ -55,6 +56,9 @@ class Curves:
         self._drive[block.rows] = np.sum(block.tau * block.v, axis=1)
         if self._dissipation is not None and block.parts is not None:
             self._dissipation[block.rows] = np.sum((block.parts[:, 1] + block.parts[:, 2]) * block.v, axis=1)
+            if act(self.case.model):
+                damping = [element.damping for element in self.case.model.force_elements]
+                self._dissipation[block.rows] += self.case.model.force_element_states(block.q, block.v).rate ** 2 @ damping
         self._largest_effort = max(self._largest_effort, float(np.max(np.abs(block.tau), initial=0.0)))
 
     def power_balance(self) -> PowerBalance | None:

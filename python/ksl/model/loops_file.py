@@ -140,9 +140,9 @@ class LoopsFile:
         if limits is not None and not (isinstance(limits, list) and len(limits) == 2 and all(map(_is_number, limits))):
             raise self._refused(f"{who}: limits is {limits!r}; expected two numbers, [0.1, 0.4] for example")
         numbers = {key: element.get(key, 0.0) for key in _NUMBERS_OF_ELEMENT}
-        points = [element[key] for key in _OF_ELEMENT[1:]]
+        ends = {key: element[key] for key in _OF_ELEMENT[1:]}
         try:
-            return given.force_element(element["name"], *points, limits=limits, **numbers)
+            return given.force_element(element["name"], **ends, limits=limits, **numbers)
         except ValueError as error:
             raise self.refused(error) from None
 

@@ -170,7 +170,8 @@ def _loop(row: Mapping[str, Any]) -> Loop:
 
 
 def _force_element(row: Mapping[str, Any]) -> ForceElement:
-    return ForceElement(**{k: tuple(x) if isinstance(x, list) else x for k, x in row.items()})
+    fields: dict[str, Any] = {k: tuple(x) if isinstance(x, list) else x for k, x in row.items()}
+    return ForceElement(**fields)
 
 
 def _read_only(x: Array) -> Array:

@@ -50,6 +50,16 @@ def given_physics(joints: Sequence[Joint]) -> list[tuple[str, str]]:
     return [each for group in PHYSICS if has(group) for each in group]
 
 
+def force_element_table(model: Mechanism) -> tuple[list[list[str]], list[list[str]]]:
+    """Headings and rows of springs, dampers and cylinders between two points."""
+    numbers = ("stiffness", "free_length", "damping", "preload", "lower", "upper", "stop_stiffness")
+    rows = []
+    for e in model.force_elements:
+        ends = [f"{link} ({' '.join(f'{x:.4g}' for x in point)})" for link, point in ((e.link1, e.point1), (e.link2, e.point2))]
+        rows.append([e.name, *ends, *(_number(getattr(e, name) or None) for name in numbers)])
+    return [["force element"], ["from", "to"], [name.replace("_", " ") for name in numbers]], rows
+
+
 def joint_table(model: Mechanism) -> tuple[list[list[str]], list[list[str]]]:
     """Headings and rows."""
     given = given_physics(model.joints)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ksl.load_cases.case_result import CaseResult
 from ksl.load_cases.closed_mechanism import ClosedMechanism, closed_mechanism
+from ksl.load_cases.force_elements import element_ranges
 from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import SummaryRow
@@ -71,6 +72,7 @@ def _scene(case: LoadCase) -> Facts:
         ("payloads", "; ".join(str(payload) for payload in case.payloads) or "none"),
         *([("physics of joints", _physics(m))] if m.physics else []),
         ("external wrenches", ", ".join(case.external) or "none"),
+        *((f"force element {of.name}", of.text) for of in element_ranges(case)),
     ]
 
 

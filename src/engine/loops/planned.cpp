@@ -40,7 +40,8 @@ template <class S> bool planned<S>::suits(const batch_view<S> &batch) const {
 }
 
 template <class S> void planned<S>::lay_out(arena &memory, const batch_view<S> &batch, int states) {
-  const int ends = view_.loops ? 12 * view_.loops->loops : 0, nv = m_.nv(), externals = batch.external_n + ends / 6 + forces_.ends();
+  const int ends = view_.loops ? 12 * view_.loops->loops : 0, nv = m_.nv(),
+            externals = batch.external_n + ends / 6 + forces_.ends();
   int joints = 0; // of all requests
   for (int r = 0; r < batch.reactions_n; ++r)
     joints += batch.reactions[r].request.n;
@@ -79,7 +80,8 @@ template <class S> batch_view<S> planned<S>::part_of(const batch_view<S> &batch,
   for (int e = 0; e < batch.external_n + forces_.ends(); ++e)
     external_[e] = elements ? forces_.external()[e]
                             : external_rows<S>{batch.external[e].link, rows_from(batch.external[e].wrench, first)};
-  part.external_n = batch.external_n + forces_.ends(), part.external = external_, part.external_axes = batch.external_axes;
+  part.external_n = batch.external_n + forces_.ends(), part.external = external_,
+  part.external_axes = batch.external_axes;
   return part;
 }
 

@@ -136,8 +136,8 @@ struct force_element_numbers {
 struct force_element_description {
   std::string name; ///< unlike those of all other force elements
   file_position at;
-  int link1 = -1, link2 = -1;        ///< indices into robot_description::links
-  vec3<double> point1{}, point2{};   ///< in the links' frames, m
+  int link1 = -1, link2 = -1;      ///< indices into robot_description::links
+  vec3<double> point1{}, point2{}; ///< in the links' frames, m
   force_element_numbers numbers;
 };
 
@@ -170,8 +170,8 @@ struct robot_description {
   std::string name;
   std::string file; ///< as given to the reader; empty for a robot built in a program
   std::vector<link_description> links;
-  std::vector<joint_description> joints; ///< in the order of the file: a tree
-  std::vector<loop_description> loops;   ///< what closes loops of it
+  std::vector<joint_description> joints;                 ///< in the order of the file: a tree
+  std::vector<loop_description> loops;                   ///< what closes loops of it
   std::vector<force_element_description> force_elements; ///< between points of two links
   /// Joints that have a motor.  None: they are not known, which inverse dynamics of a mechanism with loops needs.  Without loops every
   /// joint is taken to have one.

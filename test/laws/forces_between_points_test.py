@@ -44,7 +44,7 @@ def by_hand(m: ksl.Model, q: np.ndarray, v: np.ndarray) -> tuple[dict[str, np.nd
         poses = [m.frame_pose(q, link) for link in (e.link1, e.link2)]
         arms = [T[:3, :3] @ p for T, p in zip(poses, (e.point1, e.point2), strict=True)]
         D = poses[1][:3, 3] + arms[1] - poses[0][:3, 3] - arms[0]
-        l = np.linalg.norm(D)  # noqa: E741
+        l = np.linalg.norm(D)
         moved = [m.point_velocity(q, v, link, p, axes="world") for link, p in ((e.link1, e.point1), (e.link2, e.point2))]
         rate = D @ (moved[1] - moved[0]) / l
         beyond = max(0.0, l - e.upper) if e.upper is not None else 0.0
