@@ -29,7 +29,8 @@ from ksl.model import given
 
 _OF_FILE = ("robot", "drives", "loop")
 _NEEDED = ("name", "kind", "predecessor", "successor")
-_OF_LOOP = (*_NEEDED, "predecessor_xyz", "predecessor_rpy", "successor_xyz", "successor_rpy", "axis", "axis2", "pitch")
+OF_LOOP = (*_NEEDED, "predecessor_xyz", "predecessor_rpy", "successor_xyz", "successor_rpy", "axis", "axis2", "pitch")
+"""Keys of a [[loop]]."""
 
 
 class LoopsFile:
@@ -88,12 +89,12 @@ class LoopsFile:
     def _loop(self, number: int, loop: dict[str, Any]) -> given.Loop:
         name = loop.get("name")
         who = f"loop {name}" if isinstance(name, str) and name else f"loop {number}"
-        self._check_keys(loop, who, _OF_LOOP)
+        self._check_keys(loop, who, OF_LOOP)
         for key in _NEEDED:
             if not isinstance(loop.get(key), str) or not loop[key]:
                 said = f"{key} is {loop[key]!r}" if key in loop else f"no {key}"
                 raise self._refused(f'{who}: {said}; write {key} = "..."')
-        for key in _OF_LOOP[4:]:
+        for key in OF_LOOP[4:]:
             if key in loop:
                 self._check_numbers(who, key, loop[key])
         try:
