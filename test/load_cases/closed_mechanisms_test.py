@@ -11,12 +11,14 @@ from linkages import FOURBAR, SLIDERCRANK
 
 import ksl
 from ksl.base.errors import MotionError
+from ksl.load_cases.loop_motion import joint_motions
 from ksl.motions.generate import Waypoints, minimum_jerk, trapezoid, write_motion
 from ksl.motions.generate.generated import beyond_limits
 from ksl_command import run_ksl
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "laws"))
 from closed_mechanisms import random_case
+from closed_test import Motion, determined_case
 
 TIME = np.linspace(0, 2, 201)
 TURN = 2 * np.pi * (TIME / 2 - np.sin(np.pi * TIME) / (2 * np.pi))
@@ -358,3 +360,16 @@ def test_commands(tmp_path):
     assert "mobility: 1 freedom at the closed position" in info.stdout and "drives: not known; name them with --drives, candidates: A, B, D" in info.stdout
     cut = run_ksl("loads", "fourbar.urdf", "crank.csv", "--loops", "cut", cwd=tmp_path)
     assert cut.returncode == 2 and "no column 'B' for joint B; add its positions" in cut.stderr
+
+
+@pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic", "helical"])
+@pytest.mark.parametrize("seed", range(3))
+def test_motions_of_loop_joints_are_derivatives_of_their_positions(kind, seed):
+    """Between two links that both move."""
+    x = Motion(kind, seed, determined_case)
+    m, drives, h = x.case.model, x.case.drives, 1e-4
+    along = [m.close(m.integrate(x.case.q, s * x.v + s * s / 2 * x.a), hold=drives).q for s in (-h, 0, h)]
+    before, now, after = joint_motions(m, np.array(along), np.array([x.v] * 3), np.array([x.a] * 3)).of_loops["L"].position
+    of = joint_motions(m, x.case.q[None], x.v[None], x.a[None]).of_loops["L"]
+    assert of.speed[0] == pytest.approx((after - before) / (2 * h), abs=1e-5 * (1 + np.abs(x.v).max()))
+    assert of.acceleration[0] == pytest.approx((after - 2 * now + before) / h**2, abs=1e-4 * (1 + np.abs(x.a).max() + np.abs(x.v).max() ** 2))

@@ -272,6 +272,26 @@ def test_power_balance_with_external_wrenches(robot):
     assert np.array_equal(balance.energy, kinetic + potential)
 
 
+def test_power_balance_with_damping_and_external_wrenches(robot):
+    """What drives and wrenches supply, less what is lost, is the rate of the energy."""
+    m = robot(PENDULUM.replace("</joint>", '<dynamics damping="0.7"/></joint>'), physics="damping")
+    t = np.linspace(0, 2, 400)
+    q, v, a = np.sin(3 * t)[:, None], 3 * np.cos(3 * t)[:, None], -9 * np.sin(3 * t)[:, None]
+    balance = collected(LoadCase(m, Motion(t, q, v, a), external={"bob": np.tile([1.0, 2, 3, 4, 5, 6], (400, 1))})).power_balance()
+    assert balance.relative_residual < 1e-7 and balance.dissipation == pytest.approx(0.7 * v[:, 0] ** 2, rel=1e-12)
+
+
+def test_numbers_don_t_depend_on_when_the_clock_begins(robot):
+    """Means are over the time that a motion lasts."""
+    m, t = robot(PENDULUM), np.linspace(0, 2, 301)
+    motion = np.sin(3 * t)[:, None], 3 * np.cos(3 * t)[:, None], -9 * np.sin(3 * t)[:, None]
+    first, later = (ksl.compute_loads(m, (t + begin, *motion)) for begin in (0.0, 64.0))
+    for x, y in zip(first.rows, later.rows, strict=True):
+        numbers = {name: value for name, value in x.items() if isinstance(value, float)}
+        assert len(numbers) >= 5 and all(y[name] - (64.0 if "time" in name else 0.0) == pytest.approx(value, rel=1e-9, abs=1e-12, nan_ok=True) for name, value in numbers.items())
+    assert first.rows[0]["effort_rms"] == pytest.approx(np.sqrt(np.trapezoid(m.inverse_dynamics(*motion)[:, 0] ** 2, t) / 2), rel=1e-5)
+
+
 def test_power_balance_notices_a_wrong_velocity(robot):
     """It is a proof: rates that don't belong to the positions show."""
     m = robot(PENDULUM)

@@ -11,6 +11,7 @@ import typer
 import ksl
 from ksl.commands import app
 from ksl.load_cases import case_file, simulate_keys
+from ksl.model import loops_file
 from ksl.model.lengths import extent, far, far_inertia
 from ksl.sizing.catalogue import KINDS
 from ksl.sizing.catalogue_numbers import lengths_of
@@ -122,6 +123,20 @@ def test_every_field_that_takes_a_length_is_judged():
     for kind in KINDS.values():
         for key in (inner for outer in kind.keys for inner in (outer, *outer.keys)):
             assert key.unit in OTHERS["components"] | {"m"}, f"{kind.name}: {key.name}: is it a length? See ksl.sizing.catalogue_numbers.lengths_of"
+
+
+def test_every_length_of_loops_is_judged(folder):
+    """Frames in a file beside the robot, for `ksl.load` and for load cases."""
+    assert set(loops_file.OF_LOOP) == {"name", "kind", "predecessor", "successor", "axis", "axis2", "predecessor_rpy", "successor_rpy", "predecessor_xyz", "successor_xyz", "pitch"}
+    (folder / "loops.toml").write_text(
+        'drives = ["pin"]\n[[loop]]\nname = "C"\nkind = "spherical"\npredecessor = "tip"\nsuccessor = "wall"\npredecessor_xyz = [0, 600, 0]\nsuccessor_xyz = [0, 0, 0]\n'
+    )
+    (folder / "looped.toml").write_text('[cases.one]\nmotion = "m.csv"\nloops = "loops.toml"\n')
+    said = "the frame of loop joint C on tip is 600 m from the link's origin, .*: are these millimetres?"
+    with pytest.warns(ksl.DescriptionWarning, match=said):
+        ksl.load(folder / "arm.urdf", loops=folder / "loops.toml")
+    with pytest.warns(ksl.DescriptionWarning, match=said), pytest.raises(ValueError):
+        ksl.compute_loads(folder / "arm.urdf", cases=folder / "looped.toml")
 
 
 @pytest.mark.parametrize("field", FILES, ids=" ".join)

@@ -264,6 +264,13 @@ def test_files_and_commands(robot, tmp_path):
         cases.write_text(f'[cases.c]\nmotion = "motion.csv"\nexternal = [{{ {entry}, wrench = [1, 0, 0, 0, 0, 0] }}]\n')
         done = run_ksl("loads", str(file), "--cases", str(cases), *out)
         assert done.returncode and said in " ".join(done.stderr.split())
+    carried = '[cases.c]\nmotion = "motion.csv"\npayloads = [{{ link = "{}", mass = 1 }}]\n'
+    for link in ("hip", "link:hip"):
+        cases.write_text(carried.format(link))
+        assert ksl.compute_loads(file, cases=cases).results[0].case.payloads[0].link == "hip"
+    cases.write_text(carried.format("knee"))
+    with pytest.raises(ksl.CaseError, match="payload 1: named: no link named 'knee'; it is a joint, which carries link 'shank'"):
+        ksl.compute_loads(file, cases=cases)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ksl.compute_loads(robot, motion, at="link:world", axes="ksl:world", joints=["hip"])

@@ -243,3 +243,22 @@ def test_lines_of_keys():
         10,
     ]
     assert line_of(lines, "e", 0, "g", "missing") == 6 and line_of(lines, "z") is None
+
+
+DEFAULTS = {
+    ("strain wave gear", "rated_input_rpm"): 2000.0, ("strain wave gear", "rated_life_h"): 7000.0, ("planetary gear", "torque_exponent"): 3.0,
+    ("crossed roller bearing", "position"): 0.0, ("crossed roller bearing", "load_factor"): 1.2, ("crossed roller bearing", "required_static_safety"): 2.0,
+    ("bearing pair", "contact_angle_deg"): 40.0, ("bearing pair", "required_static_safety"): 1.0, ("opposed angular contact bearings", "shaft"): "child",
+    ("opposed angular contact bearings", "contact_angle_deg"): 40.0, ("opposed angular contact bearings", "required_static_safety"): 1.0,
+    ("bolted flange", "first_angle_deg"): 0.0, ("bolted flange", "at"): [0.0, 0.0, 0.0], ("bolted flange", "shank_length"): 0.0, ("bolted flange", "thread_in"): "plate",
+    ("bolted flange", "tightening"): "torque wrench", ("bolted flange", "thread_friction"): 0.12, ("bolted flange", "yield_share"): 0.9,
+    ("bolted flange", "tightening_factor"): 1.6, ("bolted flange", "embedding_loss"): 0.0, ("bolted flange", "load_introduction"): 1.0,
+    ("bolted flange", "required_clamp"): 0.0, ("bolted flange", "interfaces"): 1.0, ("fatigue", "unit"): "Pa", ("fatigue", "at"): [0.0, 0.0, 0.0],
+    ("fatigue", "below_knee"): "elementary", ("fatigue", "mean_stress"): "none", ("fatigue", "residue"): "half cycles", ("limits", "at"): [0.0, 0.0, 0.0],
+}  # fmt: skip
+"""What is taken for a key that a file leaves out: numbers of catalogues and guidelines, which size what nobody states."""
+
+
+def test_what_is_taken_for_keys_that_are_left_out():
+    keys = [(kind.name, key) for kind in KINDS.values() for outer in kind.keys for key in (outer, *outer.keys)]
+    assert {(kind, key.name): key.default for kind, key in keys if key.default is not None} == DEFAULTS

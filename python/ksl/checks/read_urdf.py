@@ -139,6 +139,8 @@ def _shape_of(robot: RobotFile, numbers: Numbers, shape: _Element, role: str, ro
         size = numbers.vector(shape, "size")
         note(size=size)
         return None if size is None else Shape(line, shape, role, "box", abs(size) / 2, rotation, translation)
+    if shape.tag not in ("sphere", "cylinder", "capsule"):  # shapes of other formats, which URDF doesn't have
+        return None
     radius, length = numbers.attribute(shape, "radius"), numbers.attribute(shape, "length")
     note(**({"radius": radius} if shape.tag == "sphere" else {"radius": radius, "length": length}))
     if shape.tag == "sphere" and radius is not None:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ksl.base.printable import sentence
 from ksl.comparison.coordinates import Array, Form, Mapped
 from ksl.comparison.results import Note
 from ksl.model.mechanism import Joint
@@ -15,6 +16,11 @@ from ksl.model.model import Model
 
 class NotLoaded(Exception):
     """Why the library has no such robot, as a sentence."""
+
+
+def said_by(error: Exception) -> str:
+    """What a library says, in one line: its messages have several."""
+    return sentence(" ".join(str(error).split()))
 
 
 def check_root(file: File) -> None:

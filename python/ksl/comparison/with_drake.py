@@ -12,11 +12,10 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
 
-from ksl.base.printable import sentence
 from ksl.comparison import coordinates
 from ksl.comparison.bodies import pseudo_inertia, welded
 from ksl.comparison.coordinates import Array, Form
-from ksl.comparison.other_robot import File, NotLoaded, OneState, OtherRobot, Place, check_root
+from ksl.comparison.other_robot import said_by, File, NotLoaded, OneState, OtherRobot, Place, check_root
 from ksl.comparison.results import Note
 from ksl.comparison.urdf_text import text, without
 from ksl.model.mechanism import Joint
@@ -75,7 +74,7 @@ class RobotInDrake(OtherRobot):
                 self.conventions.append(Note("base", "the root floats unless a program welds it, which was done; KSL's stands unless floating_base asks for it"))
             self.plant.Finalize()
         except (ValueError, RuntimeError) as e:
-            raise NotLoaded(f"it refuses the file: {sentence(str(e))}") from None
+            raise NotLoaded(f"it refuses the file: {said_by(e)}") from None
         finally:
             log.handlers, log.propagate = handlers, propagate
 

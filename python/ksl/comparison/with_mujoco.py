@@ -7,11 +7,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from ksl.base.printable import sentence
 from ksl.comparison import coordinates
 from ksl.comparison.bodies import pseudo_inertia
 from ksl.comparison.coordinates import Array, Mapped
-from ksl.comparison.other_robot import File, NotLoaded, OneState, OtherRobot, Place, check_root
+from ksl.comparison.other_robot import said_by, File, NotLoaded, OneState, OtherRobot, Place, check_root
 from ksl.comparison.results import Note
 from ksl.comparison.urdf_text import on_floating_joint, text, without
 from ksl.model.mechanism import Joint
@@ -53,13 +52,13 @@ class RobotInMujoco(OtherRobot):
                 return mujoco.MjModel.from_xml_path(file.path)
         except ValueError as e:
             if file.format == "mjcf":
-                raise NotLoaded(f"its compiler refuses the file: {sentence(str(e))}") from None
-            self.conventions.append(Note("geometry", f"it refuses the file ({sentence(str(e))[:200]}); read without shapes and meshes, which changes no number of links with <inertial>"))
+                raise NotLoaded(f"its compiler refuses the file: {said_by(e)}") from None
+            self.conventions.append(Note("geometry", f"it refuses the file ({said_by(e)[:200]}); read without shapes and meshes, which changes no number of links with <inertial>"))
         robot = without(file.contents, "link", "visual", "collision")
         try:
             return mujoco.MjModel.from_xml_string(text(on_floating_joint(robot, file.model) if file.floating_base else robot))
         except ValueError as e:
-            raise NotLoaded(f"its compiler refuses the file: {sentence(str(e))}") from None
+            raise NotLoaded(f"its compiler refuses the file: {said_by(e)}") from None
 
     def note(self) -> None:
         say, kinds = self.conventions.append, {self.model.joint(name).kind for name in self.model.joint_names}

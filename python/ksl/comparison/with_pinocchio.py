@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from ksl.base.printable import sentence
 from ksl.comparison import coordinates
 from ksl.comparison.bodies import pseudo_inertia, welded
 from ksl.comparison.coordinates import Array, Form
-from ksl.comparison.other_robot import File, NotLoaded, OneState, OtherRobot, Place
+from ksl.comparison.other_robot import said_by, File, NotLoaded, OneState, OtherRobot, Place
 from ksl.comparison.results import Note
 from ksl.model.mechanism import Joint
 
@@ -35,7 +34,7 @@ class RobotInPinocchio(OtherRobot):
                 return pin.buildModelFromMJCF(file.path)
             return pin.buildModelFromUrdf(file.path, pin.JointModelFreeFlyer()) if file.floating_base else pin.buildModelFromUrdf(file.path)
         except (ValueError, RuntimeError) as e:
-            raise NotLoaded(f"it refuses the file: {sentence(str(e))}") from None
+            raise NotLoaded(f"it refuses the file: {said_by(e)}") from None
 
     def note(self) -> None:
         say, names = self.conventions.append, self.model.joint_names

@@ -253,7 +253,7 @@ class _Case:
 
     def _payload(self, where: str, given: Any) -> Payload:
         _known_keys(where, _table(where, given), OF_PAYLOAD)
-        link = self._frame(where, given.get("link"), "link", self.reader.model.link_names)
+        link = self._link(where, given.get("link"))
         mass = _number(f"{where}: mass", given.get("mass"))
         x, y, z = _numbers(f"{where}: center", given.get("center", [0, 0, 0]), 3)
         inertia = given.get("inertia")
@@ -283,6 +283,16 @@ class _Case:
         if name not in known:
             raise CaseError(f"{where}: no {what} {name!r}; {near_names(name, known)}known: {', '.join(known)}")
         return str(name)
+
+    def _link(self, where: str, name: Any) -> str:
+        """A link, also as `link:NAME`; a joint is refused with the link that it carries."""
+        model = self.reader.model
+        if not isinstance(name, str) or name not in {*model.frames, *(f"link:{link}" for link in model.link_names)}:
+            return self._frame(where, name, "link", model.link_names)
+        try:
+            return model.link(name).name
+        except ValueError as e:
+            raise CaseError(f"{where}: {e}") from None
 
     def _link_of_frame(self, where: str, name: Any, what: str, *words: str) -> str:
         """The link that a frame's name stands for; `words` are what may be named instead."""

@@ -156,7 +156,10 @@ def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
 
 def with_loops(loaded: Model, file: str | os.PathLike[str]) -> Model:
     """A robot with the joints that close loops, and the drives, of a TOML file, besides its own.  Raises :class:`DescriptionError`."""
-    return _closed(loaded, LoopsFile(_path_of_loops(file)), None)
+    made = _closed(loaded, LoopsFile(_path_of_loops(file)), None)
+    for line in _far_frames(made):
+        warnings.warn(line, DescriptionWarning, stacklevel=2)
+    return made
 
 
 def _closed(loaded: Model, beside: LoopsFile | None, drives: given.Drives | None) -> Model:
@@ -239,8 +242,18 @@ def _warn_of(loaded: Model, o: _Options) -> None:
     points = [(link, mass, point) for link, mass, point in given.payload_points(o.payloads) if any(point)]
     reach = extent(loaded, points) if points else 0.0
     doubts = [line for link, _, point in points for line in far_point(f"the payload on {link} is", point, reach)]
+    doubts += [] if o.loops is None else _far_frames(loaded)
     for line in (*loaded.warnings, *doubts, *([] if o.gravity is None else strong_gravity(o.gravity))):
         warnings.warn(line, DescriptionWarning, stacklevel=3)
+
+
+def _far_frames(loaded: Model) -> list[str]:
+    """Sentences about frames of joints that close loops, which are likely in millimetres."""
+    reach, found = extent(loaded) if loaded.loops else 0.0, []
+    for loop in loaded.loops:
+        for side, pose in ((loop.predecessor, loop.predecessor_pose), (loop.successor, loop.successor_pose)):
+            found += far_point(f"the frame of loop joint {loop.name} on {side} is", pose[3:12:4], reach)
+    return found
 
 
 def root_element(contents: bytes) -> str | None:

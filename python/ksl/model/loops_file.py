@@ -42,7 +42,8 @@ from ksl.model import given
 
 _OF_FILE = ("robot", "drives", "loop", "force_element")
 _NEEDED = ("name", "kind", "predecessor", "successor")
-_OF_LOOP = (*_NEEDED, "predecessor_xyz", "predecessor_rpy", "successor_xyz", "successor_rpy", "axis", "axis2", "pitch")
+OF_LOOP = (*_NEEDED, "predecessor_xyz", "predecessor_rpy", "successor_xyz", "successor_rpy", "axis", "axis2", "pitch")
+"""Keys of a [[loop]]."""
 _OF_ELEMENT = ("name", "link1", "point1", "link2", "point2")
 _NUMBERS_OF_ELEMENT = ("stiffness", "free_length", "damping", "preload", "stop_stiffness")
 
@@ -112,9 +113,9 @@ class LoopsFile:
     def _loop(self, number: int, loop: dict[str, Any]) -> given.Loop:
         name = loop.get("name")
         who = f"loop {name}" if isinstance(name, str) and name else f"loop {number}"
-        self._check_keys(loop, who, _OF_LOOP)
+        self._check_keys(loop, who, OF_LOOP)
         self._check_words(who, loop, _NEEDED)
-        for key in _OF_LOOP[4:]:
+        for key in OF_LOOP[4:]:
             if key in loop:
                 self._check_numbers(who, key, loop[key])
         try:

@@ -41,7 +41,7 @@ def _add_resiliences(bolt: Bolt, given: Mapping[str, Any], found: dict[str, floa
     if missing or length is None or shank is None or plates is None or held is None:
         absent |= dict.fromkeys(("bolt_resilience", "plate_resilience"), f"the resilience of {bolt.name} needs {' and '.join(missing)}")
         return
-    found["bolt_resilience"] = bolt_resilience(bolt, length, shank, held)
+    found["bolt_resilience"] = bolt_resilience(bolt, length, shank, held, MODULI[plates])
     try:
         found["plate_resilience"] = plate_resilience(bolt, length, MODULI[plates], held)
     except ValueError as e:

@@ -83,15 +83,15 @@ def allowed_loads(bolt: Bolt, friction: float = 0.12, utilisation: float = 0.9) 
     return Loads(preload, yields, 0.85e6 * (0.150 / bolt.diameter + 45) * bolt.stress_area)
 
 
-def bolt_resilience(bolt: Bolt, clamp_length: float, shank_length: float = 0.0, thread_in: ThreadIn = "plate") -> float:
+def bolt_resilience(bolt: Bolt, clamp_length: float, shank_length: float = 0.0, thread_in: ThreadIn = "plate", modulus: float = BOLT_MODULUS) -> float:
     """δ_S, m/N: head, shank, free thread and engaged thread one after the other, of a socket head.
 
-    clamp_length l_K; shank_length: how much of it has no thread; thread_in: a tapped plate or a nut.  Source: 5.1.1, head 0.4 d,
+    clamp_length l_K; shank_length: how much of it has no thread; thread_in: a plate that is tapped, of this modulus, or a nut.  Source: 5.1.1, head 0.4 d,
     thread 0.5 d, nut 0.4 d, tapped plate 0.33 d.
     """
     d, nominal, core = bolt.diameter, math.pi / 4 * bolt.diameter**2, math.pi / 4 * bolt.core_diameter**2
-    held = 0.33 if thread_in == "plate" else 0.4
-    return ((0.4 * d + shank_length + held * d) / nominal + (clamp_length - shank_length + 0.5 * d) / core) / BOLT_MODULUS
+    held = 0.33 * d / modulus if thread_in == "plate" else 0.4 * d / BOLT_MODULUS
+    return ((0.4 * d + shank_length) / nominal + (clamp_length - shank_length + 0.5 * d) / core) / BOLT_MODULUS + held / nominal
 
 
 def plate_resilience(bolt: Bolt, clamp_length: float, modulus: float, thread_in: ThreadIn = "plate") -> float:

@@ -122,6 +122,7 @@ REFUSED = {
     "two times": ("Time,t,hip,slide\n0,0,0,0\n", ":1: columns 'Time' and 't' could all be the time; rename one to `time`"),
     "wrong unit": (HEAD + "s,mm,mm\n0,0,0\n", ":1: column 'hip' is in 'mm', but expected rad"),
     "unknown unit": (HEAD + "[s],[degr],[m]\n0,0,0\n", ":1: column 'hip' is in 'degr', which is no unit that KSL knows; did you mean 'deg'"),
+    "what NumPy shows": ("time,hip,slide\n0,np.float64(1.5),0\n", ":2: column 'hip' holds 'np.float64(1.5)'; expected a number with a decimal point; that is how NumPy shows a number: write float(x)"),
     "thousands": ("time;hip;slide\n0,5;1.000,5;0\n", ":2: column 'hip' holds '1.000,5'; expected a number with a decimal comma, as other values have"),
     "fault after comments": ("# a\n" + HEAD + "# b\n0,0,0\n# c\n1,x,0\n", ":6: column 'hip' holds 'x'"),
     "infinite after comments": ("# a\n" + HEAD + "# b\n0,0,0\n# c\n1,inf,0\n", ":6: column 'hip' is infinite"),

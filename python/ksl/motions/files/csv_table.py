@@ -211,7 +211,8 @@ class CsvTable(Recorded):
             where = f"{self.file}:{line(found[2])}" if found[2] else self.file
             if "\n" in found[3]:
                 return f"{where}: column {name!r} holds several lines, from {found[3][:20]!r} on; a quotation mark is not closed"
-            return f"{where}: column {name!r} holds {found[3]!r}; expected {number}"
+            of_numpy = "; that is how NumPy shows a number: write float(x) instead" if re.match(r"np\.\w+\(", found[3]) else ""
+            return f"{where}: column {name!r} holds {found[3]!r}; expected {number}{of_numpy}"
         found = re.search(r"Row #(\d+): Expected (\d+) columns, got (\d+)", text)
         if found:
             values, columns = count(int(found[3]), "value"), count(int(found[2]), "column")
