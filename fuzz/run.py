@@ -39,7 +39,7 @@ PROMISED, OF_PACKED = 10_000_000, 1_000_000
 """Executions of each target, and of those whose texts are files that are packed, of which each takes milliseconds."""
 PACKED = ("npz", "parquet", "mcap", "ros1", "ros2")
 SHORT = {
-    "cases": 40_000, "check": 15_000, "check_rules": 8_000, "components": 40_000, "csv": 20_000, "csv_form": 60_000, "map": 40_000, "mcap": 2_000, "mjcf": 8_000,
+    "cases": 40_000, "check": 15_000, "check_rules": 5_000, "components": 40_000, "csv": 20_000, "csv_form": 60_000, "map": 40_000, "mcap": 2_000, "mjcf": 5_000,
     "npz": 2_500, "parquet": 1_500, "ros1": 1_500, "ros2": 1_000, "sdf": 15_000, "sweep": 50_000, "urdf": 30_000, "urdf_round_trip": 30_000,
 }  # fmt: skip
 """Texts of a short run of each target, beyond its seeds."""
