@@ -16,13 +16,14 @@ LATEST = ROOT / "build/read"
 TOKEN = re.compile(
     r"""//(?:[^\n\\]|\\.)*|/\*.*?\*/|R"(?P<mark>[^(\s]*)\(.*?\)(?P=mark)"|"(?:[^"\\\n]|\\.)*"|\b\d[\w.]*(?:'\w+)*|'(?:[^'\\\n]|\\.)+'""", re.DOTALL
 )
+TOLD = re.compile("NOLINT|cppcheck-suppress")
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*[<"]([^">]+)[">]', re.MULTILINE)
 
 
 def bare(text, suffix):
     """The text without comments and blanks; what analysers are told in comments stays."""
     if suffix in (".c", ".h", ".cpp", ".cxx", ".hpp", ".inc"):
-        text = TOKEN.sub(lambda m: " " if m[0].startswith(("//", "/*")) and "NOLINT" not in m[0] else m[0], text)
+        text = TOKEN.sub(lambda m: " " if m[0].startswith(("//", "/*")) and not TOLD.search(m[0]) else m[0], text)
         return " ".join(text.split())
     return "\n".join(line for line in text.splitlines() if line.strip() and not line.startswith("#"))
 

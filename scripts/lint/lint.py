@@ -4,8 +4,8 @@
     scripts/lint/lint.py [--all] [--record] [--built FOLDER…] [TOOL…]
                          gcc clang headers clang-tidy cppcheck analyzer format ruff mypy; without a name all
 
-Builds in FOLDER are up to date: what they have compiled with every warning as an error is not read again by gcc and clang.  Of the rest, and with
-clang-tidy, what has changed since the last record is read (scripts/lint/changes.py), and where a header has changed, what includes it.
+Builds in FOLDER are up to date: what they have compiled with every warning as an error is not read again by gcc and clang.  Of the rest, and by all
+tools for C and C++, what has changed since the last record is read (scripts/lint/changes.py), and where a header has changed, what includes it.
 --all reads everything again, and each kernel and each header with every tool that can; it writes the record, test/trust/results/static-analysis.json,
 as --record does.
 
@@ -31,8 +31,9 @@ NAME = "static-analysis"  # of the record
 
 FAULTS = ROOT / "scripts/lint/faults"
 PYTHON = ["python", "scripts", "test", "bench", "examples", "docs", "fuzz"]
+SUPPRESSIONS = ROOT / "scripts/lint/cppcheck.txt"
 CPPCHECK = ["cppcheck", "--quiet", "--error-exitcode=1", "--enable=warning,performance,portability", "--inline-suppr",
-            f"--suppressions-list={ROOT}/scripts/lint/cppcheck.txt", "-D__x86_64__", "-D__GNUC__=12", "-DKSL_ISA=isa", "-DKSL_TABLE=table"]
+            f"--suppressions-list={SUPPRESSIONS}", "-D__x86_64__", "-D__GNUC__=12", "-DKSL_ISA=isa", "-DKSL_TABLE=table"]
 GENERATED = ["engine_calls.cpp"]
 TOOLS = ["gcc", "clang", "headers", "clang-tidy", "cppcheck", "analyzer", "format", "ruff", "mypy"]
 RULES = [ROOT / ".clang-tidy", ROOT / "cmake/warnings.txt"]
@@ -59,13 +60,19 @@ class Changed:
     """What has to be read again."""
 
     def __init__(self, everything, candidates):
-        self.files = {file for unit in candidates for file in changes.closure(unit.file) if "Unity" not in file.parts}
-        rules = [f"{changes.digest(file)} {changes.name(file)}" for file in RULES]
-        versions = [f"{changes.hashlib.sha256(said).hexdigest()[:16]} ({tool})" for tool in ("clang-tidy", "gcc", "clang") if (said := version(tool))]
-        self.lines = {*rules, *versions, *(f"{changes.digest(file)} {changes.name(file)}" for file in self.files)}
-        known = changes.read("lint")
-        self.all = everything or not known.issuperset([*rules, *versions])
-        self.changed = {file for file in self.files if self.all or f"{changes.digest(file)} {changes.name(file)}" not in known}
+        units = {file for unit in candidates for file in changes.closure(unit.file) if "Unity" not in file.parts}
+        self.files = units.union(*map(changes.closure, [*public_headers(), *own_files()]))
+        rules = {line_of(file) for file in RULES} | {version(tool) for tool in ("clang-tidy", "gcc", "clang")}
+        of_cppcheck = {line_of(SUPPRESSIONS), version("cppcheck")}
+        self.lines = {*rules, *of_cppcheck, *map(line_of, self.files)} - {""}
+        known = changes.read("lint") | {""}
+        self.all = everything or not known >= rules
+        self.all_of_cppcheck = self.all or not known >= of_cppcheck
+        self.changed = {file for file in self.files if self.all or line_of(file) not in known}
+
+    def reaches(self, file):
+        """Has it changed, or what it includes?"""
+        return not self.changed.isdisjoint(changes.closure(file))
 
     def chosen(self, candidates):
         """The units to read: those whose own files have changed, or include a changed header themselves.  A header that none of them has read
@@ -81,11 +88,26 @@ class Changed:
         return chosen
 
 
+def line_of(file):
+    return f"{changes.digest(file)} {changes.name(file)}"
+
+
 def version(tool):
+    """A line of the list of what was read; none where the tool isn't installed."""
     try:
-        return subprocess.run([tool, "--version"], capture_output=True, check=True).stdout
+        said = subprocess.run([tool, "--version"], capture_output=True, check=True).stdout
     except (OSError, subprocess.CalledProcessError):
-        return b""
+        return ""
+    return f"{changes.hashlib.sha256(said).hexdigest()[:16]} ({tool})"
+
+
+def public_headers():
+    return {path for path in (ROOT / "include/ksl").rglob("*") if path.suffix in (".h", ".hpp")}
+
+
+def own_files():
+    """Those that cppcheck reads."""
+    return {path for folder in ("src", "python") for path in (ROOT / folder).rglob("*") if path.suffix in (".c", ".cpp", ".hpp")}
 
 
 def compile_jobs(every, built, changed):
@@ -104,12 +126,12 @@ def compile_jobs(every, built, changed):
             yield Job(family, unit.name, command(unit, family, *chosen))
 
 
-def header_jobs(everything):
-    """Each public header alone, as a user's program includes it: those in C as C11 and C++20.  gcc reads C++ headers in all units too, so
-    clang is enough to tell whether each includes what it needs, unless everything is wanted."""
+def header_jobs(everything, changed):
+    """Each public header alone, as a user's program includes it, if it or what it includes has changed: those in C as C11 and C++20.  gcc reads
+    C++ headers in all units too, so clang is enough to tell whether each includes what it needs, unless everything is wanted."""
     folder = BUILD / "headers"
     folder.mkdir(parents=True, exist_ok=True)
-    headers = {path.relative_to(ROOT / "include") for path in (ROOT / "include/ksl").rglob("*") if path.suffix in (".h", ".hpp")}
+    headers = {path.relative_to(ROOT / "include") for path in public_headers() if changed.reaches(path)}
     headers -= {header for header in headers if header.parts[1] == "detail" or header.stem.endswith("_calls")}  # parts of others
     for language, suffix in (("c", "c"), ("c++", "cpp")):
         files = []
@@ -145,18 +167,19 @@ def tidy_jobs(every, changed):
         yield Job("clang-tidy", unit.name, ["clang-tidy", "--quiet", *checks, headers, str(unit.file), "--", *flags])
 
 
-def cppcheck_jobs():
-    """C with its headers.  C++ without those of include/, whose templates cppcheck 2.10 can't parse: it ends at some of them with a
+def cppcheck_jobs(changed):
+    """What has changed.  C with its headers.  C++ without those of include/, whose templates cppcheck 2.10 can't parse: it ends at some of them with a
     segmentation fault.  Compilers and clang-tidy read them.  Files have relative paths, as in the list of what is not to be reported."""
-    files = sorted(path for folder in ("src", "python") for path in (ROOT / folder).rglob("*"))
+    files = sorted(file for file in own_files() if changed.all_of_cppcheck or changed.reaches(file))
     for name, suffixes, chosen in (("C++", (".cpp", ".hpp"), ["--std=c++20", "--language=c++"]), ("C", (".c",), ["--std=c11", "-Iinclude"])):
-        yield Job("cppcheck", name, [*CPPCHECK, *chosen, *(str(file.relative_to(ROOT)) for file in files if file.suffix in suffixes)])
+        if own := [changes.name(file) for file in files if file.suffix in suffixes]:
+            yield Job("cppcheck", name, [*CPPCHECK, *chosen, *own])
 
 
-def analyzer_jobs(every):
-    """gcc's analyser, of C; of C++ it says itself that it doesn't understand it."""
+def analyzer_jobs(every, changed):
+    """gcc's analyser, of C that has changed; of C++ it says itself that it doesn't understand it."""
     for unit in every:
-        if unit.language == "c":
+        if unit.language == "c" and changed.reaches(unit.file):
             yield Job("analyzer", unit.name, command(unit, "gcc", "-O1", "-fanalyzer", "-Werror", "-c", "-o", os.devnull))
 
 
@@ -204,8 +227,9 @@ def jobs(tools, built=(), everything=False):
     reads = {"gcc", "clang", "clang-tidy"} & set(tools)
     every = units() if reads or "analyzer" in tools else []
     changed = Changed(everything, every if reads else [])
-    slow_first = [*tidy_jobs(every, changed), *python_jobs(), *cppcheck_jobs(), *format_jobs()]
-    all_jobs = [*slow_first, *compile_jobs(every, () if everything else built, changed), *header_jobs(everything), *analyzer_jobs(every), *fault_jobs()]
+    slow_first = [*tidy_jobs(every, changed), *python_jobs(), *cppcheck_jobs(changed), *format_jobs()]
+    all_jobs = [*slow_first, *compile_jobs(every, () if everything else built, changed), *header_jobs(everything, changed), *analyzer_jobs(every, changed),
+                *fault_jobs()]
     return [job for job in all_jobs if job.tool in tools], changed
 
 
@@ -252,7 +276,7 @@ def main():
         own = [outcome for outcome in outcomes if outcome.job.tool == tool]
         print(f"{tool}: {sum(o.ok for o in own)} of {len(own)} as they should be, {sum(o.seconds for o in own):.0f} s")
     clean = all(outcome.ok for outcome in outcomes)
-    if clean and {"gcc", "clang", "clang-tidy"} <= set(tools):
+    if clean and set(TOOLS) - {"format", "ruff", "mypy"} <= set(tools):
         changes.write("lint", changed.lines, recorded)
     if recorded:
         record(outcomes, sum(outcome.seconds for outcome in outcomes), given.all)

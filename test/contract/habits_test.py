@@ -106,13 +106,19 @@ def tree(tmp_path, monkeypatch):
         "src/alone.cpp": "int alone;\n",
         ".clang-tidy": "Checks: all\n",
         "cmake/warnings.txt": "-Wall\n",
+        "scripts/lint/cppcheck.txt": "",
+        "include/ksl/deep.h": "int deep;\n",
+        "include/ksl/near.h": '#include "deep.h"\n',
+        "include/ksl/alone.h": "int alone;\n",
     }.items():
-        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
     for module in (changes, units, lint):
         monkeypatch.setattr(module, "ROOT", tmp_path)
     monkeypatch.setattr(changes, "RECORDED", tmp_path / "recorded")
     monkeypatch.setattr(changes, "LATEST", tmp_path / "latest")
+    monkeypatch.setattr(lint, "BUILD", tmp_path / "build")
+    monkeypatch.setattr(lint, "SUPPRESSIONS", tmp_path / "scripts/lint/cppcheck.txt")
     monkeypatch.setattr(lint, "RULES", [tmp_path / ".clang-tidy", tmp_path / "cmake/warnings.txt"])
     return tmp_path
 
@@ -140,6 +146,23 @@ def test_lint_reads_what_changed_since_the_last_record(tree):
     assert len(set(read_again(tree)[1]) & {"src/a.cpp", "src/b.cpp"}) == 1  # none includes it itself
     (tree / ".clang-tidy").write_text("Checks: none\n")
     assert read_again(tree)[1] == names
+
+
+def test_single_headers_and_cppcheck_read_what_changed(tree):
+    def read():
+        changed, _ = read_again(tree)
+        words = [word for jobs in (lint.header_jobs(False, changed), lint.cppcheck_jobs(changed)) for job in jobs for word in job.command]
+        return changed, sorted({Path(word).name for word in words if word.endswith("_h.c")}), sorted(word for word in words if word.startswith("src/"))
+
+    changed, headers, sources = read()
+    assert headers == ["ksl_alone_h.c", "ksl_deep_h.c", "ksl_near_h.c"] and len(sources) == 5
+    changes.write("lint", changed.lines, recorded=True)
+    assert read()[1:] == ([], [])
+    (tree / "include/ksl/deep.h").write_text("int deeper;\n")
+    (tree / "src/alone.cpp").write_text("int other;\n")
+    assert read()[1:] == (["ksl_deep_h.c", "ksl_near_h.c"], ["src/alone.cpp"])
+    (tree / "scripts/lint/cppcheck.txt").write_text("uninitvar\n")
+    assert read()[1:] == (["ksl_deep_h.c", "ksl_near_h.c"], sources)
 
 
 def test_lint_leaves_out_what_a_build_has_compiled_with_all_warnings_as_errors(tree, monkeypatch):
