@@ -49,7 +49,7 @@ def of_robot(table: Recorded, model: Mechanism, variable: str, axes: list[str]) 
         "zero positions and directions are taken to be those of the robot's file"
     ]
     notes += note_of_others(table, "KUKA", [name for name in table.names if name not in columns.values()])
-    return RenamedTable(table, "KUKA", columns, {name: unit for name, unit in units.items() if unit}, notes)
+    return RenamedTable(table, "KUKA", columns, {name: unit for name, unit in units.items() if unit}, notes, from_first=time == CLOCK)
 
 
 def _time(table: Recorded) -> tuple[str, str]:

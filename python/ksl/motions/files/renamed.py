@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from ksl.base.errors import MotionError
 from ksl.base.words import listed
 from ksl.model.mechanism import Joint, Mechanism
@@ -14,8 +16,11 @@ from ksl.motions.columns.recorded import Recorded
 class RenamedTable(Recorded):
     """Positions and velocities by the names of a robot's joints; numbers are read from the table of the file."""
 
-    def __init__(self, table: Recorded, maker: str, columns: Mapping[str, str], units: Mapping[str, str], notes: list[str]) -> None:
-        self._table, self._columns = table, columns
+    def __init__(
+        self, table: Recorded, maker: str, columns: Mapping[str, str], units: Mapping[str, str], notes: list[str], from_first: bool = False
+    ) -> None:
+        """columns: of the file, by those of the motion.  from_first: times are those of a clock that runs on, and are counted from the first sample."""
+        self._table, self._columns, self._from_first = table, columns, from_first
         super().__init__(table.file, f"{table.format} of {maker}", list(columns), {}, units, [*table.notes, *notes], list(table.doubts))
 
     @property
@@ -31,7 +36,11 @@ class RenamedTable(Recorded):
     def read(self, names: Sequence[str], time: str | None = None) -> dict[str, Array]:
         found = self._table.read([self._columns[name] for name in names], None if time is None else self._columns[time])
         self.times_are_seconds = self._table.times_are_seconds
-        return {name: found[self._columns[name]] for name in names}
+        values = {name: found[self._columns[name]] for name in names}
+        if self._from_first and time is not None and np.isfinite(values[time][:1]).all() and len(values[time]):
+            self.notes.append(f"times are counted from the first sample, where {self._columns[time]} is {values[time][0]:.15g}")
+            values[time] = values[time] - values[time][0]
+        return values
 
 
 def joints_of(table: Recorded, model: Mechanism, maker: str, endings: Sequence[Sequence[str]], example: str) -> list[Joint]:
