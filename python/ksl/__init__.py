@@ -12,7 +12,7 @@ What there is for users; help(ksl.load) and the like say more:
     robots        load(path), load_string(text), Builder: a Model, with its Joint and Link; every algorithm is a method, help(ksl.Model)
     jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, sweep; check: Findings of one Finding each;
                   compare: a Comparison with other libraries
-    motions       read_motion; motions.generate makes some
+    motions       read_motion, read_efforts; motions.generate makes some
     algebra       Pose, Twist, Acceleration, Wrench, Momentum, Inertia: typed, with checked frames; ufuncs: the same over plain arrays
     modules       simulation: controllers, brakes and results of m.simulate; identification, base_parameters, consistency; mjcf, states in MuJoCo's layout; torch, jax
     errors        DescriptionError, MotionError, CaseError, ResultError, SizingError, SweepError, ViewerError, FrameError: all are ValueErrors
@@ -56,6 +56,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.model.mechanism import Joint as Joint
     from ksl.model.mechanism import Link as Link
     from ksl.model.model import Model as Model
+    from ksl.motions.efforts import read_efforts as read_efforts
     from ksl.motions.reading import read_motion as read_motion
     from ksl.report.compute_loads import compute_loads as compute_loads
     from ksl.report.hold_pose import hold as hold
@@ -101,6 +102,7 @@ _MODULE_OF = {
     "hold": "ksl.report.hold_pose",
     "load": "ksl.model.loading",
     "load_string": "ksl.model.loading",
+    "read_efforts": "ksl.motions.efforts",
     "read_motion": "ksl.motions.reading",
     "size": "ksl.sizing.compute_sizing",
     "sweep": "ksl.sweeps.compute_sweep",

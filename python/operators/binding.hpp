@@ -45,7 +45,7 @@ using terms = std::vector<std::tuple<int, int, int>>;
 inline void init(held *self, const ksl::model &m, const std::string &value, int value_result, const std::string &lift,
                  const std::string &first, std::vector<int> first_result, const std::string &gradient,
                  const std::string &second, const terms &second_terms, const std::string &regressor,
-                 int regressor_result, bool solved, nb::handle request) {
+                 int regressor_result, bool solved, nb::handle request, nb::handle external, bool in_world) {
   description d;
   d.value = row_named(value), d.value_result = value_result, d.lift = lift_named(lift);
   d.first = row_named(first), d.first_result = std::move(first_result);
@@ -54,6 +54,9 @@ inline void init(held *self, const ksl::model &m, const std::string &value, int 
     d.second_terms.push_back({result, x, y});
   d.regressor = row_named(regressor), d.regressor_result = regressor_result, d.solved = solved;
   d.solve = solved ? row_named("solve_mass_matrix") : nullptr;
+  if (!external.is_none())
+    d.external_links = nb::cast<const calls::link_request &>(external).index;
+  d.external_axes = in_world ? ksl::expressed_in::world : ksl::expressed_in::frame;
   if (nb::isinstance<calls::link_request>(request)) {
     const auto &links = nb::cast<const calls::link_request &>(request);
     d.links = links.index, d.frame = links.frame;
@@ -96,7 +99,7 @@ inline void add_operators(nb::module_ &module) {
   nb::class_<held>(module, "Operator", "An algorithm with its derivatives, for one model.")
       .def("__init__", &init, "model"_a, "value"_a, "value_result"_a, "lift"_a, "first"_a, "first_result"_a,
            "gradient"_a, "second"_a, "second_terms"_a, "regressor"_a, "regressor_result"_a, "solved"_a,
-           "request"_a.none())
+           "request"_a.none(), "external"_a.none(), "in_world"_a)
       .def_ro("number", &held::number, "By which compiled programs name it.")
       .def_prop_ro("widths",
                    [](const held &h) {

@@ -79,14 +79,29 @@ private:
       memory.resize(static_cast<std::size_t>(numbers));
     return memory.data();
   }
+  static S *zeros(std::vector<S> &memory, index numbers) {
+    S *const all = room(memory, numbers);
+    std::fill_n(all, numbers, S(0));
+    return all;
+  }
   index states() const { return static_cast<index>(n_); }
+
+  /// A batch of a row for the inputs of this part.
+  ksl::batch_view<S> batch(const ksl::algorithm_row &row) const {
+    ksl::batch_view<S> b = of_.batch<S>(row, n_, inputs_);
+    if (row.external != ksl::external_use::none) {
+      b.external_n = static_cast<int>(external_.size()), b.external = external_.data();
+      b.external_axes = of_.given().external_axes;
+    }
+    return b;
+  }
 
   /// The model with the parameters of the group.
   void set_model() {
     model_ = &of_.model();
     if (!of_.has_parameters())
       return;
-    const S *const p = of_group(of_.inputs());
+    const S *const p = of_group(of_.parameters_at());
     const std::size_t n = static_cast<std::size_t>(of_.parameters());
     if (!own_ || std::memcmp(parameters_.data(), p, n * sizeof(S)) != 0) {
       parameters_.assign(p, p + n);
@@ -119,11 +134,15 @@ private:
       }
       inputs_.push_back(p);
     }
+    external_.clear();
+    const index width = of_.external_numbers();
+    for (const int link : of_.given().external_links)
+      external_.push_back({link, {in(of_.external_at(), width) + 6 * static_cast<index>(external_.size()), width}});
   }
 
   void value(S *to) {
     const ksl::algorithm_row &row = *of_.given().value;
-    ksl::batch_view<S> b = of_.batch<S>(row, n_, inputs_);
+    ksl::batch_view<S> b = batch(row);
     ksl::reaction_rows<S> reactions;
     if (of_.gives_reactions()) {
       reactions = {of_.given().joints, {to, of_.result_numbers()}};
@@ -136,7 +155,7 @@ private:
   /// The first derivatives: of each input n × moving numbers × nv.
   void set_first() {
     const description &d = of_.given();
-    ksl::batch_view<S> b = of_.batch<S>(*d.first, n_, inputs_);
+    ksl::batch_view<S> b = batch(*d.first);
     for (const int r : d.first_result)
       if (const index width = of_.moving_numbers() * nv(); !b.result[r].first)
         b.result[r] = {room(first_[r], states() * width), width};
@@ -148,7 +167,7 @@ private:
   }
   void set_second() {
     const description &d = of_.given();
-    ksl::batch_view<S> b = of_.batch<S>(*d.second, n_, inputs_);
+    ksl::batch_view<S> b = batch(*d.second);
     for (const second_term &t : d.second_terms) {
       const index width = of_.moving_numbers() * nv() * nv();
       b.result[t.result] = {room(second_[t.result], states() * width), width};
@@ -157,14 +176,27 @@ private:
   }
   void set_regressor() {
     const description &d = of_.given();
-    std::vector<const S *> inputs = inputs_;
-    ksl::batch_view<S> b = of_.batch<S>(*d.regressor, n_, inputs);
+    ksl::batch_view<S> b = batch(*d.regressor);
     if (d.solved)
       b.a = {lifted_value(), nv()};
     const index width = of_.moving_numbers() * of_.parameters();
     b.result[d.regressor_result] = {room(regressor_, states() * width), width};
     ksl::compute_states(*d.regressor, *model_, b, 0, n_);
   }
+  /// The Jacobians (6 × nv) of the links on which external wrenches act, at their origins in the axes of the wrenches.
+  void set_jacobians() {
+    const index each = index(6) * nv(), width = of_.external_numbers() * nv();
+    S *const to = room(jacobians_, states() * width);
+    for (std::size_t l = 0; l < external_.size(); ++l) {
+      ksl::batch_view<S> b = batch(ksl::rows::jacobian);
+      b.links = {1, &external_[l].link};
+      b.frame = {};
+      b.frame.axes = of_.given().external_axes;
+      b.result[0] = {to + static_cast<index>(l) * each, width};
+      ksl::compute_states(ksl::rows::jacobian, *model_, b, 0, n_);
+    }
+  }
+  const S *jacobians(index k) const { return jacobians_.data() + k * of_.external_numbers() * nv(); }
   /// The result, where derivatives need it.
   S *lifted_value() {
     S *const y = room(value_, states() * of_.result_numbers());
@@ -201,8 +233,7 @@ private:
   void jvp() {
     const index rows = of_.moving_numbers(), width = of_.result_numbers();
     set_first();
-    if (of_.has_parameters())
-      set_regressor();
+    set_others();
     const S *const y = of_.given().lift == lifted::plain ? nullptr : lifted_value();
     S *const to = out(0, width);
     for (index k = 0; k < states(); ++k) {
@@ -210,11 +241,21 @@ private:
       std::fill_n(moved, rows, S(0));
       for (int x = 0; x < of_.inputs(); ++x)
         add_product(first(x, k), displacement(1, x, k, displaced_), rows, nv(), moved);
+      if (of_.has_external())
+        add_of_external(k, change(1, of_.external_at()) + k * of_.external_numbers(), moved);
       if (of_.has_parameters())
-        add_of_parameters(k, of_group(of_.buffers() + of_.inputs()), moved);
+        add_of_parameters(k, of_group(of_.buffers() + of_.parameters_at()), moved);
       if (y)
         lift(y + k * width, moved, to + k * width);
     }
+  }
+
+  /// Derivatives by wrenches and parameters.
+  void set_others() {
+    if (of_.has_external())
+      set_jacobians();
+    if (of_.has_parameters())
+      set_regressor();
   }
 
   /// Adds the change of the result that a change of the parameters makes.
@@ -223,21 +264,35 @@ private:
     const S *const Y = regressor_.data() + k * rows * p;
     if (!of_.given().solved)
       return add_product(Y, change, rows, p, moved);
-    S *const efforts = room(efforts_, rows);
-    std::fill_n(efforts, rows, S(0));
+    S *const efforts = zeros(efforts_, rows);
     add_product(Y, change, rows, p, efforts);
-    for (index i = 0; i < rows; ++i)
-      efforts[i] = -efforts[i];
-    add_product(first(of_.inputs() - 1, k), efforts, rows, nv(), moved);
+    add_solved(k, efforts, moved);
+  }
+
+  /// The same of external wrenches, by which efforts change by −Jᵀ.
+  void add_of_external(index k, const S *change, S *moved) {
+    S *const efforts = zeros(efforts_, nv());
+    add_transposed(jacobians(k), change, of_.external_numbers(), nv(), efforts);
+    std::transform(efforts, efforts + nv(), efforts, [](S f) { return -f; });
+    if (of_.given().solved)
+      return add_solved(k, efforts, moved);
+    for (index i = 0; i < nv(); ++i)
+      moved[i] += efforts[i];
+  }
+
+  /// Adds the change of accelerations where the efforts that they need change by these.
+  void add_solved(index k, S *efforts, S *moved) {
+    std::transform(efforts, efforts + nv(), efforts, [](S f) { return -f; });
+    add_product(first(of_.inputs() - 1, k), efforts, nv(), nv(), moved);
   }
 
   void vjp() {
-    if (of_.given().gradient)
+    if (of_.has_gradient())
       return gradient();
     const index rows = of_.moving_numbers(), width = of_.result_numbers();
     set_first();
-    if (of_.has_parameters())
-      set_regressor();
+    set_others();
+    const S *const weights = of_.given().solved ? solved_weights() : nullptr; // of efforts
     const S *const y = of_.given().lift == lifted::plain ? nullptr : lifted_value();
     const S *const given = in(of_.buffers(), width);
     for (index k = 0; k < states(); ++k) {
@@ -249,6 +304,10 @@ private:
       }
       for (int x = 0; x < of_.inputs(); ++x)
         pull(x, k, f);
+      if (weights)
+        f = weights + k * nv();
+      if (of_.has_external())
+        pull_external(k, f);
       if (of_.has_parameters())
         sum_parameters(k, f);
     }
@@ -259,7 +318,7 @@ private:
   void gradient() {
     const description &d = of_.given();
     const S *const weights = d.solved ? solved_weights() : in(of_.buffers(), nv());
-    ksl::batch_view<S> b = of_.batch<S>(*d.gradient, n_, inputs_);
+    ksl::batch_view<S> b = batch(*d.gradient);
     b.tau = {weights, nv()};
     if (d.solved)
       b.a = {lifted_value(), nv()};
@@ -284,7 +343,7 @@ private:
   const S *solved_weights() {
     const ksl::algorithm_row &row = *of_.given().solve;
     S *const weights = room(efforts_, states() * nv());
-    ksl::batch_view<S> b = of_.batch<S>(row, n_, inputs_);
+    ksl::batch_view<S> b = batch(row);
     b.tau = {in(of_.buffers(), nv()), nv()};
     b.result[0] = {weights, nv()};
     ksl::compute_states(row, *model_, b, 0, n_);
@@ -313,6 +372,15 @@ private:
     std::fill_n(g, nv(), S(0));
     add_transposed(first(x, k), f, rows, nv(), g);
     of_.positions().add_pulled(raw(x) + k * width, g, to);
+  }
+
+  /// Writes −J f for the wrenches; f are those of efforts where the result follows from these.
+  void pull_external(index k, const S *f) {
+    const index width = of_.external_numbers();
+    S *const to = out(of_.external_at(), width) + k * width;
+    std::fill_n(to, width, S(0));
+    add_product(jacobians(k), f, width, nv(), to);
+    std::transform(to, to + width, to, [](S x) { return -x; });
   }
 
   /// Adds the cotangents of parameters; f are those of efforts where the result follows from these.
@@ -451,7 +519,9 @@ private:
   std::optional<ksl::model> own_;
   std::vector<S> parameters_;
   std::vector<const S *> inputs_;
-  std::vector<S> unit_[ksl::most_inputs], first_[ksl::most_results], second_[ksl::most_results], regressor_, value_;
+  std::vector<ksl::external_rows<S>> external_;
+  std::vector<S> unit_[ksl::most_inputs], first_[ksl::most_results], second_[ksl::most_results], regressor_, value_,
+      jacobians_;
   std::vector<S> moved_, efforts_, covectors_;
   mutable std::vector<S> displaced_, one_, other_;
 };
@@ -460,10 +530,12 @@ private:
 template <class S> std::size_t states_in_part(const operation &of, stage what) {
   const std::ptrdiff_t rows = of.moving_numbers(), nv = of.model().nv();
   std::ptrdiff_t numbers = of.result_numbers() + of.model().nq();
-  if (what == stage::vjp && of.given().gradient)
+  if (what == stage::vjp && of.has_gradient())
     numbers += nv * of.inputs() + (of.has_parameters() ? rows * of.parameters() : 0);
   else if (what != stage::value)
     numbers += rows * nv * of.inputs() + (of.has_parameters() ? rows * of.parameters() : 0);
+  if (what != stage::value)
+    numbers += of.external_numbers() * nv;
   if (what == stage::second_jvp || what == stage::second_vjp)
     numbers += rows * nv * nv * static_cast<std::ptrdiff_t>(of.given().second_terms.size());
   const std::size_t fit = cached_bytes / (sizeof(S) * static_cast<std::size_t>(1 + numbers));

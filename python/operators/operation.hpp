@@ -18,7 +18,7 @@
 
 namespace operators {
 
-/// What is computed.  x are the inputs, the parameters of links last if the operator has them; y is the result.  jvp: the change of y along
+/// What is computed.  x are the inputs, then external wrenches and the parameters of links if the operator has them; y is the result.  jvp: the change of y along
 /// changes of x.  vjp: for a cotangent of y those of x.  The second ones: the change of these along further changes of x.
 ///
 /// value: x → y.  jvp: x, dx → dy.  vjp: x, λ → one for each x.  second_jvp: x, dx, dx₂ → dy.  second_vjp: x, λ, dx₂ → one for each x.
@@ -47,6 +47,8 @@ struct description {
   /// Regressor and gradient are those of efforts, and the result are accelerations: they change by −M⁻¹ times what efforts change by.
   bool solved = false;
   const ksl::algorithm_row *solve = nullptr; ///< M⁻¹ tau
+  std::vector<int> external_links;           ///< of the wrenches that are an input; none: they are no input
+  ksl::expressed_in external_axes = ksl::expressed_in::frame;
   std::vector<int> links;
   ksl::frame_options frame = {};
   std::vector<int> joint_links;
@@ -77,19 +79,27 @@ public:
   const ksl::model &model() const { return model_; }
   const description &given() const { return given_; }
   const tangent &positions() const { return tangent_; }
-  /// Without parameters of links.  Those of the algorithm that it doesn't have are zero.
+  /// Without external wrenches and parameters of links.  Those of the algorithm that it doesn't have are zero.
   int inputs() const { return static_cast<int>(given_.first_result.size()); }
   bool has_parameters() const { return given_.regressor != nullptr; }
-  int buffers() const { return inputs() + (has_parameters() ? 1 : 0); } ///< with them
+  bool has_external() const { return !given_.external_links.empty(); }
+  int external_at() const { return inputs(); } ///< which of the buffers
+  int external_numbers() const { return 6 * static_cast<int>(given_.external_links.size()); }
+  int parameters_at() const { return inputs() + (has_external() ? 1 : 0); }
+  int buffers() const { return parameters_at() + (has_parameters() ? 1 : 0); } ///< with them
+  /// Is the product of a cotangent and all first derivatives computed at once?  That algorithm knows no external wrenches.
+  bool has_gradient() const { return given_.gradient && !has_external(); }
   int parameters() const { return 10 * static_cast<int>(all_links_.size()); }
 
   bool is_position(int x) const {
     const ksl::input list = given_.value->input_list[x];
     return list == ksl::input::q || list == ksl::input::q1;
   }
-  /// How many numbers input x has; the last one may be the parameters.
+  /// How many numbers buffer x has.
   int width(int x) const {
-    return x < inputs() ? ksl::length_of(given_.value->input_list[x], model_.nq(), model_.nv()) : parameters();
+    return x < inputs() ? ksl::length_of(given_.value->input_list[x], model_.nq(), model_.nv())
+           : has_external() && x == external_at() ? external_numbers()
+                                                  : parameters();
   }
   /// How many numbers a result of a row has.
   std::ptrdiff_t numbers(const ksl::algorithm_row &row, int result) const {

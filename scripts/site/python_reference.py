@@ -10,7 +10,7 @@ from contents import ROOT
 PAGES = {
     "robots": ("Robots", ["load", "load_string", "Builder"]),
     "model": ("Model", ["Model", "Joint", "Link"]),
-    "jobs": ("Jobs", ["check", "Findings", "Finding", "compute_loads", "hold", "Run", "size", "sweep", "read_motion"]),
+    "jobs": ("Jobs", ["check", "Findings", "Finding", "compute_loads", "hold", "Run", "size", "sweep", "read_motion", "read_efforts"]),
     "algebra": ("Typed vectors", ["Pose", "Twist", "Acceleration", "Wrench", "Momentum", "Inertia"]),
     "errors": ("Errors and warnings", ["CaseError", "DescriptionError", "FrameError", "MotionError", "ResultError", "SizingError", "SweepError", "ViewerError",
                                        "DescriptionWarning", "QuaternionWarning"]),

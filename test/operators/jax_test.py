@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from operator_cases import arguments, robot_named
+from operator_cases import PUSHED, arguments, pushed, pushed_arguments, robot_named
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 jax = pytest.importorskip("jax", reason="needs JAX: pip install 'ksl[jax]'")
@@ -55,6 +55,15 @@ def test_gradients(robot, name):
 def test_gradients_by_parameters(robot, name):
     x = given_to(robot, name, parameters=True)
     check_grads(call_of(robot, name), x, order=1, atol=1e-4, rtol=1e-4)
+
+
+@pytest.mark.parametrize("name, axes, parameters", PUSHED)
+def test_gradients_by_external_wrenches(robot, name, axes, parameters):
+    f = pushed(getattr(ksl.jax.differentiable(robot), name), robot, axes, parameters)
+    x = [jnp.asarray(each) for each in pushed_arguments(robot, name, parameters, np.random.default_rng(3))]
+    check_grads(f, x, order=1, atol=1e-4, rtol=1e-4)
+    maps = (0, 0, 0, 0, None) + (None,) * parameters
+    np.testing.assert_array_equal(jax.jit(jax.vmap(f, in_axes=maps))(*x), f(*x))
 
 
 def test_values_are_those_of_the_model(robot):

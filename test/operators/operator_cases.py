@@ -23,6 +23,26 @@ def robot_named(name: str) -> ksl.Model:
     return arm.with_parameters(dict(zip(arm.link_names, arm.parameters + [0.3, 0, 0, 0, 0.05, 0, 0.05, 0, 0, 0.05])))
 
 
+PUSHED = [("inverse_dynamics", "link", False), ("inverse_dynamics", "world", True), ("forward_dynamics", "world", False), ("forward_dynamics", "link", True)]
+"""Operators with external wrenches, the axes of these, and whether parameters of links are given, too."""
+
+
+def pushed(call, m: ksl.Model, axes: str, parameters: bool):
+    """The call as a function of its three arguments, a wrench on the last link, one on another, and parameters."""
+    links = (m.link_names[-1], m.link_names[2])
+
+    def called(x, y, z, f, g, *p):
+        return call(x, y, z, *p, external=dict(zip(links, (f, g))), external_axes=axes)
+
+    return called
+
+
+def pushed_arguments(m: ksl.Model, name: str, parameters: bool, rng: np.random.Generator, n: int = 2) -> list[np.ndarray]:
+    """The wrench on the other link is one for all states."""
+    more = [rng.uniform(-9, 9, (n, 6)), rng.uniform(-9, 9, 6)]
+    return [*arguments(m, ("q", "v", "a" if name == "inverse_dynamics" else "tau"), rng, n), *more, *([1.1 * m.parameters] if parameters else [])]
+
+
 def arguments(m: ksl.Model, names: tuple[str, ...], rng: np.random.Generator, n: int) -> list[np.ndarray]:
     """Random arguments of these names; quaternions are not of unit length, since operators are functions of all numbers of q."""
     given = []

@@ -13,7 +13,7 @@ from operator_cases import arguments, robot_named
 
 import ksl
 from ksl.model.requests import request_of_frames, request_of_links
-from ksl.operators.operator import Operator, Stage, layout
+from ksl.operators.operator import More, Operator, Stage, layout
 from ksl.operators.table import ROWS
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "api"))
@@ -35,7 +35,7 @@ def request_of(m: ksl.Model, name: str):
 
 
 def operator_of(m: ksl.Model, name: str, parameters: bool = False, threads: int = 1) -> Operator:
-    return Operator(m, name, request_of(m, name), parameters, threads)
+    return Operator(m, name, request_of(m, name), More(parameters=parameters), threads)
 
 
 def run(operator: Operator, stage: Stage, *given: np.ndarray) -> list[np.ndarray]:

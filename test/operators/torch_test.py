@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from operator_cases import arguments, robot_named
+from operator_cases import PUSHED, arguments, pushed, pushed_arguments, robot_named
 
 torch = pytest.importorskip("torch", reason="needs torch: pip install 'ksl[torch]'")
 from torch.autograd import gradcheck, gradgradcheck
@@ -47,6 +47,40 @@ def test_gradients(robot, name):
 def test_gradients_by_parameters(robot, name):
     x = given_to(robot, name, parameters=True)
     assert gradcheck(call_of(robot, name), x, check_forward_ad=True, atol=1e-4, rtol=1e-4)
+
+
+@pytest.mark.parametrize("name, axes, parameters", PUSHED)
+def test_gradients_by_external_wrenches(robot, name, axes, parameters):
+    d = ksl.torch.differentiable(robot)
+    x = [torch.tensor(each, requires_grad=True) for each in pushed_arguments(robot, name, parameters, np.random.default_rng(3))]
+    f = pushed(getattr(d, name), robot, axes, parameters)
+    assert gradcheck(f, x, check_forward_ad=True, atol=1e-4, rtol=1e-4)
+    q, *rest = (each.detach().numpy() for each in x[:5])
+    if not parameters:
+        links = (robot.link_names[-1], robot.link_names[2])
+        expected = getattr(robot, name)(d.integrate(torch.tensor(q), 0.0).numpy(), *rest[:2], external=dict(zip(links, (rest[2], np.tile(rest[3], (2, 1))))), external_axes=axes)
+        np.testing.assert_allclose(f(*x).detach(), expected, rtol=1e-11, atol=1e-11)
+    mapped = torch.func.vmap(f, in_dims=(0, 0, 0, 0, None) + (None,) * parameters)(*(each.detach() for each in x))
+    torch.testing.assert_close(mapped, f(*x).detach(), rtol=0, atol=0)
+    with pytest.raises(NotImplementedError, match=r"no second derivatives of it with (parameters|external)="):
+        torch.autograd.grad(torch.autograd.grad(f(*x).sum(), x[0], create_graph=True)[0].sum(), x[0])
+
+
+def test_wrenches_that_do_not_fit():
+    m = robot_named("floating")
+    d = ksl.torch.differentiable(m)
+    q, v, a = given_to(m, "inverse_dynamics", requires_grad=False)
+    tip = m.link_names[-1]
+    with pytest.raises(ValueError, match=rf"inverse_dynamics: external\['{tip}'\] has shape \(2, 3\); expected \(…, 6\): force, then moment"):
+        d.inverse_dynamics(q, v, a, external={tip: torch.zeros(2, 3)})
+    with pytest.raises(ValueError, match="no link|nobody"):
+        d.inverse_dynamics(q, v, a, external={"nobody": torch.zeros(6, dtype=q.dtype)})
+    with pytest.raises(ValueError, match="external_axes='here'"):
+        d.inverse_dynamics(q, v, a, external={tip: torch.zeros(6, dtype=q.dtype)}, external_axes="here")
+    with pytest.raises(TypeError, match=r"different types: .*external torch.float32"):
+        d.inverse_dynamics(q, v, a, external={tip: torch.zeros(6)})
+    torch.testing.assert_close(d.inverse_dynamics(q, v, a, external={tip: [0.0] * 6}), d.inverse_dynamics(q, v, a), rtol=0, atol=0)
+    torch.testing.assert_close(d.inverse_dynamics(q, v, a, external={}), d.inverse_dynamics(q, v, a), rtol=0, atol=0)
 
 
 def test_functions_of_functions():

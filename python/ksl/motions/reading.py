@@ -20,7 +20,7 @@ from ksl.motions.columns.column_map import ColumnMap
 from ksl.motions.columns.columns_used import Choice, choose_columns, with_unused_together
 from ksl.motions.columns.recorded import Recorded, check_finite
 from ksl.motions.columns.time_column import TIME, find_time, in_seconds, with_nanoseconds, with_unit
-from ksl.motions.files import rtde
+from ksl.motions.files import kuka, rtde
 from ksl.motions.files.csv_form import MEND
 from ksl.motions.files.map_file import read_map
 from ksl.motions.files.npz_table import NpzTable, with_matrices
@@ -83,8 +83,8 @@ def read_motion(
         table = open_table(path, topic, positions_only)
         if isinstance(table, NpzTable):
             table = with_matrices(table, model)
-        if map is None and rtde.is_rtde(table):
-            table = rtde.of_robot(table, model, positions_only)
+        if map is None:
+            table = _of_maker(table, model, positions_only)
         columns = read_map(map) if map is not None else ColumnMap("")
         choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
         values = _values(table, choice)
@@ -123,6 +123,14 @@ def read_motion(
 def _whole(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
     """The folder of a bag whose description is given."""
     return os.path.dirname(path) or os.getcwd() if os.path.basename(path) == "metadata.yaml" else path
+
+
+def _of_maker(table: Recorded, model: Mechanism, positions_only: bool) -> Recorded:
+    """The table with names of the robot's joints, where it is one of a maker's recorder."""
+    if rtde.is_rtde(table):
+        return rtde.of_robot(table, model, positions_only)
+    axes = kuka.axes_of(table)
+    return table if axes is None else kuka.of_robot(table, model, *axes)
 
 
 def _values(table: Recorded, choice: Choice) -> dict[str, Array]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
 from ksl import _core
 from ksl.model.model import Model
 from ksl.model.requests import request_of_frames, request_of_links, request_of_order
-from ksl.model.states import Acceleration, Expressed, Order, Part, Point, Side
-from ksl.operators.operator import Operator
+from ksl.model.states import Acceleration, Expressed, ExternalAxes, Order, Part, Point, Side, external_in
+from ksl.operators.operator import More, Operator
 
 _REQUESTS: dict[str, Callable[..., _core.Links | _core.Request | None]] = {
     "links": request_of_links,
@@ -38,8 +38,11 @@ class Calls(ABC, Generic[A]):
     each state.  They are differentiated, too.  Masses must not be negative; that the inertias are possible is not checked.
     NaN is passed on: a state that has one gives NaN, and the others don't notice.
 
-    Second derivatives: of inverse_dynamics, bias, gravity_torque, forward_dynamics and potential_energy, without parameters=.  Asking for
-    others raises NotImplementedError.
+    external: {link name: (…, 6)}, wrenches on links, as :meth:`ksl.Model.inverse_dynamics` takes them; external_axes= too.  They are differentiated:
+    efforts change by −Jᵀ times what a wrench changes by.
+
+    Second derivatives: of inverse_dynamics, bias, gravity_torque, forward_dynamics and potential_energy, without parameters= and external=.  Asking
+    for others raises NotImplementedError.
     """
 
     def __init__(self, model: Model, threads: int | None = None) -> None:
@@ -49,7 +52,7 @@ class Calls(ABC, Generic[A]):
             raise ValueError(f"threads={threads!r}; expected how many threads to use at most, or None or 0 for all cores")
         self.model = model
         self._threads = min(threads or 0, 1 << 30)
-        self._kept: dict[tuple[str, int, bool], tuple[Operator, object]] = {}
+        self._kept: dict[tuple[str, int, More], tuple[Operator, object]] = {}
 
     def __reduce__(self) -> tuple[type[Calls[A]], tuple[Model, int]]:
         """Pickles and deep copies, of modules of torch that have one for example, are made anew from the model."""
@@ -63,28 +66,47 @@ class Calls(ABC, Generic[A]):
     def _is_differentiated(self, x: object) -> bool:
         """Does the library differentiate by this, or trace it?"""
 
-    def _operator(self, name: str, parameters: bool, make: str = "", *arguments: Any) -> Operator:
+    @abstractmethod
+    def _joined(self, arrays: list[Any]) -> Any:
+        """Wrenches (…, 6) in one array behind each other; their leading shapes are broadcast."""
+
+    def _operator(self, name: str, external: tuple[str, ...], in_world: bool, parameters: bool, make: str = "", *arguments: Any) -> Operator:
         """The operator, and its request by the function of `_REQUESTS` that makes it: once for the same request."""
         request = _REQUESTS[make](self.model, *arguments) if make else None
-        key = (name, id(request), parameters)
+        more = More(external, in_world, parameters)
+        key = (name, id(request), more)
         if key not in self._kept:
             if len(self._kept) >= OPERATORS_KEPT:  # a point that changes from call to call; compiled programs of JAX keep theirs
                 self._kept.clear()
-            self._kept[key] = Operator(self.model, name, request, parameters, self._threads), request  # which keeps its id
+            self._kept[key] = Operator(self.model, name, request, more, self._threads), request  # which keeps its id
         return self._kept[key][0]
 
-    def _call(self, name: str, arguments: Sequence[Any], parameters: Any = None, request: Sequence[Any] = ()) -> A:
+    def _call(
+        self, name: str, arguments: Sequence[Any], parameters: Any = None, request: Sequence[Any] = (), external: Mapping[str, Any] | None = None,
+        axes: ExternalAxes = "link",
+    ) -> A:  # fmt: skip
+        external_in(None, axes)  # refuses other words
+        if external:
+            arguments = (*arguments, self._joined([self._wrench(name, link, x) for link, x in external.items()]))
         if parameters is not None:
             arguments = (*arguments, parameters)
-        return self._apply(self._operator(name, parameters is not None, *request), arguments)
+        return self._apply(self._operator(name, tuple(external or ()), axes == "world", parameters is not None, *request), arguments)
 
-    def inverse_dynamics(self, q: A, v: A | float, a: A | float, parameters: A | None = None) -> A:
+    def _wrench(self, name: str, link: str, x: Any) -> Any:
+        shape = tuple(x.shape) if hasattr(x, "shape") else (len(x),)
+        if not shape or shape[-1] != 6:
+            raise ValueError(f"{name}: external[{link!r}] has shape {shape}; expected (…, 6): force, then moment")
+        return x
+
+    def inverse_dynamics(
+        self, q: A, v: A | float, a: A | float, parameters: A | None = None, *, external: Mapping[str, A] | None = None, external_axes: ExternalAxes = "link"
+    ) -> A:
         """Joint efforts (…, nv) that give accelerations a (…, nv) at q (…, nq) and v (…, nv); N m, N.
 
         As :meth:`ksl.Model.inverse_dynamics`.  Gradients by q, v and a: :meth:`ksl.Model.inverse_dynamics_gradient`, O(bodies); changes: Singh,
         Russell, Wensing (RA-L 7(2), 2022), O(bodies × depth); by parameters the regressor, O(links × depth).
         """
-        return self._call("inverse_dynamics", (q, v, a), parameters)
+        return self._call("inverse_dynamics", (q, v, a), parameters, external=external, axes=external_axes)
 
     def bias(self, q: A, v: A | float, parameters: A | None = None) -> A:
         """Efforts (…, nv) that hold velocities v (…, nv) without acceleration; N m, N.  As :meth:`ksl.Model.bias`."""
@@ -94,13 +116,15 @@ class Calls(ABC, Generic[A]):
         """Efforts (…, nv) that hold the mechanism at rest at q (…, nq); N m, N.  As :meth:`ksl.Model.gravity_torque`."""
         return self._call("gravity_torque", (q,), parameters)
 
-    def forward_dynamics(self, q: A, v: A | float, tau: A | float, parameters: A | None = None) -> A:
+    def forward_dynamics(
+        self, q: A, v: A | float, tau: A | float, parameters: A | None = None, *, external: Mapping[str, A] | None = None, external_axes: ExternalAxes = "link"
+    ) -> A:
         """Accelerations (…, nv) under joint efforts tau (…, nv); rad/s², m/s².
 
         As :meth:`ksl.Model.forward_dynamics`.  Gradients by q, v and tau are those of inverse dynamics, at the accelerations found, times −M⁻¹: O(bodies);
         changes: Carpentier and Mansard (RSS 2018), O(nv² × depth); by parameters −M⁻¹ Y, Y being the regressor of inverse dynamics.
         """
-        return self._call("forward_dynamics", (q, v, tau), parameters)
+        return self._call("forward_dynamics", (q, v, tau), parameters, external=external, axes=external_axes)
 
     def reactions(
         self, q: A, v: A | float, a: A | float, parameters: A | None = None, *, on: Side = "child", at: Point = "joint", axes: str = "joint",

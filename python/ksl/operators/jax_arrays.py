@@ -38,6 +38,9 @@ class JaxCalls(Calls[jax.Array]):
         (result,) = bind(Stage.VALUE, operator, rows)
         return result.reshape(*found.leading, *operator.shape)
 
+    def _joined(self, arrays: list[Any]) -> jax.Array:
+        return jnp.concatenate(jnp.broadcast_arrays(*map(jnp.asarray, arrays)), axis=-1)
+
     def _is_differentiated(self, x: object) -> bool:
         return isinstance(x, jax.core.Tracer)
 

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from ksl import _core
 from ksl.model.model import Model
-from ksl.model.requests import core_of
+from ksl.model.requests import core_of, request_of_links
 from ksl.operators.table import ROWS
 
 
@@ -36,23 +36,36 @@ NEXT = {Stage.VALUE: Stage.JVP, Stage.JVP: Stage.SECOND_JVP, Stage.VJP: Stage.SE
 """What the change of a stage along a change of the inputs is."""
 
 
-class Operator:
-    """A row of the table for a model and a request, with parameters of links as its last input or without.
+@dataclass(frozen=True)
+class More:
+    """Inputs behind those of the row."""
 
-    Its arrays have three axes: inputs (groups, states, numbers), parameters (groups, links, 10): one set for the states of a group; the result
+    external: tuple[str, ...] = ()
+    """Links on which external wrenches act."""
+    in_world: bool = False
+    """Whether the wrenches are in the world's axes."""
+    parameters: bool = False
+    """Of links."""
+
+
+class Operator:
+    """A row of the table for a model and a request.
+
+    Its arrays have three axes: inputs (groups, states, numbers), wrenches among them; parameters (groups, links, 10): one set for the states of a group; the result
     (groups, states, numbers).  It is itself, and hashed by identity: traced programs and caches hold it.
     """
 
-    def __init__(self, model: Model, name: str, request: _core.Links | _core.Request | None, parameters: bool, threads: int) -> None:
+    def __init__(self, model: Model, name: str, request: _core.Links | _core.Request | None, more: More, threads: int) -> None:
         row = ROWS[name]
-        self.name, self.row, self.threads, self.parameters = name, row, threads, parameters
+        self.name, self.row, self.threads, self.parameters, self.external = name, row, threads, more.parameters, bool(more.external)
         self.core = _core.Operator(
             core_of(model), row.value, row.result, row.lift, row.first, list(row.by), row.gradient, row.second, list(row.by_two),
-            row.regressor if parameters else "", row.by_parameters, row.solved, request,
+            row.regressor if more.parameters else "", row.by_parameters, row.solved, request,
+            request_of_links(model, more.external) if more.external else None, more.in_world,
         )  # fmt: skip
         self.number: int = self.core.number
         """By which compiled programs name it."""
-        self.inputs: tuple[str, ...] = (*row.inputs, "parameters") if parameters else row.inputs
+        self.inputs: tuple[str, ...] = (*row.inputs, *["external"] * self.external, *["parameters"] * more.parameters)
         self.widths: tuple[int, ...] = tuple(self.core.widths)
         self.shape: tuple[int, ...] = tuple(self.core.shape)
         """Of the result of a state."""
@@ -63,14 +76,14 @@ class Operator:
     @property
     def twice(self) -> bool:
         """Has it second derivatives?"""
-        return bool(self.row.second) and not self.parameters
+        return bool(self.row.second) and not self.parameters and not self.external
 
     def require_twice(self) -> None:
         """Raises NotImplementedError where it has no second derivatives."""
         if not self.row.second:
             raise NotImplementedError(f"{self.name}: there are no second derivatives of it; those that have some are {', '.join(n for n in ROWS if ROWS[n].second)}")
-        if self.parameters:
-            raise NotImplementedError(f"{self.name}: there are no second derivatives of it with parameters=; without them there are")
+        if self.parameters or self.external:
+            raise NotImplementedError(f"{self.name}: there are no second derivatives of it with {'parameters' if self.parameters else 'external'}=; without them there are")
 
     def result_shapes(self, stage: Stage, groups: int, states: int) -> list[tuple[int, ...]]:
         """The shapes of what a stage returns."""
@@ -124,7 +137,7 @@ def layout(operator: Operator, shapes: Sequence[tuple[int, ...]]) -> Layout:
     groups = 0
     for name, width, shape in zip(operator.inputs, operator.widths, shapes):
         last = (width // 10, 10) if name == "parameters" else (width,)
-        if shape == () and name not in ("q", "q0", "q1", "parameters"):
+        if shape == () and name not in ("q", "q0", "q1", "external", "parameters"):
             continue  # one number stands for each coordinate
         own = shape[: -len(last)]
         if shape[len(own) :] != last or len(shape) < len(last):

@@ -9,6 +9,7 @@ import weakref
 from collections.abc import Sequence
 from typing import Any, cast
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -26,6 +27,13 @@ class TorchCalls(Calls[Tensor]):
         else:
             result = _apply_stage(Stage.VALUE, operator, rows)[0]
         return result.reshape(*found.leading, *operator.shape)
+
+    def _joined(self, arrays: list[Any]) -> Any:
+        like = next((x for x in arrays if isinstance(x, Tensor)), None)
+        if like is None:  # takes the type of the other arguments
+            return np.concatenate(np.broadcast_arrays(*arrays), axis=-1)
+        tensors = [x if isinstance(x, Tensor) else torch.as_tensor(x, dtype=like.dtype) for x in arrays]
+        return torch.cat(torch.broadcast_tensors(*tensors), dim=-1)
 
     def _is_differentiated(self, x: object) -> bool:
         return isinstance(x, Tensor)

@@ -62,7 +62,7 @@ def test_names_with_a_prefix_and_other_names(written, robot):
     text, q, _ = recording()
     for names in ([f"left_{name}" for name in NAMES], [f"axis{i}" for i in range(6)]):
         np.testing.assert_array_equal(ksl.read_motion(arm(names), written(text)).q, q + 1e-3)
-    with pytest.raises(ksl.MotionError, match=r"is a recording of RTDE with six joints, and arm has 7: .*Say which is which by a map \(--map FILE\)"):
+    with pytest.raises(ksl.MotionError, match=r"is a recording of RTDE with 6 joints, and arm has 7: .*Say which is which by a map \(--map FILE\)"):
         ksl.read_motion(arm([f"axis{i}" for i in range(7)]), written(text))
     seven = arm([f"axis{i}" for i in range(7)])
     mapped = {f"actual_q_{i}": f"axis{i}" for i in range(6)}

@@ -38,6 +38,8 @@ class ColumnMap:
     rules: Mapping[str, ColumnRule] = field(default_factory=dict)
     ignored: tuple[str, ...] = ()
     constants: Mapping[str, float] = field(default_factory=dict)
+    rated: Mapping[str, float] = field(default_factory=dict)
+    """Of joints whose efforts are in ‰ of it: N m or N."""
     doubts: tuple[str, ...] = ()
     """Why the map may be wrong, as `Motion.doubts` says it."""
 

@@ -19,6 +19,8 @@ from ksl.motions.columns.units import DEGREE, bare, factor, si
 _WITH_UNIT = re.compile(r"(.*\S)\s*([\[(](?!\d+[\])])[^\[\]()]+[\])])")  # a number is that of an element of a list
 LEFT_OUT = "--ignore-extra leaves out what no joint has"
 NOT_USED = "not used: column "
+EFFORT = ".effort"
+"""The end of names of columns with measured efforts, which :func:`ksl.read_efforts` reads."""
 
 
 @dataclass(frozen=True)
@@ -181,6 +183,8 @@ class _Unknown:
 
     def left_out(self, source: str, rule: ColumnRule, ignore_extra: bool) -> str:
         """The note about a column that is left out, or raises MotionError."""
+        if rule.to.removesuffix(EFFORT) in self.model.joint_names and rule.to.endswith(EFFORT):
+            return f"{NOT_USED}{source!r} (an effort)"
         if source in self.columns.rules:
             said = f"column {source!r} is to be {rule.to!r}, which no joint of {self.model.name} has"
             raise MotionError(f"{self.columns.file}: {said}; {self._instead(rule.to) or self._nearest(rule.to, [*self.known, TIME])}")

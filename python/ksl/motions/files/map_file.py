@@ -16,7 +16,7 @@ from ksl.motions.columns.column_map import ColumnMap, ColumnRule
 from ksl.motions.files.csv_form import doubts_about_end, form_of
 
 KEYS = ("to", "unit", "sign", "scale", "offset")
-TABLES = ("columns", "ignore", "constants")
+TABLES = ("columns", "ignore", "constants", "rated")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 """A number in a CSV map.  Python's `float` also takes `1_0`, and digits of other scripts."""
 
@@ -26,7 +26,8 @@ def read_map(given: str | os.PathLike[str] | Mapping[str, object]) -> ColumnMap:
 
     A TOML file has the table [columns], with lines `"column in the file" = "joint"` or
     `"column" = { to = "joint", unit = "deg", sign = -1, scale = 0.1, offset = 90 }`; and, if wanted, the list `ignore` of
-    columns to leave out, and the table [constants], with positions of joints that the file doesn't have (rad, m).
+    columns to leave out; the table [constants], with positions of joints that the file doesn't have (rad, m); and the table [rated], with the efforts
+    of joints that are 1000 ‰ of measured ones (N m, N).
     """
     if isinstance(given, Mapping):
         return _of_tables("map", {"columns": given} if not set(given) & set(TABLES) else given)
@@ -54,16 +55,19 @@ def _of_tables(file: str, table: Mapping[str, object]) -> ColumnMap:
         if key not in TABLES:
             known = f"{near_names(key, TABLES)}known: {', '.join(TABLES)}"
             raise MotionError(f"{file}: unknown table {key!r}; {known}; a map of columns has its lines in [columns]")
-    rules, ignored, constants = table.get("columns", {}), table.get("ignore", []), table.get("constants", {})
-    if not isinstance(rules, Mapping) or not isinstance(constants, Mapping):
-        raise MotionError(f"{file}: [columns] and [constants] are tables, with lines `name = …`")
+    rules, ignored, constants, rated = table.get("columns", {}), table.get("ignore", []), table.get("constants", {}), table.get("rated", {})
+    if not isinstance(rules, Mapping) or not isinstance(constants, Mapping) or not isinstance(rated, Mapping):
+        raise MotionError(f"{file}: [columns], [constants] and [rated] are tables, with lines `name = …`")
     if not isinstance(ignored, list) or not all(isinstance(n, str) for n in ignored):
         raise MotionError(f'{file}: ignore is a list of columns: ignore = ["name", …]')
     for joint, value in constants.items():
         if not _is_number(value):
             raise MotionError(f"{file}: constants.{joint} is {value!r}; expected a position, a number in rad or m")
+    for joint, value in rated.items():
+        if not _is_number(value) or value <= 0:
+            raise MotionError(f"{file}: rated.{joint} is {value!r}; expected the effort that is 1000 ‰, N m or N")
     found = {column: _rule(file, column, value) for column, value in _flat(rules)}
-    return _checked(ColumnMap(file, found, tuple(ignored), {j: float(x) for j, x in constants.items()}))
+    return _checked(ColumnMap(file, found, tuple(ignored), {j: float(x) for j, x in constants.items()}, {j: float(x) for j, x in rated.items()}))
 
 
 def _flat(table: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, object]]:
