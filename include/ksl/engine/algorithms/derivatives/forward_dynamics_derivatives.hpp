@@ -226,7 +226,8 @@ template <class T> KSL_LANES void multiply_symmetric(const T *W, index pitch, co
 }
 
 /// Computes a block of both products −W X and −W Y: the rows [row, row + rows), and from `column` on as many columns as P has lanes.
-/// Sums are over the related coordinates only (list_related).  The rows of W begin at distances of `pitch`.
+/// Sums are over the related coordinates only (list_related).  The rows of W begin at distances of `pitch`; its columns are read as rows,
+/// since it is symmetric.
 template <class P, int rows, class T>
 KSL_LANES void multiply_related(const T *W, index pitch, const T *X, const T *Y, index n, index row, index column,
                                 const int *related, index terms, T *X_out, T *Y_out) {
@@ -234,12 +235,13 @@ KSL_LANES void multiply_related(const T *W, index pitch, const T *X, const T *Y,
   for (int b = 0; b < rows; ++b)
     x_sum[b] = y_sum[b] = P(T(0));
   for (index t = 0; t < terms; ++t) {
-    const index k = related[t];
+    const index k = related[t], at = k * n;
+    const T *const w_k = W + (is_number<T> ? k * pitch : at) + row;
     P x, y;
-    body_lanes::read(X + k * n + column, x);
-    body_lanes::read(Y + k * n + column, y);
+    body_lanes::read(X + at + column, x);
+    body_lanes::read(Y + at + column, y);
     for (int b = 0; b < rows; ++b) {
-      const P w(W[(row + b) * pitch + k]);
+      const P w(w_k[b]);
       x_sum[b] = x_sum[b] - w * x;
       y_sum[b] = y_sum[b] - w * y;
     }
