@@ -109,11 +109,16 @@ template <class T> KSL_LANES void set_mass_rows(const model_view<scalar_of<T>> &
         }
       }
     } else {
-      for (int row = b.v_index; row < b.v_index + b.nv; ++row)
-        for (int j = i; j > 0; j = model.body[j].parent)
-          for (int c = 0; c < model.body[j].nv; ++c)
-            rows[row][model.body[j].ancestors + c] =
-                algebra<T>::dot_cs(&d.derivative.at(row).by_a, &d.coordinate.at(model.body[j].v_index + c).S);
+      const coordinate_motion<T> *const coordinate = &d.coordinate.at(0);
+      for (int row = b.v_index; row < b.v_index + b.nv; ++row) {
+        const coscrew<T> momentum = d.derivative.at(row).by_a;
+        T *to = rows[row] + b.ancestors + b.nv;
+        for_carriers(model, i, [&](index first, index end) KSL_INLINED {
+          to -= end - first;
+          for (index k = first; k < end; ++k)
+            to[k - first] = algebra<T>::dot_cs(&momentum, &coordinate[k].S);
+        });
+      }
     }
   }
 }
