@@ -139,10 +139,11 @@ template <class T> KSL_LANES void accelerate(const screw<T> &carrier, coordinate
   algebra<T>::cross_ss(&carrier, &c.S, &turned); // a'_λ × S
   algebra<T>::xpy_ss(&turned, &c.acceleration_by_q);
 }
-template <class T> KSL_LANES void accelerate(const acceleration_change<T> &change, subtree_dynamics<T> &d) {
+template <class T>
+KSL_LANES void accelerate(const screw<T> &carrier, const coscrew<T> &wrench, subtree_dynamics<T> &d) {
   coscrew<T> f;
-  algebra<T>::product_Ms(&d.I, &change.carrier, &f); // I a'_λ
-  algebra<T>::xpy_cc(&change.wrench, &f);
+  algebra<T>::product_Ms(&d.I, &carrier, &f); // I a'_λ
+  algebra<T>::xpy_cc(&wrench, &f);
   algebra<T>::xpy_cc(&f, &d.f);
 }
 
@@ -161,11 +162,14 @@ template <class T> KSL_LANES void accelerate_bodies(const model_view<scalar_of<T
       algebra<T>::axpy_ss(a[k], &S, &own);
       if constexpr (is_number<T>)
         w.change.template set_part<screw, T>(k, carrier);
-      else
-        accelerate(carrier, d.coordinate.at(k));
     }
     w.acceleration[i] = own;
     w.wrench[i] = {zero, zero};
+    if constexpr (!is_number<T>) {
+      read_again();
+      for (int k = b.v_index; k < b.v_index + b.nv; ++k)
+        accelerate(w.acceleration[b.parent], d.coordinate.at(k));
+    }
   }
 }
 
@@ -190,7 +194,10 @@ KSL_LANES void accelerate(const model_view<scalar_of<T>> &model, const forward_d
         w.change.template set_part<coscrew, T, 6>(k, f);
     } else {
       subtree_dynamics<T> &subtree = d.subtree.at(b.v_index + b.nv - 1);
-      accelerate({w.acceleration[b.parent], f}, subtree);
+      w.wrench[i] = f;
+      read_again();
+      accelerate(w.acceleration[b.parent], w.wrench[i], subtree);
+      read_again();
       for (int k = b.v_index; k < b.v_index + b.nv; ++k) {
         set_derivative(subtree, d.coordinate.at(k), d.derivative.at(k));
         set_elements(model, d, i, k, dtau);
@@ -204,7 +211,7 @@ KSL_LANES void accelerate(const model_view<scalar_of<T>> &model, const forward_d
       auto subtree = d.subtree.template get<P>(k);
       const auto change = w.change.template get<P>(k);
       accelerate(change.carrier, c);
-      accelerate(change, subtree);
+      accelerate(change.carrier, change.wrench, subtree);
       d.coordinate.template set_part<screw, P, 12>(k, c.acceleration_by_q);
       d.derivative.template set<P>(k, derivative_of(subtree, c, d.derivative.template part<coscrew, P, 12>(k)));
     }
