@@ -109,11 +109,16 @@ template <class T> KSL_LANES void set_mass_rows(const model_view<scalar_of<T>> &
         }
       }
     } else {
-      for (int row = b.v_index; row < b.v_index + b.nv; ++row)
-        for (int j = i; j > 0; j = model.body[j].parent)
-          for (int c = 0; c < model.body[j].nv; ++c)
-            rows[row][model.body[j].ancestors + c] =
-                algebra<T>::dot_cs(&d.derivative.at(row).by_a, &d.coordinate.at(model.body[j].v_index + c).S);
+      const coordinate_motion<T> *const coordinate = &d.coordinate.at(0);
+      for (int row = b.v_index; row < b.v_index + b.nv; ++row) {
+        const coscrew<T> momentum = d.derivative.at(row).by_a;
+        T *to = rows[row] + b.ancestors + b.nv;
+        for_carriers(model, i, [&](index first, index end) KSL_INLINED {
+          to -= end - first;
+          for (index k = first; k < end; ++k)
+            to[k - first] = algebra<T>::dot_cs(&momentum, &coordinate[k].S);
+        });
+      }
     }
   }
 }
@@ -134,10 +139,11 @@ template <class T> KSL_LANES void accelerate(const screw<T> &carrier, coordinate
   algebra<T>::cross_ss(&carrier, &c.S, &turned); // a'_λ × S
   algebra<T>::xpy_ss(&turned, &c.acceleration_by_q);
 }
-template <class T> KSL_LANES void accelerate(const acceleration_change<T> &change, subtree_dynamics<T> &d) {
+template <class T>
+KSL_LANES void accelerate(const screw<T> &carrier, const coscrew<T> &wrench, subtree_dynamics<T> &d) {
   coscrew<T> f;
-  algebra<T>::product_Ms(&d.I, &change.carrier, &f); // I a'_λ
-  algebra<T>::xpy_cc(&change.wrench, &f);
+  algebra<T>::product_Ms(&d.I, &carrier, &f); // I a'_λ
+  algebra<T>::xpy_cc(&wrench, &f);
   algebra<T>::xpy_cc(&f, &d.f);
 }
 
@@ -156,11 +162,14 @@ template <class T> KSL_LANES void accelerate_bodies(const model_view<scalar_of<T
       algebra<T>::axpy_ss(a[k], &S, &own);
       if constexpr (is_number<T>)
         w.change.template set_part<screw, T>(k, carrier);
-      else
-        accelerate(carrier, d.coordinate.at(k));
     }
     w.acceleration[i] = own;
     w.wrench[i] = {zero, zero};
+    if constexpr (!is_number<T>) {
+      read_again();
+      for (int k = b.v_index; k < b.v_index + b.nv; ++k)
+        accelerate(w.acceleration[b.parent], d.coordinate.at(k));
+    }
   }
 }
 
@@ -185,7 +194,10 @@ KSL_LANES void accelerate(const model_view<scalar_of<T>> &model, const forward_d
         w.change.template set_part<coscrew, T, 6>(k, f);
     } else {
       subtree_dynamics<T> &subtree = d.subtree.at(b.v_index + b.nv - 1);
-      accelerate({w.acceleration[b.parent], f}, subtree);
+      w.wrench[i] = f;
+      read_again();
+      accelerate(w.acceleration[b.parent], w.wrench[i], subtree);
+      read_again();
       for (int k = b.v_index; k < b.v_index + b.nv; ++k) {
         set_derivative(subtree, d.coordinate.at(k), d.derivative.at(k));
         set_elements(model, d, i, k, dtau);
@@ -199,7 +211,7 @@ KSL_LANES void accelerate(const model_view<scalar_of<T>> &model, const forward_d
       auto subtree = d.subtree.template get<P>(k);
       const auto change = w.change.template get<P>(k);
       accelerate(change.carrier, c);
-      accelerate(change, subtree);
+      accelerate(change.carrier, change.wrench, subtree);
       d.coordinate.template set_part<screw, P, 12>(k, c.acceleration_by_q);
       d.derivative.template set<P>(k, derivative_of(subtree, c, d.derivative.template part<coscrew, P, 12>(k)));
     }
@@ -226,7 +238,8 @@ template <class T> KSL_LANES void multiply_symmetric(const T *W, index pitch, co
 }
 
 /// Computes a block of both products −W X and −W Y: the rows [row, row + rows), and from `column` on as many columns as P has lanes.
-/// Sums are over the related coordinates only (list_related).  The rows of W begin at distances of `pitch`.
+/// Sums are over the related coordinates only (list_related).  The rows of W begin at distances of `pitch`; its columns are read as rows,
+/// since it is symmetric.
 template <class P, int rows, class T>
 KSL_LANES void multiply_related(const T *W, index pitch, const T *X, const T *Y, index n, index row, index column,
                                 const int *related, index terms, T *X_out, T *Y_out) {
@@ -234,12 +247,13 @@ KSL_LANES void multiply_related(const T *W, index pitch, const T *X, const T *Y,
   for (int b = 0; b < rows; ++b)
     x_sum[b] = y_sum[b] = P(T(0));
   for (index t = 0; t < terms; ++t) {
-    const index k = related[t];
+    const index k = related[t], at = k * n;
+    const T *const w_k = W + (is_number<T> ? k * pitch : at) + row;
     P x, y;
-    body_lanes::read(X + k * n + column, x);
-    body_lanes::read(Y + k * n + column, y);
+    body_lanes::read(X + at + column, x);
+    body_lanes::read(Y + at + column, y);
     for (int b = 0; b < rows; ++b) {
-      const P w(W[(row + b) * pitch + k]);
+      const P w(w_k[b]);
       x_sum[b] = x_sum[b] - w * x;
       y_sum[b] = y_sum[b] - w * y;
     }

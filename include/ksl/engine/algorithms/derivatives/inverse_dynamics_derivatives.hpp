@@ -162,8 +162,8 @@ KSL_LANES void set_rows(const model_view<T> &model, const inverse_dynamics_deriv
 /// column (1).  How the wrench changes with k is in d.derivative.  A call of its own: what the loops need then is all that lives in
 /// registers.
 template <class T, bool three>
-KSL_NOT_INLINED void set_elements(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &d, int i,
-                                  int k, const tau_derivative_matrices<T, three> &matrices) {
+KSL_NOT_INLINED void set_elements(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &d,
+                                  int i, int k, const tau_derivative_matrices<T, three> &matrices) {
   const tau_derivative_matrices<T, three> out = matrices;
   const coordinate_motion<T> *const coordinate = &d.coordinate.at(0);
   const wrench_derivative<T> &own = d.derivative.at(k);

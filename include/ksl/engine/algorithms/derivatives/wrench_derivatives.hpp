@@ -213,7 +213,7 @@ KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wren
     } else if (k.i > 0) {
       read_again();
       set_body_dynamics<true>(own_inertia(model, k), w.rotation.at(k.i), w.origin.at(k.i), w.motion.at(k.i),
-                        w.subtree.at(last_coordinate(model, k.i)));
+                              w.subtree.at(last_coordinate(model, k.i)));
     }
   });
   for (int e = 0; e < external.n; ++e) {

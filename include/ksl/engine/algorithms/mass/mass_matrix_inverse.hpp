@@ -77,6 +77,23 @@ template <class T> void invert_factorised(const model_view<scalar_of<T>> &model,
   });
 }
 
+/// Sets the elements [k, k + count) of row `row` of W and of the column of the same number (2).  A number of L is read once for all of them.
+template <int count, class T>
+KSL_LANES void set_inverse_elements(const factor_workspace<T> &w, index place, index n, index row, index k, T *W) {
+  const T *const L = w.rows[row];
+  const int *const path = &w.path[0];
+  T sum[count];
+  for (T &x : sum)
+    x = T(0);
+  for (index a = 0; a < place; ++a) {
+    const T l = L[a], *const above = W + path[a] * n + k;
+    for (int c = 0; c < count; ++c)
+      sum[c] = sum[c] - l * above[c];
+  }
+  for (int c = 0; c < count; ++c)
+    W[row * n + k + c] = W[(k + c) * n + row] = sum[c];
+}
+
 /// The same for other scalars, in a matrix without gaps.
 template <class T> void invert_factorised(const model_view<scalar_of<T>> &model, const factor_workspace<T> &w, T *W) {
   const index n = model.nv;
@@ -85,15 +102,14 @@ template <class T> void invert_factorised(const model_view<scalar_of<T>> &model,
     if (b.parent == 0)
       first = b.v_index;
     w.path[place] = static_cast<int>(row);
-    const T *const L = w.rows[row];
     for (index k = 0; k < first; ++k)
       W[row * n + k] = W[k * n + row] = T(0);
-    for (index k = first; k < row; ++k) {
-      T sum = T(0);
-      for (index a = 0; a < place; ++a)
-        sum = sum - L[a] * W[w.path[a] * n + k];
-      W[row * n + k] = W[k * n + row] = sum;
-    }
+    index k = first;
+    for (; k + 4 <= row; k += 4)
+      set_inverse_elements<4>(w, place, n, row, k, W);
+    for (; k < row; ++k)
+      set_inverse_elements<1>(w, place, n, row, k, W);
+    const T *const L = w.rows[row];
     T diagonal = w.D_inverse[row];
     for (index a = 0; a < place; ++a)
       diagonal = diagonal - L[a] * W[row * n + w.path[a]];
