@@ -128,9 +128,13 @@ def test_every_field_that_takes_a_length_is_judged():
 def test_every_length_of_loops_is_judged(folder):
     """Frames in a file beside the robot, for `ksl.load` and for load cases."""
     assert set(loops_file.OF_LOOP) == {"name", "kind", "predecessor", "successor", "axis", "axis2", "predecessor_rpy", "successor_rpy", "predecessor_xyz", "successor_xyz", "pitch"}
+    assert set(loops_file.OF_ELEMENT) == {"name", "link1", "link2", "point1", "point2", "stiffness", "free_length", "damping", "preload", "stop_stiffness", "limits"}
     (folder / "loops.toml").write_text(
         'drives = ["pin"]\n[[loop]]\nname = "C"\nkind = "spherical"\npredecessor = "tip"\nsuccessor = "wall"\npredecessor_xyz = [0, 600, 0]\nsuccessor_xyz = [0, 0, 0]\n'
     )
+    (folder / "spring.toml").write_text('[[force_element]]\nname = "S"\nlink1 = "tip"\npoint1 = [0, 600, 0]\nlink2 = "wall"\npoint2 = [0, 0, 0]\nstiffness = 5\n')
+    with pytest.warns(ksl.DescriptionWarning, match="the end of force element S on tip is 600 m from the link's origin, .*: are these millimetres?"):
+        ksl.load(folder / "arm.urdf", loops=folder / "spring.toml")
     (folder / "looped.toml").write_text('[cases.one]\nmotion = "m.csv"\nloops = "loops.toml"\n')
     said = "the frame of loop joint C on tip is 600 m from the link's origin, .*: are these millimetres?"
     with pytest.warns(ksl.DescriptionWarning, match=said):

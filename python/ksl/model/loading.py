@@ -248,11 +248,14 @@ def _warn_of(loaded: Model, o: _Options) -> None:
 
 
 def _far_frames(loaded: Model) -> list[str]:
-    """Sentences about frames of joints that close loops, which are likely in millimetres."""
-    reach, found = extent(loaded) if loaded.loops else 0.0, []
+    """Sentences about frames of joints that close loops and ends of force elements, which are likely in millimetres."""
+    reach, found = extent(loaded) if loaded.loops or loaded.force_elements else 0.0, []
     for loop in loaded.loops:
         for side, pose in ((loop.predecessor, loop.predecessor_pose), (loop.successor, loop.successor_pose)):
             found += far_point(f"the frame of loop joint {loop.name} on {side} is", pose[3:12:4], reach)
+    for element in loaded.force_elements:
+        for link, point in ((element.link1, element.point1), (element.link2, element.point2)):
+            found += far_point(f"the end of force element {element.name} on {link} is", point, reach)
     return found
 
 

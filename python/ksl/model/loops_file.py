@@ -44,8 +44,10 @@ _OF_FILE = ("robot", "drives", "loop", "force_element")
 _NEEDED = ("name", "kind", "predecessor", "successor")
 OF_LOOP = (*_NEEDED, "predecessor_xyz", "predecessor_rpy", "successor_xyz", "successor_rpy", "axis", "axis2", "pitch")
 """Keys of a [[loop]]."""
-_OF_ELEMENT = ("name", "link1", "point1", "link2", "point2")
+_ENDS = ("link1", "point1", "link2", "point2")
 _NUMBERS_OF_ELEMENT = ("stiffness", "free_length", "damping", "preload", "stop_stiffness")
+OF_ELEMENT = ("name", *_ENDS, *_NUMBERS_OF_ELEMENT, "limits")
+"""Keys of a [[force_element]]."""
 
 
 def _is_number(x: Any) -> bool:
@@ -130,7 +132,7 @@ class LoopsFile:
     def _force_element(self, number: int, element: dict[str, Any]) -> given.ForceElement:
         name = element.get("name")
         who = f"force element {name}" if isinstance(name, str) and name else f"force element {number}"
-        self._check_keys(element, who, (*_OF_ELEMENT, *_NUMBERS_OF_ELEMENT, "limits"))
+        self._check_keys(element, who, OF_ELEMENT)
         self._check_words(who, element, ("name", "link1", "link2"))
         for key in ("point1", "point2"):
             self._check_numbers(who, key, element.get(key))
@@ -141,7 +143,7 @@ class LoopsFile:
         if limits is not None and not (isinstance(limits, list) and len(limits) == 2 and all(map(_is_number, limits))):
             raise self._refused(f"{who}: limits is {limits!r}; expected two numbers, [0.1, 0.4] for example")
         numbers = {key: element.get(key, 0.0) for key in _NUMBERS_OF_ELEMENT}
-        ends = {key: element[key] for key in _OF_ELEMENT[1:]}
+        ends = {key: element[key] for key in _ENDS}
         try:
             return given.force_element(element["name"], **ends, limits=limits, **numbers)
         except ValueError as error:
