@@ -566,30 +566,6 @@ template <class S> bool run_state(const algorithm_row &row, const model &m, void
 
 namespace {
 
-/// The elements of a model at one state, in memory of its own.
-class found_forces {
-public:
-  found_forces(const model &m, const double *q, const double *v, double rounding = rounding_of<double>)
-      : at_(m, static_cast<int>(m.force_elements().size()), rounding) {
-    arena measure;
-    at_.lay_out(measure, 0, 1);
-    memory_.resize(measure.used() + 64);
-    void *begin = memory_.data();
-    std::size_t space = memory_.size();
-    arena pieces(std::align(64, measure.used(), begin, space));
-    at_.lay_out(pieces, 0, 1);
-    batch_view<double> batch;
-    batch.n = 1, batch.q = {q, 0}, batch.v = {v, 0};
-    at_.set(batch, 0, 1);
-  }
-  const element_state &operator[](std::size_t i) const { return at_.of(0, static_cast<int>(i)); }
-  const forces<double> &all() const { return at_; }
-
-private:
-  forces<double> at_;
-  std::vector<std::byte> memory_;
-};
-
 std::string reason_of(const model &m, const found_forces &found) {
   for (std::size_t i = 0; i < m.force_elements().size(); ++i) {
     const force_element_row &of = m.force_elements()[i];
@@ -614,33 +590,57 @@ std::string reason_of(const model &m, const found_forces &found) {
 
 } // namespace
 
+found_forces::found_forces(const model &m, double rounding)
+    : at_(m, static_cast<int>(m.force_elements().size()), rounding) {
+  arena measure;
+  at_.lay_out(measure, 0, 1);
+  memory_.resize(measure.used() + 64);
+  void *begin = memory_.data();
+  std::size_t space = memory_.size();
+  arena pieces(std::align(64, measure.used(), begin, space));
+  at_.lay_out(pieces, 0, 1);
+}
+
+void found_forces::set(const double *q, const double *v) {
+  batch_view<double> batch;
+  batch.n = 1, batch.q = {q, 0}, batch.v = {v, 0};
+  at_.set(batch, 0, 1);
+}
+
 template <class S> std::string reason(const model &m, const S *q, const S *v) {
   std::vector<double> positions(q, q + m.nq()), velocities(static_cast<std::size_t>(m.nv()), 0.0);
   if (v)
     velocities.assign(v, v + m.nv());
-  return reason_of(m, found_forces(m, positions.data(), velocities.data(), rounding_of<S>));
+  found_forces found(m, rounding_of<S>);
+  found.set(positions.data(), velocities.data());
+  return reason_of(m, found);
 }
 
-double damping_power(const model &m, const double *q, const double *v, double *out) {
+bool has_dampers(const model &m) {
   const auto damps = [](const force_element_row &of) { return of.numbers.damping > 0; };
-  if (m.acting_force_elements() == 0 || std::none_of(m.force_elements().begin(), m.force_elements().end(), damps))
-    return 0;
-  const found_forces found(m, q, v);
+  return m.acting_force_elements() > 0 && std::any_of(m.force_elements().begin(), m.force_elements().end(), damps);
+}
+
+double dampers::power(const double *q, const double *v) {
+  at_.set(q, v);
   double power = 0;
-  for (std::size_t i = 0; i < m.force_elements().size(); ++i)
-    power -= m.force_elements()[i].numbers.damping * found[i].speed * found[i].speed;
-  if (!out || power == 0)
-    return power;
-  // efforts −Σ damping l̇ ∂l/∂q: ∂l/∂q is l̇ for a unit of each velocity
-  std::vector<double> unit(static_cast<std::size_t>(m.nv()), 0.0);
-  for (std::size_t k = 0; k < unit.size(); ++k) {
-    unit[k] = 1;
-    const found_forces along(m, q, unit.data());
-    unit[k] = 0;
-    for (std::size_t i = 0; i < m.force_elements().size(); ++i)
-      out[k] -= m.force_elements()[i].numbers.damping * found[i].speed * along[i].speed;
-  }
+  for (std::size_t i = 0; i < m_.force_elements().size(); ++i)
+    power -= m_.force_elements()[i].numbers.damping * at_[i].speed * at_[i].speed;
   return power;
+}
+
+/// They are −Σ damping dl/dt ∂l/∂q, and ∂l/∂q is dl/dt for a velocity of 1.
+void dampers::add_efforts(const double *q, const double *v, double *out) {
+  at_.set(q, v);
+  for (std::size_t i = 0; i < forces_.size(); ++i)
+    forces_[i] = m_.force_elements()[i].numbers.damping * at_[i].speed;
+  for (std::size_t k = 0; k < unit_.size(); ++k) {
+    unit_[k] = 1;
+    at_.set(q, unit_.data());
+    unit_[k] = 0;
+    for (std::size_t i = 0; i < forces_.size(); ++i)
+      out[k] -= forces_[i] * at_[i].speed;
+  }
 }
 
 #define KSL_INSTANTIATE(S)                                                                                             \
@@ -661,7 +661,8 @@ namespace ksl {
 
 void force_element_states(const model &m, const double *q, const double *v, double *length, double *rate,
                           double *tension) {
-  const elements::found_forces found(m, q, v);
+  elements::found_forces found(m);
+  found.set(q, v);
   for (std::size_t i = 0; i < m.force_elements().size(); ++i)
     length[i] = found[i].length, rate[i] = found[i].speed, tension[i] = found[i].tension;
   const std::string why = elements::reason_of(m, found);

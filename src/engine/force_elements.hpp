@@ -14,6 +14,7 @@
 #include "ksl/model.hpp"
 
 #include <string>
+#include <vector>
 
 namespace ksl::elements {
 
@@ -138,7 +139,36 @@ private:
 /// Why an element has no force at a state; empty if all have one.  v may be null.  Allocates.
 template <class S> std::string reason(const model &m, const S *q, const S *v);
 
-/// For one state, v may be null: the power of dampers, which is not positive, and their efforts added to out (nv), which may be null.
-double damping_power(const model &m, const double *q, const double *v, double *out);
+/// All elements of a model at one state, in memory of its own; whether they act or not.
+class found_forces {
+public:
+  explicit found_forces(const model &m, double rounding = rounding_of<double>);
+  /// v may be null.
+  void set(const double *q, const double *v);
+  const element_state &operator[](std::size_t i) const { return at_.of(0, static_cast<int>(i)); }
+
+private:
+  forces<double> at_;
+  std::vector<std::byte> memory_;
+};
+
+/// Does a model have elements with damping that act?
+bool has_dampers(const model &m);
+
+/// What they take from the mechanism, for one state.
+class dampers {
+public:
+  explicit dampers(const model &m)
+      : m_(m), at_(m), forces_(m.force_elements().size()), unit_(static_cast<std::size_t>(m.nv())) {}
+  /// Not positive.
+  double power(const double *q, const double *v);
+  /// Adds their efforts to out (nv).
+  void add_efforts(const double *q, const double *v, double *out);
+
+private:
+  const model &m_;
+  found_forces at_;
+  std::vector<double> forces_, unit_;
+};
 
 } // namespace ksl::elements

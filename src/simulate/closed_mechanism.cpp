@@ -25,7 +25,7 @@ template <class Lay> void lay_out(std::vector<std::byte> &memory, Lay lay) {
 } // namespace
 
 closed_mechanism::closed_mechanism(const model &m, int externals)
-    : m_(m), moved_(static_cast<std::size_t>(m.nq() + 2 * m.nv())),
+    : m_(m), externals_(externals), moved_(static_cast<std::size_t>(m.nq() + 2 * m.nv())),
       rows_(static_cast<std::size_t>(m.loop_tables().rows)), reduced_(static_cast<std::size_t>(m.nv())),
       free_(static_cast<std::size_t>(m.nv()), 0) {
   state_.emplace(m, any_opening);
@@ -37,6 +37,26 @@ closed_mechanism::closed_mechanism(const model &m, int externals)
 bool closed_mechanism::accelerate(const double *q, const double *v, const double *tau,
                                   const external_wrenches<double> &e, double *a) {
   return !state_->set_position(q) && !state_->forward_dynamics(q, v, tau, e, a);
+}
+
+bool closed_mechanism::derivatives(const double *q, const double *v, const double *tau,
+                                   const external_wrenches<double> &e, double *by_q, double *by_v, double *by_tau) {
+  if (!derivatives_) {
+    derivatives_.emplace(m_, any_opening);
+    lay_out(of_derivatives_, [&](arena &memory) { derivatives_->lay_out(memory, externals_); });
+  }
+  if (derivatives_->state().set_position(q) || derivatives_->forward_dynamics(q, v, tau, e, by_q, by_v, by_tau))
+    return false;
+  const loops::elimination &solved = derivatives_->state().solved();
+  const int nv = m_.nv(), f = solved.freedoms();
+  for (double *matrix : {by_q, by_v})
+    for (int i = nv; i-- > 0;) { // rows of f numbers become rows of nv, from the last on
+      std::copy_n(matrix + i * f, f, reduced_.data());
+      std::fill_n(matrix + i * nv, nv, 0.0);
+      for (int j = 0; j < f; ++j)
+        matrix[i * nv + solved.independent()[j]] = reduced_[static_cast<std::size_t>(j)];
+    }
+  return true;
 }
 
 void closed_mechanism::response(int coordinate, double *a) {

@@ -4,6 +4,7 @@
 
 #include "engine/loops/assembly.hpp"
 #include "engine/loops/closed_state.hpp"
+#include "engine/loops/derivatives.hpp"
 
 #include <optional>
 #include <vector>
@@ -16,6 +17,11 @@ public:
 
   /// Accelerations a (nv) at a state, however far open; false where a freedom moves no mass.
   bool accelerate(const double *q, const double *v, const double *tau, const external_wrenches<double> &e, double *a);
+
+  /// Derivatives of the accelerations, (nv, nv) each: by_q and by_v along the mechanism, in the columns of its independent coordinates and
+  /// zero in the others, so that their products with changes that keep the loops closed are those of the accelerations; by efforts tau.
+  bool derivatives(const double *q, const double *v, const double *tau, const external_wrenches<double> &e,
+                   double *by_q, double *by_v, double *by_tau);
 
   /// After accelerate: a (nv) that an effort of 1 at a coordinate causes at rest.
   void response(int coordinate, double *a);
@@ -39,7 +45,9 @@ private:
   const model &m_;
   std::optional<loops::closed_state> state_;
   std::optional<loops::assembly> assembly_;
-  std::vector<std::byte> of_state_, of_assembly_;
+  std::optional<loops::closed_derivatives> derivatives_; ///< where they are asked for
+  std::vector<std::byte> of_state_, of_assembly_, of_derivatives_;
+  int externals_;
   std::vector<double> moved_, rows_, reduced_;
   int rank_ = 0;                    ///< the largest so far
   std::vector<unsigned char> free_; ///< (nv) no coordinate is held

@@ -34,8 +34,8 @@ void require_possible(const model &m, const simulation &task) {
       adaptive || (!task.laws.any() && task.events_n == 0),
       "limits, exact dry friction, brakes and events are found by the method dop853 alone; take it, or leave them out");
   require(
-      m.loops().empty() || (task.method != stepping::variational && task.method != stepping::sdirk4),
-      "the methods variational and sdirk4 are for mechanisms without loops; dop853, rk4, rkmk4 and semi_implicit_euler keep loops "
+      m.loops().empty() || task.method != stepping::variational,
+      "the method variational is for mechanisms without loops; dop853, rk4, rkmk4, sdirk4 and semi_implicit_euler keep loops "
       "closed");
 }
 

@@ -1,7 +1,6 @@
 #include "simulate/system.hpp"
 
 #include "batch/compute_batch.hpp"
-#include "engine/force_elements.hpp"
 #include "ksl/engine/model/joint_physics.hpp"
 
 #include <cmath>
@@ -20,6 +19,8 @@ system::system(const model &m, const simulation &task, std::size_t most)
     asked_.emplace(m, space_, law_);
   if (!m.loops().empty())
     closed_.emplace(m, task.external_n);
+  if (elements::has_dampers(m))
+    dampers_.emplace(m);
   if (task.laws.any())
     held_.emplace(task.laws, m.nv());
 }
@@ -159,8 +160,8 @@ void system::set_power(std::size_t n, const double *q, const double *v, const do
   for (std::size_t k = 0; k < n; ++k)
     for (std::size_t i = 0; i < nv_; ++i)
       power[k] += tau[k * nv_ + i] * v[k * nv_ + i];
-  for (std::size_t k = 0; k < n; ++k)
-    power[k] += elements::damping_power(m_, q + k * nq_, v + k * nv_, nullptr);
+  for (std::size_t k = 0; dampers_ && k < n; ++k)
+    power[k] += dampers_->power(q + k * nq_, v + k * nv_);
   const model_view<double> view = m_.view();
   if (!view.physics)
     return;
@@ -190,7 +191,8 @@ void system::set_outer_efforts(const double *q, const double *v, double *out) {
     for (std::size_t i = 0; i < nv_; ++i)
       out[i] += computed_[i];
   }
-  elements::damping_power(m_, q, v, out);
+  if (dampers_)
+    dampers_->add_efforts(q, v, out);
   if (m_.view().physics) {
     changed_.resize(5 * nv_);
     call(rows::effort_parts, 1, q, v, nullptr, nullptr, changed_.data());
@@ -209,7 +211,10 @@ bool system::derivatives(double t, std::size_t run, const double *q, const doubl
   batch.n = 1, batch.q = {q, m_.nq()}, batch.v = {v, m_.nv()}, batch.tau = {tau_.data(), m_.nv()};
   batch.external_n = task_.external_n, batch.external = external_.data(), batch.external_axes = task_.external_axes;
   batch.result[0] = {by_q, 0}, batch.result[1] = {by_v, 0}, batch.result[2] = {rates_.data(), 0};
-  compute_states(rows::forward_dynamics_derivatives, m_, batch, 0, 1);
+  if (!closed_)
+    compute_states(rows::forward_dynamics_derivatives, m_, batch, 0, 1);
+  else if (!closed_->derivatives(q, v, tau_.data(), wrenches_of(0), by_q, by_v, rates_.data()))
+    std::fill_n(by_q, square, std::nan("")); // no step can be solved
   if (!law_.function && !asked_ && !law_.holds_gravity)
     return true;
   double *const x = changed_.data(), *const w = x + nq_, *const step = w + nv_, *const before = step + nv_;

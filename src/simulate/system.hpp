@@ -7,6 +7,7 @@
 #include "simulate/motion_asked.hpp"
 
 #include "engine/algorithm_rows.hpp"
+#include "engine/force_elements.hpp"
 #include "ksl/engine/algorithms/batch_view.hpp"
 #include "ksl/simulate.hpp"
 
@@ -77,6 +78,7 @@ private:
   std::optional<motion_asked> asked_;
   std::optional<closed_mechanism> closed_;
   std::optional<held_joints> held_;
+  std::optional<elements::dampers> dampers_;
   std::size_t nq_, nv_, evaluations_ = 0;
   bool is_cut_ = false;
   std::vector<double> tau_, wanted_, error_, computed_, applied_, moving_;

@@ -258,3 +258,16 @@ def test_a_stiff_governor():
         run = m.simulate(q, v, times, **options)
         np.testing.assert_allclose(run.q, expected, atol=tolerance)
         assert abs(run.drift.energy).max() < 1e-2
+
+
+def test_a_stiff_damper_in_a_closed_mechanism():
+    """Andrews's mechanism with a damper of 2000 N s/m beside its spring: the implicit method takes steps that others can't."""
+    text = (ROBOTS / "andrews.urdf").read_text().replace('free_length="0.07785"', 'free_length="0.07785" damping="2000"')
+    m = ksl.load_string(text, physics=ON, gravity=(0, 0, 0))
+    q = m.close(m.neutral(), hold=["beta"]).q
+    tau = np.where(np.array(m.joint_names) == "beta", 0.033, 0.0)
+    exact = m.simulate(q, np.zeros(7), [0, 0.01], efforts=tau, rtol=1e-10, atol=1e-10)
+    coarse, fine = (m.simulate(q, np.zeros(7), [0, 0.01], efforts=tau, method="sdirk4", step=h) for h in (1e-3, 5e-4))
+    for run, tolerance in ((coarse, 1e-5), (fine, 1e-6)):
+        np.testing.assert_allclose(run.q[-1], exact.q[-1], atol=tolerance)
+        assert run.drift.closure.max() < 1e-6
