@@ -4,6 +4,7 @@
 takes; `make test-long` does."""
 
 import os
+import shutil
 from pathlib import Path
 
 # One test a core: with threads of its own, the linear algebra of small matrices takes ten times the processor time where cores are busy.
@@ -62,3 +63,23 @@ def robot(tmp_path):
         return ksl.load(path, **options)
 
     return load
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Windows of a headless Chromium: browser(width, height, **options of playwright's contexts).  Small ones, since without a graphics card drawing is work.
+
+    Skips where there is none.  It ends with the module: two can't be open in one process, nor does asyncio run beside one."""
+    api = pytest.importorskip("playwright.sync_api", reason="the package playwright is not installed")
+    program = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if program is None:
+        pytest.skip("no Chromium is installed: apt-get install chromium")
+    with api.sync_playwright() as p:
+        options = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+        chromium = p.chromium.launch(executable_path=program, args=options)
+
+        def window(width: int = 480, height: int = 300, **options):
+            return chromium.new_context(viewport={"width": width, "height": height}, **options)
+
+        yield window
+        chromium.close()
