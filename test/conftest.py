@@ -22,6 +22,9 @@ settings.register_profile("fixed", derandomize=True, deadline=None, max_examples
 settings.register_profile("many", settings.get_profile("fixed"), max_examples=600)
 settings.load_profile("fixed")
 
+LONGEST = ("tutorials_test.py", "readme_test.py", "browser_test.py", "sweep_test.py", "hostile_names_test.py", "viewer_page_test.py", "jax_test.py")
+"""Files of half a minute, which begin first: the last one to begin bounds the time of several workers."""
+
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -37,6 +40,7 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(config, items):
+    items.sort(key=lambda item: item.path.name not in LONGEST)
     marked = lambda item, *names: any(item.get_closest_marker(name) for name in names)
     random = lambda item: marked(item, "many_cases") or getattr(getattr(item, "obj", None), "is_hypothesis_test", False)
     wanted = (lambda item: marked(item, "long") or random(item)) if config.getoption("--long") else (lambda item: not marked(item, "long"))
