@@ -4,6 +4,7 @@
 takes; `make test-long` does."""
 
 import os
+import shutil
 from pathlib import Path
 
 # One test a core: with threads of its own, the linear algebra of small matrices takes ten times the processor time where cores are busy.
@@ -21,6 +22,9 @@ settings.register_profile("fixed", derandomize=True, deadline=None, max_examples
 settings.register_profile("many", settings.get_profile("fixed"), max_examples=600)
 settings.load_profile("fixed")
 
+LONGEST = ("tutorials_test.py", "readme_test.py", "browser_test.py", "sweep_test.py", "hostile_names_test.py", "viewer_page_test.py", "jax_test.py")
+"""Files of half a minute, which begin first: the last one to begin bounds the time of several workers."""
+
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -36,6 +40,7 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(config, items):
+    items.sort(key=lambda item: item.path.name not in LONGEST)
     marked = lambda item, *names: any(item.get_closest_marker(name) for name in names)
     random = lambda item: marked(item, "many_cases") or getattr(getattr(item, "obj", None), "is_hypothesis_test", False)
     wanted = (lambda item: marked(item, "long") or random(item)) if config.getoption("--long") else (lambda item: not marked(item, "long"))
@@ -62,3 +67,23 @@ def robot(tmp_path):
         return ksl.load(path, **options)
 
     return load
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Windows of a headless Chromium: browser(width, height, **options of playwright's contexts).  Small ones, since without a graphics card drawing is work.
+
+    Skips where there is none.  It ends with the module: two can't be open in one process, nor does asyncio run beside one."""
+    api = pytest.importorskip("playwright.sync_api", reason="the package playwright is not installed")
+    program = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if program is None:
+        pytest.skip("no Chromium is installed: apt-get install chromium")
+    with api.sync_playwright() as p:
+        options = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+        chromium = p.chromium.launch(executable_path=program, args=options)
+
+        def window(width: int = 480, height: int = 300, **options):
+            return chromium.new_context(viewport={"width": width, "height": height}, **options)
+
+        yield window
+        chromium.close()

@@ -1,8 +1,6 @@
 """A run as one object, points of single joints, chosen joints, results of another robot, tables of the terminal."""
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -219,8 +217,7 @@ NARROW = 80
 def test_tables_fit_80_columns(tmp_path, examples):
     """No head and no number is cut, and every table has its units."""
     given = examples / "robots/panda.urdf", examples / "motions/panda_pick.csv"
-    command = [sys.executable, "-m", "ksl", "loads", *map(str, given), "-o", str(tmp_path / "o"), "--physics", "all"]
-    p = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    p = run("loads", *given, "-o", tmp_path / "o", "--physics", "all")
     assert p.returncode == 0, p.stderr
     tables = p.stdout[: p.stdout.index("note: ")] + p.stdout[p.stdout.index("Share of limits") : p.stdout.index("verdict: ")]
     assert max(map(len, tables.splitlines())) <= NARROW and "…" not in p.stdout

@@ -1,8 +1,6 @@
 """Load cases whose motion is simulated, and `ksl simulate`."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +10,7 @@ import ksl
 from ksl.load_cases.case_file import cases_of_text
 from ksl.load_cases.computed_cases import ComputedCases
 from ksl.load_cases.provenance import provenance_of
+from ksl_command import run_ksl
 
 ROOT = Path(__file__).parents[2]
 PANDA = ROOT / "examples/robots/panda.urdf"
@@ -96,16 +95,12 @@ def test_a_case_is_held_stopped_or_simulated(panda):
         cases_of_text(panda, "[cases.c]\nhold = { pose = {} }\nsimulate = { until = 1.0 }\n")
 
 
-def ksl_command(*arguments, cwd):
-    return subprocess.run([sys.executable, "-m", "ksl", *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=120)
-
-
 def test_the_command_writes_a_motion_that_loads_reads(tmp_path):
-    done = ksl_command("simulate", PANDA, "--pose", "panda_joint4=-90deg", "--until", "0.2", "-o", "fall", cwd=tmp_path)
+    done = run_ksl("simulate", PANDA, "--pose", "panda_joint4=-90deg", "--until", "0.2", "-o", "fall", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "written to fall: motion.csv, report.html, summary.csv, wrenches.parquet" in done.stdout
     assert "steps of dop853; energy lost by integration" in done.stdout
-    again = ksl_command("loads", PANDA, "fall/motion.csv", "-o", "again", cwd=tmp_path)
+    again = run_ksl("loads", PANDA, "fall/motion.csv", "-o", "again", cwd=tmp_path)
     assert again.returncode == 0, again.stderr
     read = ksl.read_motion(ksl.load(PANDA), tmp_path / "fall/motion.csv")
     assert read.q[0, 3] == pytest.approx(-np.pi / 2) and not read.differentiated
@@ -125,5 +120,5 @@ def test_the_command_writes_a_motion_that_loads_reads(tmp_path):
     ],
 )
 def test_the_command_refuses(tmp_path, options, said):
-    done = ksl_command("simulate", PANDA, *options, "-o", "out", cwd=tmp_path)
+    done = run_ksl("simulate", PANDA, *options, "-o", "out", cwd=tmp_path)
     assert done.returncode == 2 and said in done.stderr and not (tmp_path / "out").exists()

@@ -1,7 +1,6 @@
-"""Robots of the tests of the viewer, and the browser."""
+"""The robot of the tests of the viewer."""
 
 import math
-import shutil
 
 import numpy as np
 import pytest
@@ -44,18 +43,3 @@ def swing():
     phase = math.pi * t[:, None] + [0.0, 1.0]
     size = np.array([0.8, 0.5])
     return t, size * np.sin(phase), size * math.pi * np.cos(phase), -size * math.pi**2 * np.sin(phase)
-
-
-@pytest.fixture(scope="session")
-def browser():
-    """A headless Chromium; skips where there is none."""
-    api = pytest.importorskip("playwright.sync_api", reason="the package playwright is not installed")
-    pytest.importorskip("viser", reason="the package viser is not installed")
-    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if program is None:
-        pytest.skip("no Chromium is installed: apt-get install chromium")
-    with api.sync_playwright() as p:
-        options = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
-        chromium = p.chromium.launch(executable_path=program, args=options)
-        yield chromium
-        chromium.close()

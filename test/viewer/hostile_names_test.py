@@ -77,7 +77,7 @@ def hostile(tmp_path_factory):
 @pytest.fixture
 def watched(browser):
     """Opens pages, and says what ran or left the machine."""
-    context = browser.new_context(viewport={"width": 700, "height": 500})
+    context = browser(700)
     page, seen = context.new_page(), []
     page.on("dialog", lambda dialog: (seen.append(f"ran: {dialog.message}"), dialog.dismiss()))
 

@@ -57,7 +57,8 @@ def test_links_have_the_colour_of_their_utilisation(arm):
 def test_plotly_draws_it(browser, arm):
     """The image isn't blank: it has the blue of the force and the yellow of the link."""
     get_plotlyjs = pytest.importorskip("plotly.offline").get_plotlyjs
-    page = browser.new_page()
+    context = browser()
+    page = context.new_page()
     page.set_content(f"<script>{get_plotlyjs()}</script>")
     figure = still(make_scene(arm, [0.6, 0.3]), 0, "elbow", width=300, height=260)
     counts = page.evaluate(
@@ -77,5 +78,5 @@ def test_plotly_draws_it(browser, arm):
         }""",
         figure,
     )
-    page.close()
+    context.close()
     assert counts[0] > 100 and counts[1] > 300

@@ -6,6 +6,8 @@ import time
 import numpy as np
 import pytest
 
+pytest.importorskip("viser", reason="the package viser is not installed")
+
 READY = "() => window.__viserMutable && window.__viserMutable.nodeRefFromName['/links/upper/surface0'] && window.__viserMutable.nodeRefFromName['/drive/heads']"
 POSITION = "name => window.__viserMutable.nodeRefFromName[name].position.toArray()"
 MATRICES = """name => {
@@ -18,7 +20,7 @@ MATRICES = """name => {
 @contextlib.contextmanager
 def page_of(browser, url: str, offline: bool = False):
     """A page, once it is ready; fails if the page reports an error."""
-    context = browser.new_context(viewport={"width": 480, "height": 300})
+    context = browser()
     page = context.new_page()
     faults = []
     page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
