@@ -44,11 +44,9 @@ PROGRAMS = {"engine": ("engine_test", "interfaces_test"), "load": ("load_test",)
 FOLDERS = {"load_test": "test/load"}
 PYTHON = python_mutator.ROOMS
 BESIDE = {
-    "sizing": ["test/report", "test/sweeps", "test/model/lengths_test.py"],
-    "load_cases": ["test/report", "test/sizing", "test/sweeps", "test/motions", "test/model/lengths_test.py"],
-    "motions": ["test/load_cases", "test/report", "test/model/lengths_test.py"],
-    "sweeps": ["test/model/lengths_test.py"],
-    "checks": ["test/model"],
+    "sizing": ["test/report", "test/model/lengths_test.py"],
+    "load_cases": ["test/report", "test/sizing", "test/model/lengths_test.py"],
+    "motions": ["test/load_cases", "test/model/lengths_test.py"],
 }
 """Tests of rooms that use one: they meet what the tests of the room itself don't notice."""
 NONE = 0  # the number of a run without a mutant
@@ -138,7 +136,9 @@ def all_tests(build, numbers, jobs, laws):
     """Of the engine, first the C++ tests, which are fast; then Python's laws, and those of all interfaces, for what is left."""
     if build.scope in PYTHON:
         results, reached = python_tests(build, None, [f"test/{build.scope}"], numbers, jobs)
-        left = [n for n in numbers if results[n][0] not in NOTICED]
+        left = [n for n in numbers if results[n][0] not in NOTICED] if build.scope in BESIDE else []
+        if not left:
+            return results, reached
         more, also = python_tests(build, None, BESIDE[build.scope], left, jobs, beside="beside_")
         return results | {n: more[n] for n in left if more[n][0] != "unreached"}, reached | also
     if build.scope == "algebra":
