@@ -43,12 +43,6 @@ KNOWN = {
 PROGRAMS = {"engine": ("engine_test", "interfaces_test"), "load": ("load_test",), "batch": ("engine_test", "interfaces_test")}
 FOLDERS = {"load_test": "test/load"}
 PYTHON = python_mutator.ROOMS
-BESIDE = {
-    "sizing": ["test/report", "test/model/lengths_test.py"],
-    "load_cases": ["test/report", "test/sizing", "test/model/lengths_test.py"],
-    "motions": ["test/load_cases", "test/model/lengths_test.py"],
-}
-"""Tests of rooms that use one: they meet what the tests of the room itself don't notice."""
 NONE = 0  # the number of a run without a mutant
 NOTICED = ("failed", "crashed", "timeout")
 PROMISED = {"algebra": 0.95, "engine": 0.95}  # of the mutants of each scope; of the others
@@ -103,12 +97,12 @@ def engine_tests(build, program, numbers, jobs):
     return as_without(results.read(), program), {int(n) for row in reached.read_text().splitlines() for n in row.split("\t")[3].split()}
 
 
-def python_tests(build, library, folders, numbers, jobs, packages=(), beside=""):
-    """The same by Python tests; library: the mutated one, or none where Python itself is mutated.  beside: what files of a second run are called."""
-    reached = build.folder / f"{beside}reached.json"
+def python_tests(build, library, folders, numbers, jobs, packages=()):
+    """The same by Python tests; library: the mutated one, or none where Python itself is mutated."""
+    reached = build.folder / "reached.json"
     sources = [f for folder in (*folders, "python/ksl") for f in (ROOT / folder).rglob("*.py")]
     own = [HERE / name for name in ("python_tests.py", "python_mutator.py", "mutants.py")]
-    results = Results(build.folder / f"{beside}python_results.tsv", library or own[1], [*own, *sources], reached)
+    results = Results(build.folder / "python_results.tsv", library or own[1], [*own, *sources], reached)
     done = results.read()
     settings = {
         **({"library": str(library)} if library else {"scope": build.scope, "root": str(ROOT)}),
@@ -135,12 +129,7 @@ def python_tests(build, library, folders, numbers, jobs, packages=(), beside="")
 def all_tests(build, numbers, jobs, laws):
     """Of the engine, first the C++ tests, which are fast; then Python's laws, and those of all interfaces, for what is left."""
     if build.scope in PYTHON:
-        results, reached = python_tests(build, None, [f"test/{build.scope}"], numbers, jobs)
-        left = [n for n in numbers if results[n][0] not in NOTICED] if build.scope in BESIDE else []
-        if not left:
-            return results, reached
-        more, also = python_tests(build, None, BESIDE[build.scope], left, jobs, beside="beside_")
-        return results | {n: more[n] for n in left if more[n][0] != "unreached"}, reached | also
+        return python_tests(build, None, [f"test/{build.scope}"], numbers, jobs)
     if build.scope == "algebra":
         return python_tests(build, build.folder / "libksl_algebra.so", ["test/algebra"], numbers, jobs)
     results, reached = dict.fromkeys(numbers, ("unreached", 0, "")), set()
