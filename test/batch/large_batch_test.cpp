@@ -50,7 +50,7 @@ template <class S> void compare_with_small_batches(const ksl::model &m, std::siz
 
 TEST_CASE("large batches hold the same bits as small ones") {
   std::mt19937 random(2);
-  for (int bodies : {13, 16})
+  for (int bodies : {13, 16, 34}) // the last also where a register is half a line
     for (std::size_t before : {0u, 1u, 3u, 6u})
       for (std::size_t gap : {0u, 5u}) {
         const ksl::model m = robots::random_tree(bodies, random);

@@ -348,8 +348,8 @@ inline void stream_next(Next &next, std::ptrdiff_t columns, T *rows, std::ptrdif
 
 /// Rows from 1 KB on, of arrays from 4 MB on, are written past the caches.  Such an array doesn't stay in the nearer caches, and such a
 /// row has many whole cache lines.  Memory is then written once, instead of being read and written (docs/performance.md).  Where a
-/// register is half a line, it pays from 4 KB on.
-inline constexpr std::size_t streamed_row = vector_bytes == 64 ? 1024 : 4096, streamed_array = std::size_t(4) << 20;
+/// register is half a line, it pays from rows on that are four times as long.
+inline constexpr std::size_t streamed_row = 1024, streamed_array = std::size_t(4) << 20;
 
 /// As store_next.  `all` is the number of rows of the whole array, which decides whether they are written past the caches.
 template <class T, int W, class Next>
@@ -358,7 +358,8 @@ inline void store_next_of(std::size_t all, Next &next, std::ptrdiff_t columns, i
 #if defined(__AVX2__)
   if constexpr (sizeof(T) * W == vector_bytes) {
     const std::size_t bytes = static_cast<std::size_t>(columns) * sizeof(T);
-    if (valid == W && bytes >= streamed_row && bytes * all >= streamed_array)
+    constexpr std::size_t least = vector_bytes == 64 ? streamed_row : 4 * streamed_row;
+    if (valid == W && bytes >= least && bytes * all >= streamed_array)
       return stream_next<T, W>(next, columns, rows, stride);
   }
 #endif
