@@ -1,12 +1,15 @@
 """Load cases whose motion is simulated, and `ksl simulate`."""
 
 import re
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import ksl
+from ksl.commands.loads import loads
+from ksl.commands.simulate import simulate
 from ksl.load_cases.case_file import cases_of_text
 from ksl.load_cases.computed_cases import ComputedCases
 from ksl.load_cases.provenance import provenance_of
@@ -122,3 +125,10 @@ def test_the_command_writes_a_motion_that_loads_reads(tmp_path):
 def test_the_command_refuses(tmp_path, options, said):
     done = run_ksl("simulate", PANDA, *options, "-o", "out", cwd=tmp_path)
     assert done.returncode == 2 and said in done.stderr and not (tmp_path / "out").exists()
+
+
+def test_the_command_takes_what_loads_takes_of_files_and_of_the_robot():
+    """All but what says how a motion is read, and where wrenches are wanted."""
+    of_loads, of_simulate = (set(signature(command).parameters) for command in (loads, simulate))
+    of_motions = {"smooth", "columns", "degrees", "time_unit", "resample", "stop", "ignore_extra", "topic", "positions_only", "external"}
+    assert of_loads - of_simulate == of_motions | {"on", "at", "axes", "order", "joints", "paper", "fail_on"}

@@ -33,6 +33,7 @@ from ksl.commands.options import (
     WriteCsv,
     WriteJson,
     WritePdf,
+    WriteXlsx,
     Xacro,
     carried_payloads,
     check_order,
@@ -41,6 +42,7 @@ from ksl.commands.options import (
     payloads_given,
     read_model,
 )
+from ksl.commands.stiffness_option import Stiffness, with_stiffness
 from ksl.commands.write_run import written
 
 if TYPE_CHECKING:
@@ -70,6 +72,7 @@ def simulate(
     cases: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Load cases instead, some with simulate = {…}: docs/cases.md.")] = None,
     output: Folder = Path("simulated"),
     csv: WriteCsv = False,
+    xlsx: WriteXlsx = False,
     json: WriteJson = False,
     pdf: WritePdf = False,
     components: Components = None,
@@ -86,6 +89,7 @@ def simulate(
     loops: Loops = "",
     drives: Drives = "",
     xacro: Xacro = None,
+    stiffness: Stiffness = None,
 ) -> None:
     """Simulate a mechanism under a controller, without drives or under brakes, and write motion.csv and every wrench, as ksl loads.
 
@@ -104,11 +108,12 @@ def simulate(
         fail("--until: the end is missing; give it, s, or a MOTION that has one")
     loaded = payloads_given(payload, on_link)
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives, xacro=xacro)
+    model, stiff = with_stiffness(model, stiffness)
     carried = carried_payloads(loaded)
     options = {
         "until": until, "from": start, "pose": pose, "velocity": velocity, "controller": controller, "gains": gains, "brake_at": brake_at, "brake": brake,
         "dry_friction": dry_friction, "bounce": bounce, "rate": rate, "method": method, "step": step,
-        "gravity": gravity, "physics": physics, "loops": loops, "drives": drives, "xacro": xacro or "",
+        "gravity": gravity, "physics": physics, "loops": loops, "drives": drives, "xacro": xacro or "", "stiffness": str(stiffness or ""),
     }  # fmt: skip
     try:
         if cases is not None:
@@ -119,9 +124,9 @@ def simulate(
             how, files = _how(model, until, start, pose, velocity, controller, gains, brake_at, brake, dry_friction, bounce, rate, method, step)
             case, read = _case(model, how, motion, carried)
             found, files = [case], [*files, *read]
-        run = Run(found, provenance_of(found, [*model.inputs, *files], {k: v for k, v in options.items() if v not in (None, "", [])}, command_line()))
+        run = Run(found, provenance_of(found, [*model.inputs, *stiff, *files], {k: v for k, v in options.items() if v not in (None, "", [])}, command_line()))
         out, report = console(120), ReportFiles.wanted(json, "A4" if pdf else None, components)
-        names = written(run, output, out, csv, force, report, _motions(model, found))
+        names = written(run, output, out, csv, force, report, _motions(model, found), xlsx=xlsx)
         print_run(out, run, [f"written to {output}: {', '.join(names)}", f"report: {output / 'report.html'}"])
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
