@@ -6,6 +6,7 @@ constants, has been computed before a mutant is chosen: `recompute` does so agai
 import builtins
 import importlib.abc
 import importlib.util
+import mmap
 import operator
 import sys
 
@@ -16,18 +17,23 @@ OTHER = {"+": "-", "-": "+", "*": "/", "/": "*", "**": "*"}
 COMPARED = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne}
 OTHERS = {"<": (">=", "<="), "<=": (">", "<"), ">": ("<=", ">="), ">=": ("<", ">"), "==": ("!=",), "!=": ("==",)}
 
+ROOM = 20002  # numbers of mutants
+RUN, JOINED = 1, 2
+
 active = 0
-reached = bytearray(1)
+reached = mmap.mmap(-1, ROOM)  # shared with the copies of this process in which commands run; RUN: there was a choice, JOINED: lists or texts alone
 
 
 def on(number):
-    reached[number] = 1
+    reached[number] = RUN
     return number == active
 
 
 def binary(number, op, a, b):
     """Of sets, lists and texts there is no other operation: the mutant is none."""
-    if not isinstance(a, (set, frozenset, list, tuple, str, bytes, dict)) and not isinstance(b, (str, list, tuple)) and on(number):
+    if isinstance(a, (set, frozenset, list, tuple, str, bytes, dict)) or isinstance(b, (str, list, tuple)):
+        reached[number] = reached[number] or JOINED
+    elif on(number):
         return BINARY[OTHER[op]](a, b)
     return BINARY[op](a, b)
 
@@ -37,7 +43,9 @@ IN_PLACE = {"+": operator.iadd, "-": operator.isub, "*": operator.imul, "/": ope
 
 def augmented(number, op, x, a):
     """`x += a` in place, as arrays take it."""
-    if not isinstance(x, (set, list, tuple, str, bytes, dict)) and on(number):
+    if isinstance(x, (set, list, tuple, str, bytes, dict)):
+        reached[number] = reached[number] or JOINED
+    elif on(number):
         return IN_PLACE[OTHER[op]](x, a)
     return IN_PLACE[op](x, a)
 
@@ -79,7 +87,6 @@ class Importer(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         self.trees, self.mutants = python_mutator.mutated(root, scope)
         self.files = {python_mutator.module_name(root, f): f for f in python_mutator.files(root, scope)}
         self.by_number = {m.number: m for m in self.mutants}
-        reached.extend(bytes(len(self.mutants) + 1))
         builtins._ksl_mutants = sys.modules[__name__]
 
     def find_spec(self, fullname, path=None, target=None):

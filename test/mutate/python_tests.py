@@ -73,7 +73,7 @@ class MutatedPython:
 
     def __init__(self):
         self.reached = mutants.reached
-        self.imported = {m.number for m in IMPORTER.mutants if m.statement is not None and self.reached[m.number]}
+        self.imported = {m.number for m in IMPORTER.mutants if m.statement is not None and self.reached[m.number] == mutants.RUN}
 
     def clear(self):
         self.reached[:] = bytes(len(self.reached))
@@ -108,17 +108,28 @@ def run(items):
         yield failed
 
 
+def seconds_used():
+    """By this process and those that it has waited for, as commands have one of their own."""
+    return sum(os.times()[:4])
+
+
 def record(session, mutated, path):
     """Runs all tests without a mutant."""
     rows = []
     mutated.clear()
-    start = time.process_time()
+    start = seconds_used()
     for item, bad in zip(session.items, run(session.items)):
         rows.append(
-            {"test": item.nodeid, "seconds": time.process_time() - start, "failed": bad, "reached": [i for i, x in enumerate(bytes(mutated.reached)) if x]}
+            {
+                "test": item.nodeid,
+                "seconds": seconds_used() - start,
+                "failed": bad,
+                "reached": [i for i, x in enumerate(bytes(mutated.reached)) if x == 1],
+                "joined": [i for i, x in enumerate(bytes(mutated.reached)) if x == 2],
+            }
         )
         mutated.clear()
-        start = time.process_time()
+        start = seconds_used()
     Path(path).write_text(json.dumps(rows))
     return 0
 

@@ -123,7 +123,9 @@ def python_tests(build, library, folders, numbers, jobs, packages=()):
         check=True,
         stdout=subprocess.DEVNULL,
     )
-    return as_without(results.read(), " ".join(folders)), {n for row in json.loads(reached.read_text()) for n in row["reached"]}
+    found, rows = as_without(results.read(), " ".join(folders)), json.loads(reached.read_text())
+    met, joined = ({n for row in rows for n in row[how]} for how in ("reached", "joined"))
+    return found | {n: ("no mutant", 0, "") for n in joined - met if n in found}, met
 
 
 def all_tests(build, numbers, jobs, laws):
@@ -220,6 +222,8 @@ def compile_all(build, laws):
 def is_no_mutant(n, mutants, results, reached):
     """The boundary of a comparison is moved between integers alone.  So a moved boundary that no test reaches, beside a comparison that tests
     do reach, is one of real numbers."""
+    if results[n][0] == "no mutant":  # of what joins lists or texts, there is no other operation
+        return True
     m, before = mutants[n], mutants.get(n - 1)
     same_place = before is not None and n - 1 in reached and (before.code, before.line) == (m.code, m.line)
     return results[n][0] == "unreached" and same_place and m.change[0] in "<>"
