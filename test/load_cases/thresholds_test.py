@@ -1,0 +1,345 @@
+"""Thresholds and defaults of load cases, each just below and just above, and numbers that a hand computes."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import ksl
+from ksl.base.files_read import InputFile
+from ksl.base.errors import CaseError, MotionError
+from ksl.load_cases.case_file import cases_of_text
+from ksl.load_cases.case_result import compute
+from ksl.load_cases.holding import WorstPose, _range, read_pose
+from ksl.load_cases.load_case import LoadCase, Payload
+from ksl.load_cases.motion_given import motion_given
+from ksl.load_cases.poses import neutral, pose_of
+from ksl.load_cases.provenance import Provenance
+from ksl.load_cases.quantities import PowerBalance, first_extreme, power_round_off, rms, summarise, joint_loads, unit, work
+from ksl.load_cases.ranking import Ranking
+from ksl.load_cases.simulated import Simulated, samples_of
+from ksl.load_cases.stops import Stop, worst_start
+from ksl.load_cases.summary_table import worst_rows
+from ksl.load_cases.verdict import Use, Verdict, not_given, percent, uses_of
+from ksl.model.mechanism import Joint
+from ksl.motions.motion import Motion
+
+LIMITS = {"lower": -1.0, "upper": 3.0, "velocity": 4.0, "effort": 20.0}
+
+
+def joint(name="pin", kind="revolute", angle=True, **more) -> Joint:
+    return Joint(name, kind, "wall", "rod", 1, 1, 0, 0, (0.0, 1.0, 0.0), has_axis=True, has_angle=angle, has_limits=True, **more)
+
+
+def use(share, quantity="effort", case="a", name="pin", column=None):
+    return Use(case, name, quantity, column or name, share, 20 * share, 20.0, "effort", "N m", 0.5)
+
+
+# the verdict
+
+
+@pytest.mark.parametrize(
+    ("quantity", "green", "amber"), [("position", 0.95, 0.9501), ("speed", 0.8, 0.8001), ("effort", 0.8, 0.8001), ("position", 0.0, 1 + 0.9e-9)]
+)
+def test_colours(quantity, green, amber):
+    assert [use(x, quantity).level for x in (green, amber, 1 + 0.9e-9, 1 + 1.1e-9)] == ["green", "amber", "amber", "red"]
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [(0.00099, "<0.1 %"), (0.001, "0.1 %"), (9.994, "999.4 %"), (10, "1,000 %"), (1 + 0.9e-9, "100.0 %"), (1 + 1.1e-9, "100 %"), (1.0004, "100.04 %"), (-0.5, "-50.0 %")],
+)
+def test_percentages(share, text):
+    assert percent(share) == text
+
+
+def test_what_is_said_of_several_cases_and_joints():
+    assert Verdict((use(0.4), use(1.5, case="b"))).headline == "pin uses 150.0 % of its effort limit (30 of 20 N m) at 0.5 s, case b"
+    assert Verdict((use(1.2), use(1.5, name="hip"))).headline == "hip uses 150.0 % of its effort limit (30 of 20 N m) at 0.5 s; 2 joints exceed limits"
+    assert use(1.5, "position", column="pin.x").exceeded == "pin: x 30 N m is beyond the effort limit 20 N m"
+    assert str(use(0.5, "position")) == "pin uses 50.0 % of its position range (10 N m, effort limit 20 N m) at 0.5 s"
+    both = Verdict((use(0.3), use(0.2, case="b"), use(0.9, name="hip"), use(0.1, "speed")))
+    assert {name: x.share for name, x in both.of("pin").items()} == {"effort": 0.3, "speed": 0.1}
+
+
+@pytest.mark.parametrize(("count", "said"), [(4, "a, b, c, d"), (5, "a, b, c, d and 1 more")])
+def test_names_in_a_sentence(count, said):
+    lacking = [joint(name, **LIMITS | {"effort": None}) for name in "abcde"[:count]]
+    line = f"no effort limit of {said} in the robot's file (or 0): not compared"
+    assert not_given([*lacking, joint("z", **LIMITS)]) == [line]
+    assert not_given([*lacking, joint("z", **LIMITS), joint("y")], drives=[*"abcde", "z"]) == [line], "y has no drive"
+    assert not_given(lacking) == ["no effort limit of any joint in the robot's file (or 0): not compared"]
+    assert not_given(lacking[:1]) == ["no effort limit of a in the robot's file (or 0): not compared"]
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "ends", "share", "value"),
+    [
+        (-1, 3, (0.0, 2.5), 0.75, 2.5), (-1, 3, (-0.8, 2.5), 0.9, -0.8), (None, 0.5, (0.0, 0.4), 0.9, 0.4), (None, 4, (0.0, 5.0), 1.25, 5.0),
+        (-2, None, (-2.5, 7.0), 1.25, -2.5), (0.25, None, (0.75, 7.0), 0.5, 0.75), (-1, 3, (-1.2, 3.4), 1.1, -1.2),
+    ],
+)  # fmt: skip
+def test_shares_of_positions(lower, upper, ends, share, value):
+    """Of a half range, or of one bound in units of its size, 1 rad at least; both where both are beyond."""
+    row = {"case": "c", "position_lowest": ends[0], "position_lowest_time": 0.0, "position_highest": ends[1], "position_highest_time": 1.0}
+    found = uses_of(joint(lower=lower, upper=upper), row, np.arange(2.0), np.zeros((2, 1)))
+    assert (found[0].share, found[0].value, found[0].case) == (pytest.approx(share), value, "c")
+    assert [x.which for x in found] == (["lower", "upper"] if ends == (-1.2, 3.4) else ["lower" if value in ends[:1] else "upper"])
+    assert found[-1].time == (0.0 if found[-1].which == "lower" else 1.0)
+
+
+def test_positions_of_a_joint_with_several_coordinates():
+    planar = Joint("p", "planar", "a", "b", 3, 3, 2, 2, (0.0, 0.0, 1.0), limits=((-1.0, 1.0), (None, None), (0.0, 4.0)))
+    q = np.zeros((3, 5))
+    q[:, 2:] = [[0, 0, 3.5], [0.2, 9, 0.5], [-0.9, 0, 1]]
+    found = [(x.column, x.share, x.value, x.time) for x in uses_of(planar, {"case": "c"}, np.arange(3.0), q)]
+    assert [x[0] for x in found] == ["p.x", "p.angle"] and [x[2:] for x in found] == [(-0.9, 2.0), (3.5, 0.0)]
+    assert [x[1] for x in found] == pytest.approx([0.9, 0.75])
+
+
+# quantities
+
+
+def test_units():
+    slide, pin = joint(kind="prismatic", angle=False), joint()
+    assert [unit(x, slide) for x in ("position", "acceleration", "brake", "coupling", "friction")] == ["m", "m/s²", "N", "N", "N"]
+    assert [unit(x, pin) for x in ("position", "acceleration", "brake", "coupling", "damping")] == ["rad", "rad/s²", "N m", "N m", "N m"]
+
+
+@pytest.mark.parametrize(
+    ("kinetic", "potential", "q", "v", "effort", "watts"),
+    [(4, 0, 0, 2, 9, 8e-12), (0, 7, 0, 0, 9, 14e-12), (0, 0, 3, 0, 5, 30e-12), (4, 7, 3, 2, 5, 52e-12 + 1.44e-12), (4, 0, 3, 0, 0, 8e-12)],
+)
+def test_round_off_of_powers(kinetic, potential, q, v, effort, watts):
+    """u (K + U + q τ) / dt with u = 1e-12, and 3e-14 q / dt² of an acceleration with the momentum 2 K / v; the shortest dt is 0.5 s."""
+    time = np.array([0.0, 0.5, 2.0])
+    of = lambda x, columns=(): np.full((3, *columns), -float(x)) * [[1.0], [0.5], [0.0]] if columns else np.array([x, -x / 2, 0.0])
+    assert power_round_off(time, of(kinetic), of(potential), of(q, (1,)), of(v, (1,)), effort) == pytest.approx(watts, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("drive", "rate", "more", "residual", "doubtful"),
+    [
+        (2.0, 1.981, {}, 0.0095, False), (2.0, 1.979, {}, 0.0105, True), (0.0, 0.0, {}, 0.0, False), (1e-3, 0.0, {"round_off": 1e-3}, 1.0, False),
+        (1.01e-3, 0.0, {"round_off": 1e-3}, 1.0, True), (1e-3, 0.0, {"exchanged": 100.0}, 0.01, False), (1e-3, 0.0, {"exchanged": 99.0}, 0.0101, True),
+        (2.0, 1.0, {"dissipation": np.ones(2)}, 0.0, False), (2.0, 3.0, {"external": np.ones(2)}, 0.0, False), (1.0, 0.0, {"dissipation": np.full(2, 4.0)}, 0.75, True),
+    ],
+)  # fmt: skip
+def test_power_balances_are_doubted_from_a_hundredth_on(drive, rate, more, residual, doubtful):
+    none = np.zeros(2)
+    balance = PowerBalance(np.array([drive, 0]), more.pop("external", none) * [1, 0], none, np.array([rate, 0]), **{k: x * [1, 0] if k == "dissipation" else x for k, x in more.items()})
+    assert balance.relative_residual == pytest.approx(residual, rel=2e-2, abs=1e-12) and balance.doubtful == doubtful
+
+
+@pytest.mark.parametrize(
+    ("x", "first"),
+    [
+        ([0.0, 0.9e-9], 0), ([0.0, 1.1e-9], 1), ([100.0, 100 + 90e-9], 0), ([100.0, 100 + 110e-9], 1), ([0.01, 0.01 + 0.9e-9], 0),
+        ([0.0, 5.0, 5 * (1 + 0.9e-14)], 1), ([0.0, 5.0, 5 * (1 + 1.2e-14)], 2), ([-7.0, -5.0, -5.0], 1),
+    ],
+)  # fmt: skip
+def test_where_a_curve_is_largest(x, first):
+    assert first_extreme(np.array(x)) == first
+
+
+def test_a_row_of_one_sample_and_of_several():
+    one, three = np.array([2.0]), np.array([0.0, 1.0, 3.0])
+    assert rms(one, np.array([-3.0])) == 3 and rms(three, np.array([3.0, 3.0, 0.0])) == pytest.approx(np.sqrt((9 + 9) / 3))
+    assert work(three, np.array([2.0, -2.0, -4.0])) == pytest.approx((0.5, -6.5))
+    held = summarise(one, joint_loads(joint(), np.zeros((1, 6)), np.array([-2.0]), np.array([3.0])))
+    assert (held["power_mean"], held["power_peak"], held["work_positive"]) == (-6.0, 6.0, 0.0)
+    moved = summarise(three, joint_loads(joint(), np.zeros((3, 6)), np.ones(3), np.array([2.0, -2.0, -4.0])))
+    assert moved["power_mean"] == pytest.approx(-2.0) and (moved["effort_peak"], moved["effort_peak_time"]) == (4.0, 3.0)
+
+
+def test_the_worst_of_rows_by_sign():
+    """Lowest position and negative work: the smallest; of all others the largest magnitude, with its case and time."""
+    rows = [
+        {"case": "a", "joint": "j", "kind": "k", "position_lowest": -1.0, "position_lowest_time": 1.0, "position_highest": -3.0, "work_negative": -4.0, "power_mean": -5.0},
+        {"case": "b", "joint": "j", "kind": "k", "position_lowest": 2.0, "position_lowest_time": 2.0, "position_highest": -2.0, "work_negative": -3.0, "power_mean": 4.0},
+    ]
+    (worst,) = worst_rows(rows)
+    assert {n: worst[n] for n in ("position_lowest", "position_highest", "work_negative", "power_mean", "position_lowest_time")} == {
+        "position_lowest": -1.0, "position_highest": -2.0, "work_negative": -4.0, "power_mean": -5.0, "position_lowest_time": 1.0,
+    }  # fmt: skip
+    assert [worst[f"{n}_case"] for n in ("position_lowest", "position_highest", "work_negative", "power_mean")] == ["a", "b", "a", "a"]
+
+
+def test_cases_that_govern_come_first():
+    """The worst use of a limit, then the most peaks; of equal peaks the first has them."""
+    ranking = Ranking()
+    of = lambda share, **row: SimpleNamespace(uses=[use(share)] if share else [], rows=[{"joint": "j"} | row])
+    for result in (of(0.1, force_peak=5.0), of(0.9, force_peak=1.0), of(0.2, force_peak=5.0, moment_peak=1.0, speed_peak=2.0), of(0.0, effort_peak=9.0)):
+        ranking.add(result, ["j"])
+    assert ranking.first(4) == [1, 2, 0, 3] or ranking.first(4) == [1, 2, 3, 0]
+    assert ranking.first(2) == [1, 2] and ranking.first(9, [3, 1])[0] == 1
+
+
+# stops, poses, simulations
+
+
+@pytest.mark.parametrize(("samples", "starts"), [(2000, 2000), (4001, 2001), (8001, 2001)])
+def test_starts_of_long_motions(samples, starts):
+    time = 5 + np.linspace(0, 8, samples)
+    assert len(Stop(1.0).starts(Motion(time, *np.zeros((3, samples, 1))))) == starts
+
+
+@pytest.mark.parametrize("law", ["cubic", "linear"])
+def test_the_law_of_a_stop_is_its_own_derivative(law):
+    x, h = np.linspace(0.01, 0.99, 50), 1e-5
+    way, speed, change = Stop(1.0, law).profile(x)
+    (before, v0, _), (after, v1, _) = (Stop(1.0, law).profile(x + d) for d in (-h, h))
+    assert (after - before) / (2 * h) == pytest.approx(speed, abs=1e-9) and (v1 - v0) / (2 * h) == pytest.approx(change, abs=1e-9)
+    ends = Stop(1.0, law).profile(np.array([0.0, 1.0]))
+    assert ends[0].tolist() == [0, 0.5] and ends[1].tolist() == [1, 0]
+
+
+BODY = '<link name="{}"><inertial><origin xyz="0.5 0 0"/><mass value="2"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+HINGE = '<joint name="{}" type="{}"><parent link="{}"/><child link="{}"/><axis xyz="0 0 1"/>{}</joint>'
+
+
+@pytest.mark.parametrize(("limits", "start"), [((10, 100), 0), ((100, 1), 3), ((0, 100), 3), ((0, 0), 0)])
+def test_the_worst_start_is_that_of_the_largest_share(robot, limits, start):
+    """Two rods that turn about the vertical, each with m l² = 0.5 kg m²: one is fastest at the first sample, the other at the last."""
+    limit = '<limit lower="-9" upper="9" effort="{}" velocity="9"/>'
+    joints = "".join(HINGE.format(n, "revolute", "wall", b, limit.format(e)) for n, b, e in zip("pq", "bc", limits, strict=True))
+    m = robot(f'<robot name="r"><link name="wall"/>{BODY.format("b")}{BODY.format("c")}{joints}</robot>')
+    v = np.array([[4.0, 0.5], [3, 1], [2, 2], [1, 3]])
+    assert worst_start(m, Motion(np.arange(4.0), np.zeros((4, 2)), v, np.zeros((4, 2))), Stop(0.5), []) == start
+
+
+def test_ranges_that_are_searched():
+    """Both limits; a turn beside one of them, or about zero; slides need both."""
+    ranges = [_range(joint(**x)) for x in ({"lower": -1, "upper": 2}, {"lower": 1}, {"upper": 1}, {})]
+    assert ranges == [(-1, 2), (1, pytest.approx(1 + 2 * np.pi)), (pytest.approx(1 - 2 * np.pi), 1), (pytest.approx(-np.pi), pytest.approx(np.pi))]
+    assert _range(joint(kind="prismatic", angle=False, upper=1)) is None and _range(joint(kind="prismatic", angle=False, lower=0, upper=1)) == (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("refined", "ended", "agree", "skipped", "said", "converged"),
+    [
+        (0, 0, 0, 0, "no joint can move: there was nothing to search", True),
+        (0, 0, 0, 50, "none of 50 random poses can be closed within the limits: this is the pose that was given; give limits of position that fit", True),
+        (9, 9, 2, 0, "2 of 9 searches, from the best of 50 random poses, came to this value", True),
+        (9, 7, 1, 3, "1 of 9 searches, from the best of 50 random poses, came to this value, 2 ended before a maximum; 3 of the 50 can't be closed within the limits; "
+                     "there may be a worse pose: try other seeds", False),
+    ],
+)  # fmt: skip
+def test_how_far_a_search_came(refined, ended, agree, skipped, said, converged):
+    found = WorstPose(np.zeros(1), 1.0, 50, refined, ended, agree, skipped)
+    assert str(found) == said and found.converged == converged
+
+
+MIXED = (
+    f'<robot name="m"><link name="wall"/>{BODY.format("b")}{BODY.format("c")}{BODY.format("d")}{BODY.format("e")}'
+    + HINGE.format("above", "revolute", "wall", "b", '<limit lower="0.5" upper="2" effort="9" velocity="9"/>')
+    + HINGE.format("below", "revolute", "b", "c", '<limit lower="-2" upper="-0.25" effort="9" velocity="9"/>')
+    + HINGE.format("none", "revolute", "c", "d", '<limit lower="3" upper="3" effort="9" velocity="9"/>')
+    + '<joint name="free" type="floating"><parent link="wall"/><child link="e"/></joint></robot>'
+)
+
+
+def test_poses_by_name(robot):
+    m = robot(MIXED)
+    free = slice(m.joint("free").q_index, m.joint("free").q_index + 7)
+    at = lambda q, name: q[m.joint(name).q_index]
+    assert [at(neutral(m), name) for name in ("above", "below", "none")] == [0.5, -0.25, 0] and neutral(m)[free].tolist() == [0, 0, 0, 0, 0, 0, 1]
+    whole = pose_of(m, {"free": [1, 2, 3, 0, 0, 0.6, 0.8], "above": 1.5})
+    assert whole[free] == pytest.approx([1, 2, 3, 0, 0, 0.6, 0.8]) and at(whole, "above") == 1.5
+    for length in (0.9901, 1.0099):
+        assert pose_of(m, {"free.x": 5, "free.qx": length, "free.qw": 0})[free] == pytest.approx([5, 0, 0, 1, 0, 0, 0])
+    for length in (0.9899, 1.0101):
+        with pytest.raises(MotionError, match=f"the quaternion of free has length {length:.4g}; expected a unit"):
+            pose_of(m, {"free.qx": length, "free.qw": 0})
+    for wrong in ({"free": [1, 2, 3]}, {"above": [1.0]}, {"above": True}, {"above": np.inf}):
+        with pytest.raises(MotionError, match="pose: "):
+            pose_of(m, wrong)
+
+
+def test_a_pose_of_a_file_is_its_nearest_sample(robot, tmp_path):
+    m = robot(f'<robot name="r"><link name="wall"/>{BODY.format("b")}{HINGE.format("pin", "continuous", "wall", "b", "")}</robot>')
+    (tmp_path / "m.csv").write_text("time,pin\n" + "".join(f"{2 + k / 10},{k}\n" for k in range(8)))
+    assert [read_pose(m, tmp_path / "m.csv", t)["pin"] for t in (None, 2, 2.34, 2.36, 2.7)] == [0, 0, 3, 4, 7]
+    for time in (1.99, 2.71):
+        with pytest.raises(MotionError, match=f"no sample at {time} s; its times are 2 s to 2.7 s"):
+            read_pose(m, tmp_path / "m.csv", time)
+
+
+@pytest.mark.parametrize(
+    ("how", "samples"), [({"until": 1.0}, 251), ({"until": 1.0, "rate": 10.0}, 11), ({"until": 3.0, "start": 2.0}, 251), ({"until": 1e-3}, 2)]
+)
+def test_samples_of_simulations(how, samples):
+    assert samples_of(Simulated(**how), None) == samples
+    followed = Motion(np.array([1.0, 2.0]), *np.zeros((3, 2, 1)))
+    assert samples_of(Simulated(), followed) == 251 and samples_of(Simulated(start=1.5), followed) == 126
+    for wrong, said in (({"until": 0.0}, "until 0 s is not after"), ({"until": 1.0, "rate": 0.0}, "rate 0; expected"), ({"until": 40000.0}, "10,000,001 samples"), ({}, "no end")):
+        with pytest.raises(MotionError, match=said):
+            samples_of(Simulated(**wrong), None)
+
+
+# files of load cases
+
+ROD = f'<robot name="r"><link name="wall"/>{BODY.format("rod")}{HINGE.format("pin", "continuous", "wall", "rod", "")}</robot>'
+
+
+@pytest.mark.parametrize(
+    ("keys", "says"),
+    [
+        ("mounting = { quaternion = [0, 0, 0.9901, 0] }", ""), ("mounting = { quaternion = [0, 0, 1.0099, 0] }", ""),
+        ("mounting = { quaternion = [0, 0, 0.9899, 0] }", "length 0.9899"), ("mounting = { quaternion = [0, 0, 1.0101, 0] }", "length 1.01"),
+        ("payloads = [{ link = 'rod', mass = 1, inertia = [1, 1, 2.0000018, 0, 0, 0] }]", ""),
+        ("payloads = [{ link = 'rod', mass = 1, inertia = [1, 1, 2.0000022, 0, 0, 0] }]", "which no body can have"),
+        ("payloads = [{ link = 'rod', mass = 1, inertia = [-0.0000011, 1, 1, 0, 0, 0] }]", "which no body can have"),
+        ("external = [{ link = 'rod', wrench = [0,0,0,0,0,0], order = 'xyz' }]", "order 'xyz'"),
+        ("stop = { time = 1, step = 0 }", "step 0; expected seconds"), ("stop = { time = 0 }", "time 0; expected"),
+        ("stop = { time = 1, from = 0 }", ""), ("stop = { time = 1, from = 3 }", ""), ("stop = { time = 1, from = 3.01 }", "the motion is from 0 s to 3 s"),
+    ],
+)  # fmt: skip
+def test_what_a_case_takes(robot, tmp_path, keys, says):
+    m = robot(ROD)
+    (tmp_path / "m.csv").write_text("time,pin\n" + "".join(f"{k / 2},{k / 9}\n" for k in range(7)))
+    read = lambda: cases_of_text(m, f"[cases.a]\nmotion = 'm.csv'\n{keys}\n", str(tmp_path / "c.toml"))
+    if not says:
+        assert len(read()) == 1
+        return
+    with pytest.raises(CaseError, match=says):
+        read()
+
+
+@pytest.mark.parametrize(("mass", "doubted"), [(9.99, False), (10.01, True)])
+def test_a_payload_of_five_times_the_robot_is_suspected(robot, mass, doubted):
+    m = robot(ROD)
+    case = LoadCase(m.with_payload("rod", mass, (0, 0, 0)), Motion(np.zeros(1), *np.zeros((3, 1, 1))), payloads=[Payload("rod", mass, (0.0, 0.0, 0.0))])
+    said = [line for line in compute(case).doubts if line.startswith("the payload on rod has")]
+    assert bool(said) == doubted and all(f"{mass:g} kg, 5 times the robot's own 2 kg" in line for line in said)
+
+
+@pytest.mark.parametrize(("count", "lines"), [(4, 4), (5, 1)])
+def test_many_files_are_one_line(count, lines):
+    files = [InputFile("mesh", f"{k}.stl", None if k == 0 else "00") for k in range(count)]
+    case = {"name": "a", "kind": "motion", "motion": "", "format": None, "samples": 3, "step": 0.5, "start": 0.0, "end": 1.0, "gravity": [0, 0, -9.81],
+            "payloads": [], "physics": [], "external": []}  # fmt: skip
+    said = Provenance("r", [], [case], files).lines()
+    assert [name for name, _ in said if name.startswith("mesh")] == (["mesh file"] * 4 if lines == 4 else ["mesh files"])
+    assert dict(said)["physics of joints"] == dict(said)["external wrenches"] == dict(said)["payloads"] == dict(said)["options"] == "none"
+    assert dict(said)["motion"] == "arrays, 3 samples, median step 0.5 s, from 0 s to 1 s"
+    assert [name for name, _ in Provenance("r", [], [case, case | {"name": "b"}]).lines()][:2] == ["case a", "case b"]
+
+
+def test_arrays_of_a_motion(robot):
+    m, t, x = robot(ROD), np.arange(2.0), np.zeros((2, 1))
+    assert motion_given(m, (t, x, x, x)).q.shape == (2, 1)
+    for wrong in ((t,), (t, x, x, x, x), 3):
+        with pytest.raises(MotionError, match="expected a file, a table with the column `time`"):
+            motion_given(m, wrong)
+    with pytest.raises(MotionError, match="times must increase"):
+        motion_given(m, (np.zeros(2), x, x, x))
+
+
+@pytest.mark.parametrize("sample", [0, 3])
+def test_numbers_beyond_the_range_name_sample_and_quantity(robot, sample):
+    """An acceleration that is an effort, and with its speed a power that is none; and a speed whose square is none."""
+    for speed, acceleration, said in ((1e100, 1e250, "power of pin is not finite"), (1e300, 0.0, "inverse_dynamics_with_reactions: ")):
+        v, a = (np.where(np.arange(5) == sample, x, 0.0)[:, None] for x in (speed, acceleration))
+        with pytest.raises(MotionError, match=rf"motion: sample {sample + 1} \(time {sample}\): {said}"):
+            compute(LoadCase(robot(ROD), Motion(np.arange(5.0), np.zeros((5, 1)), v, a)))
