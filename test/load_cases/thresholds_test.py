@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import ksl
 from ksl.base.files_read import InputFile
 from ksl.base.errors import CaseError, MotionError
 from ksl.load_cases.case_file import cases_of_text
