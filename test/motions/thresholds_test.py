@@ -1,0 +1,378 @@
+"""Thresholds of readers, filters and generators of motions, each just below and just above, and curves in closed form."""
+
+import numpy as np
+import pytest
+from scipy.fft import dst
+
+from ksl.base.errors import MotionError
+from ksl.model.lengths import extent
+from ksl.model.mechanism import Joint
+from ksl.motions.columns.units import Unit, unit_of
+from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, trapezoid
+from ksl.motions.generate.excitation import Series
+from ksl.motions.generate.generated import check_duration, effort_stretch, limits_of, sample_times, worst_rate, worst_use
+from ksl.motions.generate.profiles import _fastest, _instants, _trapezoids
+from ksl.motions.motion import Motion
+from ksl.motions.signal.corners import find_jumps
+from ksl.motions.signal.gaps import doubts_about_gaps
+from ksl.motions.signal.noise import step_of, white_noise
+from ksl.motions.signal.ordered import check_restart, ordered
+from ksl.motions.signal.resampling import resampled
+from ksl.motions.signal.smoothing import attenuation, smoothed, suitable_cutoff
+from ksl.motions.signal.standing import standing_of_integrated
+from ksl.motions.signal.suspicions import suspicions, suspicions_of_pose
+
+SLIDE = Joint("slide", "prismatic", "a", "b", 1, 1, 0, 0, (0.0, 0.0, 1.0), has_axis=True, has_angle=False)
+MASS = '<inertial><origin xyz="0.3 0 0"/><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>'
+
+
+def robot_of(robot, *joints):
+    """A chain of joints: (name, kind, limits)."""
+    links = "".join(f'<link name="l{k}">{MASS}</link>' for k in range(1, len(joints) + 1))
+    moved = "".join(
+        f'<joint name="{name}" type="{kind}"><parent link="l{k}"/><child link="l{k + 1}"/><origin xyz="0.5 0 0"/><axis xyz="0 0 1"/>{limits}</joint>'
+        for k, (name, kind, limits) in enumerate(joints)
+    )
+    return robot(f'<robot name="r"><link name="l0"/>{links}{moved}</robot>')
+
+
+def limit(lower, upper, velocity=2, effort=100):
+    return f'<limit lower="{lower}" upper="{upper}" velocity="{velocity}" effort="{effort}"/>'
+
+
+# units that are suspected
+
+
+@pytest.mark.parametrize(
+    ("kind", "limits", "least", "most"),
+    [
+        ("revolute", limit(-1, 1), 3.0, 3.0 * 180 / np.pi), ("revolute", limit(-4, -1), 6.0, 6.0 * 180 / np.pi), ("revolute", limit(1, 4), 6.0, 6.0 * 180 / np.pi),
+        ("continuous", "", 100.0, 100 * 180 / np.pi), ("prismatic", limit(-2, 1), 4.5, 4500.0), ("prismatic", limit(0, 0.2), 1.0, 300.0), ("prismatic", limit(0, 0), None, None),
+    ],
+)  # fmt: skip
+def test_positions_of_another_unit(robot, kind, limits, least, most):
+    """Beyond 1.5 times the limits or their range, 100 rad, or 20 times the robot's extent, 1 m at least; and possible in the smaller unit."""
+    m = robot_of(robot, ("j", kind, limits))
+    least, most = (20 * extent(m), 20e3 * extent(m)) if least is None else (least, most)
+    word = "millimetres" if kind == "prismatic" else "degrees"
+    for x, said in ((0.999 * least, False), (1.001 * least, True), (0.999 * most, True), (1.001 * most, False)):
+        for found in (suspicions_of_pose(m, np.array([-x])), suspicions(m, np.arange(3.0), np.array([[0.0], [x], [0]]), np.ones((3, 1)))):
+            assert [f"j reaches {x:.4g} " in line and word in line for line in found] == [True] * said
+
+
+@pytest.mark.parametrize(
+    ("speed", "step", "said"),
+    [
+        (2e-3, 0.5, "milliseconds? Then add --time-unit ms"), (2.01e-3, 0.5, ""), (4.02e-5, 0.5, "--time-unit ms"), (3.98e-5, 0.5, ""), (2e-3, 0.0999, ""), (2e-3, 0.1001, "ms"),
+        (2e-3, 999.0, "ms"), (2e-3, 1001.0, ""), (2e-6, 1001.0, "microseconds? Then add --time-unit us"), (2e-9, 2e6, "nanoseconds? Then add --time-unit ns"), (0.0, 0.5, ""),
+        (201.0, 0.99e-4, "times its limit: check"), (199.0, 0.99e-4, ""), (201.0, 1.01e-4, ""),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("limits", [limit(-9, 9), ""])
+def test_times_of_another_unit(robot, speed, step, said, limits):
+    m = robot_of(robot, ("j", "revolute" if limits else "continuous", limits))
+    found = suspicions(m, step * np.arange(5), np.zeros((5, 1)), np.linspace(0, -speed, 5)[:, None])
+    assert [(said if limits else said.replace("its limit", "2 rad/s or m/s")) in line for line in found] == [True] * bool(said)
+    long = suspicions(m, np.linspace(0, 0.1001, 5000), np.zeros((5000, 1)), np.full((5000, 1), 201.0))
+    assert long == [] and len(suspicions(m, np.linspace(0, 0.0999, 5000), np.zeros((5000, 1)), np.full((5000, 1), 201.0))) == 1
+
+
+# samples
+
+
+@pytest.mark.parametrize(
+    ("gap", "way", "said"), [(5.0, 0.5, False), (5.01, 0.5, True), (6.0, 0.0499, False), (6.0, 0.0501, True)]
+)
+def test_gaps(gap, way, said):
+    """Longer than five median steps, while the joint moves by more than a twentieth of its travel, 1 m; it rests before and after."""
+    time = np.cumsum([0.0] + [1.0] * 6 + [gap] + [1.0] * 6)
+    q = np.repeat([0.0, way, 1.0], [7, 4, 3])[:, None]
+    found = doubts_about_gaps((SLIDE,), time, q)
+    assert bool(found) == said and all(f"no samples between 6 s and {6 + gap:.6g} s, {gap:.3g} median steps, while slide moves by {way:.3g} m" in line for line in found)
+    assert doubts_about_gaps((SLIDE,), time[5:8], q[5:8]) == []
+
+
+@pytest.mark.parametrize(
+    ("times", "at"),
+    [([0, 1, 0.5, 2], None), ([0, 1, 0.4999, 2], 2), ([0, 1, 1, 1], 2), ([0, 1, 2, 2, 2.5], None), ([0, 0, 0, 1], 1), ([0, 0, 1, 1], 1), ([0, 0, 1, 1, 2], None), ([3.0], None)],
+)
+def test_times_that_go_back_or_stand_still(times, at):
+    assert check_restart(np.array(times, dtype=float)) == at
+
+
+@pytest.mark.parametrize(("share", "left"), [(0.0099, 9), (0.0101, 10)])
+def test_samples_closer_than_a_hundredth_of_the_step_are_one(share, left):
+    time = np.array([0.0, 1, 2, 3, 3 + share, 4, 5, 6, 7, 8])
+    found = ordered("f", [SLIDE], time, {"slide": np.arange(10.0)}, np.arange(10))
+    assert len(found.time) == left and bool(found.notes) == (left == 9)
+    assert found.rows.tolist() == [k for k in range(10) if k != 3 or left == 10], "the last of them is used"
+
+
+@pytest.mark.parametrize(("moved", "used"), [(0.00099, True), (0.00101, False)])
+def test_velocities_that_are_all_zero_were_not_measured(moved, used):
+    values = {"slide": np.array([0.0, moved, 0]), "slide.v": np.zeros(3)}
+    assert ("slide.v" in ordered("f", [SLIDE], np.arange(3.0), values, np.arange(3)).values) == used
+
+
+@pytest.mark.parametrize(
+    ("x", "step"),
+    [
+        ([0.123, 1.5, -7.001], 1e-3), ([1.0, 5.0], 1.0), ([0.1, 0.25], 0.01), (0.0123 * np.arange(7) ** 2 + 1 / 3, 0.0123), (np.full(5, 1 / 3), 0.0),
+        (np.array([0, 1, 2.0009, 5]) * 0.017 + 1 / 3, 0.017), (np.array([0, 1, 2.0011, 5]) * 0.017 + 1 / 3, 0.0), (np.sqrt(np.arange(9)), 0.0), ([0.123456789, 0.1], 1e-9),
+    ],
+)  # fmt: skip
+def test_the_step_of_which_numbers_are_multiples(x, step):
+    assert step_of(np.asarray(x, dtype=float)) == pytest.approx(step, rel=1e-9)
+
+
+@pytest.mark.parametrize("n", [25, 26, 2000])
+def test_noise_that_can_be_told(n):
+    """Sixteen differences of the tenth order at least; a sine without noise has none."""
+    rng = np.random.default_rng(1)
+    t = np.arange(n) * 0.01
+    x = np.column_stack([np.sin(t), np.sin(t) + 1e-3 * rng.normal(size=n), np.zeros(n)])
+    found = white_noise(t, x, np.zeros(3))
+    assert found[[0, 2]].tolist() == [0, 0] and (found[1] > 0) == (n > 25) and (n < 2000 or found[1] == pytest.approx(1e-3, rel=0.1))
+
+
+@pytest.mark.parametrize(("width", "stands"), [(0.99, True), (1.01, False)])
+def test_a_position_stands_within_the_error_of_its_integration(width, stands):
+    """1e-3 + 1e-2 |q|, for eight samples."""
+    x = 2.0 - 0.021 * width * (np.arange(40) % 2)
+    found = standing_of_integrated([SLIDE], 0.1 * np.arange(40), x[:, None], np.ones((40, 1)), 1e-3, 1e-2)
+    assert found.stands.all() == stands and found.stands.any() == stands and found.rate[0] == pytest.approx(0.21)
+    eight = standing_of_integrated([SLIDE], np.arange(30.0), np.concatenate([np.arange(11.0), np.full(8, 11.5), np.arange(12.0, 23)])[:, None], np.ones((30, 1)), 1e-3, 0)
+    assert np.flatnonzero(eight.stands[:, 0]).tolist() == list(range(11, 19))
+
+
+@pytest.mark.parametrize(("rate", "ok"), [(0.0999, False), (0.1001, True), (2.0, True), (2.001e6, False), (0.0, False), (np.inf, False)])
+def test_rates_of_resampling(rate, ok):
+    time = np.linspace(3, 13, 11)
+    make = lambda: resampled("f", [SLIDE], time, (time**2)[:, None], [[None, None]], rate, str)
+    if not ok:
+        with pytest.raises(MotionError, match="--resample"):
+            make()
+        return
+    at, q, _, note = make()
+    assert at == pytest.approx(3 + np.arange(int(10 * rate + 1e-9) + 1) / rate) and q[:, 0] == pytest.approx(at**2)
+    assert note.startswith(f"resampled to {rate:g} Hz ({len(at)} samples) from 11 samples with a median step of 1 s")
+
+
+# filters
+
+
+def test_what_a_filter_leaves():
+    assert attenuation(np.array([0.0, 1, 2, 4]), 2.0) == pytest.approx([1, 1 / (1 + 0.5**8), 0.5, 1 / 257])
+    t = np.arange(2001) / 100
+    for cutoff, ok in ((49.99, True), (50.0, False), (1.01e-4, True), (0.99e-4, False), (0.0, False)):
+        if ok:
+            assert np.isfinite(smoothed(t, np.sin(t)[:, None], cutoff)).all()
+            continue
+        with pytest.raises(MotionError, match="--smooth"):
+            smoothed(t, np.sin(t)[:, None], cutoff)
+    waves = np.sin(2 * np.pi * t[:, None] * [1, 3])
+    assert smoothed(t, waves, 3.0)[200:-200] == pytest.approx(waves[200:-200] * attenuation(np.array([1.0, 3]), 3.0), abs=2e-4)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_suitable_cutoff_is_that_of_the_least_error(seed):
+    """By a sine transform of its own, and 60 candidates that are tried one by one."""
+    rng = np.random.default_rng(seed)
+    n, h, noise, weight = 400 + 37 * seed, 0.004, np.array([1e-4, 3e-5]) * 10.0 ** rng.uniform(-1, 1, 2), np.array([2.0, 0.5])
+    t = h * np.arange(n)
+    x = np.column_stack([np.sin(2 * np.pi * (1 + seed) * t), 0.3 * np.cos(9 * t)]) + noise * rng.normal(size=(n, 2))
+    rest = x - x[0] - np.linspace(0, 1, n)[:, None] * (x[-1] - x[0])
+    power = dst(rest[1:-1], type=1, axis=0) ** 2 / (2 * (n - 1))
+    power = np.vstack([power, np.zeros((1, 2))])  # the last is zero for any odd continuation
+    mean = np.array([power[max(0, k - 4) : k + 5].mean(axis=0) for k in range(len(power))])
+    signal = np.where(mean > 3 * noise**2, np.maximum(power - noise**2, 0), 0)
+    f = np.arange(1, len(power) + 1) / (2 * t[-1])
+    cost = lambda H: np.sum(((1 - H) ** 2)[:, None] * signal * weight**2 * f[:, None] ** 4) + np.sum((H**2 * f**4)[:, None] * noise**2 * weight**2)
+    tried = np.geomspace(max(2 * f[0], f[-1] / 1000), 0.8 * f[-1], 60)
+    best = tried[np.argmin([cost(1 / (1 + (f / c) ** 8)) for c in tried])]
+    assert suitable_cutoff(t, x, noise, weight) == float(f"{best:.2g}")
+
+
+# corners
+
+
+def corner(at=0.503, off=0.0, left=0.0, right=0.0, step=0.01):
+    """A motion whose acceleration jumps by 2 rad/s² at `at`, and its position by `off`; jerks on both sides."""
+    t = step * np.arange(101)
+    u = t - at
+    return t, 0.2 * t + 0.3 * t**2 + np.where(u > 0, off + u**2 + right * u**3 / 6, left * u**3 / 6)
+
+
+@pytest.mark.parametrize(
+    ("most", "how"),
+    [
+        (0.03 * 2e-4, {"off": 1.0}), (0.2 / (0.015 - 0.0002), {"right": 1.0}), (0.2 / (0.015 + 0.0002), {"right": -1.0}),
+        (0.2 / (0.01 - 0.0004), {"left": -1.0, "right": 1.0}),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_what_is_a_jump_of_acceleration(most, how):
+    """The sides meet to 3 % of J h².  Quadratics and cubics, 1.5 steps apart, agree to 10 % of J, which is taken 0.2 steps behind the jump; and
+    within a step the acceleration of either side changes by less than that: where the jerks are opposite, both curves agree."""
+    for share, found in ((0, True), (0.99, True), (1.02, False)):
+        t, x = corner(**{name: share * most * sign for name, sign in how.items()})
+        (one,) = find_jumps(t, x[:, None])
+        assert (len(one.jumps.times) == 1) == found
+        if share == 0:
+            assert one.jumps.times == pytest.approx([0.503], abs=1e-9) and one.jumps.sizes == pytest.approx([2.0])
+
+
+@pytest.mark.parametrize(("second", "count"), [(0.0197, 1), (0.0203, 2)])
+def test_small_jumps_beside_large_ones_do_not_matter(second, count):
+    """Less than 2 % of the largest acceleration; here 1 rad/s² after the first jump."""
+    t = 0.01 * np.arange(201)
+    x = np.maximum(t - 0.503, 0) ** 2 / 2 - second * np.maximum(t - 1.504, 0) ** 2 / 2
+    (one,) = find_jumps(t, x[:, None])
+    assert len(one.jumps.times) == count and one.impossible == []
+
+
+@pytest.mark.parametrize(("at", "snapped"), [(0.500009, 0.5), (0.500011, 0.500011), (0.499991, 0.5), (0.499989, 0.499989)])
+def test_times_beside_samples(at, snapped):
+    """A thousandth of the step from a sample is at the sample."""
+    t, x = corner(at=at)
+    (one,) = find_jumps(t, x[:, None])
+    assert one.jumps.times == pytest.approx([snapped], abs=1e-8)
+
+
+@pytest.mark.parametrize("order", [2, 1])
+def test_jumps_that_are_impossible_have_time_and_size(order):
+    t = 0.01 * np.arange(101)
+    smooth = np.sin(t)
+    spike = smooth + 0.01 * (np.arange(101) == 40)
+    (one,) = find_jumps(t, spike[:, None], order)
+    ((kind, time, size),) = one.impossible
+    assert (kind, time) == (-1, pytest.approx(0.4)) and size == pytest.approx(0.01, rel=1e-3) and len(one.jumps.times) == 0
+    (one,) = find_jumps(t, (smooth + 0.5 * (t > 0.605))[:, None], order)
+    assert [(k, pytest.approx(time, abs=0.006), pytest.approx(size, rel=1e-2)) for k, time, size in one.impossible] == [(0, 0.605, 0.5)]
+    if order == 2:
+        (one,) = find_jumps(t, (smooth + 3 * np.maximum(t - 0.603, 0))[:, None], order)
+        assert [(k, pytest.approx(time, abs=1e-3), pytest.approx(size, rel=1e-2)) for k, time, size in one.impossible] == [(1, 0.603, 3.0)]
+
+
+# generators
+
+
+def test_trapezoids_in_closed_form():
+    """From 1 to 3 in 4 s, ramps of a quarter: 1 s up to 2/3 a second, 2 s steady, 1 s down; then back by 1 in 2 s with ramps of a half."""
+    times, positions, ramps = np.array([0.0, 4, 6]), np.array([[1.0], [3], [2]]), np.array([0.25, 0.5])
+    t = np.array([0.0, 0.5, 1, 2, 3, 3.5, 4, 4.5, 5.5, 6])
+    q, v, a = (x[:, 0] for x in _trapezoids(t, times, positions, ramps))
+    assert q == pytest.approx([1, 1 + 1 / 12, 4 / 3, 2, 8 / 3, 3 - 1 / 12, 3, 2.875, 2.125, 2])
+    assert v == pytest.approx([0, 1 / 3, 2 / 3, 2 / 3, 2 / 3, 1 / 3, 0, -0.5, -0.5, 0])
+    assert a == pytest.approx([2 / 3, 2 / 3, 0, 0, -2 / 3, -2 / 3, -1, -1, 1, 0])
+    duration, share = _fastest(np.array([2.0, 9.0]), np.array([8.0, 4.0]))
+    assert duration == pytest.approx([0, 0.75, 1.75]) and share == pytest.approx([1 / 3, 0.5]), "1/v + v/a; the second is a triangle"
+    instants = _instants(times, ramps)
+    assert (np.diff(instants) >= 0).all() and instants[[0, -1]].tolist() == [0, 1] and len(instants) >= 1900
+    assert all(np.sum((instants > a) & (instants < b)) >= 300 for a, b in ((0, 1 / 6), (1 / 6, 1 / 2), (1 / 2, 2 / 3), (2 / 3, 5 / 6), (5 / 6, 1)))
+
+
+@pytest.mark.parametrize(("make", "speed"), [(minimum_jerk, 15 / 8), (trapezoid, 1.5)])
+def test_the_shortest_time_by_hand(robot, make, speed):
+    """2 rad with at most 1 rad/s: 80 % of it without a time, all of it with one that is given."""
+    m, points = robot_of(robot, ("j", "revolute", limit(-2, 2, 1))), Waypoints(np.array([[-1.0], [1.0]]))
+    assert make(m, points).motion.time[-1] == pytest.approx(2 * speed / 0.8, rel=1e-4)
+    assert make(m, points, duration=2 * speed * 1.0001).motion.time[-1] == 2 * speed * 1.0001
+    with pytest.raises(MotionError, match=f"the shortest time within all limits is {2 * speed:.4g} s"):
+        make(m, points, duration=2 * speed * 0.999)
+
+
+def test_a_chirp_in_closed_form(robot):
+    """Phase 2π (low t + (high − low) t² / 2T), the second joint 7 % faster; quintic ends of a twentieth of the time."""
+    m = robot_of(robot, ("a", "revolute", limit(-1, 2, 3, 1e6)), ("b", "revolute", limit(-0.5, 0.5, 1, 1e6)))
+    made = chirp(m, duration=10.0, low=0.2, high=1.5, rate=100.0, acceleration=20.0)
+    t = np.linspace(0, 10, 1001)[:, None]
+    faster = np.array([1.0, 1.07])
+    w = 2 * np.pi * (0.2 + 0.13 * t) * faster
+    x = np.clip(np.minimum(t, 10 - t) / 0.5, 0, 1)
+    amplitude = ((1 / np.array([1.5, 0.5])) ** 4 + (w / np.array([3.0, 1.0])) ** 4 + (w**2 / 20) ** 4) ** -0.25
+    expected = np.array([0.5, 0]) + made.facts["share"] * (10 * x**3 - 15 * x**4 + 6 * x**5) * amplitude * np.sin(2 * np.pi * (0.2 * t + 0.065 * t**2) * faster)
+    assert made.motion.q == pytest.approx(expected, abs=1e-9)
+    assert worst_use(limits_of(m, 20.0), made.motion.q, made.motion.v, made.motion.a).share == pytest.approx(0.8, rel=0.06) and made.facts["share"] <= 0.8
+    for low, high in ((0.0, 1.0), (1.0, 1.0), (1.0, 10.0)):
+        with pytest.raises(MotionError, match="chirp from"):
+            chirp(m, low=low, high=high, rate=100.0)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_any_candidate_of_a_search_keeps_to_the_limits(robot, seed):
+    """A share s of one of them is used: 90 % of the range, and 78.8 % of the speed; it begins at rest, and its rates are its derivatives."""
+    m = robot_of(robot, ("a", "revolute", limit(-1, 2, 3)), ("b", "revolute", limit(-0.5, 0.5, 0.3)))
+    limits = limits_of(m, 5.0)
+    series, x = Series(limits, 7.0), np.random.default_rng(seed).normal(size=24) * 2
+    q, v, a = series(x, series.times)
+    used = np.maximum.reduce([np.ptp(q, axis=0) / (2 * 0.9 * limits.half), np.abs(v).max(axis=0) / (0.985 * 0.8 * limits.velocity), np.abs(a).max(axis=0) / (0.985 * 5)])
+    share = 1 / (1 + np.exp(-3 - x.reshape(2, 12)[:, -2]))
+    assert used == pytest.approx(share) and (q >= limits.middle - 0.9 * limits.half - 1e-12).all() and (q <= limits.middle + 0.9 * limits.half + 1e-12).all()
+    t, h = np.linspace(0, 14, 200), 1e-5
+    (q0, v0, _), (q1, v1, _), (_, vt, at) = series(x, t - h), series(x, t + h), series(x, t)
+    assert (q1 - q0) / (2 * h) == pytest.approx(vt, abs=1e-6) and (v1 - v0) / (2 * h) == pytest.approx(at, abs=1e-6)
+    assert vt[0] == pytest.approx(0, abs=1e-12) and at[0] == pytest.approx(0, abs=1e-12) and vt[-1] == pytest.approx(0, abs=1e-10)
+    room = limits.middle + (0.9 * limits.half - np.ptp(q, axis=0) / 2) * np.tanh(x.reshape(2, 12)[:, -1])
+    assert (q.max(axis=0) + q.min(axis=0)) / 2 == pytest.approx(room)
+
+
+def test_durations_rates_and_numbers_of_samples():
+    for x in (1e-6, 1e9):
+        check_duration(x)
+    for x in (0.99e-6, 1.01e9):
+        with pytest.raises(MotionError, match="expected a positive number, 1e-06 s to 1e"):
+            check_duration(x)
+        with pytest.raises(MotionError, match="samples a second: expected a positive number"):
+            sample_times(1.0, x)
+    assert len(sample_times(2.0, 250.0)) == 501 and len(sample_times(1.0, 1.0)) == 7
+    with pytest.raises(MotionError, match="10,000,001 samples"):
+        sample_times(10_000_001.0, 1.0)
+
+
+def test_limits_that_generators_take(robot):
+    """Mimic joints limit their leaders; what the file does not say is said."""
+    m = robot_of(robot, ("a", "revolute", limit(-1, 2, 3, 7)), ("b", "prismatic", limit(0, 1, 0, 0)), ("c", "revolute", limit(-5, 5, 0.5) + '<mimic joint="a" multiplier="-2"/>'))
+    limits = limits_of(m)
+    assert [j.name for j in limits.joints] == ["a", "b"] and limits.velocity.tolist() == [0.25, 0.25] and limits.effort.tolist() == [7, np.inf]
+    assert limits.middle.tolist() == [0.5, 0.5] and limits.half.tolist() == [1.5, 0.5] and limits.notes == ["the file gives no limits of speed for b: 1 rad/s and 0.25 m/s were taken"]
+    use = worst_rate(limits_of(m, 4.0), np.array([[0.1, 0], [0, -0.2]]), np.array([[1.0, 1], [1, 2]]))
+    assert (use.quantity, use.joint.name, use.sample, use.share, use.of_limit) == ("speed", "b", 1, 0.8, "of its limit 0.25 m/s")
+    use = worst_rate(limits_of(m, 4.0), np.array([[0.1, 0], [0, 0.2]]), np.array([[-5.0, 1], [1, 2]]))
+    assert (use.quantity, use.joint.name, use.sample, use.share, use.of_limit) == ("acceleration", "a", 0, 1.25, "of its limit 4 rad/s²")
+
+
+@pytest.mark.parametrize(("effort", "acceleration", "stretch"), [(40.0, 10.0, 1.0), (10.0, 10.0, np.sqrt(2.8)), (10.0, -10.0, np.sqrt(2.8)), (20.0, 10.0, np.sqrt(1.4))])
+def test_how_much_slower_a_motion_must_be(robot, effort, acceleration, stretch):
+    """Turning about the vertical, 0.28 kg m² · 100 rad/s² … of the joint alone: efforts are as the square of the time."""
+    m = robot_of(robot, ("j", "revolute", limit(-1, 1, 1, effort)))
+    motion = Motion(np.arange(2.0), np.zeros((2, 1)), np.zeros((2, 1)), np.array([[0.0], [10 * acceleration]]))
+    assert effort_stretch(m, limits_of(m), motion) == (pytest.approx(stretch), [])
+    assert effort_stretch(m, limits_of(m), motion, 0.5)[0] == pytest.approx(max(1.0, np.sqrt(28 / (0.5 * effort))))
+
+
+@pytest.mark.parametrize(("iterations", "reason"), [(41, "improving"), (4, "improving")])
+def test_a_search_that_has_just_begun_is_not_at_its_end(robot, iterations, reason):
+    m = robot_of(robot, ("a", "revolute", limit(-1, 2, 3)), ("b", "revolute", limit(-0.5, 0.5, 2)))
+    facts = excitation(m, iterations=iterations, rate=20.0).facts
+    assert facts["iterations"] == iterations and facts["reason"] in (reason, "converged") and facts["condition"] <= facts["first"]
+    assert (facts["condition"] == facts["first"]) or iterations > 40
+
+
+# columns
+
+
+@pytest.mark.parametrize(
+    ("text", "quantity", "per_time", "factor"),
+    [
+        ("ms", "time", 0, 1e-3), ("[µs]", "time", 0, 1e-6), ("ns", "time", 0, 1e-9), ("min", "time", 0, 60), ("h", "time", 0, 3600), ("(deg)", "angle", 0, np.pi / 180),
+        ("deg/s^2", "angle", 2, np.pi / 180), ("rpm", "angle", 1, np.pi / 30), ("rev/s", "angle", 1, 2 * np.pi), ("mrad", "angle", 0, 1e-3), ("mm/s²", "length", 2, 1e-3),
+        ("in", "length", 0, 0.0254), ("cm s^-1", "length", 1, 1e-2), ("um", "length", 0, 1e-6), ("m/s/s", "length", 2, 1), ("-", "plain", 0, 1),
+    ],
+)  # fmt: skip
+def test_units_of_columns(text, quantity, per_time, factor):
+    assert unit_of(text) == Unit(quantity, per_time, pytest.approx(factor, rel=1e-15))
+
+
+def test_units_that_are_none():
+    assert [unit_of(x) for x in ("s/s", "furlong", "deg/m", "kg")] == [None] * 4
