@@ -46,7 +46,16 @@ def test_colours(quantity, green, amber):
 
 @pytest.mark.parametrize(
     ("share", "text"),
-    [(0.00099, "<0.1 %"), (0.001, "0.1 %"), (9.994, "999.4 %"), (10, "1,000 %"), (1 + 0.9e-9, "100.0 %"), (1 + 1.1e-9, "100 %"), (1.0004, "100.04 %"), (-0.5, "-50.0 %")],
+    [
+        (0.00099, "<0.1 %"),
+        (0.001, "0.1 %"),
+        (9.994, "999.4 %"),
+        (10, "1,000 %"),
+        (1 + 0.9e-9, "100.0 %"),
+        (1 + 1.1e-9, "100 %"),
+        (1.0004, "100.04 %"),
+        (-0.5, "-50.0 %"),
+    ],
 )
 def test_percentages(share, text):
     assert percent(share) == text
@@ -126,7 +135,13 @@ def test_round_off_of_powers(kinetic, potential, q, v, effort, watts):
 )  # fmt: skip
 def test_power_balances_are_doubted_from_a_hundredth_on(drive, rate, more, residual, doubtful):
     none = np.zeros(2)
-    balance = PowerBalance(np.array([drive, 0]), more.pop("external", none) * [1, 0], none, np.array([rate, 0]), **{k: x * [1, 0] if k == "dissipation" else x for k, x in more.items()})
+    balance = PowerBalance(
+        np.array([drive, 0]),
+        more.pop("external", none) * [1, 0],
+        none,
+        np.array([rate, 0]),
+        **{k: x * [1, 0] if k == "dissipation" else x for k, x in more.items()},
+    )
     assert balance.relative_residual == pytest.approx(residual, rel=2e-2, abs=1e-12) and balance.doubtful == doubtful
 
 
@@ -154,8 +169,26 @@ def test_a_row_of_one_sample_and_of_several():
 def test_the_worst_of_rows_by_sign():
     """Lowest position and negative work: the smallest; of all others the largest magnitude, with its case and time."""
     rows = [
-        {"case": "a", "joint": "j", "kind": "k", "position_lowest": -1.0, "position_lowest_time": 1.0, "position_highest": -3.0, "work_negative": -4.0, "power_mean": -5.0},
-        {"case": "b", "joint": "j", "kind": "k", "position_lowest": 2.0, "position_lowest_time": 2.0, "position_highest": -2.0, "work_negative": -3.0, "power_mean": 4.0},
+        {
+            "case": "a",
+            "joint": "j",
+            "kind": "k",
+            "position_lowest": -1.0,
+            "position_lowest_time": 1.0,
+            "position_highest": -3.0,
+            "work_negative": -4.0,
+            "power_mean": -5.0,
+        },
+        {
+            "case": "b",
+            "joint": "j",
+            "kind": "k",
+            "position_lowest": 2.0,
+            "position_lowest_time": 2.0,
+            "position_highest": -2.0,
+            "work_negative": -3.0,
+            "power_mean": 4.0,
+        },
     ]
     (worst,) = worst_rows(rows)
     assert {n: worst[n] for n in ("position_lowest", "position_highest", "work_negative", "power_mean", "position_lowest_time")} == {
@@ -271,7 +304,12 @@ def test_samples_of_simulations(how, samples):
     assert samples_of(Simulated(**how), None) == samples
     followed = Motion(np.array([1.0, 2.0]), *np.zeros((3, 2, 1)))
     assert samples_of(Simulated(), followed) == 251 and samples_of(Simulated(start=1.5), followed) == 126
-    for wrong, said in (({"until": 0.0}, "until 0 s is not after"), ({"until": 1.0, "rate": 0.0}, "rate 0; expected"), ({"until": 40000.0}, "10,000,001 samples"), ({}, "no end")):
+    for wrong, said in (
+        ({"until": 0.0}, "until 0 s is not after"),
+        ({"until": 1.0, "rate": 0.0}, "rate 0; expected"),
+        ({"until": 40000.0}, "10,000,001 samples"),
+        ({}, "no end"),
+    ):
         with pytest.raises(MotionError, match=said):
             samples_of(Simulated(**wrong), None)
 

@@ -80,21 +80,30 @@ def test_times_of_another_unit(robot, speed, step, said, limits):
 # samples
 
 
-@pytest.mark.parametrize(
-    ("gap", "way", "said"), [(5.0, 0.5, False), (5.01, 0.5, True), (6.0, 0.0499, False), (6.0, 0.0501, True)]
-)
+@pytest.mark.parametrize(("gap", "way", "said"), [(5.0, 0.5, False), (5.01, 0.5, True), (6.0, 0.0499, False), (6.0, 0.0501, True)])
 def test_gaps(gap, way, said):
     """Longer than five median steps, while the joint moves by more than a twentieth of its travel, 1 m; it rests before and after."""
     time = np.cumsum([0.0] + [1.0] * 6 + [gap] + [1.0] * 6)
     q = np.repeat([0.0, way, 1.0], [7, 4, 3])[:, None]
     found = doubts_about_gaps((SLIDE,), time, q)
-    assert bool(found) == said and all(f"no samples between 6 s and {6 + gap:.6g} s, {gap:.3g} median steps, while slide moves by {way:.3g} m" in line for line in found)
+    assert bool(found) == said and all(
+        f"no samples between 6 s and {6 + gap:.6g} s, {gap:.3g} median steps, while slide moves by {way:.3g} m" in line for line in found
+    )
     assert doubts_about_gaps((SLIDE,), time[5:8], q[5:8]) == []
 
 
 @pytest.mark.parametrize(
     ("times", "at"),
-    [([0, 1, 0.5, 2], None), ([0, 1, 0.4999, 2], 2), ([0, 1, 1, 1], 2), ([0, 1, 2, 2, 2.5], None), ([0, 0, 0, 1], 1), ([0, 0, 1, 1], 1), ([0, 0, 1, 1, 2], None), ([3.0], None)],
+    [
+        ([0, 1, 0.5, 2], None),
+        ([0, 1, 0.4999, 2], 2),
+        ([0, 1, 1, 1], 2),
+        ([0, 1, 2, 2, 2.5], None),
+        ([0, 0, 0, 1], 1),
+        ([0, 0, 1, 1], 1),
+        ([0, 0, 1, 1, 2], None),
+        ([3.0], None),
+    ],
 )
 def test_times_that_go_back_or_stand_still(times, at):
     assert check_restart(np.array(times, dtype=float)) == at
@@ -141,7 +150,9 @@ def test_a_position_stands_within_the_error_of_its_integration(width, stands):
     x = 2.0 - 0.021 * width * (np.arange(40) % 2)
     found = standing_of_integrated([SLIDE], 0.1 * np.arange(40), x[:, None], np.ones((40, 1)), 1e-3, 1e-2)
     assert found.stands.all() == stands and found.stands.any() == stands and found.rate[0] == pytest.approx(0.21)
-    eight = standing_of_integrated([SLIDE], np.arange(30.0), np.concatenate([np.arange(11.0), np.full(8, 11.5), np.arange(12.0, 23)])[:, None], np.ones((30, 1)), 1e-3, 0)
+    eight = standing_of_integrated(
+        [SLIDE], np.arange(30.0), np.concatenate([np.arange(11.0), np.full(8, 11.5), np.arange(12.0, 23)])[:, None], np.ones((30, 1)), 1e-3, 0
+    )
     assert np.flatnonzero(eight.stands[:, 0]).tolist() == list(range(11, 19))
 
 
@@ -306,7 +317,9 @@ def test_any_candidate_of_a_search_keeps_to_the_limits(robot, seed):
     limits = limits_of(m, 5.0)
     series, x = Series(limits, 7.0), np.random.default_rng(seed).normal(size=24) * 2
     q, v, a = series(x, series.times)
-    used = np.maximum.reduce([np.ptp(q, axis=0) / (2 * 0.9 * limits.half), np.abs(v).max(axis=0) / (0.985 * 0.8 * limits.velocity), np.abs(a).max(axis=0) / (0.985 * 5)])
+    used = np.maximum.reduce(
+        [np.ptp(q, axis=0) / (2 * 0.9 * limits.half), np.abs(v).max(axis=0) / (0.985 * 0.8 * limits.velocity), np.abs(a).max(axis=0) / (0.985 * 5)]
+    )
     share = 1 / (1 + np.exp(-3 - x.reshape(2, 12)[:, -2]))
     assert used == pytest.approx(share) and (q >= limits.middle - 0.9 * limits.half - 1e-12).all() and (q <= limits.middle + 0.9 * limits.half + 1e-12).all()
     t, h = np.linspace(0, 14, 200), 1e-5
@@ -332,17 +345,28 @@ def test_durations_rates_and_numbers_of_samples():
 
 def test_limits_that_generators_take(robot):
     """Mimic joints limit their leaders; what the file does not say is said."""
-    m = robot_of(robot, ("a", "revolute", limit(-1, 2, 3, 7)), ("b", "prismatic", limit(0, 1, 0, 0)), ("c", "revolute", limit(-5, 5, 0.5) + '<mimic joint="a" multiplier="-2"/>'))
+    m = robot_of(
+        robot,
+        ("a", "revolute", limit(-1, 2, 3, 7)),
+        ("b", "prismatic", limit(0, 1, 0, 0)),
+        ("c", "revolute", limit(-5, 5, 0.5) + '<mimic joint="a" multiplier="-2"/>'),
+    )
     limits = limits_of(m)
     assert [j.name for j in limits.joints] == ["a", "b"] and limits.velocity.tolist() == [0.25, 0.25] and limits.effort.tolist() == [7, np.inf]
-    assert limits.middle.tolist() == [0.5, 0.5] and limits.half.tolist() == [1.5, 0.5] and limits.notes == ["the file gives no limits of speed for b: 1 rad/s and 0.25 m/s were taken"]
+    assert (
+        limits.middle.tolist() == [0.5, 0.5]
+        and limits.half.tolist() == [1.5, 0.5]
+        and limits.notes == ["the file gives no limits of speed for b: 1 rad/s and 0.25 m/s were taken"]
+    )
     use = worst_rate(limits_of(m, 4.0), np.array([[0.1, 0], [0, -0.2]]), np.array([[1.0, 1], [1, 2]]))
     assert (use.quantity, use.joint.name, use.sample, use.share, use.of_limit) == ("speed", "b", 1, 0.8, "of its limit 0.25 m/s")
     use = worst_rate(limits_of(m, 4.0), np.array([[0.1, 0], [0, 0.2]]), np.array([[-5.0, 1], [1, 2]]))
     assert (use.quantity, use.joint.name, use.sample, use.share, use.of_limit) == ("acceleration", "a", 0, 1.25, "of its limit 4 rad/s²")
 
 
-@pytest.mark.parametrize(("effort", "acceleration", "stretch"), [(40.0, 10.0, 1.0), (10.0, 10.0, np.sqrt(2.8)), (10.0, -10.0, np.sqrt(2.8)), (20.0, 10.0, np.sqrt(1.4))])
+@pytest.mark.parametrize(
+    ("effort", "acceleration", "stretch"), [(40.0, 10.0, 1.0), (10.0, 10.0, np.sqrt(2.8)), (10.0, -10.0, np.sqrt(2.8)), (20.0, 10.0, np.sqrt(1.4))]
+)
 def test_how_much_slower_a_motion_must_be(robot, effort, acceleration, stretch):
     """Turning about the vertical, 0.28 kg m² · 100 rad/s² … of the joint alone: efforts are as the square of the time."""
     m = robot_of(robot, ("j", "revolute", limit(-1, 1, 1, effort)))
