@@ -1,9 +1,18 @@
 """Thresholds of readers, filters and generators of motions, each just below and just above, and curves in closed form."""
 
+import gzip
+import io
+import re
+import zipfile
+
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
+import scipy.io
 from scipy.fft import dst
 
+from ksl.base import limits
 from ksl.base.errors import MotionError
 from ksl.model.lengths import extent
 from ksl.model.mechanism import Joint
@@ -12,7 +21,8 @@ from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, tra
 from ksl.motions.generate.excitation import Series
 from ksl.motions.generate.generated import check_duration, effort_stretch, limits_of, sample_times, worst_rate, worst_use
 from ksl.motions.generate.profiles import _fastest, _instants, _trapezoids
-from ksl.motions.motion import Motion
+from ksl.motions.motion import Motion, complete
+from ksl.motions.reading import read_external, read_motion
 from ksl.motions.signal.corners import find_jumps
 from ksl.motions.signal.gaps import doubts_about_gaps
 from ksl.motions.signal.noise import step_of, white_noise
@@ -400,3 +410,128 @@ def test_units_of_columns(text, quantity, per_time, factor):
 
 def test_units_that_are_none():
     assert [unit_of(x) for x in ("s/s", "furlong", "deg/m", "kg")] == [None] * 4
+
+
+# files
+
+K = np.arange(9.0)
+COLUMNS = {"time": K, "hip": 0.1 * K, "slide": 0.01 * K**2}
+"""Three columns with nine rows, 27 numbers, and `slide` as the longest name."""
+
+
+def as_csv() -> bytes:
+    return "\n".join([",".join(COLUMNS), *(",".join(map(repr, row)) for row in np.column_stack(list(COLUMNS.values())).tolist())]).encode() + b"\n"
+
+
+def as_npz() -> bytes:
+    np.savez(file := io.BytesIO(), **COLUMNS)
+    return file.getvalue()
+
+
+def as_parquet() -> bytes:
+    pq.write_table(pa.table(COLUMNS), file := io.BytesIO())
+    return file.getvalue()
+
+
+def as_workbook() -> bytes:
+    book = pytest.importorskip("openpyxl").Workbook()
+    for row in [list(COLUMNS), *np.column_stack(list(COLUMNS.values())).tolist()]:
+        book.active.append(row)
+    book.save(file := io.BytesIO())
+    return file.getvalue()
+
+
+def as_mat(packed: bool) -> bytes:
+    scipy.io.savemat(file := io.BytesIO(), COLUMNS, do_compression=packed)
+    return file.getvalue()
+
+
+def unpacked(archive: bytes) -> int:
+    with zipfile.ZipFile(io.BytesIO(archive)) as inside:
+        return sum(each.file_size for each in inside.infolist())
+
+
+FORMS = {
+    "m.csv": as_csv, "m.csv.gz": lambda: gzip.compress(as_csv()), "m.npz": as_npz, "m.parquet": as_parquet, "m.xlsx": as_workbook,
+    "m.mat": lambda: as_mat(False), "packed.mat": lambda: as_mat(True),
+}  # fmt: skip
+LAST = [
+    *((form, "COLUMNS", lambda _: 3) for form in ("m.csv", "m.npz", "m.parquet", "m.xlsx", "m.mat")),
+    *((form, "NAME_LENGTH", lambda _: 5) for form in ("m.csv", "m.npz", "m.parquet", "m.xlsx")),
+    *((form, "MOTION_NUMBERS", lambda _: 27) for form in FORMS),
+    *((form, "MOTION_BYTES", len) for form in ("m.csv", "m.mat")),
+    ("m.csv.gz", "MOTION_BYTES", lambda _: len(as_csv())), ("m.xlsx", "WORKBOOK_BYTES", unpacked), ("m.xlsx", "WORKBOOK_CELLS", lambda _: 30),
+    ("packed.mat", "MOTION_BYTES", lambda _: len(as_mat(False)) - 128),
+]  # fmt: skip
+"""Form, limit, and the least value of it with which this file is read: by its rows, columns, names and bytes."""
+
+
+@pytest.mark.parametrize(("form", "limit", "least"), LAST, ids=lambda x: x if isinstance(x, str) else "")
+def test_a_file_at_a_limit_is_read_and_one_beyond_it_is_refused(leg, written, monkeypatch, form, limit, least):
+    path = written(FORMS[form](), form)
+    most = least(path.read_bytes())
+    monkeypatch.setattr(limits, limit, most)
+    motion = read_motion(leg, path)
+    assert motion.time == pytest.approx(K) and motion.q == pytest.approx(np.column_stack([COLUMNS["hip"], COLUMNS["slide"]]))
+    monkeypatch.setattr(limits, limit, most - 1)
+    with pytest.raises(MotionError, match=re.escape(path.name)):
+        read_motion(leg, path)
+
+
+def samples(first: float, scale: float, angle: float = 0.1) -> str:
+    return "time,hip,slide\n" + "".join(f"{first + scale * k!r},{angle if k == 4 else 0.1},0\n" for k in range(9))
+
+
+@pytest.mark.parametrize(("unit", "size"), [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)])
+def test_times_from_2000_to_2100_are_dates(leg, written, unit, size):
+    """9.4e8 s to 4.2e9 s since 1970, in the unit in which they are that."""
+    for seconds, is_date in ((9.39e8, False), (9.41e8, True), (4.19e9, True), (4.21e9, False)):
+        motion = read_motion(leg, written(samples(round(seconds / size), 512 / size)))
+        date = [note for note in motion.source.notes if f"times are {unit} since 1970; time 0 is {np.datetime64(int(seconds), 's')}.000 UTC" in note]
+        assert bool(date) == is_date and (not is_date or motion.time == pytest.approx(512 * K))
+
+
+@pytest.mark.parametrize(("angle", "refused"), [(999.9, False), (1000.1, True)])
+def test_angles_that_no_joint_has(leg, robot, written, angle, refused):
+    """A thousand rad, or a hundred times the limit, whichever is more."""
+    far = robot_of(robot, ("hip", "revolute", limit(-20, 3)), ("slide", "prismatic", limit(-9, 9)))
+    for model, x in ((leg, angle), (far, 2 * angle), (far, -2 * angle)):
+        path = written(samples(0.0, 0.1, x))
+        if not refused:
+            assert read_motion(model, path).q[4, 0] == x
+            continue
+        with pytest.raises(
+            MotionError, match=rf"motion.csv:6: joint hip is at {x:.6g} rad, where its limit is {9 if model is leg else 20} rad; did you mean --degrees"
+        ):
+            read_motion(model, path)
+
+
+def test_a_window_takes_samples_that_are_a_billionth_off(leg, written):
+    path = written(samples(0.0, 0.125))
+    part = lambda start, stop: read_motion(leg, path, start=start, stop=stop).time.tolist()
+    assert part(0.125 + 0.9e-9, 1.0) == [0.125 * k for k in range(1, 9)] and part(0.125 + 1.1e-9, 1.0) == [0.125 * k for k in range(2, 9)]
+    assert part(0.0, 0.875 - 0.9e-9) == [0.125 * k for k in range(8)] and part(0.0, 0.875 - 1.1e-9) == [0.125 * k for k in range(7)]
+
+
+@pytest.mark.parametrize(("off", "ok"), [(0.9e-8, True), (1.1e-8, False)])
+def test_times_of_external_wrenches_are_those_of_the_motion(leg, written, off, ok):
+    """To a billionth of 1 s, or of the largest time."""
+    time = 2.0 + np.arange(9)
+    path = written("time,c.fy\n" + "".join(f"{t + (off if k == 3 else 0)!r},{k}\n" for k, t in enumerate(time.tolist())))
+    if ok:
+        (wrench,) = read_external(leg, path, time).values()
+        assert wrench[:, 1].tolist() == list(range(9)) and not wrench[:, [0, 2, 3, 4, 5]].any()
+        return
+    with pytest.raises(MotionError, match="its times are not those of the motion"):
+        read_external(leg, path, time)
+
+
+@pytest.mark.parametrize(("more", "said"), [(0.052, False), (0.0533, True), (-0.0495, False), (-0.0505, True)])
+def test_rates_that_differ_by_a_twentieth_contradict(leg, more, said):
+    """Of the larger of both, at a steady speed of 2 rad/s."""
+    t = np.arange(40) * 0.1
+    q, v, none = np.column_stack([2 * t, 0 * t]), np.full((40, 1), 2 * (1 + more)), np.zeros((40, 1))
+    found = complete(leg, t, q, [[v, none], [none, none]]).contradictions
+    assert [line.startswith("hip.v at ") and f"is {2 * (1 + more):.4g} rad/s, but the position of hip changes at 2 rad/s" in line for line in found] == [
+        True
+    ] * said

@@ -116,7 +116,7 @@ def workbook_table(file: str, source: BinaryIO, sheet: str | None) -> WorkbookTa
         try:
             book = openpyxl.load_workbook(source, read_only=True, data_only=True, keep_links=False)
             chosen = _sheet(file, book, sheet)
-            return _table(file, chosen.title, _rows(chosen))
+            return _table(file, chosen.title, _rows(file, chosen))
         except (MotionError, MemoryError):
             raise
         except Exception as e:  # openpyxl lets errors of XML, of zip archives and of Python's own types through
@@ -138,7 +138,7 @@ def _sheet(file: str, book: Any, wanted: str | None) -> Any:
         if wanted not in sheets:
             raise MotionError(f"{file}: --topic (topic=) is {wanted!r}, and no sheet has this name; {near_names(wanted, sheets)}sheets: {listed(sheets)}")
         return sheets[wanted]
-    filled = [sheet for sheet in sheets.values() if any(row.cells for row in _rows(sheet))]
+    filled = [sheet for sheet in sheets.values() if any(row.cells for row in _rows(file, sheet))]
     if not filled:
         raise MotionError(f"{file}: all sheets are empty; give `time` and a column for each joint, a row for each sample")
     if len(filled) > 1:
@@ -146,14 +146,14 @@ def _sheet(file: str, book: Any, wanted: str | None) -> Any:
     return filled[0]
 
 
-def _rows(sheet: Any) -> Iterator[Row]:
+def _rows(file: str, sheet: Any) -> Iterator[Row]:
     """Rows without the empty cells at their ends."""
     sheet.reset_dimensions()  # programs write wrong ones
     seen = 0
     for number, cells in enumerate(sheet.iter_rows(values_only=True), 1):
         seen += len(cells)
         if seen > limits.WORKBOOK_CELLS:
-            raise MotionError(f"sheet {sheet.title!r}, row {number}: {seen:,} cells; at most {limits.WORKBOOK_CELLS:,} are read: save the table as CSV")
+            raise MotionError(f"{file}: sheet {sheet.title!r}, row {number}: {seen:,} cells; at most {limits.WORKBOOK_CELLS:,} are read: save the table as CSV")
         end = len(cells)
         while end and (cells[end - 1] is None or cells[end - 1] == ""):
             end -= 1
