@@ -94,7 +94,7 @@ def test_joints_that_a_file_of_stiffnesses_leaves_out_are_named(fourbar):
     assert sorted(joints_without(fourbar, ["A", "C"])) == ["B", "D"] and joints_without(fourbar, "ABCD") == []
 
 
-@pytest.mark.parametrize("placement", [{}, {"axes": "world", "at": "world"}, {"axes": "rocker", "on": "parent"}, {"at": {"C": (0.1, 0.2, -0.1)}}])
+@pytest.mark.parametrize("placement", [{}, {"axes": "world", "at": "world"}, {"axes": "rocker", "on": "parent"}, {"at": "rocker"}, {"at": {"C": (0.1, 0.2, -0.1)}}])
 def test_what_is_open_is_what_stiffnesses_change(fourbar, placement):
     """No stiffness changes a component that is said to be determined, and each of the others is changed by some."""
     motion, rng = of_drive(fourbar, "A", TURN), np.random.default_rng(1)

@@ -1,5 +1,7 @@
 """Thresholds and defaults of load cases, each just below and just above, and numbers that a hand computes."""
 
+import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,18 +9,20 @@ import pytest
 
 from ksl.base.files_read import InputFile
 from ksl.base.errors import CaseError, MotionError
+from ksl.load_cases import case_file
 from ksl.load_cases.case_file import cases_of_text
 from ksl.load_cases.case_result import compute
-from ksl.load_cases.holding import WorstPose, _range, read_pose
-from ksl.load_cases.load_case import LoadCase, Payload
+from ksl.load_cases.holding import WorstPose, _nearest, _range, read_pose, worst_pose
+from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.motion_given import motion_given
 from ksl.load_cases.poses import neutral, pose_of
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import PowerBalance, first_extreme, power_round_off, rms, summarise, joint_loads, unit, work
 from ksl.load_cases.ranking import Ranking
-from ksl.load_cases.simulated import Simulated, samples_of
+from ksl.load_cases.simulated import Simulated, samples_of, simulated_motion
 from ksl.load_cases.stops import Stop, worst_start
 from ksl.load_cases.summary_table import worst_rows
+from ksl.load_cases.wrenches_over_time import WrenchOverTime
 from ksl.load_cases.verdict import Use, Verdict, not_given, percent, uses_of
 from ksl.model.mechanism import Joint
 from ksl.motions.motion import Motion
@@ -380,3 +384,87 @@ def test_numbers_beyond_the_range_name_sample_and_quantity(robot, sample):
         v, a = (np.where(np.arange(5) == sample, x, 0.0)[:, None] for x in (speed, acceleration))
         with pytest.raises(MotionError, match=rf"motion: sample {sample + 1} \(time {sample}\): {said}"):
             compute(LoadCase(robot(ROD), Motion(np.arange(5.0), np.zeros((5, 1)), v, a)))
+
+
+# what few cases use
+
+
+def test_a_wrench_is_held_during_a_stop(robot):
+    """Nothing moves: the effort is minus the moment at the start, which is largest at the third sample."""
+    m = robot(ROD)
+    moment = WrenchOverTime("rod", np.arange(4.0), np.outer([1.0, -2, 7, -6], [0, 0, 0, 0, 0, 1]), "hold", "link", (0, 0, 0))
+    still = Motion(np.arange(4.0), *np.zeros((3, 4, 1)))
+    assert worst_start(m, still, Stop(0.5), [moment]) == 2
+    floating = robot(f'<robot name="f">{BODY.format("b")}</robot>', floating_base=True)
+    q, v = np.tile([0.0, 0, 0, 0, 0, 0, 1], (3, 1)), np.outer([1.0, -9, 2], [0, 0, 0, 0, 0, 1])
+    assert worst_start(floating, Motion(np.arange(3.0), q, v, np.zeros((3, 6))), Stop(0.5), []) == 1, "no joint has one coordinate"
+
+
+@pytest.mark.parametrize(("quantity", "value"), [("force", 2 * 9.81), ("moment", 9.81), ("fz", 2 * 9.81), ("fx", 0.0), ("axial_moment", 0.0)])
+def test_the_worst_of_every_quantity(robot, quantity, value):
+    """A rod that turns about the vertical: its weight acts 0.5 m off the axis in any pose."""
+    found = worst_pose(robot(ROD), "pin", quantity, Placement(), np.zeros(1), set())
+    assert found.value == pytest.approx(value, abs=1e-12)
+
+
+def test_a_pose_within_one_bound():
+    upper = SimpleNamespace(nq=1, joints=(joint(limits=((None, -1.5),)),), joint_names=("pin",))
+    lower = SimpleNamespace(nq=1, joints=(joint(limits=((0.5, None),)),), joint_names=("pin",))
+    assert [neutral(upper)[0], neutral(lower)[0]] == [-1.5, 0.5]
+
+
+def test_a_simulation_under_a_wrench_and_its_error(robot):
+    m = robot(ROD)
+    moment = WrenchOverTime("rod", np.zeros(1), np.array([[0.0, 0, 0, 0, 0, 0.5]]), "hold", "link", (0, 0, 0))
+    how = Simulated(start=1.0, until=3.0, pose={"pin": 0.25}, rate=50.0)
+    motion, words = simulated_motion(m, how, None, [moment])
+    assert motion.q[:, 0] == pytest.approx(0.25 + (motion.time - 1) ** 2 / 2) and words == "simulated without drives", "0.5 N m turn 0.5 kg m²"
+    coarse = simulated_motion(m, replace(how, method="rk4", step=0.02), None, [moment])[0]
+    assert coarse.resolution[0] < 1e-11 < 1e-9 * 50 < motion.resolution[0], "dop853 alone controls its error"
+    with pytest.raises(MotionError, match="axes 'world' turn with the simulated motion"):
+        simulated_motion(m, how, None, [replace(moment, axes="world")])
+
+
+def test_the_coupling_of_a_joint_that_turns(robot):
+    """0.5 kg m², at twice the acceleration of its leader."""
+    joints = HINGE.format("p", "continuous", "wall", "b", "") + HINGE.format("q", "continuous", "wall", "c", '<mimic joint="p" multiplier="2"/>')
+    m = robot(f'<robot name="r"><link name="wall"/>{BODY.format("b")}{BODY.format("c")}{joints}</robot>')
+    motion = motion_given(m, (np.arange(3.0), np.zeros((3, 1)), [1.0], [3.0]))
+    assert motion.v[:, 0].tolist() == [1, 1, 1] and motion.a[:, 0].tolist() == [3, 3, 3], "one row for all samples"
+    (block,) = LoadCase(m, motion).blocks()
+    assert block.coupling[:, 0] == pytest.approx(3.0) and block.tau[:, 0] == pytest.approx(0.5 * 3 + 2 * 3)
+
+
+@pytest.mark.parametrize(
+    ("pose", "nearest", "angle", "loses"),
+    [
+        (7.0, 7 - math.tau, True, 1.0), (13.0, 13 - 2 * math.tau, True, 1.0), (-6.0, math.tau - 6, True, 1.0), (-12.2, 2 * math.tau - 12.2, True, 1.0), (2.0, 2.0, True, 1.0),
+        (7.0, 7.0, False, 1.0), (7.0, 0.1, True, 0.9e-9), (7.0, 7 - math.tau, True, 1.1e-9), (19.5, 19.5 - 2 * math.tau, True, 1.0),
+    ],
+)  # fmt: skip
+def test_a_pose_without_needless_turns(pose, nearest, angle, loses):
+    """At most two turns less or more, within the bounds; and where the joint is, if that makes no more than a billionth less of the quantity."""
+    kind = {} if angle else {"kind": "prismatic", "angle": False}
+    size = lambda poses: 5 * np.where(np.abs(np.sin((poses[:, 0] - pose) / 2)) < 1e-9, 1.0, 1 - loses) if angle else 5 * np.where(poses[:, 0] == pose, 1.0, 0.0)
+    assert _nearest(np.array([pose]), np.array([0.1]), [(joint(**kind), (-20.0, 20.0))], size)[0] == pytest.approx(nearest)
+    assert _nearest(np.array([7.0]), np.array([0.1]), [(joint(), (5.0, 9.0))], size)[0] == 7, "beyond the bounds"
+
+
+@pytest.mark.parametrize(("most", "ok"), [(7, True), (6, False)])
+def test_stops_from_every_sample(robot, tmp_path, monkeypatch, most, ok):
+    m = robot(ROD)
+    (tmp_path / "m.csv").write_text("time,pin\n" + "".join(f"{k / 2},{k / 9}\n" for k in range(7)))
+    monkeypatch.setattr(case_file, "MOST_STOPS", most)
+    read = lambda: cases_of_text(m, "[cases.a]\nmotion = 'm.csv'\nstop = { time = 1, from = 'all' }\n", str(tmp_path / "c.toml"))
+    if ok:
+        assert [case.name for case in read()] == [f"a {k / 2:g} s" for k in range(7)]
+        return
+    with pytest.raises(CaseError, match="case a: stop: 7 starts, at most 6; give a longer step"):
+        read()
+
+
+@pytest.mark.parametrize(("samples", "balanced"), [(5, False), (6, True)])
+def test_balances_of_short_motions(robot, samples, balanced):
+    t = np.arange(float(samples))
+    found = compute(LoadCase(robot(ROD), Motion(t, t[:, None] ** 2, 2 * t[:, None], np.full((samples, 1), 2.0)))).balance
+    assert (found is not None) == balanced and (not balanced or found.relative_residual < 1e-9)
