@@ -58,9 +58,14 @@ def flip(number, x):
     return not x if on(number) else x
 
 
+def is_whole(x):
+    return getattr(getattr(x, "dtype", None), "kind", "") in ("i", "u") or isinstance(x, int)
+
+
 def compare(number, op, a, b):
+    """The boundary, which is the second change, moves between integers alone, as in C++."""
     for k, other in enumerate(OTHERS[op]):
-        if on(number + k):
+        if (k == 0 or (is_whole(a) and is_whole(b))) and on(number + k):
             return COMPARED[other](a, b)
     return COMPARED[op](a, b)
 
