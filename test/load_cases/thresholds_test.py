@@ -16,10 +16,10 @@ from ksl.load_cases.holding import WorstPose, _nearest, _range, read_pose, worst
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.motion_given import motion_given
 from ksl.load_cases.poses import neutral, pose_of
-from ksl.load_cases.provenance import Provenance
+from ksl.load_cases.provenance import Provenance, provenance_of
 from ksl.load_cases.quantities import PowerBalance, first_extreme, power_round_off, rms, summarise, joint_loads, unit, work
 from ksl.load_cases.ranking import Ranking
-from ksl.load_cases.simulated import Simulated, samples_of, simulated_motion
+from ksl.load_cases.simulated import Simulated, _notes, samples_of, simulated_motion
 from ksl.load_cases.stops import Stop, worst_start
 from ksl.load_cases.summary_table import worst_rows
 from ksl.load_cases.wrenches_over_time import WrenchOverTime
@@ -126,7 +126,7 @@ def test_round_off_of_powers(kinetic, potential, q, v, effort, watts):
     """u (K + U + q τ) / dt with u = 1e-12, and 3e-14 q / dt² of an acceleration with the momentum 2 K / v; the shortest dt is 0.5 s."""
     time = np.array([0.0, 0.5, 2.0])
     of = lambda x, columns=(): np.full((3, *columns), -float(x)) * [[1.0], [0.5], [0.0]] if columns else np.array([x, -x / 2, 0.0])
-    assert power_round_off(time, of(kinetic), of(potential), of(q, (1,)), of(v, (1,)), effort) == pytest.approx(watts, rel=1e-12)
+    assert power_round_off(time, of(kinetic), of(potential), of(q, (1,)), of(v, (1,)), effort) == pytest.approx(watts, rel=1e-12, abs=0)
 
 
 @pytest.mark.parametrize(
@@ -468,3 +468,21 @@ def test_balances_of_short_motions(robot, samples, balanced):
     t = np.arange(float(samples))
     found = compute(LoadCase(robot(ROD), Motion(t, t[:, None] ** 2, 2 * t[:, None], np.full((samples, 1), 2.0)))).balance
     assert (found is not None) == balanced and (not balanced or found.relative_residual < 1e-9)
+
+
+@pytest.mark.parametrize(("events", "more"), [(12, ""), (13, " and 1 more")])
+def test_what_is_said_of_a_simulation(events, more):
+    """Losses and changes are the largest magnitudes; twelve events are named."""
+    happened = [SimpleNamespace(what="brakes", joint="", time=0.0), *(SimpleNamespace(what="sticks", joint="pin", time=k / 8) for k in range(1, events))]
+    drift = SimpleNamespace(energy=np.array([0.0, -3e-7, 1e-7]), closure=np.array([0.0, 2e-9, np.nan]))
+    run = SimpleNamespace(drift=drift, energy=np.array([5.0, 2.0, 6.0]), steps=7, events=happened)
+    said = _notes(run, Simulated())
+    assert said[0] == "7 steps of dop853; energy lost by integration 3e-07 J, where energy changed by 3 J" and said[1].startswith("loops opened by 2e-09 m at most")
+    assert said[2] == "events: brakes engage at 0 s; " + "; ".join(f"sticks of pin at {k / 8:.6g} s" for k in range(1, 12)) + more and len(said) == 3
+
+
+def test_a_case_as_it_is_described(robot):
+    m = robot(ROD)
+    for time, step in ((np.array([4.0]), 0.0), (np.array([4.0, 4.25, 5.0, 5.25]), 0.25)):
+        (case,) = provenance_of([LoadCase(m, Motion(time, *np.zeros((3, len(time), 1)), resolution=np.array([-0.5])))]).cases
+        assert (case["step"], case["samples"], case["start"], case["end"], case["resolution"]) == (step, len(time), 4.0, time[-1], {"pin": 0.5})
