@@ -477,7 +477,9 @@ def test_what_is_said_of_a_simulation(events, more):
     drift = SimpleNamespace(energy=np.array([0.0, -3e-7, 1e-7]), closure=np.array([0.0, 2e-9, np.nan]))
     run = SimpleNamespace(drift=drift, energy=np.array([5.0, 2.0, 6.0]), steps=7, events=happened)
     said = _notes(run, Simulated())
-    assert said[0] == "7 steps of dop853; energy lost by integration 3e-07 J, where energy changed by 3 J" and said[1].startswith("loops opened by 2e-09 m at most")
+    assert said[0] == "7 steps of dop853; energy lost by integration 3e-07 J, where energy changed by 3 J" and said[1].startswith(
+        "loops opened by 2e-09 m at most"
+    )
     assert said[2] == "events: brakes engage at 0 s; " + "; ".join(f"sticks of pin at {k / 8:.6g} s" for k in range(1, 12)) + more and len(said) == 3
 
 

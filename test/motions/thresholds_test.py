@@ -23,10 +23,22 @@ from ksl.motions.generate.generated import check_duration, effort_stretch, limit
 from ksl.motions.generate.profiles import _fastest, _instants, _trapezoids
 from ksl.motions.motion import Motion, complete
 from ksl.motions.reading import read_external, read_motion
-from ksl.motions.signal.corners import find_jumps
+from ksl.motions.signal.corners import (
+    Found,
+    Jumps,
+    _best_of_neighbours,
+    _polynomial,
+    _snapped,
+    evenly_spaced,
+    find_jumps,
+    jumps_at,
+    normalised_differences,
+    one_sided,
+)
 from ksl.motions.signal.gaps import doubts_about_gaps
 from ksl.motions.signal.noise import step_of, white_noise
 from ksl.motions.signal.ordered import check_restart, ordered
+from ksl.motions.signal.quality import sentences_about_jumps
 from ksl.motions.signal.resampling import resampled
 from ksl.motions.signal.smoothing import attenuation, smoothed, suitable_cutoff
 from ksl.motions.signal.standing import standing_of_integrated
@@ -535,3 +547,83 @@ def test_rates_that_differ_by_a_twentieth_contradict(leg, more, said):
     assert [line.startswith("hip.v at ") and f"is {2 * (1 + more):.4g} rad/s, but the position of hip changes at 2 rad/s" in line for line in found] == [
         True
     ] * said
+
+
+# helpers of corners, by what polynomials are
+
+
+def test_even_steps():
+    """To a thousandth of the mean: the last of three steps is longer by e, and so 2 e / 3 longer than the mean."""
+    e = 1e-3 / (2 / 3 - 1e-3 / 3)
+    assert [evenly_spaced(np.array([0.0, 1, 2, 3 + x])) for x in (0.999 * e, 1.001 * e, -1.001e-3 / (2 / 3 + 1e-3 / 3))] == [True, False, False]
+
+
+@pytest.mark.parametrize("even", [True, False])
+@pytest.mark.parametrize("order", [1, 4, 8])
+def test_differences_leave_nothing_of_polynomials_and_all_of_noise(order, even):
+    """The squares of the weights, which unit impulses show, have the sum 1."""
+    t = np.arange(24.0) if even else np.cumsum(np.random.default_rng(order).uniform(0.5, 2, 24))
+    assert normalised_differences(t, (t[:, None] / 10) ** np.arange(order), order) == pytest.approx(0, abs=1e-6)
+    weights = normalised_differences(t, np.eye(24), order)
+    assert weights.shape == (24 - order, 24) and (weights**2).sum(axis=1) == pytest.approx(1)
+    assert all(np.flatnonzero(row).tolist() == list(range(k, k + order + 1)) for k, row in enumerate(weights))
+
+
+def test_polynomials_on_one_side():
+    rng = np.random.default_rng(3)
+    t, c = np.cumsum(rng.uniform(0.5, 2, 30)), rng.normal(size=4)
+    p = np.polynomial.Polynomial(c)
+    at, first = np.array([2.5, 9.1, 20.0]), np.array([0, 7, 22])
+    found = one_sided(t, p(t), first, 4, at)
+    assert found == pytest.approx(np.column_stack([p.deriv(k)(at) if k else p(at) for k in range(4)]), rel=1e-6, abs=1e-6)
+    s = np.array([0.3, -2.0, 1.0])
+    assert _polynomial(found, s) == pytest.approx(p(at + s), rel=1e-6, abs=1e-6)
+
+
+def test_neighbours_are_one_jump_and_times_beside_samples_are_theirs():
+    cost = np.array([2.0, 1, 3, 0.5, np.inf])
+    assert _best_of_neighbours(np.array([0, 3, 4, 8, 20]), cost).tolist() == [1, 3] and _best_of_neighbours(np.array([0, 4, 8, 12, 20]), cost).tolist() == [
+        0,
+        1,
+        2,
+        3,
+    ]
+    gaps, tau = np.zeros(6, dtype=int), np.array([0.019, 0.021, 0.39, 0.41, 1.59, 1.61])
+    assert _snapped(np.array([0.0, 2, 4]), gaps, tau, np.array([0.01, 0.01, 1, 1, 1, 1])).tolist() == [0, 0.021, 0, 0.41, 1.59, 2]
+
+
+@pytest.mark.parametrize("at", [0.5, 0.503])
+def test_jumps_at_known_times(at):
+    """Of both derivatives, exactly for quartics; with fewer than three samples to the next jump there is none."""
+    t = 0.01 * np.arange(101)
+    x = t**4 - t**2 + np.where(t > at, 0.7 * (t - at) - 1.5 * (t - at) ** 2, 0)
+    first, second = jumps_at(t, x, np.array([at, 0.99]))
+    assert first.sizes == pytest.approx([0.7, 0], abs=1e-7) and second.sizes == pytest.approx([-3, 0], abs=1e-4) and (first.order, second.order) == (1, 2)
+    close = jumps_at(t, np.maximum(t - 0.5, 0), np.array([0.5, 0.515]))[0]
+    assert close.sizes[0] == 0 and jumps_at(t, np.maximum(t - 0.5, 0), np.array([0.5, 0.525]))[0].sizes == pytest.approx([1, 0])
+
+
+@pytest.mark.parametrize("rows", [slice(None), slice(None, None, -1)])
+@pytest.mark.parametrize(("off", "said"), [(0.0149, False), (0.0151, True), (-0.0151, True)])
+def test_an_end_that_is_off_by_more_than_one_and_a_half_steps(off, said, rows):
+    t = np.arange(40) * 0.1
+    x = (0.1 * t + off * (np.arange(40) == 0))[rows]
+    (one,) = find_jumps(t, x[:, None])
+    assert one.impossible == ([(-1, pytest.approx(0.0 if rows == slice(None) else 3.9), pytest.approx(off))] if said else [])
+
+
+@pytest.mark.parametrize(("apart", "times"), [(0.19, 1), (0.21, 2)])
+def test_corners_within_a_fifth_of_a_step_are_one(apart, times):
+    found = {name: Found(Jumps(2, np.array([t]), np.ones(1))) for name, t in (("hip", 0.5), ("slide", 0.5 + 0.1 * apart))}
+    notes, at, doubts = sentences_about_jumps((SLIDE,), found, {}, 0.1 * np.arange(9))
+    assert len(at) == times and at[0] == 0.5 and doubts == []
+    assert notes[0].startswith(f"accelerations of hip and 1 more jump {'once' if times == 1 else '2 times, first'} at 0.5 s")
+
+
+@pytest.mark.parametrize(("size", "turn"), [(2 * np.pi * 1.0099, True), (-2 * np.pi * 0.9901, True), (2 * np.pi * 1.0101, False), (2 * np.pi * 0.9899, False)])
+def test_a_full_turn_is_one_to_a_hundredth(size, turn):
+    hip = Joint("hip", "revolute", "a", "b", 1, 1, 0, 0, (0.0, 0.0, 1.0), has_axis=True, has_angle=True)
+    for joint in (hip, SLIDE):
+        found = {joint.name: Found(Jumps(2, np.empty(0), np.empty(0)), [(0, 0.5, size)])}
+        (said,) = sentences_about_jumps((joint,), found, {}, 0.1 * np.arange(9))[2]
+        assert said.startswith(f"{joint.name} jumps by {size:.4g} at 0.5 s") and ("a full turn. Unwrap" in said) == (turn and joint is hip)
