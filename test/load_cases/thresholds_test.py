@@ -22,6 +22,7 @@ from ksl.load_cases.ranking import Ranking
 from ksl.load_cases.simulated import Simulated, _notes, samples_of, simulated_motion
 from ksl.load_cases.stops import Stop, worst_start
 from ksl.load_cases.summary_table import worst_rows
+from ksl.load_cases.wrench_table import wrenches_of_arrays
 from ksl.load_cases.wrenches_over_time import WrenchOverTime
 from ksl.load_cases.verdict import Use, Verdict, not_given, percent, uses_of
 from ksl.model.mechanism import Joint
@@ -398,6 +399,15 @@ def test_a_wrench_is_held_during_a_stop(robot):
     floating = robot(f'<robot name="f">{BODY.format("b")}</robot>', floating_base=True)
     q, v = np.tile([0.0, 0, 0, 0, 0, 0, 1], (3, 1)), np.outer([1.0, -9, 2], [0, 0, 0, 0, 0, 1])
     assert worst_start(floating, Motion(np.arange(3.0), q, v, np.zeros((3, 6))), Stop(0.5), []) == 1, "no joint has one coordinate"
+    hinged = robot(f'<robot name="f">{BODY.format("b")}{BODY.format("c")}{HINGE.format("p", "continuous", "b", "c", "")}</robot>', floating_base=True)
+    q, v = np.hstack([q, np.zeros((3, 1))]), np.outer([2.0, 0, 0], [0, 0, 9, 0, 0, 0, 0]) + np.outer([0.0, 1, 3], [0, 0, 0, 0, 0, 0, 1])
+    assert worst_start(hinged, Motion(np.arange(3.0), q, v, np.zeros((3, 7))), Stop(0.5), []) == 2, "of the hinge, and not of the base"
+
+
+@pytest.mark.parametrize("shape", [(6,), (1, 6), (3, 6)])
+def test_wrenches_for_all_samples(shape):
+    wrench = np.arange(1.0, 1 + np.prod(shape)).reshape(shape)
+    assert wrenches_of_arrays({"rod": wrench}, 3)["rod"].tolist() == np.broadcast_to(wrench, (3, 6)).tolist()
 
 
 @pytest.mark.parametrize(("quantity", "value"), [("force", 2 * 9.81), ("moment", 9.81), ("fz", 2 * 9.81), ("fx", 0.0), ("axial_moment", 0.0)])

@@ -64,6 +64,9 @@ class Mutated:
     def clear(self):
         ctypes.memset(self.reached, 0, ROOM)
 
+    def special_first(self, number, order):
+        return order
+
     def activate(self, number):
         self.number.value = number
 
@@ -79,6 +82,13 @@ class MutatedPython:
         self.reached[:] = bytes(len(self.reached))
         for number in self.imported:
             self.reached[number] = 1
+
+    def special_first(self, number, order):
+        """All tests reach what was computed by imports: those that run code of the same file come first."""
+        if number not in self.imported:
+            return order
+        own = {m.number for m in IMPORTER.mutants if m.file == IMPORTER.by_number[number].file} - self.imported
+        return sorted(order, key=lambda pair: own.isdisjoint(pair[0]["reached"]))
 
     def activate(self, number):
         mutants.active = number
@@ -207,7 +217,7 @@ def pytest_runtestloop(session):
     with open(SETTINGS["results"], "w") as out:
         children = Children(out)
         for number in SETTINGS["mutants"]:
-            order = ordered if number == 0 else within(MOST, reaching.get(number, []))  # 0: no mutant, all tests
+            order = ordered if number == 0 else within(MOST, mutated.special_first(number, reaching.get(number, [])))  # 0: no mutant, all tests
             if order:
                 children.start(session, mutated, number, order)
             else:
