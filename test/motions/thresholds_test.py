@@ -16,9 +16,9 @@ from ksl.base import limits
 from ksl.base.errors import MotionError
 from ksl.model.lengths import extent
 from ksl.model.mechanism import Joint
-from ksl.motions.columns.units import Unit, unit_of
+from ksl.motions.columns.units import Unit, factor, unit_of
 from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, trapezoid
-from ksl.motions.generate.excitation import Series
+from ksl.motions.generate.excitation import Series, _Search
 from ksl.motions.generate.generated import check_duration, effort_stretch, limits_of, sample_times, worst_rate, worst_use
 from ksl.motions.generate.profiles import _fastest, _instants, _trapezoids
 from ksl.motions.motion import Motion, complete
@@ -627,3 +627,37 @@ def test_a_full_turn_is_one_to_a_hundredth(size, turn):
         found = {joint.name: Found(Jumps(2, np.empty(0), np.empty(0)), [(0, 0.5, size)])}
         (said,) = sentences_about_jumps((joint,), found, {}, 0.1 * np.arange(9))[2]
         assert said.startswith(f"{joint.name} jumps by {size:.4g} at 0.5 s") and ("a full turn. Unwrap" in said) == (turn and joint is hip)
+
+
+@pytest.mark.parametrize(
+    ("tried", "gain", "smallest", "reason"),
+    [
+        (100, 0.0099, 50.0, "converged"), (100, 0.0101, 50.0, "improving"), (41, 0.0, 50.0, "converged"), (40, 0.0, 50.0, "improving"), (100, 0.0, 1.001e7, "singular"),
+        (100, 0.0, 0.999e7, "converged"), (3, 1.0, 50.0, "improving"),
+    ],
+)  # fmt: skip
+def test_when_a_search_is_at_its_end(tried, gain, smallest, reason):
+    """The number fell by less than a hundredth in the last quarter; forty random candidates are no search, and 1e7 is no number."""
+    search = object.__new__(_Search)
+    search.tried, search.smallest = tried, smallest
+    search._after = [smallest / (1 - gain) * (1 + abs(k - (3 * tried // 4 - 1))) if tried > 3 else smallest for k in range(tried)]
+    assert search.progress() == {"gain": pytest.approx(gain), "converged": reason == "converged", "reason": reason}
+
+
+def test_units_of_rates():
+    assert (
+        factor("f", "c", "deg", "angle", 1, True) == pytest.approx(np.pi / 180) == factor("f", "c", "deg/s", "angle", 1)
+        and factor("f", "c", "-", "angle", 1) == 1
+    )
+    for wrong in (("deg", "angle", 1), ("deg/s^2", "angle", 1, True), ("m", "angle", 0), ("m", "angle", 1, True)):
+        with pytest.raises(MotionError, match="but expected"):
+            factor("f", "c", *wrong)
+    with pytest.raises(MotionError, match="no unit that KSL knows; did you mean 'deg'"):
+        factor("f", "c", "degg", "angle", 0)
+
+
+@pytest.mark.parametrize("kind", ["f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"])
+def test_numbers_of_matlab_of_every_type(leg, written, kind):
+    scipy.io.savemat(file := io.BytesIO(), {"time": K.astype(kind), "hip": (2 * K).astype(kind), "slide": K[::-1].astype(kind)})
+    motion = read_motion(leg, written(file.getvalue(), "m.mat"))
+    assert motion.time == pytest.approx(K) and motion.q == pytest.approx(np.column_stack([2 * K, K[::-1]]))
