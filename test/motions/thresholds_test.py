@@ -661,3 +661,20 @@ def test_numbers_of_matlab_of_every_type(leg, written, kind):
     scipy.io.savemat(file := io.BytesIO(), {"time": K.astype(kind), "hip": (2 * K).astype(kind), "slide": K[::-1].astype(kind)})
     motion = read_motion(leg, written(file.getvalue(), "m.mat"))
     assert motion.time == pytest.approx(K) and motion.q == pytest.approx(np.column_stack([2 * K, K[::-1]]))
+
+
+def test_a_gap_before_the_last_sample():
+    time, q = np.array([0.0, 1, 2, 3, 9]), np.array([0.0, 0, 0, 0, 1])[:, None]
+    (said,) = doubts_about_gaps((SLIDE,), time, q)
+    assert said.startswith("no samples between 3 s and 9 s, 6 median steps, while slide moves by 1 m")
+
+
+def test_where_rates_contradict_most(leg):
+    """A tenth more in the second half, and most at 6.3 s; faults of one kind are counted."""
+    t = np.arange(80) * 0.1
+    v, none = np.where(t > 4, 2.2, 2.0) + 0.1 * (np.arange(80) == 63), np.zeros((80, 1))
+    said, *_ = complete(leg, t, np.column_stack([2 * t, 0 * t]), [[v[:, None], none], [none, none]]).contradictions
+    assert said.startswith("hip.v at 6.3 s is 2.3 rad/s, but the position of hip changes at 2 rad/s")
+    for many, often in ((1, ""), (2, " (2 such jumps)")):
+        found = {"slide": Found(Jumps(2, np.empty(0), np.empty(0)), [(0, 0.5 + k, 0.25) for k in range(many)])}
+        assert sentences_about_jumps((SLIDE,), found, {}, t)[2][0].startswith(f"slide jumps by 0.25 at 0.5 s{often}, which no force can do")
