@@ -43,7 +43,7 @@ SHORT = {
     "cases": 40_000, "check": 15_000, "check_rules": 5_000, "components": 40_000, "csv": 20_000, "csv_form": 60_000, "loops": 2_000, "map": 40_000,
     "mat": 2_000, "mcap": 2_000, "mjcf": 5_000,
     "npz": 2_500, "parquet": 1_500, "ros1": 1_500, "ros2": 1_000, "sdf": 15_000, "sweep": 50_000, "urdf": 30_000, "urdf_round_trip": 30_000,
-    "usd": 1_000, "xlsx": 1_000,
+    "usd": 1_000, "xlsx": 200,
 }  # fmt: skip
 """Texts of a short run of each target, beyond its seeds."""
 USUAL, CHANGED = 10_000, 4

@@ -14,6 +14,7 @@
 #include <charconv>
 #include <cmath>
 #include <new>
+#include <tuple>
 #include <utility>
 
 namespace ksl {

@@ -246,7 +246,8 @@ TEST_CASE("each part of the physics is on for itself, and has a name") {
       CHECK(motor[k] == doctest::Approx(tau[k] + own[k][part]).epsilon(1e-13));
   }
   using names_t = std::vector<std::string>;
-  CHECK(ksl::names_of(ksl::physics_named({"all"})) == names_t{"damping", "friction", "armature", "rotor", "spring"});
+  CHECK(ksl::names_of(ksl::physics_named({"all"})) ==
+        names_t{"damping", "friction", "armature", "rotor", "spring", "force elements"});
   CHECK(ksl::names_of(ksl::physics_named({"exact friction", "rotor bodies"})) ==
         names_t{"exact friction", "rotor bodies"});
   CHECK_THROWS_WITH_AS(ksl::physics_named({"dampin"}), doctest::Contains("physics \"dampin\" is unknown"),

@@ -324,7 +324,7 @@ TEST_CASE("models from models, from C") {
   REQUIRE((tool >= 0 && slide >= 0));
   const ksl_link_mass_t mass = {1, {0, 0, 0.1}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   const double zero[7] = {}, gravity[3] = {0, 0, -1.6}, parameters[10] = {1, 0, 0, 0, 1, 0, 1, 0, 0, 1};
-  const ksl_physics_t physics = {true, true, true, true, true, true, false, 0};
+  const ksl_physics_t physics = {true, true, true, true, true, true, false, true, 0};
   makes_model("with_root",
               [&](ksl_model_t **m) { return ksl_model_with_root(other.m, ksl_model_link(other.m, "tool0"), m); });
   makes_model("with_frozen_joints",

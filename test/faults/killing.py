@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from ksl.commands.app import end_on_signals
 from ksl_command import copied, print_to, status_of
 
 CHANGES = ("os.rename", "os.link", "os.symlink", "os.mkdir", "os.remove", "os.rmdir", "os.truncate", "os.chmod")
@@ -70,8 +71,6 @@ def _count(count: list[int], kill_at: int) -> None:
 
 def hear_signals() -> None:
     """To run first in a copy: SIGINT and SIGTERM end it as they end `ksl`."""
-    from ksl.commands.app import end_on_signals
-
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell lets commands in the background ignore it
     end_on_signals()
 

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from inspect import signature
 from pathlib import Path
 
 import pytest
@@ -53,12 +54,14 @@ def test_the_table_of_calls_is_that_of_the_operators():
     from ksl.operators.table import ROWS
 
     text = PAGE.read_text(encoding="utf-8").split("## The calls")[1].split("\n\n")[2]
-    listed = {}
+    listed, beside = {}, set()
     for line in text.splitlines()[2:]:
         calls, by, twice, parameters = (cell.strip() for cell in line.strip("|").split("|"))
         names = re.findall(r"`(\w+)`", calls)
         for i, name in enumerate(names):
             own = by.split(";")[min(i, by.count(";"))]
-            listed[name] = ([x.strip() for x in own.split(",")], twice == "yes" or (twice == "the first" and i == 0), parameters == "yes")
+            beside |= {name} if "`external=`" in own else set()
+            listed[name] = ([x.strip() for x in own.replace(", `external=`", "").split(",")], twice == "yes" or (twice == "the first" and i == 0), parameters == "yes")
     assert listed == {name: (list(row.inputs), bool(row.second), bool(row.regressor)) for name, row in ROWS.items()}
-    assert {name for name in vars(Calls) if not name.startswith("_")} == set(ROWS)
+    calls = {name: signature(call).parameters for name, call in vars(Calls).items() if not name.startswith("_")}
+    assert set(calls) == set(ROWS) and beside == {name for name, parameters in calls.items() if "external" in parameters}

@@ -301,8 +301,9 @@ KSL_LANES void store_some(float *to, unsigned which, __m256 v) {
       to[i] = v[i];
 }
 KSL_LANES place places_from(float, int first) {
-  const __m256i in_order = _mm256_set_epi32(7, 6, 5, 4, 3, 2, 1, 0), from = _mm256_set1_epi32(first);
-  return {_mm256_cmpgt_epi32(from, in_order), _mm256_and_si256(_mm256_add_epi32(in_order, from), _mm256_set1_epi32(7))};
+  const __m256i in_order = _mm256_set_epi32(7, 6, 5, 4, 3, 2, 1, 0);
+  return {_mm256_cmpgt_epi32(_mm256_set1_epi32(first), in_order), // the permutation takes indices modulo 8
+          _mm256_set_epi32(first + 7, first + 6, first + 5, first + 4, first + 3, first + 2, first + 1, first)};
 }
 KSL_LANES place places_from(double, int first) { return places_from(0.0f, 2 * first); }
 #endif
