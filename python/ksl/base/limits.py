@@ -20,6 +20,8 @@ WORKBOOK_BYTES = 1 << 28
 """Bytes of an Excel workbook, unpacked.  A cell has some 30 of them, and takes two microseconds to read."""
 WORKBOOK_CELLS = 1 << 26
 """Cells of a sheet, empty ones before the last of each row too: a short text may name the last of 16,384 columns in each row."""
+EMPTY_ROWS = 1 << 21
+"""Rows without cells in a workbook, two sheets of Excel's length: a short text may name a row of any number, and all before it are given."""
 LINE_BYTES = 64 << 20
 """Bytes of a line at the beginning of a CSV file, where names are, or of an array of names in an NPZ file."""
 YAML_BYTES = 1 << 19

@@ -119,6 +119,16 @@ def test_entities_and_large_workbooks_are_refused_soon(leg, book, written, refus
     assert "of a workbook are read: save the sheet as CSV" in refusal(leg, path)
 
 
+@pytest.mark.parametrize("number", ["1e308", "99999999999", "2097155"])
+def test_a_row_of_a_number_that_no_sheet_has_is_refused_soon(leg, book, refusal, number):
+    """A text of some bytes makes openpyxl give as many empty rows."""
+    path = book(Log=[NAMES, [0, 1, 2], [1, 1, 2]])
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(path.with_name("far.xlsx"), "w") as new:
+        for name in old.namelist():
+            new.writestr(name, old.read(name).replace(b'<row r="3"', f'<row r="{number}"'.encode()))
+    assert "more than 2,097,152 empty rows in the workbook; save the table as CSV" in refusal(leg, path.with_name("far.xlsx"))
+
+
 def test_hostile_names(leg, book, refusal):
     said = refusal(leg, book(**{"L\u202eog": [["time", "hip\u202e\u2066", "slide"], [0, 1, 2]]}))
     assert "\u202e" not in said and "\\u202e" in said

@@ -115,8 +115,9 @@ def workbook_table(file: str, source: BinaryIO, sheet: str | None) -> WorkbookTa
         _check_size(file, source)
         try:
             book = openpyxl.load_workbook(source, read_only=True, data_only=True, keep_links=False)
-            chosen = _sheet(file, book, sheet)
-            return _table(file, chosen.title, _rows(file, chosen))
+            empty = [0]
+            chosen = _sheet(file, book, sheet, empty)
+            return _table(file, chosen.title, _rows(file, chosen, empty))
         except (MotionError, MemoryError):
             raise
         except Exception as e:  # openpyxl lets errors of XML, of zip archives and of Python's own types through
@@ -131,14 +132,14 @@ def _check_size(file: str, source: BinaryIO) -> None:
     source.seek(0)
 
 
-def _sheet(file: str, book: Any, wanted: str | None) -> Any:
+def _sheet(file: str, book: Any, wanted: str | None, empty: list[int]) -> Any:
     """The sheet that is named, or the only one that holds anything."""
     sheets = {sheet.title: sheet for sheet in book.worksheets}
     if wanted is not None:
         if wanted not in sheets:
             raise MotionError(f"{file}: --topic (topic=) is {wanted!r}, and no sheet has this name; {near_names(wanted, sheets)}sheets: {listed(sheets)}")
         return sheets[wanted]
-    filled = [sheet for sheet in sheets.values() if any(row.cells for row in _rows(file, sheet))]
+    filled = [sheet for sheet in sheets.values() if any(row.cells for row in _rows(file, sheet, empty))]
     if not filled:
         raise MotionError(f"{file}: all sheets are empty; give `time` and a column for each joint, a row for each sample")
     if len(filled) > 1:
@@ -146,11 +147,16 @@ def _sheet(file: str, book: Any, wanted: str | None) -> Any:
     return filled[0]
 
 
-def _rows(file: str, sheet: Any) -> Iterator[Row]:
-    """Rows without the empty cells at their ends."""
+def _rows(file: str, sheet: Any, empty: list[int]) -> Iterator[Row]:
+    """Rows that have cells, without the empty ones at their ends.  empty: how many of the workbook had none, which this counts on."""
     sheet.reset_dimensions()  # programs write wrong ones
     seen = 0
     for number, cells in enumerate(sheet.iter_rows(values_only=True), 1):
+        if not cells:
+            empty[0] += 1
+            if empty[0] > limits.EMPTY_ROWS:
+                raise MotionError(f"{file}: sheet {sheet.title!r}, row {number}: more than {limits.EMPTY_ROWS:,} empty rows in the workbook; save the table as CSV")
+            continue
         seen += len(cells)
         if seen > limits.WORKBOOK_CELLS:
             raise MotionError(f"{file}: sheet {sheet.title!r}, row {number}: {seen:,} cells; at most {limits.WORKBOOK_CELLS:,} are read: save the table as CSV")
