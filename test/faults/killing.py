@@ -72,6 +72,7 @@ def _count(count: list[int], kill_at: int) -> None:
 def hear_signals() -> None:
     """To run first in a copy: SIGINT and SIGTERM end it as they end `ksl`."""
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell lets commands in the background ignore it
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # Ray leaves a handler of its own in the process that has used it
     end_on_signals()
 
 
