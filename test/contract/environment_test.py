@@ -40,6 +40,17 @@ def test_ci_runs_make_and_nothing_else():
     assert all(part in asked for part in ("lint=", " lint-alone", " abi fuzz-short"))
 
 
+def test_a_first_look_compiles_the_baseline_alone():
+    """Where nothing is installed.  What else needs KSL has all of it."""
+
+    def asked(target: str) -> str:
+        done = subprocess.run(["make", "-n", "VENV=build/nowhere", target], cwd=ROOT, env=KEPT | {"MAKEFLAGS": ""}, capture_output=True, text=True, timeout=60)
+        return done.stdout
+
+    assert "KSL_FIRST_LOOK=ON" in asked("demo") and "install.py" in asked("full")
+    assert all("KSL_FIRST_LOOK" not in asked(target) for target in ("full", "bench-build", "test"))
+
+
 def test_a_part_of_ci_that_fails_is_told_with_its_own_output_in_one_block():
     parts = ["test=echo one; sleep 0.2; echo two", "lint=echo three; sleep 0.1; echo four >&2; exit 3", "abi=true"]
     done = subprocess.run([ROOT / "scripts/side_by_side.py", *parts], capture_output=True, text=True, timeout=60)
