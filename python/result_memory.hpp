@@ -17,7 +17,8 @@
 namespace calls {
 namespace result_memory {
 
-inline constexpr std::size_t least_bytes = std::size_t(256) << 10; ///< of arrays that take their memory from here
+inline constexpr std::size_t least_bytes = std::size_t(120)
+                                           << 10; ///< of arrays from here; malloc gives 128 KiB fresh each time
 inline constexpr std::size_t large_page = std::size_t(2) << 20;
 inline constexpr std::size_t most_kept = std::size_t(128) << 20;
 inline constexpr int most_blocks = 32;
