@@ -98,7 +98,8 @@ def print_summary(console: Console, rows: Sequence[SummaryRow], joints: Sequence
     what: said of rows that are the worst over all load cases, whose tables name the case that governs.
     """
     by_name = {j.name: j for j in joints}
-    with_parts = [of for of in (("transmitted", "damping", "friction"), ("rotor", "spring")) if any(row.get(f"{q}_peak") for row in rows for q in of[-2:])]
+    acting = {q for row in rows for q in ("damping", "friction", "rotor", "spring") if row.get(f"{q}_peak")}
+    with_parts = [of for of in (("transmitted", "damping", "friction"), ("rotor", "spring")) if acting & set(of)]
     side, about = f"on the {placement.on} side", f"about {placement.about}"
     of_the_same = "magnitudes of the same wrench" if any("axial_force_peak" in row for row in rows) else f"magnitudes of the wrench {side}, moments {about}"
     extremes = _peak_time_case if what else _peak_rms_time  # over several load cases a rms would be that of another case than the peak

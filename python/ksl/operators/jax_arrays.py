@@ -18,7 +18,7 @@ from jax.interpreters import ad, batching, mlir
 
 from ksl import _core
 from ksl.operators.calls import Calls
-from ksl.operators.operator import NEXT, Operator, Stage, arranged
+from ksl.operators.operator import NEXT, Operator, Stage, arranged, mapped
 
 TARGET = "ksl_operator"
 
@@ -153,21 +153,9 @@ def _transpose(stage: Stage, cotangents: Sequence[Any], *arguments: Any, operato
 
 
 def _batch(stage: Stage, arguments: Sequence[Any], axes: Sequence[Any], *, operator: Operator) -> tuple[list[Any], list[int]]:
-    """The new axis joins that of states, or that of groups where parameters differ along it, or are differentiated."""
     size = next(x.shape[axis] for x, axis in zip(arguments, axes) if axis is not None)
-    of_groups = operator.of_groups(stage)
-    apart = operator.parameters and (stage is Stage.VJP or any(g and axis is not None for g, axis in zip(of_groups, axes)))
-    rows = []
-    for x, axis, of_group in zip(arguments, axes, of_groups):
-        if of_group and not apart:
-            rows.append(x)
-            continue
-        whole = jnp.broadcast_to(x, (size, *x.shape)) if axis is None else jnp.moveaxis(x, axis, 0)
-        rows.append(whole.reshape(-1, *whole.shape[2:]) if apart else jnp.swapaxes(whole, 0, 1).reshape(whole.shape[1], -1, *whole.shape[3:]))
-    results = bind(stage, operator, rows)
-    if apart:
-        return [y.reshape(size, -1, *y.shape[1:]) for y in results], [0] * len(results)
-    return [y.reshape(y.shape[0], size, -1, *y.shape[2:]) for y in results], [1] * len(results)
+    results, axis = mapped(jnp, operator, stage, size, axes, arguments, partial(bind, stage, operator))
+    return results, [axis] * len(results)
 
 
 for _stage, _primitive in PRIMITIVES.items():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, TypeVar
@@ -169,3 +169,25 @@ def arranged(operator: Operator, arrays: Sequence[Any], broadcast_to: Any) -> tu
         else:
             rows.append(broadcast_to(x, (*found.leading, width)).reshape(groups, states, width))
     return rows, found
+
+
+def mapped(
+    library: Any, operator: Operator, stage: Stage, size: int, axes: Sequence[int | None], arguments: Sequence[Any], compute: Callable[[Sequence[Any]], Sequence[Any]]
+) -> tuple[list[Any], int]:
+    """A stage along a new axis of the arguments, and which axis of each result it is.  library: torch or jax.numpy; compute: of arguments of three axes.
+
+    The new axis joins that of states, or that of groups where parameters differ along it, or are differentiated.
+    """
+    of_groups = operator.of_groups(stage)
+    apart = operator.parameters and (stage is Stage.VJP or any(own and axis is not None for own, axis in zip(of_groups, axes)))
+    rows = []
+    for x, axis, of_group in zip(arguments, axes, of_groups):
+        if of_group and not apart:
+            rows.append(x)
+            continue
+        whole = library.broadcast_to(x, (size, *x.shape)) if axis is None else library.moveaxis(x, axis, 0)
+        rows.append(whole.reshape(-1, *whole.shape[2:]) if apart else library.swapaxes(whole, 0, 1).reshape(whole.shape[1], -1, *whole.shape[3:]))
+    results = compute(rows)
+    if apart:
+        return [y.reshape(size, -1, *y.shape[1:]) for y in results], 0
+    return [y.reshape(y.shape[0], size, -1, *y.shape[2:]) for y in results], 1

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -14,7 +15,7 @@ import torch
 from torch import Tensor
 
 from ksl.operators.calls import Calls
-from ksl.operators.operator import NEXT, Operator, Stage, arranged
+from ksl.operators.operator import NEXT, Operator, Stage, arranged, mapped
 
 
 class TorchCalls(Calls[Tensor]):
@@ -183,20 +184,8 @@ def _forward(stage: Stage, operator: Operator, arguments: Sequence[Tensor], chan
 def _mapped(
     size: int, axes: Sequence[int | None], stage: Stage, operator: Operator, arguments: Sequence[Tensor]
 ) -> tuple[tuple[Tensor, ...], tuple[int, ...]]:
-    """The new axis joins that of states, or that of groups where parameters differ along it, or are differentiated."""
-    of_groups = operator.of_groups(stage)
-    apart = operator.parameters and (stage is Stage.VJP or any(g and axis is not None for g, axis in zip(of_groups, axes)))
-    rows = []
-    for x, axis, of_group in zip(arguments, axes, of_groups):
-        if of_group and not apart:
-            rows.append(x)
-            continue
-        whole = x.expand(size, *x.shape) if axis is None else x.movedim(axis, 0)
-        rows.append(whole.reshape(-1, *whole.shape[2:]) if apart else whole.swapaxes(0, 1).reshape(whole.shape[1], -1, *whole.shape[3:]))
-    results = _apply_stage(stage, operator, rows)
-    if apart:
-        return tuple(y.reshape(size, -1, *y.shape[1:]) for y in results), (0,) * len(results)
-    return tuple(y.reshape(y.shape[0], size, -1, *y.shape[2:]) for y in results), (1,) * len(results)
+    results, axis = mapped(torch, operator, stage, size, axes, arguments, partial(_apply_stage, stage, operator))
+    return tuple(results), (axis,) * len(results)
 
 
 @torch.library.custom_op("ksl::compute", mutates_args=())

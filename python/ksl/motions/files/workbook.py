@@ -6,6 +6,7 @@ import datetime
 import zipfile
 from array import array
 from collections.abc import Iterator, Sequence
+from itertools import count
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
@@ -115,7 +116,7 @@ def workbook_table(file: str, source: BinaryIO, sheet: str | None) -> WorkbookTa
         _check_size(file, source)
         try:
             book = openpyxl.load_workbook(source, read_only=True, data_only=True, keep_links=False)
-            empty = [0]
+            empty = count(1)
             chosen = _sheet(file, book, sheet, empty)
             return _table(file, chosen.title, _rows(file, chosen, empty))
         except (MotionError, MemoryError):
@@ -132,8 +133,8 @@ def _check_size(file: str, source: BinaryIO) -> None:
     source.seek(0)
 
 
-def _sheet(file: str, book: Any, wanted: str | None, empty: list[int]) -> Any:
-    """The sheet that is named, or the only one that holds anything."""
+def _sheet(file: str, book: Any, wanted: str | None, empty: Iterator[int]) -> Any:
+    """The sheet that is named, or the only one that holds anything.  empty: as in `_rows`."""
     sheets = {sheet.title: sheet for sheet in book.worksheets}
     if wanted is not None:
         if wanted not in sheets:
@@ -147,14 +148,13 @@ def _sheet(file: str, book: Any, wanted: str | None, empty: list[int]) -> Any:
     return filled[0]
 
 
-def _rows(file: str, sheet: Any, empty: list[int]) -> Iterator[Row]:
-    """Rows that have cells, without the empty ones at their ends.  empty: how many of the workbook had none, which this counts on."""
+def _rows(file: str, sheet: Any, empty: Iterator[int]) -> Iterator[Row]:
+    """Rows that have cells, without the empty ones at their ends.  empty: the numbers of the workbook's rows without cells, from 1 on."""
     sheet.reset_dimensions()  # programs write wrong ones
     seen = 0
     for number, cells in enumerate(sheet.iter_rows(values_only=True), 1):
         if not cells:
-            empty[0] += 1
-            if empty[0] > limits.EMPTY_ROWS:
+            if next(empty) > limits.EMPTY_ROWS:
                 raise MotionError(f"{file}: sheet {sheet.title!r}, row {number}: more than {limits.EMPTY_ROWS:,} empty rows in the workbook; save the table as CSV")
             continue
         seen += len(cells)
