@@ -105,41 +105,40 @@ std::optional<std::vector<std::string>> merged_drives(const robot_description &r
   return all;
 }
 
-/// The loops of which both links are in a part of a robot (subtree).
-std::vector<loop_description> loops_inside(const robot_description &robot, const std::vector<int> &new_index,
-                                           const std::string &link, const subtree_options &options) {
-  std::vector<loop_description> inside;
-  for (loop_description loop : robot.loops) {
-    const int a = new_index[index(loop.predecessor)], b = new_index[index(loop.successor)];
-    if ((a < 0) != (b < 0) && !options.drop_loops)
-      refuse("joint " + loop.name + " closes a loop over link " +
-             robot.links[index(a < 0 ? loop.predecessor : loop.successor)].name + ", which link " + quoted(link) +
-             " doesn't carry; take a link that carries all of the loop, or drop such loops: " +
-             "loops=\"drop\" in Python, drop_loops in C++");
-    loop.predecessor = a, loop.successor = b;
+/// The items between two links, loops or force elements, of which both links are in a part of a robot (subtree).  refused(item, link): the
+/// sentence about one that goes to a link outside.
+template <class Item, class Sentence>
+std::vector<Item> inside(const std::vector<Item> &items, int Item::*first, int Item::*second,
+                         const std::vector<int> &new_index, bool drop, const Sentence &refused) {
+  std::vector<Item> kept;
+  for (Item item : items) {
+    const int a = new_index[index(item.*first)], b = new_index[index(item.*second)];
+    if ((a < 0) != (b < 0) && !drop)
+      refuse(refused(item, a < 0 ? item.*first : item.*second));
+    item.*first = a, item.*second = b;
     if (a >= 0 && b >= 0)
-      inside.push_back(std::move(loop));
+      kept.push_back(std::move(item));
   }
-  return inside;
+  return kept;
 }
 
-/// The force elements of which both links are in a part of a robot (subtree).
-std::vector<force_element_description> elements_inside(const robot_description &robot,
-                                                       const std::vector<int> &new_index, const std::string &link,
-                                                       const subtree_options &options) {
-  std::vector<force_element_description> inside;
-  for (force_element_description of : robot.force_elements) {
-    const int a = new_index[index(of.link1)], b = new_index[index(of.link2)];
-    if ((a < 0) != (b < 0) && !options.drop_loops)
-      refuse("force element " + quoted(of.name) + " acts on link " +
-             robot.links[index(a < 0 ? of.link1 : of.link2)].name + ", which link " + quoted(link) +
-             " doesn't carry; take a link that carries both of its ends, or drop it: " +
-             "loops=\"drop\" in Python, drop_loops in C++");
-    of.link1 = a, of.link2 = b;
-    if (a >= 0 && b >= 0)
-      inside.push_back(std::move(of));
-  }
-  return inside;
+/// Gives a part of a robot (subtree) the loops and the force elements that are inside it.
+void take_between_links(const robot_description &robot, const std::vector<int> &new_index, const std::string &link,
+                        const subtree_options &options, robot_description &out) {
+  const auto named = [&](int outside) { return robot.links[index(outside)].name; };
+  const std::string how = ": loops=\"drop\" in Python, drop_loops in C++";
+  out.loops = inside(robot.loops, &loop_description::predecessor, &loop_description::successor, new_index,
+                     options.drop_loops, [&](const loop_description &loop, int outside) {
+                       return "joint " + loop.name + " closes a loop over link " + named(outside) + ", which link " +
+                              quoted(link) +
+                              " doesn't carry; take a link that carries all of the loop, or drop such loops" + how;
+                     });
+  out.force_elements =
+      inside(robot.force_elements, &force_element_description::link1, &force_element_description::link2, new_index,
+             options.drop_loops, [&](const force_element_description &of, int outside) {
+               return "force element " + quoted(of.name) + " acts on link " + named(outside) + ", which link " +
+                      quoted(link) + " doesn't carry; take a link that carries both of its ends, or drop it" + how;
+             });
 }
 
 /// Appends a line unless it is there.
@@ -296,8 +295,7 @@ robot_description subtree(const robot_description &robot, const std::string &lin
     if (joint.parent >= 0 && joint.child >= 0)
       out.joints.push_back(std::move(joint));
   }
-  out.loops = loops_inside(robot, new_index, link, options);
-  out.force_elements = elements_inside(robot, new_index, link, options);
+  take_between_links(robot, new_index, link, options, out);
   keep_drives(out);
   out.warnings = check_inertias(out);
   return out;

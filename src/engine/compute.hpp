@@ -3,7 +3,7 @@
 
 #include "engine/coupled.hpp"
 #include "engine/examine.hpp"
-#include "engine/force_elements.hpp"
+#include "engine/elements/algorithms.hpp"
 #include "text/rounding.hpp"
 #include "engine/thread_memory.hpp"
 

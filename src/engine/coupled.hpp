@@ -4,7 +4,7 @@
 #pragma once
 
 #include "engine/examine.hpp"
-#include "engine/force_elements.hpp"
+#include "engine/elements/algorithms.hpp"
 #include "engine/kernels.hpp"
 #include "engine/loops/closed.hpp"
 #include "ksl/model.hpp"

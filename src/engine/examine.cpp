@@ -1,6 +1,7 @@
 #include "engine/examine.hpp"
 
 #include "engine/coupled.hpp"
+#include "engine/elements/forces.hpp"
 #include "engine/massless_joint.hpp"
 #include "engine/thread_memory.hpp"
 

@@ -7,7 +7,7 @@
 #include "simulate/motion_asked.hpp"
 
 #include "engine/algorithm_rows.hpp"
-#include "engine/force_elements.hpp"
+#include "engine/elements/dampers.hpp"
 #include "ksl/engine/algorithms/batch_view.hpp"
 #include "ksl/simulate.hpp"
 

@@ -4,23 +4,22 @@ import os
 import platform
 import shutil
 import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "scripts"))
+from engine_sources import engine_sources
+
 ALGORITHMS = sorted((ROOT / "src/engine/algorithms").glob("*/*.cpp"))
 SOURCES: dict[str, list[str]] = {
     **{f.relative_to(ROOT / "src").as_posix(): ["-DKSL_ISA=neon"] for f in ALGORITHMS},
     "engine/finite.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_finite_neon"],
     "engine/array_kernels.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_array_kernels_neon", "-fno-math-errno"],
-    **{f"engine/{name}.cpp": [] for name in ("coupled", "dynamics", "examine", "dynamics_calls", "canonical_axes", "data", "joint_physics", "model", "model_builder", "thread_memory")},
-    **{f.relative_to(ROOT / "src").as_posix(): [] for f in sorted((ROOT / "src/engine/loops").glob("*.cpp"))},
-    "engine/dispatch.cpp": ["-DKSL_HAS_neon"],
-    **{f"batch/{name}.cpp": [] for name in ("batch", "batch_calls", "cores", "threads")},
-    **{f"description/{name}.cpp": [] for name in ("check", "loops", "mimic")},
-    **{f"text/{name}.cpp": [] for name in ("characters", "unused", "words")},
+    **{source: ["-DKSL_HAS_neon"] if source == "engine/dispatch.cpp" else [] for source in engine_sources()},
 }
 FLAGS = ["-std=c++20", "-ffp-contract=off", "-DNDEBUG", "-I", str(ROOT / "include"), "-I", str(ROOT / "src"), "-I", str(ROOT / "test/engine")]
 

@@ -35,14 +35,8 @@ ARM_COMPILERS = {
     "clang": (["clang", f"--target={CROSS}"], ["clang++", f"--target={CROSS}"]),  # with gcc's C and C++ libraries for that target
 }
 ALGORITHMS = sorted((ROOT / "src/engine/algorithms").glob("*/*.cpp"))
-HOST = [
-    *(f"engine/{name}.cpp" for name in ("coupled", "dynamics", "dynamics_calls", "canonical_axes", "examine", "data", "joint_physics")),
-    *(f"engine/{name}.cpp" for name in ("model", "model_builder", "thread_memory")),
-    "engine/dispatch.cpp", "batch/batch.cpp", "batch/batch_calls.cpp", "batch/cores.cpp", "batch/threads.cpp",
-    *(f"description/{name}.cpp" for name in ("check", "mimic")), *(f"text/{name}.cpp" for name in ("characters", "unused", "words")),
-]  # fmt: skip
-
-sys.path.insert(0, str(HERE))
+sys.path[:0] = [str(HERE), str(ROOT / "scripts")]
+from engine_sources import engine_sources
 from make_programs import algebra, libm, wrapped
 
 WRAP = [f"-Wl,--wrap={name}" for name in wrapped()]
@@ -90,7 +84,7 @@ class Build:
             return self.linked("engine", [program, library / "libksl.a"], self.cpp, "-lpugixml", "-pthread")
         kernels = [(f, [f"-DKSL_ISA={isa}", *self.march]) for f in ALGORITHMS]
         kernels += [(ROOT / "src/engine/finite.cpp", [f"-DKSL_ISA={isa}", f"-DKSL_TABLE=ksl_finite_{isa}", *self.march])]
-        kernels += [(ROOT / "src" / f, [f"-DKSL_HAS_{isa}"] if "dispatch" in f else []) for f in HOST]
+        kernels += [(ROOT / "src" / f, [f"-DKSL_HAS_{isa}"] if "dispatch" in f else []) for f in engine_sources()]
         with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
             objects = list(pool.map(lambda k: self.compiled(k[0], k[0].stem + ".part.o", "-DNDEBUG", *k[1]), kernels))
         # readers of robot files and array functions are left out: nothing here calls them

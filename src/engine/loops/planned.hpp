@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/algorithm_rows.hpp"
-#include "engine/force_elements.hpp"
+#include "engine/elements/forces.hpp"
 #include "engine/kernels.hpp"
 #include "engine/loops/tables.hpp"
 #include "ksl/engine/lanes/workspace.hpp"

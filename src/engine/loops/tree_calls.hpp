@@ -4,7 +4,7 @@
 
 #include "engine/algorithm_rows.hpp"
 #include "engine/coupled_projection.hpp"
-#include "engine/force_elements.hpp"
+#include "engine/elements/algorithms.hpp"
 
 namespace ksl::loops {
 

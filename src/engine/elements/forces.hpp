@@ -8,58 +8,12 @@
 //     d(f u) = (df − f/l dl) u + f/l d(p₂ − p₁),   dl = u · d(p₂ − p₁),   df = ∂f/∂l dl + ∂f/∂l̇ dl̇.                     (1)
 #pragma once
 
-#include "engine/algorithm_rows.hpp"
-#include "engine/kernels.hpp"
-#include "ksl/engine/lanes/workspace.hpp"
-#include "ksl/model.hpp"
+#include "engine/elements/tree_of_states.hpp"
 
 #include <string>
 #include <vector>
 
 namespace ksl::elements {
-
-/// How force elements enter an algorithm.
-enum class part : unsigned char {
-  none,
-  wrenches, ///< as external wrenches, and in no other way
-  energy,
-  energy_derivatives,
-  effort_derivatives,
-  effort_gradient,
-  acceleration_derivatives,
-  reaction_derivatives,
-  refusal ///< they can't be computed with them
-};
-part part_in(const algorithm_row &row);
-
-/// Is the algorithm computed here for this model?
-inline bool act_in(const algorithm_row &row, const model &m) {
-  return m.acting_force_elements() > 0 && part_in(row) != part::none;
-}
-
-/// Throws std::invalid_argument if the algorithm can't be computed for a model with force elements.
-void require_possible(const algorithm_row &row, const model &m);
-
-/// What a call asks for, for memory.
-struct room { int externals = 0, links = 0, joints = 0, requests = 0; };
-template <class View> room room_for(const View &view) {
-  room wanted = {0, view.links.n, view.joints ? view.joints->n : 0, view.reactions_n};
-  if constexpr (requires { view.external_n; })
-    wanted.externals = view.external_n;
-  else
-    wanted.externals = view.external.n;
-  return wanted;
-}
-
-/// Computes one state of the tree, with whatever loops it carries left open.  Returns false if an element has no force there, or if the kernel
-/// does.
-template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, room wanted);
-template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s);
-
-/// As batch_kernel.
-template <class S>
-batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
-                        std::size_t end, void *memory);
 
 /// Why an element has no force.
 enum class fault : unsigned char { none, coincide, below, above };
@@ -78,30 +32,20 @@ struct element_state {
   double potential;
 };
 
-/// Calls of the kernels of the tree, for several states in lanes or for one alone.
-template <class S> class tree_of_states {
-public:
-  explicit tree_of_states(const model &m) : m_(m) {}
-
-  /// Makes room for calls of the row.
-  void measure(const algorithm_row &row, const batch_view<S> &part);
-  void lay_out(arena &memory);
-  /// Returns whether the results are ordinary.
-  bool call(const algorithm_row &row, const batch_view<S> &part);
-
-private:
-  const model &m_;
-  std::size_t bytes_ = 0;
-  int externals_ = 0, reactions_ = 0;
-  std::ptrdiff_t unwanted_n_[most_results] = {};
-  S *zero_ = nullptr, *wrenches_ = nullptr, *unwanted_[most_results] = {};
-  int *links_ = nullptr;
-  reaction_result<S> *wanted_ = nullptr;
-  void *workspace_ = nullptr;
-};
-
 /// Of positions, relative: points that are nearer to each other coincide.
 template <class S> constexpr double rounding_of = sizeof(S) == 8 ? 1e-14 : 1e-5;
+
+/// The axes and the origin of the twists of ends: the world's axes, the links' origins.
+constexpr frame_options in_world() {
+  frame_options how;
+  how.axes = expressed_in::world;
+  return how;
+}
+
+/// Three numbers, `apart` from each other.
+template <class S> vec3<double> three(const S *x, std::ptrdiff_t apart = 1) {
+  return {double(x[0]), double(x[apart]), double(x[2 * apart])};
+}
 
 /// The forces of all elements in some states, and the external wrenches that they are.
 template <class S> class forces {
@@ -150,25 +94,6 @@ public:
 private:
   forces<double> at_;
   std::vector<std::byte> memory_;
-};
-
-/// Does a model have elements with damping that act?
-bool has_dampers(const model &m);
-
-/// What they take from the mechanism, for one state.
-class dampers {
-public:
-  explicit dampers(const model &m)
-      : m_(m), at_(m), forces_(m.force_elements().size()), unit_(static_cast<std::size_t>(m.nv())) {}
-  /// Not positive.
-  double power(const double *q, const double *v);
-  /// Adds their efforts to out (nv).
-  void add_efforts(const double *q, const double *v, double *out);
-
-private:
-  const model &m_;
-  found_forces at_;
-  std::vector<double> forces_, unit_;
 };
 
 } // namespace ksl::elements

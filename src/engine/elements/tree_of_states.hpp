@@ -1,0 +1,32 @@
+#pragma once
+
+#include "engine/algorithm_rows.hpp"
+#include "engine/kernels.hpp"
+#include "ksl/engine/lanes/workspace.hpp"
+#include "ksl/model.hpp"
+
+namespace ksl::elements {
+
+/// Calls of the kernels of the tree, for several states in lanes or for one alone.
+template <class S> class tree_of_states {
+public:
+  explicit tree_of_states(const model &m) : m_(m) {}
+
+  /// Makes room for calls of the row.
+  void measure(const algorithm_row &row, const batch_view<S> &part);
+  void lay_out(arena &memory);
+  /// Returns whether the results are ordinary.
+  bool call(const algorithm_row &row, const batch_view<S> &part);
+
+private:
+  const model &m_;
+  std::size_t bytes_ = 0;
+  int externals_ = 0, reactions_ = 0;
+  std::ptrdiff_t unwanted_n_[most_results] = {};
+  S *zero_ = nullptr, *wrenches_ = nullptr, *unwanted_[most_results] = {};
+  int *links_ = nullptr;
+  reaction_result<S> *wanted_ = nullptr;
+  void *workspace_ = nullptr;
+};
+
+} // namespace ksl::elements
