@@ -160,11 +160,19 @@ private:
     b_.work[0] = step_.work();
   }
 
+  bool onto_loops() {
+    double opened = 0;
+    const bool found = of_.closed()->project(b_.q.data(), b_.v.data(), opened);
+    closure_ = std::fmax(closure_, opened);
+    return found;
+  }
+
   ending project() {
-    closure_ = std::fmax(closure_, of_.closed()->error(b_.q.data()));
-    if (!task_.project)
+    if (!task_.project) {
+      closure_ = std::fmax(closure_, of_.closed()->error(b_.q.data()));
       return ending::complete;
-    if (!of_.closed()->project(b_.q.data(), b_.v.data()))
+    }
+    if (!onto_loops())
       return ending::not_closed;
     return step_.begin(b_.t, b_.q.data(), b_.v.data(), b_.work[0]) ? ending::complete : ending::stopped;
   }
@@ -191,11 +199,8 @@ private:
       const double t = task_.times[stored_];
       step_.at((t - step_.t()) / step_.h(), b_.q.data(), b_.v.data(), b_.work.data());
       b_.t = t;
-      if (of_.closed() && task_.project) {
-        closure_ = std::fmax(closure_, of_.closed()->error(b_.q.data()));
-        if (!of_.closed()->project(b_.q.data(), b_.v.data()))
-          return ending::not_closed;
-      }
+      if (of_.closed() && task_.project && !onto_loops())
+        return ending::not_closed;
       if (!store_here())
         return not_finite(of_, b_, 0) >= 0 ? ending::not_finite : ending::stopped;
     }
@@ -226,7 +231,7 @@ private:
         return ending::event;
     } else if (!obey(f))
       return ending::stopped;
-    if (of_.closed() && task_.project && !of_.closed()->project(b_.q.data(), b_.v.data()))
+    if (of_.closed() && task_.project && !onto_loops())
       return ending::not_closed;
     if (t >= breaks_[break_] && break_ + 1 < breaks_.size())
       ++break_;

@@ -2,6 +2,7 @@
 
 #include "engine/loops/tables.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -10,6 +11,9 @@ namespace {
 
 /// States between steps are taken as they are, however far loops are open: relative to the mechanism's length.
 constexpr double any_opening = 1e12;
+
+/// Velocities that open loops by less are closed: relative to the terms of an equation.
+constexpr double rounding_of_rates = 1e-14;
 
 /// Lays a workspace out in memory of its own.
 template <class Lay> void lay_out(std::vector<std::byte> &memory, Lay lay) {
@@ -24,14 +28,32 @@ template <class Lay> void lay_out(std::vector<std::byte> &memory, Lay lay) {
 
 } // namespace
 
-closed_mechanism::closed_mechanism(const model &m, int externals)
+closed_mechanism::closed_mechanism(const model &m, int externals, std::size_t most)
     : m_(m), externals_(externals), moved_(static_cast<std::size_t>(m.nq() + 2 * m.nv())),
-      rows_(static_cast<std::size_t>(m.loop_tables().rows)), reduced_(static_cast<std::size_t>(m.nv())),
-      free_(static_cast<std::size_t>(m.nv()), 0) {
+      rows_(static_cast<std::size_t>(m.loop_tables().rows)), terms_(rows_.size()),
+      reduced_(static_cast<std::size_t>(m.nv())), free_(static_cast<std::size_t>(m.nv()), 0) {
   state_.emplace(m, any_opening);
   assembly_.emplace(m);
   lay_out(of_state_, [&](arena &memory) { state_->lay_out(memory, externals); });
   lay_out(of_assembly_, [&](arena &memory) { assembly_->lay_out(memory); });
+  if (!m.view().loops)
+    return;
+  plan_ = *m.view().loops;
+  plan_->tolerance = any_opening;
+  batch_view<double> batch;
+  batch.external_n = externals;
+  if (planned_.emplace(rows::forward_dynamics, m, &*plan_).suits(batch)) {
+    const int states = static_cast<int>(std::min<std::size_t>(most, most_by_plan));
+    lay_out(of_planned_, [&](arena &memory) { planned_->lay_out(memory, batch, states); });
+  } else {
+    planned_.reset();
+  }
+}
+
+void closed_mechanism::accelerate_by_plan(const batch_view<double> &batch, std::size_t first, int n, bool *done) {
+  std::fill_n(done, n, false);
+  if (planned_)
+    planned_->run(batch, first, n, done);
 }
 
 bool closed_mechanism::accelerate(const double *q, const double *v, const double *tau,
@@ -98,15 +120,28 @@ double closed_mechanism::regularity(const double *q) {
   return state_->solved().last_pivot();
 }
 
-bool closed_mechanism::project(double *q, double *v) {
-  const std::size_t nq = static_cast<std::size_t>(m_.nq());
-  double left = 0;
-  if (assembly_->close(q, free_.data(), {}, moved_.data(), &left) != closing::closed)
-    return false;
-  std::copy_n(moved_.data(), nq, q);
-  assembly_->at().set_position(q);
-  assembly_->complete(v, free_.data(), nullptr, moved_.data());
-  std::copy_n(moved_.data(), m_.nv(), v);
+bool closed_mechanism::project(double *q, double *v, double &opened) {
+  opened = error(q);
+  if (!(opened <= loops::converged * m_.loop_tables().length)) {
+    double left = 0;
+    if (assembly_->close(q, free_.data(), {}, moved_.data(), &left) != closing::closed)
+      return false;
+    std::copy_n(moved_.data(), m_.nq(), q);
+    assembly_->at().set_position(q);
+  }
+  if (!keeps_closed(v)) {
+    assembly_->complete(v, free_.data(), nullptr, moved_.data());
+    std::copy_n(moved_.data(), m_.nv(), v);
+  }
+  return true;
+}
+
+/// At the position that was set last.
+bool closed_mechanism::keeps_closed(const double *v) {
+  assembly_->at().velocity(v, rows_.data(), terms_.data());
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    if (!(std::fabs(rows_[i]) <= rounding_of_rates * terms_[i]))
+      return false;
   return true;
 }
 

@@ -5,6 +5,7 @@
 #include "engine/loops/assembly.hpp"
 #include "engine/loops/closed_state.hpp"
 #include "engine/loops/derivatives.hpp"
+#include "engine/loops/planned.hpp"
 
 #include <optional>
 #include <vector>
@@ -13,9 +14,16 @@ namespace ksl::simulating {
 
 class closed_mechanism {
 public:
-  closed_mechanism(const model &m, int externals);
+  static constexpr int most_by_plan = loops::planned<double>::most;
 
-  /// Accelerations a (nv) at a state, however far open; false where a freedom moves no mass.
+  /// For at most `most` states at once.
+  closed_mechanism(const model &m, int externals, std::size_t most);
+
+  /// Accelerations, batch.result[0], of n states from `first` on, at most most_by_plan, in lanes by the model's plan; done[k] says
+  /// whether it fits state k.
+  void accelerate_by_plan(const batch_view<double> &batch, std::size_t first, int n, bool *done);
+
+  /// Accelerations a (nv) at a state, however far open, with pivots of its own; false where a freedom moves no mass.
   bool accelerate(const double *q, const double *v, const double *tau, const external_wrenches<double> &e, double *a);
 
   /// Derivatives of the accelerations, (nv, nv) each: by_q and by_v along the mechanism, in the columns of its independent coordinates and
@@ -38,17 +46,22 @@ public:
   /// How far the position is from a singular one: the last pivot of the loops' equations; 0 where they have lost rank.
   double regularity(const double *q);
 
-  /// Moves q and v to the nearest closed ones; false where there are none nearby.
-  bool project(double *q, double *v);
+  /// Moves q and v to the nearest closed ones, unless they are closed but for rounding; false where there are none nearby.  opened: the
+  /// error before.
+  bool project(double *q, double *v, double &opened);
 
 private:
+  bool keeps_closed(const double *v);
+
   const model &m_;
   std::optional<loops::closed_state> state_;
   std::optional<loops::assembly> assembly_;
   std::optional<loops::closed_derivatives> derivatives_; ///< where they are asked for
-  std::vector<std::byte> of_state_, of_assembly_, of_derivatives_;
+  std::optional<loop_view<double>> plan_; ///< the model's, for states however far open; where there is one
+  std::optional<loops::planned<double>> planned_;
+  std::vector<std::byte> of_state_, of_assembly_, of_derivatives_, of_planned_;
   int externals_;
-  std::vector<double> moved_, rows_, reduced_;
+  std::vector<double> moved_, rows_, terms_, reduced_;
   int rank_ = 0;                    ///< the largest so far
   std::vector<unsigned char> free_; ///< (nv) no coordinate is held
 };

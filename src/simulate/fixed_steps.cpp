@@ -81,9 +81,12 @@ private:
       double *const q = b_.q.data() + k * of_.nq();
       if (!alive_[k])
         continue;
-      closure_[k] = std::fmax(closure_[k], of_.closed()->error(q));
-      if (task_.project && !of_.closed()->project(q, b_.v.data() + k * of_.nv()))
+      double opened = 0;
+      if (!task_.project)
+        opened = of_.closed()->error(q);
+      else if (!of_.closed()->project(q, b_.v.data() + k * of_.nv(), opened))
         end(k, reached_ + 1, ending::not_closed, -1);
+      closure_[k] = std::fmax(closure_[k], opened);
     }
     method_->begin(b_);
   }

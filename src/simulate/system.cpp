@@ -18,22 +18,45 @@ system::system(const model &m, const simulation &task, std::size_t most)
   if (law_.position)
     asked_.emplace(m, space_, law_);
   if (!m.loops().empty())
-    closed_.emplace(m, task.external_n);
+    closed_.emplace(m, task.external_n, most);
   if (elements::has_dampers(m))
     dampers_.emplace(m);
   if (task.laws.any())
     held_.emplace(task.laws, m.nv());
 }
 
-/// Calls an algorithm with one result (n, nv or 1) and without a look at what it computed.
-void system::call(const algorithm_row &row, std::size_t n, const double *q, const double *v, const double *a,
-                  const double *tau, double *out) {
+batch_view<double> system::batch_of(std::size_t n, const double *q, const double *v, const double *a,
+                                    const double *tau) const {
   const std::ptrdiff_t nv = m_.nv();
   batch_view<double> batch;
   batch.n = n, batch.q = {q, m_.nq()}, batch.v = {v, nv}, batch.a = {a, nv}, batch.tau = {tau, nv};
   batch.external_n = task_.external_n, batch.external = external_.data(), batch.external_axes = task_.external_axes;
-  batch.result[0] = {out, row.result[0].axes == 0 ? 1 : nv};
+  return batch;
+}
+
+/// Calls an algorithm with one result (n, nv or 1) and without a look at what it computed.
+void system::call(const algorithm_row &row, std::size_t n, const double *q, const double *v, const double *a,
+                  const double *tau, double *out) {
+  batch_view<double> batch = batch_of(n, q, v, a, tau);
+  batch.result[0] = {out, row.result[0].axes == 0 ? 1 : m_.nv()};
   compute_states(row, m_, batch, 0, n);
+}
+
+/// By the plan where it fits, but where laws hold coordinates: what an effort causes is known for pivots of the state's own.
+void system::accelerate_closed(std::size_t n, const double *q, const double *v, double *a) {
+  constexpr std::size_t most = closed_mechanism::most_by_plan;
+  batch_view<double> batch = batch_of(n, q, v, nullptr, applied_.data());
+  batch.result[0] = {a, m_.nv()};
+  for (std::size_t first = 0; first < n; first += most) {
+    const std::size_t count = std::min(most, n - first);
+    bool done[most] = {};
+    if (!held_)
+      closed_->accelerate_by_plan(batch, first, static_cast<int>(count), done);
+    for (std::size_t k = first; k < first + count; ++k)
+      if (!done[k - first] &&
+          !closed_->accelerate(q + k * nq_, v + k * nv_, applied_.data() + k * nv_, wrenches_of(k), a + k * nv_))
+        std::fill_n(a + k * nv_, nv_, std::nan(""));
+  }
 }
 
 bool system::accelerate(double t, std::size_t first, std::size_t n, const double *q, const double *v, double *a,
@@ -45,10 +68,7 @@ bool system::accelerate(double t, std::size_t first, std::size_t n, const double
   if (held_)
     held_->add_friction(applied_.data());
   if (closed_)
-    for (std::size_t k = 0; k < n; ++k) {
-      if (!closed_->accelerate(q + k * nq_, v + k * nv_, applied_.data() + k * nv_, wrenches_of(k), a + k * nv_))
-        std::fill_n(a + k * nv_, nv_, std::nan(""));
-    }
+    accelerate_closed(n, q, v, a);
   else
     call(rows::forward_dynamics, n, q, v, nullptr, applied_.data(), a);
   if (held_)
@@ -207,9 +227,7 @@ bool system::derivatives(double t, std::size_t run, const double *q, const doubl
   changed_.resize(nq_ + 3 * nv_), rates_.resize(square);
   if (!set_efforts(t, run, 1, q, v))
     return false;
-  batch_view<double> batch;
-  batch.n = 1, batch.q = {q, m_.nq()}, batch.v = {v, m_.nv()}, batch.tau = {tau_.data(), m_.nv()};
-  batch.external_n = task_.external_n, batch.external = external_.data(), batch.external_axes = task_.external_axes;
+  batch_view<double> batch = batch_of(1, q, v, nullptr, tau_.data());
   batch.result[0] = {by_q, 0}, batch.result[1] = {by_v, 0}, batch.result[2] = {rates_.data(), 0};
   if (!closed_)
     compute_states(rows::forward_dynamics_derivatives, m_, batch, 0, 1);

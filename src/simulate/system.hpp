@@ -64,6 +64,9 @@ private:
   void add_gravity(std::size_t n, const double *q);
   void add_inverse_dynamics(std::size_t n, const double *q, const double *v);
   void keep_limits(std::size_t n);
+  batch_view<double> batch_of(std::size_t n, const double *q, const double *v, const double *a,
+                              const double *tau) const;
+  void accelerate_closed(std::size_t n, const double *q, const double *v, double *a);
   void call(const algorithm_row &row, std::size_t n, const double *q, const double *v, const double *a,
             const double *tau, double *out);
   external_wrenches<double> wrenches_of(std::size_t k) const {

@@ -6,10 +6,6 @@
 
 namespace ksl::loops {
 
-namespace {
-constexpr double converged = 1e-12; ///< error of a closed position, in lengths of the mechanism
-}
-
 void assembly::lay_out(arena &memory) {
   const int nq = m_.nq(), nv = m_.nv(), rows = t_.rows;
   g_.lay_out(memory);
@@ -208,7 +204,7 @@ closing assembly::close(const double *q, const unsigned char *hold, const close_
   std::copy_n(hold, nv, fixed_);
   const bool closed = descend(out, options.iterations, options);
   *error = *reached_;
-  if (closed && !is_determined_) { // else there is no other nearby
+  if (closed && !is_determined_ && !std::equal(q, q + m_.nq(), out)) { // else there is no other nearby, or none nearer
     move_nearer(q, out, options);
     *error = set_error(out);
   }

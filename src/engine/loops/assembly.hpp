@@ -8,6 +8,9 @@
 
 namespace ksl::loops {
 
+/// The error of a closed position, in lengths of the mechanism.
+inline constexpr double converged = 1e-12;
+
 class assembly {
 public:
   assembly(const model &m) : m_(m), t_(m.loop_tables()), g_(m, t_) {}

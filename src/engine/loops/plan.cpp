@@ -1,6 +1,7 @@
 #include "engine/loops/plan.hpp"
 
 #include "engine/loops/assembly.hpp"
+#include "engine/loops/closed_state.hpp"
 #include "engine/loops/elimination.hpp"
 #include "engine/loops/vectors.hpp"
 #include "ksl/engine/model/joints.hpp"
@@ -53,7 +54,7 @@ public:
     for (const double x : t_.row_scale)
       plan_.row_scale.push_back(x);
     plan_.column_scale = t_.column_scale;
-    plan_.view.length = t_.length;
+    plan_.view.length = t_.length, plan_.view.tolerance = tolerance_of_double;
     plan_.point();
     return std::move(plan_);
   }
@@ -319,6 +320,7 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
   out.column_scale.assign(plan.column_scale.begin(), plan.column_scale.end());
   out.view.drives_are_independent = plan.view.drives_are_independent;
   out.view.length = static_cast<float>(plan.view.length);
+  out.view.tolerance = static_cast<float>(tolerance_of_float);
   out.point();
   return out;
 }

@@ -14,8 +14,12 @@ template <class S> class planned {
 public:
   static constexpr int most = 64; ///< states at a time
 
-  planned(const algorithm_row &row, const model &m)
-      : row_(row), m_(m), view_(m.view_in<S>()), forces_(m, m.acting_force_elements()) {}
+  /// loops: the model's plan where another tolerance is wanted; it lives as long as this.
+  planned(const algorithm_row &row, const model &m, const loop_view<S> *loops = nullptr)
+      : row_(row), m_(m), view_(m.view_in<S>()), forces_(m, m.acting_force_elements()) {
+    if (loops)
+      view_.loops = loops;
+  }
 
   /// Are there kernels for this call?
   bool suits(const batch_view<S> &batch) const;
@@ -37,7 +41,7 @@ private:
 
   const algorithm_row &row_;
   const model &m_;
-  const model_view<S> view_;
+  model_view<S> view_;
   elements::forces<S> forces_;
   S *numbers_ = nullptr, *wrenches_ = nullptr, *on_links_ = nullptr, *found_ = nullptr, *unwanted_ = nullptr;
   int *links_ = nullptr;

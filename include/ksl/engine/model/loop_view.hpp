@@ -53,6 +53,7 @@ template <class T> struct loop_view {
   const int *redundant;              ///< (rows − pivots) equations
   const T *row_scale, *column_scale; ///< (rows), (nv): all terms become lengths
   T length;
+  T tolerance; ///< how far a state may be from a closed one, relative to lengths
 };
 
 } // namespace ksl

@@ -86,8 +86,7 @@ template <class T> KSL_LANES T fault_beyond(const T &x, const T &limit) {
   return math<T>::select(math<T>::fabs(x) <= limit, T(0), nan);
 }
 
-/// How far a closed state may be from one, as in src/engine/loops/closed_state.hpp, and the smallest pivot, all relative to lengths.
-template <class S> inline constexpr S loop_tolerance = sizeof(S) == 8 ? S(1e-6) : S(1e-3);
+/// The smallest pivot, and what may be left of equations that follow from others, relative to lengths.
 template <class S> inline constexpr S least_pivot = S(1e-2);
 template <class S> inline constexpr S largest_rest = sizeof(S) == 8 ? S(1e-9) : S(1e-4);
 
@@ -201,7 +200,7 @@ KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_wo
     }
     ahead = A::dot_vv(&p[0], &s[0]) + A::dot_vv(&p[1], &s[1]) + A::dot_vv(&p[2], &s[2]);
   }
-  const T tolerance(loop_tolerance<S>), length(loops.length);
+  const T tolerance(loops.tolerance), length(loops.length);
   T fault = w.fault + fault_beyond(math<T>::select(ahead > T(S(0)), T(S(0)), T(S(1))), T(S(0.5)));
   for (int i = 0; i < joint.forces + joint.moments; ++i) {
     const bool force = i < joint.forces;
@@ -279,7 +278,7 @@ KSL_LANES void check_accelerations(const model_view<scalar_of<T>> &model, loop_e
     T terms = w.moved[l] * w.moved[l] * T(S(1) / loops.length);
     for (int c = joint.columns_begin; c < joint.columns_end; ++c)
       terms = terms + math<T>::fabs(a[loops.column[c].v]) * T(loops.column_scale[loops.column[c].v]);
-    const T allowed = T(loop_tolerance<S> * S(0.25)) * terms + T(S(1e-12)) * T(loops.length);
+    const T allowed = T(loops.tolerance * S(0.25)) * terms + T(S(1e-12)) * T(loops.length);
     for (int i = 0; i < joint.forces + joint.moments; ++i) {
       const vec3<T> own = spread<T>(joint.direction[i]);
       vec3<T> d;
