@@ -60,6 +60,19 @@ typedef struct ksl_exact_laws_t {
   bool cut_efforts;            /**< are the drives without effort from then on */
 } ksl_exact_laws_t;
 
+/** Values (events_n) of functions at time t and q (nq), v (nv), whose zeros are events.  false ends the run. */
+typedef bool (*ksl_event_function_t)(void *context, size_t run, double t, const double *q, const double *v,
+                                     double *values);
+
+/** One of these functions. */
+typedef struct ksl_event_rule_t {
+  int direction; /**< 1: only where it rises through zero; −1: only where it falls; 0: both */
+  bool ends;     /**< does the run end there */
+} ksl_event_rule_t;
+
+/** Is told, after each step, the time that run `first`, or runs in lanes from it on, have reached.  false ends them. */
+typedef bool (*ksl_step_function_t)(void *context, size_t first, double t);
+
 /** What is simulated.  Initialise it with ksl_simulation(), which sets all but the first five members. */
 typedef struct ksl_simulation_t {
   size_t runs;
@@ -73,6 +86,12 @@ typedef struct ksl_simulation_t {
   ksl_drive_law_t drives;
   bool project; /**< are mechanisms with loops moved to the nearest closed state after each step */
   int threads;  /**< 0: all cores that the process may use */
+  int events_n; /**< KSL_DOP853 alone; the functions may be called by several threads if threads is not 1 */
+  const ksl_event_rule_t *events;    /**< (events_n) */
+  ksl_event_function_t event_values; /**< of all of them */
+  void *event_context;
+  ksl_step_function_t after_step; /**< may be called by several threads if threads is not 1; NULL: none */
+  void *step_context;
 } ksl_simulation_t;
 KSL_EXPORT ksl_simulation_t ksl_simulation(void);
 
@@ -103,13 +122,14 @@ typedef enum ksl_happening_t {
   KSL_STICKS,
   KSL_SLIPS,
   KSL_BRAKES,
-  KSL_AT_SINGULAR /**< the loops pass a position at which their equations lose rank */
+  KSL_AT_SINGULAR, /**< the loops pass a position at which their equations lose rank */
+  KSL_AT_EVENT     /**< a function passes zero */
 } ksl_happening_t;
 typedef struct ksl_simulated_event_t {
   size_t run;
   double time;
   ksl_happening_t what;
-  int coordinate; /**< in v; −1: of brakes and singular positions */
+  int coordinate; /**< in v, or the number of the function; −1: of brakes and singular positions */
   double speed;   /**< of the coordinate after it */
 } ksl_simulated_event_t;
 

@@ -43,6 +43,15 @@ void set_drives(const model &m, const ksl_simulation_t &given, drive_law &law, s
   }
 }
 
+void set_events(const ksl_simulation_t &given, simulation &task, std::vector<event_rule> &rules) {
+  require(given.events_n == 0 || (given.events_n > 0 && given.events && given.event_values),
+          "events need their rules, and the function of their values");
+  for (int k = 0; k < given.events_n; ++k)
+    rules.push_back({given.events[k].direction, given.events[k].ends});
+  task.events_n = given.events_n, task.events = rules.data();
+  task.event_values = given.event_values, task.event_context = given.event_context;
+}
+
 void require_closed(const model &m, const simulation &task) {
   data d(m);
   std::vector<double> a(static_cast<std::size_t>(m.nv()));
@@ -114,6 +123,9 @@ ksl_status_t ksl_simulate(const ksl_model_t *m, const ksl_simulation_t *given, c
                    laws->brake,       laws->brake_at, laws->cut_efforts};
     require(!task.laws.restitution || (task.laws.lower && task.laws.upper),
             "limits of joints must not be null where they throw back");
+    std::vector<ksl::event_rule> rules;
+    set_events(*given, task, rules);
+    task.after_step = given->after_step, task.step_context = given->step_context;
     require_closed(model, task);
     try {
       put_events(ksl::simulate(model, task,

@@ -74,8 +74,47 @@ static void test_brake(void) {
   ksl_model_free(m);
 }
 
+static bool heights(void *context, size_t run, double t, const double *q, const double *v, double *values) {
+  (void)run, (void)t, (void)v;
+  for (int k = 0; k < 2; ++k)
+    values[k] = q[0] - ((const double *)context)[k];
+  return true;
+}
+
+static bool count(void *context, size_t first, double t) {
+  (void)first, (void)t;
+  return ++*(int *)context < 3;
+}
+
+/* A block that is thrown up at 5 m/s passes 1 m, which is told once, where it rises, and ends at 0.5 m on its way down. */
+static void test_events(void) {
+  const double z[3] = {0, 0, 1}, q = 0, v = 5, times[2] = {0, 3}, at[2] = {1, 0.5}, g = 9.81;
+  const ksl_link_mass_t block = {2, {0, 0, 0}, {{0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}}};
+  const ksl_event_rule_t rules[2] = {{1, false}, {-1, true}};
+  ksl_model_t *m = one_joint("prismatic", z, &block);
+  ksl_simulated_event_t events[4];
+  ksl_run_end_t end;
+  ksl_simulation_t task = ksl_simulation();
+  ksl_simulation_results_t out = {0};
+  int steps = 0;
+  task.runs = 1, task.q = &q, task.v = &v, task.times_n = 2, task.times = times;
+  task.events_n = 2, task.events = rules, task.event_values = heights, task.event_context = (void *)at;
+  out.events = events, out.events_room = 4, out.ends = &end;
+  CHECK(ksl_simulate(m, &task, NULL, NULL, &out) == KSL_OK);
+  CHECK(out.events_n == 2 && events[0].what == KSL_AT_EVENT && events[0].coordinate == 0 && events[1].coordinate == 1);
+  CHECK(fabs(events[0].time - (v - sqrt(v * v - 2 * g * at[0])) / g) < 1e-9);
+  CHECK(end.how == KSL_ENDED_BY_EVENT && fabs(end.time - (v + sqrt(v * v - 2 * g * at[1])) / g) < 1e-9);
+  task.event_values = NULL;
+  CHECK(ksl_simulate(m, &task, NULL, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "events"));
+  task.events_n = 0, task.method = KSL_RK4, task.step = 0.01, task.after_step = count, task.step_context = &steps;
+  CHECK(ksl_simulate(m, &task, NULL, NULL, &out) == KSL_OK && end.how == KSL_STOPPED && steps == 3);
+  CHECK(fabs(end.time - 0.03) < 1e-12);
+  ksl_model_free(m);
+}
+
 int main(void) {
   test_period();
   test_brake();
+  test_events();
   return exit_status();
 }
