@@ -12,8 +12,9 @@ FREE = """<mujoco model="free"><option gravity="0 0.3 -9"/><worldbody>
     <body name="arm" pos="0 0 0.2"><joint name="shoulder" axis="0 1 0" pos="0 0 0.05" ref="0.3" armature="0.05" damping="0.2"/>
       <inertial pos="0.1 0 0" mass="1" diaginertia="0.01 0.02 0.02"/>
       <body name="ball" pos="0.2 0 0"><joint name="wrist" type="ball"/><inertial pos="0.1 0 0" mass="0.5" diaginertia="0.01 0.02 0.02"/>
-        <body name="tool" pos="0.1 0 0"><inertial pos="0 0 0" mass="0.3" diaginertia="0.001 0.001 0.001"/></body></body></body></body>
-</worldbody></mujoco>"""
+        <body name="tool" pos="0.1 0 0"><inertial pos="0 0 0" mass="0.3" diaginertia="0.001 0.001 0.001"/><site name="grip"/></body></body></body></body>
+  <site name="hook" pos="0 0 3"/></worldbody>
+  <tendon><spatial name="balancer" stiffness="30" damping="2" springlength="1"><site site="hook"/><site site="grip"/></spatial></tendon></mujoco>"""
 SDF = """<sdf version="1.10"><model name="mixer"><link name="stand"><inertial><mass>9</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>
   <link name="head"><pose relative_to="stand">0 0 0.4 0 0 0</pose><inertial><pose>0.1 0 0 0 0 0</pose><mass>2</mass><inertia><ixx>.01</ixx><iyy>.01</iyy><izz>.01</izz></inertia></inertial></link>
   <joint name="feet" type="fixed"><parent>world</parent><child>stand</child></joint>
@@ -60,9 +61,9 @@ def test_mjcf_with_all_that_mujoco_has_otherwise(tmp_path):
     pytest.importorskip("mujoco")
     (tmp_path / "free.xml").write_text(FREE)
     found = ksl.compare(tmp_path / "free.xml", "mujoco")["mujoco"]
-    assert {r.topic for r in found.reasons} == {"armature", "damping"} and found.unexplained == []
+    assert {r.topic for r in found.reasons} == {"armature", "damping", "force elements"} and found.unexplained == []
     assert {"quaternion", "base", "frame"} <= {c.topic for c in found.conventions}
-    assert ksl.compare(tmp_path / "free.xml", "mujoco", physics=["armature", "damping"])["mujoco"].status == 0
+    assert ksl.compare(tmp_path / "free.xml", "mujoco", physics=["armature", "damping", "force elements"])["mujoco"].status == 0
 
 
 def test_sdf(tmp_path, library):

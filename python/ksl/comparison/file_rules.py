@@ -6,6 +6,7 @@ RULES = {
     ("mujoco", "armature"): "in MJCF armature adds to the diagonal of the mass matrix, and nothing turns that off (XML reference, joint/armature)",
     ("mujoco", "damping"): "damping is a passive force, which mj_forward and mj_inverse include; MuJoCo reads <dynamics damping> of URDF, too",
     ("mujoco", "spring"): "stiffness and springref are passive forces, which mj_forward and mj_inverse include",
+    ("mujoco", "force elements"): "springs and dampers of tendons are passive forces, which mj_forward and mj_inverse include",
     ("mujoco", "masses"): "MuJoCo gives links without <inertial> the mass of their geometry, and welds the root of a URDF file to the world",
     ("mujoco", "gravity"): "<option gravity>, (0, 0, -9.81) by default",
     ("pinocchio", "armature"): "its reader of MJCF fills model.armature, which rnea, aba and crba add; a URDF file gives it none",
@@ -27,5 +28,5 @@ GENERAL = {
 
 
 def rule(library: str, topic: str) -> str:
-    """A sentence for a topic: damping, friction, armature, rotor, spring, masses or gravity."""
+    """A sentence for a topic: damping, friction, armature, rotor, spring, force elements, masses or gravity."""
     return RULES.get((library, topic)) or GENERAL.get(topic, "physics of joints are off in KSL unless physics= names them")

@@ -96,11 +96,12 @@ def _hypotheses(other: OtherRobot) -> list[Hypothesis]:
 def _of_physics(other: OtherRobot) -> Iterator[Hypothesis]:
     """Of what joints of the file have: applied where KSL's model doesn't, left out where it does."""
     model = other.model
-    for name, number in PHYSICS.items():
-        joints = [joint for joint in model.joint_names if getattr(model.joint(joint), number)]
-        if joints:
+    have = {name: [joint for joint in model.joint_names if getattr(model.joint(joint), number)] for name, number in PHYSICS.items()}
+    have["force elements"] = [element.name for element in model.force_elements]
+    for name, names in have.items():
+        if names:
             here = name in model.physics
-            some = f"{', '.join(joints[:3])}{' …' if len(joints) > 3 else ''}"
+            some = f"{', '.join(names[:3])}{' …' if len(names) > 3 else ''}"
             text = f"KSL applies it (physics), {other.library} doesn't" if here else f"{other.library} applies it ({some}), KSL where physics= names it"
             yield Hypothesis(name, f"{text}: {rule(other.library, name)}", _toggled(name))
 
