@@ -263,8 +263,15 @@ def test_on_ray_the_bits_are_the_same_and_a_lost_worker_costs_its_partition_only
     pytest.importorskip("ray")
     tables = many(steps=80, partition=50)
     ksl.sweep(PANDA, tables, tmp_path / "local", workers=2)
-    progress, killed = killing("ray::evaluate")
+    kill, killed = killing("ray::evaluate")
+    handlers = [signal.getsignal(signal.SIGTERM)]
+
+    def progress(done: int, cases: int) -> None:
+        handlers.append(signal.getsignal(signal.SIGTERM))
+        kill(done, cases)
+
     results = ksl.sweep(PANDA, tables, tmp_path / "ray", workers=2, engine="ray", progress=progress)
+    assert len(handlers) > 1 and len(set(handlers)) == 1  # so that `ksl sweep` ends by its own
     assert killed and results.computed == 400 and contents(tmp_path / "ray") == contents(tmp_path / "local")
 
 

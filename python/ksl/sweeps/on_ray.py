@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
+import threading
 import warnings
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -71,6 +73,7 @@ def _connect(address: str | None, workers: int) -> None:
     import ray
 
     given = address or os.environ.get("RAY_ADDRESS")
+    handler = signal.getsignal(signal.SIGTERM)
     options: dict[str, Any] = {} if given else {"num_cpus": workers, "include_dashboard": False}
     try:
         if given:
@@ -79,6 +82,9 @@ def _connect(address: str | None, workers: int) -> None:
     except (OSError, RuntimeError, ValueError, ray.exceptions.RayError) as error:
         said = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
         raise SweepError(f"the Ray cluster at {given} is out of reach ({said}); check the address, or leave it out for a cluster on this machine") from None
+    finally:
+        if handler is not None and threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGTERM, handler)  # Ray leaves one of its own, which ends the process with another status
 
 
 def _reach(address: str) -> None:
