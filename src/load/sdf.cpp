@@ -102,10 +102,9 @@ private:
 bool is_drake(const element &joint) { return joint.tag() == "drake:joint"; }
 
 bool is_identity(const SE3<double> &X) {
-  const double off[] = {X.R.m00 - 1, X.R.m11 - 1, X.R.m22 - 1, X.R.m01, X.R.m02, X.R.m10,
-                        X.R.m12,     X.R.m20,     X.R.m21,     X.t.x,   X.t.y,   X.t.z};
-  // poses that cancel leave a few roundings
-  return std::all_of(std::begin(off), std::end(off), [](double x) { return std::fabs(x) <= 1e-12; });
+  const SE3<double> one = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+  const auto near = [](double x, double y) { return std::fabs(x - y) <= 1e-12; }; // poses that cancel leave a few roundings
+  return std::equal(&X.R.m00, &X.R.m00 + 9, &one.R.m00, near) && std::equal(&X.t.x, &X.t.x + 3, &one.t.x, near);
 }
 
 robot_description sdf_reader::read() {

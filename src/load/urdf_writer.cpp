@@ -33,10 +33,7 @@ std::string words(std::initializer_list<double> numbers) {
 std::string words(const vec3<double> &v) { return words({v.x, v.y, v.z}); }
 
 bool same(const vec3<double> &a, const vec3<double> &b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
-bool same(const mat3x3<double> &A, const mat3x3<double> &B) {
-  return A.m00 == B.m00 && A.m10 == B.m10 && A.m20 == B.m20 && A.m01 == B.m01 && A.m11 == B.m11 && A.m21 == B.m21 &&
-         A.m02 == B.m02 && A.m12 == B.m12 && A.m22 == B.m22;
-}
+bool same(const mat3x3<double> &A, const mat3x3<double> &B) { return std::equal(&A.m00, &A.m00 + 9, &B.m00); }
 bool same(const spatial_inertia<double> &a, const spatial_inertia<double> &b) {
   return a.m == b.m && same(a.h, b.h) && a.Ixx == b.Ixx && a.Iyy == b.Iyy && a.Izz == b.Izz && a.Ixy == b.Ixy &&
          a.Iyz == b.Iyz && a.Izx == b.Izx;

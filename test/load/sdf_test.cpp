@@ -138,7 +138,14 @@ TEST_CASE("poses are relative to what the file says") {
     const auto R = [](const std::string &given) {
       return joint_named(read(model(link("a", given))), "floating_base").placement.R;
     };
-    CHECK(R("<pose degrees=\"true\">0 0 0 0 0 90</pose>").m10 == doctest::Approx(1));
+    // R_z(yaw) R_y(pitch) R_x(roll), with sines 1/2 and 1/2 and 1
+    const auto turned = R("<pose degrees=\"true\">0 0 0 30 150 90</pose>");
+    CHECK(turned.m00 == doctest::Approx(0).epsilon(1e-12));
+    CHECK(turned.m20 == doctest::Approx(-0.5));
+    CHECK(turned.m21 == doctest::Approx(-std::sqrt(0.75) / 2));
+    CHECK(turned.m22 == doctest::Approx(-0.75));
+    CHECK(turned.m10 == doctest::Approx(-std::sqrt(0.75)));
+    CHECK(R("<pose rotation_format=\"quat_xyzw\">0 0 0 0.6 0 0 0.8</pose>").m21 == doctest::Approx(0.96));
     CHECK(R("<pose>0 0 0 0 0 " + std::to_string(quarter) + "</pose>").m10 == doctest::Approx(1));
     CHECK(R("<pose rotation_format=\"quat_xyzw\">0 0 0 0 0 0.7071067811865476 0.7071067811865476</pose>").m10 ==
           doctest::Approx(1));
@@ -153,6 +160,11 @@ TEST_CASE("a joint's frame that is not its child's is a massless link") {
   const auto &weld = joint_named(robot, "j_frame_joint");
   CHECK(link_name(robot, weld.child) == "b");
   check_vector(weld.placement.t, 0, 0, 1);
+  // any other frame, however it differs; not a rounding
+  for (const char *other : {"1e-9 0 0 0 0 0", "0 1e-9 0 0 0 0", "0 0 1e-9 0 0 0", "0 0 0 1e-9 0 0", "0 0 0 0 1e-9 0",
+                            "0 0 0 0 0 1e-9", "0 0 0 3.141592653589793 0 0"})
+    CHECK(read(joint(about_z + pose(other))).links.size() == robot.links.size());
+  CHECK(read(joint(about_z + pose("1e-13 0 0 0 1e-13 0"))).links.size() == robot.links.size() - 1);
 }
 
 TEST_CASE("axes are in the frame that the file says") {
@@ -163,6 +175,11 @@ TEST_CASE("axes are in the frame that the file says") {
   check_vector(axis("<xyz>2 0 0</xyz>"), 1, 0, 0);
   check_vector(axis("<xyz expressed_in=\"__model__\">2 0 0</xyz>"), 0, -1, 0);
   check_vector(axis("<xyz expressed_in=\"a\">0 1 0</xyz>"), 1, 0, 0);
+  const double long_ = std::sqrt(14.0); // about x and then z by quarters: x of b is y of a, y is z, z is x
+  const auto &permuted = joint_named(read(joint("<axis><xyz expressed_in=\"a\">1 2 3</xyz></axis>", "revolute",
+                                                pose("0 0 0 1.5707963267948966 0 1.5707963267948966"))),
+                                     "j");
+  check_vector(permuted.axis, 2 / long_, 3 / long_, 1 / long_);
 }
 
 TEST_CASE("types of joints") {
@@ -391,8 +408,8 @@ TEST_CASE("Names and frames that SDF allowed before 1.7") {
       return read("<sdf version=\"" + version + "\"><world name=\"w\">" + inside + "<model name=\"m\">" + link("a") +
                   "</model></world></sdf>");
     };
-    const std::string moon = "<physics><gravity>0 0 -1.62</gravity></physics>";
-    CHECK(gravity("1.5", moon).gravity[2] == -1.62);
+    const std::string moon = "<physics><gravity>0.1 0.2 -1.62</gravity></physics>";
+    CHECK(gravity("1.5", moon).gravity == std::array<double, 3>{0.1, 0.2, -1.62});
     CHECK(gravity("1.6", moon).gravity[2] == -9.81);
     check_said(gravity("1.6", moon).unused, {"gravity of physics"});
     CHECK(gravity("1.4", moon + "<gravity>0 0 -3</gravity>").gravity[2] == -3);

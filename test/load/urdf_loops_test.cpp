@@ -5,6 +5,7 @@
 #include "ksl/urdf.hpp"
 #include "load/robot_file.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -40,10 +41,10 @@ vec3<double> turned(const mat3x3<double> &R, const vec3<double> &v) {
   return out;
 }
 
-void check_near(const vec3<double> &found, const vec3<double> &expected) {
-  CHECK(std::fabs(found.x - expected.x) < 1e-15);
-  CHECK(std::fabs(found.y - expected.y) < 1e-15);
-  CHECK(std::fabs(found.z - expected.z) < 1e-15);
+void check_near(const vec3<double> &found, const vec3<double> &expected, double rounding = 1e-15) {
+  CHECK(std::fabs(found.x - expected.x) < rounding);
+  CHECK(std::fabs(found.y - expected.y) < rounding);
+  CHECK(std::fabs(found.z - expected.z) < rounding);
 }
 
 bool same_bits(const SE3<double> &a, const SE3<double> &b) { return std::memcmp(&a, &b, sizeof a) == 0; }
@@ -95,6 +96,40 @@ TEST_CASE("loops: the axes of a constraint align its frames, origins leave the r
   const loop_description least =
       loop_of(constraint("revolute", "<parent_axis xyz=\"1 0 0\"/><child_axis xyz=\"0.6 0.8 0\"/>"));
   check_near(turned(least.successor_pose.R, {0, 0, 1}), {0, 0, 1});
+  // for any axes a and b, a goes to b and a × b stays, so that a × (a × b) goes to b × (a × b); of opposite ones it is half a turn
+  const auto cross = [](const vec3<double> &x, const vec3<double> &y) {
+    vec3<double> out;
+    A::cross_vv(&x, &y, &out);
+    return out;
+  };
+  const auto axes = [](const vec3<double> &a, const vec3<double> &b, const std::string &more = "") {
+    const auto xyz = [](const vec3<double> &v) {
+      return std::to_string(v.x) + " " + std::to_string(v.y) + " " + std::to_string(v.z);
+    };
+    return loop_of(constraint(more.empty() ? "revolute" : "universal",
+                              "<parent_axis xyz=\"" + xyz(a) + "\"/><child_axis xyz=\"" + xyz(b) + "\"/>" + more))
+        .successor_pose.R;
+  };
+  const vec3<double> some[] = {{0.48, 0.6, 0.64}, {-0.48, 0.64, 0.6}, {0.64, 0.48, -0.6}, {0.6, -0.64, 0.48}};
+  for (const vec3<double> &a : some) {
+    for (const vec3<double> &b : some) {
+      const vec3<double> n = cross(a, b);
+      const mat3x3<double> R = axes(a, b);
+      check_near(turned(R, a), b, 1e-14), check_near(turned(R, n), n, 1e-14);
+      check_near(turned(R, cross(a, n)), cross(b, n), 1e-14);
+    }
+    const mat3x3<double> half = axes(a, {-a.x, -a.y, -a.z});
+    check_near(turned(half, a), {-a.x, -a.y, -a.z}, 1e-14);
+    for (const vec3<double> &x : some)
+      check_near(turned(half, turned(half, x)), x, 1e-14);
+    CHECK(half.m00 + half.m11 + half.m22 == doctest::Approx(-1));
+  }
+  // two axes on both sides: the second one goes to the half-plane of the other's
+  const vec3<double> a = some[0], b = some[1], a2 = {0.64, 0, -0.48}, b2 = {0, -0.6, 0.64};
+  const mat3x3<double> R = axes(a, b, "<parent_axis2 xyz=\"0.64 0 -0.48\"/><child_axis2 xyz=\"0 -0.6 0.64\"/>");
+  const vec3<double> there = cross(b, turned(R, a2)), wanted = cross(b, b2), off = cross(there, wanted);
+  check_near(turned(R, a), b, 1e-14), check_near(off, {0, 0, 0}, 1e-14);
+  CHECK(A::dot_vv(&there, &wanted) > 0);
   // one axis alone is that of both sides
   check_near(loop_of(constraint("revolute", "<child_axis xyz=\"0 3 4\"/>")).axis, {0, 0.6, 0.8});
 }
@@ -144,6 +179,19 @@ TEST_CASE("loops: the elements of Isaac Sim and of URDF+") {
   REQUIRE(follower.mimic.has_value());
   CHECK((follower.mimic->joint == "ja" && follower.mimic->multiplier == -2 && follower.mimic->offset == 0));
   CHECK(!read_urdf_text(two_arms(coupling), "r.urdf", {.mimic_independent = true}).joints.at(1).mimic);
+  // links that are welded to those that move, by joints behind them in the file
+  const auto joint = [](const std::string &name, const std::string &type, const std::string &parent,
+                        const std::string &child) {
+    return "<link name=\"" + child + "\"/><joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent +
+           "\"/><child link=\"" + child + "\"/></joint>";
+  };
+  const robot_description welded = read_urdf_text(
+      two_arms(joint("jd", "continuous", "base", "d") + joint("we", "fixed", "d", "e") + joint("wf", "fixed", "b", "f") +
+               "<coupling name=\"k\"><predecessor link=\"f\"/><successor link=\"e\"/><ratio value=\"3\"/></coupling>"),
+      "r.urdf");
+  for (const joint_description &each : welded.joints)
+    CHECK(each.mimic.has_value() == (each.name == "jd"));
+  CHECK((welded.joints.at(2).mimic->joint == "jb" && welded.joints.at(2).mimic->multiplier == 3));
 }
 
 TEST_CASE("loops: of two joints to one link the later closes a loop, unless the tree needs it") {
@@ -182,6 +230,14 @@ TEST_CASE("loops: transmissions and interfaces of commands name drives") {
   CHECK(drives(control) == std::vector<std::string>{"ja"});
   CHECK(drives(transmission + control) == std::vector<std::string>{"jb", "ja"});
   check_round_trip(read_urdf_text(two_arms(loop + transmission + control), "r.urdf"));
+  // they are used then, and not in a tree, nor where they name no joint
+  const auto is_unused = [&](const std::string &inside) {
+    const std::vector<std::string> lines = read_urdf_text(two_arms(inside), "r.urdf").unused;
+    return std::any_of(lines.begin(), lines.end(),
+                       [](const std::string &line) { return line.find("transmission") != line.npos; });
+  };
+  CHECK((!is_unused(loop + transmission) && is_unused(transmission)));
+  CHECK(is_unused(loop + "<transmission name=\"u\"><joint name=\"ja\"/></transmission>"));
 }
 
 TEST_CASE("loops: what is written is read again") {
@@ -222,6 +278,7 @@ TEST_CASE("loops: what can't be read is refused") {
        {"r.urdf:4: a second joint is named \"ja\""}},
       {"<Constraint name=\"c\"/>", {"r.urdf:4: <Constraint> would close a loop", "write <constraint"}},
       {"<x:loop_joint name=\"c\"/>", {"<x:loop_joint> would close a loop"}},
+      {"<CONSTRAINT name=\"c\"/>", {"<CONSTRAINT> would close a loop"}},
       {"<gazebo><joint name=\"g\" type=\"revolute\"><parent>a</parent><child>b</child></joint></gazebo>",
        {"r.urdf:4: joint \"g\" in <gazebo> closes a loop", "<constraint>"}},
       {"<coupling name=\"k\"><predecessor link=\"a\"/><successor link=\"b\"/></coupling>",

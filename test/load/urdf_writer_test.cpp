@@ -51,6 +51,8 @@ void check_same(const robot_description &a, const robot_description &b) {
     CHECK((x.pitch == y.pitch && x.lower == y.lower && x.upper == y.upper && x.effort == y.effort &&
            x.velocity == y.velocity));
     CHECK((x.damping == y.damping && x.friction == y.friction));
+    for (std::size_t c = 0; c < x.further.size(); ++c)
+      CHECK((x.further[c].lower == y.further[c].lower && x.further[c].upper == y.further[c].upper));
   }
 }
 
@@ -384,6 +386,13 @@ TEST_CASE("urdf: any number of an inertia, and any angle of a placement, may be 
     for (std::size_t i = 0; i < 10; ++i)
       CHECK(std::fabs(*numbers(again.links[1].inertia)[i] - *numbers(robot.links[1].inertia)[i]) < 2e-15);
   }
+  robot_description wheel = read("0 0 0"); // turns and weighs nothing
+  wheel.links[1].inertia = {0, {0, 0, 0}, 1, 1.5, 2, 0.1, 0.2, 0.3};
+  robot_description wheel_again = read_urdf_text(urdf_text(wheel), "again.urdf");
+  for (std::size_t i = 0; i < 10; ++i)
+    CHECK(*numbers(wheel_again.links[1].inertia)[i] == *numbers(wheel.links[1].inertia)[i]);
+  wheel.gravity = {1, 2, 3};
+  CHECK(urdf_text(wheel).find("gravity 1 2 3") != std::string::npos);
   const char *const turns[][2] = {{"0 0 0.5", "0 0 0.7"},   {"0 0 0.5", "0 0 -0.5"}, {"0 0.5 0", "0 -0.5 0"},
                                   {"0 0 0.5", "0.2 0 0.5"}, {"0.3 0 0", "0.6 0 0"},  {"0.3 0 0", "-0.3 0 0"}};
   for (const auto &[before, after] : turns) {

@@ -132,7 +132,7 @@ class Build:
         package.mkdir(parents=True)
         built = next((self.out / "python").glob("_core*.so"))
         for f in [*(ROOT / "python/ksl").iterdir(), built]:
-            if f.name != "__pycache__":
+            if f == built or f.name not in ("__pycache__", built.name):
                 (package / f.name).symlink_to(f)
         return package / built.name
 

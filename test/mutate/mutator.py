@@ -119,6 +119,13 @@ def readable(text: bytes) -> bytes:
     return re.sub(rb"\[\[\w+\]\]", blank, text)
 
 
+def joins_text(node) -> bool:
+    """Is a string literal among the terms of this sum?"""
+    if node.type == "binary_expression" and node.child_by_field_name("operator").type == "+":
+        return any(map(joins_text, node.children))
+    return node.type in ("string_literal", "concatenated_string")
+
+
 class Mutator:
     """Numbers the mutants of one file after the other, from `first` on."""
 
@@ -194,6 +201,8 @@ class Mutator:
         op = token.type
         comma = [(token.id, b",")]
         if op in ARITHMETIC:
+            if op == "+" and joins_text(node):
+                return None
             number = self.new(node, "sign" if op in "+-" else "operator", f"{op} → {SHOWN[op]}")
             return number and self.call(ARITHMETIC[op], number, node, pieces, comma)
         if op in COMPARISONS:

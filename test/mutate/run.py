@@ -42,6 +42,11 @@ KNOWN = {
 }
 PROGRAMS = {"engine": ("engine_test", "interfaces_test"), "load": ("load_test",), "batch": ("engine_test", "interfaces_test")}
 FOLDERS = {"load_test": "test/load"}
+IN_PYTHON = {
+    "engine": ["test/laws"],
+    "load": [f"test/model/{name}_test.py" for name in ("model", "physics", "joint_kinds", "force_elements", "loops_file", "assembly")] + ["test/reference/readers_test.py"],
+}
+"""Tests that meet the mutated module, after the first program."""
 PYTHON = python_mutator.ROOMS
 NONE = 0  # the number of a run without a mutant
 NOTICED = ("failed", "crashed", "timeout")
@@ -100,7 +105,7 @@ def engine_tests(build, program, numbers, jobs):
 def python_tests(build, library, folders, numbers, jobs, packages=()):
     """The same by Python tests; library: the mutated one, or none where Python itself is mutated."""
     reached = build.folder / "reached.json"
-    sources = [f for folder in (*folders, "python/ksl") for f in (ROOT / folder).rglob("*.py")]
+    sources = [f for folder in (*folders, "python/ksl") for f in ([ROOT / folder] if folder.endswith(".py") else (ROOT / folder).rglob("*.py"))]
     own = [HERE / name for name in ("python_tests.py", "python_mutator.py", "mutants.py")]
     results = Results(build.folder / "python_results.tsv", library or own[1], [*own, *sources], reached)
     done = results.read()
@@ -136,9 +141,9 @@ def all_tests(build, numbers, jobs, laws):
         return python_tests(build, build.folder / "libksl_algebra.so", ["test/algebra"], numbers, jobs)
     results, reached = dict.fromkeys(numbers, ("unreached", 0, "")), set()
     stages = [lambda left, p=p: engine_tests(build, p, left, jobs) for p in PROGRAMS[build.scope]]
-    if laws and build.scope == "engine":
+    if laws and build.scope in IN_PYTHON:
         packages = [build.folder / "package"]
-        stages.insert(1, lambda left: python_tests(build, build.module(), ["test/laws"], left, jobs, packages))
+        stages.insert(1, lambda left: python_tests(build, build.module(), IN_PYTHON[build.scope], left, jobs, packages))
     for stage in stages:
         more, also = stage([n for n in numbers if results[n][0] not in NOTICED])
         results |= {n: more[n] for n in numbers if n in more and more[n][0] != "unreached"}
@@ -216,7 +221,7 @@ def compile_all(build, laws):
         build.compile_algebra()
     elif build.scope not in PYTHON:
         build.configure()
-        build.compile(*PROGRAMS[build.scope], *(["_core"] if laws and build.scope == "engine" else []))
+        build.compile(*PROGRAMS[build.scope], *(["_core"] if laws and build.scope in IN_PYTHON else []))
 
 
 def is_no_mutant(n, mutants, results, reached):
