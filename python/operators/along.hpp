@@ -298,6 +298,11 @@ private:
     constexpr double share = 1e-9; // as Model.reactions_unique
     ksl::loops::closed_state &c = w_.state();
     const int n = c.set_patterns(q_), links = static_cast<int>(m_.links().size());
+    for (int k = 0; k < wanted.n; ++k)
+      if (wanted.link[k] >= links && !is_at_joint(wanted))
+        throw std::invalid_argument("reactions: joint " + m_.loops()[static_cast<std::size_t>(wanted.link[k] - links)].name +
+                                    " closes a loop; its derivatives are those at the joint, in its axes; ask for it with at=\"joint\" "
+                                    "and axes=\"joint\"");
     if (c.of().rows - c.solved().rank > n)
       of_.refuse(state, "stiffnesses split reactions of this mechanism, and no derivative of that is available; take the mechanism without them");
     for (int k = 0; k < wanted.n; ++k) {
