@@ -71,12 +71,10 @@ class Calls(ABC, Generic[A]):
     def _joined(self, arrays: list[Any]) -> Any:
         """Wrenches (…, 6) in one array behind each other; their leading shapes are broadcast."""
 
-    def _operator(
-        self, name: str, external: tuple[str, ...] = (), in_world: bool = False, parameters: bool = False, given: tuple[int, ...] = (),
-        nan_where_open: bool = False, make: str = "", *arguments: Any,
-    ) -> Operator:  # fmt: skip
+    def _operator(self, name: str, external: tuple[str, ...], in_world: bool, parameters: bool, nan_where_open: bool, make: str = "", *arguments: Any) -> Operator:
         """The operator, and its request by the function of `_REQUESTS` that makes it: once for the same request."""
-        request = _REQUESTS[make](self.model, *arguments) if make else None
+        request = _REQUESTS[make](self.model, *arguments) if make in _REQUESTS else None
+        given = tuple(coordinates_of(self.model, *arguments)) if make == "given" else ()
         more = More(external, in_world, parameters, given, nan_where_open)
         key = (name, id(request), more)
         if key not in self._kept:
@@ -94,12 +92,8 @@ class Calls(ABC, Generic[A]):
             arguments = (*arguments, self._joined([self._wrench(name, link, x) for link, x in external.items()]))
         if parameters is not None:
             arguments = (*arguments, parameters)
-        operator = self._operator(name, tuple(external or ()), axes == "world", parameters is not None, (), nan_where_open, *request)
+        operator = self._operator(name, tuple(external or ()), axes == "world", parameters is not None, nan_where_open, *request)
         return self._apply(operator, arguments)
-
-    def _completed(self, name: str, arguments: Sequence[Any], joints: Iterable[str], what: str) -> A:
-        """What follows from the coordinates of joints that are given, in the argument `what`."""
-        return self._apply(self._operator(name, (), False, False, tuple(coordinates_of(self.model, joints, what))), arguments)
 
     def _wrench(self, name: str, link: str, x: Any) -> Any:
         shape = tuple(x.shape) if hasattr(x, "shape") else (len(x),)
@@ -210,18 +204,18 @@ class Calls(ABC, Generic[A]):
 
             q = d.close(start, hold=["crank"])
         """
-        return self._completed("close", (q,), hold, "hold")
+        return self._call("close", (q,), request=("given", hold, "hold"))
 
     def consistent_velocity(self, q: A, v: A | float, given: Iterable[str]) -> A:
         """Velocities (…, nv) that keep the loops closed at q (…, nq), with the coordinates of the joints `given` as in v (…, nv).
 
         As :meth:`ksl.Model.consistent_velocity`, with joints that determine the motion.  Gradients by q and v are by their coordinates.
         """
-        return self._completed("consistent_velocity", (q, v), given, "given")
+        return self._call("consistent_velocity", (q, v), request=("given", given, "given"))
 
     def consistent_acceleration(self, q: A, v: A | float, a: A | float, given: Iterable[str]) -> A:
         """Accelerations (…, nv) that keep the loops closed at q and v, with the coordinates of the joints `given` as in a (…, nv).
 
         As :meth:`ksl.Model.consistent_acceleration`, with joints that determine the motion.  Gradients by q, v and a are by their coordinates.
         """
-        return self._completed("consistent_acceleration", (q, v, a), given, "given")
+        return self._call("consistent_acceleration", (q, v, a), request=("given", given, "given"))
