@@ -130,11 +130,15 @@ def _at(x: float = 0, y: float = 0, z: float = 0) -> np.ndarray:
 
 
 def _four_bar() -> Closed:
+    """Planar, with all physics of joints, a spring and damper between two points, and a fan that follows the crank."""
     b = ksl.Builder("four-bar").add_link("ground", mass=1.0, inertia=np.eye(3))
     for name, mass, length, parent, x in (("crank", 1.0, 0.2, "ground", 0.0), ("coupler", 2.0, 0.6, "crank", 0.2), ("rocker", 1.5, 0.5, "ground", 0.6)):
         b.add_link(name, mass=mass, center_of_mass=(length / 2, 0, 0), inertia=np.diag([0.001, 1, 1]) * mass * length**2 / 12)
-        b.add_joint(f"to {name}", "continuous", parent, name, pose=_at(x), axis=(0, 1, 0))
-    m = b.add_loop("closure", "revolute", "coupler", "rocker", _at(0.6), _at(0.5), axis=(0, 1, 0)).build(drives=["to crank"])
+        b.add_joint(f"to {name}", "continuous", parent, name, pose=_at(x), axis=(0, 1, 0), damping=0.3, friction=0.2, armature=0.02, spring_stiffness=1.5)
+    b.add_link("fan", mass=0.2, center_of_mass=(0, 0, 0.1), inertia=np.eye(3) * 0.01).add_joint("to fan", "continuous", "coupler", "fan", axis=(1, 0, 0), mimic=("to crank", -2.0, 0.1))
+    b.add_force_element("spring", "ground", (0.1, 0, -0.3), "rocker", (0.2, 0, 0), stiffness=80.0, free_length=0.2, damping=5.0)
+    b.add_loop("closure", "revolute", "coupler", "rocker", _at(0.6), _at(0.5), axis=(0, 1, 0))
+    m = b.build(drives=["to crank"], physics=["all", "force elements"], friction_width=1.0)
     return Closed(m, m.close([-1.0, 0.4, -1.5], hold=["to crank"]).q, ["to crank"])
 
 

@@ -42,7 +42,11 @@ class Calls(ABC, Generic[A]):
     external: {link name: (…, 6)}, wrenches on links, as :meth:`ksl.Model.inverse_dynamics` takes them; external_axes= too.  They are differentiated:
     efforts change by −Jᵀ times what a wrench changes by.
 
-    Second derivatives: of inverse_dynamics, bias, gravity_torque, forward_dynamics and potential_energy, without parameters= and external=.  Asking
+    Of a mechanism with loops, dynamics and reactions are those of the closed mechanism, whose states they take, and gradients are along it: the coordinates
+    of :meth:`ksl.Model.independent` vary, and the gradient by those that follow is zero.  :meth:`close`, :meth:`consistent_velocity` and
+    :meth:`consistent_acceleration` make closed states of driven coordinates.  States that are not closed raise :class:`ksl.ResultError`.
+
+    Second derivatives: of inverse_dynamics, bias, gravity_torque, forward_dynamics and potential_energy, without parameters= and external=, of trees.  Asking
     for others raises NotImplementedError.
     """
 
