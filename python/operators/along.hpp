@@ -24,7 +24,8 @@ template <class S> struct state_jacobians {
   S *by[ksl::most_inputs] = {}; ///< of each input (moving numbers × nv), zeros
   S *projection = nullptr;      ///< (nv × nv), zeros: the efforts of drives from those of the tree; null: not wanted
   S *a = nullptr;               ///< (nv) accelerations at which the efforts are differentiated; null: not wanted
-  unsigned char *open = nullptr; ///< (moving numbers) components that rigid bodies don't determine; null: the result has none
+  unsigned char *open =
+      nullptr; ///< (moving numbers) components that rigid bodies don't determine; null: the result has none
 };
 
 template <class S> class along {
@@ -59,14 +60,16 @@ public:
       if (ksl::close(m_, *data_, q_, given, {}, found.data(), &error) != ksl::closing::closed)
         return;
     } else {
-      const ksl::completion how =
-          of_.given().completes == completed::velocity
-              ? ksl::consistent_velocity(m_, *data_, q_, v_, given, found.data())
-              : ksl::consistent_acceleration(m_, *data_, q_, v_, a_, given, found.data());
+      const ksl::completion how = of_.given().completes == completed::velocity
+                                      ? ksl::consistent_velocity(m_, *data_, q_, v_, given, found.data())
+                                      : ksl::consistent_acceleration(m_, *data_, q_, v_, a_, given, found.data());
       if (how == ksl::completion::nearest)
-        of_.refuse(state, "the given joints leave freedoms; give those of the drives, or as many as determine the motion");
+        of_.refuse(state,
+                   "the given joints leave freedoms; give those of the drives, or as many as determine the motion");
       if (how == ksl::completion::contradictory)
-        of_.refuse(state, "no motion of the closed mechanism has these coordinates; give fewer joints, those of the drives say");
+        of_.refuse(
+            state,
+            "no motion of the closed mechanism has these coordinates; give fewer joints, those of the drives say");
     }
     store(found.data(), width, to);
   }
@@ -143,11 +146,12 @@ private:
     const int n = static_cast<int>(std::count(given.begin(), given.end(), 1)), what = of_.inputs() - 1;
     if (const ksl::loops::finding fault = w_.state().set_position(q_, {given.data(), n}))
       return fault;
-    if (n != freedoms() || !std::all_of(given.begin(), given.end(), [&, i = 0](unsigned char each) mutable {
-          return each == is_free(i++);
-        }))
-      of_.refuse(state, "the joints named have " + std::to_string(n) + " coordinates, from which the others must follow, and the mechanism has " +
-                      std::to_string(freedoms()) + " freedoms at this position; derivatives need joints that determine the motion");
+    if (n != freedoms() || !std::all_of(given.begin(), given.end(),
+                                        [&, i = 0](unsigned char each) mutable { return each == is_free(i++); }))
+      of_.refuse(state, "the joints named have " + std::to_string(n) +
+                            " coordinates, from which the others must follow, and the mechanism has " +
+                            std::to_string(freedoms()) +
+                            " freedoms at this position; derivatives need joints that determine the motion");
     if (what == 2)
       if (const ksl::loops::finding fault = w_.state().steady_acceleration(q_, v_, y_)) // its velocities are looked at
         return fault;
@@ -217,8 +221,7 @@ private:
     double *const motions = room(motions_, 9 * index(f) * nv()).data(),
                   *const on_links = room(on_links_, 36 * index(f) * loops).data(),
                   *const at_joints = room(at_joints_, 18 * index(f) * loops).data();
-    if (const ksl::loops::finding fault =
-            w_.reaction_variations(q_, v_, a_, external_, motions, on_links, at_joints))
+    if (const ksl::loops::finding fault = w_.reaction_variations(q_, v_, a_, external_, motions, on_links, at_joints))
       return fault;
     set_tree(wanted);
     for (int by = 0; by < 3; ++by)
@@ -227,10 +230,9 @@ private:
         for (int k = 0, tree = 0; k < wanted.n; ++k) {
           S *const J = to.by[by] + index(6) * k * nv() + free(j);
           for (int i = 0; i < 6; ++i) {
-            const double value =
-                wanted.link[k] < links
-                    ? of_tree(6 * index(tree) + i, motions + at * 3 * nv(), on_links + at * 12 * loops)
-                    : of_loop(wanted, at_joints + 6 * (at * loops + wanted.link[k] - links), i);
+            const double value = wanted.link[k] < links
+                                     ? of_tree(6 * index(tree) + i, motions + at * 3 * nv(), on_links + at * 12 * loops)
+                                     : of_loop(wanted, at_joints + 6 * (at * loops + wanted.link[k] - links), i);
             J[index(i) * nv()] = to.open[6 * k + i] ? S(0) : static_cast<S>(value);
           }
           tree += wanted.link[k] < links;
@@ -300,11 +302,14 @@ private:
     const int n = c.set_patterns(q_), links = static_cast<int>(m_.links().size());
     for (int k = 0; k < wanted.n; ++k)
       if (wanted.link[k] >= links && !is_at_joint(wanted))
-        throw std::invalid_argument("reactions: joint " + m_.loops()[static_cast<std::size_t>(wanted.link[k] - links)].name +
-                                    " closes a loop; its derivatives are those at the joint, in its axes; ask for it with at=\"joint\" "
-                                    "and axes=\"joint\"");
+        throw std::invalid_argument(
+            "reactions: joint " + m_.loops()[static_cast<std::size_t>(wanted.link[k] - links)].name +
+            " closes a loop; its derivatives are those at the joint, in its axes; ask for it with at=\"joint\" "
+            "and axes=\"joint\"");
     if (c.of().rows - c.solved().rank > n)
-      of_.refuse(state, "stiffnesses split reactions of this mechanism, and no derivative of that is available; take the mechanism without them");
+      of_.refuse(
+          state,
+          "stiffnesses split reactions of this mechanism, and no derivative of that is available; take the mechanism without them");
     for (int k = 0; k < wanted.n; ++k) {
       const int joint = wanted.link[k] < links ? m_.joint_above(wanted.link[k]) : c.joints() + wanted.link[k] - links;
       unsigned char *const marks = open + 6 * k;

@@ -233,12 +233,15 @@ private:
     const int link = r.link[i / 6], links = static_cast<int>(model_->links().size());
     const std::string &joint = link < links ? model_->joints()[static_cast<std::size_t>(model_->joint_above(link))].name
                                             : model_->loops()[static_cast<std::size_t>(link - links)].name;
-    of_.refuse(row_ + static_cast<std::size_t>(k),
-               names[(i + (r.angular_first ? 3 : 0)) % 6] + (" of joint " + joint) +
-                   " is not determined by rigid bodies, and has no derivative; reactions_unique says which are: leave it out of what is "
-                   "differentiated, or give undetermined=\"nan\"");
+    of_.refuse(
+        row_ + static_cast<std::size_t>(k),
+        names[(i + (r.angular_first ? 3 : 0)) % 6] + (" of joint " + joint) +
+            " is not determined by rigid bodies, and has no derivative; reactions_unique says which are: leave it out of what is "
+            "differentiated, or give undetermined=\"nan\"");
   }
-  bool is_open(index k, index i) const { return !open_.empty() && open_[static_cast<std::size_t>(k * of_.moving_numbers() + i)]; }
+  bool is_open(index k, index i) const {
+    return !open_.empty() && open_[static_cast<std::size_t>(k * of_.moving_numbers() + i)];
+  }
   void set_second() {
     const description &d = of_.given();
     ksl::batch_view<S> b = batch(*d.second);

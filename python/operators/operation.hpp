@@ -38,7 +38,11 @@ enum class completed : unsigned char { nothing, position, velocity, acceleration
 /// Rows of these, by what they complete.  They have no kernels.
 inline constexpr ksl::algorithm_row completions[] = {
     {},
-    {.name = "close", .inputs = 1, .input_list = {ksl::input::q}, .results = 1, .result = {{"q", 1, {ksl::extent::nq}}}},
+    {.name = "close",
+     .inputs = 1,
+     .input_list = {ksl::input::q},
+     .results = 1,
+     .result = {{"q", 1, {ksl::extent::nq}}}},
     {.name = "consistent_velocity",
      .inputs = 2,
      .input_list = {ksl::input::q, ksl::input::v},

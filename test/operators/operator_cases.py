@@ -13,7 +13,7 @@ import ksl
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "laws"))
-from closed_mechanisms import KINDS, random_case
+from closed_mechanisms import random_case
 
 ROBOTS = ("every kind", "coupled", "floating", "physics")
 

@@ -51,7 +51,10 @@ public:
   void lay_out(arena &memory, int externals);
 
   /// Coordinates that are to be the independent ones, where they determine the motion: (nv) flags, n of them.
-  struct preferred { const unsigned char *coordinates; int n; };
+  struct preferred {
+    const unsigned char *coordinates;
+    int n;
+  };
 
   /// Frames, Jacobian and elimination, which prefers the drives; a finding if a loop is open there.
   finding set_position(const double *q) { return set_position(q, drives()); }
