@@ -24,8 +24,8 @@ template <class S> struct state_jacobians {
   S *by[ksl::most_inputs] = {}; ///< of each input (moving numbers × nv), zeros
   S *projection = nullptr;      ///< (nv × nv), zeros: the efforts of drives from those of the tree; null: not wanted
   S *a = nullptr;               ///< (nv) accelerations at which the efforts are differentiated; null: not wanted
-  unsigned char *open =
-      nullptr; ///< (moving numbers) components that rigid bodies don't determine; null: the result has none
+  /// (moving numbers) components that rigid bodies don't determine; null: the result has none
+  unsigned char *open = nullptr;
 };
 
 template <class S> class along {

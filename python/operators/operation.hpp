@@ -96,7 +96,8 @@ public:
       all_links_[i] = static_cast<int>(i);
     if (!m.loops().empty()) {
       ksl::loops::require_closed(*given_.value, m);
-      tree_.emplace(ksl::without_loops(m.description()));
+      if (is_along() && (gives_reactions() || has_parameters()))
+        tree_.emplace(ksl::without_loops(m.description()));
     } else if (given_.completes != completed::nothing)
       throw std::invalid_argument(std::string(name()) + ": no joint of this model closes a loop");
     for (const ksl::algorithm_row *row :
@@ -112,7 +113,7 @@ public:
   bool is_along() const {
     return given_.completes != completed::nothing || ksl::loops::is_closed(*given_.value, model_);
   }
-  /// The tree that carries the loops of a closed mechanism.
+  /// The tree that carries the loops of a closed mechanism, for derivatives that are made of its own.
   const ksl::model &tree() const { return tree_ ? *tree_ : model_; }
   const char *name() const { return given_.value->name; }
   /// A state of the call has no result.

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from operator_cases import CLOSED, KINDS, along, closed_named
+from closed_mechanisms import KINDS
+from operator_cases import CLOSED, along, closed_named
 from operators_test import N, close, run
 
 import ksl
@@ -109,8 +110,8 @@ def test_products_in_both_directions(of, name):
     change = one(operator, Stage.JVP, *x, *dx)
     weights = np.where(np.isnan(change), 0, rng.normal(size=change.shape))
     gradients = [g[0] for g in run(operator, Stage.VJP, *(each[None] for each in x), weights[None])]
-    along = sum((g * d).sum() for g, d in zip(gradients, dx, strict=True))
-    assert abs(along - np.nansum(weights * change)) < 1e-10 * max(1.0, np.nansum(abs(change)) * len(dx))
+    product = sum((g * d).sum() for g, d in zip(gradients, dx, strict=True))
+    assert abs(product - np.nansum(weights * change)) < 1e-10 * max(1.0, np.nansum(abs(change)) * len(dx))
     if name in ("close", "consistent_acceleration", "inverse_dynamics", "reactions"):  # of the coordinates of drives alone
         passive = np.setdiff1d(np.arange(c.model.nv), c.driven)
         assert all((g[:, passive] == 0).all() for g in gradients[1:])

@@ -89,13 +89,18 @@ def test_gradients_along_closed_mechanisms(name):
     assert (np.delete(gradient, held, axis=1) == 0).all() and np.isfinite(gradient).all()
 
 
-def test_a_program_with_a_state_that_is_not_closed():
+def test_programs_that_refuse_states_of_closed_mechanisms():
     c = closed_named("four-bar")
     d = ksl.jax.differentiable(c.model)
     with pytest.raises(Exception, match="ksl: gravity_torque: state 0: loop joint closure is open at this position"):
         jax.block_until_ready(jax.jit(d.gravity_torque)(c.q + 0.1))
     with pytest.raises(NotImplementedError, match="gravity_torque: there are no second derivatives of it for mechanisms with loops"):
         jax.hessian(lambda q: d.gravity_torque(q).sum())(c.q)
+    pin = lambda q: (d.reactions(d.close(q, c.drives), 0.0, 0.0, joints=["closure"])[..., :3] ** 2).sum()
+    with pytest.raises(Exception, match="reactions: state 0: fy of joint closure is not determined by rigid bodies, and has no derivative"):
+        jax.block_until_ready(jax.jit(jax.grad(pin))(c.q))
+    in_plane = lambda q: (d.reactions(d.close(q, c.drives), 0.0, 0.0, joints=["closure"])[..., [0, 2]] ** 2).sum()
+    assert (jax.grad(in_plane)(c.q) != 0).tolist() == [True, False, False]
 
 
 def test_values_are_those_of_the_model(robot):
