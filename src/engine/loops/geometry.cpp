@@ -126,11 +126,11 @@ void geometry::velocity(const double *v, double *out, double *terms) const {
   }
 }
 
-/// Before they cancel: a body that doesn't turn may hang on joints that do.
+/// As lengths, and before they cancel: a body that doesn't turn may hang on joints that do.
 double geometry::sum_of_terms(const double *v) const {
   double sum = 0;
   for (int j = 0; j < tree_.of().nv(); ++j)
-    sum += std::fabs(v[j]) * t_.column_scale[static_cast<std::size_t>(j)];
+    sum += std::fabs(v[j]) / t_.column_scale[static_cast<std::size_t>(j)];
   return sum;
 }
 
