@@ -163,19 +163,29 @@ def test_results_do_not_depend_on_threads_or_on_other_states():
         np.testing.assert_array_equal(found[0][7:8], alone)
 
 
-def test_reactions_at_other_points():
-    """Of joints all of whose components are determined; and with all weights on those that are, if only some are."""
+def turned(c, q, dq):
+    """What a change of the numbers of positions is along joint velocities."""
+    return one(operator_of(c, "difference"), Stage.JVP, q, q, np.zeros_like(dq), dq)
+
+
+OTHER_REACTIONS = (
+    {"on": "parent", "at": "world", "axes": "world", "order": "ang_lin"},
+    {"at": (0.1, 0.2, 0.3), "part": "constraint"},
+    {"joints": ["S3", "P1", "S0", "free"], "on": "parent", "order": "ang_lin"},
+    {"joints": ["S3", "P1"], "part": "actuation"},
+)
+
+
+@pytest.mark.parametrize("how", OTHER_REACTIONS, ids=str)
+def test_reactions_as_they_are_asked_for(how):
+    """Those of joints that close loops among them, in any order, against the derivatives of the model, which has them along joint velocities."""
     c = closed_named("Stewart platform")
     m = c.model
     x, dx = numbers(c, np.random.default_rng(6))
-    how = {"on": "parent", "at": "world", "axes": "world", "order": "ang_lin"}
-    operator = Operator(m, "reactions", m.reaction_request(**how, joints=m.joint_names), More(), 1)
-    found = one(operator, Stage.JVP, *x, *dx)
-    by = m.reactions_derivatives(*x, **how)
-    expected = sum(np.einsum("njcf,nf->njc", D, d[:, m.independent(c.q)]) for D, d in zip(by, (one(operator_of(c, "difference"), Stage.VALUE, x[0], x[0]), *dx[1:])))
-    without = one(operator, Stage.JVP, *x, np.zeros_like(dx[0]), *dx[1:])
-    np.testing.assert_allclose(without, expected.reshape(without.shape), rtol=1e-9, atol=1e-9)
-    assert not np.allclose(found, without)
+    found = one(Operator(m, "reactions", m.reaction_request(**how), More(), 1), Stage.JVP, *x, *dx)
+    along = [d[:, m.independent(c.q)] for d in (turned(c, x[0], dx[0]), *dx[1:])]
+    expected = sum(np.einsum("njcf,nf->njc", D, d) for D, d in zip(m.reactions_derivatives(*x, **how), along, strict=True))
+    np.testing.assert_allclose(found, expected.reshape(found.shape), rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
 def test_states_that_have_no_result():
@@ -271,8 +281,8 @@ def test_a_mechanism_whose_base_floats():
     x, dx = numbers(c, np.random.default_rng(10), 2)
     found = one(operator_of(c, "forward_dynamics"), Stage.JVP, *x, *dx)
     by_q, by_v, by_tau = m.forward_dynamics_derivatives(*x)
-    turned = one(operator_of(c, "difference"), Stage.JVP, x[0], x[0], np.zeros_like(dx[0]), dx[0])
+    dq = turned(c, x[0], dx[0])
     for k, y in enumerate(found):
         free = m.independent(x[0][k])
         assert len(free) == 9 and np.isin(range(6), free).all()
-        np.testing.assert_allclose(y, by_q[k] @ turned[k, free] + by_v[k] @ dx[1][k, free] + by_tau[k] @ dx[2][k], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(y, by_q[k] @ dq[k, free] + by_v[k] @ dx[1][k, free] + by_tau[k] @ dx[2][k], rtol=1e-9, atol=1e-9)

@@ -189,6 +189,26 @@ def test_scans_and_gradients_through_them():
     check_grads(jax.jit(end), (v0,), order=1, atol=1e-4, rtol=1e-4)
 
 
+def test_gradients_through_a_scan_of_a_closed_mechanism():
+    """A simulation of ten steps of the crank's coordinate, after each of which the mechanism is closed, differentiated by where and how fast it begins."""
+    c = closed_named("four-bar")
+    d = ksl.jax.differentiable(c.model)
+
+    def end(angle, speed):
+        def step(state, _):
+            q, v = state
+            v = v + 0.01 * d.forward_dynamics(q, v, 0.0)
+            q = d.close(d.integrate(q, 0.01 * v), c.drives)
+            return (q, d.consistent_velocity(q, v, c.drives)), None
+
+        q = d.close(jnp.asarray(c.q).at[0].set(angle), c.drives)
+        v = d.consistent_velocity(q, jnp.zeros(3).at[0].set(speed), c.drives)
+        (q, v), _ = jax.lax.scan(step, (q, v), None, length=10)
+        return d.kinetic_energy(q, v) + d.potential_energy(q)
+
+    check_grads(jax.jit(end), (c.q[0], 2.0), order=1, atol=1e-4, rtol=1e-4)
+
+
 def test_what_is_refused():
     m = robot_named("physics")
     d = ksl.jax.differentiable(m)

@@ -117,6 +117,9 @@ def test_descent_along_a_closed_mechanism():
     for _ in range(5):
         strokes = strokes - torch.linalg.lstsq(torch.func.jacrev(missed)(strokes), missed(strokes)).solution
     assert missed(strokes).abs().max() < 1e-11 < 1e-2 < (strokes - start[legs]).abs().max()
+    # The other way round, a pose with a quaternion of any length is given, and the legs follow; efforts know the coordinates of drives alone.
+    needed = lambda pose: (whole := d.close(torch.cat([pose, start[7:]]), ["free"]))[legs] * d.gravity_torque(whole)[[m.joint(name).v_index for name in c.drives]]
+    assert gradcheck(needed, (torch.cat([start[:3], torch.tensor([0.1, -0.2, 0.3, 1.2], dtype=torch.float64)]).requires_grad_(),), check_forward_ad=True, atol=1e-4, rtol=1e-4)
     with pytest.raises(NotImplementedError, match="there are no second derivatives of it"):
         torch.func.hessian(miss)(start)
     with pytest.raises(ksl.ResultError, match="gravity_torque: state 0: loop joint S0 is open at this position by .* close"):
