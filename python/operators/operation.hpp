@@ -35,24 +35,20 @@ enum class lifted : unsigned char { plain, position, poses };
 /// Which numbers of a closed mechanism the result has, that follow from those of given joints; nothing: it is that of an algorithm.
 enum class completed : unsigned char { nothing, position, velocity, acceleration };
 
-/// Rows of these, by what they complete.  They have no kernels.
+/// A row without kernels, with the first so many inputs of q, v and a.
+constexpr ksl::algorithm_row completion_row(const char *name, int inputs, ksl::extent result) {
+  ksl::algorithm_row row{};
+  row.name = name, row.inputs = inputs, row.results = 1;
+  row.input_list[0] = ksl::input::q, row.input_list[1] = ksl::input::v, row.input_list[2] = ksl::input::a;
+  row.result[0] = {name, 1, {result}};
+  return row;
+}
+/// By what they complete.
 inline constexpr ksl::algorithm_row completions[] = {
     {},
-    {.name = "close",
-     .inputs = 1,
-     .input_list = {ksl::input::q},
-     .results = 1,
-     .result = {{"q", 1, {ksl::extent::nq}}}},
-    {.name = "consistent_velocity",
-     .inputs = 2,
-     .input_list = {ksl::input::q, ksl::input::v},
-     .results = 1,
-     .result = {{"v", 1, {ksl::extent::nv}}}},
-    {.name = "consistent_acceleration",
-     .inputs = 3,
-     .input_list = {ksl::input::q, ksl::input::v, ksl::input::a},
-     .results = 1,
-     .result = {{"a", 1, {ksl::extent::nv}}}},
+    completion_row("close", 1, ksl::extent::nq),
+    completion_row("consistent_velocity", 2, ksl::extent::nv),
+    completion_row("consistent_acceleration", 3, ksl::extent::nv),
 };
 
 /// A result of the second derivatives: by input x, then by input y.
