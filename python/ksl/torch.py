@@ -17,7 +17,7 @@ __all__ = ["TorchCalls", "differentiable"]
 def differentiable(model: Model, threads: int | None = None) -> TorchCalls:
     """The calls of a model for tensors, which torch differentiates: :class:`ksl.operators.calls.Calls` has them all.
 
-    model: any but those with joints that close loops.  It is immutable, so that compiled programs may hold it.
+    model: a tree, or a closed mechanism, whose gradients are along it.  It is immutable, so that compiled programs may hold it.
     threads: the most threads for large batches; None or 0 is all cores that the process may use.  Results don't depend on it.
 
     Arrays are those of the CPU, float32 or float64, all of one type: others raise TypeError or ValueError, which name the argument.  A call costs

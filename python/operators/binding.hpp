@@ -33,6 +33,9 @@ inline const ksl::algorithm_row *row_named(const std::string &name) {
   for (const ksl::algorithm_row *row : ksl::rows::all)
     if (name == row->name)
       return row;
+  for (const ksl::algorithm_row &row : completions)
+    if (row.name && name == row.name)
+      return &row;
   throw nb::value_error(("no algorithm " + name).c_str());
 }
 
@@ -45,9 +48,16 @@ using terms = std::vector<std::tuple<int, int, int>>;
 inline void init(held *self, const ksl::model &m, const std::string &value, int value_result, const std::string &lift,
                  const std::string &first, std::vector<int> first_result, const std::string &gradient,
                  const std::string &second, const terms &second_terms, const std::string &regressor,
-                 int regressor_result, bool solved, nb::handle request, nb::handle external, bool in_world) {
+                 int regressor_result, bool solved, nb::handle request, nb::handle external, bool in_world,
+                 const std::vector<int> &given, bool nan_where_open) {
   description d;
   d.value = row_named(value), d.value_result = value_result, d.lift = lift_named(lift);
+  if (d.value && d.value >= std::begin(completions) && d.value < std::end(completions))
+    d.completes = static_cast<completed>(d.value - completions);
+  d.given.assign(static_cast<std::size_t>(m.nv()), 0);
+  for (const int v : given)
+    d.given.at(static_cast<std::size_t>(v)) = 1;
+  d.nan_where_open = nan_where_open;
   d.first = row_named(first), d.first_result = std::move(first_result);
   d.gradient = row_named(gradient), d.second = row_named(second);
   for (const auto &[result, x, y] : second_terms)
@@ -99,7 +109,7 @@ inline void add_operators(nb::module_ &module) {
   nb::class_<held>(module, "Operator", "An algorithm with its derivatives, for one model.")
       .def("__init__", &init, "model"_a, "value"_a, "value_result"_a, "lift"_a, "first"_a, "first_result"_a,
            "gradient"_a, "second"_a, "second_terms"_a, "regressor"_a, "regressor_result"_a, "solved"_a,
-           "request"_a.none(), "external"_a.none(), "in_world"_a)
+           "request"_a.none(), "external"_a.none(), "in_world"_a, "given"_a, "nan_where_open"_a)
       .def_ro("number", &held::number, "By which compiled programs name it.")
       .def_prop_ro("widths",
                    [](const held &h) {

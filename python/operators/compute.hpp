@@ -5,7 +5,7 @@
 // in their order, so that results don't depend on the number of threads.
 #pragma once
 
-#include "operation.hpp"
+#include "along.hpp"
 
 #include "batch/compute_batch.hpp"
 #include "batch/threads.hpp"
@@ -50,7 +50,7 @@ public:
 
   /// The states [first, first + n) of a group; `part` numbers the sums.
   void run(std::size_t group, std::size_t first, std::size_t n, std::size_t part) {
-    n_ = n, row_ = group * given_.states + first, group_ = group, part_ = part;
+    n_ = n, row_ = group * given_.states + first, group_ = group, part_ = part, has_value_ = false;
     set_model();
     set_inputs();
     switch (what_) {
@@ -116,6 +116,7 @@ private:
         inertias.push_back({static_cast<int>(l), I});
       }
       own_.emplace(of_.model().with_inertias(inertias));
+      along_.reset(); // it is of the model before
     }
     model_ = &*own_;
   }
@@ -142,6 +143,8 @@ private:
 
   void value(S *to) {
     const ksl::algorithm_row &row = *of_.given().value;
+    if (of_.given().completes != completed::nothing)
+      return complete(to);
     ksl::batch_view<S> b = batch(row);
     ksl::reaction_rows<S> reactions;
     if (of_.gives_reactions()) {
@@ -149,11 +152,24 @@ private:
       b.reactions_n = 1, b.reactions = &reactions;
     } else
       b.result[of_.given().value_result] = {to, of_.result_numbers()};
-    ksl::compute_states(row, *model_, b, 0, n_);
+    if (!ksl::compute_states(row, *model_, b, 0, n_) && of_.is_along())
+      refuse(row, b);
+  }
+  /// Says why a state has no result whose numbers are not those of the closed mechanism; NaN is passed on.
+  void refuse(const ksl::algorithm_row &row, const ksl::batch_view<S> &b) const {
+    try {
+      ksl::examine_states(row, *model_, b, 0, n_, ksl::arguments_are::unchecked);
+    } catch (const ksl::result_error &e) { // it counts the states of the part
+      const std::string said = e.what(), state = "state " + std::to_string(e.state) + ": ";
+      const std::size_t at = n_ > 1 ? said.find(state) + state.size() : said.find(": ") + 2;
+      of_.refuse(row_ + e.state, said.substr(at));
+    }
   }
 
   /// The first derivatives: of each input n × moving numbers × nv.
   void set_first() {
+    if (of_.is_along())
+      return set_along();
     const description &d = of_.given();
     ksl::batch_view<S> b = batch(*d.first);
     for (const int r : d.first_result)
@@ -164,6 +180,67 @@ private:
   const S *first(int x, index k) const {
     const int r = of_.given().first_result[static_cast<std::size_t>(x)];
     return first_[r].data() + k * of_.moving_numbers() * nv();
+  }
+
+  along<S> &mechanism() {
+    if (!along_)
+      along_.emplace(of_, *model_, static_cast<int>(external_.size()));
+    return *along_;
+  }
+  const S *const *inputs_of(index k) {
+    for (std::size_t x = 0; x < inputs_.size(); ++x)
+      state_inputs_[x] = inputs_[x] + k * of_.width(static_cast<int>(x));
+    return state_inputs_;
+  }
+  void complete(S *to) {
+    for (index k = 0; k < states(); ++k)
+      mechanism().complete(inputs_of(k), row_ + static_cast<std::size_t>(k), to + k * of_.result_numbers());
+  }
+  /// The first derivatives of a closed mechanism.
+  void set_along() {
+    const description &d = of_.given();
+    const index rows = of_.moving_numbers(), block = rows * nv(), square = index(nv()) * nv();
+    const bool of_efforts = !d.solved && (of_.has_external() || of_.has_parameters()), opens = of_.gives_reactions();
+    for (const int r : d.first_result)
+      zeros(first_[r], states() * block);
+    S *const P = of_efforts ? zeros(projection_, states() * square) : nullptr;
+    S *const a = of_efforts ? room(a_, states() * nv()) : nullptr;
+    open_.assign(static_cast<std::size_t>(opens ? states() * rows : 0), 0);
+    const S *const y = d.completes == completed::nothing ? nullptr : lifted_value();
+    std::vector<int> links;
+    std::vector<S> wrenches(6 * external_.size());
+    for (const ksl::external_rows<S> &e : external_)
+      links.push_back(e.link);
+    for (index k = 0; k < states(); ++k) {
+      state_jacobians<S> to;
+      for (std::size_t x = 0; x < d.first_result.size(); ++x)
+        to.by[x] = first_[d.first_result[x]].data() + k * block;
+      to.projection = P ? P + k * square : nullptr, to.a = a ? a + k * nv() : nullptr;
+      to.open = opens ? open_.data() + k * rows : nullptr;
+      for (std::size_t e = 0; e < external_.size(); ++e)
+        std::copy_n(external_[e].wrench.first + k * external_[e].wrench.stride, 6, wrenches.data() + 6 * e);
+      mechanism().derive(inputs_of(k), y ? y + k * of_.result_numbers() : nullptr,
+                         {static_cast<int>(links.size()), links.data(), wrenches.data(), d.external_axes},
+                         row_ + static_cast<std::size_t>(k), to);
+    }
+  }
+  /// Component i of state k is not determined by rigid bodies: an error, or NaN in these results.
+  void leave_open(index k, index i, S *results, index n) const {
+    static constexpr const char *names[] = {"fx", "fy", "fz", "tx", "ty", "tz"};
+    const ksl::reaction_request &r = of_.given().joints;
+    if (of_.given().nan_where_open)
+      return void(std::fill_n(results, n, std::numeric_limits<S>::quiet_NaN()));
+    const int link = r.link[i / 6], links = static_cast<int>(model_->links().size());
+    const std::string &joint = link < links ? model_->joints()[static_cast<std::size_t>(model_->joint_above(link))].name
+                                            : model_->loops()[static_cast<std::size_t>(link - links)].name;
+    of_.refuse(
+        row_ + static_cast<std::size_t>(k),
+        names[(i + (r.angular_first ? 3 : 0)) % 6] + (" of joint " + joint) +
+            " is not determined by rigid bodies, and has no derivative; reactions_unique says which are: leave it out of what is "
+            "differentiated, or give undetermined=\"nan\"");
+  }
+  bool is_open(index k, index i) const {
+    return !open_.empty() && open_[static_cast<std::size_t>(k * of_.moving_numbers() + i)];
   }
   void set_second() {
     const description &d = of_.given();
@@ -179,9 +256,11 @@ private:
     ksl::batch_view<S> b = batch(*d.regressor);
     if (d.solved)
       b.a = {lifted_value(), nv()};
+    else if (of_.is_along() && d.regressor->reads(ksl::input::a))
+      b.a = {a_.data(), nv()};
     const index width = of_.moving_numbers() * of_.parameters();
     b.result[d.regressor_result] = {room(regressor_, states() * width), width};
-    ksl::compute_states(*d.regressor, *model_, b, 0, n_);
+    ksl::compute_states(*d.regressor, of_.is_along() ? of_.tree() : *model_, b, 0, n_);
   }
   /// The Jacobians (6 × nv) of the links on which external wrenches act, at their origins in the axes of the wrenches.
   void set_jacobians() {
@@ -200,7 +279,9 @@ private:
   /// The result, where derivatives need it.
   S *lifted_value() {
     S *const y = room(value_, states() * of_.result_numbers());
-    value(y);
+    if (!has_value_)
+      value(y);
+    has_value_ = true;
     return y;
   }
 
@@ -245,6 +326,9 @@ private:
         add_of_external(k, change(1, of_.external_at()) + k * of_.external_numbers(), moved);
       if (of_.has_parameters())
         add_of_parameters(k, of_group(of_.buffers() + of_.parameters_at()), moved);
+      for (index i = 0; i < rows; ++i)
+        if (is_open(k, i))
+          leave_open(k, i, moved + i, 1);
       if (y)
         lift(y + k * width, moved, to + k * width);
     }
@@ -262,11 +346,11 @@ private:
   void add_of_parameters(index k, const S *change, S *moved) {
     const index rows = of_.moving_numbers(), p = of_.parameters();
     const S *const Y = regressor_.data() + k * rows * p;
-    if (!of_.given().solved)
+    if (!is_of_efforts())
       return add_product(Y, change, rows, p, moved);
     S *const efforts = zeros(efforts_, rows);
     add_product(Y, change, rows, p, efforts);
-    add_solved(k, efforts, moved);
+    add_of_efforts(k, efforts, moved);
   }
 
   /// The same of external wrenches, by which efforts change by −Jᵀ.
@@ -274,16 +358,30 @@ private:
     S *const efforts = zeros(efforts_, nv());
     add_transposed(jacobians(k), change, of_.external_numbers(), nv(), efforts);
     std::transform(efforts, efforts + nv(), efforts, [](S f) { return -f; });
-    if (of_.given().solved)
-      return add_solved(k, efforts, moved);
+    if (is_of_efforts())
+      return add_of_efforts(k, efforts, moved);
     for (index i = 0; i < nv(); ++i)
       moved[i] += efforts[i];
   }
 
-  /// Adds the change of accelerations where the efforts that they need change by these.
-  void add_solved(index k, S *efforts, S *moved) {
+  /// Does the result follow from efforts of the tree: accelerations, and efforts of drives?
+  bool is_of_efforts() const { return of_.given().solved || of_.is_along(); }
+  /// Adds the change of the result where these efforts change.
+  void add_of_efforts(index k, S *efforts, S *moved) {
+    if (!of_.given().solved)
+      return add_product(projection_.data() + k * nv() * nv(), efforts, nv(), nv(), moved);
     std::transform(efforts, efforts + nv(), efforts, [](S f) { return -f; });
     add_product(first(of_.inputs() - 1, k), efforts, nv(), nv(), moved);
+  }
+  /// The cotangents of these efforts, from those of the result.
+  const S *of_efforts(index k, const S *f) {
+    S *const weights = zeros(efforts_, nv());
+    if (of_.given().solved) {
+      add_transposed(first(of_.inputs() - 1, k), f, nv(), nv(), weights);
+      std::transform(weights, weights + nv(), weights, [](S w) { return -w; });
+    } else
+      add_transposed(projection_.data() + k * nv() * nv(), f, nv(), nv(), weights);
+    return weights;
   }
 
   void vjp() {
@@ -292,7 +390,7 @@ private:
     const index rows = of_.moving_numbers(), width = of_.result_numbers();
     set_first();
     set_others();
-    const S *const weights = of_.given().solved ? solved_weights() : nullptr; // of efforts
+    const bool efforts = is_of_efforts() && (of_.has_external() || of_.has_parameters());
     const S *const y = of_.given().lift == lifted::plain ? nullptr : lifted_value();
     const S *const given = in(of_.buffers(), width);
     for (index k = 0; k < states(); ++k) {
@@ -304,8 +402,12 @@ private:
       }
       for (int x = 0; x < of_.inputs(); ++x)
         pull(x, k, f);
-      if (weights)
-        f = weights + k * nv();
+      for (index i = 0; i < rows; ++i)
+        if (is_open(k, i) && f[i] != 0)
+          for (int x = 0; x < of_.inputs(); ++x)
+            leave_open(k, i, out(x, of_.width(x)) + k * of_.width(x), of_.width(x));
+      if (efforts)
+        f = of_efforts(k, f);
       if (of_.has_external())
         pull_external(k, f);
       if (of_.has_parameters())
@@ -515,14 +617,18 @@ private:
   stage what_;
   std::vector<double> &sums_;
   std::size_t n_ = 0, row_ = 0, group_ = 0, part_ = 0;
+  bool has_value_ = false; ///< has value_ the results of this part?
   const ksl::model *model_ = nullptr;
   std::optional<ksl::model> own_;
+  std::optional<along<S>> along_;
   std::vector<S> parameters_;
   std::vector<const S *> inputs_;
   std::vector<ksl::external_rows<S>> external_;
   std::vector<S> unit_[ksl::most_inputs], first_[ksl::most_results], second_[ksl::most_results], regressor_, value_,
       jacobians_;
-  std::vector<S> moved_, efforts_, covectors_;
+  std::vector<S> moved_, efforts_, covectors_, projection_, a_;
+  std::vector<unsigned char> open_;
+  const S *state_inputs_[ksl::most_inputs] = {};
   mutable std::vector<S> displaced_, one_, other_;
 };
 

@@ -8,6 +8,9 @@
 
 #include "engine/algorithm_rows.hpp"
 #include "engine/arguments.hpp"
+#include "engine/loops/closed.hpp"
+#include "ksl/result_error.hpp"
+#include "ksl/surgery.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -28,6 +31,25 @@ constexpr int stages = 5;
 /// How the result follows from what derivatives are of.  plain: it is that.  position: they are of the tangent of a position.
 /// poses: they are of twists in the axes of frames, and the result are their poses.
 enum class lifted : unsigned char { plain, position, poses };
+
+/// Which numbers of a closed mechanism the result has, that follow from those of given joints; nothing: it is that of an algorithm.
+enum class completed : unsigned char { nothing, position, velocity, acceleration };
+
+/// A row without kernels, with the first so many inputs of q, v and a.
+constexpr ksl::algorithm_row completion_row(const char *name, int inputs, ksl::extent result) {
+  ksl::algorithm_row row{};
+  row.name = name, row.inputs = inputs, row.results = 1;
+  row.input_list[0] = ksl::input::q, row.input_list[1] = ksl::input::v, row.input_list[2] = ksl::input::a;
+  row.result[0] = {name, 1, {result}};
+  return row;
+}
+/// By what they complete.
+inline constexpr ksl::algorithm_row completions[] = {
+    {},
+    completion_row("close", 1, ksl::extent::nq),
+    completion_row("consistent_velocity", 2, ksl::extent::nv),
+    completion_row("consistent_acceleration", 3, ksl::extent::nv),
+};
 
 /// A result of the second derivatives: by input x, then by input y.
 struct second_term { int result, x, y; };
@@ -54,6 +76,9 @@ struct description {
   std::vector<int> joint_links;
   ksl::reaction_request joints = {};
   bool has_joints = false;
+  completed completes = completed::nothing;
+  std::vector<unsigned char> given; ///< (nv) flags of the coordinates from which the others follow
+  bool nan_where_open = false;      ///< derivatives of reactions that rigid bodies don't determine: NaN, or an error
 };
 
 class operation {
@@ -65,9 +90,12 @@ public:
     given_.joints.n = static_cast<int>(given_.joint_links.size());
     for (std::size_t i = 0; i < all_links_.size(); ++i)
       all_links_[i] = static_cast<int>(i);
-    if (!m.loops().empty())
-      throw std::invalid_argument("operators are for trees, and this model has joints that close loops; give "
-                                  "model.without_loops() for the tree");
+    if (!m.loops().empty()) {
+      ksl::loops::require_closed(*given_.value, m);
+      if (is_along() && (gives_reactions() || has_parameters()))
+        tree_.emplace(ksl::without_loops(m.description()));
+    } else if (given_.completes != completed::nothing)
+      throw std::invalid_argument(std::string(name()) + ": no joint of this model closes a loop");
     for (const ksl::algorithm_row *row :
          {given_.value, given_.first, given_.gradient, given_.second, given_.regressor, given_.solve})
       if (row)
@@ -77,6 +105,17 @@ public:
   operation &operator=(const operation &) = delete;
 
   const ksl::model &model() const { return model_; }
+  /// Are derivatives along a closed mechanism (along.hpp)?  Otherwise the result is a function of all numbers that are given, as a tree's.
+  bool is_along() const {
+    return given_.completes != completed::nothing || ksl::loops::is_closed(*given_.value, model_);
+  }
+  /// The tree that carries the loops of a closed mechanism, for derivatives that are made of its own.
+  const ksl::model &tree() const { return tree_ ? *tree_ : model_; }
+  const char *name() const { return given_.value->name; }
+  /// A state of the call has no result.
+  [[noreturn]] void refuse(std::size_t state, const std::string &sentence) const {
+    throw ksl::result_error(std::string(name()) + ": state " + std::to_string(state) + ": " + sentence, state, -1);
+  }
   const description &given() const { return given_; }
   const tangent &positions() const { return tangent_; }
   /// Without external wrenches and parameters of links.  Those of the algorithm that it doesn't have are zero.
@@ -88,7 +127,7 @@ public:
   int parameters_at() const { return inputs() + (has_external() ? 1 : 0); }
   int buffers() const { return parameters_at() + (has_parameters() ? 1 : 0); } ///< with them
   /// Is the product of a cotangent and all first derivatives computed at once?  That algorithm knows no external wrenches.
-  bool has_gradient() const { return given_.gradient && !has_external(); }
+  bool has_gradient() const { return given_.gradient && !has_external() && !is_along(); }
   int parameters() const { return 10 * static_cast<int>(all_links_.size()); }
 
   bool is_position(int x) const {
@@ -158,6 +197,7 @@ private:
   }
 
   const ksl::model model_;
+  std::optional<ksl::model> tree_;
   description given_;
   const tangent tangent_;
   std::vector<int> all_links_;

@@ -191,6 +191,27 @@ def test_the_closed_door_hangs_on_both_hinges_by_their_stiffness():
         m.with_stiffness({"upper": np.zeros(6)})
 
 
+@pytest.mark.parametrize("kind, speed", [("f4", 1.0), ("f4", 100.0), ("f8", 1.0), ("f8", 1e4)])
+def test_rounding_of_a_body_that_keeps_its_axes_is_no_contradiction(kind, speed):
+    """Two spherical joints whose accelerations cancel in the second body: what the loop sees are rounding errors of large terms.  A motion that opens it is refused."""
+    b = ksl.Builder("two balls").add_link("ground")
+    for name, parent in (("first", "ground"), ("second", "first")):
+        b.add_link(name, mass=2.0, center_of_mass=(0.2, 0.1, -0.1), inertia=np.diag([0.2, 0.3, 0.4])).add_joint(name + " ball", "spherical", parent, name, xyz=(0.1, 0.2, 0.3))
+    m = b.add_loop("slides", "translation", "second", "ground").build(drives=["first ball"])
+    q = m.close([0.1, 0.5, -0.2, 0.8, 0, 0, 0, 1], hold=m.drives).q
+    v = m.consistent_velocity(q, speed * np.array([1, -2, 3, 0, 0, 0]), m.drives)
+    a = m.consistent_acceleration(q, v, speed**2 * np.array([3, 1, -2, 0, 0, 0]), m.drives)
+    expected = m.inverse_dynamics(q, v / speed, a / speed**2) - m.gravity_torque(q)  # forces of inertia grow with the square
+    found = m.inverse_dynamics(*(x.astype(kind) for x in (q, v, a))) - m.gravity_torque(q)
+    close_to(found / speed**2, expected, 1e-4 if kind == "f4" else 1e-9)
+    _, by_v, by_a = m.inverse_dynamics_derivatives(q, v, a)
+    slow = m.inverse_dynamics_derivatives(q, v / speed, a / speed**2)
+    close_to(by_v / speed, slow[1], 1e-9)
+    close_to(by_a, slow[2], 1e-9)
+    with pytest.raises(ksl.ResultError, match="loop joint slides: these accelerations open it by"):
+        m.inverse_dynamics(*(x.astype(kind) for x in (q, v, a + 0.1 * speed**2)))
+
+
 @pytest.mark.parametrize("size", [1e-9, 1e-6, 1e-3, 1e6])
 def test_stiffnesses_decide_alike_in_small_and_large_mechanisms(size):
     """A door and its hinges, all lengths times `size` and stiffnesses about axes times its square, have the same forces: stiffnesses in N/m beside N m/rad are no

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from operator_cases import PUSHED, arguments, pushed, pushed_arguments, robot_named
+from operator_cases import CLOSED, PUSHED, along, arguments, closed_named, pushed, pushed_arguments, robot_named
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 jax = pytest.importorskip("jax", reason="needs JAX: pip install 'ksl[jax]'")
@@ -64,6 +64,43 @@ def test_gradients_by_external_wrenches(robot, name, axes, parameters):
     check_grads(f, x, order=1, atol=1e-4, rtol=1e-4)
     maps = (0, 0, 0, 0, None) + (None,) * parameters
     np.testing.assert_array_equal(jax.jit(jax.vmap(f, in_axes=maps))(*x), f(*x))
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_gradients_along_closed_mechanisms(name):
+    """By the coordinates of drives: positions and motions that follow from them, and all that the mechanism's dynamics make of these."""
+    c = closed_named(name)
+    m, d = c.model, ksl.jax.differentiable(c.model)
+    sure = m.reactions_unique(c.q, [*m.joint_names, *m.loop_names])
+    q, v, a = c.motions(np.random.default_rng(0), 2)
+    x = [jnp.asarray(each) for each in (q * (1.3 if name == "quaternions" else 1), v, a)]
+    motion = along(d.close, d.consistent_velocity, d.consistent_acceleration, c.drives)
+
+    def closed(q, v, a):
+        q, v, a = motion(q, v, a)
+        held = d.reactions(q, v, a, joints=[*m.joint_names, *m.loop_names], undetermined="nan")[..., sure]
+        return q, v, a, d.inverse_dynamics(q, v, a), d.forward_dynamics(q, v, a), d.bias(q, v), held, d.frame_velocities(q, v)
+
+    check_grads(closed, x, order=1, atol=1e-4, rtol=1e-4)
+    for found, expected in zip(jax.jit(jax.vmap(closed))(*x), closed(*x)):
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+    gradient = jax.jit(jax.grad(lambda q: (d.inverse_dynamics(d.close(q, c.drives), 0.0, 0.0) ** 2).sum()))(x[0])
+    held = [i for each in c.drives for i in range(m.joint(each).q_index, m.joint(each).q_index + m.joint(each).nq)]
+    assert (np.delete(gradient, held, axis=1) == 0).all() and np.isfinite(gradient).all()
+
+
+def test_programs_that_refuse_states_of_closed_mechanisms():
+    c = closed_named("four-bar")
+    d = ksl.jax.differentiable(c.model)
+    with pytest.raises(Exception, match="ksl: gravity_torque: state 0: loop joint closure is open at this position"):
+        jax.block_until_ready(jax.jit(d.gravity_torque)(c.q + 0.1))
+    with pytest.raises(NotImplementedError, match="gravity_torque: there are no second derivatives of it for mechanisms with loops"):
+        jax.hessian(lambda q: d.gravity_torque(q).sum())(c.q)
+    pin = lambda q: (d.reactions(d.close(q, c.drives), 0.0, 0.0, joints=["closure"])[..., :3] ** 2).sum()
+    with pytest.raises(Exception, match="reactions: state 0: fy of joint closure is not determined by rigid bodies, and has no derivative"):
+        jax.block_until_ready(jax.jit(jax.grad(pin))(c.q))
+    in_plane = lambda q: (d.reactions(d.close(q, c.drives), 0.0, 0.0, joints=["closure"])[..., [0, 2]] ** 2).sum()
+    assert (jax.grad(in_plane)(c.q) != 0).tolist() == [True, False, False]
 
 
 def test_values_are_those_of_the_model(robot):
@@ -150,6 +187,26 @@ def test_scans_and_gradients_through_them():
 
     v0 = given_to(m, "bias", n=1)[1][0] * 0.3
     check_grads(jax.jit(end), (v0,), order=1, atol=1e-4, rtol=1e-4)
+
+
+def test_gradients_through_a_scan_of_a_closed_mechanism():
+    """A simulation of ten steps of the crank's coordinate, after each of which the mechanism is closed, differentiated by where and how fast it begins."""
+    c = closed_named("four-bar")
+    d = ksl.jax.differentiable(c.model)
+
+    def end(angle, speed):
+        def step(state, _):
+            q, v = state
+            v = v + 0.01 * d.forward_dynamics(q, v, 0.0)
+            q = d.close(d.integrate(q, 0.01 * v), c.drives)
+            return (q, d.consistent_velocity(q, v, c.drives)), None
+
+        q = d.close(jnp.asarray(c.q).at[0].set(angle), c.drives)
+        v = d.consistent_velocity(q, jnp.zeros(3).at[0].set(speed), c.drives)
+        (q, v), _ = jax.lax.scan(step, (q, v), None, length=10)
+        return d.kinetic_energy(q, v) + d.potential_energy(q)
+
+    check_grads(jax.jit(end), (c.q[0], 2.0), order=1, atol=1e-4, rtol=1e-4)
 
 
 def test_what_is_refused():

@@ -219,10 +219,6 @@ def test_models_that_have_no_operators():
     m = robot_named("physics")
     with pytest.raises(ValueError, match="inverse_dynamics_derivatives: exact dry friction jumps at rest"):
         operator_of(m.with_physics("exact friction"), "inverse_dynamics")
-    closed = ksl.load(Path(__file__).resolve().parents[2] / "examples/robots/excavator.urdf")
-    with pytest.raises(ValueError, match=r"operators are for trees, and this model has joints that close loops; give model.without_loops\(\) for the tree"):
-        operator_of(closed, "inverse_dynamics")
-    assert operator_of(closed.without_loops(), "inverse_dynamics").numbers == closed.nv
 
 
 def test_a_mass_that_is_negative_is_refused_by_its_link():

@@ -19,13 +19,15 @@ assert PAGE.name == "arrays_that_differentiate.md"  # which test/contract/readme
 def test_block(library, monkeypatch):
     pytest.importorskip(library, reason=f"needs {library}: pip install 'ksl[{library}]'")
     monkeypatch.chdir(ROOT)
-    (block,) = (b for b in blocks_of(PAGE) if f"import {library}\n" in b.code)
-    names: dict[str, object] = {}
-    exec(compile(block.code, PAGE.name, "exec"), names)
-    for line in block.code.splitlines():
-        if (found := re.match(r"([\w, ]+) = .*# \(([\d, ]+)\)", line)) is not None:
-            shape = tuple(int(n) for n in found[2].split(","))
-            assert all(tuple(names[name].shape) == shape for name in found[1].split(", ")), line
+    blocks = [b for b in blocks_of(PAGE) if f"import {library}\n" in b.code]
+    assert len(blocks) == {"jax": 1, "torch": 2}[library]
+    for block in blocks:
+        names: dict[str, object] = {}
+        exec(compile(block.code, PAGE.name, "exec"), names)
+        for line in block.code.splitlines():
+            if (found := re.match(r"([\w, ]+) = .*# \(([\d, ]+)\)", line)) is not None:
+                shape = tuple(int(n) for n in found[2].split(",") if n.strip())
+                assert all(tuple(names[name].shape) == shape for name in found[1].split(", ")), line
 
 
 @pytest.mark.parametrize("library", ["jax", "torch"])
@@ -51,8 +53,9 @@ def test_example_of_the_docstring(library):
 
 def test_the_table_of_calls_is_that_of_the_operators():
     from ksl.operators.calls import Calls
-    from ksl.operators.table import ROWS
+    from ksl.operators.table import COMPLETIONS, ROWS
 
+    rows = ROWS | COMPLETIONS
     text = PAGE.read_text(encoding="utf-8").split("## The calls")[1].split("\n\n")[2]
     listed, beside = {}, set()
     for line in text.splitlines()[2:]:
@@ -62,6 +65,6 @@ def test_the_table_of_calls_is_that_of_the_operators():
             own = by.split(";")[min(i, by.count(";"))]
             beside |= {name} if "`external=`" in own else set()
             listed[name] = ([x.strip() for x in own.replace(", `external=`", "").split(",")], twice == "yes" or (twice == "the first" and i == 0), parameters == "yes")
-    assert listed == {name: (list(row.inputs), bool(row.second), bool(row.regressor)) for name, row in ROWS.items()}
+    assert listed == {name: (list(row.inputs), bool(row.second), bool(row.regressor)) for name, row in rows.items()}
     calls = {name: signature(call).parameters for name, call in vars(Calls).items() if not name.startswith("_")}
-    assert set(calls) == set(ROWS) and beside == {name for name, parameters in calls.items() if "external" in parameters}
+    assert set(calls) == set(rows) and beside == {name for name, parameters in calls.items() if "external" in parameters}

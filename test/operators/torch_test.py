@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from operator_cases import PUSHED, arguments, pushed, pushed_arguments, robot_named
+from operator_cases import CLOSED, PUSHED, along, arguments, closed_named, pushed, pushed_arguments, robot_named
 
 torch = pytest.importorskip("torch", reason="needs torch: pip install 'ksl[torch]'")
 from torch.autograd import gradcheck, gradgradcheck
@@ -64,6 +64,66 @@ def test_gradients_by_external_wrenches(robot, name, axes, parameters):
     torch.testing.assert_close(mapped, f(*x).detach(), rtol=0, atol=0)
     with pytest.raises(NotImplementedError, match=r"no second derivatives of it with (parameters|external)="):
         torch.autograd.grad(torch.autograd.grad(f(*x).sum(), x[0], create_graph=True)[0].sum(), x[0])
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_gradients_along_closed_mechanisms(name):
+    """By the coordinates of drives: positions and motions that follow from them, and all that the mechanism's dynamics make of these."""
+    c = closed_named(name)
+    m, d = c.model, ksl.torch.differentiable(c.model)
+    sure = torch.tensor(m.reactions_unique(c.q, [*m.joint_names, *m.loop_names]))
+    q, v, a = c.motions(np.random.default_rng(0), 1 if name == "Stewart platform" else 2)
+    q = q * (1.3 if name == "quaternions" else 1)
+    x = tuple(torch.tensor(each, requires_grad=True) for each in (q, v, a))
+    p, f = torch.tensor(m.parameters + 0.05, requires_grad=True), torch.linspace(-1, 1, 6, dtype=torch.float64, requires_grad=True)
+    motion = along(d.close, d.consistent_velocity, d.consistent_acceleration, c.drives)
+
+    def closed(q, v, a):
+        q, v, a = motion(q, v, a)
+        held = d.reactions(q, v, a, joints=[*m.joint_names, *m.loop_names], undetermined="nan")[..., sure]
+        return q, v, a, d.inverse_dynamics(q, v, a), d.bias(q, v), d.gravity_torque(q), held, d.frame_velocities(q, v)
+
+    def forced(q, v, a, p, f):
+        q, v, tau = motion(q, v, a)
+        wrench = {m.link_names[-1]: f}
+        return d.forward_dynamics(q, v, tau, p, external=wrench), d.inverse_dynamics(q, v, tau, p, external=wrench, external_axes="world")
+
+    assert gradcheck(closed, x, check_forward_ad=True, atol=1e-4, rtol=1e-4)
+    assert gradcheck(forced, (*x, p, f), check_forward_ad=True, fast_mode=True, atol=1e-3, rtol=1e-4)
+    plain = [each.detach() for each in x]
+    for found, expected in zip(torch.func.vmap(closed)(*plain), closed(*plain)):
+        torch.testing.assert_close(found, expected, rtol=1e-12, atol=1e-12)
+    single = [each.float() for each in plain]
+    for found, expected in zip(closed(*single), closed(*plain)):
+        assert found.dtype == torch.float32 and (found - expected).abs().max() < 2e-3 * expected.abs().max().clamp(1)
+
+
+def test_descent_along_a_closed_mechanism():
+    """A Stewart platform finds the legs of a pose, by Newton's method; its gradient leaves passive coordinates alone, and is the same compiled."""
+    c = closed_named("Stewart platform")
+    m, d = c.model, ksl.torch.differentiable(c.model)
+    start = torch.tensor(c.q)
+    legs = torch.tensor([m.joint(name).q_index for name in c.drives])
+    goal = d.frame_poses(torch.tensor(c.near(np.random.default_rng(1), 1)[0]), ["platform"])
+    miss = lambda q: (d.frame_poses(d.close(q, c.drives), ["platform"]) - goal).square().sum()
+    q = start.clone().requires_grad_()
+    (gradient,) = torch.autograd.grad(miss(q), q)
+    passive = torch.ones(m.nq, dtype=torch.bool).index_fill(0, legs, False)
+    assert (gradient[passive] == 0).all() and (gradient[legs] != 0).all()
+    (compiled,) = torch.autograd.grad(torch.compile(miss, fullgraph=True, backend="aot_eager")(q), q)
+    torch.testing.assert_close(compiled, gradient, rtol=1e-12, atol=1e-12)
+    missed = lambda strokes: (d.frame_poses(d.close(start.index_copy(0, legs, strokes), c.drives), ["platform"]) - goal).flatten()
+    strokes = start[legs]
+    for _ in range(5):
+        strokes = strokes - torch.linalg.lstsq(torch.func.jacrev(missed)(strokes), missed(strokes)).solution
+    assert missed(strokes).abs().max() < 1e-11 < 1e-2 < (strokes - start[legs]).abs().max()
+    # The other way round, a pose with a quaternion of any length is given, and the legs follow; efforts know the coordinates of drives alone.
+    needed = lambda pose: (whole := d.close(torch.cat([pose, start[7:]]), ["free"]))[legs] * d.gravity_torque(whole)[[m.joint(name).v_index for name in c.drives]]
+    assert gradcheck(needed, (torch.cat([start[:3], torch.tensor([0.1, -0.2, 0.3, 1.2], dtype=torch.float64)]).requires_grad_(),), check_forward_ad=True, atol=1e-4, rtol=1e-4)
+    with pytest.raises(NotImplementedError, match="there are no second derivatives of it"):
+        torch.func.hessian(miss)(start)
+    with pytest.raises(ksl.ResultError, match="gravity_torque: state 0: loop joint S0 is open at this position by .* close"):
+        d.gravity_torque(start + 0.1)
 
 
 def test_wrenches_that_do_not_fit():

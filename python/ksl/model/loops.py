@@ -334,6 +334,11 @@ class LoopCalls(Requests):
             warnings.warn(said, UserWarning, stacklevel=3)
 
 
+def coordinates_of(model: LoopCalls, names: Iterable[str], what: str) -> list[int]:
+    """The coordinates in v of joints of the tree that move.  what: the argument that names them, for messages."""
+    return model._coordinates_of(names, what)
+
+
 def _one_state(inputs: Sequence[tuple[ArrayLike, str, int]]) -> list[Array] | None:
     """One state whose numbers can be read as they are, which takes a tenth of the time; None for all else."""
     rows: list[Array] = []

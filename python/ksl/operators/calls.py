@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
 from ksl import _core
+from ksl.model.loops import coordinates_of
 from ksl.model.model import Model
-from ksl.model.requests import request_of_frames, request_of_links, request_of_order
-from ksl.model.states import Acceleration, Expressed, ExternalAxes, Order, Part, Point, Side, external_in
+from ksl.model.requests import one_of, request_of_frames, request_of_links, request_of_order
+from ksl.model.states import Acceleration, Expressed, ExternalAxes, Order, Part, Point, Side, Undetermined, external_in
 from ksl.operators.operator import More, Operator
 
 _REQUESTS: dict[str, Callable[..., _core.Links | _core.Request | None]] = {
@@ -41,7 +42,11 @@ class Calls(ABC, Generic[A]):
     external: {link name: (…, 6)}, wrenches on links, as :meth:`ksl.Model.inverse_dynamics` takes them; external_axes= too.  They are differentiated:
     efforts change by −Jᵀ times what a wrench changes by.
 
-    Second derivatives: of inverse_dynamics, bias, gravity_torque, forward_dynamics and potential_energy, without parameters= and external=.  Asking
+    Of a mechanism with loops, dynamics and reactions are those of the closed mechanism, whose states they take, and gradients are along it: the coordinates
+    of :meth:`ksl.Model.independent` vary, and the gradient by those that follow is zero.  :meth:`close`, :meth:`consistent_velocity` and
+    :meth:`consistent_acceleration` make closed states of driven coordinates.  States that are not closed raise :class:`ksl.ResultError`.
+
+    Second derivatives: of inverse_dynamics, bias, gravity_torque, forward_dynamics and potential_energy, without parameters= and external=, of trees.  Asking
     for others raises NotImplementedError.
     """
 
@@ -70,10 +75,11 @@ class Calls(ABC, Generic[A]):
     def _joined(self, arrays: list[Any]) -> Any:
         """Wrenches (…, 6) in one array behind each other; their leading shapes are broadcast."""
 
-    def _operator(self, name: str, external: tuple[str, ...], in_world: bool, parameters: bool, make: str = "", *arguments: Any) -> Operator:
+    def _operator(self, name: str, external: tuple[str, ...], in_world: bool, parameters: bool, nan_where_open: bool, make: str = "", *arguments: Any) -> Operator:
         """The operator, and its request by the function of `_REQUESTS` that makes it: once for the same request."""
-        request = _REQUESTS[make](self.model, *arguments) if make else None
-        more = More(external, in_world, parameters)
+        request = _REQUESTS[make](self.model, *arguments) if make in _REQUESTS else None
+        given = tuple(coordinates_of(self.model, *arguments)) if make == "given" else ()
+        more = More(external, in_world, parameters, given, nan_where_open)
         key = (name, id(request), more)
         if key not in self._kept:
             if len(self._kept) >= OPERATORS_KEPT:  # a point that changes from call to call; compiled programs of JAX keep theirs
@@ -83,14 +89,15 @@ class Calls(ABC, Generic[A]):
 
     def _call(
         self, name: str, arguments: Sequence[Any], parameters: Any = None, request: Sequence[Any] = (), external: Mapping[str, Any] | None = None,
-        axes: ExternalAxes = "link",
+        axes: ExternalAxes = "link", nan_where_open: bool = False,
     ) -> A:  # fmt: skip
         external_in(None, axes)  # refuses other words
         if external:
             arguments = (*arguments, self._joined([self._wrench(name, link, x) for link, x in external.items()]))
         if parameters is not None:
             arguments = (*arguments, parameters)
-        return self._apply(self._operator(name, tuple(external or ()), axes == "world", parameters is not None, *request), arguments)
+        operator = self._operator(name, tuple(external or ()), axes == "world", parameters is not None, nan_where_open, *request)
+        return self._apply(operator, arguments)
 
     def _wrench(self, name: str, link: str, x: Any) -> Any:
         shape = tuple(x.shape) if hasattr(x, "shape") else (len(x),)
@@ -128,16 +135,20 @@ class Calls(ABC, Generic[A]):
 
     def reactions(
         self, q: A, v: A | float, a: A | float, parameters: A | None = None, *, on: Side = "child", at: Point = "joint", axes: str = "joint",
-        order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None,
+        order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None, undetermined: Undetermined = "refuse",
     ) -> A:  # fmt: skip
         """The wrenches (…, joints, 6) through joints: what the parent side exerts on the child side; N, N m.
 
         on, at, axes, order, part, joints: as in :meth:`ksl.Model.reactions`.  Derivatives: after Singh, Russell, Wensing (RA-L 7(2), 2022),
         O(joints × nv); by parameters the regressor, O(joints × links).
+
+        undetermined: what derivatives of components are that rigid bodies leave open in a mechanism with loops: "refuse", an error, which a
+        gradient raises only where the component has a weight; or "nan".  Joints that close loops have derivatives at the joint in its axes.
         """
+        one_of(undetermined, "undetermined", "refuse", "nan")
         if self._is_differentiated(at):
             raise TypeError("reactions: at is an array that is differentiated or traced, and there is no derivative by it; give three plain numbers")
-        return self._call("reactions", (q, v, a), parameters, ("joints", on, at, axes, order, part, joints))
+        return self._call("reactions", (q, v, a), parameters, ("joints", on, at, axes, order, part, joints), nan_where_open=undetermined == "nan")
 
     def mass_matrix(self, q: A) -> A:
         """Mass matrix (…, nv, nv) at q (…, nq).  As :meth:`ksl.Model.mass_matrix`; its derivative costs O(nv × depth²)."""
@@ -187,3 +198,28 @@ class Calls(ABC, Generic[A]):
     def difference(self, q0: A, q1: A) -> A:
         """Differences q1 ⊖ q0 (…, nv): the joint velocity that leads from q0 to q1 in unit time.  As :meth:`ksl.Model.difference`."""
         return self._call("difference", (q0, q1))
+
+    def close(self, q: A, hold: Iterable[str]) -> A:
+        """The closed position (…, nq) of a mechanism with loops with the coordinates of the joints `hold` as in q (…, nq).
+
+        As :meth:`ksl.Model.close`.  The other numbers of q say from where the search starts, and their gradient is zero.  The result is a function of
+        those that are held, whose derivatives follow from the loops' equations; the joints must determine the position.  Where there is no
+        closed position it is NaN; :meth:`ksl.Model.close` says why.
+
+            q = d.close(start, hold=["crank"])
+        """
+        return self._call("close", (q,), request=("given", hold, "hold"))
+
+    def consistent_velocity(self, q: A, v: A | float, given: Iterable[str]) -> A:
+        """Velocities (…, nv) that keep the loops closed at q (…, nq), with the coordinates of the joints `given` as in v (…, nv).
+
+        As :meth:`ksl.Model.consistent_velocity`, with joints that determine the motion.  Gradients by q and v are by their coordinates.
+        """
+        return self._call("consistent_velocity", (q, v), request=("given", given, "given"))
+
+    def consistent_acceleration(self, q: A, v: A | float, a: A | float, given: Iterable[str]) -> A:
+        """Accelerations (…, nv) that keep the loops closed at q and v, with the coordinates of the joints `given` as in a (…, nv).
+
+        As :meth:`ksl.Model.consistent_acceleration`, with joints that determine the motion.  Gradients by q, v and a are by their coordinates.
+        """
+        return self._call("consistent_acceleration", (q, v, a), request=("given", given, "given"))

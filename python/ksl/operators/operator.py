@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from ksl import _core
 from ksl.model.model import Model
 from ksl.model.requests import core_of, request_of_links
-from ksl.operators.table import ROWS
+from ksl.operators.table import COMPLETIONS, ROWS
 
 
 T = TypeVar("T")
@@ -46,6 +46,10 @@ class More:
     """Whether the wrenches are in the world's axes."""
     parameters: bool = False
     """Of links."""
+    given: tuple[int, ...] = ()
+    """Coordinates from which the others of a closed mechanism follow; no input, since their numbers are those of others."""
+    nan_where_open: bool = False
+    """Derivatives of reactions that rigid bodies don't determine: NaN, or an error."""
 
 
 class Operator:
@@ -56,12 +60,15 @@ class Operator:
     """
 
     def __init__(self, model: Model, name: str, request: _core.Links | _core.Request | None, more: More, threads: int) -> None:
-        row = ROWS[name]
+        row = ROWS.get(name) or COMPLETIONS[name]
         self.name, self.row, self.threads, self.parameters, self.external = name, row, threads, more.parameters, bool(more.external)
+        self.closed = bool(model.loops)
+        if self.closed and self.parameters and name == "reactions":
+            raise NotImplementedError("reactions: those of mechanisms with loops have no derivatives by parameters=; efforts and accelerations have some")
         self.core = _core.Operator(
             core_of(model), row.value, row.result, row.lift, row.first, list(row.by), row.gradient, row.second, list(row.by_two),
             row.regressor if more.parameters else "", row.by_parameters, row.solved, request,
-            request_of_links(model, more.external) if more.external else None, more.in_world,
+            request_of_links(model, more.external) if more.external else None, more.in_world, list(more.given), more.nan_where_open,
         )  # fmt: skip
         self.number: int = self.core.number
         """By which compiled programs name it."""
@@ -76,12 +83,14 @@ class Operator:
     @property
     def twice(self) -> bool:
         """Has it second derivatives?"""
-        return bool(self.row.second) and not self.parameters and not self.external
+        return bool(self.row.second) and not self.parameters and not self.external and not self.closed
 
     def require_twice(self) -> None:
         """Raises NotImplementedError where it has no second derivatives."""
         if not self.row.second:
             raise NotImplementedError(f"{self.name}: there are no second derivatives of it; those that have some are {', '.join(n for n in ROWS if ROWS[n].second)}")
+        if self.closed:
+            raise NotImplementedError(f"{self.name}: there are no second derivatives of it for mechanisms with loops")
         if self.parameters or self.external:
             raise NotImplementedError(f"{self.name}: there are no second derivatives of it with {'parameters' if self.parameters else 'external'}=; without them there are")
 

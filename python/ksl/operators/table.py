@@ -76,3 +76,10 @@ ROWS: dict[str, Row] = {
     "integrate": Row("integrate", ("q", "dv"), "integrate_jacobians", (0, 1), lift="position"),
     "difference": Row("difference", ("q0", "q1"), "difference_jacobians", (0, 1)),
 }  # fmt: skip
+
+COMPLETIONS: dict[str, Row] = {
+    "close": Row("close", ("q",), "", (0,), lift="position"),
+    "consistent_velocity": Row("consistent_velocity", ("q", "v"), "", (0, 1)),
+    "consistent_acceleration": Row("consistent_acceleration", _QUV, "", (0, 1, 2)),
+}
+"""Calls of mechanisms with loops, whose derivatives follow from the equations of these."""

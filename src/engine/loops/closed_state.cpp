@@ -50,15 +50,14 @@ void closed_state::set_G() {
       G_[k_.column[i] * f + j] = k_.element(i, j);
 }
 
-void closed_state::set_open_position(const double *q) {
+void closed_state::set_open_position(const double *q, preferred kept) {
   g_.set_position(q);
-  k_.factor(g_.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g_.size(), t_.is_driven.data(),
-            static_cast<int>(t_.drives.size()));
+  k_.factor(g_.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g_.size(), kept.coordinates, kept.n);
   set_G();
 }
 
-finding closed_state::set_position(const double *q) {
-  set_open_position(q);
+finding closed_state::set_position(const double *q, preferred kept) {
+  set_open_position(q, kept);
   g_.error(rows_[0]);
   return check(finding::kind::open, rows_[0], nullptr, true);
 }

@@ -50,11 +50,19 @@ public:
   /// externals: how many external wrenches a call may have.
   void lay_out(arena &memory, int externals);
 
-  /// Frames, Jacobian and elimination; a finding if a loop is open there.
-  finding set_position(const double *q);
+  /// Coordinates that are to be the independent ones, where they determine the motion: (nv) flags, n of them.
+  struct preferred {
+    const unsigned char *coordinates;
+    int n;
+  };
+
+  /// Frames, Jacobian and elimination, which prefers the drives; a finding if a loop is open there.
+  finding set_position(const double *q) { return set_position(q, drives()); }
+  finding set_position(const double *q, preferred kept);
 
   /// Elimination alone, wherever the loops are.
-  void set_open_position(const double *q);
+  void set_open_position(const double *q) { set_open_position(q, drives()); }
+  void set_open_position(const double *q, preferred kept);
 
   /// Efforts (nv) of the drives at (q, v, a), and the multipliers.  v and a null are zero.
   finding inverse_dynamics(const double *q, const double *v, const double *a, const external_wrenches<double> &e,
@@ -108,6 +116,7 @@ public:
 private:
   finding check(finding::kind what, const double *values, const double *terms, bool lengths) const;
   void set_G();
+  preferred drives() const { return {t_.is_driven.data(), static_cast<int>(t_.drives.size())}; }
   const double *zeros_or(const double *x) const { return x ? x : zero_; }
 
   const model &m_;

@@ -53,11 +53,10 @@ void closed_derivatives::project(const double *matrix, double *out) const {
           out[j * nv + k] += g * matrix[column[i] * nv + k];
 }
 
-/// The variation of q, v and a with number j of the independent coordinates of q, of v or of a; left_ (freedoms) is Gᵀ of what it does to
-/// the tree's efforts, less the wrenches of the loops.
+/// The variation of q, v and a with number j of the independent coordinates of q, of v or of a.
 void closed_derivatives::vary(varied what, int j) {
-  const int nv = m_.nv(), f = c_.solved().freedoms();
-  for (double *x : {dq_, dv_, da_, left_})
+  const int nv = m_.nv();
+  for (double *x : {dq_, dv_, da_})
     std::fill_n(x, nv, 0.0);
   double *const given = what == varied::position ? dq_ : what == varied::velocity ? dv_ : da_;
   for (int i = 0; i < nv; ++i)
@@ -67,18 +66,36 @@ void closed_derivatives::vary(varied what, int j) {
     add_product(by_.velocity_by_q(), t_.rows, dq_, -1, rates_);
     c_.solved().complete(rates_, dv_);
   }
-  if (what != varied::acceleration) {
-    std::fill_n(rates_, t_.rows, 0.0);
-    if (what == varied::position)
-      add_product(by_.acceleration_by_q(), t_.rows, dq_, -1, rates_);
-    add_product(by_.acceleration_by_v(), t_.rows, dv_, -1, rates_);
-    c_.solved().complete(rates_, da_);
-  }
+  if (what == varied::acceleration)
+    return;
+  std::fill_n(rates_, t_.rows, 0.0);
+  if (what == varied::position)
+    add_product(by_.acceleration_by_q(), t_.rows, dq_, -1, rates_);
+  add_product(by_.acceleration_by_v(), t_.rows, dv_, -1, rates_);
+  c_.solved().complete(rates_, da_);
+}
+
+/// The same, and left_ (freedoms): Gᵀ of what it does to the tree's efforts, less the wrenches of the loops.
+void closed_derivatives::vary_efforts(varied what, int j) {
+  const int f = c_.solved().freedoms();
+  vary(what, j);
+  std::fill_n(left_, m_.nv(), 0.0);
   if (what == varied::position)
     add_product(projected_q_, f, dq_, 1, left_);
   if (what != varied::acceleration)
     add_product(projected_v_, f, dv_, 1, left_);
   add_product(projected_a_, f, da_, 1, left_);
+}
+
+void closed_derivatives::motions(const double *v, const double *a, double *motions) {
+  std::fill_n(rates_, t_.rows, 0.0); // of wrenches, which nobody asks for
+  by_.set(c_.at(), v, a, rates_);
+  for (const varied what : {varied::position, varied::velocity, varied::acceleration})
+    for (int j = 0; j < c_.solved().freedoms(); ++j) {
+      vary(what, j);
+      for (const double *x : {dq_, dv_, da_})
+        motions = std::copy_n(x, m_.nv(), motions);
+    }
 }
 
 void closed_derivatives::set_projections() {
@@ -102,7 +119,7 @@ finding closed_derivatives::inverse_dynamics(const double *q, const double *v, c
     double *const matrix = out[static_cast<int>(what)];
     std::fill_n(matrix, nv * f, 0.0);
     for (int j = 0; j < f; ++j) {
-      vary(what, j);
+      vary_efforts(what, j);
       for (int i = 0; i < f; ++i) // the drives are the independent coordinates
         matrix[c_.solved().independent()[i] * f + j] = left_[i];
     }
@@ -119,7 +136,6 @@ finding closed_derivatives::reaction_variations(const double *q, const double *v
   if (static_cast<int>(t_.drives.size()) != f)
     return {finding::kind::more_drives, -1, 0, 0, f};
   set_tree(q, v, a, e);
-  set_projections();
   for (const varied what : {varied::position, varied::velocity, varied::acceleration})
     for (int j = 0; j < f; ++j) {
       vary(what, j);
@@ -152,7 +168,7 @@ finding closed_derivatives::forward_dynamics(const double *q, const double *v, c
   double *const out[] = {by_q, by_v};
   for (const varied what : {varied::position, varied::velocity})
     for (int j = 0; j < f; ++j) {
-      vary(what, j);
+      vary_efforts(what, j);
       for (int i = 0; i < f; ++i)
         r_[i] = -left_[i];
       accelerate(da_);

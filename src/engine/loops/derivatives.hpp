@@ -29,6 +29,9 @@ public:
   finding forward_dynamics(const double *q, const double *v, const double *tau, const external_wrenches<double> &e,
                            double *by_q, double *by_v, double *by_tau);
 
+  /// How the motion varies along the mechanism: for each independent coordinate of q, of v and of a, (3, freedoms) dq, dv and da, (3, nv).
+  void motions(const double *v, const double *a, double *motions);
+
   /// How the motion and the wrenches of the loops' joints vary along the mechanism: for each independent coordinate of q, of v and of a
   /// (3, freedoms) dq, dv and da, (3, nv); the wrenches on links, (loops, 2, 6), at the links' origins in their axes; and at the joints'
   /// frames, (loops, 6).
@@ -39,6 +42,7 @@ private:
   void set_tree(const double *q, const double *v, const double *a, const external_wrenches<double> &e);
   enum class varied { position, velocity, acceleration };
   void vary(varied what, int j);
+  void vary_efforts(varied what, int j);
   void accelerate(double *a);
   void project(const double *matrix, double *out) const;
   void set_projections();

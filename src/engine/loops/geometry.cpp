@@ -117,16 +117,21 @@ void geometry::error(double *out) const {
 void geometry::velocity(const double *v, double *out, double *terms) const {
   const int nv = tree_.of().nv();
   for (int i = 0; i < t_.rows; ++i) {
-    double value = 0, magnitudes = 0;
+    double value = 0;
     for (int j = 0; j < nv; ++j)
       value += K_[i * nv + j] * v[j];
     out[i] = value;
-    if (terms) {
-      for (int j = 0; j < nv; ++j)
-        magnitudes += std::fabs(v[j]) * t_.column_scale[static_cast<std::size_t>(j)];
-      terms[i] = magnitudes * size_ / t_.row_scale[static_cast<std::size_t>(i)];
-    }
+    if (terms)
+      terms[i] = sum_of_terms(v) * size_ / t_.row_scale[static_cast<std::size_t>(i)];
   }
+}
+
+/// As lengths, and before they cancel: a body that doesn't turn may hang on joints that do.
+double geometry::sum_of_terms(const double *v) const {
+  double sum = 0;
+  for (int j = 0; j < tree_.of().nv(); ++j)
+    sum += std::fabs(v[j]) / t_.column_scale[static_cast<std::size_t>(j)];
+  return sum;
 }
 
 void geometry::acceleration(const double *q, const double *v, const double *a, double *out, double *terms) {
@@ -137,6 +142,8 @@ void geometry::acceleration(const double *q, const double *v, const double *a, d
   tree_.call(rows::frame_velocities, rest_, s);
   s.result[0] = accelerations_;
   tree_.call(rows::frame_accelerations, rest_, s);
+  const double speed = terms ? sum_of_terms(v) : 0,
+               own = terms ? (sum_of_terms(a) + speed * speed / t_.length) * size_ : 0;
   for (std::size_t n = 0; n < t_.loops.size(); ++n) {
     const loop &l = t_.loops[n];
     const frames &f = at_[n];
@@ -155,7 +162,8 @@ void geometry::acceleration(const double *q, const double *v, const double *a, d
       }
       out[l.first_row + i] = value;
       if (terms)
-        terms[l.first_row + i] = magnitude(f.T[i], to_rate) + magnitude(f.T[i], from_rate) + magnitude(f.T[i], moved);
+        terms[l.first_row + i] = magnitude(f.T[i], to_rate) + magnitude(f.T[i], from_rate) + magnitude(f.T[i], moved) +
+                                 own / t_.row_scale[static_cast<std::size_t>(l.first_row + i)];
     }
   }
 }

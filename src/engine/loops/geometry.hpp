@@ -70,6 +70,7 @@ private:
   };
 
   SE3<double> pose(int slot) const;
+  double sum_of_terms(const double *v) const;
   coscrew<double> wrench(int loop, const double *lambda) const;
   screw<double> relative_twist(int loop, const double *dq) const;
   void move_to_link(int loop, int side, const coscrew<double> &w, double *six) const;

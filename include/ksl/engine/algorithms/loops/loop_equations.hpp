@@ -154,7 +154,7 @@ KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_wo
       const int place = loops.place[of.v];
       w.place[c] = place < 0 ? -1 - place : loops.pivots + place;
       add_scaled(sign * v[of.v], w.J[c], W);
-      moved = moved + math<T>::fabs(v[of.v]) * T(loops.column_scale[of.v]);
+      moved = moved + math<T>::fabs(v[of.v]) * T(S(1) / loops.column_scale[of.v]);
     }
   };
   add_columns(0, middle, T(S(1)));
@@ -277,7 +277,7 @@ KSL_LANES void check_accelerations(const model_view<scalar_of<T>> &model, loop_e
                   ang = {s.alpha.x - p.alpha.x - y.x, s.alpha.y - p.alpha.y - y.y, s.alpha.z - p.alpha.z - y.z};
     T terms = w.moved[l] * w.moved[l] * T(S(1) / loops.length);
     for (int c = joint.columns_begin; c < joint.columns_end; ++c)
-      terms = terms + math<T>::fabs(a[loops.column[c].v]) * T(loops.column_scale[loops.column[c].v]);
+      terms = terms + math<T>::fabs(a[loops.column[c].v]) * T(S(1) / loops.column_scale[loops.column[c].v]);
     const T allowed = T(loops.tolerance * S(0.25)) * terms + T(S(1e-12)) * T(loops.length);
     for (int i = 0; i < joint.forces + joint.moments; ++i) {
       const vec3<T> own = spread<T>(joint.direction[i]);
