@@ -103,7 +103,9 @@ bool is_drake(const element &joint) { return joint.tag() == "drake:joint"; }
 
 bool is_identity(const SE3<double> &X) {
   const SE3<double> one = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
-  const auto near = [](double x, double y) { return std::fabs(x - y) <= 1e-12; }; // poses that cancel leave a few roundings
+  const auto near = [](double x, double y) {
+    return std::fabs(x - y) <= 1e-12;
+  }; // poses that cancel leave a few roundings
   return std::equal(&X.R.m00, &X.R.m00 + 9, &one.R.m00, near) && std::equal(&X.t.x, &X.t.x + 3, &one.t.x, near);
 }
 

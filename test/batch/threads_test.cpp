@@ -10,6 +10,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <dlfcn.h>
 #include <pthread.h>
@@ -69,14 +70,52 @@ TEST_CASE("where the system gives no thread, the caller computes all, with the s
   batch.result[0] = {many.data(), m.nv()};
   ksl::inverse_dynamics_batch(m, batch, 2);
   CHECK(many == alone);
-  CHECK(counts(100, 7) == std::vector<int>(100, 1));
+  CHECK(counts(100, 41) == std::vector<int>(100, 1)); // more than other tests have taken
   CHECK(refused > 0);
   no_threads = false;
-  for (int call = 0; call < 200 && taken == 0; ++call) // the system is asked again, but not at each call
-    CHECK(counts(100, 7) == std::vector<int>(100, 1));
-  CHECK(taken > 0);
+  const int before = taken;
+  for (int call = 0; call < 200 && taken == before; ++call) // the system is asked again, but not at each call
+    CHECK(counts(100, 41) == std::vector<int>(100, 1));
+  CHECK(taken > before);
 }
 #endif
+
+TEST_CASE("as many threads as are wanted work at the same time") {
+  for (int k = 0; k < 200; ++k) // where a thread was refused, the system isn't asked again for some calls
+    counts(2, 2);
+  for (int round = 0; round < 2; ++round)
+    for (const std::size_t threads : {2u, 3u, 12u}) {
+      ksl::partition parts(threads, 1, 1, 1, 1);
+      parts.threads = parts.parts = threads, parts.items_each = 1;
+      std::atomic<std::size_t> inside{0};
+      std::atomic<bool> waited_in_vain{false};
+      const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+      ksl::on_threads(parts, [&](std::size_t, std::size_t, std::size_t) { // no part ends before all have begun
+        ++inside;
+        while (inside < threads && !waited_in_vain) {
+          std::this_thread::yield();
+          if (std::chrono::steady_clock::now() > end)
+            waited_in_vain = true;
+        }
+      });
+      CHECK(!waited_in_vain);
+    }
+}
+
+TEST_CASE("parts are whole blocks, some for each thread, none without work") {
+  ksl::assume_cores(4);
+  const auto check = [](const ksl::partition &p, std::size_t threads, std::size_t each, std::size_t parts) {
+    CHECK((p.threads == threads && p.items_each == each && p.parts == parts));
+  };
+  check({1000, 8, 10, 0}, 4, 64, 16); // 125 blocks, 16 parts of 8
+  check({1000, 8, 10, 3}, 3, 88, 12);
+  check({1000, 8, 10, 1}, 1, 1000, 1);
+  check({1000, 8, 10, 9, 1}, 4, 256, 4);
+  check({30, 8, 10, 0}, 3, 8, 4); // 10 states for each thread
+  check({5, 8, 10, 0}, 1, 8, 1);
+  check({0, 8, 10, 0}, 1, 0, 0);
+  ksl::assume_cores(0);
+}
 
 TEST_CASE("calls may end in another order than they began") {
   std::atomic<bool> first_ended{false}, second_runs{false};

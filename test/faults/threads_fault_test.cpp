@@ -371,6 +371,8 @@ TEST_CASE("quotas of control groups, as files give them") {
   CHECK(path_of_group(version_2, "cpu").empty());
   CHECK(path_of_group(version_1, "cpu") == "/docker/abc");
   CHECK(path_of_group(version_1, "").empty());
+  CHECK(path_of_group("4:cpuacct,cpu:/x", "cpu") == "/x");
+  CHECK(path_of_group("4:cpuacct,cpuset:/x", "cpu").empty());
   CHECK(path_of_group("4:cpuset:/s\n0::/", "cpu").empty());
   CHECK(path_of_group("4:cpuset:/s\n0::/", "") == "/");
   CHECK(path_of_group("", "cpu").empty());

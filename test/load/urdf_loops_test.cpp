@@ -186,7 +186,8 @@ TEST_CASE("loops: the elements of Isaac Sim and of URDF+") {
            "\"/><child link=\"" + child + "\"/></joint>";
   };
   const robot_description welded = read_urdf_text(
-      two_arms(joint("jd", "continuous", "base", "d") + joint("we", "fixed", "d", "e") + joint("wf", "fixed", "b", "f") +
+      two_arms(joint("jd", "continuous", "base", "d") + joint("we", "fixed", "d", "e") +
+               joint("wf", "fixed", "b", "f") +
                "<coupling name=\"k\"><predecessor link=\"f\"/><successor link=\"e\"/><ratio value=\"3\"/></coupling>"),
       "r.urdf");
   for (const joint_description &each : welded.joints)

@@ -40,10 +40,11 @@ KNOWN = {
     "sweeps": [("python/ksl/sweeps/variants.py", "motion.time / factor", "/ → *")],
     "checks": [("python/ksl/checks/extent.py", "bounds[1] - bounds[0]", "- → +")],
 }
-PROGRAMS = {"engine": ("engine_test", "interfaces_test"), "load": ("load_test",), "batch": ("engine_test", "interfaces_test")}
-FOLDERS = {"load_test": "test/load"}
+PROGRAMS = {"engine": ("engine_test", "interfaces_test"), "load": ("load_test",), "batch": ("threads_test", "threads_fault_test", "engine_test", "interfaces_test")}
+FOLDERS = {"load_test": "test/load", "threads_fault_test": "test/faults"}
 IN_PYTHON = {
     "engine": ["test/laws"],
+    "batch": ["test/model/threads_test.py", "test/model/processes_test.py"],
     "load": [f"test/model/{name}_test.py" for name in ("model", "physics", "joint_kinds", "force_elements", "loops_file", "assembly")] + ["test/reference/readers_test.py"],
 }
 """Tests that meet the mutated module, after the first program."""
@@ -145,8 +146,9 @@ def all_tests(build, numbers, jobs, laws):
         packages = [build.folder / "package"]
         stages.insert(1, lambda left: python_tests(build, build.module(), IN_PYTHON[build.scope], left, jobs, packages))
     for stage in stages:
-        more, also = stage([n for n in numbers if results[n][0] not in NOTICED])
-        results |= {n: more[n] for n in numbers if n in more and more[n][0] != "unreached"}
+        left = [n for n in numbers if results[n][0] not in NOTICED]
+        more, also = stage(left)
+        results |= {n: more[n] for n in left if n in more and more[n][0] != "unreached"}
         reached |= also
     return results, reached
 
