@@ -145,6 +145,14 @@ class JointSamples:
         edges = np.searchsorted(self.case_index, np.arange(len(self.cases) + 1))
         return [(case, slice(int(edges[i]), int(edges[i + 1]))) for i, case in enumerate(self.cases)]
 
+    def passes(self) -> list[tuple[slice, float]]:
+        """The samples of each case, and how often it is passed through in the spectrum: never, if it lasts no time."""
+        found = []
+        for _, part in self.slices():
+            lasts = float(np.diff(self.time[part]).sum())
+            found.append((part, float(self.weight[part].sum()) / lasts if lasts > 0 else 0.0))
+        return found
+
 
 def moved(undetermined: Sequence[str], move: Array) -> tuple[str, ...]:
     """What is open of a wrench after its moment was moved by move × force: moments that get a share of an open force are open, too."""
