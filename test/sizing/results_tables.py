@@ -22,7 +22,7 @@ AXIS = (0.6, 0.0, 0.8)
 COLUMNS = ("fx", "fy", "fz", "tx", "ty", "tz", "position", "speed", "acceleration", "effort", "rotor")
 
 
-def made_table(cases: dict, kind: str = "revolute", **metadata) -> pa.Table:
+def made_table(cases: dict, kind: str = "revolute", /, **metadata) -> pa.Table:
     """A table of one joint `j` with any numbers: {case: {column: (n)}}, whose columns are `time` and those of COLUMNS; zeros where one is missing."""
     parts = []
     for case, given in cases.items():
