@@ -12,6 +12,8 @@ from ksl.base.errors import CaseError, MotionError
 from ksl.load_cases import case_file
 from ksl.load_cases.case_file import cases_of_text
 from ksl.load_cases.case_result import compute
+from ksl.load_cases.closed_mechanism import closed_mechanism
+from ksl.load_cases.closed_poses import closed_pose, reach_of
 from ksl.load_cases.holding import WorstPose, _nearest, _range, read_pose, worst_pose
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.motion_given import motion_given
@@ -22,11 +24,14 @@ from ksl.load_cases.ranking import Ranking
 from ksl.load_cases.simulated import Simulated, _notes, samples_of, simulated_motion
 from ksl.load_cases.stops import Stop, worst_start
 from ksl.load_cases.summary_table import worst_rows
+from ksl.load_cases.undetermined import _quantities
 from ksl.load_cases.wrench_table import wrenches_of_arrays
 from ksl.load_cases.wrenches_over_time import WrenchOverTime
 from ksl.load_cases.verdict import Use, Verdict, not_given, percent, uses_of
 from ksl.model.mechanism import Joint
+from ksl.motions.closing import Closing
 from ksl.motions.motion import Motion
+from linkages import FOURBAR, SLIDERCRANK
 
 LIMITS = {"lower": -1.0, "upper": 3.0, "velocity": 4.0, "effort": 20.0}
 
@@ -397,8 +402,11 @@ def test_a_wrench_is_held_during_a_stop(robot):
     still = Motion(np.arange(4.0), *np.zeros((3, 4, 1)))
     assert worst_start(m, still, Stop(0.5), [moment]) == 2
     floating = robot(f'<robot name="f">{BODY.format("b")}</robot>', floating_base=True)
-    q, v = np.tile([0.0, 0, 0, 0, 0, 0, 1], (3, 1)), np.outer([1.0, -9, 2], [0, 0, 0, 0, 0, 1])
-    assert worst_start(floating, Motion(np.arange(3.0), q, v, np.zeros((3, 6))), Stop(0.5), []) == 1, "no joint has one coordinate"
+    q = np.tile([0.0, 0, 0, 0, 0, 0, 1], (3, 1))
+    for size in (1.0, 1e-3):
+        v = np.outer([1.0, -9, 2], [0, 0, 0, 0, 0, size])
+        weightless = floating.with_gravity((0.0, 0.0, 0.0))
+        assert worst_start(weightless, Motion(np.arange(3.0), q, v, np.zeros((3, 6))), Stop(0.5), []) == 1, "no joint has one coordinate"
     hinged = robot(f'<robot name="f">{BODY.format("b")}{BODY.format("c")}{HINGE.format("p", "continuous", "b", "c", "")}</robot>', floating_base=True)
     q, v = np.hstack([q, np.zeros((3, 1))]), np.outer([2.0, 0, 0], [0, 0, 9, 0, 0, 0, 0]) + np.outer([0.0, 1, 3], [0, 0, 0, 0, 0, 0, 1])
     assert worst_start(hinged, Motion(np.arange(3.0), q, v, np.zeros((3, 7))), Stop(0.5), []) == 2, "of the hinge, and not of the base"
@@ -498,3 +506,127 @@ def test_a_case_as_it_is_described(robot):
     for time, step in ((np.array([4.0]), 0.0), (np.array([4.0, 4.25, 5.0, 5.25]), 0.25)):
         (case,) = provenance_of([LoadCase(m, Motion(time, *np.zeros((3, len(time), 1)), resolution=np.array([-0.5])))]).cases
         assert (case["step"], case["samples"], case["start"], case["end"], case["resolution"]) == (step, len(time), 4.0, time[-1], {"pin": 0.5})
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "helical", "fixed"])
+@pytest.mark.parametrize("axis", [(0.0, 1.0, 0.0), (0.6, 0.0, 0.8)])
+def test_quantities_are_open_where_a_pattern_changes_them(kind, axis):
+    """Patterns along and across the axis, of forces, moments and both: what they do to the quantities of a wrench."""
+    j = Joint("j", kind, "a", "b", *([1, 1] if kind != "fixed" else [0, 0]), 0, 0, axis, has_axis=kind != "fixed", has_angle=kind in ("revolute", "helical"))
+    wrench, lines = np.arange(1.0, 7)[None], [np.array(axis), np.cross(axis, [0.3, 0.1, 0.9])]
+    for pattern in (np.hstack([f, m]) for f in (*lines, np.zeros(3)) for m in (*lines, np.zeros(3))):
+        before, after = (joint_loads(j, w, None, None).wrench for w in (wrench, wrench + 0.5 * pattern))
+        for patterns in (pattern[None], np.array([np.zeros(6), pattern])):
+            assert {n for n in before if abs(before[n][0] - after[n][0]) > 1e-9} == set(_quantities(j, patterns))
+
+
+@pytest.mark.parametrize(
+    ("placement", "payload", "said"),
+    [
+        ({"at": (0, 0, 0.99)}, None, ""), ({"at": (0, 0, -1.01)}, None, "the point of the moments is 1.01 m from the joint's origin"), ({"at": "world"}, None, ""),
+        ({"points": {"pin": (0.0, 1.01, 0.0)}}, None, "the point of the moments of pin is 1.01 m"), ({"points": {"pin": (0.0, 0.99, 0.0)}}, None, ""),
+        ({}, {"center": (0.0, 0.0, -0.99)}, ""), ({}, {"center": (0.8, 0.8, 0.0)}, "the payload on rod is 1.13137 m from the link's origin"),
+        ({}, {"center": (0.0, 0.0, 0.0), "inertia": (0.99, 0, 0, 0, 0.99, 0, 0, 0, 0.99)}, ""),
+        ({}, {"center": (0.0, 0.0, 0.0), "inertia": (1.03, 0, 0, 0, 1.03, 0, 0, 0, 1.03)}, "the inertia of the payload on rod is that of a body with a radius of 1.015 m"),
+    ],
+)  # fmt: skip
+def test_lengths_beyond_twice_the_extent_are_doubted(robot, placement, payload, said):
+    """Of a rod of 0.5 m: points of moments, payloads, and the radius √(I/m) of their inertia."""
+    m, carried = robot(ROD), [Payload("rod", 1.0, **payload)] if payload else []
+    for p in carried:
+        m = m.with_payload(p.link, p.mass, p.center, None if p.inertia is None else np.reshape(p.inertia, (3, 3)))
+    case = LoadCase(m, Motion(np.zeros(1), *np.zeros((3, 1, 1))), Placement(**placement), payloads=carried)
+    doubts = [line for line in compute(case).doubts if "robot's extent" in line]
+    assert len(doubts) == bool(said) and all(line.startswith(said) for line in doubts)
+
+
+@pytest.mark.parametrize(("file", "named"), [("m.csv", "m.csv"), ("", "lift")])
+def test_errors_name_the_file_of_a_motion_or_its_case(robot, file, named):
+    far = Motion(np.zeros(1), np.zeros((1, 1)), np.full((1, 1), 1e300), np.zeros((1, 1)))
+    for motion, said in ((far, "sample 1 "), (replace(far, v=np.full((1, 1), 1e200), a=np.full((1, 1), 1e200)), "sample 1 ")):
+        with pytest.raises(MotionError, match=f"^{named}: {said}"):
+            compute(LoadCase(robot(ROD), motion, name="lift", motion_file=file))
+
+
+def test_closed_mechanisms_in_words(robot):
+    """The largest error of closure, its time, and its case where there are several; no closure where positions were not closed."""
+    m = robot(FOURBAR, drives=["A"])
+    q = m.close(m.neutral(), hold=["A"]).q[None]
+    cases = [
+        LoadCase(m, Motion(np.zeros(1), q, *np.zeros((2, 1, 3)), closing=x and Closing(("A",), *x, (), 1)), name=name)
+        for name, x in (("none", None), ("small", (1e-12, 0.25)), ("large", (3e-11, 0.75)))
+    ]
+    found = [closed_mechanism(some) for some in (cases[:1], cases[2:], cases)]
+    assert [(x.held, x.error, x.error_time, x.error_case) for x in found] == [((), 0.0, 0.0, ""), (("A",), 3e-11, 0.75, ""), (("A",), 3e-11, 0.75, "large")]
+    assert [dict(x.lines()).get("closure") for x in found] == [None, "largest error 3e-11 m, at 0.75 s", "largest error 3e-11 m, at 0.75 s of large"]
+    assert dict(found[1].lines()) | {"closure": ""} == {
+        "loops": "C, continuous, coupler → rocker", "freedoms": "1, driven by A", "positions": "given for A; all others follow", "redundant equations": "C: 3 of 5", "closure": "",
+    }  # fmt: skip
+    for drives, freedoms, brake, doubted in (("A", 1, False, 0), ("AD", 1, False, 1), ("AD", 2, False, 0), ("AD", 1, True, 0)):
+        motion = Motion(np.zeros(1), q, *np.zeros((2, 1, 3)), closing=Closing(("A",), 0.0, 0.0, (), freedoms))
+        doubts = compute(LoadCase(robot(FOURBAR, drives=list(drives)), motion, brake=brake)).doubts
+        assert len([line for line in doubts if line.startswith("A, D: 2 drives move 1 freedom: ")]) == len(doubts) == doubted
+
+
+def test_poses_within_the_limits_of_joints_that_follow(robot):
+    """Up to a billionth; a position that is given for one of them may differ by a thousandth."""
+    m = robot(SLIDERCRANK, drives=["A"])
+    start, slide = m.close(m.neutral(), hold=["A"]).q, m.joint("S").q_index
+    at = float(start[slide])
+    for beyond, ok in ((0.9e-9, True), (1.1e-9, False)):
+        for limit in (f'lower="0" upper="{at - beyond!r}"', f'lower="{at + beyond!r}" upper="1"'):
+            narrow = robot(SLIDERCRANK.replace('lower="0" upper="1"', limit), drives=["A"])
+            assert reach_of(narrow, start, set()).closed(start[None])[1].tolist() == [ok], limit
+    for off, ok in ((0.9e-3, True), (-0.9e-3, True), (1.1e-3, False), (-1.1e-3, False)):
+        q = start + off * np.eye(m.nq)[slide]
+        if ok:
+            assert closed_pose(m, q, ["A", "S"])[0] == pytest.approx(start, abs=1e-9)
+            continue
+        with pytest.raises(MotionError, match=f"pose: S is given {q[slide]:.6g} m, but with A = .* the loops put it at {at:.6g} m"):
+            closed_pose(m, q, ["A", "S"])
+
+
+def test_round_off_is_that_of_the_largest_effort(robot):
+    """Of a rod that weighs a gram, and swings about a vertical axis."""
+    m, t = robot(ROD.replace('mass value="2"', 'mass value="1e-3"')), np.linspace(0, 1, 30)
+    q, v, a = np.sin(9 * t)[:, None], 9 * np.cos(9 * t)[:, None], -81 * np.sin(9 * t)[:, None]
+    balance = compute(LoadCase(m, Motion(t, q, v, a))).balance
+    kinetic, potential = m.energy(q, v)
+    assert balance.round_off == pytest.approx(power_round_off(t, kinetic, potential, q, v, 1e-3 * 0.25 * np.abs(a).max()), rel=1e-9)
+    assert balance.exchanged == pytest.approx(np.abs(np.gradient(kinetic, t)).max(), rel=1e-12)
+
+
+def test_dampers_between_points_turn_power_into_heat(robot):
+    """c l̇² and the damping of the joint: the balance closes with both, and not without."""
+    damper = '<force_element name="d" damping="3"><link1 link="wall" xyz="1 0.5 0"/><link2 link="rod" xyz="0.5 0 0"/></force_element>'
+    m = robot(ROD.replace("</joint>", '<dynamics damping="0.4"/></joint>').replace("</robot>", damper + "</robot>"), physics=["damping", "force elements"])
+    t = np.linspace(0, 2, 400)
+    q, v = np.sin(3 * t), 3 * np.cos(3 * t)
+    balance = compute(LoadCase(m, Motion(t, q[:, None], v[:, None], -9 * q[:, None]))).balance
+    way = 0.5 * np.column_stack([np.cos(q), np.sin(q)]) - [1, 0.5]
+    rate = np.sum(way * 0.5 * np.column_stack([-np.sin(q), np.cos(q)]) * v[:, None], axis=1) / np.linalg.norm(way, axis=1)
+    assert balance.dissipation == pytest.approx(0.4 * v**2 + 3 * rate**2, rel=1e-9, abs=1e-12) and balance.relative_residual < 1e-6
+
+
+@pytest.mark.parametrize("reached", [0, 1, 2, 3, 11])
+def test_simulations_that_end_early(robot, monkeypatch, reached):
+    """Two samples are a motion.  What was done is told from the beginning on."""
+    m, told = robot(ROD), []
+    whole = m.simulate
+
+    def ends(_, *arguments, progress, **how):
+        run, done = whole(*arguments, **how), {"events": [], "reason": "it stopped", "ended": 3.0}
+        for t in (2.0, 2.5, 4.0) if progress else ():
+            progress(t)
+        q = np.where(np.arange(11)[:, None] < reached, run.q, np.nan)
+        return SimpleNamespace(q=q, **done, **{name: getattr(run, name) for name in ("v", "a", "energy", "drift", "steps")})
+
+    monkeypatch.setattr(type(m), "simulate", ends)
+    how = Simulated(start=2.0, until=4.0, pose={}, velocity={"pin": 1.0}, rate=5.0)
+    if reached < 2:
+        with pytest.raises(MotionError, match="simulation: it stopped at its beginning, 3 s; check the start, gains and units"):
+            simulated_motion(m, how, None, [])
+        return
+    motion, _ = simulated_motion(m, how, None, [], lambda done, of: told.append((done, of)))
+    assert motion.time == pytest.approx(2 + 0.2 * np.arange(reached)) and motion.source.samples == reached
+    assert told == [(0.0, 2.0), (0.5, 2.0), (2.0, 2.0)]

@@ -193,7 +193,7 @@ def test_extent(folder):
     m = ksl.load(folder / "arm.urdf")
     assert extent(m) == pytest.approx(1.0, rel=1e-12)
     loaded = m.with_payload("tip", 2.0, (0, 0, 50))
-    assert extent(loaded) > 50 and extent(loaded, [("tip", 2.0, (0, 0, 50))]) == pytest.approx(1.0, rel=1e-12)
+    assert extent(loaded) > 50 and extent(loaded, [("tip", 2.0, (0, 0, 50), 0.0)]) == pytest.approx(1.0, rel=1e-12)
     point = ksl.load_string('<robot name="p"><link name="l"><inertial><mass value="1"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>')
     assert extent(point) == 0.0 and far("it is", 1e9, extent(point)) == []  # nothing to judge by
 

@@ -303,7 +303,7 @@ def test_the_numbers_that_a_catalogue_can_have(key):
 def test_the_numbers_of_a_whole_file(top, is_taken):
     tables = {"component": [{"joint": "a", "kind": "limits"}]} | top
     if is_taken:
-        assert components_of(tables).parts
+        assert components_of(tables).parts and components_of({"component": tables["component"], "reliability": None}).reliability == 90
         return
     with pytest.raises(SizingError):
         components_of(tables)

@@ -10,6 +10,7 @@ import rainflow
 from results_tables import AXIS, made_table
 
 import ksl
+from ksl.base.errors import SizingError
 from ksl.sizing.figures import Figure, significant
 
 K = np.array(AXIS)
@@ -347,6 +348,51 @@ def test_amplitudes_envelopes_stands_and_emergencies(sized):
         case: pytest.approx(1e4 / (2 * N * speed(cases[case])[rows].max() / (2 * math.pi) * half[case][rows].sum()), rel=1e-9)
         for case, rows in above.items() if (speed(cases[case])[rows] > 0).any()
     }  # fmt: skip
+
+
+def flange(**keys):
+    part = {"joint": "j", "kind": "bolted flange", "load_factor": PHI, "preload": 5000.0, "friction": 0.12, "required_clamp": 700.0, "amplitude_limit": 9.0, "yield_force": 9e3}
+    return [f.value for f in ksl.size(made_table(loads(1)), {"component": [part | keys]}).in_order]
+
+
+@pytest.mark.parametrize(("normal", "x_axis"), [(None, [0.8, 0, -0.6]), ([0, 0, -2], [3, 0, 0]), ([1, 0, 0], [0, 1, 0]), ([0.91, 0, 0.4], [0, 1, 0]), ([0.89, 0, 0.46], [1, 0, 0])])
+def test_a_circle_of_bolts_is_its_points(normal, x_axis):
+    """Counted from first_angle on.  x is the joint's in the flange's plane; y, where the normal is nearer to x than about 26°."""
+    angles = np.radians(20) + 2 * np.pi * np.arange(5) / 5
+    places, at = {"normal": normal} if normal else {}, {"at": [0.1, 0.2, 0.3]}
+    circle = flange(bolts=5, circle_diameter=0.3, first_angle_deg=20.0, **places, **at)
+    points = flange(points=(0.15 * np.column_stack([np.cos(angles), np.sin(angles)])).tolist(), x_axis=x_axis, **places, **at)
+    assert circle == pytest.approx(points, rel=1e-9) and len(circle) == 7
+    assert flange(bolts=5, circle_diameter=0.3, **places, **at) != pytest.approx(points, rel=1e-6)
+    normal = np.array(normal or AXIS) / np.linalg.norm(normal or AXIS)
+    for length in (1e-4, 1e4):  # a direction of any length may lean by a millionth, and less is along the normal
+        lean = lambda angle: flange(bolts=5, circle_diameter=0.3, x_axis=(length * (normal + angle * np.array([0, 1.0, 0]))).tolist(), **places, **at)
+        assert len(lean(1.1e-6)) == 7
+        with pytest.raises(SizingError, match="x_axis is zero or along the normal"):
+            lean(0.9e-6)
+
+
+@pytest.mark.parametrize(("turn", "repetitions", "slow"), [(6.2, 1, True), (6.3, 1, False), (6.3, 0, True)])
+def test_lives_of_joints_that_turn_less_than_once_are_an_indication(turn, repetitions, slow):
+    """In any case of the cycle."""
+    move = lambda way: {"time": [0.0, 1, 2], "position": [5 + way, 5, 5 + way / 2], "speed": way, "fx": 9.0}
+    part = {"joint": "j", "kind": "crossed roller bearing", "pitch_diameter": 0.1, "C": 1e4}
+    table = made_table({"a": move(1.0), "b": move(turn), "pose": {"time": [0.0], "speed": 1.0}})
+    f = next(f for f in ksl.size(table, {"component": [part], "cases": {"b": repetitions}}).figures if f.figure == "L10h")
+    assert ("indication only" in f.note) == slow
+
+
+@pytest.mark.parametrize(("own", "of_file", "hours", "a1"), [({}, {}, None, 1.0), ({}, {"required_life_h": 300.0, "reliability": 99.0}, 300.0, 0.25),
+                                                         ({"required_life_h": 70.0, "reliability": 95.0}, {"required_life_h": 300.0, "reliability": 99.0}, 70.0, 0.64)])  # fmt: skip
+def test_lives_that_are_asked_for(own, of_file, hours, a1):
+    """Of a component, or otherwise of the file; the rating life is C/P = 3 to the power of 10/3 times a1."""
+    table = made_table({"a": {"time": [0.0, 60.0], "speed": 2 * math.pi, "fx": 3000 * AXIS[2], "fz": -3000 * AXIS[0], "position": [0, 60.0]}})
+    part = {"joint": "j", "kind": "crossed roller bearing", "pitch_diameter": 0.1, "load_factor": 1.0, "C": 9000.0}
+    sizing = ksl.size(table, {"component": [part | own], **of_file})
+    f = next(f for f in sizing.figures if f.figure == "L10h")
+    assert f.value == pytest.approx(a1 * 3 ** (10 / 3) * 1e6 / 3600, rel=1e-12) and f.limit == hours
+    assert f.utilisation == (None if hours is None else pytest.approx(hours / f.value, rel=1e-12))
+    assert any("the limit of “L10h”" in str(x) for x in sizing.left_out) == (hours is None)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import ksl
 import numpy as np
+import openpyxl
 import pyarrow.parquet as pq
 import pytest
 from growth import work
@@ -147,6 +148,13 @@ def test_files_and_another_robot(sizing, tmp_path, loads):
     assert [float(r["value"]) for r in rows] == [f.value for f in sizing.figures]
     said = json.loads((tmp_path / "sizing.json").read_text(encoding="utf-8"))
     assert said["verdict"] == sizing.verdict and len(said["figures"]) == len(sizing.figures)
+    assert "sizing.xlsx" in sizing.write(tmp_path, xlsx=True)
+    book = openpyxl.load_workbook(tmp_path / "sizing.xlsx")
+    for name, table in (("Sizing", sizing.table), ("Peaks", sizing.peak_table)):
+        cells = {head: units for head, units in zip(*([c.value for c in row] for row in book[name].iter_rows(max_row=2)), strict=True)}
+        assert list(cells) == table.column_names and cells["time"] == "s" and cells["joint"] in (None, "")
+    assert cells["bending_moment"] == "N m" and book["Peaks"].max_row == 2 + len(sizing.peaks)
+    assert book["About"]["A1"].value == "made by" and "robot panda" in book["About"]["B1"].value
     (tmp_path / "sizing.json").write_text('{"robot": "ur5", "figures": []}')
     with pytest.raises(SizingError, match="holds the sizing of ur5, and this is panda; .*--force"):
         sizing.write(tmp_path)

@@ -16,20 +16,20 @@ FAR = 2.0
 HEAVY_GRAVITY = 1000.0
 """m/s²; that of the earth is 9807 mm/s², and that of the moon 1625."""
 
-PointMass = tuple[str, float, Sequence[float]]
-"""Link, mass in kg, point in the link's frame in m."""
+Carried = tuple[str, float, Sequence[float], float]
+"""Of a body on a link: the link, mass in kg, centre in the link's frame in m, and the sum of its principal moments about it, kg m², 0 for a point mass."""
 
 
-def extent(model: Calls, carried: Iterable[PointMass] = ()) -> float:
+def extent(model: Calls, carried: Iterable[Carried] = ()) -> float:
     """How far the robot reaches, m: the longest way from its root along the origins of joints to a link, and on to that link's mass.
 
-    carried: payloads that the model has, whose places don't count.  Ways are those of the neutral position; slides count with their limits.
+    carried: payloads that the model has, whose places and inertias don't count.  Ways are those of the neutral position; slides count with their limits.
     0 where all is at one point.  O(links).
     """
     links = model.links
     own = {link.name: np.array([link.mass, link.inertia[0] + link.inertia[1] + link.inertia[2]]) for link in links}
-    for name, mass, point in carried:
-        own[name] -= mass, 2 * mass * float(np.dot(point, point))
+    for name, mass, point, moments in carried:
+        own[name] -= mass, 2 * mass * float(np.dot(point, point)) + moments
     origins = model.frame_poses(model.neutral(), [f"link:{link.name}" for link in links])[:, :3, 3]
     at = {link.name: i for i, link in enumerate(links)}
     reach: dict[str, float] = {}

@@ -45,9 +45,9 @@ class Spectrum:
     """Shares of time, if these are given; cases without one have 0."""
 
     def scale(self, case: str, length: float) -> float:
-        """Factor of the durations of a case that lasts `length` seconds."""
+        """Factor of the durations of a case that lasts `length` seconds, more than 0."""
         if self.shares:
-            return self.shares.get(case, 0.0) / length if length > 0 else 0.0
+            return self.shares.get(case, 0.0) / length
         return self.repetitions.get(case, 1.0)
 
 
