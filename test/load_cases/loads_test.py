@@ -16,23 +16,8 @@ from ksl.load_cases.verdict import uses_of
 from ksl.model.mechanism import Joint
 from ksl.motions.motion import Motion, complete
 
-COLUMNS = [
-    "case",
-    "time",
-    "joint",
-    "fx",
-    "fy",
-    "fz",
-    "tx",
-    "ty",
-    "tz",
-    "constraint_fx",
-    "constraint_fy",
-    "constraint_fz",
-    "constraint_tx",
-    "constraint_ty",
-    "constraint_tz",
-]
+WRENCH = ["fx", "fy", "fz", "tx", "ty", "tz"]
+COLUMNS = ["case", "time", "joint", *WRENCH, *(f"constraint_{c}" for c in WRENCH)]
 TAIL = ["position", "speed", "acceleration", "effort", "power", "on", "at", "axes"]
 
 

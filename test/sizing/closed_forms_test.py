@@ -313,19 +313,6 @@ def test_a_swing_fatigues_what_carries_its_weight(robot):
         assert counted["damage of one hour" if "shares" in how else "damage of one pass"].value == pytest.approx(cycles * damage, rel=1e-9)
 
 
-def test_the_case_that_governs_a_mean_torque_is_that_of_its_power(robot):
-    """Σ |T|^p |n| Δt: 6.6 N m at 0.1 rad/s with p = 20 outweigh 4.9 N m at 1 rad/s; with p = 1 it is the other way round."""
-    m, t = robot(PENDULUM), np.linspace(0, 0.1, 101)
-
-    def passing(angle, speed):
-        return t, angle + speed * (t[:, None] - 0.05), np.full((101, 1), speed), np.zeros((101, 1))
-
-    table = results_table(m, {"slow": passing(math.acos(0.67), 0.1), "fast": passing(math.pi / 3, 1.0)})
-    for exponent, case in ((1.0, "fast"), (20.0, "slow")):
-        f = figures(ksl.size(table, component("pivot", "planetary gear", ratio=50, nominal_torque=10.0, torque_exponent=exponent)))
-        assert f["mean torque"].case == case
-
-
 # load spectra
 
 

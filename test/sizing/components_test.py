@@ -231,17 +231,8 @@ def test_tables_may_hold_tuples_and_arrays():
 def test_lines_of_keys():
     text = 'a = 1\n[b]\n"c d" = 2\n[[e]]\nf = 3\n[e.g]\nh = 4\n[[e]]\n  f=5\ni.j = 6\n'
     lines = toml_lines(text)
-    assert [lines[p] for p in (("a",), ("b",), ("b", "c d"), ("e", 0), ("e", 0, "f"), ("e", 0, "g", "h"), ("e", 1), ("e", 1, "f"), ("e", 1, "i", "j"))] == [
-        1,
-        2,
-        3,
-        4,
-        5,
-        7,
-        8,
-        9,
-        10,
-    ]
+    paths = [("a",), ("b",), ("b", "c d"), ("e", 0), ("e", 0, "f"), ("e", 0, "g", "h"), ("e", 1), ("e", 1, "f"), ("e", 1, "i", "j")]
+    assert [lines[p] for p in paths] == [1, 2, 3, 4, 5, 7, 8, 9, 10]
     assert line_of(lines, "e", 0, "g", "missing") == 6 and line_of(lines, "z") is None
 
 

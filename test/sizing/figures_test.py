@@ -185,7 +185,7 @@ def rotor(x):
 
 
 def crossed(x):
-    (F, M), (_, about) = wrench(x), wrench(x, 0.05 * K)
+    F, about = wrench(x, 0.05 * K)
     Fr, Fa = across(F) + 2 * across(about) / DP, abs(F @ K)
     return np.where(Fa <= 1.5 * Fr, Fr + 0.45 * Fa, 0.67 * (Fr + Fa))
 
