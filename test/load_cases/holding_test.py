@@ -5,6 +5,8 @@ import pyarrow.parquet as pq
 import pytest
 
 import ksl
+from ksl.load_cases.holding import worst_pose
+from ksl.load_cases.placement import Placement
 from ksl_command import run_ksl
 
 M1, M2, L1, L2, G = 3.0, 1.5, 0.6, 0.4, 9.81
@@ -65,6 +67,16 @@ def test_the_worst_pose_is_the_best_of_a_fine_grid(arm):
 def test_the_search_is_reproducible_and_keeps_named_joints(arm):
     first, again = (ksl.hold(arm, {"shoulder": 2.0}, worst="elbow").cases[0].motion.q[0] for _ in range(2))
     assert np.array_equal(first, again) and first[0] == 2.0 and first[1] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-3, 1e9])
+def test_the_worst_pose_does_not_depend_on_units_of_mass(arm, size):
+    """Forces of an arm in other units are so many times the same, in the same pose; a maximum within the limits, which is smooth."""
+    of = lambda gravity: worst_pose(arm.with_gravity((0.0, 0.0, gravity)), "shoulder", "fx", Placement(), np.zeros(2), set())
+    usual, other = of(-G), of(-G * size)
+    assert usual.value == pytest.approx((M1 + M2) * G, rel=1e-9) and other.value == pytest.approx(size * usual.value, rel=1e-9)
+    for found in (usual, other):
+        assert found.q[0] == pytest.approx(np.pi / 2, abs=1e-4) and found.converged and found.agree == found.ended == found.refined > 1
 
 
 def test_the_worst_of_a_component(arm):
