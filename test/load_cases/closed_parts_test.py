@@ -148,4 +148,5 @@ def test_starts_are_computed_in_parts(starts, samples):
     """All of them in order, each part with no more states than are computed at a time, if more than one start."""
     parts = stops._parts(np.arange(starts), samples)
     assert np.concatenate([*parts, []]).tolist() == list(range(starts))
-    assert all(len(part) * samples <= stops.STATES or len(part) == 1 for part in parts) and len(parts) <= starts * samples // (stops.STATES - samples) + 1 or samples > stops.STATES
+    whole = max(1, stops.STATES // samples)
+    assert all(len(part) == whole for part in parts[:-1]) and all(len(part) <= whole for part in parts)

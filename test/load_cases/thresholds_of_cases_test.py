@@ -19,9 +19,10 @@ from ksl.load_cases.holding import WorstPose, _nearest, _range, read_pose, worst
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.motion_given import motion_given
 from ksl.load_cases.poses import neutral, pose_of
-from ksl.load_cases.provenance import Provenance, provenance_of
+from ksl.load_cases.provenance import Provenance, joint_description, provenance_of
 from ksl.load_cases.quantities import PowerBalance, first_extreme, power_round_off, rms, summarise, joint_loads, unit, work
 from ksl.load_cases.ranking import Ranking
+from ksl.load_cases.simulate_keys import simulated_of
 from ksl.load_cases.simulated import Simulated, _notes, samples_of, simulated_motion
 from ksl.load_cases.stops import Stop, worst_start
 from ksl.load_cases.summary_table import worst_rows
@@ -622,3 +623,72 @@ def test_dampers_between_points_turn_power_into_heat(robot):
     assert (*found.length, *found.tension) == pytest.approx((length.min(), length.max(), 3 * rate.min(), 3 * rate.max()), rel=1e-9)
     for physics in ((), ("damping",)):
         assert element_ranges(replace(case, model=m.with_physics(physics))) == []
+
+
+def files_beside(folder):
+    """A motion of the rod with a speed of 4 rad/s at its first sample, and a table of wrenches whose last line may be cut off."""
+    (folder / "m.csv").write_text("time,pin,pin.v,pin.a\n" + "".join(f"{k / 2},{k / 9},{4 - k / 2},-1\n" for k in range(7)))
+    (folder / "w.csv").write_text("time,fz,tx\n0,1,2\n1,3,4")
+    return lambda m, keys, name="a", **more: cases_of_text(m, f"[cases.{name}]\n{keys}\n", str(folder / "c.toml"), **more)
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ("external = [{ link = 'rod', file = 'w.csv' }]", ["w.csv has no line end"]), ("external = [{ link = 'rod', wrench = [0,0,1,0,0,0], point = [0, 0.8, 0.7] }]", ["the point of external wrench 1, on rod, is 1.06301 m"]),
+        ("external = [{ link = 'rod', wrench = [0,0,1,0,0,0], point = [0, 0.7, 0.7] }]", []), ("hold = true", []), ("hold = false\nsimulate = false", []),
+        ("external = [{ link = 'rod', wrench = [0,0,1,0,0,0] }, { link = 'rod', file = 'w.csv' }, { link = 'rod', wrench = [0,0,1,0,0,0], point = [2, 0, 0] }]", ["w.csv", "external wrench 3, on rod, is 2 m"]),
+    ],
+)  # fmt: skip
+def test_doubts_about_what_a_case_names(robot, tmp_path, keys, said):
+    """Beside those about its motion, and of this case alone."""
+    read, m = files_beside(tmp_path), robot(ROD)
+    (case, other) = read(m, f"motion = 'm.csv'\n{keys}\n[cases.b]\nmotion = 'm.csv'")
+    assert len(case.motion.doubts) == len(said) and not other.motion.doubts
+    assert all(words in line for words, line in zip(said, case.motion.doubts, strict=True)), case.motion.doubts
+    assert (case.kind, case.brake, case.static) == (("held at rest by brakes", True, True) if "true" in keys else ("motion", False, False))
+
+
+def test_what_held_and_stopped_motions_share(robot, tmp_path):
+    """Doubts about units, and none about noise."""
+    noise = np.random.default_rng(0).normal(size=300)
+    (tmp_path / "m.csv").write_text("time,pin\n" + "".join(f"{k / 99},{500 * np.sin(k / 50) + x}\n" for k, x in enumerate(noise)))
+    moved, held, stopped = cases_of_text(
+        robot(ROD), "[defaults]\nmotion = 'm.csv'\n[cases.a]\n[cases.b]\nhold = true\n[cases.c]\nstop = { time = 1, from = 0 }\n", str(tmp_path / "c.toml")
+    )
+    degrees = [line for line in moved.motion.doubts if "are these degrees?" in line]
+    assert len(degrees) == 1 < len(moved.motion.doubts) and held.motion.doubts == stopped.motion.doubts == degrees
+
+
+@pytest.mark.parametrize(("time", "beyond"), [(3.3e-308, True), (3.4e-308, False), (1.0, False), (4.45e307, False), (4.55e307, True)])
+def test_stops_within_the_range_of_numbers(robot, tmp_path, time, beyond):
+    """From 4 rad/s: neither 1.5 v/T nor v T are beyond 1.8e308."""
+    try:
+        files_beside(tmp_path)(robot(ROD), f"motion = 'm.csv'\nstop = {{ time = {time!r}, from = 0 }}")
+        said = ""
+    except CaseError as e:
+        said = str(e)
+    assert ("from 4 rad/s or m/s the deceleration or the way is beyond the range of numbers" in said) == beyond, said
+
+
+def test_keys_of_a_simulation():
+    """Each of them, alone and with all others, and what is taken for those that are not there."""
+    given = {
+        "until": 2, "from": 0.5, "pose": {"pin": 1}, "velocity": {"pin": 3}, "controller": "pd", "stiffness": 7, "damping": {"pin": 2}, "brake_at": 1, "brake": {"pin": 9}, "friction": 0.1,
+        "restitution": 0.5, "rate": 100, "method": "rk4", "step": 0.01, "rtol": 1e-6, "atol": 1e-7,
+    }  # fmt: skip
+    names = {"start" if key == "from" else key: x for key, x in given.items()}
+    assert simulated_of("x", given) == Simulated(**names) and simulated_of("x", {}) == Simulated()
+    for (key, x), name in zip(given.items(), names, strict=True):
+        assert simulated_of("x", {key: x}) == Simulated(**{name: x})
+    usual = Simulated()
+    assert (usual.controller, usual.stiffness, usual.damping, usual.rate, usual.method, usual.rtol, usual.atol) == ("none", 0.0, 0.0, 250.0, "dop853", 1e-9, 1e-9), "docs/cases.md"
+    for wrong in ({"pose": 3}, {"velocity": 3.0}, {"rate": True}, {"rate": np.inf}, {"stiffness": {"pin": "x"}}, {"method": 4}, {"until": "1"}, 3):
+        with pytest.raises(CaseError, match="^x"):
+            simulated_of("x", wrong)
+
+
+def test_limits_of_zero_are_none_in_results():
+    said = joint_description(joint(lower=-1.0, upper=None, velocity=0.0, effort=5.0))
+    assert {key: said[key] for key in LIMITS} == {"lower": -1.0, "upper": None, "velocity": None, "effort": 5.0} and said["axis"] == [0, 1, 0]
+    assert joint_description(joint(velocity=2.0, effort=0.0))["effort"] is None and joint_description(replace(joint(), has_axis=False))["axis"] is None
