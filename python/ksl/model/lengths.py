@@ -29,7 +29,7 @@ def extent(model: Calls, carried: Iterable[Carried] = ()) -> float:
     links = model.links
     own = {link.name: np.array([link.mass, link.inertia[0] + link.inertia[1] + link.inertia[2]]) for link in links}
     for name, mass, point, moments in carried:
-        own[name] -= mass, 2 * mass * float(np.dot(point, point)) + moments
+        own[model.link(name).name] -= mass, 2 * mass * float(np.dot(point, point)) + moments
     origins = model.frame_poses(model.neutral(), [f"link:{link.name}" for link in links])[:, :3, 3]
     at = {link.name: i for i, link in enumerate(links)}
     reach: dict[str, float] = {}
