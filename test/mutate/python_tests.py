@@ -137,8 +137,8 @@ class Fixtures:
         self.mutated.clear()
         yield
         during, name = bytes(self.mutated.reached), f"{fixturedef.baseid} {fixturedef.argname}"
-        seconds, reached = self.made.get(name, (0, bytes(len(during))))
-        self.made[name] = max(seconds, seconds_used() - start), merged(reached, during)
+        seconds, reached = self.made.get(name, (float("inf"), bytes(len(during))))
+        self.made[name] = min(seconds, seconds_used() - start), merged(reached, during)  # the first of several may import modules
         self.mutated.reached[:] = before
 
     def of(self, item):

@@ -461,4 +461,4 @@ def test_the_envelope_of_a_drive():
 
     share = envelope_share([1, -2, 1, 0, 3], [0, 1500, -2000, 2200, 3000], [1000, 2000], [2, 1])
     np.testing.assert_allclose(share, [0.5, 2 / 1.5, 1, 1.1, 3])
-    assert envelope_share([1.0], [10], [0, 10], [1, 0])[0] == np.inf
+    assert envelope_share([1.0, 0.0], [10, 10], [0, 10], [1, 0]).tolist() == [np.inf, 0.0]

@@ -58,7 +58,8 @@ GEAR = 'kind = "strain wave gear"\nratio = 100\n'
         ('[[component]]\njoint = "a"\njoints = ["b"]\nkind = "motor"\n', 'expected joint = "NAME"'),
         (HEAD + GEAR + "rated_torqe = 3\n", ":7: no strain wave gear key named 'rated_torqe'; did you mean 'rated_torque'"),
         (HEAD + GEAR + 'rated_torque = "67"\n', ":7: rated_torque = '67': expected a number, N m"),
-        (HEAD + GEAR + "rated_torque = true\n", ":7: rated_torque = True: expected a number"),
+        (HEAD + GEAR + "rated_torque = true\n", ":7: rated_torque = True: expected a number, N m$"),
+        (HEAD + GEAR + "efficiency = '0.8'\n", ":7: efficiency = '0.8': expected a number$"),
         (HEAD + 'kind = "motor"\ntorque_speed = [[0, 1], [0, 2]]\n', ":6: torque_speed.*increasing speeds"),
         (HEAD + 'kind = "motor"\nname = 3\n', ":6: name = 3: expected text in quotes"),
         (HEAD + 'kind = "bolted flange"\nbolts = 6\n', "a bolt circle needs both bolts and circle_diameter"),
@@ -67,7 +68,7 @@ GEAR = 'kind = "strain wave gear"\nratio = 100\n'
         (HEAD + 'kind = "bolted flange"\nbolts = 6.5\ncircle_diameter = 0.1\n', ":6: bolts = 6.5: expected a whole number"),
         (HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = -0.1\n', ":7: circle_diameter = -0.1 must be positive"),
         (HEAD + 'kind = "bolted flange"\npoints = [[0, 0], [1, 0]]\n', "at least three bolts"),
-        (HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = 0.1\nat = [0, 0]\n', ":8: at = .0, 0.: expected three numbers"),
+        (HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = 0.1\nat = [0, 0]\n', ":8: at = .0, 0.: expected three numbers .x, y, z.$"),
         (
             HEAD + 'kind = "bearing pair"\nlocating = { type = "deep groove", position = 0.1 }\n',
             "bearing pair without floating; write a table .component.floating.",
@@ -253,6 +254,10 @@ DEFAULTS = {
 def test_what_is_taken_for_keys_that_are_left_out():
     keys = [(kind.name, key) for kind in KINDS.values() for outer in kind.keys for key in (outer, *outer.keys)]
     assert {(kind, key.name): key.default for kind, key in keys if key.default is not None} == DEFAULTS
+    shares = {"efficiency", "gear_efficiency", "thread_friction", "yield_share", "load_introduction", "load_factor"}  # at most the whole
+    largest = {(kind, key.name): key.largest for kind, key in keys if key.largest is not None}
+    assert {name for _, name in largest} == {*shares, "torque_exponent", "k"} and ("crossed roller bearing", "load_factor") not in largest
+    assert all(x == (1 if name in shares else 100) for (_, name), x in largest.items())
 
 
 CIRCLE = {"kind": "bolted flange", "bolts": 3, "circle_diameter": 0.1}
