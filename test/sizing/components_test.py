@@ -166,17 +166,6 @@ def test_missing_and_negative_numbers_leave_figures_out(file, table, lines, figu
     assert all(np.isfinite(f.value) or f.unit == "h" for f in sizing.figures)
 
 
-def test_a_motor_takes_ratio_and_efficiency_of_the_gear_on_its_joint(file, table):
-    own = ksl.size(table, file(HEAD + 'kind = "motor"\nrotor_inertia = 1e-5\ngear_ratio = 50\ngear_efficiency = 0.7\n'))
-    of_gear = ksl.size(
-        table,
-        file(HEAD + 'kind = "motor"\nrotor_inertia = 1e-5\n[[component]]\njoint = "panda_joint2"\nkind = "planetary gear"\nratio = 50\nefficiency = 0.7\n'),
-    )
-    values = [[f.value for f in s.in_order if f.kind == "motor"] for s in (own, of_gear)]
-    assert values[0] == values[1] and len(values[0]) >= 5
-    assert any("(planetary gear)" in f.inputs for f in of_gear.figures)
-
-
 def test_the_example_has_every_kind_and_key_and_can_be_used(file, table):
     text = example_file("panda_joint2")
     used = text.replace('joint = "panda_joint2"           #', 'joint = "panda_joint2" #')
@@ -355,6 +344,7 @@ def test_the_first_gear_of_a_joint_and_what_its_motor_states():
         sizing = ksl.size(table, {"component": [{"joint": "j", "kind": "motor", "rotor_inertia": 0, **own}, *gears]})
         assert next(f for f in sizing.figures if f.figure == "peak torque").value == pytest.approx(torque, rel=1e-12)
         assert not any("without losses" in str(x) for x in sizing.left_out)
+        assert any("η = 0.5 (x)" in f.inputs for f in sizing.figures) == ("gear_efficiency" not in own)
     for ratio, said in ((1, False), (3, True)):
         alone = ksl.size(table, {"component": [{"joint": "j", "kind": "motor", "rotor_inertia": 0, "gear_ratio": ratio}]})
         assert any("gear_efficiency is not given" in str(x) for x in alone.left_out) == said

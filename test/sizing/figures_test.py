@@ -337,6 +337,10 @@ def test_amplitudes_envelopes_stands_and_emergencies(sized):
     assert amplitude.value == pytest.approx(PHI * swings.max() / 2, rel=1e-9) and f"bolt = {swings.argmax() + 1} at" in amplitude.inputs
     low, high = re.search(r"F_A = (\S+) to (\S+) N", amplitude.inputs).groups()
     assert PHI * (float(high) - float(low)) / 2 == pytest.approx(amplitude.value, rel=2e-3)
+    (cloud,) = sizing.clouds
+    assert cloud.rpm == pytest.approx(N * RPM * np.concatenate([x["speed"] for x in cases.values()]), rel=1e-12)
+    assert cloud.torque == pytest.approx(np.concatenate([rotor(x) for x in cases.values()]), rel=1e-9)
+    assert (cloud.curve, cloud.continuous) == (PARTS[0]["torque_speed"], PARTS[0]["continuous_torque_speed"])
     outside = sum(np.count_nonzero(envelope(x) > 1) for x in cases.values())
     assert figure_of(sized, "motor", "torque–speed envelope").note == (f"{outside} of 160 samples are outside the envelope" if outside else "")
     half = {case: np.append(np.diff(x["time"]), 0) / 2 + np.append(0, np.diff(x["time"])) / 2 for case, x in cases.items()}
