@@ -226,6 +226,8 @@ def test_cases_that_govern_come_first():
 def test_starts_of_long_motions(samples, starts):
     time = 5 + np.linspace(0, 8, samples)
     assert len(Stop(1.0).starts(Motion(time, *np.zeros((3, samples, 1))))) == starts
+    uneven = Motion(np.linspace(0, 2, samples) ** 2, *np.zeros((3, samples, 1)))
+    assert (len(Stop(1.0).starts(uneven)) == samples) == (samples <= 2000)
 
 
 @pytest.mark.parametrize("law", ["cubic", "linear"])
@@ -394,6 +396,13 @@ def test_numbers_beyond_the_range_name_sample_and_quantity(robot, sample):
             compute(LoadCase(robot(ROD), Motion(np.arange(5.0), np.zeros((5, 1)), v, a)))
 
 
+def test_a_balance_beyond_the_range_is_refused(robot):
+    """A speed that ends at once: wrenches and energies are numbers, and the rate of the energy is none."""
+    v = np.where(np.arange(8) < 4, 1e74, 0.0)[:, None]
+    with pytest.raises(MotionError, match="motion: power balance: energy or power of all joints is not finite"):
+        compute(LoadCase(robot(ROD), Motion(1e-170 * np.arange(8), np.zeros((8, 1)), v, np.zeros((8, 1)))))
+
+
 # what few cases use
 
 
@@ -468,6 +477,9 @@ def test_a_pose_without_needless_turns(pose, nearest, angle, loses):
     size = lambda poses: 5 * np.where(np.abs(np.sin((poses[:, 0] - pose) / 2)) < 1e-9, 1.0, 1 - loses) if angle else 5 * np.where(poses[:, 0] == pose, 1.0, 0.0)
     assert _nearest(np.array([pose]), np.array([0.1]), [(joint(**kind), (-20.0, 20.0))], size)[0] == pytest.approx(nearest)
     assert _nearest(np.array([7.0]), np.array([0.1]), [(joint(), (5.0, 9.0))], size)[0] == 7, "beyond the bounds"
+    if angle and loses == 1:
+        nearer = _nearest(np.array([pose]), np.array([-3.0]), [(joint(), (-99.0, 99.0))], size)[0]
+        assert nearer == pytest.approx(min((pose + k * math.tau for k in (-2, -1, 0, 1, 2)), key=lambda x: abs(x + 3)))
 
 
 @pytest.mark.parametrize(("most", "ok"), [(7, True), (6, False)])
