@@ -209,7 +209,11 @@ def test_what_loads_refuses(flange):
 
 
 def test_one_joint_by_its_name(flange):
-    assert ksl.compute_loads(flange, held(flange), joints="pin").wrenches.equals(ksl.compute_loads(flange, held(flange), joints=["pin"]).wrenches)
+    """Also with the prefix that says what it is."""
+    run = lambda joints, at: ksl.compute_loads(flange, held(flange), joints=joints, at=at).wrenches
+    plain = run(["pin"], {"pin": (0, 0, 0.1)})
+    assert plain["joint"].unique().to_pylist() == ["pin"] and plain["at"].unique().to_pylist() == ["joint + 0 0 0.1"]
+    assert all(run(joints, {name: (0, 0, 0.1)}).equals(plain) for joints in ("pin", "joint:pin", ["joint:pin"]) for name in ("pin", "joint:pin"))
 
 
 NARROW = 80
