@@ -295,7 +295,7 @@ def test_the_numbers_of_a_whole_file(top, is_taken):
 
 
 def test_integers_that_are_beyond_any_number():
-    for number, said in ((-(10**299), "is out of range: magnitudes are between 1e-30 and 1e[+]30"), (-2 * 10**300, "expected factors")):
+    for number, said in ((-(10**299), "is out of range: magnitudes are between 1e-30 and 1e[+]30"), (-105 * 10**298, "expected factors")):
         with pytest.raises(SizingError, match=said):
             components_of({"component": [{"joint": "b", "kind": "fatigue", "stress": {"fx": number}}]})
 

@@ -38,15 +38,19 @@ PARTS = [
 
 
 def loads(seed: int) -> dict[str, dict[str, np.ndarray]]:
-    """Three cases, each with sizes, a length and a beginning of its own, in which the joint stands now and then; and an emergency."""
-    rng, cases = np.random.default_rng(seed), {}
+    """Three cases, each with sizes, a length and a beginning of its own, in which the joint stands now and then; and an emergency.
+
+    With odd seeds larger loads last shorter and are slower, so that no case outweighs the others: of T² Δt, or of T³ |n| Δt.
+    """
+    rng, cases, n = np.random.default_rng(seed), {}, 40
     for name in ("a", "b", "c", "emergency"):
-        n = 40
-        time = rng.uniform(0, 90) + np.cumsum(rng.uniform(0.2, 1, n)) * 10 ** rng.uniform(-1, 1)
-        columns = {c: 10 ** rng.uniform(0.3, 2) * rng.normal(size=n) for c in ("fx", "fy", "fz", "tx", "ty", "tz")}
-        speed = 10 ** rng.uniform(-1.5, 0.5) * rng.normal(size=n)
+        size, near = 10 ** rng.uniform(0, 1), lambda spread: 10 ** rng.uniform(-spread, spread)
+        lasts, turns = (near(0.05) / size**2, near(0.05) / size) if seed % 2 else (near(1), near(1) / 3)
+        time = rng.uniform(0, 90) + np.cumsum(rng.uniform(0.2, 1, n)) * lasts
+        columns = {c: 2 * size * near(0.3) * rng.normal(size=n) for c in ("fx", "fy", "fz", "tx", "ty", "tz")}
+        speed = turns * rng.normal(size=n)
         speed[rng.random(n) < 0.2] = 0.0
-        effort, rotor = (60.0 if name == "emergency" else 10 ** rng.uniform(0.8, 2)) * rng.normal(size=n), rng.normal(size=n)
+        effort, rotor = (60.0 if name == "emergency" else 8 * size) * rng.normal(size=n), rng.normal(size=n)
         cases[name] = {"time": time, **columns, "position": 0.1 * rng.normal(size=n), "speed": speed, "acceleration": 9 * rng.normal(size=n), "effort": effort, "rotor": rotor}
     return cases
 
