@@ -256,7 +256,7 @@ def test_speeds_of_rounding_are_zero_beside_the_shorter_step(kind):
 
 
 def test_an_axis_that_is_none_is_z():
-    for kind, axis, found in (("revolute", [0.6, 0, 0.8], (0.6, 0, 0.8)), ("revolute", [0, 0, 0], (0, 0, 1)), ("revolute", None, (0, 0, 1)), ("fixed", [1, 0, 0], (0, 0, 1))):
+    for kind, axis, found in (("revolute", [0.6, 0, 0.8], (0.6, 0, 0.8)), ("revolute", [0, 0.51, 0], (0, 0.51, 0)), ("revolute", [0, 0.49, 0], (0, 0, 1)), ("revolute", [0, 0, 0], (0, 0, 1)), ("revolute", None, (0, 0, 1)), ("fixed", [1, 0, 0], (0, 0, 1))):
         joint = Results(made_table({"a": {"time": [0.0, 1.0]}}, joints=[{"name": "j", "kind": kind, "axis": axis}])).joints["j"]
         assert joint.axis == found and joint.has_axis == (found != (0, 0, 1)) and joint.turns == (kind == "revolute")
 
