@@ -306,6 +306,13 @@ def test_bad_files_are_one_sentence_with_the_case(arm, what):
     assert str(e.value).startswith(str(arm[1] / "cases.toml"))
 
 
+@pytest.mark.parametrize("rows", ["0,0\n0.8,80\n0.8,90\n", "0.8,0\n0,80\n"])
+def test_wrenches_whose_times_do_not_increase(arm, rows):
+    (arm[1] / "push.csv").write_text(f"time,fz\n{rows}")
+    with pytest.raises(ValueError, match="push.csv: times must increase: sort the samples and remove repeated ones"):
+        cases(arm, "[cases.a]\nmotion = 'm.csv'\nexternal = [{ link = 'tip', file = 'push.csv' }]")
+
+
 @pytest.mark.parametrize("time", ["5e-324", "1.7e308"])
 def test_a_stop_at_once_or_without_end(spinning, time):
     with pytest.raises(ValueError, match="stop: time .* s: from 3.99996 rad/s or m/s the deceleration or the way is beyond the range of numbers; give a time"):

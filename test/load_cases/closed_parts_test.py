@@ -8,8 +8,8 @@ import pytest
 from linkages import FOURBAR, SLIDERCRANK
 
 import ksl
-from ksl.load_cases import stops, undetermined
-from ksl.load_cases.closed_poses import Reach, named_joints, reach_of
+from ksl.load_cases import holding, loop_motion, stops, undetermined
+from ksl.load_cases.closed_poses import Reach, closed_pose, named_joints, reach_of
 from ksl.load_cases.computed_cases import ComputedCases
 from ksl.load_cases.load_case import Placement
 from ksl.load_cases.passive_joints import passive, without_axial_effort
@@ -150,3 +150,68 @@ def test_starts_are_computed_in_parts(starts, samples):
     assert np.concatenate([*parts, []]).tolist() == list(range(starts))
     whole = max(1, stops.STATES // samples)
     assert all(len(part) == whole for part in parts[:-1]) and all(len(part) <= whole for part in parts)
+
+
+def test_a_whole_pose_is_closed_on_its_own_branch(fourbar):
+    """Where all joints are given; by the name of the drive alone, on that of the mechanism at home."""
+    home = closed_pose(fourbar, fourbar.neutral(), ["A"])[0]
+    other = fourbar.close([home[0], -home[1] - 2 * home[0], -home[2] + 0.3], hold=["A"]).q
+    names = ["A", "B", "D"]
+    assert np.abs(fourbar.difference(home, other)).max() > 0.5 and np.abs(fourbar.loop_error(other)).max() < 1e-9, "there are two ways to close a four-bar"
+    for q in (home, other):
+        found, closing = closed_pose(fourbar, q, names)
+        assert found == pytest.approx(q, abs=1e-8) and closing.held == ("A",) and closing.error < 1e-9
+    assert closed_pose(fourbar, other, ["A"])[0] == pytest.approx(home, abs=1e-8)
+
+
+def test_where_random_poses_are_drawn_near(robot, monkeypatch):
+    """To the share of its range at which each drive begins."""
+    begins = []
+    monkeypatch.setattr(Reach, "nearer", lambda self, tried, start: begins.append(start) or tried)
+    monkeypatch.setattr(holding, "TRIED", 12)
+    for lower, upper in ((0.2, 0.5), (0.3, 0.45)):
+        m = robot(SLIDERCRANK.replace('lower="0" upper="1"', f'lower="{lower}" upper="{upper}"'), drives=["S"])
+        slide, q = m.joint("S").q_index, m.close(m.neutral(), hold=["A"]).q
+        q = reach_of(m, q, set()).closed(np.where(np.arange(3) == slide, 0.34, q)[None])[0][0]
+        holding.worst_pose(m, "C", "radial_force", Placement(), q, set())
+        assert begins[-1] == pytest.approx((0.34 - lower) / (upper - lower))
+
+
+def turned(axis, angle):
+    """(4, 4): Rodrigues."""
+    x, y, z = axis
+    W = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.block([[np.eye(3) + np.sin(angle) * W + (1 - np.cos(angle)) * W @ W, np.zeros((3, 1))], [np.zeros((1, 3)), np.ones((1, 1))]])
+
+
+@pytest.mark.parametrize("kind", ["revolute", "helical", "prismatic"])
+@pytest.mark.parametrize("begin", [0.5, 4.0, -10.0])
+def test_positions_of_loop_joints(kind, begin):
+    """A screw turns as often as its travel says; a hinge begins within half a turn; both go on without jumps, and all between two links anywhere."""
+    axis, pitch, rng = np.array([0.6, 0.64, 0.48]), 0.01 if kind == "helical" else 0.0, np.random.default_rng(1)
+    frames = [turned([0, 0.6, 0.8], 0.4), turned([1, 0, 0], 1.1)]
+    for frame in frames:
+        frame[:3, 3] = rng.normal(size=3)
+    x, poses = begin + np.linspace(0, 7, 15), []
+    for position in x:
+        link, moved = turned([0, 0, 1], 0.3 * position), turned(axis, position if kind != "prismatic" else 0.0)
+        link[:3, 3] = rng.normal(size=3)
+        moved[:3, 3] = (position if kind == "prismatic" else pitch * position) * axis
+        poses.append([link, link @ frames[0] @ moved @ np.linalg.inv(frames[1])])
+    still = lambda *_, **__: np.zeros((15, 2, 6))
+    model = SimpleNamespace(frame_poses=lambda *_: np.array(poses), frame_velocities=still, frame_accelerations=still)
+    loop = SimpleNamespace(predecessor="a", successor="b", axis=tuple(axis), kind=kind, pitch=pitch, predecessor_pose=frames[0].ravel(), successor_pose=frames[1].ravel())
+    found = loop_motion._of_loop(model, loop, *np.zeros((3, 15, 1))).position
+    assert found == pytest.approx(x - 2 * np.pi * np.round(begin / (2 * np.pi)) if kind == "revolute" else x, abs=1e-9)
+
+
+def test_points_about_which_is_looked_what_is_open():
+    """In the joint's axes, from its origin: of the world's origin, of a link's, or given."""
+    own, link = turned([0.6, 0, 0.8], 0.7), turned([0, 1, 0], 0.2)
+    own[:3, 3], link[:3, 3] = [1, 2, 3], [-4, 5, 0.5]
+    model = SimpleNamespace(frame_pose=lambda q, name: {"hand": link}[name])
+    for at, origin in (("world", np.zeros(3)), ("hand", link[:3, 3])):
+        point = undetermined._point(model, None, at, own)
+        assert own @ [*point, 1] == pytest.approx([*origin, 1])
+    assert undetermined._point(model, None, (1, 2, 3), own).tolist() == [1, 2, 3]
+    assert undetermined._axes(model, None, "world").tolist() == np.eye(3).tolist() and undetermined._axes(model, None, "hand") == pytest.approx(link[:3, :3])

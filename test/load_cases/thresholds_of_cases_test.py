@@ -217,6 +217,10 @@ def test_cases_that_govern_come_first():
         ranking.add(result, ["j"])
     assert ranking.first(4) == [1, 2, 0, 3] or ranking.first(4) == [1, 2, 3, 0]
     assert ranking.first(2) == [1, 2] and ranking.first(9, [3, 1])[0] == 1
+    small = Ranking()
+    for result in (of(0.9), of(0.1), of(0.2, force_peak=0.05), of(0.1, moment_peak=9.0, joint="other")):
+        small.add(result, ["j"])
+    assert small.first(4) == [0, 2, 1, 3] or small.first(4) == [0, 2, 3, 1], "a peak governs however small it is, of joints that are wanted"
 
 
 # stops, poses, simulations
@@ -317,6 +321,7 @@ def test_a_pose_of_a_file_is_its_nearest_sample(robot, tmp_path):
 def test_samples_of_simulations(how, samples):
     assert samples_of(Simulated(**how), None) == samples
     followed = Motion(np.array([1.0, 2.0]), *np.zeros((3, 2, 1)))
+    assert samples_of(Simulated(until=9_999_999 / 250), None) == 10_000_000
     assert samples_of(Simulated(), followed) == 251 and samples_of(Simulated(start=1.5), followed) == 126
     for wrong, said in (
         ({"until": 0.0}, "until 0 s is not after"),
@@ -375,6 +380,7 @@ def test_many_files_are_one_line(count, lines):
     assert dict(said)["physics of joints"] == dict(said)["external wrenches"] == dict(said)["payloads"] == dict(said)["options"] == "none"
     assert dict(said)["motion"] == "arrays, 3 samples, median step 0.5 s, from 0 s to 1 s"
     assert [name for name, _ in Provenance("r", [], [case, case | {"name": "b"}]).lines()][:2] == ["case a", "case b"]
+    assert "what" not in dict(said) and dict(Provenance("r", [], [case | {"kind": "held at rest"}]).lines())["what"] == "held at rest"
 
 
 def test_arrays_of_a_motion(robot):
