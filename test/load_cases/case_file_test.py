@@ -151,6 +151,9 @@ motion = "m.csv"
 [cases.driven]
 [cases.held]
 hold = true
+[cases.damped]
+hold = true
+physics = ["damping"]
 [cases.parked]
 hold = { pose = { pin = 1.0 } }
 """)  # fmt: skip
@@ -158,6 +161,7 @@ hold = { pose = { pin = 1.0 } }
     assert not found["held"]["effort"].any() and not found["held"]["power"].any()
     assert found["held"]["brake"] == pytest.approx([-WEIGHT * LENGTH] * 10)
     assert found["held"]["fz"] == pytest.approx([WEIGHT] * 10), "the wrench is the same"
+    assert found["damped"]["brake"] == pytest.approx([-WEIGHT * LENGTH] * 10) and not found["damped"]["effort"].any() and np.isnan(found["damped"]["damping"]).all()
     assert found["parked"]["brake"] == pytest.approx([-WEIGHT * LENGTH * np.cos(1)]), "one sample"
     assert found["parked"]["position"] == pytest.approx([1])
 

@@ -710,3 +710,22 @@ def test_limits_of_zero_are_none_in_results():
     said = joint_description(joint(lower=-1.0, upper=None, velocity=0.0, effort=5.0))
     assert {key: said[key] for key in LIMITS} == {"lower": -1.0, "upper": None, "velocity": None, "effort": 5.0} and said["axis"] == [0, 1, 0]
     assert joint_description(joint(velocity=2.0, effort=0.0))["effort"] is None and joint_description(replace(joint(), has_axis=False))["axis"] is None
+
+
+def test_physics_of_a_case(robot, tmp_path):
+    """Names, or the width of friction alone; what adds joints is refused, since cases of one run have the same."""
+    read = files_beside(tmp_path)
+    m = robot(ROD.replace("</joint>", '<dynamics damping="0.5" rotor_inertia="0.001" gear_ratio="50"/></joint>'), physics=["damping"])
+    for keys, names, width in (("", ("damping",), 0.01), ("friction_width = 0.3", ("damping",), 0.3), ("physics = ['rotor']", ("rotor",), 0.01), ("physics = []\nfriction_width = 0.2", (), 0.2)):
+        (case,) = read(m, f"motion = 'm.csv'\n{keys}")
+        assert (case.model.physics, case.model.friction_width) == (names, width), keys
+    with pytest.raises(CaseError, match='case a: physics "rotor bodies" adds joints'):
+        read(m, "motion = 'm.csv'\nphysics = ['rotor bodies']")
+
+
+@pytest.mark.parametrize("axes", ["world", "ksl:world"])
+def test_wrenches_in_axes_of_the_world(robot, tmp_path, axes):
+    """Of a rod that has turned by 90°: the world's y is minus its x."""
+    read = files_beside(tmp_path)
+    (case,) = read(robot(ROD), f"hold = {{ pose = {{ pin = 1.5707963267948966 }} }}\nexternal = [{{ link = 'rod', wrench = [0, 3, 0, 0, 0, 2], axes = '{axes}', point = [0.5, 0, 0] }}]")
+    assert case.external["rod"][0] == pytest.approx([3, 0, 0, 0, 0, 2], abs=1e-12)
