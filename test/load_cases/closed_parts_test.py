@@ -136,6 +136,13 @@ def test_cases_whose_curves_are_kept(joints, most):
     assert ComputedCases([case], None)._most == most
 
 
+@pytest.mark.parametrize(("count", "said"), [(1, "a: x"), (4, "a, b, c, d: x"), (5, "a, b, c, d and 1 more: x"), (6, "x")])
+def test_cases_that_say_something(count, said):
+    """Are named, unless all of them say it."""
+    run = ComputedCases([SimpleNamespace(name=name) for name in "abcdef"], None)
+    assert run._of_cases([(name, "x") for name in "abcdef"[:count]]) == [said]
+
+
 def test_how_severe_a_case_is():
     """By colour, then by share, then by its largest effort of a drive or a brake."""
     of = lambda *uses, rows=(): severity(SimpleNamespace(uses=[SimpleNamespace(level=level, share=share) for level, share in uses], rows=rows))
@@ -173,7 +180,8 @@ def test_where_random_poses_are_drawn_near(robot, monkeypatch):
         m = robot(SLIDERCRANK.replace('lower="0" upper="1"', f'lower="{lower}" upper="{upper}"'), drives=["S"])
         slide, q = m.joint("S").q_index, m.close(m.neutral(), hold=["A"]).q
         q = reach_of(m, q, set()).closed(np.where(np.arange(3) == slide, 0.34, q)[None])[0][0]
-        holding.worst_pose(m, "C", "radial_force", Placement(), q, set())
+        found = holding.worst_pose(m, "C", "radial_force", Placement(), q, set())
+        assert 0 < found.skipped < found.tried == 12 and found.refined == 12 - found.skipped, "what can't be closed is not refined"
         assert begins[-1] == pytest.approx((0.34 - lower) / (upper - lower))
 
 
