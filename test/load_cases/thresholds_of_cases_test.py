@@ -1,15 +1,17 @@
 """Thresholds and defaults of load cases, each just below and just above, and numbers that a hand computes."""
 
+import hashlib
 import math
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pyarrow as pa
 import pytest
 
 from ksl.base.files_read import InputFile
 from ksl.base.errors import CaseError, MotionError
-from ksl.load_cases import case_file
+from ksl.load_cases import case_file, load_case
 from ksl.load_cases.case_file import cases_of_text
 from ksl.load_cases.case_result import compute
 from ksl.load_cases.closed_mechanism import closed_mechanism
@@ -29,7 +31,7 @@ from ksl.load_cases.summary_table import worst_rows
 from ksl.load_cases.undetermined import _quantities
 from ksl.load_cases.wrench_table import wrenches_of_arrays
 from ksl.load_cases.wrenches_over_time import WrenchOverTime
-from ksl.load_cases.verdict import Use, Verdict, not_given, percent, uses_of
+from ksl.load_cases.verdict import Use, Verdict, not_given, number, percent, uses_of
 from ksl.model.mechanism import Joint
 from ksl.motions.closing import Closing
 from ksl.motions.motion import Motion
@@ -388,9 +390,31 @@ def test_many_files_are_one_line(count, lines):
     said = Provenance("r", [], [case], files).lines()
     assert [name for name, _ in said if name.startswith("mesh")] == (["mesh file"] * 4 if lines == 4 else ["mesh files"])
     assert dict(said)["physics of joints"] == dict(said)["external wrenches"] == dict(said)["payloads"] == dict(said)["options"] == "none"
+    assert lines == 4 or dict(said)["mesh files"].endswith(f"from 0.stl to 4.stl, SHA-256 of their hashes {hashlib.sha256(b'00' * 4).hexdigest()}")
     assert dict(said)["motion"] == "arrays, 3 samples, median step 0.5 s, from 0 s to 1 s"
     assert [name for name, _ in Provenance("r", [], [case, case | {"name": "b"}]).lines()][:2] == ["case a", "case b"]
     assert "what" not in dict(said) and dict(Provenance("r", [], [case | {"kind": "held at rest"}]).lines())["what"] == "held at rest"
+
+
+def test_a_payload_on_a_robot_without_masses_is_none_of_grams(robot):
+    m = robot('<robot name="r"><link name="wall"/><link name="rod"/><joint name="pin" type="continuous"><parent link="wall"/><child link="rod"/><axis xyz="0 0 1"/></joint></robot>', masses="optional")
+    case = LoadCase(m.with_payload("rod", 500, (0, 0, 0)), Motion(np.zeros(1), *np.zeros((3, 1, 1))), payloads=[Payload("rod", 500.0, (0.0, 0.0, 0.0))])
+    assert not [line for line in compute(case).doubts if "grams" in line]
+
+
+def test_numbers_of_a_row_that_are_zero_or_none():
+    assert [number({"x": x}, "x") for x in (0.0, None, 0.05, -3)] == [0.0, 0.0, 0.05, -3.0]
+
+
+def test_rates_of_a_table_are_taken_if_all_are_there(robot):
+    """Otherwise they are differentiated; here they are none of the positions."""
+    joints = HINGE.format("p", "continuous", "wall", "b", "") + HINGE.format("q", "continuous", "b", "c", "")
+    m, t = robot(f'<robot name="r"><link name="wall"/>{BODY.format("b")}{BODY.format("c")}{joints}</robot>'), np.linspace(0, 1, 30)
+    table = {"time": t, "p": t, "q": 2 * t, "p.v": 7 + 0 * t, "q.v": 8 + 0 * t, "p.a": 5 + 0 * t}
+    whole, part = (motion_given(m, pa.table({name: x for name, x in table.items() if name != left_out})) for left_out in ("p.a", "q.v"))
+    assert whole.v[3].tolist() == [7, 8] and part.v[3] == pytest.approx([1, 2], abs=1e-9)
+    both = motion_given(m, pa.table(table | {"q.a": 6 + 0 * t}))
+    assert both.v[3].tolist() == [7, 8] and both.a[3].tolist() == [5, 6] and np.abs(whole.a).max() < 1e-6
 
 
 def test_arrays_of_a_motion(robot):
@@ -403,9 +427,11 @@ def test_arrays_of_a_motion(robot):
         motion_given(m, (np.zeros(2), x, x, x))
 
 
+@pytest.mark.parametrize("rows", [1 << 17, 4])
 @pytest.mark.parametrize("sample", [0, 3])
-def test_numbers_beyond_the_range_name_sample_and_quantity(robot, sample):
-    """An acceleration that is an effort, and with its speed a power that is none; and a speed whose square is none."""
+def test_numbers_beyond_the_range_name_sample_and_quantity(robot, monkeypatch, sample, rows):
+    """An acceleration that is an effort, and with its speed a power that is none; and a speed whose square is none.  In one block or in several."""
+    monkeypatch.setattr(load_case, "BLOCK_ROWS", rows)
     for speed, acceleration, said in ((1e100, 1e250, "power of pin is not finite"), (1e300, 0.0, "inverse_dynamics_with_reactions: ")):
         v, a = (np.where(np.arange(5) == sample, x, 0.0)[:, None] for x in (speed, acceleration))
         with pytest.raises(MotionError, match=rf"motion: sample {sample + 1} \(time {sample}\): {said}"):
