@@ -376,6 +376,18 @@ def test_small_loads_at_a_stand_and_in_the_cycle():
     assert (found["holding torque"], found["repeated peak torque"], found["acceleration torque"]) == (0.3, 0.3, 0.3)
 
 
+@pytest.mark.parametrize(
+    ("mean", "swing", "damage", "hours"), [(50.0, 5.0, (10 / 30) ** 4 / 2e6, 1 / 3600), (100.0, 5.0, math.inf, 0.0), (50.0, 0.0, 0.0, math.inf), (100.0, 0.0, 0.0, math.inf)]
+)
+def test_means_at_the_ultimate_strength_and_stresses_that_do_not_change(mean, swing, damage, hours):
+    """A cycle about S_u can't be borne once, and none lasts forever; an amplitude that does the same damage is said of finite ones alone."""
+    table = made_table({"a": {"time": [0.0, 0.25, 0.5, 0.75, 1.0], "fx": mean + swing * np.array([0, 1, 0, -1, 0])}})
+    part = {"joint": "j", "kind": "fatigue", "stress": {"fx": 1.0}, **LINE, "mean_stress": "goodman", "ultimate": 100.0, "residue": "repeating"}
+    f = {f.figure: f.value for f in ksl.size(table, {"component": [part]}).in_order}
+    assert f["damage of one pass"] == pytest.approx(damage, rel=1e-9) and f["fatigue life"] == pytest.approx(hours / damage if 0 < damage < math.inf else hours, rel=1e-9)
+    assert f.get("equivalent amplitude") == (pytest.approx(10 * 2e6**-0.25, rel=1e-9) if 0 < damage < math.inf else None)
+
+
 def flange(**keys):
     part = {"joint": "j", "kind": "bolted flange", "load_factor": PHI, "preload": 5000.0, "friction": 0.12, "required_clamp": 700.0, "amplitude_limit": 9.0, "yield_force": 9e3}
     return [f.value for f in ksl.size(made_table(loads(1)), {"component": [part | keys]}).in_order]

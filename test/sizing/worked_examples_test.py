@@ -269,12 +269,13 @@ def test_bolts_on_a_line_and_two_bolts_are_refused():
         bolts.pattern_loads([[0, 0], [1, 1], [2, 2]], [0, 0, 1], [0, 0, 0])
     for size in (1e-3, 1.0, 1e3):  # Sxx Syy = 4/3 h² against 1e-12 (Sxx + Syy)², of any size
         for height, is_line in ((1.72e-6, True), (1.74e-6, False)):
-            points = size * np.array([[-1, 0], [1, 0], [0, height]])
-            if is_line:
-                with pytest.raises(ValueError, match="lie on one line"):
-                    bolts.pattern_loads(points, [0, 0, 1], [0, 0, 0])
-            else:
-                near(bolts.pattern_loads(points, [0, 0, 3], [height * size, 0, 0]).axial.sum(), 3, 1e-6)
+            for turn in (np.eye(2), np.array([[0.6, 0.8], [-0.8, 0.6]]), np.array([[1, 1], [-1, 1]]) / np.sqrt(2)):
+                points = size * np.array([[-1, 0], [1, 0], [0, height]]) @ turn
+                if is_line:
+                    with pytest.raises(ValueError, match="lie on one line"):
+                        bolts.pattern_loads(points, [0, 0, 1], [0, 0, 0])
+                else:
+                    near(bolts.pattern_loads(points, [0, 0, 3], [0, 0, 0]).axial.sum(), 3, 1e-6)
     with pytest.raises(ValueError, match="at least three bolts"):
         bolts.pattern_loads([[0, 0], [1, 1]], [0, 0, 1], [0, 0, 0])
 
