@@ -192,11 +192,11 @@ def turned(axis, angle):
     return np.block([[np.eye(3) + np.sin(angle) * W + (1 - np.cos(angle)) * W @ W, np.zeros((3, 1))], [np.zeros((1, 3)), np.ones((1, 1))]])
 
 
-@pytest.mark.parametrize("kind", ["revolute", "helical", "prismatic"])
+@pytest.mark.parametrize(("kind", "pitch"), [("revolute", 0.0), ("helical", 0.01), ("helical", 0.0), ("prismatic", 0.0)])
 @pytest.mark.parametrize("begin", [0.5, 4.0, -10.0])
-def test_positions_of_loop_joints(kind, begin):
+def test_positions_of_loop_joints(kind, pitch, begin):
     """A screw turns as often as its travel says; a hinge begins within half a turn; both go on without jumps, and all between two links anywhere."""
-    axis, pitch, rng = np.array([0.6, 0.64, 0.48]), 0.01 if kind == "helical" else 0.0, np.random.default_rng(1)
+    axis, rng = np.array([0.6, 0.64, 0.48]), np.random.default_rng(1)
     frames = [turned([0, 0.6, 0.8], 0.4), turned([1, 0, 0], 1.1)]
     for frame in frames:
         frame[:3, 3] = rng.normal(size=3)
@@ -210,7 +210,7 @@ def test_positions_of_loop_joints(kind, begin):
     model = SimpleNamespace(frame_poses=lambda *_: np.array(poses), frame_velocities=still, frame_accelerations=still)
     loop = SimpleNamespace(predecessor="a", successor="b", axis=tuple(axis), kind=kind, pitch=pitch, predecessor_pose=frames[0].ravel(), successor_pose=frames[1].ravel())
     found = loop_motion._of_loop(model, loop, *np.zeros((3, 15, 1))).position
-    assert found == pytest.approx(x - 2 * np.pi * np.round(begin / (2 * np.pi)) if kind == "revolute" else x, abs=1e-9)
+    assert found == pytest.approx(x - 2 * np.pi * np.round(begin / (2 * np.pi)) if kind != "prismatic" and not pitch else x, abs=1e-9)
 
 
 def test_points_about_which_is_looked_what_is_open():
@@ -221,5 +221,9 @@ def test_points_about_which_is_looked_what_is_open():
     for at, origin in (("world", np.zeros(3)), ("hand", link[:3, 3])):
         point = undetermined._point(model, None, at, own)
         assert own @ [*point, 1] == pytest.approx([*origin, 1])
+    point, force = np.array([1.0, 2, 3]), np.array([0.0, 5, 0])
+    model.frame_poses = lambda q, names: np.array([own])
+    ((here, turned_there),) = undetermined._placed(model, None, (joint("A"),), np.array([[[*force, *np.cross(point, force)]]]), Placement(at=tuple(point), axes="hand"))
+    assert here == pytest.approx(np.array([[*force, 0, 0, 0]])) and turned_there[0, :3] == pytest.approx(link[:3, :3].T @ own[:3, :3] @ force)
     assert undetermined._point(model, None, (1, 2, 3), own).tolist() == [1, 2, 3]
     assert undetermined._axes(model, None, "world").tolist() == np.eye(3).tolist() and undetermined._axes(model, None, "hand") == pytest.approx(link[:3, :3])

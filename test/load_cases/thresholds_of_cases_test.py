@@ -111,6 +111,8 @@ def test_shares_of_positions(lower, upper, ends, share, value):
 
 
 def test_positions_of_a_joint_with_several_coordinates():
+    narrow = Joint("p", "planar", "a", "b", 3, 3, 0, 0, (0.0, 0.0, 1.0), limits=((0.5, 0.5), (None, None), (None, None)))
+    assert [x.share for x in uses_of(narrow, {"case": "c"}, np.arange(2.0), np.array([[0.5, 0, 0], [0.75, 0, 0]]))] == [1.25]
     planar = Joint("p", "planar", "a", "b", 3, 3, 2, 2, (0.0, 0.0, 1.0), limits=((-1.0, 1.0), (None, None), (0.0, 4.0)))
     q = np.zeros((3, 5))
     q[:, 2:] = [[0, 0, 3.5], [0.2, 9, 0.5], [-0.9, 0, 1]]
@@ -462,6 +464,7 @@ def test_a_wrench_is_held_during_a_stop(robot):
         assert worst_start(weightless, Motion(np.arange(3.0), q, v, np.zeros((3, 6))), Stop(0.5), []) == 1, "no joint has one coordinate"
     limit = '<limit effort="9" velocity="9"/>'
     hinged = robot(f'<robot name="f">{BODY.format("b")}{BODY.format("c")}{HINGE.format("p", "continuous", "b", "c", limit)}</robot>', floating_base=True)
+    assert pose_of(hinged, {"p": 0.5}).tolist() == [0, 0, 0, 0, 0, 0, 1, 0.5], "its quaternion ends before the hinge"
     q, v = np.hstack([q, np.zeros((3, 1))]), np.outer([2.0, 0, 0], [0, 0, 9, 0, 0, 0, 0]) + np.outer([0.0, 1, 3], [0, 0, 0, 0, 0, 0, 1])
     assert worst_start(hinged, Motion(np.arange(3.0), q, v, np.zeros((3, 7))), Stop(0.5), []) == 2, "of the hinge, and not of the base"
 
