@@ -86,7 +86,7 @@ MOUNTINGS = {
 def test_every_way_to_mount_a_base(arm, key):
     """Gravity of random mountings in the base's axes, by SciPy's rotations; and a level arm that leans by 30° about its hinge carries cos 30°."""
     for numbers in np.random.default_rng(3).normal(size=(8, 4)):
-        given = numbers / np.linalg.norm(numbers) if key == "quaternion" else numbers[:3]
+        given = 1.009 * numbers / np.linalg.norm(numbers) if key == "quaternion" else numbers[:3]  # a length with an error within the tolerance
         text = f'[cases.a]\nmotion = "m.csv"\ngravity = [1, 2, -9]\nmounting = {{ {key} = {given.tolist()} }}\n'
         assert cases(arm, text)["a"].model.gravity == pytest.approx(MOUNTINGS[key](given).inv().apply([1, 2, -9]), rel=1e-12)
 
@@ -151,6 +151,9 @@ motion = "m.csv"
 [cases.driven]
 [cases.held]
 hold = true
+[cases.damped]
+hold = true
+physics = ["damping"]
 [cases.parked]
 hold = { pose = { pin = 1.0 } }
 """)  # fmt: skip
@@ -158,6 +161,7 @@ hold = { pose = { pin = 1.0 } }
     assert not found["held"]["effort"].any() and not found["held"]["power"].any()
     assert found["held"]["brake"] == pytest.approx([-WEIGHT * LENGTH] * 10)
     assert found["held"]["fz"] == pytest.approx([WEIGHT] * 10), "the wrench is the same"
+    assert found["damped"]["brake"] == pytest.approx([-WEIGHT * LENGTH] * 10) and not found["damped"]["effort"].any() and np.isnan(found["damped"]["damping"]).all()
     assert found["parked"]["brake"] == pytest.approx([-WEIGHT * LENGTH * np.cos(1)]), "one sample"
     assert found["parked"]["position"] == pytest.approx([1])
 
@@ -205,7 +209,7 @@ def test_an_emergency_stop(spinning, law, largest):
     found = rows(spinning, f'[cases.stop]\nmotion = "m.csv"\nstop = {{ time = 0.25, from = "worst", law = "{law}" }}\n', "spin")["stop"]
     t = found["time"]
     start = np.pi / 4
-    assert t[0] == pytest.approx(start, abs=0.006) and t[-1] - t[0] == pytest.approx(0.25)
+    assert t[0] == pytest.approx(start, abs=0.006) and t[-1] - t[0] == pytest.approx(0.25) and len(t) == 101, "as docs/cases.md says"
     assert found["speed"][0] == pytest.approx(4, abs=1e-3) and abs(found["speed"][-1]) < 1e-12
     assert np.abs(found["effort"]).max() == pytest.approx(largest * INERTIA * found["speed"][0] / 0.25, rel=1e-12)
     assert found["position"][-1] - found["position"][0] == pytest.approx(found["speed"][0] * 0.25 / 2, rel=1e-12)
@@ -306,13 +310,20 @@ def test_bad_files_are_one_sentence_with_the_case(arm, what):
     assert str(e.value).startswith(str(arm[1] / "cases.toml"))
 
 
+@pytest.mark.parametrize("rows", ["0,0\n0.8,80\n0.8,90\n", "0.8,0\n0,80\n"])
+def test_wrenches_whose_times_do_not_increase(arm, rows):
+    (arm[1] / "push.csv").write_text(f"time,fz\n{rows}")
+    with pytest.raises(ValueError, match="push.csv: times must increase: sort the samples and remove repeated ones"):
+        cases(arm, "[cases.a]\nmotion = 'm.csv'\nexternal = [{ link = 'tip', file = 'push.csv' }]")
+
+
 @pytest.mark.parametrize("time", ["5e-324", "1.7e308"])
 def test_a_stop_at_once_or_without_end(spinning, time):
     with pytest.raises(ValueError, match="stop: time .* s: from 3.99996 rad/s or m/s the deceleration or the way is beyond the range of numbers; give a time"):
         cases(spinning, f"[cases.a]\nmotion = 'm.csv'\nstop = {{ time = {time}, law = 'linear', by = 'brakes' }}")
 
 
-@pytest.mark.parametrize("step", [5e-324, 1e-300, 1e-9, 0.009, 0.01, 0.0101, 0.05, 1 / 3, 0.7, 2.4, 2.6, 5, 1e300])
+@pytest.mark.parametrize("step", [5e-324, 1e-300, 1e-9, 0.009, 0.01, 0.0101, 0.05, 1 / 3, 0.7, 2.04, 2.4, 2.6, 5, 1e300])
 def test_starts_are_a_step_apart(step):
     """The first sample at or after each multiple of the step, found one by one."""
     time = np.linspace(0, 3, 301)

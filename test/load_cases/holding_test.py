@@ -5,6 +5,9 @@ import pyarrow.parquet as pq
 import pytest
 
 import ksl
+from ksl.load_cases import holding
+from ksl.load_cases.holding import worst_pose
+from ksl.load_cases.placement import Placement
 from ksl_command import run_ksl
 
 M1, M2, L1, L2, G = 3.0, 1.5, 0.6, 0.4, 9.81
@@ -65,6 +68,44 @@ def test_the_worst_pose_is_the_best_of_a_fine_grid(arm):
 def test_the_search_is_reproducible_and_keeps_named_joints(arm):
     first, again = (ksl.hold(arm, {"shoulder": 2.0}, worst="elbow").cases[0].motion.q[0] for _ in range(2))
     assert np.array_equal(first, again) and first[0] == 2.0 and first[1] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-3, 1e9])
+def test_the_worst_pose_does_not_depend_on_units_of_mass(arm, size):
+    """Forces of an arm in other units are so many times the same, in the same pose; a maximum within the limits, which is smooth."""
+    of = lambda gravity: worst_pose(arm.with_gravity((0.0, 0.0, gravity)), "shoulder", "fx", Placement(), np.zeros(2), set())
+    usual, other = of(-G), of(-G * size)
+    assert usual.value == pytest.approx((M1 + M2) * G, rel=1e-9) and other.value == pytest.approx(size * usual.value, rel=1e-9)
+    for found in (usual, other):
+        assert found.q[0] == pytest.approx(np.pi / 2, abs=1e-4) and found.converged and found.agree == found.ended == found.refined > 1
+
+
+@pytest.mark.parametrize(("less", "agree"), [(0.015, False), (1.05e-3, False), (0.95e-3, True)])
+def test_searches_agree_within_a_thousandth(robot, monkeypatch, less, agree):
+    """Of a weight that hangs at a hinge all poses are refined: some end where sin q = 1, and others at the lower limit, where the magnitude is so much less."""
+    lower = -float(np.arcsin(1 - less))
+    monkeypatch.setattr(holding, "TRIED", 12)
+    hinge = ARM.replace('lower="0.5" upper="2.5"', f'lower="{lower!r}" upper="2.5"').replace('lower="-1" upper="1"', 'lower="0" upper="0"')
+    found = worst_pose(robot(hinge), "shoulder", "fx", Placement(), np.zeros(2), {"elbow"})
+    assert (found.tried, found.refined, found.ended) == (12, 12, 12) and found.value == pytest.approx((M1 + M2) * G, rel=1e-9)
+    assert found.agree == 12 if agree else 0 < found.agree < 12
+
+
+@pytest.mark.parametrize("how", [{}, {"on": "parent"}, {"at": (0.1, -0.2, 0.3)}, {"axes": "world", "at": "world"}], ids=str)
+def test_the_size_of_every_quantity(examples, how):
+    """Of random poses at rest: components in the axes that are chosen, magnitudes, efforts, and what the axis makes of a wrench."""
+    m = ksl.load(examples / "robots/ur5.urdf")
+    q, still = np.random.default_rng(5).normal(size=(9, 6)), np.zeros((9, 6))
+    elbow, placement = m.joint("elbow"), Placement(**how)
+    w, own = (m.reactions(q, still, still, joints=["elbow"], **given)[:, 0] for given in (how, how | {"axes": "joint"}))
+    axis, tau = np.array(elbow.axis), m.gravity_torque(q)[:, elbow.v_index]
+    force, moment = own[:, :3], own[:, 3:]
+    expected = dict(zip(holding.COMPONENTS, w.T, strict=True)) | {
+        "force": np.linalg.norm(force, axis=1), "moment": np.linalg.norm(moment, axis=1), "effort": tau, "axial_force": force @ axis, "axial_moment": moment @ axis,
+        "radial_force": np.linalg.norm(np.cross(force, axis), axis=1), "bending_moment": np.linalg.norm(np.cross(moment, axis), axis=1),
+    }  # fmt: skip
+    for quantity, x in expected.items():
+        assert holding._size(m, elbow, quantity, placement)(q) == pytest.approx(np.abs(x), rel=1e-9, abs=1e-9), quantity
 
 
 def test_the_worst_of_a_component(arm):

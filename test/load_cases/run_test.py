@@ -187,11 +187,12 @@ def test_force_on_the_command_line(robot, tmp_path):
     assert run("loads", *given, "--force").returncode == 0
 
 
-def test_payloads_and_wrenches_from_a_program(flange):
-    r = ksl.compute_loads(flange, held(flange), payloads={"tool": (1.0, (0.3, 0, 0.04))}, external={"tool": (0, 0, -MASS * G, 0, 0.3 * MASS * G, 0)})
+@pytest.mark.parametrize("link", ["tool", "link:tool"])
+def test_payloads_and_wrenches_from_a_program(flange, link):
+    r = ksl.compute_loads(flange, held(flange), payloads={link: (1.0, (0.3, 0, 0.04))}, external={"tool": (0, 0, -MASS * G, 0, 0.3 * MASS * G, 0)})
     first = {row["joint"]: row for row in r.wrenches.to_pylist()[:3]}
     assert first["pin"]["effort"] == pytest.approx(-0.5 * G * (1 + 2 * MASS))
-    assert r.provenance.cases[0]["payloads"] == [{"link": "tool", "mass": 1.0, "center": [0.3, 0.0, 0.04]}]
+    assert r.provenance.cases[0]["payloads"] == [{"link": link, "mass": 1.0, "center": [0.3, 0.0, 0.04]}]
 
 
 def test_what_loads_refuses(flange):
@@ -208,7 +209,11 @@ def test_what_loads_refuses(flange):
 
 
 def test_one_joint_by_its_name(flange):
-    assert ksl.compute_loads(flange, held(flange), joints="pin").wrenches.equals(ksl.compute_loads(flange, held(flange), joints=["pin"]).wrenches)
+    """Also with the prefix that says what it is."""
+    run = lambda joints, at: ksl.compute_loads(flange, held(flange), joints=joints, at=at).wrenches
+    plain = run(["pin"], {"pin": (0, 0, 0.1)})
+    assert plain["joint"].unique().to_pylist() == ["pin"] and plain["at"].unique().to_pylist() == ["joint + 0 0 0.1"]
+    assert all(run(joints, {name: (0, 0, 0.1)}).equals(plain) for joints in ("pin", "joint:pin", ["joint:pin"]) for name in ("pin", "joint:pin"))
 
 
 NARROW = 80

@@ -1,32 +1,41 @@
 """Thresholds and defaults of load cases, each just below and just above, and numbers that a hand computes."""
 
+import hashlib
 import math
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pyarrow as pa
 import pytest
 
 from ksl.base.files_read import InputFile
 from ksl.base.errors import CaseError, MotionError
-from ksl.load_cases import case_file
+from ksl.load_cases import case_file, load_case
 from ksl.load_cases.case_file import cases_of_text
 from ksl.load_cases.case_result import compute
+from ksl.load_cases.closed_mechanism import closed_mechanism
+from ksl.load_cases.closed_poses import closed_pose, reach_of
+from ksl.load_cases.force_elements import element_ranges
 from ksl.load_cases.holding import WorstPose, _nearest, _range, read_pose, worst_pose
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.motion_given import motion_given
 from ksl.load_cases.poses import neutral, pose_of
-from ksl.load_cases.provenance import Provenance, provenance_of
+from ksl.load_cases.provenance import Provenance, joint_description, provenance_of
 from ksl.load_cases.quantities import PowerBalance, first_extreme, power_round_off, rms, summarise, joint_loads, unit, work
 from ksl.load_cases.ranking import Ranking
+from ksl.load_cases.simulate_keys import simulated_of
 from ksl.load_cases.simulated import Simulated, _notes, samples_of, simulated_motion
 from ksl.load_cases.stops import Stop, worst_start
 from ksl.load_cases.summary_table import worst_rows
+from ksl.load_cases.undetermined import _quantities
 from ksl.load_cases.wrench_table import wrenches_of_arrays
 from ksl.load_cases.wrenches_over_time import WrenchOverTime
-from ksl.load_cases.verdict import Use, Verdict, not_given, percent, uses_of
+from ksl.load_cases.verdict import Use, Verdict, not_given, number, percent, uses_of
 from ksl.model.mechanism import Joint
+from ksl.motions.closing import Closing
 from ksl.motions.motion import Motion
+from linkages import FOURBAR, SLIDERCRANK
 
 LIMITS = {"lower": -1.0, "upper": 3.0, "velocity": 4.0, "effort": 20.0}
 
@@ -102,6 +111,8 @@ def test_shares_of_positions(lower, upper, ends, share, value):
 
 
 def test_positions_of_a_joint_with_several_coordinates():
+    narrow = Joint("p", "planar", "a", "b", 3, 3, 0, 0, (0.0, 0.0, 1.0), limits=((0.5, 0.5), (None, None), (None, None)))
+    assert [x.share for x in uses_of(narrow, {"case": "c"}, np.arange(2.0), np.array([[0.5, 0, 0], [0.75, 0, 0]]))] == [1.25]
     planar = Joint("p", "planar", "a", "b", 3, 3, 2, 2, (0.0, 0.0, 1.0), limits=((-1.0, 1.0), (None, None), (0.0, 4.0)))
     q = np.zeros((3, 5))
     q[:, 2:] = [[0, 0, 3.5], [0.2, 9, 0.5], [-0.9, 0, 1]]
@@ -154,7 +165,7 @@ def test_power_balances_are_doubted_from_a_hundredth_on(drive, rate, more, resid
     ("x", "first"),
     [
         ([0.0, 0.9e-9], 0), ([0.0, 1.1e-9], 1), ([100.0, 100 + 90e-9], 0), ([100.0, 100 + 110e-9], 1), ([0.01, 0.01 + 0.9e-9], 0),
-        ([0.0, 5.0, 5 * (1 + 0.9e-14)], 1), ([0.0, 5.0, 5 * (1 + 1.2e-14)], 2), ([-7.0, -5.0, -5.0], 1),
+        ([0.0, 5.0, 5 * (1 + 0.95e-14)], 1), ([0.0, 5.0, 5 * (1 + 1.05e-14)], 2), ([-7.0, -5.0, -5.0], 1),
     ],
 )  # fmt: skip
 def test_where_a_curve_is_largest(x, first):
@@ -200,6 +211,9 @@ def test_the_worst_of_rows_by_sign():
         "position_lowest": -1.0, "position_highest": -2.0, "work_negative": -4.0, "power_mean": -5.0, "position_lowest_time": 1.0,
     }  # fmt: skip
     assert [worst[f"{n}_case"] for n in ("position_lowest", "position_highest", "work_negative", "power_mean")] == ["a", "b", "a", "a"]
+    small = {"position_lowest": -0.05, "position_highest": 0.05, "work_negative": -0.05, "power_mean": 0.05}
+    (worst,) = worst_rows([rows[0] | dict.fromkeys(small, none) for none in (0.0, None)] + [rows[1] | small])
+    assert {name: (worst[name], worst[f"{name}_case"]) for name in small} == {name: (x, "b") for name, x in small.items()}, "zero, or no number, is less than a small one"
 
 
 def test_cases_that_govern_come_first():
@@ -210,6 +224,10 @@ def test_cases_that_govern_come_first():
         ranking.add(result, ["j"])
     assert ranking.first(4) == [1, 2, 0, 3] or ranking.first(4) == [1, 2, 3, 0]
     assert ranking.first(2) == [1, 2] and ranking.first(9, [3, 1])[0] == 1
+    small = Ranking()
+    for result in (of(0.9), of(0.1), of(0.2, force_peak=0.05), of(0.1, moment_peak=9.0, joint="other")):
+        small.add(result, ["j"])
+    assert small.first(4) == [0, 2, 1, 3] or small.first(4) == [0, 2, 3, 1], "a peak governs however small it is, of joints that are wanted"
 
 
 # stops, poses, simulations
@@ -219,6 +237,14 @@ def test_cases_that_govern_come_first():
 def test_starts_of_long_motions(samples, starts):
     time = 5 + np.linspace(0, 8, samples)
     assert len(Stop(1.0).starts(Motion(time, *np.zeros((3, samples, 1))))) == starts
+    uneven = Motion(np.linspace(0, 2, samples) ** 2, *np.zeros((3, samples, 1)))
+    assert (len(Stop(1.0).starts(uneven)) == samples) == (samples <= 2000)
+
+
+@pytest.mark.parametrize(("early", "begins"), [(0.95e-9, 1), (1.05e-9, 2)])
+def test_a_sample_stands_for_a_multiple_that_it_misses_by_round_off(early, begins):
+    time = np.array([0.0, 1 - early, 1.5, 2.25])
+    assert Stop(1.0, step=1.0).starts(Motion(time, *np.zeros((3, 4, 1)))).tolist() == [0, begins, 3]
 
 
 @pytest.mark.parametrize("law", ["cubic", "linear"])
@@ -308,6 +334,7 @@ def test_a_pose_of_a_file_is_its_nearest_sample(robot, tmp_path):
 def test_samples_of_simulations(how, samples):
     assert samples_of(Simulated(**how), None) == samples
     followed = Motion(np.array([1.0, 2.0]), *np.zeros((3, 2, 1)))
+    assert samples_of(Simulated(until=9_999_999 / 250), None) == 10_000_000
     assert samples_of(Simulated(), followed) == 251 and samples_of(Simulated(start=1.5), followed) == 126
     for wrong, said in (
         ({"until": 0.0}, "until 0 s is not after"),
@@ -332,6 +359,7 @@ ROD = f'<robot name="r"><link name="wall"/>{BODY.format("rod")}{HINGE.format("pi
         ("payloads = [{ link = 'rod', mass = 1, inertia = [1, 1, 2.0000018, 0, 0, 0] }]", ""),
         ("payloads = [{ link = 'rod', mass = 1, inertia = [1, 1, 2.0000022, 0, 0, 0] }]", "which no body can have"),
         ("payloads = [{ link = 'rod', mass = 1, inertia = [-0.0000011, 1, 1, 0, 0, 0] }]", "which no body can have"),
+        ("payloads = [{ link = 'rod', mass = 1, inertia = [-0.0000009, 1, 1, 0, 0, 0] }]", ""), ("payloads = [{ link = 'rod', mass = 1, inertia = [0, 1, 1, 0, 0, 0] }]", ""),
         ("external = [{ link = 'rod', wrench = [0,0,0,0,0,0], order = 'xyz' }]", "order 'xyz'"),
         ("stop = { time = 1, step = 0 }", "step 0; expected seconds"), ("stop = { time = 0 }", "time 0; expected"),
         ("stop = { time = 1, from = 0 }", ""), ("stop = { time = 1, from = 3 }", ""), ("stop = { time = 1, from = 3.01 }", "the motion is from 0 s to 3 s"),
@@ -364,8 +392,31 @@ def test_many_files_are_one_line(count, lines):
     said = Provenance("r", [], [case], files).lines()
     assert [name for name, _ in said if name.startswith("mesh")] == (["mesh file"] * 4 if lines == 4 else ["mesh files"])
     assert dict(said)["physics of joints"] == dict(said)["external wrenches"] == dict(said)["payloads"] == dict(said)["options"] == "none"
+    assert lines == 4 or dict(said)["mesh files"].endswith(f"from 0.stl to 4.stl, SHA-256 of their hashes {hashlib.sha256(b'00' * 4).hexdigest()}")
     assert dict(said)["motion"] == "arrays, 3 samples, median step 0.5 s, from 0 s to 1 s"
     assert [name for name, _ in Provenance("r", [], [case, case | {"name": "b"}]).lines()][:2] == ["case a", "case b"]
+    assert "what" not in dict(said) and dict(Provenance("r", [], [case | {"kind": "held at rest"}]).lines())["what"] == "held at rest"
+
+
+def test_a_payload_on_a_robot_without_masses_is_none_of_grams(robot):
+    m = robot('<robot name="r"><link name="wall"/><link name="rod"/><joint name="pin" type="continuous"><parent link="wall"/><child link="rod"/><axis xyz="0 0 1"/></joint></robot>', masses="optional")
+    case = LoadCase(m.with_payload("rod", 500, (0, 0, 0)), Motion(np.zeros(1), *np.zeros((3, 1, 1))), payloads=[Payload("rod", 500.0, (0.0, 0.0, 0.0))])
+    assert not [line for line in compute(case).doubts if "grams" in line]
+
+
+def test_numbers_of_a_row_that_are_zero_or_none():
+    assert [number({"x": x}, "x") for x in (0.0, None, 0.05, -3)] == [0.0, 0.0, 0.05, -3.0]
+
+
+def test_rates_of_a_table_are_taken_if_all_are_there(robot):
+    """Otherwise they are differentiated; here they are none of the positions."""
+    joints = HINGE.format("p", "continuous", "wall", "b", "") + HINGE.format("q", "continuous", "b", "c", "")
+    m, t = robot(f'<robot name="r"><link name="wall"/>{BODY.format("b")}{BODY.format("c")}{joints}</robot>'), np.linspace(0, 1, 30)
+    table = {"time": t, "p": t, "q": 2 * t, "p.v": 7 + 0 * t, "q.v": 8 + 0 * t, "p.a": 5 + 0 * t}
+    whole, part = (motion_given(m, pa.table({name: x for name, x in table.items() if name != left_out})) for left_out in ("p.a", "q.v"))
+    assert whole.v[3].tolist() == [7, 8] and part.v[3] == pytest.approx([1, 2], abs=1e-9)
+    both = motion_given(m, pa.table(table | {"q.a": 6 + 0 * t}))
+    assert both.v[3].tolist() == [7, 8] and both.a[3].tolist() == [5, 6] and np.abs(whole.a).max() < 1e-6
 
 
 def test_arrays_of_a_motion(robot):
@@ -378,13 +429,22 @@ def test_arrays_of_a_motion(robot):
         motion_given(m, (np.zeros(2), x, x, x))
 
 
+@pytest.mark.parametrize("rows", [1 << 17, 4])
 @pytest.mark.parametrize("sample", [0, 3])
-def test_numbers_beyond_the_range_name_sample_and_quantity(robot, sample):
-    """An acceleration that is an effort, and with its speed a power that is none; and a speed whose square is none."""
+def test_numbers_beyond_the_range_name_sample_and_quantity(robot, monkeypatch, sample, rows):
+    """An acceleration that is an effort, and with its speed a power that is none; and a speed whose square is none.  In one block or in several."""
+    monkeypatch.setattr(load_case, "BLOCK_ROWS", rows)
     for speed, acceleration, said in ((1e100, 1e250, "power of pin is not finite"), (1e300, 0.0, "inverse_dynamics_with_reactions: ")):
         v, a = (np.where(np.arange(5) == sample, x, 0.0)[:, None] for x in (speed, acceleration))
         with pytest.raises(MotionError, match=rf"motion: sample {sample + 1} \(time {sample}\): {said}"):
             compute(LoadCase(robot(ROD), Motion(np.arange(5.0), np.zeros((5, 1)), v, a)))
+
+
+def test_a_balance_beyond_the_range_is_refused(robot):
+    """A speed that ends at once: wrenches and energies are numbers, and the rate of the energy is none."""
+    v = np.where(np.arange(8) < 4, 1e74, 0.0)[:, None]
+    with pytest.raises(MotionError, match="motion: power balance: energy or power of all joints is not finite"):
+        compute(LoadCase(robot(ROD), Motion(1e-170 * np.arange(8), np.zeros((8, 1)), v, np.zeros((8, 1)))))
 
 
 # what few cases use
@@ -397,9 +457,14 @@ def test_a_wrench_is_held_during_a_stop(robot):
     still = Motion(np.arange(4.0), *np.zeros((3, 4, 1)))
     assert worst_start(m, still, Stop(0.5), [moment]) == 2
     floating = robot(f'<robot name="f">{BODY.format("b")}</robot>', floating_base=True)
-    q, v = np.tile([0.0, 0, 0, 0, 0, 0, 1], (3, 1)), np.outer([1.0, -9, 2], [0, 0, 0, 0, 0, 1])
-    assert worst_start(floating, Motion(np.arange(3.0), q, v, np.zeros((3, 6))), Stop(0.5), []) == 1, "no joint has one coordinate"
-    hinged = robot(f'<robot name="f">{BODY.format("b")}{BODY.format("c")}{HINGE.format("p", "continuous", "b", "c", "")}</robot>', floating_base=True)
+    q = np.tile([0.0, 0, 0, 0, 0, 0, 1], (3, 1))
+    for size in (1.0, 1e-3):
+        v = np.outer([1.0, -9, 2], [0, 0, 0, 0, 0, size])
+        weightless = floating.with_gravity((0.0, 0.0, 0.0))
+        assert worst_start(weightless, Motion(np.arange(3.0), q, v, np.zeros((3, 6))), Stop(0.5), []) == 1, "no joint has one coordinate"
+    limit = '<limit effort="9" velocity="9"/>'
+    hinged = robot(f'<robot name="f">{BODY.format("b")}{BODY.format("c")}{HINGE.format("p", "continuous", "b", "c", limit)}</robot>', floating_base=True)
+    assert pose_of(hinged, {"p": 0.5}).tolist() == [0, 0, 0, 0, 0, 0, 1, 0.5], "its quaternion ends before the hinge"
     q, v = np.hstack([q, np.zeros((3, 1))]), np.outer([2.0, 0, 0], [0, 0, 9, 0, 0, 0, 0]) + np.outer([0.0, 1, 3], [0, 0, 0, 0, 0, 0, 1])
     assert worst_start(hinged, Motion(np.arange(3.0), q, v, np.zeros((3, 7))), Stop(0.5), []) == 2, "of the hinge, and not of the base"
 
@@ -414,13 +479,15 @@ def test_wrenches_for_all_samples(shape):
 def test_the_worst_of_every_quantity(robot, quantity, value):
     """A rod that turns about the vertical: its weight acts 0.5 m off the axis in any pose."""
     found = worst_pose(robot(ROD), "pin", quantity, Placement(), np.zeros(1), set())
-    assert found.value == pytest.approx(value, abs=1e-12)
+    assert found.value == pytest.approx(value, abs=1e-12) and found.refined > 0 and (value == 0 or found.agree == found.refined)
 
 
 def test_a_pose_within_one_bound():
     upper = SimpleNamespace(nq=1, joints=(joint(limits=((None, -1.5),)),), joint_names=("pin",))
     lower = SimpleNamespace(nq=1, joints=(joint(limits=((0.5, None),)),), joint_names=("pin",))
     assert [neutral(upper)[0], neutral(lower)[0]] == [-1.5, 0.5]
+    planar = Joint("p", "planar", "a", "b", 3, 3, 1, 1, (0.0, 0.0, 1.0), limits=((1.0, 2.0), (None, -3.0), (4.0, 4.0)))
+    assert neutral(SimpleNamespace(nq=4, joints=(planar,), joint_names=("p",))).tolist() == [0, 1, -3, 0]
 
 
 def test_a_simulation_under_a_wrench_and_its_error(robot):
@@ -458,6 +525,9 @@ def test_a_pose_without_needless_turns(pose, nearest, angle, loses):
     size = lambda poses: 5 * np.where(np.abs(np.sin((poses[:, 0] - pose) / 2)) < 1e-9, 1.0, 1 - loses) if angle else 5 * np.where(poses[:, 0] == pose, 1.0, 0.0)
     assert _nearest(np.array([pose]), np.array([0.1]), [(joint(**kind), (-20.0, 20.0))], size)[0] == pytest.approx(nearest)
     assert _nearest(np.array([7.0]), np.array([0.1]), [(joint(), (5.0, 9.0))], size)[0] == 7, "beyond the bounds"
+    if angle and loses == 1:
+        nearer = _nearest(np.array([pose]), np.array([-3.0]), [(joint(), (-99.0, 99.0))], size)[0]
+        assert nearer == pytest.approx(min((pose + k * math.tau for k in (-2, -1, 0, 1, 2)), key=lambda x: abs(x + 3)))
 
 
 @pytest.mark.parametrize(("most", "ok"), [(7, True), (6, False)])
@@ -480,6 +550,18 @@ def test_balances_of_short_motions(robot, samples, balanced):
     assert (found is not None) == balanced and (not balanced or found.relative_residual < 1e-9)
 
 
+@pytest.mark.parametrize("mass", [2.0, 1e-3])
+@pytest.mark.parametrize("before", [True, False])
+def test_a_power_balance_at_a_jump_of_the_acceleration(robot, before, mass):
+    """The sample there may have the acceleration of either side."""
+    t = np.linspace(0, 2, 41)
+    v = np.where(t < 1, t, 1 - 3 * (t - 1))
+    q, a = np.where(t < 1, t**2 / 2, 1 / 2 + (t - 1) - 1.5 * (t - 1) ** 2), np.where((t < 1) | (before & (t == 1)), 1.0, -3.0)
+    m = robot(ROD.replace('mass value="2"', f'mass value="{mass}"'))
+    balance = compute(LoadCase(m, Motion(t, q[:, None], v[:, None], a[:, None], corner_times=np.array([1.0])))).balance
+    assert balance.relative_residual < 1e-9 and balance.largest_power == pytest.approx(0.25 * mass * np.abs(a * v).max())
+
+
 @pytest.mark.parametrize(("events", "more"), [(12, ""), (13, " and 1 more")])
 def test_what_is_said_of_a_simulation(events, more):
     """Losses and changes are the largest magnitudes; twelve events are named."""
@@ -498,3 +580,196 @@ def test_a_case_as_it_is_described(robot):
     for time, step in ((np.array([4.0]), 0.0), (np.array([4.0, 4.25, 5.0, 5.25]), 0.25)):
         (case,) = provenance_of([LoadCase(m, Motion(time, *np.zeros((3, len(time), 1)), resolution=np.array([-0.5])))]).cases
         assert (case["step"], case["samples"], case["start"], case["end"], case["resolution"]) == (step, len(time), 4.0, time[-1], {"pin": 0.5})
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "helical", "fixed"])
+@pytest.mark.parametrize("axis", [(0.0, 1.0, 0.0), (0.6, 0.0, 0.8)])
+def test_quantities_are_open_where_a_pattern_changes_them(kind, axis):
+    """Patterns along and across the axis, of forces, moments and both: what they do to the quantities of a wrench."""
+    j = Joint("j", kind, "a", "b", *([1, 1] if kind != "fixed" else [0, 0]), 0, 0, axis, has_axis=kind != "fixed", has_angle=kind in ("revolute", "helical"))
+    wrench, lines = np.arange(1.0, 7)[None], [np.array(axis), np.cross(axis, [0.3, 0.1, 0.9])]
+    for pattern in (np.hstack([f, m]) for f in (*lines, np.zeros(3)) for m in (*lines, np.zeros(3))):
+        before, after = (joint_loads(j, w, None, None).wrench for w in (wrench, wrench + 0.5 * pattern))
+        for patterns in (pattern[None], np.array([np.zeros(6), pattern])):
+            assert {n for n in before if abs(before[n][0] - after[n][0]) > 1e-9} == set(_quantities(j, patterns))
+
+
+@pytest.mark.parametrize(
+    ("placement", "payload", "said"),
+    [
+        ({"at": (0, 0, 0.99)}, None, ""), ({"at": (0, 0, -1.01)}, None, "the point of the moments is 1.01 m from the joint's origin"), ({"at": "world"}, None, ""),
+        ({"points": {"pin": (0.0, 1.01, 0.0)}}, None, "the point of the moments of pin is 1.01 m"), ({"points": {"pin": (0.0, 0.99, 0.0)}}, None, ""),
+        ({}, {"center": (0.0, 0.0, -0.99)}, ""), ({}, {"center": (0.8, 0.8, 0.0)}, "the payload on rod is 1.13137 m from the link's origin"),
+        ({}, {"center": (0.0, 0.0, 0.0), "inertia": (0.99, 0, 0, 0, 0.99, 0, 0, 0, 0.99)}, ""),
+        ({}, {"center": (0.0, 0.0, 0.0), "inertia": (1.03, 0, 0, 0, 1.03, 0, 0, 0, 1.03)}, "the inertia of the payload on rod is that of a body with a radius of 1.015 m"),
+    ],
+)  # fmt: skip
+def test_lengths_beyond_twice_the_extent_are_doubted(robot, placement, payload, said):
+    """Of a rod of 0.5 m: points of moments, payloads, and the radius √(I/m) of their inertia."""
+    m, carried = robot(ROD), [Payload("rod", 1.0, **payload)] if payload else []
+    for p in carried:
+        m = m.with_payload(p.link, p.mass, p.center, None if p.inertia is None else np.reshape(p.inertia, (3, 3)))
+    case = LoadCase(m, Motion(np.zeros(1), *np.zeros((3, 1, 1))), Placement(**placement), payloads=carried)
+    doubts = [line for line in compute(case).doubts if "robot's extent" in line]
+    assert len(doubts) == bool(said) and all(line.startswith(said) for line in doubts)
+
+
+@pytest.mark.parametrize(("file", "named"), [("m.csv", "m.csv"), ("", "lift")])
+def test_errors_name_the_file_of_a_motion_or_its_case(robot, file, named):
+    far = Motion(np.zeros(1), np.zeros((1, 1)), np.full((1, 1), 1e300), np.zeros((1, 1)))
+    for motion, said in ((far, "sample 1 "), (replace(far, v=np.full((1, 1), 1e200), a=np.full((1, 1), 1e200)), "sample 1 ")):
+        with pytest.raises(MotionError, match=f"^{named}: {said}"):
+            compute(LoadCase(robot(ROD), motion, name="lift", motion_file=file))
+
+
+def test_closed_mechanisms_in_words(robot):
+    """The largest error of closure, its time, and its case where there are several; no closure where positions were not closed."""
+    m = robot(FOURBAR, drives=["A"])
+    q = m.close(m.neutral(), hold=["A"]).q[None]
+    cases = [
+        LoadCase(m, Motion(np.zeros(1), q, *np.zeros((2, 1, 3)), closing=x and Closing(("A",), *x, (), 1)), name=name)
+        for name, x in (("none", None), ("small", (1e-12, 0.25)), ("large", (3e-11, 0.75)))
+    ]
+    found = [closed_mechanism(some) for some in (cases[:1], cases[2:], cases)]
+    assert [(x.held, x.error, x.error_time, x.error_case) for x in found] == [((), 0.0, 0.0, ""), (("A",), 3e-11, 0.75, ""), (("A",), 3e-11, 0.75, "large")]
+    assert [dict(x.lines()).get("closure") for x in found] == [None, "largest error 3e-11 m, at 0.75 s", "largest error 3e-11 m, at 0.75 s of large"]
+    assert dict(found[1].lines()) | {"closure": ""} == {
+        "loops": "C, continuous, coupler → rocker", "freedoms": "1, driven by A", "positions": "given for A; all others follow", "redundant equations": "C: 3 of 5", "closure": "",
+    }  # fmt: skip
+    for drives, freedoms, brake, doubted in (("A", 1, False, 0), ("AD", 1, False, 1), ("AD", 2, False, 0), ("AD", 1, True, 0)):
+        motion = Motion(np.zeros(1), q, *np.zeros((2, 1, 3)), closing=Closing(("A",), 0.0, 0.0, (), freedoms))
+        doubts = compute(LoadCase(robot(FOURBAR, drives=list(drives)), motion, brake=brake)).doubts
+        assert len([line for line in doubts if line.startswith("A, D: 2 drives move 1 freedom: ")]) == len(doubts) == doubted
+
+
+def test_poses_within_the_limits_of_joints_that_follow(robot):
+    """Up to a billionth; a position that is given for one of them may differ by a thousandth."""
+    m = robot(SLIDERCRANK, drives=["A"])
+    start, slide = m.close(m.neutral(), hold=["A"]).q, m.joint("S").q_index
+    at = float(start[slide])
+    for beyond, ok in ((0.9e-9, True), (1.1e-9, False)):
+        for limit in (f'lower="0" upper="{at - beyond!r}"', f'lower="{at + beyond!r}" upper="1"'):
+            narrow = robot(SLIDERCRANK.replace('lower="0" upper="1"', limit), drives=["A"])
+            assert reach_of(narrow, start, set()).closed(start[None])[1].tolist() == [ok], limit
+    for off, ok in ((0.9e-3, True), (-0.9e-3, True), (1.1e-3, False), (-1.1e-3, False)):
+        q = start + off * np.eye(m.nq)[slide]
+        if ok:
+            assert closed_pose(m, q, ["A", "S"])[0] == pytest.approx(start, abs=1e-9)
+            continue
+        with pytest.raises(MotionError, match=f"pose: S is given {q[slide]:.6g} m, but with A = .* the loops put it at {at:.6g} m"):
+            closed_pose(m, q, ["A", "S"])
+
+
+def test_round_off_is_that_of_the_largest_effort(robot):
+    """Of a rod that weighs a gram, and swings about a vertical axis."""
+    m, t = robot(ROD.replace('mass value="2"', 'mass value="1e-3"')), np.linspace(0, 1, 30)
+    q, v, a = np.sin(9 * t)[:, None], 9 * np.cos(9 * t)[:, None], -81 * np.sin(9 * t)[:, None]
+    balance = compute(LoadCase(m, Motion(t, q, v, a))).balance
+    kinetic, potential = m.energy(q, v)
+    assert balance.round_off == pytest.approx(power_round_off(t, kinetic, potential, q, v, 1e-3 * 0.25 * np.abs(a).max()), rel=1e-9)
+    assert balance.exchanged == pytest.approx(np.abs(np.gradient(kinetic, t)).max(), rel=1e-12)
+
+
+def test_dampers_between_points_turn_power_into_heat(robot):
+    """c l̇² and the damping of the joint: the balance closes with both, and not without."""
+    damper = '<force_element name="d" damping="3"><link1 link="wall" xyz="1 0.5 0"/><link2 link="rod" xyz="0.5 0 0"/></force_element>'
+    m = robot(ROD.replace("</joint>", '<dynamics damping="0.4"/></joint>').replace("</robot>", damper + "</robot>"), physics=["damping", "force elements"])
+    t = np.linspace(0, 2, 400)
+    q, v = np.sin(3 * t), 3 * np.cos(3 * t)
+    balance = compute(LoadCase(m, Motion(t, q[:, None], v[:, None], -9 * q[:, None]))).balance
+    way = 0.5 * np.column_stack([np.cos(q), np.sin(q)]) - [1, 0.5]
+    rate = np.sum(way * 0.5 * np.column_stack([-np.sin(q), np.cos(q)]) * v[:, None], axis=1) / np.linalg.norm(way, axis=1)
+    assert balance.dissipation == pytest.approx(0.4 * v**2 + 3 * rate**2, rel=1e-9, abs=1e-12) and balance.relative_residual < 1e-6
+    case, length = LoadCase(m, Motion(t, q[:, None], v[:, None], -9 * q[:, None])), np.linalg.norm(way, axis=1)
+    (found,) = element_ranges(case)
+    assert (*found.length, *found.tension) == pytest.approx((length.min(), length.max(), 3 * rate.min(), 3 * rate.max()), rel=1e-9)
+    for physics in ((), ("damping",)):
+        assert element_ranges(replace(case, model=m.with_physics(physics))) == []
+
+
+def files_beside(folder):
+    """A motion of the rod with a speed of 4 rad/s at its first sample, and a table of wrenches whose last line may be cut off."""
+    (folder / "m.csv").write_text("time,pin,pin.v,pin.a\n" + "".join(f"{k / 2},{k / 9},{4 - k / 2},-1\n" for k in range(7)))
+    (folder / "w.csv").write_text("time,fz,tx\n0,1,2\n1,3,4")
+    return lambda m, keys, name="a", **more: cases_of_text(m, f"[cases.{name}]\n{keys}\n", str(folder / "c.toml"), **more)
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ("external = [{ link = 'rod', file = 'w.csv' }]", ["w.csv has no line end"]), ("external = [{ link = 'rod', wrench = [0,0,1,0,0,0], point = [0, 0.8, 0.7] }]", ["the point of external wrench 1, on rod, is 1.06301 m"]),
+        ("external = [{ link = 'rod', wrench = [0,0,1,0,0,0], point = [0, 0.7, 0.7] }]", []), ("hold = true", []), ("hold = false\nsimulate = false", []),
+        ("external = [{ link = 'rod', wrench = [0,0,1,0,0,0] }, { link = 'rod', file = 'w.csv' }, { link = 'rod', wrench = [0,0,1,0,0,0], point = [2, 0, 0] }]", ["w.csv", "external wrench 3, on rod, is 2 m"]),
+    ],
+)  # fmt: skip
+def test_doubts_about_what_a_case_names(robot, tmp_path, keys, said):
+    """Beside those about its motion, and of this case alone."""
+    read, m = files_beside(tmp_path), robot(ROD)
+    (case, other) = read(m, f"motion = 'm.csv'\n{keys}\n[cases.b]\nmotion = 'm.csv'")
+    assert len(case.motion.doubts) == len(said) and not other.motion.doubts
+    assert all(words in line for words, line in zip(said, case.motion.doubts, strict=True)), case.motion.doubts
+    assert (case.kind, case.brake, case.static) == (("held at rest by brakes", True, True) if "true" in keys else ("motion", False, False))
+
+
+def test_what_held_and_stopped_motions_share(robot, tmp_path):
+    """Doubts about units, and none about noise."""
+    noise = np.random.default_rng(0).normal(size=300)
+    (tmp_path / "m.csv").write_text("time,pin\n" + "".join(f"{k / 99},{500 * np.sin(k / 50) + x}\n" for k, x in enumerate(noise)))
+    moved, held, stopped = cases_of_text(
+        robot(ROD), "[defaults]\nmotion = 'm.csv'\n[cases.a]\n[cases.b]\nhold = true\n[cases.c]\nstop = { time = 1, from = 0 }\n", str(tmp_path / "c.toml")
+    )
+    degrees = [line for line in moved.motion.doubts if "are these degrees?" in line]
+    assert len(degrees) == 1 < len(moved.motion.doubts) and held.motion.doubts == stopped.motion.doubts == degrees
+
+
+@pytest.mark.parametrize(("time", "beyond"), [(3.3e-308, True), (3.4e-308, False), (1.0, False), (4.45e307, False), (4.55e307, True)])
+def test_stops_within_the_range_of_numbers(robot, tmp_path, time, beyond):
+    """From 4 rad/s: neither 1.5 v/T nor v T are beyond 1.8e308."""
+    try:
+        files_beside(tmp_path)(robot(ROD), f"motion = 'm.csv'\nstop = {{ time = {time!r}, from = 0 }}")
+        said = ""
+    except CaseError as e:
+        said = str(e)
+    assert ("from 4 rad/s or m/s the deceleration or the way is beyond the range of numbers" in said) == beyond, said
+
+
+def test_keys_of_a_simulation():
+    """Each of them, alone and with all others, and what is taken for those that are not there."""
+    given = {
+        "until": 2, "from": 0.5, "pose": {"pin": 1}, "velocity": {"pin": 3}, "controller": "pd", "stiffness": 7, "damping": {"pin": 2}, "brake_at": 1, "brake": {"pin": 9}, "friction": 0.1,
+        "restitution": 0.5, "rate": 100, "method": "rk4", "step": 0.01, "rtol": 1e-6, "atol": 1e-7,
+    }  # fmt: skip
+    names = {"start" if key == "from" else key: x for key, x in given.items()}
+    assert simulated_of("x", given) == Simulated(**names) and simulated_of("x", {}) == Simulated()
+    for (key, x), name in zip(given.items(), names, strict=True):
+        assert simulated_of("x", {key: x}) == Simulated(**{name: x})
+    usual = Simulated()
+    assert (usual.controller, usual.stiffness, usual.damping, usual.rate, usual.method, usual.rtol, usual.atol) == ("none", 0.0, 0.0, 250.0, "dop853", 1e-9, 1e-9), "docs/cases.md"
+    for wrong in ({"pose": 3}, {"velocity": 3.0}, {"rate": True}, {"rate": np.inf}, {"stiffness": {"pin": "x"}}, {"method": 4}, {"until": "1"}, 3):
+        with pytest.raises(CaseError, match="^x"):
+            simulated_of("x", wrong)
+
+
+def test_limits_of_zero_are_none_in_results():
+    said = joint_description(joint(lower=-1.0, upper=None, velocity=0.0, effort=5.0))
+    assert {key: said[key] for key in LIMITS} == {"lower": -1.0, "upper": None, "velocity": None, "effort": 5.0} and said["axis"] == [0, 1, 0]
+    assert joint_description(joint(velocity=2.0, effort=0.0))["effort"] is None and joint_description(replace(joint(), has_axis=False))["axis"] is None
+
+
+def test_physics_of_a_case(robot, tmp_path):
+    """Names, or the width of friction alone; what adds joints is refused, since cases of one run have the same."""
+    read = files_beside(tmp_path)
+    m = robot(ROD.replace("</joint>", '<dynamics damping="0.5" rotor_inertia="0.001" gear_ratio="50"/></joint>'), physics=["damping"])
+    for keys, names, width in (("", ("damping",), 0.01), ("friction_width = 0.3", ("damping",), 0.3), ("physics = ['rotor']", ("rotor",), 0.01), ("physics = []\nfriction_width = 0.2", (), 0.2)):
+        (case,) = read(m, f"motion = 'm.csv'\n{keys}")
+        assert (case.model.physics, case.model.friction_width) == (names, width), keys
+    with pytest.raises(CaseError, match='case a: physics "rotor bodies" adds joints'):
+        read(m, "motion = 'm.csv'\nphysics = ['rotor bodies']")
+
+
+@pytest.mark.parametrize("axes", ["world", "ksl:world"])
+def test_wrenches_in_axes_of_the_world(robot, tmp_path, axes):
+    """Of a rod that has turned by 90°: the world's y is minus its x."""
+    read = files_beside(tmp_path)
+    (case,) = read(robot(ROD), f"hold = {{ pose = {{ pin = 1.5707963267948966 }} }}\nexternal = [{{ link = 'rod', wrench = [0, 3, 0, 0, 0, 2], axes = '{axes}', point = [0.5, 0, 0] }}]")
+    assert case.external["rod"][0] == pytest.approx([3, 0, 0, 0, 0, 2], abs=1e-12)

@@ -5,6 +5,7 @@ The tables below name them all.  A new option, or a new key, must enter one of t
 import re
 import warnings
 
+import numpy as np
 import pytest
 import typer
 
@@ -193,7 +194,15 @@ def test_extent(folder):
     m = ksl.load(folder / "arm.urdf")
     assert extent(m) == pytest.approx(1.0, rel=1e-12)
     loaded = m.with_payload("tip", 2.0, (0, 0, 50))
-    assert extent(loaded) > 50 and extent(loaded, [("tip", 2.0, (0, 0, 50))]) == pytest.approx(1.0, rel=1e-12)
+    assert extent(loaded) > 50
+    rng = np.random.default_rng(0)
+    for _ in range(40):  # payloads count nothing, on links with and without a mass of their own
+        loaded, carried = m, []
+        for link in ("tip", "rod", "link:tip", "cart"):
+            mass, point, moment = rng.uniform(0.1, 3), tuple(50 * rng.normal(size=3)), rng.uniform(0, 9)
+            loaded = loaded.with_payload(link, mass, point, moment * np.eye(3))
+            carried.append((link, mass, point, 3 * moment))
+        assert extent(loaded) > 10 and extent(loaded, carried) == pytest.approx(1.0, rel=1e-9)
     point = ksl.load_string('<robot name="p"><link name="l"><inertial><mass value="1"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>')
     assert extent(point) == 0.0 and far("it is", 1e9, extent(point)) == []  # nothing to judge by
 

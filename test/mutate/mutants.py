@@ -3,6 +3,7 @@
 All mutants of a scope are compiled at once; the one whose number is in `active` runs.  What a module computes when it is imported, its tables and
 constants, has been computed before a mutant is chosen: `recompute` does so again, and hands the result to all modules that have the old one."""
 
+import ast
 import builtins
 import importlib.abc
 import importlib.util
@@ -105,22 +106,33 @@ class Importer(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         exec(compile(self.trees[module.__name__], str(self.files[module.__name__]), "exec"), module.__dict__)
 
     def recompute(self, number):
-        """Computes the statement of a module's body in which the mutant is."""
+        """Computes the statement of a module's body in which the mutant is, and those below that use what it gives."""
         mutant = self.by_number[number]
         name = next(n for n, f in self.files.items() if str(f).endswith(mutant.file))
         module = sys.modules.get(name)
         if module is None or mutant.statement is None:
             return
-        statement = self.trees[name].body[mutant.statement]
-        targets = statement.targets if hasattr(statement, "targets") else [statement.target]
-        names = [t.id for t in targets if hasattr(t, "id")]
-        old = {n: module.__dict__.get(n) for n in names}
-        exec(compile(python_mutator.ast.Module([statement], []), mutant.file, "exec"), module.__dict__)
-        for other in list(sys.modules.values()):
+        first, *below = self.trees[name].body[mutant.statement :]
+        changed, old = names_given(first), dict(module.__dict__)
+        exec(compile(ast.Module([first], []), mutant.file, "exec"), module.__dict__)
+        for statement in (s for s in below if isinstance(s, (ast.Assign, ast.AnnAssign))):
+            if changed & {x.id for x in ast.walk(statement) if isinstance(x, ast.Name)}:
+                changed |= names_given(statement)
+                exec(compile(ast.Module([statement], []), mutant.file, "exec"), module.__dict__)
+        for other in [m for m in list(sys.modules.values()) if m is not module]:
             for n, value in list(getattr(other, "__dict__", {}).items()):
-                for k in names:
-                    if value is old[k] and other is not module and isinstance(value, (float, int, tuple, list, dict)) and n.lstrip("_").upper() == n.lstrip("_"):
+                for k in changed if n.lstrip("_").upper() == n.lstrip("_") else ():
+                    if value is old.get(k, NONE) and (n == k or not isinstance(value, (int, str))):  # small ones are one object everywhere
                         setattr(other, n, module.__dict__[k])
+
+
+NONE = object()
+
+
+def names_given(statement):
+    """The names that an assignment gives."""
+    targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
+    return {t.id for t in targets if isinstance(t, ast.Name)}
 
 
 def install(root, scope):

@@ -6,6 +6,7 @@ Short tests that reach few mutants come first: they notice most.
                  "jobs": 2, "seconds": 10}' python -m pytest -p python_tests test/algebra"""
 
 import ctypes
+import importlib
 import json
 import mmap
 import os
@@ -14,7 +15,6 @@ import signal
 import subprocess
 import sys
 import time
-from itertools import accumulate
 from pathlib import Path
 
 import pytest
@@ -72,9 +72,11 @@ class Mutated:
 
 
 class MutatedPython:
-    """The same of Python.  What modules computed when they were imported is reached by all tests."""
+    """The same of Python.  What modules computed when they were imported is reached by all tests: all are imported before the first one."""
 
     def __init__(self):
+        for module in IMPORTER.trees:
+            importlib.import_module(module)
         self.reached = mutants.reached
         self.imported = {m.number for m in IMPORTER.mutants if m.statement is not None and self.reached[m.number] == mutants.RUN}
 
@@ -123,19 +125,57 @@ def seconds_used():
     return sum(os.times()[:4])
 
 
+class Fixtures:
+    """What fixtures reach that several tests share: each of these reaches it, though only the first one makes the fixture."""
+
+    def __init__(self, mutated):
+        self.mutated, self.made = mutated, {}  # made: name → seconds, and what was reached
+
+    @pytest.hookimpl(hookwrapper=True)
+    def pytest_fixture_setup(self, fixturedef):
+        if fixturedef.scope == "function":
+            yield
+            return
+        before, start = bytes(self.mutated.reached), seconds_used()
+        self.mutated.clear()
+        yield
+        during, name = bytes(self.mutated.reached), f"{fixturedef.baseid} {fixturedef.argname}"
+        seconds, reached = self.made.get(name, (float("inf"), bytes(len(during))))
+        self.made[name] = min(seconds, seconds_used() - start), merged(reached, during)  # the first of several may import modules
+        self.mutated.reached[:] = before
+
+    def of(self, item):
+        """{name: seconds}, and all that they reach."""
+        used = [f"{of[-1].baseid} {of[-1].argname}" for of in item._fixtureinfo.name2fixturedefs.values()]
+        found = {name: self.made[name] for name in used if name in self.made}
+        whole = bytes(len(self.mutated.reached))
+        for _, reached in found.values():
+            whole = merged(whole, reached)
+        return {name: seconds for name, (seconds, _) in found.items()}, whole
+
+
+def merged(a, b):
+    """Of two records, what either reached: 1; or else what was joined in either: 2."""
+    return bytes(1 if 1 in pair else max(pair) for pair in zip(a, b)) if any(a) and any(b) else b if any(b) else a
+
+
 def record(session, mutated, path):
     """Runs all tests without a mutant."""
-    rows = []
+    rows, fixtures = [], Fixtures(mutated)
+    session.config.pluginmanager.register(fixtures)
     mutated.clear()
     start = seconds_used()
     for item, bad in zip(session.items, run(session.items)):
+        of_fixtures, reached = fixtures.of(item)
+        reached = merged(bytes(mutated.reached), reached)
         rows.append(
             {
                 "test": item.nodeid,
                 "seconds": seconds_used() - start,
+                "fixtures": of_fixtures,
                 "failed": bad,
-                "reached": [i for i, x in enumerate(bytes(mutated.reached)) if x == 1],
-                "joined": [i for i, x in enumerate(bytes(mutated.reached)) if x == 2],
+                "reached": [i for i, x in enumerate(reached) if x == 1],
+                "joined": [i for i, x in enumerate(reached) if x == 2],
             }
         )
         mutated.clear()
@@ -148,7 +188,7 @@ def kill(session, mutated, number, order, seconds, killer):
     """1 if a test fails that mutant `number` reaches, 0 if all pass."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
-    limit = int(seconds + 10 * sum(r["seconds"] for r, _ in order)) + 1
+    limit = int(seconds + 10 * sum(alone(r) for r, _ in order)) + 1
     resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
     signal.alarm(8 * limit)
     mutated.activate(number)
@@ -169,13 +209,23 @@ def tests_in_order(session, mutated):
     if len(bad) > 0.01 * len(rows):
         raise SystemExit(f"tests fail without a mutant: {bad}")
     print(f"{len(bad)} of {len(rows)} tests fail with {FEW} cases, and are left out: {bad}", file=sys.stderr)
-    return sorted(((r, i) for r, i in zip(rows, session.items) if not r["failed"]), key=lambda pair: pair[0]["seconds"] * len(pair[0]["reached"]))
+    return sorted(((r, i) for r, i in zip(rows, session.items) if not r["failed"]), key=lambda pair: alone(pair[0]) * len(pair[0]["reached"]))
+
+
+def alone(row):
+    """Seconds that a test takes with its fixtures, which the record may have counted for it already."""
+    return max(row["seconds"], sum(row["fixtures"].values()))
 
 
 def within(seconds, order):
-    """The tests from the beginning of the order that take so long, one at least."""
-    sums = accumulate(row["seconds"] for row, _ in order)
-    return [pair for pair, end in zip(order, sums) if end <= seconds] or order[:1]
+    """The tests from the beginning of the order that take so long, one at least; fixtures are made once."""
+    kept, made, spent = [], set(), 0.0
+    for row, item in order:
+        spent += max(row["seconds"], sum(x for name, x in row["fixtures"].items() if name not in made))
+        made |= row["fixtures"].keys()
+        if spent <= seconds:
+            kept.append((row, item))
+    return kept or order[:1]
 
 
 class Children:

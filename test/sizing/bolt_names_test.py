@@ -10,6 +10,7 @@ import ksl
 from ksl.base.errors import SizingError
 from ksl.sizing import bolt_names, bolt_strength
 from ksl.sizing.bolt_names import named_bolt
+from ksl.sizing.bolt_numbers import OF_BOLT
 
 STRESS_AREAS = {  # ISO 898-1:2013, Tables 4 and 6, mm²
     "M3": 5.03, "M3.5": 6.78, "M4": 8.78, "M5": 14.2, "M6": 20.1, "M7": 28.9, "M8": 36.6, "M10": 58.0, "M12": 84.3, "M14": 115, "M16": 157, "M18": 192,
@@ -122,6 +123,27 @@ def test_a_flange_with_a_named_bolt_is_one_with_its_numbers(table):
     own = ksl.size(table, {"component": [NAMED | {"preload": 5000.0, "tightening": "angle"}]})
     force = next(f for f in own.in_order if f.figure == "bolt force")
     assert force.value == pytest.approx(1.4 * 5000, rel=0.01) and "A_S ν Rp0.2" not in force.formula and "δ_S of head" in force.formula, "what is given counts"
+
+
+@pytest.mark.parametrize("key", OF_BOLT)
+def test_what_is_given_counts_and_the_rest_follows_from_it(table, key):
+    """The preload from the tightening factor, the loss by embedding from both resiliences."""
+    bolt = named_bolt("M8 8.8")
+    loads, given = bolt_strength.allowed_loads(bolt), {key: {"tightening_factor": 1.3, "embedding_loss": 77.0}.get(key, 4e-9 if "resilience" in key else 3e3)}
+    typed = {
+        "tightening_factor": 2.0, "yield_force": loads.yield_force, "amplitude_limit": loads.amplitude, "plate_resilience": bolt_strength.plate_resilience(bolt, 0.02, 70e9),
+        "bolt_resilience": bolt_strength.bolt_resilience(bolt, 0.02, modulus=70e9),
+    } | given  # fmt: skip
+    typed = {"preload": loads.preload / typed["tightening_factor"], "embedding_loss": 8e-6 / (typed["bolt_resilience"] + typed["plate_resilience"])} | typed
+    named, plain = (ksl.size(table, {"component": [part]}) for part in (NAMED | given, FLANGE | typed))
+    assert [(f.figure, f.value, f.limit) for f in named.in_order] == [(f.figure, f.value, f.limit) for f in plain.in_order]
+    assert ("thread and class = M8 8.8" in next(f for f in named.in_order if f.figure == "force amplitude of a bolt").inputs) == (key != "amplitude_limit")
+
+
+@pytest.mark.parametrize(("given", "name"), [("M8x1.25 8.8", "M8 8.8"), ("m8×1-8.8", "M8x1 8.8"), ("M3.5 - 10.9", "M3.5 10.9"), ("M16 9.8", "M16 9.8")])
+def test_a_bolt_is_called_by_its_fine_pitch_alone(given, name):
+    bolt = named_bolt(given)
+    assert bolt.name == name and bolt.diameter * 1000 == pytest.approx(float(name.split()[0].lstrip("M").split("x")[0])) and bolt.strength == name.split()[1]
 
 
 def test_a_direction_in_the_flange_may_have_any_length(table):

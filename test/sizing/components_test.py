@@ -13,7 +13,7 @@ from ksl.sizing.bolt_numbers import OF_BOLT
 from ksl.sizing.catalogue import KINDS
 from ksl.sizing.components import components_of, read_components
 from ksl.sizing.example import example_file
-from results_tables import results_table
+from results_tables import made_table, results_table
 
 ABSENT = object()
 HEAD = 'robot = "panda"\n\n[[component]]\njoint = "panda_joint2"\n'
@@ -58,7 +58,8 @@ GEAR = 'kind = "strain wave gear"\nratio = 100\n'
         ('[[component]]\njoint = "a"\njoints = ["b"]\nkind = "motor"\n', 'expected joint = "NAME"'),
         (HEAD + GEAR + "rated_torqe = 3\n", ":7: no strain wave gear key named 'rated_torqe'; did you mean 'rated_torque'"),
         (HEAD + GEAR + 'rated_torque = "67"\n', ":7: rated_torque = '67': expected a number, N m"),
-        (HEAD + GEAR + "rated_torque = true\n", ":7: rated_torque = True: expected a number"),
+        (HEAD + GEAR + "rated_torque = true\n", ":7: rated_torque = True: expected a number, N m$"),
+        (HEAD + GEAR + "efficiency = '0.8'\n", ":7: efficiency = '0.8': expected a number$"),
         (HEAD + 'kind = "motor"\ntorque_speed = [[0, 1], [0, 2]]\n', ":6: torque_speed.*increasing speeds"),
         (HEAD + 'kind = "motor"\nname = 3\n', ":6: name = 3: expected text in quotes"),
         (HEAD + 'kind = "bolted flange"\nbolts = 6\n', "a bolt circle needs both bolts and circle_diameter"),
@@ -67,7 +68,7 @@ GEAR = 'kind = "strain wave gear"\nratio = 100\n'
         (HEAD + 'kind = "bolted flange"\nbolts = 6.5\ncircle_diameter = 0.1\n', ":6: bolts = 6.5: expected a whole number"),
         (HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = -0.1\n', ":7: circle_diameter = -0.1 must be positive"),
         (HEAD + 'kind = "bolted flange"\npoints = [[0, 0], [1, 0]]\n', "at least three bolts"),
-        (HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = 0.1\nat = [0, 0]\n', ":8: at = .0, 0.: expected three numbers"),
+        (HEAD + 'kind = "bolted flange"\nbolts = 6\ncircle_diameter = 0.1\nat = [0, 0]\n', ":8: at = .0, 0.: expected three numbers .x, y, z.$"),
         (
             HEAD + 'kind = "bearing pair"\nlocating = { type = "deep groove", position = 0.1 }\n',
             "bearing pair without floating; write a table .component.floating.",
@@ -165,17 +166,6 @@ def test_missing_and_negative_numbers_leave_figures_out(file, table, lines, figu
     assert all(np.isfinite(f.value) or f.unit == "h" for f in sizing.figures)
 
 
-def test_a_motor_takes_ratio_and_efficiency_of_the_gear_on_its_joint(file, table):
-    own = ksl.size(table, file(HEAD + 'kind = "motor"\nrotor_inertia = 1e-5\ngear_ratio = 50\ngear_efficiency = 0.7\n'))
-    of_gear = ksl.size(
-        table,
-        file(HEAD + 'kind = "motor"\nrotor_inertia = 1e-5\n[[component]]\njoint = "panda_joint2"\nkind = "planetary gear"\nratio = 50\nefficiency = 0.7\n'),
-    )
-    values = [[f.value for f in s.in_order if f.kind == "motor"] for s in (own, of_gear)]
-    assert values[0] == values[1] and len(values[0]) >= 5
-    assert any("(planetary gear)" in f.inputs for f in of_gear.figures)
-
-
 def test_the_example_has_every_kind_and_key_and_can_be_used(file, table):
     text = example_file("panda_joint2")
     used = text.replace('joint = "panda_joint2"           #', 'joint = "panda_joint2" #')
@@ -231,17 +221,8 @@ def test_tables_may_hold_tuples_and_arrays():
 def test_lines_of_keys():
     text = 'a = 1\n[b]\n"c d" = 2\n[[e]]\nf = 3\n[e.g]\nh = 4\n[[e]]\n  f=5\ni.j = 6\n'
     lines = toml_lines(text)
-    assert [lines[p] for p in (("a",), ("b",), ("b", "c d"), ("e", 0), ("e", 0, "f"), ("e", 0, "g", "h"), ("e", 1), ("e", 1, "f"), ("e", 1, "i", "j"))] == [
-        1,
-        2,
-        3,
-        4,
-        5,
-        7,
-        8,
-        9,
-        10,
-    ]
+    paths = [("a",), ("b",), ("b", "c d"), ("e", 0), ("e", 0, "f"), ("e", 0, "g", "h"), ("e", 1), ("e", 1, "f"), ("e", 1, "i", "j")]
+    assert [lines[p] for p in paths] == [1, 2, 3, 4, 5, 7, 8, 9, 10]
     assert line_of(lines, "e", 0, "g", "missing") == 6 and line_of(lines, "z") is None
 
 
@@ -262,3 +243,123 @@ DEFAULTS = {
 def test_what_is_taken_for_keys_that_are_left_out():
     keys = [(kind.name, key) for kind in KINDS.values() for outer in kind.keys for key in (outer, *outer.keys)]
     assert {(kind, key.name): key.default for kind, key in keys if key.default is not None} == DEFAULTS
+    shares = {"efficiency", "gear_efficiency", "thread_friction", "yield_share", "load_introduction", "load_factor"}  # at most the whole
+    largest = {(kind, key.name): key.largest for kind, key in keys if key.largest is not None}
+    assert {name for _, name in largest} == {*shares, "torque_exponent", "k"} and ("crossed roller bearing", "load_factor") not in largest
+    assert all(x == (1 if name in shares else 100) for (_, name), x in largest.items())
+
+
+CIRCLE = {"kind": "bolted flange", "bolts": 3, "circle_diameter": 0.1}
+NAMED = CIRCLE | {"bolt": "M8 8.8", "clamp_length": 0.02}
+BEARING = {"kind": "crossed roller bearing"}
+BOUNDS = {  # what is used, and what is beside it and not
+    "position": (BEARING, (9.999, -9.999, 0), (10.0, -10.0, float("inf"))), "pitch_diameter": (BEARING, (2.999, 1e-30), (3.0, 0, -0.1, 0.9e-30)),
+    "C": (BEARING, (1e30, 1e-30, 10**22), (1.1e30, 0.9e-30, 0, -1, True)), "efficiency": ({"kind": "planetary gear"}, (1.0, 1e-9), (1.001, 0)),
+    "rotor_inertia": ({"kind": "motor"}, (0, 1e-30), (-1e-9, 0.9e-30)), "at": ({"kind": "limits"}, ([0, -9.9, 9.9], [0.0, 0, 0]), ([0, 0, 10.1], [0, 0], 3)),
+    "contact_angle_deg": ({"kind": "opposed angular contact bearings", "arrangement": "back-to-back", "a": {"position": 0}, "b": {"position": 1}}, (20, 25.0, 45), (26, 0)),
+    "torque_speed": ({"kind": "motor"}, ([[0, 1], [1, 0]], [[5, 0]]), ([[-0.1, 1], [1, 1]], [[1, 1], [1, 2]], [[2, 1], [1, 2]], [[0, 1], [1, -0.1]], [], [[1, 2, 3]])),
+    "bolts": (CIRCLE, (3, 4), (2, 5.0, True, -3)), "points": ({"kind": "bolted flange"}, ([[0, 0], [1, 0], [0, 1]],), ([[0, 0], [1, 0]], [[0, 0, 0]] * 3, [1, 2, 3])),
+    "shank_length": (NAMED, (0, 0.02), (0.0201, -0.001)), "thread_friction": (NAMED, (1.0,), (1.1, 0)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", BOUNDS)
+def test_the_numbers_that_a_catalogue_can_have(key):
+    """Others are an error, or are not used, and that is said."""
+    part, used, beside = BOUNDS[key]
+    for value in (*used, *beside):
+        try:
+            (found,) = components_of({"component": [{"joint": "a", **part, key: value}]}).parts
+            is_used = not found.refused
+            assert found.get(key) == (value if is_used else None)
+        except SizingError:
+            is_used = False
+        assert is_used == (value in used and not isinstance(value, bool)), value
+
+
+@pytest.mark.parametrize(
+    ("top", "is_taken"),
+    [
+        ({"required_life_h": 1e30}, True), ({"required_life_h": 1.1e30}, False), ({"required_life_h": 0}, False), ({"cases": {"a": 0}}, True), ({"cases": {"a": 1e30}}, True),
+        ({"cases": {"a": -1e-9}}, False), ({"cases": {"a": 1.1e30}}, False), ({"shares": {"a": 0, "b": 1e-9}}, True), ({"shares": {"a": True}}, False), ({"shares": 3}, False),
+        ({"iso_281": 1990, "reliability": 99}, True), ({"iso_281": True}, False), ({"iso_281": 2007.0}, False), ({"component": []}, False), ({"component": [3]}, False),
+    ],
+)  # fmt: skip
+def test_the_numbers_of_a_whole_file(top, is_taken):
+    tables = {"component": [{"joint": "a", "kind": "limits"}]} | top
+    if is_taken:
+        assert components_of(tables).parts and components_of({"component": tables["component"], "reliability": None}).reliability == 90
+        return
+    with pytest.raises(SizingError):
+        components_of(tables)
+
+
+def test_integers_that_are_beyond_any_number():
+    for number, said in ((-(10**299), "is out of range: magnitudes are between 1e-30 and 1e[+]30"), (-105 * 10**298, "expected factors")):
+        with pytest.raises(SizingError, match=said):
+            components_of({"component": [{"joint": "b", "kind": "fatigue", "stress": {"fx": number}}]})
+
+
+ROWS = {"type": "deep groove", "position": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("name", "of"),
+    [
+        ("position", lambda x: BEARING | {"position": -x}), ("at", lambda x: {"kind": "limits", "torque": 1, "at": [0, -x, x / 2]}),
+        ("locating.position", lambda x: {"kind": "bearing pair", "locating": ROWS | {"position": x}, "floating": ROWS}),
+        ("points", lambda x: {"kind": "bolted flange", "points": [[0, 0], [1, 0], [0.5, -x]]}),
+    ],
+)  # fmt: skip
+def test_lengths_beyond_the_extent_of_the_robot_are_doubted(name, of):
+    """From once its extent on; the point of the moments in the simultaneous sets from twice."""
+    table = made_table({"a": {"time": [0.0, 1.0]}}, extent=2.0)
+    for length, doubted in ((1.99, False), (2.01, True)):
+        notes = ksl.size(table, {"component": [{"joint": "j", **of(length)}]}).notes
+        assert any(f"{name} is 2.01 m, 1 times the robot's extent of 2 m" in note for note in notes) == doubted, notes
+        assert len(notes) == doubted
+        assert len(ksl.size(table, at={"j": (0, 0, 2 * length)}).notes) == doubted
+    assert not ksl.size(made_table({"a": {"time": [0.0, 1.0]}}), {"component": [{"joint": "j", **of(9.0)}]}).notes, "nobody knows the extent"
+
+
+def test_what_is_said_of_the_spectrum_and_of_numbers_that_are_not_used():
+    table = made_table({case: {"time": [0.0, 1.0]} for case in "abc"})
+    part = {"joint": "j", "kind": "limits", "torque": 1.0}
+    notes = lambda **top: list(ksl.size(table, {"component": [part], **top}).notes)
+    assert notes() == notes(cases={"a": 2}) == [] and notes(shares=dict.fromkeys("abc", 0.2)) == []
+    assert notes(cases={"a": 0, "b": 1, "c": 0}) == ["exceptional cases (0 repetitions) count for peaks and static safety and not for life: a, c"]
+    assert notes(shares={"b": 1.0}) == ["cases without a share of the time count for peaks and not for life: a, c"]
+    unused = ksl.size(table, {"component": [{"joint": "j", "kind": "planetary gear", "ratio": 3, "efficiency": -0.9}]})
+    assert list(unused.notes) == ["components: efficiency = -0.9 must be positive; it is not used"]
+    made = [ksl.size(table, {"component": [part], **top}).provenance for top in ({}, {"cases": {"a": 2.0}}, {"shares": {"b": 0.5}})]
+    assert [x["cases"] for x in made] == [{"a": 1.0, "b": 1.0, "c": 1.0}, {"a": 2.0, "b": 1.0, "c": 1.0}, {"a": 0.0, "b": 0.5, "c": 0.0}]
+    assert [x["cases are"] for x in made] == ["repetitions", "repetitions", "share of time"] and ksl.size(table).provenance["cases"] == {}
+
+
+def test_the_first_gear_of_a_joint_and_what_its_motor_states():
+    """Of two gears the first counts; what the motor states comes before both; without any it is a direct drive, or none."""
+    table = made_table({"a": {"time": [0.0, 1.0], "effort": 6.0, "speed": 2.0}})
+    gears = [{"joint": "j", "kind": "planetary gear", "name": n, "ratio": r, "efficiency": e} for n, r, e in (("x", 10, 0.5), ("y", 20, 0.6))]
+    for own, torque in (({}, 6 / 10 / 0.5), ({"gear_ratio": 4}, 6 / 4 / 0.5), ({"gear_efficiency": 0.8}, 6 / 10 / 0.8)):
+        sizing = ksl.size(table, {"component": [{"joint": "j", "kind": "motor", "rotor_inertia": 0, **own}, *gears]})
+        assert next(f for f in sizing.figures if f.figure == "peak torque").value == pytest.approx(torque, rel=1e-12)
+        assert not any("without losses" in str(x) for x in sizing.left_out)
+        assert any("η = 0.5 (x)" in f.inputs for f in sizing.figures) == ("gear_efficiency" not in own)
+    for ratio, said in ((1, False), (3, True)):
+        alone = ksl.size(table, {"component": [{"joint": "j", "kind": "motor", "rotor_inertia": 0, "gear_ratio": ratio}]})
+        assert any("gear_efficiency is not given" in str(x) for x in alone.left_out) == said
+    idle = ksl.size(made_table({"a": {"time": [0.0, 1.0], "effort": np.nan}}), {"component": [{"joint": "j", "kind": "motor", "gear_ratio": 1}, *gears, {"joint": "j", "kind": "limits", "torque": 1}]})
+    assert [str(x) for x in idle.left_out] == [f"j: {name}: everything is left out: j has no drive in these results: it follows other joints" for name in ("motor", "x", "y")]
+
+
+def test_the_example_says_each_default():
+    text = example_file()
+    for kind in KINDS.values():
+        part = text.partition(f'kind = "{kind.name}"')[2].partition("[[component]]")[0]
+        for key in [inner for outer in kind.keys for inner in (outer, *outer.keys)]:
+            lines = [line for line in part.splitlines() if line.removeprefix("# ").startswith(f"{key.name} = ")]
+            shown = key.default is not None and key.shape not in ("vector", "table")
+            wanted = f"; {key.default:g} if left out" if isinstance(key.default, float) else f"; {key.default} if left out"
+            assert (lines or key.shape == "table") and all(line.endswith(wanted) if shown else not line.endswith("left out") for line in lines), key.name
+        positions = re.findall("^position = (\\S+)", part, re.M)
+        assert len(set(positions)) == len(positions), "two bearings are not at one place"

@@ -8,9 +8,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from ksl.base.errors import SizingError
-from ksl.sizing.results import Results, read_results
-from ksl.sizing.samples import Spectrum
-from results_tables import results_table
+from ksl.base.rounding import OF_POSITIONS
+from ksl.sizing.results import WRENCH, Results, read_results
+from ksl.sizing.samples import Spectrum, moved
+from results_tables import AXIS, made_table, results_table
 
 
 @pytest.fixture(scope="module")
@@ -163,6 +164,9 @@ ALTERED = {
     "NaN time": (lambda t: with_number(t, "time", np.nan), "the column time is missing or not a number in row 4"),
     "infinite effort": (lambda t: with_number(t, "effort", -np.inf), "the column effort is infinite in row 4"),
     "no name": (lambda t: with_number(t, "joint", None), "the column joint lacks a name in some rows"),
+    "a stranger": (lambda t: with_column(t, "joint", ["x" if j == "base" else j for j in t["joint"].to_pylist()]), "the table has a joint x that its metadata does not know"),
+    "equal times": (lambda t: with_column(t, "time", [min(x, 1.9) for x in t["time"].to_pylist()]), "times of case sines don't increase"),
+    "no position": (lambda t: with_number(t, "position", np.nan), "wrist_1 has samples without position, speed or acceleration"),
     "numbers as names": (lambda t: with_column(t, "joint", [3] * len(t)), "the column joint holds int64; expected names: run"),
 }
 
@@ -212,12 +216,141 @@ def test_the_simultaneous_sets(ur5):
             x = curves[quantity]
             assert row[quantity] == pytest.approx(x.max() if which == "max" else x.min())
     assert {row["extreme"] for row in rows} >= {"axial_force max", "axial_force min", "axial_moment min", "speed min", "bending_moment max"}
-    assert {row["extreme"] for row in sizing.peaks if row["joint"] == "base"} == {
-        "axial_force max",
-        "axial_force min",
-        "radial_force max",
-        "bending_moment max",
-        "axial_moment max",
-        "axial_moment min",
-    }
+    of_base = {"axial_force max", "axial_force min", "radial_force max", "bending_moment max", "axial_moment max", "axial_moment min"}
+    assert {row["extreme"] for row in sizing.peaks if row["joint"] == "base"} == of_base
     assert sizing.peak_table.schema.field("bending_moment").metadata == {b"unit": b"N m"}
+
+
+@pytest.mark.parametrize("on", [["child", "parent"], ["child", "parent", "x", "y"]])
+def test_a_table_on_both_sides_is_refused(on):
+    table = made_table({"a": {"time": np.arange(4.0)}}).append_column("on", pa.array((2 * on)[:4]))
+    with pytest.raises(SizingError, match=f"the column on has several values, {', '.join(map(repr, on[:3]))}; expected one$"):
+        Results(table)
+
+
+def test_rows_of_one_joint_without_cases_are_a_motion_and_those_of_several_are_in_order():
+    with pytest.raises(SizingError, match="rows of different cases are mixed; sort them by case and time"):
+        Results(with_column(made_table({"a": {"time": np.arange(4.0)}}), "case", ["a", "b", "b", "a"]))
+    table = made_table({"a": {"time": [0.0, 1.0], "fx": [1.0, 2.0]}}).drop_columns(["case"])
+    s = Results(table).joint("j")
+    assert s.cases == ("motion",) and s.force[:, 0].tolist() == [1, 2]
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "fixed"])
+def test_speeds_of_rounding_are_zero_beside_the_shorter_step(kind):
+    """Some hundred units in the last place of the largest position, over the step to the nearer neighbour in the same case."""
+    times = {"a": np.array([5.0, 5.5, 5.6]), "b": np.array([0.0, 2.0]), "pose": np.array([7.0])}
+    step = np.array([0.5, 0.1, 0.1, 2, 2, np.inf])
+    still = OF_POSITIONS * 4.0 / step
+    for share, stands in ((0.99, True), (1.01, False)):
+        speeds = np.split(share * still * [1, -1, 1, -1, 1, 1], [3, 5])
+        table = made_table({case: {"time": t, "position": -4.0, "speed": v} for (case, t), v in zip(times.items(), speeds, strict=True)}, kind)
+        s = Results(table).joint("j")
+        assert (s.speed[:5] == 0).tolist() == [stands and kind != "fixed"] * 5
+        assert s.resolution == (pytest.approx(np.median(still)) if kind != "fixed" else 0)
+        said = made_table({case: {"time": t} for case, t in times.items()}, kind, cases=[{"resolution": {"j": 0.2}}, {}, {"resolution": {"j": 0.3, "k": 9.0}}, {"resolution": {"j": np.inf}}])
+        assert Results(said).joint("j").resolution == (0.3 if kind != "fixed" else 0)
+    for broken in (3, [3], [{"resolution": {"j": "x"}}], [{"resolution": 3}]):
+        assert Results(made_table({"a": {"time": [0.0, 1.0]}}, kind, cases=broken)).joint("j").resolution == 0
+    assert Results(made_table({"pose": {"time": [3.0], "speed": 1e-20, "position": 1.0}}, kind)).joint("j").speed[0] == 1e-20, "of one sample nothing is known"
+
+
+def test_an_axis_that_is_none_is_z():
+    for kind, axis, found in (("revolute", [0.6, 0, 0.8], (0.6, 0, 0.8)), ("revolute", [0, 0.51, 0], (0, 0.51, 0)), ("revolute", [0, 0.49, 0], (0, 0, 1)), ("revolute", [0, 0, 0], (0, 0, 1)), ("revolute", None, (0, 0, 1)), ("fixed", [1, 0, 0], (0, 0, 1))):
+        joint = Results(made_table({"a": {"time": [0.0, 1.0]}}, joints=[{"name": "j", "kind": kind, "axis": axis}])).joints["j"]
+        assert joint.axis == found and joint.has_axis == (found != (0, 0, 1)) and joint.turns == (kind == "revolute")
+
+
+@pytest.mark.parametrize("said", [None, "far", True, float("nan"), float("inf"), [1.0]])
+def test_an_extent_that_is_none(said):
+    table = made_table({"a": {"time": [0.0, 1.0]}}, extent=said)
+    assert Results(table).extent == (1.0 if said is True else 0.0) and Results(made_table({"a": {"time": [0.0, 1.0]}}, extent=1.5)).extent == 1.5
+
+
+def test_rotors_as_bodies_are_said():
+    for physics, said in (("rotor bodies, damping", 1), ("damping", 0)):
+        assert len(ksl.size(made_table({"a": {"time": [0.0, 1.0]}}, physics=physics)).notes) == said
+
+
+# what rigid bodies leave open
+
+
+@pytest.mark.parametrize("at", [None, (0, 0, 0), (0.3, 0, 0), (0, -0.2, 0), (0, 0, 0.1), (0.3, -0.2, 0.1)])
+@pytest.mark.parametrize("axis", [(0, 0, 1), (-1, 0, 0), (0.6, 0, 0.8), (0.6, 0.64, 0.48)])
+def test_figures_that_an_open_component_changes_are_not_judged(at, axis):
+    """And no others: each component of the wrench about the joint's origin is changed in turn."""
+    rng, joints = np.random.default_rng(4), [{"name": "j", "kind": "revolute", "axis": axis}]
+    wrench, limits = dict(zip(WRENCH, rng.normal(size=(6, 3)), strict=True)), dict.fromkeys(("axial_force", "radial_force", "bending_moment", "torque", "speed_rpm"), 1e3)
+    parts = {"component": [{"joint": "j", "kind": "limits", **limits, **({} if at is None else {"at": list(at)})}]}
+    size = lambda wrench: made_table({"a": {"time": np.arange(3.0), "speed": 1.0, **wrench}}, joints=joints)
+    before = ksl.size(size(wrench), parts).in_order
+    for name in WRENCH:
+        after = ksl.size(size(wrench | {name: wrench[name] + [0.5, 0.7, 0.9]}), parts).in_order
+        table = size(wrench).append_column("undetermined", pa.array([name, "", ""]))
+        sizing = ksl.size(table, parts)
+        changed = {f.figure for f, g in zip(before, after, strict=True) if abs(f.value - g.value) > 1e-9}
+        assert {f.figure for f in sizing.in_order if not f.verdict} == changed, name
+        assert {x.figure for x in sizing.left_out} == {f"the verdict on “{figure}”" for figure in changed}
+        assert all(("needs stiffnesses of joints" in f.note) == (f.figure in changed) for f in sizing.in_order)
+
+
+BEARING, SIDE = {"C": 9e4, "C0": 8e4}, {"type": "deep groove", "f0": 13.0}
+CARRIERS = [
+    {"kind": "crossed roller bearing", "position": 0.2, "pitch_diameter": 0.1, **BEARING},
+    {"kind": "bearing pair", "locating": BEARING | SIDE | {"position": -0.1}, "floating": BEARING | SIDE | {"position": 0.2}},
+    {"kind": "opposed angular contact bearings", "arrangement": "back-to-back", "a": BEARING | {"position": -0.1}, "b": BEARING | {"position": 0.2}},
+    {"kind": "bolted flange", "bolts": 5, "circle_diameter": 0.2, "load_factor": 0.1, "preload": 4e3, "friction": 0.2, "yield_force": 9e3, "amplitude_limit": 9.0},
+    {"kind": "fatigue", "stress": {"fx": 1.0, "tz": 2.0}, "at": [0, 0.1, 0], "k": 5, "knee_amplitude": 9.0, "knee_cycles": 1e6, "required_repetitions": 1.0},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("part", CARRIERS, ids=lambda part: part["kind"])
+def test_what_is_open_of_bearings_and_flanges(part):
+    """No figure that an open component changes is judged; and all are that use none: a bearing carries no moment about its axis."""
+    wrench, joints = dict(zip(WRENCH, np.random.default_rng(4).normal(size=(6, 3)), strict=True)), [{"name": "j", "kind": "revolute", "axis": [0, 0, 1]}]
+    parts = {"component": [{"joint": "j", **part}], "required_life_h": 100.0}
+    table = lambda wrench: made_table({"a": {"time": np.arange(3.0), "speed": 9.0, "position": [0, 9, 18.0], **wrench}}, joints=joints)
+    before = ksl.size(table(wrench), parts).in_order
+    for name in WRENCH:
+        after = {f.figure: f.value for f in ksl.size(table(wrench | {name: wrench[name] + [5, 7, 9.0]}), parts).in_order}
+        found = {f.figure: f.verdict for f in ksl.size(table(wrench).append_column("undetermined", pa.array([name, "", ""])), parts).in_order}
+        changed = {f.figure for f in before if f.verdict and abs(f.value - after[f.figure]) > 1e-9 * abs(f.value)}
+        assert all(found[figure] == "" for figure in changed) and (changed or name == "tz" or part["kind"] == "fatigue"), name
+        if not changed and name == ("tz" if "bearing" in part["kind"] else "fy"):
+            assert {f.figure for f in before if f.verdict} == {figure for figure, verdict in found.items() if verdict}
+
+
+def test_moments_get_a_share_of_open_forces():
+    """Where move × force has one: of every force and every move."""
+    for move in np.array(np.meshgrid(*[[0, 0.5]] * 3)).reshape(3, -1).T:
+        for k, name in enumerate(WRENCH):
+            shares = np.cross(move, np.eye(3)[k]) if k < 3 else np.zeros(3)
+            assert moved((name,), move) == tuple(n for n, x in zip(WRENCH, [*np.zeros(3), *shares], strict=True) if x or n == name)
+
+
+# the object
+
+
+@pytest.mark.parametrize("count", [0, 1, 12, 13, 15])
+def test_a_sizing_in_a_few_lines(count):
+    """The first twelve figures, and how many more there are; what is over its limit is counted."""
+    table = made_table({"a": {"time": [0.0, 1.0], "tz": 1.0}})
+    parts = [{"joint": "j", "kind": "limits", "name": f"part {k}", "torque": 2.0 if k else 0.5} for k in range(count)]
+    sizing = ksl.size(table, {"component": parts} if parts else None)
+    first, *lines = repr(sizing).splitlines()
+    assert len(lines) == min(count, 12) + (count > 12) and (count <= 12 or lines[-1] == f"  … and {count - 12} more in .figures and .table")
+    over = f"1 of {count} figures is over its limit; worst: j, part 0, torque, utilisation 1.6"
+    assert first == "Sizing of r: " + (over if count else "no components") == f"Sizing of {sizing.verdict}"
+    both = ksl.size(table, {"component": [part | {"torque": 0.5} for part in parts[:2]]}) if count > 1 else None
+    assert both is None or both.verdict.startswith("r: 2 of 2 figures are over their limit")
+    open_ended = {"joint": "j", "kind": "fatigue", "stress": {"tz": 1.0}}
+    assert ksl.size(table, {"component": [open_ended]}).verdict == "r: nothing was compared with a limit"
+    assert ksl.size(table, {"component": [*parts[1:], open_ended]}).verdict.startswith(f"r: all {count - 1} figures with a limit are within it; 1 left out; worst: j, ") or count < 2
+    assert [f.verdict for f in sizing.figures] == ["over", *["within"] * (count - 1)][:count] and len(sizing.exceeded) == bool(count)
+
+
+@pytest.mark.parametrize(("torque", "verdict"), [(0.9, "near"), (0.8999, "within"), (1.0, "near"), (1.0001, "over")])
+def test_colours_of_figures(torque, verdict):
+    table = made_table({"a": {"time": [0.0, 1.0], "tx": torque * AXIS[0], "tz": torque * AXIS[2]}})
+    (figure,) = ksl.size(table, {"component": [{"joint": "j", "kind": "limits", "torque": 1.0}]}).figures
+    assert figure.verdict == verdict

@@ -75,38 +75,15 @@ def test_peaks_are_those_of_the_loads(sizing, loads):
 def test_the_table_says_units_and_conventions(sizing):
     table = sizing.table
     assert table.num_rows == len(sizing.figures)
-    assert table.column_names == [
-        "joint",
-        "component",
-        "kind",
-        "figure",
-        "value",
-        "unit",
-        "limit",
-        "utilisation",
-        "formula",
-        "inputs",
-        "source",
-        "case",
-        "time",
-        "note",
-        "bound",
-    ]
+    columns = "joint component kind figure value unit limit utilisation formula inputs source case time note bound"
+    assert table.column_names == columns.split()
     said = json.loads(table.schema.metadata[b"ksl"])
-    assert (
-        said["robot"] == "panda"
-        and said["version"] == ksl.__version__
-        and said["cases"] == {"panda_pick": 1.0, "slow": 1.0}
-    )
+    assert said["robot"] == "panda" and said["version"] == ksl.__version__ and said["cases"] == {"panda_pick": 1.0, "slow": 1.0}
     assert [len(i["sha256"]) for i in said["inputs"]] == [64, 64] and "1 is at the limit" in said["utilisation"]
 
 
 def test_repr_and_verdict(sizing):
-    assert (
-        repr(sizing).startswith("Sizing of panda: all ")
-        and sizing.worst.figure in repr(sizing)
-        and len(repr(sizing).splitlines()) < 20
-    )
+    assert repr(sizing).startswith("Sizing of panda: all ") and sizing.worst.figure in repr(sizing) and len(repr(sizing).splitlines()) < 20
     results = Path(sizing.provenance["inputs"][0]["file"])
     tight = ksl.size(results, {"component": [{"joint": "panda_joint2", "kind": "limits", "torque": 1.0}]})
     assert "1 of 1 figures is over its limit" in tight.verdict and len(tight.exceeded) == 1
@@ -125,11 +102,7 @@ def test_a_notebook_shows_a_table(sizing):
 def test_clouds_are_all_samples(sizing):
     cloud = next(c for c in sizing.clouds if c.joint == "panda_joint2")
     f = next(f for f in sizing.figures if (f.joint, f.figure) == ("panda_joint2", "peak torque"))
-    assert (
-        len(cloud.rpm) == len(cloud.torque) == 2 * 1021
-        and np.abs(cloud.torque).max() == f.value
-        and cloud.curve[0] == [0, 1.7]
-    )
+    assert len(cloud.rpm) == len(cloud.torque) == 2 * 1021 and np.abs(cloud.torque).max() == f.value and cloud.curve[0] == [0, 1.7]
 
 
 def test_only_some_joints(loads):
@@ -152,6 +125,17 @@ def test_files_and_another_robot(sizing, tmp_path, loads):
         sizing.write(tmp_path)
     sizing.write(tmp_path, force=True)
     assert json.loads((tmp_path / "sizing.json").read_text(encoding="utf-8"))["robot"] == "panda"
+
+
+def test_a_workbook_has_both_tables_with_their_units(sizing, tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    assert "sizing.xlsx" in sizing.write(tmp_path, xlsx=True)
+    book = openpyxl.load_workbook(tmp_path / "sizing.xlsx")
+    for name, table in (("Sizing", sizing.table), ("Peaks", sizing.peak_table)):
+        units = dict(zip(*([c.value for c in row] for row in book[name].iter_rows(max_row=2)), strict=True))
+        assert list(units) == table.column_names and units["time"] == "s" and not units["joint"]
+    assert units["bending_moment"] == "N m" and book["Peaks"].max_row == 2 + len(sizing.peaks)
+    assert book["About"]["A1"].value == "made by" and "robot panda" in book["About"]["B1"].value
 
 
 def test_infinite_numbers_are_words_in_json(robot):
@@ -193,15 +177,9 @@ def test_printed_sheets(loads, tmp_path):
     lines = done.stdout.splitlines()
     assert max(map(len, lines[:-1])) <= 80, max(lines, key=len)
     for words in (
-        "panda_joint2",
-        "gear 25-100 (strain wave gear)",
-        "Formulas and sources",
-        "ISO 281:2007",
-        "indication only",
-        "Utilisation, worst first",
-        "what acts together at each peak",
-        "written to",
-    ):
+        "panda_joint2", "gear 25-100 (strain wave gear)", "Formulas and sources", "ISO 281:2007", "indication only", "Utilisation, worst first",
+        "what acts together at each peak", "written to",
+    ):  # fmt: skip
         assert words in done.stdout
     assert lines[-3].startswith("panda: all") or lines[-2].startswith("panda: all")
     assert (tmp_path / "out" / "sizing.parquet").exists()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from ksl.sizing import bearings, bolts, fatigue, gears, life, motor
+from ksl.sizing import bearing_pair, bearings, bolts, fatigue, gears, life, motor
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "reference" / "sizing"
 
@@ -267,6 +267,15 @@ def test_bolt_pattern():
 def test_bolts_on_a_line_and_two_bolts_are_refused():
     with pytest.raises(ValueError, match="lie on one line"):
         bolts.pattern_loads([[0, 0], [1, 1], [2, 2]], [0, 0, 1], [0, 0, 0])
+    for size in (1e-3, 1.0, 1e3):  # Sxx Syy = 4/3 h² against 1e-12 (Sxx + Syy)², of any size
+        for height, is_line in ((1.72e-6, True), (1.74e-6, False)):
+            for turn in (np.eye(2), np.array([[0.6, 0.8], [-0.8, 0.6]]), np.array([[1, 1], [-1, 1]]) / np.sqrt(2)):
+                points = size * np.array([[-1, 0], [1, 0], [0, height]]) @ turn
+                if is_line:
+                    with pytest.raises(ValueError, match="lie on one line"):
+                        bolts.pattern_loads(points, [0, 0, 1], [0, 0, 0])
+                else:
+                    near(bolts.pattern_loads(points, [0, 0, 3], [0, 0, 0]).axial.sum(), 3, 1e-6)
     with pytest.raises(ValueError, match="at least three bolts"):
         bolts.pattern_loads([[0, 0], [1, 1]], [0, 0, 1], [0, 0, 0])
 
@@ -331,3 +340,43 @@ def test_miner_with_goodmans_correction():
     found = fatigue.rainflow_cycles(history)
     S = fatigue.corrected_amplitude(found.ranges / 2, found.means, "goodman", i["S_u"])
     near(fatigue.miner_sum(S, found.counts, i["k"], i["S_k"], i["N_k"]), e["outputs"]["damage_goodman"])
+
+
+@pytest.mark.parametrize(
+    ("method", "expected"), [("none", [10, 10, 10, 10, 0, 10]), ("goodman", [10 / 1.5, 20, 10 / 0.01, np.inf, 0, np.inf]), ("goodman in tension", [10, 20, 10 / 0.01, np.inf, 0, np.inf])]
+)
+def test_amplitudes_about_means(method, expected):
+    """S_a/(1 − S_m/S_u): infinite from S_m = S_u on, where there is an amplitude; in compression smaller, or the same."""
+    near(fatigue.corrected_amplitude([10.0, 10, 10, 10, 0, 10], [-50.0, 50, 99, 100, 100, 150], method, 100.0), expected, 1e-9)
+    if method != "none":
+        with pytest.raises(ValueError, match="needs the ultimate strength"):
+            fatigue.corrected_amplitude(1.0, 1.0, method)
+
+
+@pytest.mark.parametrize(("below", "expected"), [("elementary", 2e6 * 2**5), ("haibach", 2e6 * 2**9), ("original", np.inf)])
+def test_the_line_above_and_below_its_knee(below, expected):
+    near(fatigue.cycles_to_failure([100.0, 50, 200], 5.0, 100.0, 2e6, below), [2e6, expected, 2e6 / 32])
+    assert fatigue.equivalent_amplitude([0.0, 0.0], [1.0, 1.0], 5.0, 1e6) == fatigue.equivalent_amplitude([], [], 5.0, 1e6) == 0
+    near(fatigue.equivalent_amplitude([3.0, 6.0], [64.0, 1.0], 6.0, 1.0), 6 * 2 ** (1 / 6))
+
+
+@pytest.mark.parametrize(
+    ("series", "turns"), [([], []), ([3], [3]), ([3, 3], [3]), ([1, 2], [1, 2]), ([1, 2, 2, 3], [1, 3]), ([1, 2, 1], [1, 2, 1]), ([2, 2, 0, 1, 5, 5, 4], [2, 0, 5, 4])]
+)
+def test_turning_points(series, turns):
+    assert fatigue.turning_points(series).tolist() == turns
+
+
+def test_cycles_that_are_rounding():
+    """From a millionth of the largest stress on they count."""
+    cycles = fatigue.Cycles(np.array([0.99e-6, 1.01e-6, 1.0]), np.zeros(3), np.ones(3))
+    assert fatigue.without_round_off(cycles, 1.0).ranges.tolist() == [1.01e-6, 1.0] and len(fatigue.without_round_off(cycles, 2.0).counts) == 1
+
+
+def test_bearings_and_gears_without_a_load_or_at_rest():
+    assert life.mean_speed([3.0], [0.0]) == 0 and np.isinf(life.rating_life(1.0, 0.0)) and np.isinf(life.hours(1.0, 0.0)) and np.isinf(bearings.static_safety(1.0, 0.0))
+    near(life.mean_load([1e300, 9.0], [1.0, 0.0], [1.0, 1.0]), 1e300)  # what stands weighs nothing, and powers don't overflow
+    assert np.isinf(gears.momentary_events(0.0, 1.0)) and np.isinf(gears.momentary_events(-9.0, 0.0)) and gears.momentary_events(-60.0, 5.0) == 1000
+    assert np.isinf(gears.wave_generator_life(0.0, 1.0, 1.0, 1.0)) and np.isinf(gears.wave_generator_life(1.0, 0.0, 1.0, 1.0))
+    with pytest.raises(ValueError, match="positions must differ"):
+        bearing_pair.radial_reactions(np.zeros((1, 3)), np.zeros((1, 3)), np.array([0.0, 0, 1]), 0.1, 0.1)

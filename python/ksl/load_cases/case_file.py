@@ -128,7 +128,7 @@ class _Reader:
     @cached_property
     def reach(self) -> float:
         """The extent of the robot, by which lengths are judged."""
-        return extent(self._model, [(p.link, p.mass, p.center) for p in self._payloads])
+        return extent(self._model, [p.carried for p in self._payloads])
 
     @property
     def placement(self) -> Placement:

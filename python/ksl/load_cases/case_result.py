@@ -93,7 +93,7 @@ def _about_lengths(case: LoadCase) -> list[str]:
     points |= {f"the point of the moments of {joint} is": point for joint, point in p.points.items()}
     if not points and not case.payloads:
         return found
-    reach = extent(case.model, [(x.link, x.mass, x.center) for x in case.payloads])
+    reach = extent(case.model, [x.carried for x in case.payloads])
     for what, point in points.items():
         found += far_point(what, point, reach, "the joint's origin")
     for x in case.payloads:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +24,9 @@ MotionGiven = str | os.PathLike[str] | Motion | Sequence[ArrayLike] | Any
 
 
 def checked(model: Model, placement: Placement) -> Placement:
-    """The same placement.  Raises ValueError for unknown sides, points, axes, orders and joints, and for points of joints that aren't wanted."""
-    for joint in (*placement.joints, *placement.points):
-        if joint not in model.loop_names:
-            model.joint(joint)
+    """The same placement, with joints by their plain names.  Raises ValueError for unknown sides, points, axes, orders and joints, and for points of joints that aren't wanted."""
+    plain = {joint: joint if joint in model.loop_names else model.joint(joint).name for joint in (*placement.joints, *placement.points)}
+    placement = replace(placement, joints=tuple(plain[j] for j in placement.joints), points={plain[j]: point for j, point in placement.points.items()})
     for joint in placement.points:
         if not placement.wanted(joint):
             raise ValueError(sentence(f"at: a point of {joint!r}, which is none of the joints that are wanted: {', '.join(placement.joints)}; add it there, or leave out the point"))

@@ -18,6 +18,7 @@ from ksl.load_cases.placement import Placement as Placement
 from ksl.load_cases.reaction_joints import reaction_joints
 from ksl.load_cases.undetermined import Undetermined, undetermined
 from ksl.model.calls import Calls
+from ksl.model.lengths import Carried
 from ksl.model.mechanism import Joint
 from ksl.model.states import Array
 from ksl.motions.closed_motion import check_drives
@@ -38,6 +39,11 @@ class Payload:
     """The centre of mass, in the link's frame, m."""
     inertia: tuple[float, ...] | None = None
     """About the centre of mass, in the link's axes, kg m²: nine numbers, by rows; None for a point mass."""
+
+    @property
+    def carried(self) -> Carried:
+        """As lengths are judged without it."""
+        return self.link, self.mass, self.center, sum((self.inertia or (0.0,))[::4])
 
     def __str__(self) -> str:
         return f"{self.mass:g} kg on {self.link} at ({', '.join(f'{x:g}' for x in self.center)}) m"

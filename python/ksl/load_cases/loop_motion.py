@@ -60,9 +60,8 @@ def _of_loop(model: Calls, loop: Loop, q: Array, v: Array, a: Array) -> OfJoint:
     relative, rate = twist[:, 1] - twist[:, 0], change[:, 1] - change[:, 0]
     if loop.kind == "prismatic":
         apart = origin - poses[:, 0, :3, 3]
-        # both sides turn alike: what is left is the motion of the successor's points against those of the predecessor, along the axis
-        along = relative[:, :3] + np.cross(relative[:, 3:], origin)
-        return OfJoint(_dot(u, apart), _dot(u, along), _dot(u, rate[:, :3] + np.cross(rate[:, 3:], origin)))
+        # both sides turn alike, so that all points of the successor move in the same way against those of the predecessor
+        return OfJoint(_dot(u, apart), _dot(u, relative[:, :3]), _dot(u, rate[:, :3]))
     turn = np.swapaxes(R, 1, 2) @ poses[:, 1, :3, :3]
     sine = np.stack([turn[:, 2, 1] - turn[:, 1, 2], turn[:, 0, 2] - turn[:, 2, 0], turn[:, 1, 0] - turn[:, 0, 1]], axis=1) @ axis / 2
     angle = np.unwrap(np.arctan2(sine, (np.trace(turn, axis1=1, axis2=2) - 1) / 2))

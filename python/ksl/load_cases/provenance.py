@@ -82,7 +82,7 @@ def provenance_of(cases: Sequence[LoadCase], inputs: Sequence[InputFile] = (), o
         datetime.now(timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z"),
         versions(),
         os.getcwd(),
-        extent(model, [(p.link, p.mass, p.center) for p in cases[0].payloads]),
+        extent(model, [p.carried for p in cases[0].payloads]),
     )
 
 

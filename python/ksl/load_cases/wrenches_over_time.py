@@ -33,7 +33,7 @@ class WrenchOverTime:
     def at(self, time: Array) -> Array:
         """The wrench (m, 6) at these times, in its own axes, about its own point."""
         if self.between == "hold":
-            found: Array = self.wrench[np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, len(self.time) - 1)]
+            found: Array = self.wrench[np.maximum(np.searchsorted(self.time, time, side="right") - 1, 0)]
             return found
         return np.column_stack([np.interp(time, self.time, x) for x in self.wrench.T])
 

@@ -13,23 +13,26 @@ if TYPE_CHECKING:
 
 FAR = 2.0
 """Lengths of more than so many times the robot's extent are suspected to be in millimetres."""
+ROUND_OFF = 1e-9
+"""Of a link's mass, and of its moments: what is left of them without payloads is round-off up to this share."""
 HEAVY_GRAVITY = 1000.0
 """m/s²; that of the earth is 9807 mm/s², and that of the moon 1625."""
 
-PointMass = tuple[str, float, Sequence[float]]
-"""Link, mass in kg, point in the link's frame in m."""
+Carried = tuple[str, float, Sequence[float], float]
+"""Of a body on a link: the link, mass in kg, centre in the link's frame in m, and the sum of its principal moments about it, kg m², 0 for a point mass."""
 
 
-def extent(model: Calls, carried: Iterable[PointMass] = ()) -> float:
+def extent(model: Calls, carried: Iterable[Carried] = ()) -> float:
     """How far the robot reaches, m: the longest way from its root along the origins of joints to a link, and on to that link's mass.
 
-    carried: payloads that the model has, whose places don't count.  Ways are those of the neutral position; slides count with their limits.
+    carried: payloads that the model has, whose places and inertias don't count.  Ways are those of the neutral position; slides count with their limits.
     0 where all is at one point.  O(links).
     """
     links = model.links
-    own = {link.name: np.array([link.mass, link.inertia[0] + link.inertia[1] + link.inertia[2]]) for link in links}
-    for name, mass, point in carried:
-        own[name] -= mass, 2 * mass * float(np.dot(point, point))
+    whole = {link.name: np.array([link.mass, link.inertia[0] + link.inertia[1] + link.inertia[2]]) for link in links}
+    own = {name: x.copy() for name, x in whole.items()}
+    for name, mass, point, moments in carried:
+        own[model.link(name).name] -= mass, 2 * mass * float(np.dot(point, point)) + moments
     origins = model.frame_poses(model.neutral(), [f"link:{link.name}" for link in links])[:, :3, 3]
     at = {link.name: i for i, link in enumerate(links)}
     reach: dict[str, float] = {}
@@ -40,7 +43,8 @@ def extent(model: Calls, carried: Iterable[PointMass] = ()) -> float:
         way = 0.0 if joint.parent is None else reach[joint.parent] + float(np.linalg.norm(origins[at[link.name]] - origins[at[joint.parent]]))
         reach[link.name] = way + travel
         mass, trace = own[link.name]
-        radius = math.sqrt(trace / 2 / mass) if mass > 0 and trace > 0 else 0.0  # of gyration about the link's origin
+        is_left = (own[link.name] > ROUND_OFF * whole[link.name]).all()  # without payloads
+        radius = math.sqrt(trace / 2 / mass) if is_left else 0.0  # of gyration about the link's origin
         farthest = max(farthest, reach[link.name] + radius)
     return farthest if math.isfinite(farthest) else 0.0
 

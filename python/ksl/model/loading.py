@@ -239,8 +239,8 @@ def _is_usd(file: str) -> bool:
 
 def _warn_of(loaded: Model, o: _Options) -> None:
     """Warns of what the file contains, and of lengths of options that are likely in millimetres."""
-    points = [(link, mass, point) for link, mass, point in given.payload_points(o.payloads) if any(point)]
-    reach = extent(loaded, points) if points else 0.0
+    points = given.payload_points(o.payloads)
+    reach = extent(loaded, [(*body, 0.0) for body in points]) if points else 0.0
     doubts = [line for link, _, point in points for line in far_point(f"the payload on {link} is", point, reach)]
     doubts += [] if o.loops is None else _far_frames(loaded)
     for line in (*loaded.warnings, *doubts, *([] if o.gravity is None else strong_gravity(o.gravity))):

@@ -115,9 +115,7 @@ def _counted(sheet: Sheet, s: JointSamples, stress: Array, correction: fatigue.M
     k, knee, cycles = (sheet.number(key) for key in LINE)
     amplitudes, counts, damages = [], [], np.zeros(len(s.cases))
     largest = _largest_terms(s, part.get("stress"))
-    for i, (_, rows) in enumerate(s.slices()):
-        length = float(s.time[rows.stop - 1] - s.time[rows.start]) if rows.stop > rows.start else 0.0
-        times = float(s.weight[rows].sum()) / length if length > 0 else 0.0
+    for i, (rows, times) in enumerate(s.passes()):
         if times == 0:
             continue
         found = fatigue.without_round_off(fatigue.rainflow_cycles(stress[rows], part.get("residue")), largest)

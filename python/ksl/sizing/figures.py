@@ -72,4 +72,4 @@ def significant(x: float | None, digits: int = 4) -> str:
     if x in (float("inf"), float("-inf")):
         return "∞" if x > 0 else "−∞"
     text = f"{x:.{digits}g}"
-    return f"{x:.0f}" if "e" in text and 1e4 <= abs(x) < 1e7 else text
+    return f"{x:.0f}" if "e" in text and 1e4 <= abs(float(text)) < 1e7 else text

@@ -61,7 +61,7 @@ def mean_load(load: ArrayLike, speed: ArrayLike, duration: ArrayLike, exponent: 
     turned = float(weight.sum())
     if turned <= 0:
         return float("nan")
-    largest = float(np.max(p, initial=0.0, where=weight > 0))
+    largest = float(p[weight > 0].max())
     if largest == 0:
         return 0.0
     mean = float(np.sum((p / largest) ** exponent * weight)) / turned  # of loads relative to the largest: no overflow

@@ -137,10 +137,8 @@ def _powers(sheet: Sheet, torque: Array, ratio: float, inputs: dict[str, str]) -
         at=k,
     )
     returned = np.zeros(len(s.cases))
-    for i, (_, part) in enumerate(s.slices()):
-        length = float(s.time[part.stop - 1] - s.time[part.start]) if part.stop > part.start else 0.0
-        if length > 0:
-            returned[i] = -work(s.time[part], power[part])[1] * float(s.weight[part].sum()) / length
+    for i, (part, times) in enumerate(s.passes()):
+        returned[i] = -work(s.time[part], power[part])[1] * times
     cycle = float(s.weight.sum())
     if cycle > 0:
         case = s.cases[int(np.argmax(returned))]

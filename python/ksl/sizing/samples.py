@@ -45,9 +45,9 @@ class Spectrum:
     """Shares of time, if these are given; cases without one have 0."""
 
     def scale(self, case: str, length: float) -> float:
-        """Factor of the durations of a case that lasts `length` seconds."""
+        """Factor of the durations of a case that lasts `length` seconds, more than 0."""
         if self.shares:
-            return self.shares.get(case, 0.0) / length if length > 0 else 0.0
+            return self.shares.get(case, 0.0) / length
         return self.repetitions.get(case, 1.0)
 
 
@@ -144,6 +144,14 @@ class JointSamples:
         """Each case with its samples."""
         edges = np.searchsorted(self.case_index, np.arange(len(self.cases) + 1))
         return [(case, slice(int(edges[i]), int(edges[i + 1]))) for i, case in enumerate(self.cases)]
+
+    def passes(self) -> list[tuple[slice, float]]:
+        """The samples of each case, and how often it is passed through in the spectrum: never, if it lasts no time."""
+        found = []
+        for _, part in self.slices():
+            lasts = float(np.diff(self.time[part]).sum())
+            found.append((part, float(self.weight[part].sum()) / lasts if lasts > 0 else 0.0))
+        return found
 
 
 def moved(undetermined: Sequence[str], move: Array) -> tuple[str, ...]:
