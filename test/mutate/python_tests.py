@@ -6,6 +6,7 @@ Short tests that reach few mutants come first: they notice most.
                  "jobs": 2, "seconds": 10}' python -m pytest -p python_tests test/algebra"""
 
 import ctypes
+import importlib
 import json
 import mmap
 import os
@@ -75,6 +76,8 @@ class MutatedPython:
     """The same of Python.  What modules computed when they were imported is reached by all tests."""
 
     def __init__(self):
+        for name in IMPORTER.trees:  # also what commands import as late as they can: its tables would else be reached by the first test alone that needs them
+            importlib.import_module(name)
         self.reached = mutants.reached
         self.imported = {m.number for m in IMPORTER.mutants if m.statement is not None and self.reached[m.number] == mutants.RUN}
 
