@@ -8,7 +8,9 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pyarrow.parquet as parquet
@@ -18,11 +20,14 @@ import ksl
 from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.quantities import summarise
+from ksl.model.lengths import extent
 from ksl.motions.reading import read_motion
 from ksl.sweeps import local, on_ray
+from ksl.sweeps.compute_sweep import _plan, again_of
 from ksl.sweeps.description import described as parameters_described
 from ksl.sweeps.description import sweep_from
 from ksl.sweeps.evaluate import Evaluator, Plan
+from ksl.sweeps.joint_summaries import Peaks
 from ksl.sweeps.sampling import sample
 from ksl.sweeps.variants import Variants, shifted
 from ksl_command import run_ksl
@@ -90,6 +95,7 @@ def test_speed_leaves_the_path_and_scales_what_motion_adds_with_its_square():
     assert (fast[1].q == slow[1].q).all() and (fast[1].time == slow[1].time / 2).all()
     held = slow[0].gravity_torque(slow[1].q)
     np.testing.assert_allclose(efforts(fast) - held, 4 * (efforts(slow) - held), atol=1e-11)
+    assert fast[1].resolution == pytest.approx(2 * slow[1].resolution, rel=1e-15)
     by_spline = np.gradient(fast[1].q[:, 1], fast[1].time, edge_order=2)
     np.testing.assert_allclose(fast[1].v[:, 1], by_spline, atol=2e-3)
 
@@ -192,6 +198,52 @@ def test_shares_of_limits(tmp_path):
     assert swing["effort_share"] == swing["effort_peak"] / 40 and finger["effort_share"] is None
 
 
+@pytest.mark.parametrize(
+    ("lower", "upper", "at", "share"),
+    [
+        (None, 2.0, (-9.0, 1.0), 0.5), (None, 2.0, (0.0, 3.0), 1.5), (None, 0.5, (0.0, 0.75), 1.25), (None, -4.0, (-8.0, -2.0), 1.5), (-2.0, None, (-1.0, 9.0), 0.5), (-2.0, None, (-5.0, 0.0), 2.5),
+        (0.25, None, (0.0, 1.0), 1.25), (5.0, None, (4.0, 9.0), 1.2), (-1.0, 3.0, (0.0, 2.5), 0.75), (-1.0, 3.0, (-2.0, 0.0), 1.5), (None, None, (-9.0, 9.0), None),
+    ],
+)  # fmt: skip
+def test_shares_of_ranges(lower, upper, at, share):
+    """Of a range, the way from its middle; of one bound, 1 and the distance from it in units of its size, or of 1 rad where it is smaller."""
+    model = ksl.load_string(GRIPPER.replace('type="revolute"', 'type="continuous"').replace('lower="-2" upper="1" ', ""))
+    joint = replace(model.joint("swing"), lower=lower, upper=upper, has_limits=True)
+    rows = {"speed_peak": np.array([0.6]), "effort_peak": np.array([10.0])}
+    peaks = Peaks(SimpleNamespace(joints=(joint,), joint_names=("swing",), loops=(), physics=(), drives=None, follower_names=()))
+    peaks._add_shares(rows, np.array([[at[0], at[1], at[0]]]))
+    assert {name: rows[name].tolist() for name in ("speed_share", "effort_share")} == {"speed_share": [pytest.approx(0.2)], "effort_share": [pytest.approx(0.25)]}
+    assert rows["position_share"] == pytest.approx([np.nan if share is None else share], nan_ok=True)
+
+
+def test_partitions_hold_all_cases_once():
+    """About 5,000 rows each, and with wrenches 400,000 of these at most, unless the sweep says how many cases."""
+    for cases, size in ((10, 4), (8, 4), (3, 4), (1, 1)):
+        plan = Plan(PANDA, sweep_from(described({**SPEED, "values": [1.0 + k for k in range(cases)]})), size)
+        assert [case for p in range(plan.partitions) for case in plan.cases(p)] == list(range(cases)) and all(0 < len(plan.cases(p)) <= size for p in range(plan.partitions))
+    joints, samples = len(ksl.load(PANDA).joints), len(read_motion(ksl.load(PANDA), PICK).time)
+    plain, small = sweep_from(described(SPEED)), sweep_from(described(SPEED, partition=7))
+    assert [_plan(PANDA, given, wrenches)[0].size for given in (plain, small) for wrenches in (False, True)] == [5000 // joints, 400_000 // (joints * samples), 7, 7]
+    assert (again_of(0), again_of(1), again_of(2)) == ("", *(f", {words} again, since files had other contents when they were computed" for words in ("1 partition", "2 partitions")))
+
+
+def test_lengths_in_millimetres_are_doubted():
+    """Payloads and shifts beyond twice the robot's extent, wherever the value stands."""
+    reach = variants(SPEED).extent
+    assert reach == pytest.approx(extent(ksl.load(PANDA)))
+    for share, doubted in ((1.99, False), (2.01, True)):
+        x = share * reach
+        sweeps = [
+            described({**PAYLOAD, "center": [0, 0.6 * x, -0.8 * x]}), described({"kind": "center", "link": TOOL, "axis": [0, 0, 1], "values": [0, -x, 0.1]}),
+            described({"kind": "center", "link": TOOL, "axis": [0, 0, 1], "from": -x, "to": 0.1, "steps": 3}), described({"kind": "center", "link": TOOL, "axis": [0, 0, 1], "from": 0, "to": x, "steps": 3}),
+            described({"kind": "center", "link": TOOL, "axis": [0, 0, 1], "from": -x, "to": 0.1}, sampling="latin hypercube", cases=3),
+        ]  # fmt: skip
+        for tables in sweeps:
+            found = Variants(PANDA, sweep_from(tables)).doubts()
+            assert [f"parameter {sweep_from(tables).parameters[0].name}:" in line and "are these millimetres?" in line for line in found] == [True] * doubted
+    assert "m/s²" in Variants(PANDA, sweep_from({"base": {"motion": PICK, "gravity": [0, 0, -9810.0]}, "vary": [SPEED]})).doubts()[0]
+
+
 # ------------------------------------------------------------------------------------------ engines, resuming, lost workers
 
 
@@ -284,13 +336,19 @@ def test_what_was_interrupted_goes_on(tmp_path, undisturbed):
 
 @HERE
 def test_the_worst_cases_are_those_of_the_table(tmp_path):
+    """Of all joints and quantities, from ten partitions: the largest value, and the first case that has it."""
     results = ksl.sweep(PANDA, many(), tmp_path, workers=1)
-    table = results.cases.to_table()
+    table = sorted(results.cases.to_table().to_pylist(), key=lambda row: row["case"])
     rows = {(row["joint"], row["quantity"]): row for row in results.worst}
-    of_joint = [row for row in table.to_pylist() if row["joint"] == "panda_joint2"]
-    worst = max(of_joint, key=lambda row: row["effort_peak"])
-    found = rows["panda_joint2", "effort_peak"]
-    assert (found["value"], found["case"], found["speed"]) == (worst["effort_peak"], worst["case"], worst["speed"])
+    quantities = [name for name in table[0] if name.endswith(("_peak", "_rms", "_share"))]
+    assert len(results.worst) == len(rows) > 100 and 0 < results.share_of_dynamics < 1
+    for joint in {row["joint"] for row in table}:
+        for quantity in quantities:
+            there = [row for row in table if row["joint"] == joint and row[quantity] is not None]
+            assert ((joint, quantity) in rows) == bool(there)
+            if there:
+                worst, found = max(there, key=lambda row: row[quantity]), rows[joint, quantity]
+                assert (found["value"], found["case"], found["speed"], found["payload_panda_flange"]) == (worst[quantity], worst["case"], worst["speed"], worst["payload_panda_flange"])
     assert (tmp_path / "worst.csv").read_text().startswith("joint,quantity,value,unit,case,payload_panda_flange,speed\n")
 
 
@@ -410,6 +468,23 @@ def test_results_of_another_sweep_are_kept_unless_forced(tmp_path):
     ("tables", "words"),
     [
         ({"vary": [SPEED]}, "give the motion once"),
+        (described(SPEED, seed=-1), "seed = -1; expected a whole number"),
+        (described(SPEED, cases=True, sampling="latin hypercube"), "cases = True; expected a whole number"),
+        (described({**SPEED, "values": [True]}), "values has True; expected finite numbers"),
+        (described({**SPEED, "values": [np.inf]}), "values has inf; expected finite numbers"),
+        (described({"kind": "mass", "values": [-0.1]}), "a mass can't be negative"),
+        (described({"kind": "tilt", "axis": [0, 1], "values": [1]}), "expected three finite numbers"),
+        (described({"kind": "tilt", "axis": [0, True, 1], "values": [1]}), "expected three finite numbers"),
+        (described({"kind": "speed", "from": 1, "to": 2, "steps": 0}), "needs `steps`"),
+        (described({"kind": "speed", "from": 1, "to": 2, "steps": 10_000_001}), "at most 10,000,000"),
+        (described({"kind": "mass", "values": [1, 2, 3]}, {"kind": "speed", "from": 1, "to": 2, "steps": 3_333_334}), "10,000,002 cases; at most 10,000,000"),
+        (described({"kind": "speed", "from": 1, "to": 1}, sampling="latin hypercube", cases=3), "no range"),
+        (described({"kind": "speed", "from": 1, "to": 2, "steps": 3}, sampling="latin hypercube", cases=3), "leave `steps` out"),
+        (described({**SPEED, "steps": 2}), "has `values` and a range"),
+        (described({**SPEED, "values": []}), "expected a list"),
+        (described({**SPEED, "name": "joint"}), "expected a name for its column"),
+        (described({**SPEED, "name": ""}), "expected a name for its column"),
+        ({"base": {"motion": 3}, "vary": [SPEED]}, "motion = 3; expected the name of a file"),
         (described(), "nothing to vary"),
         (described({"kind": "sped", "values": [1]}), "did you mean 'speed'"),
         (described({**SPEED, "value": [1]}), "unknown key 'value'; did you mean 'values'"),
