@@ -10,7 +10,7 @@ from files import more
 from loop_files import CASES, IDLE, IN_MJCF, IN_SDF, INERTIA, MOTOR, hinge, in_mjcf, in_sdf, planar, spatial
 
 from ksl.checks import loop_positions
-from ksl.checks.loop_advice import Change, advice
+from ksl.checks.loop_advice import Change, advice, is_across_a_plane
 
 
 def only(findings, rule):
@@ -24,7 +24,7 @@ def advised(m):
     return {change.joint: change for change in found.changes}, found.left
 
 
-def four_bar(kinds):
+def four_bar(kinds, drives=("A",)):
     """A planar four-bar linkage with axes along z, as the crank, rod and rocker of `planar`."""
     b = ksl.Builder("planar").add_link("ground")
     for name in ("crank", "rod", "rocker"):
@@ -38,7 +38,7 @@ def four_bar(kinds):
     b.add_joint("B", parent="crank", child="rod", xyz=(0, 0.2, 0), **axes("B"))
     b.add_joint("E", parent="ground", child="rocker", xyz=(0.5, 0, 0), **axes("E"))
     at = [np.block([[np.eye(3), np.array([p]).T], [np.array([[0, 0, 0, 1.0]])]]) for p in ((0.5, 0, 0), (0, 0.2, 0))]
-    return b.add_loop("D", predecessor="rod", successor="rocker", predecessor_pose=at[0], successor_pose=at[1], **axes("D")).build(masses="optional", drives=["A"])
+    return b.add_loop("D", predecessor="rod", successor="rocker", predecessor_pose=at[0], successor_pose=at[1], **axes("D")).build(masses="optional", drives=drives)
 
 
 def test_the_mechanism_that_is_rebuilt_as_advised_has_no_redundant_constraints_and_moves_as_before():
@@ -51,6 +51,35 @@ def test_the_mechanism_that_is_rebuilt_as_advised_has_no_redundant_constraints_a
         turned = np.insert(q, 2, 0.0) if kinds.get("B") == "cylindrical" else q
         freedoms = rebuilt.mobility(rebuilt.close(turned).q)
         assert (freedoms.mobility, freedoms.redundant) == (1, redundant), kinds
+
+
+@pytest.mark.parametrize("drives", [None, [], ["A"], ["B"], ["E"], ["A", "B"]])
+def test_joints_with_a_motor_stay_as_they_are(drives):
+    """Loop joints change first, those of the ground last; and what is advised leaves nothing redundant where other joints can still change."""
+    changes, left = advised(four_bar({}, drives))
+    other = next(name for name in "BAE" if name not in (drives or ()))
+    assert left == 0 and changes == {"D": Change("D", "spherical", 2), other: Change(other, "cylindrical", 1)}
+    rebuilt = four_bar({name: change.kind for name, change in changes.items()}, drives)
+    assert rebuilt.mobility(rebuilt.close(rebuilt.neutral()).q).redundant == 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_patterns_across_a_plane(seed):
+    """Forces along one direction of the world and moments across it, in the axes of three joints; and one component more, which is in the plane."""
+    rng = np.random.default_rng(seed)
+    normal, *plane = np.linalg.qr(rng.normal(size=(3, 3)))[0].T
+    axes = [np.linalg.qr(rng.normal(size=(3, 3)))[0] for _ in range(3)]
+
+    def pattern(force, moment):
+        return [np.concatenate([R.T @ (force * rng.normal()), R.T @ (moment * rng.normal())]) for R in axes]
+
+    across = np.array([pattern(normal, plane[0]), pattern(normal, plane[1]), pattern(0 * normal, plane[0])])
+    for patterns in (across, across[2:], np.array([pattern(normal, 0 * normal)]), np.array([pattern(0 * normal, plane[1]), pattern(0 * normal, plane[0])])):
+        assert is_across_a_plane(patterns, axes)
+    for force, moment in ((plane[0], 0 * normal), (0 * normal, normal)):
+        wrong = np.array(pattern(force, moment))[None]
+        assert not is_across_a_plane(np.concatenate([across, 1e-6 * wrong / np.abs(wrong).max()]), axes)
+        assert is_across_a_plane(np.concatenate([across, 1e-9 * wrong / np.abs(wrong).max()]), axes)
 
 
 def test_what_a_change_to_a_universal_joint_removes():

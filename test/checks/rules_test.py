@@ -1,5 +1,7 @@
 """Each rule has a file that it alone finds fault with, and one near it that is sound."""
 
+from xml.parsers import expat
+
 import pytest
 from files import ARM, END, changed, hinge, link, more, stl
 from loop_files import CASES as LOOPS
@@ -182,6 +184,59 @@ def test_one_file_breaks_the_rule_and_no_other(check, rule):
 @pytest.mark.parametrize("rule", CASES)
 def test_the_file_beside_it_is_sound(check, rule):
     assert not check(CASES[rule][1])
+
+
+def elements(text):
+    """{(kind, name): lines from its begin to its end} of the links and joints of a file, of several with a name the last, by a parser of its own."""
+    parser, found, opened = expat.ParserCreate(), {}, []
+
+    def begin(tag, attributes):
+        opened.append((tag, attributes.get("name", ""), parser.CurrentLineNumber))
+
+    def end(_):
+        tag, name, line = opened.pop()
+        found["joint" if tag == "constraint" else tag, name] = range(line, parser.CurrentLineNumber + 1)
+
+    parser.StartElementHandler, parser.EndElementHandler = begin, end
+    parser.Parse(text)
+    return found
+
+
+@pytest.mark.parametrize("rule", CASES)
+def test_a_finding_names_the_element_in_whose_lines_it_is(check, rule):
+    text = CASES[rule][0]
+    if rule in ("xml-syntax", "xml-encoding"):
+        return
+    for finding in check(text):
+        assert (finding.kind in ("link", "joint")) == bool(finding.name) == (finding.place.endswith(f"{finding.kind} {finding.name}") and bool(finding.kind))
+        if finding.kind:
+            assert finding.line in elements(text)[finding.kind, finding.name]
+        else:
+            assert 0 < finding.line <= text.count("\n") + 1
+
+
+MORE = ("", ", and 1 more", ", and 2 more")
+TOGETHER = {
+    "unknown-tag": (lambda k: f'<link name="x{k}"><foo/></link>', MORE),
+    "unknown-attribute": (lambda k: f'<link name="x{k}" foo="1"/>', MORE),
+    "mesh-uri": (lambda k: f'<link name="x{k}">{visual("sub" + chr(92) + "cube.stl")}</link>', MORE),
+    "portability": (lambda k: f'<link name="x{k}"><visual><origin xyz="0\t0 0"/>{BALL[11:-12]}</visual></link>', MORE),
+    "package-missing": (lambda k: f'<link name="x{k}">{visual("package://nowhere/cube.stl")}</link>', ("with 1 mesh,", "with 2 meshes", "with 3 meshes")),
+    "mimic-fixed": (lambda k: f'<link name="x{k}"/>', ("", ", and so do 1 more fixed joints", ", and so do 2 more fixed joints")),
+    "inertia-placeholder": (lambda k: link(f"x{k}", moments='ixx="1" iyy="1" izz="1"'), ("", ", and so has 1 other link", ", and so have 2 other links")),
+}
+"""Rules that name several places in one finding: a link with such a place, and what is said of one to three of them."""
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+@pytest.mark.parametrize("rule", TOGETHER)
+def test_several_places_are_counted(check, rule, count):
+    place, words = TOGETHER[rule]
+    joint = follower if rule == "mimic-fixed" else hinge
+    more_of = [part for k in range(count) for part in (place(k), joint(f"j{k}", "fore", f"x{k}", *["elbow"] * (joint is follower), kind="fixed"))]
+    (finding,) = [f for f in check(more(*more_of)) if f.rule == rule]
+    assert all((each in finding.found) == (each == words[count - 1] or not each) for each in words) and finding.name in ("x0", "j0", "")
+    assert finding.value in (None, count) or rule == "inertia-placeholder"
 
 
 def test_a_link_of_sdf_without_inertial(check):

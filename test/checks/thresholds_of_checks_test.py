@@ -57,8 +57,8 @@ def copies(*masses, moments=(0.011, 0.012, 0.013)):
 
 
 def welded(mass, moments=(1e-6, 1e-6, 9e-6)):
-    """A part whose inertia no body has, on the fore arm, of 1 kg and at most 0.0084 kg m²."""
-    return more(link("x", mass, moments='ixx="{}" iyy="{}" izz="{}"'.format(*moments)), hinge("j", "fore", "x", kind="fixed"))
+    """A part whose inertia no body has, on the fore arm, of 1 kg and at most 0.0084 kg m², beside a frame that has neither."""
+    return more('<link name="frame"/>', hinge("f", "fore", "frame", kind="fixed"), link("x", mass, moments='ixx="{}" iyy="{}" izz="{}"'.format(*moments)), hinge("j", "fore", "x", kind="fixed"))
 
 
 def units(ratio):
@@ -183,3 +183,12 @@ def test_a_rule_is_broken_on_one_side_of_its_threshold(check, what):
 def test_what_is_a_placeholder(check, masses, moments, told):
     """From three links on; of one link with 1 kg, or with 0.1 kg m² or more; and powers of ten, all equal."""
     assert check(copies(*masses, moments=moments)).rules.get("inertia-placeholder", 0) == told
+
+
+@pytest.mark.parametrize(
+    ("shape", "told"), [('sphere radius="0.1"', 0), ('box size="0.1 0.1 0.1"', 0), ('box size="0.1 0.1 0.3"', 1), ('cylinder radius="0.1" length="0.2"', 1), ("", 1)]
+)
+def test_moments_of_balls_and_cubes_are_equal(check, shape, told):
+    drawn = f"<collision><geometry><{shape}/></geometry></collision>" if shape else ""
+    part = link("x", 0.7, drawn, 'ixx="0.1" iyy="0.1" izz="0.1"')
+    assert check(more(part, hinge("j", "fore", "x"))).rules.get("inertia-placeholder", 0) == told

@@ -9,6 +9,7 @@ import importlib.util
 import mmap
 import operator
 import sys
+import types
 
 import python_mutator
 
@@ -116,11 +117,13 @@ class Importer(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         names = [t.id for t in targets if hasattr(t, "id")]
         old = {n: module.__dict__.get(n) for n in names}
         exec(compile(python_mutator.ast.Module([statement], []), mutant.file, "exec"), module.__dict__)
-        for other in list(sys.modules.values()):
-            for n, value in list(getattr(other, "__dict__", {}).items()):
+        for other in [m for m in sys.modules.values() if isinstance(m, types.ModuleType) and m is not module]:
+            for n, value in list(vars(other).items()):
                 for k in names:
-                    if value is old[k] and other is not module and isinstance(value, (float, int, tuple, list, dict)) and n.lstrip("_").upper() == n.lstrip("_"):
-                        setattr(other, n, module.__dict__[k])
+                    # small whole numbers are the same objects everywhere: of these only what has the constant's name is it
+                    is_it = value is old[k] and isinstance(value, (float, int, tuple, list, dict)) and (n == k or not isinstance(value, int))
+                    if is_it and n.lstrip("_").upper() == n.lstrip("_"):
+                        vars(other)[n] = vars(module)[k]
 
 
 def install(root, scope):
