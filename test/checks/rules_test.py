@@ -239,6 +239,17 @@ def test_several_places_are_counted(check, rule, count):
     assert finding.value in (None, count) or rule == "inertia-placeholder"
 
 
+@pytest.mark.parametrize("count", [2, 7, 8, 20])
+def test_long_chains_and_texts_are_shortened(check, count):
+    """Eight joints of a chain, sixty letters of a number that is none."""
+    chain = [part for k in range(count) for part in (link(f"x{k}"), follower(f"j{k}", "fore", f"x{k}", f"j{k - 1}" if k else "elbow"))]
+    finding = [f for f in check(more(*chain)) if f.rule == "mimic-chain"][-1]
+    leaders = [f"j{k}" for k in range(count - 2, -1, -1)] + ["elbow"]
+    assert finding.found == "it mimics " + " → ".join(leaders if count <= 8 else [*leaders[:7], f"… ({count - 8} more)", leaders[-1]])
+    (finding,) = [f for f in check(changed(('mass value="1"', f'mass value="{"y" * 4 * count}"'))) if f.rule == "number-unreadable"]
+    assert f'"{"y" * min(60, 4 * count)}"' in finding.found
+
+
 def test_a_link_of_sdf_without_inertial(check):
     one = '<link name="b"/><joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz></axis></joint>'
     findings = check(SDF.format(ixx=0.02, more=one))

@@ -47,11 +47,12 @@ def test_comments_and_other_parts_are_left_alone():
 
 
 def test_a_file_that_ends_too_early():
-    for text in (ARM[: ARM.index("</link>")], ARM[: ARM.index("<mass") + 8]):
+    for text in (ARM[: ARM.index("</link>")], ARM[: ARM.index("<mass") + 8], ARM[: ARM.index("<axis")].rstrip() + "\n"):
         mended, notes, cut = balanced(text, ELEMENTS)
         assert (
             cut
             and len(notes) == 1
+            and notes[0].line == len(text.splitlines())
             and notes[0].found.startswith("the file ends before <robot>")
             and ElementTree.fromstring(mended).tag == "robot"
         )

@@ -13,7 +13,7 @@ NEAR = 2e-3
 SLIDE = '<limit lower="{}" upper="0" effort="9" velocity="2"/>'
 
 
-def solid(size, mass=1.0, second=(1e-3, 2e-3, 3e-3), centroid=(0, 0, 0), middle=(0, 0, 0), moments=None, shape="", joint="revolute"):
+def solid(size, mass=3.0, second=(1e-3, 2e-3, 3e-3), centroid=(0, 0, 0), middle=(0, 0, 0), moments=None, shape="", joint="revolute"):
     """The arm with a link whose box, mass, centroid and second moments about that, m² for each kg, are given; or moments, kg m²."""
     if moments is None:
         moments = mass * (sum(second) - np.array(second, dtype=float))
@@ -34,7 +34,7 @@ def bare(*moments, mass=1.0):
 
 def bar(along, away=0.2, sideways=1e-3, size=0.4):
     """A bar along z, whose centroid is off the origin; `along` is what its second moment along z is to be about the origin."""
-    return solid((0.1, 0.1, size), 1.0, (sideways, 1e-3, along), (0, 0, away))
+    return solid((0.1, 0.1, size), 3.0, (sideways, 1e-3, along), (0, 0, away))
 
 
 def wheel(moments, radius=0.1, length=0.04, turn=math.pi / 2):
@@ -63,7 +63,7 @@ def welded(mass, moments=(1e-6, 1e-6, 9e-6)):
 
 def units(ratio):
     """Moments of a part whose radius of gyration is that of half a cube's diagonal, one and a half times, times the root of the ratio."""
-    return solid(0.2, 1.0, np.array([0.3, 0.3, 0.4]) * ratio * 0.75**2 * 0.12)
+    return solid(0.2, 3.0, np.array([0.3, 0.3, 0.4]) * ratio * 0.75**2 * 0.12)
 
 
 DIAGONAL, UNIFORM, ALLOWED = math.sqrt(3), 0.4**2 / 12, lambda c: 2.25 * (0.1 + 0.05 * math.sqrt(3) - c) * (0.1 + 0.05 * math.sqrt(3) + c)
@@ -89,11 +89,11 @@ THRESHOLDS = {
     "more than a part has": ("inertia-about-origin", bar, 0.2**2 + 2 * UNIFORM, False),
     "little of a wide part": ("inertia-about-origin", lambda x: bar(0.03, 0.12, x), 10 * 0.12**2 - 0.03, False),
     "what no body has": ("inertia-about-origin", lambda x: bar(0.2**2 + UNIFORM, sideways=-x), (UNIFORM + 1e-3) * (1 - 1 / 1.001) / 2, False),
-    "a negative moment": ("inertia-about-origin", lambda x: solid((0.1, 0.1, 0.4), 1.0, (-x, 0, 0.04 + UNIFORM), (0, 0, 0.2)), 1e-6 * UNIFORM, False),
+    "a negative moment": ("inertia-about-origin", lambda x: solid((0.1, 0.1, 0.4), 3.0, (-x, 0, 0.04 + UNIFORM), (0, 0, 0.2)), 1e-6 * UNIFORM, False),
     # units
     "a hundred times": ("inertia-units", units, 100, True),
-    "of a wire": ("inertia-units", lambda x: solid((0.012, 1e-4, 1e-4), 1.0, (x, x / 2, x / 2)), 0.005, True),
-    "too small": ("inertia-units", lambda x: solid(0.3, 1.0, (x * x / 2, x * x / 4, x * x / 4)), 1e-3, False),
+    "of a wire": ("inertia-units", lambda x: solid((0.012, 1e-4, 1e-4), 3.0, (x, x / 2, x / 2)), 0.005, True),
+    "too small": ("inertia-units", lambda x: solid(0.3, 3.0, (x * x / 2, x * x / 4, x * x / 4)), 1e-3, False),
     "too small to tell": ("inertia-units", lambda x: solid(x, 1e-3, (5e-13, 3e-13, 2e-13)), 0.02, True),
     **{
         f"{unit} from {low:g}": ("inertia-units", units, low, CAUSE(unit))
@@ -105,7 +105,7 @@ THRESHOLDS = {
     },
     "one unit": ("inertia-units", units, 200, lambda f: not f.acceptable),
     # the room within which the mass can lie: half the box and its margin, once and a half
-    **{f"room around {c}": ("inertia-too-large", lambda x, c=c: solid(0.2, 1.0, (0.01, 0.01, x), (0, 0, c)), ALLOWED(c), True) for c in (0, 0.04, -0.04)},
+    **{f"room around {c}": ("inertia-too-large", lambda x, c=c: solid(0.2, 3.0, (0.01, 0.01, x), (0, 0, c)), ALLOWED(c), True) for c in (0, 0.04, -0.04)},
     # density
     "heavier than any metal": ("mass-units", lambda x: solid(0.1, x), 25000 * 0.12**3, True),
     "a heavy sheet": ("mass-units", lambda x: solid((0.1, 0.1, 1e-4), x), 25000 * 0.12**2 * 0.021, True),
