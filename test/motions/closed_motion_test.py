@@ -1,6 +1,8 @@
 """Motions of mechanisms with loops: joints that follow the drives, against the closed form of a slider-crank, and what is said of them."""
 
 import re
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -57,6 +59,18 @@ def test_joints_that_follow_a_crank_are_those_of_the_closed_form(crank, step):
     assert closing.held == ("A",) and closing.freedoms == 1 and closing.error < 1e-10 and closing.error_time in TIME and closing.compared == ()
     assert "positions of B, S closed from those of A; rates, too" in found.differentiated
     assert closed_along(held_by(crank), np.where(DRIVE, expected[0], 0.0), expected[0][0]) == pytest.approx(expected[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3, 30, 100, 400])
+@pytest.mark.parametrize("step", [0.0, 1e-3, 0.03, 0.066, 0.067, 0.3])
+def test_samples_are_closed_side_by_side_where_steps_are_small(crank, samples, step):
+    """Every so many one after the other, and those between at once: so many that the drive moves by 0.2 rad, √n at most, and three at least."""
+    expected = of_crank(0.3 + step * np.arange(samples))[0]
+    held, calls = held_by(crank), []
+    counting = replace(held, model=SimpleNamespace(nq=3, difference=crank.difference, close=lambda *a, **how: calls.append(1) or crank.close(*a, **how)))
+    assert closed_along(counting, np.where(DRIVE, expected, 0.0), expected[0]) == pytest.approx(expected, abs=1e-8)
+    stride = int(min(np.sqrt(samples), 0.2 / step if step and samples > 1 else np.inf))
+    assert len(calls) == (samples if stride < 3 else -(-samples // stride) + stride)
 
 
 def test_what_is_differentiated_is_the_drive_alone(crank):
