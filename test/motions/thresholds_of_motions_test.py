@@ -4,6 +4,7 @@ import gzip
 import io
 import re
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pyarrow as pa
@@ -113,6 +114,36 @@ def test_gaps(gap, way, said):
         f"no samples between 6 s and {6 + gap:.6g} s, {gap:.3g} median steps, while slide moves by {way:.3g} m" in line for line in found
     )
     assert doubts_about_gaps((SLIDE,), time[5:8], q[5:8]) == []
+
+
+def test_the_joint_that_a_gap_hides_most_of():
+    """By the share of its travel, not by its way."""
+    time = np.array([0.0, 1, 2, 3, 10, 11, 12])
+    far, near = np.array([0.0, 0, 0, 0, 10, 10, 100]), np.array([0.0, 0, 0, 0, 0.5, 0.5, 1])
+    joints = tuple(replace(SLIDE, name=name, q_index=k, v_index=k) for k, name in enumerate(("far", "near", "still")))
+    (said,) = doubts_about_gaps(joints, time, np.column_stack([far, near, 0 * near]))
+    assert "while near moves by 0.5 m" in said
+    (said,) = doubts_about_gaps(joints[:1], time, far[:, None])
+    assert "while far moves by 10 m" in said and "7 median steps, while" in said
+
+
+@pytest.mark.parametrize(("share", "stands"), [(0.99, True), (1.01, False)])
+def test_a_drift_of_twice_the_resolution_is_no_stand(share, stands):
+    """Within the middle half of forty samples, 19 steps, though eight of them in a row always keep within it."""
+    x = share * 2e-3 / 19 * np.arange(40)
+    both = tuple(replace(SLIDE, name=name, q_index=k, v_index=k) for k, name in enumerate("ab"))
+    found = standing_of_integrated(both, 0.1 * np.arange(40), np.column_stack([5 * np.arange(40.0), x]), np.ones((40, 2)), 1e-3, 0.0)
+    assert found.stands[:, 1].all() == found.held[:, 1].all() == stands and found.stands[:, 1].any() == stands and not found.stands[:, 0].any()
+
+
+@pytest.mark.parametrize("given", [[None, None], ["v", None], [None, "a"]])
+def test_six_samples_are_needed_to_differentiate(leg, given):
+    rates = [None if x is None else np.zeros((5, 1)) for x in given]
+    with pytest.raises(MotionError, match="5 samples, but differentiating hip needs at least 6; add samples, or give the columns hip.v and hip.a"):
+        complete(leg, np.arange(5.0), np.zeros((5, 2)), [rates, [np.zeros((5, 1))] * 2])
+    rates = [None if x is None else np.zeros((6, 1)) for x in given]
+    assert not complete(leg, np.arange(6.0), np.zeros((6, 2)), [rates, [np.zeros((6, 1))] * 2]).v.any()
+    assert complete(leg, np.arange(2.0), np.zeros((2, 2)), [[np.zeros((2, 1))] * 2] * 2).q.shape == (2, 2)
 
 
 @pytest.mark.parametrize(
