@@ -10,7 +10,7 @@ import ksl
 from ksl.base.errors import MotionError
 from ksl.base_parameters import structural
 from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, read_waypoints, template, trapezoid, write_motion
-from ksl.motions.generate.excitation import _Search
+from ksl.motions.generate.excitation import Series, _Search
 from ksl.motions.generate.generated import limits_of
 from ksl.motions.reading import read_motion
 from ksl_command import run_ksl
@@ -28,13 +28,14 @@ def model(request, examples):
     return ksl.load(examples / f"robots/{request.param}.urdf")
 
 
+LINK = '<inertial><origin xyz="0.2 0 0"/><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>'
+JOINT = '<joint name="{}" type="revolute"><parent link="{}"/><child link="{}"/><origin xyz="0.4 0 0"/><axis xyz="0 0 1"/>{{limit}}</joint>'
+TWO = f'<robot name="two"><link name="a"/><link name="b">{LINK}</link><link name="c">{LINK}</link>{JOINT.format("hip", "a", "b")}{JOINT.format("knee", "b", "c")}</robot>'
+
+
 @pytest.fixture
 def two(robot):
-    link = '<inertial><origin xyz="0.2 0 0"/><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>'
-    joint = '<joint name="{}" type="revolute"><parent link="{}"/><child link="{}"/><origin xyz="0.4 0 0"/><axis xyz="0 0 1"/>{}</joint>'
-    limit = '<limit lower="-2" upper="2" effort="100" velocity="1.5"/>'
-    joints = joint.format("hip", "a", "b", limit) + joint.format("knee", "b", "c", limit)
-    return robot(f'<robot name="two"><link name="a"/><link name="b">{link}</link><link name="c">{link}</link>{joints}</robot>')
+    return robot(TWO.format(limit='<limit lower="-2" upper="2" effort="100" velocity="1.5"/>'))
 
 
 def used(model, m):
@@ -277,3 +278,18 @@ def test_waypoints_begin_at_their_first_time(two, tmp_path):
     (tmp_path / "points.csv").write_text("time,hip,knee\n2,0,1\n5,1,0.5\n8,0,-1\n")
     points = read_waypoints(two, limits_of(two), tmp_path / "points.csv")
     assert points.times.tolist() == [0, 3, 6] and minimum_jerk(two, points).motion.time[-1] == 6
+
+
+@pytest.mark.parametrize("effort", [2.0, 1000.0])
+def test_the_cost_of_a_candidate(robot, effort):
+    """The condition number of the regressor; ten times the share by which efforts are beyond 80 % of their limits is added to it, as a factor."""
+    model = robot(TWO.format(limit=f'<limit lower="-2" upper="2" effort="{effort}" velocity="1.5"/>'))
+    base, limits = structural(model), limits_of(model)
+    series = Series(limits, 5.0)
+    search = _Search(model, limits, base, series, 0)
+    for seed in range(4):
+        x = np.random.default_rng(seed).normal(size=series.size)
+        q, v, a = series(x, series.times)
+        W = base.regressor(model.inverse_dynamics_regressor(q, v, a, links=base.links)).reshape(-1, len(base))
+        beyond = max(0.0, np.abs(model.inverse_dynamics(q, v, a)).max() / (0.8 * effort) - 1)
+        assert search._cost(x) == pytest.approx(np.linalg.cond(W) * (1 + 10 * beyond), rel=1e-4) and (beyond > 0) == (effort < 100)
