@@ -175,6 +175,14 @@ def test_sdf_with_lines(check):
     assert findings.not_checked and not any(f.fixable for f in findings)
 
 
+@pytest.mark.parametrize(("frame", "told"), [("", True), (' relative_to="a"', False)])
+def test_shapes_that_are_placed_by_other_frames_are_not_judged(check, frame, told):
+    inertial = "<inertial><pose>0 0 9 0 0 0</pose><mass>1</mass><inertia><ixx>0.011</ixx><iyy>0.012</iyy><izz>0.013</izz></inertia></inertial>"
+    shape = f"<collision name='c'><pose{frame}>0 0 0 0 0 0</pose><geometry><box><size>0.1 0.1 0.4</size></box></geometry></collision>"
+    findings = check(f'<sdf version="1.11"><model name="m"><link name="a">{inertial}{shape}</link></model></sdf>', "robot.sdf")
+    assert ("centroid-outside" in findings.rules) == told
+
+
 def test_nothing_of_sdf_is_repaired(check, tmp_path):
     """What is repaired in URDF, in SDF: found, and left."""
     (tmp_path / "part.stl").write_bytes(stl())
@@ -268,4 +276,4 @@ def test_the_second_moment_bound_by_hand():
     box = np.array([[-1.0, -1, -1], [1, 1, 1]])
     I = np.diag([0.0, 2.0, 2.0])  # m = 2 kg at x = ±1 m
     inertial = Inertial(None, None, 2.0, np.zeros(3), np.eye(3), I)
-    assert Fit(Link("rod", None, None, inertial), inertial, box, box[1] - box[0]).excess(I) == pytest.approx(1.0)
+    assert Fit(Link("rod", None, None, inertial), inertial, box, box[1] - box[0], 2.0).excess(I) == pytest.approx(1.0)

@@ -166,6 +166,14 @@ def test_drives(check):
     assert "candidates: A, B, C or E" in only(check(spatial(motors="")), "loop-drives-unknown").found
 
 
+def test_turns_of_joints_are_none():
+    """How far a position is from zero, of hinges that may turn and turn."""
+    m = ksl.load_string(planar())
+    found = loop_positions.LoopPositions(m)
+    for angle, away in ((0.1, 0.1), (3.0, 3.0), (-3.0, -3.0), (4.0, 4 - 2 * math.pi), (-4.0, 2 * math.pi - 4), (2 * math.pi + 0.2, 0.2)):
+        assert found.moved(m.neutral() + angle) == pytest.approx(np.full(3, away))
+
+
 def test_a_dead_centre_of_the_drive(check):
     """The rocker moves the ball along x, across the rod, which then keeps its length while the crank rests."""
     finding = only(check(spatial(crank="0.1 0.05 0", rod="0 0.25 0.4")), "loop-drives")

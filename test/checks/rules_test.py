@@ -1,12 +1,17 @@
 """Each rule has a file that it alone finds fault with, and one near it that is sound."""
 
+import math
+from types import SimpleNamespace
 from xml.parsers import expat
 
+import numpy as np
 import pytest
 from files import ARM, END, changed, hinge, link, more, stl
 from loop_files import CASES as LOOPS
 
 from ksl.checks.findings import STATUS
+from ksl.checks.loop_rules import _list
+from ksl.checks.rule import clipped
 from ksl.checks.run import RULES
 
 UPPER = 'ixx="0.0283" iyy="0.0283" izz="0.0033"'
@@ -215,6 +220,24 @@ def test_a_finding_names_the_element_in_whose_lines_it_is(check, rule):
             assert 0 < finding.line <= text.count("\n") + 1
 
 
+ZERO = ("inertia-without-mass", "inertia-zero", "massless-end", "mass-missing", "axis-zero", "limit-zero", "effort-zero", "velocity-zero", "no-link", "loop-rigid")
+ONE = ("xacro-unexpanded", "unknown-attribute", "inertia-placeholder", "root-inertial", "mimic-fixed", "mesh-uri", "loop-singular", "loop-drives", "loop-drives-unknown")
+DIAGONAL = math.sqrt(0.1**2 + 0.1**2 + 0.4**2)
+VALUES = dict.fromkeys(ZERO, 0.0) | dict.fromkeys(ONE, 1.0) | {
+    "mass-negative": -1, "inertia-not-positive": 0.00835 - math.hypot(0.00005, 0.009), "inertia-triangle": 0.0110 - 0.0083 - 0.0017, "centroid-outside": 0.8 - 0.4 - DIAGONAL / 4,
+    "inertia-units": math.sqrt((28300 + 28300 + 3300) / 2 / 2), "inertia-too-large": ((0.56 + 0.54 - 0.55) / 2 / 2) / (0.05 + DIAGONAL / 4) ** 2, "mass-units": 2000 / 0.004,
+    "axis-not-unit": math.sqrt(2), "dynamics-negative": -0.1, "limit-reversed": 4, "limit-units": 90, "limit-negative": -50, "mesh-units": 100, "mesh-scales": 100, "symmetry-mass": 1 / 6,
+    "loop-frames": 0.1, "loop-open-at-zero": 0.01, "loop-redundant": 3,
+}  # fmt: skip
+"""The numbers that break the conditions, of the files above; of other rules there are none, but for the distance that a loop stays open."""
+
+
+@pytest.mark.parametrize("rule", CASES)
+def test_the_number_that_breaks_the_condition(check, rule):
+    (finding,) = [f for f in check(CASES[rule][0]) if f.rule == rule][:1]
+    assert finding.value == (None if rule not in VALUES else pytest.approx(VALUES[rule], rel=1e-6, abs=1e-12)) or rule == "loop-open"
+
+
 MORE = ("", ", and 1 more", ", and 2 more")
 TOGETHER = {
     "unknown-tag": (lambda k: f'<link name="x{k}"><foo/></link>', MORE),
@@ -235,8 +258,32 @@ def test_several_places_are_counted(check, rule, count):
     joint = follower if rule == "mimic-fixed" else hinge
     more_of = [part for k in range(count) for part in (place(k), joint(f"j{k}", "fore", f"x{k}", *["elbow"] * (joint is follower), kind="fixed"))]
     (finding,) = [f for f in check(more(*more_of)) if f.rule == rule]
+    assert " more" not in finding.found or count > 1
     assert all((each in finding.found) == (each == words[count - 1] or not each) for each in words) and finding.name in ("x0", "j0", "")
     assert finding.value in (None, count) or rule == "inertia-placeholder"
+
+
+@pytest.mark.parametrize(("length", "found"), [(1, True), (199, True), (200, True), (201, False)])
+def test_prefixes_that_are_found(check, length, found):
+    """Of 200 letters at most, and up to the whole name of the joint that follows."""
+    prefix = "p" * length
+    fingers = more(link("x"), hinge(f"{prefix}one", "fore", "x"), link("y"), follower(prefix, "fore", "y", "one"))
+    (finding,) = [f for f in check(fingers) if f.rule == "mimic-unknown"]
+    assert (finding.repair == f"Did you mean {prefix}one?") == found == finding.acceptable
+
+
+def test_what_is_too_long_is_cut():
+    for length in (200, 600):
+        assert clipped("x" * length, length) == "x" * length and clipped("x" * (length + 1), length) == "x" * length + "…" and clipped("a\n  b") == "a b"
+    broken = list(RULES["axis-zero"].findings(SimpleNamespace(path="f", joints=[SimpleNamespace(kind="revolute", axis=np.zeros(3), axis_line=1, name="n" * 300)])))
+    assert broken[0].name == "n" * 200 + "…"
+
+
+@pytest.mark.parametrize("count", range(8))
+def test_lists_of_names(count):
+    names = list("abcdefgh"[:count])
+    expected = ["", "a", "a and b", "a, b and c", "a, b, c and d", "a, b, c, d and e", "a, b, c, d, e and 1 more", "a, b, c, d, e and 2 more"][count]
+    assert _list(names) == expected and _list(names, "or") == expected.replace(" and ", " or ")
 
 
 @pytest.mark.parametrize("count", [2, 7, 8, 20])
@@ -309,6 +356,7 @@ def test_numbers_that_readers_take_differently(check, tmp_path, old, new):
     text = changed((old, new))
     findings = check(text)
     assert findings.rules == {"portability": 1} and findings[0].fixable
+    assert (", and 1 more numbers of it: a blank" in findings[0].found) == ("more" in findings[0].found) == old.startswith("ixy")
     (tmp_path / "a.urdf").write_text(text)
     assert not fix(tmp_path / "a.urdf", tmp_path / "b.urdf").left
     assert not check(changed((END, "<!-- <origin xyz='1\t2\t3'/> -->" + END)))
