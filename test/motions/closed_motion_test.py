@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from linkages import FOURBAR, SLIDERCRANK, joint, link
+from linkages import FOURBAR, SLIDE, SLIDERCRANK, joint, link, loop
 
 from ksl.base.errors import MotionError
 from ksl.motions.closed_motion import closed_again, completed, follow_by_loops, followed, held_by, leading
@@ -162,6 +162,14 @@ def test_a_step_that_rates_do_not_explain_is_another_branch(crank, share, refuse
         return
     with pytest.raises(MotionError, match=r"motion: sample 201 \(time 1\): joint B, which follows A, jumps to another branch"):
         made(crank, q, rates=(0 * q, 0 * q))
+
+
+def test_the_loop_that_stays_open_is_named(robot):
+    """Of two, the second slider runs 0.9 m above the crank, of which crank and rod reach 0.35."""
+    second = link("rod2", 1.1, 0.12) + link("slider2", 0.9, 0.0) + joint("B2", "crank", "rod2", "0.1 0.03 0") + joint("S2", "frame", "slider2", "0 0.05 0.9", "prismatic", "1 0 0", SLIDE)
+    model = robot(SLIDERCRANK.replace("</robot>", second + loop("C2", "rod2", "0.25 0.03 0", "slider2", "0 0.01 0") + "</robot>"), drives=["A"])
+    with pytest.raises(MotionError, match=r"from its neutral position the mechanism can't be closed: .* loop joint C2 stays open by 0\.\d"):
+        held_by(model)
 
 
 def test_a_motion_that_leaves_the_reach_names_sample_and_time(robot):

@@ -81,6 +81,7 @@ def test_efforts_with_their_units(leg, written, joint, unit, factor):
         ("time,i\n0,1\n1,2\n", {"columns": {"i": "hip.effort"}, "rated": {"hip": 2.0}}, "[rated] names 'hip', whose column 'i' is no ‰"),
         ("time,i\n0,1\n1,2\n", {"columns": {"i": "hip.effort"}, "rated": {"hop": 2.0}}, "[rated] names 'hop', and no column is 'hop.effort'"),
         ("time,i\n0,1\n1,2\n", {"columns": {"i": "hip.effort"}, "rated": {"hip": -2.0}}, "rated.hip is -2.0; expected the effort that is 1000 ‰"),
+        ("time,i\n0,1\n1,2\n", {"columns": {"i": "hip.effort"}, "rated": {"hip": 0}}, "rated.hip is 0; expected the effort that is 1000 ‰"),
         ("time,i\n0,1\n1,2\n", {"i": {"to": "slide.effort", "unit": "Nm"}}, "column 'i' is in 'Nm', which is no unit of an effort; expected N, mN, kN or permille"),
         ("time,i\n0,1\n1,2\n", {"i": "hop.effort"}, "column 'i' is to be 'hop.effort', the effort of no joint with one coordinate; did you mean 'hip.effort'?"),
         ("time,i\n0,1\n1,2\n", {"j": "hip.effort"}, "column 'j' is not in"),

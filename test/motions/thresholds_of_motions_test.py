@@ -19,6 +19,7 @@ from ksl.base.errors import MotionError
 from ksl.model.lengths import extent
 from ksl.model.mechanism import Joint
 from ksl.motions.columns.units import Unit, factor, unit_of
+from ksl.motions.files.csv_form import doubts_about_end
 from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, trapezoid
 from ksl.motions.generate.excitation import Series, _Search
 from ksl.motions.generate.generated import check_duration, effort_stretch, limits_of, sample_times, worst_rate, worst_use
@@ -450,16 +451,39 @@ def test_a_search_that_has_just_begun_is_not_at_its_end(robot, iterations, reaso
 # columns
 
 
+NAMES_OF_UNITS = {
+    ("time", 1.0): "s sec secs second seconds", ("time", 60.0): "min", ("time", 3600.0): "h", ("time", 1e-3): "ms msec", ("time", 1e-6): "us µs μs", ("time", 1e-9): "ns nsec",
+    ("angle", 1.0): "rad rads radian radians", ("angle", 1e-3): "mrad", ("angle", 2 * np.pi): "rev turn turns", ("angle", np.pi / 180): "deg degs degree degrees °",
+    ("length", 1.0): "m", ("length", 1e-2): "cm", ("length", 1e-3): "mm", ("length", 1e-6): "um µm μm", ("length", 0.0254): "in inch",
+}  # fmt: skip
+ENDS = ("", "/s /sec s^-1 ·s^-1 *s^-1".split(), "/s² /s^2 /s2 /(s^2) s^-2 /s/s /sec^2 /s**2".split())
+
+
+@pytest.mark.parametrize(("quantity", "factor"), NAMES_OF_UNITS, ids=str)
+def test_units_of_columns(quantity, factor):
+    """With rates of all but times, in brackets and capitals."""
+    for name in NAMES_OF_UNITS[quantity, factor].split():
+        for per_time in (0, 1, 2):
+            for end in ENDS[per_time] or ("",):
+                expected = None if quantity == "time" and per_time else Unit(quantity, per_time, pytest.approx(factor, rel=1e-15))
+                for text in (name + end, f"[{name}{end}]", f"( {name} {end})", f"<{name}{end}>", (name + end).upper() if (name + end).isascii() else name + end):
+                    assert unit_of(text) == expected, text
+
+
+@pytest.mark.parametrize("text", ["rpm", "1/min", "U/min", "r/min"])
+def test_turns_a_minute(text):
+    assert unit_of(text) == Unit("angle", 1, pytest.approx(np.pi / 30)) and [unit_of(x) for x in ("-", "1", "none", "", "[]")] == [Unit("plain", 0, 1.0)] * 5
+
+
 @pytest.mark.parametrize(
-    ("text", "quantity", "per_time", "factor"),
+    ("data", "line"),
     [
-        ("ms", "time", 0, 1e-3), ("[µs]", "time", 0, 1e-6), ("ns", "time", 0, 1e-9), ("min", "time", 0, 60), ("h", "time", 0, 3600), ("(deg)", "angle", 0, np.pi / 180),
-        ("deg/s^2", "angle", 2, np.pi / 180), ("rpm", "angle", 1, np.pi / 30), ("rev/s", "angle", 1, 2 * np.pi), ("mrad", "angle", 0, 1e-3), ("mm/s²", "length", 2, 1e-3),
-        ("in", "length", 0, 0.0254), ("cm s^-1", "length", 1, 1e-2), ("um", "length", 0, 1e-6), ("m/s/s", "length", 2, 1), ("-", "plain", 0, 1),
+        (b"a\n1\n2", 3), (b"a\n1\n2\n", None), (b"a,b", None), (b"a\n1\n  ", None), (b"a\n1\n # end", None), (b"a\n1\n%", None), (b"a\n1\n// x", None), (b"a\r1\r2", 3), (b"a\r\n1\r\n2\r\n3", 4),
+        (b"a\r\n1\r\n", None), (b"a\r1", 2),
     ],
 )  # fmt: skip
-def test_units_of_columns(text, quantity, per_time, factor):
-    assert unit_of(text) == Unit(quantity, per_time, pytest.approx(factor, rel=1e-15))
+def test_a_last_line_without_an_end(data, line):
+    assert [f"the last line ({line}) of f has no line end" in said for said in doubts_about_end("f", data)] == [True] * bool(line)
 
 
 def test_units_that_are_none():
