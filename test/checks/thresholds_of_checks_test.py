@@ -79,6 +79,7 @@ THRESHOLDS = {
     "a marker": ("centroid-outside", lambda x: solid(x, 0.01, centroid=(1, 0, 0)), 0.011, True),
     "more than such a part weighs": ("centroid-outside", lambda x: solid(0.1, x, centroid=(1, 0, 0)), 6000 * 0.12**3, False),
     "more than a sheet weighs": ("centroid-outside", lambda x: solid((0.1, 0.1, 1e-4), x, centroid=(1, 0, 0)), 6000 * 0.12**2 * 0.021, False),
+    "a light part that is welded to a heavy one": ("centroid-outside", lambda x: solid(0.1, x, (1e-4, 2e-4, 3e-4), (1, 0, 0), joint="fixed"), 0.05, True),
     "millimetres": ("centroid-outside", lambda x: solid(0.1, centroid=(0, 0, x)), 50 * 0.1 + 0.05 + 0.025 * DIAGONAL, CAUSE("is in millimetres.")),
     "a thousandth that lies within": ("centroid-outside", lambda x: solid(0.1, centroid=(0, 0, -x)), 1000 * (0.05 + 0.025 * DIAGONAL), lambda f: not f.acceptable),
     "a sign": ("centroid-outside", lambda x: solid(0.1, centroid=(0, -x, 0), middle=(0, 1, 0)), 1.05 + 0.025 * DIAGONAL, lambda f: "The sign of y" not in f.cause),

@@ -353,6 +353,18 @@ def test_the_worst_cases_are_those_of_the_table(tmp_path):
 
 
 @HERE
+def test_what_a_sweep_says_of_its_time(tmp_path, monkeypatch):
+    """By a clock that goes on by a second whenever it is looked at: twice for each case, and twice for each partition."""
+    clock = SimpleNamespace(perf_counter=map(float, range(10**6)).__next__)
+    monkeypatch.setattr("ksl.sweeps.evaluate.time", clock)
+    monkeypatch.setattr("ksl.sweeps.compute_sweep.time", SimpleNamespace(perf_counter=iter([100.0, 107.5, 200.0, 201.0]).__next__))
+    results = ksl.sweep(PANDA, many(steps=2, partition=3), tmp_path, workers=1)
+    assert (results.seconds, results.share_of_dynamics) == (7.5, pytest.approx(10 / (2 * 10 + 4)))
+    again = ksl.sweep(PANDA, many(steps=2, partition=3), tmp_path, workers=1)
+    assert (again.seconds, again.share_of_dynamics, again.computed) == (1.0, 0.0, 0)
+
+
+@HERE
 def test_wrenches_on_request(tmp_path):
     results = ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1, wrenches=True)
     table = parquet.read_table(tmp_path / "wrenches" / "part-000000.parquet")

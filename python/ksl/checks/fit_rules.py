@@ -329,7 +329,7 @@ def _cause_outside(fit: Fit) -> str | None:
         return "<origin> of <inertial> was left out or at zero: the centroid of this link is not at its origin."
     for axis, name in enumerate("xyz"):
         mirrored = c.copy()
-        mirrored[axis] *= -1
+        mirrored[axis] = -mirrored[axis]
         if (mirrored >= fit.box[0]).all() and (mirrored <= fit.box[1]).all():
             return (
                 f"The sign of {name} is wrong, or the mesh is mirrored and the centroid is not: with the other "
