@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from files import hinge as arm_hinge
 from files import more
+from linkages import SLIDERCRANK
 from loop_files import CASES, IDLE, IN_MJCF, IN_SDF, INERTIA, MOTOR, hinge, in_mjcf, in_sdf, planar, spatial
 
 from ksl.checks import loop_positions
@@ -172,6 +173,8 @@ def test_turns_of_joints_are_none():
     found = loop_positions.LoopPositions(m)
     for angle, away in ((0.1, 0.1), (3.0, 3.0), (-3.0, -3.0), (4.0, 4 - 2 * math.pi), (-4.0, 2 * math.pi - 4), (2 * math.pi + 0.2, 0.2)):
         assert found.moved(m.neutral() + angle) == pytest.approx(np.full(3, away))
+    slide = loop_positions.LoopPositions(ksl.load_string(SLIDERCRANK))
+    assert slide.moved(np.array([0.0, 7.0, 7.0])) == pytest.approx([0, 7 - 2 * math.pi, 7]), "m are no turns"
 
 
 def test_a_dead_centre_of_the_drive(check):

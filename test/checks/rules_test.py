@@ -322,6 +322,7 @@ SDF_SIZES = {
     "a cylinder of nothing": "<cylinder><radius>0</radius><length>1</length></cylinder>",
     "an ellipsoid without radii": "<ellipsoid/>",
     "a cone without length": "<cone><radius>1</radius></cone>",
+    "a mesh of nothing": "<mesh><uri>cube.stl</uri><scale>0 0 0</scale></mesh>",
     "no shape": "",
 }
 

@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 from files import hinge, link, more, stl
-from loop_files import planar
+from loop_files import planar, spatial
 from symmetry_test import limbs
+
+import ksl
 
 NEAR = 2e-3
 """Share by which numbers are below and above: less than a tenth of any threshold, and more than its rounding."""
@@ -67,6 +69,7 @@ def units(ratio):
 
 
 DIAGONAL, UNIFORM, ALLOWED = math.sqrt(3), 0.4**2 / 12, lambda c: 2.25 * (0.1 + 0.05 * math.sqrt(3) - c) * (0.1 + 0.05 * math.sqrt(3) + c)
+LENGTH = ksl.load_string(spatial()).mobility(np.zeros(4)).length
 CAUSE = lambda words: lambda f: words in f.cause
 WARNING = lambda f: f.severity == "warning"
 
@@ -140,6 +143,7 @@ THRESHOLDS = {
     "the longest disc": ("inertia-axis", lambda x: wheel((0.005, 0.005, 0.01), 0.1, x), 0.1 * DIAGONAL, False),
     "the shortest bar": ("inertia-axis", lambda x: wheel((0.01, 0.01, 0.005), 0.1, x), 0.1 * DIAGONAL, True),
     "half a right angle": ("inertia-axis", lambda x: wheel((0.005, 0.005, 0.01), turn=x), math.pi / 4, True),
+    "the direction of an axis": ("inertia-axis", lambda x: wheel((0.005, 0.005, 0.01), turn=math.pi / 2 - x), math.acos(0.999), lambda f: not f.found.endswith(" about y")),
     "a wheel that is drawn": ("inertia-axis", lambda x: drawn(f"2 {x} 1", (0.005, 0.01, 0.005)), 2 * 0.98, True),
     "a ring that is drawn": ("inertia-axis", lambda x: drawn(f"2 2 {x}", (0.005, 0.01, 0.005)), 2, False),
     # meshes, and both sides
@@ -154,7 +158,8 @@ THRESHOLDS = {
     "a twentieth": ("symmetry-mass", lambda x: limbs(2, x, 1), 3 / 0.95 - 1, True),
     # loops: the crank of 0.2 m and the rod of 0.5 m
     "parallel axes": ("loop-frames", lambda x: planar(f"{x!r} 0 0"), 1e-9, True),
-    "axes of few digits": ("loop-frames", lambda x: planar(f"{x!r} 0 0"), 1e-4, lambda f: "few digits" not in f.cause and "°" in f.found),
+    "axes of few digits": ("loop-frames", lambda x: planar(f"{x!r} 0 0"), 1e-4, lambda f: "few digits" not in f.cause and "°" in f.found and "spherical" not in f.repair),
+    "a place of few digits": ("loop-open-at-zero", lambda x: spatial(ball=f"0 {0.3 + x!r} 0"), 1e-4 * LENGTH, lambda f: "few digits" not in f.cause),
 }  # fmt: skip
 
 

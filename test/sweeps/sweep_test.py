@@ -8,7 +8,8 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -145,6 +146,7 @@ def test_motions_of_cases_are_simulated():
         sweep_from({"base": {"simulate": {"untill": 1.0}}, "vary": [PAYLOAD]})
 
 
+@HERE
 def test_rows_are_those_of_the_summary_to_the_bit(tmp_path):
     """Of a robot with mimic, fixed and sliding joints, with physics of joints: every number is that of `ksl loads`."""
     robot = tmp_path / "robot.urdf"
@@ -320,6 +322,75 @@ def test_on_ray_the_bits_are_the_same_and_a_lost_worker_costs_its_partition_only
     assert killed and results.computed == 400 and contents(tmp_path / "ray") == contents(tmp_path / "local")
 
 
+@dataclass(eq=False)
+class Task:
+    function: Callable
+    plan: Plan
+    partition: int
+
+
+class Cluster:
+    """What `ray` is for ksl.sweeps.on_ray, in this process: a task is computed when it is waited for, the last one first."""
+
+    exceptions = SimpleNamespace(**{name: type(name, (Exception,), {}) for name in ("WorkerCrashedError", "OutOfMemoryError", "RayError")})
+
+    def __init__(self, cpus, fault=None):
+        self.cpus, self.fault, self.most, self.ended, self.options = cpus, fault, 0, 0, None
+
+    def is_initialized(self):
+        return False
+
+    def init(self, **options):
+        self.options = options
+
+    def shutdown(self):
+        self.ended += 1
+
+    def remote(self, **options):
+        self.options |= options
+        return lambda function: SimpleNamespace(remote=lambda plan, partition: Task(function, plan, partition))
+
+    def put(self, x):
+        return x
+
+    def cluster_resources(self):
+        return {"CPU": self.cpus}
+
+    def wait(self, running, num_returns):
+        self.most = max(self.most, len(running))
+        return running[-num_returns:], running[:-num_returns]
+
+    def get(self, task):
+        if self.fault is not None and task.partition == 3:
+            raise self.fault
+        return task.function(task.plan, task.partition)
+
+
+@pytest.mark.parametrize(("cpus", "workers", "at_once"), [(1, 1, 2), (1, 2, 4), (3, 2, 6), (16, 1, 10)])
+def test_a_cluster_computes_all_partitions(monkeypatch, cpus, workers, at_once):
+    """Twice as many at once as there are processors, or workers; each partition once, and the cluster that was begun is ended."""
+    cluster = Cluster(cpus)
+    monkeypatch.setitem(sys.modules, "ray", cluster)
+    plan = Plan(PANDA, sweep_from(many()), 4)
+    results = list(on_ray.compute(plan, range(10), workers, None))
+    assert sorted(r.partition for r in results) == list(range(10)) and cluster.most == at_once and cluster.ended == 1
+    assert cluster.options["num_cpus"] == 1 and cluster.options["max_retries"] == 2 and cluster.options["address"] == "local"
+    here = Evaluator(plan)
+    assert all(r.files == here.partition(r.partition).files for r in results[:2])
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [("WorkerCrashedError", "the worker of cases 12 to 15 has died 3 times"), ("OutOfMemoryError", "the worker of cases 12 to 15 has died"), ("RayError", "cases 12 to 15: the Ray cluster answers: of the cluster; check that KSL")],
+)
+def test_faults_of_a_cluster_are_said(monkeypatch, fault, words):
+    cluster = Cluster(1, getattr(Cluster.exceptions, fault)("first line\nof the cluster"))
+    monkeypatch.setitem(sys.modules, "ray", cluster)
+    with pytest.raises(ksl.SweepError, match=words):
+        list(on_ray.compute(Plan(PANDA, sweep_from(many()), 4), range(10), 1, None))
+    assert cluster.ended == 1
+
+
 def test_what_was_interrupted_goes_on(tmp_path, undisturbed):
     def interrupt(done: int, cases: int) -> None:
         if done >= 8:
@@ -474,6 +545,11 @@ def test_results_of_another_sweep_are_kept_unless_forced(tmp_path):
         ksl.sweep(PANDA, described(PAYLOAD), tmp_path, workers=1)
     assert contents(tmp_path) == before
     assert ksl.sweep(PANDA, described(PAYLOAD), tmp_path, workers=1, force=True).computed == 3
+    assert ksl.sweep(PANDA, described(PAYLOAD, seed=5), tmp_path, workers=1).computed == 0, "a grid has no seed"
+    random = {"kind": "speed", "from": 0.5, "to": 1.0}
+    ksl.sweep(PANDA, described(random, sampling="latin hypercube", cases=2), tmp_path / "random", workers=1)
+    with pytest.raises(ksl.SweepError, match=r"holds another sweep \(with other cases\)"):
+        ksl.sweep(PANDA, described(random, sampling="latin hypercube", cases=2, seed=5), tmp_path / "random", workers=1)
 
 
 @pytest.mark.parametrize(
