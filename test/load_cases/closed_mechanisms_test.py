@@ -257,19 +257,6 @@ def test_components_on_what_is_open_get_no_verdict(fourbar):
     assert "position_lowest" in row_of(run, "C")
 
 
-def test_a_sweep_says_the_same_as_one_run(fourbar, tmp_path):
-    np.savetxt(tmp_path / "crank.csv", np.column_stack([TIME, TURN]), delimiter=",", header="time,A", comments="", fmt="%.17g")
-    sweep = {"base": {"motion": str(tmp_path / "crank.csv")}, "vary": [{"kind": "payload", "link": "rocker", "values": [0.0, 1.0]}]}
-    rows = ksl.sweep(fourbar, sweep, tmp_path / "swept", workers=1).cases.to_table().to_pylist()
-    run = ksl.compute_loads(fourbar, tmp_path / "crank.csv", payloads={"rocker": (1.0, (0, 0, 0))})
-    swept = {row["joint"]: row for row in rows if row["case"] == 1}
-    assert list(swept) == ["A", "B", "D", "base", "C"]
-    for row in run.rows:
-        same = {k: x for k, x in row.items() if k not in ("case", "joint", "kind", "undetermined")}
-        assert all(swept[row["joint"]][k] == row[k] for k in ("kind", "undetermined"))
-        assert {k: swept[row["joint"]][k] for k in same} == pytest.approx(same, rel=1e-12), row["joint"]
-
-
 def test_a_sweep_with_stiffnesses(fourbar, tmp_path):
     np.savetxt(tmp_path / "crank.csv", np.column_stack([TIME, TURN]), delimiter=",", header="time,A", comments="", fmt="%.17g")
     (tmp_path / "fourbar.urdf").write_text(FOURBAR)

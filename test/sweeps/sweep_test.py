@@ -16,6 +16,8 @@ from types import SimpleNamespace
 import numpy as np
 import pyarrow.parquet as parquet
 import pytest
+from linkages import FOURBAR
+from scipy.spatial.transform import Rotation
 
 import ksl
 from ksl.load_cases.curves import Curves
@@ -37,7 +39,7 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 PANDA, PICK = str(EXAMPLES / "robots" / "panda.urdf"), str(EXAMPLES / "motions" / "panda_pick.csv")
 TOOL = "panda_flange"
 HERE = pytest.mark.usefixtures("sweeps_here")
-PAYLOAD = {"kind": "payload", "link": TOOL, "center": [0, 0, 0.1], "values": [0, 1.5, 3]}
+PAYLOAD = {"kind": "payload", "link": TOOL, "center": [0.02, -0.03, 0.1], "values": [0, 1.5, 3]}
 SPEED = {"kind": "speed", "values": [0.5, 1.0]}
 
 
@@ -77,6 +79,8 @@ def test_a_range_on_a_grid_is_evenly_spaced_and_as_long_as_a_sweep_may_be():
     assert list(few.parameters[0].values) == [0.5, 0.75, 1.0, 1.25, 1.5]
     assert parameters_described(few)[0]["values"] == [0.5, 0.75, 1.0, 1.25, 1.5]
     assert list(sweep_from(described({"kind": "speed", "from": 0.5, "to": 1.5, "steps": 1})).parameters[0].values) == [0.5]
+    random = sweep_from(described({"kind": "speed", "from": 0.5, "to": 1.5}, sampling="latin hypercube", cases=2))
+    assert [(p["lower"], p["upper"]) for of in (sweep_from(described(SPEED)), few, random) for p in parameters_described(of)] == [(0, 0), (0, 0), (0.5, 1.5)]
 
 
 def test_a_latin_hypercube_uses_each_part_of_a_range_once():
@@ -96,6 +100,9 @@ def test_speed_leaves_the_path_and_scales_what_motion_adds_with_its_square():
     assert (fast[1].q == slow[1].q).all() and (fast[1].time == slow[1].time / 2).all()
     held = slow[0].gravity_torque(slow[1].q)
     np.testing.assert_allclose(efforts(fast) - held, 4 * (efforts(slow) - held), atol=1e-11)
+    for factor in (0.5, 0.9, 1.1):
+        moved = v.case({"speed": factor})[1]
+        assert np.array_equal(moved.time, slow[1].time / factor) and moved.v == pytest.approx(slow[1].v * factor) and moved.a == pytest.approx(slow[1].a * factor**2)
     assert fast[1].resolution == pytest.approx(2 * slow[1].resolution, rel=1e-15)
     by_spline = np.gradient(fast[1].q[:, 1], fast[1].time, edge_order=2)
     np.testing.assert_allclose(fast[1].v[:, 1], by_spline, atol=2e-3)
@@ -104,7 +111,7 @@ def test_speed_leaves_the_path_and_scales_what_motion_adds_with_its_square():
 def test_a_payload_is_that_of_with_payload():
     _, motion = variants(PAYLOAD).case({f"payload_{TOOL}": 1.5})
     found = efforts(variants(PAYLOAD).case({f"payload_{TOOL}": 1.5}))
-    expected = ksl.load(PANDA).with_payload(TOOL, 1.5, [0, 0, 0.1]).inverse_dynamics(motion.q, motion.v, motion.a)
+    expected = ksl.load(PANDA).with_payload(TOOL, 1.5, PAYLOAD["center"]).inverse_dynamics(motion.q, motion.v, motion.a)
     np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
@@ -113,6 +120,13 @@ def test_a_tilt_is_gravity_seen_from_the_turned_base():
     # the base turned by +90° about x: its z axis points along −y of the room, and gravity (room −z) along its −y
     expected = ksl.load(PANDA, gravity=[0, -9.81, 0])
     np.testing.assert_allclose(efforts(case), expected.inverse_dynamics(case[1].q, case[1].v, case[1].a), atol=1e-12)
+
+
+@pytest.mark.parametrize("axis", [[0, 3, 0], [1, -2, 0.5]])
+def test_gravity_is_turned_about_any_axis(axis):
+    """Back by the angle of the mounting; the length of the axis counts for nothing."""
+    expected = Rotation.from_rotvec(-np.radians(37) * np.array(axis) / np.linalg.norm(axis)).apply([0.0, 0.0, -9.81])
+    assert variants({"kind": "tilt", "axis": axis, "values": [37]}).case({"tilt": 37})[0].gravity == pytest.approx(expected)
 
 
 def test_a_factor_of_all_masses_is_one_of_all_efforts():
@@ -136,7 +150,7 @@ def test_a_shifted_centre_keeps_the_inertia_about_itself():
 def test_motions_of_cases_are_simulated():
     how = {"until": 0.2, "pose": {"panda_joint2": 0.5, "panda_joint4": -1.5}}
     simulated = Variants(PANDA, sweep_from({"base": {"simulate": how}, "vary": [PAYLOAD]}))
-    loaded = ksl.load(PANDA).with_payload(TOOL, 3.0, (0, 0, 0.1))
+    loaded = ksl.load(PANDA).with_payload(TOOL, 3.0, PAYLOAD["center"])
     model, motion = simulated.case({"payload_panda_flange": 3})
     q, v = motion.q[0], motion.v[0]
     assert np.allclose(motion.q, loaded.simulate(q, v, motion.time).q, atol=1e-8) and simulated.most_samples == len(motion.time) == 51
@@ -265,19 +279,21 @@ def workers(words: str) -> list[int]:
     found = []
     for entry in Path("/proc").iterdir():
         try:
-            if words in (entry / "cmdline").read_text().replace("\0", " ") and MARK in (entry / "environ").read_bytes().decode(errors="replace"):
+            if words in (entry / "cmdline").read_text().replace("\0", " ") and mark() in (entry / "environ").read_bytes().decode(errors="replace"):
                 found.append(int(entry.name))
         except (OSError, ValueError):  # it has ended, or is no process
             continue
     return found
 
 
-MARK = f"KSL_TEST_OF={os.getpid()}."
+def mark() -> str:
+    """Of this process: copies of it may run the same tests."""
+    return f"KSL_TEST_OF={os.getpid()}."
 
 
 @pytest.fixture(autouse=True)
 def marked(monkeypatch):
-    monkeypatch.setenv(*MARK.split("="))
+    monkeypatch.setenv(*mark().split("="))
 
 
 def killing(words: str):
@@ -424,6 +440,26 @@ def test_the_worst_cases_are_those_of_the_table(tmp_path):
 
 
 @HERE
+def test_a_sweep_of_a_closed_mechanism_says_the_same_as_one_run(tmp_path):
+    """With what rigid bodies leave open, in rows and worst cases."""
+    fourbar, time = ksl.load_string(FOURBAR, drives=["A"]), np.linspace(0, 2, 201)
+    np.savetxt(tmp_path / "crank.csv", np.column_stack([time, np.pi * (time - np.sin(np.pi * time) / np.pi)]), delimiter=",", header="time,A", comments="", fmt="%.17g")
+    sweep = {"base": {"motion": str(tmp_path / "crank.csv")}, "vary": [{"kind": "payload", "link": "rocker", "values": [0.0, 1.0]}]}
+    results = ksl.sweep(fourbar, sweep, tmp_path / "swept", workers=1)
+    run = ksl.compute_loads(fourbar, tmp_path / "crank.csv", payloads={"rocker": (1.0, (0, 0, 0))})
+    swept = {row["joint"]: row for row in results.cases.to_table().to_pylist() if row["case"] == 1}
+    assert list(swept) == ["A", "B", "D", "base", "C"]
+    for row in run.rows:
+        same = {k: x for k, x in row.items() if k not in ("case", "joint", "kind", "undetermined")}
+        assert all(swept[row["joint"]][k] == row[k] for k in ("kind", "undetermined"))
+        assert {k: swept[row["joint"]][k] for k in same} == pytest.approx(same, rel=1e-12), row["joint"]
+    for row in results.worst:
+        words = swept[row["joint"]]["undetermined"].split()
+        assert row["undetermined"] == ("yes" if row["quantity"].rpartition("_")[0] in words else "no")
+    assert {row["undetermined"] for row in results.worst} == {"yes", "no"}
+
+
+@HERE
 def test_what_a_sweep_says_of_its_time(tmp_path, monkeypatch):
     """By a clock that goes on by a second whenever it is looked at: twice for each case, and twice for each partition."""
     clock = SimpleNamespace(perf_counter=map(float, range(10**6)).__next__)
@@ -515,6 +551,11 @@ def test_damaged_and_unknown_partitions(tmp_path):
     part.unlink()
     assert ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1).computed == 2 and part.read_bytes() == whole
     (tmp_path / "sweep.json").unlink()
+    for content in ("{}", "[\"fingerprint\"]", "3", "{"):
+        (tmp_path / "sweep.json").write_text(content)
+        with pytest.raises(ksl.SweepError, match="sweep.json: is not the description of a sweep"):
+            ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1)
+    (tmp_path / "sweep.json").unlink()
     with pytest.raises(ksl.SweepError, match="sweep.json beside it is missing"):
         ksl.sweep(PANDA, described(PAYLOAD), tmp_path, workers=1)
 
@@ -573,6 +614,7 @@ def test_results_of_another_sweep_are_kept_unless_forced(tmp_path):
         (described({**SPEED, "name": "joint"}), "expected a name for its column"),
         (described({**SPEED, "name": ""}), "expected a name for its column"),
         ({"base": {"motion": 3}, "vary": [SPEED]}, "motion = 3; expected the name of a file"),
+        ({"base": {"motion": PICK, "stiffness": 3}, "vary": [SPEED]}, "stiffness = 3; expected the name of a file"),
         (described(), "nothing to vary"),
         (described({"kind": "sped", "values": [1]}), "did you mean 'speed'"),
         (described({**SPEED, "value": [1]}), "unknown key 'value'; did you mean 'values'"),
