@@ -167,12 +167,27 @@ def motion(rng, order):
     return t, np.round(x / step) * step if step and rng.random() < 0.8 else x, float(step)
 
 
+def nearly(rng, order):
+    """Two jumps of the derivative of this order, of which each may be none: the sides don't quite meet, or turn, it is small beside the other, or noisy."""
+    n = 40
+    u, x = np.arange(float(n)), np.zeros(n)
+    for at in (rng.uniform(9, 12), rng.uniform(26, 29)):
+        size = 10.0 ** rng.uniform(-2.2, 0)
+        after = np.maximum(u - at, 0)
+        spoiled = np.zeros(4)
+        spoiled[rng.integers(0, 4)] = 10.0 ** rng.uniform(-2.2, -0.3) * rng.choice([-1, 0, 1])
+        x = x + size * (after**order / order + (u > at) * sum(c * after**k for k, c in enumerate(spoiled)) + 0.1 * spoiled[3] * rng.choice([-1, 0]) * np.minimum(u - at, 0) ** 3)
+    x = x + rng.choice([0.0, 10.0 ** rng.uniform(-5, -2)]) * rng.normal(size=n)
+    return 0.01 * u, x, 0.0
+
+
 @pytest.mark.parametrize("order", [2, 1])
 @pytest.mark.parametrize("seed", range(8))
-def test_both_programs_find_the_same(order, seed):
+@pytest.mark.parametrize("of", [nearly, motion])
+def test_both_programs_find_the_same(of, order, seed):
     rng, said = np.random.default_rng([seed, order]), 0
-    for _ in range(40):
-        t, x, step = motion(rng, order)
+    for _ in range(24):
+        t, x, step = of(rng, order)
         with np.errstate(all="ignore"):
             jumps, wrong = by_hand(t, x, order, step)
         (found,) = find_jumps(t, x[:, None], order, np.array([step]))
@@ -180,7 +195,7 @@ def test_both_programs_find_the_same(order, seed):
         assert [f[0] for f in found.impossible] == [f[0] for f in wrong]
         assert [f[1:] for f in found.impossible] == [pytest.approx(f[1:], rel=1e-6, abs=1e-12) for f in wrong]
         said += bool(jumps) + bool(wrong)
-    assert said > 6
+    assert said > 3
 
 
 @pytest.mark.parametrize("count", [3, 4])

@@ -120,6 +120,7 @@ def test_contradictions_of_rates(seed):
     for _ in range(30):
         n, metres = int(rng.choice([6, 9, 24, 300])), np.array([True, True, False, False]) if rng.random() < 0.5 else np.zeros(4, dtype=bool)
         time, found = np.cumsum(rng.uniform(0.5, 1.5, n)), rng.normal(size=(n, 4)) * rng.choice([0.0, 1.0, 5.0], 4)
+        found = found * 10.0 ** rng.uniform(-3, 0)
         given = found + 10.0 ** rng.uniform(-3, 0) * rng.normal(size=(n, 4)) + 10.0 ** rng.uniform(-3, 0, 4) * rng.choice([0, 0, 1], 4)
         floor, width = 10.0 ** rng.uniform(-3, 0.5), min(50, max(5, n // 4))
         scale = np.maximum(np.abs(given), np.abs(found)).max(axis=0)
