@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from files import hinge as arm_hinge
 from files import more
-from linkages import SLIDERCRANK
+from linkages import FOURBAR, SLIDERCRANK
 from loop_files import CASES, IDLE, IN_MJCF, IN_SDF, INERTIA, MOTOR, hinge, in_mjcf, in_sdf, planar, spatial
 
 from ksl.checks import loop_positions
@@ -77,6 +77,9 @@ def test_patterns_across_a_plane(seed):
     across = np.array([pattern(normal, plane[0]), pattern(normal, plane[1]), pattern(0 * normal, plane[0])])
     for patterns in (across, across[2:], np.array([pattern(normal, 0 * normal)]), np.array([pattern(0 * normal, plane[1]), pattern(0 * normal, plane[0])])):
         assert is_across_a_plane(patterns, axes)
+    for size, is_zero in ((0.99e-7, True), (1.01e-7, False)):
+        small = np.array([np.concatenate([0 * normal, R.T @ (size * normal * sign)]) for R, sign in zip(axes, (0.5, -1, 0), strict=True)])
+        assert is_across_a_plane(np.concatenate([across, small[None]]), axes) == is_zero
     for force, moment in ((plane[0], 0 * normal), (0 * normal, normal)):
         wrong = np.array(pattern(force, moment))[None]
         assert not is_across_a_plane(np.concatenate([across, 1e-6 * wrong / np.abs(wrong).max()]), axes)
@@ -165,6 +168,18 @@ def test_drives(check):
     finding = only(check(spatial(motors=both)), "loop-drives")
     assert "2 drives, A and E, for 1 freedom: 1 more than the motion needs" in finding.found and finding.severity == "note"
     assert "candidates: A, B, C or E" in only(check(spatial(motors="")), "loop-drives-unknown").found
+
+
+@pytest.mark.parametrize("text", [SLIDERCRANK, FOURBAR])
+def test_motions_keep_the_loops_closed(text):
+    """An orthonormal basis, of sliding coordinates in lengths of the mechanism."""
+    m = ksl.load_string(text)
+    found = loop_positions.LoopPositions(m)
+    lengths = np.array([found.length if joint.unit == "m" else 1.0 for joint in m.joints if joint.nv])
+    for angle in (0.3, 2.0):
+        q = m.close(np.array([angle, -angle, 0.3]), hold=["A"]).q
+        basis = found.motions(q)
+        assert basis.shape == (3, 1) and basis.T @ basis == pytest.approx(np.eye(1)) and m.loop_jacobian(q) @ (lengths[:, None] * basis) == pytest.approx(0, abs=1e-9)
 
 
 def test_turns_of_joints_are_none():

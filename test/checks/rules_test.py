@@ -263,6 +263,18 @@ def test_several_places_are_counted(check, rule, count):
     assert finding.value in (None, count) or rule == "inertia-placeholder"
 
 
+@pytest.mark.parametrize(
+    ("bounds", "rule", "value"),
+    [
+        ('upper="0.05"', None, None), ('lower="-0.05"', None, None), ('lower="0.05"', "limit-reversed", 0.05), ('upper="-0.05"', "limit-reversed", 0.05), ("", "limit-zero", 0.0), ('lower="0"', "limit-zero", 0.0),
+        ('upper="13"', "limit-units", 13.0), ('lower="-13"', "limit-units", 13.0), ('lower="0.3" upper="0.3"', "limit-zero", 0.3),
+    ],
+)  # fmt: skip
+def test_bounds_that_are_not_given_are_zero(check, bounds, rule, value):
+    findings = check(changed(('lower="-2" upper="2" effort="50"', f'{bounds} effort="50"')))
+    assert {f.rule: f.value for f in findings} == ({} if rule is None else {rule: pytest.approx(value)})
+
+
 @pytest.mark.parametrize(("length", "found"), [(1, True), (199, True), (200, True), (201, False)])
 def test_prefixes_that_are_found(check, length, found):
     """Of 200 letters at most, and up to the whole name of the joint that follows."""
