@@ -221,6 +221,10 @@ def test_rates_of_resampling(rate, ok):
         return
     at, q, _, note = make()
     assert at == pytest.approx(3 + np.arange(int(10 * rate + 1e-9) + 1) / rate) and q[:, 0] == pytest.approx(at**2)
+    few = lambda n: resampled("f", [SLIDE], time[:n], (time[:n] ** 2)[:, None], [[None, None]], 1.0, str)
+    assert len(few(6)[0]) == 6
+    with pytest.raises(MotionError, match="f: 5 samples, but resampling needs at least 6"):
+        few(5)
     assert note.startswith(f"resampled to {rate:g} Hz ({len(at)} samples) from 11 samples with a median step of 1 s")
 
 
@@ -356,6 +360,16 @@ def test_the_shortest_time_by_hand(robot, make, speed):
     assert make(m, points, duration=2 * speed * 1.0001).motion.time[-1] == 2 * speed * 1.0001
     with pytest.raises(MotionError, match=f"the shortest time within all limits is {2 * speed:.4g} s"):
         make(m, points, duration=2 * speed * 0.999)
+
+
+@pytest.mark.parametrize("make", [minimum_jerk, trapezoid])
+@pytest.mark.parametrize(("side", "end"), [(1, "upper"), (-1, "lower")])
+def test_waypoints_at_a_limit(robot, make, side, end):
+    """Beyond it by less than a millionth of half the range is at it."""
+    m = robot_of(robot, ("j", "revolute", limit(-2, 2)))
+    assert make(m, Waypoints(np.array([[0.0], [side * (2 + 1.9e-6)]]))).motion.q[-1, 0] == pytest.approx(2 * side)
+    with pytest.raises(MotionError, match=f"between waypoints 1 and 2, at 100 % of the time, j goes to {2 * side} rad, beyond its {end} limit {2 * side} rad"):
+        make(m, Waypoints(np.array([[0.0], [side * (2 + 2.1e-6)]])))
 
 
 def test_a_chirp_in_closed_form(robot):
@@ -618,6 +632,29 @@ def test_rates_that_differ_by_a_twentieth_contradict(leg, more, said):
 # helpers of corners, by what polynomials are
 
 
+def test_jumps_of_long_motions_that_were_rounded():
+    """Of these not each difference is looked at to tell whether they were."""
+    t = 0.01 * np.arange(9001)
+    x = np.round(np.sin(0.3 * t), 4) + 1e-12 * np.arange(9001)
+    jump = np.where(t > 45.003, (t - 45.003) ** 2, 0)
+    for step, count in ((0.0, 0), (1e-4, 0)):
+        assert [len(f.jumps.times) for f in find_jumps(t, x[:, None], 2, np.array([step]))] == [count]
+    (one,) = find_jumps(t, (np.sin(0.3 * t) + jump)[:, None], 2, np.array([1e-9]))
+    assert one.jumps.times == pytest.approx([45.003], abs=1e-5) and one.jumps.sizes == pytest.approx([2.0], rel=1e-3)
+
+
+@pytest.mark.parametrize(("speed", "most"), [(0.04, 1e-5), (5.0, 5e-5)])
+def test_a_contradiction_needs_a_way(leg, speed, most):
+    """An integral of more than 1e-5 of the largest position or rate, or of 1."""
+    t = np.arange(24) * 0.1
+    for share, said in ((0.9, False), (1.1, True)):
+        v = np.zeros((24, 1)) + share * most / 0.6
+        none = np.zeros((24, 1))
+        q = np.column_stack([speed * np.ones(24), 0 * t])
+        lines = complete(leg, t, q, [[v, none], [none, none]]).contradictions
+        assert [line.startswith("hip.v at ") for line in lines] == [True] * said
+
+
 def test_even_steps():
     """To a thousandth of the mean: the last of three steps is longer by e, and so 2 e / 3 longer than the mean."""
     e = 1e-3 / (2 / 3 - 1e-3 / 3)
@@ -741,6 +778,11 @@ def test_where_rates_contradict_most(leg):
     v, none = np.where(t > 4, 2.2, 2.0) + 0.1 * (np.arange(80) == 63), np.zeros((80, 1))
     said, *_ = complete(leg, t, np.column_stack([2 * t, 0 * t]), [[v[:, None], none], [none, none]]).contradictions
     assert said.startswith("hip.v at 6.3 s is 2.3 rad/s, but the position of hip changes at 2 rad/s")
+    for many, often in ((1, ""), (2, " (2 such samples)")):
+        found = {"slide": Found(Jumps(2, np.empty(0), np.empty(0)), [(-1, 0.5 + k, 0.25) for k in range(many)])}
+        assert sentences_about_jumps((SLIDE,), found, {}, t)[2][0].startswith(f"the sample of slide at 0.5 s is 0.25 off those around it{often}: efforts")
+        found = {"slide": Found(Jumps(2, np.empty(0), np.empty(0)), [(1, 0.5 + k, 0.25) for k in range(many)])}
+        assert sentences_about_jumps((SLIDE,), found, {}, t)[2][0].startswith(f"the rate of slide jumps by 0.25 at 0.5 s{often.replace('samples', 'jumps')}, which")
     for many, often in ((1, ""), (2, " (2 such jumps)")):
         found = {"slide": Found(Jumps(2, np.empty(0), np.empty(0)), [(0, 0.5 + k, 0.25) for k in range(many)])}
         assert sentences_about_jumps((SLIDE,), found, {}, t)[2][0].startswith(f"slide jumps by 0.25 at 0.5 s{often}, which no force can do")
