@@ -115,6 +115,8 @@ def test_joints_of_both_formats(tmp_path):
             j, k = (seen(tmp_path / name).joint_of[n] for n in "jk")
             assert (j.parent, j.child, j.axis.tolist(), j.line, k.line) == ("a", "b", [0, 3, 4], 2, 3)
             assert (j.lower, j.upper, j.effort, j.velocity, j.damping, j.friction) == ((-1, 2, 5, 3, 0.5, 0.25) if whole else (None,) * 6), name
+            inertial = seen(tmp_path / name).link_of["a"].inertial
+            assert (None if inertial is None else (inertial.mass, inertial.moments)) == (None if name == "a.urdf" else (1.0, None)), "SDF takes 1 kg"
             assert j.mimic is None and (k.mimic.leader, k.mimic.multiplier, k.mimic.offset) == (("j", -2, 0.5) if whole else ("j", 1, 0)), name
 
 

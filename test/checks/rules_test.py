@@ -309,6 +309,18 @@ def test_long_chains_and_texts_are_shortened(check, count):
     assert f'"{"y" * min(60, 4 * count)}"' in finding.found
 
 
+@pytest.mark.parametrize(("below", "words"), [(0, "no joint carries it; the root"), (1, "no joint carries it, and 1 link that hangs on it; the root"), (2, "no joint carries it, and 2 links that hang on it; the root")])
+def test_what_hangs_on_a_link_that_nothing_carries(check, below, words):
+    chain = [part for k in range(below) for part in (link(f"x{k}"), hinge(f"j{k}", f"x{k - 1}" if k else "lost", f"x{k}"))]
+    (finding,) = check(more(link("lost"), *chain))
+    assert finding.rule == "link-unreachable" and finding.found == f"{words} is stand"
+
+
+def test_a_joint_of_the_same_name_is_no_copy_but_a_duplicate(check):
+    twice = more(link("x"), *[hinge("j", "fore", "x", kind="floating")] * 2)
+    assert "name-duplicate" in check(twice).rules and "joint-copied" not in check(twice).rules
+
+
 def test_a_link_of_sdf_without_inertial(check):
     one = '<link name="b"/><joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz></axis></joint>'
     findings = check(SDF.format(ixx=0.02, more=one))

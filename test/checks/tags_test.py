@@ -59,6 +59,10 @@ def test_a_file_that_ends_too_early():
     assert balanced("<!-- never ended", {})[1][0].found == "<!-- is not ended by -->"
 
 
+def test_text_behind_the_last_tag_stays():
+    assert balanced("<robot></x>abc", ELEMENTS)[0] == "<robot>abc</robot>" and balanced("<robot>abc", ELEMENTS)[0] == "<robot>abc</robot>"
+
+
 def test_what_is_missing_behind_the_end_is_not_reported(check):
     findings = check(ARM[: ARM.index('<joint name="elbow"')])
     assert findings.rules == {"xml-syntax": 1} and "link-unreachable" in findings.not_checked[0]

@@ -85,6 +85,7 @@ THRESHOLDS = {
     "a light part that is welded to a heavy one": ("centroid-outside", lambda x: solid(0.1, x, (1e-4, 2e-4, 3e-4), (1, 0, 0), joint="fixed"), 0.05, True),
     "millimetres": ("centroid-outside", lambda x: solid(0.1, centroid=(0, 0, x)), 50 * 0.1 + 0.05 + 0.025 * DIAGONAL, CAUSE("is in millimetres.")),
     "a thousandth that lies within": ("centroid-outside", lambda x: solid(0.1, centroid=(0, 0, -x)), 1000 * (0.05 + 0.025 * DIAGONAL), lambda f: not f.acceptable),
+    "a thousandth that lies within, above": ("centroid-outside", lambda x: solid(0.1, centroid=(x, 0, 0)), 1000 * (0.05 + 0.025 * DIAGONAL), lambda f: not f.acceptable),
     "a sign": ("centroid-outside", lambda x: solid(0.1, centroid=(0, -x, 0), middle=(0, 1, 0)), 1.05 + 0.025 * DIAGONAL, lambda f: "The sign of y" not in f.cause),
     # moments about the origin: far from it, more than twice those of a uniform bar, and then those of an ordinary part
     "a centroid near the origin": ("inertia-about-origin", lambda x: bar(x * x + 0.02, x), 0.1, True),
