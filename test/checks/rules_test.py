@@ -306,7 +306,9 @@ def test_long_chains_and_texts_are_shortened(check, count):
     leaders = [f"j{k}" for k in range(count - 2, -1, -1)] + ["elbow"]
     assert finding.found == "it mimics " + " → ".join(leaders if count <= 8 else [*leaders[:7], f"… ({count - 8} more)", leaders[-1]])
     (finding,) = [f for f in check(changed(('mass value="1"', f'mass value="{"y" * 4 * count}"'))) if f.rule == "number-unreadable"]
-    assert f'"{"y" * min(60, 4 * count)}"' in finding.found
+    assert finding.found == f'value of <mass> is "{"y" * min(60, 4 * count)}", expected a finite number'
+    (finding,) = [f for f in check(changed(('axis xyz="0 1 0"', 'axis xyz="0 1,5"'))) if f.rule == "number-unreadable"]
+    assert finding.found == 'xyz of <axis> is "0 1,5", expected 3 finite numbers; numbers have a decimal point'
 
 
 @pytest.mark.parametrize(("below", "words"), [(0, "no joint carries it; the root"), (1, "no joint carries it, and 1 link that hangs on it; the root"), (2, "no joint carries it, and 2 links that hang on it; the root")])
