@@ -146,6 +146,15 @@ def test_a_shifted_centre_keeps_the_inertia_about_itself():
     np.testing.assert_allclose(found, moved.parameters, rtol=1e-12, atol=1e-14)
 
 
+def test_centres_and_masses_of_a_link_together():
+    """Moved along the axis by the value, whatever the length of the axis; the factor of the mass comes after."""
+    link = ksl.load(PANDA).link("panda_link3")
+    moved = variants({"kind": "center", "link": link.name, "axis": [0, 3, 4], "values": [0.05]}, {"kind": "mass", "link": link.name, "values": [2.0]})
+    found, other = (moved.case({f"center_{link.name}": 0.05, f"mass_{link.name}": 2.0})[0].link(name) for name in (link.name, "panda_link4"))
+    assert found.mass == 2 * link.mass and np.array(found.first_moment) / found.mass == pytest.approx(np.array(link.first_moment) / link.mass + [0, 0.03, 0.04])
+    assert np.array_equal(other.parameters, ksl.load(PANDA).link("panda_link4").parameters)
+
+
 @HERE
 def test_motions_of_cases_are_simulated():
     how = {"until": 0.2, "pose": {"panda_joint2": 0.5, "panda_joint4": -1.5}}
