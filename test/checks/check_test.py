@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from files import ARM, changed, hinge, link, more
+from files import ARM, changed, hinge, link, more, stl
 from rules_test import CASES
 
 import ksl
@@ -175,6 +175,44 @@ def test_sdf_with_lines(check):
     assert findings.not_checked and not any(f.fixable for f in findings)
 
 
+@pytest.mark.parametrize(("frame", "told"), [("", True), (' relative_to="a"', False)])
+def test_shapes_that_are_placed_by_other_frames_are_not_judged(check, frame, told):
+    inertial = "<inertial><pose>0 0 9 0 0 0</pose><mass>1</mass><inertia><ixx>0.011</ixx><iyy>0.012</iyy><izz>0.013</izz></inertia></inertial>"
+    shape = f"<collision name='c'><pose{frame}>0 0 0 0 0 0</pose><geometry><box><size>0.1 0.1 0.4</size></box></geometry></collision>"
+    findings = check(f'<sdf version="1.11"><model name="m"><link name="a">{inertial}{shape}</link></model></sdf>', "robot.sdf")
+    assert ("centroid-outside" in findings.rules) == told
+
+
+def test_nothing_of_sdf_is_repaired(check, tmp_path):
+    """What is repaired in URDF, in SDF: found, and left."""
+    (tmp_path / "part.stl").write_bytes(stl())
+
+    def body(name, mass=1.0, moments=(0.011, 0.012, 0.013), inside="", xyz="0 0 0"):
+        numbers = "".join(f"<i{2 * k}>{x}</i{2 * k}>" for k, x in zip("xyz", moments))
+        return f'<link name="{name}"><inertial><pose>{xyz} 0 0 0</pose><mass>{mass}</mass><inertia>{numbers}</inertia></inertial>{inside}</link>'
+
+    def turn(name, child, limit="<lower>-1</lower><upper>1</upper>", xyz="0 0 1", more="", kind="revolute", parent="a"):
+        return f'<joint name="{name}" type="{kind}"><parent>{parent}</parent><child>{child}</child><axis><xyz>{xyz}</xyz><limit>{limit}</limit>{more}</axis></joint>'
+
+    box = "<collision name='c'><geometry><box><size>0.1 0.1 0.4</size></box></geometry></collision>"
+    mesh = lambda uri, scale="1 1 1": f"<visual name='v'><geometry><mesh><uri>{uri}</uri><scale>{scale}</scale></mesh></geometry></visual>"
+    follow = lambda leader: f'<mimic joint="{leader}"><multiplier>2</multiplier><offset>0</offset><reference>0</reference></mimic>'
+    links = [
+        body("a"), body("b", moments=(0.011, 0.012, -0.0001)), body("c", moments=(0.011, 0.012, 0.0235)), body("d", 1.0, inside=box, xyz="0 0 200"), body("e", 1000, (28, 28, 3.3), box), body("f", 2, (28300, 28300, 3300), box),
+        body("g", 1, (0.0541, 0.0541, 0.0016), box, "0 0 0.2"), body("h", inside=mesh("Part.stl")), body("i", inside=mesh("model:///part.stl")), body("k", inside=mesh("part.stl", "900 900 900")), body("l"), body("m"), body("n"),
+    ]  # fmt: skip
+    joints = [
+        turn("l_j1", "b", "<lower>1</lower><upper>-1</upper>"), turn("j_c", "c", "<lower>-90</lower><upper>90</upper>"), turn("j_d", "d", xyz="0 0 3"), turn("j_e", "e", "<lower>-1</lower><upper>1</upper><effort>-5</effort>"),
+        turn("j_f", "f"), turn("j_g", "g"), turn("j_h", "h"), turn("j_i", "i"), turn("j_k", "K"), turn("l_j2", "l", more=follow("j1")), turn("j_m", "m", more=follow("j_f")), turn("j_n", "n", more=follow("j_m")),
+        turn("j_o", "k", more=follow("J_F")),
+    ]  # fmt: skip
+    findings = check(f'<sdf version="1.11"><model name="m">{"".join(links)}{"".join(joints)}</model></sdf>', "robot.sdf")
+    repaired = {"inertia-not-positive", "inertia-triangle", "centroid-outside", "mass-units", "inertia-units", "inertia-about-origin", "mesh-missing", "mesh-uri", "mesh-units"}
+    repaired |= {"limit-reversed", "limit-units", "axis-not-unit", "limit-negative", "link-undefined", "mimic-unknown", "mimic-chain"}
+    assert repaired <= set(findings.rules), repaired - set(findings.rules)
+    assert not any(f.fixable or f.acceptable for f in findings)
+
+
 def test_mjcf(check):
     pytest.importorskip("mujoco")
     text = """<mujoco><compiler balanceinertia="false" boundmass="0"/><worldbody>
@@ -238,4 +276,4 @@ def test_the_second_moment_bound_by_hand():
     box = np.array([[-1.0, -1, -1], [1, 1, 1]])
     I = np.diag([0.0, 2.0, 2.0])  # m = 2 kg at x = ±1 m
     inertial = Inertial(None, None, 2.0, np.zeros(3), np.eye(3), I)
-    assert Fit(Link("rod", None, None, inertial), inertial, box, box[1] - box[0]).excess(I) == pytest.approx(1.0)
+    assert Fit(Link("rod", None, None, inertial), inertial, box, box[1] - box[0], 2.0).excess(I) == pytest.approx(1.0)

@@ -111,8 +111,12 @@ def test_accepted_numbers_by_hand(written, tmp_path):
 
     upper = repaired("inertia-units", (moments, 'ixx="28300" iyy="28300" izz="3300"')).link("upper")
     assert upper.inertia[:3] == pytest.approx([0.0283 + 2 * 0.04, 0.0283 + 2 * 0.04, 0.0033])
+    upper = repaired("centroid-outside", ('<origin xyz="0 0 0.2"/>\n      <mass', '<origin xyz="20 -30 150"/>\n      <mass')).link("upper")
+    assert np.array(upper.first_moment) / upper.mass == pytest.approx([0.02, -0.03, 0.15])
     assert repaired("mass-units", ('mass value="2"', 'mass value="2000"')).link("upper").mass == 2
     assert repaired("limit-units", ('lower="-2" upper="2"', 'lower="-90" upper="90"')).joint("elbow").upper == pytest.approx(np.pi / 2)
+    slide = repaired("limit-units", ('"elbow" type="revolute"', '"elbow" type="prismatic"'), ('lower="-2" upper="2"', 'lower="-90" upper="80"')).joint("elbow")
+    assert (slide.lower, slide.upper) == pytest.approx((-0.09, 0.08))
     upper = repaired("inertia-about-origin", (moments, 'ixx="0.1083" iyy="0.1083" izz="0.0033"')).link("upper")
     assert upper.inertia[:3] == pytest.approx([0.1083, 0.1083, 0.0033])  # about the origin, as they were meant
 

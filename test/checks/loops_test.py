@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from files import hinge as arm_hinge
 from files import more
+from linkages import FOURBAR, SLIDERCRANK
 from loop_files import CASES, IDLE, IN_MJCF, IN_SDF, INERTIA, MOTOR, hinge, in_mjcf, in_sdf, planar, spatial
 
 from ksl.checks import loop_positions
-from ksl.checks.loop_advice import Change, advice
+from ksl.checks.loop_advice import Change, advice, is_across_a_plane
 
 
 def only(findings, rule):
@@ -24,7 +25,7 @@ def advised(m):
     return {change.joint: change for change in found.changes}, found.left
 
 
-def four_bar(kinds):
+def four_bar(kinds, drives=("A",)):
     """A planar four-bar linkage with axes along z, as the crank, rod and rocker of `planar`."""
     b = ksl.Builder("planar").add_link("ground")
     for name in ("crank", "rod", "rocker"):
@@ -38,7 +39,7 @@ def four_bar(kinds):
     b.add_joint("B", parent="crank", child="rod", xyz=(0, 0.2, 0), **axes("B"))
     b.add_joint("E", parent="ground", child="rocker", xyz=(0.5, 0, 0), **axes("E"))
     at = [np.block([[np.eye(3), np.array([p]).T], [np.array([[0, 0, 0, 1.0]])]]) for p in ((0.5, 0, 0), (0, 0.2, 0))]
-    return b.add_loop("D", predecessor="rod", successor="rocker", predecessor_pose=at[0], successor_pose=at[1], **axes("D")).build(masses="optional", drives=["A"])
+    return b.add_loop("D", predecessor="rod", successor="rocker", predecessor_pose=at[0], successor_pose=at[1], **axes("D")).build(masses="optional", drives=drives)
 
 
 def test_the_mechanism_that_is_rebuilt_as_advised_has_no_redundant_constraints_and_moves_as_before():
@@ -51,6 +52,38 @@ def test_the_mechanism_that_is_rebuilt_as_advised_has_no_redundant_constraints_a
         turned = np.insert(q, 2, 0.0) if kinds.get("B") == "cylindrical" else q
         freedoms = rebuilt.mobility(rebuilt.close(turned).q)
         assert (freedoms.mobility, freedoms.redundant) == (1, redundant), kinds
+
+
+@pytest.mark.parametrize("drives", [None, [], ["A"], ["B"], ["E"], ["A", "B"]])
+def test_joints_with_a_motor_stay_as_they_are(drives):
+    """Loop joints change first, those of the ground last; and what is advised leaves nothing redundant where other joints can still change."""
+    changes, left = advised(four_bar({}, drives))
+    other = next(name for name in "BAE" if name not in (drives or ()))
+    assert left == 0 and changes == {"D": Change("D", "spherical", 2), other: Change(other, "cylindrical", 1)}
+    rebuilt = four_bar({name: change.kind for name, change in changes.items()}, drives)
+    assert rebuilt.mobility(rebuilt.close(rebuilt.neutral()).q).redundant == 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_patterns_across_a_plane(seed):
+    """Forces along one direction of the world and moments across it, in the axes of three joints; and one component more, which is in the plane."""
+    rng = np.random.default_rng(seed)
+    normal, *plane = np.linalg.qr(rng.normal(size=(3, 3)))[0].T
+    axes = [np.linalg.qr(rng.normal(size=(3, 3)))[0] for _ in range(3)]
+
+    def pattern(force, moment):
+        return [np.concatenate([R.T @ (force * rng.normal()), R.T @ (moment * rng.normal())]) for R in axes]
+
+    across = np.array([pattern(normal, plane[0]), pattern(normal, plane[1]), pattern(0 * normal, plane[0])])
+    for patterns in (across, across[2:], np.array([pattern(normal, 0 * normal)]), np.array([pattern(0 * normal, plane[1]), pattern(0 * normal, plane[0])])):
+        assert is_across_a_plane(patterns, axes)
+    for size, is_zero in ((0.99e-7, True), (1.01e-7, False)):
+        small = np.array([np.concatenate([0 * normal, R.T @ (size * normal * sign)]) for R, sign in zip(axes, (0.5, -1, 0), strict=True)])
+        assert is_across_a_plane(np.concatenate([across, small[None]]), axes) == is_zero
+    for force, moment in ((plane[0], 0 * normal), (0 * normal, normal)):
+        wrong = np.array(pattern(force, moment))[None]
+        assert not is_across_a_plane(np.concatenate([across, 1e-6 * wrong / np.abs(wrong).max()]), axes)
+        assert is_across_a_plane(np.concatenate([across, 1e-9 * wrong / np.abs(wrong).max()]), axes)
 
 
 def test_what_a_change_to_a_universal_joint_removes():
@@ -135,6 +168,28 @@ def test_drives(check):
     finding = only(check(spatial(motors=both)), "loop-drives")
     assert "2 drives, A and E, for 1 freedom: 1 more than the motion needs" in finding.found and finding.severity == "note"
     assert "candidates: A, B, C or E" in only(check(spatial(motors="")), "loop-drives-unknown").found
+
+
+@pytest.mark.parametrize("text", [SLIDERCRANK, FOURBAR])
+def test_motions_keep_the_loops_closed(text):
+    """An orthonormal basis, of sliding coordinates in lengths of the mechanism."""
+    m = ksl.load_string(text)
+    found = loop_positions.LoopPositions(m)
+    lengths = np.array([found.length if joint.unit == "m" else 1.0 for joint in m.joints if joint.nv])
+    for angle in (0.3, 2.0):
+        q = m.close(np.array([angle, -angle, 0.3]), hold=["A"]).q
+        basis = found.motions(q)
+        assert basis.shape == (3, 1) and basis.T @ basis == pytest.approx(np.eye(1)) and m.loop_jacobian(q) @ (lengths[:, None] * basis) == pytest.approx(0, abs=1e-9)
+
+
+def test_turns_of_joints_are_none():
+    """How far a position is from zero, of hinges that may turn and turn."""
+    m = ksl.load_string(planar())
+    found = loop_positions.LoopPositions(m)
+    for angle, away in ((0.1, 0.1), (3.0, 3.0), (-3.0, -3.0), (4.0, 4 - 2 * math.pi), (-4.0, 2 * math.pi - 4), (2 * math.pi + 0.2, 0.2)):
+        assert found.moved(m.neutral() + angle) == pytest.approx(np.full(3, away))
+    slide = loop_positions.LoopPositions(ksl.load_string(SLIDERCRANK))
+    assert slide.moved(np.array([0.0, 7.0, 7.0])) == pytest.approx([0, 7 - 2 * math.pi, 7]), "m are no turns"
 
 
 def test_a_dead_centre_of_the_drive(check):

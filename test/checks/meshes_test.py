@@ -39,6 +39,17 @@ def test_packages_are_found_as_ros_finds_them(workspace, monkeypatch):
     assert ksl.check(robot).status == 0
 
 
+def test_a_folder_that_is_given_for_any_package(workspace):
+    """It is that of a package if it has its name, or a mesh of it."""
+    robot = workspace / "src/arm-main/urdf/arm.urdf"
+    for mesh, folder, rule in (
+        ("gripper/meshes/none.stl", "elsewhere/gripper", "mesh-missing"), ("tool/meshes/none.stl", "elsewhere/gripper", "package-missing"), ("tool/meshes/part.stl", "elsewhere/gripper", None),
+        ("gripper/meshes/none.stl", "elsewhere", "mesh-missing"),
+    ):  # fmt: skip
+        robot.write_text(robot_with(f"package://{mesh}"))
+        assert ksl.check(robot, package_paths=[workspace / folder]).rules == ({rule: 1} if rule else {}), mesh
+
+
 def test_a_slash_too_many_is_told_and_the_mesh_is_found(workspace):
     robot = workspace / "src/arm-main/urdf/arm.urdf"
     robot.write_text(robot_with("package:///arm_description/meshes/part.stl", "package:///arm_description/meshes/part.stl"))

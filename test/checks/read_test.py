@@ -1,5 +1,8 @@
 """Numbers and poses as the rules read them are those that the loader reads."""
 
+import math
+import re
+
 import numpy as np
 import pytest
 from files import changed, hinge, link, more
@@ -52,6 +55,69 @@ def test_the_same_robot_as_urdf_sdf_and_mjcf(tmp_path):
         assert inertial.mass == 3 and np.allclose(inertial.centroid, [0.1, 0, 0.2]), name
         assert np.allclose(inertial.in_link_axes, [[0.02, 0.001, 0], [0.001, 0.03, 0], [0, 0, 0.04]], atol=1e-7), name
         assert (joint.lower, joint.upper, joint.kind) == (-1, 2, "revolute"), name
+
+
+SHAPES = {
+    "box": ({"size": "0.2 0.4 0.6"}, (0.1, 0.2, 0.3)), "sphere": ({"radius": "0.3"}, (0.3, 0.3, 0.3)), "cylinder": ({"radius": "0.1", "length": "0.6"}, (0.1, 0.1, 0.3)),
+    "capsule": ({"radius": "0.1", "length": "0.6"}, (0.1, 0.1, 0.4)), "mesh": ({"scale": "1 2 3"}, (1, 2, 3)),
+}  # fmt: skip
+TURNED = Rotation.from_euler("xyz", [0.4, -0.5, 0.6])
+QUATERNION = " ".join(repr(float(x)) for x in TURNED.as_quat())
+PLACES = {
+    "angles": ('<origin xyz="1 2 3" rpy="0.4 -0.5 0.6"/>', "<pose>1 2 3 0.4 -0.5 0.6</pose>"),
+    "quaternion": (f'<origin xyz="1 2 3" quat_xyzw="{QUATERNION}"/>', f'<pose rotation_format="quat_xyzw">1 2 3 {QUATERNION}</pose>'),
+    "degrees": ("", "<pose degrees='true'>1 2 3 {!r} {!r} {!r}</pose>".format(*map(math.degrees, (0.4, -0.5, 0.6)))),
+}
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+@pytest.mark.parametrize("how", PLACES)
+def test_places_and_shapes_of_both_formats(tmp_path, kind, how):
+    sizes, expected = SHAPES[kind]
+    urdf, sdf = PLACES[how]
+    moments = {"ixx": 0.02, "iyy": 0.03, "izz": 0.04, "ixy": 1e-3, "iyz": 2e-3, "ixz": 3e-3}
+    attributes = lambda of: " ".join(f'{k}="{x}"' for k, x in of.items())
+    inside = lambda of: "".join(f"<{k}>{x}</{k}>" for k, x in of.items())
+    mesh = kind == "mesh"
+    shape = f"<geometry><{kind}>{inside(sizes | ({'uri': 'a.stl'} if mesh else {}))}</{kind}></geometry>"
+    inertia = f"<inertial>{sdf}<mass>3</mass><inertia>{inside(moments)}</inertia></inertial>"
+    texts = {"a.sdf": f'<sdf version="1.10"><model name="r"><link name="x">{inertia}<collision name="c">{sdf}{shape}</collision></link></model></sdf>'}
+    if urdf:
+        shape = f"<geometry><{kind} {attributes(sizes | ({'filename': 'a.stl'} if mesh else {}))}/></geometry>"
+        inertia = f'<inertial>{urdf}<mass value="3"/><inertia {attributes(moments)}/></inertial>'
+        texts["a.urdf"] = f'<robot name="r"><link name="x">{inertia}<collision name="c">{urdf}{shape}</collision></link></robot>'
+    matrix = np.array([[0.02, 1e-3, 3e-3], [1e-3, 0.03, 2e-3], [3e-3, 2e-3, 0.04]])
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+        link = seen(tmp_path / name).link_of["x"]
+        (shape,) = link.shapes
+        assert tuple(shape.scale if mesh else shape.half_size) == pytest.approx(expected) and shape.kind == ("cylinder" if kind == "capsule" else kind)
+        assert (link.inertial.mass, shape.name, shape.role, shape.uri) == (3, "c", "collision", "a.stl" if mesh else "")
+        for rotation, place in ((link.inertial.rotation, link.inertial.centroid), (shape.rotation, shape.translation)):
+            assert rotation == pytest.approx(TURNED.as_matrix(), abs=1e-12) and place == pytest.approx([1, 2, 3])
+        assert link.inertial.moments == pytest.approx(matrix) and link.inertial.in_link_axes == pytest.approx(TURNED.as_matrix() @ matrix @ TURNED.as_matrix().T)
+        assert link.inertial.rounding == pytest.approx(0.015)
+
+
+def test_joints_of_both_formats(tmp_path):
+    """Limits, damping, friction and what a joint follows, given and left out."""
+    texts = {
+        "a.urdf": """<robot name="r"><link name="a"/><link name="b"/><link name="c"/>
+<joint name="j" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="0 3 4"/><limit lower="-1" upper="2" effort="5" velocity="3"/><dynamics damping="0.5" friction="0.25"/></joint>
+<joint name="k" type="revolute"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/><mimic joint="j" multiplier="-2" offset="0.5"/></joint></robot>""",
+        "a.sdf": """<sdf version="1.11"><model name="r"><link name="a"/><link name="b"/><link name="c"/>
+<joint name="j" type="prismatic"><parent>a</parent><child>b</child><axis><xyz>0 3 4</xyz><limit><lower>-1</lower><upper>2</upper><effort>5</effort><velocity>3</velocity></limit><dynamics><damping>0.5</damping><friction>0.25</friction></dynamics></axis></joint>
+<joint name="k" type="revolute"><parent>b</parent><child>c</child><axis><xyz>0 0 1</xyz><mimic joint="j"><multiplier>-2</multiplier><offset>0.5</offset><reference>0</reference></mimic></axis></joint></model></sdf>""",
+    }
+    for name, text in texts.items():
+        for whole in (True, False):
+            (tmp_path / name).write_text(text if whole else re.sub(r' (multiplier|offset)="[^"]*"|<(multiplier|offset)>[^<]*</(multiplier|offset)>|<limit.*?(/>|</limit>)|<dynamics.*?(/>|</dynamics>)', "", text))
+            j, k = (seen(tmp_path / name).joint_of[n] for n in "jk")
+            assert (j.parent, j.child, j.axis.tolist(), j.line, k.line) == ("a", "b", [0, 3, 4], 2, 3)
+            assert (j.lower, j.upper, j.effort, j.velocity, j.damping, j.friction) == ((-1, 2, 5, 3, 0.5, 0.25) if whole else (None,) * 6), name
+            inertial = seen(tmp_path / name).link_of["a"].inertial
+            assert (None if inertial is None else (inertial.mass, inertial.moments)) == (None if name == "a.urdf" else (1.0, None)), "SDF takes 1 kg"
+            assert j.mimic is None and (k.mimic.leader, k.mimic.multiplier, k.mimic.offset) == (("j", -2, 0.5) if whole else ("j", 1, 0)), name
 
 
 NUMBERS = [*"1. .5 +1 1e5 1E+5 -0 inf nan 1d0 1f 0x10 1_0 1,5 ٣ --1 1e 1e400 1e-5".split(), "", " 1 ", "1 2"]

@@ -1,10 +1,17 @@
 """Each rule has a file that it alone finds fault with, and one near it that is sound."""
 
+import math
+from types import SimpleNamespace
+from xml.parsers import expat
+
+import numpy as np
 import pytest
 from files import ARM, END, changed, hinge, link, more, stl
 from loop_files import CASES as LOOPS
 
 from ksl.checks.findings import STATUS
+from ksl.checks.loop_rules import _list
+from ksl.checks.rule import clipped
 from ksl.checks.run import RULES
 
 UPPER = 'ixx="0.0283" iyy="0.0283" izz="0.0033"'
@@ -184,6 +191,138 @@ def test_the_file_beside_it_is_sound(check, rule):
     assert not check(CASES[rule][1])
 
 
+def elements(text):
+    """{(kind, name): lines from its begin to its end} of the links and joints of a file, of several with a name the last, by a parser of its own."""
+    parser, found, opened = expat.ParserCreate(), {}, []
+
+    def begin(tag, attributes):
+        opened.append((tag, attributes.get("name", ""), parser.CurrentLineNumber))
+
+    def end(_):
+        tag, name, line = opened.pop()
+        found["joint" if tag == "constraint" else tag, name] = range(line, parser.CurrentLineNumber + 1)
+
+    parser.StartElementHandler, parser.EndElementHandler = begin, end
+    parser.Parse(text)
+    return found
+
+
+@pytest.mark.parametrize("rule", CASES)
+def test_a_finding_names_the_element_in_whose_lines_it_is(check, rule):
+    text = CASES[rule][0]
+    if rule in ("xml-syntax", "xml-encoding"):
+        return
+    for finding in check(text):
+        assert (finding.kind in ("link", "joint")) == bool(finding.name) == (finding.place.endswith(f"{finding.kind} {finding.name}") and bool(finding.kind))
+        if finding.kind:
+            assert finding.line in elements(text)[finding.kind, finding.name]
+        else:
+            assert 0 < finding.line <= text.count("\n") + 1
+
+
+ZERO = ("inertia-without-mass", "inertia-zero", "massless-end", "mass-missing", "axis-zero", "limit-zero", "effort-zero", "velocity-zero", "no-link", "loop-rigid")
+ONE = ("xacro-unexpanded", "unknown-attribute", "inertia-placeholder", "root-inertial", "mimic-fixed", "mesh-uri", "loop-singular", "loop-drives", "loop-drives-unknown")
+DIAGONAL = math.sqrt(0.1**2 + 0.1**2 + 0.4**2)
+VALUES = dict.fromkeys(ZERO, 0.0) | dict.fromkeys(ONE, 1.0) | {
+    "mass-negative": -1, "inertia-not-positive": 0.00835 - math.hypot(0.00005, 0.009), "inertia-triangle": 0.0110 - 0.0083 - 0.0017, "centroid-outside": 0.8 - 0.4 - DIAGONAL / 4,
+    "inertia-units": math.sqrt((28300 + 28300 + 3300) / 2 / 2), "inertia-too-large": ((0.56 + 0.54 - 0.55) / 2 / 2) / (0.05 + DIAGONAL / 4) ** 2, "mass-units": 2000 / 0.004,
+    "axis-not-unit": math.sqrt(2), "dynamics-negative": -0.1, "limit-reversed": 4, "limit-units": 90, "limit-negative": -50, "mesh-units": 100, "mesh-scales": 100, "symmetry-mass": 1 / 6,
+    "loop-frames": 0.1, "loop-open-at-zero": 0.01, "loop-redundant": 3,
+}  # fmt: skip
+"""The numbers that break the conditions, of the files above; of other rules there are none, but for the distance that a loop stays open."""
+
+
+@pytest.mark.parametrize("rule", CASES)
+def test_the_number_that_breaks_the_condition(check, rule):
+    (finding,) = [f for f in check(CASES[rule][0]) if f.rule == rule][:1]
+    assert finding.value == (None if rule not in VALUES else pytest.approx(VALUES[rule], rel=1e-6, abs=1e-12)) or rule == "loop-open"
+
+
+MORE = ("", ", and 1 more", ", and 2 more")
+TOGETHER = {
+    "unknown-tag": (lambda k: f'<link name="x{k}"><foo/></link>', MORE),
+    "unknown-attribute": (lambda k: f'<link name="x{k}" foo="1"/>', MORE),
+    "mesh-uri": (lambda k: f'<link name="x{k}">{visual("sub" + chr(92) + "cube.stl")}</link>', MORE),
+    "portability": (lambda k: f'<link name="x{k}"><visual><origin xyz="0\t0 0"/>{BALL[11:-12]}</visual></link>', MORE),
+    "package-missing": (lambda k: f'<link name="x{k}">{visual("package://nowhere/cube.stl")}</link>', ("with 1 mesh,", "with 2 meshes", "with 3 meshes")),
+    "mimic-fixed": (lambda k: f'<link name="x{k}"/>', ("", ", and so do 1 more fixed joints", ", and so do 2 more fixed joints")),
+    "inertia-placeholder": (lambda k: link(f"x{k}", moments='ixx="1" iyy="1" izz="1"'), ("", ", and so has 1 other link", ", and so have 2 other links")),
+}
+"""Rules that name several places in one finding: a link with such a place, and what is said of one to three of them."""
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+@pytest.mark.parametrize("rule", TOGETHER)
+def test_several_places_are_counted(check, rule, count):
+    place, words = TOGETHER[rule]
+    joint = follower if rule == "mimic-fixed" else hinge
+    more_of = [part for k in range(count) for part in (place(k), joint(f"j{k}", "fore", f"x{k}", *["elbow"] * (joint is follower), kind="fixed"))]
+    (finding,) = [f for f in check(more(*more_of)) if f.rule == rule]
+    assert " more" not in finding.found or count > 1
+    assert all((each in finding.found) == (each == words[count - 1] or not each) for each in words) and finding.name in ("x0", "j0", "")
+    assert finding.value in (None, count) or rule == "inertia-placeholder"
+
+
+@pytest.mark.parametrize(
+    ("bounds", "rule", "value"),
+    [
+        ('upper="0.05"', None, None), ('lower="-0.05"', None, None), ('lower="0.05"', "limit-reversed", 0.05), ('upper="-0.05"', "limit-reversed", 0.05), ("", "limit-zero", 0.0), ('lower="0"', "limit-zero", 0.0),
+        ('upper="13"', "limit-units", 13.0), ('lower="-13"', "limit-units", 13.0), ('lower="0.3" upper="0.3"', "limit-zero", 0.3),
+    ],
+)  # fmt: skip
+def test_bounds_that_are_not_given_are_zero(check, bounds, rule, value):
+    findings = check(changed(('lower="-2" upper="2" effort="50"', f'{bounds} effort="50"')))
+    assert {f.rule: f.value for f in findings} == ({} if rule is None else {rule: pytest.approx(value)})
+
+
+@pytest.mark.parametrize(("length", "found"), [(1, True), (199, True), (200, True), (201, False)])
+def test_prefixes_that_are_found(check, length, found):
+    """Of 200 letters at most, and up to the whole name of the joint that follows."""
+    prefix = "p" * length
+    fingers = more(link("x"), hinge(f"{prefix}one", "fore", "x"), link("y"), follower(prefix, "fore", "y", "one"))
+    (finding,) = [f for f in check(fingers) if f.rule == "mimic-unknown"]
+    assert (finding.repair == f"Did you mean {prefix}one?") == found == finding.acceptable
+
+
+def test_what_is_too_long_is_cut():
+    for length in (200, 600):
+        assert clipped("x" * length, length) == "x" * length and clipped("x" * (length + 1), length) == "x" * length + "…" and clipped("a\n  b") == "a b"
+    broken = list(RULES["axis-zero"].findings(SimpleNamespace(path="f", joints=[SimpleNamespace(kind="revolute", axis=np.zeros(3), axis_line=1, name="n" * 300)])))
+    assert broken[0].name == "n" * 200 + "…"
+
+
+@pytest.mark.parametrize("count", range(8))
+def test_lists_of_names(count):
+    names = list("abcdefgh"[:count])
+    expected = ["", "a", "a and b", "a, b and c", "a, b, c and d", "a, b, c, d and e", "a, b, c, d, e and 1 more", "a, b, c, d, e and 2 more"][count]
+    assert _list(names) == expected and _list(names, "or") == expected.replace(" and ", " or ")
+
+
+@pytest.mark.parametrize("count", [2, 7, 8, 20])
+def test_long_chains_and_texts_are_shortened(check, count):
+    """Eight joints of a chain, sixty letters of a number that is none."""
+    chain = [part for k in range(count) for part in (link(f"x{k}"), follower(f"j{k}", "fore", f"x{k}", f"j{k - 1}" if k else "elbow"))]
+    finding = [f for f in check(more(*chain)) if f.rule == "mimic-chain"][-1]
+    leaders = [f"j{k}" for k in range(count - 2, -1, -1)] + ["elbow"]
+    assert finding.found == "it mimics " + " → ".join(leaders if count <= 8 else [*leaders[:7], f"… ({count - 8} more)", leaders[-1]])
+    (finding,) = [f for f in check(changed(('mass value="1"', f'mass value="{"y" * 4 * count}"'))) if f.rule == "number-unreadable"]
+    assert finding.found == f'value of <mass> is "{"y" * min(60, 4 * count)}", expected a finite number'
+    (finding,) = [f for f in check(changed(('axis xyz="0 1 0"', 'axis xyz="0 1,5"'))) if f.rule == "number-unreadable"]
+    assert finding.found == 'xyz of <axis> is "0 1,5", expected 3 finite numbers; numbers have a decimal point'
+
+
+@pytest.mark.parametrize(("below", "words"), [(0, "no joint carries it; the root"), (1, "no joint carries it, and 1 link that hangs on it; the root"), (2, "no joint carries it, and 2 links that hang on it; the root")])
+def test_what_hangs_on_a_link_that_nothing_carries(check, below, words):
+    chain = [part for k in range(below) for part in (link(f"x{k}"), hinge(f"j{k}", f"x{k - 1}" if k else "lost", f"x{k}"))]
+    (finding,) = check(more(link("lost"), *chain))
+    assert finding.rule == "link-unreachable" and finding.found == f"{words} is stand"
+
+
+def test_a_joint_of_the_same_name_is_no_copy_but_a_duplicate(check):
+    twice = more(link("x"), *[hinge("j", "fore", "x", kind="floating")] * 2)
+    assert "name-duplicate" in check(twice).rules and "joint-copied" not in check(twice).rules
+
+
 def test_a_link_of_sdf_without_inertial(check):
     one = '<link name="b"/><joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz></axis></joint>'
     findings = check(SDF.format(ixx=0.02, more=one))
@@ -209,6 +348,7 @@ SDF_SIZES = {
     "a cylinder of nothing": "<cylinder><radius>0</radius><length>1</length></cylinder>",
     "an ellipsoid without radii": "<ellipsoid/>",
     "a cone without length": "<cone><radius>1</radius></cone>",
+    "a mesh of nothing": "<mesh><uri>cube.stl</uri><scale>0 0 0</scale></mesh>",
     "no shape": "",
 }
 
@@ -243,6 +383,7 @@ def test_numbers_that_readers_take_differently(check, tmp_path, old, new):
     text = changed((old, new))
     findings = check(text)
     assert findings.rules == {"portability": 1} and findings[0].fixable
+    assert (", and 1 more numbers of it: a blank" in findings[0].found) == ("more" in findings[0].found) == old.startswith("ixy")
     (tmp_path / "a.urdf").write_text(text)
     assert not fix(tmp_path / "a.urdf", tmp_path / "b.urdf").left
     assert not check(changed((END, "<!-- <origin xyz='1\t2\t3'/> -->" + END)))

@@ -37,6 +37,9 @@ def test_limbs_are_compared_as_a_whole(check):
     assert findings.rules == {"symmetry-mass": 1} and findings[0].name == "hand_left"
     assert "3 kg" in findings[0].found and "4 kg" in findings[0].found and "25%" in findings[0].found
     assert findings[0].value == pytest.approx(0.25)
+    assert findings[0].found.endswith("25% less; most of it hand_left, 2 kg, and hand_right, 3 kg")
+    alone = check(more(*(part for side, m in (("left", 3), ("right", 2)) for part in (link(f"hand_{side}", m), hinge(side, "fore", f"hand_{side}")))))
+    assert alone[0].found.endswith("3 kg, hand_right has 2 kg: 33% less")
     assert not check(limbs(2.0, 2.1))  # 3.0 and 3.1: 3.2 %
     assert not check(limbs(2.0, 3.0), symmetry=0.26)
     assert check(limbs(2.0, 2.1), symmetry=0.03)

@@ -47,15 +47,20 @@ def test_comments_and_other_parts_are_left_alone():
 
 
 def test_a_file_that_ends_too_early():
-    for text in (ARM[: ARM.index("</link>")], ARM[: ARM.index("<mass") + 8]):
+    for text in (ARM[: ARM.index("</link>")], ARM[: ARM.index("<mass") + 8], ARM[: ARM.index("<axis")].rstrip() + "\n"):
         mended, notes, cut = balanced(text, ELEMENTS)
         assert (
             cut
             and len(notes) == 1
+            and notes[0].line == len(text.splitlines())
             and notes[0].found.startswith("the file ends before <robot>")
             and ElementTree.fromstring(mended).tag == "robot"
         )
     assert balanced("<!-- never ended", {})[1][0].found == "<!-- is not ended by -->"
+
+
+def test_text_behind_the_last_tag_stays():
+    assert balanced("<robot></x>abc", ELEMENTS)[0] == "<robot>abc</robot>" and balanced("<robot>abc", ELEMENTS)[0] == "<robot>abc</robot>"
 
 
 def test_what_is_missing_behind_the_end_is_not_reported(check):

@@ -1,15 +1,12 @@
 """Names of links and joints, whatever they are called: every call that takes one says which it means, or is refused with the way to say it."""
 
 import re
-import sys
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
 from ksl_command import run_ksl
 
-sys.path.append(str(Path(__file__).parents[1] / "load_cases"))
 from linkages import FOURBAR
 
 import ksl

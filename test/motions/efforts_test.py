@@ -60,12 +60,17 @@ def test_a_log_of_drives_gives_motion_and_efforts_by_one_map(ur5, moved, written
     assert any("not used" in note and "Axis 1 0x6077" in note for note in motion.source.notes)
 
 
-@pytest.mark.parametrize("unit, factor", [("", 1.0), ("Nm", 1.0), ("mNm", 1e-3), ("kN m", 1e3)])
-def test_efforts_in_newton_metres(leg, written, unit, factor):
+@pytest.mark.parametrize(
+    "joint, unit, factor",
+    [("hip", prefix + unit, factor) for unit in ("Nm", "N m") for prefix, factor in (("", 1.0), ("m", 1e-3), ("k", 1e3))]
+    + [("hip", "", 1.0), ("hip", "N·m", 1.0), ("hip", "N*m", 1.0), ("slide", "", 1.0), ("slide", "N", 1.0), ("slide", "mN", 1e-3), ("slide", "kN", 1e3)],
+)
+def test_efforts_with_their_units(leg, written, joint, unit, factor):
     rows = "".join(f"{k / 10},{k},{2 * k},x\n" for k in range(8))
-    efforts = ksl.read_efforts(leg, written("t,hip.effort,current,note\n" + rows), map={"hip.effort": {"to": "hip.effort", "unit": unit}} if unit else None)
-    np.testing.assert_allclose(efforts.tau[:, 0], factor * np.arange(8.0))
-    assert np.isnan(efforts.tau[:, 1]).all()
+    efforts = ksl.read_efforts(leg, written(f"t,{joint}.effort,current,note\n" + rows), map={f"{joint}.effort": {"to": f"{joint}.effort", "unit": unit}} if unit else None)
+    j = leg.joint_names.index(joint)
+    np.testing.assert_allclose(efforts.tau[:, j], factor * np.arange(8.0), rtol=1e-15)
+    assert np.isnan(efforts.tau[:, 1 - j]).all() and bool(efforts.notes[1:]) == (factor != 1.0)
 
 
 @pytest.mark.parametrize(
@@ -76,6 +81,7 @@ def test_efforts_in_newton_metres(leg, written, unit, factor):
         ("time,i\n0,1\n1,2\n", {"columns": {"i": "hip.effort"}, "rated": {"hip": 2.0}}, "[rated] names 'hip', whose column 'i' is no ‰"),
         ("time,i\n0,1\n1,2\n", {"columns": {"i": "hip.effort"}, "rated": {"hop": 2.0}}, "[rated] names 'hop', and no column is 'hop.effort'"),
         ("time,i\n0,1\n1,2\n", {"columns": {"i": "hip.effort"}, "rated": {"hip": -2.0}}, "rated.hip is -2.0; expected the effort that is 1000 ‰"),
+        ("time,i\n0,1\n1,2\n", {"columns": {"i": "hip.effort"}, "rated": {"hip": 0}}, "rated.hip is 0; expected the effort that is 1000 ‰"),
         ("time,i\n0,1\n1,2\n", {"i": {"to": "slide.effort", "unit": "Nm"}}, "column 'i' is in 'Nm', which is no unit of an effort; expected N, mN, kN or permille"),
         ("time,i\n0,1\n1,2\n", {"i": "hop.effort"}, "column 'i' is to be 'hop.effort', the effort of no joint with one coordinate; did you mean 'hip.effort'?"),
         ("time,i\n0,1\n1,2\n", {"j": "hip.effort"}, "column 'j' is not in"),

@@ -289,3 +289,21 @@ def test_values_that_no_option_has(tmp_path, options, words):
 def test_the_model_comes_first(leg, written):
     with pytest.raises(ValueError, match="model is str; expected a model"):
         read_motion(leg.file, written("time,hip,slide\n"))
+
+
+@pytest.mark.parametrize(
+    ("names", "rules", "v", "said"),
+    [
+        ("x x.v", {"x": {"to": "hip", "scale": 2.0}}, 2.0, None), ("x x.v", {"x": "hip", "x.v": {"to": "hip.v", "scale": 3.0}}, 3.0, None), ("x x.v", {"x": "hip", "x.v": "slide.v"}, None, "slide.v"),
+        ("x hip.v", {"x": {"to": "hip", "scale": 2.0}}, 1.0, None), ("x.v hip", {"x.v": "hip.v"}, 1.0, None),
+    ],
+)  # fmt: skip
+def test_rates_of_a_mapped_joint_are_mapped_with_it(leg, written, names, rules, v, said):
+    """By its scale, unless the map says something else of them."""
+    t = np.arange(8.0)
+    path = written("time,slide," + ",".join(names.split()) + "\n" + "".join(f"{k},0,{k},1\n" if not names.startswith("x.v") else f"{k},0,1,{k}\n" for k in range(8)))
+    motion = read_motion(leg, path, map=rules)
+    if said is None:
+        assert motion.v[:, 0] == pytest.approx(v + 0 * t) and not any("velocities of hip" in line for line in motion.differentiated)
+    else:
+        assert motion.v[:, 1] == pytest.approx(1 + 0 * t) and any("hip" in line for line in motion.differentiated)

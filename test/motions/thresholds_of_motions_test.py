@@ -4,12 +4,14 @@ import gzip
 import io
 import re
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import scipy.io
+import scipy.signal
 from scipy.fft import dst
 
 from ksl.base import limits
@@ -17,6 +19,7 @@ from ksl.base.errors import MotionError
 from ksl.model.lengths import extent
 from ksl.model.mechanism import Joint
 from ksl.motions.columns.units import Unit, factor, unit_of
+from ksl.motions.files.csv_form import doubts_about_end
 from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, trapezoid
 from ksl.motions.generate.excitation import Series, _Search
 from ksl.motions.generate.generated import check_duration, effort_stretch, limits_of, sample_times, worst_rate, worst_use
@@ -114,6 +117,36 @@ def test_gaps(gap, way, said):
     assert doubts_about_gaps((SLIDE,), time[5:8], q[5:8]) == []
 
 
+def test_the_joint_that_a_gap_hides_most_of():
+    """By the share of its travel, not by its way."""
+    time = np.array([0.0, 1, 2, 3, 10, 11, 12])
+    far, near = np.array([0.0, 0, 0, 0, 10, 10, 100]), np.array([0.0, 0, 0, 0, 0.5, 0.5, 1])
+    joints = tuple(replace(SLIDE, name=name, q_index=k, v_index=k) for k, name in enumerate(("far", "near", "still")))
+    (said,) = doubts_about_gaps(joints, time, np.column_stack([far, near, 0 * near]))
+    assert "while near moves by 0.5 m" in said
+    (said,) = doubts_about_gaps(joints[:1], time, far[:, None])
+    assert "while far moves by 10 m" in said and "7 median steps, while" in said
+
+
+@pytest.mark.parametrize(("share", "stands"), [(0.99, True), (1.01, False)])
+def test_a_drift_of_twice_the_resolution_is_no_stand(share, stands):
+    """Within the middle half of forty samples, 19 steps, though eight of them in a row always keep within it."""
+    x = share * 2e-3 / 19 * np.arange(40)
+    both = tuple(replace(SLIDE, name=name, q_index=k, v_index=k) for k, name in enumerate("ab"))
+    found = standing_of_integrated(both, 0.1 * np.arange(40), np.column_stack([5 * np.arange(40.0), x]), np.ones((40, 2)), 1e-3, 0.0)
+    assert found.stands[:, 1].all() == found.held[:, 1].all() == stands and found.stands[:, 1].any() == stands and not found.stands[:, 0].any()
+
+
+@pytest.mark.parametrize("given", [[None, None], ["v", None], [None, "a"]])
+def test_six_samples_are_needed_to_differentiate(leg, given):
+    rates = [None if x is None else np.zeros((5, 1)) for x in given]
+    with pytest.raises(MotionError, match="5 samples, but differentiating hip needs at least 6; add samples, or give the columns hip.v and hip.a"):
+        complete(leg, np.arange(5.0), np.zeros((5, 2)), [rates, [np.zeros((5, 1))] * 2])
+    rates = [None if x is None else np.zeros((6, 1)) for x in given]
+    assert not complete(leg, np.arange(6.0), np.zeros((6, 2)), [rates, [np.zeros((6, 1))] * 2]).v.any()
+    assert complete(leg, np.arange(2.0), np.zeros((2, 2)), [[np.zeros((2, 1))] * 2] * 2).q.shape == (2, 2)
+
+
 @pytest.mark.parametrize(
     ("times", "at"),
     [
@@ -188,6 +221,10 @@ def test_rates_of_resampling(rate, ok):
         return
     at, q, _, note = make()
     assert at == pytest.approx(3 + np.arange(int(10 * rate + 1e-9) + 1) / rate) and q[:, 0] == pytest.approx(at**2)
+    few = lambda n: resampled("f", [SLIDE], time[:n], (time[:n] ** 2)[:, None], [[None, None]], 1.0, str)
+    assert len(few(6)[0]) == 6
+    with pytest.raises(MotionError, match="f: 5 samples, but resampling needs at least 6"):
+        few(5)
     assert note.startswith(f"resampled to {rate:g} Hz ({len(at)} samples) from 11 samples with a median step of 1 s")
 
 
@@ -207,11 +244,21 @@ def test_what_a_filter_leaves():
     assert smoothed(t, waves, 3.0)[200:-200] == pytest.approx(waves[200:-200] * attenuation(np.array([1.0, 3]), 3.0), abs=2e-4)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize(("off", "even"), [(0.99e-5, True), (1.01e-5, False)])
+def test_steps_that_a_filter_takes_as_even(off, even):
+    """To 1e-5 of the mean: others are interpolated first, and back."""
+    t = np.arange(200) * 0.01
+    t[100:] += off / (1 - off / 199) * 0.01
+    x = np.sin(7 * t) + np.cos(61 * t)
+    plain = scipy.signal.sosfiltfilt(scipy.signal.butter(4, 9.0, fs=199 / t[-1], output="sos"), x, padtype="odd", padlen=int(np.ceil(3 * 199 / t[-1] / 9.0)))
+    assert np.array_equal(smoothed(t, x[:, None], 9.0)[:, 0], plain) == even
+
+
+@pytest.mark.parametrize("seed", range(7))
 def test_a_suitable_cutoff_is_that_of_the_least_error(seed):
     """By a sine transform of its own, and 60 candidates that are tried one by one."""
     rng = np.random.default_rng(seed)
-    n, h, noise, weight = 400 + 37 * seed, 0.004, np.array([1e-4, 3e-5]) * 10.0 ** rng.uniform(-1, 1, 2), np.array([2.0, 0.5])
+    n, h, noise, weight = 400 + 37 * seed if seed < 6 else 9001, 0.004, np.array([1e-4, 3e-5]) * 10.0 ** rng.uniform(-1, 1, 2), np.array([2.0, 0.5])
     t = h * np.arange(n)
     x = np.column_stack([np.sin(2 * np.pi * (1 + seed) * t), 0.3 * np.cos(9 * t)]) + noise * rng.normal(size=(n, 2))
     rest = x - x[0] - np.linspace(0, 1, n)[:, None] * (x[-1] - x[0])
@@ -315,6 +362,16 @@ def test_the_shortest_time_by_hand(robot, make, speed):
         make(m, points, duration=2 * speed * 0.999)
 
 
+@pytest.mark.parametrize("make", [minimum_jerk, trapezoid])
+@pytest.mark.parametrize(("side", "end"), [(1, "upper"), (-1, "lower")])
+def test_waypoints_at_a_limit(robot, make, side, end):
+    """Beyond it by less than a millionth of half the range is at it."""
+    m = robot_of(robot, ("j", "revolute", limit(-2, 2)))
+    assert make(m, Waypoints(np.array([[0.0], [side * (2 + 1.9e-6)]]))).motion.q[-1, 0] == pytest.approx(2 * side)
+    with pytest.raises(MotionError, match=f"between waypoints 1 and 2, at 100 % of the time, j goes to {2 * side} rad, beyond its {end} limit {2 * side} rad"):
+        make(m, Waypoints(np.array([[0.0], [side * (2 + 2.1e-6)]])))
+
+
 def test_a_chirp_in_closed_form(robot):
     """Phase 2π (low t + (high − low) t² / 2T), the second joint 7 % faster; quintic ends of a twentieth of the time."""
     m = robot_of(robot, ("a", "revolute", limit(-1, 2, 3, 1e6)), ("b", "revolute", limit(-0.5, 0.5, 1, 1e6)))
@@ -408,16 +465,39 @@ def test_a_search_that_has_just_begun_is_not_at_its_end(robot, iterations, reaso
 # columns
 
 
+NAMES_OF_UNITS = {
+    ("time", 1.0): "s sec secs second seconds", ("time", 60.0): "min", ("time", 3600.0): "h", ("time", 1e-3): "ms msec", ("time", 1e-6): "us µs μs", ("time", 1e-9): "ns nsec",
+    ("angle", 1.0): "rad rads radian radians", ("angle", 1e-3): "mrad", ("angle", 2 * np.pi): "rev turn turns", ("angle", np.pi / 180): "deg degs degree degrees °",
+    ("length", 1.0): "m", ("length", 1e-2): "cm", ("length", 1e-3): "mm", ("length", 1e-6): "um µm μm", ("length", 0.0254): "in inch",
+}  # fmt: skip
+ENDS = ("", "/s /sec s^-1 ·s^-1 *s^-1".split(), "/s² /s^2 /s2 /(s^2) s^-2 /s/s /sec^2 /s**2".split())
+
+
+@pytest.mark.parametrize(("quantity", "factor"), NAMES_OF_UNITS, ids=str)
+def test_units_of_columns(quantity, factor):
+    """With rates of all but times, in brackets and capitals."""
+    for name in NAMES_OF_UNITS[quantity, factor].split():
+        for per_time in (0, 1, 2):
+            for end in ENDS[per_time] or ("",):
+                expected = None if quantity == "time" and per_time else Unit(quantity, per_time, pytest.approx(factor, rel=1e-15))
+                for text in (name + end, f"[{name}{end}]", f"( {name} {end})", f"<{name}{end}>", (name + end).upper() if (name + end).isascii() else name + end):
+                    assert unit_of(text) == expected, text
+
+
+@pytest.mark.parametrize("text", ["rpm", "1/min", "U/min", "r/min"])
+def test_turns_a_minute(text):
+    assert unit_of(text) == Unit("angle", 1, pytest.approx(np.pi / 30)) and [unit_of(x) for x in ("-", "1", "none", "", "[]")] == [Unit("plain", 0, 1.0)] * 5
+
+
 @pytest.mark.parametrize(
-    ("text", "quantity", "per_time", "factor"),
+    ("data", "line"),
     [
-        ("ms", "time", 0, 1e-3), ("[µs]", "time", 0, 1e-6), ("ns", "time", 0, 1e-9), ("min", "time", 0, 60), ("h", "time", 0, 3600), ("(deg)", "angle", 0, np.pi / 180),
-        ("deg/s^2", "angle", 2, np.pi / 180), ("rpm", "angle", 1, np.pi / 30), ("rev/s", "angle", 1, 2 * np.pi), ("mrad", "angle", 0, 1e-3), ("mm/s²", "length", 2, 1e-3),
-        ("in", "length", 0, 0.0254), ("cm s^-1", "length", 1, 1e-2), ("um", "length", 0, 1e-6), ("m/s/s", "length", 2, 1), ("-", "plain", 0, 1),
+        (b"a\n1\n2", 3), (b"a\n1\n2\n", None), (b"a,b", None), (b"a\n1\n  ", None), (b"a\n1\n # end", None), (b"a\n1\n%", None), (b"a\n1\n// x", None), (b"a\r1\r2", 3), (b"a\r\n1\r\n2\r\n3", 4),
+        (b"a\r\n1\r\n", None), (b"a\r1", 2),
     ],
 )  # fmt: skip
-def test_units_of_columns(text, quantity, per_time, factor):
-    assert unit_of(text) == Unit(quantity, per_time, pytest.approx(factor, rel=1e-15))
+def test_a_last_line_without_an_end(data, line):
+    assert [f"the last line ({line}) of f has no line end" in said for said in doubts_about_end("f", data)] == [True] * bool(line)
 
 
 def test_units_that_are_none():
@@ -552,6 +632,29 @@ def test_rates_that_differ_by_a_twentieth_contradict(leg, more, said):
 # helpers of corners, by what polynomials are
 
 
+def test_jumps_of_long_motions_that_were_rounded():
+    """Of these not each difference is looked at to tell whether they were."""
+    t = 0.01 * np.arange(9001)
+    x = np.round(np.sin(0.3 * t), 4) + 1e-12 * np.arange(9001)
+    jump = np.where(t > 45.003, (t - 45.003) ** 2, 0)
+    for step, count in ((0.0, 0), (1e-4, 0)):
+        assert [len(f.jumps.times) for f in find_jumps(t, x[:, None], 2, np.array([step]))] == [count]
+    (one,) = find_jumps(t, (np.sin(0.3 * t) + jump)[:, None], 2, np.array([1e-9]))
+    assert one.jumps.times == pytest.approx([45.003], abs=1e-5) and one.jumps.sizes == pytest.approx([2.0], rel=1e-3)
+
+
+@pytest.mark.parametrize(("speed", "most"), [(0.04, 1e-5), (5.0, 5e-5)])
+def test_a_contradiction_needs_a_way(leg, speed, most):
+    """An integral of more than 1e-5 of the largest position or rate, or of 1."""
+    t = np.arange(24) * 0.1
+    for share, said in ((0.9, False), (1.1, True)):
+        v = np.zeros((24, 1)) + share * most / 0.6
+        none = np.zeros((24, 1))
+        q = np.column_stack([speed * np.ones(24), 0 * t])
+        lines = complete(leg, t, q, [[v, none], [none, none]]).contradictions
+        assert [line.startswith("hip.v at ") for line in lines] == [True] * said
+
+
 def test_even_steps():
     """To a thousandth of the mean: the last of three steps is longer by e, and so 2 e / 3 longer than the mean."""
     e = 1e-3 / (2 / 3 - 1e-3 / 3)
@@ -675,6 +778,11 @@ def test_where_rates_contradict_most(leg):
     v, none = np.where(t > 4, 2.2, 2.0) + 0.1 * (np.arange(80) == 63), np.zeros((80, 1))
     said, *_ = complete(leg, t, np.column_stack([2 * t, 0 * t]), [[v[:, None], none], [none, none]]).contradictions
     assert said.startswith("hip.v at 6.3 s is 2.3 rad/s, but the position of hip changes at 2 rad/s")
+    for many, often in ((1, ""), (2, " (2 such samples)")):
+        found = {"slide": Found(Jumps(2, np.empty(0), np.empty(0)), [(-1, 0.5 + k, 0.25) for k in range(many)])}
+        assert sentences_about_jumps((SLIDE,), found, {}, t)[2][0].startswith(f"the sample of slide at 0.5 s is 0.25 off those around it{often}: efforts")
+        found = {"slide": Found(Jumps(2, np.empty(0), np.empty(0)), [(1, 0.5 + k, 0.25) for k in range(many)])}
+        assert sentences_about_jumps((SLIDE,), found, {}, t)[2][0].startswith(f"the rate of slide jumps by 0.25 at 0.5 s{often.replace('samples', 'jumps')}, which")
     for many, often in ((1, ""), (2, " (2 such jumps)")):
         found = {"slide": Found(Jumps(2, np.empty(0), np.empty(0)), [(0, 0.5 + k, 0.25) for k in range(many)])}
         assert sentences_about_jumps((SLIDE,), found, {}, t)[2][0].startswith(f"slide jumps by 0.25 at 0.5 s{often}, which no force can do")

@@ -10,6 +10,7 @@ import importlib.util
 import mmap
 import operator
 import sys
+import types
 
 import python_mutator
 

@@ -24,8 +24,8 @@ ROOM = 20002  # numbers of mutants, as in numbers.cpp
 MOST = 10  # seconds of tests with one mutant, by the time that they take without one
 BROKEN = 3  # status of a child in which not a test failed, but what runs tests
 FEW = 20  # random cases of a test, where it takes thousands elsewhere
-# Tests that compile programs from the sources, which are not mutated, or that compare declarations.
-LEFT_OUT = ("exports_test", "headers_test", "print_test", "array_functions_test", "nan_test")
+# Tests that compile programs from the sources, which are not mutated, that compare declarations, or whose work is done by a cluster of other processes.
+LEFT_OUT = ("exports_test", "headers_test", "print_test", "array_functions_test", "nan_test", "test_on_ray")
 
 IMPORTER = None
 if "scope" in SETTINGS:  # mutants of Python, in place before a test imports what they are in
@@ -52,7 +52,7 @@ def pytest_collection_modifyitems(config, items):
             if isinstance(getattr(module, name, None), int) and getattr(module, name) > (FEW if name != "N" else 1000):
                 setattr(module, name, FEW)
     subprocess.run = without_programs
-    items[:] = [i for i in items if not any(f"/{name}" in str(i.path) for name in LEFT_OUT)]
+    items[:] = [i for i in items if not any(f"/{name}" in str(i.path) or i.name.startswith(name) for name in LEFT_OUT)]
 
 
 class Mutated:

@@ -8,21 +8,29 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pyarrow.parquet as parquet
 import pytest
+from linkages import FOURBAR
+from scipy.spatial.transform import Rotation
 
 import ksl
 from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.quantities import summarise
+from ksl.model.lengths import extent
 from ksl.motions.reading import read_motion
 from ksl.sweeps import local, on_ray
+from ksl.sweeps.compute_sweep import _plan, again_of
 from ksl.sweeps.description import described as parameters_described
 from ksl.sweeps.description import sweep_from
 from ksl.sweeps.evaluate import Evaluator, Plan
+from ksl.sweeps.joint_summaries import Peaks
 from ksl.sweeps.sampling import sample
 from ksl.sweeps.variants import Variants, shifted
 from ksl_command import run_ksl
@@ -31,7 +39,7 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 PANDA, PICK = str(EXAMPLES / "robots" / "panda.urdf"), str(EXAMPLES / "motions" / "panda_pick.csv")
 TOOL = "panda_flange"
 HERE = pytest.mark.usefixtures("sweeps_here")
-PAYLOAD = {"kind": "payload", "link": TOOL, "center": [0, 0, 0.1], "values": [0, 1.5, 3]}
+PAYLOAD = {"kind": "payload", "link": TOOL, "center": [0.02, -0.03, 0.1], "values": [0, 1.5, 3]}
 SPEED = {"kind": "speed", "values": [0.5, 1.0]}
 
 
@@ -71,6 +79,8 @@ def test_a_range_on_a_grid_is_evenly_spaced_and_as_long_as_a_sweep_may_be():
     assert list(few.parameters[0].values) == [0.5, 0.75, 1.0, 1.25, 1.5]
     assert parameters_described(few)[0]["values"] == [0.5, 0.75, 1.0, 1.25, 1.5]
     assert list(sweep_from(described({"kind": "speed", "from": 0.5, "to": 1.5, "steps": 1})).parameters[0].values) == [0.5]
+    random = sweep_from(described({"kind": "speed", "from": 0.5, "to": 1.5}, sampling="latin hypercube", cases=2))
+    assert [(p["lower"], p["upper"]) for of in (sweep_from(described(SPEED)), few, random) for p in parameters_described(of)] == [(0, 0), (0, 0), (0.5, 1.5)]
 
 
 def test_a_latin_hypercube_uses_each_part_of_a_range_once():
@@ -90,6 +100,10 @@ def test_speed_leaves_the_path_and_scales_what_motion_adds_with_its_square():
     assert (fast[1].q == slow[1].q).all() and (fast[1].time == slow[1].time / 2).all()
     held = slow[0].gravity_torque(slow[1].q)
     np.testing.assert_allclose(efforts(fast) - held, 4 * (efforts(slow) - held), atol=1e-11)
+    for factor in (0.5, 0.9, 1.1):
+        moved = v.case({"speed": factor})[1]
+        assert np.array_equal(moved.time, slow[1].time / factor) and moved.v == pytest.approx(slow[1].v * factor) and moved.a == pytest.approx(slow[1].a * factor**2)
+    assert fast[1].resolution == pytest.approx(2 * slow[1].resolution, rel=1e-15)
     by_spline = np.gradient(fast[1].q[:, 1], fast[1].time, edge_order=2)
     np.testing.assert_allclose(fast[1].v[:, 1], by_spline, atol=2e-3)
 
@@ -97,7 +111,7 @@ def test_speed_leaves_the_path_and_scales_what_motion_adds_with_its_square():
 def test_a_payload_is_that_of_with_payload():
     _, motion = variants(PAYLOAD).case({f"payload_{TOOL}": 1.5})
     found = efforts(variants(PAYLOAD).case({f"payload_{TOOL}": 1.5}))
-    expected = ksl.load(PANDA).with_payload(TOOL, 1.5, [0, 0, 0.1]).inverse_dynamics(motion.q, motion.v, motion.a)
+    expected = ksl.load(PANDA).with_payload(TOOL, 1.5, PAYLOAD["center"]).inverse_dynamics(motion.q, motion.v, motion.a)
     np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
@@ -106,6 +120,13 @@ def test_a_tilt_is_gravity_seen_from_the_turned_base():
     # the base turned by +90° about x: its z axis points along −y of the room, and gravity (room −z) along its −y
     expected = ksl.load(PANDA, gravity=[0, -9.81, 0])
     np.testing.assert_allclose(efforts(case), expected.inverse_dynamics(case[1].q, case[1].v, case[1].a), atol=1e-12)
+
+
+@pytest.mark.parametrize("axis", [[0, 3, 0], [1, -2, 0.5]])
+def test_gravity_is_turned_about_any_axis(axis):
+    """Back by the angle of the mounting; the length of the axis counts for nothing."""
+    expected = Rotation.from_rotvec(-np.radians(37) * np.array(axis) / np.linalg.norm(axis)).apply([0.0, 0.0, -9.81])
+    assert variants({"kind": "tilt", "axis": axis, "values": [37]}).case({"tilt": 37})[0].gravity == pytest.approx(expected)
 
 
 def test_a_factor_of_all_masses_is_one_of_all_efforts():
@@ -125,11 +146,20 @@ def test_a_shifted_centre_keeps_the_inertia_about_itself():
     np.testing.assert_allclose(found, moved.parameters, rtol=1e-12, atol=1e-14)
 
 
+def test_centres_and_masses_of_a_link_together():
+    """Moved along the axis by the value, whatever the length of the axis; the factor of the mass comes after."""
+    link = ksl.load(PANDA).link("panda_link3")
+    moved = variants({"kind": "center", "link": link.name, "axis": [0, 3, 4], "values": [0.05]}, {"kind": "mass", "link": link.name, "values": [2.0]})
+    found, other = (moved.case({f"center_{link.name}": 0.05, f"mass_{link.name}": 2.0})[0].link(name) for name in (link.name, "panda_link4"))
+    assert found.mass == 2 * link.mass and np.array(found.first_moment) / found.mass == pytest.approx(np.array(link.first_moment) / link.mass + [0, 0.03, 0.04])
+    assert np.array_equal(other.parameters, ksl.load(PANDA).link("panda_link4").parameters)
+
+
 @HERE
 def test_motions_of_cases_are_simulated():
     how = {"until": 0.2, "pose": {"panda_joint2": 0.5, "panda_joint4": -1.5}}
     simulated = Variants(PANDA, sweep_from({"base": {"simulate": how}, "vary": [PAYLOAD]}))
-    loaded = ksl.load(PANDA).with_payload(TOOL, 3.0, (0, 0, 0.1))
+    loaded = ksl.load(PANDA).with_payload(TOOL, 3.0, PAYLOAD["center"])
     model, motion = simulated.case({"payload_panda_flange": 3})
     q, v = motion.q[0], motion.v[0]
     assert np.allclose(motion.q, loaded.simulate(q, v, motion.time).q, atol=1e-8) and simulated.most_samples == len(motion.time) == 51
@@ -139,6 +169,7 @@ def test_motions_of_cases_are_simulated():
         sweep_from({"base": {"simulate": {"untill": 1.0}}, "vary": [PAYLOAD]})
 
 
+@HERE
 def test_rows_are_those_of_the_summary_to_the_bit(tmp_path):
     """Of a robot with mimic, fixed and sliding joints, with physics of joints: every number is that of `ksl loads`."""
     robot = tmp_path / "robot.urdf"
@@ -192,6 +223,52 @@ def test_shares_of_limits(tmp_path):
     assert swing["effort_share"] == swing["effort_peak"] / 40 and finger["effort_share"] is None
 
 
+@pytest.mark.parametrize(
+    ("lower", "upper", "at", "share"),
+    [
+        (None, 2.0, (-9.0, 1.0), 0.5), (None, 2.0, (0.0, 3.0), 1.5), (None, 0.5, (0.0, 0.75), 1.25), (None, -4.0, (-8.0, -2.0), 1.5), (-2.0, None, (-1.0, 9.0), 0.5), (-2.0, None, (-5.0, 0.0), 2.5),
+        (0.25, None, (0.0, 1.0), 1.25), (5.0, None, (4.0, 9.0), 1.2), (-1.0, 3.0, (0.0, 2.5), 0.75), (-1.0, 3.0, (-2.0, 0.0), 1.5), (None, None, (-9.0, 9.0), None),
+    ],
+)  # fmt: skip
+def test_shares_of_ranges(lower, upper, at, share):
+    """Of a range, the way from its middle; of one bound, 1 and the distance from it in units of its size, or of 1 rad where it is smaller."""
+    model = ksl.load_string(GRIPPER.replace('type="revolute"', 'type="continuous"').replace('lower="-2" upper="1" ', ""))
+    joint = replace(model.joint("swing"), lower=lower, upper=upper, has_limits=True)
+    rows = {"speed_peak": np.array([0.6]), "effort_peak": np.array([10.0])}
+    peaks = Peaks(SimpleNamespace(joints=(joint,), joint_names=("swing",), loops=(), physics=(), drives=None, follower_names=()))
+    peaks._add_shares(rows, np.array([[at[0], at[1], at[0]]]))
+    assert {name: rows[name].tolist() for name in ("speed_share", "effort_share")} == {"speed_share": [pytest.approx(0.2)], "effort_share": [pytest.approx(0.25)]}
+    assert rows["position_share"] == pytest.approx([np.nan if share is None else share], nan_ok=True)
+
+
+def test_partitions_hold_all_cases_once():
+    """About 5,000 rows each, and with wrenches 400,000 of these at most, unless the sweep says how many cases."""
+    for cases, size in ((10, 4), (8, 4), (3, 4), (1, 1)):
+        plan = Plan(PANDA, sweep_from(described({**SPEED, "values": [1.0 + k for k in range(cases)]})), size)
+        assert [case for p in range(plan.partitions) for case in plan.cases(p)] == list(range(cases)) and all(0 < len(plan.cases(p)) <= size for p in range(plan.partitions))
+    joints, samples = len(ksl.load(PANDA).joints), len(read_motion(ksl.load(PANDA), PICK).time)
+    plain, small = sweep_from(described(SPEED)), sweep_from(described(SPEED, partition=7))
+    assert [_plan(PANDA, given, wrenches)[0].size for given in (plain, small) for wrenches in (False, True)] == [5000 // joints, 400_000 // (joints * samples), 7, 7]
+    assert (again_of(0), again_of(1), again_of(2)) == ("", *(f", {words} again, since files had other contents when they were computed" for words in ("1 partition", "2 partitions")))
+
+
+def test_lengths_in_millimetres_are_doubted():
+    """Payloads and shifts beyond twice the robot's extent, wherever the value stands."""
+    reach = variants(SPEED).extent
+    assert reach == pytest.approx(extent(ksl.load(PANDA)))
+    for share, doubted in ((1.99, False), (2.01, True)):
+        x = share * reach
+        sweeps = [
+            described({**PAYLOAD, "center": [0, 0.6 * x, -0.8 * x]}), described({"kind": "center", "link": TOOL, "axis": [0, 0, 1], "values": [0, -x, 0.1]}),
+            described({"kind": "center", "link": TOOL, "axis": [0, 0, 1], "from": -x, "to": 0.1, "steps": 3}), described({"kind": "center", "link": TOOL, "axis": [0, 0, 1], "from": 0, "to": x, "steps": 3}),
+            described({"kind": "center", "link": TOOL, "axis": [0, 0, 1], "from": -x, "to": 0.1}, sampling="latin hypercube", cases=3),
+        ]  # fmt: skip
+        for tables in sweeps:
+            found = Variants(PANDA, sweep_from(tables)).doubts()
+            assert [f"parameter {sweep_from(tables).parameters[0].name}:" in line and "are these millimetres?" in line for line in found] == [True] * doubted
+    assert "m/s²" in Variants(PANDA, sweep_from({"base": {"motion": PICK, "gravity": [0, 0, -9810.0]}, "vary": [SPEED]})).doubts()[0]
+
+
 # ------------------------------------------------------------------------------------------ engines, resuming, lost workers
 
 
@@ -211,19 +288,21 @@ def workers(words: str) -> list[int]:
     found = []
     for entry in Path("/proc").iterdir():
         try:
-            if words in (entry / "cmdline").read_text().replace("\0", " ") and MARK in (entry / "environ").read_bytes().decode(errors="replace"):
+            if words in (entry / "cmdline").read_text().replace("\0", " ") and mark() in (entry / "environ").read_bytes().decode(errors="replace"):
                 found.append(int(entry.name))
         except (OSError, ValueError):  # it has ended, or is no process
             continue
     return found
 
 
-MARK = f"KSL_TEST_OF={os.getpid()}."
+def mark() -> str:
+    """Of this process: copies of it may run the same tests."""
+    return f"KSL_TEST_OF={os.getpid()}."
 
 
 @pytest.fixture(autouse=True)
 def marked(monkeypatch):
-    monkeypatch.setenv(*MARK.split("="))
+    monkeypatch.setenv(*mark().split("="))
 
 
 def killing(words: str):
@@ -275,6 +354,75 @@ def test_on_ray_the_bits_are_the_same_and_a_lost_worker_costs_its_partition_only
     assert killed and results.computed == 400 and contents(tmp_path / "ray") == contents(tmp_path / "local")
 
 
+@dataclass(eq=False)
+class Task:
+    function: Callable
+    plan: Plan
+    partition: int
+
+
+class Cluster:
+    """What `ray` is for ksl.sweeps.on_ray, in this process: a task is computed when it is waited for, the last one first."""
+
+    exceptions = SimpleNamespace(**{name: type(name, (Exception,), {}) for name in ("WorkerCrashedError", "OutOfMemoryError", "RayError")})
+
+    def __init__(self, cpus, fault=None):
+        self.cpus, self.fault, self.most, self.ended, self.options = cpus, fault, 0, 0, None
+
+    def is_initialized(self):
+        return False
+
+    def init(self, **options):
+        self.options = options
+
+    def shutdown(self):
+        self.ended += 1
+
+    def remote(self, **options):
+        self.options |= options
+        return lambda function: SimpleNamespace(remote=lambda plan, partition: Task(function, plan, partition))
+
+    def put(self, x):
+        return x
+
+    def cluster_resources(self):
+        return {"CPU": self.cpus}
+
+    def wait(self, running, num_returns):
+        self.most = max(self.most, len(running))
+        return running[-num_returns:], running[:-num_returns]
+
+    def get(self, task):
+        if self.fault is not None and task.partition == 3:
+            raise self.fault
+        return task.function(task.plan, task.partition)
+
+
+@pytest.mark.parametrize(("cpus", "workers", "at_once"), [(1, 1, 2), (1, 2, 4), (3, 2, 6), (16, 1, 10)])
+def test_a_cluster_computes_all_partitions(monkeypatch, cpus, workers, at_once):
+    """Twice as many at once as there are processors, or workers; each partition once, and the cluster that was begun is ended."""
+    cluster = Cluster(cpus)
+    monkeypatch.setitem(sys.modules, "ray", cluster)
+    plan = Plan(PANDA, sweep_from(many()), 4)
+    results = list(on_ray.compute(plan, range(10), workers, None))
+    assert sorted(r.partition for r in results) == list(range(10)) and cluster.most == at_once and cluster.ended == 1
+    assert cluster.options["num_cpus"] == 1 and cluster.options["max_retries"] == 2 and cluster.options["address"] == "local"
+    here = Evaluator(plan)
+    assert all(r.files == here.partition(r.partition).files for r in results[:2])
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [("WorkerCrashedError", "the worker of cases 12 to 15 has died 3 times"), ("OutOfMemoryError", "the worker of cases 12 to 15 has died"), ("RayError", "cases 12 to 15: the Ray cluster answers: of the cluster; check that KSL")],
+)
+def test_faults_of_a_cluster_are_said(monkeypatch, fault, words):
+    cluster = Cluster(1, getattr(Cluster.exceptions, fault)("first line\nof the cluster"))
+    monkeypatch.setitem(sys.modules, "ray", cluster)
+    with pytest.raises(ksl.SweepError, match=words):
+        list(on_ray.compute(Plan(PANDA, sweep_from(many()), 4), range(10), 1, None))
+    assert cluster.ended == 1
+
+
 def test_what_was_interrupted_goes_on(tmp_path, undisturbed):
     def interrupt(done: int, cases: int) -> None:
         if done >= 8:
@@ -291,14 +439,52 @@ def test_what_was_interrupted_goes_on(tmp_path, undisturbed):
 
 @HERE
 def test_the_worst_cases_are_those_of_the_table(tmp_path):
+    """Of all joints and quantities, from ten partitions: the largest value, and the first case that has it."""
     results = ksl.sweep(PANDA, many(), tmp_path, workers=1)
-    table = results.cases.to_table()
+    table = sorted(results.cases.to_table().to_pylist(), key=lambda row: row["case"])
     rows = {(row["joint"], row["quantity"]): row for row in results.worst}
-    of_joint = [row for row in table.to_pylist() if row["joint"] == "panda_joint2"]
-    worst = max(of_joint, key=lambda row: row["effort_peak"])
-    found = rows["panda_joint2", "effort_peak"]
-    assert (found["value"], found["case"], found["speed"]) == (worst["effort_peak"], worst["case"], worst["speed"])
+    quantities = [name for name in table[0] if name.endswith(("_peak", "_rms", "_share"))]
+    assert len(results.worst) == len(rows) > 100 and 0 < results.share_of_dynamics < 1
+    for joint in {row["joint"] for row in table}:
+        for quantity in quantities:
+            there = [row for row in table if row["joint"] == joint and row[quantity] is not None]
+            assert ((joint, quantity) in rows) == bool(there)
+            if there:
+                worst, found = max(there, key=lambda row: row[quantity]), rows[joint, quantity]
+                assert (found["value"], found["case"], found["speed"], found["payload_panda_flange"]) == (worst[quantity], worst["case"], worst["speed"], worst["payload_panda_flange"])
     assert (tmp_path / "worst.csv").read_text().startswith("joint,quantity,value,unit,case,payload_panda_flange,speed\n")
+
+
+@HERE
+def test_a_sweep_of_a_closed_mechanism_says_the_same_as_one_run(tmp_path):
+    """With what rigid bodies leave open, in rows and worst cases."""
+    fourbar, time = ksl.load_string(FOURBAR, drives=["A"]), np.linspace(0, 2, 201)
+    np.savetxt(tmp_path / "crank.csv", np.column_stack([time, np.pi * (time - np.sin(np.pi * time) / np.pi)]), delimiter=",", header="time,A", comments="", fmt="%.17g")
+    sweep = {"base": {"motion": str(tmp_path / "crank.csv")}, "vary": [{"kind": "payload", "link": "rocker", "values": [0.0, 1.0]}]}
+    results = ksl.sweep(fourbar, sweep, tmp_path / "swept", workers=1)
+    run = ksl.compute_loads(fourbar, tmp_path / "crank.csv", payloads={"rocker": (1.0, (0, 0, 0))})
+    swept = {row["joint"]: row for row in results.cases.to_table().to_pylist() if row["case"] == 1}
+    assert list(swept) == ["A", "B", "D", "base", "C"]
+    for row in run.rows:
+        same = {k: x for k, x in row.items() if k not in ("case", "joint", "kind", "undetermined")}
+        assert all(swept[row["joint"]][k] == row[k] for k in ("kind", "undetermined"))
+        assert {k: swept[row["joint"]][k] for k in same} == pytest.approx(same, rel=1e-12), row["joint"]
+    for row in results.worst:
+        words = swept[row["joint"]]["undetermined"].split()
+        assert row["undetermined"] == ("yes" if row["quantity"].rpartition("_")[0] in words else "no")
+    assert {row["undetermined"] for row in results.worst} == {"yes", "no"}
+
+
+@HERE
+def test_what_a_sweep_says_of_its_time(tmp_path, monkeypatch):
+    """By a clock that goes on by a second whenever it is looked at: twice for each case, and twice for each partition."""
+    clock = SimpleNamespace(perf_counter=map(float, range(10**6)).__next__)
+    monkeypatch.setattr("ksl.sweeps.evaluate.time", clock)
+    monkeypatch.setattr("ksl.sweeps.compute_sweep.time", SimpleNamespace(perf_counter=iter([100.0, 107.5, 200.0, 201.0]).__next__))
+    results = ksl.sweep(PANDA, many(steps=2, partition=3), tmp_path, workers=1)
+    assert (results.seconds, results.share_of_dynamics) == (7.5, pytest.approx(10 / (2 * 10 + 4)))
+    again = ksl.sweep(PANDA, many(steps=2, partition=3), tmp_path, workers=1)
+    assert (again.seconds, again.share_of_dynamics, again.computed) == (1.0, 0.0, 0)
 
 
 @HERE
@@ -381,6 +567,11 @@ def test_damaged_and_unknown_partitions(tmp_path):
     part.unlink()
     assert ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1).computed == 2 and part.read_bytes() == whole
     (tmp_path / "sweep.json").unlink()
+    for content in ("{}", "[\"fingerprint\"]", "3", "{"):
+        (tmp_path / "sweep.json").write_text(content)
+        with pytest.raises(ksl.SweepError, match="sweep.json: is not the description of a sweep"):
+            ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1)
+    (tmp_path / "sweep.json").unlink()
     with pytest.raises(ksl.SweepError, match="sweep.json beside it is missing"):
         ksl.sweep(PANDA, described(PAYLOAD), tmp_path, workers=1)
 
@@ -411,12 +602,35 @@ def test_results_of_another_sweep_are_kept_unless_forced(tmp_path):
         ksl.sweep(PANDA, described(PAYLOAD), tmp_path, workers=1)
     assert contents(tmp_path) == before
     assert ksl.sweep(PANDA, described(PAYLOAD), tmp_path, workers=1, force=True).computed == 3
+    assert ksl.sweep(PANDA, described(PAYLOAD, seed=5), tmp_path, workers=1).computed == 0, "a grid has no seed"
+    random = {"kind": "speed", "from": 0.5, "to": 1.0}
+    ksl.sweep(PANDA, described(random, sampling="latin hypercube", cases=2), tmp_path / "random", workers=1)
+    with pytest.raises(ksl.SweepError, match=r"holds another sweep \(with other cases\)"):
+        ksl.sweep(PANDA, described(random, sampling="latin hypercube", cases=2, seed=5), tmp_path / "random", workers=1)
 
 
 @pytest.mark.parametrize(
     ("tables", "words"),
     [
         ({"vary": [SPEED]}, "give the motion once"),
+        (described(SPEED, seed=-1), "seed = -1; expected a whole number"),
+        (described(SPEED, cases=True, sampling="latin hypercube"), "cases = True; expected a whole number"),
+        (described({**SPEED, "values": [True]}), "values has True; expected finite numbers"),
+        (described({**SPEED, "values": [np.inf]}), "values has inf; expected finite numbers"),
+        (described({"kind": "mass", "values": [-0.1]}), "a mass can't be negative"),
+        (described({"kind": "tilt", "axis": [0, 1], "values": [1]}), "expected three finite numbers"),
+        (described({"kind": "tilt", "axis": [0, True, 1], "values": [1]}), "expected three finite numbers"),
+        (described({"kind": "speed", "from": 1, "to": 2, "steps": 0}), "needs `steps`"),
+        (described({"kind": "speed", "from": 1, "to": 2, "steps": 10_000_001}), "at most 10,000,000"),
+        (described({"kind": "mass", "values": [1, 2, 3]}, {"kind": "speed", "from": 1, "to": 2, "steps": 3_333_334}), "10,000,002 cases; at most 10,000,000"),
+        (described({"kind": "speed", "from": 1, "to": 1}, sampling="latin hypercube", cases=3), "no range"),
+        (described({"kind": "speed", "from": 1, "to": 2, "steps": 3}, sampling="latin hypercube", cases=3), "leave `steps` out"),
+        (described({**SPEED, "steps": 2}), "has `values` and a range"),
+        (described({**SPEED, "values": []}), "expected a list"),
+        (described({**SPEED, "name": "joint"}), "expected a name for its column"),
+        (described({**SPEED, "name": ""}), "expected a name for its column"),
+        ({"base": {"motion": 3}, "vary": [SPEED]}, "motion = 3; expected the name of a file"),
+        ({"base": {"motion": PICK, "stiffness": 3}, "vary": [SPEED]}, "stiffness = 3; expected the name of a file"),
         (described(), "nothing to vary"),
         (described({"kind": "sped", "values": [1]}), "did you mean 'speed'"),
         (described({**SPEED, "value": [1]}), "unknown key 'value'; did you mean 'values'"),

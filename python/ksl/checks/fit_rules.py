@@ -61,6 +61,8 @@ class Fit:
     box: Array
     size: Array
     """(3,) of the geometry."""
+    mass: float
+    """kg, above zero."""
 
     @property
     def inside(self) -> bool:
@@ -68,7 +70,7 @@ class Fit:
 
     def excess(self, moments: Array) -> float:
         """Largest ratio of a second moment (3, 3 in link axes) to what the box allows."""
-        second = (np.trace(moments) / 2 - np.diag(moments)) / (self.inertial.mass or 1.0)
+        second = (np.trace(moments) / 2 - np.diag(moments)) / self.mass
         allowed = (self.box[1] - self.inertial.centroid) * (self.inertial.centroid - self.box[0])
         return float((second / allowed).max())
 
@@ -82,14 +84,14 @@ def _fits(robot: RobotFile) -> list[Fit]:
         for link in robot.links:
             inertial = None if link.name in told else usable(link)
             box = link_box(robot, link) if inertial is not None and link.shapes and robot.matters(link) else None
-            if inertial is None or box is None or (box[1] - box[0]).max() <= MARKER:
+            if inertial is None or inertial.mass is None or box is None or (box[1] - box[0]).max() <= MARKER:
                 continue
             size = box[1] - box[0]
             moments = inertial.in_link_axes
             if moments is None or not (np.isfinite(size).all() and np.isfinite(moments).all()):
                 continue  # beyond the range of numbers
             margin = max(MARGIN * float(np.linalg.norm(size)), ROOM)
-            cached.append(Fit(link, inertial, box + [[-margin], [margin]], size))
+            cached.append(Fit(link, inertial, box + [[-margin], [margin]], size, inertial.mass))
         robot.__dict__["_fits"] = cached
     return cached
 
@@ -108,7 +110,7 @@ def about_origin(fit: Fit) -> Array | None:
     their moments were
     about the origin for two thirds.
     """
-    I, c, m = fit.inertial.in_link_axes, fit.inertial.centroid, fit.inertial.mass or 0.0
+    I, c, m = fit.inertial.in_link_axes, fit.inertial.centroid, fit.mass
     assert I is not None
     away = float(np.linalg.norm(c))
     if away == 0:
@@ -169,7 +171,7 @@ def _is_of_a_part(fit: Fit) -> bool:
     if all(any(part in each for part in PARTS) for each in words):
         return True
     volume = float(np.prod(np.maximum(fit.size, 1e-3) + 2 * ROOM))
-    return (fit.inertial.mass or 0.0) > SOLID * volume
+    return fit.mass > SOLID * volume
 
 
 @rule(
@@ -239,7 +241,7 @@ def inertia_units(robot: RobotFile) -> Iterator[Broken]:
         assert I is not None
         if not I.any():
             continue
-        mass = fit.inertial.mass or 1.0
+        mass = fit.mass
         # centre the box on the centroid where that is outside: another rule says so
         half = np.maximum(np.linalg.norm(fit.size) / 2 * (1 + 2 * MARGIN), ROOM)
         ratio = float(np.trace(I) / 2 / mass / half**2)
@@ -290,7 +292,7 @@ def inertia_too_large(robot: RobotFile) -> Iterator[Broken]:
         excess = fit.excess(I)
         if excess > LOOSE**2 and about_origin(fit) is None:  # one finding is enough
             found = (
-                f"moments {_diagonal(I)} kg m² and mass {shown(fit.inertial.mass or 0.0)} kg need "
+                f"moments {_diagonal(I)} kg m² and mass {shown(fit.mass)} kg need "
                 f"{np.sqrt(excess):.3g} times the room of the {_of_size(fit.size)}"
             )
             yield Broken(found, fit.inertial.line, "link", fit.link.name, excess)
@@ -306,7 +308,7 @@ def inertia_too_large(robot: RobotFile) -> Iterator[Broken]:
 )
 def mass_units(robot: RobotFile) -> Iterator[Broken]:
     for fit in _fits(robot):
-        mass, size = fit.inertial.mass or 0.0, np.maximum(fit.size, 1e-3)
+        mass, size = fit.mass, np.maximum(fit.size, 1e-3)
         volume = float(np.prod(size))
         density = mass / volume
         found = f"mass {shown(mass)} kg, {_of_size(fit.size)}: {shown(density)} kg/m³"
@@ -327,7 +329,7 @@ def _cause_outside(fit: Fit) -> str | None:
         return "<origin> of <inertial> was left out or at zero: the centroid of this link is not at its origin."
     for axis, name in enumerate("xyz"):
         mirrored = c.copy()
-        mirrored[axis] *= -1
+        mirrored[axis] = -mirrored[axis]
         if (mirrored >= fit.box[0]).all() and (mirrored <= fit.box[1]).all():
             return (
                 f"The sign of {name} is wrong, or the mesh is mirrored and the centroid is not: with the other "

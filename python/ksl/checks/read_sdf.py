@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksl.checks.robot import IN_SDF_ALONE, Array, Inertial, Joint, Link, Mimic, RobotFile, Shape
+from ksl.checks.robot import IN_SDF_ALONE, Array, Inertial, Joint, Link, Mimic, RobotFile, Shape, at_origin
 from ksl.checks.shape_sizes import NEEDED, note_missing_shape, note_sizes
 from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
 from ksl.model.joint_kinds import ANY_NAME
@@ -49,13 +49,13 @@ def _pose(numbers: Numbers, parent: _Element) -> tuple[Array, Array] | None:
     """(rotation, translation); None where it is relative to another frame, which only the loader resolves."""
     pose = parent.find("pose")
     if pose is None:
-        return np.eye(3), np.zeros(3)
+        return at_origin()
     if pose.get("relative_to") or pose.get("frame"):
         return None
     quaternion = pose.get("rotation_format") == "quat_xyzw"
     values = numbers.several(pose.text, 7 if quaternion else 6, line_of(pose), "<pose>")
     if values is None:
-        return np.eye(3), np.zeros(3)
+        return at_origin()
     if quaternion:
         return rotation_of_quaternion(values[3:]), values[:3]
     return rotation_of(np.radians(values[3:]) if pose.get("degrees") == "true" else values[3:]), values[:3]
@@ -70,9 +70,8 @@ def _link(robot: RobotFile, element: _Element, scope: str) -> Link:
         link.has_inertial = True
         link.inertial = _inertial(numbers, inertial)
     else:
-        link.inertial = Inertial(
-            link.line, None, 1.0, np.zeros(3), np.eye(3), None
-        )  # what the format takes; a rule says it
+        rotation, centroid = at_origin()
+        link.inertial = Inertial(link.line, None, 1.0, centroid, rotation, None)  # what the format takes; a rule says it
     for role in ("visual", "collision"):
         for each in children(element, role):
             shape = _shape(robot, numbers, each, role)
@@ -82,10 +81,9 @@ def _link(robot: RobotFile, element: _Element, scope: str) -> Link:
 
 
 def _inertial(numbers: Numbers, element: _Element) -> Inertial:
-    pose = _pose(numbers, element)
+    rotation, centroid = _pose(numbers, element) or at_origin()
     if element.get("auto", "").strip() in ("true", "1"):  # computed from shapes: what else is given there has no effect
-        return Inertial(line_of(element), element, None, np.zeros(3), np.eye(3), None)
-    rotation, centroid = pose if pose else (np.eye(3), np.zeros(3))
+        return Inertial(line_of(element), element, None, centroid, rotation, None)
     mass = numbers.text(element, "mass")
     inertia = element.find("inertia")
     moments = np.eye(3)  # what the format takes where nothing is given

@@ -41,6 +41,11 @@ URDF_TYPES = frozenset(kind.name for kind in KINDS.values() if kind.in_urdf)
 TYPES = sorted(ANY_NAME)
 
 
+def at_origin() -> tuple[Array, Array]:
+    """(rotation, translation) of what the file doesn't place."""
+    return np.eye(3), np.zeros(3)
+
+
 @dataclass
 class Inertial:
     """Mass, centroid and moments of a link as the file gives them."""

@@ -151,7 +151,7 @@ def joint_cycle(robot: RobotFile) -> Iterator[Broken]:
             around = [robot.joint_above[name] for name in dropwhile(link.__ne__, path)]
             if len(around) > 1:  # a joint from a link to itself is another rule's
                 yield Broken(
-                    f"joints {', '.join(j.name for j in reversed(around))} form a cycle", around[0].line, "link", link
+                    f"joints {', '.join(j.name for j in reversed(around))} form a cycle", around[0].line, "joint", around[0].name
                 )
         done.update(path)
 

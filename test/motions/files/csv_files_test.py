@@ -92,6 +92,20 @@ def test_forms_that_hold_the_same_numbers(leg, written, rows, form):
     assert note is None or any(note in line for line in m.source.notes), m.source.notes
 
 
+@pytest.mark.parametrize(
+    ("texts", "seconds"),
+    [
+        ("0 min|0.5 min|2 min", (0, 30, 120)), ("0.5 hr|1 hr|1.25 hr", (1800, 3600, 4500)), ("1 ms|2.5 ms|4 ms", (1e-3, 2.5e-3, 4e-3)), ("1s|2s|4s", (1, 2, 4)), ("1:00:00.5|1:01:02|2:00:00", (3600.5, 3662, 7200)),
+        ("1:02|1:03|10:00", (3720, 3780, 36000)), ("2026-02-28 23:59:59.5|2026-03-01 00:00:00|2026-03-01 00:00:01", (0, 0.5, 1.5)), ("2026-03-01T00:00|2026-03-01T00:01|2026-03-01T01:00", (0, 60, 3600)),
+        ("2026-03-01T00:00:00+01:00|2026-03-01T00:00:01+01:00|2026-03-01T00:00:00Z", (0, 1, 3600)),
+    ],
+)  # fmt: skip
+def test_times_that_are_text(leg, written, texts, seconds):
+    rows = [f"{text},{k},0,{k},0,0,0" for k, text in enumerate(texts.split("|"))]
+    motion = read_motion(leg, written("\n".join(["Time,hip,slide,hip.v,slide.v,hip.a,slide.a", *rows]) + "\n"))
+    assert motion.time == pytest.approx(seconds, abs=1e-9)
+
+
 def test_decimal_commas_are_exact(leg, written, rows):
     plain, commas = (read_motion(leg, written("time;hip;slide\n" + table(rows, ";", d))) for d in ".,")
     assert np.array_equal(plain.q, commas.q) and np.array_equal(plain.time, commas.time)

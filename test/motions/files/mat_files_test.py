@@ -94,6 +94,28 @@ def test_elements_that_matlab_does_not_write(leg, written, rows, refusal):
     assert refusal(leg, written(headed(time + q + time))) == ": two variables are named 'time'; save one of them"
 
 
+def small(kind, data, order="<"):
+    """An element of up to four bytes: its size and type are in four, and it in the next four."""
+    return struct.pack(f"{order}I", len(data) << 16 | kind) + data + bytes(max(0, 4 - len(data)))
+
+
+@pytest.mark.parametrize(("order", "mark"), [("<", b"\x00\x01IM"), (">", b"\x01\x00MI")])
+@pytest.mark.parametrize("kind", ["i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8", "i8", "u8"])
+def test_numbers_and_names_of_every_type(leg, written, refusal, order, mark, kind):
+    """Names of up to four letters are in small elements; what is larger, or of another size than the shape says, is damage."""
+    types = dict(zip(("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8", "i8", "u8"), (1, 2, 3, 4, 5, 6, 7, 9, 12, 13), strict=True))
+
+    def variable(name, x, shape=None, named=small):
+        head = element(6, struct.pack(f"{order}II", 6, 0), order) + element(5, struct.pack(f"{order}2i", *(shape or (len(x), 1))), order) + named(1, name, order)
+        return element(14, head + element(types[kind], np.asarray(x, dtype=order + kind).tobytes(), order), order)
+
+    k = np.arange(8)
+    motion = ksl.read_motion(leg, written(headed(variable(b"time", k) + variable(b"hip", k % 7) + variable(b"slide", 7 - k, named=element), mark)))
+    assert motion.time.tolist() == k.tolist() and motion.q.tolist() == np.column_stack([k % 7, 7 - k]).tolist()
+    for bad in (variable(b"slide", k), variable(b"x", k, (9, 1)), variable(b"x", k, (-8, -1)), variable(b"x", k, (0, 8))):
+        assert "truncated or damaged" in refusal(leg, written(headed(variable(b"time", k) + variable(b"hip", k) + bad, mark)))
+
+
 def test_files_that_unpack_to_much_are_refused(leg, written, rows, refusal, monkeypatch):
     from ksl.base import limits
 

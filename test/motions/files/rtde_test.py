@@ -50,6 +50,20 @@ def test_commanded_ones_where_nothing_is_measured(ur5, written):
     assert "target_q, target_qd, target_qdd of RTDE, commanded" in "\n".join(motion.source.notes)
 
 
+@pytest.mark.parametrize("positions_only", [False, True])
+@pytest.mark.parametrize("rates", [False, True])
+@pytest.mark.parametrize("which", ["actual", "target", "both"])
+def test_which_columns_are_used(ur5, written, which, rates, positions_only):
+    """Measured ones where both are there; accelerations are commanded alone."""
+    text, q, v = recording(",", which != "target", which != "actual", rates)
+    motion = ksl.read_motion(ur5, written(text), positions_only=positions_only)
+    name = "target" if which == "target" else "actual"
+    used = [f"{name}_q"] + ([f"{name}_qd"] if rates and not positions_only else []) + (["target_qdd"] if rates and not positions_only and which == "target" else [])
+    assert motion.source.notes[0].startswith(f"{', '.join(used)} of RTDE, {'commanded' if which == 'target' else 'measured'}, are those of ")
+    order = [NAMES.index(f"{joint}_joint") for joint in ur5.joint_names]
+    assert np.array_equal(motion.q, (q + (1e-3 if name == "actual" else 0))[:, order]) and np.array_equal(motion.v, v[:, order]) == (len(used) > 1)
+
+
 def test_names_with_a_prefix_and_other_names(written, robot):
     def arm(names, more=""):
         links = '<link name="l0"/>' + "".join(

@@ -148,3 +148,13 @@ def test_by_the_command(leg, book, rows, tmp_path):
 
 def test_letters():
     assert [letters(i) for i in (0, 25, 26, 51, 52, 701, 702, 16383)] == ["A", "Z", "AA", "AZ", "BA", "ZZ", "AAA", "XFD"]
+
+
+def test_cells_as_numbers():
+    """Times in s; neither text nor truth values, nor what no float holds."""
+    import datetime
+
+    from ksl.motions.files.workbook import _number
+
+    assert _number(datetime.time(2, 3, 4, 500_000)) == (2 * 3600 + 3 * 60 + 4.5, True) and _number(datetime.timedelta(days=1, milliseconds=5)) == (86400.005, True)
+    assert _number(3) == (3.0, False) and _number(-0.5) == (-0.5, False) and [_number(x) for x in ("3", True, None, 10**400)] == [(None, False)] * 4

@@ -1,5 +1,6 @@
 """ksl.motions.generate and `ksl motion`: what is made keeps to the limits, has the rates that it says, and is read back without a word."""
 
+import itertools
 import json
 
 import numpy as np
@@ -9,6 +10,7 @@ import ksl
 from ksl.base.errors import MotionError
 from ksl.base_parameters import structural
 from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, read_waypoints, template, trapezoid, write_motion
+from ksl.motions.generate.excitation import Series, _Search
 from ksl.motions.generate.generated import limits_of
 from ksl.motions.reading import read_motion
 from ksl_command import run_ksl
@@ -26,13 +28,14 @@ def model(request, examples):
     return ksl.load(examples / f"robots/{request.param}.urdf")
 
 
+LINK = '<inertial><origin xyz="0.2 0 0"/><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>'
+JOINT = '<joint name="{}" type="revolute"><parent link="{}"/><child link="{}"/><origin xyz="0.4 0 0"/><axis xyz="0 0 1"/>{{limit}}</joint>'
+TWO = f'<robot name="two"><link name="a"/><link name="b">{LINK}</link><link name="c">{LINK}</link>{JOINT.format("hip", "a", "b")}{JOINT.format("knee", "b", "c")}</robot>'
+
+
 @pytest.fixture
 def two(robot):
-    link = '<inertial><origin xyz="0.2 0 0"/><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>'
-    joint = '<joint name="{}" type="revolute"><parent link="{}"/><child link="{}"/><origin xyz="0.4 0 0"/><axis xyz="0 0 1"/>{}</joint>'
-    limit = '<limit lower="-2" upper="2" effort="100" velocity="1.5"/>'
-    joints = joint.format("hip", "a", "b", limit) + joint.format("knee", "b", "c", limit)
-    return robot(f'<robot name="two"><link name="a"/><link name="b">{link}</link><link name="c">{link}</link>{joints}</robot>')
+    return robot(TWO.format(limit='<limit lower="-2" upper="2" effort="100" velocity="1.5"/>'))
 
 
 def used(model, m):
@@ -239,3 +242,54 @@ def test_the_command(examples, tmp_path):
     }.items():
         run = command(robot, *arguments)
         assert run.returncode == 2 and says in run.stderr and not list(tmp_path.glob("x*")), run.stderr
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_steps_of_a_search(monkeypatch, seed):
+    """Forty random candidates, and then steps from the best one: 1.3 times as long after a success, 0.94 times after a failure, of 0.02 to 1.5."""
+    costs, seen = np.random.default_rng(seed).random(400), []
+    if seed:  # almost only failures, or only successes
+        costs = np.concatenate([costs[:40], (1 + costs[40:]) if seed == 1 else np.linspace(0.1, 0.0, 360) * costs[:40].min()])
+    monkeypatch.setattr(_Search, "_cost", lambda self, x: (seen.append(x), costs[len(seen) - 1])[1])
+    search = _Search(None, None, None, type("Series", (), {"size": 24})(), seed)
+    length, best = 0.5, np.inf
+    for k, cost in enumerate(costs):
+        before = search.best
+        search.step()
+        assert search.tried == k + 1 and search.smallest == min(best, cost)
+        assert search.first == search.smallest if k < 40 else search.first == costs[:40].min()
+        if k >= 40:
+            moved = (seen[k] - before)[seen[k] != before]
+            assert len(moved) < 24 and (len(moved) < 4 or np.sqrt(np.mean(moved**2)) < 4 * length)
+            length = min(max(length * (1.3 if cost < best else 0.94), 0.02), 1.5)
+        assert search._length == pytest.approx(length)
+        best = min(best, cost)
+    changed = [np.sum(seen[k] != seen[j]) for k, j in zip(range(41, 400), range(40, 399), strict=True)]
+    assert seed != 1 or np.mean(changed) == pytest.approx(2 * 4 - 4 * 4 / 24, rel=0.1), "four of 24 numbers are changed at once, on average"
+
+
+def test_progress_of_a_search_is_told_every_ten_candidates(two):
+    told = []
+    excitation(two, iterations=35, rate=20.0, progress=lambda share, condition: told.append((share, condition)))
+    assert [share for share, _ in told] == pytest.approx([10 / 35, 20 / 35, 30 / 35]) and all(b <= a for (_, a), (_, b) in itertools.pairwise(told))
+
+
+def test_waypoints_begin_at_their_first_time(two, tmp_path):
+    (tmp_path / "points.csv").write_text("time,hip,knee\n2,0,1\n5,1,0.5\n8,0,-1\n")
+    points = read_waypoints(two, limits_of(two), tmp_path / "points.csv")
+    assert points.times.tolist() == [0, 3, 6] and minimum_jerk(two, points).motion.time[-1] == 6
+
+
+@pytest.mark.parametrize("effort", [2.0, 1000.0])
+def test_the_cost_of_a_candidate(robot, effort):
+    """The condition number of the regressor; ten times the share by which efforts are beyond 80 % of their limits is added to it, as a factor."""
+    model = robot(TWO.format(limit=f'<limit lower="-2" upper="2" effort="{effort}" velocity="1.5"/>'))
+    base, limits = structural(model), limits_of(model)
+    series = Series(limits, 5.0)
+    search = _Search(model, limits, base, series, 0)
+    for seed in range(4):
+        x = np.random.default_rng(seed).normal(size=series.size)
+        q, v, a = series(x, series.times)
+        W = base.regressor(model.inverse_dynamics_regressor(q, v, a, links=base.links)).reshape(-1, len(base))
+        beyond = max(0.0, np.abs(model.inverse_dynamics(q, v, a)).max() / (0.8 * effort) - 1)
+        assert search._cost(x) == pytest.approx(np.linalg.cond(W) * (1 + 10 * beyond), rel=1e-4) and (beyond > 0) == (effort < 100)

@@ -38,7 +38,7 @@ def joint_states(table: CsvTable, positions_only: bool) -> JointStateTable:
         for k in range(rows_named):
             names = [column[k] for column in texts if column[k]]
             rows = {part: np.array([numbers[c][k] for c in columns[part][: len(names)]]) for part in ("position", "velocity", "effort")}
-            stamp = times[-1][k] if len(times) > 1 else 0
+            stamp = times[1][k] if STAMP in table.names else 0
             header = SimpleNamespace(stamp=SimpleNamespace(sec=stamp // SECOND, nanosec=stamp % SECOND))
             yield times[0][k], SimpleNamespace(name=names, header=header, **rows)
 

@@ -8,6 +8,7 @@ the spline goes through the rest, which is smooth, and the same is added to its 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 from math import comb, factorial
 
 import numpy as np
@@ -37,6 +38,15 @@ STEEP = 0.1
 
 SIDE = 4
 """Samples on each side that say what the motion does there: cubics."""
+
+
+@cache
+def noise_of_jumps(count: int) -> Array:
+    """(count): standard deviations of the jumps of derivatives 0 … between polynomials through `count` samples on each side of the middle
+    between two samples, for white noise of 1 and steps of 1."""
+    weights = np.linalg.inv((0.5 + np.arange(count))[:, None] ** np.arange(count))
+    out: Array = np.linalg.norm(weights, axis=1) * [factorial(r) for r in range(count)] * np.sqrt(2)
+    return out
 
 
 @dataclass(frozen=True)
@@ -174,8 +184,7 @@ def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array, reso
     right, left = (one_sided(time, x, first, SIDE, middle) for first in (gaps + 1, gaps + 1 - SIDE))  # cubics
     fine, rough = right - left, one_sided(time, x, gaps + 1, 3, middle) - one_sided(time, x, gaps - 2, 3, middle)
     largest = np.abs(np.diff(x, order) / np.diff(time[order - 1 :] if order > 1 else time)).max() / (np.median(h) ** (order - 1))
-    # standard deviations of the jumps that noise makes, by the weights of the polynomials, for even steps
-    rough_noise, fine_noise = (noise * {1: (2.7, 7.9), 2: (3.5, 13.0)}[order][k] / h**order for k in (0, 1))
+    rough_noise, fine_noise = (noise * of[order] / h**order for of in (noise_of_jumps(3), noise_of_jumps(SIDE)))
     J = np.where(np.abs(fine[:, order] - rough[:, order]) < 3 * fine_noise, rough[:, order], fine[:, order])
     use = np.where((J == rough[:, order])[:, None], np.pad(rough, ((0, 0), (0, SIDE - 3))), fine)
     with np.errstate(all="ignore"):  # what isn't finite is no jump
@@ -189,7 +198,7 @@ def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array, reso
     good &= off < like_root
     # on both sides the derivative changes by less within a step: coarse samples of smooth motions are no jumps
     slope = np.maximum(np.abs(left[:, order + 1]), np.abs(right[:, order + 1])) * h
-    good &= slope < np.minimum(np.maximum(STEEP * np.abs(J), 3 * {1: 2.5, 2: 4.5}[order] * noise / h**order), 0.5 * np.abs(J))
+    good &= slope < np.minimum(np.maximum(STEEP * np.abs(J), 3 * noise_of_jumps(SIDE)[order + 1] / np.sqrt(2) * noise / h**order), 0.5 * np.abs(J))
     best = _best_of_neighbours(gaps, np.where(good, off + 1e-6 * np.abs(s) / h, np.inf))
     tau = _snapped(time, gaps[best], middle[best] + s[best], np.maximum(1e-3, 3 * rough_noise[best] / np.abs(J[best])))
     return Found(Jumps(order, tau, J[best]), _impossible(order, time, x, gaps, fine, rough, noise, (resolution, rounded), best))
@@ -236,10 +245,9 @@ def _impossible(
     middle, h = (time[gaps] + time[gaps + 1]) / 2, time[gaps + 1] - time[gaps]
     for r in range(order - 1, -1, -1):
         J = rough[:, r]
-        weight = {0: 3.9, 1: 2.7}[r]
         with np.errstate(divide="ignore", invalid="ignore"):
             s = -rough[:, r - 1] / J if r else np.zeros_like(J)
-        good = free & (np.abs(J) > 2 * SIGNIFICANT * noise * weight / h**r) & (np.abs(fine[:, r] - J) <= 0.1 * np.abs(J)) & (np.abs(s) <= 0.6 * h)
+        good = free & (np.abs(J) > 2 * SIGNIFICANT * noise * noise_of_jumps(3)[r] / h**r) & (np.abs(fine[:, r] - J) <= 0.1 * np.abs(J)) & (np.abs(s) <= 0.6 * h)
         good &= np.abs(J) * h**r > 3 * steps[r]  # slow motions that were rounded jump by one step
         good &= np.abs(J) > 5 * np.abs(rough[:, r + 1]) * h  # it is this derivative that jumps, and not the next one
         for k in _best_of_neighbours(gaps, np.where(good, np.abs(s) / h, np.inf)):

@@ -96,7 +96,7 @@ def white_noise(time: Array, x: Array, steps: Array) -> Array:
         spread[k] = np.sqrt(np.mean(y * y, axis=0))
         moves[k] = np.ptp(x[part], axis=0) > 0
     lower, higher = found
-    flat = np.where((higher > PLATEAU * lower) & (lower > 0), higher, 0.0)
+    flat = np.where((higher > PLATEAU * lower) & (lower > 0) & moves, higher, 0.0)  # where nothing moves it is rounding in memory
     noisy = flat > 0
     out = np.array([np.median(c[y]) if 0 < np.sum(m) <= 4 * np.sum(y) else 0.0 for c, y, m in zip(flat.T, noisy.T, moves.T, strict=True)])
     # a slow motion that was rounded stays where it is for many samples, and then jumps by a step: most differences are zero

@@ -1,0 +1,207 @@
+"""Motions of mechanisms with loops: joints that follow the drives, against the closed form of a slider-crank, and what is said of them."""
+
+import re
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from linkages import FOURBAR, SLIDE, SLIDERCRANK, joint, link, loop
+
+from ksl.base.errors import MotionError
+from ksl.motions.closed_motion import closed_again, completed, follow_by_loops, followed, held_by, leading
+from ksl.motions.closing import NotClosed, closed_along, closed_side_by_side, determining, freedoms, home
+from ksl.motions.generate import Waypoints, minimum_jerk, trapezoid
+from ksl.motions.generate.generated import beyond_limits
+from ksl.motions.signal.rates import derivative
+
+CRANK, ROD, OFFSET = 0.1, 0.25, 0.02
+TIME = np.linspace(0, 2, 401)
+TURN = 2 * np.pi * (TIME / 2 - np.sin(np.pi * TIME) / (2 * np.pi)), np.pi * (1 - np.cos(np.pi * TIME)), np.pi**2 * np.sin(np.pi * TIME)
+"""A whole turn from rest to rest, and its rates."""
+DRIVE = np.array([True, False, False])
+
+
+def of_crank(angle, speed=0.0, acceleration=0.0):
+    """Positions, velocities and accelerations (…, 3) of crank, rod and slider: the rod turns by φ against the crank, ROD sin(θ + φ) = OFFSET − CRANK sin θ."""
+    height, height1 = OFFSET - CRANK * np.sin(angle), -CRANK * np.cos(angle) * speed
+    height2 = CRANK * (np.sin(angle) * speed**2 - np.cos(angle) * acceleration)
+    reach = np.sqrt(ROD**2 - height**2)
+    reach1 = -height * height1 / reach
+    reach2 = -(height1**2 + height * height2 + reach1**2) / reach
+    whole, whole1 = np.arcsin(height / ROD), height1 / reach
+    whole2 = (height2 - whole1 * reach1) / reach
+    slide = [CRANK * np.cos(angle) + reach, -CRANK * np.sin(angle) * speed + reach1, -CRANK * (np.cos(angle) * speed**2 + np.sin(angle) * acceleration) + reach2]
+    turns = [(angle, whole - angle), (speed, whole1 - speed), (acceleration, whole2 - acceleration)]
+    return [np.stack(np.broadcast_arrays(*turn, x), axis=-1) for turn, x in zip(turns, slide, strict=True)]
+
+
+@pytest.fixture
+def crank(robot):
+    return robot(SLIDERCRANK, drives=["A"])
+
+
+def made(model, q, time=TIME, known=(True, False, False), rates=None):
+    """The motion where the columns of some joints are known; others are at zero."""
+    q = np.where(known, q, 0.0)
+    given = [[None, None]] * 3 if rates is None else [[x[:, :1] for x in rates], [None, None], [None, None]]
+    return completed(model, time, q, given, np.array(known))
+
+
+@pytest.mark.parametrize("step", [1, 20, 50])
+def test_joints_that_follow_a_crank_are_those_of_the_closed_form(crank, step):
+    """In steps of a degree, which are closed side by side, and of up to 0.6 and 1.4 rad, one by one."""
+    expected = [x[::step] for x in of_crank(*TURN)]
+    found = made(crank, expected[0], TIME[::step], rates=expected[1:])
+    for x, of in zip((found.q, found.v, found.a), expected, strict=True):
+        assert x == pytest.approx(of, abs=1e-8)
+    closing = found.closing
+    assert closing.held == ("A",) and closing.freedoms == 1 and closing.error < 1e-10 and closing.error_time in TIME and closing.compared == ()
+    assert "positions of B, S closed from those of A; rates, too" in found.differentiated
+    assert closed_along(held_by(crank), np.where(DRIVE, expected[0], 0.0), expected[0][0]) == pytest.approx(expected[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3, 30, 100, 400])
+@pytest.mark.parametrize("step", [0.0, 1e-3, 0.03, 0.066, 0.067, 0.3])
+def test_samples_are_closed_side_by_side_where_steps_are_small(crank, samples, step):
+    """Every so many one after the other, and those between at once: so many that the drive moves by 0.2 rad, √n at most, and three at least."""
+    expected = of_crank(0.3 + step * np.arange(samples))[0]
+    held, calls = held_by(crank), []
+    counting = replace(held, model=SimpleNamespace(nq=3, difference=crank.difference, close=lambda *a, **how: calls.append(1) or crank.close(*a, **how)))
+    assert closed_along(counting, np.where(DRIVE, expected, 0.0), expected[0]) == pytest.approx(expected, abs=1e-8)
+    stride = int(min(np.sqrt(samples), 0.2 / step if step and samples > 1 else np.inf))
+    assert len(calls) == (samples if stride < 3 else -(-samples // stride) + stride)
+
+
+def test_what_is_differentiated_is_the_drive_alone(crank):
+    """Rates of the others follow from its own; what is said names it."""
+    expected = of_crank(*TURN)
+    found = made(crank, expected[0])
+    assert np.array_equal(found.v[5:-5, 0], derivative(TIME, TURN[0])[5:-5]) and found.v == pytest.approx(expected[1], abs=1e-5) and found.a == pytest.approx(expected[2], abs=1e-2)
+    assert "velocities and accelerations of A differentiated from a quintic spline through the samples" in found.differentiated
+    stands = made(crank, of_crank(np.maximum(TIME - 1, 0) ** 3)[0]).stands
+    assert stands[:150].all() and not stands[300:].any() and (stands == stands[:, :1]).all(), "all stand where the drive does"
+
+
+@pytest.mark.parametrize(("joint", "other"), [("B", "S"), ("S", "B")])
+def test_positions_of_joints_that_follow_are_compared(crank, joint, other):
+    """Told from 1e-6 on, and doubted from 1e-2 on, rad, or lengths of the mechanism; whole turns of hinges are none."""
+    q = of_crank(TURN[0])[0]
+    k, length = crank.joint_names.index(joint), crank.mobility(q[0]).length
+    for off, told, doubted in ((0.99e-6, False, False), (1.01e-6, True, False), (0.99e-2, True, False), (-1.01e-2, True, True)):
+        moved = q.copy()
+        moved[100, k] += off * (1.0 if joint == "B" else length)
+        moved[:, 1] += 4 * np.pi * (joint == "B")
+        found = made(crank, moved, known=(True, True, True))
+        size = abs(off) * (1.0 if joint == "B" else length)
+        line = f"positions of {joint} in the motion differ from those that follow by up to {size:.3g} {'rad' if joint == 'B' else 'm'}, at 0.5 s"
+        assert (line in found.differentiated) == (told and not doubted)
+        assert found.contradictions == [f"{line}: check dimensions, offsets and the branch; those that follow are used"] * doubted
+        same = [line for line in found.differentiated if "in the motion are those that follow, within" in line]
+        assert sum(other in line for line in same) == 1 and any(joint in line for line in same) != told
+
+
+def test_the_branch_is_that_of_the_first_sample_where_all_is_given(crank):
+    """The rod may point back: the slider is then on the other side of the crank."""
+    angle = 0.3 * np.sin(TIME)
+    reach = np.sqrt(ROD**2 - (OFFSET - CRANK * np.sin(angle)) ** 2)
+    other = np.column_stack([angle, np.pi - np.arcsin((OFFSET - CRANK * np.sin(angle)) / ROD) - angle, CRANK * np.cos(angle) - reach])
+    model = crank
+    found = made(model, other, known=(True, True, True))
+    assert found.q[:, 2] == pytest.approx(other[:, 2], abs=1e-9) and found.contradictions == []
+    assert made(model, other).q[:, 2] == pytest.approx(CRANK * np.cos(angle) + reach, abs=1e-9), "else it is that of the neutral position"
+
+
+def test_which_joints_are_held(robot):
+    """Of drives that follow from each other the first ones; of too few the freedoms that are left are counted."""
+    for drives, held, follow in ((["A"], ["A"], [1, 2]), (["A", "D"], ["A"], [1]), (["D", "A"], ["D"], [1])):
+        model = robot(FOURBAR, drives=drives)
+        assert held_by(model).names == held and follow_by_loops(model).tolist() == follow and [j.name for j in leading(model)] == [n for n in "AD" if n in drives]
+        assert [j.name for j in determining(model, home(model), model.joints[:3])] == ["A"]
+    tip = FOURBAR.replace("</robot>", link("tip", 0.2, 0.1) + joint("T", "coupler", "tip", "0.1 0 0") + "</robot>")
+    assert freedoms(robot(tip)) == 2 and held_by(robot(tip, drives=["T", "A"])).names == ["T", "A"]
+    for text, drives, said in ((tip, ["A"], "2 freedoms, and drives A leave 1 of them open"), (tip, [], "2 freedoms, and no drives leave 2 of them open"), (FOURBAR, [], "1 freedom, and no drives leave 1 of it open")):
+        with pytest.raises(MotionError, match=f"the mechanism has {said}; name more: --drives .*, from among [AB], "):
+            held_by(robot(text, drives=drives))
+
+
+def test_several_motions_side_by_side(crank, robot):
+    """Each from its own first position; of one that leaves the reach what was found before it does."""
+    angle = np.array([0.2, 0.5, -0.3])[:, None] + 0.1 * np.arange(5)
+    held = held_by(crank)
+    expected = of_crank(angle)[0]
+    q, found = closed_side_by_side(held, np.where(DRIVE, expected, 0.0), expected[:, 0])
+    assert found.all() and q == pytest.approx(expected, abs=1e-9)
+    closing = made(crank, of_crank(TURN[0])[0]).closing
+    speed = np.array([[[1.0], [2.0], [-1.0]]]).reshape(3, 1) + 0 * angle
+    of = of_crank(angle, speed, -speed)
+    moved = [np.where(DRIVE, x, 0.0) for x in of]
+    for x, y in zip(followed(crank, closing, of[0][:, 0], moved), of, strict=True):
+        assert x == pytest.approx(y, abs=1e-8)
+    assert closed_again(crank, made(crank, of_crank(TURN[0])[0]), np.where(DRIVE, of_crank(TURN[0] + 0.01)[0], 0.0)) == pytest.approx(of_crank(TURN[0] + 0.01)[0], abs=1e-9)
+    slider = robot(SLIDERCRANK, drives=["S"])
+    slide = np.array([[0.25, 0.26, 0.27], [0.3, 0.4, 0.3]])
+    start = np.array([slider.close([0.5, -0.5, s], hold=["S"]).q for s in slide[:, 0]])
+    targets = np.zeros((2, 3, 3))
+    targets[..., 2] = slide
+    q, found = closed_side_by_side(held_by(slider), targets, start)
+    assert found.tolist() == [[True] * 3, [True, False, False]] and (q[1] == q[1, 0]).all() and q[0, :, 2] == pytest.approx(slide[0])
+    with pytest.raises(NotClosed, match="with S = 0.4 m the mechanism can't be closed: it would leave") as e:
+        followed(slider, closing.__class__(("S",), 0.0, 0.0), start, (targets, 0 * targets, 0 * targets))
+    assert e.value.row == 1
+
+
+@pytest.mark.parametrize(("share", "refused"), [(0.99, False), (1.01, True)])
+def test_a_step_that_rates_do_not_explain_is_another_branch(crank, share, refused):
+    """From 0.2 rad on; here of the rod, whose crank is moved between two samples by more than its speed, which is said to be zero."""
+    steps = np.linspace(0, 0.5, 50_001)
+    turned = of_crank(0.4 + steps)[0][:, 1] - of_crank(0.4)[0][1]
+    q = of_crank(np.where(TIME < 1, 0.4, 0.4 + steps[np.searchsorted(-turned, 0.2 * share)]))[0]
+    if not refused:
+        assert made(crank, q, rates=(0 * q, 0 * q)).q == pytest.approx(q, abs=1e-9)
+        return
+    with pytest.raises(MotionError, match=r"motion: sample 201 \(time 1\): joint B, which follows A, jumps to another branch"):
+        made(crank, q, rates=(0 * q, 0 * q))
+
+
+def test_the_loop_that_stays_open_is_named(robot):
+    """Of two, the second slider runs 0.9 m above the crank, of which crank and rod reach 0.35."""
+    second = link("rod2", 1.1, 0.12) + link("slider2", 0.9, 0.0) + joint("B2", "crank", "rod2", "0.1 0.03 0") + joint("S2", "frame", "slider2", "0 0.05 0.9", "prismatic", "1 0 0", SLIDE)
+    model = robot(SLIDERCRANK.replace("</robot>", second + loop("C2", "rod2", "0.25 0.03 0", "slider2", "0 0.01 0") + "</robot>"), drives=["A"])
+    with pytest.raises(MotionError, match=r"from its neutral position the mechanism can't be closed: .* loop joint C2 stays open by 0\.\d"):
+        held_by(model)
+
+
+def test_a_motion_that_leaves_the_reach_names_sample_and_time(robot):
+    model = robot(SLIDERCRANK, drives=["S"])
+    with pytest.raises(MotionError, match=r"sample 51 \(time 0\.25\): with S = 0\.35 m the mechanism can't be closed: out of reach, loop joint C"):
+        made(model, np.column_stack([0 * TIME, 0 * TIME, 0.3 + 0.2 * TIME]), known=(False, False, True))
+
+
+def test_made_motions_name_joint_limit_and_time(robot):
+    """Of drives that go beyond their limits between waypoints, and of positions that can't be closed."""
+    model = robot(SLIDERCRANK, drives=["S"])
+    beyond = Waypoints(np.array([[0.25], [0.3], [0.9]]))
+    with pytest.raises(MotionError, match=r"minjerk: between waypoints 2 and 3, at 53\.5 % of the time, S goes to 1\.088\d* m, beyond its upper limit 1 m; add waypoints"):
+        minimum_jerk(model, beyond)
+    with pytest.raises(MotionError, match=r"between waypoints 2 and 3, at 1\.07 s, S goes to 1\.088\d* m, beyond its upper limit 1 m"):
+        minimum_jerk(model, beyond, duration=2.0)
+    reach = r"at 0\.99\d+ s: with S = 0\.3\d+ m the mechanism can't be closed: out of reach, loop joint C stays open .*; the limits allow S from 0 to 1 m, and not all of that can be reached"
+    with pytest.raises(MotionError, match=r"trapezoid: between waypoints 1 and 2, " + reach):
+        trapezoid(model, Waypoints(np.array([[0.3], [0.4]])), duration=2.0)
+    crank = robot(FOURBAR, drives=["A"])
+    with pytest.raises(MotionError, match=r"minjerk: in 0\.5 s the speed of A would be 2\.36 of its limit 10 rad/s, at 0\.25 s; the shortest time within all limits is"):
+        minimum_jerk(crank, Waypoints(np.array([[0.0], [2 * np.pi]])), duration=0.5)
+    whole = minimum_jerk(crank, Waypoints(np.array([[0.0], [2 * np.pi]])))  # a crank without limits goes where it is sent
+    assert whole.motion.q[-1, 0] == pytest.approx(2 * np.pi) and "the file gives no limits of position for A: they go where the waypoints are" in whole.notes
+    weak = robot(FOURBAR.replace('effort="5" velocity="10"', 'effort="4" velocity="100"'), drives=["A"])
+    with pytest.raises(MotionError, match=r"in 0\.4 s the effort of A would be 1\.9\d* of its limit 4 N m, at 0\.\d+ s; the shortest time within all limits is 0\.598"):
+        minimum_jerk(weak, Waypoints(np.array([[0.0], [2 * np.pi]])), duration=0.4)
+    limit = '<limit lower="-4" upper="-1.6" effort="1" velocity="1"/>'
+    limited = FOURBAR.replace('<joint name="D" type="continuous">', '<joint name="D" type="revolute">')
+    limited = limited.replace('<origin xyz="0.35 0.04 0.04"/><axis xyz="0 -1 0"/>', f'<origin xyz="0.35 0.04 0.04"/><axis xyz="0 -1 0"/>{limit}')
+    follows = robot(limited, drives=["A"])
+    made = minimum_jerk(follows, Waypoints(np.array([[0.0], [2 * np.pi]])))
+    lines = beyond_limits(follows, made.motion)
+    assert any(re.match(r"D follows to \S+ rad at sample \d+ \(time \S+\), beyond its upper limit -1.6 rad; narrow the waypoints", line) for line in lines), lines
+    assert any(re.match(r"D follows at \S+ rad/s at sample \d+ \(time \S+\), beyond its limit 1 rad/s", line) for line in lines), lines
