@@ -10,7 +10,6 @@ import importlib.util
 import mmap
 import operator
 import sys
-import types
 
 import python_mutator
 
