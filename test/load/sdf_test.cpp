@@ -139,12 +139,12 @@ TEST_CASE("poses are relative to what the file says") {
       return joint_named(read(model(link("a", given))), "floating_base").placement.R;
     };
     // R_z(yaw) R_y(pitch) R_x(roll), with sines 1/2 and 1/2 and 1
-    const auto turned = R("<pose degrees=\"true\">0 0 0 30 150 90</pose>");
-    CHECK(turned.m00 == doctest::Approx(0).epsilon(1e-12));
-    CHECK(turned.m20 == doctest::Approx(-0.5));
-    CHECK(turned.m21 == doctest::Approx(-std::sqrt(0.75) / 2));
-    CHECK(turned.m22 == doctest::Approx(-0.75));
-    CHECK(turned.m10 == doctest::Approx(-std::sqrt(0.75)));
+    const auto rolled = R("<pose degrees=\"true\">0 0 0 30 150 90</pose>");
+    CHECK(rolled.m00 == doctest::Approx(0).epsilon(1e-12));
+    CHECK(rolled.m20 == doctest::Approx(-0.5));
+    CHECK(rolled.m21 == doctest::Approx(-std::sqrt(0.75) / 2));
+    CHECK(rolled.m22 == doctest::Approx(-0.75));
+    CHECK(rolled.m10 == doctest::Approx(-std::sqrt(0.75)));
     CHECK(R("<pose rotation_format=\"quat_xyzw\">0 0 0 0.6 0 0 0.8</pose>").m21 == doctest::Approx(0.96));
     CHECK(R("<pose>0 0 0 0 0 " + std::to_string(quarter) + "</pose>").m10 == doctest::Approx(1));
     CHECK(R("<pose rotation_format=\"quat_xyzw\">0 0 0 0 0 0.7071067811865476 0.7071067811865476</pose>").m10 ==
