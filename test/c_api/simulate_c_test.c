@@ -88,7 +88,8 @@ static bool count(void *context, size_t first, double t) {
 
 /* A block that is thrown up at 5 m/s passes 1 m, which is told once, where it rises, and ends at 0.5 m on its way down. */
 static void test_events(void) {
-  const double z[3] = {0, 0, 1}, q = 0, v = 5, times[2] = {0, 3}, at[2] = {1, 0.5}, g = 9.81;
+  const double z[3] = {0, 0, 1}, q = 0, v = 5, times[2] = {0, 3}, g = 9.81;
+  double at[2] = {1, 0.5};
   const ksl_link_mass_t block = {2, {0, 0, 0}, {{0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}}};
   const ksl_event_rule_t rules[2] = {{1, false}, {-1, true}};
   ksl_model_t *m = one_joint("prismatic", z, &block);
@@ -98,7 +99,7 @@ static void test_events(void) {
   ksl_simulation_results_t out = {0};
   int steps = 0;
   task.runs = 1, task.q = &q, task.v = &v, task.times_n = 2, task.times = times;
-  task.events_n = 2, task.events = rules, task.event_values = heights, task.event_context = (void *)at;
+  task.events_n = 2, task.events = rules, task.event_values = heights, task.event_context = at;
   out.events = events, out.events_room = 4, out.ends = &end;
   CHECK(ksl_simulate(m, &task, NULL, NULL, &out) == KSL_OK);
   CHECK(out.events_n == 2 && events[0].what == KSL_AT_EVENT && events[0].coordinate == 0 && events[1].coordinate == 1);
