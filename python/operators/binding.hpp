@@ -33,9 +33,9 @@ inline const ksl::algorithm_row *row_named(const std::string &name) {
   for (const ksl::algorithm_row *row : ksl::rows::all)
     if (name == row->name)
       return row;
-  for (const ksl::algorithm_row &row : completions)
-    if (row.name && name == row.name)
-      return &row;
+  for (const ksl::algorithm_row *row : completions)
+    if (row && name == row->name)
+      return row;
   throw nb::value_error(("no algorithm " + name).c_str());
 }
 
@@ -52,8 +52,10 @@ inline void init(held *self, const ksl::model &m, const std::string &value, int 
                  const std::vector<int> &given, bool nan_where_open) {
   description d;
   d.value = row_named(value), d.value_result = value_result, d.lift = lift_named(lift);
-  if (d.value && d.value >= std::begin(completions) && d.value < std::end(completions))
-    d.completes = static_cast<completed>(d.value - completions);
+  if (d.value)
+    for (std::size_t k = 0; k < std::size(completions); ++k)
+      if (completions[k] == d.value)
+        d.completes = static_cast<completed>(k);
   d.given.assign(static_cast<std::size_t>(m.nv()), 0);
   for (const int v : given)
     d.given.at(static_cast<std::size_t>(v)) = 1;

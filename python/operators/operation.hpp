@@ -44,12 +44,10 @@ constexpr ksl::algorithm_row completion_row(const char *name, int inputs, ksl::e
   return row;
 }
 /// By what they complete.
-inline constexpr ksl::algorithm_row completions[] = {
-    {},
-    completion_row("close", 1, ksl::extent::nq),
-    completion_row("consistent_velocity", 2, ksl::extent::nv),
-    completion_row("consistent_acceleration", 3, ksl::extent::nv),
-};
+inline constexpr ksl::algorithm_row closing_row = completion_row("close", 1, ksl::extent::nq),
+                                    velocity_row = completion_row("consistent_velocity", 2, ksl::extent::nv),
+                                    acceleration_row = completion_row("consistent_acceleration", 3, ksl::extent::nv);
+inline constexpr const ksl::algorithm_row *completions[] = {nullptr, &closing_row, &velocity_row, &acceleration_row};
 
 /// A result of the second derivatives: by input x, then by input y.
 struct second_term { int result, x, y; };

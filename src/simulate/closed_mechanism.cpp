@@ -36,9 +36,10 @@ closed_mechanism::closed_mechanism(const model &m, int externals, std::size_t mo
   assembly_.emplace(m);
   lay_out(of_state_, [&](arena &memory) { state_->lay_out(memory, externals); });
   lay_out(of_assembly_, [&](arena &memory) { assembly_->lay_out(memory); });
-  if (!m.view().loops)
+  const loop_view<double> *const plan = m.view().loops;
+  if (!plan)
     return;
-  plan_ = *m.view().loops;
+  plan_ = *plan;
   plan_->tolerance = any_opening;
   batch_view<double> batch;
   batch.external_n = externals;
