@@ -345,11 +345,12 @@ int kind_of(ksl::joint_kind kind) {
   }
 }
 
-/// The joint that carries a body; −1: it is at rest.
+/// The joint that carries a body; −1: it is at rest.  A body within a joint of several axes has no link, and is carried as its parent is.
 int carrier(const ksl::model &m, int body) {
-  for (int i = 0; i < m.moving_joints(); ++i)
-    if (m.view().link[m.joints()[static_cast<size_t>(i)].link].body == body)
-      return i;
+  for (; body > 0; body = m.view().body[body].parent)
+    for (int i = 0; i < m.moving_joints(); ++i)
+      if (m.view().link[m.joints()[static_cast<size_t>(i)].link].body == body)
+        return i;
   return -1;
 }
 
