@@ -81,6 +81,8 @@ def copied(status: Callable[[], int], start: Callable[[], object]) -> int:
         try:
             start()
             ends = status()
+        except KeyboardInterrupt:  # between what is run and its end, as Python itself would end
+            ends = 130
         except BaseException:
             traceback.print_exc()
         finally:
