@@ -16,11 +16,11 @@ ARM_KERNELS := inverse/inverse_dynamics forward/forward_dynamics mass/mass_matri
   derivatives/inverse_dynamics_derivatives
 ALL_KERNELS := $(patsubst src/engine/algorithms/%.cpp,%,$(wildcard src/engine/algorithms/*/*.cpp))
 ABSENT := $(patsubst %,ksl_kernels_%_neon,$(notdir $(filter-out $(ARM_KERNELS),$(ALL_KERNELS))) inverse_kinematics) ksl_array_kernels_neon
-ARM_SOURCES := $(patsubst %,src/engine/%.cpp,$(ARM_KERNELS:%=algorithms/%) finite) $(addprefix src/,$(shell python3 scripts/engine_sources.py)) \
+ARM_SOURCES := $(patsubst %,src/engine/%.cpp,$(ARM_KERNELS:%=algorithms/%) finite) $(wildcard src/engine/compiled_once/*.cpp) $(addprefix src/,$(shell python3 scripts/engine_sources.py)) \
   bench/arm/load.cpp bench/peers/ksl.cpp
 KSL_FLAGS := -std=c++20 -O3 -DNDEBUG -fPIC -fvisibility=hidden -fvisibility-inlines-hidden -ffp-contract=off -DKSL_HAS_neon -DBENCH_FEW_OPERATIONS \
   -MMD -MP -Iinclude -Isrc
-is_kernel = $(or $(findstring src/engine/algorithms/,$(1)),$(findstring src/engine/finite.cpp,$(1)))
+is_kernel = $(or $(findstring src/engine/algorithms/,$(1)),$(findstring src/engine/compiled_once/,$(1)),$(findstring src/engine/finite.cpp,$(1)))
 
 define ARM_COMPILER
 $(ARM)/$(1)/%.o: %.cpp

@@ -126,7 +126,7 @@ void require_projection(const algorithm_row &row, const model &m) {
 template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, const extents &asked) {
   if (row.coupled == coupled_by::projection)
     return projection<S>{computed(row), m}.state_bytes(asked);
-  if (by_states(row.coupled))
+  if (has_systems(row.coupled))
     return systems<S>{row.coupled, m}.state_bytes(asked);
   return dense<S>{row.coupled, m}.state_bytes(asked);
 }
@@ -134,7 +134,7 @@ template <class S> std::size_t state_bytes(const algorithm_row &row, const model
 template <class S> void run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
   if (row.coupled == coupled_by::projection)
     return projection<S>{computed(row), m}.state(memory, s);
-  if (by_states(row.coupled))
+  if (has_systems(row.coupled))
     return systems<S>{row.coupled, m}.state(memory, s);
   dense<S>{row.coupled, m}.state(memory, s);
 }
@@ -144,8 +144,10 @@ std::size_t run_batch(const algorithm_row &row, const model &m, const batch_view
                       std::size_t end, void *memory) {
   if (row.coupled == coupled_by::projection)
     return projection<S>{computed(row), m}.batch(batch, first, end, memory);
-  if (!by_states(row.coupled))
+  if (!has_systems(row.coupled))
     return dense<S>{row.coupled, m}.batch(batch, first, end, memory);
+  if (row.coupled == coupled_by::solution_derivatives)
+    return systems<S>{row.coupled, m}.derivatives_batch(batch, first, end, memory);
   arena pieces(memory);
   one_state_memory<S> state;
   state.lay_out(pieces, row, m, batch, state_bytes<S>(row, m, extents_of(m, batch)));

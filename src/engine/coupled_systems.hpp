@@ -1,5 +1,6 @@
 // Algorithms for models with followers that solve M x = y for several right-hand sides, or for a part of the coordinates: state by
-// state (coupled.cpp).  M = Gᵀ M̂ G is dense, since a leader and its followers may be anywhere in the tree.
+// state, but for the derivatives of accelerations (coupled.cpp).  M = Gᵀ M̂ G is dense, since a leader and its followers may be anywhere in
+// the tree.
 #pragma once
 
 #include "engine/coupled_projection.hpp"
@@ -25,8 +26,8 @@ inline void solve(const float *A, float *x, int n) {
     ksl_linalg_ldlt_solvef(A, x, x, n, n, 1);
 }
 
-/// Is the algorithm computed state by state, also in batches?
-inline bool by_states(coupled_by how) {
+/// Is the algorithm one of those here, rather than of coupled.cpp?
+inline bool has_systems(coupled_by how) {
   switch (how) {
   case coupled_by::solution_derivatives:
   case coupled_by::solution_second_derivatives:
@@ -90,6 +91,44 @@ template <class S> struct systems {
     }
   }
 
+  /// The derivatives of the accelerations in the states [first, end).  All that is computed for the expanded mechanism runs in lanes, a few
+  /// blocks of states at a time; the bits are those of single states.
+  std::size_t derivatives_batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
+    const int nv = m.nv(), states = 4 * inertia.kernel.lanes;
+    const std::ptrdiff_t matrix = static_cast<std::ptrdiff_t>(nv) * nv;
+    arena pieces(memory);
+    S *const M = pieces.take<S>(states * matrix), *const by_q = pieces.take<S>(states * matrix),
+             *const by_v = pieces.take<S>(states * matrix), *const a = pieces.take<S>(states * nv);
+    external_rows<S> *const external = pieces.take<external_rows<S>>(given.external_n);
+    batch_view<S> part = given;
+    part.tau = {}, part.result[0] = {by_q, matrix}, part.result[1] = {by_v, matrix}, part.result[2] = {M, matrix};
+    void *const rest = pieces.take<std::byte>(
+        static_cast<std::ptrdiff_t>(std::max({inertia.batch(part, 0, 0, nullptr), efforts.batch(part, 0, 0, nullptr),
+                                              derivatives.batch(part, 0, 0, nullptr)})));
+    for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
+      const std::size_t n = std::min(end - k, static_cast<std::size_t>(states));
+      part.n = n, part.external = external;
+      part.q = rows_from(given.q, k), part.v = rows_from(given.v, k), part.a = {};
+      for (int x = 0; x < given.external_n; ++x)
+        external[x] = {given.external[x].link, rows_from(given.external[x].wrench, k)};
+      part.result[0] = {a, nv};
+      efforts.batch(part, 0, n, rest);
+      part.result[0] = {M, matrix};
+      inertia.batch(part, 0, n, rest);
+      for (std::size_t i = 0; i < n; ++i)
+        accelerate(M + static_cast<std::ptrdiff_t>(i) * matrix, given.tau.first ? row(given.tau, k + i) : nullptr,
+                   a + static_cast<std::ptrdiff_t>(i) * nv);
+      part.a = {a, nv}, part.result[0] = {by_q, matrix};
+      derivatives.batch(part, 0, n, rest);
+      for (std::size_t i = 0; i < n; ++i) {
+        const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) * matrix;
+        const auto wanted = [&](int r) { return given.result[r].first ? row(given.result[r], k + i) : nullptr; };
+        set_products(M + at, by_q + at, by_v + at, wanted(0), wanted(1), wanted(2));
+      }
+    }
+    return pieces.used();
+  }
+
 private:
   static constexpr S nan = std::numeric_limits<S>::quiet_NaN();
 
@@ -140,35 +179,48 @@ private:
       w.x[i] = tau ? tau[i] - w.x[i] : -w.x[i];
   }
 
-  /// w.x = M⁻¹ w.x by the factors of M, which replace M.  NaN if M is singular.
-  void solve_in_place(const memory_of_state &w) const {
-    if (ldlt(w.M, m.nv()) != 0)
-      std::fill_n(w.x, m.nv(), nan);
+  /// x = M⁻¹ x by the factors of M, which replace M.  NaN if M is singular.
+  void solve_in_place(S *M, S *x) const {
+    if (ldlt(M, m.nv()) != 0)
+      std::fill_n(x, m.nv(), nan);
     else
-      solve(w.M, w.x, m.nv());
+      solve(M, x, m.nv());
   }
 
-  /// The derivatives of a by q, v and τ: −M⁻¹ ∂τ, by (1) of ksl/engine/forward_dynamics_derivatives.hpp, and M⁻¹.
-  void set_derivatives(const memory_of_state &w, const state_view<S> &given) const {
+  /// a = M⁻¹ (τ − a), where a is the bias on entry.  M is replaced by its factors.
+  void accelerate(S *M, const S *tau, S *a) const {
+    for (int i = 0; i < m.nv(); ++i)
+      a[i] = (tau ? tau[i] : S(0)) - a[i];
+    solve_in_place(M, a);
+  }
+
+  /// The derivatives of a by q, v and τ: −M⁻¹ ∂τ, by (1) of ksl/engine/forward_dynamics_derivatives.hpp, and M⁻¹, which replaces M.
+  void set_products(S *M, const S *by_q, const S *by_v, S *da_dq, S *da_dv, S *da_dtau) const {
     const int nv = m.nv();
-    S *const by_q = w.matrix, *const by_v = w.matrix + nv * nv, *const inverse = given.result[2];
+    if (invert(M, nv) != 0)
+      std::fill_n(M, nv * nv, nan);
+    const S *const X[] = {by_q, by_v};
+    S *const out[] = {da_dq, da_dv};
+    for (int which = 0; which < 2; ++which)
+      for (int i = 0; i < nv && out[which]; ++i) {
+        S *const row_i = out[which] + i * nv;
+        std::fill_n(row_i, nv, S(0));
+        for (int j = 0; j < nv; ++j)
+          for (int k = 0; k < nv; ++k)
+            row_i[k] -= M[i * nv + j] * X[which][j * nv + k];
+      }
+    if (da_dtau)
+      std::copy_n(M, nv * nv, da_dtau);
+  }
+
+  void set_derivatives(const memory_of_state &w, const state_view<S> &given) const {
+    S *const by_q = w.matrix, *const by_v = w.matrix + m.nv() * m.nv();
     missing_efforts(w, given, w.zero, given.tau);
-    solve_in_place(w);
+    solve_in_place(w.M, w.x);
     state_view<S> s = given;
     s.a = w.x;
     run(derivatives, w, s, by_q, by_v, w.M); // the last one is M again
-    if (invert(w.M, nv) != 0)
-      std::fill_n(w.M, nv * nv, nan);
-    const S *const X[] = {by_q, by_v};
-    for (int which = 0; which < 2; ++which)
-      for (int i = 0; i < nv; ++i)
-        for (int k = 0; k < nv; ++k) {
-          S sum = 0;
-          for (int j = 0; j < nv; ++j)
-            sum -= w.M[i * nv + j] * X[which][j * nv + k];
-          given.result[which][i * nv + k] = sum;
-        }
-    std::copy_n(w.M, nv * nv, inverse);
+    set_products(w.M, by_q, by_v, given.result[0], given.result[1], given.result[2]);
   }
 
   /// −M times the second derivatives of a, from those of inverse dynamics at the accelerations that solve the
@@ -276,7 +328,7 @@ private:
     run(impulses, w, s, w.x);
     for (int i = 0; i < m.nv(); ++i)
       w.x[i] = -w.x[i];
-    solve_in_place(w);
+    solve_in_place(w.M, w.x);
     std::copy_n(w.x, m.nv(), given.result[0]);
   }
 

@@ -2,7 +2,7 @@
 // api/algorithms/ names the form of its results.
 #pragma once
 
-#include "engine/kernel.hpp"
+#include "engine/compiled_once/compiled_once.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {

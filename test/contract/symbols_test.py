@@ -4,6 +4,7 @@ import os
 import platform
 import shutil
 import subprocess
+from collections import Counter
 from itertools import combinations
 from pathlib import Path
 
@@ -92,6 +93,20 @@ def test_no_two_sets_share_a_weak_symbol(kernels, build):
     for one, other in combinations(kernels[build], 2):
         shared = weak_symbols(kernels[build][one]) & weak_symbols(kernels[build][other])
         assert not shared, f"{one} and {other} share {len(shared)} symbols, {sorted(shared)[:3]} among them"
+
+
+def test_a_large_function_is_compiled_once_for_a_set():
+    """The linker keeps one copy, with the options of one file or of another as it happens: src/engine/compiled_once/ has what several kernels call."""
+    for level in levels_of("clang"):
+        objects, sizes = Counter(), {}
+        for file in objects_of("clang", level):
+            lines = subprocess.run(["nm", "--print-size", "--defined-only", file], capture_output=True, text=True, check=True).stdout.splitlines()
+            own = {name: int(size, 16) for _, size, kind, name in (line.split() for line in lines if len(line.split()) == 4) if kind in "WV"}
+            objects.update(own.keys())
+            sizes |= own
+        assert sizes, f"no object of {level} has a weak symbol"
+        several = {name: objects[name] for name, size in sizes.items() if size > 5000 and objects[name] > 1}
+        assert not several, f"{level}: {len(several)} functions are in several objects, add them to compiled_once.hpp: {several}"
 
 
 def test_weak_symbols_are_there_to_be_looked_at(kernels):

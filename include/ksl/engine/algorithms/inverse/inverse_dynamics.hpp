@@ -42,33 +42,54 @@ KSL_LANES void inverse_dynamics_by_joint(const model_view<scalar_of<T>> &model, 
     efforts_besides(model, q, v, dv, &w.besides[0]);
   sines_and_cosines(model, w.pose, q);
   w.motion.set(0, ground_motion<T>(model));
+  body_motion<T> last = ground_motion<T>(model); // of the body before, in registers
+  const auto motion_of = [&](int parent, int i) KSL_INLINED {
+    if constexpr (is_number<T>) // a state alone waits for its chain; in lanes other numbers need the registers more
+      if (parent == i - 1)
+        return last;
+    return w.motion[parent];
+  };
   const auto move = [&](int i) KSL_INLINED {
     const body<scalar_of<T>> &b = model.body[i];
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
       const auto D = joint<K>::computed_pose(b, w.pose, q);
-      body_motion<T> m = w.motion[b.parent];
+      body_motion<T> m = motion_of(b.parent, i);
       m.acceleration = acceleration_at(m, D.t);
       D.to_body(m.angular_velocity, m.angular_acceleration, m.acceleration);
       joint<K>::add_motion(b, v + b.v_index, dv + b.v_index, m);
       w.motion.set(i, m);
+      last = m;
     });
   };
   for_bodies<T>(model.bodies, move,
                 [&](auto k) KSL_INLINED { w.wrench.set(k, newton_euler(own_inertia(model, k), w.motion[k])); });
   subtract_external(model, w.pose, external, w.wrench, [](int, coscrew<T> &) KSL_INLINED {});
 
+  // The wrench that a body passes to the one before it stays in registers: from memory it would come later.
+  coscrew<T> carried;
+  bool has_carried = false;
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
       const auto D = joint<K>::kept_pose(b, w.pose);
       coscrew<T> f = w.wrench[i];
+      if (has_carried) {
+        algebra<T>::xpy_cc(&carried, &f);
+        w.wrench.set(i, f);
+      }
       joint<K>::effort(b, f, tau + b.v_index);
       receive.template operator()<K>(i, f);
       D.to_parent(f.lin, f.ang);
       algebra<T>::product_CoAdtc(&D.t, &f, &f);
-      add_wrench(w.wrench, b.parent, f);
+      has_carried = b.parent == i - 1;
+      if (has_carried)
+        carried = f;
+      else
+        add_wrench(w.wrench, b.parent, f);
     });
   }
+  if (has_carried)
+    add_wrench(w.wrench, 0, carried);
   for (int k = 0; model.physics && k < model.nv; ++k)
     tau[k] = tau[k] + w.besides[k];
 }

@@ -1,0 +1,10 @@
+// The recursions of inverse and of forward dynamics, which have compiler options of their own (CMakeLists.txt).
+#include "engine/compiled_once/compiled_once.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+KSL_FOR_SCALARS(KSL_RECURSIONS, template)
+
+} // namespace KSL_ISA
+} // namespace ksl
