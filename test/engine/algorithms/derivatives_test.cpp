@@ -11,13 +11,14 @@ namespace {
 using namespace robots;
 using twice = ksl::second_order_dual<1>;
 
-/// A step for states of a robot with every kind of joint, and of random trees.
+/// A step for states of a robot with every kind of joint, and of random trees; every other one has the physics of joints.
 template <class Step> void for_states(unsigned seed, int of_every_kind, int trees, Step step) {
   std::mt19937 random(seed);
   const ksl::model every_kind = ksl::load(KSL_EVERY_KIND);
   for (int turn = 0; turn < of_every_kind + trees; ++turn) {
     CAPTURE(turn);
-    const ksl::model m = turn < of_every_kind ? every_kind : random_tree(2 + turn % 13, random);
+    const joints_are joints = turn % 2 ? joints_are::physical : joints_are::plain;
+    const ksl::model m = turn < of_every_kind ? every_kind : random_tree(2 + turn % 13, random, joints);
     if (m.nv() > 0)
       step(m, random_state(m, random), turn);
   }
