@@ -1,9 +1,11 @@
-"""The test that compares the C++ and C interfaces with each other (Python: test/model/algorithms_test.py)."""
+"""The test that compares the C++ and C interfaces with each other (Python: test/model/algorithms_test.py), and every algorithm as a template
+over any scalar, for tests with dual numbers."""
 
 import textwrap
 
 from generator.c_calls import SCALARS, batches
-from generator.rows import ALGORITHMS, MARK, Algorithm, call, has, ordered, with_request
+from generator.kernels import REQUEST, engine_call, header, workspace
+from generator.rows import ALGORITHMS, COMPUTING, MARK, Algorithm, call, has, ordered, with_request
 
 REQUEST_CPP = {"links": ["3", "s.r.links.data()"], "frame": ["s.r.links[0]", "s.r.how"], "link": ["s.r.links[0]"],
                "frames": ["3", "s.r.links.data()", "s.r.how"], "relative": ["s.r.links[0]", "s.r.links[1]", "s.r.how"],
@@ -83,6 +85,53 @@ TEST = """\
 {cases}"""
 
 
+ALGORITHM = """\
+struct {name} {{
+  static constexpr const ksl::algorithm_row &row = ksl::rows::{name};
+  template <class T> using workspace = ksl::{workspace}<T>;
+  template <class T>
+  static void compute(const ksl::model_view<ksl::scalar_of<T>> &model, const workspace<T> &w,
+                      const ksl::state_view<T> &s) {{
+    {call}
+  }}
+}};
+"""
+
+EVERY_ALGORITHM = """\
+// {mark}
+//
+// Every algorithm of a tree as a template over any scalar.  Where efforts come with reactions, these are a second result.
+#pragma once
+
+#include "engine/algorithm_rows.hpp"
+{includes}
+
+#include <tuple>
+
+namespace algorithms {{
+
+{structs}
+using all = std::tuple<{names}>;
+
+}} // namespace algorithms
+"""
+
+
+def over_any_scalar(row: Algorithm) -> str:
+    if row.request != "reactions":
+        return engine_call(row, f"ksl::{row.name}")
+    arguments = [*(f"s.{name}" for name in row.inputs), "s.external", "s.result[0]", *REQUEST["joints"], "s.result[1]"]
+    return call(f"    ksl::{row.name}(", ["model", "w", *arguments], ");").lstrip()
+
+
+def every_algorithm() -> str:
+    rows = [row for row in COMPUTING if row.closed != "plan"]
+    structs = "\n".join(ALGORITHM.format(name=row.name, workspace=workspace(row), call=over_any_scalar(row)) for row in rows)
+    includes = "\n".join(f'#include "{name}"' for name in sorted({header(row) for row in rows}))
+    names = call("using all = std::tuple<", [row.name for row in rows], "").removeprefix("using all = std::tuple<")
+    return EVERY_ALGORITHM.format(mark=MARK, includes=includes, structs=structs, names=names)
+
+
 def files() -> dict[str, str]:
     rows = [row for row in ALGORITHMS if has(row, "c++")]
     cases = [
@@ -90,4 +139,4 @@ def files() -> dict[str, str]:
         for row in rows
         for scalar, suffix in SCALARS.items()
     ]
-    return {"test/engine/algorithms_test.cpp": TEST.format(mark=MARK, cases="\n".join(cases))}
+    return {"test/engine/algorithms_test.cpp": TEST.format(mark=MARK, cases="\n".join(cases)), "test/engine/every_algorithm.hpp": every_algorithm()}

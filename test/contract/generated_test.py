@@ -18,15 +18,6 @@ def test_generated_files_are_what_the_rows_give():
         assert (ROOT / path).read_text(encoding="utf-8") == text, f"{path} is stale: run scripts/generate.py"
 
 
-COMPUTING = [row for row in ALGORITHMS if not row.variant_of and row.closed != "plan"]
-
-
-def test_every_algorithm_runs_on_dual_numbers():
-    """Most tests are made from the rows.  What an algorithm's derivatives must be is written by hand."""
-    text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "test/engine").rglob("*_test.cpp"))
-    assert [row.name for row in COMPUTING if f"ksl::{row.name}<T>(" not in text] == []
-
-
 @pytest.mark.parametrize("row", ALGORITHMS, ids=lambda row: row.name)
 def test_a_row_says_one_thing_in_all_languages(row):
     """Costs, and places in books, of Python's text are those of the others."""

@@ -1,318 +1,123 @@
 // Dual numbers through every algorithm and every kind of joint: against identities that need no difference quotient, and
 // against central differences.
-#include "moved.hpp"
-#include "robots.hpp"
+#include "states.hpp"
 
-#include "ksl/dual.hpp"
-#include "ksl/engine/algorithms/derivatives/inverse_dynamics_derivatives.hpp"
-#include "ksl/engine/algorithms/derivatives/reactions_derivatives.hpp"
-#include "ksl/engine/algorithms/energy/energy.hpp"
-#include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
-#include "ksl/engine/algorithms/kinematics/frame_jacobian.hpp"
-#include "ksl/engine/algorithms/manifold/manifold.hpp"
-#include "ksl/engine/algorithms/mass/mass_matrix.hpp"
-#include "ksl/engine/lanes/owned_workspace.hpp"
-
-#include <doctest/doctest.h>
+#include "ksl/dynamics.hpp"
 
 #include <cmath>
 #include <random>
 
 namespace {
 
-using first = ksl::dual<1>;
+using namespace robots;
 using second = ksl::second_order_dual<2>;
-template <class T> using numbers = std::vector<T>;
-using robots::moved;
 
 const ksl::model &robot() {
   static const ksl::model m = ksl::load(KSL_EVERY_KIND);
   return m;
 }
 
-/// Where a state is, how it moves, and what pushes: two wrenches.
-template <class T> struct state { numbers<T> q, v, a, push; };
-
-constexpr int pushed_links[2] = {4, 7};
-
-template <class T> ksl::external_wrenches<T> pushes(const numbers<T> &push) { return {2, pushed_links, push.data()}; }
-
-numbers<double> random_numbers(std::size_t n, std::mt19937 &random) {
-  std::normal_distribution<double> normal;
-  numbers<double> x(n);
-  for (double &y : x)
-    y = normal(random);
-  return x;
+/// step(algorithm) for every algorithm.
+template <class Step, class... Algorithms> void for_each(std::tuple<Algorithms...>, Step step) {
+  (step(Algorithms()), ...);
 }
 
-state<double> random_state(const ksl::model &m, std::mt19937 &random) {
-  const std::size_t nq = static_cast<std::size_t>(m.nq()), nv = static_cast<std::size_t>(m.nv());
-  state<double> s = {random_numbers(nq, random), random_numbers(nv, random), random_numbers(nv, random),
-                     random_numbers(12, random)};
-  robots::normalize_quaternions(m, s.q.data());
-  return s;
-}
-
-template <class T> numbers<T> constants(const numbers<double> &x) { return numbers<T>(x.begin(), x.end()); }
-
-/// x with derivatives `rate` in direction 0.
-numbers<first> along(const numbers<double> &x, const numbers<double> &rate) {
-  numbers<first> out = constants<first>(x);
-  for (std::size_t i = 0; i < out.size(); ++i)
-    out[i].derivative[0] = rate[i];
-  return out;
-}
-
-numbers<double> unit(std::size_t n, std::size_t i) {
-  numbers<double> x(n, 0.0);
-  x[i] = 1;
-  return x;
-}
-
-template <class T> numbers<T> efforts(const ksl::model &m, const state<T> &s, bool pushed = true) {
-  const ksl::owned_workspace<ksl::inverse_dynamics_workspace<T>> w(m.view());
-  numbers<T> tau(s.v.size());
-  ksl::inverse_dynamics<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(),
-                           pushed ? pushes(s.push) : ksl::external_wrenches<T>{}, tau.data());
-  return tau;
-}
-
-/// Accelerations; s.a holds the efforts.
-template <class T> numbers<T> accelerations(const ksl::model &m, const state<T> &s) {
-  const ksl::owned_workspace<ksl::forward_dynamics_workspace<T>> w(m.view());
-  numbers<T> a(s.v.size());
-  ksl::forward_dynamics<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), pushes(s.push), a.data());
-  return a;
-}
-
-template <class T> numbers<T> inertias(const ksl::model &m, const numbers<T> &q) {
-  const ksl::owned_workspace<ksl::mass_matrix_workspace<T>> w(m.view());
-  numbers<T> M(static_cast<std::size_t>(m.nv() * m.nv()));
-  ksl::mass_matrix<T>(m.view(), *w, q.data(), M.data());
-  return M;
-}
-
-/// Derivatives of the efforts by q, v and a.
-template <class T> numbers<T> derivatives_of_efforts(const ksl::model &m, const state<T> &s) {
-  const ksl::owned_workspace<ksl::inverse_dynamics_derivatives_workspace<T>> w(m.view());
-  const std::size_t n = s.v.size() * s.v.size();
-  numbers<T> D(3 * n);
-  ksl::inverse_dynamics_derivatives<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), pushes(s.push), &D[0], &D[n],
-                                       &D[2 * n]);
-  return D;
-}
-
-numbers<int> all_links(const ksl::model &m) {
-  numbers<int> links;
-  for (int l = 0; l < m.view().links; ++l)
-    links.push_back(l);
-  return links;
-}
-
-/// Derivatives of all reactions by q, v and a.
-template <class T> numbers<T> derivatives_of_reactions(const ksl::model &m, const state<T> &s) {
-  const ksl::owned_workspace<ksl::reactions_derivatives_workspace<T>> w(m.view());
-  const numbers<int> links = all_links(m);
-  ksl::reaction_request request;
-  request.n = m.view().links;
-  request.link = links.data();
-  const std::size_t n = 6 * links.size() * s.v.size();
-  numbers<T> D(3 * n);
-  ksl::reactions_derivatives<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), request, pushes(s.push), &D[0], &D[n],
-                                &D[2 * n]);
-  return D;
+/// Every other link, in mixed axes; one for results that are singular for several.
+template <class Algorithm> request asked_of(const ksl::model &m) {
+  request asked = of_links(m, 2);
+  for (int r = 0; r < Algorithm::row.results; ++r)
+    if (Algorithm::row.result[r].axes > 0 && Algorithm::row.result[r].shape[0] == ksl::extent::twists)
+      asked.links = {m.view().links / 2};
+  asked.frame = {.axes = ksl::expressed_in::world, .offset = {0.3, -0.2, 0.1}};
+  asked.reactions.at = ksl::wrench_frame::world;
+  return asked;
 }
 
 template <class T> struct energies { T kinetic, potential; };
 
-template <class T> energies<T> energy_of(const ksl::model &m, const numbers<T> &q, const numbers<T> &v) {
-  const ksl::owned_workspace<ksl::energy_workspace<T>> w(m.view());
-  energies<T> e;
-  ksl::energy<T>(m.view(), *w, q.data(), v.data(), &e.kinetic, &e.potential);
-  return e;
+template <class T> energies<T> energy_of(const ksl::model &m, const state_over<T> &s) {
+  const numbers<T> both = results<algorithms::energy>(m, s);
+  return {both[0], both[1]};
 }
 
-template <class T> T power(const ksl::model &m, const state<T> &s) {
-  const ksl::owned_workspace<ksl::external_power_workspace<T>> w(m.view());
-  T power;
-  ksl::external_power<T>(m.view(), *w, s.q.data(), s.v.data(), pushes(s.push), &power);
-  return power;
+template <class T> T power(const ksl::model &m, const state_over<T> &s) {
+  return results<algorithms::external_power>(m, s)[0];
 }
 
-/// Poses of all links, 16 numbers each.
-template <class T> numbers<T> poses(const ksl::model &m, const numbers<T> &q) {
-  const ksl::owned_workspace<ksl::forward_kinematics_workspace<T>> w(m.view());
-  const numbers<int> links = all_links(m);
-  numbers<T> out(16 * links.size());
-  ksl::frame_poses<T>(m.view(), *w, q.data(), m.view().links, links.data(), out.data());
-  return out;
+numbers<double> efforts(const ksl::model &m, state s, bool pushed = true) {
+  if (!pushed)
+    s.push.clear();
+  return results<algorithms::inverse_dynamics>(m, s);
 }
 
-/// The Jacobian of a link's frame, 6 × nv numbers.
-template <class T> numbers<T> jacobian_of(const ksl::model &m, const numbers<T> &q, int link,
-                                          const ksl::frame_options &how = {}) {
-  const ksl::owned_workspace<ksl::jacobian_workspace<T>> w(m.view());
-  numbers<T> J(6 * static_cast<std::size_t>(m.nv()));
-  ksl::jacobian<T>(m.view(), *w, q.data(), link, how, J.data());
-  return J;
-}
-
-/// Reactions of all links' joints, as they are in the joints' frames and at the world's origin.
-template <class T> numbers<T> reactions_of(const ksl::model &m, const state<T> &s) {
-  const ksl::owned_workspace<ksl::reactions_workspace<T>> w(m.view());
-  numbers<T> tau(s.v.size()), out;
-  ksl::inverse_dynamics<T>(m.view(), w->dynamics, s.q.data(), s.v.data(), s.a.data(), pushes(s.push), tau.data());
-  const numbers<int> links = all_links(m);
-  ksl::reaction_request request;
-  request.n = m.view().links;
-  request.link = links.data();
-  for (ksl::wrench_frame frame : {ksl::wrench_frame::joint, ksl::wrench_frame::world}) {
-    request.at = request.axes = frame;
-    numbers<T> wrenches(6 * links.size());
-    ksl::reactions<T>(m.view(), *w, pushes(s.push), request, wrenches.data());
-    out.insert(out.end(), wrenches.begin(), wrenches.end());
-  }
-  return out;
-}
-
-/// Efforts and reactions in one pass.
-template <class T> numbers<T> efforts_with_reactions(const ksl::model &m, const state<T> &s) {
-  const ksl::owned_workspace<ksl::reactions_workspace<T>> w(m.view());
-  const numbers<int> links = all_links(m);
-  ksl::reaction_request request;
-  request.n = m.view().links;
-  request.link = links.data();
-  numbers<T> out(s.v.size() + 6 * links.size());
-  ksl::inverse_dynamics_with_reactions<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), pushes(s.push), out.data(),
-                                          request, out.data() + s.v.size());
-  return out;
-}
-
-/// Positions from q along v, and between q and another position, and the derivatives of both.
-template <class T> numbers<T> manifold_of(const ksl::model &m, const state<T> &s) {
-  const std::size_t nq = s.q.size(), nv = s.v.size();
-  const numbers<T> other(nq, T(0.3));
-  const T fraction = T(0.4);
-  numbers<T> out(2 * nq + nv + 4 * nv * nv);
-  T *const moved = out.data(), *const between = moved + nq, *const dv = between + nq, *const J = dv + nv;
-  ksl::integrate<T>(m.view(), {}, s.q.data(), s.v.data(), moved);
-  ksl::interpolate<T>(m.view(), {}, s.q.data(), other.data(), &fraction, between);
-  ksl::difference<T>(m.view(), {}, s.q.data(), other.data(), dv);
-  ksl::integrate_jacobians<T>(m.view(), {}, s.q.data(), s.v.data(), J, J + nv * nv);
-  ksl::difference_jacobians<T>(m.view(), {}, s.q.data(), other.data(), J + 2 * nv * nv, J + 3 * nv * nv);
-  return out;
-}
-
-/// The results of every algorithm.
-template <class T> numbers<T> everything(const ksl::model &m, const state<T> &s) {
-  numbers<T> all;
-  const auto add = [&](const numbers<T> &part) { all.insert(all.end(), part.begin(), part.end()); };
-  add(efforts(m, s));
-  add(reactions_of(m, s));
-  add(efforts_with_reactions(m, s));
-  add(accelerations(m, s));
-  add(inertias(m, s.q));
-  add(derivatives_of_efforts(m, s));
-  add(derivatives_of_reactions(m, s));
-  add(poses(m, s.q));
-  add(manifold_of(m, s));
-  const energies<T> e = energy_of(m, s.q, s.v);
-  add({e.kinetic, e.potential, power(m, s)});
-  for (int link : pushed_links)
-    for (ksl::expressed_in at : {ksl::expressed_in::frame, ksl::expressed_in::world})
-      add(jacobian_of(m, s.q, link, {ksl::expressed_in::frame, at, false}));
-  return all;
-}
-
-double largest(const numbers<double> &x) {
-  double out = 1;
-  for (double y : x)
-    out = std::fmax(out, std::fabs(y));
-  return out;
-}
-
-numbers<double> derivatives(const numbers<first> &x) {
-  numbers<double> out;
-  for (const first &y : x)
-    out.push_back(y.derivative[0]);
-  return out;
-}
-
-void check_close(const numbers<double> &found, const numbers<double> &expected, double tolerance) {
-  REQUIRE(found.size() == expected.size());
-  const double scale = largest(expected);
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    CAPTURE(i);
-    CHECK(std::fabs(found[i] - expected[i]) <= tolerance * scale);
-  }
+state random_rates(const ksl::model &m, std::mt19937 &random) {
+  state rates = random_state(m, random);
+  rates.q = random_numbers(m.nv(), random);
+  return rates;
 }
 
 } // namespace
 
-TEST_CASE("dual numbers have the values of plain ones, to the bit") {
+TEST_CASE("every algorithm: dual numbers have the values of plain ones, to the bit") {
   std::mt19937 random(1);
-  const state<double> s = random_state(robot(), random);
-  const state<first> d = {constants<first>(s.q), constants<first>(s.v), constants<first>(s.a),
-                          constants<first>(s.push)};
-  const numbers<double> plain = everything(robot(), s);
-  const numbers<first> dual = everything(robot(), d);
-  REQUIRE(plain.size() == dual.size());
-  for (std::size_t i = 0; i < plain.size(); ++i) {
-    CAPTURE(i);
-    CHECK(dual[i].value == plain[i]);
-    CHECK(dual[i].derivative[0] == 0);
+  for (int turn = 0; turn < 5; ++turn) {
+    const ksl::model m =
+        turn == 0 ? robot() : random_tree(2 + turn, random, turn % 2 ? joints_are::physical : joints_are::plain);
+    if (m.nv() == 0)
+      continue;
+    const state s = random_state(m, random);
+    const state_over<first> d = moved(m, s, {}, first(0));
+    for_each(algorithms::all(), [&]<class Algorithm>(Algorithm) {
+      CAPTURE(Algorithm::row.name);
+      const request asked = asked_of<Algorithm>(m);
+      const numbers<double> plain = results<Algorithm>(m, s, asked);
+      const numbers<first> dual = results<Algorithm>(m, d, asked);
+      REQUIRE(plain.size() == dual.size());
+      bool same = true;
+      for (std::size_t i = 0; i < plain.size(); ++i) {
+        const bool unwritten = Algorithm::row.coupled == ksl::coupled_by::upper_triangle && std::isnan(plain[i]);
+        same &= unwritten ? std::isnan(dual[i].value) : dual[i].value == plain[i] && dual[i].derivative[0] == 0;
+      }
+      CHECK(same);
+    });
   }
 }
 
 TEST_CASE("derivatives of every algorithm are the limits of difference quotients") {
   std::mt19937 random(2);
   const ksl::model &m = robot();
-  const state<double> s = random_state(m, random);
-  for (int turn = 0; turn < 4; ++turn) {
-    const numbers<double> x = random_numbers(s.v.size(), random), dv = random_numbers(s.v.size(), random),
-                          da = random_numbers(s.v.size(), random), df = random_numbers(12, random);
-    const auto at = [&](double h) {
-      const auto shifted = [h](numbers<double> y, const numbers<double> &rate) {
-        for (std::size_t i = 0; i < y.size(); ++i)
-          y[i] += h * rate[i];
-        return y;
-      };
-      const numbers<double> zero(x.size(), 0.0);
-      return everything<double>(
-          m, {moved(m, s.q, shifted(zero, x)), shifted(s.v, dv), shifted(s.a, da), shifted(s.push, df)});
-    };
-    const double h = 1e-3; // central differences, extrapolated: the error is h⁴
-    const numbers<double> p1 = at(h), m1 = at(-h), p2 = at(2 * h), m2 = at(-2 * h);
-    numbers<double> expected;
-    for (std::size_t i = 0; i < p1.size(); ++i)
-      expected.push_back((8 * (p1[i] - m1[i]) - (p2[i] - m2[i])) / (12 * h));
-    const numbers<first> tangent = along(numbers<double>(x.size(), 0.0), x);
-    const state<first> moving = {moved(m, s.q, tangent), along(s.v, dv), along(s.a, da), along(s.push, df)};
-    check_close(derivatives(everything(m, moving)), expected, 1e-8);
-  }
+  const state s = random_state(m, random);
+  const state rates = random_rates(m, random);
+  for_each(algorithms::all(), [&]<class Algorithm>(Algorithm) {
+    if constexpr (Algorithm::row.coupled != ksl::coupled_by::upper_triangle) {
+      CAPTURE(Algorithm::row.name);
+      const request asked = asked_of<Algorithm>(m);
+      const auto at = [&](double h) { return results<Algorithm>(m, moved(m, s, rates, h), asked); };
+      const double h = 1e-3; // central differences, extrapolated: the error is h⁴
+      const numbers<double> p1 = at(h), m1 = at(-h), p2 = at(2 * h), m2 = at(-2 * h);
+      numbers<double> quotients;
+      for (std::size_t i = 0; i < p1.size(); ++i)
+        quotients.push_back((8 * (p1[i] - m1[i]) - (p2[i] - m2[i])) / (12 * h));
+      CHECK(difference(derivatives(results<Algorithm>(m, moving(m, s, rates), asked)), quotients) <= 1e-8);
+    }
+  });
 }
 
 TEST_CASE("the derivative of efforts by accelerations is the mass matrix") {
   std::mt19937 random(3);
   const ksl::model &m = robot();
-  const state<double> s = random_state(m, random);
-  const numbers<double> M = inertias(m, s.q);
-  const std::size_t nv = s.v.size();
-  for (std::size_t i = 0; i < nv; ++i) {
-    const state<first> moving = {constants<first>(s.q), constants<first>(s.v), along(s.a, unit(nv, i)),
-                                 constants<first>(s.push)};
-    const auto row = M.begin() + static_cast<std::ptrdiff_t>(i * nv);
-    check_close(derivatives(efforts(m, moving)), numbers<double>(row, row + static_cast<std::ptrdiff_t>(nv)), 1e-13);
-  }
+  const state s = random_state(m, random);
+  const numbers<double> M = results<algorithms::mass_matrix>(m, s);
+  for (std::size_t k = 0; k < s.v.size(); ++k)
+    CHECK(difference(derivatives_by<algorithms::inverse_dynamics>(2, k, m, s, {}), part(M, k, s.v.size())) <= 1e-13);
 }
 
 TEST_CASE("the rate of the energy is the power of the joints and of the environment") {
   std::mt19937 random(4);
   const ksl::model &m = robot();
   for (int turn = 0; turn < 10; ++turn) {
-    const state<double> s = random_state(m, random);
-    const numbers<first> tangent = along(numbers<double>(s.v.size(), 0.0), s.v);
-    const energies<first> e = energy_of(m, moved(m, s.q, tangent), along(s.v, s.a));
+    const state s = random_state(m, random);
+    const energies<first> e = energy_of(m, in_time(m, s));
     const numbers<double> tau = efforts(m, s);
     double joints = 0, size = 0;
     for (std::size_t i = 0; i < tau.size(); ++i)
@@ -324,68 +129,48 @@ TEST_CASE("the rate of the energy is the power of the joints and of the environm
 TEST_CASE("the gradient of the potential energy is the effort that holds the mechanism at rest") {
   std::mt19937 random(5);
   const ksl::model &m = robot();
-  state<double> s = random_state(m, random);
+  state s = random_state(m, random);
   s.v.assign(s.v.size(), 0.0), s.a = s.v;
   numbers<double> gradient;
   for (std::size_t i = 0; i < s.v.size(); ++i)
-    gradient.push_back(
-        energy_of(m, moved(m, s.q, along(s.v, unit(s.v.size(), i))), constants<first>(s.v)).potential.derivative[0]);
-  check_close(gradient, efforts(m, s, false), 1e-13);
+    gradient.push_back(derivatives_by<algorithms::energy>(0, i, m, s, {})[1]);
+  CHECK(difference(gradient, efforts(m, s, false)) <= 1e-13);
 }
 
 TEST_CASE("the power of external wrenches depends on velocities by the efforts they take off the joints") {
   std::mt19937 random(6);
   const ksl::model &m = robot();
-  const state<double> s = random_state(m, random);
+  const state s = random_state(m, random);
   const numbers<double> without = efforts(m, s, false), with = efforts(m, s);
   numbers<double> taken, slopes;
   for (std::size_t i = 0; i < s.v.size(); ++i) {
     taken.push_back(without[i] - with[i]);
-    const state<first> moving = {constants<first>(s.q), along(s.v, unit(s.v.size(), i)), constants<first>(s.a),
-                                 constants<first>(s.push)};
-    slopes.push_back(power(m, moving).derivative[0]);
+    slopes.push_back(derivatives_by<algorithms::external_power>(1, i, m, s, {})[0]);
   }
-  check_close(slopes, taken, 1e-12);
+  CHECK(difference(slopes, taken) <= 1e-12);
 }
 
 TEST_CASE("forward dynamics of the efforts gives back the accelerations, and so do all derivatives") {
   std::mt19937 random(7);
   const ksl::model &m = robot();
   for (int turn = 0; turn < 4; ++turn) {
-    const state<double> s = random_state(m, random);
-    const numbers<double> x = random_numbers(s.v.size(), random), dv = random_numbers(s.v.size(), random),
-                          da = random_numbers(s.v.size(), random), df = random_numbers(12, random);
-    const numbers<first> tangent = along(numbers<double>(x.size(), 0.0), x);
-    state<first> moving = {moved(m, s.q, tangent), along(s.v, dv), along(s.a, da), along(s.push, df)};
-    moving.a = efforts(m, moving);
-    const numbers<first> a = accelerations(m, moving);
-    check_close(derivatives(a), da, 1e-9);
+    const state s = random_state(m, random), rates = random_rates(m, random);
+    state_over<first> d = moving(m, s, rates);
+    d.tau = results<algorithms::inverse_dynamics>(m, d);
+    CHECK(difference(derivatives(results<algorithms::forward_dynamics>(m, d)), rates.a) <= 1e-9);
   }
 }
 
-TEST_CASE("links move as the derivative of their poses says") {
+TEST_CASE("a wrench of one has the power of one component of its link's velocity") {
   std::mt19937 random(8);
   const ksl::model &m = robot();
-  const state<double> s = random_state(m, random);
-  const numbers<first> D = poses(m, moved(m, s.q, along(numbers<double>(s.v.size(), 0.0), s.v)));
-  for (int link : pushed_links) {
-    const first *const R = &D[16 * static_cast<std::size_t>(link)]; // row-major, with the position in the last column
-    numbers<double> twist(6, 0.0);                                  // Rᵀ ṗ, and Rᵀ Ṙ = ω̃
-    for (int k = 0; k < 3; ++k)
-      for (int r = 0; r < 3; ++r) {
-        twist[static_cast<std::size_t>(k)] += R[4 * r + k].value * R[4 * r + 3].derivative[0];
-        twist[static_cast<std::size_t>(3 + k)] += R[4 * r + (k + 2) % 3].value * R[4 * r + (k + 1) % 3].derivative[0];
-      }
-    const numbers<double> J = jacobian_of(m, s.q, link);
+  state s = random_state(m, random);
+  s.axes = ksl::expressed_in::frame;
+  for (int link : s.pushed) {
+    const numbers<double> twist = results<algorithms::frame_velocities>(m, s, {{link}, {}, {}});
     for (std::size_t c = 0; c < 6; ++c) {
-      double rate = 0;
-      for (std::size_t i = 0; i < s.v.size(); ++i)
-        rate += J[c * s.v.size() + i] * s.v[i];
-      CHECK(rate == doctest::Approx(twist[c]).epsilon(1e-12));
-    }
-    for (std::size_t c = 0; c < 6; ++c) { // a wrench of one has the power of one component
-      state<double> one = s;
-      one.push = unit(12, link == pushed_links[0] ? c : 6 + c);
+      state one = s;
+      one.pushed = {link}, one.push = unit(6, c);
       CHECK(power(m, one) == doctest::Approx(twist[c]).epsilon(1e-12));
     }
   }
@@ -394,40 +179,44 @@ TEST_CASE("links move as the derivative of their poses says") {
 TEST_CASE("the second derivative of the kinetic energy by velocities is the mass matrix, and symmetric") {
   std::mt19937 random(9);
   const ksl::model &m = robot();
-  const state<double> s = random_state(m, random);
-  const numbers<double> M = inertias(m, s.q);
-  const numbers<second> q = constants<second>(s.q);
-  for (std::size_t i = 0; i < s.v.size(); ++i)
+  const state s = random_state(m, random);
+  const numbers<double> M = results<algorithms::mass_matrix>(m, s);
+  const std::size_t nv = s.v.size();
+  const double size = largest(M);
+  for (std::size_t i = 0; i < nv; ++i)
     for (std::size_t j = 0; j < i; ++j) {
-      numbers<second> v = constants<second>(s.v);
-      v[i] = ksl::second_order_variable<2>(s.v[i], 0), v[j] = ksl::second_order_variable<2>(s.v[j], 1);
-      const second kinetic = energy_of(m, q, v).kinetic;
-      CHECK(std::fabs(kinetic.derivative[0].derivative[1] - M[i * s.v.size() + j]) <= 1e-13 * largest(M));
+      state_over<second> d = moved(m, s, {}, second(0));
+      d.v[i] = ksl::second_order_variable<2>(s.v[i], 0), d.v[j] = ksl::second_order_variable<2>(s.v[j], 1);
+      const second kinetic = energy_of(m, d).kinetic;
+      CHECK(std::fabs(kinetic.derivative[0].derivative[1] - M[i * nv + j]) <= 1e-13 * size);
       CHECK(kinetic.derivative[0].derivative[1] == doctest::Approx(kinetic.derivative[1].derivative[0]).epsilon(1e-12));
-      CHECK(std::fabs(kinetic.derivative[0].derivative[0] - M[i * s.v.size() + i]) <= 1e-13 * largest(M));
+      CHECK(std::fabs(kinetic.derivative[0].derivative[0] - M[i * nv + i]) <= 1e-13 * size);
     }
 }
 
 TEST_CASE("second derivatives of the energy along the manifold are symmetric, and those of its gradient") {
   std::mt19937 random(10);
   const ksl::model &m = robot();
-  const state<double> s = random_state(m, random);
+  const state s = random_state(m, random);
   const std::size_t nv = s.v.size();
-  const numbers<second> v = constants<second>(s.v);
   for (std::size_t i = 0; i < nv; ++i) {
     const std::size_t j = (5 * i + 3) % nv;
     numbers<second> x(nv, second(0));
     x[i] = ksl::second_order_variable<2>(0.0, 0);
     x[j] = x[j] + ksl::second_order_variable<2>(0.0, 1);
-    const energies<second> e = energy_of(m, moved(m, s.q, x), v);
+    state_over<second> d = moved(m, s, {}, second(0));
+    d.q = moved(m, s.q, x);
+    const energies<second> e = energy_of(m, d);
     const second sum = e.kinetic + e.potential;
     CHECK(std::fabs(sum.derivative[0].derivative[1] - sum.derivative[1].derivative[0]) <=
           1e-12 * std::fabs(sum.value.value));
     const auto gradient = [&](double h) { // ∂/∂x_i at h in direction j
+      state_over<first> at = moved(m, s, {}, first(0));
       numbers<first> y(nv, first(0));
       y[j] = first(h);
       y[i] = y[i] + first::variable(0.0, 0);
-      const energies<first> f = energy_of(m, moved(m, s.q, y), constants<first>(s.v));
+      at.q = moved(m, s.q, y);
+      const energies<first> f = energy_of(m, at);
       return (f.kinetic + f.potential).derivative[0];
     };
     const double h = 1e-3;
@@ -439,22 +228,21 @@ TEST_CASE("second derivatives of the energy along the manifold are symmetric, an
 TEST_CASE("inverse dynamics of an arm is Lagrange's equation of its energies") {
   const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/panda.urdf"); // revolute and prismatic, on the ground
   std::mt19937 random(11);
-  const state<double> s = random_state(m, random);
-  const numbers<double> tau = efforts(m, s, false);
+  const state s = random_state(m, random);
   numbers<double> lagrange;
   for (std::size_t i = 0; i < s.v.size();
        ++i) { // d/dt ∂L/∂v_i − ∂L/∂q_i: direction 0 is time, 1 the coordinate's velocity
-    numbers<second> q = constants<second>(s.q), v = constants<second>(s.v);
-    for (std::size_t k = 0; k < q.size(); ++k) {
-      q[k].derivative[0] = ksl::dual<2>(s.v[k]), q[k].value.derivative[0] = s.v[k];
-      v[k].derivative[0] = ksl::dual<2>(s.a[k]), v[k].value.derivative[0] = s.a[k];
+    state_over<second> d = moved(m, s, {}, second(0));
+    for (std::size_t k = 0; k < s.q.size(); ++k) {
+      d.q[k].derivative[0] = ksl::dual<2>(s.v[k]), d.q[k].value.derivative[0] = s.v[k];
+      d.v[k].derivative[0] = ksl::dual<2>(s.a[k]), d.v[k].value.derivative[0] = s.a[k];
     }
-    v[i] = v[i] + ksl::second_order_variable<2>(0.0, 1);
-    const energies<first> f = energy_of(m, along(s.q, unit(s.q.size(), i)), constants<first>(s.v));
-    const energies<second> e = energy_of(m, q, v);
-    lagrange.push_back((e.kinetic - e.potential).derivative[0].derivative[1] - (f.kinetic - f.potential).derivative[0]);
+    d.v[i] = d.v[i] + ksl::second_order_variable<2>(0.0, 1);
+    const energies<second> e = energy_of(m, d);
+    const numbers<double> by_q = derivatives_by<algorithms::energy>(0, i, m, s, {});
+    lagrange.push_back((e.kinetic - e.potential).derivative[0].derivative[1] - (by_q[0] - by_q[1]));
   }
-  check_close(lagrange, tau, 1e-13);
+  CHECK(difference(lagrange, efforts(m, s, false)) <= 1e-13);
 }
 
 TEST_CASE("states in lanes, with a derivative each") {
@@ -462,12 +250,12 @@ TEST_CASE("states in lanes, with a derivative each") {
   using T = ksl::dual<1, P>;
   std::mt19937 random(12);
   const ksl::model &m = robot();
-  state<T> lanes;
-  numbers<state<first>> one;
+  numbers<state_over<first>> one;
   for (int lane = 0; lane < ksl::native_lanes<double>; ++lane) {
-    const state<double> s = random_state(m, random);
-    const numbers<first> tangent = along(numbers<double>(s.v.size(), 0.0), random_numbers(s.v.size(), random));
-    one.push_back({moved(m, s.q, tangent), constants<first>(s.v), constants<first>(s.a), constants<first>(s.push)});
+    state s = random_state(m, random), rates;
+    s.axes = ksl::expressed_in::world;
+    rates.q = random_numbers(m.nv(), random);
+    one.push_back(moving(m, s, rates));
   }
   const auto gather = [&](auto part) {
     numbers<T> out((one[0].*part).size(), T(0));
@@ -478,10 +266,13 @@ TEST_CASE("states in lanes, with a derivative each") {
       }
     return out;
   };
-  lanes = {gather(&state<first>::q), gather(&state<first>::v), gather(&state<first>::a), gather(&state<first>::push)};
-  const numbers<T> tau = efforts(m, lanes);
+  using S = state_over<first>;
+  const numbers<T> q = gather(&S::q);
+  const state_over<T> lanes = {q, gather(&S::v), gather(&S::a), gather(&S::tau), gather(&S::push),
+                               q, one[0].pushed, one[0].axes};
+  const numbers<T> tau = results<algorithms::inverse_dynamics>(m, lanes);
   for (int lane = 0; lane < ksl::native_lanes<double>; ++lane) {
-    const numbers<first> expected = efforts(m, one[static_cast<std::size_t>(lane)]);
+    const numbers<first> expected = results<algorithms::inverse_dynamics>(m, one[static_cast<std::size_t>(lane)]);
     for (std::size_t i = 0; i < tau.size(); ++i) {
       CHECK(tau[i].value[lane] == expected[i].value);
       CHECK(tau[i].derivative[0][lane] == expected[i].derivative[0]);

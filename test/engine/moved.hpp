@@ -10,7 +10,8 @@ namespace robots {
 
 /// q moved along the tangent x (nv): of spherical, floating and planar joints by the twist x in the child's axes.  To the second order this is
 /// the exponential for the rotation, and a chart of the manifold for all.
-template <class T> std::vector<T> moved(const ksl::model &m, const std::vector<double> &q, const std::vector<T> &x) {
+template <class S, class T>
+std::vector<T> moved(const ksl::model &m, const std::vector<S> &q, const std::vector<T> &x) {
   using A = ksl::algebra<T>;
   std::vector<T> out(q.begin(), q.end());
   for (int i = 1; i < m.view().bodies; ++i) {

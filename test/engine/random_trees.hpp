@@ -14,16 +14,18 @@ namespace robots {
 
 template <class N> using numbers = std::vector<N>;
 
-/// Where a robot is, how it moves, and what pushes.
-struct state {
-  numbers<double> q, v, a, push;
+/// Where a robot is, how it moves, and what drives and pushes it; another position, and how far to go there.
+template <class T> struct state_over {
+  numbers<T> q, v, a, tau, push, q1;
   numbers<int> pushed;
   ksl::expressed_in axes = ksl::expressed_in::frame; ///< of what pushes
+  T fraction = T(0.4);
 
-  ksl::external_wrenches<double> external() const {
+  ksl::external_wrenches<T> external() const {
     return {static_cast<int>(pushed.size()), pushed.data(), push.data(), axes};
   }
 };
+using state = state_over<double>;
 
 inline numbers<double> random_numbers(int n, std::mt19937 &random) {
   std::normal_distribution<double> normal;
@@ -35,18 +37,29 @@ inline numbers<double> random_numbers(int n, std::mt19937 &random) {
 
 inline state random_state(const ksl::model &m, std::mt19937 &random) {
   const int last = m.view().links - 1;
-  state s = {random_numbers(m.nq(), random),
-             random_numbers(m.nv(), random),
-             random_numbers(m.nv(), random),
-             random_numbers(18, random),
-             {last, last / 2, 0}};
+  const auto numbers_of = [&](int n) { return random_numbers(n, random); };
+  state s = {numbers_of(m.nq()), numbers_of(m.nv()), numbers_of(m.nv()), numbers_of(m.nv()),
+             numbers_of(18),     numbers_of(m.nq()), {last, last / 2, 0}};
   s.axes = static_cast<ksl::expressed_in>(random() % 2);
-  normalize_quaternions(m, s.q.data());
+  normalize_quaternions(m, s.q.data()), normalize_quaternions(m, s.q1.data());
   return s;
 }
 
-/// A tree of bodies on joints of all kinds.
-inline ksl::model random_tree(int bodies, std::mt19937 &random) {
+enum class joints_are { plain, physical };
+
+/// Damping, friction, rotor and spring, each where the kind of joint can have it.
+inline void add_physics(ksl::joint_description &joint) {
+  const ksl::joint_kind_row row = ksl::row_of(joint.kind);
+  if (row.nv > 0)
+    joint.damping = 0.3, joint.friction = 0.7, joint.friction_width = 0.5;
+  if (row.nv > 0 && !row.is_free)
+    joint.armature = 0.2;
+  if (row.nv == 1)
+    joint.spring_stiffness = 2, joint.spring_rest = 0.1;
+}
+
+/// A tree of bodies on joints of all kinds.  Every link has mass, so that every effort accelerates something.
+inline ksl::model random_tree(int bodies, std::mt19937 &random, joints_are joints = joints_are::plain) {
   const auto below = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
   const auto vector = [&] {
     const numbers<double> x = random_numbers(3, random);
@@ -66,8 +79,12 @@ inline ksl::model random_tree(int bodies, std::mt19937 &random) {
     r.joints.back().pitch = 0.3;
     r.joints.back().axis2 = vector();
     ksl::algebra<double>::vec3_normalize(&r.joints.back().axis2);
+    if (joints == joints_are::physical)
+      add_physics(r.joints.back());
   }
   ksl::model_options options;
+  if (joints == joints_are::physical)
+    options.physics = ksl::physics_options{.damping = true, .friction = true, .armature = true, .spring = true};
   options.floating_base = below(2) == 0;
   return ksl::model(r, options);
 }

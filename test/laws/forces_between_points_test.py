@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ksl
-from derivatives_test import differences
+from differences import differences
 from projection import with_mimics
 from random_tree import load_text, random_external, random_states, random_tree
 

@@ -94,11 +94,30 @@ def test_a_frame_as_seen_from_another(seed, bodies, floating):
         near(m.relative_jacobian(q, name, other, order="ang_lin", **where), J[:, [3, 4, 5, 0, 1, 2]])
 
 
+def test_columns_of_joints_that_carry_something_else_are_zero(examples):
+    import ksl
+
+    m = ksl.load(examples / "robots/panda.urdf")
+    q = np.linspace(-1, 1, m.nq)
+    J = m.jacobian(q, "panda_link3")
+    assert (J[:, 3:] == 0).all() and (np.abs(J[:, :3]).max(axis=0) > 0.1).all()
+    assert np.array_equal(m.jacobian(q, "panda_joint3"), J)
+
+
 def test_unknown_words_are_said(examples):
     import ksl
 
     m = ksl.load(examples / "robots/panda.urdf")
     q = np.zeros(m.nq)
+    for keywords, sentence in (
+        ({"axes": "joint"}, "axes='joint'; expected one of 'frame', 'world'"),
+        ({"at": ["frame"]}, "at=\\['frame'\\]; expected one of 'frame', 'world'"),
+        ({"order": "lin"}, "order='lin'; expected one of 'lin_ang', 'ang_lin'"),
+    ):
+        with pytest.raises(ValueError, match=sentence):
+            m.jacobian(q, "panda_link3", **keywords)
+    with pytest.raises(ValueError, match="no link or joint named 'absent'"):
+        m.jacobian(q, "absent")
     with pytest.raises(ValueError, match="kind='body'; expected one of 'spatial', 'classical', 'rate'"):
         m.frame_acceleration(q, q, q, "panda_link3", kind="body")
     with pytest.raises(ValueError, match="needs three finite numbers"):

@@ -4,78 +4,9 @@ external wrenches and by parameters; wrenches that are given, and held, in the w
 import numpy as np
 import pytest
 
-from derivatives_test import STEP, case, close, differences
+from differences import STEP, case, close, differences
 
 TREES = range(16)
-
-
-def expressed(rng) -> dict[str, str]:
-    return {"axes": str(rng.choice(["frame", "world"])), "at": str(rng.choice(["frame", "world"])), "order": str(rng.choice(["lin_ang", "ang_lin"]))}
-
-
-def without_third(found) -> tuple:
-    """The same with zeros: derivatives by what the result doesn't depend on."""
-    return (*found, np.zeros_like(found[0]))
-
-
-@pytest.mark.parametrize("seed", TREES)
-def test_frames(seed):
-    """In every axes and of every kind; by a, and by v of the velocity, they are the Jacobian."""
-    m, rng, q, v, a, _ = case(seed)
-    names = [str(name) for name in rng.choice(m.link_names, 3)]
-    if not m.nv:
-        return
-    for kind in ("spatial", "classical", "rate"):
-        options = expressed(rng)
-        found = m.frame_velocities_derivatives(q, v, names, **options)
-        close(without_third(found), differences(m, lambda q, v, _: m.frame_velocities(q, v, names, **options), q, v, a), 1e-9)
-        J = np.stack([m.jacobian(q, name, **options) for name in names])
-        assert np.abs(found[1] - J).max() <= 1e-13 * max(1, np.abs(J).max())
-        found = m.frame_accelerations_derivatives(q, v, a, names, kind=kind, **options)
-        close(found, differences(m, lambda *at: m.frame_accelerations(*at, names, kind=kind, **options), q, v, a), 1e-9)
-        options["offset"] = rng.normal(size=3)
-        close(
-            without_third(m.frame_velocity_derivatives(q, v, names[0], **options)),
-            differences(m, lambda q, v, _: m.frame_velocity(q, v, names[0], **options), q, v, a),
-            1e-9,
-        )
-        close(
-            m.frame_acceleration_derivatives(q, v, a, names[0], kind=kind, **options),
-            differences(m, lambda *at: m.frame_acceleration(*at, names[0], kind=kind, **options), q, v, a),
-            1e-9,
-        )
-
-
-@pytest.mark.parametrize("seed", TREES)
-def test_momentum_and_energy(seed):
-    m, _, q, v, a, _ = case(seed)
-    if not m.nv:
-        return
-    found = m.centroidal_momentum_derivatives(q, v)
-    close(without_third(found), differences(m, lambda q, v, _: m.centroidal_momentum(q, v), q, v, a), 1e-9)
-    A = m.centroidal_momentum_matrix(q)
-    assert np.abs(found[1] - A).max() <= 1e-13 * max(1, np.abs(A).max())
-    close(m.centroidal_momentum_rate_derivatives(q, v, a), differences(m, m.centroidal_momentum_rate, q, v, a), 1e-9)
-    by_q, by_v, potential = m.energy_derivatives(q, v)
-    energies = differences(m, lambda q, v, _: np.stack(m.energy(q, v), axis=-1), q, v, a)
-    close(without_third([np.stack([by_q, potential]), np.stack([by_v, 0 * by_v])]), energies, 1e-9)
-    scale = max(1, np.abs(by_v).max(), np.abs(potential).max())
-    assert np.abs(by_v - m.mass_matrix(q) @ v).max() <= 1e-13 * scale * m.nv
-    assert np.abs(potential - m.gravity_torque(q)).max() <= 1e-13 * scale * m.nv
-
-
-def test_poses():
-    """In the axes and about the points that docs/derivatives.md names."""
-    m, rng, q, *_ = case(4)
-    name = m.link_names[-1]
-    D, step = m.frame_pose(q, name), 1e-5
-    for k in range(m.nv):
-        dq = step * np.eye(m.nv)[k]
-        change = (m.frame_pose(m.integrate(q, dq), name) - m.frame_pose(m.integrate(q, -dq), name)) / (2 * step)
-        for X, axes, at in ((np.linalg.inv(D) @ change, "frame", "frame"), (change @ np.linalg.inv(D), "world", "world")):
-            twist = np.array([*X[:3, 3], X[2, 1], X[0, 2], X[1, 0]])
-            assert np.abs(twist - m.jacobian(q, name, axes=axes, at=at)[:, k]).max() < 1e-8
-        assert np.abs(change[:3, 3] - m.jacobian(q, name, axes="world", at="frame")[:3, k]).max() < 1e-8
 
 
 def turned(m, q, external):
@@ -181,22 +112,3 @@ def test_other_axes_are_refused():
     m, _, q, v, a, external = case(1)
     with pytest.raises(ValueError, match="external_axes='joint'; expected one of 'link', 'world'"):
         m.inverse_dynamics(q, v, a, external, external_axes="joint")
-
-
-@pytest.mark.parametrize("seed", [2, 6])
-def test_single_precision(seed):
-    m, _, q, v, a, external = case(seed)
-    names = m.link_names[-2:]
-    calls = [
-        lambda q, v, a: m.frame_velocities_derivatives(q, v, names),
-        lambda q, v, a: m.frame_accelerations_derivatives(q, v, a, names, axes="world"),
-        lambda q, v, a: m.centroidal_momentum_derivatives(q, v),
-        lambda q, v, a: m.centroidal_momentum_rate_derivatives(q, v, a),
-        lambda q, v, a: m.energy_derivatives(q, v),
-        lambda q, v, a: (m.reactions_external_derivatives(q),),
-    ]
-    q, v, a = (x.astype(np.float32) for x in (q, v, a))
-    for call in calls:
-        for found, expected in zip(call(q, v, a), call(*(x.astype(float) for x in (q, v, a)))):
-            assert found.dtype == np.float32
-            assert np.abs(found - expected).max() <= 1e-5 * max(1, np.abs(expected).max())

@@ -64,14 +64,3 @@ def test_the_reactions_of_what_a_joint_carries_give_its_effort(seed=4):
         j = m.joint(name)
         part = R[:, i, 3:] if j.has_angle else R[:, i, :3]
         close(np.einsum("c,sclp->slp", np.array(j.axis), part), Y[:, j.v_index], case.load)
-
-
-@given(st.integers(0, 2**32 - 1), st.integers(2, 12), st.booleans())
-def test_single_precision(seed, bodies, floating):
-    case = Case(seed, bodies, floating_base=floating)
-    m, single = case.m, [x.astype(np.float32) for x in case.state]
-    double = [x.astype(float) for x in single]
-    for name, n in (("inverse_dynamics_regressor", 3), ("reactions_regressor", 3), ("momentum_regressor", 2)):
-        found, expected = getattr(m, name)(*single[:n]), getattr(m, name)(*double[:n])
-        assert found.dtype == np.float32
-        close(found, expected, limit=1e-5)

@@ -77,20 +77,6 @@ def test_momentum_changes_by_what_acts_from_outside(seed, bodies):
     close(m.centroidal_momentum_rate(*case.state), expected, 1e-12 * max(1.0, case.load))
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(2, 20), st.booleans())
-def test_single_precision(seed, bodies, floating):
-    case = Case(seed, bodies, floating_base=floating)
-    m, single = case.m, [x.astype(np.float32) for x in case.state]
-    q, v, a = (x.astype(float) for x in single)
-    if Sums(case, floating).mass == 0:
-        return
-    for name, n in (("center_of_mass", 1), ("center_of_mass_jacobian", 1), ("center_of_mass_velocity", 2), ("center_of_mass_acceleration", 3),
-                    ("centroidal_momentum", 2), ("centroidal_momentum_matrix", 1), ("centroidal_momentum_rate", 3)):  # fmt: skip
-        found, expected = getattr(m, name)(*single[:n]), getattr(m, name)(q, v, a) if n == 3 else getattr(m, name)(*(q, v)[:n])
-        assert found.dtype == np.float32
-        close(found, expected, 1e-5)
-
-
 def test_far_from_the_worlds_origin(examples):
     """A robot that floats a thousand kilometres away has the momenta of one at the origin."""
     m = ksl.load(examples / "robots/panda.urdf", floating_base=True)

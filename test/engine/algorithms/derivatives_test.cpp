@@ -1,202 +1,205 @@
 // Analytic derivatives against dual numbers through the very algorithms that they are the derivatives of, with every kind of joint,
-// on random trees.
-#include "derivatives_of.hpp"
+// on random trees.  Second derivatives against dual numbers of dual numbers.
+#include "states.hpp"
 
-#include "ksl/engine/algorithms/derivatives/inverse_dynamics_derivatives.hpp"
-#include "ksl/engine/algorithms/derivatives/inverse_dynamics_gradient.hpp"
-#include "ksl/engine/algorithms/derivatives/reactions_derivatives.hpp"
-#include "ksl/engine/algorithms/derivatives/reactions_external_derivatives.hpp"
+#include <algorithm>
+#include <cmath>
+#include <random>
 
 namespace {
 
-using namespace derivatives;
+using namespace robots;
+using twice = ksl::second_order_dual<1>;
 
-void check_inverse_dynamics(const ksl::model &m, const state &s) {
-  const auto tau = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a,
-                       const ksl::external_wrenches<T> &external) {
-    numbers<T> out(v.size());
-    const ksl::owned_workspace<ksl::inverse_dynamics_workspace<T>> w(m.view());
-    ksl::inverse_dynamics<T>(m.view(), *w, q.data(), v.data(), a.data(), external, out.data());
-    return out;
-  };
-  const std::size_t n = s.v.size() * s.v.size();
-  numbers<double> D(3 * n, NAN);
-  const ksl::owned_workspace<ksl::inverse_dynamics_derivatives_workspace<double>> w(m.view());
-  ksl::inverse_dynamics_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), s.external(), D.data(), &D[n],
-                                    &D[2 * n]);
-  check_derivatives(function<decltype(tau)>{m, s, tau}, D, 1e-13);
-}
-
-/// Weights of the efforts of a state: each another number.
-template <class N> numbers<N> weights_of(const state &s) {
-  numbers<N> weights;
-  for (const double a : s.a)
-    weights.push_back(N(0.5 - a * a));
-  return weights;
-}
-
-/// The gradients are derivatives of the weighted sum; and those of the gradients, by dual numbers, are symmetric: by v and a of each other.
-void check_gradient(const ksl::model &m, const state &s) {
-  const auto sum = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a,
-                       const ksl::external_wrenches<T> &) {
-    numbers<T> tau(v.size());
-    const ksl::owned_workspace<ksl::inverse_dynamics_workspace<T>> w(m.view());
-    ksl::inverse_dynamics<T>(m.view(), *w, q.data(), v.data(), a.data(), {}, tau.data());
-    const numbers<T> weights = weights_of<T>(s);
-    T out(0.0);
-    for (std::size_t i = 0; i < tau.size(); ++i)
-      out = out + weights[i] * tau[i];
-    return numbers<T>{out};
-  };
-  const std::size_t n = s.v.size();
-  numbers<double> D(3 * n, NAN);
-  const numbers<double> weights = weights_of<double>(s);
-  const ksl::owned_workspace<ksl::inverse_dynamics_gradient_workspace<double>> w(m.view());
-  ksl::inverse_dynamics_gradient(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), weights.data(), D.data(), &D[n],
-                                 &D[2 * n]);
-  check_derivatives(function<decltype(sum)>{m, s, sum}, D, 1e-13);
-
-  const auto gradient = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a,
-                            const ksl::external_wrenches<T> &) {
-    numbers<T> by_q(n), by_v(n), by_a(n);
-    const ksl::owned_workspace<ksl::inverse_dynamics_gradient_workspace<T>> own(m.view());
-    ksl::inverse_dynamics_gradient<T>(m.view(), *own, q.data(), v.data(), a.data(), weights_of<T>(s).data(),
-                                      by_q.data(), by_v.data(), by_a.data());
-    by_v.insert(by_v.end(), by_a.begin(), by_a.end());
-    return by_v;
-  };
-  const function<decltype(gradient)> f{m, s, gradient};
-  double error = 0, scale = 1;
-  for (int k = 0; k < m.nv(); ++k) {
-    const numbers<double> by_v = f.derivative(1, k), by_a = f.derivative(2, k);
-    for (std::size_t i = 0; i < n; ++i) {
-      const double other = f.derivative(1, static_cast<int>(i))[static_cast<std::size_t>(k)];
-      error = std::fmax(error, std::fabs(by_v[i] - other)); // of v_i and v_k
-      error = std::fmax(error, std::fabs(by_a[i]));         // efforts have no products of v and a
-      error = std::fmax(error, std::fabs(by_a[n + i]));     // nor of two a
-      scale = std::fmax(scale, std::fabs(other));
-    }
+/// A step for states of a robot with every kind of joint, and of random trees; every other one has the physics of joints.
+template <class Step> void for_states(unsigned seed, int of_every_kind, int trees, Step step) {
+  std::mt19937 random(seed);
+  const ksl::model every_kind = ksl::load(KSL_EVERY_KIND);
+  for (int turn = 0; turn < of_every_kind + trees; ++turn) {
+    CAPTURE(turn);
+    const joints_are joints = turn % 2 ? joints_are::physical : joints_are::plain;
+    const ksl::model m = turn < of_every_kind ? every_kind : random_tree(2 + turn % 13, random, joints);
+    if (m.nv() > 0)
+      step(m, random_state(m, random), turn);
   }
-  CHECK(error <= 1e-13 * scale);
 }
 
-void check_reactions(const ksl::model &m, const state &s, ksl::reaction_request request) {
-  numbers<int> links;
-  for (int l = m.view().links - 1; l >= 0; --l)
-    links.push_back(l);
-  request.n = m.view().links;
-  request.link = links.data();
-  const std::size_t n = 6 * links.size(), size = n * s.v.size();
-  const auto found = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a,
-                         const ksl::external_wrenches<T> &external) {
-    numbers<T> tau(v.size()), out(n);
-    const ksl::owned_workspace<ksl::reactions_workspace<T>> w(m.view());
-    ksl::inverse_dynamics_with_reactions<T>(m.view(), *w, q.data(), v.data(), a.data(), external, tau.data(), request,
-                                            out.data());
-    return out;
-  };
-  numbers<double> D(3 * size, NAN);
-  const ksl::owned_workspace<ksl::reactions_derivatives_workspace<double>> w(m.view());
-  ksl::reactions_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), request, s.external(), D.data(),
-                             &D[size], &D[2 * size]);
-  check_derivatives(function<decltype(found)>{m, s, found}, D, 1e-13);
-}
-
-/// By the wrench on each link, with the dual part in one of its components after the other.
-void check_reactions_by_external(const ksl::model &m, const state &s, ksl::reaction_request request) {
-  numbers<int> links;
-  for (int l = 0; l < m.view().links; ++l)
-    links.push_back(l);
-  request.n = m.view().links;
-  request.link = links.data();
-  const std::size_t rows = 6 * links.size(), columns = 6 * links.size();
-  const numbers<T> q(s.q.begin(), s.q.end()), v(s.v.begin(), s.v.end()), a(s.a.begin(), s.a.end());
-  numbers<T> dual(rows * columns, T(NAN)), push(columns, T(0.5)), tau(v.size()), out(rows);
-  numbers<double> D(rows * columns, NAN);
-  using workspace = ksl::reactions_external_derivatives_workspace<double>;
-  ksl::reactions_external_derivatives(m.view(), *ksl::owned_workspace<workspace>(m.view()), s.q.data(), request,
-                                      D.data());
-  const ksl::owned_workspace<ksl::reactions_external_derivatives_workspace<T>> own(m.view());
-  ksl::reactions_external_derivatives<T>(m.view(), *own, q.data(), request, dual.data());
-  const ksl::owned_workspace<ksl::reactions_workspace<T>> w(m.view());
-  double error = 0;
-  for (std::size_t c = 0; c < columns; ++c) {
-    push[c].derivative[0] = 1;
-    ksl::inverse_dynamics_with_reactions<T>(m.view(), *w, q.data(), v.data(), a.data(),
-                                            {m.view().links, links.data(), push.data()}, tau.data(), request,
-                                            out.data());
-    push[c].derivative[0] = 0;
-    for (std::size_t r = 0; r < rows; ++r) {
-      error = std::fmax(error, std::fabs(out[r].derivative[0] - D[r * columns + c]));
-      error = std::fmax(error, std::fabs(dual[r * columns + c].value - D[r * columns + c]));
-    }
-  }
-  CHECK(error <= 1e-13 * largest(D));
-}
-
-/// A request for other axes, another point and part than before.
-ksl::reaction_request request_of(int turn, int links) {
+/// All links, the last first; other axes, points, parts, orders and kinds for every turn.
+request asked_of(const ksl::model &m, int turn) {
   using ksl::wrench_frame;
   constexpr wrench_frame frames[3] = {wrench_frame::joint, wrench_frame::world, wrench_frame::link};
-  ksl::reaction_request r;
+  const int links = m.view().links;
+  request asked = of_links(m);
+  ksl::reaction_request &r = asked.reactions;
   r.at = frames[turn % 3], r.axes = frames[turn / 3 % 3];
   r.at_link = (7 * turn + 1) % links, r.axes_link = (5 * turn + 2) % links;
   r.part = static_cast<ksl::wrench_part>(turn % 2 ? turn / 2 % 4 : 0);
-  if (turn % 4 == 1)
-    r.offset[0] = 0.3, r.offset[1] = -0.2, r.offset[2] = 0.7;
   r.on = turn % 5 == 3 ? ksl::wrench_side::parent : ksl::wrench_side::child;
   r.angular_first = turn % 7 == 4;
-  return r;
+  ksl::frame_options &how = asked.frame;
+  how.axes = static_cast<ksl::expressed_in>(turn % 2);
+  how.at = static_cast<ksl::expressed_in>(turn / 2 % 2);
+  how.kind = static_cast<ksl::acceleration_kind>(turn % 3);
+  how.angular_first = turn % 5 == 2;
+  for (double *const offset : {r.offset, how.offset})
+    if (turn % 4 != 2)
+      offset[0] = 0.3, offset[1] = -0.2, offset[2] = 0.7;
+  return asked;
+}
+
+/// Of both energies by q and by v: of the potential one by v nothing.
+void check_energy(const ksl::model &m, const state &s) {
+  const numbers<double> found = results<algorithms::energy_derivatives>(m, s);
+  const std::size_t nv = s.v.size();
+  numbers<double> expected(3 * nv);
+  for (std::size_t k = 0; k < nv; ++k) {
+    const numbers<double> by_q = derivatives_by<algorithms::energy>(0, k, m, s, {}),
+                          by_v = derivatives_by<algorithms::energy>(1, k, m, s, {});
+    expected[k] = by_q[0], expected[nv + k] = by_v[0], expected[2 * nv + k] = by_q[1];
+    CHECK(by_v[1] == 0);
+  }
+  CHECK(difference(found, expected) <= 1e-13);
+}
+
+/// The gradients are derivatives of the weighted sum; and those of the gradients, by dual numbers, are symmetric: by v and a of each other.
+void check_gradient(const ksl::model &m, state s) {
+  s.push.clear(); // none are given
+  const std::size_t n = s.v.size();
+  const numbers<double> found = results<algorithms::inverse_dynamics_gradient>(m, s); // the weights are tau
+  numbers<double> expected(3 * n), by_v(n * n), by_a(2 * n * n);
+  for (int by = 0; by < 3; ++by)
+    for (std::size_t k = 0; k < n; ++k) {
+      const state rates = by == 0 ? state{.q = unit(n, k)} : by == 1 ? state{.v = unit(n, k)} : state{.a = unit(n, k)};
+      const state_over<first> d = moving(m, s, rates);
+      const numbers<first> tau = results<algorithms::inverse_dynamics>(m, d);
+      for (std::size_t i = 0; i < n; ++i)
+        expected[static_cast<std::size_t>(by) * n + k] += s.tau[i] * tau[i].derivative[0];
+      const numbers<double> gradients = derivatives(results<algorithms::inverse_dynamics_gradient>(m, d));
+      if (by == 1)
+        std::copy_n(gradients.begin() + m.nv(), n, by_v.begin() + static_cast<std::ptrdiff_t>(k * n));
+      if (by == 2) // efforts have no products of v and a, nor of two a
+        std::copy_n(gradients.begin() + m.nv(), 2 * n, by_a.begin() + static_cast<std::ptrdiff_t>(2 * k * n));
+    }
+  CHECK(difference(found, expected) <= 1e-13);
+  CHECK(difference(by_v, matrices::transposed(by_v, n)) <= 1e-13);
+  CHECK(difference(by_a, numbers<double>(2 * n * n)) <= 1e-13);
+}
+
+/// By the wrench on each link, with the dual part in one of its components after the other.
+void check_reactions_by_external(const ksl::model &m, state s, const request &asked) {
+  const numbers<double> found = results<algorithms::reactions_external_derivatives>(m, s, asked);
+  const std::size_t columns = 6 * static_cast<std::size_t>(m.view().links), rows = found.size() / columns;
+  s.push.assign(columns, 0.5), s.pushed = of_links(m).links, s.axes = ksl::expressed_in::frame;
+  std::reverse(s.pushed.begin(), s.pushed.end());
+  numbers<double> expected(found.size());
+  for (std::size_t c = 0; c < columns; ++c) {
+    const state_over<first> d = moving(m, s, {.push = unit(columns, c)});
+    const numbers<double> column =
+        derivatives(results<algorithms::inverse_dynamics_with_reactions>(m, d, asked)); // efforts come first
+    for (std::size_t r = 0; r < rows; ++r)
+      expected[r * columns + c] = column[column.size() - rows + r];
+  }
+  CHECK(difference(found, expected) <= 1e-13);
+}
+
+/// Kinds of variables: q, v, and a or tau.
+enum kind : int { of_q, of_v, of_last };
+
+state rates_of(kind by, const numbers<double> &e) {
+  return by == of_q ? state{.q = e} : by == of_v ? state{.v = e} : state{.a = e, .tau = e};
+}
+
+/// Part `which` of the second derivatives: by coordinate l of `later` of what the derivative by coordinate k of `first` is.
+template <class Algorithm>
+void check_second(const ksl::model &m, const state &s, const numbers<double> &found, std::size_t which, kind by,
+                  kind later, double tolerance) {
+  const std::size_t nv = s.v.size();
+  numbers<double> expected(nv * nv * nv);
+  for (std::size_t k = 0; k < nv; ++k)
+    for (std::size_t l = 0; l < nv; ++l) {
+      const auto one = moved(m, s, rates_of(later, unit(nv, l)), twice(first::variable(0, 0)));
+      const auto both = moved(m, one, rates_of(by, unit(nv, k)), twice::variable(0.0, 0));
+      const numbers<twice> x = results<Algorithm>(m, both);
+      for (std::size_t i = 0; i < nv; ++i)
+        expected[(i * nv + k) * nv + l] = x[i].derivative[0].derivative[0];
+    }
+  CHECK(difference(part(found, which, 4), expected) <= tolerance);
+}
+
+void check_inverse_twice(const ksl::model &m, const state &s) {
+  const numbers<double> D = results<algorithms::inverse_dynamics_second_derivatives>(m, s);
+  const auto check = [&](std::size_t which, kind by, kind later) {
+    check_second<algorithms::inverse_dynamics>(m, s, D, which, by, later, 1e-13);
+  };
+  check(0, of_q, of_q), check(1, of_v, of_v), check(2, of_q, of_v), check(3, of_last, of_q);
+}
+
+void check_forward_twice(const ksl::model &m, const state &s) {
+  const numbers<double> D = results<algorithms::forward_dynamics_second_derivatives>(m, s);
+  const auto check = [&](std::size_t which, kind by, kind later) {
+    check_second<algorithms::forward_dynamics>(m, s, D, which, by, later, 1e-11); // the condition of M enters
+  };
+  check(0, of_q, of_q), check(1, of_v, of_v), check(2, of_q, of_v), check(3, of_q, of_last);
+}
+
+/// Third derivatives commute: that of the first result by a_j or tau_j is that of the last by a coordinate of q.
+template <class Algorithm>
+void check_third_derivatives(const ksl::model &m, const state &s, bool j_is_last, double tolerance) {
+  const std::size_t nv = s.v.size(), j = nv / 2, l = nv - 1;
+  const auto by = [&](kind variable, std::size_t coordinate, std::size_t which) {
+    const auto d = moving(m, s, rates_of(variable, unit(nv, coordinate)));
+    return part(derivatives(results<Algorithm>(m, d)), which, 4);
+  };
+  const numbers<double> by_last = by(of_last, j, 0), by_q = by(of_q, l, 3);
+  numbers<double> one, other;
+  for (std::size_t i = 0; i < nv; ++i)
+    for (std::size_t k = 0; k < nv; ++k) {
+      one.push_back(by_last[(i * nv + k) * nv + l]);
+      other.push_back(by_q[j_is_last ? (i * nv + k) * nv + j : (i * nv + j) * nv + k]);
+    }
+  CHECK(difference(one, other) <= tolerance);
 }
 
 } // namespace
 
-TEST_CASE("derivatives of inverse dynamics: every kind of joint") {
-  std::mt19937 random(1);
-  const ksl::model m = ksl::load(KSL_EVERY_KIND);
-  for (int turn = 0; turn < 5; ++turn)
-    check_inverse_dynamics(m, random_state(m, random));
+TEST_CASE("derivatives of inverse dynamics, and its gradient") {
+  for_states(1, 5, 40, [](const ksl::model &m, const state &s, int) {
+    check_derivatives<algorithms::inverse_dynamics, algorithms::inverse_dynamics_derivatives>(m, s);
+    check_gradient(m, s);
+  });
 }
 
-TEST_CASE("gradient of inverse dynamics: every kind of joint, and random trees") {
-  std::mt19937 random(11);
-  const ksl::model m = ksl::load(KSL_EVERY_KIND);
-  for (int turn = 0; turn < 5; ++turn)
-    check_gradient(m, random_state(m, random));
-  for (int turn = 0; turn < 40; ++turn) {
-    CAPTURE(turn);
-    const ksl::model tree = random_tree(2 + turn % 12, random);
-    if (tree.nv() > 0)
-      check_gradient(tree, random_state(tree, random));
-  }
+TEST_CASE("derivatives of reactions: axes, points and parts") {
+  for_states(3, 36, 30, [](const ksl::model &m, const state &s, int turn) {
+    const request asked = asked_of(m, turn);
+    check_derivatives<algorithms::inverse_dynamics_with_reactions, algorithms::reactions_derivatives>(m, s, asked);
+    check_reactions_by_external(m, s, asked);
+  });
 }
 
-TEST_CASE("derivatives of inverse dynamics: random trees") {
-  std::mt19937 random(2);
-  for (int turn = 0; turn < 60; ++turn) {
-    CAPTURE(turn);
-    const ksl::model m = random_tree(2 + turn % 23, random);
-    if (m.nv() > 0)
-      check_inverse_dynamics(m, random_state(m, random));
-  }
+TEST_CASE("derivatives of motions, momentum and energy") {
+  for_states(5, 12, 36, [](const ksl::model &m, const state &s, int turn) {
+    using namespace algorithms;
+    const request asked = asked_of(m, turn);
+    check_derivatives<frame_velocities, frame_velocities_derivatives>(m, s, asked);
+    check_derivatives<frame_accelerations, frame_accelerations_derivatives>(m, s, asked);
+    check_derivatives<centroidal_momentum, centroidal_momentum_derivatives>(m, s);
+    check_derivatives<centroidal_momentum_rate, centroidal_momentum_rate_derivatives>(m, s);
+    check_energy(m, s);
+  });
 }
 
-TEST_CASE("derivatives of reactions: every kind of joint, axes, points and parts") {
-  std::mt19937 random(3);
-  const ksl::model m = ksl::load(KSL_EVERY_KIND);
-  for (int turn = 0; turn < 36; ++turn) {
-    CAPTURE(turn);
-    check_reactions(m, random_state(m, random), request_of(turn, m.view().links));
-  }
+TEST_CASE("second derivatives of inverse dynamics") {
+  for_states(7, 1, 8, [](const ksl::model &m, const state &s, int) { check_inverse_twice(m, s); });
 }
 
-TEST_CASE("derivatives of reactions: random trees") {
-  std::mt19937 random(4);
-  for (int turn = 0; turn < 60; ++turn) {
-    CAPTURE(turn);
-    const ksl::model m = random_tree(2 + turn % 13, random);
-    if (m.nv() > 0)
-      check_reactions(m, random_state(m, random), request_of(turn, m.view().links));
-    check_reactions_by_external(m, random_state(m, random), request_of(turn, m.view().links));
-  }
+TEST_CASE("second derivatives of forward dynamics") {
+  for_states(9, 1, 5, [](const ksl::model &m, const state &s, int) { check_forward_twice(m, s); });
+}
+
+TEST_CASE("third derivatives commute") {
+  for_states(11, 1, 0, [](const ksl::model &m, const state &s, int) {
+    check_third_derivatives<algorithms::inverse_dynamics_second_derivatives>(m, s, false, 1e-12);
+    check_third_derivatives<algorithms::forward_dynamics_second_derivatives>(m, s, true, 1e-9);
+  });
 }

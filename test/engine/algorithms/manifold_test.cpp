@@ -1,10 +1,5 @@
 // Positions as a manifold: identities of ⊕ and ⊖ for every kind of joint, and their Jacobians against dual numbers.
-#include "robots.hpp"
-
-#include "ksl/dual.hpp"
-#include "ksl/engine/algorithms/manifold/manifold.hpp"
-
-#include <doctest/doctest.h>
+#include "states.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,8 +8,7 @@
 
 namespace {
 
-template <class T> using numbers = std::vector<T>;
-using dual = ksl::dual<1>;
+using robots::numbers, robots::random_numbers;
 
 constexpr double pi = 3.14159265358979323846;
 
@@ -23,47 +17,24 @@ const ksl::model &robot() {
   return m;
 }
 
-numbers<double> random_numbers(int n, double scale, std::mt19937 &random) {
-  std::normal_distribution<double> normal(0, scale);
-  numbers<double> x(static_cast<std::size_t>(n));
-  for (double &y : x)
-    y = normal(random);
-  return x;
-}
-
-numbers<double> random_position(const ksl::model &m, std::mt19937 &random) {
-  numbers<double> q = random_numbers(m.nq(), 1, random);
-  robots::normalize_quaternions(m, q.data());
-  return q;
-}
-
-template <class T> numbers<T> constants(const numbers<double> &x) { return numbers<T>(x.begin(), x.end()); }
+numbers<double> random_position(const ksl::model &m, std::mt19937 &random) { return robots::random_state(m, random).q; }
 
 template <class T> numbers<T> integrated(const ksl::model &m, const numbers<T> &q, const numbers<T> &dv) {
-  numbers<T> out(q.size());
-  ksl::integrate<T>(m.view(), {}, q.data(), dv.data(), out.data());
-  return out;
+  return robots::results<algorithms::integrate>(m, robots::state_over<T>{.q = q, .v = dv});
 }
 
 template <class T> numbers<T> differed(const ksl::model &m, const numbers<T> &q0, const numbers<T> &q1) {
-  numbers<T> dv(static_cast<std::size_t>(m.nv()));
-  ksl::difference<T>(m.view(), {}, q0.data(), q1.data(), dv.data());
-  return dv;
+  return robots::results<algorithms::difference>(m, robots::state_over<T>{.q = q0, .q1 = q1});
 }
 
-double largest(const numbers<double> &x) {
-  double most = 0;
-  for (const double y : x)
-    most = std::max(most, std::fabs(y));
-  return most;
-}
-
+/// The largest difference; infinite where one is not a number.
 double distance(const numbers<double> &x, const numbers<double> &y) {
   double most = 0;
   for (std::size_t i = 0; i < x.size(); ++i)
-    most = std::max(most, std::fabs(x[i] - y[i]));
+    most = std::isfinite(x[i] - y[i]) ? std::max(most, std::fabs(x[i] - y[i])) : HUGE_VAL;
   return most;
 }
+double largest(const numbers<double> &x) { return distance(x, numbers<double>(x.size())); }
 
 /// Rotations of joint velocities are scaled to this angle.
 void set_angles(const ksl::model &m, numbers<double> &dv, double angle) {
@@ -82,38 +53,18 @@ void set_angles(const ksl::model &m, numbers<double> &dv, double angle) {
   }
 }
 
-/// Both matrices of a function of the manifold, column after column.
-struct matrices { numbers<double> one, other; };
-
-/// Column k of the two matrices by dual numbers: along q ⊕ s e_k of the first position, and along the other argument.
-matrices integrate_by_duals(const ksl::model &m, const numbers<double> &q, const numbers<double> &dv) {
-  const std::size_t nv = dv.size();
-  matrices J = {numbers<double>(nv * nv), numbers<double>(nv * nv)};
-  const numbers<dual> there = constants<dual>(integrated(m, q, dv));
-  for (std::size_t k = 0; k < nv; ++k) {
-    numbers<dual> step(nv, dual(0)), moving = constants<dual>(dv);
-    step[k] = dual::variable(0, 0);
-    moving[k].derivative[0] = 1;
-    const numbers<dual> by_q =
-        differed(m, there, integrated(m, integrated(m, constants<dual>(q), step), constants<dual>(dv)));
-    const numbers<dual> by_dv = differed(m, there, integrated(m, constants<dual>(q), moving));
-    for (std::size_t r = 0; r < nv; ++r)
-      J.one[r * nv + k] = by_q[r].derivative[0], J.other[r * nv + k] = by_dv[r].derivative[0];
-  }
-  return J;
-}
-
-matrices difference_by_duals(const ksl::model &m, const numbers<double> &q0, const numbers<double> &q1) {
+/// The derivative of f(x, y) by the step along x (which: 0) or y (1), both nv × nv matrices one after the other.
+template <class F> numbers<double> by_steps(const ksl::model &m, F f) {
   const std::size_t nv = static_cast<std::size_t>(m.nv());
-  matrices J = {numbers<double>(nv * nv), numbers<double>(nv * nv)};
-  for (std::size_t k = 0; k < nv; ++k) {
-    numbers<dual> step(nv, dual(0));
-    step[k] = dual::variable(0, 0);
-    const numbers<dual> by_q0 = differed(m, integrated(m, constants<dual>(q0), step), constants<dual>(q1));
-    const numbers<dual> by_q1 = differed(m, constants<dual>(q0), integrated(m, constants<dual>(q1), step));
-    for (std::size_t r = 0; r < nv; ++r)
-      J.one[r * nv + k] = by_q0[r].derivative[0], J.other[r * nv + k] = by_q1[r].derivative[0];
-  }
+  numbers<double> J(2 * nv * nv);
+  for (std::size_t which = 0; which < 2; ++which)
+    for (std::size_t k = 0; k < nv; ++k) {
+      numbers<robots::first> still(nv, robots::first(0)), step = still;
+      step[k] = robots::first::variable(0, 0);
+      const numbers<robots::first> column = which ? f(still, step) : f(step, still);
+      for (std::size_t r = 0; r < nv; ++r)
+        J[(which * nv + r) * nv + k] = column[r].derivative[0];
+    }
   return J;
 }
 
@@ -128,7 +79,7 @@ TEST_CASE("manifold: a difference leads from the one position to the other") {
     for (int round = 0; round < 20; ++round) {
       CAPTURE(angle);
       const numbers<double> q0 = random_position(m, random);
-      numbers<double> dv = random_numbers(m.nv(), 1, random);
+      numbers<double> dv = random_numbers(m.nv(), random);
       set_angles(m, dv, angle);
       const numbers<double> q1 = integrated(m, q0, dv), found = differed(m, q0, q1);
       // the rotation vector of a given quaternion is ill-conditioned near half a turn only in its sign
@@ -152,55 +103,38 @@ TEST_CASE("manifold: interpolation begins and ends at the positions, and moves s
   for (int round = 0; round < 20; ++round) {
     const numbers<double> q0 = random_position(m, random), q1 = random_position(m, random), dv = differed(m, q0, q1);
     for (const double fraction : {0.0, 0.25, 0.5, 1.0, 1.25}) {
-      numbers<double> q(q0.size()), covered = dv;
-      ksl::interpolate<double>(m.view(), {}, q0.data(), q1.data(), &fraction, q.data());
+      const robots::state s = {.q = q0, .q1 = q1, .fraction = fraction};
+      numbers<double> covered = dv;
       for (double &x : covered)
         x *= fraction;
-      CHECK(largest(differed(m, integrated(m, q0, covered), q)) < 1e-12);
+      CHECK(largest(differed(m, integrated(m, q0, covered), robots::results<algorithms::interpolate>(m, s))) < 1e-12);
     }
   }
 }
 
 TEST_CASE("manifold: Jacobians are those of dual numbers") {
   const ksl::model &m = robot();
-  const std::size_t nv = static_cast<std::size_t>(m.nv());
+  using dual = numbers<robots::first>;
   std::mt19937 random(3);
   for (const double angle : angles)
     for (int round = 0; round < 5; ++round) {
       CAPTURE(angle);
       const numbers<double> q0 = random_position(m, random);
-      numbers<double> dv = random_numbers(m.nv(), 1, random), one(nv * nv), other(nv * nv);
+      numbers<double> dv = random_numbers(m.nv(), random);
       set_angles(m, dv, angle);
       const numbers<double> q1 = integrated(m, q0, dv);
       const double scale = 1 + largest(dv) * largest(dv);
-      const matrices moved = integrate_by_duals(m, q0, dv), differing = difference_by_duals(m, q0, q1);
-      ksl::integrate_jacobians<double>(m.view(), {}, q0.data(), dv.data(), one.data(), other.data());
-      CHECK(distance(one, moved.one) < 1e-12 * scale);
-      CHECK(distance(other, moved.other) < 1e-12 * scale);
-      ksl::difference_jacobians<double>(m.view(), {}, q0.data(), q1.data(), one.data(), other.data());
-      CHECK(distance(one, differing.one) < 1e-12 * scale);
-      CHECK(distance(other, differing.other) < 1e-12 * scale);
+      const dual from(q0.begin(), q0.end()), to(q1.begin(), q1.end());
+      const numbers<double> moved = by_steps(m, [&](const dual &x, dual y) {
+        for (std::size_t k = 0; k < dv.size(); ++k)
+          y[k] = y[k] + dv[k];
+        return differed(m, to, integrated(m, integrated(m, from, x), y));
+      });
+      CHECK(distance(robots::results<algorithms::integrate_jacobians>(m, robots::state{.q = q0, .v = dv}), moved) <
+            1e-12 * scale);
+      const numbers<double> differing = by_steps(
+          m, [&](const dual &x, const dual &y) { return differed(m, integrated(m, from, x), integrated(m, to, y)); });
+      CHECK(distance(robots::results<algorithms::difference_jacobians>(m, robots::state{.q = q0, .q1 = q1}),
+                     differing) < 1e-12 * scale);
     }
-}
-
-TEST_CASE("manifold: Jacobians are the slopes of differences") {
-  const ksl::model &m = robot();
-  const std::size_t nv = static_cast<std::size_t>(m.nv());
-  std::mt19937 random(4);
-  const numbers<double> q0 = random_position(m, random), q1 = random_position(m, random);
-  numbers<double> by_q0(nv * nv), by_q1(nv * nv);
-  ksl::difference_jacobians<double>(m.view(), {}, q0.data(), q1.data(), by_q0.data(), by_q1.data());
-  const double step = 1e-6;
-  for (std::size_t k = 0; k < nv; ++k) {
-    numbers<double> forwards(nv), backwards(nv);
-    forwards[k] = step, backwards[k] = -step;
-    const numbers<double> a = differed(m, q0, integrated(m, q1, forwards)),
-                          b = differed(m, q0, integrated(m, q1, backwards));
-    const numbers<double> c = differed(m, integrated(m, q0, forwards), q1),
-                          d = differed(m, integrated(m, q0, backwards), q1);
-    for (std::size_t r = 0; r < nv; ++r) {
-      CHECK(std::fabs((a[r] - b[r]) / (2 * step) - by_q1[r * nv + k]) < 1e-8);
-      CHECK(std::fabs((c[r] - d[r]) / (2 * step) - by_q0[r * nv + k]) < 1e-8);
-    }
-  }
 }

@@ -1,50 +1,22 @@
 // Dynamics at frames over dual numbers: what is the inverse of another stays so as the robot moves.
-#include "matrices.hpp"
-#include "moved.hpp"
-#include "robots.hpp"
+#include "states.hpp"
 
-#include "ksl/dual.hpp"
-#include "ksl/engine/algorithms/operational_space/operational_space.hpp"
-#include "ksl/engine/lanes/owned_workspace.hpp"
-
-#include <doctest/doctest.h>
+#include "ksl/dynamics.hpp"
 
 #include <cmath>
 
 namespace {
 
-using time_dual = ksl::dual<1>;
-template <class T> using numbers = std::vector<T>;
-
-template <class T> struct dynamics {
-  numbers<T> inverse, inertia, bias, pseudo_inverse, J;
-  T rank;
-};
-
-template <class T> dynamics<T> dynamics_of(const ksl::model &m, const numbers<T> &q, const numbers<T> &v,
-                                           const int link) {
-  const ksl::frame_options how = {.axes = ksl::expressed_in::world};
-  const ksl::owned_workspace<ksl::operational_space_workspace<T>> w(m.view());
-  const ksl::owned_workspace<ksl::jacobian_workspace<T>> w_jacobian(m.view());
-  dynamics<T> d = {numbers<T>(36),           numbers<T>(36),           numbers<T>(6),
-                   numbers<T>(6 * v.size()), numbers<T>(6 * v.size()), T(0)};
-  ksl::operational_space_inertia_inverse<T>(m.view(), w->propagation, q.data(), 1, &link, how, d.inverse.data());
-  ksl::operational_space_inertia<T>(m.view(), w->propagation, q.data(), 1, &link, how, d.inertia.data(), &d.rank);
-  ksl::operational_space<T>(m.view(), *w, q.data(), v.data(), 1, &link, how, {}, d.inertia.data(), d.bias.data(),
-                            d.pseudo_inverse.data(), &d.rank);
-  ksl::jacobian<T>(m.view(), *w_jacobian, q.data(), link, how, d.J.data());
-  return d;
-}
+using robots::first, robots::numbers;
 
 /// Is a product of two matrices, (6, n) and (n, 6), the identity, and its derivative zero?
-void check_identity(const numbers<time_dual> &a, const numbers<time_dual> &b) {
-  const std::size_t n = a.size() / 6;
+void check_identity(const first *a, const first *b, std::size_t n) {
   for (std::size_t r = 0; r < 6; ++r)
     for (std::size_t c = 0; c < 6; ++c) {
-      time_dual sum(0);
+      first sum(0);
       double size = 1;
       for (std::size_t k = 0; k < n; ++k) {
-        const time_dual x = a[n * r + k] * b[6 * k + c];
+        const first x = a[n * r + k] * b[6 * k + c];
         sum = sum + x, size += std::fabs(x.value) + std::fabs(x.derivative[0]);
       }
       CHECK(std::fabs(sum.value - (r == c)) <= 1e-10 * size);
@@ -56,21 +28,17 @@ void check_identity(const numbers<time_dual> &a, const numbers<time_dual> &b) {
 
 TEST_CASE("operational space: inverses and their derivatives") {
   const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/ur5.urdf");
-  const int link = m.find_link("tool0");
-  const numbers<double> q = {0.3, -1.1, 1.4, 0.6, 1.2, -0.4}, v = {0.5, 1.1, -0.7, 0.9, 0.4, -1.2};
-  numbers<time_dual> step(6, time_dual(0)), v_dual(v.begin(), v.end());
-  for (std::size_t i = 0; i < 6; ++i)
-    step[i].derivative[0] = v[i];
-  const dynamics<time_dual> d = dynamics_of(m, robots::moved(m, q, step), v_dual, link);
-  const dynamics<double> plain = dynamics_of(m, q, v, link);
-  CHECK(d.rank.value == 6);
-  CHECK(plain.rank == 6);
+  const robots::request tool = {{m.find_link("tool0")}, {.axes = ksl::expressed_in::world}, {}};
+  const robots::state s = {.q = {0.3, -1.1, 1.4, 0.6, 1.2, -0.4}, .v = {0.5, 1.1, -0.7, 0.9, 0.4, -1.2}};
+  const robots::state_over<first> moving = robots::moving(m, s, {.q = s.v});
+  const auto dynamics = robots::results<algorithms::operational_space>(m, moving, tool);
+  CHECK(dynamics.back().value == 6); // inertia, bias, pseudo-inverse, rank
+  check_identity(&dynamics[0], robots::results<algorithms::operational_space_inertia_inverse>(m, moving, tool).data(),
+                 6);
+  check_identity(robots::results<algorithms::jacobian>(m, moving, tool).data(), &dynamics[42], 6);
+  const auto inertia = robots::results<algorithms::operational_space_inertia>(m, moving, tool);
   for (std::size_t i = 0; i < 36; ++i)
-    CHECK(d.inertia[i].value == plain.inertia[i]);
-  for (std::size_t i = 0; i < 6; ++i)
-    CHECK(d.bias[i].value == plain.bias[i]);
-  check_identity(d.inertia, d.inverse);
-  check_identity(d.J, d.pseudo_inverse);
+    CHECK((inertia[i].value == dynamics[i].value && inertia[i].derivative[0] == dynamics[i].derivative[0]));
 }
 
 TEST_CASE("operational space: more frames than the workspace has room for are refused") {
