@@ -33,8 +33,8 @@ bool lacks_link(const algorithm_row &row, const model &m, const link_list &links
 
 template <class S> bool compute_one(const algorithm_row &row, const model &m, const batch_view<S> &batch,
                                     std::size_t k) {
-  const bool closed = loops::is_closed(row, m), forced = !closed && elements::act_in(row, m),
-             direct = m.followers() == 0 && !closed && !forced;
+  const bool closed = loops::is_closed(row, m), forced = elements::act_in(row, m), // or both
+      direct = m.followers() == 0 && !closed && !forced;
   const kernels_in<S> &kernel = kernels_of_row<S>(row);
   const model_view<S> view = m.view_in<S>();
   const std::size_t bytes = closed   ? loops::state_bytes<S>(m, loops::room_for(batch))
@@ -78,9 +78,11 @@ template <class S>
 void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &given, int threads,
                    arguments_are arguments) {
   const nearest_rounding rounding;
-  if (given.n > 0) // now, or the first call whose results are looked at would allocate
-    thread_memory(kept_for::workspace, examination_bytes(row, m, given));
-  if (given.n < 2) {
+  if (given.n == 0)
+    return;
+  // now, or the first call whose results are looked at would allocate
+  thread_memory(kept_for::workspace, examination_bytes(row, m, given));
+  if (given.n == 1) {
     if (!compute_states(row, m, given, 0, given.n))
       examine_states(row, m, given, 0, given.n, arguments);
     return;

@@ -102,14 +102,15 @@ public:
 
 private:
   void open(job &j) {
+    const std::size_t others = j.parts.threads - 1;
     std::size_t wake;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
-      hire(j.parts.threads - 1);
+      hire(others);
       j.other = open_;
       open_ = &j;
       posts_.fetch_add(1, std::memory_order_relaxed);
-      wake = std::min(sleeping_, j.parts.threads - 1);
+      wake = std::min(sleeping_, others);
     }
     for (; wake; --wake)
       posted_.notify_one();

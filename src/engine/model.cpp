@@ -19,8 +19,12 @@ using A = algebra<double>;
 
 /// Adds a point mass to a link's inertia.
 void add_payload(const payload &p, robot_description &robot) {
-  const auto carries = [&](const link_description &l) { return l.name == p.link; };
-  const auto l = std::find_if(robot.links.begin(), robot.links.end(), carries);
+  const auto named = [&](const std::string &name) {
+    return std::find_if(robot.links.begin(), robot.links.end(), [&](const link_description &l) { return l.name == name; });
+  };
+  auto l = named(p.link);
+  if (l == robot.links.end() && p.link.starts_with("link:")) // as calls of models take it
+    l = named(p.link.substr(5));
   if (l == robot.links.end()) {
     std::vector<std::string> names;
     for (const link_description &link : robot.links)

@@ -2,8 +2,11 @@
 // and whatever else of the results is wanted.  Branches of solutions and random starts: test/laws/inverse_kinematics_test.py.
 #include "inverse_kinematics_problems.hpp"
 
+#include "batch/threads.hpp"
+
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -103,6 +106,38 @@ TEST_CASE("inverse kinematics: limits hold the solution, unless they are left as
   CHECK(held.q[0] == doctest::Approx(0.5));
   CHECK(solve(m, {0.1}, target, false, false).q[0] == doctest::Approx(0.8).epsilon(1e-5));
   CHECK(solve(m, {-2}, pose(m, {-0.3}, 1)).q[0] == doctest::Approx(-0.3).epsilon(1e-5)); // a start beyond the limits
+}
+
+TEST_CASE("inverse kinematics: any number of threads finds the same, each in memory of its own") {
+  ksl::assume_cores(4);
+  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  const std::size_t n = 6000, nq = static_cast<std::size_t>(m.nq());
+  numbers start(n * nq), targets;
+  for (std::size_t k = 0; k < n; ++k) {
+    numbers near(nq);
+    ksl::neutral(m, near.data());
+    std::copy(near.begin(), near.end(), &start[k * nq]);
+    for (std::size_t i = 0; i < nq; ++i)
+      near[i] += 0.3 * std::sin(static_cast<double>(k + 3 * i));
+    robots::normalize_quaternions(m, near.data());
+    const std::array<double, 16> target = pose(m, near, m.view().links - 1);
+    targets.insert(targets.end(), target.begin(), target.end());
+  }
+  const auto solved = [&](int threads) {
+    const ksl::wanted_frame frame = {m.view().links - 1, 1, 1};
+    ksl::inverse_kinematics_options options;
+    options.frames_n = 1, options.frames = &frame;
+    numbers q(n * nq, NAN);
+    ksl::inverse_kinematics_batch<double> batch;
+    batch.n = n, batch.start = {start.data(), m.nq()}, batch.target = {targets.data(), 16},
+    batch.q = {q.data(), m.nq()};
+    ksl::inverse_kinematics(m, options, batch, threads);
+    return q;
+  };
+  const numbers alone = solved(1);
+  for (const int threads : {2, 4, 0})
+    CHECK(solved(threads) == alone);
+  ksl::assume_cores(0);
 }
 
 TEST_CASE("inverse kinematics: a start that is the solution is returned with quaternions of unit length") {

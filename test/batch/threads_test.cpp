@@ -34,10 +34,14 @@ std::vector<int> counts(std::size_t n, int threads) {
 
 } // namespace
 
+namespace {
+std::atomic<int> taken{0}; ///< threads that the system gave; none are counted under the sanitizer
+} // namespace
+
 #ifndef KSL_TEST_THREAD_SANITIZER
 namespace {
 std::atomic<bool> no_threads{false};
-std::atomic<int> refused{0}, taken{0}; ///< threads that were asked for
+std::atomic<int> refused{0}; ///< threads that it didn't give
 } // namespace
 
 extern "C" int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*start)(void *),
@@ -112,6 +116,35 @@ TEST_CASE("parts are whole blocks, some for each thread, none without work") {
   ksl::assume_cores(0);
 }
 
+TEST_CASE("idle threads take no more seats than a call has") {
+  constexpr std::size_t many = 12, parts_n = 400;
+  const auto of = [](std::size_t threads, std::size_t n) {
+    ksl::partition p(n, 1, 1, 1, 1);
+    p.threads = threads, p.parts = n, p.items_each = 1;
+    return p;
+  };
+  const ksl::partition outer = of(many, many), inner = of(2, parts_n);
+  std::atomic<std::size_t> inside{0}, ended{0}, most_seat{0};
+  alarm(60);
+  ksl::on_threads(outer, [&](std::size_t first, std::size_t, std::size_t) {
+    ++inside;
+    while (inside < many) // all threads are at work
+      std::this_thread::yield();
+    if (first == 0)
+      ksl::on_threads(inner, [&](std::size_t, std::size_t, std::size_t seat) {
+        while (ended < many - 1) // and then look for other work
+          std::this_thread::yield();
+        for (std::size_t most = most_seat; most < seat && !most_seat.compare_exchange_weak(most, seat);) {
+        }
+        std::this_thread::yield();
+      });
+    else
+      ++ended;
+  });
+  alarm(0);
+  CHECK(most_seat <= 1);
+}
+
 TEST_CASE("calls may end in another order than they began") {
   std::atomic<bool> first_ended{false}, second_runs{false};
   std::atomic<int> parts_of_second{0};
@@ -137,8 +170,9 @@ TEST_CASE("calls may end in another order than they began") {
 
 /// After the library has ended its threads: the caller computes all.
 __attribute__((destructor)) static void call_at_the_end() {
-  if (counts(50, 4) != std::vector<int>(50, 1)) {
-    std::fputs("a call while the program ends lost parts\n", stderr);
+  const int before = taken;
+  if (counts(50, 60) != std::vector<int>(50, 1) || taken != before) {
+    std::fputs("a call while the program ends lost parts, or began a thread\n", stderr);
     _exit(1);
   }
 }

@@ -246,6 +246,11 @@ FILES = {
     "sweep": ("sweep", "ROBOT", "X"),
     "hold": ("hold", "ROBOT", "--pose", "X"),
     "waypoints": ("motion", "ROBOT", "--kind", "minjerk", "--waypoints", "X", "-o", "OUT.csv"),
+    "loops": ("hold", "ROBOT", "--loops", "X"),
+    "stiffness": ("hold", "LOOPED", "--stiffness", "X"),
+    "simulate": ("simulate", "ROBOT", "X", "-o", "OUT"),
+    "cases of simulate": ("simulate", "ROBOT", "--cases", "X", "-o", "OUT"),
+    "compare": ("compare", "X"),
     "info": ("info", "X"),
     "check": ("check", "X"),
     "view": ("view", "X", "--export", "OUT.html"),
@@ -274,15 +279,15 @@ NASTY = ["pipe", "null", "cr", "field", "latin", "deep", "number", "empty", "spa
 
 
 @pytest.mark.parametrize("what", FILES)
-def test_files_that_no_reader_wants(hostile, nasty, tmp_path, what, monkeypatch, capfd):
+def test_files_that_no_reader_wants(hostile, nasty, examples, tmp_path, what, monkeypatch, capfd):
     """Every file argument of every command, in this process: starting 150 of them would take minutes."""
     from ksl.commands import app
 
     if what == "view":
         pytest.importorskip("viser")
-    places = {"ROBOT": hostile / "robot.urdf", "MOTION": hostile / "motion.csv"}
+    places = {"ROBOT": hostile / "robot.urdf", "MOTION": hostile / "motion.csv", "LOOPED": examples / "robots/excavator.urdf"}
     endless = ["pipe", "sparse", "/dev/zero", "bytes\udcff"]  # of robot files the tests of the loader have these
-    for name in [n for n in [*NASTY, "/dev/zero"] if not (what in ("info", "view") and n in endless)]:
+    for name in [n for n in [*NASTY, "/dev/zero"] if not (what in ("info", "view", "compare") and n in endless)]:
         file = nasty / name
         arguments = [str(file) if a == "X" else str(places[a]) if a in places else a.replace("OUT", str(tmp_path / "out")) for a in FILES[what]]
         monkeypatch.chdir(tmp_path)

@@ -335,6 +335,10 @@ TEST_CASE("the least quota of a control group and of those that it is in") {
   CHECK(ksl::quota_of_groups("0::/a/b\n", folder) == 4);
   CHECK(ksl::quota_of_groups("0::/a\n", folder) == 4);
   CHECK(ksl::quota_of_groups("0::/\n", folder) == 0);
+  CHECK(in_child([&] {
+          close(0); // as programs in the background do: then the next file is number 0
+          return static_cast<int>(ksl::quota_of_groups("0::/a\n", folder));
+        }) == 4);
   write("/cpu.max", "200000 100000\n"); // as in a container, where the group's path is one of the machine outside
   CHECK(ksl::quota_of_groups("0::/outside/of/here\n", folder) == 2);
   CHECK(ksl::quota_of_groups("0::/a/b\n", folder) == 2);

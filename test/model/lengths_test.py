@@ -136,6 +136,15 @@ def test_every_length_of_loops_is_judged(folder):
     (folder / "spring.toml").write_text('[[force_element]]\nname = "S"\nlink1 = "tip"\npoint1 = [0, 600, 0]\nlink2 = "wall"\npoint2 = [0, 0, 0]\nstiffness = 5\n')
     with pytest.warns(ksl.DescriptionWarning, match="the end of force element S on tip is 600 m from the link's origin, .*: are these millimetres?"):
         ksl.load(folder / "arm.urdf", loops=folder / "spring.toml")
+    spring = '[[force_element]]\nname = "S"\nlink1 = "tip"\npoint1 = [0, 0.1, 0]\nlink2 = "wall"\npoint2 = [0, 0, 0]\nstiffness = 5\n'
+    (folder / "spring.toml").write_text(f"{spring}free_length = 300\nlimits = [90, 400]\n")
+    with pytest.warns(ksl.DescriptionWarning) as found:
+        ksl.load(folder / "arm.urdf", loops=folder / "spring.toml")
+    for what in ("free length of force element S is 300 m", "lower limit of force element S is 90 m", "upper limit of force element S is 400 m"):
+        assert any(f"the {what}, " in str(w.message) and "are these millimetres?" in str(w.message) for w in found)
+    (folder / "screw.toml").write_text('drives = ["pin"]\n[[loop]]\nname = "C"\nkind = "helical"\npredecessor = "tip"\nsuccessor = "wall"\naxis = [0, 0, 1]\npitch = 5\n')
+    with pytest.warns(ksl.DescriptionWarning, match="the travel of loop joint C in a turn is 31.4159 m, .*: are these millimetres?"):
+        ksl.load(folder / "arm.urdf", loops=folder / "screw.toml")
     (folder / "looped.toml").write_text('[cases.one]\nmotion = "m.csv"\nloops = "loops.toml"\n')
     said = "the frame of loop joint C on tip is 600 m from the link's origin, .*: are these millimetres?"
     with pytest.warns(ksl.DescriptionWarning, match=said):

@@ -10,6 +10,7 @@ from ksl_command import run_ksl
 from linkages import FOURBAR
 
 import ksl
+from ksl.model.stiffness_file import stiff_by
 from ksl.simulation import PD, Brake
 
 LINK_ORIGIN = [0.1, 0.2, 0.3]
@@ -170,6 +171,7 @@ CLOSED = {
     "consistent_velocity": lambda m, q, name: m.consistent_velocity(q, np.zeros(3), given=[name]),
     "consistent_acceleration": lambda m, q, name: m.consistent_acceleration(q, np.zeros(3), np.zeros(3), given=[name]),
     "with_drives": lambda m, q, name: m.with_drives([name]),
+    "load_string, drives": lambda m, q, name: ksl.load_string(LINKAGE, drives={name: 2.0}),
     "with_frozen_joints": lambda m, q, name: m.with_frozen_joints({name: q[0]}),
     "simulate, friction": lambda m, q, name: m.simulate(q, np.zeros(3), [0, 0.01], friction={name: 0.5}),
 }
@@ -184,10 +186,13 @@ WITH_LOOPS = {
 """Those that take joints which close loops, too."""
 
 
+LINKAGE = FOURBAR.replace('"coupler"', '"A"').replace('name="C"', 'name="rocker"')
+
+
 @pytest.fixture(scope="module")
 def four_bar():
     """A linkage whose joint `A` carries `crank`, where link `A` is another one; the joint that closes it has the name of the link `rocker`."""
-    m = ksl.load_string(FOURBAR.replace('"coupler"', '"A"').replace('name="C"', 'name="rocker"')).with_drives(["A"])
+    m = ksl.load_string(LINKAGE).with_drives(["A"])
     return m, m.close(np.zeros(3), hold=["A"]).q
 
 
@@ -202,6 +207,18 @@ def test_names_in_mechanisms_with_loops(four_bar, call):
         else:
             with pytest.raises(ValueError, match="closes a loop"):
                 call(*four_bar, name)
+
+
+def test_stiffnesses_that_nothing_depends_on_are_refused(tmp_path):
+    arm = '<link name="arm"/><joint name="aside" type="revolute"><parent link="frame"/><child link="arm"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+    m = ksl.load_string(FOURBAR.replace("</robot>", arm), drives=["A", "aside"])
+    with pytest.raises(ValueError, match="stiffness of joint aside: no loop goes through it, so that no result depends on it"):
+        m.with_stiffness({"A": np.full(6, 1e6), "aside": np.full(6, 1e6)})
+    (tmp_path / "none.toml").write_text("# nothing\n")
+    with pytest.raises(ksl.DescriptionError, match="none.toml: no joint in it; write a table"):
+        stiff_by(m, tmp_path / "none.toml")
+    assert stiff_by(m, {f"joint:{name}": np.full(6, 1e6) for name in "ABCD"})[1] == []
+    assert stiff_by(m, {"joint:A": np.full(6, 1e6), "C": np.full(6, 1e6)})[1][0].startswith(("B, D: ", "D, B: "))
 
 
 def test_hybrid_dynamics_hold_the_joint_and_refuse_what_holds_nothing(robot, state):
@@ -240,11 +257,50 @@ def test_the_world_beside_a_link_of_that_name(robot, state, keyword):
         robot.reactions(q, v, a, **{keyword: "knee"})
 
 
-def test_files_and_commands(robot, tmp_path):
+WITH_FILES = {
+    "load, payloads": lambda m, f, joint, link: ksl.load(f / "named.urdf", payloads={link: (2.0, (0.0, 0.3, 0.0))}).link("hip").parameters,
+    "hold, pose": lambda m, f, joint, link: ksl.hold(m, {joint: 0.3}).cases[0].motion.q,
+    "hold, worst": lambda m, f, joint, link: ksl.hold(m, worst=joint).cases[0].motion.q,
+    "compute_loads, joints": lambda m, f, joint, link: [row["joint"] for row in ksl.compute_loads(m, f / "motion.csv", joints=[joint]).rows],
+    "compute_loads, at": lambda m, f, joint, link: ksl.compute_loads(m, f / "motion.csv", at={joint: (0, 0, 0.1)}).rows[0],
+    "size, joints and at": lambda m, f, joint, link: [p["joint"] for p in ksl.size(ksl.compute_loads(m, f / "motion.csv"), joints=joint, at={joint: (0, 0, 0.1)}).peaks],
+    "size, components": lambda m, f, joint, link: [x.joint for x in ksl.size(ksl.compute_loads(m, f / "motion.csv"), {"component": [LIMIT | {"joint": joint}]}).figures],
+    "read_motion, map": lambda m, f, joint, link: ksl.read_motion(m, f / "motion.csv", map={"hip": {"to": joint, "sign": -1}}).q,
+    "read_motion, constants": lambda m, f, joint, link: ksl.read_motion(m, f / "motion.csv", map={"columns": {}, "ignore": ["hip"], "constants": {joint: 0.7}}).q,
+    "read_efforts, map": lambda m, f, joint, link: ksl.read_efforts(m, f / "motion.csv", map={"columns": {"knee": {"to": f"{joint}.effort", "unit": "permille"}}, "rated": {joint: 3}}).tau[:, 0],
+}
+"""Calls, and keys of files, that take a joint or a link by its name."""
+LIMIT = {"kind": "limits", "name": "pin", "radial_force": 100.0}
+
+
+@pytest.fixture(scope="module")
+def folder(robot, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("named")
+    (folder / "named.urdf").write_text(robot.to_urdf())
+    (folder / "motion.csv").write_text("time,hip,knee,ankle\n" + "".join(f"{0.1 * k},{0.01 * k},0.1,0.2\n" for k in range(12)))
+    return folder
+
+
+@pytest.mark.parametrize("call", WITH_FILES.values(), ids=WITH_FILES)
+def test_calls_with_files_take_names_as_others_do(robot, folder, call):
+    assert np.array_equal(call(robot, folder, "hip", "hip"), call(robot, folder, "joint:hip", "link:hip"))
+
+
+def test_options_take_names_as_calls_do(folder):
+    given = ["loads", folder / "named.urdf", folder / "motion.csv", "--force", "--output", folder / "out", "--payload", "1"]
+    summaries = []
+    for joint, link in (("hip", "hip"), ("joint:hip", "link:hip")):
+        done = run_ksl(*given, "--on-link", link, "--joints", joint, "--at", f"{joint}=0,0,0.1")
+        assert done.returncode == 0, done.stderr
+        summaries.append([line for line in (folder / "out" / "summary.csv").read_text().splitlines() if not line.startswith("#")])
+    assert summaries[0] == summaries[1]
+
+
+def test_files_and_commands(robot, folder, tmp_path):
     """Names in TOML and in options are those of Python."""
     file, motion = tmp_path / "named.urdf", tmp_path / "motion.csv"
-    file.write_text(robot.to_urdf())
-    motion.write_text("time,hip,knee,ankle\n" + "".join(f"{0.1 * k},{0.01 * k},0.1,0.2\n" for k in range(12)))
+    for path in (file, motion):
+        path.write_bytes((folder / path.name).read_bytes())
     out, given = ["--output", str(tmp_path / "out"), "--force"], [str(file), str(motion)]
 
     def refused(*options):

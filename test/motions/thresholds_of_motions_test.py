@@ -42,9 +42,9 @@ from ksl.motions.signal.gaps import doubts_about_gaps
 from ksl.motions.signal.noise import step_of, white_noise
 from ksl.motions.signal.ordered import check_restart, ordered
 from ksl.motions.signal.quality import sentences_about_jumps
-from ksl.motions.signal.resampling import resampled
+from ksl.motions.signal.resampling import on_spline, resampled
 from ksl.motions.signal.smoothing import attenuation, smoothed, suitable_cutoff
-from ksl.motions.signal.standing import standing_of_integrated
+from ksl.motions.signal.standing import WINDOW, standing_of_integrated
 from ksl.motions.signal.suspicions import suspicions, suspicions_of_pose
 
 SLIDE = Joint("slide", "prismatic", "a", "b", 1, 1, 0, 0, (0.0, 0.0, 1.0), has_axis=True, has_angle=False)
@@ -208,7 +208,10 @@ def test_a_position_stands_within_the_error_of_its_integration(width, stands):
     eight = standing_of_integrated(
         [SLIDE], np.arange(30.0), np.concatenate([np.arange(11.0), np.full(8, 11.5), np.arange(12.0, 23)])[:, None], np.ones((30, 1)), 1e-3, 0
     )
-    assert np.flatnonzero(eight.stands[:, 0]).tolist() == list(range(11, 19))
+    assert np.flatnonzero(eight.stands[:, 0]).tolist() == list(range(11, 19)) and not eight.held.any()
+    long = np.concatenate([np.arange(11.0), np.full(30, 11.5), np.arange(12.0, 23)])[:, None]
+    held = standing_of_integrated([SLIDE], np.arange(52.0), long, np.ones((52, 1)), 1e-3, 0).held
+    assert np.flatnonzero(held[:, 0]).tolist() == list(range(11 + WINDOW, 41 - WINDOW)), "but for those near its ends"
 
 
 @pytest.mark.parametrize(("rate", "ok"), [(0.0999, False), (0.1001, True), (2.0, True), (2.001e6, False), (0.0, False), (np.inf, False)])
@@ -225,6 +228,12 @@ def test_rates_of_resampling(rate, ok):
     assert len(few(6)[0]) == 6
     with pytest.raises(MotionError, match="f: 5 samples, but resampling needs at least 6"):
         few(5)
+    for n, degree in ((2, 1), (3, 1), (4, 3), (5, 3), (6, 5), (9, 5)):
+        x = np.arange(n + 0.0) ** np.arange(degree + 1)[:, None]
+        between = np.linspace(0, n - 1, 17)
+        assert on_spline(np.arange(n + 0.0), x.T, between) == pytest.approx((between ** np.arange(degree + 1)[:, None]).T, abs=1e-8)
+        bent = on_spline(np.arange(n + 0.0), np.arange(n + 0.0)[:, None] ** (degree + 1), np.array([0.5]))
+        assert n == 2 or abs(bent[0, 0] - 0.5 ** (degree + 1)) > 1e-3, "no higher degree"
     assert note.startswith(f"resampled to {rate:g} Hz ({len(at)} samples) from 11 samples with a median step of 1 s")
 
 
@@ -702,6 +711,7 @@ def test_jumps_at_known_times(at):
     x = t**4 - t**2 + np.where(t > at, 0.7 * (t - at) - 1.5 * (t - at) ** 2, 0)
     first, second = jumps_at(t, x, np.array([at, 0.99]))
     assert first.sizes == pytest.approx([0.7, 0], abs=1e-7) and second.sizes == pytest.approx([-3, 0], abs=1e-4) and (first.order, second.order) == (1, 2)
+    assert [j.sizes.tolist() for j in jumps_at(t, x, np.array([1.7]))] == [[0], [0]], "behind the last sample"
     close = jumps_at(t, np.maximum(t - 0.5, 0), np.array([0.5, 0.515]))[0]
     assert close.sizes[0] == 0 and jumps_at(t, np.maximum(t - 0.5, 0), np.array([0.5, 0.525]))[0].sizes == pytest.approx([1, 0])
 
@@ -712,7 +722,10 @@ def test_an_end_that_is_off_by_more_than_one_and_a_half_steps(off, said, rows):
     t = np.arange(40) * 0.1
     x = (0.1 * t + off * (np.arange(40) == 0))[rows]
     (one,) = find_jumps(t, x[:, None])
-    assert one.impossible == ([(-1, pytest.approx(0.0 if rows == slice(None) else 3.9), pytest.approx(off))] if said else [])
+    ends = [(-1, pytest.approx(0.0 if rows == slice(None) else 3.9), pytest.approx(off))] if said else []
+    assert one.impossible == ends
+    (one,) = find_jumps(t, (x[rows] - 0.025 * np.maximum(t - 2.03, 0) ** 2)[rows, None])  # with a corner inside
+    assert one.impossible == ends and len(one.jumps.times) == 1
 
 
 @pytest.mark.parametrize(("apart", "times"), [(0.19, 1), (0.21, 2)])
@@ -727,9 +740,11 @@ def test_corners_within_a_fifth_of_a_step_are_one(apart, times):
 def test_a_full_turn_is_one_to_a_hundredth(size, turn):
     hip = Joint("hip", "revolute", "a", "b", 1, 1, 0, 0, (0.0, 0.0, 1.0), has_axis=True, has_angle=True)
     for joint in (hip, SLIDE):
+        found = {joint.name: Found(Jumps(2, np.empty(0), np.empty(0)), [(0, 0.5, size), (0, 0.9, size)])}
+        assert " at 0.5 s (2 such jumps)" in sentences_about_jumps((joint,), found, {}, 0.1 * np.arange(9))[2][0]
         found = {joint.name: Found(Jumps(2, np.empty(0), np.empty(0)), [(0, 0.5, size)])}
         (said,) = sentences_about_jumps((joint,), found, {}, 0.1 * np.arange(9))[2]
-        assert said.startswith(f"{joint.name} jumps by {size:.4g} at 0.5 s") and ("a full turn. Unwrap" in said) == (turn and joint is hip)
+        assert said.startswith(f"{joint.name} jumps by {size:.4g} at 0.5 s") and "such" not in said and ("a full turn. Unwrap" in said) == (turn and joint is hip)
 
 
 @pytest.mark.parametrize(

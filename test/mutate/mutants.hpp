@@ -50,6 +50,9 @@ template <class A, class B> constexpr auto subtract(int id, const A &a, const B 
   } else if constexpr (std::is_pointer_v<std::decay_t<A>> && whole<B>) {
     if (on(id))
       return a;
+  } else if constexpr (std::is_pointer_v<std::decay_t<A>> && std::is_pointer_v<std::decay_t<B>>) {
+    if (on(id)) // there is no sum of two
+      return R();
   } else if constexpr (requires { R(a + b); }) {
     if (on(id))
       return R(a + b);

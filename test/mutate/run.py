@@ -44,7 +44,7 @@ PROGRAMS = {"engine": ("engine_test", "interfaces_test"), "load": ("load_test",)
 FOLDERS = {"load_test": "test/load", "threads_fault_test": "test/faults"}
 IN_PYTHON = {
     "engine": ["test/laws"],
-    "batch": ["test/model/threads_test.py", "test/model/processes_test.py"],
+    "batch": ["test/model/threads_test.py", "test/model/processes_test.py", "test/model/force_elements_test.py"],
     "load": [f"test/model/{name}_test.py" for name in ("model", "physics", "joint_kinds", "force_elements", "loops_file", "assembly")] + ["test/reference/readers_test.py"],
 }
 """Tests that meet the mutated module, after the first program."""

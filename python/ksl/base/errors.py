@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from itertools import islice
+from typing import Any
 
 from ksl.base.limits import NEAR_NAMES
 from ksl.base.printable import sentence
@@ -75,6 +76,14 @@ def near_names(name: object, known: Iterable[str]) -> str:
     """"did you mean 'a' or 'b'? ", or nothing."""
     near = close_names(name, known, 3, 0.7)
     return f"did you mean {' or '.join(map(repr, near))}? " if near else ""
+
+
+def name_among(known: Collection[str], name: Any, what: str) -> Any:
+    """The known name that is meant: also with `joint:` or `link:`, which is what, before it; what isn't known stays as it is."""
+    if not isinstance(name, str) or name in known:
+        return name
+    bare = name.removeprefix(f"{what}:")
+    return bare if bare in known else name
 
 
 def other_kind(where: str, what: str, name: object, found: str, other: str) -> str:

@@ -95,7 +95,7 @@ def hold(
             for file in files:
                 positions |= read_pose(model, file, time)
         positions |= named
-        carried = carried_payloads(loaded)
+        carried = carried_payloads(model, loaded)
         inputs = [*model.inputs, *stiff, *ledger.files]
         options = {"on": on, "at": at, "axes": axes, "order": order, "gravity": gravity, "physics": physics, "mimic": mimic, "floating_base": floating_base}
         options |= {"loops": loops, "drives": drives, "stiffness": str(stiffness or "")} if model.loops or loops else {}

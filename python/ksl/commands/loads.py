@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from ksl.base.errors import name_among
 from ksl.base.files_read import recorded
 from ksl.base.printable import one_line
 from ksl.commands.app import GroupedOptions, app, command_line, console, discard_output, fail, unwritable
@@ -181,7 +182,7 @@ def _run(
     from ksl.load_cases.provenance import provenance_of
     from ksl.report.loads_run import Run
 
-    carried = carried_payloads(loaded)
+    carried = carried_payloads(model, loaded)
     found, files = _cases(model, motion, cases, external, placement, carried, reading)
     inputs = [*model.inputs, *read, *files]
     return Run(found, provenance_of(found, inputs, options, command_line()))
@@ -216,12 +217,10 @@ def _placement(model: Model, on: str, at: list[str], axes: str, order: str, join
     text = common[0] if common else "joint"
     point = numbers(text, "--at", 3) if "," in text else text
     points: dict[str, list[float]] = {}
-    for name, _, xyz in (one.rpartition("=") for one in at if "=" in one):
-        _known(model, name, f"--at {name}={xyz}")
+    for given, _, xyz in (one.rpartition("=") for one in at if "=" in one):
+        name = _known(model, given, f"--at {given}={xyz}")
         points[name] = numbers(xyz, f"--at {name}=", 3)
-    chosen = [name.strip() for name in joints.split(",")] if joints else []
-    for name in chosen:
-        _known(model, name, f"--joints {joints}")
+    chosen = [_known(model, name.strip(), f"--joints {joints}") for name in joints.split(",")] if joints else []
     for name in points:
         if chosen and name not in chosen:
             fail(f"--at {name}=…: a point of a joint that --joints leaves out; add it there, or leave out the point")
@@ -232,7 +231,9 @@ def _placement(model: Model, on: str, at: list[str], axes: str, order: str, join
     return Placement(cast("Side", on), point, axes, cast("Order", order), points, chosen)  # the request was not refused
 
 
-def _known(model: Model, joint: str, option: str) -> None:
+def _known(model: Model, joint: str, option: str) -> str:
     names = [*(j.name for j in model.joints), *model.loop_names]
-    if joint not in names:
+    plain: str = name_among(names, joint, "joint")
+    if plain not in names:
         fail(f"{option}: no joint {joint!r}; {suggestion(joint, names, f'the joints of {model.name} are')}")
+    return plain

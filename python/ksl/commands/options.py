@@ -119,11 +119,11 @@ def payloads_given(payload: list[str], on_link: list[str]) -> dict[str, tuple[fl
     return {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
 
 
-def carried_payloads(loaded: Mapping[str, tuple[float, Sequence[float]]]) -> list[Payload]:
+def carried_payloads(model: Model, loaded: Mapping[str, tuple[float, Sequence[float]]]) -> list[Payload]:
     """Those that :func:`payloads_given` returns, of the model, as load cases record them."""
     from ksl.load_cases.load_case import Payload
 
-    return [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
+    return [Payload(model.link(link).name, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
 
 
 def xacro_arguments(text: str | None) -> dict[str, str] | None:

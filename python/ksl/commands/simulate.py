@@ -109,7 +109,7 @@ def simulate(
     loaded = payloads_given(payload, on_link)
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives, xacro=xacro)
     model, stiff = with_stiffness(model, stiffness)
-    carried = carried_payloads(loaded)
+    carried = carried_payloads(model, loaded)
     options = {
         "until": until, "from": start, "pose": pose, "velocity": velocity, "controller": controller, "gains": gains, "brake_at": brake_at, "brake": brake,
         "dry_friction": dry_friction, "bounce": bounce, "rate": rate, "method": method, "step": step,

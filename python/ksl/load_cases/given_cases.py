@@ -10,6 +10,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from ksl.base.errors import name_among
 from ksl.base.files_read import InputFile, recorded
 from ksl.base.printable import one_line, sentence
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
@@ -25,7 +26,8 @@ MotionGiven = str | os.PathLike[str] | Motion | Sequence[ArrayLike] | Any
 
 def checked(model: Model, placement: Placement) -> Placement:
     """The same placement, with joints by their plain names.  Raises ValueError for unknown sides, points, axes, orders and joints, and for points of joints that aren't wanted."""
-    plain = {joint: joint if joint in model.loop_names else model.joint(joint).name for joint in (*placement.joints, *placement.points)}
+    loops = model.loop_names
+    plain = {joint: loop if (loop := name_among(loops, joint, "joint")) in loops else model.joint(joint).name for joint in (*placement.joints, *placement.points)}
     placement = replace(placement, joints=tuple(plain[j] for j in placement.joints), points={plain[j]: point for j, point in placement.points.items()})
     for joint in placement.points:
         if not placement.wanted(joint):
@@ -52,9 +54,10 @@ def one_case(
     from ksl.model.given import payload_points
     from ksl.motions.reading import read_motion
 
-    carried = [Payload(link, mass, (x, y, z)) for link, mass, (x, y, z) in payload_points(payloads)]
-    for p in carried:
-        model = model.with_payload(p.link, p.mass, p.center)
+    points = payload_points(payloads)
+    for link, mass, center in points:
+        model = model.with_payload(link, mass, center)
+    carried = [Payload(model.link(link).name, mass, (x, y, z)) for link, mass, (x, y, z) in points]
     if isinstance(motion, (str, os.PathLike)):
         file = os.fspath(motion)
         with recorded() as ledger:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ksl.base.errors import MotionError, near_names
+from ksl.base.errors import MotionError, name_among, near_names
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of
 from ksl.model.states import Array
@@ -27,7 +27,8 @@ def pose_of(model: Mechanism, positions: Mapping[str, Any]) -> Array:
     for joint in _moving(model):
         for k, column in enumerate(columns_of(joint)[0]):
             index[column] = joint.q_index + k
-    for name, value in positions.items():
+    for given, value in positions.items():
+        name = name_among(index, name_among(model.joint_names, given, "joint"), "joint")
         whole = next((j for j in _moving(model) if j.name == name and j.nq > 1), None)
         if whole is not None and isinstance(value, (list, tuple)) and len(value) == whole.nq:
             q[whole.q_index : whole.q_index + whole.nq] = [_number(name, x) for x in value]

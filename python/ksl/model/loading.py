@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import warnings
@@ -16,7 +17,7 @@ from ksl.base import input_files, limits
 from ksl.base.errors import DescriptionError, DescriptionWarning
 from ksl.base.files_read import InputFile
 from ksl.model import given
-from ksl.model.lengths import extent, far_point, strong_gravity
+from ksl.model.lengths import extent, far, far_point, strong_gravity
 from ksl.model.loops_file import LoopsFile
 from ksl.model.model import Model, hashed
 from ksl.model.requests import one_of, three_numbers
@@ -167,17 +168,16 @@ def _closed(loaded: Model, beside: LoopsFile | None, drives: given.Drives | None
     if beside is not None:
         beside.check_robot(loaded.name)
         try:
-            core = loaded._core.with_loops(beside.loops, beside.force_elements)
+            loaded = _as(loaded, loaded._core.with_loops(beside.loops, beside.force_elements), beside.input)
             if beside.drives is not None:
-                core = core.with_drives(*given.drives(beside.drives))
-        except DescriptionError as error:
+                loaded = _as(loaded, loaded.with_drives(beside.drives)._core)
+        except ValueError as error:
             raise beside.refused(error) from None
-        loaded = _as(loaded, core, beside.input)
     if drives is None:
         return loaded
     if not loaded.loops:
         raise DescriptionError(f"{loaded.file}: drives are given, but the robot has no loops: each joint of a tree has a motor; leave drives= out")
-    return _as(loaded, loaded._core.with_drives(*given.drives(drives)))
+    return _as(loaded, loaded.with_drives(drives)._core)
 
 
 def _as(loaded: Model, core: _core.Model, *inputs: InputFile) -> Model:
@@ -248,14 +248,17 @@ def _warn_of(loaded: Model, o: _Options) -> None:
 
 
 def _far_frames(loaded: Model) -> list[str]:
-    """Sentences about frames of joints that close loops and ends of force elements, which are likely in millimetres."""
+    """Sentences about lengths of joints that close loops and of force elements, which are likely in millimetres."""
     reach, found = extent(loaded) if loaded.loops or loaded.force_elements else 0.0, []
     for loop in loaded.loops:
         for side, pose in ((loop.predecessor, loop.predecessor_pose), (loop.successor, loop.successor_pose)):
             found += far_point(f"the frame of loop joint {loop.name} on {side} is", pose[3:12:4], reach)
+        found += far(f"the travel of loop joint {loop.name} in a turn is", abs(2 * math.pi * loop.pitch), reach)
     for element in loaded.force_elements:
         for link, point in ((element.link1, element.point1), (element.link2, element.point2)):
             found += far_point(f"the end of force element {element.name} on {link} is", point, reach)
+        for what, length in (("free length", element.free_length), ("lower limit", element.lower), ("upper limit", element.upper)):
+            found += [] if length is None else far(f"the {what} of force element {element.name} is", length, reach)
     return found
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl import _core
-from ksl.base.errors import other_kind, unknown_name
+from ksl.base.errors import name_among, other_kind, unknown_name
 from ksl.base.files_read import InputFile
 from ksl.base.printable import sentence
 from ksl.model.joint_kinds import Kind
@@ -496,11 +496,9 @@ class Mechanism:
 
     def _index(self, table: Mapping[str, int], name: str, what: str) -> int:
         """Where a joint or link is in its table.  `joint:NAME` and `link:NAME` are taken, too, since other calls need them."""
-        if isinstance(name, str):
-            if name in table:
-                return table[name]
-            if name.startswith(what + ":") and name[len(what) + 1 :] in table:
-                return table[name[len(what) + 1 :]]
+        plain = name_among(table, name, what)
+        if isinstance(plain, str) and plain in table:
+            return table[plain]
         raise ValueError(self._other_kind(name, what) or unknown_name(self.name or self.file, what, name, table))
 
     def _plain(self, name: str, what: str) -> str:
@@ -509,7 +507,7 @@ class Mechanism:
         Joints are those that close loops, too.  Of names that there are not the compiled calls say what there is.
         """
         known = self._link_index if what == "link" else self._joint_index | self._loop_index
-        plain = name if name in known else name.removeprefix(f"{what}:")
+        plain: str = name_among(known, name, what)
         if plain in known:
             return plain
         if said := self._other_kind(name, what):

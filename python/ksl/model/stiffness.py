@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,8 +11,21 @@ from numpy.typing import ArrayLike
 from ksl.model import given
 from ksl.model.requests import one_of
 
+if TYPE_CHECKING:
+    from ksl.model.mechanism import Mechanism
+
 Stiffness = ArrayLike | Mapping[str, float]
 """Six numbers, a (6, 6) matrix, or a mapping with "axial", "radial" and "tilting"."""
+
+
+def joints_of_loops(model: Mechanism) -> list[str]:
+    """The joints whose stiffnesses count: those of the loops, from either end to where their ways to the ground meet, and those that close them."""
+    names: dict[str, None] = {}
+    for loop in model.loops:
+        ways = [model.support(link) for link in (loop.predecessor, loop.successor)]
+        names.update(dict.fromkeys(joint for way, other in (ways, ways[::-1]) for joint in way if joint not in other))
+        names[loop.name] = None
+    return list(names)
 
 
 def compliance_of(joint: str, stiffness: Stiffness, axis: Sequence[float] | None) -> list[float]:

@@ -10,7 +10,7 @@ from ksl.base.errors import DescriptionError
 from ksl.base.files_read import being_read
 from ksl.base.toml_files import read_toml
 from ksl.model.model import Model
-from ksl.model.stiffness import Stiffness
+from ksl.model.stiffness import Stiffness, joints_of_loops
 
 
 def stiff_by(model: Model, given: str | os.PathLike[str] | Mapping[str, Stiffness]) -> tuple[Model, list[str]]:
@@ -23,6 +23,8 @@ def stiff_by(model: Model, given: str | os.PathLike[str] | Mapping[str, Stiffnes
     file = os.fspath(given)
     with being_read("stiffness", file, DescriptionError):
         table: dict[str, Any] = read_toml(file, DescriptionError, "stiffnesses: a table [JOINT] for each, with axial, radial and tilting")
+    if not table:
+        raise DescriptionError(f"{file}: no joint in it; write a table [JOINT] for each joint that gives way, or leave the file out")
     try:
         return _stiff(model, table, file)
     except ValueError as e:
@@ -38,11 +40,6 @@ def _stiff(model: Model, given: Mapping[str, Stiffness], name: str) -> tuple[Mod
 
 
 def joints_without(model: Model, given: Iterable[str]) -> list[str]:
-    """The joints of the loops, from either end to where their ways to the ground meet, that are not among those given."""
-    names: dict[str, None] = {}
-    for loop in model.loops:
-        ways = [model.support(link) for link in (loop.predecessor, loop.successor)]
-        names.update(dict.fromkeys(joint for way, other in (ways, ways[::-1]) for joint in way if joint not in other))
-        names[loop.name] = None
+    """The joints of the loops that are not among those given."""
     known = set(given)
-    return [name for name in names if name not in known]
+    return [name for name in joints_of_loops(model) if known.isdisjoint((name, f"joint:{name}"))]

@@ -18,7 +18,7 @@ from ksl.model.calls import Calls
 from ksl.model.closed_reactions import Request, reactions_derivatives
 from ksl.model.requests import one_of
 from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined
-from ksl.model.stiffness import Stiffness, compliance_of
+from ksl.model.stiffness import Stiffness, compliance_of, joints_of_loops
 
 S = TypeVar("S", bound="Surgery")
 
@@ -65,7 +65,7 @@ class Surgery(Calls):
         return self._made(self._core.with_drives([self._plain(name, "joint") for name in names], weights))
 
     def with_stiffness(self: S, stiffness: Mapping[str, Stiffness]) -> S:
-        """The same mechanism, some of whose joints give way; without loops, no result depends on it.
+        """The same mechanism, some of whose joints give way; without loops, no result depends on it.  Joints outside of all loops are refused.
 
         Rigid bodies leave reactions of redundant joints open.  With the stiffnesses that decide their split, :meth:`reactions` are those of
         least energy, and :meth:`reactions_unique` says which are still open: joints that aren't named are rigid.
@@ -85,6 +85,8 @@ class Surgery(Calls):
         for joint, _ in given_too:
             if joint not in axes:
                 raise DescriptionError(unknown_name(self.name or self.file, "joint", joint, list(axes)))
+            if self.loops and joint not in joints_of_loops(self):
+                raise ValueError(f"stiffness of joint {joint}: no loop goes through it, so that no result depends on it; leave it out")
         return self._made(self._core.with_compliances([(joint, compliance_of(joint, x, axes[joint])) for joint, x in given_too]))
 
     def _reactions_along(

@@ -65,7 +65,7 @@ def read_efforts(
         raise ValueError(f"model is {type(model).__name__}; expected a model, which ksl.load(file) makes")
     with being_read("motion", path, MotionError):
         table = open_table(path, topic, positions_only=True)
-        columns = read_map(map) if map is not None else ColumnMap("")
+        columns = read_map(map).of(model.joint_names) if map is not None else ColumnMap("")
         joints = {f"{joint.name}{EFFORT}": joint for joint in model.joints[: len(model.joint_names)] if joint.one_coordinate}
         rules = _rules(table, columns, joints)
         column = _time(table, columns)

@@ -85,7 +85,7 @@ def read_motion(
             table = with_matrices(table, model)
         if map is None:
             table = _of_maker(table, model, positions_only)
-        columns = read_map(map) if map is not None else ColumnMap("")
+        columns = read_map(map).of(model.joint_names) if map is not None else ColumnMap("")
         choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
         values = _values(table, choice)
     time, time_notes = in_seconds(table, with_unit(table, choice.time, time_unit), values.pop(TIME))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
@@ -85,6 +85,7 @@ def size(
     chosen = _chosen(table, joints)
     points = _points(table, at, chosen)
     if parts is not None:
+        parts = replace(parts, parts=tuple(replace(part, joints=tuple(table.named(name, part.where) for name in part.joints)) for part in parts.parts))
         _check(table, parts)
     kept: dict[str, JointSamples] = {}
 
@@ -133,18 +134,13 @@ def _components(components: str | os.PathLike[str] | Mapping[str, Any] | Compone
 def _chosen(table: Results, joints: Iterable[str] | None) -> list[str]:
     if joints is None:
         return [name for name in table.joints if table.holds(name)]
-    names = [joints] if isinstance(joints, str) else list(joints)
-    for name in names:
-        if name not in table.joints:
-            raise SizingError(unknown_name("joints", "joint", name, table.joints))
-    return names
+    return [table.named(name, "joints") for name in ([joints] if isinstance(joints, str) else joints)]
 
 
 def _points(table: Results, at: Mapping[str, Sequence[float]] | None, chosen: Sequence[str]) -> dict[str, tuple[float, float, float]]:
     points = {}
-    for name, point in (at or {}).items():
-        if name not in table.joints:
-            raise SizingError(unknown_name("at", "joint", name, table.joints))
+    for given, point in (at or {}).items():
+        name = table.named(given, "at")
         if name not in chosen:
             raise SizingError(f"at: a point of {name}, which is none of the joints that are sized: {', '.join(chosen)}; add it to them, or leave out the point")
         if len(point) != 3 or not all(math.isfinite(x) for x in point):
@@ -154,7 +150,7 @@ def _points(table: Results, at: Mapping[str, Sequence[float]] | None, chosen: Se
 
 
 def _check(table: Results, parts: Components) -> None:
-    """Refuses components of another robot, on joints that there aren't, or on joints where they can't sit; and cases that there aren't."""
+    """Refuses components of another robot, or on joints where they can't sit; and cases that there aren't."""
     if parts.robot not in (None, table.robot):
         raise SizingError(
             f"{parts.file}: is for the robot {parts.robot!r}, and {table.file} are results of {table.robot!r}; "
@@ -167,8 +163,6 @@ def _check(table: Results, parts: Components) -> None:
     taken: dict[tuple[str, str, str], Part] = {}
     for part in parts.parts:
         for name in part.joints:
-            if name not in table.joints:
-                raise SizingError(unknown_name(part.where, "joint", name, table.joints))
             joint = table.joints[name]
             if (part.kind.joints == "turning" and not joint.turns) or (
                 part.kind.joints == "driven" and not joint.driven

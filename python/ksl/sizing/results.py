@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ksl.base.arrow_files import arrow_file
-from ksl.base.errors import SizingError, unknown_name
+from ksl.base.errors import SizingError, name_among, unknown_name
 from ksl.base.files_read import being_read
 from ksl.base.input_files import Unreadable, check_regular
 from ksl.base.rounding import OF_POSITIONS
@@ -160,10 +160,16 @@ class Results:
             raise SizingError(f"{self.file}: rows of different cases are mixed; sort them by case and time")
         return rows, tuple(cases), by_joint, times
 
+    def named(self, name: str, where: str) -> str:
+        """The joint that is meant, by its name alone.  Raises SizingError, which says where, for unknown names."""
+        plain: str = name_among(self.joints, name, "joint")
+        if plain not in self.joints:
+            raise SizingError(unknown_name(where, "joint", name, self.joints))
+        return plain
+
     def joint(self, name: str, spectrum: Spectrum = Spectrum()) -> JointSamples:
         """All samples of a joint, wrenches on the child at the joint's origin in its axes.  Raises SizingError for unknown names."""
-        if name not in self.joints:
-            raise SizingError(unknown_name(self.file, "joint", name, self.joints))
+        name = self.named(name, self.file)
         if not self.holds(name):
             raise SizingError(f"{self.file}: has no rows of {name}; run `ksl loads` again")
         rows, cases = self._rows[name], self._case_index[name]

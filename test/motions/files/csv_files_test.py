@@ -112,6 +112,16 @@ def test_decimal_commas_are_exact(leg, written, rows):
     assert np.array_equal(plain.q, rows[:, 1:])
 
 
+@pytest.mark.parametrize(("separator", "decimal"), [(";", ","), ("\t", ","), ("|", ","), (",", ".")])
+def test_what_splits_each_line_alike_separates(written, separator, decimal):
+    """Though commas in a name and in numbers would split the line of names into more."""
+    name = "a, b, c" if separator != "," else "a; b| c"
+    leg = ksl.Builder("leg").add_link("a").add_link("b", 1.0, (0, 0, 0), np.eye(3)).add_joint(name, "continuous", "a", "b", axis=(0, 0, 1)).build()
+    lines = [["time", name], *([f"{k}", f"0{decimal}{k}5" if k % 2 else "1"] for k in range(9))]
+    m = read_motion(leg, written("".join(f"{separator.join(f'{chr(34)}{x}{chr(34)}' if separator == ',' else x for x in line)}\n" for line in lines)))
+    assert m.q[:, 0] == pytest.approx([k / 10 + 0.05 if k % 2 else 1 for k in range(9)]) and m.time == pytest.approx(np.arange(9))
+
+
 def test_a_spreadsheet_in_an_old_encoding(leg, written, rows):
     lines = ["Zeit;hip;slide;Kraft Hüfte", *(line + ";1,5" for line in table(rows, ";", ",").split())]
     m = read_motion(leg, written("\r\n".join(lines).encode("cp1252")), ignore_extra=True)

@@ -9,7 +9,7 @@ from ksl_command import run_ksl
 
 import ksl
 from ksl.base import limits
-from ksl.motions.files.workbook import letters
+from ksl.motions.files.workbook import MOST_NOTES, letters
 
 openpyxl = pytest.importorskip("openpyxl")
 NAMES = ["time", "hip", "slide"]
@@ -45,13 +45,20 @@ def test_titles_units_indents_empty_sheets_and_remarks(leg, book, rows):
     motion = ksl.read_motion(leg, book(Empty=[], Log=table, Notes=[]))
     np.testing.assert_allclose(np.column_stack([motion.time, motion.q]), rows, atol=1e-12)
     notes = "\n".join(motion.source.notes)
+    for row in table[4:14]:
+        row[4:] = ["ok"]
+    table[4].append("and fine")
+    marked = [note for note in ksl.read_motion(leg, book(Log=table)).source.notes if note.startswith("left out")]
+    assert len(marked) == MOST_NOTES and "'ok' in cell E12" in marked[-1]
     assert "'Test 7, arm 2', above the names" in notes and "'recorded by Ada' in cell E6" in notes and "converted from deg to rad: hip" in notes
     named = [["time [ms]", "hip (deg)", "slide [mm]"], *degrees.tolist()]
     np.testing.assert_allclose(ksl.read_motion(leg, book(Log=named)).q, rows[:, 1:], atol=1e-12)
 
 
 @pytest.mark.parametrize(
-    "start", [datetime.datetime(2026, 3, 1, 12, 0, 0, 250000), datetime.time(23, 59, 58), datetime.timedelta(hours=30)], ids=["dates", "clock", "durations"]
+    "start",
+    [datetime.datetime(2026, 3, 1, 12, 0, 0, 250000), datetime.time(23, 59, 58), datetime.time(1, 59, 59, 500000), datetime.timedelta(hours=30)],
+    ids=["dates", "clock", "clock past an hour", "durations"],
 )
 def test_times_of_excel(leg, book, rows, start):
     def at(k):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 
 from ksl.base.errors import MotionError, close_names
 from ksl.base.words import listed
+
+JOINT = "joint:"
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,14 @@ class ColumnMap:
     """Of joints whose efforts are in ‰ of it: N m or N."""
     doubts: tuple[str, ...] = ()
     """Why the map may be wrong, as `Motion.doubts` says it."""
+
+    def of(self, joints: Iterable[str]) -> ColumnMap:
+        """The map for a robot with these joints, where `joint:NAME` is NAME, as in other calls."""
+        if any(name.startswith(JOINT) for name in joints):
+            return self
+        rules = {column: replace(rule, to=rule.to.removeprefix(JOINT)) for column, rule in self.rules.items()}
+        constants, rated = ({name.removeprefix(JOINT): x for name, x in numbers.items()} for numbers in (self.constants, self.rated))
+        return replace(self, rules=rules, constants=constants, rated=rated)
 
 
 def absent(columns: ColumnMap, name: str, names: list[str], head: str) -> MotionError:

@@ -119,7 +119,7 @@ class JointStateTable(Recorded):
         return {n: columns[n] for n in names}
 
     def _at(self, s: Series, at: Nanoseconds) -> tuple[Array, Array | None]:
-        if len(s.time) == len(at) and np.array_equal(s.time, at):
+        if np.array_equal(s.time, at):
             return s.position, s.velocity
         inside = np.isin(at, s.time, assume_unique=True)
         if inside.all():
