@@ -7,6 +7,7 @@
 #include "ksl/engine/model/joints.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <memory>
 
@@ -50,6 +51,7 @@ public:
       return {};
     for (const loop &l : t_.loops)
       add_joint(l);
+    add_compliances();
     eliminate(q);
     for (const double x : t_.row_scale)
       plan_.row_scale.push_back(x);
@@ -116,7 +118,61 @@ private:
     joint.columns_middle = static_cast<int>(plan_.columns.size());
     add_columns(from_ground, common);
     joint.columns_end = static_cast<int>(plan_.columns.size());
+    add_crossed(predecessor, successor, joint);
     plan_.joints.push_back(joint);
+  }
+
+  /// The joints on the ways from both ends to the link where these meet, which joints they are by their child links.
+  void add_crossed(int predecessor, int successor, closing_joint<double> &joint) {
+    const std::vector<int> to = path_to(successor), from = path_to(predecessor);
+    std::size_t common = 0;
+    while (common < to.size() && common < from.size() && to[common] == from[common])
+      ++common;
+    const auto end = [&] { return static_cast<int>(plan_.through.size()); };
+    const auto add = [&](const std::vector<int> &path) {
+      for (std::size_t i = common; i < path.size(); ++i) {
+        const auto known = std::find(plan_.crossed.begin(), plan_.crossed.end(), path[i]);
+        plan_.through.push_back(static_cast<int>(known - plan_.crossed.begin()));
+        if (known == plan_.crossed.end())
+          plan_.crossed.push_back(path[i]);
+        plan_.view.crosses_welds |= !view_.link[path[i]].carried_by_moving_joint;
+      }
+    };
+    joint.through_begin = end();
+    add(to);
+    joint.through_middle = end();
+    add(from);
+    joint.through_end = end();
+  }
+
+  /// The links from the root, which is left out, to a link.
+  std::vector<int> path_to(int link) const {
+    std::vector<int> path;
+    for (; link > 0; link = view_.link[link].parent)
+      path.insert(path.begin(), link);
+    return path;
+  }
+
+  /// Those of joints that no loop crosses store the same energy whatever patterns are added.
+  void add_compliances() {
+    for (const auto &[joint, matrix] : t_.compliances) {
+      const int joints = static_cast<int>(m_.joints().size());
+      int place = static_cast<int>(plan_.crossed.size()) + joint - joints;
+      std::array<double, 36> C = matrix;
+      if (joint < joints) {
+        const int link = m_.joints()[index(joint)].link;
+        const auto known = std::find(plan_.crossed.begin(), plan_.crossed.end(), link);
+        if (known == plan_.crossed.end())
+          continue;
+        place = static_cast<int>(known - plan_.crossed.begin());
+        const SE3<double> turn = {view_.link[link].pose.R, {0, 0, 0}};
+        algebra<double>::matrix6_complianceTransformed(C.data(), &turn, C.data());
+      }
+      joint_compliance_view<double> of{place, {}};
+      for (int i = 0; i < 36; ++i)
+        of.matrix[i / 6][i % 6] = C[index(i)];
+      plan_.compliances.push_back(of);
+    }
   }
 
   void add_columns(const std::vector<int> &path, std::size_t common) {
@@ -308,16 +364,27 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
                            joint.first_row,
                            joint.columns_begin,
                            joint.columns_middle,
-                           joint.columns_end};
+                           joint.columns_end,
+                           joint.through_begin,
+                           joint.through_middle,
+                           joint.through_end};
     for (int i = 0; i < 6; ++i)
       x.direction[i] = vector(joint.direction[i]);
     out.joints.push_back(x);
+  }
+  for (const joint_compliance_view<double> &of : plan.compliances) {
+    joint_compliance_view<float> x{of.joint, {}};
+    for (int i = 0; i < 36; ++i)
+      x.matrix[i / 6][i % 6] = static_cast<float>(of.matrix[i / 6][i % 6]);
+    out.compliances.push_back(x);
   }
   out.columns = plan.columns, out.pivots = plan.pivots, out.list = plan.list;
   out.independent = plan.independent, out.place = plan.place, out.redundant = plan.redundant;
   out.pitch.assign(plan.pitch.begin(), plan.pitch.end());
   out.row_scale.assign(plan.row_scale.begin(), plan.row_scale.end());
   out.column_scale.assign(plan.column_scale.begin(), plan.column_scale.end());
+  out.crossed = plan.crossed, out.through = plan.through;
+  out.view.crosses_welds = plan.view.crosses_welds;
   out.view.drives_are_independent = plan.view.drives_are_independent;
   out.view.length = static_cast<float>(plan.view.length);
   out.view.tolerance = static_cast<float>(tolerance_of_float);
