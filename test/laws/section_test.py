@@ -107,7 +107,7 @@ def linkage(sawn: bool, rod_is_successor: bool, spring_first: bool) -> ksl.Model
     whole = {"mass": mass, "center_of_mass": c, "inertia": I - mass * (c @ c * np.eye(3) - np.outer(c, c))}
     half = lambda part: {"mass": part[1], "center_of_mass": part[0], "inertia": np.diag(part[2]) + COUPLING}
     b = ksl.Builder("linkage").add_link("ground").add_link("crank", **half(FAR)).add_link("rod", **(half(NEAR) if sawn else whole)).add_link("rocker", **half(FAR))
-    b.add_joint("A", "continuous", "ground", "crank", axis=(0, 0, 1)).add_joint("E", "continuous", "ground", "rocker", pose=at(0.5, 0.1, 0), axis=(1, 0.2, 0))
+    b.add_joint("A", "continuous", "ground", "crank", axis=(0, 0, 1)).add_joint("E", "continuous", "ground", "rocker", pose=at(0.3, 0.1, 0), axis=(1, 0.2, 0))
     b.add_joint("U", "universal", "crank", "rod", pose=at(0.1), axis=(0, 0, 1), axis2=(0, 1, 0))
     end = "rod"
     if sawn:
