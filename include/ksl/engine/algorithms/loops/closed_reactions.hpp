@@ -19,6 +19,7 @@ template <class T> struct closed_inverse_dynamics_with_reactions_workspace {
       of_loop; ///< the wrench of each loop's joint on its successor, at its frame there and in its axes
   /// Wrenches through all joints that are crossed, then those of loops: of the motion, and of each redundant equation.
   array_of<coscrew<T>> balanced;
+  array_of<T> inverse_square; ///< of each pattern
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     const auto *loops = model.loops;
@@ -28,6 +29,7 @@ template <class T> struct closed_inverse_dynamics_with_reactions_workspace {
     link_wrench.lay_out(memory, model.links);
     of_loop.lay_out(memory, loops ? loops->loops : 0);
     balanced.lay_out(memory, redundant > 0 ? (redundant + 1) * (loops->crossings + loops->loops) : 0);
+    inverse_square.lay_out(memory, redundant);
   }
   KSL_LANES reactions_workspace<T> tree() const { return {closed.inverse, in_world, link_wrench}; }
 };
@@ -177,9 +179,9 @@ KSL_LANES T take_off_patterns(const model_view<scalar_of<T>> &model,
   for (int l = 0; l < loops.loops; ++l)
     found[loops.crossings + l] = w.of_loop[l];
   T fault(S(0));
-  const auto take_off = [&](const coscrew<T> *pattern, coscrew<T> *from)
-                            KSL_INLINED { // patterns have been made unit ones
-    const T along = T(S(0)) - sum_of_products(loops, pattern, from);
+  const auto take_off = [&](int r, coscrew<T> *from) KSL_INLINED {
+    const coscrew<T> *const pattern = found + (r + 1) * n;
+    const T along = -(sum_of_products(loops, pattern, from) * w.inverse_square[r]);
     for (int k = 0; k < n; ++k)
       add_scaled(along, pattern[k], from[k]);
   };
@@ -188,16 +190,11 @@ KSL_LANES T take_off_patterns(const model_view<scalar_of<T>> &model,
     set_pattern(model, w, r, pattern);
     const T whole = r > 0 ? sum_of_products(loops, pattern, pattern) : T(S(0));
     for (int j = 0; j < r; ++j)
-      take_off(found + (j + 1) * n, pattern);
+      take_off(j, pattern);
     const T left = sum_of_products(loops, pattern, pattern);
     fault = fault + fault_beyond(math<T>::select(left > T(least_share<S>) * whole, T(S(0)), T(S(1))), T(S(0.5)));
-    const T inverse = T(S(1)) / math<T>::sqrt(left), o(S(0));
-    for (int k = 0; k < n; ++k) {
-      coscrew<T> unit = {{o, o, o}, {o, o, o}};
-      add_scaled(inverse, pattern[k], unit);
-      pattern[k] = unit;
-    }
-    take_off(pattern, found);
+    w.inverse_square[r] = T(S(1)) / left;
+    take_off(r, found);
   }
   for (int k = 0; k < loops.crossings; ++k) {
     const crossed_wrench<T> of = {model, w, loops.crossed[k]};
