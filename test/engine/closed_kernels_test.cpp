@@ -173,3 +173,22 @@ TEST_CASE("closed mechanisms on dual numbers: efforts, wrenches of loops and acc
       }
   }
 }
+
+TEST_CASE("closed mechanisms: the plan of a parallelogram that lies flat at zero has the rank that it has elsewhere") {
+  using kind = ksl::joint_kind;
+  ksl::builder b("parallelogram");
+  b.add_link("ground");
+  for (const char *name : {"left", "right", "beam"})
+    b.add_link(name, body(1));
+  b.add_joint("A", kind::continuous, "ground", "left", at(0, 0, 0), about(0, 0, 1));
+  b.add_joint("B", kind::continuous, "left", "beam", at(0.2, 0, 0), about(0, 0, 1));
+  b.add_joint("D", kind::continuous, "ground", "right", at(0.5, 0, 0), about(0, 0, 1));
+  ksl::loop_options axis;
+  axis.axis = {0, 0, 1};
+  b.add_loop("C", kind::revolute, "beam", "right", at(0.5, 0, 0), at(0.2, 0, 0), axis);
+  b.set_drives({"A"});
+  const ksl::model m = b.build();
+  REQUIRE(m.view().loops);
+  CHECK(m.view().loops->pivots == 2);
+  CHECK(m.view().loops->freedoms == 1);
+}

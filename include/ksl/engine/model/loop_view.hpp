@@ -42,10 +42,18 @@ struct loop_pivot {
   int later_begin, later_end;     ///< steps whose columns these are
 };
 
+/// The pattern of an equation that follows from others: wrenches that balance.  Lists are places in loop_view::list.
+struct loop_pattern {
+  int loops_begin, loops_end; ///< whose joints have a wrench in it
+  int earlier_begin,
+      earlier_end; ///< patterns before it that share joints with it, once those before them have been taken off
+  int places_begin, places_end; ///< joints, as of joint_compliance_view, that have a wrench in it then
+};
+
 /// How a joint gives way under the wrench through it: about the joint's origin, in the axes of the body that it carries, or, if it closes a
 /// loop, in those of its frame on the successor.
 template <class T> struct joint_compliance_view {
-  int joint; ///< its place in loop_view::crossed, or after these the number of a loop
+  int joint; ///< its place in loop_view::crossed, or after these the place of a loop
   T matrix[6][6];
 };
 
@@ -65,6 +73,8 @@ template <class T> struct loop_view {
   const int *crossed; ///< (crossings) joints of the tree that wrenches of loops pass through, by their child links
   const int *through; ///< places in `crossed`, from the link outwards that both ends of a loop have in common
   const joint_compliance_view<T> *compliance;
+  const int *compliance_of;          ///< (crossings + loops) the compliance of each joint, or −1
+  const loop_pattern *pattern;       ///< of each redundant equation
   const T *row_scale, *column_scale; ///< (rows), (nv): all terms become lengths
   T length;
   T tolerance; ///< how far a state may be from a closed one, relative to lengths

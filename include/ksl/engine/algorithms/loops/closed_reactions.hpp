@@ -112,25 +112,30 @@ template <class T> KSL_LANES T sum_of_products(const coscrew<T> &x, const coscre
   return algebra<T>::dot_vv(&x.lin, &y.lin) + algebra<T>::dot_vv(&x.ang, &y.ang);
 }
 
-/// x · y over all joints that are crossed, and those of loops; or x · C y, if joints have compliances.
+/// C x, of a joint's compliance.
 template <class T>
-KSL_LANES T sum_of_products(const loop_view<scalar_of<T>> &loops, const coscrew<T> *x, const coscrew<T> *y) {
-  using S = scalar_of<T>;
-  T sum(S(0));
-  if (loops.compliances == 0)
-    for (int k = 0; k < loops.crossings + loops.loops; ++k)
-      sum = sum + sum_of_products(x[k], y[k]);
-  for (int c = 0; c < loops.compliances; ++c) {
-    const joint_compliance_view<S> &C = loops.compliance[c];
-    const coscrew<T> f = y[C.joint];
-    const T six[] = {f.lin.x, f.lin.y, f.lin.z, f.ang.x, f.ang.y, f.ang.z};
-    T moved[6];
-    for (int i = 0; i < 6; ++i) {
-      moved[i] = T(C.matrix[i][0]) * six[0];
-      for (int j = 1; j < 6; ++j)
-        moved[i] = moved[i] + T(C.matrix[i][j]) * six[j];
-    }
-    sum = sum + sum_of_products(x[C.joint], {{moved[0], moved[1], moved[2]}, {moved[3], moved[4], moved[5]}});
+KSL_LANES coscrew<T> give_way(const joint_compliance_view<scalar_of<T>> &C, const coscrew<T> &f) {
+  const T six[] = {f.lin.x, f.lin.y, f.lin.z, f.ang.x, f.ang.y, f.ang.z};
+  T moved[6];
+  for (int i = 0; i < 6; ++i) {
+    moved[i] = T(C.matrix[i][0]) * six[0];
+    for (int j = 1; j < 6; ++j)
+      moved[i] = moved[i] + T(C.matrix[i][j]) * six[j];
+  }
+  return {{moved[0], moved[1], moved[2]}, {moved[3], moved[4], moved[5]}};
+}
+
+/// x · y over the joints at which a pattern has wrenches; or x · C y, if joints have compliances.
+template <class T>
+KSL_LANES T sum_of_products(const loop_view<scalar_of<T>> &loops, const loop_pattern &at, const coscrew<T> *x,
+                            const coscrew<T> *y) {
+  T sum(scalar_of<T>(0));
+  for (int k = at.places_begin; k < at.places_end; ++k) {
+    const int place = loops.list[k];
+    if (loops.compliances == 0)
+      sum = sum + sum_of_products(x[place], y[place]);
+    else if (const int c = loops.compliance_of[place]; c >= 0)
+      sum = sum + sum_of_products(x[place], give_way(loops.compliance[c], y[place]));
   }
   return sum;
 }
@@ -148,15 +153,18 @@ KSL_LANES void set_pattern(const model_view<scalar_of<T>> &model,
     lambda[i] = o;
   lambda[loops.redundant[redundant]] = T(S(1));
   back_through_lower(loops, w.closed.equations, lambda);
-  for (int k = 0; k < loops.crossings; ++k)
-    pattern[k] = {{o, o, o}, {o, o, o}};
-  for (int l = 0; l < loops.loops; ++l) {
+  const loop_pattern &at = loops.pattern[redundant];
+  for (int k = at.places_begin; k < at.places_end; ++k)
+    pattern[loops.list[k]] = {{o, o, o}, {o, o, o}};
+  for (int k = at.loops_begin; k < at.loops_end; ++k) {
+    const int l = loops.list[k];
     pattern[loops.crossings + l] = wrench_of_loop(loops.joint[l], lambda);
     for_crossed(model, w.closed.equations, l, pattern[loops.crossings + l],
                 [&](int place, const coscrew<T> &f) KSL_INLINED { algebra<T>::xpy_cc(&f, &pattern[place]); });
   }
-  for (int k = 0; loops.crosses_welds && k < loops.crossings; ++k)
-    crossed_wrench<T>{model, w, loops.crossed[k]}.move(pattern[k], true);
+  for (int k = at.places_begin; loops.crosses_welds && k < at.places_end; ++k)
+    if (const int place = loops.list[k]; place < loops.crossings)
+      crossed_wrench<T>{model, w, loops.crossed[place]}.move(pattern[place], true);
 }
 
 /// How much of the square of a pattern others may leave, before it counts as theirs.
@@ -180,18 +188,21 @@ KSL_LANES T take_off_patterns(const model_view<scalar_of<T>> &model,
     found[loops.crossings + l] = w.of_loop[l];
   T fault(S(0));
   const auto take_off = [&](int r, coscrew<T> *from) KSL_INLINED {
+    const loop_pattern &at = loops.pattern[r];
     const coscrew<T> *const pattern = found + (r + 1) * n;
-    const T along = -(sum_of_products(loops, pattern, from) * w.inverse_square[r]);
-    for (int k = 0; k < n; ++k)
-      add_scaled(along, pattern[k], from[k]);
+    const T along = -(sum_of_products(loops, at, pattern, from) * w.inverse_square[r]);
+    for (int k = at.places_begin; k < at.places_end; ++k)
+      add_scaled(along, pattern[loops.list[k]], from[loops.list[k]]);
   };
   for (int r = 0; r < redundant; ++r) {
+    const loop_pattern &at = loops.pattern[r];
     coscrew<T> *const pattern = found + (r + 1) * n;
     set_pattern(model, w, r, pattern);
-    const T whole = r > 0 ? sum_of_products(loops, pattern, pattern) : T(S(0));
-    for (int j = 0; j < r; ++j)
-      take_off(j, pattern);
-    const T left = sum_of_products(loops, pattern, pattern);
+    const bool alone = at.earlier_begin == at.earlier_end;
+    const T whole = alone ? T(S(0)) : sum_of_products(loops, at, pattern, pattern);
+    for (int k = at.earlier_begin; k < at.earlier_end; ++k)
+      take_off(loops.list[k], pattern);
+    const T left = sum_of_products(loops, at, pattern, pattern);
     fault = fault + fault_beyond(math<T>::select(left > T(least_share<S>) * whole, T(S(0)), T(S(1))), T(S(0.5)));
     w.inverse_square[r] = T(S(1)) / left;
     take_off(r, found);
