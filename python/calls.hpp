@@ -316,7 +316,7 @@ private:
     const ksl::result_row &result = row_.result[r];
     for (int i = 0; i < result.axes; ++i)
       add(ksl::length_of(result.shape[i], {m_.nq(), m_.nv(), link_count(), joints_ ? joints_->n : 0, m_.tree_elements(),
-                                           static_cast<int>(m_.links().size()), 0}));
+                                           static_cast<int>(m_.links().size())}));
     return shape;
   }
   int link_count() const { return links_ ? static_cast<int>(links_->index.size()) : 0; }

@@ -129,7 +129,7 @@ private:
     return true;
   }
   ksl::extents extents() const {
-    return {m_.nq(), m_.nv(), 0, 0, m_.tree_elements(), static_cast<int>(m_.links().size()), 0};
+    return {m_.nq(), m_.nv(), 0, 0, m_.tree_elements(), static_cast<int>(m_.links().size())};
   }
   bool results_are_finite(const ksl::state_view<double> &state) const {
     for (int r = 0; r < row_.results; ++r)

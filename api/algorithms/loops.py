@@ -8,13 +8,12 @@ ROWS = (
         header="closed_dynamics.hpp",
         inputs=("q", "v", "a"),
         external="optional",
-        results=(TAU, Result("wrenches", ("ends", 6), "wrenches of the loops' joints on their successors and predecessors, at their frames")),
+        results=(TAU,),
         needs_mass=True,
         closed="plan",
         faces=(),
         summary="Efforts of the drives of a mechanism with loops.",
-        text="Efforts {tau} of drives and the wrenches {wrenches} of joints that close loops, for {q}, {v} and {a}; NaN for states that the plan of "
-        "elimination doesn't fit.",
+        text="Efforts {tau} of drives for {q}, {v} and {a}; NaN for states that the plan of elimination doesn't fit.",
     ),
     Algorithm(
         name="closed_inverse_dynamics_with_reactions",
@@ -28,8 +27,8 @@ ROWS = (
         closed="plan",
         faces=(),
         summary="Efforts of the drives of a mechanism with loops, and the wrench through each joint.",
-        text="Efforts {tau} of drives and the reactions of the joints that are asked for, for {q}, {v} and {a}: of joints of the tree that move, and, at "
-        "the joint in its axes, of joints that close loops; NaN in {tau} for states that the plan of elimination doesn't fit.",
+        text="Efforts {tau} of drives and the reactions of the joints that are asked for, for {q}, {v} and {a}: of joints of "
+        "the tree, and of those that close loops; NaN in {tau} for states that the plan of elimination doesn't fit.",
     ),
     Algorithm(
         name="closed_forward_dynamics",

@@ -232,7 +232,7 @@ typedef struct ksl_section_t {
   double
       inertia[10]; /**< of the part beyond, with KSL_INERTIA: m, m c, Ixx Ixy Iyy Ixz Iyz Izz about the link's origin */
   int beyond_n; /**< how many joints are listed; −1: none, those whose origins are beyond, where no joint has moved */
-  const int *beyond;    /**< (beyond_n) of the joint that carries the link and those that it carries */
+  const int *beyond;    /**< (beyond_n) of the joint that carries the link, those that it carries, and loops' at it */
   ksl_expressed_t axes; /**< KSL_IN_FRAME: those of the link */
   ksl_order_t order;
 } ksl_section_t;
@@ -241,8 +241,8 @@ typedef struct ksl_section_t {
 KSL_EXPORT ksl_section_t ksl_section(int link);
 
 /** The wrench (6) that the near part of a link exerts on the part beyond a section, for q (nq), v (nv) and a (nv): Newton's and
-    Euler's laws for the part beyond, with the reactions of its joints.  N, N m.  A wrench on the link itself acts on the part with
-    the link's origin.  external may be NULL.  O(bodies).
+    Euler's laws for the part beyond, with the reactions of its joints and the force elements whose points are beyond.  N, N m.
+    A wrench on the link itself acts on the part with the link's origin.  external may be NULL.  O(bodies).
     KSL_NOT_FINITE: the state, the point or the inertia is too large. */
 KSL_EXPORT ksl_status_t ksl_section_wrench(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
                                            const double *a, const ksl_external_t *external,

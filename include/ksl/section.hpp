@@ -21,19 +21,20 @@ struct link_section {
   spatial_inertia<double> inertia{}; ///< of the part beyond, about the link's origin, in its axes
   int beyond_n = -1;                 ///< how many joints are named; −1: none, the plane says which are beyond
   const int *beyond =
-      nullptr; ///< (beyond_n) indices into model::joints(): of that which carries the link, and those that it carries
+      nullptr; ///< (beyond_n) indices into model::joints(): of that which carries the link, and those that it carries;
+               ///< after these those of loops, which the link is one end of
   expressed_in axes = expressed_in::frame;
   component_order order = component_order::linear_first;
 };
 
-/// Is a joint beyond the section?  It must carry the link, or be carried by it.  If the section lists joints, the list decides.
-/// Otherwise the joint is beyond if its origin is, as the description places it.  If the origin is in the plane itself, the joint that
-/// carries the link is near, and those that the link carries are beyond.
+/// Is a joint beyond the section?  It must carry the link, or be carried by it, or close a loop at it.  If the section lists joints, the list
+/// decides.  Otherwise the joint is beyond if its origin is, as the description places it.  If the origin is in the plane itself, the joint that
+/// carries the link is near, and others are beyond.
 KSL_EXPORT bool is_beyond(const model &m, const link_section &section, int joint);
 
 /// The wrench (6) that the near part of a link exerts on the part beyond a section, for q (nq), v (nv) and a (nv): Newton's and Euler's
-/// laws for the part beyond, with the reactions of its joints.  N, N m.  A wrench on the link itself acts on the part with the link's
-/// origin.  O(bodies).  No allocation.
+/// laws for the part beyond, with the reactions of its joints and the force elements whose points are beyond.  N, N m.  A wrench on the link itself
+/// acts on the part with the link's origin.  O(bodies).  No allocation.
 template <class S>
 KSL_EXPORT void section_wrench(const model &m, data &d, const S *q, const S *v, const S *a, const link_section &section,
                                S *wrench, const external_wrenches<S> &external = {});

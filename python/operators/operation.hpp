@@ -190,8 +190,7 @@ private:
             static_cast<int>(links_of(row).size()),
             given_.joints.n,
             model_.tree_elements(),
-            static_cast<int>(all_links_.size()),
-            0};
+            static_cast<int>(all_links_.size())};
   }
 
   const ksl::model model_;

@@ -89,12 +89,20 @@ ksl::link_section section_of(const ksl_model_t *m, const ksl_section_t *given) {
   require_finite(given->inertia, given->share == KSL_INERTIA ? 10 : 0, "inertia");
   require(given->beyond_n <= 0 || given->beyond, "beyond must not be null");
   for (int k = 0; k < given->beyond_n; ++k) {
-    const int j = given->beyond[k];
-    require(j >= 0 && j < ksl_model_joints(m), "beyond names a joint out of range");
-    const ksl::joint_row &joint = m->model.joints()[static_cast<std::size_t>(j)];
-    if (joint.link != given->link && joint.parent_link != given->link)
-      throw ksl::c_api::bad_argument("beyond names " + joint.name + ", which neither carries " +
-                                     ksl_model_link_name(m, given->link) + " nor is carried by it");
+    const int j = given->beyond[k], joints = ksl_model_joints(m), loops = static_cast<int>(m->model.loops().size());
+    require(j >= 0 && j < joints + loops, "beyond names a joint out of range");
+    const auto require_end = [&](int one, int other, const std::string &name) {
+      if (one != given->link && other != given->link)
+        throw ksl::c_api::bad_argument("beyond names " + name + ", which neither carries " +
+                                       ksl_model_link_name(m, given->link) + " nor is carried by it");
+    };
+    if (j < joints) {
+      const ksl::joint_row &joint = m->model.joints()[static_cast<std::size_t>(j)];
+      require_end(joint.link, joint.parent_link, joint.name);
+    } else {
+      const ksl::loop_row &loop = m->model.loops()[static_cast<std::size_t>(j - joints)];
+      require_end(loop.predecessor, loop.successor, loop.name);
+    }
   }
   const ksl_frame_options_t how = {given->axes, KSL_IN_FRAME, given->order, KSL_SPATIAL, {0, 0, 0}};
   ksl::c_api::frame_options_of(&how);

@@ -55,8 +55,7 @@ enum class extent : unsigned char {
   twists,
   joints,
   tree,
-  all_links,
-  ends
+  all_links
 };
 
 struct result_row {
@@ -162,7 +161,6 @@ struct extents {
   int nq, nv, links, joints;
   int tree;      ///< elements of a matrix that aren't zero by the shape of the tree (engine/steps/tree_rows.hpp)
   int all_links; ///< of the model
-  int ends;      ///< of loops: two for each
 };
 
 constexpr int length_of(extent e, const extents &of) {
@@ -180,7 +178,6 @@ constexpr int length_of(extent e, const extents &of) {
   case extent::joints: return of.joints;
   case extent::tree: return of.tree;
   case extent::all_links: return of.all_links;
-  case extent::ends: return of.ends;
   }
   __builtin_unreachable();
 }
@@ -200,13 +197,7 @@ constexpr std::ptrdiff_t numbers_of(const result_row &result, const extents &of)
 
 /// The extents of a model and of a state or batch.
 template <class Model, class View> constexpr extents extents_of(const Model &model, const View &view) {
-  return {model.nq,
-          model.nv,
-          view.links.n,
-          view.joints ? view.joints->n : 0,
-          model.tree_elements,
-          model.links,
-          model.loops ? 2 * model.loops->loops : 0};
+  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.tree_elements, model.links};
 }
 
 /// The member of a state_view or batch_view that holds an input.

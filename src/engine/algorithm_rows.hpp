@@ -976,8 +976,8 @@ constexpr algorithm_row closed_inverse_dynamics = {
     .needs_mass = true,
     .nan_without_mass = false,
     .smooth_friction = false,
-    .results = 2,
-    .result = {{"tau", 1, {extent::nv}}, {"wrenches", 2, {extent::ends, extent::six}}},
+    .results = 1,
+    .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::closed_inverse_dynamics,
     .closed = closed_by::plan,
 };

@@ -18,8 +18,7 @@ template <class View> extents extents_of(const model &m, const View &view) {
           view.links.n,
           view.joints ? view.joints->n : 0,
           m.tree_elements(),
-          static_cast<int>(m.links().size()),
-          2 * static_cast<int>(m.loops().size())};
+          static_cast<int>(m.links().size())};
 }
 
 /// Bytes of the results that the kernels of a row write and the row doesn't have (algorithm_row::variant_of).

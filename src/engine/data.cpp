@@ -16,13 +16,7 @@ namespace {
 /// The extents of results for a request that names each link and each joint once.
 extents extents_of_all(const model &m) {
   const model_view<double> view = m.view();
-  return {m.nq(),
-          m.nv(),
-          view.links,
-          static_cast<int>(m.joints().size()),
-          view.tree_elements,
-          view.links,
-          2 * static_cast<int>(m.loops().size())};
+  return {m.nq(), m.nv(), view.links, static_cast<int>(m.joints().size()), view.tree_elements, view.links};
 }
 
 /// The most bytes that any row needs for results that its kernels write and it doesn't have (engine/compute.hpp).

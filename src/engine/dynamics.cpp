@@ -23,15 +23,17 @@ bool is_beyond(const model &m, const link_section &section, int joint) {
       return true;
   if (section.beyond_n >= 0)
     return false;
-  const joint_row &row = m.joints()[static_cast<std::size_t>(joint)];
-  double height =
-      0; // of the joint's origin, in the link's frame, above the plane; the joint that carries the link is at its origin
-  for (int i = 0; i < 3; ++i)
-    height -= section.normal[i] * section.point[i];
-  if (row.link == section.link)
-    return height > 0;
-  const vec3<double> origin = m.description().joints[static_cast<std::size_t>(row.description)].placement.t;
-  return height + sections::dot(section.normal, origin) >= 0;
+  const std::size_t number = static_cast<std::size_t>(joint), joints = m.joints().size();
+  if (number >= joints) {
+    const loop_row &loop = m.loops()[number - joints];
+    return sections::is_point_beyond(section,
+                                     loop.successor == section.link ? loop.successor_pose.t : loop.predecessor_pose.t);
+  }
+  const joint_row &row = m.joints()[number];
+  if (row.link == section.link) // its origin is the link's, and in the plane it is near
+    return sections::dot(section.normal, sections::three<double>(section.point)) < 0;
+  return sections::is_point_beyond(section,
+                                   m.description().joints[static_cast<std::size_t>(row.description)].placement.t);
 }
 
 template void section_wrench(const model &, data &, const double *, const double *, const double *,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/compute.hpp"
+#include "engine/elements/forces.hpp"
 #include "ksl/algebra.hpp"
 #include "ksl/section.hpp"
 
@@ -10,6 +11,11 @@ namespace sections {
 
 template <class S> vec3<S> three(const double *x) { return {S(x[0]), S(x[1]), S(x[2])}; }
 inline double dot(const double *a, const vec3<double> &b) { return a[0] * b.x + a[1] * b.y + a[2] * b.z; }
+
+/// Is a point of the link beyond the plane, or in it?
+inline bool is_point_beyond(const link_section &section, const vec3<double> &at) {
+  return dot(section.normal, at) >= dot(section.normal, three<double>(section.point));
+}
 
 /// The inertia of the part beyond.
 inline spatial_inertia<double> inertia_beyond(const model &m, const link_section &section) {
@@ -59,19 +65,41 @@ coscrew<S> inertial_wrench(const model &m, data &d, const state_view<S> &state, 
   return wrench;
 }
 
-/// Subtracts what a joint exerts on the part beyond: from the parent side on the link, or from the link on its child.
+/// Subtracts what a joint exerts on the part beyond.  joint: as requests for reactions number it; on: on which side of it the link is.
 template <class S>
-void subtract_joint(const model &m, data &d, state_view<S> s, const joint_row &joint, int link, coscrew<S> &wrench) {
+void subtract_joint(const model &m, data &d, state_view<S> s, int joint, wrench_side on, int link, coscrew<S> &wrench) {
   reaction_request request;
-  request.n = 1, request.link = &joint.link;
+  request.n = 1, request.link = &joint, request.on = on;
   request.at = request.axes = wrench_frame::link, request.at_link = request.axes_link = link;
-  request.on = joint.link == link ? wrench_side::child : wrench_side::parent;
   S f[6];
   const reaction_result<S> wanted = {&request, f};
   s.reactions_n = 1, s.reactions = &wanted;
   compute<S>(rows::reactions, m, d, s);
   wrench.lin.x -= f[0], wrench.lin.y -= f[1], wrench.lin.z -= f[2];
   wrench.ang.x -= f[3], wrench.ang.y -= f[4], wrench.ang.z -= f[5];
+}
+
+/// Subtracts what force elements exert on the part beyond: those whose points on the link are beyond the plane, or in it.
+template <class S>
+void subtract_elements(const model &m, const state_view<S> &s, const link_section &section, coscrew<S> &wrench) {
+  if (m.acting_force_elements() == 0)
+    return;
+  elements::forces<S> forces(m, m.acting_force_elements());
+  batch_view<S> batch;
+  batch.n = 1, batch.q = {s.q, 0}, batch.v = {s.v, 0};
+  arena measure;
+  forces.lay_out(measure, 0, 1);
+  arena memory(thread_memory(kept_for::workspace, measure.used()));
+  forces.lay_out(memory, 0, 1);
+  forces.set(batch, 0, 1);
+  for (int end = 0; end < forces.ends(); ++end) {
+    const force_element_row &of = m.force_elements()[static_cast<std::size_t>(end / 2)];
+    if (forces.link(end) != section.link || !is_point_beyond(section, end % 2 == 0 ? of.point1 : of.point2))
+      continue;
+    const S *const f = forces.external()[end].wrench.first;
+    wrench.lin.x -= f[0], wrench.lin.y -= f[1], wrench.lin.z -= f[2];
+    wrench.ang.x -= f[3], wrench.ang.y -= f[4], wrench.ang.z -= f[5];
+  }
 }
 
 } // namespace sections
@@ -81,15 +109,6 @@ void section_wrench(const model &m, data &d, const S *q, const S *v, const S *a,
                     const external_wrenches<S> &external) {
   const nearest_rounding rounding;
   using A = algebra<S>;
-  for (const loop_row &loop : m.loops())
-    if (loop.predecessor == section.link || loop.successor == section.link)
-      throw std::invalid_argument("link " + m.links()[static_cast<std::size_t>(section.link)].name + " carries joint " +
-                                  loop.name + " of a loop, whose wrench sections don't know; cut a link without one");
-  for (const force_element_row &of : m.force_elements())
-    if (m.acting_force_elements() > 0 && (of.link1 == section.link || of.link2 == section.link))
-      throw std::invalid_argument("force element " + of.name + " acts on link " +
-                                  m.links()[static_cast<std::size_t>(section.link)].name +
-                                  ", on one side of its sections; cut a link without one");
   const int carrier = m.joint_above(section.link);
   const state_view<S> s = {.q = q, .v = v, .a = a, .external = external, .links = {1, &section.link}};
   S pose[16];
@@ -101,7 +120,16 @@ void section_wrench(const model &m, data &d, const S *q, const S *v, const S *a,
   for (int j = 0; j < static_cast<int>(m.joints().size()); ++j)
     if (const joint_row &joint = m.joints()[static_cast<std::size_t>(j)];
         (j == carrier || joint.parent_link == section.link) && is_beyond(m, section, j))
-      sections::subtract_joint<S>(m, d, s, joint, section.link, wrench);
+      sections::subtract_joint<S>(m, d, s, joint.link, j == carrier ? wrench_side::child : wrench_side::parent,
+                                  section.link, wrench);
+  for (int l = 0; l < static_cast<int>(m.loops().size()); ++l)
+    if (const loop_row &loop = m.loops()[static_cast<std::size_t>(l)];
+        (loop.successor == section.link || loop.predecessor == section.link) &&
+        is_beyond(m, section, static_cast<int>(m.joints().size()) + l))
+      sections::subtract_joint<S>(m, d, s, static_cast<int>(m.links().size()) + l,
+                                  loop.successor == section.link ? wrench_side::child : wrench_side::parent,
+                                  section.link, wrench);
+  sections::subtract_elements<S>(m, s, section, wrench);
   for (int e = 0; e < external.n && is_beyond(m, section, carrier); ++e)
     if (const S *const f = external.wrench + 6 * e; external.link[e] == section.link) {
       coscrew<S> given = {{f[0], f[1], f[2]}, {f[3], f[4], f[5]}};

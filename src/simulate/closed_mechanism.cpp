@@ -43,7 +43,7 @@ closed_mechanism::closed_mechanism(const model &m, int externals, std::size_t mo
   plan_->tolerance = any_opening;
   batch_view<double> batch;
   batch.external_n = externals;
-  if (planned_.emplace(rows::forward_dynamics, m, &*plan_).suits(batch)) {
+  if (planned_.emplace(rows::forward_dynamics, m, &*plan_).suits()) {
     const int states = static_cast<int>(std::min<std::size_t>(most, most_by_plan));
     lay_out(of_planned_, [&](arena &memory) { planned_->lay_out(memory, batch, states); });
   } else {

@@ -207,7 +207,7 @@ public:
 private:
   std::size_t width(int i) const {
     const ksl::extents of = {
-        r_.m.nq(), r_.m.nv(), links(), r_.request.n, r_.m.tree_elements(), static_cast<int>(r_.m.links().size()), 0};
+        r_.m.nq(), r_.m.nv(), links(), r_.request.n, r_.m.tree_elements(), static_cast<int>(r_.m.links().size())};
     return static_cast<std::size_t>(i < row_.results ? numbers_of(row_.result[i], of) : 6 * r_.request.n);
   }
   int links() const {

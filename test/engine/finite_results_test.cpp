@@ -59,8 +59,8 @@ template <class S> struct any_batch {
     batch.external_n = 1, batch.external = &external;
     batch.links = {1, &link};
     for (int r = 0; r < row.results; ++r) {
-      const std::ptrdiff_t width = ksl::numbers_of(
-          row.result[r], {m.nq(), m.nv(), 1, 0, m.tree_elements(), static_cast<int>(m.links().size()), 0});
+      const std::ptrdiff_t width =
+          ksl::numbers_of(row.result[r], {m.nq(), m.nv(), 1, 0, m.tree_elements(), static_cast<int>(m.links().size())});
       result.emplace_back(n * static_cast<std::size_t>(width));
       batch.result[r] = {result.back().data(), width};
     }

@@ -110,8 +110,7 @@ template <class S> bool add_results(const ksl::algorithm_row &row, const ksl::mo
   ksl::reaction_request request;
   request.n = static_cast<int>(children.size()), request.link = children.data();
   const int least = ksl::least_links(row.request), links_n = least ? least : 3;
-  const ksl::extents of = {m.nq(), m.nv(), links_n, request.n, m.tree_elements(), static_cast<int>(m.links().size()),
-                           0};
+  const ksl::extents of = {m.nq(), m.nv(), links_n, request.n, m.tree_elements(), static_cast<int>(m.links().size())};
 
   std::vector<std::vector<S>> one, all;
   const bool reactions = row.request == ksl::request_kind::reactions;

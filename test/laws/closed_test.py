@@ -3,7 +3,7 @@
 import ksl
 import numpy as np
 import pytest
-from closed_mechanisms import KINDS, random_case
+from closed_mechanisms import KINDS, body, pose, random_case
 
 SEEDS = range(3)
 CASES = [(kind, seed) for kind in KINDS for seed in SEEDS]
@@ -278,3 +278,78 @@ def test_stiffnesses_of_joints_that_are_reversed():
     with pytest.raises(ksl.DescriptionError, match="joint B would have to be reversed to make link coupler the root, and its stiffness, which moves with its child"):
         turning.with_root("coupler")
     assert turning.with_root("crank").root == "crank"  # the same all round the axis
+
+
+def bench_of_bars(welds, seed=0):
+    """Two planar four-bars on one crank, of which all loops are redundant, in a random plane; joints lie anywhere along their axes.  With welds in the ways of the loops."""
+    rng = np.random.default_rng(seed)
+    at = lambda x, z=0.0: np.block([[np.eye(3), np.array([[x], [rng.uniform(-0.1, 0.1)], [z]])], [np.zeros((1, 3)), 1]])
+    b = ksl.Builder("bars", gravity=(1.0, -2.0, 9.0)).add_link("ground")
+    for name in ("crank", "coupler", "rocker", "rod", "slider"):
+        b.add_link(name, **body(rng))
+    last, tail, about = "coupler", "rod", {"axis": (0, 1, 0)}
+    b.add_joint("A", "continuous", "ground", "crank", pose=pose(rng), **about).add_joint("B", "continuous", "crank", "coupler", pose=at(0.2), **about)
+    if welds:
+        b.add_link("tip", **body(rng)).add_link("post", **body(rng)).add_link("end")
+        b.add_joint("W1", "fixed", "coupler", "tip", pose=at(0.2, 0.1)).add_joint("W2", "fixed", "crank", "post", pose=at(0.05))
+        last = "tip"
+    b.add_joint("E", "continuous", "post" if welds else "crank", "rod", pose=at(0.1, 0.1), **about)
+    if welds:
+        b.add_joint("W3", "fixed", "rod", "end", pose=at(0.1))
+        tail = "end"
+    b.add_joint("C", "continuous", last, "rocker", pose=at(0.4), **about)
+    b.add_joint("F", "prismatic", "rocker", "slider", pose=at(0.1), axis=(1, 0, 0))
+    tree = b.build()
+    q = tree.neutral()
+    for name, x in zip("ABECF", (-1.0, 0.4, 0.9, 1.4, 0.05)):
+        q[tree.joint(name).q_index] = x
+    world = {name: tree.frame_pose(q, name) for name in tree.link_names}
+    to = lambda link, target: np.linalg.inv(world[link]) @ world[target]
+    on_rocker, on_rod = at(0.3), at(0.2, 0.05)
+    b.add_loop("D", "revolute", "rocker", "ground", on_rocker, to("ground", "rocker") @ on_rocker, **about)
+    b.add_loop("G", "revolute", tail, "slider", on_rod, to("slider", tail) @ on_rod, **about)
+    return b.build(drives=["A"]), q
+
+
+@pytest.mark.parametrize("stiff", [None, "all", "some"])
+@pytest.mark.parametrize("welds", [False, True])
+def test_redundant_mechanisms_in_lanes(welds, stiff):
+    """Whatever a batch has beside a state.  The wrenches balance as external ones of the tree, and no pattern that may be added makes them smaller, or lowers their
+    energy."""
+    m, q = bench_of_bars(welds)
+    assert m.mobility(q).mobility == 1 and m.mobility(q).redundant == 6
+    rng = np.random.default_rng(1)
+    names = [*(j.name for j in m.joints if j.name != "base"), "D", "G"]
+    C = np.stack([np.eye(6)] * len(names))
+    if stiff:
+        L = rng.normal(size=(len(names), 6, 6))
+        K = L @ L.transpose(0, 2, 1) + np.eye(6)
+        C = np.linalg.inv(K)
+        rigid = m
+        m = m.with_stiffness({name: 1e5 * k for name, k in zip(names, K) if stiff == "all" or name in "BDG"})
+    Q = np.array([m.close(q + x * (np.arange(m.nq) == m.joint("A").q_index), hold=["A"]).q for x in np.linspace(-0.3, 0.3, 11)])
+    V = np.array([m.consistent_velocity(p, rng.normal(size=m.nv), given=["A"]) for p in Q])
+    A = np.array([m.consistent_acceleration(p, v, rng.normal(size=m.nv), given=["A"]) for p, v in zip(Q, V)])
+    external = {"coupler": rng.normal(size=6), "slider": rng.normal(size=(11, 6))}
+    tau = m.inverse_dynamics(Q, V, A, external)
+    assert np.abs(tau[:, [m.joint(n).v_index for n in "BECF"]]).max() == 0
+    for axes in ("link", "world"):
+        pushed = dict(external_axes=axes)
+        found = m.reactions(Q, V, A, external, joints=names, **pushed)
+        for k in (0, 7):
+            here = {"coupler": external["coupler"], "slider": external["slider"][k]}
+            assert np.array_equal(m.reactions(Q[k], V[k], A[k], here, joints=names, **pushed), found[k])
+        ends = {}
+        for loop in m.loops:
+            for link, side in ((loop.successor, "child"), (loop.predecessor, "parent")):
+                frame = {"link": {"at": link, "axes": link}, "world": {"at": link, "axes": "world"}}[axes]
+                ends[link] = ends.get(link, 0) + m.reactions(Q, V, A, external, joints=[loop.name], on=side, **frame, **pushed)[:, 0] + external.get(link, 0)
+        balanced = m.without_loops().reactions(Q, V, A, {**external, **ends}, joints=names[:-2], **pushed)
+        close_to(found[:, :-2], balanced, 1e-11)
+        for p, f in zip(Q, found):
+            patterns = (rigid if stiff else m).reactions_null_basis(p, names)
+            assert len(patterns) == 6
+            if stiff != "some":
+                close_to(np.einsum("kji,jil,jl->k", patterns, C, f) / np.abs(np.einsum("jil,jl->ji", C, f)).max(), np.zeros(6), 1e-9)
+    single = m.reactions(*(x.astype(np.float32) for x in (Q, V, A)), {k: np.float32(w) for k, w in external.items()}, joints=names, external_axes="world")
+    close_to(single, found, 2e-3)

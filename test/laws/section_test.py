@@ -1,5 +1,6 @@
 """The wrench through a section: that through a fixed joint between two links, of which the cut link is welded."""
 
+import ksl
 import numpy as np
 import pytest
 
@@ -95,3 +96,51 @@ def test_shares_and_bad_input():
     ):
         with pytest.raises(ValueError, match=sentence):
             m.section_wrench(q, v, a, "middle", **(plane | keywords))
+
+
+def linkage(sawn: bool, rod_is_successor: bool, spring_first: bool) -> ksl.Model:
+    """Crank, rod and rocker in space, with springs on both halves of the rod, which is one piece, or two that are welded at x = 0.2.  No reaction is left open."""
+    at = lambda x=0.0, y=0.0, z=0.0: np.block([[np.eye(3), np.array([[x], [y], [z]])], [np.zeros((1, 3)), 1]])
+    cut = np.array([0.2, 0.0, 0.0])
+    mass, h, I = (x + y for x, y in zip(about_origin(NEAR), about_origin(FAR, cut)))
+    c = h / mass
+    whole = {"mass": mass, "center_of_mass": c, "inertia": I - mass * (c @ c * np.eye(3) - np.outer(c, c))}
+    half = lambda part: {"mass": part[1], "center_of_mass": part[0], "inertia": np.diag(part[2]) + COUPLING}
+    b = ksl.Builder("linkage").add_link("ground").add_link("crank", **half(FAR)).add_link("rod", **(half(NEAR) if sawn else whole)).add_link("rocker", **half(FAR))
+    b.add_joint("A", "continuous", "ground", "crank", axis=(0, 0, 1)).add_joint("E", "continuous", "ground", "rocker", pose=at(0.3, 0.1, 0), axis=(1, 0.2, 0))
+    b.add_joint("U", "universal", "crank", "rod", pose=at(0.1), axis=(0, 0, 1), axis2=(0, 1, 0))
+    end = "rod"
+    if sawn:
+        end = "half"
+        b.add_link(end, **half(FAR)).add_joint("weld", "fixed", "rod", end, pose=at(*cut))
+    head = np.array([0.4, 0.05, 0.0]) - (cut if sawn else 0)
+    ends = [(end, at(*head)), ("rocker", at(0, 0, 0.3))]
+    (p, at_p), (s, at_s) = ends[:: -1 if rod_is_successor else 1]
+    b.add_loop("L", "spherical", p, s, at_p, at_s)
+    springs = {"stiffness": 300.0, "free_length": 0.1, "damping": 20.0, "preload": 4.0}
+    beyond, near = (end, np.array([0.3, 0, 0.1]) - (cut if sawn else 0)), ("rod", (0.1, 0.05, 0))
+    for name, on in (("far spring", beyond), ("near spring", near)):
+        one, other = [on, ("ground", (0.2, -0.3, 0.4))][:: 1 if spring_first else -1]
+        b.add_force_element(name, *one, *other, **springs)
+    return b.build(drives=["A"], physics="force elements")
+
+
+@pytest.mark.parametrize("rod_is_successor", [False, True])
+@pytest.mark.parametrize("spring_first", [False, True])
+def test_sections_of_a_closed_mechanism_with_springs(rod_is_successor, spring_first):
+    cut, whole = (linkage(x, rod_is_successor, spring_first) for x in (True, False))
+    rng = np.random.default_rng(3)
+    start = whole.neutral()
+    start[whole.joint("E").q_index] = 0.2
+    q = whole.close(start).q
+    assert whole.mobility(q).mobility == 1 and whole.mobility(q).redundant == 0 and [j.name for j in cut.joints[:3]] == [j.name for j in whole.joints[:3]]
+    v = whole.consistent_velocity(q, 2 * rng.normal(size=4), given=["A"])
+    a = whole.consistent_acceleration(q, v, 3 * rng.normal(size=4), given=["A"])
+    external = {"rod": rng.normal(size=6), "rocker": rng.normal(size=6)}
+    expected = cut.reactions(q, v, a, external, joints=["weld"])[0]
+    assert np.abs(expected - whole.with_physics([]).section_wrench(q, v, a, "rod", (0.2, 0, 0), (1, 0, 0), share=about_origin(FAR, (0.2, 0, 0)), external=external)).max() > 1
+    for beyond in (None, ["L"]):
+        found = whole.section_wrench(q, v, a, "rod", (0.2, 0, 0), (1, 0, 0), share=about_origin(FAR, (0.2, 0, 0)), beyond=beyond, external=external)
+        assert np.abs(found - expected).max() < 1e-11 * np.abs(expected).max()
+    back = whole.section_wrench(np.stack([q, q]), v, a, "rod", (0.2, 0, 0), (-1, 0, 0), share=about_origin(NEAR), external=external)
+    assert np.abs(back + expected).max() < 1e-11 * np.abs(expected).max()

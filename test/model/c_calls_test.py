@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import sys
 from ctypes import POINTER, byref, c_bool, c_char, c_char_p, c_double, c_int, c_void_p
 from pathlib import Path
 
@@ -10,6 +11,9 @@ import pytest
 from random_states import random_states
 
 import ksl
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "laws"))
+from section_test import linkage
 
 ROBOTS = Path(__file__).resolve().parents[2] / "examples/robots"
 
@@ -26,23 +30,22 @@ class External(ctypes.Structure):
 
 
 class Options(ctypes.Structure):
-    _fields_ = [("floating_base", c_bool), ("rest", c_char * 127)]
+    _fields_ = [("floating_base", c_bool), ("other", c_char * 63), ("physics_of_joints", c_bool * 7), ("force_elements", c_bool), ("rest", c_char * 64)]
 
 
 class InC:
     """A model, and the same in C."""
 
-    def __init__(self, floating: bool) -> None:
+    def __init__(self, floating: bool, file: Path = ROBOTS / "panda.urdf", springs: bool = False) -> None:
         path = os.environ.get("KSL_LIBRARY")
         assert path, "KSL_LIBRARY names the library that make test builds"
         self.of = ctypes.CDLL(path)
         for name in ("ksl_error_message", "ksl_warning_message"):
             getattr(self.of, name).restype = c_char_p
         self.of.ksl_section.restype, self.of.ksl_model_options.restype = Section, Options
-        file = ROBOTS / "panda.urdf"
-        self.m = ksl.load(file, floating_base=floating)
+        self.m = ksl.load(file, floating_base=floating, physics=["force elements"] if springs else [])
         self.model, self.data, options = c_void_p(), c_void_p(), self.of.ksl_model_options()
-        options.floating_base = floating
+        options.floating_base, options.force_elements = floating, springs
         assert self.of.ksl_model_load(str(file).encode(), byref(options), byref(self.model)) == 0
         assert self.of.ksl_data_create(self.model, byref(self.data)) == 0
 
@@ -71,30 +74,49 @@ def test_sections_are_those_of_python(robot, dtype):
     m, rng = robot.m, np.random.default_rng(4)
     q, v, a = (x[0].astype(dtype) for x in random_states(m, rng, 1))
     external = {name: rng.normal(size=6).astype(dtype) for name in ("panda_link4", "panda_link7", "panda_link1")}
-    count = 0
-    for name in m.link_names:
-        for share in ("body", 0.3, (1.5, (0.1, 0.2, 0.3), np.diag([0.5, 0.6, 0.7]) + 0.01)):
-            point, normal = rng.normal(size=3) * 0.2, rng.normal(size=3)
-            around = [next(j.name for j in m.joints if j.child == name), *(j.name for j in m.joints if j.parent == name)]
-            beyond = None if rng.random() < 0.5 else [j for j in around if rng.random() < 0.5]
-            axes, order, held = rng.choice(["link", "world"]), rng.choice(["lin_ang", "ang_lin"]), str(rng.choice(["link", "world"]))
-            s = robot.of.ksl_section(m.link_names.index(name))
-            assert s.beyond_n == -1
-            s.point[:], s.normal[:] = point, normal
-            if isinstance(share, float):
-                s.share, s.fraction = 1, share
-            elif isinstance(share, tuple):
-                I = share[2]
-                s.share, s.inertia[:] = 2, [share[0], *share[1], I[0, 0], I[0, 1], I[1, 1], I[0, 2], I[1, 2], I[2, 2]]
-            if beyond is not None:
-                s.beyond_n, s.beyond = len(beyond), (c_int * 8)(*[[j.name for j in m.joints].index(j) for j in beyond])
-            s.axes, s.order = int(axes == "world"), int(order == "ang_lin")
-            expected = m.section_wrench(q, v, a, name, point, normal, share, beyond, external, str(axes), str(order), held)
-            status, found = robot.section_wrench(q, v, a, s, external, dtype, held)
-            assert status == 0, robot.message()
-            assert np.abs(found - expected).max() <= (1e-12 if dtype == np.float64 else 2e-5) * max(1.0, np.abs(expected).max())
-            count += np.abs(expected).max() > 0.1
+    count = sum(sections_agree(robot, (q, v, a), name, external, rng) for name in m.link_names)
     assert count > 10
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_sections_of_closed_mechanisms_with_springs_are_those_of_python(tmp_path, dtype):
+    (tmp_path / "linkage.urdf").write_text(linkage(False, dtype == np.float64, dtype == np.float32).to_urdf())
+    robot = InC(False, tmp_path / "linkage.urdf", springs=True)
+    m, rng = robot.m, np.random.default_rng(5)
+    q = m.close(m.neutral() + 0.1).q
+    v = m.consistent_velocity(q, rng.normal(size=m.nv), given=m.drives)
+    a = m.consistent_acceleration(q, v, rng.normal(size=m.nv), given=m.drives)
+    count = sum(sections_agree(robot, [x.astype(dtype) for x in (q, v, a)], name, {}, rng, 20.0) for name in ["rod", "rocker", "crank"] * 8)
+    assert count > 20
+
+
+def sections_agree(robot, state, name, external, rng, size=1.0):
+    """Holds sections of a link in C against Python, where forces have about that size; returns how many carry something."""
+    m, dtype, count = robot.m, state[0].dtype, 0
+    loops = [x.name for x in m.loops if name in (x.predecessor, x.successor)]
+    numbers = [*(j.name for j in m.joints), *m.loop_names]
+    for share in ("body", 0.3, (1.5, (0.1, 0.2, 0.3), np.diag([0.5, 0.6, 0.7]) + 0.01)):
+        point, normal = rng.normal(size=3) * 0.2, rng.normal(size=3)
+        around = [next(j.name for j in m.joints if j.child == name), *(j.name for j in m.joints if j.parent == name), *loops]
+        beyond = None if rng.random() < 0.5 else [j for j in around if rng.random() < 0.5]
+        axes, order, held = rng.choice(["link", "world"]), rng.choice(["lin_ang", "ang_lin"]), str(rng.choice(["link", "world"]))
+        s = robot.of.ksl_section(m.link_names.index(name))
+        assert s.beyond_n == -1
+        s.point[:], s.normal[:] = point, normal
+        if isinstance(share, float):
+            s.share, s.fraction = 1, share
+        elif isinstance(share, tuple):
+            I = share[2]
+            s.share, s.inertia[:] = 2, [share[0], *share[1], I[0, 0], I[0, 1], I[1, 1], I[0, 2], I[1, 2], I[2, 2]]
+        if beyond is not None:
+            s.beyond_n, s.beyond = len(beyond), (c_int * 8)(*map(numbers.index, beyond))
+        s.axes, s.order = int(axes == "world"), int(order == "ang_lin")
+        expected = m.section_wrench(*state, name, point, normal, share, beyond, external, str(axes), str(order), held)
+        status, found = robot.section_wrench(*state, s, external, dtype, held)
+        assert status == 0, robot.message()
+        assert np.abs(found - expected).max() <= (1e-12 if dtype == np.float64 else 2e-5) * max(size, np.abs(expected).max())
+        count += np.abs(expected).max() > 0.1
+    return count
 
 
 def test_sections_that_are_refused(robot):

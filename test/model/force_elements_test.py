@@ -159,8 +159,6 @@ def test_where_an_element_has_no_force_it_is_named():
             m.gravity_torque([[0.1], [0.1], [0.1], [q], [0.1]])
     with pytest.raises(ValueError, match="second_derivatives is not available with force elements"):
         m.inverse_dynamics_second_derivatives([0.3], [0.0], [0.0])
-    with pytest.raises(ValueError, match="force element .* acts on link rod"):
-        m.section_wrench([0.1], [0.0], [0.0], "rod", (0.2, 0, 0), (1, 0, 0))
     with pytest.warns(RuntimeWarning, match="perhaps force element strut is beyond a limit without a stop"):
         m.simulate([0.1], [20.0], [0, 5.0])
 

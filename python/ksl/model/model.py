@@ -138,12 +138,13 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls):
         point, normal: of the plane, in the link's frame, m.  The normal points to the part beyond.  Moments are about the point.
         share: how much of the link's own inertia is beyond: "body" is all or nothing, by its centroid; a number is a fraction
         of its inertia; or (mass, first moment, inertia (3, 3)), both about the link's origin and in its axes.
-        beyond: which of the link's joints, the one that carries it and those that it carries, are beyond.  By default those
-        whose origins are; in the plane itself the former is near, and the latter are beyond.
+        beyond: which of the link's joints, the one that carries it, those that it carries and those that close loops at it, are beyond.
+        By default those whose origins are; in the plane itself the first is near, and the others are beyond.
         external, external_axes: as in :meth:`inverse_dynamics`; a wrench on the link itself acts on the part with the link's own origin.
         axes: "link" or "world".  order: "lin_ang" or "ang_lin".
 
-        Newton's and Euler's laws for the part beyond, with the reactions of its joints.  O(bodies) for each joint beyond.
+        Newton's and Euler's laws for the part beyond, with the reactions of its joints and the force elements whose points are beyond.
+        O(bodies) for each joint beyond.
 
             cut = m.section_wrench(q, v, a, "forearm_link", point=(0, 0, 0.2), normal=(0, 0, 1))
         """

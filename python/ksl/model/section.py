@@ -50,12 +50,6 @@ def section_wrench(
     wrenches = items_of(external, external_axes)
     for target, _ in wrenches:
         m.link(target)
-    for loop in m.loops:
-        if name in (loop.predecessor, loop.successor):
-            raise ValueError(f"link {name} carries joint {loop.name} of a loop, whose wrench sections don't know; cut a link without one")
-    for element in m.force_elements if "force elements" in m.physics else ():
-        if name in (element.link1, element.link2):
-            raise ValueError(f"force element {element.name} acts on link {name}, on one side of its sections; cut a link without one")
     parent = next(j for j in m.joints if j.child == name)
     children = [j for j in m.joints if j.parent == name]
     q, v, a = (np.asarray(argument(x, *role, m._core), float) for x, role in ((q, ("q", m.nq)), (v, ("v", m.nv)), (a, ("a", m.nv))))
@@ -64,6 +58,8 @@ def section_wrench(
     for j in children:
         origin = m.relative_pose(m.neutral(), f"link:{j.child}", frame)[:3, 3]  # where no joint has moved its child
         sides[j.name] = bool(n @ (origin - at) >= 0)
+    ends = {x.name: x.successor_pose if x.successor == name else x.predecessor_pose for x in m.loops if name in (x.predecessor, x.successor)}
+    sides |= {loop: bool(n @ (np.reshape(pose, (4, 4))[:3, 3] - at) >= 0) for loop, pose in ends.items()}
     if beyond is not None:
         if not isinstance(beyond, Iterable):
             raise ValueError(f"beyond={beyond!r}; expected a list of joints of {name}: some of {', '.join(sides)}")
@@ -73,10 +69,11 @@ def section_wrench(
                 raise ValueError(f"beyond names {joint!r}, which is no joint of {name}; {near_names(joint, sides)}expected some of {', '.join(sides)}")
         sides = {joint: joint in listed for joint in sides}
     wrench = _inertial_wrench(m, q, v, a, frame, _inertia_beyond(link, share, n, at))
-    for j in (parent, *children):
-        if sides[j.name]:
-            found = m.reactions(q, v, a, external, joints=[j.name], at=frame, axes=frame, external_axes=external_axes)[..., 0, :]
-            wrench = wrench - (found if j is parent else -found)
+    carried = {parent.name, *(x.name for x in m.loops if x.successor == name)}  # joints with the link on their child's side
+    for joint in (x for x, beyond_plane in sides.items() if beyond_plane):
+        found = m.reactions(q, v, a, external, joints=[joint], at=frame, axes=frame, external_axes=external_axes)[..., 0, :]
+        wrench = wrench - (found if joint in carried else -found)
+    wrench = wrench - _of_elements(m, q, v, name, n, at)
     for target, given in wrenches:
         if target == name and sides[parent.name]:
             f = np.asarray(given, float)
@@ -93,6 +90,23 @@ def section_wrench(
         wrench = np.roll(wrench, 3, axis=-1)
     require_finite("section_wrench", "wrench", wrench)
     return wrench
+
+
+def _of_elements(m: Calls, q: Array, v: Array, link: str, n: Array, at: Array) -> Array | float:
+    """What force elements whose points are beyond the plane, or in it, exert on the link, about its origin and in its axes."""
+    total: Array | float = 0.0
+    for k, element in enumerate(m.force_elements if "force elements" in m.physics else ()):
+        points = ((element.link1, np.array(element.point1)), (element.link2, np.array(element.point2)))
+        for own, (other, far) in (points, points[::-1]):
+            if own[0] != link or n @ (own[1] - at) < 0:
+                continue
+            relative = m.relative_pose(q, f"link:{other}", f"link:{link}")
+            apart = relative[..., :3, :3] @ far + relative[..., :3, 3] - own[1]
+            states = m.force_element_states(q, v)
+            tension, length = states.tension[..., k, None], states.length[..., k, None]
+            force = tension * apart / np.where(length > 0, length, 1)
+            total = total + np.concatenate([force, np.cross(own[1], force)], axis=-1)
+    return total
 
 
 def _skew(x: Array) -> Array:

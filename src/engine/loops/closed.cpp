@@ -189,7 +189,7 @@ template <class S> bool run_state(const algorithm_row &row, const model &m, void
   const batch_view<S> batch = alone.of(s);
   // by the plan at first, in memory that is not larger than that of run_batch, and without the time that laying out all of that takes
   planned<S> fast(row, m);
-  if (bool done = false; fast.suits(batch)) {
+  if (bool done = false; fast.suits()) {
     arena part = pieces;
     fast.lay_out(part, batch, 1);
     fast.run(batch, 0, 1, &done);
@@ -210,7 +210,7 @@ batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_vi
   fast.lay_out(pieces, batch, states);
   one.lay_out(pieces);
   state.lay_out(pieces, row, m, batch, 0);
-  const bool suits = memory && by_plan && fast.suits(batch);
+  const bool suits = memory && by_plan && fast.suits();
   bool ordinary = true, done[planned<S>::most] = {};
   for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
     const int n = static_cast<int>(std::min(end - k, static_cast<std::size_t>(states)));

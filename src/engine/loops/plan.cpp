@@ -7,6 +7,7 @@
 #include "ksl/engine/model/joints.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <memory>
 
@@ -17,6 +18,12 @@ std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// A pivot that makes less work may be smaller than the largest one by this factor.
 constexpr double large_enough = 0.25;
+
+/// The last pivot of a position that isn't nearly singular, relative to the largest term.
+constexpr double regular = 0.05;
+
+/// The neutral position may be one of few where the rank is lower, as that of a flat parallelogram: so many others are looked at in any case.
+constexpr int least_starts = 3;
 
 /// Memory that something is laid out in.
 template <class Work> class held {
@@ -50,6 +57,7 @@ public:
       return {};
     for (const loop &l : t_.loops)
       add_joint(l);
+    add_compliances();
     eliminate(q);
     for (const double x : t_.row_scale)
       plan_.row_scale.push_back(x);
@@ -60,24 +68,41 @@ public:
   }
 
 private:
-  /// Near the neutral position; empty if no closed one is found from there.
+  auto lay_out_with(elimination &k) const {
+    return [&](geometry &work, arena &pieces) { work.lay_out(pieces), k.lay_out(pieces, t_.rows, m_.nv()); };
+  }
+  void factor(geometry &g, elimination &k, const std::vector<double> &q) const {
+    g.set_position(q.data());
+    k.factor(g.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g.size(), t_.is_driven.data(),
+             static_cast<int>(t_.drives.size()));
+  }
+
+  /// Of closed positions near the neutral one and some others, one with the highest rank: the first that isn't nearly singular, else that with
+  /// the largest last pivot; empty if none is closed.
   std::vector<double> closed_position() const {
-    std::vector<double> q(index(m_.nq()), 0.0), closed = q;
+    std::vector<double> q(index(m_.nq()), 0.0), closed = q, best;
     for (const model::quaternion_in_q &quaternion : m_.quaternions())
       q[index(quaternion.q_index + 3)] = 1;
     const std::vector<unsigned char> hold(index(m_.nv()), 0);
     assembly a(m_);
     const held memory(a, [](assembly &work, arena &pieces) { work.lay_out(pieces); });
-    double error = 0;
-    for (int start = 0; start < 8; ++start) {
-      if (a.close(q.data(), hold.data(), {}, closed.data(), &error) == closing::closed)
-        return closed;
+    geometry g(m_, t_);
+    elimination k;
+    const held of_pivots(g, lay_out_with(k));
+    int rank = -1;
+    double last = 0, error = 0;
+    for (int start = 0; start < 8 && (start < least_starts || last < regular); ++start) {
+      if (a.close(q.data(), hold.data(), {}, closed.data(), &error) == closing::closed) {
+        factor(g, k, closed);
+        if (k.rank > rank || (k.rank == rank && last < regular && k.last_pivot() > last))
+          best = closed, rank = k.rank, last = k.last_pivot();
+      }
       for (const joint_row &joint : m_.joints()) // other starts, the same in every run
         if (joint.v_index >= 0 && row_of(joint.kind).velocity_is_rate)
           for (int c = 0; c < row_of(joint.kind).nq; ++c)
             q[index(joint.q_index + c)] = 0.7 * std::sin(1.3 * (joint.q_index + c + 1) * (start + 1));
     }
-    return {};
+    return best;
   }
 
   static SE3<double> in_body(const link<double> &l, const SE3<double> &in_link) {
@@ -116,7 +141,117 @@ private:
     joint.columns_middle = static_cast<int>(plan_.columns.size());
     add_columns(from_ground, common);
     joint.columns_end = static_cast<int>(plan_.columns.size());
+    add_crossed(predecessor, successor, joint);
     plan_.joints.push_back(joint);
+  }
+
+  /// The joints on the ways from both ends to the link where these meet, which joints they are by their child links.
+  void add_crossed(int predecessor, int successor, closing_joint<double> &joint) {
+    const std::vector<int> to = path_to(successor), from = path_to(predecessor);
+    std::size_t common = 0;
+    while (common < to.size() && common < from.size() && to[common] == from[common])
+      ++common;
+    const auto end = [&] { return static_cast<int>(plan_.through.size()); };
+    const auto add = [&](const std::vector<int> &path) {
+      for (std::size_t i = common; i < path.size(); ++i) {
+        const auto known = std::find(plan_.crossed.begin(), plan_.crossed.end(), path[i]);
+        plan_.through.push_back(static_cast<int>(known - plan_.crossed.begin()));
+        if (known == plan_.crossed.end())
+          plan_.crossed.push_back(path[i]);
+        plan_.view.crosses_welds |= !view_.link[path[i]].carried_by_moving_joint;
+      }
+    };
+    joint.through_begin = end();
+    add(to);
+    joint.through_middle = end();
+    add(from);
+    joint.through_end = end();
+  }
+
+  /// The links from the root, which is left out, to a link.
+  std::vector<int> path_to(int link) const {
+    std::vector<int> path;
+    for (; link > 0; link = view_.link[link].parent)
+      path.insert(path.begin(), link);
+    return path;
+  }
+
+  /// Those of joints that no loop crosses store the same energy whatever patterns are added.
+  void add_compliances() {
+    plan_.compliance_of.assign(plan_.crossed.size() + t_.loops.size(), -1);
+    for (const auto &[joint, matrix] : t_.compliances) {
+      const int joints = static_cast<int>(m_.joints().size());
+      int place = static_cast<int>(plan_.crossed.size()) + joint - joints;
+      std::array<double, 36> C = matrix;
+      if (joint < joints) {
+        const int link = m_.joints()[index(joint)].link;
+        const auto known = std::find(plan_.crossed.begin(), plan_.crossed.end(), link);
+        if (known == plan_.crossed.end())
+          continue;
+        place = static_cast<int>(known - plan_.crossed.begin());
+        const SE3<double> turn = {view_.link[link].pose.R, {0, 0, 0}};
+        algebra<double>::matrix6_complianceTransformed(C.data(), &turn, C.data());
+      }
+      joint_compliance_view<double> of{place, {}};
+      for (int i = 0; i < 36; ++i)
+        of.matrix[i / 6][i % 6] = C[index(i)];
+      plan_.compliance_of[index(place)] = static_cast<int>(plan_.compliances.size());
+      plan_.compliances.push_back(of);
+    }
+  }
+
+  /// Which joints each pattern has wrenches at, and which patterns have to be taken off it: loops that share no joints have none in common.
+  void add_patterns() {
+    const std::size_t crossed = plan_.crossed.size(), joints = crossed + t_.loops.size();
+    std::vector<std::vector<bool>> has;
+    const auto end = [&] { return static_cast<int>(plan_.list.size()); };
+    const auto overlap = [](const std::vector<bool> &x, const std::vector<bool> &y) {
+      for (std::size_t k = 0; k < x.size(); ++k)
+        if (x[k] && y[k])
+          return true;
+      return false;
+    };
+    for (const int row : plan_.redundant) {
+      const std::vector<bool> loops = loops_in_pattern(row);
+      std::vector<bool> at(joints, false);
+      loop_pattern p{};
+      p.loops_begin = end();
+      for (std::size_t l = 0; l < loops.size(); ++l)
+        if (loops[l]) {
+          plan_.list.push_back(static_cast<int>(l));
+          at[crossed + l] = true;
+          for (int k = plan_.joints[l].through_begin; k < plan_.joints[l].through_end; ++k)
+            at[index(plan_.through[index(k)])] = true;
+        }
+      p.loops_end = p.earlier_begin = end();
+      for (std::size_t k = 0; k < has.size(); ++k)
+        if (overlap(at, has[k])) {
+          plan_.list.push_back(static_cast<int>(k));
+          for (std::size_t j = 0; j < joints; ++j)
+            at[j] = at[j] || has[k][j];
+        }
+      p.earlier_end = p.places_begin = end();
+      for (std::size_t j = 0; j < joints; ++j)
+        if (at[j])
+          plan_.list.push_back(static_cast<int>(j));
+      p.places_end = end();
+      plan_.patterns.push_back(p);
+      has.push_back(std::move(at));
+    }
+  }
+
+  /// The loops whose equations have multipliers, where that of a redundant equation is 1 (back_through_lower of the kernels).
+  std::vector<bool> loops_in_pattern(int redundant) const {
+    std::vector<bool> rows(index(t_.rows), false), loops(t_.loops.size(), false);
+    rows[index(redundant)] = true;
+    for (std::size_t k = plan_.pivots.size(); k-- > 0;)
+      for (int i = plan_.pivots[k].rows_begin; i < plan_.pivots[k].rows_end; ++i)
+        if (rows[index(plan_.list[index(i)])])
+          rows[index(plan_.pivots[k].row)] = true;
+    for (std::size_t l = 0; l < loops.size(); ++l)
+      for (int i = 0; i < t_.loops[l].rows; ++i)
+        loops[l] = loops[l] || rows[index(t_.loops[l].first_row + i)];
+    return loops;
   }
 
   void add_columns(const std::vector<int> &path, std::size_t common) {
@@ -136,15 +271,13 @@ private:
   void eliminate(const std::vector<double> &q) {
     geometry g(m_, t_);
     elimination k;
-    const held memory(
-        g, [&](geometry &work, arena &pieces) { work.lay_out(pieces), k.lay_out(pieces, t_.rows, m_.nv()); });
-    g.set_position(q.data());
-    k.factor(g.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g.size(), t_.is_driven.data(),
-             static_cast<int>(t_.drives.size()));
+    const held memory(g, lay_out_with(k));
+    factor(g, k, q);
     plan_.independent.assign(k.independent(), k.independent() + k.freedoms());
     plan_.redundant.assign(k.row + k.rank, k.row + t_.rows);
     plan_.view.drives_are_independent = t_.drives_are_known && plan_.independent == t_.drives;
     set_pivots(k, g.jacobian());
+    add_patterns();
   }
 
   /// Which elements of K can differ from zero.
@@ -308,16 +441,28 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
                            joint.first_row,
                            joint.columns_begin,
                            joint.columns_middle,
-                           joint.columns_end};
+                           joint.columns_end,
+                           joint.through_begin,
+                           joint.through_middle,
+                           joint.through_end};
     for (int i = 0; i < 6; ++i)
       x.direction[i] = vector(joint.direction[i]);
     out.joints.push_back(x);
+  }
+  for (const joint_compliance_view<double> &of : plan.compliances) {
+    joint_compliance_view<float> x{of.joint, {}};
+    for (int i = 0; i < 36; ++i)
+      x.matrix[i / 6][i % 6] = static_cast<float>(of.matrix[i / 6][i % 6]);
+    out.compliances.push_back(x);
   }
   out.columns = plan.columns, out.pivots = plan.pivots, out.list = plan.list;
   out.independent = plan.independent, out.place = plan.place, out.redundant = plan.redundant;
   out.pitch.assign(plan.pitch.begin(), plan.pitch.end());
   out.row_scale.assign(plan.row_scale.begin(), plan.row_scale.end());
   out.column_scale.assign(plan.column_scale.begin(), plan.column_scale.end());
+  out.crossed = plan.crossed, out.through = plan.through, out.compliance_of = plan.compliance_of;
+  out.patterns = plan.patterns;
+  out.view.crosses_welds = plan.view.crosses_welds;
   out.view.drives_are_independent = plan.view.drives_are_independent;
   out.view.length = static_cast<float>(plan.view.length);
   out.view.tolerance = static_cast<float>(tolerance_of_float);

@@ -22,7 +22,7 @@ public:
   }
 
   /// Are there kernels for this call?
-  bool suits(const batch_view<S> &batch) const;
+  bool suits() const;
 
   void lay_out(arena &memory, const batch_view<S> &batch, int states);
 
@@ -31,20 +31,17 @@ public:
   void run(const batch_view<S> &batch, std::size_t first, int n, bool *done);
 
 private:
+  const algorithm_row &computed() const;
   batch_view<S> part_of(const batch_view<S> &batch, std::size_t first, int n) const;
-  void call(const algorithm_row &row, const batch_view<S> &part);
-  bool moves_all(const batch_view<S> &batch) const;
+  void call(const batch_view<S> &part);
   void copy_reactions(const batch_view<S> &batch, std::size_t first, int n, const bool *done) const;
-  void move_to_links(int n);
-  void set_reactions(const batch_view<S> &batch, std::size_t first, int n, const bool *done);
-  void store_loop(const reaction_request &wanted, const S *at_joint, S *out) const;
 
   const algorithm_row &row_;
   const model &m_;
   model_view<S> view_;
   elements::forces<S> forces_;
-  S *numbers_ = nullptr, *wrenches_ = nullptr, *on_links_ = nullptr, *found_ = nullptr, *unwanted_ = nullptr;
-  int *links_ = nullptr;
+  S *numbers_ = nullptr, *found_ = nullptr;
+  S *still_ = nullptr; ///< (nv) zeros
   external_rows<S> *external_ = nullptr;
   S *state_external_ = nullptr; ///< of one state
   int *state_links_ = nullptr;

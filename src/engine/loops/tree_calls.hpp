@@ -20,7 +20,7 @@ public:
       return elements::state_bytes<double>(row, m_, {externals, links, joints, 1});
     if (m_.followers() == 0)
       return kernels_of_row<double>(row).workspace_bytes(m_.view());
-    const extents asked = {m_.nq(), m_.nv(), links, joints, m_.tree_elements(), static_cast<int>(m_.links().size()), 0};
+    const extents asked = {m_.nq(), m_.nv(), links, joints, m_.tree_elements(), static_cast<int>(m_.links().size())};
     return coupled::projection<double>{row, m_}.state_bytes(asked);
   }
 

@@ -13,7 +13,10 @@ template <class S> struct loop_plan {
   std::vector<loop_column> columns;
   std::vector<S> pitch, row_scale, column_scale;
   std::vector<loop_pivot> pivots;
-  std::vector<int> list, independent, place, redundant;
+  std::vector<int> list, independent, place, redundant, crossed, through;
+  std::vector<joint_compliance_view<S>> compliances;
+  std::vector<int> compliance_of;
+  std::vector<loop_pattern> patterns;
   loop_view<S> view{};
 
   loop_plan() = default;
@@ -25,7 +28,9 @@ template <class S> struct loop_plan {
       return *this;
     joints = other.joints, columns = other.columns, pitch = other.pitch, row_scale = other.row_scale;
     column_scale = other.column_scale, pivots = other.pivots, list = other.list, independent = other.independent;
-    place = other.place, redundant = other.redundant, view = other.view;
+    place = other.place, redundant = other.redundant, crossed = other.crossed, through = other.through;
+    compliances = other.compliances, compliance_of = other.compliance_of, patterns = other.patterns;
+    view = other.view;
     point();
     return *this;
   }
@@ -33,6 +38,8 @@ template <class S> struct loop_plan {
     joints.swap(other.joints), columns.swap(other.columns), pitch.swap(other.pitch), row_scale.swap(other.row_scale);
     column_scale.swap(other.column_scale), pivots.swap(other.pivots), list.swap(other.list);
     independent.swap(other.independent), place.swap(other.place), redundant.swap(other.redundant);
+    crossed.swap(other.crossed), through.swap(other.through), compliances.swap(other.compliances);
+    compliance_of.swap(other.compliance_of), patterns.swap(other.patterns);
     view = other.view;
     point();
     return *this;
@@ -44,6 +51,9 @@ template <class S> struct loop_plan {
     view.pivots = static_cast<int>(pivots.size()), view.freedoms = static_cast<int>(independent.size());
     view.joint = joints.data(), view.column = columns.data(), view.pitch = pitch.data(), view.pivot = pivots.data();
     view.list = list.data(), view.independent = independent.data(), view.place = place.data();
+    view.crossings = static_cast<int>(crossed.size()), view.crossed = crossed.data(), view.through = through.data();
+    view.compliances = static_cast<int>(compliances.size()), view.compliance = compliances.data();
+    view.compliance_of = compliance_of.data(), view.pattern = patterns.data();
     view.redundant = redundant.data(), view.row_scale = row_scale.data(), view.column_scale = column_scale.data();
   }
 };

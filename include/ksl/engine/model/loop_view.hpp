@@ -27,6 +27,8 @@ template <class T> struct closing_joint {
   int first_row;
   int columns_begin, columns_middle,
       columns_end; ///< of those on the successor's side, then on the predecessor's: from the common body outwards
+  int through_begin, through_middle,
+      through_end; ///< the same of the joints that its wrench passes through, in loop_view::through
 };
 
 /// A coordinate that moves one end of a loop: its number in the motion subspace of a body (joints/column.hpp), and in v.
@@ -40,6 +42,21 @@ struct loop_pivot {
   int later_begin, later_end;     ///< steps whose columns these are
 };
 
+/// The pattern of an equation that follows from others: wrenches that balance.  Lists are places in loop_view::list.
+struct loop_pattern {
+  int loops_begin, loops_end; ///< whose joints have a wrench in it
+  int earlier_begin,
+      earlier_end; ///< patterns before it that share joints with it, once those before them have been taken off
+  int places_begin, places_end; ///< joints, as of joint_compliance_view, that have a wrench in it then
+};
+
+/// How a joint gives way under the wrench through it: about the joint's origin, in the axes of the body that it carries, or, if it closes a
+/// loop, in those of its frame on the successor.
+template <class T> struct joint_compliance_view {
+  int joint; ///< its place in loop_view::crossed, or after these the place of a loop
+  T matrix[6][6];
+};
+
 template <class T> struct loop_view {
   int loops, rows, pivots, freedoms;
   bool drives_are_independent; ///< are the independent coordinates those of the drives
@@ -48,9 +65,16 @@ template <class T> struct loop_view {
   const T *pitch; ///< of each column, of helical joints
   const loop_pivot *pivot;
   const int *list;
-  const int *independent;            ///< (freedoms) coordinates in v, ascending
-  const int *place;                  ///< (nv) of a coordinate among the independent ones, or −1 − its step
-  const int *redundant;              ///< (rows − pivots) equations
+  const int *independent; ///< (freedoms) coordinates in v, ascending
+  const int *place;       ///< (nv) of a coordinate among the independent ones, or −1 − its step
+  const int *redundant;   ///< (rows − pivots) equations
+  int crossings, compliances;
+  bool crosses_welds;
+  const int *crossed; ///< (crossings) joints of the tree that wrenches of loops pass through, by their child links
+  const int *through; ///< places in `crossed`, from the link outwards that both ends of a loop have in common
+  const joint_compliance_view<T> *compliance;
+  const int *compliance_of;          ///< (crossings + loops) the compliance of each joint, or −1
+  const loop_pattern *pattern;       ///< of each redundant equation
   const T *row_scale, *column_scale; ///< (rows), (nv): all terms become lengths
   T length;
   T tolerance; ///< how far a state may be from a closed one, relative to lengths

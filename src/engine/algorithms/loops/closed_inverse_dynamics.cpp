@@ -16,15 +16,15 @@ struct closed_inverse_dynamics_algorithm {
       .needs_mass = true,
       .nan_without_mass = false,
       .smooth_friction = false,
-      .results = 2,
-      .result = {{"tau", 1, {extent::nv}}, {"wrenches", 2, {extent::ends, extent::six}}},
+      .results = 1,
+      .result = {{"tau", 1, {extent::nv}}},
   };
   using form = forms::whole_results<closed_inverse_dynamics_algorithm>;
   template <class T> using workspace = closed_inverse_dynamics_workspace<T>;
 
   template <class T>
   static void compute(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {
-    closed_inverse_dynamics(model, w, s.q, s.v, s.a, s.external, s.result[0], s.result[1]);
+    closed_inverse_dynamics(model, w, s.q, s.v, s.a, s.external, s.result[0]);
   }
 };
 

@@ -162,37 +162,48 @@ KSL_LANES void put_canonical(coscrew<T> f, const link<scalar_of<T>> &l, bool ang
   ang[x] = f.ang.x, ang[y] = sign * f.ang.y, ang[z] = sign * f.ang.z;
 }
 
-/// Reactions of the requested joints into out (n, 6); after inverse_dynamics.  The wrench is split in the joint's frame and the
-/// part is then transformed by the coadjoint.  A split at another point would give a different result.
+/// Writes the requested part of the wrench through the joint that carries a link, in a pose that the request names; moved: it isn't that of the
+/// joint.  The wrench is split in the joint's frame and the part is then transformed by the coadjoint.  A split at another point would give a
+/// different result.
+template <class T>
+KSL_LANES void put_part(const model_view<scalar_of<T>> &model, const reactions_workspace<T> &w,
+                        const reaction_request &request, bool moved, int link_index, T *out) {
+  const link<scalar_of<T>> &l = model.link[link_index];
+  // number by number: a struct selected as a whole is copied by wide loads of narrow stores, which stall
+  const bool own = l.carried_by_moving_joint;
+  const T *const from = own ? &w.dynamics.wrench.number(l.body, 0) : &w.link_wrench[link_index].lin.x;
+  const int step = own ? lane_block<T> : 1;
+  const coscrew<T> f = {{from[0], from[step], from[2 * step]}, {from[3 * step], from[4 * step], from[5 * step]}};
+  coscrew<T> part = part_of(model, w.dynamics.pose, l, request.part, f);
+  rotate_to_link(l, part);
+  if (moved) {
+    const SE3<T> D = pose_in_requested(model, w, request, link_index);
+    algebra<T>::product_CoAdc(&D, &part, &part);
+  }
+  if (request.on == wrench_side::parent)
+    algebra<T>::coscrew_invert(&part);
+  put_reaction(part, request.angular_first, out);
+}
+
+/// Is the joint that carries the link, in its body, a weld?  Its wrench is found by link_wrenches.
+template <class S> bool is_welded(const model_view<S> &model, int link) {
+  return !model.link[link].carried_by_moving_joint;
+}
+
+/// Reactions of the requested joints into out (n, 6); after inverse_dynamics.
 template <class T>
 void reactions(const model_view<scalar_of<T>> &model, const reactions_workspace<T> &w,
                const external_wrenches<T> &external, const reaction_request &request, T *out) {
   bool any_welded = false;
   for (int k = 0; k < request.n; ++k)
-    any_welded |= !model.link[request.link[k]].carried_by_moving_joint;
+    any_welded |= is_welded(model, request.link[k]);
   if (any_welded)
     link_wrenches(model, w, external);
   const bool moved = !in_joint_frame(request);
   if (moved)
     compose_poses(model, w.dynamics.pose, w.in_world);
-
-  for (int k = 0; k < request.n; ++k, out += 6) {
-    const link<scalar_of<T>> &l = model.link[request.link[k]];
-    // number by number: a struct selected as a whole is copied by wide loads of narrow stores, which stall
-    const bool own = l.carried_by_moving_joint;
-    const T *const from = own ? &w.dynamics.wrench.number(l.body, 0) : &w.link_wrench[request.link[k]].lin.x;
-    const int step = own ? lane_block<T> : 1;
-    const coscrew<T> f = {{from[0], from[step], from[2 * step]}, {from[3 * step], from[4 * step], from[5 * step]}};
-    coscrew<T> part = part_of(model, w.dynamics.pose, l, request.part, f);
-    rotate_to_link(l, part);
-    if (moved) {
-      const SE3<T> D = pose_in_requested(model, w, request, request.link[k]);
-      algebra<T>::product_CoAdc(&D, &part, &part);
-    }
-    if (request.on == wrench_side::parent)
-      algebra<T>::coscrew_invert(&part);
-    put_reaction(part, request.angular_first, out);
-  }
+  for (int k = 0; k < request.n; ++k)
+    put_part(model, w, request, moved, request.link[k], out + 6 * k);
 }
 
 /// Efforts tau (nv) and the requested reactions out (n, 6) in one call.  Reactions of moving joints, if requested in their own

@@ -23,13 +23,22 @@ template <class T> struct closed_inverse_dynamics_workspace {
   }
 };
 
-/// Efforts tau (nv) of the drives, which are the independent coordinates, and the wrenches (ends, 6) that the joint of each loop exerts on
-/// its successor and on its predecessor, at its frame on either and in its axes, linear first.
+/// λ ← L⁻ᵀ λ with K = L U, where λ has what belongs to the equations of pivots, and is given for those that follow from others.
+template <class T>
+KSL_LANES void back_through_lower(const loop_view<scalar_of<T>> &loops, const loop_equations_workspace<T> &w,
+                                  T *lambda) {
+  for (int k = loops.pivots - 1; k >= 0; --k) {
+    const loop_pivot &p = loops.pivot[k];
+    for (int i = p.rows_begin; i < p.rows_end; ++i)
+      lambda[p.row] = lambda[p.row] - w.L[loops.list[i] * loops.pivots + k] * lambda[loops.list[i]];
+  }
+}
+
+/// Efforts tau (nv) of the drives, which are the independent coordinates.  What is left in w.multiplier makes multipliers by
+/// back_through_lower.
 template <class T>
 void closed_inverse_dynamics(const model_view<scalar_of<T>> &model, const closed_inverse_dynamics_workspace<T> &given,
-                             const T *q, const T *v, const T *a, const external_wrenches<T> &external, T *tau,
-                             T *wrenches) {
-  using A = algebra<T>;
+                             const T *q, const T *v, const T *a, const external_wrenches<T> &external, T *tau) {
   using S = scalar_of<T>;
   closed_inverse_dynamics_workspace<T> w = given;
   const loop_view<S> &loops = *model.loops;
@@ -43,7 +52,7 @@ void closed_inverse_dynamics(const model_view<scalar_of<T>> &model, const closed
     tau[i] = w.equations.fault;
   // With K = L U, Kᵀ λ = the efforts of the tree at dependent coordinates: Uᵀ z of these first; what Uᵀ z has at the independent ones is
   // taken off the efforts there, since Gᵀ of the efforts is wanted.  That needs no element of G.
-  for (int i = 0; i < loops.rows; ++i)
+  for (int i = 0; i < loops.rows; ++i) // equations that follow from others have no multiplier
     lambda[i] = T(S(0));
   T *const projected = &w.projected[0];
   for (int j = 0; j < padded_columns<T>(model.nv + 1); ++j)
@@ -62,27 +71,6 @@ void closed_inverse_dynamics(const model_view<scalar_of<T>> &model, const closed
   }
   for (int j = 0; j < f; ++j)
     tau[loops.independent[j]] = projected[loops.pivots + j] + w.equations.fault;
-  for (int k = loops.pivots - 1; k >= 0; --k) {
-    const loop_pivot &p = loops.pivot[k];
-    for (int i = p.rows_begin; i < p.rows_end; ++i) // equations that follow from others have no multiplier
-      lambda[p.row] = lambda[p.row] - w.equations.L[loops.list[i] * loops.pivots + k] * lambda[loops.list[i]];
-  }
-  for (int l = 0; l < loops.loops; ++l) {
-    const closing_joint<S> &joint = loops.joint[l];
-    vec3<T> force = {T(0), T(0), T(0)}, moment = force;
-    for (int i = 0; i < joint.forces + joint.moments; ++i) {
-      const vec3<T> d = spread<T>(joint.direction[i]);
-      A::axpy_vv(lambda[joint.first_row + i], &d, i < joint.forces ? &force : &moment);
-    }
-    const coscrew<T> f_successor = {force, moment};
-    coscrew<T> other;
-    A::product_CoAdc(&w.equations.relative[l], &f_successor, &other);
-    T *const out = wrenches + 12 * l;
-    const T numbers[12] = {force.x,      force.y,      force.z,      moment.x,     moment.y,     moment.z,
-                           -other.lin.x, -other.lin.y, -other.lin.z, -other.ang.x, -other.ang.y, -other.ang.z};
-    for (int c = 0; c < 12; ++c)
-      out[c] = numbers[c] + w.equations.fault;
-  }
 }
 
 template <class T> struct closed_forward_dynamics_workspace {

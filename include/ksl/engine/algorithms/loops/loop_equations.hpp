@@ -49,16 +49,15 @@ KSL_LANES void subtract_columns(const T &factor, const T *y, T *x, const int *co
 
 template <class T> struct loop_equations_workspace {
   world_axes<T> world;
-  array_of<screw<T>> J;      ///< of each column of a loop
-  array_of<SE3<T>> joint;    ///< of each loop: the joint's frame on the successor in the world
-  array_of<SE3<T>> relative; ///< the same in the joint's frame on the predecessor
-  array_of<screw<T>> twist;  ///< W of each loop
-  array_of<T> moved;         ///< of each loop: the sum of the terms of W as lengths
-  array_of<int> place;       ///< of each column of a loop: where it is in K
-  array_of<T> K;             ///< (rows, pitch): pivots in their order, independent coordinates, b, and zeros
-  array_of<T> L;             ///< (rows, pivots): factors of rows below pivots, and in the row of each pivot its inverse
-  array_of<T> solved;        ///< (pivots, freedoms + 1): dependent coordinates by independent ones, and for b
-  T fault;                   ///< NaN where a state is not one of the closed mechanism, else 0
+  array_of<screw<T>> J;     ///< of each column of a loop
+  array_of<SE3<T>> joint;   ///< of each loop: the joint's frame on the successor in the world
+  array_of<screw<T>> twist; ///< W of each loop
+  array_of<T> moved;        ///< of each loop: the sum of the terms of W as lengths
+  array_of<int> place;      ///< of each column of a loop: where it is in K
+  array_of<T> K;            ///< (rows, pitch): pivots in their order, independent coordinates, b, and zeros
+  array_of<T> L;            ///< (rows, pivots): factors of rows below pivots, and in the row of each pivot its inverse
+  array_of<T> solved;       ///< (pivots, freedoms + 1): dependent coordinates by independent ones, and for b
+  T fault;                  ///< NaN where a state is not one of the closed mechanism, else 0
   int pitch;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
@@ -71,7 +70,7 @@ template <class T> struct loop_equations_workspace {
     world.lay_out(memory, model);
     J.lay_out(memory, most), place.lay_out(memory, most);
     const int n = loops ? loops->loops : 0;
-    joint.lay_out(memory, n), relative.lay_out(memory, n), twist.lay_out(memory, n), moved.lay_out(memory, n);
+    joint.lay_out(memory, n), twist.lay_out(memory, n), moved.lay_out(memory, n);
     pitch = padded_columns<T>(model.nv + 1);
     K.lay_out(memory, loops ? loops->rows * pitch : 0);
     L.lay_out(memory, loops ? loops->rows * loops->pivots : 0);
@@ -140,7 +139,6 @@ KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_wo
     return D;
   };
   const SE3<T> to = frame(joint.successor, joint.on_successor), from = frame(joint.predecessor, joint.on_predecessor);
-  A::product_dinvd(&from, &to, &w.relative[loop]);
   w.joint[loop] = to;
   const int n = joint.columns_end - joint.columns_begin, middle = joint.columns_middle - joint.columns_begin;
   screw<T> W = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}}, rate = W;
