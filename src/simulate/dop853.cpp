@@ -59,11 +59,11 @@ void dop853_step::set_scale() {
   }
 }
 
-bool dop853_step::attempt(double h) {
+outcome dop853_step::attempt(double h) {
   h_ = h;
   for (int s = 1; s <= table::stages; ++s)
     if (!stage(s))
-      return false;
+      return outcome::stopped;
   set_scale();
   double five = 0, three = 0, most = 0;
   worst_ = -1;
@@ -81,7 +81,7 @@ bool dop853_step::attempt(double h) {
   error_ = both > 0 ? h * five / std::sqrt(both * static_cast<double>(n)) : both;
   if (!std::isfinite(both))
     error_ = std::numeric_limits<double>::infinity();
-  return true;
+  return outcome::done;
 }
 
 /// Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, section II.4.
@@ -135,7 +135,7 @@ bool dop853_step::make_dense() {
   return true;
 }
 
-void dop853_step::at(double share, double *q, double *v, double *work) const {
+outcome dop853_step::at(double share, double *q, double *v, double *work) {
   const std::size_t n = start_.size(), nv = of_.nv();
   std::vector<double> y(n, 0);
   for (int k = 6; k >= 0; --k)
@@ -146,14 +146,15 @@ void dop853_step::at(double share, double *q, double *v, double *work) const {
   of_.space().move(1, q_.data(), y.data(), q);
   std::copy_n(y.data() + nv, nv, v);
   *work = y[2 * nv];
+  return outcome::done;
 }
 
-void dop853_step::accept() {
+void dop853_step::accept(double t) {
   const std::size_t nv = of_.nv();
   of_.space().move(1, q_.data(), end_.data(), q_.data());
   start_ = end_;
   std::fill_n(start_.data(), nv, 0.0);
-  t_ += h_;
+  t_ = t;
   std::swap(rate_[0], rate_[table::stages]);
   std::copy_n(start_.data() + nv, nv, rate_[0].data()); // about the new position the rate of u is v
 }

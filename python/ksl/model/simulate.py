@@ -71,10 +71,9 @@ class SimulationCalls(Calls):
         """The motion from q (…, nq), v (…, nv) at times[0], at all `times` (n), s, increasing: forward dynamics over time.
 
         efforts: of the drives.  None is none; (nv) constant; (n, nv) or (…, n, nv) at the times, straight lines between; a function of
-        (t, q, v), which gets and returns numbers of one run, or with the methods in lanes those of all runs with their leading shape, and
-        ends the run if it returns None; or a controller: :class:`ksl.simulation.PD`, `GravityCompensation` or `ComputedTorque`.
-        method: "dop853", order 8 with error control by rtol and atol, the only one that finds events; with steps of at most `step`, s:
-        "rk4" and "rkmk4", order 4, "semi_implicit_euler", order 1, which compute many runs in lanes; "sdirk4", order 4, implicit, for stiff
+        (t, q, v), which gets and returns numbers of one run, or, with the methods in lanes and without exact laws and events, those of all runs
+        with their leading shape, and ends the run if it returns None; or a controller: :class:`ksl.simulation.PD`, `GravityCompensation` or `ComputedTorque`.
+        method: "dop853", order 8 with error control by rtol and atol; with steps of at most `step`, s: "rk4" and "rkmk4", order 4, "semi_implicit_euler", order 1, which compute many runs in lanes; "sdirk4", order 4, implicit, for stiff
         springs and gains; "variational", order 2, whose energy has no trend.  docs/simulation.md says which to take.
         rtol, atol: error of one step, of each number of a step and of v: atol + rtol |number|.  step: each interval of `times` has a whole
         number of steps.  most_steps: of a run.
@@ -84,6 +83,7 @@ class SimulationCalls(Calls):
         brake: a :class:`ksl.simulation.Brake`.
         events: functions of (t, q, v) of one run, whose zeros are located and recorded; with an attribute `terminal` true the run ends
         there, with `direction` 1 or −1 only zeros where it rises or falls count.
+        restitution, friction and brake go with all methods but "variational", events with all.
         project: whether positions and velocities of mechanisms with loops are moved to the nearest closed ones after each step.
         threads: at most, for many runs; functions of Python are called by one.
         progress: is told, some times a second, the time that the first run has reached, s.  Ctrl-C ends the call.
@@ -98,9 +98,10 @@ class SimulationCalls(Calls):
         instants = _times(times)
         which = _one_of_methods(method)
         self._require_closed_start(at, moving)
-        drives = DriveNumbers(self, efforts, instants, leading, which in IN_LANES)
         laws = self._exact_laws(restitution, friction, brake, at)
         watched = list(events) if isinstance(events, Iterable) else [events]
+        are_alone = bool(watched) or "exact friction" in self.physics or any(laws[name] is not None for name in ("restitution", "friction", "brake"))
+        drives = DriveNumbers(self, efforts, instants, leading, which in IN_LANES and not are_alone)
         how = {
             "method": METHODS.index(which),
             "step": _step(step, which, instants),
