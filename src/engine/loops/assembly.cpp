@@ -27,11 +27,11 @@ completion assembly::complete(const double *near, const unsigned char *given, co
   }
   for (int j = 0; j < nv; ++j)
     terms = std::max(terms, g_.size() * std::fabs(near[j]) / t_.column_scale[static_cast<std::size_t>(j)]);
-  solve_.solve(g_.jacobian(), rows, nv, t_.row_scale.data(), given, g_.size(), right_, x);
+  solve_.solve(g_.jacobian(), rows, nv, t_.row_scale.data(), given, g_.size(), right_, step_);
   int free = 0;
   for (int j = 0; j < nv; ++j) {
     free += !given[j];
-    x[j] += near[j];
+    x[j] = near[j] + step_[j];
   }
   if (solve_.residual > 1e-7 * terms + rest * t_.length)
     return completion::contradictory;

@@ -19,7 +19,7 @@ public:
 
   closing close(const double *q, const unsigned char *hold, const close_options &options, double *out, double *error);
 
-  /// x (nv) with K x = b for all equations and the given coordinates as in `near`, nearest to it.  b null: zero.
+  /// x (nv) with K x = b for all equations and the given coordinates as in `near`, nearest to it; x may be `near`.  b null: zero.
   completion complete(const double *near, const unsigned char *given, const double *b, double *x);
 
   /// The same for accelerations at q and v: K x = −K̇ v.
