@@ -35,6 +35,9 @@ bool dop853_step::begin(double t, const double *q, const double *v, double work)
   return state_.rates(t, q_.data(), start_.data(), rate_[0].data());
 }
 
+/// An error of nothing needs no allowance.
+static double relative_to(double scale, double x) { return x == 0 ? 0 : x / scale; }
+
 /// The sum of the rates so far, and the rates there.
 bool dop853_step::stage(int s) {
   for (std::size_t i = 0; i < start_.size(); ++i) {
@@ -72,7 +75,7 @@ outcome dop853_step::attempt(double h) {
     double e5 = 0, e3 = 0;
     for (int s = 0; s < table::stages; ++s)
       e5 += table::of_order_5[s] * rate_[s][i], e3 += table::of_order_3[s] * rate_[s][i];
-    e5 /= scale_[i], e3 /= scale_[i];
+    e5 = relative_to(scale_[i], e5), e3 = relative_to(scale_[i], e3);
     five += e5 * e5, three += e3 * e3;
     if (!(std::fabs(e5) <= most) && std::isfinite(most))
       most = std::fabs(e5), worst_ = static_cast<int>(i % of_.nv());
@@ -92,7 +95,7 @@ bool dop853_step::guess_step(double most, double &h) {
   const auto size = [&](const std::vector<double> &x, const std::vector<double> *minus) {
     double sum = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      const double y = (x[i] - (minus ? (*minus)[i] : 0)) / scale_[i];
+      const double y = relative_to(scale_[i], x[i] - (minus ? (*minus)[i] : 0));
       sum += y * y;
     }
     return std::sqrt(sum / static_cast<double>(n));

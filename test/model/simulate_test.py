@@ -36,7 +36,15 @@ REFUSED = {
     "no tolerance": (START, {"rtol": 0, "atol": 0}, "dop853 needs a relative or an absolute error above zero"),
     "limits with the variational method": (START, {"method": "variational", "step": 0.01, "restitution": 0.5}, "take another method, or leave them out"),
     "an unknown joint": (START, {"friction": {"to_uper": 1.0}}, "to_uper"),
-    "negative friction": (START, {"friction": -1.0}, "friction must not be negative"),
+    "negative friction": (START, {"friction": -1.0}, "friction is -1; expected a finite number, 0 or more"),
+    "a restitution that adds energy": (START, {"restitution": {"to_lower": 1.5}}, "restitution of 'to_lower' is 1.5; expected a number from 0 to 1"),
+    "a restitution without a limit": (START, {"restitution": -1.0}, "restitution is -1; expected a number from 0 to 1"),
+    "a brake that holds anything": (START, {"brake": Brake(np.inf, 0.1)}, "brake is inf; expected a finite number, 0 or more"),
+    "a brake that never engages": (START, {"brake": Brake(3.0, np.inf)}, "brake.at is inf; expected a finite number"),
+    "gains that are no numbers": (START, {"efforts": PD([0.0, 0.0], np.nan, 1.0)}, "stiffness is nan; expected a finite number"),
+    "starts of several lengths": (([[0.8, 0.2]] * 2, [[0, 0]] * 3, START[2]), {}, "leading shapes don't broadcast: q (2, 2), v (3, 2)"),
+    "progress that is no function": (START, {"progress": 3}, "progress: int is no function of the time"),
+    "an event of two numbers": (START, {"events": lambda t, q, v: [1, 2]}, "the result of events[0] is [1, 2]; expected a number"),
     "a start beyond limits": (([2.5, 0], *START[1:]), {"restitution": 0.5}, "q: 'to_upper' starts at 2.5, beyond its limits -2 and 2"),
     "a brake that is a number": (START, {"brake": 3.0}, "brake is float; expected a ksl.simulation.Brake"),
     "an event that is no function": (START, {"events": [3]}, "events: int is no function of (t, q, v)"),
@@ -79,6 +87,12 @@ def test_runs_that_end_early_keep_what_they_have():
     with pytest.warns(RuntimeWarning, match="run 1, the first of 2,"):
         runs = M.simulate([START[0]] * 3, np.array([[0, 0], [1e200, 0], [1e200, 1]]), [0.0, 0.1], method="rk4", step=0.01)
     assert list(runs.complete) == [True, False, False] and np.isfinite(runs.q[0]).all()
+
+
+def test_what_stands_at_zero_has_no_error():
+    """Relative to nothing."""
+    run = M.simulate([0.0, 0.0], [0.0, 0.0], START[2], rtol=1e-9, atol=0.0)
+    assert run.complete and not run.q.any()
 
 
 def test_a_function_may_ask_for_too_much_in_a_step_that_is_tried_again():
