@@ -138,7 +138,7 @@ double closed_mechanism::regularity(const double *q) {
 
 bool closed_mechanism::project(double *q, double *v, double &opened, const unsigned char *held) {
   opened = error(q);
-  if (!(opened <= loops::converged * m_.loop_tables().length)) {
+  if (!(opened <= loops::closed_within(m_.loop_tables(), q, m_.nq()))) {
     double left = 0;
     const bool is_closed = held && assembly_->close(q, held, {}, moved_.data(), &left) == closing::closed;
     if (!is_closed && assembly_->close(q, free_.data(), {}, moved_.data(), &left) != closing::closed)

@@ -3,6 +3,7 @@
 #include "simulate/single_run.hpp"
 
 #include <cmath>
+#include <limits>
 
 namespace ksl::simulating {
 namespace {
@@ -46,7 +47,7 @@ private:
 
   ending go_to(std::size_t i) {
     const double start = task_.times[i - 1], length = task_.times[i] - start;
-    const double whole = equal_steps(length, task_.step);
+    const double whole = equal_steps(start, task_.times[i], task_.step);
     if (whole > static_cast<double>(task_.most_steps - steps_))
       return ending::too_many_steps;
     const std::size_t steps = static_cast<std::size_t>(whole);
@@ -137,7 +138,11 @@ std::unique_ptr<method> make_method(stepping how, const system &of, std::size_t 
   __builtin_unreachable();
 }
 
-double equal_steps(double length, double step) { return std::fmax(1, std::ceil(length / step * (1 - 1e-12))); }
+double equal_steps(double begin, double end, double step) {
+  constexpr double quotient = 1e-12, times = 2 * std::numeric_limits<double>::epsilon();
+  const double length = end - begin, rounding = times * std::fmax(std::fabs(begin), std::fabs(end));
+  return std::fmax(1, std::ceil((length - rounding) / step * (1 - quotient)));
+}
 
 std::size_t runs_at_once(const model &m, const simulation &task) {
   if (is_single(task) || task.method == stepping::sdirk4 || task.method == stepping::variational)

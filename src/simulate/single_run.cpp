@@ -109,7 +109,7 @@ private:
   /// The next of the steps of equal length that lead to a time.
   ending take_equal_step(double until, double room) {
     if (taken_ == whole_)
-      begin_ = b_.t, length_ = room, taken_ = 0, whole_ = equal_steps(room, task_.step);
+      begin_ = b_.t, length_ = room, taken_ = 0, whole_ = equal_steps(b_.t, until, task_.step);
     if (whole_ - taken_ > static_cast<double>(task_.most_steps - end_.steps))
       return ending::too_many_steps;
     const outcome found = step_->attempt(length_ / whole_);

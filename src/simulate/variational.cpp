@@ -164,7 +164,8 @@ public:
       }
       if (!std::isfinite(correction) || iteration == most_iterations)
         return outcome::not_solved;
-      if (correction <= solved * speed || (correction >= before && before <= nearly_solved * speed))
+      const double near = nearly_solved * speed + (loops_ ? rounding_of(b.q) / h : 0);
+      if (correction <= solved * speed || (correction >= before && before <= near))
         break;
       before = correction;
     }
@@ -184,6 +185,14 @@ public:
   }
 
 private:
+  /// What rounding of positions may leave of corrections, times the step: loops are closed no better.
+  static double rounding_of(const std::vector<double> &q) {
+    double most = 1;
+    for (const double x : q)
+      most = std::fmax(most, std::fabs(x));
+    return 16 * std::numeric_limits<double>::epsilon() * most;
+  }
+
   /// At v_: the midpoint, p_k − the right side of (1) into left_, (2) into w_, and the power of drives.
   bool set_sides(system &of, const block &b, double h) {
     for (std::size_t k = 0; k < nv_; ++k)

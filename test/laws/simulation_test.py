@@ -259,6 +259,20 @@ def test_an_event_that_never_happens_changes_no_bit(name, method):
         assert np.array_equal(getattr(run, of), getattr(other, of)), of
 
 
+@pytest.mark.parametrize("more", [{}, {"events": lambda t, q, v: 1.0}], ids=["lanes", "events"])
+@pytest.mark.parametrize("begin", [0.0, 300.0, 1e6])
+def test_steps_are_as_many_as_intervals_have_however_late_it_is(begin, more):
+    times = begin + 0.02 * np.arange(101)
+    assert pendulum().simulate([0.8, 0.2], [0, 0], times, method="rk4", step=2e-3, **more).steps == 1000
+
+
+@pytest.mark.parametrize("how", [{}, {"method": "rk4", "step": 1e-3}, {"method": "variational", "step": 1e-3}], ids=str)
+def test_a_crank_may_have_turned_many_times(how):
+    m, q, v = MOVING["four-bar"]
+    run, other = (m.simulate(q + 2 * np.pi * turns * np.array([1, -1, 0]), v, [0, 0.1], **how) for turns in (0, 20_000))
+    assert other.complete and error(m, other, run) - 2 * np.pi * 20_000 < 1e-7
+
+
 @ALL
 def test_instants_that_meet(how):
     """Functions, brakes, corners of efforts and times of results at the same instant, or but for rounding."""

@@ -122,7 +122,7 @@ void assembly::set_step() {
 
 /// Gauss–Newton steps, the shortest ones that close the linearised loops, halved while the error doesn't fall.
 bool assembly::descend(double *q, int iterations, const close_options &options) {
-  const double wanted = converged * t_.length;
+  const double wanted = closed_within(t_, q, m_.nq());
   double error = set_error(q);
   for (int k = 0; k < iterations; ++k) {
     *reached_ = error;
