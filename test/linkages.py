@@ -1,4 +1,10 @@
-"""Two planar linkages in space, about axes that lie across the plane: a four-bar and an offset slider-crank; centres of mass are off the plane."""
+"""Two planar linkages in space, about axes that lie across the plane: a four-bar and an offset slider-crank; centres of mass are off the plane.
+
+`four_bar` is another one, in its plane."""
+
+import numpy as np
+
+import ksl
 
 INERTIA = '<inertia ixx="0.001" iyy="0.0085" izz="0.008" ixy="0.0002" iyz="-0.0001" izx="0" ixz="0"/>'
 
@@ -25,3 +31,13 @@ SLIDE = '<limit lower="0" upper="1" effort="500" velocity="2"/>'
 SLIDERCRANK = f"""<robot name="slidercrank"><link name="frame"/>{link("crank", 0.6, 0.05)}{link("rod", 1.1, 0.12)}{link("slider", 0.9, 0.0)}
 {joint("A", "frame", "crank", "0 0 0")}{joint("B", "crank", "rod", "0.1 0.03 0")}{joint("S", "frame", "slider", "0 0.05 0.02", "prismatic", "1 0 0", SLIDE)}
 {loop("C", "rod", "0.25 0.03 0", "slider", "0 0.01 0")}</robot>"""
+
+
+def four_bar(**options):
+    at = lambda x: np.array([[1, 0, 0, x], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+    b = ksl.Builder("four-bar").add_link("ground")
+    for name, mass, length in (("crank", 1.0, 0.2), ("coupler", 2.0, 0.6), ("rocker", 1.5, 0.5)):
+        b.add_link(name, mass=mass, center_of_mass=(length / 2, 0, 0), inertia=np.diag([0, 1, 1]) * mass * length**2 / 12)
+    for name, parent, child, x in (("A", "ground", "crank", 0), ("B", "crank", "coupler", 0.2), ("D", "ground", "rocker", 0.6)):
+        b.add_joint(name, "continuous", parent, child, pose=at(x), axis=(0, 1, 0), **options)
+    return b.add_loop("C", "revolute", "coupler", "rocker", at(0.6), at(0.5), axis=(0, 1, 0)).build(drives=["A"])

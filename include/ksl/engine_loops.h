@@ -69,7 +69,7 @@ KSL_EXPORT ksl_status_t ksl_close(const ksl_model_t *model, ksl_data_t *data, co
     they leave freedoms, it is the one nearest to v.  KSL_BAD_ARGUMENT: no motion of the mechanism has these coordinates. */
 KSL_EXPORT ksl_status_t ksl_consistent_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                 const double *v, const bool *given, double *out);
-/** The same for accelerations, at velocities v that keep the loops closed. */
+/** The same for accelerations a (nv), out may be a, at velocities v that keep the loops closed. */
 KSL_EXPORT ksl_status_t ksl_consistent_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                     const double *v, const double *a, const bool *given, double *out);
 
@@ -89,6 +89,17 @@ KSL_EXPORT ksl_status_t ksl_closed_forward_dynamics_derivatives(const ksl_model_
                                                                 const double *q, const double *v, const double *tau,
                                                                 const ksl_external_t *external, double *by_q,
                                                                 double *by_v, double *by_tau);
+
+/** How the motion and the wrenches of joints that close loops vary along the mechanism, from which derivatives of all reactions follow, by
+    ksl_reactions_derivatives and ksl_reactions_external_derivatives of the mechanism without loops.  For each coordinate of ksl_independent, in
+    q, in v and in a: motions (3, freedoms, 3, nv) are dq, dv and da; on_links (3, freedoms, loops, 2, 6) what the joint exerts on its successor
+    and on its predecessor, at their origins in their axes; at_joints (3, freedoms, loops, 6) what its predecessor exerts on its successor, at
+    its frame there.  wrenches (loops, 2, 6) are those on links themselves.  Of redundant equations some multipliers are zero, and only what
+    rigid bodies determine has a meaning.  external may be NULL; wrenches are held in their axes. */
+KSL_EXPORT ksl_status_t ksl_closed_reaction_variations(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                       const double *v, const double *a, const ksl_external_t *external,
+                                                       double *motions, double *on_links, double *at_joints,
+                                                       double *wrenches);
 
 /** Accelerations a (nv) under efforts tau (nv), which correct errors e of the loops by ë + 2 alpha ė + beta² e = 0 (Baumgarte); gains in 1/s.
     Positions and velocities may be off by 1e-2 of the mechanism's length, or of the terms of their equation.  external may be NULL. */

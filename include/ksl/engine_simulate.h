@@ -13,9 +13,9 @@ typedef enum ksl_stepping_t {
   KSL_SEMI_IMPLICIT_EULER, /**< order 1, in lanes: many runs at once */
   KSL_RK4,                 /**< order 4, in lanes */
   KSL_RKMK4,               /**< order 4, in lanes */
-  KSL_DOP853,              /**< order 8, with error control; the only one that has exact laws */
-  KSL_SDIRK4,              /**< order 4, implicit, for stiff springs and gains; of trees */
-  KSL_VARIATIONAL          /**< order 2, whose energy has no trend; of trees */
+  KSL_DOP853,              /**< order 8, with error control */
+  KSL_SDIRK4,              /**< order 4, implicit, for stiff springs and gains */
+  KSL_VARIATIONAL          /**< order 2, whose energy has no trend */
 } ksl_stepping_t;
 
 /** Rows of numbers at some times, straight lines between them; with one row, it holds always.  n = 0: absent. */
@@ -49,7 +49,7 @@ typedef struct ksl_drive_law_t {
   void *context;
 } ksl_drive_law_t;
 
-/** What stops and holds joints exactly; KSL_DOP853 alone. */
+/** What stops and holds joints exactly; not with KSL_VARIATIONAL. */
 typedef struct ksl_exact_laws_t {
   const double *
       restitution; /**< (nv) v after an impact on a limit is −restitution v; negative: no limits.  NULL: no limits at all */
@@ -84,9 +84,9 @@ typedef struct ksl_simulation_t {
   double relative, absolute; /**< error of a step of KSL_DOP853: absolute + relative |number| */
   size_t most_steps;         /**< of a run */
   ksl_drive_law_t drives;
-  bool project; /**< are mechanisms with loops moved to the nearest closed state after each step */
-  int threads;  /**< 0: all cores that the process may use */
-  int events_n; /**< KSL_DOP853 alone; the functions may be called by several threads if threads is not 1 */
+  bool project;                      /**< are mechanisms with loops moved to the nearest closed state after each step */
+  int threads;                       /**< 0: all cores that the process may use */
+  int events_n;                      /**< the functions may be called by several threads if threads is not 1 */
   const ksl_event_rule_t *events;    /**< (events_n) */
   ksl_event_function_t event_values; /**< of all of them */
   void *event_context;

@@ -25,9 +25,9 @@ enum class stepping {
   semi_implicit_euler, ///< order 1, one evaluation a step: velocities first, then positions
   rk4,                 ///< order 4, four evaluations, commutator-free: only ⊕ is needed
   rkmk4,               ///< order 4, four evaluations: Runge–Kutta–Munthe-Kaas
-  dop853,     ///< order 8 with error control and dense output, by Dormand and Prince; the only one that finds events
-  sdirk4,     ///< order 4, implicit and L-stable, for stiff springs, dampers and gains
-  variational ///< order 2, symplectic: energy has no trend, momenta are kept; of trees
+  dop853,              ///< order 8 with error control and dense output, by Dormand and Prince
+  sdirk4,              ///< order 4, implicit and L-stable, for stiff springs, dampers and gains
+  variational          ///< order 2, symplectic: energy has no trend, momenta are kept
 };
 
 /// Rows of numbers at some times, straight lines between them, the first and the last row before and after.  Without rows: absent.
@@ -84,7 +84,7 @@ struct event_rule {
   bool ends = false; ///< does the run end there
 };
 
-/// What stops and holds joints exactly, without stiff springs; dop853 alone.  Coordinates with one number in q.
+/// What stops and holds joints exactly, without stiff springs; not with the variational method.  Coordinates with one number in q.
 struct exact_laws {
   /// (nv) v after an impact on a limit of the joint is −restitution v; negative: this coordinate has no limits.  Null: no limits.
   const double *restitution = nullptr;
@@ -183,7 +183,7 @@ struct simulation_record {
 };
 
 /// Simulates.  Runs don't depend on each other, on their number or on threads: the same bits.  Methods with fixed steps compute runs in
-/// lanes.  Allocates.  Throws std::invalid_argument for what a method can't do, std::bad_alloc and std::runtime_error (KSL_ISA).
+/// lanes; dop853, and all of them under exact laws and with events, one by one.  Allocates.  Throws std::invalid_argument for what a method can't do, std::bad_alloc and std::runtime_error (KSL_ISA).
 KSL_EXPORT simulation_record simulate(const model &m, const simulation &task, const simulation_results &out);
 
 } // namespace ksl

@@ -164,6 +164,19 @@ ksl_status_t ksl_closed_forward_dynamics_derivatives(const ksl_model_t *m, ksl_d
   });
 }
 
+ksl_status_t ksl_closed_reaction_variations(const ksl_model_t *m, ksl_data_t *d, const double *q, const double *v,
+                                            const double *a, const ksl_external_t *external, double *motions,
+                                            double *on_links, double *at_joints, double *wrenches) {
+  const bool all = v && a && motions && on_links && at_joints && wrenches;
+  return at_position(m, d, q, all, [&](const ksl::model &model, ksl::data &data) {
+    require(!model.loops().empty(), "the model has no loops; ksl_reactions_derivatives is for trees");
+    require_finite(v, model.nv(), "v");
+    require_finite(a, model.nv(), "a");
+    ksl::closed_reaction_variations(model, data, q, v, a, external_of<double>(m, external), motions, on_links,
+                                    at_joints, wrenches);
+  });
+}
+
 ksl_status_t ksl_stabilised_forward_dynamics(const ksl_model_t *m, ksl_data_t *d, const double *q, const double *v,
                                              const double *tau, const ksl_external_t *external, double alpha,
                                              double beta, double *a) {

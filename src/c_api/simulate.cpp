@@ -7,6 +7,7 @@
 #include "ksl/simulate.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace ksl::c_api {
 namespace {
@@ -24,6 +25,28 @@ rows_over_time rows_of(const ksl_rows_over_time_t &given, std::ptrdiff_t columns
   return {given.n, given.times, given.rows, given.run_stride};
 }
 
+constexpr double largest = std::numeric_limits<double>::max(), infinite = std::numeric_limits<double>::infinity();
+
+/// x (n) may be null.
+void require_between(const double *x, int n, double least, double most, const char *sentence) {
+  for (int k = 0; x && k < n; ++k)
+    require(x[k] >= least && x[k] <= most, sentence);
+}
+
+void set_laws(const model &m, const ksl_exact_laws_t &given, exact_laws &laws) {
+  const int nv = m.nv();
+  require(!given.restitution || (given.lower && given.upper),
+          "limits of joints must not be null where they throw back");
+  require_between(given.restitution, nv, -largest, 1,
+                  "restitution must be from 0 to 1, or negative where there is no limit");
+  require_between(given.lower, nv, -infinite, infinite, "limits of joints must be numbers");
+  require_between(given.upper, nv, -infinite, infinite, "limits of joints must be numbers");
+  require_between(given.friction, nv, 0, largest, "dry friction must be finite and 0 or more");
+  require_between(given.brake, nv, 0, largest, "brakes must be finite and 0 or more");
+  require(!given.brake || std::isfinite(given.brake_at), "brake_at must be finite");
+  laws = {given.restitution, given.lower, given.upper, given.friction, given.brake, given.brake_at, given.cut_efforts};
+}
+
 void set_drives(const model &m, const ksl_simulation_t &given, drive_law &law, std::vector<unsigned char> &driven) {
   const ksl_drive_law_t &d = given.drives;
   law.given = rows_of(d.given, m.nv(), given.runs, "drives.given");
@@ -36,6 +59,9 @@ void set_drives(const model &m, const ksl_simulation_t &given, drive_law &law, s
   require(law.position || !d.computed_torque, "computed torque needs positions of the motion asked for");
   law.holds_gravity = d.holds_gravity, law.computed_torque = d.computed_torque;
   law.stiffness = d.stiffness, law.damping = d.damping, law.limit = d.limit;
+  require_between(d.stiffness, m.nv(), -largest, largest, "stiffness must be finite");
+  require_between(d.damping, m.nv(), -largest, largest, "damping must be finite");
+  require_between(d.limit, m.nv(), 0, infinite, "limits of efforts must not be negative");
   law.function = d.function, law.context = d.context;
   if (d.driven) {
     driven.assign(d.driven, d.driven + m.nv());
@@ -95,6 +121,8 @@ ksl_status_t ksl_simulate(const ksl_model_t *m, const ksl_simulation_t *given, c
     require(m && given && results, "model, task and results must not be null");
     require(given->q && given->v && given->times && given->times_n > 0,
             "q, v and times must not be null, and there must be a time");
+    require(given->method >= KSL_SEMI_IMPLICIT_EULER && given->method <= KSL_VARIATIONAL,
+            "the method is none of ksl_stepping_t");
     require(given->threads >= 0, "threads must not be negative; 0 is all cores that the process may use");
     const ksl::model &model = m->model;
     ksl::simulation task;
@@ -119,10 +147,7 @@ ksl_status_t ksl_simulate(const ksl_model_t *m, const ksl_simulation_t *given, c
     }
     task.external_n = static_cast<int>(wrenches.size()), task.external = wrenches.data();
     if (laws)
-      task.laws = {laws->restitution, laws->lower,    laws->upper,      laws->friction,
-                   laws->brake,       laws->brake_at, laws->cut_efforts};
-    require(!task.laws.restitution || (task.laws.lower && task.laws.upper),
-            "limits of joints must not be null where they throw back");
+      set_laws(model, *laws, task.laws);
     std::vector<ksl::event_rule> rules;
     set_events(*given, task, rules);
     task.after_step = given->after_step, task.step_context = given->step_context;

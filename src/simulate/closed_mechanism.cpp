@@ -104,6 +104,21 @@ void closed_mechanism::complete_acceleration(const double *q, const double *v, d
   assembly_->complete_acceleration(q, v, moved_.data(), m_.loop_tables().is_driven.data(), a);
 }
 
+int closed_mechanism::set_tangent(const double *q, double *G) {
+  state_->set_open_position(q);
+  const int f = state_->solved().freedoms();
+  std::copy_n(state_->G(), m_.nv() * f, G);
+  return f;
+}
+
+void closed_mechanism::way_back(double *x) {
+  state_->at().error(rows_.data());
+  for (double &row : rows_)
+    row = -row;
+  std::fill_n(x, m_.nv(), 0.0);
+  state_->solved().complete(rows_.data(), x);
+}
+
 double closed_mechanism::error(const double *q) {
   assembly_->at().set_position(q);
   assembly_->at().error(rows_.data());
@@ -121,17 +136,19 @@ double closed_mechanism::regularity(const double *q) {
   return state_->solved().last_pivot();
 }
 
-bool closed_mechanism::project(double *q, double *v, double &opened) {
+bool closed_mechanism::project(double *q, double *v, double &opened, const unsigned char *held) {
   opened = error(q);
-  if (!(opened <= loops::converged * m_.loop_tables().length)) {
+  if (!(opened <= loops::closed_within(m_.loop_tables(), q, m_.nq()))) {
     double left = 0;
-    if (assembly_->close(q, free_.data(), {}, moved_.data(), &left) != closing::closed)
+    const bool is_closed = held && assembly_->close(q, held, {}, moved_.data(), &left) == closing::closed;
+    if (!is_closed && assembly_->close(q, free_.data(), {}, moved_.data(), &left) != closing::closed)
       return false;
     std::copy_n(moved_.data(), m_.nq(), q);
     assembly_->at().set_position(q);
   }
   if (!keeps_closed(v)) {
-    assembly_->complete(v, free_.data(), nullptr, moved_.data());
+    if (!held || assembly_->complete(v, held, nullptr, moved_.data()) == completion::contradictory)
+      assembly_->complete(v, free_.data(), nullptr, moved_.data());
     std::copy_n(moved_.data(), m_.nv(), v);
   }
   return true;

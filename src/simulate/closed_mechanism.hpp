@@ -40,6 +40,15 @@ public:
   /// a: accelerations of the mechanism with those of the drives as they are.
   void complete_acceleration(const double *q, const double *v, double *a);
 
+  /// The motions that keep loops closed at q, however far open: x = G y; G (nv, freedoms), whose number is returned.
+  int set_tangent(const double *q, double *G);
+
+  /// After set_tangent: x (nv) with K x = −error, to first order the way to a closed position, its independent coordinates zero.
+  void way_back(double *x);
+
+  /// After set_tangent: replaces r (freedoms) by (Gᵀ M G)⁻¹ r; false where a freedom moves no mass.
+  bool solve_inertia(const double *q, double *r) { return !state_->solve_inertia(q, r); }
+
   /// The largest equation that is open: m, angles times the length of the mechanism.
   double error(const double *q);
 
@@ -47,8 +56,8 @@ public:
   double regularity(const double *q);
 
   /// Moves q and v to the nearest closed ones, unless they are closed but for rounding; false where there are none nearby.  opened: the
-  /// error before.
-  bool project(double *q, double *v, double &opened);
+  /// error before.  held (nv flags): coordinates that are kept where that is possible; null: none.
+  bool project(double *q, double *v, double &opened, const unsigned char *held = nullptr);
 
 private:
   bool keeps_closed(const double *v);

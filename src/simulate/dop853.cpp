@@ -35,6 +35,9 @@ bool dop853_step::begin(double t, const double *q, const double *v, double work)
   return state_.rates(t, q_.data(), start_.data(), rate_[0].data());
 }
 
+/// An error of nothing needs no allowance.
+static double relative_to(double scale, double x) { return x == 0 ? 0 : x / scale; }
+
 /// The sum of the rates so far, and the rates there.
 bool dop853_step::stage(int s) {
   for (std::size_t i = 0; i < start_.size(); ++i) {
@@ -59,11 +62,11 @@ void dop853_step::set_scale() {
   }
 }
 
-bool dop853_step::attempt(double h) {
+outcome dop853_step::attempt(double h) {
   h_ = h;
   for (int s = 1; s <= table::stages; ++s)
     if (!stage(s))
-      return false;
+      return outcome::stopped;
   set_scale();
   double five = 0, three = 0, most = 0;
   worst_ = -1;
@@ -72,7 +75,7 @@ bool dop853_step::attempt(double h) {
     double e5 = 0, e3 = 0;
     for (int s = 0; s < table::stages; ++s)
       e5 += table::of_order_5[s] * rate_[s][i], e3 += table::of_order_3[s] * rate_[s][i];
-    e5 /= scale_[i], e3 /= scale_[i];
+    e5 = relative_to(scale_[i], e5), e3 = relative_to(scale_[i], e3);
     five += e5 * e5, three += e3 * e3;
     if (!(std::fabs(e5) <= most) && std::isfinite(most))
       most = std::fabs(e5), worst_ = static_cast<int>(i % of_.nv());
@@ -81,7 +84,7 @@ bool dop853_step::attempt(double h) {
   error_ = both > 0 ? h * five / std::sqrt(both * static_cast<double>(n)) : both;
   if (!std::isfinite(both))
     error_ = std::numeric_limits<double>::infinity();
-  return true;
+  return outcome::done;
 }
 
 /// Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, section II.4.
@@ -92,7 +95,7 @@ bool dop853_step::guess_step(double most, double &h) {
   const auto size = [&](const std::vector<double> &x, const std::vector<double> *minus) {
     double sum = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      const double y = (x[i] - (minus ? (*minus)[i] : 0)) / scale_[i];
+      const double y = relative_to(scale_[i], x[i] - (minus ? (*minus)[i] : 0));
       sum += y * y;
     }
     return std::sqrt(sum / static_cast<double>(n));
@@ -135,7 +138,7 @@ bool dop853_step::make_dense() {
   return true;
 }
 
-void dop853_step::at(double share, double *q, double *v, double *work) const {
+outcome dop853_step::at(double share, double *q, double *v, double *work) {
   const std::size_t n = start_.size(), nv = of_.nv();
   std::vector<double> y(n, 0);
   for (int k = 6; k >= 0; --k)
@@ -146,14 +149,15 @@ void dop853_step::at(double share, double *q, double *v, double *work) const {
   of_.space().move(1, q_.data(), y.data(), q);
   std::copy_n(y.data() + nv, nv, v);
   *work = y[2 * nv];
+  return outcome::done;
 }
 
-void dop853_step::accept() {
+void dop853_step::accept(double t) {
   const std::size_t nv = of_.nv();
   of_.space().move(1, q_.data(), end_.data(), q_.data());
   start_ = end_;
   std::fill_n(start_.data(), nv, 0.0);
-  t_ += h_;
+  t_ = t;
   std::swap(rate_[0], rate_[table::stages]);
   std::copy_n(start_.data() + nv, nv, rate_[0].data()); // about the new position the rate of u is v
 }

@@ -1,20 +1,20 @@
 // One step of the method of Dormand and Prince of order 8(5,3) in local coordinates, its error, and the polynomial between its ends.
 #pragma once
 
+#include "simulate/continuous_step.hpp"
 #include "simulate/dop853_coefficients.hpp"
 #include "simulate/local_state.hpp"
 
 namespace ksl::simulating {
 
-class dop853_step {
+class dop853_step final : public continuous_step {
 public:
   dop853_step(system &of, std::size_t run, double relative, double absolute);
 
-  /// The run is at a state with q (nq), v (nv), work, and rates that are computed here: a beginning, or after an event.
-  bool begin(double t, const double *q, const double *v, double work);
+  bool begin(double t, const double *q, const double *v, double work) override;
 
   /// Tries a step; sets error(), which is at most 1 where it suffices.
-  bool attempt(double h);
+  outcome attempt(double h) override;
   double error() const { return error_; }
   /// The coordinate whose part of the error is largest; its first number that isn't finite, if there is one.
   int worst() const { return worst_; }
@@ -24,24 +24,22 @@ public:
   bool guess_step(double most, double &h);
 
   /// Computes the polynomial of the step that was attempted.
-  bool make_dense();
-  /// The state at a share of the step: q (nq), v (nv) and the work.
-  void at(double share, double *q, double *v, double *work) const;
+  bool make_dense() override;
+  outcome at(double share, double *q, double *v, double *work) override;
+  int parts() const override { return 8; }
 
-  /// The position at the end of the step that was attempted, in memory that is given.
-  const double *end_position(double *q) const {
+  const double *end_position(double *q) override {
     of_.space().move(1, q_.data(), end_.data(), q);
     return q;
   }
 
-  /// Goes to the end of the step.
-  void accept();
+  void accept(double t) override;
 
-  double t() const { return t_; }
-  double h() const { return h_; }
-  const double *q() const { return q_.data(); }
-  const double *v() const { return start_.data() + of_.nv(); }
-  double work() const { return start_[2 * of_.nv()]; }
+  double t() const override { return t_; }
+  double h() const override { return h_; }
+  const double *q() const override { return q_.data(); }
+  const double *v() const override { return start_.data() + of_.nv(); }
+  double work() const override { return start_[2 * of_.nv()]; }
 
 private:
   void set_scale();

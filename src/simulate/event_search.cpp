@@ -5,8 +5,6 @@
 
 namespace ksl::simulating {
 
-/// Parts of a step at whose ends functions are compared: two zeros in one part are not seen.
-constexpr int parts = 8;
 /// The width, as a share of the step, to which a zero is located.
 constexpr double resolution = 1e-14;
 /// Of a step, before a function that begins at zero is taken to have had none above it: 2⁻⁴⁶ is that width.
@@ -45,15 +43,19 @@ int event_functions::direction(std::size_t i) const {
   return i < list_.size() ? -1 : task_.events[i - list_.size()].direction;
 }
 
-bool event_functions::values(const dop853_step &step, double share, double *out) {
+outcome event_functions::values(continuous_step &step, double share, double *out) {
   double work, power;
-  step.at(share, q_.data(), v_.data(), &work);
+  if (const outcome how = step.at(share, q_.data(), v_.data(), &work); how != outcome::done)
+    return how;
+  double opened;
+  if (of_.closed() && task_.project && share > 0) // where the run would be, were this the event
+    of_.project(q_.data(), v_.data(), opened);
   const double t = step.t() + share * step.h();
   bool needs_holding = false;
   for (const function &f : list_)
     needs_holding |= f.what == kind::lets_go;
   if (needs_holding && !of_.accelerate(t, run_, 1, q_.data(), v_.data(), a_.data(), &power))
-    return false;
+    return outcome::stopped;
   for (std::size_t i = 0; i < list_.size(); ++i) {
     const int k = list_[i].number;
     const held_joints &held = *of_.held();
@@ -66,8 +68,9 @@ bool event_functions::values(const dop853_step &step, double share, double *out)
     case kind::user: break;
     }
   }
-  return task_.events_n == 0 ||
-         task_.event_values(task_.event_context, run_, t, q_.data(), v_.data(), out + list_.size());
+  const bool goes_on =
+      task_.events_n == 0 || task_.event_values(task_.event_context, run_, t, q_.data(), v_.data(), out + list_.size());
+  return goes_on ? outcome::done : outcome::stopped;
 }
 
 namespace {
@@ -77,15 +80,15 @@ bool passes(double before, double after, int direction) {
 }
 
 /// The zero of one function between two shares with values of different signs: regula falsi, halving the value that stays (Illinois).
-bool locate(event_functions &functions, const dop853_step &step, std::size_t i, double low, double of_low, double high,
-            double of_high, std::vector<double> &values, double &share) {
+outcome locate(event_functions &functions, continuous_step &step, std::size_t i, double low, double of_low, double high,
+               double of_high, std::vector<double> &values, double &share) {
   int side = 0;
   while (high - low > resolution) {
     double middle = (low * of_high - high * of_low) / (of_high - of_low);
     if (!(middle > low && middle < high))
       middle = 0.5 * (low + high);
-    if (!functions.values(step, middle, values.data()))
-      return false;
+    if (const outcome how = functions.values(step, middle, values.data()); how != outcome::done)
+      return how;
     const double x = values[i];
     if (x == 0) {
       high = middle;
@@ -100,50 +103,51 @@ bool locate(event_functions &functions, const dop853_step &step, std::size_t i, 
     }
   }
   share = high; // beyond the zero, so that it has been passed
-  return true;
+  return outcome::done;
 }
 
 /// A function of an exact law that begins at zero and ends below it: it may have risen in between, as after an impact.  A share at which
 /// it is positive, or zero if there is none.
-bool risen(event_functions &functions, const dop853_step &step, std::size_t i, double end, std::vector<double> &values,
-           double &share) {
+outcome risen(event_functions &functions, continuous_step &step, std::size_t i, double end, std::vector<double> &values,
+              double &share) {
   for (int halvings = 1; halvings < most_halvings; ++halvings) {
     share = std::ldexp(end, -halvings);
-    if (!functions.values(step, share, values.data()))
-      return false;
-    if (values[i] > 0)
-      return true;
+    if (const outcome how = functions.values(step, share, values.data()); how != outcome::done || values[i] > 0)
+      return how;
   }
   share = 0;
-  return true;
+  return outcome::done;
 }
 
 } // namespace
 
-found_event first_event(event_functions &functions, const dop853_step &step) {
+found_event first_event(event_functions &functions, continuous_step &step) {
   const std::size_t n = functions.size();
   std::vector<double> before(n), after(n), values(n);
   found_event found;
-  if (!functions.values(step, 0, before.data()))
-    return {true};
+  if ((found.search = functions.values(step, 0, before.data())) != outcome::done)
+    return found;
+  const int parts = step.parts();
   for (int part = 1; part <= parts && found.share > 1; ++part) {
     const double low = static_cast<double>(part - 1) / parts, high = static_cast<double>(part) / parts;
-    if (!functions.values(step, high, after.data()))
-      return {true};
+    if ((found.search = functions.values(step, high, after.data())) != outcome::done)
+      return found;
     for (std::size_t i = 0; i < n; ++i) {
       double from = low, of_from = before[i], share = 2;
       const bool of_law = functions[i].what != event_functions::kind::user;
       if (of_law && part == 1 && before[i] <= 0 && after[i] < 0) {
-        if (!risen(functions, step, i, high, values, from))
-          return {true};
+        if ((found.search = risen(functions, step, i, high, values, from)) != outcome::done)
+          return found;
         of_from = values[i];
         if (from == 0)
           share = 0; // it holds at once, or lets go at once
       }
       if (share != 0 && !passes(of_from, after[i], functions.direction(i)))
         continue;
-      if (share != 0 && !locate(functions, step, i, from, of_from, high, after[i], values, share))
-        return {true};
+      if (share != 0)
+        found.search = locate(functions, step, i, from, of_from, high, after[i], values, share);
+      if (found.search != outcome::done)
+        return found;
       if (share < found.share)
         found.share = share, found.index = i;
     }

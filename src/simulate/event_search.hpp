@@ -1,7 +1,8 @@
 // Where functions along a step pass zero.
 #pragma once
 
-#include "simulate/dop853.hpp"
+#include "simulate/continuous_step.hpp"
+#include "simulate/results.hpp"
 
 namespace ksl::simulating {
 
@@ -23,8 +24,8 @@ public:
   /// Is the function an event where it rises, where it falls, or in both cases: 1, −1, 0.  Those of exact laws fall.
   int direction(std::size_t i) const;
 
-  /// All values at a share of the step; false if a function ended the run.
-  bool values(const dop853_step &step, double share, double *out);
+  /// All values at a share of the step.
+  outcome values(continuous_step &step, double share, double *out);
 
 private:
   system &of_;
@@ -35,12 +36,12 @@ private:
 };
 
 struct found_event {
-  bool stopped = false;  ///< a function ended the run
-  std::size_t index = 0; ///< of the function
-  double share = 2;      ///< of the step; beyond 1: there is none
+  outcome search = outcome::done; ///< did a function end the run, or is there a state that can't be found
+  std::size_t index = 0;          ///< of the function
+  double share = 2;               ///< of the step; beyond 1: there is none
 };
 
-/// The first event in a step whose polynomial has been made.
-found_event first_event(event_functions &functions, const dop853_step &step);
+/// The first event in a step, after make_dense.
+found_event first_event(event_functions &functions, continuous_step &step);
 
 } // namespace ksl::simulating

@@ -1,6 +1,9 @@
 #include "simulate/fixed_steps.hpp"
 
+#include "simulate/single_run.hpp"
+
 #include <cmath>
+#include <limits>
 
 namespace ksl::simulating {
 namespace {
@@ -8,23 +11,11 @@ namespace {
 /// States and stages of runs in lanes lie in a fast cache.
 constexpr std::size_t bytes_of_runs = 48 * 1024, stages_kept = 8, most_at_once = 256, lanes_at_most = 8;
 
-std::unique_ptr<method> make(stepping how, const system &of, std::size_t most) {
-  switch (how) {
-  case stepping::semi_implicit_euler: return make_semi_implicit_euler(of, most);
-  case stepping::rk4: return make_rk4(of, most);
-  case stepping::rkmk4: return make_rkmk4(of, most);
-  case stepping::sdirk4: return make_sdirk4(of);
-  case stepping::variational: return make_variational(of);
-  case stepping::dop853: break;
-  }
-  __builtin_unreachable();
-}
-
 class fixed_runs {
 public:
   fixed_runs(const model &m, const simulation &task, const results &out, std::size_t first, std::size_t n,
              run_end *ends)
-      : task_(task), out_(out), of_(m, task, n), b_(of_, n), method_(make(task.method, of_, n)), ends_(ends),
+      : task_(task), out_(out), of_(m, task, n), b_(of_, n), method_(make_method(task.method, of_, n)), ends_(ends),
         alive_(n, 1), closure_(n, 0) {
     b_.first = first, b_.n = n, b_.t = task.times[0];
     std::copy_n(task.q + first * of_.nq(), n * of_.nq(), b_.q.data());
@@ -56,7 +47,7 @@ private:
 
   ending go_to(std::size_t i) {
     const double start = task_.times[i - 1], length = task_.times[i] - start;
-    const double whole = std::fmax(1, std::ceil(length / task_.step * (1 - 1e-12))); // but for rounding of the quotient
+    const double whole = equal_steps(start, task_.times[i], task_.step);
     if (whole > static_cast<double>(task_.most_steps - steps_))
       return ending::too_many_steps;
     const std::size_t steps = static_cast<std::size_t>(whole);
@@ -135,8 +126,26 @@ private:
 
 } // namespace
 
+std::unique_ptr<method> make_method(stepping how, const system &of, std::size_t most) {
+  switch (how) {
+  case stepping::semi_implicit_euler: return make_semi_implicit_euler(of, most);
+  case stepping::rk4: return make_rk4(of, most);
+  case stepping::rkmk4: return make_rkmk4(of, most);
+  case stepping::sdirk4: return make_sdirk4(of);
+  case stepping::variational: return make_variational(of);
+  case stepping::dop853: break;
+  }
+  __builtin_unreachable();
+}
+
+double equal_steps(double begin, double end, double step) {
+  constexpr double quotient = 1e-12, times = 2 * std::numeric_limits<double>::epsilon();
+  const double length = end - begin, rounding = times * std::fmax(std::fabs(begin), std::fabs(end));
+  return std::fmax(1, std::ceil((length - rounding) / step * (1 - quotient)));
+}
+
 std::size_t runs_at_once(const model &m, const simulation &task) {
-  if (task.method == stepping::sdirk4 || task.method == stepping::variational || task.method == stepping::dop853)
+  if (is_single(task) || task.method == stepping::sdirk4 || task.method == stepping::variational)
     return 1;
   if (task.drives.function) // which then is called with all runs
     return std::max<std::size_t>(task.runs, 1);

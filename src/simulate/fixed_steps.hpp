@@ -5,6 +5,12 @@
 
 namespace ksl::simulating {
 
+/// A method without error control, for at most `most` runs at once.
+std::unique_ptr<method> make_method(stepping how, const system &of, std::size_t most);
+
+/// Into how many steps of at most `step` the time from begin to end is cut, but for rounding of these times and of the quotient.
+double equal_steps(double begin, double end, double step);
+
 /// How many runs are computed at once: with one state in each lane, or, where states are computed one by one, one.
 std::size_t runs_at_once(const model &m, const simulation &task);
 

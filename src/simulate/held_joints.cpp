@@ -3,6 +3,7 @@
 #include "simulate/system.hpp"
 
 #include <cmath>
+#include <limits>
 
 namespace ksl::simulating {
 
@@ -10,10 +11,19 @@ namespace ksl::simulating {
 constexpr double least_pivot = 1e-12;
 /// How far beyond its friction a held effort may be, relative to it, before the coordinate slips: what a root of F − |λ| leaves.
 constexpr double slack = 1e-9;
+/// The same in the margin: what slips then moves the way it is pushed, and doesn't where the push is the friction itself but for rounding.
+constexpr double verge = 1e-11;
+/// Accelerations of which efforts that hold leave less than this share are none.
+constexpr double cancelled = 1e-11;
+/// The same of which more is left are those of a dead centre: no effort there holds the joint.
+constexpr double not_held = 1e-6;
+/// Speeds below this, of the largest, at least 1 rad/s or m/s, are those of a rest: joints that stand since another one stopped.
+constexpr double rest = 1e-12;
 
 held_joints::held_joints(const exact_laws &laws, int nv)
     : laws_(laws), mode_(static_cast<std::size_t>(nv), mode::free), friction_(mode_.size(), 0),
-      holding_(mode_.size(), 0), columns_(mode_.size() * mode_.size()), matrix_(columns_.size()), right_(mode_.size()) {
+      holding_(mode_.size(), 0), left_(mode_.size(), 0), columns_(mode_.size() * mode_.size()),
+      matrix_(columns_.size()), right_(mode_.size()) {
   for (std::size_t k = 0; laws.friction && k < friction_.size(); ++k)
     friction_[k] = laws.friction[k];
 }
@@ -33,9 +43,16 @@ void held_joints::add_friction(double *tau) const {
 }
 
 double held_joints::margin(int k) const {
+  if (left_[static_cast<std::size_t>(k)] != 0)
+    return -std::numeric_limits<double>::infinity();
   if (at(k) == mode::sticks)
-    return friction(k) - std::fabs(holding(k));
+    return (1 + verge) * friction(k) - std::fabs(holding(k));
   return at(k) == mode::at_lower ? holding(k) : -holding(k);
+}
+
+held_joints::mode held_joints::way_out(int k) const {
+  const double left = left_[static_cast<std::size_t>(k)];
+  return (left != 0 ? -left : holding(k)) > 0 ? mode::slides_down : mode::slides_up;
 }
 
 void held_joints::list_held() {
@@ -44,6 +61,14 @@ void held_joints::list_held() {
     if (holds(k))
       held_.push_back(k);
   any_ = !held_.empty();
+}
+
+const unsigned char *held_joints::flags() {
+  list_held();
+  flags_.assign(mode_.size(), 0);
+  for (const int k : held_)
+    flags_[static_cast<std::size_t>(k)] = 1;
+  return any_ ? flags_.data() : nullptr;
 }
 
 /// Solves A_hh x = right for the columns that are there, into right_: elimination with the largest diagonal element as the pivot.
@@ -90,32 +115,52 @@ void held_joints::hold(system &of, const double *q, double *a) {
   list_held();
   if (!any_)
     return;
-  const std::size_t n = held_.size(), nv = mode_.size();
-  std::vector<double> wanted(n);
-  for (std::size_t j = 0; j < n; ++j) {
-    of.response(q, held_[j], columns_.data() + j * nv);
-    wanted[j] = -a[held_[j]];
-  }
-  solve(wanted.data());
-  for (std::size_t j = 0; j < n; ++j) {
+  for (std::size_t j = 0; j < held_.size(); ++j)
+    of.response(q, held_[j], columns_.data() + j * mode_.size());
+  resist(a, 1);
+  for (std::size_t j = 0; j < held_.size(); ++j)
     holding_[static_cast<std::size_t>(held_[j])] = right_[j];
-    for (std::size_t i = 0; i < nv; ++i)
-      a[i] += columns_[j * nv + i] * right_[j];
-  }
+}
+
+/// Adds what the efforts of (1), right_, cause to accelerations, which lie `stride` apart.  What is held, or others hold through loops, has
+/// none, exactly: it doesn't creep.
+void held_joints::resist(double *a, std::ptrdiff_t stride) {
+  wanted_.clear();
   for (const int k : held_)
-    a[k] = 0; // exactly: a joint that is held doesn't creep
+    wanted_.push_back(-a[k * stride]);
+  solve(wanted_.data());
+  for (std::size_t i = 0; i < mode_.size(); ++i) {
+    double &x = a[static_cast<std::ptrdiff_t>(i) * stride], terms = std::fabs(x);
+    for (std::size_t j = 0; j < held_.size(); ++j) {
+      const double caused = columns_[j * mode_.size() + i] * right_[j];
+      x += caused, terms += std::fabs(caused);
+    }
+    const bool is_held = holds(static_cast<int>(i));
+    left_[i] = is_held && std::fabs(x) > not_held * terms ? x : 0;
+    if (is_held || std::fabs(x) <= cancelled * terms)
+      x = 0;
+  }
+}
+
+void held_joints::hold_derivatives(double *x) {
+  const std::ptrdiff_t nv = static_cast<std::ptrdiff_t>(mode_.size());
+  for (std::ptrdiff_t c = 0; any_ && c < nv; ++c)
+    resist(x + c, nv);
 }
 
 /// Starts with all held that are at rest, and lets go of the one that is furthest from what can hold it, one at a time.
-bool held_joints::settle(system &of, double t, std::size_t run, const double *q, const double *v, double *a,
-                         double *power, int slides) {
+bool held_joints::settle(system &of, double t, std::size_t run, const double *q, double *v, double *a, double *power,
+                         int slides) {
   const int nv = static_cast<int>(mode_.size());
+  double largest = 1;
+  for (int k = 0; k < nv; ++k)
+    largest = std::fmax(largest, std::fabs(v[k]));
   for (int k = 0; k < nv; ++k) {
     if (at(k) == mode::at_lower || at(k) == mode::at_upper || k == slides)
       continue;
     if (!(friction(k) > 0))
       at(k) = mode::free;
-    else if (v[k] == 0 || at(k) == mode::sticks)
+    else if (std::fabs(v[k]) <= rest * largest || at(k) == mode::sticks)
       at(k) = mode::sticks;
     else
       at(k) = v[k] > 0 ? mode::slides_up : mode::slides_down;
@@ -127,17 +172,21 @@ bool held_joints::settle(system &of, double t, std::size_t run, const double *q,
     double most = 0;
     for (int k = 0; k < nv; ++k)
       if (holds(k)) {
-        const double beyond = -margin(k) / std::fmax(std::fabs(holding(k)), friction(k));
+        const double beyond =
+            left_[static_cast<std::size_t>(k)] != 0 ? 2 : -margin(k) / std::fmax(std::fabs(holding(k)), friction(k));
         if (beyond > most + (at(k) == mode::sticks ? slack : 0))
           worst = k, most = beyond;
       }
     if (worst < 0)
-      return true;
+      break;
     if (at(worst) == mode::sticks)
-      at(worst) = holding(worst) > 0 ? mode::slides_down : mode::slides_up;
+      at(worst) = way_out(worst);
     else
       at(worst) = mode::free;
   }
+  for (int k = 0; k < nv; ++k)
+    if (at(k) == mode::sticks || (any_ && a[k] == 0 && std::fabs(v[k]) <= rest * largest))
+      v[k] = 0;
   return true;
 }
 

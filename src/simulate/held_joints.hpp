@@ -11,6 +11,7 @@
 
 #include "ksl/simulate.hpp"
 
+#include <cstddef>
 #include <vector>
 
 namespace ksl::simulating {
@@ -29,21 +30,30 @@ public:
   /// Accelerations a of coordinates that nothing holds → a with those that are held; sets holding().
   void hold(system &of, const double *q, double *a);
 
+  /// The same for derivatives of accelerations, x (nv, nv) in columns, at the position of the last hold(): but for those of the mass matrix.
+  void hold_derivatives(double *x);
+
   mode &at(int k) { return mode_[static_cast<std::size_t>(k)]; }
   mode at(int k) const { return mode_[static_cast<std::size_t>(k)]; }
+  /// (nv) flags of those that are held, or null where none is.
+  const unsigned char *flags();
   bool holds(int k) const { return at(k) >= mode::sticks; }
   double friction(int k) const { return friction_[static_cast<std::size_t>(k)]; }
   double holding(int k) const { return holding_[static_cast<std::size_t>(k)]; }
 
-  /// By how much coordinate k is from being let go: F − |λ| for friction, the effort that pushes away from a limit.
+  /// By how much coordinate k is from being let go: F − |λ| for friction, but for rounding; the effort that pushes away from a limit.  −∞ at
+  /// a dead centre, where no effort holds it.
   double margin(int k) const;
+
+  /// How a coordinate that sticks moves when it is let go.
+  mode way_out(int k) const;
 
   void engage_brakes();
 
-  /// Chooses the modes of coordinates without velocity, after something changed: friction holds where it can, except at the coordinate
-  /// `slides`, which has just been let go; −1: none.  a (nv) and power are those after it.  False if a function ended the run.
-  bool settle(system &of, double t, std::size_t run, const double *q, const double *v, double *a, double *power,
-              int slides);
+  /// Chooses the modes of coordinates without velocity, after something changed: friction holds where it can, and makes v exactly zero
+  /// there, except at the coordinate `slides`, which has just been let go; −1: none.  a (nv) and power are those after it.  False if a
+  /// function ended the run.
+  bool settle(system &of, double t, std::size_t run, const double *q, double *v, double *a, double *power, int slides);
 
   /// v after impacts on limits at q: those in `hits` (nv flags) are thrown back, others on limits are not passed.
   void impact(system &of, const double *q, const unsigned char *hits, double *v);
@@ -53,11 +63,15 @@ public:
 private:
   void list_held();
   void solve(const double *right);
+  void resist(double *a, std::ptrdiff_t stride);
 
   const exact_laws &laws_;
   std::vector<mode> mode_;
-  std::vector<double> friction_, holding_, columns_, matrix_, right_;
+  std::vector<double> friction_, holding_;
+  std::vector<double> left_; ///< acceleration of a coordinate that is to be held and can't be; 0: it is
+  std::vector<double> columns_, matrix_, right_, wanted_;
   std::vector<int> held_, pivot_;
+  std::vector<unsigned char> flags_;
   bool any_ = false;
 };
 

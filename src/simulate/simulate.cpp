@@ -2,8 +2,8 @@
 #include "ksl/simulate.hpp"
 
 #include "batch/threads.hpp"
-#include "simulate/adaptive_run.hpp"
 #include "simulate/fixed_steps.hpp"
+#include "simulate/single_run.hpp"
 #include "text/rounding.hpp"
 
 #include <exception>
@@ -21,7 +21,7 @@ void require(bool holds, const char *sentence) {
     throw std::invalid_argument(sentence);
 }
 
-void require_possible(const model &m, const simulation &task) {
+void require_possible(const simulation &task) {
   const bool adaptive = task.method == stepping::dop853;
   require(task.times_n > 0, "no times: a simulation needs that of its beginning at least");
   for (std::size_t i = 1; i < task.times_n; ++i)
@@ -31,12 +31,9 @@ void require_possible(const model &m, const simulation &task) {
   require(!adaptive || (task.relative >= 0 && task.absolute >= 0 && task.relative + task.absolute > 0),
           "dop853 needs a relative or an absolute error above zero");
   require(
-      adaptive || (!task.laws.any() && task.events_n == 0),
-      "limits, exact dry friction, brakes and events are found by the method dop853 alone; take it, or leave them out");
-  require(
-      m.loops().empty() || task.method != stepping::variational,
-      "the method variational is for mechanisms without loops; dop853, rk4, rkmk4, sdirk4 and semi_implicit_euler keep loops "
-      "closed");
+      !task.laws.any() || task.method != stepping::variational,
+      "limits, exact dry friction and brakes take energy, whose trend the method variational is there to avoid; take "
+      "another method, or leave them out");
 }
 
 /// Dry friction that sticks is an exact law of the run, not a part of forward dynamics.
@@ -89,8 +86,8 @@ public:
 
 private:
   void compute(std::size_t first, std::size_t n) {
-    if (task_.method == stepping::dop853)
-      record_.ends[first] = run_adaptive(m_, task_, out_, first, events_[first]);
+    if (is_single(task_))
+      record_.ends[first] = run_single(m_, task_, out_, first, events_[first]);
     else
       run_fixed_steps(m_, task_, out_, first, n, record_.ends.data() + first);
   }
@@ -109,7 +106,7 @@ private:
 simulation_record simulate(const model &m, const simulation &given, const simulation_results &out) {
   simulation task = given;
   const with_exact_friction friction(m, task);
-  require_possible(m, task);
+  require_possible(task);
   return all_runs(friction.smooth ? *friction.smooth : m, task, out).compute();
 }
 

@@ -17,13 +17,12 @@ double singular_positions::regularity(const double *q) {
   return found;
 }
 
-double singular_positions::at(const dop853_step &step, double share) {
+double singular_positions::at(continuous_step &step, double share) {
   double work;
-  step.at(share, q_.data(), v_.data(), &work);
-  return regularity(q_.data());
+  return step.at(share, q_.data(), v_.data(), &work) == outcome::done ? regularity(q_.data()) : usual_;
 }
 
-double singular_positions::find(dop853_step &step, const double *q) {
+double singular_positions::find(continuous_step &step, const double *q) {
   const double first = before_, last = before_ = regularity(q);
   if (std::fmin(first, last) > watched * usual_ || !step.make_dense())
     return -1;

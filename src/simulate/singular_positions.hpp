@@ -1,7 +1,7 @@
 // Positions on the way of a run at which its loops lose rank: there the motion may go on in several ways, and reactions grow without bound.
 #pragma once
 
-#include "simulate/dop853.hpp"
+#include "simulate/continuous_step.hpp"
 
 namespace ksl::simulating {
 
@@ -12,13 +12,13 @@ public:
   /// The run is at the beginning of its first step, or after an event.
   void begin(const double *q) { before_ = regularity(q); }
 
-  /// Is there one in the step to its end, at the position q there: the share of the step, or a negative number.  The polynomial of the step
-  /// is made if it is needed; a function may end the run then, which the next step will find.
-  double find(dop853_step &step, const double *q);
+  /// Is there one in the step to its end, at the position q there: the share of the step, or a negative number.  The step is made dense
+  /// if that is needed; a function may end the run then, which the next step will find.
+  double find(continuous_step &step, const double *q);
 
 private:
   double regularity(const double *q);
-  double at(const dop853_step &step, double share);
+  double at(continuous_step &step, double share);
 
   system &of_;
   std::vector<double> q_, v_;

@@ -2,6 +2,7 @@
 
 #include "batch/compute_batch.hpp"
 #include "ksl/engine/model/joint_physics.hpp"
+#include "ksl/surgery.hpp"
 
 #include <cmath>
 
@@ -19,6 +20,8 @@ system::system(const model &m, const simulation &task, std::size_t most)
     asked_.emplace(m, space_, law_);
   if (!m.loops().empty())
     closed_.emplace(m, task.external_n, most);
+  if (closed_ && task.method == stepping::variational)
+    tree_.emplace(without_loops(m.description()));
   if (elements::has_dampers(m))
     dampers_.emplace(m);
   if (task.laws.any())
@@ -40,6 +43,13 @@ void system::call(const algorithm_row &row, std::size_t n, const double *q, cons
   batch_view<double> batch = batch_of(n, q, v, a, tau);
   batch.result[0] = {out, row.result[0].axes == 0 ? 1 : m_.nv()};
   compute_states(row, m_, batch, 0, n);
+}
+
+/// The same for the tree that carries the loops, for one state.
+void system::call_tree(const algorithm_row &row, const batch_view<double> &inputs, double *out) {
+  batch_view<double> batch = inputs;
+  batch.result[0] = {out, 0};
+  compute_states(row, tree(), batch, 0, 1);
 }
 
 /// By the plan where it fits, but where laws hold coordinates: what an effort causes is known for pivots of the state's own.
@@ -202,12 +212,12 @@ void system::set_power(std::size_t n, const double *q, const double *v, const do
 void system::set_outer_efforts(const double *q, const double *v, double *out) {
   std::fill_n(out, nv_, 0.0);
   if (task_.external_n) {
-    call(rows::gravity_torque, 1, q, nullptr, nullptr, nullptr, computed_.data());
+    batch_view<double> batch = batch_of(1, q, nullptr, nullptr, nullptr);
+    call_tree(rows::gravity_torque, batch, computed_.data());
     for (std::size_t i = 0; i < nv_; ++i)
       out[i] -= computed_[i];
-    batch_view<double> batch;
-    batch.n = 1, batch.q = {q, m_.nq()}, batch.result[0] = {computed_.data(), m_.nv()};
-    compute_states(rows::gravity_torque, m_, batch, 0, 1);
+    batch.external_n = 0;
+    call_tree(rows::gravity_torque, batch, computed_.data());
     for (std::size_t i = 0; i < nv_; ++i)
       out[i] += computed_[i];
   }
@@ -215,14 +225,26 @@ void system::set_outer_efforts(const double *q, const double *v, double *out) {
     dampers_->add_efforts(q, v, out);
   if (m_.view().physics) {
     changed_.resize(5 * nv_);
-    call(rows::effort_parts, 1, q, v, nullptr, nullptr, changed_.data());
+    call_tree(rows::effort_parts, batch_of(1, q, v, nullptr, nullptr), changed_.data());
     for (std::size_t i = 0; i < nv_; ++i)
       out[i] -= changed_[nv_ + i] + changed_[2 * nv_ + i];
   }
 }
 
-/// Efforts of drives change accelerations by M⁻¹ times their own derivatives, which are differences: one for each coordinate of q and of v.
 bool system::derivatives(double t, std::size_t run, const double *q, const double *v, double *by_q, double *by_v) {
+  if (!add_derivatives(t, run, q, v, by_q, by_v))
+    return false;
+  if (!held_)
+    return true;
+  double power;
+  if (!accelerate(t, run, 1, q, v, changed_.data(), &power)) // sets what holds there
+    return false;
+  held_->hold_derivatives(by_q), held_->hold_derivatives(by_v);
+  return true;
+}
+
+/// Efforts of drives change accelerations by M⁻¹ times their own derivatives, which are differences: one for each coordinate of q and of v.
+bool system::add_derivatives(double t, std::size_t run, const double *q, const double *v, double *by_q, double *by_v) {
   const std::size_t square = nv_ * nv_;
   changed_.resize(nq_ + 3 * nv_), rates_.resize(square);
   if (!set_efforts(t, run, 1, q, v))

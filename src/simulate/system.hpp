@@ -53,12 +53,19 @@ public:
 
   const model &of() const { return m_; }
   const manifold &space() const { return space_; }
+  /// The tree that carries the loops, for the variational method; without loops the model itself.
+  const model &tree() const { return tree_ ? *tree_ : m_; }
+  /// Moves q and v to the nearest closed ones at which joints that are held stand; as closed_mechanism::project.
+  bool project(double *q, double *v, double &opened) {
+    return closed_->project(q, v, opened, held_ ? held_->flags() : nullptr);
+  }
   closed_mechanism *closed() { return closed_ ? &*closed_ : nullptr; }
   std::size_t nq() const { return nq_; }
   std::size_t nv() const { return nv_; }
   std::size_t evaluations() const { return evaluations_; }
 
 private:
+  bool add_derivatives(double t, std::size_t run, const double *q, const double *v, double *by_q, double *by_v);
   void set_wrenches(double t, std::size_t first, std::size_t n);
   void follow(double t, std::size_t first, std::size_t n, const double *q, const double *v);
   void add_gravity(std::size_t n, const double *q);
@@ -69,6 +76,7 @@ private:
   void accelerate_closed(std::size_t n, const double *q, const double *v, double *a);
   void call(const algorithm_row &row, std::size_t n, const double *q, const double *v, const double *a,
             const double *tau, double *out);
+  void call_tree(const algorithm_row &row, const batch_view<double> &inputs, double *out);
   external_wrenches<double> wrenches_of(std::size_t k) const {
     return {static_cast<int>(links_.size()), links_.data(), wrenches_.data() + 6 * links_.size() * k,
             task_.external_axes};
@@ -80,6 +88,7 @@ private:
   manifold space_;
   std::optional<motion_asked> asked_;
   std::optional<closed_mechanism> closed_;
+  std::optional<model> tree_;
   std::optional<held_joints> held_;
   std::optional<elements::dampers> dampers_;
   std::size_t nq_, nv_, evaluations_ = 0;

@@ -9,6 +9,14 @@
 //     p_{k+1} = J⁻ᵀ(hv) w.                                                                                             (2)
 //
 // (1) is solved for v by v ← v + M⁻¹ (p_k − its right side); joint velocities at the times are M⁻¹ p.
+//
+// With loops φ(q) = 0 and K their Jacobian, impulses Kᵀ λ at q_k are added to p_k so that q_{k+1} is closed, and the momenta that count are
+// those but for Kᵀ (Marsden and West, section 3.4; Leimkuhler and Skeel, Symplectic numerical integrators in constrained Hamiltonian systems,
+// 1994).  With x = G y the motions that keep loops closed, K G = 0, a correction of v is d with
+//
+//     G_kᵀ (M d − p_k + the right side of (1)) = 0,        h J d = x_0 + G_{k+1} y,  K_{k+1} x_0 = −φ(q_{k+1}),            (3)
+//
+// and joint velocities at the times are G (Gᵀ M G)⁻¹ Gᵀ p.
 #include "batch/compute_batch.hpp"
 #include "engine/algorithm_rows.hpp"
 #include "simulate/linear_solve.hpp"
@@ -24,11 +32,108 @@ constexpr int most_iterations = 100;
 /// Corrections of v, relative to speeds, below which (1) is solved; or they no longer become smaller.
 constexpr double solved = 1e-16, nearly_solved = 1e-9;
 
+/// A call of an algorithm for one state of the tree.
+void call(const system &of, const algorithm_row &row, const double *q, const double *v, const double *tau, double *one,
+          double *two = nullptr, double *three = nullptr) {
+  batch_view<double> batch;
+  batch.n = 1, batch.q = {q, 0}, batch.v = {v, 0}, batch.tau = {tau, 0};
+  batch.result[0] = {one, 0}, batch.result[1] = {two, 0}, batch.result[2] = {three, 0};
+  compute_states(row, of.tree(), batch, 0, 1);
+}
+
+/// What loops make of a step.
+class closed_steps {
+public:
+  explicit closed_steps(const system &of)
+      : nv_(of.nv()), G_(nv_ * nv_), end_G_(G_.size()), mass_(G_.size()), matrix_(G_.size()), x_(nv_), way_(nv_),
+        d_(nv_), y_(nv_), q_(of.nq()) {}
+
+  void begin(system &of, const double *q) { freedoms_ = tangent(of, q, G_); }
+
+  /// d of (3) at velocities v, of which left (nv) is p_k − the right side of (1); false where there is none.
+  bool correct(system &of, const double *q, const double *middle, const double *v, double h, const double *left,
+               double *d) {
+    for (std::size_t k = 0; k < nv_; ++k)
+      x_[k] = h * v[k];
+    of.space().move(1, q, x_.data(), q_.data());
+    if (tangent(of, q_.data(), end_G_) != freedoms_)
+      return false;
+    of.closed()->way_back(way_.data());
+    set_rate(of, h, d);
+    call(of, rows::mass_matrix, middle, nullptr, nullptr, mass_.data());
+    reduce(d, left, y_.data());
+    for (std::size_t j = 0; j < freedoms_; ++j) {
+      for (std::size_t k = 0; k < nv_; ++k)
+        way_[k] = end_G_[k * freedoms_ + j];
+      set_rate(of, h, d_.data());
+      for (std::size_t k = 0; k < nv_; ++k)
+        end_G_[k * freedoms_ + j] = d_[k];
+      reduce(d_.data(), nullptr, way_.data());
+      for (std::size_t i = 0; i < freedoms_; ++i)
+        matrix_[i * freedoms_ + j] = -way_[i];
+    }
+    if (freedoms_ > 0 && !lu_.factor(freedoms_, matrix_.data()))
+      return false;
+    lu_.solve(y_.data());
+    for (std::size_t k = 0; k < nv_; ++k)
+      for (std::size_t j = 0; j < freedoms_; ++j)
+        d[k] += end_G_[k * freedoms_ + j] * y_[j];
+    return true;
+  }
+
+  /// v of momenta p but for Kᵀ, at a closed position; false where a freedom moves no mass.
+  bool velocities(system &of, const double *q, const double *p, double *v) {
+    const std::size_t f = tangent(of, q, end_G_);
+    for (std::size_t j = 0; j < f; ++j) {
+      y_[j] = 0;
+      for (std::size_t k = 0; k < nv_; ++k)
+        y_[j] += end_G_[k * f + j] * p[k];
+    }
+    if (!of.closed()->solve_inertia(q, y_.data()))
+      return false;
+    for (std::size_t k = 0; k < nv_; ++k) {
+      v[k] = 0;
+      for (std::size_t j = 0; j < f; ++j)
+        v[k] += end_G_[k * f + j] * y_[j];
+    }
+    return true;
+  }
+
+private:
+  static std::size_t tangent(system &of, const double *q, std::vector<double> &G) {
+    return static_cast<std::size_t>(of.closed()->set_tangent(q, G.data()));
+  }
+  /// out = J⁻¹(x_) way_ / h
+  void set_rate(const system &of, double h, double *out) const {
+    of.space().rates(1, x_.data(), way_.data(), out);
+    for (std::size_t k = 0; k < nv_; ++k)
+      out[k] /= h;
+  }
+  /// out (freedoms) = G_kᵀ (left − M x)
+  void reduce(const double *x, const double *left, double *out) const {
+    std::fill_n(out, freedoms_, 0.0);
+    for (std::size_t i = 0; i < nv_; ++i) {
+      double sum = left ? left[i] : 0;
+      for (std::size_t k = 0; k < nv_; ++k)
+        sum -= mass_[i * nv_ + k] * x[k];
+      for (std::size_t j = 0; j < freedoms_; ++j)
+        out[j] += G_[i * freedoms_ + j] * sum;
+    }
+  }
+
+  std::size_t nv_, freedoms_ = 0;
+  std::vector<double> G_, end_G_; ///< (nv, freedoms) at the beginning and at the end
+  std::vector<double> mass_, matrix_, x_, way_, d_, y_, q_;
+  linear_solve lu_;
+};
+
 class variational final : public method {
 public:
   explicit variational(const system &of)
       : nv_(of.nv()), p_(nv_), v_(nv_), u_(nv_), middle_q_(of.nq()), effort_(nv_), momentum_(nv_), potential_(nv_),
         w_(nv_), left_(nv_), scratch_(nv_) {
+    if (!of.of().loops().empty())
+      loops_.emplace(of);
     if (!of.space().is_flat())
       for (std::vector<double> *x : {&A_, &J_, &half_A_, &half_J_})
         x->resize(nv_ * nv_);
@@ -41,12 +146,17 @@ public:
       call(of, rows::energy_derivatives, b.q.data(), b.v.data(), nullptr, scratch_.data(), p_.data(),
            potential_.data());
     has_momentum_ = true;
+    if (loops_)
+      loops_->begin(of, b.q.data());
     v_ = b.v;
     double before = std::numeric_limits<double>::infinity();
     for (int iteration = 0;; ++iteration) {
       if (!set_sides(of, b, h))
         return outcome::stopped;
-      call(of, rows::solve_mass_matrix, middle_q_.data(), nullptr, left_.data(), scratch_.data());
+      if (!loops_)
+        call(of, rows::solve_mass_matrix, middle_q_.data(), nullptr, left_.data(), scratch_.data());
+      else if (!loops_->correct(of, b.q.data(), middle_q_.data(), v_.data(), h, left_.data(), scratch_.data()))
+        return outcome::not_solved;
       double correction = 0, speed = 1;
       for (std::size_t k = 0; k < nv_; ++k) {
         v_[k] += scratch_[k];
@@ -54,7 +164,8 @@ public:
       }
       if (!std::isfinite(correction) || iteration == most_iterations)
         return outcome::not_solved;
-      if (correction <= solved * speed || (correction >= before && before <= nearly_solved * speed))
+      const double near = nearly_solved * speed + (loops_ ? rounding_of(b.q) / h : 0);
+      if (correction <= solved * speed || (correction >= before && before <= near))
         break;
       before = correction;
     }
@@ -65,18 +176,21 @@ public:
       u_[k] = h * v_[k];
     of.space().move(1, b.q.data(), u_.data(), b.q.data());
     p_ = w_; // (2), which set_sides has multiplied by J⁻ᵀ
-    call(of, rows::solve_mass_matrix, b.q.data(), nullptr, p_.data(), b.v.data());
+    if (!loops_)
+      call(of, rows::solve_mass_matrix, b.q.data(), nullptr, p_.data(), b.v.data());
+    else if (!loops_->velocities(of, b.q.data(), p_.data(), b.v.data()))
+      return outcome::not_solved;
     b.t += h;
     return outcome::done;
   }
 
 private:
-  void call(system &of, const algorithm_row &row, const double *q, const double *v, const double *tau, double *one,
-            double *two = nullptr, double *three = nullptr) {
-    batch_view<double> batch;
-    batch.n = 1, batch.q = {q, 0}, batch.v = {v, 0}, batch.tau = {tau, 0};
-    batch.result[0] = {one, 0}, batch.result[1] = {two, 0}, batch.result[2] = {three, 0};
-    compute_states(row, of.of(), batch, 0, 1);
+  /// What rounding of positions may leave of corrections, times the step: loops are closed no better.
+  static double rounding_of(const std::vector<double> &q) {
+    double most = 1;
+    for (const double x : q)
+      most = std::fmax(most, std::fabs(x));
+    return 16 * std::numeric_limits<double>::epsilon() * most;
   }
 
   /// At v_: the midpoint, p_k − the right side of (1) into left_, (2) into w_, and the power of drives.
@@ -130,6 +244,7 @@ private:
   std::vector<double> p_, v_, u_, middle_q_, effort_, momentum_, potential_, w_, left_, scratch_, A_, J_, half_A_,
       half_J_;
   linear_solve lu_;
+  std::optional<closed_steps> loops_;
 };
 
 } // namespace

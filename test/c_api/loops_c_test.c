@@ -108,12 +108,44 @@ static void test_geometry(const ksl_model_t *m, ksl_data_t *d) {
   CHECK_REFUSED(ksl_loop_error(m, d, NULL, errors), KSL_BAD_ARGUMENT, "null");
 }
 
+/* The variations are those of the closure's reactions, in components that are determined: by a they are linear, by v quadratic. */
+static void test_variations(const ksl_model_t *m, ksl_data_t *d) {
+  const bool crank[3] = {true, false, false};
+  double closed[3], found[3], motions[3][3][3], on_links[3][2][6], at_joints[3][6], wrenches[2][6], w[2][6], tau[3];
+  const int loop = ksl_model_joints(m);
+  CHECK(ksl_close(m, d, q, crank, false, closed, &(ksl_closing_t){KSL_CLOSED}, NULL) == KSL_OK);
+  double speed[3];
+  CHECK(ksl_consistent_velocity(m, d, closed, v, crank, speed) == KSL_OK);
+  CHECK(ksl_consistent_acceleration(m, d, closed, speed, a, crank, found) == KSL_OK);
+  CHECK(ksl_closed_reaction_variations(m, d, closed, speed, found, NULL, &motions[0][0][0], &on_links[0][0][0],
+                                       at_joints[0], wrenches[0]) == KSL_OK);
+  CHECK(motions[0][0][0] == 1 && motions[1][1][0] == 1 && motions[2][2][0] == 1 && motions[2][0][1] == 0);
+  for (int by = 1; by < 3; ++by) { /* by v and by a */
+    for (int side = 0; side < 2; ++side) {
+      const double step = by == 1 ? side - 0.5 : side;
+      double at[2][3];
+      for (int i = 0; i < 3; ++i)
+        at[0][i] = speed[i] + step * motions[by][1][i], at[1][i] = found[i] + step * motions[by][2][i];
+      CHECK(ksl_consistent_velocity(m, d, closed, at[0], crank, at[0]) == KSL_OK);            /* in place */
+      CHECK(ksl_consistent_acceleration(m, d, closed, at[0], at[1], crank, at[1]) == KSL_OK); /* with its square of v */
+      CHECK(ksl_inverse_dynamics_with_reactions(m, d, closed, at[0], at[1], NULL, tau, 1, &loop, NULL, w[side]) ==
+            KSL_OK);
+    }
+    for (int i = 0; i < 3; i += 2)
+      CHECK(near(w[1][i] - w[0][i], at_joints[by][i], 1e-9));
+  }
+  CHECK_REFUSED(ksl_closed_reaction_variations(m, d, closed, speed, NULL, NULL, &motions[0][0][0], &on_links[0][0][0],
+                                               at_joints[0], wrenches[0]),
+                KSL_BAD_ARGUMENT, "null");
+}
+
 int main(void) {
   ksl_model_t *m = four_bar();
   ksl_data_t *d = NULL;
   CHECK(ksl_data_create(m, &d) == KSL_OK);
   test_dynamics(m, d);
   test_geometry(m, d);
+  test_variations(m, d);
   ksl_data_free(d);
   ksl_model_free(m);
   return exit_status();

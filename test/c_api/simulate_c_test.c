@@ -67,8 +67,15 @@ static void test_brake(void) {
   CHECK(ksl_simulate(m, &task, &laws, NULL, &out) == KSL_OK);
   CHECK(out.events_n == 2 && events[0].what == KSL_BRAKES && events[1].what == KSL_STICKS);
   CHECK(fabs(events[1].time - 1.625) < 1e-10 && fabs(at[2] - (2.25 + 2.5 * 2.5 / 8)) < 1e-9);
-  task.method = KSL_RK4, task.step = 0.01;
-  CHECK(ksl_simulate(m, &task, &laws, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "dop853"));
+  task.method = KSL_RK4, task.step = 0.2;
+  CHECK(ksl_simulate(m, &task, &laws, NULL, &out) == KSL_OK && fabs(events[1].time - 1.625) < 1e-12);
+  task.method = KSL_VARIATIONAL;
+  CHECK(ksl_simulate(m, &task, &laws, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "variational"));
+  const double wrong = -1;
+  laws.friction = &wrong;
+  CHECK(ksl_simulate(m, &task, &laws, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "dry friction"));
+  task.method = (ksl_stepping_t)17;
+  CHECK(ksl_simulate(m, &task, NULL, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "method"));
   task.q = NULL;
   CHECK(ksl_simulate(m, &task, NULL, NULL, &out) == KSL_BAD_ARGUMENT);
   ksl_model_free(m);

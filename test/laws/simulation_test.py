@@ -4,11 +4,23 @@ import numpy as np
 import pytest
 
 import ksl
+from closed_mechanisms import random_case
 from ksl.simulation import PD, Brake, ComputedTorque, GravityCompensation, Reference
+from linkages import four_bar
 
 FIXED = ("semi_implicit_euler", "rk4", "rkmk4", "sdirk4", "variational")
 ORDER = {"semi_implicit_euler": 1, "rk4": 4, "rkmk4": 4, "sdirk4": 4, "variational": 2}
 G = 9.81
+
+
+def pendulum(gravity=(0, 0, -G)):
+    b = ksl.Builder("pendulum", gravity=gravity).add_link("base")
+    for name, parent in (("upper", "base"), ("lower", "upper")):
+        pose = np.eye(4)
+        pose[2, 3] = -0.4 * (parent != "base")
+        b.add_link(name, mass=2.0, center_of_mass=(0.01, 0, -0.2), inertia=np.diag([0.03, 0.03, 0.004]))
+        b.add_joint(f"to_{name}", "revolute", parent, name, pose=pose, axis=(0, 1, 0), limits=(-2.0, 2.0))
+    return b.build()
 
 
 def body(kind, gravity=(0, 0, 0)):
@@ -33,12 +45,20 @@ def slider(axis, limits=None, mass=2.0, **options):
     return b.add_joint("slide", "prismatic", "world", "block", axis=axis, limits=limits, **options).build()
 
 
+def closed(m, near, speed):
+    q = m.close(near).q
+    K = m.loop_jacobian(q)
+    return m, q, speed * (np.eye(m.nv) - np.linalg.pinv(K) @ K) @ np.ones(m.nv)
+
+
 MOVING = {
     "spherical": (body("spherical", (0, 0, -G)), [0.3, 0, 0, np.sqrt(0.91)], [1, 2, 20.0]),
     "floating": (body("floating"), [0, 0, 0, 0, 0, 0, 1.0], [0.1, 0.2, 0.3, 1, 5, 0.2]),
     "chain": (chain(), chain().random(4), np.linspace(-1, 1, chain().nv)),
+    "four-bar": closed(four_bar(), [-1.0, 0.4, -1.5], 3.0),
+    "loop": closed(*(lambda case: (case.model, case.q))(random_case("universal", 2)), 0.5),
 }
-STEPS = {"spherical": (2e-3, 1e-3), "floating": (4e-3, 2e-3), "chain": (2e-3, 1e-3)}
+STEPS = {"spherical": (2e-3, 1e-3), "floating": (4e-3, 2e-3), "chain": (2e-3, 1e-3), "four-bar": (4e-3, 2e-3), "loop": (4e-3, 2e-3)}
 
 
 def error(m, run, exact):
@@ -77,9 +97,10 @@ def test_a_torque_free_body_keeps_its_energy_over_many_steps_of_rk4():
     assert run.steps == 20_000 and abs(run.drift.energy[-1]) < 1e-12 * run.kinetic[0]
 
 
-def test_the_variational_method_has_no_trend():
-    m = body("spherical", (0, 0, -G))
-    run = m.simulate([0.3, 0, 0, np.sqrt(0.91)], [1, 2, 5.0], np.linspace(0, 40, 401), method="variational", step=4e-3)
+@pytest.mark.parametrize("name", ["spherical", "four-bar"])
+def test_the_variational_method_has_no_trend(name):
+    m, q, v = MOVING[name]
+    run = m.simulate(q, np.multiply(0.25, v), np.linspace(0, 40, 401), method="variational", step=4e-3)
     lost = run.drift.energy
     first, last = np.abs(lost[1:101]).max(), np.abs(lost[-100:]).max()
     assert last < 3 * first and abs(np.polyfit(run.times, lost, 1)[0]) * 40 < first
@@ -96,6 +117,17 @@ def test_work_balances_energy(method):
     assert np.abs(run.work).max() > 0.05
     assert np.abs(run.drift.energy).max() < {"semi_implicit_euler": 1.0, "variational": 1e-3}.get(method, 1e-7)
     assert np.allclose(run.efforts, efforts)
+
+
+def test_efforts_from_outside_balance_energy_of_closed_mechanisms():
+    _, q, v = MOVING["four-bar"]
+    m = four_bar(damping=0.1, spring_stiffness=3.0, armature=0.01).with_physics("all")
+    outside = {"external": {"rocker": [0, 0, 5.0, 0, 0.3, 0]}, "efforts": [0.5, 0, 0]}
+    runs = [m.simulate(q, v, [0, 0.3], method="variational", step=h, **outside) for h in (1e-3, 5e-4)]
+    exact = m.simulate(q, v, [0, 0.3], rtol=1e-12, atol=1e-12, **outside)
+    coarse, fine = (error(m, run, exact) for run in runs)
+    assert 1.9 < np.log2(coarse / fine) < 2.1 and abs(exact.work[-1]) > 0.1
+    assert abs(runs[1].work[-1] - exact.work[-1]) < 1e-4 and abs(runs[1].drift.energy[-1]) < 1e-4
 
 
 @pytest.mark.parametrize("method", ["dop853", "sdirk4", "variational", "rk4"])
@@ -115,9 +147,14 @@ def test_stiff_gains_need_no_small_steps():
         assert not m.simulate([0.1], [0.0], [0.0, 10.0], efforts=hold, method="rk4", step=0.05).complete
 
 
-def test_a_ball_bounces_and_comes_to_rest():
+ALL = pytest.mark.parametrize("how", [{}, {"method": "rk4", "step": 0.04}, {"method": "rkmk4", "step": 0.3}, {"method": "sdirk4", "step": 0.04}], ids=str)
+"""Methods that are exact where accelerations are lines in time."""
+
+
+@ALL
+def test_a_ball_bounces_and_comes_to_rest(how):
     m = slider([0, 0, 1], (0.0, 10.0))
-    run = m.simulate([1.0], [0.0], np.linspace(0, 2, 21), restitution=0.5)
+    run = m.simulate([1.0], [0.0], np.linspace(0, 2, 21), restitution=0.5, **how)
     falls, speed = np.sqrt(2 / G), np.sqrt(2 * G)
     first, second = run.events[:2]
     assert first.what == second.what == "lower limit" and first.joint == "slide"
@@ -127,19 +164,21 @@ def test_a_ball_bounces_and_comes_to_rest():
     assert run.q[-1] == 0 and run.v[-1] == 0 and np.abs(run.drift.energy).max() < 1e-8
 
 
-def test_a_joint_that_rests_on_its_limit_lifts():
+@ALL
+def test_a_joint_that_rests_on_its_limit_lifts(how):
     m, times = slider([0, 0, 1], (0.0, 10.0)), np.linspace(0, 2, 21)
-    run = m.simulate([0.0], [0.0], times, efforts=(20 * times)[:, np.newaxis], restitution=0.0)
+    run = m.simulate([0.0], [0.0], times, efforts=(20 * times)[:, np.newaxis], restitution=0.0, **how)
     assert [event.what for event in run.events] == ["rest", "lifts"]
     assert run.events[1].time == pytest.approx(2 * G / 20, abs=1e-9) and run.q[-1, 0] > 0
 
 
-def test_dry_friction_sticks_and_slips():
+@ALL
+def test_dry_friction_sticks_and_slips(how):
     m, times = slider([1, 0, 0]), np.linspace(0, 3, 31)
-    run = m.simulate([5.0], [2.0], times, friction=4.0)
+    run = m.simulate([5.0], [2.0], times, friction=4.0, **how)
     assert [event.what for event in run.events] == ["sticks"] and run.events[0].time == pytest.approx(1.0, abs=1e-10)
     assert run.q[-1, 0] == pytest.approx(6.0, abs=1e-10) and run.v[-1, 0] == 0
-    pushed = m.simulate([5.0], [0.0], times, efforts=(3 * times)[:, np.newaxis], friction=4.0)
+    pushed = m.simulate([5.0], [0.0], times, efforts=(3 * times)[:, np.newaxis], friction=4.0, **how)
     slips, whole = 4 / 3, 3.0
     way = (3 * (whole**3 - slips**3) / 6 - 4 * (whole - slips) ** 2 / 2 - 3 * slips**2 / 2 * (whole - slips)) / 2
     assert [event.what for event in pushed.events] == ["slips"] and pushed.events[0].time == pytest.approx(slips, abs=1e-9)
@@ -152,26 +191,114 @@ def test_exact_friction_of_the_model_is_that_of_the_run():
     assert run.q[-1, 0] == pytest.approx(6.0, abs=1e-10) and [event.what for event in run.events] == ["sticks"]
 
 
-def test_brakes_engage_and_cut_the_drives():
+@ALL
+def test_brakes_engage_and_cut_the_drives(how):
     m = slider([1, 0, 0])
-    run = m.simulate([0.0], [2.0], np.linspace(0, 3, 31), efforts=[1.0], brake=Brake(8.0, at=1.0))
+    run = m.simulate([0.0], [2.0], np.linspace(0, 3, 31), efforts=[1.0], brake=Brake(8.0, at=1.0), **how)
     assert [event.what for event in run.events] == ["brakes", "sticks"]
     assert run.events[1].time == pytest.approx(1 + 2.5 / 4, abs=1e-10)
     assert run.efforts[11:].max() == 0 and run.efforts[:10].min() == 1
 
 
-def test_functions_of_the_user_are_events():
+@ALL
+def test_functions_of_the_user_are_events(how):
     m = slider([1, 0, 0])
 
     def passes(t, q, v):
         return q[0] - 1.0
 
     passes.terminal, passes.direction = True, 1
-    run = m.simulate([0.0], [2.0], [0.0, 0.2, 3.0], events=passes)
+    run = m.simulate([0.0], [2.0], [0.0, 0.2, 3.0], events=passes, **how)
     assert run.reason == "an event ended it" and run.ended == pytest.approx(0.5, abs=1e-12)
     assert np.isfinite(run.q[:2]).all() and np.isnan(run.q[2]).all()
     passes.direction = -1
-    assert m.simulate([0.0], [2.0], [0.0, 3.0], events=passes).complete
+    assert m.simulate([0.0], [2.0], [0.0, 3.0], events=passes, **how).complete
+
+
+def up(t, q, v):
+    return v[1] + 1.0
+
+
+EVENTS = {
+    "limits": (pendulum(), [1.6, 0.2], [4.0, 1.0], {"restitution": 0.2}, (2e-3, 1e-3)),
+    "friction": (pendulum(), [0.8, 0.2], [0.0, 0.0], {"friction": 1.0}, (4e-3, 2e-3)),
+    "brakes": (pendulum(), [0.8, 0.2], [0.0, 0.0], {"brake": Brake(6.0, at=0.3333), "efforts": [[0, 0], [1, 1]]}, (4e-3, 2e-3)),
+    "functions": (pendulum(), [1.8, 0.2], [0.0, 0.0], {"events": [up]}, (2e-3, 1e-3)),
+    "a dead centre, then brakes": (*MOVING["four-bar"], {"friction": {"D": 0.3}, "brake": Brake({"A": 20.0}, at=0.3333)}, (2e-3, 1e-3)),
+    "functions on loops": (*MOVING["four-bar"], {"events": [up]}, (2e-3, 1e-3)),
+}
+
+
+@pytest.mark.parametrize("method", FIXED)
+@pytest.mark.parametrize("name", EVENTS)
+def test_events_have_the_order_of_their_method(name, method):
+    m, q, v, options, steps = EVENTS[name]
+    if method == "variational" and "events" not in options:
+        return
+    times = [0.0, 1.2]
+    exact = m.simulate(q, v, times, rtol=1e-13, atol=1e-13, **options)
+    coarse, fine = (m.simulate(q, v, times, method=method, step=h, **options) for h in steps)
+    told = [[event.what for event in run.events] for run in (exact, coarse, fine)]
+    assert told[0] == told[1] == told[2] and len(told[0]) >= 2
+    if m.loops:
+        assert max(np.abs(m.loop_error(run.q)).max() for run in (exact, coarse, fine)) < 1e-11
+    first, second = (np.abs([x.time - y.time for x, y in zip(run.events, exact.events, strict=True)]) for run in (coarse, fine))
+    if second.max() > 1e-11:
+        assert ORDER[method] - 0.5 < np.log2(first.max() / second.max())
+    if error(m, fine, exact) > 1e-10:
+        assert ORDER[method] - 0.5 < np.log2(error(m, coarse, exact) / error(m, fine, exact))
+
+
+@pytest.mark.parametrize("method", [*FIXED, "dop853"])
+@pytest.mark.parametrize("name", ["chain", "four-bar"])
+def test_an_event_that_never_happens_changes_no_bit(name, method):
+    m, q, v = MOVING[name]
+    options = {"method": method, "efforts": lambda t, q, v: -0.1 * v} | ({} if method == "dop853" else {"step": 3e-3})
+    run, other = (m.simulate(q, v, [0, 0.013, 0.1], **options, **more) for more in ({}, {"events": lambda t, q, v: 1.0}))
+    for of in ("q", "v", "a", "efforts", "work", "energy", "steps"):
+        assert np.array_equal(getattr(run, of), getattr(other, of)), of
+
+
+@pytest.mark.parametrize("more", [{}, {"events": lambda t, q, v: 1.0}], ids=["lanes", "events"])
+@pytest.mark.parametrize("begin", [0.0, 300.0, 1e6])
+def test_steps_are_as_many_as_intervals_have_however_late_it_is(begin, more):
+    times = begin + 0.02 * np.arange(101)
+    assert pendulum().simulate([0.8, 0.2], [0, 0], times, method="rk4", step=2e-3, **more).steps == 1000
+
+
+@pytest.mark.parametrize("how", [{}, {"method": "rk4", "step": 1e-3}, {"method": "variational", "step": 1e-3}], ids=str)
+def test_a_crank_may_have_turned_many_times(how):
+    m, q, v = MOVING["four-bar"]
+    run, other = (m.simulate(q + 2 * np.pi * turns * np.array([1, -1, 0]), v, [0, 0.1], **how) for turns in (0, 20_000))
+    assert other.complete and error(m, other, run) - 2 * np.pi * 20_000 < 1e-7
+
+
+@ALL
+def test_instants_that_meet(how):
+    """Functions, brakes, corners of efforts and times of results at the same instant, or but for rounding."""
+    m = pendulum()
+    for brake in (0.3, 0.1 * 3):
+        run = m.simulate([0.8, 0.2], [0, 0], np.arange(0, 1, 0.1), efforts=np.ones((10, 2)), brake=Brake(30.0, at=brake), events=lambda t, q, v: t - 0.3, **how)
+        assert run.complete and [event.what for event in run.events] == ["event", "brakes", "sticks", "sticks"]
+        assert np.isfinite(run.q).all() and np.abs(run.v[-1]).max() == 0
+
+
+@ALL
+def test_a_push_that_is_the_friction_itself_holds(how):
+    m = pendulum(gravity=(0, 0, 0))
+    for push in (0.1, 1 / 3, 0.7, 4.0):
+        for q in ([0.8, 0.2], [0.1, 1.3], [0.37, -0.9]):
+            run = m.simulate(q, [0, 0], [0, 0.1, 0.2], efforts=[push, -push], friction=push, **how)
+            assert run.complete and not run.events and np.array_equal(run.q[-1], q)
+
+
+@pytest.mark.parametrize("laws", [{"D": 0.3}, {"A": 0.3, "B": 0.3, "D": 0.3}], ids=str)
+def test_all_joints_of_a_mechanism_with_one_freedom_stop_together(laws):
+    """Whichever friction holds: their work is that of all, and the mechanism is at rest where the energy is spent."""
+    m, q, v = MOVING["four-bar"]
+    run = m.simulate(q, v, [0, 1.0], friction=laws, brake=Brake({"A": 2.0, "D": 5.0}, at=0.0))
+    assert [event.what for event in run.events][-1] == "sticks" and sum(event.what == "sticks" for event in run.events) == 1
+    assert np.abs(run.v[-1]).max() == 0 and np.abs(run.a[-1]).max() == 0 and np.abs(run.drift.energy).max() < 1e-8
 
 
 @pytest.mark.parametrize("method", [*FIXED, "dop853"])

@@ -271,6 +271,7 @@ BAD = {
     "no cases": ("", "no load cases; give a table [cases.NAME] for each"),
     "not TOML": ("[cases", "is not TOML"),
     "unknown table": ("[case.a]", "unknown key 'case'; did you mean 'cases'? known: defaults, cases"),
+    "listed": ("[[cases]]", "cases is a list of tables, [[…]]; expected a table, as [cases.NAME]"),
     "unknown key": ("[cases.a]\npayload = []", "case a: unknown key 'payload'; did you mean 'payloads'? known: motion, payloads"),
     "unknown default": ("[defaults]\nmoton = 'x'\n[cases.a]", "defaults: unknown key 'moton'; did you mean 'motion'?"),
     "no motion": ("[cases.a]", "case a: no motion; give motion ="),

@@ -120,6 +120,7 @@ def test_the_command_writes_a_motion_that_loads_reads(tmp_path):
         (("--until", "1", "--velocity", "3"), "--velocity 3: expected NAME=VALUE with a number"),
         (("--until", "1", "--method", "rk9"), "--method rk9: expected one of"),
         (("--until", "1", "--pose", "elbow=1"), "no joint or column 'elbow'"),
+        (("--cases", "c.toml", "--until", "1", "--brake-at", "2"), "--until, --brake-at: with --cases each load case says so itself"),
     ],
 )
 def test_the_command_refuses(tmp_path, options, said):

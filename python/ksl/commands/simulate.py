@@ -104,6 +104,14 @@ def simulate(
 
     if motion is not None:
         check_order(robot, motion)
+    if cases is not None:
+        said = {
+            "--until": until, "--from-time": start, "--pose": pose, "--velocity": velocity, "--gains": gains, "--brake-at": brake_at, "--brake": brake,
+            "--dry-friction": dry_friction, "--bounce": bounce, "--rate": rate, "--step": step,
+            "--controller": controller != "none", "--method": method != "dop853",
+        }  # fmt: skip
+        if others := [name for name, value in said.items() if value not in (None, "", [], False)]:
+            fail(f"{', '.join(others)}: with --cases each load case says so itself, in simulate = {{…}}; leave {'it' if len(others) == 1 else 'them'} out")
     if until is None and motion is None and cases is None:
         fail("--until: the end is missing; give it, s, or a MOTION that has one")
     loaded = payloads_given(payload, on_link)

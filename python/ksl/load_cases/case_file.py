@@ -444,7 +444,8 @@ def _known_keys(where: str, given: Mapping[str, Any], known: Collection[str]) ->
 
 def _table(where: str, x: Any) -> dict[str, Any]:
     if not isinstance(x, dict):
-        raise CaseError(f"{where} is {x!r}; expected a table")
+        listed = isinstance(x, list) and all(isinstance(one, dict) for one in x)
+        raise CaseError(f"{where} is {'a list of tables, [[…]]' if listed else repr(x)}; expected a table{', as [cases.NAME]' if where.endswith(': cases') else ''}")
     return x
 
 

@@ -76,9 +76,10 @@ class Curves:
         energy = kinetic + potential
         supplied = self.case.model.external_power(q, v, external) if external else np.zeros(len(motion.time))
         round_off = power_round_off(motion.time, kinetic, potential, q, v, self._largest_effort)
-        before, after = rates_beside_corners(motion.time, energy, motion.corner_times)
+        before, after = rates_beside_corners(motion.time, energy, motion.corner_times, motion.break_times)
         total = self._drive + supplied - (0.0 if self._dissipation is None else self._dissipation)
         # at a jump of the acceleration the power is that before or after it: the motion says which
         rate = np.where(np.abs(before - total) < np.abs(after - total), before, after)
+        rate = np.where(np.isnan(before + after), total, rate)  # between events that follow so fast that nothing is to be told
         exchanged = float(np.max(np.abs(np.gradient(kinetic, motion.time)), initial=0.0))
         return PowerBalance(self._drive, supplied, energy, rate, round_off, self._dissipation, exchanged)

@@ -24,6 +24,7 @@ from ksl.model.model import Model
 from ksl.model.simulate import Method
 from ksl.model.simulation_result import Simulation
 from ksl.model.states import Array
+from ksl.motions.closed_motion import keeps_closed
 from ksl.motions.closing import Closing
 from ksl.motions.motion import Motion, Source
 from ksl.motions.signal.standing import standing_of_integrated
@@ -39,8 +40,6 @@ MOST_EVENTS = 12
 IMPACTS = ("lower limit", "upper limit", "rest")
 JUMPS = ("sticks", "slips", "brakes", "lifts")
 """Events at which accelerations jump."""
-MOST_CORNERS = 20
-"""Splines of the power balance are split at so many; with more, too few samples are left between them."""
 
 Numbers = float | Mapping[str, float]
 """One number for all joints, or {joint: number}."""
@@ -109,10 +108,12 @@ def simulated_motion(
     joints, (t, x, v) = model.joints[: len(model.joint_names)], (values[reached] for values in (times, run.q, run.v))
     error = (how.atol, how.rtol) if how.method == "dop853" else (0.0, 0.0)  # the other methods control none
     standing = standing_of_integrated(joints, t, x, v, *error)
-    corners = sorted({e.time for e in run.events if e.what in JUMPS and times[0] < e.time < run.ended})
+    stands, held = keeps_closed(model, x, v, standing.stands), keeps_closed(model, x, run.a[reached], standing.held)
+    inside = [e for e in run.events if times[0] < e.time < run.ended]
+    corners, breaks = (np.array(sorted({e.time for e in inside if e.what in kinds}), dtype=float) for kinds in (JUMPS, IMPACTS))
     motion = Motion(
-        t, x, v, run.a[reached], doubts=doubts, source=source, closing=closing, stands=standing.stands, held=standing.held, resolution=standing.rate,
-        corner_times=np.array(corners if len(corners) <= MOST_CORNERS else [], dtype=float),
+        t, x, v, run.a[reached], doubts=doubts, source=source, closing=closing, stands=stands, held=held & stands, resolution=standing.rate,
+        corner_times=corners, break_times=breaks,
     )  # fmt: skip
     return motion, _in_words(how, brake)
 

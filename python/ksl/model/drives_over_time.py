@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,8 +32,28 @@ def over_time(x: ArrayLike, times: Array, leading: tuple[int, ...], columns: int
     raise ValueError(f"{what} has shape {array.shape}; expected ({columns},) constant, or {(n, columns)} at the times{runs}")
 
 
-def coordinates(model: Any, x: Any, what: str, among: Sequence[int], outside: float = 0.0) -> Array:
-    """Numbers (nv): one for all coordinates `among`, {joint: number}, or (nv)."""
+class Allowed(NamedTuple):
+    """Numbers from `least` to `most`; infinite ones only where `most` says so."""
+
+    least: float
+    most: float
+    words: str
+
+    def judge(self, numbers: Array, what: str) -> None:
+        bad = ~((numbers >= self.least) & (numbers <= self.most))
+        if bad.any():
+            raise ValueError(f"{what} is {numbers[bad].flat[0]:g}; expected {self.words}")
+
+
+LARGEST = float(np.finfo(float).max)
+FINITE = Allowed(-LARGEST, LARGEST, "a finite number")
+NOT_NEGATIVE = Allowed(0.0, LARGEST, "a finite number, 0 or more")
+LIMIT = Allowed(0.0, np.inf, "0 or more")
+SHARE = Allowed(0.0, 1.0, "a number from 0 to 1")
+
+
+def coordinates(model: Any, x: Any, what: str, among: Sequence[int], allowed: Allowed, outside: float = 0.0) -> Array:
+    """Numbers (nv): one for all coordinates `among`, {joint: number}, or (nv); `outside` for all others."""
     numbers = np.full(model.nv, outside)
     if isinstance(x, Mapping):
         for name, value in x.items():
@@ -42,8 +62,10 @@ def coordinates(model: Any, x: Any, what: str, among: Sequence[int], outside: fl
             if not mine:
                 raise ValueError(sentence(f"{what}: joint {name!r} has no coordinate that can have one; name joints that move and have a drive"))
             numbers[mine] = given.number(value, f"{what} of {name!r}")
+            allowed.judge(numbers[mine], sentence(f"{what} of {name!r}"))
         return numbers
     array = np.asarray(real_array(x, what), dtype=float)
+    allowed.judge(array if array.ndim == 0 or array.shape != (model.nv,) else array[list(among)], what)
     if array.ndim == 0:
         numbers[list(among)] = float(array)
     elif array.shape == (model.nv,):
@@ -74,17 +96,15 @@ class DriveNumbers:
         driven = self._driven()
         n = self.numbers
         n["driven"] = driven
-        n["damping"] = coordinates(self._model, controller.damping, "damping", driven)
+        n["damping"] = coordinates(self._model, controller.damping, "damping", driven, FINITE)
         if controller.limit is not None:
-            n["limit"] = coordinates(self._model, controller.limit, "limit", driven, np.inf)
-            if not (n["limit"] >= 0).all():
-                raise ValueError("limit must not be negative")
+            n["limit"] = coordinates(self._model, controller.limit, "limit", driven, LIMIT, np.inf)
         if isinstance(controller, GravityCompensation):
             n["gravity"] = True
             held = Reference(self._times[:1], self._model.neutral()[np.newaxis])  # only its velocity counts: zero
             n["position"] = self._rows(held.times, held.q, self._model.nq, "reference.q")
             return
-        n["stiffness"] = coordinates(self._model, controller.stiffness, "stiffness", driven)
+        n["stiffness"] = coordinates(self._model, controller.stiffness, "stiffness", driven, FINITE)
         self._follow(controller.reference)
         if controller.feed_forward is not None:
             n["given"] = self._feed_forward(controller.feed_forward)

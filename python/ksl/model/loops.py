@@ -320,7 +320,11 @@ class LoopCalls(Requests):
                 where = np.argwhere(~np.isfinite(array))[0].tolist()
                 raise ValueError(f"{name}{where} is {array[tuple(where)]}; every number must be finite")
             arrays.append(array)
-        leading = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
+        try:
+            leading = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
+        except ValueError:
+            found = ", ".join(f"{name} {array.shape}" for (_, name, _), array in zip(inputs, arrays, strict=True))
+            raise ValueError(f"leading shapes don't broadcast: {found}") from None
         rows = [np.ascontiguousarray(np.broadcast_to(array, (*leading, array.shape[-1])).reshape(-1, array.shape[-1])) for array in arrays]
         return [*rows, leading]
 

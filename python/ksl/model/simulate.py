@@ -15,8 +15,7 @@ from ksl.base.real_arrays import real_array
 from ksl.model import given
 from ksl.model.calls import Calls
 from ksl.model.drives import Brake, Controller
-from ksl.model.drives_over_time import DriveNumbers, OverTime, coordinates, over_time
-from ksl.model.mechanism import Joint
+from ksl.model.drives_over_time import FINITE, NOT_NEGATIVE, SHARE, DriveNumbers, OverTime, coordinates, over_time
 from ksl.model.simulation_result import HAPPENINGS, Drift, Event, Simulation
 from ksl.model.states import Array, External, ExternalAxes, items_of
 
@@ -71,10 +70,9 @@ class SimulationCalls(Calls):
         """The motion from q (…, nq), v (…, nv) at times[0], at all `times` (n), s, increasing: forward dynamics over time.
 
         efforts: of the drives.  None is none; (nv) constant; (n, nv) or (…, n, nv) at the times, straight lines between; a function of
-        (t, q, v), which gets and returns numbers of one run, or with the methods in lanes those of all runs with their leading shape, and
-        ends the run if it returns None; or a controller: :class:`ksl.simulation.PD`, `GravityCompensation` or `ComputedTorque`.
-        method: "dop853", order 8 with error control by rtol and atol, the only one that finds events; with steps of at most `step`, s:
-        "rk4" and "rkmk4", order 4, "semi_implicit_euler", order 1, which compute many runs in lanes; "sdirk4", order 4, implicit, for stiff
+        (t, q, v), which gets and returns numbers of one run, or, with the methods in lanes and without exact laws and events, those of all runs
+        with their leading shape, and ends the run if it returns None; or a controller: :class:`ksl.simulation.PD`, `GravityCompensation` or `ComputedTorque`.
+        method: "dop853", order 8 with error control by rtol and atol; with steps of at most `step`, s: "rk4" and "rkmk4", order 4, "semi_implicit_euler", order 1, which compute many runs in lanes; "sdirk4", order 4, implicit, for stiff
         springs and gains; "variational", order 2, whose energy has no trend.  docs/simulation.md says which to take.
         rtol, atol: error of one step, of each number of a step and of v: atol + rtol |number|.  step: each interval of `times` has a whole
         number of steps.  most_steps: of a run.
@@ -84,6 +82,7 @@ class SimulationCalls(Calls):
         brake: a :class:`ksl.simulation.Brake`.
         events: functions of (t, q, v) of one run, whose zeros are located and recorded; with an attribute `terminal` true the run ends
         there, with `direction` 1 or −1 only zeros where it rises or falls count.
+        restitution, friction and brake go with all methods but "variational", events with all.
         project: whether positions and velocities of mechanisms with loops are moved to the nearest closed ones after each step.
         threads: at most, for many runs; functions of Python are called by one.
         progress: is told, some times a second, the time that the first run has reached, s.  Ctrl-C ends the call.
@@ -98,9 +97,10 @@ class SimulationCalls(Calls):
         instants = _times(times)
         which = _one_of_methods(method)
         self._require_closed_start(at, moving)
-        drives = DriveNumbers(self, efforts, instants, leading, which in IN_LANES)
         laws = self._exact_laws(restitution, friction, brake, at)
         watched = list(events) if isinstance(events, Iterable) else [events]
+        are_alone = bool(watched) or "exact friction" in self.physics or any(laws[name] is not None for name in ("restitution", "friction", "brake"))
+        drives = DriveNumbers(self, efforts, instants, leading, which in IN_LANES and not are_alone)
         how = {
             "method": METHODS.index(which),
             "step": _step(step, which, instants),
@@ -110,6 +110,8 @@ class SimulationCalls(Calls):
             "project": given.flag(project, "project"),
         }
         wrenches = self._wrenches_over_time(external, external_axes, instants, leading)
+        if progress is not None and not callable(progress):
+            raise ValueError(f"progress: {type(progress).__name__} is no function of the time")
         is_called = drives.function is not None or bool(watched)
         arrays, ends, happened = self._core.simulate(
             at,
@@ -137,8 +139,9 @@ class SimulationCalls(Calls):
     def _exact_laws(self, restitution: Any, friction: Any, brake: Brake | None, q: Array) -> dict[str, Any]:
         laws: dict[str, Any] = {"restitution": None, "lower": None, "upper": None, "friction": None, "brake": None, "brake_at": 0.0, "cut_efforts": False}
         single = [joint for joint in self.joints[: self._moving] if joint.one_coordinate]
+        one = [joint.v_index for joint in single]
         if restitution is not None:
-            laws["restitution"] = _of_coordinates(self, restitution, "restitution", single, outside=-1.0)
+            laws["restitution"] = coordinates(self, restitution, "restitution", one, SHARE, outside=-1.0)
             laws["lower"], laws["upper"] = np.full(self.nv, -np.inf), np.full(self.nv, np.inf)
             for joint in single:
                 k = joint.q_index
@@ -148,12 +151,13 @@ class SimulationCalls(Calls):
                     said = f"q: {joint.name!r} starts at {q[beyond, k][0]:g}, beyond its limits {self.lower[k]:g} and {self.upper[k]:g}"
                     raise ValueError(sentence(f"{said}; start within them, or leave the joint out of restitution"))
         if friction is not None:
-            laws["friction"] = _of_coordinates(self, friction, "friction", single)
+            laws["friction"] = coordinates(self, friction, "friction", one, NOT_NEGATIVE)
         if brake is not None:
             if not isinstance(brake, Brake):
                 raise ValueError(f"brake is {type(brake).__name__}; expected a ksl.simulation.Brake")
-            laws["brake"] = _of_coordinates(self, brake.effort, "brake", single)
+            laws["brake"] = coordinates(self, brake.effort, "brake", one, NOT_NEGATIVE)
             laws["brake_at"], laws["cut_efforts"] = given.number(brake.at, "brake.at"), given.flag(brake.cut, "brake.cut")
+            FINITE.judge(np.array(laws["brake_at"]), "brake.at")
         return laws
 
     def _wrenches_over_time(
@@ -262,25 +266,19 @@ def _count(x: Any, what: str) -> int:
 def _direction(function: Any) -> int:
     if not callable(function):
         raise ValueError(f"events: {type(function).__name__} is no function of (t, q, v)")
-    return int(np.sign(getattr(function, "direction", 0)))
+    direction = given.number(getattr(function, "direction", 0), "direction of an event")
+    FINITE.judge(np.array(direction), "direction of an event")
+    return int(np.sign(direction))
 
 
 def _event_values(functions: Sequence[EventFunction]) -> Callable[[int, float, Array, Array], Array]:
     """All functions at once, for the compiled call."""
 
     def values(run: int, t: float, q: Array, v: Array) -> Array:
-        found = np.array([float(f(t, q[0], v[0])) for f in functions])
+        found = np.array([given.number(f(t, q[0], v[0]), f"the result of events[{k}]") for k, f in enumerate(functions)])
         if not np.isfinite(found).all():
             k = int(np.flatnonzero(~np.isfinite(found))[0])
             raise ValueError(f"events[{k}] is {found[k]} at t = {t:.9g} s of run {run}; expected a finite number")
         return found
 
     return values
-
-
-def _of_coordinates(model: Any, x: Any, what: str, joints: Sequence[Joint], outside: float = 0.0) -> Array:
-    """Numbers (nv), at least zero, for joints with one coordinate; `outside` for all others."""
-    numbers = coordinates(model, x, what, [joint.v_index for joint in joints], outside)
-    if (numbers[[joint.v_index for joint in joints]] < min(outside, 0.0)).any() or np.isnan(numbers).any():
-        raise ValueError(f"{what} must not be negative")
-    return numbers

@@ -23,6 +23,10 @@ TOLD, DOUBTED = 1e-6, 1e-2
 """Positions that were given for joints that follow are told to differ from this on, rad, or lengths of the mechanism; and doubted from this on."""
 _FORCES = {"prismatic": 2, "cylindrical": 2, "planar": 1, "translation": 0}
 """How many equations of a loop joint are of forces, where they are not three; those of moments follow."""
+OPENED = 1e-9
+"""Rates that open a loop by more than this share of the terms of its equation belong to its motion."""
+BLOCK = 1024
+"""Samples whose Jacobians are in memory at a time."""
 JUMP = 0.2
 """A joint that follows has changed its branch if it moves by this much more in a step than its rates say, rad, or lengths of the mechanism."""
 
@@ -52,6 +56,22 @@ def follow_by_loops(model: Mechanism) -> NDArray[np.intp]:
     """Columns of q of the joints that follow the leading ones; none of a tree."""
     lead = leading(model)
     return np.array([j.q_index + k for j in moving_joints(model) if j not in lead for k in range(j.nq)], dtype=np.intp)
+
+
+def keeps_closed(model: Calls, q: Array, rates: Array, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The chosen samples (n, nv) whose rates, velocities or accelerations (n, nv), can be taken as none: without them the loops stay closed."""
+    out = chosen.copy()
+    some = np.flatnonzero((chosen & (rates != 0)).any(axis=1)) if model.loops else []
+    for first in range(0, len(some), BLOCK):
+        k = some[first : first + BLOCK]
+        terms = model.loop_jacobian(q[k]) * rates[k][:, None, :]
+        while True:
+            left = np.where(out[k][:, None, :], terms, 0.0)
+            opened = np.abs(left.sum(axis=2)) > OPENED * np.abs(terms).sum(axis=2)
+            if not opened.any():
+                break
+            out[k] &= ~((left != 0) & opened[:, :, None]).any(axis=1)
+    return out
 
 
 def held_by(model: Calls, name: str = "motion") -> Held:

@@ -87,6 +87,8 @@ class Motion:
     """(nv): rates up to this can't be told from zero, rad/s or m/s: the resolution of the positions over the step between samples."""
     closing: Closing | None = None
     """Of mechanisms with loops."""
+    break_times: Array = field(default_factory=lambda: np.empty(0))
+    """When velocities jump, at impacts, s, increasing: splines over time end there, and a sample there is before the jump."""
 
     @cached_property
     def resolved_v(self) -> Array:

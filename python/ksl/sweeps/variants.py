@@ -165,4 +165,5 @@ def _faster(motion: Motion, factor: float) -> Motion:
     with np.errstate(over="ignore", invalid="ignore"):  # results that are not finite are refused
         slow = motion.resolution
         faster = None if slow is None else slow * factor
-        return replace(motion, time=motion.time / factor, v=motion.v * factor, a=motion.a * factor * factor, resolution=faster)
+        times = {name: getattr(motion, name) / factor for name in ("time", "corner_times", "break_times")}
+        return replace(motion, v=motion.v * factor, a=motion.a * factor * factor, resolution=faster, **times)

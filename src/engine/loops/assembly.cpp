@@ -27,11 +27,11 @@ completion assembly::complete(const double *near, const unsigned char *given, co
   }
   for (int j = 0; j < nv; ++j)
     terms = std::max(terms, g_.size() * std::fabs(near[j]) / t_.column_scale[static_cast<std::size_t>(j)]);
-  solve_.solve(g_.jacobian(), rows, nv, t_.row_scale.data(), given, g_.size(), right_, x);
+  solve_.solve(g_.jacobian(), rows, nv, t_.row_scale.data(), given, g_.size(), right_, step_);
   int free = 0;
   for (int j = 0; j < nv; ++j) {
     free += !given[j];
-    x[j] += near[j];
+    x[j] = near[j] + step_[j];
   }
   if (solve_.residual > 1e-7 * terms + rest * t_.length)
     return completion::contradictory;
@@ -122,7 +122,7 @@ void assembly::set_step() {
 
 /// Gauss–Newton steps, the shortest ones that close the linearised loops, halved while the error doesn't fall.
 bool assembly::descend(double *q, int iterations, const close_options &options) {
-  const double wanted = converged * t_.length;
+  const double wanted = closed_within(t_, q, m_.nq());
   double error = set_error(q);
   for (int k = 0; k < iterations; ++k) {
     *reached_ = error;

@@ -6,10 +6,19 @@
 #include "engine/loops/least_norm.hpp"
 #include "ksl/loops.hpp"
 
+#include <limits>
+
 namespace ksl::loops {
 
-/// The error of a closed position, in lengths of the mechanism.
-inline constexpr double converged = 1e-12;
+/// The error of a closed position, in lengths of the mechanism, and what rounding of its numbers q (nq) makes of it: a crank that has turned
+/// a thousand times is known to 1e-12 rad.
+inline double closed_within(const tables &t, const double *q, int nq) {
+  constexpr double converged = 1e-12, rounding = 4 * std::numeric_limits<double>::epsilon();
+  double most = 0;
+  for (int i = 0; i < nq; ++i)
+    most = std::max(most, std::fabs(q[i]));
+  return (converged + rounding * most) * t.length;
+}
 
 class assembly {
 public:
@@ -19,7 +28,7 @@ public:
 
   closing close(const double *q, const unsigned char *hold, const close_options &options, double *out, double *error);
 
-  /// x (nv) with K x = b for all equations and the given coordinates as in `near`, nearest to it.  b null: zero.
+  /// x (nv) with K x = b for all equations and the given coordinates as in `near`, nearest to it; x may be `near`.  b null: zero.
   completion complete(const double *near, const unsigned char *given, const double *b, double *x);
 
   /// The same for accelerations at q and v: K x = −K̇ v.

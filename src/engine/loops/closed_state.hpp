@@ -100,6 +100,7 @@ public:
   const double *multipliers() const { return lambda_; }
 
   /// The same with elements of G, (nv, freedoms), and its product with the efforts of a tree.
+  const double *G() const { return G_; }
   double G(int v, int free) const { return G_[v * k_.freedoms() + free]; }
 
   /// Sets τ_d with Gᵀ E τ_d = Gᵀ y; of least norm where there are more drives than freedoms.

@@ -170,6 +170,29 @@ def test_derivative_of_a_curve_that_is_split_at_known_times():
     assert slope.sizes == pytest.approx([3], abs=1e-5) and curvature.sizes == pytest.approx([-2], abs=1e-3)
 
 
+def test_derivative_of_a_curve_that_jumps():
+    """A sample at a jump is before it; of five samples between two jumps nothing is told."""
+    t = np.linspace(0, 2, 201)
+    x = np.cos(t) + 2.0 * (t > t[70]) - np.where(t > 1.5005, 1 + 3 * (t - 1.5005), 0) + (t > 1.5451)
+    before, after = rates_beside_corners(t, x, np.array([0.3]), np.array([t[70], 1.5005, 1.5451]))
+    exact = np.where(t > 1.5005, -3 - np.sin(t), -np.sin(t))
+    assert np.flatnonzero(np.isnan(after)).tolist() == [151, 152, 153, 154]
+    assert np.nanmax(np.abs(after - exact)) < 1e-5 and np.nanmax(np.abs(before - exact)) < 1e-5
+
+
+@pytest.mark.parametrize("corners", [[0.405, 0.4051, 0.42], np.arange(0.1, 1.9, 0.0703)], ids=["close", "many"])
+def test_corners_that_are_close_or_many_end_splines(corners):
+    """What lies between two of them is told where it has six samples; a sample at a corner is on both sides."""
+    t = np.linspace(0, 2, 401)
+    corners = np.where(np.isin(corners, 0.42), t[84], corners)
+    x = np.cos(t) + sum(3 * np.maximum(t - c, 0) for c in corners)
+    exact = lambda at: -np.sin(t) + 3 * sum(at(c) for c in corners)
+    before, after = rates_beside_corners(t, x, corners)
+    told = np.isfinite(after) & np.isfinite(before)
+    assert np.flatnonzero(~told).tolist() == ([81, 82, 83, 84] if len(corners) == 3 else [])
+    assert np.abs(before - exact(lambda c: t > c))[told].max() < 1e-6 and np.abs(after - exact(lambda c: t >= c))[told].max() < 1e-6
+
+
 def test_resampling_keeps_corners(disk, tmp_path):
     """From 10 ms to 3 ms: positions are those of the closed form, and so is the acceleration."""
     t = times(0.01, 0.0021)

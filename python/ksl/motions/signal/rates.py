@@ -16,6 +16,11 @@ from ksl.motions.signal.splines import spline_through
 SPLINE_SAMPLES = 6
 """A quintic needs six samples."""
 
+MOST_CORNERS = 20
+"""Of a spline that is split: its equations are those of all of them."""
+
+NONE = np.empty(0)
+
 LARGEST = 1e100
 """Beyond this, squares overflow: jumps are not looked for."""
 
@@ -26,11 +31,30 @@ def derivative(time: Array, x: Array, order: int = 1) -> Array:
     return rates
 
 
-def rates_beside_corners(time: Array, x: Array, corner_times: Array) -> tuple[Array, Array]:
+def rates_beside_corners(time: Array, x: Array, corner_times: Array, break_times: Array = NONE) -> tuple[Array, Array]:
     """First derivatives before and after each sample of a curve x (n), whose first and second derivatives may jump at the corner times.
 
-    They differ where a sample is at a corner.  The spline is split at all corners, see `corners`.
+    They differ where a sample is at a corner.  The spline is split at all corners, see `corners`; where these are many or close together, it ends
+    at each.  It ends at break times, where x itself jumps, after a sample there.  Between two ends with fewer samples than a spline needs
+    derivatives are NaN.
     """
+    corner_times = np.asarray(corner_times)
+    edges = np.unique(np.concatenate([[0], np.searchsorted(time, break_times, side="right"), [len(time)]]))
+    before, after = np.full((2, len(time)), np.nan)
+    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+        t = time[begin:end]
+        inside = corner_times[(corner_times > t[0]) & (corner_times < t[-1])] if len(t) else NONE
+        first, last = np.searchsorted(t, inside), np.searchsorted(t, inside, side="right")  # a sample at a corner is on both sides
+        if SPLINE_SAMPLES <= len(t) and len(inside) <= MOST_CORNERS and np.diff(first).min(initial=len(t)) >= SPLINE_SAMPLES:
+            before[begin:end], after[begin:end] = _beside_corners(t, x[begin:end], inside)
+            continue
+        for low, high, shared in zip(begin + np.append(0, first), begin + np.append(last, len(t)), np.append(False, first < last), strict=True):
+            rate = derivative(time[low:high], x[low:high]) if high - low >= SPLINE_SAMPLES else np.full(high - low, np.nan)
+            after[low:high], before[low + shared : high] = rate, rate[int(shared) :]
+    return before, after
+
+
+def _beside_corners(time: Array, x: Array, corner_times: Array) -> tuple[Array, Array]:
     if not len(corner_times):
         rate = derivative(time, x)
         return rate, rate

@@ -1,7 +1,9 @@
-#include "simulate/adaptive_run.hpp"
+#include "simulate/single_run.hpp"
 
 #include "simulate/dop853.hpp"
+#include "simulate/equal_step.hpp"
 #include "simulate/event_search.hpp"
+#include "simulate/fixed_steps.hpp"
 #include "simulate/singular_positions.hpp"
 
 #include <algorithm>
@@ -20,15 +22,21 @@ constexpr double most_turn = 3;
 constexpr double shortest_flight = 1e-9;
 /// Events at one instant, for each coordinate, before the run is given up.
 constexpr int most_at_once = 20;
+/// Times that differ by less, relative to their size, are the same: no step lies between them.
+constexpr double same_time = 10 * std::numeric_limits<double>::epsilon();
 /// Coordinates whose distance to a limit, relative to its size, is less hit it together.
 constexpr double together = 1e-12;
 
-class adaptive_run {
+class single_run {
 public:
-  adaptive_run(const model &m, const simulation &task, const results &out, std::size_t run,
-               std::vector<simulated_event> &events)
-      : task_(task), out_(out), run_(run), of_(m, task, 1), b_(of_, 1), step_(of_, run, task.relative, task.absolute),
-        functions_(of_, task, run), singular_(of_), events_(events) {
+  single_run(const model &m, const simulation &task, const results &out, std::size_t run,
+             std::vector<simulated_event> &events)
+      : task_(task), out_(out), run_(run), of_(m, task, 1), b_(of_, 1), functions_(of_, task, run), singular_(of_),
+        events_(events) {
+    if (task.method == stepping::dop853)
+      step_ = &adaptive_.emplace(of_, run, task.relative, task.absolute);
+    else
+      step_ = &equal_.emplace(of_, run, task.method);
     b_.first = run, b_.n = 1;
     list_breaks();
   }
@@ -48,7 +56,8 @@ public:
   }
 
 private:
-  /// Times at which what drives the run has no derivatives: steps end there.
+  /// Times at which steps end: those at which what drives the run has no derivatives; with steps of equal length those of results, so that
+  /// an event that doesn't happen changes no step.
   void list_breaks() {
     const double begin = task_.times[0], last = task_.times[task_.times_n - 1];
     const auto add = [&](const rows_over_time &rows) {
@@ -56,8 +65,11 @@ private:
         if (rows.times[i] > begin && rows.times[i] < last)
           breaks_.push_back(rows.times[i]);
     };
-    add(task_.drives.given), add(task_.drives.position);
-    for (int e = 0; e < task_.external_n; ++e)
+    if (equal_)
+      add({task_.times_n, task_.times, nullptr, 0});
+    else
+      add(task_.drives.given), add(task_.drives.position);
+    for (int e = 0; adaptive_ && e < task_.external_n; ++e)
       add(task_.external[e].wrench);
     if (task_.laws.brake && task_.laws.brake_at > begin && task_.laws.brake_at < last)
       breaks_.push_back(task_.laws.brake_at);
@@ -73,13 +85,13 @@ private:
     }
     if (of_.held() && !settle())
       return ending::stopped;
-    if (!step_.begin(b_.t, b_.q.data(), b_.v.data(), 0))
+    if (!step_->begin(b_.t, b_.q.data(), b_.v.data(), 0))
       return ending::stopped;
     if (of_.closed())
       singular_.begin(b_.q.data());
     if (!store_here())
       return not_finite(of_, b_, 0) >= 0 ? ending::not_finite : ending::stopped;
-    if (!step_.guess_step(breaks_.front() - b_.t, next_))
+    if (adaptive_ && !adaptive_->guess_step(breaks_.front() - b_.t, next_))
       return ending::stopped;
     return ending::complete;
   }
@@ -89,17 +101,45 @@ private:
     if (end_.steps + end_.rejected >= task_.most_steps)
       return ending::too_many_steps;
     const double until = breaks_[break_], room = until - b_.t;
+    if (!(room > same_time * std::fabs(until)))
+      return step_->begin(until, b_.q.data(), b_.v.data(), b_.work[0]) ? arrive(until) : ending::stopped;
+    return adaptive_ ? try_step(until, room) : take_equal_step(until, room);
+  }
+
+  /// The next of the steps of equal length that lead to a time.
+  ending take_equal_step(double until, double room) {
+    if (taken_ == whole_)
+      begin_ = b_.t, length_ = room, taken_ = 0, whole_ = equal_steps(b_.t, until, task_.step);
+    if (whole_ - taken_ > static_cast<double>(task_.most_steps - end_.steps))
+      return ending::too_many_steps;
+    const outcome found = step_->attempt(length_ / whole_);
+    if (found != outcome::done)
+      return why(found);
+    ++end_.steps, ++taken_;
+    const bool ends_at_break = taken_ == whole_;
+    const double end = ends_at_break ? until : begin_ + length_ * (taken_ / whole_);
+    if (task_.after_step && !task_.after_step(task_.step_context, run_, end))
+      return ending::stopped;
+    return finish(end);
+  }
+
+  ending why(outcome how) const {
+    if (how == outcome::stopped)
+      return ending::stopped;
+    return std::isfinite(b_.a[0]) ? ending::not_solved : ending::not_finite;
+  }
+
+  ending try_step(double until, double room) {
+    dop853_step &step = *adaptive_;
     const bool ends_at_break = next_ >= room * (1 - 1e-9);
     const double h = ends_at_break ? room : std::fmin(next_, room / 2 > next_ ? next_ : room / 2);
-    if (!(h > 10 * std::numeric_limits<double>::epsilon() * std::fabs(b_.t)) || !(h > 0))
-      return end_.coordinate = step_.worst(),
-             std::isfinite(step_.error()) ? ending::step_underflow : ending::not_finite;
-    if (!step_.attempt(h))
+    if (!(h > same_time * std::fabs(b_.t)) || !(h > 0))
+      return end_.coordinate = step.worst(), std::isfinite(step.error()) ? ending::step_underflow : ending::not_finite;
+    if (step.attempt(h) != outcome::done)
       return ending::stopped;
-    if (step_.error() > 1 || step_.largest_turn() > most_turn) {
+    if (step.error() > 1 || step.largest_turn() > most_turn) {
       ++end_.rejected;
-      const double wanted =
-          std::isfinite(step_.error()) ? safety * std::pow(step_.error(), -1 / order) : shrinks_at_most;
+      const double wanted = std::isfinite(step.error()) ? safety * std::pow(step.error(), -1 / order) : shrinks_at_most;
       next_ = h * std::fmin(0.7, std::fmax(shrinks_at_most, wanted));
       was_rejected_ = true;
       return ending::complete;
@@ -107,62 +147,70 @@ private:
     ++end_.steps;
     if (task_.after_step && !task_.after_step(task_.step_context, run_, b_.t + h))
       return ending::stopped;
-    const double wanted = step_.error() > 0 ? safety * std::pow(step_.error(), -1 / order) : grows_at_most;
+    const double wanted = step.error() > 0 ? safety * std::pow(step.error(), -1 / order) : grows_at_most;
     const double factor = std::fmin(was_rejected_ ? 1 : grows_at_most, std::fmax(shrinks_at_most, wanted));
     next_ = ends_at_break && factor > 1 ? std::fmax(next_, h * factor) : h * factor;
     was_rejected_ = false;
-    return finish(ends_at_break);
+    return finish(ends_at_break ? until : step.t() + h);
   }
 
-  /// An accepted step: the events in it, the results at times in it, and its end.
-  ending finish(bool ends_at_break) {
+  /// An accepted step: the events in it, the results at times in it, and its end, at time last.
+  ending finish(double last) {
     functions_.list();
     found_event event;
-    const double last = ends_at_break ? breaks_[break_] : step_.t() + step_.h();
     const bool has_times = stored_ < task_.times_n && task_.times[stored_] < last;
     if (functions_.size() > 0 || has_times)
-      if (!step_.make_dense())
+      if (!step_->make_dense())
         return ending::stopped;
     if (functions_.size() > 0)
-      event = first_event(functions_, step_);
-    if (event.stopped)
-      return ending::stopped;
+      event = first_event(functions_, *step_);
+    if (event.search != outcome::done)
+      return why(event.search);
     const bool happens = event.share <= 1;
-    const double end = happens ? step_.t() + event.share * step_.h() : last;
+    const double end = happens ? step_->t() + event.share * step_->h() : last;
     if (const ending how = store_until(end, happens); how != ending::complete)
       return how;
     if (happens)
       return happen(event, end);
     if (of_.closed())
       find_singular();
-    step_.accept();
+    step_->accept(end);
     b_.t = end;
     read_state();
     if (of_.closed())
       if (const ending how = project(); how != ending::complete)
         return how;
-    if (ends_at_break && ++break_ && !pass_break())
-      return ending::stopped;
+    return arrive(end);
+  }
+
+  /// The run has reached time t: what happens then, and its results.
+  ending arrive(double t) {
+    b_.t = t;
+    if (t == breaks_[break_] && break_ + 1 < breaks_.size()) {
+      ++break_;
+      if (!pass_break())
+        return ending::stopped;
+    }
     if (stored_ < task_.times_n && task_.times[stored_] == b_.t && !store_here())
       return not_finite(of_, b_, 0) >= 0 ? ending::not_finite : ending::stopped;
     return ending::complete;
   }
 
   void find_singular() {
-    const double share = singular_.find(step_, step_.end_position(b_.q.data()));
+    const double share = singular_.find(*step_, step_->end_position(b_.q.data()));
     if (share >= 0)
-      events_.push_back({run_, step_.t() + share * step_.h(), happening::singular, -1, 0});
+      events_.push_back({run_, step_->t() + share * step_->h(), happening::singular, -1, 0});
   }
 
   void read_state() {
-    std::copy_n(step_.q(), of_.nq(), b_.q.data());
-    std::copy_n(step_.v(), of_.nv(), b_.v.data());
-    b_.work[0] = step_.work();
+    std::copy_n(step_->q(), of_.nq(), b_.q.data());
+    std::copy_n(step_->v(), of_.nv(), b_.v.data());
+    b_.work[0] = step_->work();
   }
 
   bool onto_loops() {
     double opened = 0;
-    const bool found = of_.closed()->project(b_.q.data(), b_.v.data(), opened);
+    const bool found = of_.project(b_.q.data(), b_.v.data(), opened);
     closure_ = std::fmax(closure_, opened);
     return found;
   }
@@ -174,7 +222,7 @@ private:
     }
     if (!onto_loops())
       return ending::not_closed;
-    return step_.begin(b_.t, b_.q.data(), b_.v.data(), b_.work[0]) ? ending::complete : ending::stopped;
+    return step_->begin(b_.t, b_.q.data(), b_.v.data(), b_.work[0]) ? ending::complete : ending::stopped;
   }
 
   /// At a time where a line of efforts has a corner, or brakes engage.
@@ -186,7 +234,7 @@ private:
         return false;
     } else
       return true;
-    return step_.begin(b_.t, b_.q.data(), b_.v.data(), b_.work[0]);
+    return step_->begin(b_.t, b_.q.data(), b_.v.data(), b_.work[0]);
   }
 
   bool settle(int slides = -1) {
@@ -197,7 +245,9 @@ private:
   ending store_until(double end, bool including) {
     while (stored_ < task_.times_n && (task_.times[stored_] < end || (including && task_.times[stored_] == end))) {
       const double t = task_.times[stored_];
-      step_.at((t - step_.t()) / step_.h(), b_.q.data(), b_.v.data(), b_.work.data());
+      const outcome found = step_->at((t - step_->t()) / step_->h(), b_.q.data(), b_.v.data(), b_.work.data());
+      if (found != outcome::done)
+        return why(found);
       b_.t = t;
       if (of_.closed() && task_.project && !onto_loops())
         return ending::not_closed;
@@ -220,7 +270,11 @@ private:
   /// The run goes on from the state in which an event left it.
   ending happen(const found_event &event, double t) {
     const event_functions::function f = functions_[event.index];
-    step_.at(event.share, b_.q.data(), b_.v.data(), b_.work.data());
+    if (const outcome found = step_->at(event.share, b_.q.data(), b_.v.data(), b_.work.data()); found != outcome::done)
+      return why(found);
+    if (of_.closed() && task_.project && !onto_loops())
+      return ending::not_closed;
+    taken_ = whole_; // steps of equal length begin anew
     at_once_ = t > b_.t || t > last_event_ ? 0 : at_once_ + 1;
     b_.t = last_event_ = t;
     if (at_once_ > most_at_once * static_cast<int>(of_.nv()))
@@ -229,15 +283,15 @@ private:
       events_.push_back({run_, t, happening::function, f.number, 0});
       if (task_.events[f.number].ends)
         return ending::event;
-    } else if (!obey(f))
-      return ending::stopped;
-    if (of_.closed() && task_.project && !onto_loops())
-      return ending::not_closed;
-    if (t >= breaks_[break_] && break_ + 1 < breaks_.size())
-      ++break_;
+    } else {
+      if (!obey(f))
+        return ending::stopped;
+      if (of_.closed() && task_.project && !onto_loops())
+        return ending::not_closed;
+    }
     if (of_.closed())
       singular_.begin(b_.q.data());
-    return step_.begin(t, b_.q.data(), b_.v.data(), b_.work[0]) ? ending::complete : ending::stopped;
+    return step_->begin(t, b_.q.data(), b_.v.data(), b_.work[0]) ? arrive(t) : ending::stopped;
   }
 
   /// What an exact law does at its event.
@@ -250,15 +304,19 @@ private:
     case event_functions::kind::upper: return strike(k, f.what == event_functions::kind::lower);
     case event_functions::kind::stops: {
       v = 0;
+      held.at(k) = held_joints::mode::sticks;
+      if (of_.closed() && task_.project && !onto_loops()) // what moves with it alone stands, too
+        return false;
       if (!settle())
         return false;
-      events_.push_back({run_, b_.t, held.holds(k) ? happening::sticks : happening::slips, k, 0});
+      const bool stands =
+          held.holds(k) || b_.a[static_cast<std::size_t>(k)] == 0; // others hold it where its friction is not enough
+      events_.push_back({run_, b_.t, stands ? happening::sticks : happening::slips, k, 0});
       return true;
     }
     case event_functions::kind::lets_go: {
       const bool sticks = held.at(k) == held_joints::mode::sticks;
-      using mode = held_joints::mode;
-      held.at(k) = !sticks ? mode::free : held.holding(k) > 0 ? mode::slides_down : mode::slides_up;
+      held.at(k) = sticks ? held.way_out(k) : held_joints::mode::free;
       events_.push_back({run_, b_.t, sticks ? happening::slips : happening::lifts, k, 0});
       return settle(k);
     }
@@ -327,12 +385,15 @@ private:
   std::size_t run_;
   system of_;
   block b_;
-  dop853_step step_;
+  std::optional<dop853_step> adaptive_;
+  std::optional<equal_step> equal_;
+  continuous_step *step_; ///< one of both
   event_functions functions_;
   singular_positions singular_;
   std::vector<simulated_event> &events_;
   std::vector<double> breaks_;
   std::size_t break_ = 0, stored_ = 0;
+  double begin_ = 0, length_ = 0, taken_ = 0, whole_ = 0; ///< of steps of equal length: how many of how many are taken
   double next_ = 0, closure_ = 0, last_event_ = std::numeric_limits<double>::lowest();
   int at_once_ = 0;
   bool was_rejected_ = false;
@@ -341,9 +402,9 @@ private:
 
 } // namespace
 
-run_end run_adaptive(const model &m, const simulation &task, const results &out, std::size_t run,
-                     std::vector<simulated_event> &events) {
-  return adaptive_run(m, task, out, run, events).go();
+run_end run_single(const model &m, const simulation &task, const results &out, std::size_t run,
+                   std::vector<simulated_event> &events) {
+  return single_run(m, task, out, run, events).go();
 }
 
 } // namespace ksl::simulating
