@@ -31,15 +31,18 @@ inline bool is_reduced(const result_row &result) {
   return std::any_of(result.shape, result.shape + result.axes, [](extent e) { return is_reduced(e); });
 }
 
-/// Reduces a result of one state in place.
+/// Reduces a result of one state to out.  Overwrites x.
 template <class S> void reduce(const coupling_view<S> &c, const result_row &result, const extents &full,
-                               const extents &own, S *x) {
+                               const extents &own, S *x, S *out) {
+  int last = result.axes - 1; // of the axes that differ, and so it is written to the result
+  while (!is_reduced(result.shape[last]))
+    --last;
   std::ptrdiff_t outer = 1, inner = numbers_of(result, full);
-  for (int i = 0; i < result.axes; ++i) {
+  for (int i = 0; i <= last; ++i) {
     const int length = length_of(result.shape[i], full);
     inner /= std::max(length, 1);
     if (is_reduced(result.shape[i]))
-      reduce_axis(c, what_is_along(result.shape[i]), length, outer, inner, x);
+      reduce_axis(c, what_is_along(result.shape[i]), length, outer, inner, x, i == last ? out : x);
     outer *= length_of(result.shape[i], own);
   }
 }
@@ -104,7 +107,7 @@ template <class S> struct projection {
     kernel.state(view, workspace, s);
     for (int r = 0; r < row.results; ++r)
       if (e.result_width[r] && given.result[r])
-        store(r, e.result_rows[r], full, own, given.result[r]);
+        reduce(c, row.result[r], full, own, e.result_rows[r], given.result[r]);
   }
 
   std::size_t batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
@@ -134,8 +137,8 @@ template <class S> struct projection {
       kernel.batch(view, part, 0, n, inner);
       for (int r = 0; r < row.results; ++r)
         for (std::size_t i = 0; e.result_width[r] && given.result[r].first && i < n; ++i)
-          store(r, e.result_rows[r] + static_cast<std::ptrdiff_t>(i) * e.result_width[r], full, own,
-                ksl::row(given.result[r], k + i));
+          reduce(c, row.result[r], full, own, e.result_rows[r] + static_cast<std::ptrdiff_t>(i) * e.result_width[r],
+                 ksl::row(given.result[r], k + i));
     }
     return pieces.used();
   }
@@ -167,11 +170,6 @@ private:
         expand(c, x, ksl::row(rows, k + j), e.input_rows[i] + static_cast<std::ptrdiff_t>(j) * e.input_width[i]);
       input_of(part, x) = {e.input_rows[i], e.input_width[i]};
     }
-  }
-
-  void store(int r, S *numbers, const extents &full, const extents &own, S *out) const {
-    reduce(c, row.result[r], full, own, numbers);
-    std::copy_n(numbers, numbers_of(row.result[r], own), out);
   }
 };
 

@@ -55,23 +55,36 @@ enum class along : unsigned char {
   efforts    ///< efforts, or derivatives by a motion: multiplied by Gᵀ
 };
 
-/// Reduces one axis of an array x (outer, expanded length, inner) in place, to (outer, nq or nv, inner).
+/// Adds the rows of followers to those of their leaders, in an array x (rows, inner): Gᵀ x, before those of leaders are picked.
+template <class T>
+void add_followers(const coupling_view<scalar_of<T>> &c, std::ptrdiff_t inner, T *x) {
+  for (int i = 0; i < c.followers; ++i) {
+    const follower<scalar_of<T>> &f = c.follower[i];
+    T *const sum = x + f.leader_v * inner;
+    const T *const from = x + f.v * inner;
+    for (std::ptrdiff_t k = 0; k < inner; ++k)
+      sum[k] = sum[k] + T(f.multiplier) * from[k];
+  }
+}
+
+/// Reduces one axis of an array x (outer, expanded length, inner) to out (outer, nq or nv, inner), which may be x.  Overwrites x.
 template <class T>
 void reduce_axis(const coupling_view<scalar_of<T>> &c, along what, int expanded_length, std::ptrdiff_t outer,
-                 std::ptrdiff_t inner, T *x) {
+                 std::ptrdiff_t inner, T *x, T *out) {
   const int length = what == along::positions ? c.nq : c.nv;
   const int *const kept = what == along::positions ? c.in_q : c.in_v;
-  T *out = x;
+  int first_moved = 0; // followers are often the last ones: what is before them stays together
+  while (first_moved < length && kept[first_moved] == first_moved)
+    ++first_moved;
+  const std::ptrdiff_t together = first_moved * inner;
   for (std::ptrdiff_t o = 0; o < outer; ++o) {
     T *const block = x + o * expanded_length * inner;
-    for (int i = 0; i < c.followers && what == along::efforts; ++i) {
-      const follower<scalar_of<T>> &f = c.follower[i];
-      T *const sum = block + f.leader_v * inner;
-      const T *const from = block + f.v * inner;
-      for (std::ptrdiff_t k = 0; k < inner; ++k)
-        sum[k] = sum[k] + T(f.multiplier) * from[k];
-    }
-    for (int i = 0; i < length; ++i) // never to the right, so that nothing is overwritten that is still needed
+    if (what == along::efforts)
+      add_followers(c, inner, block);
+    for (std::ptrdiff_t k = 0; k < together && out != block; ++k) // never to the right, so that nothing is lost
+      out[k] = block[k];
+    out += together;
+    for (int i = first_moved; i < length; ++i)
       for (std::ptrdiff_t k = 0; k < inner; ++k)
         *out++ = block[kept[i] * inner + k];
   }
