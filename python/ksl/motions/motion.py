@@ -16,6 +16,7 @@ from ksl.base.errors import MotionError
 from ksl.base.words import count
 from ksl.model.calls import Calls
 from ksl.model.joint_kinds import KINDS
+from ksl.model.lengths import extent
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of, units_of
 from ksl.model.states import Array
@@ -144,7 +145,7 @@ def complete(
         for joint, (joint_v, joint_a) in zip(joints, given, strict=True):
             rows, cols = _places(joint)
             contradictions += _contradictions(joint, time, q[:, rows], v[:, cols], joint_v, joint_a)
-        standing = standing_of(joints, as_given, time, q, v, smooth)
+        standing = standing_of(joints, as_given, time, q, v, smooth, extent(model) if isinstance(model, Calls) else 0.0)
         given_jumps = _jumps(joints, as_given, differentiated=False)
     if follow is not None:
         q, v, a = follow(q, _zero_at(standing.stands, v), _zero_at(standing.held, a))

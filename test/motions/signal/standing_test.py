@@ -5,6 +5,7 @@ import pytest
 
 import ksl
 from ksl.load_cases.wrench_table import motion_of_arrays
+from ksl.model.lengths import extent
 from ksl.motions.motion import complete
 
 TIME = np.arange(1000) * 0.004
@@ -54,6 +55,28 @@ def test_a_joint_that_is_held_stands(pendulum, how):
     assert row["effort_peak"] == pytest.approx(2 * 9.81 * 0.5 * np.cos(0.9), rel=3e-3) and not held.doubts and not run.results[0].doubts
     counts = ("speed_peak", "power_peak", "work_positive", "work_negative", "power_mean", "friction_peak", "damping_peak")
     assert [row[name] for name in counts] == [0.0] * len(counts)
+
+
+def test_a_joint_that_a_simulated_controller_holds_stands(examples, tmp_path):
+    """Its rates are the error of the integration, of either sign, whether its motion comes as arrays, as positions or in a file that KSL wrote."""
+    m, time, hold = ksl.load(examples / "robots/ur5.urdf"), TIME[:100], np.array([0, -0.8, 0.9, 0, 0.3, 0])
+    run = m.simulate(hold, np.zeros(6), time, efforts=ksl.simulation.PD(hold, 400.0, 40.0, gravity=True))
+    assert np.abs(run.v).max() > 1e-12, "or nothing is tested"
+    names = ",".join(f"{name}{end}" for end in ("", ".v", ".a") for name in m.joint_names)
+    np.savetxt(tmp_path / "m.csv", np.column_stack([time, run.q, run.v, run.a]), delimiter=",", header=f"time,{names}", comments="", fmt="%.15g")
+    for given in ((time, run.q, run.v, run.a), (time, run.q, run.v), (time, run.q), tmp_path / "m.csv"):
+        for row in ksl.compute_loads(m, given).results[0].rows[:6]:
+            assert [row[name] for name in ("speed_peak", "power_peak", "work_positive", "work_negative")] == [0.0] * 4, row["joint"]
+
+
+@pytest.mark.parametrize(("kind", "size"), [("revolute", 1.0), ("prismatic", 1.0), ("prismatic", 1e-6)])
+@pytest.mark.parametrize(("share", "stands"), [(0.99, True), (1.01, False)])
+def test_what_a_program_that_integrates_may_be_off_is_no_motion(kind, size, share, stands):
+    """A drift of twice a billionth, of 1 rad or of the robot's extent, within the middle half."""
+    b = ksl.Builder("arm").add_link("wall").add_link("arm", 1.0, (0, 0, 0), 0.01 * size**2 * np.eye(3))
+    m = b.add_joint("pin", kind, "wall", "arm", axis=(1, 0, 0), limits=(-size, size)).build()
+    way = 4e-9 * share * (1.0 if kind == "revolute" else extent(m))
+    assert motion(m, way * np.arange(1000) / 999, np.full(1000, way / TIME[-1])).stands.all() == stands
 
 
 MOVING = {  # slow, small or coarse motions are motions

@@ -28,6 +28,10 @@ from ksl.motions.signal.quality import Samples
 DEVIATIONS = 8.0
 """Noise spans so many of its standard deviations: a million samples of normal noise span ten, eight of them seldom five."""
 
+INTEGRATED = 1e-9
+"""Of a radian, or of the robot's extent, and of the position: what programs that integrate are off, KSL's simulation as it is set.  Nothing that moves a
+machine is as small."""
+
 WINDOW = 8
 """Samples for which a position must keep within its resolution."""
 
@@ -53,9 +57,9 @@ class Standing:
     """{joint: δ, rad or m}: joints that stand somewhere although their numbers are not still, which is worth a line."""
 
 
-def standing_of(joints: Sequence[Joint], measured: Samples, time: Array, q: Array, v: Array, smooth: float | None = None) -> Standing:
+def standing_of(joints: Sequence[Joint], measured: Samples, time: Array, q: Array, v: Array, smooth: float | None = None, reach: float = 0.0) -> Standing:
     """Stands in a motion q (n, nq), v (n, nv) at `time`; measured: as it was before it was resampled or smoothed, which decides.
-    smooth: at how many Hz it was.
+    smooth: at how many Hz it was.  reach: the robot's extent, m, by which positions of slides are judged.
 
     O(n nv), besides an estimate of noise for joints that turn back and forth within small ranges.
     """
@@ -64,6 +68,7 @@ def standing_of(joints: Sequence[Joint], measured: Samples, time: Array, q: Arra
         if joint.quaternion is None and KINDS[joint.kind].velocity_is_rate:
             for k in range(joint.nv):
                 _add_noisy(found, joint, k, measured, given_v, (time, q, v), 0.0 if smooth is None else 1 / smooth)
+                _add_integrated(found, joint, k, measured, given_v, time, reach)
             if given_a is not None:
                 found.held[:, joint.v_index : joint.v_index + joint.nv] = False
     return found
@@ -79,8 +84,7 @@ def standing_of_integrated(joints: Sequence[Joint], time: Array, q: Array, v: Ar
         for k in range(joint.nv if joint.quaternion is None and KINDS[joint.kind].velocity_is_rate else 0):
             x, column = q[:, joint.q_index + k], joint.v_index + k
             resolution = absolute + relative * float(np.abs(x).max())
-            here = _keeps_within(x, resolution, min(WINDOW, len(x)))
-            here &= ~_drifts(x, here, 2 * resolution)
+            here = _kept(time, time, x, resolution)
             found.stands[:, column] |= here
             found.held[:, column] = _inside(time, here, 0.0)
             found.rate[column] = max(found.rate[column], resolution / float(np.median(np.diff(time))))
@@ -129,11 +133,8 @@ def _add_noisy(found: Standing, joint: Joint, k: int, measured: Samples, given_v
     resolution = _resolution(measured.time, given)
     resolution = max(resolution if resolution <= coarsest else 0.0, OF_POSITIONS * float(np.abs(given).max()))
     slowest = resolution / float(np.median(np.diff(measured.time))) if given_v is None else _resolution(measured.time, given_v[:, k])
-    here = _keeps_within(given, resolution, min(WINDOW, len(given)))
-    if given_v is not None:  # a spline through such positions has rates of their noise, and at its ends larger ones
-        here &= np.abs(given_v[:, k]) <= slowest
-    here &= ~_drifts(given, here, 2 * resolution)
-    here = _at(time, measured.time, here)
+    # a spline through such positions has rates of their noise, and at its ends larger ones: only those that are given must be slow
+    here = _kept(time, measured.time, given, resolution, None if given_v is None else np.abs(given_v[:, k]) <= slowest)
     inside = _inside(time, here, blur)
     here = inside if blur else here  # what a filter has spread into the ends of a stand moves
     if (here & ~found.stands[:, column]).any():
@@ -142,6 +143,28 @@ def _add_noisy(found: Standing, joint: Joint, k: int, measured: Samples, given_v
         found.rate[column] = max(found.rate[column], slowest)
         if found.rate[column] > NOTED * np.abs(v[:, column]).max():
             found.noisy[joint.name] = resolution
+
+
+def _add_integrated(found: Standing, joint: Joint, k: int, measured: Samples, given_v: Array | None, time: Array, reach: float) -> None:
+    """Adds where the coordinate k of a joint keeps within what a program that integrates may be off: its rates are then that, too."""
+    x, column = measured.q[:, joint.q_index + k], joint.v_index + k
+    resolution = INTEGRATED * ((1.0 if units_of(joint)[0][k] == "rad" else reach) + float(np.abs(x).max()))
+    if given_v is None and np.ptp(x) > resolution < step_of(x):  # positions that were rounded are the same where the joint moves slowly
+        return
+    slowest = resolution / float(np.median(np.diff(measured.time)))
+    here = _kept(time, measured.time, x, resolution, None if given_v is None else np.abs(given_v[:, k]) <= slowest)
+    if (here & ~found.stands[:, column]).any():
+        found.stands[:, column] |= here
+        found.held[:, column] |= _inside(time, here, 0.0)
+        found.rate[column] = max(found.rate[column], slowest)
+
+
+def _kept(time: Array, of: Array, x: Array, width: float, slow: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
+    """(n): whether a position, x at the times `of`, keeps within a width around each time, and doesn't drift.  slow: where its rates allow that."""
+    here = _keeps_within(x, width, min(WINDOW, len(x)))
+    if slow is not None:
+        here &= slow
+    return _at(time, of, here & ~_drifts(x, here, 2 * width))
 
 
 def _resolution(time: Array, x: Array) -> float:
