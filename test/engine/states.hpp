@@ -44,7 +44,7 @@ numbers<T> results(const ksl::model &m, const state_over<T> &s, const request &a
   if (!s.push.empty())
     view.external = s.external();
   view.links = {n, asked.links.data()}, view.frame = asked.frame, view.joints = &joints;
-  const ksl::extents sizes = {m.nq(), m.nv(), n, n, m.tree_elements(), m.view().links, 0};
+  const ksl::extents sizes = {m.nq(), m.nv(), n, n, m.tree_elements(), m.view().links};
   std::ptrdiff_t ends[ksl::most_results + 1] = {0}; // of reactions, too
   for (int r = 0; r < row.results; ++r)
     ends[r + 1] = ends[r] + ksl::numbers_of(row.result[r], sizes);
