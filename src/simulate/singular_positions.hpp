@@ -10,7 +10,7 @@ public:
   explicit singular_positions(system &of) : of_(of), q_(of.nq()), v_(of.nv()) {}
 
   /// The run is at the beginning of its first step, or after an event.
-  void begin(const double *q) { before_ = regularity(q); }
+  void begin(const double *q) { before_ = regularity(q), falls_ = false; }
 
   /// Is there one in the step to its end, at the position q there: the share of the step, or a negative number.  The step is made dense
   /// if that is needed; a function may end the run then, which the next step will find.
@@ -19,10 +19,13 @@ public:
 private:
   double regularity(const double *q);
   double at(continuous_step &step, double share);
+  double least_share(continuous_step &step, double first);
 
   system &of_;
   std::vector<double> q_, v_;
   double before_ = 1, usual_ = 0; ///< at the beginning of the step; the largest so far
+  bool falls_ = false;            ///< did the pivot fall until the end of the last step
+  bool is_near_ = false;          ///< has a singular position been told that the run hasn't left
 };
 
 } // namespace ksl::simulating

@@ -1,16 +1,19 @@
 """What a simulated load case is made of: beginning, controller, brakes and corners, each way it may be given."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from linkages import FOURBAR, SLIDERCRANK
 
+import ksl
 from ksl.base.errors import MotionError
 from ksl.load_cases.simulated import Simulated, _brake, _controller, is_braked, samples_of, simulated_motion
 from ksl.model.drives import PD, Brake, ComputedTorque, GravityCompensation, Reference
 from ksl.motions.motion import Motion
 
+ROBOTS = Path(__file__).parents[2] / "examples/robots"
 BODY = '<link name="{}"><inertial><origin xyz="0.5 0 0"/><mass value="2"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>'
 HINGE = '<joint name="{}" type="{}"><parent link="{}"/><child link="{}"/><axis xyz="0 0 1"/>{}</joint>'
 ROD = f'<robot name="r"><link name="wall"/>{BODY.format("rod")}{HINGE.format("pin", "continuous", "wall", "rod", "")}</robot>'
@@ -129,3 +132,15 @@ def test_accelerations_jump_at_events(robot, monkeypatch):
     assert motion.source.notes[-1].startswith("impacts on limits are shorter than any sample")
     events[:] = [at(2.5, "sticks")]
     assert not any("impacts" in note for note in simulated_motion(m, SOME, None, [])[0].source.notes)
+
+
+def test_joints_that_loops_move_do_not_stand():
+    """Andrews's mechanism at its beginning: all move, some by less than the integration resolves; what is taken for a stand must not open loops."""
+    m = ksl.load(ROBOTS / "andrews.urdf", physics="force elements")
+    motion, _ = simulated_motion(m, Simulated(until=0.01, pose={"beta": -0.0617}, rate=2000), None, [])
+    K = m.loop_jacobian(motion.q)
+    opened, terms = np.einsum("nij,nj->ni", K, motion.resolved_v), np.einsum("nij,nj->ni", np.abs(K), np.abs(motion.v))
+    assert (np.abs(opened) <= 1e-9 * terms + 1e-15).all() and motion.stands[0].all()
+    m.inverse_dynamics(motion.q, motion.resolved_v, motion.resolved_a)
+    braked, _ = simulated_motion(m, Simulated(until=0.05, pose={"beta": -0.0617}, velocity={"beta": 1.0}, brake_at=0.0, brake={"beta": 0.5}, rate=2000), None, [])
+    assert braked.stands[-1].all() and braked.held[-1].all(), "a mechanism that stands does so with all joints"

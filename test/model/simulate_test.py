@@ -170,8 +170,9 @@ def test_singular_positions_are_events():
     m = b.add_loop("last", "revolute", "coupler", "right", at([1, 0, 0]), at([1, 0, 0]), axis=(0, 1, 0)).build()
     q = m.neutral()
     v = m.consistent_velocity(q, [1.0, 0, 0], given=["to_left"])
-    run = m.simulate(q, v, [0, 2.0])
-    assert [event.what for event in run.events] == ["singular", "singular"] and run.complete
+    for tolerance in (1e-12, 1e-9):  # by the tighter one there are many steps where pivots are but rounding
+        run = m.simulate(q, v, [0, 2.0 if tolerance == 1e-9 else 0.8], rtol=tolerance, atol=tolerance)
+        assert [event.what for event in run.events] == ["singular"] * (1 + (tolerance == 1e-9)) and run.complete
     for event, turned in zip(run.events, (1, 3), strict=True):
         assert m.simulate(q, v, [0, event.time]).q[-1, 0] == pytest.approx(turned * np.pi / 2, abs=1e-6)
 

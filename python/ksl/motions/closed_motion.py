@@ -61,7 +61,9 @@ def follow_by_loops(model: Mechanism) -> NDArray[np.intp]:
 def keeps_closed(model: Calls, q: Array, rates: Array, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """The chosen samples (n, nv) whose rates, velocities or accelerations (n, nv), can be taken as none: without them the loops stay closed."""
     out = chosen.copy()
-    some = np.flatnonzero((chosen & (rates != 0)).any(axis=1)) if model.loops else []
+    if not model.loops:
+        return out
+    some = np.flatnonzero((chosen & (rates != 0)).any(axis=1))
     for first in range(0, len(some), BLOCK):
         k = some[first : first + BLOCK]
         terms = model.loop_jacobian(q[k]) * rates[k][:, None, :]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -41,7 +42,7 @@ def rates_beside_corners(time: Array, x: Array, corner_times: Array, break_times
     corner_times = np.asarray(corner_times)
     edges = np.unique(np.concatenate([[0], np.searchsorted(time, break_times, side="right"), [len(time)]]))
     before, after = np.full((2, len(time)), np.nan)
-    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+    for begin, end in pairwise(edges):
         t = time[begin:end]
         inside = corner_times[(corner_times > t[0]) & (corner_times < t[-1])] if len(t) else NONE
         first, last = np.searchsorted(t, inside), np.searchsorted(t, inside, side="right")  # a sample at a corner is on both sides
