@@ -255,8 +255,10 @@ builder &builder::add_loop(const std::string &name, joint_kind kind, const std::
   joint_options motion;
   motion.axis = options.axis, motion.axis2 = options.axis2, motion.pitch = options.pitch;
   joint_description joint;
-  set_axes(who, row, motion, joint);
-  set_pitch(who, row, motion, joint);
+  if (!row.is_free) { // a kind that closes nothing is refused with the description, whatever it is given
+    set_axes(who, row, motion, joint);
+    set_pitch(who, row, motion, joint);
+  }
   loop_description loop;
   loop.name = name;
   loop.kind = kind;

@@ -190,10 +190,11 @@ template <class S> bool is_welded(const model_view<S> &model, int link) {
   return !model.link[link].carried_by_moving_joint;
 }
 
-/// Reactions of the requested joints into out (n, 6); after inverse_dynamics.
+/// Reactions of the requested joints into out (n, 6); after inverse_dynamics.  Inlined, it would take registers from the recursion, which most
+/// calls are.
 template <class T>
-void reactions(const model_view<scalar_of<T>> &model, const reactions_workspace<T> &w,
-               const external_wrenches<T> &external, const reaction_request &request, T *out) {
+KSL_NOT_INLINED void reactions(const model_view<scalar_of<T>> &model, const reactions_workspace<T> &w,
+                               const external_wrenches<T> &external, const reaction_request &request, T *out) {
   bool any_welded = false;
   for (int k = 0; k < request.n; ++k)
     any_welded |= is_welded(model, request.link[k]);
