@@ -178,8 +178,8 @@ inline int coordinate_without_mass(const model &m, const massless_joint_workspac
     terms[coupling.follower[f].leader_v] += std::fabs(coupling.follower[f].multiplier) * terms[coupling.follower[f].v];
   for (std::size_t k = 0; k < n; ++k) // in_v increases
     terms[k] = terms[coupling.in_v[k]] * terms[coupling.in_v[k]];
-  reduce_axis(coupling, along::efforts, view.nv, 1, view.nv, M);
-  reduce_axis(coupling, along::efforts, view.nv, m.nv(), 1, M);
+  reduce_axis(coupling, along::efforts, view.nv, 1, view.nv, M, M);
+  reduce_axis(coupling, along::efforts, view.nv, m.nv(), 1, M, M);
   for (std::size_t k = 0; k < n; ++k) {
     if (!(M[k * n + k] > cancelled * terms[k]))
       return static_cast<int>(k);
