@@ -105,15 +105,6 @@ def test_single_precision_stays_in_any_layout(arm, layout):
         assert np.array_equal(found, call(*given))
 
 
-def test_a_batch_of_any_size_is_its_states(arm):
-    q, v, a = states(arm, 19)
-    for n in range(20):
-        for call, given in calls(arm, q[:n], v[:n], a[:n]):
-            found = call(*given)
-            assert len(found) == n
-            assert all(np.array_equal(found[k], call(*(x[k] for x in given))) for k in range(n))
-
-
 @pytest.mark.parametrize("leading", [(0,), (3, 0), (0, 3)])
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_no_states_keep_their_precision(arm, leading, dtype):
@@ -125,25 +116,6 @@ def test_no_states_keep_their_precision(arm, leading, dtype):
         assert call(*given, out=out) is out
     mixed = arm.inverse_dynamics(np.zeros((*leading, arm.nq)), np.zeros(arm.nv, np.float32), np.zeros(arm.nv))
     assert mixed.dtype == np.float64 and mixed.shape == (*leading, arm.nv)
-
-
-def test_a_broadcast_argument_is_repeated(arm):
-    q, v, a = states(arm, 21)
-    expected = arm.inverse_dynamics(q, v, np.repeat(a[:1], 21, axis=0))
-    assert np.array_equal(arm.inverse_dynamics(q, v, a[0]), expected)
-    assert np.array_equal(arm.inverse_dynamics(q, v, np.broadcast_to(a[0], a.shape)), expected)
-    assert np.array_equal(arm.inverse_dynamics(q, np.broadcast_to(v[0], v.shape), a), arm.inverse_dynamics(q, v[0], a))
-
-
-def test_out_is_filled_by_every_call(arm):
-    for leading in ((), (1,), (21,), (4, 3)):
-        for call, given in calls(arm, *states(arm, *leading)):
-            expected = call(*given)
-            out = np.full_like(expected, np.nan)
-            assert call(*given, out=out) is out
-            assert np.array_equal(out, expected)
-            single = np.empty(expected.shape, np.float32)
-            assert call(*(x.astype(np.float32) for x in given), out=single) is single
 
 
 @pytest.mark.parametrize("unfit", [misaligned, spaced, np.asfortranarray, read_only, lambda x: x.astype(np.float32), lambda x: x[1:], lambda x: x[..., None], memoryview])

@@ -48,63 +48,6 @@ def test_every_instruction_set_gives_the_same_bits(examples):
     assert len(ran["x86-64-v2"]) == 64
 
 
-@pytest.mark.parametrize("call", ["inverse_dynamics", "forward_dynamics"])
-def test_single_precision_stays_and_is_near_double(panda, call):
-    double = states(panda, 50)
-    single = getattr(panda, call)(*double.astype(np.float32))
-    expected = getattr(panda, call)(*double)
-    assert single.dtype == np.float32
-    # a mass matrix of condition κ loses κ of single's 6e-8
-    kappa = np.linalg.cond(panda.mass_matrix(double[0])).max() if call == "forward_dynamics" else 50
-    assert np.abs(single - expected).max() < 2e-7 * kappa * np.abs(expected).max()
-    assert panda.mass_matrix(double[0].astype(np.float32)).dtype == np.float32
-    assert panda.reactions(*double.astype(np.float32)).dtype == np.float32
-
-
-def test_poses_and_energies_in_single_precision_are_near_double(panda):
-    q, v, _ = states(panda, 50)
-    for single, double in (
-        (panda.frame_poses(q.astype(np.float32)), panda.frame_poses(q)),
-        *zip(panda.energy(q.astype(np.float32), v.astype(np.float32)), panda.energy(q, v), strict=True),
-    ):
-        assert single.dtype == np.float32 and double.dtype == np.float64
-        assert np.abs(single - double).max() < 3e-6 * np.abs(double).max()
-    assert panda.energy(q.astype(np.float32), v)[0].dtype == np.float64
-
-
-def test_threads_change_nothing(panda):
-    q, v, a = states(panda, 4000)
-    alone = panda.inverse_dynamics(q, v, a, threads=1)
-    for threads in (2, 3):
-        assert np.array_equal(panda.inverse_dynamics(q, v, a, threads=threads), alone)
-        assert np.array_equal(panda.forward_dynamics(q, v, a, threads=threads), panda.forward_dynamics(q, v, a, threads=1))
-        assert np.array_equal(panda.frame_poses(q, threads=threads), panda.frame_poses(q, threads=1))
-        assert np.array_equal(panda.energy(q, v, threads=threads), panda.energy(q, v, threads=1))
-
-
-def test_out_is_filled_and_returned(panda):
-    q, v, a = states(panda, 12)
-    q, v, a = (x.reshape(3, 4, -1) for x in (q, v, a))
-    for call, arguments, shape in (
-        (panda.inverse_dynamics, (q, v, a), (3, 4, 7)),
-        (panda.forward_dynamics, (q, v, a), (3, 4, 7)),
-        (panda.mass_matrix, (q,), (3, 4, 7, 7)),
-        (panda.reactions, (q, v, a), (3, 4, 7, 6)),
-        (panda.frame_pose, (q, "panda_link7"), (3, 4, 4, 4)),
-        (panda.frame_poses, (q,), (3, 4, len(panda.links), 4, 4)),
-        (panda.frame_poses, (q, ["panda_link7", "panda_joint1"]), (3, 4, 2, 4, 4)),
-    ):
-        out = np.full(shape, np.nan)
-        assert call(*arguments, out=out) is out
-        assert np.array_equal(out, call(*arguments))
-
-
-@pytest.mark.parametrize("out", [np.empty((12, 6)), np.empty((12, 7), np.float32), np.empty((12, 14))[:, ::2], [0.0]])
-def test_an_out_that_does_not_fit_is_refused(panda, out):
-    with pytest.raises(ValueError, match=r"out is .*expected a C-contiguous, aligned, writeable float64 array of shape \(12, 7\)"):
-        panda.inverse_dynamics(*states(panda, 12), out=out)
-
-
 @pytest.mark.parametrize("n", [1, 3, 37, 3000])
 def test_out_may_be_an_argument(panda, n):
     for call in (panda.inverse_dynamics, panda.forward_dynamics):
