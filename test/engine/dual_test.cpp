@@ -270,8 +270,8 @@ TEST_CASE("states in lanes, with a derivative each") {
   };
   using S = state_over<first>;
   const numbers<T> q = gather(&S::q);
-  const state_over<T> lanes = {q, gather(&S::v), gather(&S::a), gather(&S::tau), gather(&S::push), q, one[0].pushed,
-                               one[0].axes};
+  const state_over<T> lanes = {q, gather(&S::v), gather(&S::a), gather(&S::tau), gather(&S::push),
+                               q, one[0].pushed, one[0].axes};
   const numbers<T> tau = results<algorithms::inverse_dynamics>(m, lanes);
   for (int lane = 0; lane < ksl::native_lanes<double>; ++lane) {
     const numbers<first> expected = results<algorithms::inverse_dynamics>(m, one[static_cast<std::size_t>(lane)]);

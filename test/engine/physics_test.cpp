@@ -209,24 +209,6 @@ TEST_CASE("motor efforts may be written over any input") {
   CHECK(found[1] == doctest::Approx(a[1]).epsilon(1e-13));
 }
 
-TEST_CASE("the operational-space inertia feels the rotors: its inverse is J M^-1 J^T") {
-  const ksl::model m(arm(), all_physics());
-  ksl::data d(m);
-  const int hand = m.find_link("second");
-  double J[12], inverse[4], found[36];
-  ksl::jacobian(m, d, q, hand, {}, J);
-  ksl::mass_matrix_inverse(m, d, q, inverse);
-  ksl::operational_space_inertia_inverse(m, d, q, 1, &hand, {}, found);
-  for (int r = 0; r < 6; ++r)
-    for (int c = 0; c < 6; ++c) {
-      double sum = 0;
-      for (int i = 0; i < 2; ++i)
-        for (int k = 0; k < 2; ++k)
-          sum += J[2 * r + i] * inverse[2 * i + k] * J[2 * c + k];
-      CHECK(found[6 * r + c] == doctest::Approx(sum).epsilon(1e-12));
-    }
-}
-
 TEST_CASE("each part of the physics is on for itself, and has a name") {
   const char *const names[5] = {"damping", "friction", "armature", "rotor", "spring"};
   const double own[2][5] = {{0.3 * v[0], friction(1.5, v[0], 0.02), 0.02 * a[0], 0.1 * a[0], 0},

@@ -38,7 +38,7 @@ inline numbers<double> random_numbers(int n, std::mt19937 &random) {
 inline state random_state(const ksl::model &m, std::mt19937 &random) {
   const int last = m.view().links - 1;
   const auto numbers_of = [&](int n) { return random_numbers(n, random); };
-  state s = {numbers_of(m.nq()), numbers_of(m.nv()), numbers_of(m.nv()),    numbers_of(m.nv()),
+  state s = {numbers_of(m.nq()), numbers_of(m.nv()), numbers_of(m.nv()), numbers_of(m.nv()),
              numbers_of(18),     numbers_of(m.nq()), {last, last / 2, 0}};
   s.axes = static_cast<ksl::expressed_in>(random() % 2);
   normalize_quaternions(m, s.q.data()), normalize_quaternions(m, s.q1.data());

@@ -115,10 +115,7 @@ template <class Algorithm>
 numbers<double> derivatives_by(int by, std::size_t k, const ksl::model &m, const state &s, const request &asked) {
   const numbers<double> e = unit(static_cast<std::size_t>(m.nv()), k);
   const bool given = Algorithm::row.reads(ksl::input::tau);
-  const state rates = by == 0   ? state{.q = e}
-                      : by == 1 ? state{.v = e}
-                      : given   ? state{.tau = e}
-                                : state{.a = e};
+  const state rates = by == 0 ? state{.q = e} : by == 1 ? state{.v = e} : given ? state{.tau = e} : state{.a = e};
   return derivatives(results<Algorithm>(m, moving(m, s, rates), asked));
 }
 

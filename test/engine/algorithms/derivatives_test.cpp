@@ -69,9 +69,7 @@ void check_gradient(const ksl::model &m, state s) {
   numbers<double> expected(3 * n), by_v(n * n), by_a(2 * n * n);
   for (int by = 0; by < 3; ++by)
     for (std::size_t k = 0; k < n; ++k) {
-      const state rates = by == 0   ? state{.q = unit(n, k)}
-                          : by == 1 ? state{.v = unit(n, k)}
-                                    : state{.a = unit(n, k)};
+      const state rates = by == 0 ? state{.q = unit(n, k)} : by == 1 ? state{.v = unit(n, k)} : state{.a = unit(n, k)};
       const state_over<first> d = moving(m, s, rates);
       const numbers<first> tau = results<algorithms::inverse_dynamics>(m, d);
       for (std::size_t i = 0; i < n; ++i)

@@ -60,8 +60,8 @@ template <class Check> void for_all(Check check) {
       for (expressed_in point : {expressed_in::frame, expressed_in::world})
         for (bool angular_first : {false, true})
           for (double offset : {0.0, 0.3})
-            check(link, ksl::frame_options{axes, point, angular_first, acceleration_kind::spatial,
-                                           {offset, -2 * offset, offset}});
+            check(link, ksl::frame_options{
+                            axes, point, angular_first, acceleration_kind::spatial, {offset, -2 * offset, offset}});
 }
 
 } // namespace
@@ -119,7 +119,8 @@ TEST_CASE("kinematics: several frames at once have the bits of each alone") {
   for_all([&](int link, const ksl::frame_options &how) {
     if (link > 0) // once for each how
       return;
-    const numbers<double> v = at<frame_velocities>(s, {links, how, {}}), a = at<frame_accelerations>(s, {links, how, {}});
+    const numbers<double> v = at<frame_velocities>(s, {links, how, {}}),
+                          a = at<frame_accelerations>(s, {links, how, {}});
     for (std::size_t k = 0; k < links.size(); ++k) {
       CHECK(part(v, k, links.size()) == at<frame_velocities>(s, of(links[k], how)));
       CHECK(part(a, k, links.size()) == at<frame_accelerations>(s, of(links[k], how)));

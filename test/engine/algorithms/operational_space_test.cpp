@@ -33,7 +33,8 @@ TEST_CASE("operational space: inverses and their derivatives") {
   const robots::state_over<first> moving = robots::moving(m, s, {.q = s.v});
   const auto dynamics = robots::results<algorithms::operational_space>(m, moving, tool);
   CHECK(dynamics.back().value == 6); // inertia, bias, pseudo-inverse, rank
-  check_identity(&dynamics[0], robots::results<algorithms::operational_space_inertia_inverse>(m, moving, tool).data(), 6);
+  check_identity(&dynamics[0], robots::results<algorithms::operational_space_inertia_inverse>(m, moving, tool).data(),
+                 6);
   check_identity(robots::results<algorithms::jacobian>(m, moving, tool).data(), &dynamics[42], 6);
   const auto inertia = robots::results<algorithms::operational_space_inertia>(m, moving, tool);
   for (std::size_t i = 0; i < 36; ++i)

@@ -46,7 +46,8 @@ void check_near(const numbers<double> &found, const numbers<double> &expected) {
 
 } // namespace
 
-TEST_CASE("the centre of mass moves with its velocity and acceleration, and the centroidal momentum changes at its rate") {
+TEST_CASE(
+    "the centre of mass moves with its velocity and acceleration, and the centroidal momentum changes at its rate") {
   std::mt19937 random(1);
   for (int k = 0; k < 5; ++k) {
     const motion x(random);
@@ -77,7 +78,7 @@ TEST_CASE("for each parameter, the rate of the momentum is what the ground exert
   for (int k = 0; k < 3; ++k) {
     const motion x(random, false);
     const numbers<double> rate = x.rates<momentum_regressor>(); // (6, links, 10), the links as they are asked for
-    request root; // the joint that carries it carries all links
+    request root;                                               // the joint that carries it carries all links
     root.links = {0}, root.reactions.at = root.reactions.axes = ksl::wrench_frame::world;
     const numbers<double> exerted = results<reactions_regressor>(x.m, x.s, root); // (6, links, 10)
     const std::size_t links = x.all.links.size();
