@@ -100,8 +100,7 @@ struct hybrid_dynamics {
   template <class T>
   static void compute(const ksl::model_view<ksl::scalar_of<T>> &model, const workspace<T> &w,
                       const ksl::state_view<T> &s) {
-    ksl::hybrid_dynamics(model, w, s.q, s.v, s.a, s.tau, s.links.n, s.links.index, s.external, s.result[0],
-                         s.result[1]);
+    ksl::hybrid_dynamics(model, w, s.q, s.v, s.a, s.tau, s.links.n, s.links.index, s.external, s.result[0], s.result[1]);
   }
 };
 
@@ -311,8 +310,7 @@ struct operational_space {
   template <class T>
   static void compute(const ksl::model_view<ksl::scalar_of<T>> &model, const workspace<T> &w,
                       const ksl::state_view<T> &s) {
-    ksl::operational_space(model, w, s.q, s.v, s.links.n, s.links.index, s.frame, s.external, s.result[0], s.result[1],
-                           s.result[2], s.result[3]);
+    ksl::operational_space(model, w, s.q, s.v, s.links.n, s.links.index, s.frame, s.external, s.result[0], s.result[1], s.result[2], s.result[3]);
   }
 };
 
@@ -472,8 +470,7 @@ struct frame_accelerations_derivatives {
   template <class T>
   static void compute(const ksl::model_view<ksl::scalar_of<T>> &model, const workspace<T> &w,
                       const ksl::state_view<T> &s) {
-    ksl::frame_accelerations_derivatives(model, w, s.q, s.v, s.a, s.links.n, s.links.index, s.frame, s.result[0],
-                                         s.result[1], s.result[2]);
+    ksl::frame_accelerations_derivatives(model, w, s.q, s.v, s.a, s.links.n, s.links.index, s.frame, s.result[0], s.result[1], s.result[2]);
   }
 };
 
@@ -503,8 +500,7 @@ struct centroidal_momentum_rate_derivatives {
   template <class T>
   static void compute(const ksl::model_view<ksl::scalar_of<T>> &model, const workspace<T> &w,
                       const ksl::state_view<T> &s) {
-    ksl::centroidal_momentum_rate_derivatives(model, w, s.q, s.v, s.a, order_of(s.frame), s.result[0], s.result[1],
-                                              s.result[2]);
+    ksl::centroidal_momentum_rate_derivatives(model, w, s.q, s.v, s.a, order_of(s.frame), s.result[0], s.result[1], s.result[2]);
   }
 };
 
@@ -514,8 +510,7 @@ struct inverse_dynamics_second_derivatives {
   template <class T>
   static void compute(const ksl::model_view<ksl::scalar_of<T>> &model, const workspace<T> &w,
                       const ksl::state_view<T> &s) {
-    ksl::inverse_dynamics_second_derivatives(model, w, s.q, s.v, s.a, s.external, s.result[0], s.result[1], s.result[2],
-                                             s.result[3]);
+    ksl::inverse_dynamics_second_derivatives(model, w, s.q, s.v, s.a, s.external, s.result[0], s.result[1], s.result[2], s.result[3]);
   }
 };
 
@@ -525,8 +520,7 @@ struct forward_dynamics_second_derivatives {
   template <class T>
   static void compute(const ksl::model_view<ksl::scalar_of<T>> &model, const workspace<T> &w,
                       const ksl::state_view<T> &s) {
-    ksl::forward_dynamics_second_derivatives(model, w, s.q, s.v, s.tau, s.external, s.result[0], s.result[1],
-                                             s.result[2], s.result[3]);
+    ksl::forward_dynamics_second_derivatives(model, w, s.q, s.v, s.tau, s.external, s.result[0], s.result[1], s.result[2], s.result[3]);
   }
 };
 
@@ -620,18 +614,20 @@ struct difference_jacobians {
   }
 };
 
-using all = std::tuple<
-    inverse_dynamics, inverse_dynamics_with_reactions, effort_parts, forward_dynamics, forward_dynamics_by_mass_matrix,
-    hybrid_dynamics, velocity_jump, mass_matrix, mass_matrix_upper, mass_matrix_tree, mass_matrix_factor,
-    mass_matrix_inverse, solve_mass_matrix, coriolis_matrix, frame_poses, frame_velocities, frame_accelerations,
-    point_velocity, point_acceleration, jacobian, jacobian_rate, relative_pose, relative_velocity, relative_jacobian,
-    operational_space_inertia_inverse, operational_space_inertia, operational_space, energy, external_power,
-    center_of_mass, center_of_mass_jacobian, center_of_mass_velocity, center_of_mass_acceleration, centroidal_momentum,
-    centroidal_momentum_matrix, centroidal_momentum_rate, inverse_dynamics_derivatives, inverse_dynamics_gradient,
-    forward_dynamics_derivatives, reactions_derivatives, reactions_external_derivatives, frame_velocities_derivatives,
-    frame_accelerations_derivatives, energy_derivatives, centroidal_momentum_derivatives,
-    centroidal_momentum_rate_derivatives, inverse_dynamics_second_derivatives, forward_dynamics_second_derivatives,
-    inverse_dynamics_regressor, reactions_regressor, energy_regressor, momentum_regressor, integrate, difference,
-    interpolate, integrate_jacobians, difference_jacobians>;
+using all = std::tuple<inverse_dynamics, inverse_dynamics_with_reactions, effort_parts, forward_dynamics,
+                       forward_dynamics_by_mass_matrix, hybrid_dynamics, velocity_jump, mass_matrix, mass_matrix_upper,
+                       mass_matrix_tree, mass_matrix_factor, mass_matrix_inverse, solve_mass_matrix, coriolis_matrix,
+                       frame_poses, frame_velocities, frame_accelerations, point_velocity, point_acceleration, jacobian,
+                       jacobian_rate, relative_pose, relative_velocity, relative_jacobian,
+                       operational_space_inertia_inverse, operational_space_inertia, operational_space, energy,
+                       external_power, center_of_mass, center_of_mass_jacobian, center_of_mass_velocity,
+                       center_of_mass_acceleration, centroidal_momentum, centroidal_momentum_matrix,
+                       centroidal_momentum_rate, inverse_dynamics_derivatives, inverse_dynamics_gradient,
+                       forward_dynamics_derivatives, reactions_derivatives, reactions_external_derivatives,
+                       frame_velocities_derivatives, frame_accelerations_derivatives, energy_derivatives,
+                       centroidal_momentum_derivatives, centroidal_momentum_rate_derivatives,
+                       inverse_dynamics_second_derivatives, forward_dynamics_second_derivatives,
+                       inverse_dynamics_regressor, reactions_regressor, energy_regressor, momentum_regressor, integrate,
+                       difference, interpolate, integrate_jacobians, difference_jacobians>;
 
 } // namespace algorithms
