@@ -163,14 +163,14 @@ void check_third_derivatives(const ksl::model &m, const state &s, bool j_is_last
 } // namespace
 
 TEST_CASE("derivatives of inverse dynamics, and its gradient") {
-  for_states(1, 5, 50, [](const ksl::model &m, const state &s, int) {
+  for_states(1, 5, 40, [](const ksl::model &m, const state &s, int) {
     check_derivatives<algorithms::inverse_dynamics, algorithms::inverse_dynamics_derivatives>(m, s);
     check_gradient(m, s);
   });
 }
 
 TEST_CASE("derivatives of reactions: axes, points and parts") {
-  for_states(3, 36, 60, [](const ksl::model &m, const state &s, int turn) {
+  for_states(3, 36, 30, [](const ksl::model &m, const state &s, int turn) {
     const request asked = asked_of(m, turn);
     check_derivatives<algorithms::inverse_dynamics_with_reactions, algorithms::reactions_derivatives>(m, s, asked);
     check_reactions_by_external(m, s, asked);
@@ -178,7 +178,7 @@ TEST_CASE("derivatives of reactions: axes, points and parts") {
 }
 
 TEST_CASE("derivatives of motions, momentum and energy") {
-  for_states(5, 12, 48, [](const ksl::model &m, const state &s, int turn) {
+  for_states(5, 12, 36, [](const ksl::model &m, const state &s, int turn) {
     using namespace algorithms;
     const request asked = asked_of(m, turn);
     check_derivatives<frame_velocities, frame_velocities_derivatives>(m, s, asked);

@@ -27,19 +27,14 @@ template <class T> numbers<T> differed(const ksl::model &m, const numbers<T> &q0
   return robots::results<algorithms::difference>(m, robots::state_over<T>{.q = q0, .q1 = q1});
 }
 
-double largest(const numbers<double> &x) {
-  double most = 0;
-  for (const double y : x)
-    most = std::max(most, std::fabs(y));
-  return most;
-}
-
+/// The largest difference; infinite where one is not a number.
 double distance(const numbers<double> &x, const numbers<double> &y) {
   double most = 0;
   for (std::size_t i = 0; i < x.size(); ++i)
-    most = std::max(most, std::fabs(x[i] - y[i]));
+    most = std::isfinite(x[i] - y[i]) ? std::max(most, std::fabs(x[i] - y[i])) : HUGE_VAL;
   return most;
 }
+double largest(const numbers<double> &x) { return distance(x, numbers<double>(x.size())); }
 
 /// Rotations of joint velocities are scaled to this angle.
 void set_angles(const ksl::model &m, numbers<double> &dv, double angle) {
