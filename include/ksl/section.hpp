@@ -1,7 +1,7 @@
 // KSL: the wrench through a plane section of a link.
 #pragma once
 
-#include "ksl/engine/algorithms/inverse/reactions.hpp"
+#include "ksl/engine/steps/external_wrenches.hpp"
 #include "ksl/engine/steps/frame_options.hpp"
 #include "ksl/model.hpp"
 

@@ -4,8 +4,9 @@
 // reads and writes; the others are ignored.
 #pragma once
 
-#include "ksl/engine/algorithms/inverse/reactions.hpp"
+#include "ksl/engine/steps/external_wrenches.hpp"
 #include "ksl/engine/steps/frame_options.hpp"
+#include "ksl/engine/steps/reaction_request.hpp"
 
 #include <cstddef>
 

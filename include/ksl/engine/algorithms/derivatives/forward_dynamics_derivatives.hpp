@@ -21,6 +21,7 @@
 
 #include "ksl/engine/algorithms/derivatives/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/algorithms/mass/mass_matrix_inverse.hpp"
+#include "ksl/engine/model/joint_physics.hpp"
 
 namespace ksl {
 

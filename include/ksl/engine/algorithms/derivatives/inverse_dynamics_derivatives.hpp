@@ -21,6 +21,7 @@
 
 #include "ksl/engine/algorithms/derivatives/held_in_world.hpp"
 #include "ksl/engine/algorithms/derivatives/wrench_derivatives.hpp"
+#include "ksl/engine/model/joint_physics.hpp"
 #include "ksl/engine/steps/symmetric_matrix.hpp"
 
 namespace ksl {

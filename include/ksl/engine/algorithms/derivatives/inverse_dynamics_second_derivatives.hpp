@@ -51,6 +51,7 @@
 
 #include "ksl/engine/algorithms/derivatives/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/algorithms/derivatives/subtree_rates.hpp"
+#include "ksl/engine/model/joint_physics.hpp"
 
 namespace ksl {
 

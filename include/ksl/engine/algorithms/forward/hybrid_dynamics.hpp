@@ -12,6 +12,7 @@
 #pragma once
 
 #include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
+#include "ksl/engine/model/joint_physics.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {
