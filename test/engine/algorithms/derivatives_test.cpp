@@ -109,21 +109,23 @@ state rates_of(kind by, const numbers<double> &e) {
   return by == of_q ? state{.q = e} : by == of_v ? state{.v = e} : state{.a = e, .tau = e};
 }
 
-/// Part `which` of the second derivatives: by coordinate l of `later` of what the derivative by coordinate k of `first` is.
+/// Part `which` of the second derivatives: by coordinate l of `later` of what the derivative by coordinate k of `by` is.  Every third l is looked
+/// at, another one for each k.
 template <class Algorithm>
 void check_second(const ksl::model &m, const state &s, const numbers<double> &found, std::size_t which, kind by,
                   kind later, double tolerance) {
   const std::size_t nv = s.v.size();
-  numbers<double> expected(nv * nv * nv);
+  const numbers<double> D = part(found, which, 4);
+  numbers<double> expected = D;
   for (std::size_t k = 0; k < nv; ++k)
-    for (std::size_t l = 0; l < nv; ++l) {
+    for (std::size_t l = (k + nv) % 3; l < nv; l += 3) {
       const auto one = moved(m, s, rates_of(later, unit(nv, l)), twice(first::variable(0, 0)));
       const auto both = moved(m, one, rates_of(by, unit(nv, k)), twice::variable(0.0, 0));
       const numbers<twice> x = results<Algorithm>(m, both);
       for (std::size_t i = 0; i < nv; ++i)
         expected[(i * nv + k) * nv + l] = x[i].derivative[0].derivative[0];
     }
-  CHECK(difference(part(found, which, 4), expected) <= tolerance);
+  CHECK(difference(D, expected) <= tolerance);
 }
 
 void check_inverse_twice(const ksl::model &m, const state &s) {
@@ -190,11 +192,11 @@ TEST_CASE("derivatives of motions, momentum and energy") {
 }
 
 TEST_CASE("second derivatives of inverse dynamics") {
-  for_states(7, 1, 8, [](const ksl::model &m, const state &s, int) { check_inverse_twice(m, s); });
+  for_states(7, 1, 10, [](const ksl::model &m, const state &s, int) { check_inverse_twice(m, s); });
 }
 
 TEST_CASE("second derivatives of forward dynamics") {
-  for_states(9, 1, 5, [](const ksl::model &m, const state &s, int) { check_forward_twice(m, s); });
+  for_states(9, 1, 8, [](const ksl::model &m, const state &s, int) { check_forward_twice(m, s); });
 }
 
 TEST_CASE("third derivatives commute") {
