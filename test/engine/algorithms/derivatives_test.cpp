@@ -11,14 +11,24 @@ namespace {
 using namespace robots;
 using twice = ksl::second_order_dual<1>;
 
-/// A step for states of a robot with every kind of joint, and of random trees; every other one has the physics of joints.
-template <class Step> void for_states(unsigned seed, int of_every_kind, int trees, Step step) {
+/// A step for states of a robot with every kind of joint.
+template <class Step> void for_every_kind(unsigned seed, int states, Step step) {
   std::mt19937 random(seed);
-  const ksl::model every_kind = ksl::load(KSL_EVERY_KIND);
-  for (int turn = 0; turn < of_every_kind + trees; ++turn) {
+  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  for (int turn = 0; turn < states; ++turn) {
+    CAPTURE(turn);
+    step(m, random_state(m, random), turn);
+  }
+}
+
+/// A step for a state of each of some random trees; every other one has the physics of joints.  These are small, so that they take less than a
+/// second, and mutants meet them (test/mutate/driver.cpp).
+template <class Step> void for_trees(unsigned seed, int trees, int most_bodies, Step step) {
+  std::mt19937 random(seed);
+  for (int turn = 0; turn < trees; ++turn) {
     CAPTURE(turn);
     const joints_are joints = turn % 2 ? joints_are::physical : joints_are::plain;
-    const ksl::model m = turn < of_every_kind ? every_kind : random_tree(2 + turn % 13, random, joints);
+    const ksl::model m = random_tree(2 + turn % (most_bodies - 1), random, joints);
     if (m.nv() > 0)
       step(m, random_state(m, random), turn);
   }
@@ -128,7 +138,7 @@ void check_second(const ksl::model &m, const state &s, const numbers<double> &fo
   CHECK(difference(D, expected) <= tolerance);
 }
 
-void check_inverse_twice(const ksl::model &m, const state &s) {
+void check_inverse_twice(const ksl::model &m, const state &s, int) {
   const numbers<double> D = results<algorithms::inverse_dynamics_second_derivatives>(m, s);
   const auto check = [&](std::size_t which, kind by, kind later) {
     check_second<algorithms::inverse_dynamics>(m, s, D, which, by, later, 1e-13);
@@ -136,7 +146,7 @@ void check_inverse_twice(const ksl::model &m, const state &s) {
   check(0, of_q, of_q), check(1, of_v, of_v), check(2, of_q, of_v), check(3, of_last, of_q);
 }
 
-void check_forward_twice(const ksl::model &m, const state &s) {
+void check_forward_twice(const ksl::model &m, const state &s, int) {
   const numbers<double> D = results<algorithms::forward_dynamics_second_derivatives>(m, s);
   const auto check = [&](std::size_t which, kind by, kind later) {
     check_second<algorithms::forward_dynamics>(m, s, D, which, by, later, 1e-11); // the condition of M enters
@@ -162,45 +172,51 @@ void check_third_derivatives(const ksl::model &m, const state &s, bool j_is_last
   CHECK(difference(one, other) <= tolerance);
 }
 
+void check_efforts(const ksl::model &m, const state &s, int) {
+  check_derivatives<algorithms::inverse_dynamics, algorithms::inverse_dynamics_derivatives>(m, s);
+  check_gradient(m, s);
+}
+
+void check_reactions(const ksl::model &m, const state &s, int turn) {
+  const request asked = asked_of(m, turn);
+  check_derivatives<algorithms::inverse_dynamics_with_reactions, algorithms::reactions_derivatives>(m, s, asked);
+  check_reactions_by_external(m, s, asked);
+}
+
+void check_motions(const ksl::model &m, const state &s, int turn) {
+  using namespace algorithms;
+  const request asked = asked_of(m, turn);
+  check_derivatives<frame_velocities, frame_velocities_derivatives>(m, s, asked);
+  check_derivatives<frame_accelerations, frame_accelerations_derivatives>(m, s, asked);
+  check_derivatives<centroidal_momentum, centroidal_momentum_derivatives>(m, s);
+  check_derivatives<centroidal_momentum_rate, centroidal_momentum_rate_derivatives>(m, s);
+  check_energy(m, s);
+}
+
 } // namespace
 
 TEST_CASE("derivatives of inverse dynamics, and its gradient") {
-  for_states(1, 5, 40, [](const ksl::model &m, const state &s, int) {
-    check_derivatives<algorithms::inverse_dynamics, algorithms::inverse_dynamics_derivatives>(m, s);
-    check_gradient(m, s);
-  });
+  for_every_kind(1, 5, check_efforts);
+  for_trees(2, 40, 14, check_efforts);
 }
 
-TEST_CASE("derivatives of reactions: axes, points and parts") {
-  for_states(3, 36, 30, [](const ksl::model &m, const state &s, int turn) {
-    const request asked = asked_of(m, turn);
-    check_derivatives<algorithms::inverse_dynamics_with_reactions, algorithms::reactions_derivatives>(m, s, asked);
-    check_reactions_by_external(m, s, asked);
-  });
+TEST_CASE("derivatives of reactions, for all axes, points and parts: every kind of joint") {
+  for_every_kind(3, 36, check_reactions);
+}
+TEST_CASE("derivatives of reactions, for all axes, points and parts: random trees") {
+  for_trees(4, 36, 8, check_reactions);
 }
 
-TEST_CASE("derivatives of motions, momentum and energy") {
-  for_states(5, 12, 36, [](const ksl::model &m, const state &s, int turn) {
-    using namespace algorithms;
-    const request asked = asked_of(m, turn);
-    check_derivatives<frame_velocities, frame_velocities_derivatives>(m, s, asked);
-    check_derivatives<frame_accelerations, frame_accelerations_derivatives>(m, s, asked);
-    check_derivatives<centroidal_momentum, centroidal_momentum_derivatives>(m, s);
-    check_derivatives<centroidal_momentum_rate, centroidal_momentum_rate_derivatives>(m, s);
-    check_energy(m, s);
-  });
-}
+TEST_CASE("derivatives of motions, momentum and energy: every kind of joint") { for_every_kind(5, 12, check_motions); }
+TEST_CASE("derivatives of motions, momentum and energy: random trees") { for_trees(6, 36, 10, check_motions); }
 
-TEST_CASE("second derivatives of inverse dynamics") {
-  for_states(7, 1, 10, [](const ksl::model &m, const state &s, int) { check_inverse_twice(m, s); });
-}
-
-TEST_CASE("second derivatives of forward dynamics") {
-  for_states(9, 1, 8, [](const ksl::model &m, const state &s, int) { check_forward_twice(m, s); });
-}
+TEST_CASE("second derivatives of inverse dynamics: every kind of joint") { for_every_kind(7, 1, check_inverse_twice); }
+TEST_CASE("second derivatives of inverse dynamics: random trees") { for_trees(8, 12, 7, check_inverse_twice); }
+TEST_CASE("second derivatives of forward dynamics: every kind of joint") { for_every_kind(9, 1, check_forward_twice); }
+TEST_CASE("second derivatives of forward dynamics: random trees") { for_trees(10, 10, 6, check_forward_twice); }
 
 TEST_CASE("third derivatives commute") {
-  for_states(11, 1, 0, [](const ksl::model &m, const state &s, int) {
+  for_every_kind(11, 1, [](const ksl::model &m, const state &s, int) {
     check_third_derivatives<algorithms::inverse_dynamics_second_derivatives>(m, s, false, 1e-12);
     check_third_derivatives<algorithms::forward_dynamics_second_derivatives>(m, s, true, 1e-9);
   });
