@@ -25,7 +25,7 @@ is_kernel = $(or $(findstring src/engine/algorithms/,$(1)),$(findstring src/engi
 define ARM_COMPILER
 $(ARM)/$(1)/%.o: %.cpp
 	@mkdir -p $$(dir $$@)
-	$(NICE) $($(1)_on_arm) $(KSL_FLAGS) $$(if $$(call is_kernel,$$<),$($(1)_kernels) -DKSL_ISA=neon -DKSL_TABLE=ksl_finite_neon) -c $$< -o $$@
+	$(NICE) $($(1)_on_arm) $(KSL_FLAGS) $$(if $$(call is_kernel,$$<),$($(1)_kernels) -DKSL_ISA=neon -DKSL_TABLE=ksl_finite_neon -DKSL_COMPILED_ONCE) -c $$< -o $$@
 
 $(ARM)/peers/ksl_$(1).so: $(ARM_SOURCES:%.cpp=$(ARM)/$(1)/%.o)
 	@mkdir -p $$(dir $$@)

@@ -74,11 +74,13 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
+#ifdef KSL_COMPILED_ONCE // in the objects of a set; others, such as tests, compile what they use
 KSL_FOR_SCALARS(KSL_RECURSIONS, extern template)
 KSL_FOR_SCALARS(KSL_POSES, extern template)
 KSL_FOR_SCALARS(KSL_COMMON_STEPS, extern template)
 KSL_FOR_SCALARS(KSL_COMMON_DERIVATIVES, extern template)
 KSL_FOR_LANES(KSL_TRANSPOSITIONS, extern template)
+#endif
 
 } // namespace KSL_ISA
 } // namespace ksl
