@@ -114,10 +114,9 @@ def compare(make):
     one, peer = best(lambda: m.forward_dynamics_derivatives(q, v, tau)), peer + best(derivatives)
     print(f"{'  derivatives':18}{one:10.2f}{'':10}{peer:11.2f}   {peer / one:.1f}")
     tree, joints = m.without_loops(), [*m.joint_names, *m.loop_names]
-    if m.mobility(q).redundant == 0:
-        one, batch = best(lambda: m.reactions(q, v, a, joints=joints)), best(lambda: m.reactions(Q, V, A, joints=joints, threads=1)) / STATES
-        of_tree, batch_of_tree = best(lambda: tree.reactions(q, v, a)), best(lambda: tree.reactions(Q, V, A, threads=1)) / STATES
-        print(f"{'  reactions':18}{one:10.2f}{batch:10.3f}{'':11}   {one / of_tree:.1f} times the time of the open tree's, batch {batch / batch_of_tree:.1f}")
+    one, batch = best(lambda: m.reactions(q, v, a, joints=joints)), best(lambda: m.reactions(Q, V, A, joints=joints, threads=1)) / STATES
+    of_tree, batch_of_tree = best(lambda: tree.reactions(q, v, a)), best(lambda: tree.reactions(Q, V, A, threads=1)) / STATES
+    print(f"{'  reactions':18}{one:10.2f}{batch:10.3f}{'':11}   {one / of_tree:.1f} times the time of the open tree's, batch {batch / batch_of_tree:.1f}")
     moved = m.integrate(q, np.full(m.nv, 0.01))
     print(f"{'  close':18}{best(lambda: m.close(moved, hold=m.drives)):10.2f}")
 
