@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from ksl_command import run_ksl
 from ksl.load_cases.provenance import InputFile, Provenance
 from ksl.load_cases.quantities import PowerBalance, joint_loads, summarise
 from ksl.load_cases.verdict import Use, Verdict
@@ -512,3 +513,23 @@ def test_what_is_drawn_is_not_called_unused_and_missing_meshes_are_named(tmp_pat
     notes = ksl.compute_loads(tmp_path / "r.urdf", (time, 0.1 * np.sin(time)[:, None])).notes
     assert any(note.startswith("in the file and not used: visual") for note in notes) == unused
     assert [note for note in notes if note.startswith("pictures")] == missing
+
+
+TINY = """<robot name="tiny"><link name="w"/><link name="a"><inertial><origin xyz="3e-5 0 0"/><mass value="1e-9"/>
+<inertia ixx="1e-19" iyy="1e-19" izz="1e-19" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="j" type="revolute"><parent link="w"/><child link="a"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="2e-13" velocity="9"/></joint></robot>"""
+
+
+def test_loads_of_a_tiny_machine_are_no_round_off(tmp_path):
+    """A microgram at 30 µm needs 2.9e-13 N m, which pages and terminals showed as 0 beside a share of 147 %; 1e-17 N m of it is round-off still."""
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "m.csv").write_text("time,j\n" + "".join(f"{k / 50},{0.3 * np.sin(k / 20):.9f}\n" for k in range(50)))
+    held = run_ksl("hold", tmp_path / "tiny.urdf").stdout
+    assert held.count("-2.943e-13 N m") == 1 and held.count("-2.943e-13") == 3 and "9.81e-09" in held
+    printed = run_ksl("loads", tmp_path / "tiny.urdf", tmp_path / "m.csv", "-o", tmp_path / "out").stdout
+    (drive,) = re.findall(r"Drive\n(?:.*\n){4} j +(\S+)", printed)
+    assert float(drive) == pytest.approx(1e-9 * 9.81 * 3e-5, rel=1e-3) and not re.search(r"e-(1[6-9]|[2-9]\d)\b", printed.partition("note:")[0])
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert re.search(r"<td[^>]*>294\.3e-15", page) and not re.search(r"<td[^>]*>-?\d+\.\d+e-(1[89]|[2-9]\d)", page)
+    row = {"joint": "j", "effort_peak": 2.9e-13, "effort_limit": 2e-13, "speed_peak": 0.0}
+    assert exceeds(row, "effort_peak") and not exceeds(row | {"effort_limit": 2.9e-13 * (1 - 1e-12)}, "effort_peak")

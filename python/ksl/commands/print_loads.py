@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -12,8 +12,8 @@ from rich.text import Text
 from ksl.commands.app import say
 from ksl.load_cases.force_elements import element_ranges
 from ksl.load_cases.case_result import CaseResult
-from ksl.load_cases.load_case import Placement
-from ksl.load_cases.quantities import PowerBalance, SummaryRow, unit
+from ksl.load_cases.load_case import LoadCase
+from ksl.load_cases.quantities import LOADS, PowerBalance, SummaryRow, round_off_in, round_off_of, unit, weight_of
 from ksl.load_cases.ranking import severity
 from ksl.load_cases.summary_table import worst_rows
 from ksl.load_cases.undetermined import FOOTNOTE, MARK, WAY_OUT, is_open
@@ -35,7 +35,7 @@ def print_run(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     """Everything: the summary, of several load cases the worst over all, notes, power balance, what was written; and last, where it is seen, the verdict."""
     verdict, several = run.verdict, len(run.cases) > 1
     rows = worst_rows(run.rows) if several else run.rows
-    print_summary(console, rows, run.cases[0].joints, run.cases[0].placement, "worst over all load cases" if several else "")
+    print_summary(console, rows, run.cases[0], "worst over all load cases" if several else "")
     for line in run.notes:
         if line not in verdict.reasons:  # those have been printed
             say(console, f"note: {line}")
@@ -92,12 +92,12 @@ def _print_cases(console: Console, run: Run) -> None:
     _print_table(console, "Load cases" if shown is run.results else f"The worst {MOST_CASES} of {len(run.results)} load cases; all are in summary.csv", table)
 
 
-def print_summary(console: Console, rows: Sequence[SummaryRow], joints: Sequence[Joint], placement: Placement, what: str = "") -> None:
+def print_summary(console: Console, rows: Sequence[SummaryRow], case: LoadCase, what: str = "") -> None:
     """Tables by topic: forces and moments at the chosen point, drives, power, brakes, couplings, and joints without one coordinate.
 
     what: said of rows that are the worst over all load cases, whose tables name the case that governs.
     """
-    by_name = {j.name: j for j in joints}
+    by_name, placement = {j.name: j for j in case.joints}, case.placement
     acting = {q for row in rows for q in ("damping", "friction", "rotor", "spring") if row.get(f"{q}_peak")}
     with_parts = [of for of in (("transmitted", "damping", "friction"), ("rotor", "spring")) if acting & set(of)]
     side, about = f"on the {placement.on} side", f"about {placement.about}"
@@ -115,12 +115,12 @@ def print_summary(console: Console, rows: Sequence[SummaryRow], joints: Sequence
         ("Coupling: what moves the mimic joints", "coupling", [*extremes("coupling"), *(("speed", part) for part in peak_time)]),
         (f"Joints without one coordinate: {of_the_same}", "force", extremes("force", "moment")),
     ]
-    open_too = False
+    open_too, least = False, _least_of(rows, weight_of(case.model))
     for title, having, columns in topics:
         chosen = [row for row in rows if f"{having}_peak" in row and (having != "speed" or not {"effort_peak", "coupling_peak"} & set(row))]
         for scope, together in _by_unit(chosen, by_name, {q for q, _ in columns}):
             title_and_scope = title + scope + (f", {what}" if what else "")
-            _print_table(console, title_and_scope, _table(together, [by_name[str(row["joint"])] for row in together], columns))
+            _print_table(console, title_and_scope, _table(together, [by_name[str(row["joint"])] for row in together], columns, least))
             open_too |= any(is_open(row, q) for row in together for q, _ in columns)
     if open_too:
         say(console, f"{FOOTNOTE}. {WAY_OUT}")
@@ -155,7 +155,7 @@ def _print_table(console: Console, title: str, table: Table) -> None:
     console.print(table)
 
 
-def _table(rows: list[SummaryRow], joints: list[Joint], columns: Columns) -> Table:
+def _table(rows: list[SummaryRow], joints: list[Joint], columns: Columns, least: Mapping[str, float]) -> Table:
     table = _empty_table()
     words = {"peak_time": "at s", "peak_case": "case", "work": "J"}
     for q, part in columns:
@@ -166,14 +166,26 @@ def _table(rows: list[SummaryRow], joints: list[Joint], columns: Columns) -> Tab
         else:
             table.add_column(f"{name}\n{words.get(part) or f'{part} {of}'}", justify="right", no_wrap=True)
     for row in rows:
-        cells = ((row.get(f"{q}_{part}"), MARK if part in ("peak", "rms") and is_open(row, q) else "") for q, part in columns)
-        table.add_row(Text(str(row["joint"])), *(Text(x) if isinstance(x, str) else _number(x) + mark for x, mark in cells))
+        cells = ((row.get(f"{q}_{part}"), MARK if part in ("peak", "rms") and is_open(row, q) else "", 0.0 if part == "peak_time" else least.get(q, 0.0)) for q, part in columns)
+        table.add_row(Text(str(row["joint"])), *(Text(x) if isinstance(x, str) else _number(x, lowest) + mark for x, mark, lowest in cells))
     return table
 
 
-def _number(x: float | None) -> str:
+def _number(x: float | None, least: float) -> str:
     """Four digits; round-off of what is zero by the axes of joints is zero."""
-    return "–" if x is None else f"{0.0 if abs(x) < 1e-12 else x:.4g}"
+    return "–" if x is None else f"{0.0 if abs(x) < least else x:.4g}"
+
+
+def _position(x: float) -> str:
+    """Four decimals, unless that leaves nothing of a position that is more than round-off."""
+    return f"{x:.4g}" if 1e-9 < abs(x) < 5e-5 else f"{round(x, 4) + 0.0:.4f}"
+
+
+def _least_of(rows: Sequence[SummaryRow], weight: float) -> dict[str, float]:
+    """What is round-off of each quantity that loads make."""
+    load = round_off_in(rows, weight)
+    power = load * max((abs(x) for row in rows if isinstance(x := row.get("speed_peak"), float)), default=0.0)
+    return dict.fromkeys(LOADS, load) | {"power": power, "work": power}
 
 
 def balance_line(balance: PowerBalance | None) -> str:
@@ -192,6 +204,8 @@ def print_pose(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     result = run.results[0]
     case = result.case
     rows = {str(row["joint"]): row for row in run.wrenches.to_pylist()}
+    components = [name for name in run.wrenches.column_names if name in ("fx", "fy", "fz", "tx", "ty", "tz")]
+    least = round_off_of((row[c] for row in rows.values() for c in (*components, "effort")), weight_of(case.model))
     table = _empty_table()
     for head in ("position", "effort", "limit", "share"):
         table.add_column(head, justify="right", no_wrap=True)
@@ -202,17 +216,16 @@ def print_pose(console: Console, run: Run, written: Sequence[str] = ()) -> None:
         of, effort = unit("effort", joint), row["effort"]
         limit = uses["effort"].limit if "effort" in uses else None
         share = percent(uses["effort"].share) if "effort" in uses else "–"
-        table.add_row(Text(joint.name), f"{row['position']:.4f} {joint.unit}", "–" if effort is None else f"{0.0 if abs(effort) < 1e-9 else effort:.4g} {of}",
+        table.add_row(Text(joint.name), f"{_position(row['position'])} {joint.unit}", "–" if effort is None else f"{_number(effort, least)} {of}",
                       "–" if limit is None else f"{limit:.4g} {of}", share)  # fmt: skip
     _print_table(console, f"Pose and efforts: {case.kind}", table)
     wrenches = _empty_table()
-    components = [name for name in run.wrenches.column_names if name in ("fx", "fy", "fz", "tx", "ty", "tz")]
     open_of = case.undetermined.components
     for name in components:
         wrenches.add_column(f"{name}\n{'N' if name.startswith('f') else 'N m'}", justify="right", no_wrap=True)
     for joint in case.joints:
         marked = open_of.get(joint.name, ())
-        cells = (f"{0.0 if abs(rows[joint.name][c]) < 1e-9 else rows[joint.name][c]:.4g}{MARK if c in marked else ''}" for c in components)
+        cells = (f"{_number(rows[joint.name][c], least)}{MARK if c in marked else ''}" for c in components)
         wrenches.add_row(Text(joint.name), *cells)
     p = case.placement
     _print_table(console, f"Wrenches on the {p.on} side, moments about {p.about}, axes {p.axes}", wrenches)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.model.calls import Calls
 from ksl.model.joint_kinds import has_one_coordinate
 from ksl.model.mechanism import Joint
 from ksl.model.states import EFFORT_PARTS, Array
@@ -24,6 +27,27 @@ UNITS = {
 
 COMPARED = ("axial_force", "radial_force", "bending_moment", "axial_moment", "force", "moment", "effort", "brake", "coupling", "speed", "power")
 """Quantities whose peaks are compared over load cases."""
+
+
+LOADS = (*(q for q in COMPARED if q not in ("speed", "power")), *EFFORT_PARTS)
+"""Quantities in N or N m."""
+ROUND_OFF_OF_LOADS = 1e-12
+"""Of the largest load of a run: what is below is zero by the axes of joints."""
+
+
+def round_off_of(loads: Iterable[object], weight: float) -> float:
+    """Forces and moments below it are round-off, in a machine of any size; weight: its own, N, since some joints may carry nothing."""
+    return ROUND_OFF_OF_LOADS * max(weight, *(abs(x) for x in loads if isinstance(x, float)), 0.0)
+
+
+def round_off_in(rows: Iterable[Mapping[str, object]], weight: float) -> float:
+    """The same of rows of a summary."""
+    return round_off_of((row.get(f"{q}_peak") for row in rows for q in LOADS), weight)
+
+
+def weight_of(model: Calls) -> float:
+    """The weight of a machine, N; without gravity, its mass times 1 m/s²."""
+    return model.mass * max(1.0, math.hypot(*model.gravity))
 
 
 def unit(quantity: str, joint: Joint) -> str:

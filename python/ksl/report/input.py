@@ -65,3 +65,5 @@ class ReportInput:
     """Components against the loads."""
     closed: ClosedMechanism | None = None
     """Of mechanisms with loops."""
+    weight: float | None = None
+    """Of the machine, N: what is round-off of its loads is judged by it."""

@@ -10,7 +10,7 @@ from ksl.load_cases.closed_mechanism import ClosedMechanism, closed_mechanism
 from ksl.load_cases.force_elements import element_ranges
 from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.provenance import Provenance
-from ksl.load_cases.quantities import SummaryRow
+from ksl.load_cases.quantities import SummaryRow, weight_of
 from ksl.load_cases.verdict import Verdict
 from ksl.model.mechanism import Mechanism
 from ksl.report.input import CaseCurves, ReportInput
@@ -34,7 +34,7 @@ def report_input(
     facts += ([] if several else _scene(first)) + _expressed(first)
     look = appearance_of(first)  # meshes are read once
     cases = [_curves(result, several, look) for result in shown]
-    return ReportInput(f"Joint loads of {model.name}", facts, notes, rows, cases, provenance, verdict, closed=_closed(shown))
+    return ReportInput(f"Joint loads of {model.name}", facts, notes, rows, cases, provenance, verdict, closed=_closed(shown), weight=weight_of(model))
 
 
 def _closed(shown: Sequence[CaseResult]) -> ClosedMechanism | None:

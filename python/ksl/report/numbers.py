@@ -3,24 +3,43 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
-from ksl.base.markup import html as escape
 
 import numpy as np
 
+from ksl.base.markup import html as escape
+from ksl.load_cases.quantities import round_off_in
 from ksl.model.states import Array
 
 ROUND_OFF = 1e-9
-"""Loads, speeds and powers below it, in SI units, are shown as zero."""
+"""Loads, speeds and powers below it, in SI units, are shown as zero, unless loads are so small that round-off of theirs is less."""
+_least: ContextVar[float] = ContextVar("least", default=ROUND_OFF)
 FAR_START = 1000
 """If times begin later than this many durations (times of a clock), they are shown relative to the first sample."""
+
+
+@contextmanager
+def round_off_of_page(rows: Iterable[Mapping[str, object]], weight: float | None) -> Iterator[None]:
+    """While a page about these rows is made, what is round-off of its loads is shown as zero, and no more.  weight: the machine's, N, if known."""
+    token = _least.set(ROUND_OFF if weight is None else min(ROUND_OFF, round_off_in(rows, weight) or ROUND_OFF))
+    try:
+        yield
+    finally:
+        _least.reset(token)
+
+
+def is_round_off(x: float) -> bool:
+    return abs(x) < _least.get()
 
 
 def format_number(x: float | str | None, digits: int = 4) -> str:
     """Formats with significant digits: plain from 0.001 up to 100,000, elsewhere with an exponent that is a multiple of three."""
     if x is None or isinstance(x, str) or not math.isfinite(x):
         return "–" if not isinstance(x, str) else x
-    if abs(x) < ROUND_OFF:
+    if is_round_off(x):
         return "0"
     exponent = int(f"{x:.{digits - 1}e}".partition("e")[2])
     shift = 0 if -3 <= exponent < 5 else 3 * (exponent // 3)
@@ -43,7 +62,7 @@ def peak(x: Array) -> float:
 
 def quiet(x: Array) -> Array:
     """Replaces pure rounding errors by zero."""
-    return np.zeros_like(x) if peak(x) < ROUND_OFF else x
+    return np.zeros_like(x) if is_round_off(peak(x)) else x
 
 
 @dataclass(frozen=True)

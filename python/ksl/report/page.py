@@ -16,7 +16,7 @@ from ksl.report.case_section import Anchors, case_head, case_sections
 from ksl.report.charts import Charts
 from ksl.report.closed_section import closed_section
 from ksl.report.input import ReportInput
-from ksl.report.numbers import Clock
+from ksl.report.numbers import Clock, round_off_of_page
 from ksl.report.provenance_section import provenance_section, signature_box
 from ksl.report.rows import with_limits
 from ksl.report.verdict_section import ComponentsVerdict, uses_table, verdict_section
@@ -31,7 +31,8 @@ NAMED = 8
 def write_report(path: str | os.PathLike[str], report: ReportInput) -> None:
     """Writes one HTML file that holds all it needs, plotly.js included: 5 MB, and with 20 joints at most 8."""
     page = _Page(report)
-    content = page.content()
+    with round_off_of_page(report.summary, report.weight):
+        content = page.content()
     data = {"charts": page.charts.data, "stills": page.charts.stills}
     plotly, own = (f"\n{script(code)}\n" for code in (_plotly(), _asset("report.js")))
     html = Template(_asset("report.html")).substitute(

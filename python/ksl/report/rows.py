@@ -32,7 +32,7 @@ def exceeds(row: Row, key: str) -> bool:
     if not isinstance(value, (int, float)) or not isinstance(limit, (int, float)):
         return False
     beyond = limit - value if key == "position_lowest" else value - limit
-    return beyond > ROUND_OFF * max(1.0, abs(limit))
+    return beyond > ROUND_OFF * (max(1.0, abs(limit)) if key.startswith("position") else abs(limit))
 
 
 def joint_units(joint: Joint) -> dict[str, str]:

@@ -9,7 +9,7 @@ from ksl.load_cases.quantities import unit
 from ksl.load_cases.undetermined import MARK, is_open
 from ksl.model.mechanism import Joint
 from ksl.model.states import EFFORT_PARTS
-from ksl.report.numbers import ROUND_OFF, Clock, format_number
+from ksl.report.numbers import Clock, format_number, is_round_off
 from ksl.report.rows import LIMIT_OF, Row, exceeds
 
 Groups = list[tuple[str, list[tuple[str, str]]]]
@@ -55,7 +55,7 @@ class _Tables:
             groups[joint_group(self._joint(row), row)].append(row)
         html = ""
         for title, group in groups.items():
-            parts = [part for part in EFFORT_PARTS if any(abs(float(row.get(f"{part}_peak") or 0.0)) > ROUND_OFF for row in group)]
+            parts = [part for part in EFFORT_PARTS if any(not is_round_off(float(row.get(f"{part}_peak") or 0.0)) for row in group)]
             for part, columns in _columns(self._joint(group[0]), parts, any("brake_peak" in row for row in group), title not in WITHOUT_MOTOR) if group else []:
                 known = [row for row in group if columns[0][1][0][1] in row]  # positions may be missing
                 html += self._table(f"{title}{part}", known, columns) if known else ""
