@@ -26,8 +26,9 @@
 constexpr int most_mutants = 20000; // room for more than there are
 extern "C" {
 int ksl_mutant = 0;
-unsigned char ksl_mutant_reached[most_mutants + 2];
+alignas(1 << 16) unsigned char ksl_mutant_reached[1 << 16]; // whole pages, of any size
 }
+static_assert(sizeof ksl_mutant_reached >= most_mutants + 2);
 
 namespace {
 
@@ -78,6 +79,9 @@ int run_one(int number) {
 }
 
 int record(const char *path) {
+  // shared with the copies of this process that tests make: what they reach, the test reaches
+  mmap(ksl_mutant_reached, sizeof ksl_mutant_reached, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS | MAP_FIXED,
+       -1, 0);
   int failed;
   {
     doctest::Context context;
