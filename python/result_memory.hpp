@@ -25,7 +25,7 @@ inline constexpr int most_blocks = 32;
 
 /// What stands before the numbers of a block, in a cache line of its own.
 struct alignas(64) header {
-  std::size_t bytes; ///< of the block, without the header
+  std::size_t bytes;     ///< of the block, without the header
   std::align_val_t unit; ///< that it was made with
 };
 
