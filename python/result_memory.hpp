@@ -7,9 +7,9 @@
 #include "array.hpp"
 
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <mutex>
+#include <new>
 #if defined(__linux__)
 #include <sys/mman.h>
 #endif
@@ -25,8 +25,11 @@ inline constexpr int most_blocks = 32;
 
 /// What stands before the numbers of a block, in a cache line of its own.
 struct alignas(64) header {
-  std::size_t bytes; ///< of the block, without the header
+  std::size_t bytes;     ///< of the block, without the header
+  std::align_val_t unit; ///< that it was made with
 };
+
+inline void give_back(header *block) noexcept { ::operator delete(block, block->unit); }
 
 /// Blocks whose arrays are gone.
 class kept_blocks {
@@ -52,7 +55,7 @@ public:
     if (!lock)
       return false;
     while (n_ == most_blocks || kept_ + block->bytes > most_kept)
-      std::free(remove(0));
+      give_back(remove(0));
     kept_ += block->bytes;
     block_[n_++] = block;
     return true;
@@ -63,7 +66,7 @@ public:
     const std::unique_lock<std::mutex> lock(mutex_, std::try_to_lock);
     const bool any = lock && n_ > 0;
     while (lock && n_ > 0)
-      std::free(remove(n_ - 1));
+      give_back(remove(n_ - 1));
     return any;
   }
 
@@ -96,7 +99,7 @@ inline void *allocate(void *, std::size_t bytes) noexcept {
     if (whole < bytes)
       return nullptr;
     do
-      block = static_cast<header *>(std::aligned_alloc(unit, whole));
+      block = static_cast<header *>(::operator new(whole, std::align_val_t(unit), std::nothrow));
     while (!block && kept().give_up());
     if (!block)
       return nullptr;
@@ -105,6 +108,7 @@ inline void *allocate(void *, std::size_t bytes) noexcept {
       madvise(block, whole, MADV_HUGEPAGE);
 #endif
     block->bytes = whole - sizeof(header);
+    block->unit = std::align_val_t(unit);
   }
   return block + 1;
 }
@@ -112,7 +116,7 @@ inline void *allocate(void *, std::size_t bytes) noexcept {
 inline void release(void *, void *numbers, std::size_t) noexcept {
   header *const block = numbers ? static_cast<header *>(numbers) - 1 : nullptr;
   if (block && !kept().keep(block))
-    std::free(block);
+    give_back(block);
 }
 
 inline void *allocate_zeros(void *context, std::size_t n, std::size_t each) noexcept {

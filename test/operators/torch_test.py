@@ -256,6 +256,9 @@ def test_what_is_refused():
         d.gravity_torque(torch.zeros(6, device="meta"))
     with pytest.raises(ValueError, match=r"gravity_torque: q is a tensor of torch.sparse_coo; expected a dense one, by q.to_dense\(\)"):
         d.gravity_torque(torch.zeros(2, 6).to_sparse())
+    for layout in (torch.strided, torch.jagged):
+        with pytest.raises(ValueError, match="gravity_torque: q is a nested tensor; expected one of one shape"):
+            d.gravity_torque(torch.nested.nested_tensor([torch.zeros(2, 6), torch.zeros(1, 6)], layout=layout))
     with pytest.raises(ValueError, match=r"gravity_torque: q has shape \(2, 5\); expected \(…, 6\)"):
         d.gravity_torque(q[:, :5])
     with pytest.raises(TypeError, match="reactions: at is an array that is differentiated or traced, and there is no derivative by it; give three plain numbers"):

@@ -68,9 +68,14 @@ def _of_one_type(operator: Operator, arguments: Sequence[Any]) -> list[Tensor]:
     if dtype not in (torch.float32, torch.float64):
         raise TypeError(f"{operator.name}: arguments are {found}; expected torch.float32 or torch.float64, by x.to")
     for name, x in zip(operator.inputs, arguments):
-        if isinstance(x, Tensor) and (x.device.type != "cpu" or x.layout is not torch.strided):
-            where = x.device if x.device.type != "cpu" else x.layout
-            raise ValueError(f"{operator.name}: {name} is on {where}, which KSL can't reach; move it by {name}.cpu()" if x.device.type != "cpu" else f"{operator.name}: {name} is a tensor of {where}; expected a dense one, by {name}.to_dense()")
+        if not isinstance(x, Tensor):
+            continue
+        if x.device.type != "cpu":
+            raise ValueError(f"{operator.name}: {name} is on {x.device}, which KSL can't reach; move it by {name}.cpu()")
+        if x.is_nested:
+            raise ValueError(f"{operator.name}: {name} is a nested tensor; expected one of one shape, by torch.nested.to_padded_tensor({name}, 0.0), or call with each of {name}.unbind()")
+        if x.layout is not torch.strided:
+            raise ValueError(f"{operator.name}: {name} is a tensor of {x.layout}; expected a dense one, by {name}.to_dense()")
     return [x if isinstance(x, Tensor) else torch.as_tensor(x, dtype=dtype) for x in arguments]
 
 

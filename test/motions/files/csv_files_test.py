@@ -150,6 +150,7 @@ REFUSED = {
     "thousands": ("time;hip;slide\n0,5;1.000,5;0\n", ":2: column 'hip' holds '1.000,5'; expected a number with a decimal comma, as other values have"),
     "fault after comments": ("# a\n" + HEAD + "# b\n0,0,0\n# c\n1,x,0\n", ":6: column 'hip' holds 'x'"),
     "infinite after comments": ("# a\n" + HEAD + "# b\n0,0,0\n# c\n1,inf,0\n", ":6: column 'hip' is infinite"),
+    "lines above the names": ("Bench 3;B\nDate;3.11.2026\nRate [Hz];125\n\nTime;hip;slide\n0;0;0\n", ":1: the names of columns seem to be in line 5; remove the lines above it, or begin them with #"),
     "numbers alone": ("0,0,0\n1,0,0\n", ":1: no names of columns, but numbers"),
     "degrees": (HEAD + "".join(f"{k},{k * 600},0\n" for k in range(8)), ":4: joint hip is at 1200 rad, where its limit is 9 rad; did you mean --degrees"),
     "open quotation mark": (HEAD + '0,0,"0\n1,0,0\n', ":2: column 'slide' holds several lines, from '0\\n1,0,0\\n' on; a quotation mark is not closed"),

@@ -48,7 +48,9 @@ def test_what_is_no_array_is_said(leg, mat, rows, refusal):
     assert "array 'q' has 10 columns, but leg has 2: hip, slide" in refusal(leg, mat(time=rows[:, :1], q=np.tile(rows[:, 1:].T, (5, 1))))
     assert "has the shape (2, 3, 4)" in refusal(leg, mat(**whole, x=np.ones((2, 3, 4))))
     assert refusal(leg, mat(**whole, hip=np.ones((10, 1)) * 1j)) == ": hip holds complex numbers; expected real ones"
-    assert "has 3 samples, but" in refusal(leg, mat(**whole, hip=np.ones((3, 1))))
+    assert refusal(leg, mat(**whole, hip=np.ones((3, 1)))).endswith("array 'hip' has 3 samples, but 'time' has 10; give as many of each")
+    for lying in ({"time": rows[:, :1], "q": rows[:, 1:].T}, {"q": rows[:, 1:].T, "time": rows[:, :1]}):
+        assert refusal(leg, mat(**lying)).endswith("; 'q' has a column for each sample: transpose it")
 
 
 def test_damaged_and_newer_files(leg, mat, rows, written, refusal):
@@ -56,6 +58,8 @@ def test_damaged_and_newer_files(leg, mat, rows, written, refusal):
     for cut in (130, 160, len(data) // 2, len(data) - 3):
         assert "truncated or damaged" in refusal(leg, written(data[:cut], "cut.mat")) or cut == len(data) - 3
     assert "version 7.3, which is HDF5; save it by save(…, '-v7')" in refusal(leg, written(b"MATLAB 7.3 MAT-file" + bytes(600), "new.mat"))
+    savemat(old := written(b"", "old.mat"), {"time": rows[:, :1], "q": rows[:, 1:]}, format="4")
+    assert refusal(leg, old) == ": is a MATLAB file of another version; save it by save(…, '-v7')"
     rng = np.random.default_rng(0)
     for _ in range(60):
         bad = bytearray(data)

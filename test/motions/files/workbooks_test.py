@@ -40,17 +40,19 @@ def test_numbers_are_those_of_the_sheet(leg, book, rows):
 
 def test_titles_units_indents_empty_sheets_and_remarks(leg, book, rows):
     degrees = np.column_stack([1000 * rows[:, 0], np.degrees(rows[:, 1]), 1000 * rows[:, 2]])
-    table = [["Test 7, arm 2"], [], [None, *NAMES], [None, "ms", "deg", "[mm]"], *[[None, *row] for row in degrees.tolist()], [], []]
-    table[5].append("recorded by Ada")
-    motion = ksl.read_motion(leg, book(Empty=[], Log=table, Notes=[]))
+    above = [["Test 7, arm 2"], ["Examiner", "Ada"], ["Date", datetime.datetime(2026, 11, 3, 14, 22)], ["Rate", 10, "Hz"], ["Bench", "B 4"], []]
+    table = [*above, [None, *NAMES], [None, "ms", "deg", "[mm]"], *[[None, *row] for row in degrees.tolist()], [], []]
+    table[9].append("recorded by Ada")
+    motion = ksl.read_motion(leg, book(Empty=[], Log=table, Notes=[["see page 3", "and 4"]]))
     np.testing.assert_allclose(np.column_stack([motion.time, motion.q]), rows, atol=1e-12)
     notes = "\n".join(motion.source.notes)
-    for row in table[4:14]:
+    assert "'Test 7, arm 2', 'Examiner Ada', 'Date 2026-11-03 14:22:00', 'Rate 10 Hz', 'Bench B 4', above the names" in notes
+    assert "'recorded by Ada' in cell E10" in notes and "converted from deg to rad: hip" in notes and "they hold no numbers: sheets Notes" in notes
+    for row in table[8:18]:
         row[4:] = ["ok"]
-    table[4].append("and fine")
+    table[8].append("and fine")
     marked = [note for note in ksl.read_motion(leg, book(Log=table)).source.notes if note.startswith("left out")]
-    assert len(marked) == MOST_NOTES and "'ok' in cell E12" in marked[-1]
-    assert "'Test 7, arm 2', above the names" in notes and "'recorded by Ada' in cell E6" in notes and "converted from deg to rad: hip" in notes
+    assert len(marked) == MOST_NOTES and "'ok' in cell E16" in marked[-1]
     named = [["time [ms]", "hip (deg)", "slide [mm]"], *degrees.tolist()]
     np.testing.assert_allclose(ksl.read_motion(leg, book(Log=named)).q, rows[:, 1:], atol=1e-12)
 
@@ -72,7 +74,7 @@ def test_times_of_excel(leg, book, rows, start):
 
 def test_several_sheets_need_a_name(leg, book, rows, refusal):
     path = book(First=[NAMES, *rows.tolist()], Second=[NAMES, *(2 * rows).tolist()])
-    assert refusal(leg, path) == ": 2 sheets hold something: First, Second; say which by --topic SHEET (topic=)"
+    assert refusal(leg, path) == ": 2 sheets hold numbers: First, Second; say which by --topic SHEET (topic=)"
     assert refusal(leg, path, topic="Secnd").startswith(": --topic (topic=) is 'Secnd', and no sheet has this name; did you mean 'Second'?")
     np.testing.assert_array_equal(ksl.read_motion(leg, path, topic="Second").q, 2 * rows[:, 1:])
 
@@ -84,6 +86,8 @@ REFUSED = {
     "an empty row": ([NAMES, [0, 1, 2], [], [1, 1, 2]], ", row 4: the table ends in row 2, and more follows"),
     "no names": ([[0, 1, 2], [1, 1, 2]], ", row 1: no names of columns above this row"),
     "one text alone": ([["hello"]], ": no names of columns"),
+    "names with values alone": ([["Examiner", "Ada"], ["Rate", 10]], ": no names of columns"),
+    "numbers as text below two names": ([["time", "hip"], ["0", "1,5"]], ", row 1: no column 'slide' for joint slide"),
     "the same name twice": ([["time", "hip", "hip"], [0, 1, 2]], ", row 1: two columns are named 'hip'"),
     "a number as text": ([NAMES, [0, 1, 2], [1, "1,5", 2]], ", cell B3: column 'hip' holds '1,5'; expected a number"),
     "an error of a formula": ([NAMES, [0, "#DIV/0!", 2]], ", cell B2: column 'hip' holds '#DIV/0!'"),

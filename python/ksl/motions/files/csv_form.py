@@ -74,6 +74,7 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
     if not lines:
         return CsvForm([], 1, 2, ",", ".")
     separator = separator or _separator(lines)
+    _check_above_names(file, lines)
     fields = [_split(line.text, separator) for line in lines]
     start = 1
     header, header_line = fields[0], lines[0].number
@@ -136,6 +137,15 @@ def _separator(lines: list[_Line]) -> str:
     if scores[best][1] == 1 and score(" ")[1] > 1 and score(" ")[0]:
         return " "
     return best if scores[best][1] > 1 else ","
+
+
+def _check_above_names(file: str, lines: list[_Line]) -> None:
+    """Raises MotionError where a line of more texts, directly above numbers, looks like the names, and not the first one."""
+    for separator in SEPARATORS:
+        rows = [_split(line.text, separator) for line in lines]
+        for line, texts, numbers in zip(lines[1:], rows[1:], rows[2:]):
+            if len(texts) == len(numbers) > max(len(rows[0]), 1) and all(map(is_number, numbers)) and not any(map(is_number, texts)):
+                raise MotionError(f"{file}:{lines[0].number}: the names of columns seem to be in line {line.number}; remove the lines above it, or begin them with #")
 
 
 def _header_in_comment(comments: Iterable[_Line], before: int, columns: int, separator: str) -> tuple[list[str], int] | None:

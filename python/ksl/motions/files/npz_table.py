@@ -101,7 +101,7 @@ def table_of_arrays(file: str, form: str, others: dict[str, str], arrays: dict[s
             raise MotionError(f"{file}: array {name!r} has the shape {x.shape}; expected one number for each sample, or q, v and a with a row for each sample")
         else:
             columns[name] = x
-    _check_lengths(file, {n: len(x) for n, x in (columns | matrices).items() if n not in texts})
+    _check_lengths(file, {n: x.shape for n, x in (columns | matrices).items() if n not in texts})
     table = NpzTable(file, form, list(columns), columns, texts=texts)
     table.matrices, table.joints = matrices, [n for key in NAMES for n in lists.get(key, [])]
     return table
@@ -171,11 +171,13 @@ def _loaded(archive: zipfile.ZipFile, array: _Announced) -> NDArray[np.generic]:
         return x
 
 
-def _check_lengths(file: str, lengths: dict[str, int]) -> None:
-    first = next(iter(lengths), None)
-    for name, n in lengths.items():
-        if first is not None and n != lengths[first]:
-            raise MotionError(f"{file}: array {name!r} has {n} samples, but {first!r} has {lengths[first]}; give as many of each")
+def _check_lengths(file: str, shapes: dict[str, tuple[int, ...]]) -> None:
+    first = next(iter(shapes), "")
+    for name, shape in shapes.items():
+        if shape[0] != shapes[first][0]:
+            lying = next((n for n, other in ((name, first), (first, name)) if len(shapes[n]) == 2 and shapes[n][1] == shapes[other][0]), None)
+            mend = f"{lying!r} has a column for each sample: transpose it" if lying else "give as many of each"
+            raise MotionError(f"{file}: array {name!r} has {shape[0]} samples, but {first!r} has {shapes[first][0]}; {mend}")
 
 
 def with_matrices(table: NpzTable, model: Mechanism) -> NpzTable:

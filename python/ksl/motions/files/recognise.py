@@ -147,7 +147,7 @@ def _opened(content: Content, head: bytes, topic: str | None, positions_only: bo
 
         return mat_table(file, content.opened())
     for magic, what in _OTHERS.items():
-        if head.startswith(magic):
+        if head.startswith(magic) or (magic == b"MATLAB" and _is_matlab_4(head)):
             raise MotionError(f"{file}: is {what}")
     if is_markup(head):
         what = "a robot" if any(root in head for root in (b"<robot", b"<sdf", b"<mujoco")) else "an XML or HTML"
@@ -182,6 +182,15 @@ def _opened_zip(content: Content, sheet: str | None) -> Recorded:
     if sum(each.file_size for each in inside) > limits.MOTION_BYTES:  # what an archive says of its sizes is kept to when it is unpacked
         raise MotionError(f"{content.file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; {MEND}")
     return npz_table(content.file, content.opened())
+
+
+def _is_matlab_4(head: bytes) -> bool:
+    """Whether a file begins as MATLAB's files of version 4: five whole numbers (type, rows, columns, imaginary part, length of the name), and a name."""
+    for order in "<>":
+        kind, rows, columns, imaginary, length = struct.unpack(f"{order}5i", head[:20]) if len(head) > 20 else (-1, 0, 0, 0, 0)
+        if 0 <= kind < 5000 and min(rows, columns) >= 0 and imaginary in (0, 1) and 1 < length <= len(head) - 20 and head[20 : 20 + length].find(b"\0") == length - 1:
+            return True
+    return False
 
 
 def is_markup(head: bytes) -> bool:

@@ -6,7 +6,7 @@ import datetime
 import zipfile
 from array import array
 from collections.abc import Iterator, Sequence
-from itertools import count
+from itertools import chain, count
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
@@ -116,9 +116,9 @@ def workbook_table(file: str, source: BinaryIO, sheet: str | None) -> WorkbookTa
         _check_size(file, source)
         try:
             book = openpyxl.load_workbook(source, read_only=True, data_only=True, keep_links=False)
-            empty = count(1)
-            chosen = _sheet(file, book, sheet, empty)
-            return _table(file, chosen.title, _rows(file, chosen, empty))
+            empty, notes = count(1), list[str]()
+            chosen = _sheet(file, book, sheet, empty, notes)
+            return _table(file, chosen.title, _rows(file, chosen, empty), notes)
         except (MotionError, MemoryError):
             raise
         except Exception as e:  # openpyxl lets errors of XML, of zip archives and of Python's own types through
@@ -133,19 +133,33 @@ def _check_size(file: str, source: BinaryIO) -> None:
     source.seek(0)
 
 
-def _sheet(file: str, book: Any, wanted: str | None, empty: Iterator[int]) -> Any:
-    """The sheet that is named, or the only one that holds anything.  empty: as in `_rows`."""
+def _sheet(file: str, book: Any, wanted: str | None, empty: Iterator[int], notes: list[str]) -> Any:
+    """The sheet that is named, or the only one that holds numbers, or else anything.  empty: as in `_rows`."""
     sheets = {sheet.title: sheet for sheet in book.worksheets}
     if wanted is not None:
         if wanted not in sheets:
             raise MotionError(f"{file}: --topic (topic=) is {wanted!r}, and no sheet has this name; {near_names(wanted, sheets)}sheets: {listed(sheets)}")
         return sheets[wanted]
-    filled = [sheet for sheet in sheets.values() if any(row.cells for row in _rows(file, sheet, empty))]
+    held = {title: _holds(_rows(file, sheet, empty)) for title, sheet in sheets.items()}
+    texts, numbers = ([title for title, what in held.items() if what == kind] for kind in ("texts", "numbers"))
+    filled = numbers or texts
     if not filled:
         raise MotionError(f"{file}: all sheets are empty; give `time` and a column for each joint, a row for each sample")
     if len(filled) > 1:
-        raise MotionError(f"{file}: {len(filled)} sheets hold something: {listed([sheet.title for sheet in filled])}; say which by --topic SHEET (topic=)")
-    return filled[0]
+        raise MotionError(f"{file}: {len(filled)} sheets hold {held[filled[0]]}: {listed(filled)}; say which by --topic SHEET (topic=)")
+    if numbers and texts:
+        notes.append(f"left out, since they hold no numbers: sheets {listed(texts)}")
+    return sheets[filled[0]]
+
+
+def _holds(rows: Iterator[Row]) -> str:
+    """Whether there are numbers or times ("numbers"), else "texts", or nothing: ""."""
+    found = ""
+    for row in rows:
+        if any(not isinstance(x, str) for x in row.cells if x is not None):
+            return "numbers"
+        found = "texts" if row.cells else found
+    return found
 
 
 def _rows(file: str, sheet: Any, empty: Iterator[int]) -> Iterator[Row]:
@@ -166,10 +180,9 @@ def _rows(file: str, sheet: Any, empty: Iterator[int]) -> Iterator[Row]:
         yield Row(number, tuple(None if x == "" else x for x in cells[:end]))
 
 
-def _table(file: str, sheet: str, rows: Iterator[Row]) -> WorkbookTable:
+def _table(file: str, sheet: str, rows: Iterator[Row], notes: list[str]) -> WorkbookTable:
     where = f"{file}: sheet {sheet!r}"
-    notes: list[str] = []
-    header = _header(where, rows, notes)
+    header, rows = _header(where, rows, notes)
     start = next(i for i, x in enumerate(header.cells) if x is not None)
     names = _names(where, header, start)
     columns = {name: _Column(letters(start + i)) for i, name in enumerate(names)}
@@ -190,19 +203,48 @@ def _table(file: str, sheet: str, rows: Iterator[Row]) -> WorkbookTable:
     return WorkbookTable(file, sheet, header, columns, units, first or header.number + 1, notes)
 
 
-def _header(where: str, rows: Iterator[Row], notes: list[str]) -> Row:
-    """The first row of several texts.  Single texts above it are titles."""
-    titles: list[str] = []
+def _header(where: str, rows: Iterator[Row], notes: list[str]) -> tuple[Row, Iterator[Row]]:
+    """The row with the names of columns, and the rows below it.
+
+    Above it may be titles, and rows that begin with a text: names with their values, as programs write them before a measurement.  Two texts are such
+    a pair where a row that begins with a text follows, unless that is of units or a number kept as text.
+    """
+    above: list[str] = []
+    pair: Row | None = None
     for row in rows:
         filled = [x for x in row.cells if x is not None]
-        if any(not isinstance(x, str) for x in filled):
+        if not filled:
+            continue
+        if pair and (not isinstance(filled[0], str) or _reads_as_number(filled[0]) or is_row_of_units([str(x) for x in filled])):
+            rows = chain([row], rows)
+            break
+        if not isinstance(filled[0], str):
             raise MotionError(f"{where}, row {row.number}: no names of columns above this row; name them: time, and each joint")
-        if len(filled) > 1:
-            if titles:
-                notes.append(f"left out of sheet {where.rpartition('sheet ')[2]}: {listed(titles)}, above the names of columns")
-            return row
-        titles += [repr(x[:40]) for x in filled if len(titles) < MOST_NOTES]
-    raise MotionError(f"{where}: no names of columns; give `time` and a column for each joint, a row for each sample")
+        if pair:
+            above.append(_shown(pair))
+        are_texts = all(isinstance(x, str) for x in filled)
+        pair = row if are_texts and len(filled) > 1 else None
+        if pair and len(filled) > 2:
+            break
+        if not pair and len(above) < MOST_NOTES:
+            above.append(_shown(row))
+    if pair is None:
+        raise MotionError(f"{where}: no names of columns; give `time` and a column for each joint, a row for each sample")
+    if above:
+        notes.append(f"left out of sheet {where.rpartition('sheet ')[2]}: {listed(above[:MOST_NOTES])}, above the names of columns")
+    return pair, rows
+
+
+def _shown(row: Row) -> str:
+    return repr(" ".join(str(x) for x in row.cells if x is not None)[:40])
+
+
+def _reads_as_number(text: str) -> bool:
+    try:
+        float(text.replace(",", "."))
+        return True
+    except ValueError:
+        return False
 
 
 def _names(where: str, header: Row, start: int) -> list[str]:
