@@ -72,6 +72,7 @@ UNFINISHED = {
 
 NEED_NONE = {
     "identify/base_parameters.py: of_regressor": "two steps, the second for what rounding left",
+    "motions/closed_motion.py: keeps_closed": "each pass takes rates away that open a loop, until none is left that does",
     "motions/signal/corners.py: _tested": "two steps of Newton's from a start within a sample; what is not at a root is no jump",
     "motions/generate/profiles.py: _fastest_within_efforts": "a search in a bracket of one number, whose ends are motions within the limits as well",
     "motions/generate/sweep.py: chirp": "raises MotionError",

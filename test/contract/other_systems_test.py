@@ -82,7 +82,7 @@ def unguarded(nodes: list[ast.AST], lacking: dict[str, set[str]]) -> list[str]:
 
 def of_posix(text: str) -> list[str]:
     """Headers and functions of C that Windows lacks, outside of conditions."""
-    used = re.compile(r"#include <(?:unistd\.h|pthread\.h|sys/(?!types\.h)[^>]*)>|\b(?:aligned_alloc|posix_memalign|pause|usleep)\s*\(")
+    used = re.compile(r"#include <(?:unistd\.h|pthread\.h|sys/(?!types\.h)[^>]*)>|\b(?:aligned_alloc|posix_memalign|pause)\s*\(")
     depth, found = 0, []
     for line in text.splitlines():
         depth += line.startswith(("#if ", "#ifdef ", "#ifndef ")) - line.startswith("#endif")

@@ -192,7 +192,7 @@ def test_payloads_and_wrenches_from_a_program(flange, link):
     r = ksl.compute_loads(flange, held(flange), payloads={link: (1.0, (0.3, 0, 0.04))}, external={"tool": (0, 0, -MASS * G, 0, 0.3 * MASS * G, 0)})
     first = {row["joint"]: row for row in r.wrenches.to_pylist()[:3]}
     assert first["pin"]["effort"] == pytest.approx(-0.5 * G * (1 + 2 * MASS))
-    assert r.provenance.cases[0]["payloads"] == [{"link": link, "mass": 1.0, "center": [0.3, 0.0, 0.04]}]
+    assert r.provenance.cases[0]["payloads"] == [{"link": "tool", "mass": 1.0, "center": [0.3, 0.0, 0.04]}]
 
 
 def test_what_loads_refuses(flange):
