@@ -113,7 +113,7 @@ def test_a_large_function_is_compiled_once_for_a_set():
             objects.update(own.keys())
             sizes |= own
         assert sizes, f"no object of {level} has a weak symbol"
-        several = {name: objects[name] for name, size in sizes.items() if size > 8000 and objects[name] > 1}
+        several = {name: objects[name] for name, size in sizes.items() if size > 10_000 and objects[name] > 1}
         assert not several, f"{level}: {len(several)} functions are in several objects, add them to compiled_once.hpp: {several}"
 
 
