@@ -11,6 +11,7 @@ template <> struct ksl::scalar_of_trait<counting> { using type = double; };
 
 #include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
 #include "ksl/engine/algorithms/inverse/inverse_dynamics.hpp"
+#include "ksl/engine/algorithms/kinematics/forward_kinematics.hpp"
 #include "ksl/engine/algorithms/mass/mass_matrix.hpp"
 #include "ksl/engine/lanes/owned_workspace.hpp"
 

@@ -20,7 +20,8 @@ using A = algebra<double>;
 /// Adds a point mass to a link's inertia.
 void add_payload(const payload &p, robot_description &robot) {
   const auto named = [&](const std::string &name) {
-    return std::find_if(robot.links.begin(), robot.links.end(), [&](const link_description &l) { return l.name == name; });
+    return std::find_if(robot.links.begin(), robot.links.end(),
+                        [&](const link_description &l) { return l.name == name; });
   };
   auto l = named(p.link);
   if (l == robot.links.end() && p.link.starts_with("link:")) // as calls of models take it

@@ -16,7 +16,8 @@ template <class N> using numbers = std::vector<N>;
 
 /// Where a robot is, how it moves, and what drives and pushes it; another position, and how far to go there.
 template <class T> struct state_over {
-  numbers<T> q = {}, v = {}, a = {}, tau = {}, push = {}, q1 = {}; // gcc warns of members without, where a list names some
+  numbers<T> q = {}, v = {}, a = {}, tau = {}, push = {},
+             q1 = {}; // gcc warns of members without, where a list names some
   numbers<int> pushed = {};
   ksl::expressed_in axes = ksl::expressed_in::frame; ///< of what pushes
   T fraction = T(0.4);
