@@ -350,6 +350,8 @@ void model_builder::close_subtrees() {
     if (b.parent >= 0) {
       body<double> &parent = bodies[static_cast<std::size_t>(b.parent)];
       parent.v_end = std::max(parent.v_end, b.v_end);
+      if (b.parent + 1 != static_cast<int>(i))
+        parent.last_branch = std::max(parent.last_branch, static_cast<int>(i));
     }
   }
 }

@@ -28,7 +28,6 @@
                                 const external_wrenches<T> &, T *);
 
 #define KSL_POSES(word, T)                                                                                             \
-  word void compose_poses<T>(KSL_MODEL(T), const pose_workspace<T> &, const array_of<SE3<T>> &);                       \
   word void forward_kinematics<T>(KSL_MODEL(T), const forward_kinematics_workspace<T> &, const T *);
 
 #define KSL_COMMON_STEPS(word, T)                                                                                      \
@@ -36,6 +35,7 @@
   word void sines_and_cosines_of_supports<T>(KSL_MODEL(T), const pose_workspace<T> &, const T *, int, int);            \
   word void joint<general_kind>::compute_pose<T>(const pose_workspace<T> &, const T *, general_pose<T> &);             \
   word void joint<general_kind>::reload_pose<T>(const pose_workspace<T> &, general_pose<T> &);                         \
+  word void compose_poses<T>(KSL_MODEL(T), const pose_workspace<T> &, const array_of<SE3<T>> &);                       \
   word mat3x3<T> axes_in_world<T>(KSL_MODEL(T), const pose_workspace<T> &, int);                                       \
   word void frame_velocities<T>(KSL_MODEL(T), const frame_velocities_workspace<T> &, const T *, const T *, int,        \
                                 const int *, const frame_options &, T *);                                              \

@@ -1,4 +1,4 @@
-// Poses of all bodies, with compiler options of their own (CMakeLists.txt).
+// Forward kinematics, with compiler options of its own (CMakeLists.txt).  compose_poses is slower with them (docs/decisions/0019-speed-everywhere.md).
 #include "engine/compiled_once/compiled_once.hpp"
 
 namespace ksl {

@@ -128,6 +128,31 @@ template <class S, int W> KSL_LANES void turn_by_quarters(pack<S, W> k, pack<S, 
   __builtin_memcpy(&c, &cosine_bits, sizeof n);
 }
 
+/// Two packs whose operations alternate, since those of one wait for each other.  The functions above take it for a scalar.
+template <class P> struct twin_packs {
+  P a, b;
+
+  twin_packs() = default;
+  KSL_LANES twin_packs(P x, P y) : a(x), b(y) {}
+  KSL_LANES explicit twin_packs(scalar_of<P> x) : a(x), b(x) {}
+
+  friend KSL_LANES twin_packs operator+(twin_packs x, twin_packs y) { return {x.a + y.a, x.b + y.b}; }
+  friend KSL_LANES twin_packs operator-(twin_packs x, twin_packs y) { return {x.a - y.a, x.b - y.b}; }
+  friend KSL_LANES twin_packs operator*(twin_packs x, twin_packs y) { return {x.a * y.a, x.b * y.b}; }
+};
+template <class P> struct scalar_of_trait<twin_packs<P>> : scalar_of_trait<P> {};
+template <class P> KSL_LANES bool magnitudes_at_most(const twin_packs<P> &x, scalar_of<P> y) {
+  const bool a = magnitudes_at_most(x.a, y), b = magnitudes_at_most(x.b, y); // both: a branch would cost more
+  return a && b;
+}
+template <class P> KSL_LANES twin_packs<P> difference(const twin_packs<P> &x, const twin_packs<P> &k, scalar_of<P> p) {
+  return {difference(x.a, k.a, p), difference(x.b, k.b, p)};
+}
+template <class P> KSL_LANES void turn_by_quarters(const twin_packs<P> &k, twin_packs<P> &s, twin_packs<P> &c) {
+  turn_by_quarters(k.a, s.a, c.a);
+  turn_by_quarters(k.b, s.b, c.b);
+}
+
 /// Sine and cosine of a reduced angle.
 template <class T> KSL_LANES void sine_cosine_of_reduced(const reduced_angle<T> &r, T &sine, T &cosine) {
   using C = trigonometry<scalar_of<T>>;

@@ -40,6 +40,7 @@ template <class T, class S> body<T> spread(const body<S> &b) {
           b.ends_universal,
           b.is_base,
           b.no_offset,
+          b.last_branch,
           spread<T>(b.placement),
           spread<T>(b.offset),
           spread<T>(b.alpha),

@@ -40,7 +40,8 @@ template <class T> struct body {
   bool ends_universal;  ///< is its joint the second of a universal one, and its parent the massless body inside
   bool is_base;         ///< is it the base: the ground, or a body that floats on it (base_axes.hpp)
   bool no_offset;       ///< is `offset` the identity, as for most bodies
-  SE3<T> placement;     ///< of the joint in the parent's canonical frame: R = Rz(offset) Rx(alpha) where it has an axis
+  int last_branch; ///< the last of the bodies that it carries, if that isn't the one after it; 0: it is, or there is none
+  SE3<T> placement; ///< of the joint in the parent's canonical frame: R = Rz(offset) Rx(alpha) where it has an axis
   plane_rotation<T> offset, alpha, theta0;
   tensor_rotation<T> alpha_of_tensor; ///< alpha, for symmetric matrices
   T pitch;                            ///< advance along the axis, m/rad; of helical joints

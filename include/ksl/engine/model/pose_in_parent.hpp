@@ -48,19 +48,54 @@ KSL_LANES void rotations_about_z(const model_view<scalar_of<T>> &model, const po
   }
 }
 
-/// The same for plain doubles, with the joints in the lanes.  Numbers in q that are not angles are included, since that costs
-/// less than leaving them out.
+/// The same with states in lanes, two numbers of q at a time.  Those that are not angles are included, since that costs less than leaving
+/// them out.
+template <class S, class P, class Compute> KSL_LANES void
+rotations_in_pairs(const model_view<S> &model, const pose_workspace<P> &w, const P *q, Compute compute) {
+  int k = model.first_angle;
+  for (; k + 1 < model.angles_end; k += 2) {
+    plane_rotation<twin_packs<P>> a;
+    compute(twin_packs<P>(q[k], q[k + 1]), a.sine, a.cosine);
+    const twin_packs<P> sine(model.theta0_sine[k], model.theta0_sine[k + 1]),
+        cosine(model.theta0_cosine[k], model.theta0_cosine[k + 1]);
+    a = product(a, {sine, cosine});
+    w.sine[k] = a.sine.a, w.sine[k + 1] = a.sine.b;
+    w.cosine[k] = a.cosine.a, w.cosine[k + 1] = a.cosine.b;
+  }
+  if (k < model.angles_end) {
+    plane_rotation<P> a;
+    compute(q[k], a.sine, a.cosine);
+    a = product(a, {P(model.theta0_sine[k]), P(model.theta0_cosine[k])});
+    w.sine[k] = a.sine, w.cosine[k] = a.cosine;
+  }
+}
+
+/// The same for plain doubles, with numbers of q in lanes, and two registers at a time.
 template <class Compute> KSL_LANES void
-rotations_about_z(const model_view<double> &model, const pose_workspace<double> &w, const double *q, Compute compute) {
+rotations_in_pairs(const model_view<double> &model, const pose_workspace<double> &w, const double *q, Compute compute) {
   using P = native_pack<double>;
-  for (int i = model.first_angle; i < model.angles_end; i += native_lanes<double>) {
-    plane_rotation<P> a, theta0;
-    __builtin_memcpy(&theta0.sine, model.theta0_sine + i, sizeof(P));
-    __builtin_memcpy(&theta0.cosine, model.theta0_cosine + i, sizeof(P));
+  constexpr int lanes = native_lanes<double>;
+  const auto padded = [](const double *x) KSL_INLINED {
+    P p;
+    body_lanes::read(x, p);
+    return p;
+  };
+  int i = model.first_angle;
+  for (; i + lanes < model.angles_end; i += 2 * lanes) {
+    const int j = i + lanes;
+    plane_rotation<twin_packs<P>> a;
+    compute(twin_packs<P>(load_first(q + i, model.nq - i), load_first(q + j, model.nq - j)), a.sine, a.cosine);
+    const twin_packs<P> sine(padded(model.theta0_sine + i), padded(model.theta0_sine + j)),
+        cosine(padded(model.theta0_cosine + i), padded(model.theta0_cosine + j));
+    a = product(a, {sine, cosine});
+    body_lanes::write(a.sine.a, w.sine + i), body_lanes::write(a.sine.b, w.sine + j);
+    body_lanes::write(a.cosine.a, w.cosine + i), body_lanes::write(a.cosine.b, w.cosine + j);
+  }
+  if (i < model.angles_end) {
+    plane_rotation<P> a;
     compute(load_first(q + i, model.nq - i), a.sine, a.cosine);
-    a = product(a, theta0);
-    __builtin_memcpy(w.sine + i, &a.sine, sizeof(P));
-    __builtin_memcpy(w.cosine + i, &a.cosine, sizeof(P));
+    a = product(a, {padded(model.theta0_sine + i), padded(model.theta0_cosine + i)});
+    body_lanes::write(a.sine, w.sine + i), body_lanes::write(a.cosine, w.cosine + i);
   }
 }
 
@@ -71,10 +106,14 @@ template <class T> void sines_and_cosines(const model_view<scalar_of<T>> &model,
   const auto any = []<class P>(const P &x, P &sine, P &cosine) { sine_cosine(x, sine, cosine); };
   if constexpr (is_number<T> || is_pack<T>) {
     bool in_range = true;
-    rotations_about_z(model, w, q, [&]<class P>(const P &x, P &sine, P &cosine) KSL_INLINED {
+    const auto fast = [&]<class P>(const P &x, P &sine, P &cosine) KSL_INLINED {
       in_range &= magnitudes_at_most(x, trigonometry<scalar_of<P>>::fast_range);
       sine_cosine_in_fast_range(x, sine, cosine);
-    });
+    };
+    if constexpr (__is_same(T, float))
+      rotations_about_z(model, w, q, fast);
+    else
+      rotations_in_pairs(model, w, q, fast);
     if (in_range) [[likely]]
       return;
   }

@@ -39,7 +39,7 @@ effort_in_base(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation,
 }
 
 /// Computes the axes of all bodies in those of the base.  Then calls one<K>(i, offset from the parent's origin) and lanes(k), in
-/// the order of for_bodies.
+/// the order of for_bodies, which needn't be called for the ground.
 template <class T, class One, class Lanes>
 KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
                                const per_body<mat3x3, T> &rotation, const T *q, One one, Lanes lanes) {
@@ -62,7 +62,10 @@ KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const pose
       last = rotation[i];
     }
   };
-  for_bodies<T>(model.bodies, step, lanes);
+  for_bodies<T>(model.bodies, step, [&](auto k) KSL_INLINED {
+    if (is_number<T> || k.i > 0)
+      lanes(k);
+  });
 }
 
 } // namespace KSL_ISA

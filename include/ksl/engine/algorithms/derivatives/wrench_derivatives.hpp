@@ -210,7 +210,7 @@ KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wren
   coordinate_motions(model, w, ground, q, v, a, [&](auto k) KSL_INLINED {
     if constexpr (is_number<T>) {
       set_bodies(model, w.subtree, k, body_dynamics(own_inertia(model, k), w.rotation[k], w.origin[k], w.motion[k]));
-    } else if (k.i > 0) {
+    } else {
       read_again();
       set_body_dynamics<true>(own_inertia(model, k), w.rotation.at(k.i), w.origin.at(k.i), w.motion.at(k.i),
                               w.subtree.at(last_coordinate(model, k.i)));

@@ -18,6 +18,7 @@ template <class T> struct reactions_workspace {
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     dynamics.lay_out(memory, model);
+    dynamics.with_ground = true;
     in_world.lay_out(memory, model.bodies);
     link_wrench.lay_out(memory, model.links);
   }

@@ -25,6 +25,7 @@ template <class T> struct closed_inverse_dynamics_with_reactions_workspace {
     const auto *loops = model.loops;
     const int redundant = loops ? loops->rows - loops->pivots : 0;
     closed.lay_out(memory, model);
+    closed.inverse.with_ground = true;
     in_world.lay_out(memory, model.bodies);
     link_wrench.lay_out(memory, model.links);
     of_loop.lay_out(memory, loops ? loops->loops : 0);
