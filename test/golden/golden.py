@@ -86,7 +86,8 @@ class Build:
         kernels += [(ROOT / "src/engine/finite.cpp", [f"-DKSL_ISA={isa}", f"-DKSL_TABLE=ksl_finite_{isa}", *self.march])]
         kernels += [(ROOT / "src" / f, [f"-DKSL_HAS_{isa}"] if "dispatch" in f else []) for f in engine_sources()]
         with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-            objects = list(pool.map(lambda k: self.compiled(k[0], k[0].stem + ".part.o", "-DNDEBUG", *k[1]), kernels))
+            part = lambda f: ".".join(f.relative_to(ROOT).with_suffix(".part.o").parts)  # files in two folders have the same names
+            objects = list(pool.map(lambda k: self.compiled(k[0], part(k[0]), "-DNDEBUG", *k[1]), kernels))
         # readers of robot files and array functions are left out: nothing here calls them
         return self.linked("engine", [program, *objects], self.cpp, "-pthread", "-Wl,--unresolved-symbols=ignore-all")
 
