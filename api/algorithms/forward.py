@@ -12,6 +12,7 @@ ROWS = (
         external="optional",
         coupled="solution",
         results=(Result("a", ("motion",), "accelerations, rad/s² or m/s²"),),
+        form="accelerations",
         smooth_friction=True,
         summary="Accelerations (…, nv) under joint efforts tau (…, nv) at q (…, nq) and v (…, nv).",
         text="Accelerations {a} for {q}, {v} and joint efforts {tau}, under gravity and external wrenches, by the articulated-body "

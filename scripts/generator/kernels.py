@@ -60,6 +60,7 @@ def kernel(row: Algorithm) -> str:
     steps = {
         "efforts_and_reactions": {},
         **{form: {"compute": row.name, "elements": row.elements} for form in ("symmetric_matrix", "upper_triangle")},
+        "accelerations": {"compute": row.name, "reduce": "reduce_to_root"},
         "sparse_results": {"compute": row.name, "elements": f"elements_of_{row.name}"},
     }.get(row.form, {"compute": row.name})
     text = "".join("\n" + STEP.format(name=name, call=engine_call(row, function)) for name, function in steps.items())

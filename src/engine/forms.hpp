@@ -106,6 +106,42 @@ template <class Algorithm> struct sparse_results : whole_results<Algorithm> {
   };
 };
 
+/// Accelerations.  Algorithm::reduce computes all but the last pass.  That is computed for two blocks at a time: each of its operations
+/// waits for the one before.
+template <class Algorithm> struct accelerations : whole_results<Algorithm> {
+  template <class P> struct lanes {
+    using S = scalar_of<P>;
+    workspace_of<Algorithm, P> other; ///< of the first of two blocks
+    P *result[2];
+    std::size_t waiting; ///< the first state of a block whose last pass is to come
+    bool any_waiting = false;
+
+    void lay_out(arena &memory, const model_view<S> &model, const batch_view<S> &) {
+      other.lay_out(memory, model);
+      result[0] = memory.take<P>(model.nv), result[1] = memory.take<P>(model.nv);
+    }
+    void compute(const model_view<S> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s, const block<P> &b) {
+      s.result[0] = result[any_waiting ? 1 : 0];
+      Algorithm::reduce(model, any_waiting ? w : other, s);
+      if (any_waiting) {
+        accelerate_joints_of_two(model, other, result[0], w, result[1]);
+        const block<P> first = {b.batch, waiting, transposition::width_of<P>, b.stored};
+        first.store(result[0], model.nv, b.batch.result[0]);
+        b.store(result[1], model.nv, b.batch.result[0]);
+      }
+      waiting = b.k, any_waiting = !any_waiting;
+    }
+    /// After all blocks: computes the last pass of one that waits for it.  `end` is behind its last state.
+    void finish(const model_view<S> &model, const batch_view<S> &batch, std::size_t end, sums<P> &stored) const {
+      if (!any_waiting)
+        return;
+      accelerate_joints(model, other, result[0]);
+      const block<P> last = {batch, waiting, static_cast<int>(end - waiting), stored};
+      last.store(result[0], model.nv, batch.result[0]);
+    }
+  };
+};
+
 /// Poses (links, 4, 4).  Each matrix is kept in registers until it is stored.
 template <class Algorithm> struct poses_of_links : whole_results<Algorithm> {
   template <class P> struct lanes {

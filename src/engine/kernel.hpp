@@ -228,6 +228,8 @@ batch_outcome states_in_lanes(const model_view<scalar_of<P>> &model, const batch
     state_view<P> s = inputs.load(model, b);
     results.compute(model, w, s, b);
   }
+  if constexpr (requires { results.finish(model, batch, end, stored); })
+    results.finish(model, batch, end, stored);
   finish_streams();
   return {pieces.used(), stored.ordinary()};
 }

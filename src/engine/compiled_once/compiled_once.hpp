@@ -24,8 +24,15 @@
                                 const external_wrenches<T> &, T *);                                                    \
   word void start_articulated<T>(KSL_MODEL(T), const forward_dynamics_workspace<T> &, const T *, const T *,            \
                                  const external_wrenches<T> &);                                                        \
+  word void eliminate_joints<T>(KSL_MODEL(T), const forward_dynamics_workspace<T> &, const T *);                       \
+  word void accelerate_joints<T>(KSL_MODEL(T), const forward_dynamics_workspace<T> &, T *);                            \
   word void forward_dynamics<T>(KSL_MODEL(T), const forward_dynamics_workspace<T> &, const T *, const T *, const T *,  \
                                 const external_wrenches<T> &, T *);
+
+#define KSL_RECURSIONS_OF_PAIRS(word, S)                                                                               \
+  word void accelerate_joints_of_two<native_pack<S>>(                                                                  \
+      KSL_MODEL(S), const forward_dynamics_workspace<native_pack<S>> &, native_pack<S> *,                              \
+      const forward_dynamics_workspace<native_pack<S>> &, native_pack<S> *);
 
 #define KSL_POSES(word, T)                                                                                             \
   word void forward_kinematics<T>(KSL_MODEL(T), const forward_kinematics_workspace<T> &, const T *);
@@ -79,6 +86,7 @@ KSL_FOR_SCALARS(KSL_RECURSIONS, extern template)
 KSL_FOR_SCALARS(KSL_POSES, extern template)
 KSL_FOR_SCALARS(KSL_COMMON_STEPS, extern template)
 KSL_FOR_SCALARS(KSL_COMMON_DERIVATIVES, extern template)
+KSL_FOR_LANES(KSL_RECURSIONS_OF_PAIRS, extern template)
 KSL_FOR_LANES(KSL_TRANSPOSITIONS, extern template)
 #endif
 

@@ -5,6 +5,7 @@ namespace ksl {
 inline namespace KSL_ISA {
 
 KSL_FOR_SCALARS(KSL_RECURSIONS, template)
+KSL_FOR_LANES(KSL_RECURSIONS_OF_PAIRS, template)
 
 } // namespace KSL_ISA
 } // namespace ksl

@@ -19,12 +19,17 @@ struct forward_dynamics_algorithm {
       .results = 1,
       .result = {{"a", 1, {extent::motion}}},
   };
-  using form = forms::whole_results<forward_dynamics_algorithm>;
+  using form = forms::accelerations<forward_dynamics_algorithm>;
   template <class T> using workspace = forward_dynamics_workspace<T>;
 
   template <class T>
   static void compute(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {
     forward_dynamics(model, w, s.q, s.v, s.tau, s.external, s.result[0]);
+  }
+
+  template <class T>
+  static void reduce(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {
+    reduce_to_root(model, w, s.q, s.v, s.tau, s.external, s.result[0]);
   }
 };
 

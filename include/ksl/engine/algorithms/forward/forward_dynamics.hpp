@@ -146,28 +146,43 @@ KSL_LANES void accelerate(const body<scalar_of<T>> &b, const forward_dynamics_wo
   }
 }
 
-/// The passes from the leaves to the root and back, after start_articulated: accelerations dv (nv) under efforts tau (nv).  Both may
-/// be the same array.
+/// The pass from the leaves to the root, after start_articulated, for efforts tau (nv).
 template <class T>
-KSL_LANES void accelerate_articulated(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w,
-                                      const T *tau, T *dv) {
+void eliminate_joints(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *tau) {
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
     const coordinate_physics<scalar_of<T>> *physics = physics_of(model, b);
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { pass_to_parent<K>(b, w, i, tau + b.v_index, physics); });
   }
   w.acceleration[0] = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
+}
+
+/// The pass from the root to the leaves, after eliminate_joints: accelerations dv (nv).
+template <class T>
+void accelerate_joints(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, T *dv) {
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { accelerate<K>(b, w, i, dv + b.v_index); });
   }
 }
 
-/// Accelerations dv (nv) for positions q (nq), velocities v (nv) and motors' efforts tau (nv) under gravity and external
-/// wrenches.  O(bodies), about 590 flops for each.
+/// The same for two states, or blocks of them, body by body: in this pass each operation waits for the one before it.
 template <class T>
-void forward_dynamics(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q,
-                      const T *v, const T *tau, const external_wrenches<T> &external, T *dv) {
+void accelerate_joints_of_two(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w1, T *dv1,
+                              const forward_dynamics_workspace<T> &w2, T *dv2) {
+  for (int i = 1; i < model.bodies; ++i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
+      accelerate<K>(b, w1, i, dv1 + b.v_index);
+      accelerate<K>(b, w2, i, dv2 + b.v_index);
+    });
+  }
+}
+
+/// All of forward_dynamics but its last pass.
+template <class T>
+KSL_LANES void reduce_to_root(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q,
+                              const T *v, const T *tau, const external_wrenches<T> &external, T *dv) {
   start_articulated(model, w, q, v, external);
   // the transmitted efforts, but for armature; stored in dv, where accelerations replace them one by one
   if (model.physics) {
@@ -175,7 +190,16 @@ void forward_dynamics(const model_view<scalar_of<T>> &model, const forward_dynam
       dv[k] = tau[k] - passive_effort(model.physics[k], q, v[k]);
     tau = dv;
   }
-  accelerate_articulated(model, w, tau, dv);
+  eliminate_joints(model, w, tau);
+}
+
+/// Accelerations dv (nv) for positions q (nq), velocities v (nv) and motors' efforts tau (nv) under gravity and external
+/// wrenches.  O(bodies), about 590 flops for each.
+template <class T>
+void forward_dynamics(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q,
+                      const T *v, const T *tau, const external_wrenches<T> &external, T *dv) {
+  reduce_to_root(model, w, q, v, tau, external, dv);
+  accelerate_joints(model, w, dv);
 }
 
 } // namespace KSL_ISA

@@ -37,7 +37,8 @@ template <class T>
 void solve_mass_matrix(const model_view<scalar_of<T>> &model, const solve_mass_matrix_workspace<T> &w, const T *q,
                        const T *tau, T *a) {
   start_at_rest(model, w, q, {});
-  accelerate_articulated(model, w, tau, a);
+  eliminate_joints(model, w, tau);
+  accelerate_joints(model, w, a);
 }
 
 /// The jump dv (nv) of the joint velocities caused by impulses on links, at positions q (nq): M dv = Σ Jᵀ impulse.  The impulses are
@@ -48,7 +49,8 @@ void velocity_jump(const model_view<scalar_of<T>> &model, const velocity_jump_wo
   start_at_rest(model, w, q, impulses);
   for (int k = 0; k < model.nv; ++k)
     dv[k] = T(0); // the efforts, which the jump replaces one by one
-  accelerate_articulated(model, w, dv, dv);
+  eliminate_joints(model, w, dv);
+  accelerate_joints(model, w, dv);
 }
 
 } // namespace KSL_ISA
