@@ -19,11 +19,13 @@ constexpr double cancelled = 1e-11;
 constexpr double not_held = 1e-6;
 /// Speeds below this, of the largest, at least 1 rad/s or m/s, are those of a rest: joints that stand since another one stopped.
 constexpr double rest = 1e-12;
+/// Changes of modes at one instant, for each coordinate, before those that are found are taken.
+constexpr int tries_of_each = 50;
 
 held_joints::held_joints(const exact_laws &laws, int nv)
     : laws_(laws), mode_(static_cast<std::size_t>(nv), mode::free), friction_(mode_.size(), 0),
-      holding_(mode_.size(), 0), left_(mode_.size(), 0), columns_(mode_.size() * mode_.size()),
-      matrix_(columns_.size()), right_(mode_.size()) {
+      holding_(mode_.size(), 0), left_(mode_.size(), 0), let_go_(mode_.size(), mode::free), let_go_at_(mode_.size(), 0),
+      columns_(mode_.size() * mode_.size()), matrix_(columns_.size()), right_(mode_.size()) {
   for (std::size_t k = 0; laws.friction && k < friction_.size(); ++k)
     friction_[k] = laws.friction[k];
 }
@@ -45,13 +47,16 @@ void held_joints::add_friction(double *tau) const {
 double held_joints::margin(int k) const {
   if (left_[static_cast<std::size_t>(k)] != 0)
     return -std::numeric_limits<double>::infinity();
+  const double held_back = (1 + verge) * friction(k);
   if (at(k) == mode::sticks)
-    return (1 + verge) * friction(k) - std::fabs(holding(k));
-  return at(k) == mode::at_lower ? holding(k) : -holding(k);
+    return held_back - std::fabs(holding(k));
+  return held_back + (at(k) == mode::at_lower ? holding(k) : -holding(k));
 }
 
 held_joints::mode held_joints::way_out(int k) const {
   const double left = left_[static_cast<std::size_t>(k)];
+  if (at(k) != mode::sticks)
+    return !(friction(k) > 0) ? mode::free : at(k) == mode::at_lower ? mode::slides_up : mode::slides_down;
   return (left != 0 ? -left : holding(k)) > 0 ? mode::slides_down : mode::slides_up;
 }
 
@@ -115,8 +120,7 @@ void held_joints::hold(system &of, const double *q, double *a) {
   list_held();
   if (!any_)
     return;
-  for (std::size_t j = 0; j < held_.size(); ++j)
-    of.response(q, held_[j], columns_.data() + j * mode_.size());
+  of.responses(q, held_, columns_.data());
   resist(a, 1);
   for (std::size_t j = 0; j < held_.size(); ++j)
     holding_[static_cast<std::size_t>(held_[j])] = right_[j];
@@ -148,7 +152,34 @@ void held_joints::hold_derivatives(double *x) {
     resist(x + c, nv);
 }
 
-/// Starts with all held that are at rest, and lets go of the one that is furthest from what can hold it, one at a time.
+void held_joints::let_go(int k) {
+  const std::size_t i = static_cast<std::size_t>(k);
+  let_go_[i] = mode_[i], let_go_at_[i] = std::fabs(holding_[i]);
+  mode_[i] = way_out(k);
+}
+
+/// How wrong the mode of a coordinate without velocity is, relative to what holds it there or did: a held one by what its effort lacks, one
+/// that was let go by the effort that would keep it from moving back.  Not above zero: it is right.
+double held_joints::wrong(system &of, const double *q, const double *a, int k) {
+  const std::size_t i = static_cast<std::size_t>(k);
+  if (holds(k)) {
+    if (left_[i] != 0)
+      return 2;
+    const double beyond = -margin(k) / std::fmax(std::fabs(holding(k)), friction(k));
+    return beyond - (at(k) == mode::sticks ? slack : 0);
+  }
+  if (let_go_[i] == mode::free)
+    return 0;
+  const bool goes_up = at(k) == mode::slides_up || (at(k) == mode::free && let_go_[i] == mode::at_lower);
+  if (!((goes_up ? -a[k] : a[k]) > 0))
+    return 0;
+  double *const response = columns_.data() + (mode_.size() - 1) * mode_.size(); // not all are held
+  of.responses(q, {k}, response);
+  return std::fabs(a[k]) / response[i] / std::fmax(friction(k), let_go_at_[i]) - slack;
+}
+
+/// Starts with all held that are at rest, and changes the mode that is most wrong, one at a time; in the end, where that may go round in
+/// circles, the first that is wrong, which can't: Murty, Note on a Bard-type scheme for solving the complementarity problem (1974).
 bool held_joints::settle(system &of, double t, std::size_t run, const double *q, double *v, double *a, double *power,
                          int slides) {
   const int nv = static_cast<int>(mode_.size());
@@ -156,7 +187,10 @@ bool held_joints::settle(system &of, double t, std::size_t run, const double *q,
   for (int k = 0; k < nv; ++k)
     largest = std::fmax(largest, std::fabs(v[k]));
   for (int k = 0; k < nv; ++k) {
-    if (at(k) == mode::at_lower || at(k) == mode::at_upper || k == slides)
+    if (k == slides)
+      continue;
+    let_go_[static_cast<std::size_t>(k)] = mode::free;
+    if (at(k) == mode::at_lower || at(k) == mode::at_upper)
       continue;
     if (!(friction(k) > 0))
       at(k) = mode::free;
@@ -165,24 +199,20 @@ bool held_joints::settle(system &of, double t, std::size_t run, const double *q,
     else
       at(k) = v[k] > 0 ? mode::slides_up : mode::slides_down;
   }
-  for (int tries = 0; tries <= 2 * nv; ++tries) {
+  for (int tries = 0; tries <= tries_of_each * nv; ++tries) {
     if (!of.accelerate(t, run, 1, q, v, a, power))
       return false;
     int worst = -1;
     double most = 0;
-    for (int k = 0; k < nv; ++k)
-      if (holds(k)) {
-        const double beyond =
-            left_[static_cast<std::size_t>(k)] != 0 ? 2 : -margin(k) / std::fmax(std::fabs(holding(k)), friction(k));
-        if (beyond > most + (at(k) == mode::sticks ? slack : 0))
-          worst = k, most = beyond;
-      }
+    for (int k = 0; k < nv && (worst < 0 || tries <= 2 * nv); ++k)
+      if (const double x = wrong(of, q, a, k); x > most)
+        worst = k, most = x;
     if (worst < 0)
       break;
-    if (at(worst) == mode::sticks)
-      at(worst) = way_out(worst);
+    if (holds(worst))
+      let_go(worst);
     else
-      at(worst) = mode::free;
+      at(worst) = let_go_[static_cast<std::size_t>(worst)];
   }
   for (int k = 0; k < nv; ++k)
     if (at(k) == mode::sticks || (any_ && a[k] == 0 && std::fabs(v[k]) <= rest * largest))
@@ -200,10 +230,10 @@ void held_joints::impact(system &of, const double *q, const unsigned char *hits,
     std::vector<double> jump;
     for (std::size_t k = 0; k < nv; ++k)
       if (resists[k]) {
-        of.response(q, static_cast<int>(k), columns_.data() + held_.size() * nv);
         held_.push_back(static_cast<int>(k));
         jump.push_back(-(hits[k] ? 1 + laws_.restitution[k] : 1) * v[k]);
       }
+    of.responses(q, held_, columns_.data());
     solve(jump.data());
     settled = true;
     for (std::size_t j = 0; j < held_.size(); ++j) { // a limit that would have to pull lets go

@@ -5,8 +5,8 @@
 //
 //     A_hh λ = −a₀_h.                                                                                                    (1)
 //
-// Friction holds while |λ| is at most the friction's effort F, a limit while λ pushes away from it.  A coordinate that slides has the
-// effort −F sign(v).
+// Friction holds while |λ| is at most the friction's effort F, a limit while λ pushes away from it, or pulls by F at most.  A coordinate that
+// slides has the effort −F sign(v); one that begins to does so the way that it is accelerated.
 #pragma once
 
 #include "ksl/simulate.hpp"
@@ -41,12 +41,12 @@ public:
   double friction(int k) const { return friction_[static_cast<std::size_t>(k)]; }
   double holding(int k) const { return holding_[static_cast<std::size_t>(k)]; }
 
-  /// By how much coordinate k is from being let go: F − |λ| for friction, but for rounding; the effort that pushes away from a limit.  −∞ at
-  /// a dead centre, where no effort holds it.
+  /// By how much coordinate k is from being let go: F − |λ| for friction, but for rounding; the effort that pushes away from a limit, and F
+  /// beside it.  −∞ at a dead centre, where no effort holds it.
   double margin(int k) const;
 
-  /// How a coordinate that sticks moves when it is let go.
-  mode way_out(int k) const;
+  /// A coordinate that is held moves from now on, the way that it is pushed.
+  void let_go(int k);
 
   void engage_brakes();
 
@@ -61,6 +61,8 @@ public:
   const exact_laws &laws() const { return laws_; }
 
 private:
+  mode way_out(int k) const;
+  double wrong(system &of, const double *q, const double *a, int k);
   void list_held();
   void solve(const double *right);
   void resist(double *a, std::ptrdiff_t stride);
@@ -69,6 +71,8 @@ private:
   std::vector<mode> mode_;
   std::vector<double> friction_, holding_;
   std::vector<double> left_; ///< acceleration of a coordinate that is to be held and can't be; 0: it is
+  std::vector<mode> let_go_; ///< how a coordinate that was let go at this instant was held; free: it wasn't
+  std::vector<double> let_go_at_; ///< |λ| then
   std::vector<double> columns_, matrix_, right_, wanted_;
   std::vector<int> held_, pivot_;
   std::vector<unsigned char> flags_;

@@ -316,7 +316,7 @@ private:
     }
     case event_functions::kind::lets_go: {
       const bool sticks = held.at(k) == held_joints::mode::sticks;
-      held.at(k) = sticks ? held.way_out(k) : held_joints::mode::free;
+      held.let_go(k);
       events_.push_back({run_, b_.t, sticks ? happening::slips : happening::lifts, k, 0});
       return settle(k);
     }

@@ -87,12 +87,20 @@ bool system::accelerate(double t, std::size_t first, std::size_t n, const double
   return true;
 }
 
-void system::response(const double *q, int coordinate, double *a) {
+void system::responses(const double *q, const std::vector<int> &coordinates, double *a) {
+  const std::size_t n = coordinates.size();
   if (closed_)
-    return closed_->response(coordinate, a);
-  std::fill(error_.begin(), error_.end(), 0);
-  error_[static_cast<std::size_t>(coordinate)] = 1;
-  call(rows::solve_mass_matrix, 1, q, nullptr, nullptr, error_.data(), a);
+    for (std::size_t j = 0; j < n; ++j)
+      closed_->response(coordinates[j], a + j * nv_);
+  if (closed_ || n == 0)
+    return;
+  units_.assign(n * nv_, 0);
+  for (std::size_t j = 0; j < n; ++j)
+    units_[j * nv_ + static_cast<std::size_t>(coordinates[j])] = 1;
+  batch_view<double> batch = batch_of(n, q, nullptr, nullptr, units_.data());
+  batch.q.stride = 0, batch.external_n = 0;
+  batch.result[0] = {a, m_.nv()};
+  compute_states(rows::solve_mass_matrix, m_, batch, 0, n);
 }
 
 bool system::set_efforts(double t, std::size_t first, std::size_t n, const double *q, const double *v) {

@@ -48,8 +48,8 @@ public:
   /// The efforts of the drives alone into tau(), and the wrenches; false as above.
   bool set_efforts(double t, std::size_t first, std::size_t n, const double *q, const double *v);
 
-  /// Accelerations a (nv) that an effort of 1 at a coordinate causes at rest, without gravity; after accelerate at the same q.
-  void response(const double *q, int coordinate, double *a);
+  /// Accelerations a (n, nv) that an effort of 1 at each of n coordinates causes at rest, without gravity; after accelerate at the same q.
+  void responses(const double *q, const std::vector<int> &coordinates, double *a);
 
   const model &of() const { return m_; }
   const manifold &space() const { return space_; }
@@ -93,7 +93,7 @@ private:
   std::optional<elements::dampers> dampers_;
   std::size_t nq_, nv_, evaluations_ = 0;
   bool is_cut_ = false;
-  std::vector<double> tau_, wanted_, error_, computed_, applied_, moving_;
+  std::vector<double> tau_, wanted_, error_, computed_, applied_, moving_, units_;
   std::vector<int> links_;
   std::vector<double> wrenches_; ///< (most, links, 6)
   std::vector<external_rows<double>> external_;

@@ -1,5 +1,7 @@
 """Laws of mechanisms in motion: orders of methods, energy and momentum that are kept, work, impacts and dry friction in closed form."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from linkages import four_bar
 FIXED = ("semi_implicit_euler", "rk4", "rkmk4", "sdirk4", "variational")
 ORDER = {"semi_implicit_euler": 1, "rk4": 4, "rkmk4": 4, "sdirk4": 4, "variational": 2}
 G = 9.81
+ROBOTS = Path(__file__).parents[2] / "examples/robots"
 
 
 def pendulum(gravity=(0, 0, -G)):
@@ -170,6 +173,27 @@ def test_a_joint_that_rests_on_its_limit_lifts(how):
     run = m.simulate([0.0], [0.0], times, efforts=(20 * times)[:, np.newaxis], restitution=0.0, **how)
     assert [event.what for event in run.events] == ["rest", "lifts"]
     assert run.events[1].time == pytest.approx(2 * G / 20, abs=1e-9) and run.q[-1, 0] > 0
+
+
+@ALL
+def test_friction_holds_beside_the_limit_that_a_joint_rests_on(how):
+    """It lifts where the push is its weight and its friction, which goes on."""
+    m, times, F = slider([0, 0, 1], (0.0, 100.0)), np.linspace(0, 3, 31), 4.0
+    run = m.simulate([0.0], [0.0], times, efforts=(20 * times)[:, np.newaxis], restitution=0.0, friction=F, **how)
+    lifts = (2 * G + F) / 20
+    assert [event.what for event in run.events] == ["rest", "lifts"] and run.events[1].time == pytest.approx(lifts, abs=1e-9)
+    assert run.q[-1, 0] == pytest.approx(20 * (3 - lifts) ** 3 / 6 / 2, abs=1e-8)
+
+
+def test_every_joint_obeys_the_law_of_dry_friction():
+    """Of 300 random arms two reach an instant at which a joint that has been let go must be held again, since another one was let go."""
+    m, rng, F = ksl.load(ROBOTS / "panda.urdf"), np.random.default_rng(0), 1.0
+    q, v = m.random(rng, size=300), 0.1 * rng.normal(size=(300, m.nv))
+    runs = m.simulate(q, v, np.linspace(0, 0.05, 6), friction=F, method="rk4", step=1e-3)
+    held = m.inverse_dynamics(runs.q, runs.v, runs.a)  # what friction adds to the drives, which have none
+    goes = np.where(runs.v == 0, np.sign(runs.a), np.sign(runs.v))
+    assert runs.complete.all() and np.abs(held).max() < F * (1 + 1e-10)
+    assert np.abs(held + goes * F)[goes != 0].max() < 1e-10 * F and np.count_nonzero(goes == 0) > 500
 
 
 @ALL
