@@ -58,7 +58,7 @@ struct drive_law {
   rows_over_time position = {};     ///< q_d (nq)
   rows_over_time velocity = {};     ///< v_d (nv) at the times of the positions; absent: zero
   rows_over_time acceleration = {}; ///< a_d (nv), likewise
-  const double *stiffness = nullptr, *damping = nullptr; ///< (nv); null: zero
+  const double *stiffness = nullptr, *damping = nullptr; ///< (nv); null: zero.  They need positions, as computed torque does
   const double *limit = nullptr;                         ///< (nv), may be infinite; null: none
   const unsigned char *driven = nullptr;                 ///< (nv) flags; null: all
   effort_function function = nullptr;                    ///< instead of all this
@@ -167,6 +167,7 @@ enum class ending {
   not_finite, ///< numbers overflow, or a function gave NaN
   not_solved, ///< implicit equations of a step have no solution nearby
   not_closed, ///< the mechanism can't be closed
+  endless_events ///< events follow each other at one instant without end
 };
 struct run_end {
   ending how = ending::complete;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "simulate/continuous_step.hpp"
+#include "simulate/results.hpp"
 
 namespace ksl::simulating {
 
@@ -17,6 +18,8 @@ public:
   int parts() const override { return 1; }
   const double *end_position(double *) override { return end_.q.data(); }
   void accept(double t) override;
+  /// The first coordinate whose numbers at the end of the step are not finite; −1: none.
+  int not_finite_at_end() const { return not_finite_speed(of_, end_, 0); }
 
   double t() const override { return start_.t; }
   double h() const override { return h_; }

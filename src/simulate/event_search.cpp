@@ -1,5 +1,6 @@
 #include "simulate/event_search.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -68,9 +69,13 @@ outcome event_functions::values(continuous_step &step, double share, double *out
     case kind::user: break;
     }
   }
-  const bool goes_on =
-      task_.events_n == 0 || task_.event_values(task_.event_context, run_, t, q_.data(), v_.data(), out + list_.size());
-  return goes_on ? outcome::done : outcome::stopped;
+  if (task_.events_n == 0)
+    return outcome::done;
+  double *const users = out + list_.size();
+  if (!task_.event_values(task_.event_context, run_, t, q_.data(), v_.data(), users))
+    return outcome::stopped;
+  const auto finite = [](double x) { return std::isfinite(x); };
+  return std::all_of(users, users + task_.events_n, finite) ? outcome::done : outcome::not_finite;
 }
 
 namespace {

@@ -17,7 +17,7 @@ public:
              run_end *ends)
       : task_(task), out_(out), of_(m, task, n), b_(of_, n), method_(make_method(task.method, of_, n)), ends_(ends),
         alive_(n, 1), closure_(n, 0) {
-    b_.first = first, b_.n = n, b_.t = task.times[0];
+    b_.first = first, b_.n = n, b_.t = last_ = task.times[0];
     std::copy_n(task.q + first * of_.nq(), n * of_.nq(), b_.q.data());
     std::copy_n(task.v + first * of_.nv(), n * of_.nv(), b_.v.data());
   }
@@ -53,9 +53,13 @@ private:
     const std::size_t steps = static_cast<std::size_t>(whole);
     for (std::size_t s = 1; s <= steps; ++s) {
       const outcome found = method_->step(of_, b_, length / whole);
-      ++steps_;
       if (found == outcome::not_solved)
-        return std::isfinite(b_.a[0]) ? ending::not_solved : ending::not_finite;
+        return ending::not_solved;
+      if (found == outcome::not_finite)
+        return ending::not_finite;
+      if (!all_finite() && !drop_not_finite(i))
+        return ending::complete;
+      ++steps_;
       b_.t = s == steps ? task_.times[i] : start + length * (static_cast<double>(s) / whole);
       if (found == outcome::stopped)
         return ending::stopped;
@@ -63,8 +67,26 @@ private:
         project();
       if (!evaluate() || (task_.after_step && !task_.after_step(task_.step_context, b_.first, b_.t)))
         return ending::stopped;
+      last_ = b_.t;
     }
     return ending::complete;
+  }
+
+  bool all_finite() const {
+    double sum = 0;
+    for (const double v : b_.v)
+      sum += 0 * v;
+    return sum == 0;
+  }
+  /// False if no run goes on.
+  bool drop_not_finite(std::size_t i) {
+    bool any = false;
+    for (std::size_t k = 0; k < b_.n; ++k) {
+      if (const int coordinate = not_finite_speed(of_, b_, k); alive_[k] && coordinate >= 0)
+        end(k, i, ending::not_finite, coordinate);
+      any |= alive_[k] != 0;
+    }
+    return any;
   }
 
   void project() {
@@ -102,9 +124,7 @@ private:
     alive_[k] = 0;
     run_end &e = ends_[k];
     e.how = how, e.steps = steps_, e.evaluations = of_.evaluations() / b_.n, e.coordinate = coordinate;
-    e.time = how == ending::complete || i == 0 ? b_.t : task_.times[i - 1];
-    if (how == ending::stopped)
-      e.time = b_.t;
+    e.time = how == ending::complete || how == ending::stopped || how == ending::too_many_steps ? b_.t : last_;
     out_.erase(of_, b_.first + k, i);
   }
   void end_all(std::size_t i, ending how) {
@@ -122,6 +142,7 @@ private:
   std::vector<unsigned char> alive_;
   std::vector<double> closure_;
   std::size_t steps_ = 0, reached_ = 0;
+  double last_; ///< time of the last state that was reached
 };
 
 } // namespace

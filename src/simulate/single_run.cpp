@@ -24,6 +24,8 @@ constexpr double shortest_flight = 1e-9;
 constexpr int most_at_once = 20;
 /// Times that differ by less, relative to their size, are the same: no step lies between them.
 constexpr double same_time = 10 * std::numeric_limits<double>::epsilon();
+/// Of a run: less is nothing, even where times are so large that it is no more than their rounding.
+constexpr double negligible = 1e-9;
 /// Coordinates whose distance to a limit, relative to its size, is less hit it together.
 constexpr double together = 1e-12;
 
@@ -101,7 +103,7 @@ private:
     if (end_.steps + end_.rejected >= task_.most_steps)
       return ending::too_many_steps;
     const double until = breaks_[break_], room = until - b_.t;
-    if (!(room > same_time * std::fabs(until)))
+    if (!(room > same_time * std::fabs(until)) && room < negligible * (breaks_.back() - task_.times[0]))
       return step_->begin(until, b_.q.data(), b_.v.data(), b_.work[0]) ? arrive(until) : ending::stopped;
     return adaptive_ ? try_step(until, room) : take_equal_step(until, room);
   }
@@ -115,6 +117,8 @@ private:
     const outcome found = step_->attempt(length_ / whole_);
     if (found != outcome::done)
       return why(found);
+    if ((end_.coordinate = equal_->not_finite_at_end()) >= 0)
+      return ending::not_finite;
     ++end_.steps, ++taken_;
     const bool ends_at_break = taken_ == whole_;
     const double end = ends_at_break ? until : begin_ + length_ * (taken_ / whole_);
@@ -126,7 +130,7 @@ private:
   ending why(outcome how) const {
     if (how == outcome::stopped)
       return ending::stopped;
-    return std::isfinite(b_.a[0]) ? ending::not_solved : ending::not_finite;
+    return how == outcome::not_finite ? ending::not_finite : ending::not_solved;
   }
 
   ending try_step(double until, double room) {
@@ -278,7 +282,7 @@ private:
     at_once_ = t > b_.t || t > last_event_ ? 0 : at_once_ + 1;
     b_.t = last_event_ = t;
     if (at_once_ > most_at_once * static_cast<int>(of_.nv()))
-      return end_.coordinate = f.number, ending::step_underflow;
+      return end_.coordinate = f.what == event_functions::kind::user ? -1 : f.number, ending::endless_events;
     if (f.what == event_functions::kind::user) {
       events_.push_back({run_, t, happening::function, f.number, 0});
       if (task_.events[f.number].ends)

@@ -17,7 +17,7 @@ struct block {
 };
 
 /// What a step came to.
-enum class outcome { done, stopped, not_solved };
+enum class outcome { done, stopped, not_solved, not_finite };
 
 class method {
 public:

@@ -163,7 +163,7 @@ public:
         correction = std::fmax(correction, std::fabs(scratch_[k])), speed = std::fmax(speed, std::fabs(v_[k]));
       }
       if (!std::isfinite(correction) || iteration == most_iterations)
-        return outcome::not_solved;
+        return iteration == 0 ? outcome::not_finite : outcome::not_solved;
       const double near = nearly_solved * speed + (loops_ ? rounding_of(b.q) / h : 0);
       if (correction <= solved * speed || (correction >= before && before <= near))
         break;

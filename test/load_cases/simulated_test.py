@@ -84,6 +84,12 @@ REFUSED = {
     "until = 1.0, stiffness = 'stiff'": "stiffness is 'stiff'; expected a number",
     "until = 1.0, method = 'rk4'": "the method rk4 has steps of the same length; give step, s",
     "until = 1e9": "samples; give a lower rate",
+    "until = 1.0, rate = 1e300": "1e+300 samples; give a lower rate",
+    "until = 1.0, method = 'rk4', step = 1e-300": "more steps than 10,000,000; take longer ones, or an earlier end",
+    "until = 1.0, brake = 3.0": "brake: brakes engage at a time; give brake_at, s",
+    "until = 1.0, controller = 'pd'": "controller 'pd' needs stiffness and damping",
+    "until = 1.0, damping = 3.0": "damping is that of a controller; give controller",
+    "until = 1.0, controller = 'gravity', stiffness = 3.0": "stiffness is that of a controller; give controller",
 }
 
 
@@ -118,6 +124,12 @@ def test_the_command_writes_a_motion_that_loads_reads(tmp_path):
         (("--until", "1", "--gains", "1,2"), "--gains: are those of a controller"),
         (("--until", "1", "--brake", "3"), "--brake: brakes engage at a time; give --brake-at S"),
         (("--until", "1", "--velocity", "3"), "--velocity 3: expected NAME=VALUE with a number"),
+        (("--until", "1", "--velocity", "panda_joint4=90deg"), "expected NAME=VALUE with a number, rad/s or m/s"),
+        (("--until", "1", "--brake-at", "0", "--brake", "panda_joint4=90deg"), "expected NAME=VALUE with a number, N m or N"),
+        (("--until", "inf"), "until is inf; expected a time, s"),
+        (("--until", "1", "--rate", "inf"), "rate inf; expected samples a second, more than 0"),
+        (("--until", "1", "--method", "rk4", "--tolerance", "1e-6"), "--tolerance: rk4 controls no error"),
+        (("--until", "1", "--tolerance", "0"), "--tolerance 0: expected a number above zero"),
         (("--until", "1", "--method", "rk9"), "--method rk9: expected one of"),
         (("--until", "1", "--pose", "elbow=1"), "no joint or column 'elbow'"),
         (("--cases", "c.toml", "--until", "1", "--brake-at", "2"), "--until, --brake-at: with --cases each load case says so itself"),
