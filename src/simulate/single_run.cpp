@@ -82,7 +82,7 @@ private:
 
   ending start() {
     if (task_.laws.brake && task_.laws.brake_at <= b_.t) {
-      of_.engage_brakes();
+      of_.set_brakes(true);
       events_.push_back({run_, b_.t, happening::brakes, -1, 0});
     }
     if (of_.held() && !settle())
@@ -232,7 +232,7 @@ private:
   /// At a time where a line of efforts has a corner, or brakes engage.
   bool pass_break() {
     if (task_.laws.brake && b_.t == task_.laws.brake_at) {
-      of_.engage_brakes();
+      of_.set_brakes(true);
       events_.push_back({run_, b_.t, happening::brakes, -1, 0});
       if (!settle())
         return false;

@@ -25,7 +25,7 @@ system::system(const model &m, const simulation &task, std::size_t most)
   if (elements::has_dampers(m))
     dampers_.emplace(m);
   if (task.laws.any())
-    held_.emplace(task.laws, m.nv());
+    held_.emplace(task.laws, m.nv(), most);
 }
 
 batch_view<double> system::batch_of(std::size_t n, const double *q, const double *v, const double *a,
@@ -76,29 +76,30 @@ bool system::accelerate(double t, std::size_t first, std::size_t n, const double
     return false;
   std::copy_n(tau_.data(), n * nv_, applied_.data());
   if (held_)
-    held_->add_friction(applied_.data());
+    held_->add_friction(n, applied_.data());
   if (closed_)
     accelerate_closed(n, q, v, a);
   else
     call(rows::forward_dynamics, n, q, v, nullptr, applied_.data(), a);
   if (held_)
-    held_->hold(*this, q, a);
+    held_->hold(*this, n, q, a);
   set_power(n, q, v, applied_.data(), power);
   return true;
 }
 
-void system::responses(const double *q, const std::vector<int> &coordinates, double *a) {
+void system::responses(const double *q, const std::vector<held_coordinate> &coordinates, double *a) {
   const std::size_t n = coordinates.size();
-  if (closed_)
-    for (std::size_t j = 0; j < n; ++j)
-      closed_->response(coordinates[j], a + j * nv_);
+  for (std::size_t j = 0; closed_ && j < n; ++j)
+    closed_->response(coordinates[j].coordinate, a + j * nv_);
   if (closed_ || n == 0)
     return;
-  units_.assign(n * nv_, 0);
-  for (std::size_t j = 0; j < n; ++j)
-    units_[j * nv_ + static_cast<std::size_t>(coordinates[j])] = 1;
-  batch_view<double> batch = batch_of(n, q, nullptr, nullptr, units_.data());
-  batch.q.stride = 0, batch.external_n = 0;
+  units_.assign(n * nv_, 0), positions_.resize(n * nq_);
+  for (std::size_t j = 0; j < n; ++j) {
+    units_[j * nv_ + static_cast<std::size_t>(coordinates[j].coordinate)] = 1;
+    std::copy_n(q + coordinates[j].run * nq_, nq_, positions_.data() + j * nq_);
+  }
+  batch_view<double> batch = batch_of(n, positions_.data(), nullptr, nullptr, units_.data());
+  batch.external_n = 0;
   batch.result[0] = {a, m_.nv()};
   compute_states(rows::solve_mass_matrix, m_, batch, 0, n);
 }

@@ -27,10 +27,10 @@ public:
                   double *power);
   const double *tau() const { return tau_.data(); }
 
-  /// Brakes engage: drives may be without effort from now on.  Not a question of time: a step may end at this very time.
-  void engage_brakes() {
-    held_->engage_brakes();
-    is_cut_ = task_.laws.cut_efforts;
+  /// Brakes engage: drives may be without effort from then on.  Not a question of time: a step may end at this very time.
+  void set_brakes(bool engaged) {
+    held_->set_brakes(engaged);
+    is_cut_ = engaged && task_.laws.cut_efforts;
   }
 
   /// What holds coordinates of the run; null without exact laws.
@@ -48,8 +48,9 @@ public:
   /// The efforts of the drives alone into tau(), and the wrenches; false as above.
   bool set_efforts(double t, std::size_t first, std::size_t n, const double *q, const double *v);
 
-  /// Accelerations a (n, nv) that an effort of 1 at each of n coordinates causes at rest, without gravity; after accelerate at the same q.
-  void responses(const double *q, const std::vector<int> &coordinates, double *a);
+  /// Accelerations a (n, nv) that an effort of 1 at each of n coordinates causes at rest, without gravity, in the position of its run;
+  /// after accelerate at the same q.
+  void responses(const double *q, const std::vector<held_coordinate> &coordinates, double *a);
 
   const model &of() const { return m_; }
   const manifold &space() const { return space_; }
@@ -93,7 +94,7 @@ private:
   std::optional<elements::dampers> dampers_;
   std::size_t nq_, nv_, evaluations_ = 0;
   bool is_cut_ = false;
-  std::vector<double> tau_, wanted_, error_, computed_, applied_, moving_, units_;
+  std::vector<double> tau_, wanted_, error_, computed_, applied_, moving_, units_, positions_;
   std::vector<int> links_;
   std::vector<double> wrenches_; ///< (most, links, 6)
   std::vector<external_rows<double>> external_;
