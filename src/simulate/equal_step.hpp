@@ -9,7 +9,9 @@ namespace ksl::simulating {
 
 class equal_step final : public continuous_step {
 public:
-  equal_step(system &of, std::size_t run, stepping how);
+  equal_step(system &of, stepping how);
+
+  void set_run(std::size_t run) { start_.first = end_.first = within_.first = run; }
 
   bool begin(double t, const double *q, const double *v, double work) override;
   outcome attempt(double h) override;

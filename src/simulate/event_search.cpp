@@ -11,8 +11,8 @@ constexpr double resolution = 1e-14;
 /// Of a step, before a function that begins at zero is taken to have had none above it: 2⁻⁴⁶ is that width.
 constexpr int most_halvings = 46;
 
-event_functions::event_functions(system &of, const simulation &task, std::size_t run)
-    : of_(of), task_(task), run_(run), q_(of.nq()), v_(of.nv()), a_(of.nv()) {}
+event_functions::event_functions(system &of, const simulation &task)
+    : of_(of), task_(task), q_(of.nq()), v_(of.nv()), a_(of.nv()) {}
 
 void event_functions::list() {
   list_.clear();

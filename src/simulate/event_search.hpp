@@ -9,7 +9,9 @@ namespace ksl::simulating {
 /// Functions of the state of a run whose zeros are events: those of coordinates that exact laws hold or may come to hold, then the user's.
 class event_functions {
 public:
-  event_functions(system &of, const simulation &task, std::size_t run);
+  event_functions(system &of, const simulation &task);
+
+  void set_run(std::size_t run) { run_ = run; }
 
   /// Lists the functions that the modes of coordinates call for.
   void list();
@@ -30,7 +32,7 @@ public:
 private:
   system &of_;
   const simulation &task_;
-  std::size_t run_;
+  std::size_t run_ = 0;
   std::vector<function> list_;
   std::vector<double> q_, v_, a_;
 };

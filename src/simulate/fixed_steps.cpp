@@ -1,5 +1,6 @@
 #include "simulate/fixed_steps.hpp"
 
+#include "simulate/runs_under_laws.hpp"
 #include "simulate/single_run.hpp"
 
 #include <cmath>
@@ -166,7 +167,7 @@ double equal_steps(double begin, double end, double step) {
 }
 
 std::size_t runs_at_once(const model &m, const simulation &task) {
-  if (is_single(task) || task.method == stepping::sdirk4 || task.method == stepping::variational)
+  if ((is_single(task) && !go_in_lanes_under_laws(m, task)) || task.method == stepping::sdirk4 || task.method == stepping::variational)
     return 1;
   if (task.drives.function) // which then is called with all runs
     return std::max<std::size_t>(task.runs, 1);

@@ -3,6 +3,7 @@
 
 #include "batch/threads.hpp"
 #include "simulate/fixed_steps.hpp"
+#include "simulate/runs_under_laws.hpp"
 #include "simulate/single_run.hpp"
 #include "text/rounding.hpp"
 
@@ -91,7 +92,9 @@ public:
 
 private:
   void compute(std::size_t first, std::size_t n) {
-    if (is_single(task_))
+    if (go_in_lanes_under_laws(m_, task_))
+      run_under_laws(m_, task_, out_, first, n, record_.ends.data() + first, events_.data() + first);
+    else if (is_single(task_))
       record_.ends[first] = run_single(m_, task_, out_, first, events_[first]);
     else
       run_fixed_steps(m_, task_, out_, first, n, record_.ends.data() + first);

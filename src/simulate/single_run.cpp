@@ -33,57 +33,97 @@ class single_run {
 public:
   single_run(const model &m, const simulation &task, const results &out, std::size_t run,
              std::vector<simulated_event> &events)
-      : task_(task), out_(out), run_(run), of_(m, task, 1), b_(of_, 1), functions_(of_, task, run), singular_(of_),
-        events_(events) {
+      : task_(task), out_(out), of_(m, task, 1), b_(of_, 1), functions_(of_, task), singular_(of_), events_(&events),
+        breaks_(breaks_of(task)) {
     if (task.method == stepping::dop853)
       step_ = &adaptive_.emplace(of_, run, task.relative, task.absolute);
     else
-      step_ = &equal_.emplace(of_, run, task.method);
-    b_.first = run, b_.n = 1;
-    list_breaks();
+      step_ = &equal_.emplace(of_, task.method);
+    b_.n = 1;
+    be(run, events);
   }
 
   run_end go() {
+    begin();
+    const double last = task_.times[task_.times_n - 1];
+    while (end_.how == ending::complete && stored_ < task_.times_n && b_.t < last)
+      end_.how = advance();
+    finish_record();
+    return end_;
+  }
+
+  /// The beginning of a run in lanes.
+  void start(const lone_state &state, std::vector<simulated_event> &events) {
+    be(state.run, events);
+    of_.set_brakes(false);
+    std::fill_n(of_.held_modes(), of_.held_modes() ? of_.nv() : 0, held_joints::mode::free);
+    place_ = {}, break_ = stored_ = 0, b_.work[0] = 0, end_ = {};
+    begin();
+    leave(state);
+  }
+
+  /// A step of one in lanes.
+  void step(const step_place &place, const lone_state &state, std::vector<simulated_event> &events) {
+    be(state.run, events);
+    place_ = place, break_ = place.next_break, stored_ = place.stored, end_ = *state.end;
+    b_.t = place.t, b_.work[0] = *state.work, at_once_ = 0;
+    last_event_ = std::numeric_limits<double>::lowest();
+    std::copy_n(state.q, of_.nq(), b_.q.data());
+    std::copy_n(state.v, of_.nv(), b_.v.data());
+    if (of_.held()) {
+      of_.set_brakes(task_.laws.brake && task_.laws.brake_at <= b_.t);
+      std::copy_n(state.modes, of_.nv(), of_.held_modes());
+    }
+    const std::size_t before = of_.evaluations();
+    end_.how = step_->begin(b_.t, b_.q.data(), b_.v.data(), b_.work[0]) ? ending::complete : ending::stopped;
+    do {
+      end_.how = end_.how == ending::complete ? advance() : end_.how;
+    } while (end_.how == ending::complete && is_within_);
+    end_.evaluations += of_.evaluations() - before;
+    leave(state);
+  }
+
+private:
+  void be(std::size_t run, std::vector<simulated_event> &events) {
+    run_ = b_.first = run, events_ = &events, is_within_ = false;
+    functions_.set_run(run);
+    if (equal_)
+      equal_->set_run(run);
+  }
+
+  void begin() {
     b_.t = task_.times[0];
     std::copy_n(task_.q + run_ * of_.nq(), of_.nq(), b_.q.data());
     std::copy_n(task_.v + run_ * of_.nv(), of_.nv(), b_.v.data());
     end_.how = start();
-    const double last = task_.times[task_.times_n - 1];
-    while (end_.how == ending::complete && stored_ < task_.times_n && b_.t < last)
-      end_.how = advance();
+  }
+
+  void finish_record() {
     if (end_.how != ending::complete)
       out_.erase(of_, run_, stored_);
     end_.time = b_.t, end_.evaluations = of_.evaluations();
-    return end_;
   }
 
-private:
-  /// Times at which steps end: those at which what drives the run has no derivatives; with steps of equal length those of results, so that
-  /// an event that doesn't happen changes no step.
-  void list_breaks() {
-    const double begin = task_.times[0], last = task_.times[task_.times_n - 1];
-    const auto add = [&](const rows_over_time &rows) {
-      for (std::size_t i = 0; rows.n > 1 && i < rows.n; ++i)
-        if (rows.times[i] > begin && rows.times[i] < last)
-          breaks_.push_back(rows.times[i]);
-    };
-    if (equal_)
-      add({task_.times_n, task_.times, nullptr, 0});
-    else
-      add(task_.drives.given), add(task_.drives.position);
-    for (int e = 0; adaptive_ && e < task_.external_n; ++e)
-      add(task_.external[e].wrench);
-    if (task_.laws.brake && task_.laws.brake_at > begin && task_.laws.brake_at < last)
-      breaks_.push_back(task_.laws.brake_at);
-    breaks_.push_back(last);
-    std::sort(breaks_.begin(), breaks_.end());
-    breaks_.erase(std::unique(breaks_.begin(), breaks_.end()), breaks_.end());
+  /// The run goes back to the lanes.
+  void leave(const lone_state &state) {
+    double power;
+    if (end_.how == ending::complete &&
+        !of_.accelerate(b_.t, run_, 1, b_.q.data(), b_.v.data(), state.a, state.power ? state.power : &power))
+      end_.how = ending::stopped;
+    if (end_.how != ending::complete)
+      out_.erase(of_, run_, stored_);
+    end_.time = b_.t;
+    std::copy_n(b_.q.data(), of_.nq(), state.q);
+    std::copy_n(b_.v.data(), of_.nv(), state.v);
+    *state.work = b_.work[0], *state.end = end_;
+    if (of_.held())
+      std::copy_n(of_.held_modes(), of_.nv(), state.modes);
   }
 
   ending start() {
     if (task_.laws.brake && task_.laws.brake_at <= b_.t) {
       of_.set_brakes(true);
-      events_.push_back({run_, b_.t, happening::brakes, -1, 0});
+      events_->push_back({run_, b_.t, happening::brakes, -1, 0});
     }
     if (of_.held() && !settle())
       return ending::stopped;
@@ -104,28 +144,39 @@ private:
       return ending::too_many_steps;
     const double until = breaks_[break_], room = until - b_.t;
     if (!(room > same_time * std::fabs(until)) && room < negligible * (breaks_.back() - task_.times[0]))
-      return step_->begin(until, b_.q.data(), b_.v.data(), b_.work[0]) ? arrive(until) : ending::stopped;
+      return pass_time(until);
     return adaptive_ ? try_step(until, room) : take_equal_step(until, room);
   }
 
-  /// The next of the steps of equal length that lead to a time.
+  /// To a time that is no step away.
+  ending pass_time(double t) {
+    return step_->begin(t, b_.q.data(), b_.v.data(), b_.work[0]) ? arrive(t) : ending::stopped;
+  }
+
+  /// The next of the steps of equal length that lead to a time, or what an event has left of it.
   ending take_equal_step(double until, double room) {
-    if (taken_ == whole_)
-      begin_ = b_.t, length_ = room, taken_ = 0, whole_ = equal_steps(b_.t, until, task_.step);
-    if (whole_ - taken_ > static_cast<double>(task_.most_steps - end_.steps))
+    step_place &p = place_;
+    if (p.taken == p.whole)
+      p.begin = b_.t, p.length = room, p.taken = 0, p.whole = equal_steps(b_.t, until, task_.step);
+    if (p.whole - p.taken > static_cast<double>(task_.most_steps - end_.steps))
       return ending::too_many_steps;
-    const outcome found = step_->attempt(length_ / whole_);
+    const double end = p.end(until), h = is_within_ ? end - b_.t : p.length / p.whole;
+    if (is_within_ && !(h > same_time * std::fabs(end))) {
+      end_step();
+      return pass_time(end);
+    }
+    const outcome found = step_->attempt(h);
     if (found != outcome::done)
       return why(found);
     if ((end_.coordinate = equal_->not_finite_at_end()) >= 0)
       return ending::not_finite;
-    ++end_.steps, ++taken_;
-    const bool ends_at_break = taken_ == whole_;
-    const double end = ends_at_break ? until : begin_ + length_ * (taken_ / whole_);
+    ++end_.steps;
     if (task_.after_step && !task_.after_step(task_.step_context, run_, end))
       return ending::stopped;
     return finish(end);
   }
+
+  void end_step() { ++place_.taken, is_within_ = false; }
 
   ending why(outcome how) const {
     if (how == outcome::stopped)
@@ -179,7 +230,7 @@ private:
     if (of_.closed())
       find_singular();
     step_->accept(end);
-    b_.t = end;
+    b_.t = end, end_step();
     read_state();
     if (of_.closed())
       if (const ending how = project(); how != ending::complete)
@@ -190,6 +241,8 @@ private:
   /// The run has reached time t: what happens then, and its results.
   ending arrive(double t) {
     b_.t = t;
+    if (t == breaks_[break_])
+      place_.taken = place_.whole, is_within_ = false;
     if (t == breaks_[break_] && break_ + 1 < breaks_.size()) {
       ++break_;
       if (!pass_break())
@@ -203,7 +256,7 @@ private:
   void find_singular() {
     const double share = singular_.find(*step_, step_->end_position(b_.q.data()));
     if (share >= 0)
-      events_.push_back({run_, step_->t() + share * step_->h(), happening::singular, -1, 0});
+      events_->push_back({run_, step_->t() + share * step_->h(), happening::singular, -1, 0});
   }
 
   void read_state() {
@@ -233,7 +286,7 @@ private:
   bool pass_break() {
     if (task_.laws.brake && b_.t == task_.laws.brake_at) {
       of_.set_brakes(true);
-      events_.push_back({run_, b_.t, happening::brakes, -1, 0});
+      events_->push_back({run_, b_.t, happening::brakes, -1, 0});
       if (!settle())
         return false;
     } else
@@ -278,13 +331,13 @@ private:
       return why(found);
     if (of_.closed() && task_.project && !onto_loops())
       return ending::not_closed;
-    taken_ = whole_; // steps of equal length begin anew
+    is_within_ = true;
     at_once_ = t > b_.t || t > last_event_ ? 0 : at_once_ + 1;
     b_.t = last_event_ = t;
     if (at_once_ > most_at_once * static_cast<int>(of_.nv()))
       return end_.coordinate = f.what == event_functions::kind::user ? -1 : f.number, ending::endless_events;
     if (f.what == event_functions::kind::user) {
-      events_.push_back({run_, t, happening::function, f.number, 0});
+      events_->push_back({run_, t, happening::function, f.number, 0});
       if (task_.events[f.number].ends)
         return ending::event;
     } else {
@@ -315,13 +368,13 @@ private:
         return false;
       const bool stands =
           held.holds(k) || b_.a[static_cast<std::size_t>(k)] == 0; // others hold it where its friction is not enough
-      events_.push_back({run_, b_.t, stands ? happening::sticks : happening::slips, k, 0});
+      events_->push_back({run_, b_.t, stands ? happening::sticks : happening::slips, k, 0});
       return true;
     }
     case event_functions::kind::lets_go: {
       const bool sticks = held.at(k) == held_joints::mode::sticks;
       held.let_go(k);
-      events_.push_back({run_, b_.t, sticks ? happening::slips : happening::lifts, k, 0});
+      events_->push_back({run_, b_.t, sticks ? happening::slips : happening::lifts, k, 0});
       return settle(k);
     }
     case event_functions::kind::user: break;
@@ -370,7 +423,7 @@ private:
       b_.v[at_k] = 0;
       held.at(k) = lower ? held_joints::mode::at_lower : held_joints::mode::at_upper;
     }
-    events_.push_back({run_, b_.t,
+    events_->push_back({run_, b_.t,
                        rests   ? happening::rest
                        : lower ? happening::lower_limit
                                : happening::upper_limit,
@@ -394,10 +447,11 @@ private:
   continuous_step *step_; ///< one of both
   event_functions functions_;
   singular_positions singular_;
-  std::vector<simulated_event> &events_;
+  std::vector<simulated_event> *events_;
   std::vector<double> breaks_;
   std::size_t break_ = 0, stored_ = 0;
-  double begin_ = 0, length_ = 0, taken_ = 0, whole_ = 0; ///< of steps of equal length: how many of how many are taken
+  step_place place_ = {};
+  bool is_within_ = false; ///< has an event ended the step of equal length before its end
   double next_ = 0, closure_ = 0, last_event_ = std::numeric_limits<double>::lowest();
   int at_once_ = 0;
   bool was_rejected_ = false;
@@ -406,9 +460,48 @@ private:
 
 } // namespace
 
+std::vector<double> breaks_of(const simulation &task) {
+  const double begin = task.times[0], last = task.times[task.times_n - 1];
+  std::vector<double> breaks;
+  const auto add = [&](const rows_over_time &rows) {
+    for (std::size_t i = 0; rows.n > 1 && i < rows.n; ++i)
+      if (rows.times[i] > begin && rows.times[i] < last)
+        breaks.push_back(rows.times[i]);
+  };
+  if (task.method != stepping::dop853)
+    add({task.times_n, task.times, nullptr, 0});
+  else {
+    add(task.drives.given), add(task.drives.position);
+    for (int e = 0; e < task.external_n; ++e)
+      add(task.external[e].wrench);
+  }
+  if (task.laws.brake && task.laws.brake_at > begin && task.laws.brake_at < last)
+    breaks.push_back(task.laws.brake_at);
+  breaks.push_back(last);
+  std::sort(breaks.begin(), breaks.end());
+  breaks.erase(std::unique(breaks.begin(), breaks.end()), breaks.end());
+  return breaks;
+}
+
 run_end run_single(const model &m, const simulation &task, const results &out, std::size_t run,
                    std::vector<simulated_event> &events) {
   return single_run(m, task, out, run, events).go();
+}
+
+struct lone_run::parts {
+  std::vector<simulated_event> none;
+  single_run run;
+  parts(const model &m, const simulation &task, const results &out) : run(m, task, out, 0, none) {}
+};
+
+lone_run::lone_run(const model &m, const simulation &task, const results &out)
+    : parts_(std::make_unique<parts>(m, task, out)) {}
+lone_run::~lone_run() = default;
+void lone_run::start(const lone_state &state, std::vector<simulated_event> &events) {
+  parts_->run.start(state, events);
+}
+void lone_run::step(const step_place &place, const lone_state &state, std::vector<simulated_event> &events) {
+  parts_->run.step(place, state, events);
 }
 
 } // namespace ksl::simulating

@@ -29,12 +29,15 @@ public:
 
   /// Brakes engage: drives may be without effort from then on.  Not a question of time: a step may end at this very time.
   void set_brakes(bool engaged) {
-    held_->set_brakes(engaged);
+    if (held_)
+      held_->set_brakes(engaged);
     is_cut_ = engaged && task_.laws.cut_efforts;
   }
 
   /// What holds coordinates of the run; null without exact laws.
   held_joints *held() { return held_ ? &*held_ : nullptr; }
+  /// (nv) of the first run; null without exact laws.
+  held_joints::mode *held_modes() { return held_ ? held_->modes(0) : nullptr; }
 
   /// The derivatives of the accelerations of a run by q and v, (nv, nv) each, with those of its drives; false as above.
   bool derivatives(double t, std::size_t run, const double *q, const double *v, double *by_q, double *by_v);
