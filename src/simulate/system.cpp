@@ -93,15 +93,22 @@ void system::responses(const double *q, const std::vector<held_coordinate> &coor
     closed_->response(coordinates[j].coordinate, a + j * nv_);
   if (closed_ || n == 0)
     return;
-  units_.assign(n * nv_, 0), positions_.resize(n * nq_);
+  std::size_t runs = 0;
+  positions_.resize(n * nq_);
+  for (std::size_t j = 0; j < n; ++j)
+    if (j == 0 || coordinates[j].run != coordinates[j - 1].run)
+      std::copy_n(q + coordinates[j].run * nq_, nq_, positions_.data() + runs++ * nq_);
+  inverses_.resize(runs * nv_ * nv_);
+  batch_view<double> batch;
+  batch.n = runs, batch.q = {positions_.data(), m_.nq()};
+  batch.result[0] = {inverses_.data(), m_.nv() * m_.nv()};
+  compute_states(rows::mass_matrix_inverse, m_, batch, 0, runs);
+  const double *inverse = inverses_.data();
   for (std::size_t j = 0; j < n; ++j) {
-    units_[j * nv_ + static_cast<std::size_t>(coordinates[j].coordinate)] = 1;
-    std::copy_n(q + coordinates[j].run * nq_, nq_, positions_.data() + j * nq_);
+    if (j > 0 && coordinates[j].run != coordinates[j - 1].run)
+      inverse += nv_ * nv_;
+    std::copy_n(inverse + static_cast<std::size_t>(coordinates[j].coordinate) * nv_, nv_, a + j * nv_);
   }
-  batch_view<double> batch = batch_of(n, positions_.data(), nullptr, nullptr, units_.data());
-  batch.external_n = 0;
-  batch.result[0] = {a, m_.nv()};
-  compute_states(rows::solve_mass_matrix, m_, batch, 0, n);
 }
 
 bool system::set_efforts(double t, std::size_t first, std::size_t n, const double *q, const double *v) {

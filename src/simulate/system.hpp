@@ -97,7 +97,7 @@ private:
   std::optional<elements::dampers> dampers_;
   std::size_t nq_, nv_, evaluations_ = 0;
   bool is_cut_ = false;
-  std::vector<double> tau_, wanted_, error_, computed_, applied_, moving_, units_, positions_;
+  std::vector<double> tau_, wanted_, error_, computed_, applied_, moving_, positions_, inverses_;
   std::vector<int> links_;
   std::vector<double> wrenches_; ///< (most, links, 6)
   std::vector<external_rows<double>> external_;

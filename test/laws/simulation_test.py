@@ -1,5 +1,6 @@
 """Laws of mechanisms in motion: orders of methods, energy and momentum that are kept, work, impacts and dry friction in closed form."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -338,6 +339,41 @@ def test_runs_of_a_batch_have_the_bits_of_single_ones(method):
         one = m.simulate(q[i, j], v[i, j], times, efforts=hold, method=method, **options)
         for name in ("q", "v", "a", "efforts", "work", "energy"):
             assert np.array_equal(getattr(one, name), getattr(runs, name)[i, j]), name
+
+
+def falls(t, q, v):
+    return v[0] + 0.5
+
+
+falls.terminal = True
+LAWS = {
+    "limits": {"restitution": 0.4},
+    "friction": {"friction": {"to_upper": 0.6, "to_lower": 0.2}},
+    "brakes": {"brake": Brake(6.0, at=0.1234), "friction": 0.1},
+    "brakes from the beginning, and limits": {"brake": Brake(1.0, at=0.0, cut=False), "restitution": 0.0},
+    "a function that ends runs": {"events": [up, falls]},
+    "too few steps": {"friction": 0.5, "most_steps": 61},
+}
+
+
+@pytest.mark.parametrize("method", ["semi_implicit_euler", "rk4", "rkmk4"])
+@pytest.mark.parametrize("laws", LAWS)
+def test_runs_under_laws_have_the_bits_of_single_ones(laws, method):
+    """They are in lanes, which they leave for steps with events; more of them than are computed at once, on two threads."""
+    m, rng, times = pendulum(), np.random.default_rng(8), [0.0, 0.1, 0.15, 0.3]
+    q, v = rng.uniform(-1.9, 1.9, (270, 2)), rng.normal(size=(270, 2)) * [3, 5]
+    hold = PD([0.3, 0.1], stiffness=3.0, damping=0.1, feed_forward=[0.5, -0.2])
+    options = {"efforts": hold, "external": {"lower": [0.3, 0, 0, 0, 0.1, 0]}, "method": method, "step": 6e-3, **LAWS[laws]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of those that end early
+        runs = m.simulate(q, v, times, threads=2, **options)
+        alone = {i: m.simulate(q[i], v[i], times, **options) for i in (0, 1, 7, 100, 255, 256, 269)}
+    assert len(runs.events) > 20 and (runs.complete.all() or 5 < np.count_nonzero(runs.complete) < 265)
+    for i, one in alone.items():
+        for name in ("q", "v", "a", "efforts", "work", "energy", "steps", "ended", "reason"):
+            assert np.array_equal(getattr(one, name), getattr(runs, name)[i], equal_nan=name not in ("steps", "reason")), name
+        told = [[(e.time, e.what, e.joint, e.coordinate, e.speed) for e in run.events if e.run == k] for run, k in ((one, 0), (runs, i))]
+        assert told[0] == told[1]
 
 
 def test_controllers():
