@@ -3,6 +3,7 @@
 #include "simulate/runs_under_laws.hpp"
 #include "simulate/single_run.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -54,11 +55,11 @@ private:
     const std::size_t steps = static_cast<std::size_t>(whole);
     for (std::size_t s = 1; s <= steps; ++s) {
       const outcome found = method_->step(of_, b_, length / whole);
-      if (found == outcome::not_solved)
-        return ending::not_solved;
-      if (found == outcome::not_finite)
-        return ending::not_finite;
-      if (!all_finite() && !drop_not_finite(i))
+      if (found == outcome::not_solved || found == outcome::not_finite)
+        drop_not_solved(i, found);
+      if (!all_finite())
+        drop_not_finite(i);
+      if (std::none_of(alive_.begin(), alive_.end(), [](unsigned char lives) { return lives != 0; }))
         return ending::complete;
       ++steps_;
       b_.t = s == steps ? task_.times[i] : start + length * (static_cast<double>(s) / whole);
@@ -79,15 +80,15 @@ private:
       sum += 0 * v;
     return sum == 0;
   }
-  /// False if no run goes on.
-  bool drop_not_finite(std::size_t i) {
-    bool any = false;
-    for (std::size_t k = 0; k < b_.n; ++k) {
+  void drop_not_finite(std::size_t i) {
+    for (std::size_t k = 0; k < b_.n; ++k)
       if (const int coordinate = not_finite_speed(of_, b_, k); alive_[k] && coordinate >= 0)
         end(k, i, ending::not_finite, coordinate);
-      any |= alive_[k] != 0;
-    }
-    return any;
+  }
+  void drop_not_solved(std::size_t i, outcome of_block) {
+    for (std::size_t k = 0; k < b_.n; ++k)
+      if (const outcome how = method_->of_run(k, of_block); alive_[k] && how != outcome::done)
+        end(k, i, how == outcome::not_finite ? ending::not_finite : ending::not_solved, -1);
   }
 
   void project() {
@@ -154,7 +155,7 @@ std::unique_ptr<method> make_method(stepping how, const system &of, std::size_t 
   case stepping::rk4: return make_rk4(of, most);
   case stepping::rkmk4: return make_rkmk4(of, most);
   case stepping::sdirk4: return make_sdirk4(of);
-  case stepping::variational: return make_variational(of);
+  case stepping::variational: return make_variational(of, most);
   case stepping::dop853: break;
   }
   __builtin_unreachable();
@@ -167,7 +168,9 @@ double equal_steps(double begin, double end, double step) {
 }
 
 std::size_t runs_at_once(const model &m, const simulation &task) {
-  if ((is_single(task) && !go_in_lanes_under_laws(m, task)) || task.method == stepping::sdirk4 || task.method == stepping::variational)
+  if ((is_single(task) && !go_in_lanes_under_laws(m, task)) || task.method == stepping::sdirk4)
+    return 1;
+  if (task.method == stepping::variational && (!m.loops().empty() || task.drives.function))
     return 1;
   if (task.drives.function) // which then is called with all runs
     return std::max<std::size_t>(task.runs, 1);

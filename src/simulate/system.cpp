@@ -45,11 +45,11 @@ void system::call(const algorithm_row &row, std::size_t n, const double *q, cons
   compute_states(row, m_, batch, 0, n);
 }
 
-/// The same for the tree that carries the loops, for one state.
-void system::call_tree(const algorithm_row &row, const batch_view<double> &inputs, double *out) {
+/// The same for the tree that carries the loops, with rows of `columns` numbers.
+void system::call_tree(const algorithm_row &row, const batch_view<double> &inputs, double *out, std::size_t columns) {
   batch_view<double> batch = inputs;
-  batch.result[0] = {out, 0};
-  compute_states(row, tree(), batch, 0, 1);
+  batch.result[0] = {out, static_cast<std::ptrdiff_t>(columns)};
+  compute_states(row, tree(), batch, 0, batch.n);
 }
 
 /// By the plan where it fits, but where laws hold coordinates: what an effort causes is known for pivots of the state's own.
@@ -225,25 +225,28 @@ void system::set_power(std::size_t n, const double *q, const double *v, const do
   }
 }
 
-void system::set_outer_efforts(const double *q, const double *v, double *out) {
-  std::fill_n(out, nv_, 0.0);
+void system::set_outer_efforts(std::size_t n, const double *q, const double *v, double *out) {
+  const std::size_t size = n * nv_;
+  std::fill_n(out, size, 0.0);
   if (task_.external_n) {
-    batch_view<double> batch = batch_of(1, q, nullptr, nullptr, nullptr);
-    call_tree(rows::gravity_torque, batch, computed_.data());
-    for (std::size_t i = 0; i < nv_; ++i)
+    batch_view<double> batch = batch_of(n, q, nullptr, nullptr, nullptr);
+    call_tree(rows::gravity_torque, batch, computed_.data(), nv_);
+    for (std::size_t i = 0; i < size; ++i)
       out[i] -= computed_[i];
     batch.external_n = 0;
-    call_tree(rows::gravity_torque, batch, computed_.data());
-    for (std::size_t i = 0; i < nv_; ++i)
+    call_tree(rows::gravity_torque, batch, computed_.data(), nv_);
+    for (std::size_t i = 0; i < size; ++i)
       out[i] += computed_[i];
   }
-  if (dampers_)
-    dampers_->add_efforts(q, v, out);
-  if (m_.view().physics) {
-    changed_.resize(5 * nv_);
-    call_tree(rows::effort_parts, batch_of(1, q, v, nullptr, nullptr), changed_.data());
-    for (std::size_t i = 0; i < nv_; ++i)
-      out[i] -= changed_[nv_ + i] + changed_[2 * nv_ + i];
+  for (std::size_t k = 0; dampers_ && k < n; ++k)
+    dampers_->add_efforts(q + k * nq_, v + k * nv_, out + k * nv_);
+  if (!m_.view().physics)
+    return;
+  parts_.resize(5 * size);
+  call_tree(rows::effort_parts, batch_of(n, q, v, nullptr, nullptr), parts_.data(), 5 * nv_);
+  for (std::size_t i = 0; i < size; ++i) {
+    const double *const of_run = parts_.data() + i / nv_ * 5 * nv_ + i % nv_;
+    out[i] -= of_run[nv_] + of_run[2 * nv_];
   }
 }
 

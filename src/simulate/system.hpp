@@ -45,8 +45,8 @@ public:
   /// power (n): of efforts tau, of external wrenches and of what dissipates.
   void set_power(std::size_t n, const double *q, const double *v, const double *tau, double *power);
 
-  /// For one run: the efforts of external wrenches, damping and friction, out (nv), after set_efforts.
-  void set_outer_efforts(const double *q, const double *v, double *out);
+  /// The efforts of external wrenches, damping and friction, out (n, nv), after set_efforts.
+  void set_outer_efforts(std::size_t n, const double *q, const double *v, double *out);
 
   /// The efforts of the drives alone into tau(), and the wrenches; false as above.
   bool set_efforts(double t, std::size_t first, std::size_t n, const double *q, const double *v);
@@ -80,7 +80,7 @@ private:
   void accelerate_closed(std::size_t n, const double *q, const double *v, double *a);
   void call(const algorithm_row &row, std::size_t n, const double *q, const double *v, const double *a,
             const double *tau, double *out);
-  void call_tree(const algorithm_row &row, const batch_view<double> &inputs, double *out);
+  void call_tree(const algorithm_row &row, const batch_view<double> &inputs, double *out, std::size_t columns);
   external_wrenches<double> wrenches_of(std::size_t k) const {
     return {static_cast<int>(links_.size()), links_.data(), wrenches_.data() + 6 * links_.size() * k,
             task_.external_axes};
@@ -97,7 +97,7 @@ private:
   std::optional<elements::dampers> dampers_;
   std::size_t nq_, nv_, evaluations_ = 0;
   bool is_cut_ = false;
-  std::vector<double> tau_, wanted_, error_, computed_, applied_, moving_, positions_, inverses_;
+  std::vector<double> tau_, wanted_, error_, computed_, applied_, moving_, positions_, inverses_, parts_;
   std::vector<int> links_;
   std::vector<double> wrenches_; ///< (most, links, 6)
   std::vector<external_rows<double>> external_;
