@@ -117,7 +117,7 @@ def simulated_motion(
     corners, breaks = (np.array(sorted({e.time for e in inside if e.what in kinds}), dtype=float) for kinds in (JUMPS, IMPACTS))
     motion = Motion(
         t, x, v, run.a[reached], doubts=doubts, source=source, closing=closing, stands=stands, held=held & stands, resolution=standing.rate,
-        corner_times=corners, break_times=breaks,
+        corner_times=corners, break_times=breaks, integrated=True,
     )  # fmt: skip
     return motion, _in_words(how, brake)
 
