@@ -1,5 +1,6 @@
 #include "simulate/runs_under_laws.hpp"
 
+#include "simulate/event_search.hpp"
 #include "simulate/fixed_steps.hpp"
 #include "simulate/single_run.hpp"
 
@@ -59,7 +60,8 @@ private:
     end_.q = start_.q, end_.v = start_.v, end_.work = start_.work, end_.a = start_.a, end_.power = start_.power;
     end_.t = start_.t;
     const std::size_t before = of_.evaluations();
-    method_->step(of_, end_, place.length / place.whole);
+    h_ = place.length / place.whole;
+    method_->step(of_, end_, h_);
     end_.t = end;
     of_.accelerate(end, end_.first, end_.n, end_.q.data(), end_.v.data(), end_.a.data(), end_.power.data());
     const std::size_t each = (of_.evaluations() - before) / end_.n;
@@ -123,17 +125,26 @@ private:
       if (held->lets_go(k))
         return true;
       const mode *const modes = held->modes(k);
-      for (std::size_t i = 0; i < nv; ++i)
-        if ((modes[i] == mode::slides_up && !(v[i] > 0)) || (modes[i] == mode::slides_down && !(v[i] < 0)))
+      const double *const v0 = start_.v.data() + k * nv, *const a0 = start_.a.data() + k * nv,
+                          *const a1 = end_.a.data() + k * nv, h = h_;
+      for (std::size_t i = 0; i < nv; ++i) {
+        const double sign = modes[i] == mode::slides_up ? 1 : modes[i] == mode::slides_down ? -1 : 0;
+        if (sign != 0 && is_passed(sign * v0[i], sign * a0[i] * h, sign * v[i], sign * a1[i] * h))
           return true;
+      }
       for (const int i : limited_) {
-        const double x = q[of_.space().number_in_q(i)];
-        if (modes[i] < mode::sticks && !(x > task_.laws.lower[i] && x < task_.laws.upper[i]))
+        const std::ptrdiff_t number = of_.space().number_in_q(i);
+        const double x0 = start_.q[k * nq + static_cast<std::size_t>(number)], x1 = q[number], r0 = v0[i] * h, r1 = v[i] * h;
+        if (modes[i] < mode::sticks && (is_passed(x0 - task_.laws.lower[i], r0, x1 - task_.laws.lower[i], r1) ||
+                                        is_passed(task_.laws.upper[i] - x0, -r0, task_.laws.upper[i] - x1, -r1)))
           return true;
       }
     }
     return !set_users(k, end_, users_at_end_) || a_user_sees(k);
   }
+
+  /// May a function be zero in the step that has these values and rates at its ends; it falls at events.
+  static bool is_passed(double f0, double r0, double f1, double r1) { return !(f1 > 0) || may_dip(f0, r0, f1, r1); }
 
   /// The values of the user's functions for run k; false if there are none.
   bool set_users(std::size_t k, const block &b, std::vector<double> &values) {
@@ -169,6 +180,7 @@ private:
   std::vector<unsigned char> alive_;
   std::vector<double> closure_, users_, users_at_end_, breaks_;
   std::vector<int> limited_;
+  double h_ = 0; ///< of the step
 };
 
 } // namespace

@@ -336,11 +336,14 @@ private:
     b_.t = last_event_ = t;
     if (at_once_ > most_at_once * static_cast<int>(of_.nv()))
       return end_.coordinate = f.what == event_functions::kind::user ? -1 : f.number, ending::endless_events;
-    if (f.what == event_functions::kind::user) {
-      events_->push_back({run_, t, happening::function, f.number, 0});
-      if (task_.events[f.number].ends)
-        return ending::event;
-    } else {
+    bool ends = false;
+    for (const int number : event.users) {
+      events_->push_back({run_, t, happening::function, number, 0});
+      ends |= task_.events[number].ends;
+    }
+    if (ends)
+      return ending::event;
+    if (f.what != event_functions::kind::user) {
       if (!obey(f))
         return ending::stopped;
       if (of_.closed() && task_.project && !onto_loops())

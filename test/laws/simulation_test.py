@@ -210,6 +210,26 @@ def test_dry_friction_sticks_and_slips(how):
     assert pushed.q[-1, 0] - 5 == pytest.approx(way, abs=1e-8)
 
 
+@ALL
+def test_zeros_that_lie_in_one_step_are_found(how):
+    """A speed, and a distance from a limit, that are below zero for 0.02 s, between two steps that begin and end above."""
+    at, short, F = 1.02, 0.01, 4.0
+    m, times = slider([1, 0, 0], (0.0, 10.0)), np.linspace(0, 2, 3)
+    push = lambda t: F + 2 * 2.0 * (t - at)  # v = v₀ + (t − at)² − at², which is −short² at its lowest
+    q, v = [[5.0], [5.0]], [[at**2 - short**2]] * 2
+    runs = m.simulate(q, v, times, efforts=push(times)[:, np.newaxis], friction=F, **how)
+    for k in (0, 1):
+        assert [(e.what, pytest.approx(e.time, abs=1e-9)) for e in runs.events if e.run == k] == [("sticks", at - short), ("slips", at)]
+        assert runs.v[k, -1, 0] == pytest.approx((2 - at) ** 2, abs=1e-9)
+    q, v = [[at**2 - short**2]] * 2, [[-2 * at]] * 2
+    runs = m.simulate(q, v, times, efforts=[2 * 2.0], restitution=0.5, **how)
+    for k in (0, 1):
+        assert [(e.what, pytest.approx(e.time, abs=1e-9)) for e in runs.events if e.run == k] == [("lower limit", at - short)]
+    if "method" not in how:
+        run = m.simulate(q[0], v[0], times, efforts=[2 * 2.0], events=[lambda t, q, v: q[0], lambda t, q, v: -q[0]])
+        assert [(e.coordinate, pytest.approx(e.time, abs=1e-9)) for e in run.events] == [(0, at - short), (1, at - short), (0, at + short), (1, at + short)]
+
+
 def test_exact_friction_of_the_model_is_that_of_the_run():
     m = slider([1, 0, 0], friction=4.0).with_physics("exact friction")
     run = m.simulate([5.0], [2.0], [0.0, 3.0])
@@ -238,6 +258,22 @@ def test_functions_of_the_user_are_events(how):
     assert np.isfinite(run.q[:2]).all() and np.isnan(run.q[2]).all()
     passes.direction = -1
     assert m.simulate([0.0], [2.0], [0.0, 3.0], events=passes, **how).complete
+
+
+@ALL
+def test_functions_that_are_zero_at_the_same_instant_are_all_told(how):
+    """Beside each other, and beside an impact; one of them may end the run."""
+    m, falls = slider([0, 0, 1], (0.0, 10.0)), np.sqrt(2 / G)
+
+    def low(t, q, v):
+        return -2.0 * q[0]
+
+    height = lambda t, q, v: q[0]
+    run = m.simulate([1.0], [0.0], [0.0, 0.6], restitution=0.5, events=[height, lambda t, q, v: t - 5.0, low], **how)
+    assert [(e.what, e.coordinate) for e in run.events] == [("event", 0), ("event", 2), ("lower limit", 0)]
+    assert [e.time for e in run.events] == pytest.approx([falls] * 3, abs=1e-11)
+    low.terminal = True
+    assert m.simulate([1.0], [0.0], [0.0, 0.6], events=[height, low], **how).ended == pytest.approx(falls, abs=1e-11)
 
 
 def up(t, q, v):
