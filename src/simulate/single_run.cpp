@@ -18,6 +18,9 @@ namespace {
 constexpr double safety = 0.9, shrinks_at_most = 0.2, grows_at_most = 10, order = 8;
 /// A step turns no joint by more than this, rad: local coordinates end at 2π.
 constexpr double most_turn = 3;
+/// A step ends before a singular position that is near, by this share of itself, which is passed over from there along its polynomial; or
+/// where by chance it ends at most this far before one.
+constexpr double before_singular = 0.1, passed_over = 0.2;
 /// A bounce whose flight takes less than this share of the run is the last one.
 constexpr double shortest_flight = 1e-9;
 /// Events at one instant, for each coordinate, before the run is given up.
@@ -186,6 +189,10 @@ private:
 
   ending try_step(double until, double room) {
     dop853_step &step = *adaptive_;
+    if (ahead_ <= passed_over * kept_)
+      return pass_over(until, room);
+    if (next_ > ahead_ / (1 + before_singular))
+      next_ = ahead_ / (1 + before_singular);
     const bool ends_at_break = next_ >= room * (1 - 1e-9);
     const double h = ends_at_break ? room : std::fmin(next_, room / 2 > next_ ? next_ : room / 2);
     if (!(h > same_time * std::fabs(b_.t)) || !(h > 0))
@@ -197,6 +204,8 @@ private:
       const double wanted = std::isfinite(step.error()) ? safety * std::pow(step.error(), -1 / order) : shrinks_at_most;
       next_ = h * std::fmin(0.7, std::fmax(shrinks_at_most, wanted));
       was_rejected_ = true;
+      if (2 * ahead_ <= kept_)
+        return pass_over(until, room);
       return ending::complete;
     }
     ++end_.steps;
@@ -209,8 +218,23 @@ private:
     return finish(ends_at_break ? until : step.t() + h);
   }
 
+  /// Goes on as the last step did, over a singular position and as far beyond it, where accelerations are but rounding: velocities don't
+  /// jump there, so that of several ways on it is the one with the velocity that the mechanism has.
+  ending pass_over(double until, double room) {
+    const bool ends_at_break = 2 * ahead_ >= room;
+    const double h = ends_at_break ? room : 2 * ahead_;
+    adaptive_->go_on(h);
+    ++end_.steps;
+    if (task_.after_step && !task_.after_step(task_.step_context, run_, b_.t + h))
+      return ending::stopped;
+    return finish(ends_at_break ? until : b_.t + h);
+  }
+
   /// An accepted step: the events in it, the results at times in it, and its end, at time last.
   ending finish(double last) {
+    const double singular = of_.closed() ? singular_.find(*step_, step_->end_position(b_.q.data()), passes_over()) : -1;
+    if (singular > 0 && adaptive_ && task_.project && !passes_over() && is_before_singular(singular))
+      return ending::complete;
     functions_.list();
     found_event event;
     const bool has_times = stored_ < task_.times_n && task_.times[stored_] < last;
@@ -225,10 +249,15 @@ private:
     const double end = happens ? step_->t() + event.share * step_->h() : last;
     if (const ending how = store_until(end, happens); how != ending::complete)
       return how;
-    if (happens)
+    if (happens) {
+      if (singular >= event.share)
+        singular_.take_back();
       return happen(event, end);
-    if (of_.closed())
-      find_singular();
+    }
+    if (singular >= 0)
+      events_->push_back({run_, step_->t() + singular * step_->h(), happening::singular, -1, 0});
+    if (of_.closed() && !look_ahead())
+      return ending::stopped;
     step_->accept(end);
     b_.t = end, end_step();
     read_state();
@@ -253,10 +282,31 @@ private:
     return ending::complete;
   }
 
-  void find_singular() {
-    const double share = singular_.find(*step_, step_->end_position(b_.q.data()));
-    if (share >= 0)
-      events_->push_back({run_, step_->t() + share * step_->h(), happening::singular, -1, 0});
+  bool passes_over() const { return adaptive_ && adaptive_->goes_on(); }
+
+  /// A step over a singular position, to be taken again up to some way before; false where it begins there.
+  bool is_before_singular(double share) {
+    const double before = share * step_->h() / (1 + before_singular);
+    if (!(before > same_time * std::fabs(b_.t)))
+      return false;
+    singular_.take_back();
+    --end_.steps, ++end_.rejected;
+    next_ = before, was_rejected_ = true;
+    ahead_ = share * step_->h();
+    return true;
+  }
+
+  /// Is there a singular position near after the step: then its polynomial is kept.
+  bool look_ahead() {
+    kept_ = 0;
+    ahead_ = adaptive_ && task_.project ? singular_.ahead() * step_->h() : std::numeric_limits<double>::infinity();
+    if (!std::isfinite(ahead_))
+      return true;
+    if (!step_->make_dense())
+      return false;
+    adaptive_->keep_polynomial();
+    kept_ = step_->h();
+    return true;
   }
 
   void read_state() {
@@ -350,7 +400,7 @@ private:
         return ending::not_closed;
     }
     if (of_.closed())
-      singular_.begin(b_.q.data());
+      singular_.begin(b_.q.data()), ahead_ = std::numeric_limits<double>::infinity();
     return step_->begin(t, b_.q.data(), b_.v.data(), b_.work[0]) ? arrive(t) : ending::stopped;
   }
 
@@ -455,6 +505,7 @@ private:
   std::size_t break_ = 0, stored_ = 0;
   step_place place_ = {};
   bool is_within_ = false; ///< has an event ended the step of equal length before its end
+  double ahead_ = std::numeric_limits<double>::infinity(), kept_ = 0; ///< a singular position, s; the step whose polynomial is kept, s
   double next_ = 0, closure_ = 0, last_event_ = std::numeric_limits<double>::lowest();
   int at_once_ = 0;
   bool was_rejected_ = false;
