@@ -103,9 +103,9 @@ typedef enum ksl_ending_t {
   KSL_STEP_UNDERFLOW, /**< the step that the error allows is too small to change the time */
   KSL_TOO_MANY_STEPS,
   KSL_RUN_NOT_FINITE, /**< numbers overflow, or a function gave NaN */
-  KSL_NOT_SOLVED, /**< implicit equations of a step have no solution nearby */
-  KSL_NOT_CLOSED, /**< the loops can't be closed */
-  KSL_ENDLESS_EVENTS /**< events follow each other at one instant without end */
+  KSL_NOT_SOLVED,     /**< implicit equations of a step have no solution nearby */
+  KSL_NOT_CLOSED,     /**< the loops can't be closed */
+  KSL_ENDLESS_EVENTS  /**< events follow each other at one instant without end */
 } ksl_ending_t;
 typedef struct ksl_run_end_t {
   ksl_ending_t how;

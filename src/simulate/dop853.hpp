@@ -60,7 +60,7 @@ private:
   int worst_ = -1;
   std::vector<double> q_, start_, end_, stage_, scale_, rate_[dop853::extended];
   polynomial of_step_, kept_;
-  bool goes_on_ = false; ///< is the step one along kept_
+  bool goes_on_ = false;      ///< is the step one along kept_
   std::vector<int> position_; ///< (nv) where a coordinate's size is in q; −1: the size is 1
 };
 

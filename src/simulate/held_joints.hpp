@@ -82,10 +82,10 @@ private:
 
   const exact_laws &laws_;
   std::size_t nv_, now_ = 0; ///< now_: where in mode_ those of the run that is looked at begin
-  std::vector<mode> mode_; ///< (runs, nv)
+  std::vector<mode> mode_;   ///< (runs, nv)
   std::vector<double> friction_, holding_;
-  std::vector<double> left_; ///< acceleration of a coordinate that is to be held and can't be; 0: it is
-  std::vector<mode> let_go_; ///< how a coordinate that was let go at this instant was held; free: it wasn't
+  std::vector<double> left_;      ///< acceleration of a coordinate that is to be held and can't be; 0: it is
+  std::vector<mode> let_go_;      ///< how a coordinate that was let go at this instant was held; free: it wasn't
   std::vector<double> let_go_at_; ///< |λ| then
   std::vector<double> all_columns_, matrix_, right_, wanted_, response_;
   double *columns_ = nullptr; ///< accelerations (held, nv) that efforts of 1 at the coordinates held_ cause

@@ -16,9 +16,10 @@ class runs_under_laws {
 public:
   runs_under_laws(const model &m, const simulation &task, const results &out, std::size_t first, std::size_t n,
                   run_end *ends, std::vector<simulated_event> *events)
-      : task_(task), out_(out), of_(m, task, n), start_(of_, n), end_(of_, n), method_(make_method(task.method, of_, n)),
-        lone_(m, task, out), ends_(ends), events_(events), alive_(n, 1), closure_(n, 0),
-        users_(n * static_cast<std::size_t>(task.events_n)), users_at_end_(users_.size()), breaks_(breaks_of(task)) {
+      : task_(task), out_(out), of_(m, task, n), start_(of_, n), end_(of_, n),
+        method_(make_method(task.method, of_, n)), lone_(m, task, out), ends_(ends), events_(events), alive_(n, 1),
+        closure_(n, 0), users_(n * static_cast<std::size_t>(task.events_n)), users_at_end_(users_.size()),
+        breaks_(breaks_of(task)) {
     for (block *b : {&start_, &end_})
       b->first = first, b->n = n, b->t = task.times[0];
     for (int k = 0; task.laws.restitution && k < m.nv(); ++k)
@@ -47,9 +48,14 @@ public:
 private:
   lone_state state_of(std::size_t k, block &b) {
     const std::size_t nq = of_.nq(), nv = of_.nv();
-    return {b.first + k,         b.q.data() + k * nq, b.v.data() + k * nv,
-            b.work.data() + k,   b.a.data() + k * nv, b.power.data() + k,
-            of_.held() ? of_.held()->modes(k) : nullptr, ends_ + k};
+    return {b.first + k,
+            b.q.data() + k * nq,
+            b.v.data() + k * nv,
+            b.work.data() + k,
+            b.a.data() + k * nv,
+            b.power.data() + k,
+            of_.held() ? of_.held()->modes(k) : nullptr,
+            ends_ + k};
   }
 
   /// False if no run goes on.
@@ -134,7 +140,8 @@ private:
       }
       for (const int i : limited_) {
         const std::ptrdiff_t number = of_.space().number_in_q(i);
-        const double x0 = start_.q[k * nq + static_cast<std::size_t>(number)], x1 = q[number], r0 = v0[i] * h, r1 = v[i] * h;
+        const double x0 = start_.q[k * nq + static_cast<std::size_t>(number)], x1 = q[number], r0 = v0[i] * h,
+                     r1 = v[i] * h;
         if (modes[i] < mode::sticks && (is_passed(x0 - task_.laws.lower[i], r0, x1 - task_.laws.lower[i], r1) ||
                                         is_passed(task_.laws.upper[i] - x0, -r0, task_.laws.upper[i] - x1, -r1)))
           return true;
@@ -186,8 +193,8 @@ private:
 } // namespace
 
 bool go_in_lanes_under_laws(const model &m, const simulation &task) {
-  const bool in_lanes = task.method == stepping::semi_implicit_euler || task.method == stepping::rk4 ||
-                        task.method == stepping::rkmk4;
+  const bool in_lanes =
+      task.method == stepping::semi_implicit_euler || task.method == stepping::rk4 || task.method == stepping::rkmk4;
   return in_lanes && m.loops().empty() && !task.drives.function && task.runs > 1;
 }
 

@@ -477,10 +477,10 @@ private:
       held.at(k) = lower ? held_joints::mode::at_lower : held_joints::mode::at_upper;
     }
     events_->push_back({run_, b_.t,
-                       rests   ? happening::rest
-                       : lower ? happening::lower_limit
-                               : happening::upper_limit,
-                       k, b_.v[at_k]});
+                        rests   ? happening::rest
+                        : lower ? happening::lower_limit
+                                : happening::upper_limit,
+                        k, b_.v[at_k]});
     return true;
   }
 
@@ -505,7 +505,8 @@ private:
   std::size_t break_ = 0, stored_ = 0;
   step_place place_ = {};
   bool is_within_ = false; ///< has an event ended the step of equal length before its end
-  double ahead_ = std::numeric_limits<double>::infinity(), kept_ = 0; ///< a singular position, s; the step whose polynomial is kept, s
+  double ahead_ = std::numeric_limits<double>::infinity(),
+         kept_ = 0; ///< a singular position, s; the step whose polynomial is kept, s
   double next_ = 0, closure_ = 0, last_event_ = std::numeric_limits<double>::lowest();
   int at_once_ = 0;
   bool was_rejected_ = false;

@@ -16,9 +16,10 @@ std::vector<double> breaks_of(const simulation &task);
 
 /// Where a run is among the steps of equal length between two breaks.
 struct step_place {
-  double t;                          ///< now
-  double begin, length, taken, whole; ///< the first break, the time to the next, and how many of how many steps are taken
-  std::size_t next_break, stored;    ///< which break ends them; rows of results that are stored
+  double t; ///< now
+  double begin, length, taken,
+      whole;                      ///< the first break, the time to the next, and how many of how many steps are taken
+  std::size_t next_break, stored; ///< which break ends them; rows of results that are stored
 
   /// Of the next step, `until` being the break that ends them all.
   double end(double until) const { return taken + 1 == whole ? until : begin + length * ((taken + 1) / whole); }

@@ -30,11 +30,11 @@ private:
 
   system &of_;
   std::vector<double> q_, v_;
-  double before_ = 1, usual_ = 0; ///< at the beginning of the step; the largest so far
-  double first_ = 0;              ///< at the beginning of the last one
-  bool falls_ = false;            ///< did the pivot fall until the end of the last step
+  double before_ = 1, usual_ = 0;        ///< at the beginning of the step; the largest so far
+  double first_ = 0;                     ///< at the beginning of the last one
+  bool falls_ = false;                   ///< did the pivot fall until the end of the last step
   bool fell_ = false, was_near_ = false; ///< at the beginning of the last step
-  bool is_near_ = false;          ///< has a singular position been told that the run hasn't left
+  bool is_near_ = false;                 ///< has a singular position been told that the run hasn't left
 };
 
 } // namespace ksl::simulating

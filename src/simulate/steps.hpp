@@ -39,7 +39,7 @@ protected:
 std::unique_ptr<method> make_semi_implicit_euler(const system &of, std::size_t most);
 std::unique_ptr<method> make_rk4(const system &of, std::size_t most);
 std::unique_ptr<method> make_rkmk4(const system &of, std::size_t most);
-std::unique_ptr<method> make_sdirk4(const system &of);      // for one run at a time
+std::unique_ptr<method> make_sdirk4(const system &of);                        // for one run at a time
 std::unique_ptr<method> make_variational(const system &of, std::size_t most); // for one at a time of closed mechanisms
 
 /// out = Σ cᵢ xᵢ, of n numbers each.

@@ -197,13 +197,13 @@ private:
       v_[i] += scratch_[i];
       correction = std::fmax(correction, std::fabs(scratch_[i])), speed = std::fmax(speed, std::fabs(v_[i]));
     }
-    const bool is_finite = std::all_of(scratch_.begin() + at(k), scratch_.begin() + at(k + 1),
-                                       [](double x) { return std::isfinite(x); });
+    const bool is_finite =
+        std::all_of(scratch_.begin() + at(k), scratch_.begin() + at(k + 1), [](double x) { return std::isfinite(x); });
     if (!is_finite || iteration == most_iterations)
       found_[k] = iteration == 0 ? outcome::not_finite : outcome::not_solved;
     const double near = nearly_solved * speed + rounding;
-    moves_[k] = found_[k] == outcome::done && correction > solved * speed &&
-                !(correction >= before_[k] && before_[k] <= near);
+    moves_[k] =
+        found_[k] == outcome::done && correction > solved * speed && !(correction >= before_[k] && before_[k] <= near);
     before_[k] = correction;
   }
   std::ptrdiff_t at(std::size_t k) const { return static_cast<std::ptrdiff_t>(k * nv_); }
@@ -255,7 +255,8 @@ private:
   }
 
   /// Element k of the product of a run's matrix, transposed, and its x.
-  double column(const std::vector<double> &matrices, std::size_t run, std::size_t k, const std::vector<double> &x) const {
+  double column(const std::vector<double> &matrices, std::size_t run, std::size_t k,
+                const std::vector<double> &x) const {
     const double *const matrix = matrices.data() + run * nv_ * nv_;
     double sum = 0;
     for (std::size_t i = 0; i < nv_; ++i)
