@@ -167,9 +167,11 @@ def _times(how: Simulated, followed: Motion | None, begin: float) -> Array:
         raise MotionError(f"simulation: until {until:g} s is not after its beginning, {begin:g} s")
     if not 0 < how.rate < math.inf:
         raise MotionError(f"simulation: rate {how.rate:g}; expected samples a second, more than 0")
-    if (until - begin) * how.rate > MOST_SAMPLES:
-        raise MotionError(f"simulation: {(until - begin) * how.rate:.3g} samples; give a lower rate than {how.rate:g} a second, or an earlier end")
-    samples = max(2, round((until - begin) * how.rate) + 1)
+    wanted = (until - begin) * how.rate + 1
+    samples = max(2, round(min(wanted, 2.0**53)))
+    if samples > MOST_SAMPLES:
+        told = f"{samples:,}" if wanted < 2.0**53 else f"{wanted:.3g}"
+        raise MotionError(f"simulation: {told} samples; give a lower rate than {how.rate:g} a second, or an earlier end")
     times: Array = np.linspace(begin, until, samples)
     return times
 

@@ -102,12 +102,13 @@ class SimulationCalls(Calls):
         watched = list(events) if isinstance(events, Iterable) else [events]
         are_alone = bool(watched) or "exact friction" in self.physics or any(laws[name] is not None for name in ("restitution", "friction", "brake"))
         drives = DriveNumbers(self, efforts, instants, leading, which in IN_LANES and not are_alone)
+        most = _count(most_steps, "most_steps")
         how = {
             "method": METHODS.index(which),
             "step": _step(step, which, instants),
             "rtol": _positive(rtol, "rtol", zero=True),
             "atol": _positive(atol, "atol", zero=True),
-            "most_steps": _count(most_steps, "most_steps"),
+            "most_steps": most,
             "project": given.flag(project, "project"),
         }
         wrenches = self._wrenches_over_time(external, external_axes, instants, leading)
@@ -129,7 +130,7 @@ class SimulationCalls(Calls):
             progress,
         )
         result = self._simulation(instants, leading, arrays, ends, happened, not wrenches)
-        self._warn_of_ends(result, ends, drives, how["most_steps"])
+        self._warn_of_ends(result, ends, drives, most)
         return result
 
     def _require_closed_start(self, q: Array, v: Array) -> None:
