@@ -75,10 +75,15 @@ private:
   }
 
   bool all_finite() const {
-    double sum = 0;
-    for (const double v : b_.v)
-      sum += 0 * v;
-    return sum == 0;
+    constexpr std::size_t chains = 16; // of additions that don't wait for each other
+    double sums[chains] = {};
+    const std::size_t n = b_.v.size(), whole = n - n % chains;
+    for (std::size_t i = 0; i < whole; i += chains)
+      for (std::size_t j = 0; j < chains; ++j)
+        sums[j] += 0 * b_.v[i + j];
+    for (std::size_t i = whole; i < n; ++i)
+      sums[0] += 0 * b_.v[i];
+    return std::all_of(sums, sums + chains, [](double sum) { return sum == 0; });
   }
   void drop_not_finite(std::size_t i) {
     for (std::size_t k = 0; k < b_.n; ++k)

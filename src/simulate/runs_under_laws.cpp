@@ -195,7 +195,8 @@ private:
 bool go_in_lanes_under_laws(const model &m, const simulation &task) {
   const bool in_lanes =
       task.method == stepping::semi_implicit_euler || task.method == stepping::rk4 || task.method == stepping::rkmk4;
-  return in_lanes && m.loops().empty() && !task.drives.function && task.runs > 1;
+  const bool may_happen = task.laws.any() || task.events_n > 0;
+  return may_happen && in_lanes && m.loops().empty() && !task.drives.function && task.runs > 1;
 }
 
 void run_under_laws(const model &m, const simulation &task, const results &out, std::size_t first, std::size_t n,

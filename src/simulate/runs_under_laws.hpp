@@ -5,7 +5,7 @@
 
 namespace ksl::simulating {
 
-/// Trees under steps of equal length, with drives that are no functions: those are called with all runs or with one.
+/// Runs with laws or events, of trees, under steps of equal length, with drives that are no functions: those are called with all runs or with one.
 bool go_in_lanes_under_laws(const model &m, const simulation &task);
 
 /// The runs [first, first + n), how they end, and their events.  Bits are those of single runs.
