@@ -84,6 +84,8 @@ def test_an_emergency_stop_under_brakes(panda):
     (case,) = cases_of_text(panda, text)
     assert case.motion.time[0] == pytest.approx(1.0, abs=0.01) and np.abs(case.motion.v[-1]).max() < 1e-12
     assert any("brakes engage at 1 s" in note and "sticks" in note for note in case.motion.source.notes)
+    rubbed = case_of(panda, "until = 0.1, friction = 1.0")
+    assert any("drives, brakes and dry friction together" in note for note in rubbed.motion.source.notes) and not any("together" in note for note in case.motion.source.notes)
 
 
 REFUSED = {

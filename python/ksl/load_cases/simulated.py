@@ -219,6 +219,8 @@ def _notes(run: Simulation, how: Simulated) -> list[str]:
         told = [f"{words.get(e.what, e.what)}{f' of {one_line(e.joint)}' if e.joint else ''} at {e.time:.6g} s" for e in run.events[:MOST_EVENTS]]
         more = f" and {len(run.events) - MOST_EVENTS} more" if len(run.events) > MOST_EVENTS else ""
         notes.append(f"events: {'; '.join(told)}{more}")
+    if how.friction:
+        notes.append("efforts are those of drives, brakes and dry friction together: friction adds to what is compared with effort limits")
     if any(e.what in IMPACTS for e in run.events):
         notes.append("impacts on limits are shorter than any sample: wrenches during them are in no result")
     return notes
