@@ -17,8 +17,8 @@ public:
   runs_under_laws(const model &m, const simulation &task, const results &out, std::size_t first, std::size_t n,
                   run_end *ends, std::vector<simulated_event> *events)
       : task_(task), out_(out), of_(m, task, n), start_(of_, n), end_(of_, n),
-        method_(make_method(task.method, of_, n)), lone_(m, task, out), ends_(ends), events_(events), alive_(n, 1),
-        closure_(n, 0), users_(n * static_cast<std::size_t>(task.events_n)), users_at_end_(users_.size()),
+        method_(make_method(task.method, of_, n)), lone_(make_lone_run(m, task, out)), ends_(ends), events_(events),
+        alive_(n, 1), closure_(n, 0), users_(n * static_cast<std::size_t>(task.events_n)), users_at_end_(users_.size()),
         breaks_(breaks_of(task)) {
     for (block *b : {&start_, &end_})
       b->first = first, b->n = n, b->t = task.times[0];
@@ -29,7 +29,7 @@ public:
 
   void run() {
     for (std::size_t k = 0; k < start_.n; ++k) {
-      lone_.start(state_of(k, start_), events_[k]);
+      lone_->start(state_of(k, start_), events_[k]);
       note_end(k, start_);
       alive_[k] = alive_[k] && set_users(k, start_, users_);
     }
@@ -99,7 +99,7 @@ private:
     std::copy_n(start_.q.data() + k * nq, nq, end_.q.data() + k * nq);
     std::copy_n(start_.v.data() + k * nv, nv, end_.v.data() + k * nv);
     end_.work[k] = start_.work[k];
-    lone_.step(place, state_of(k, end_), events_[k]);
+    lone_->step(place, state_of(k, end_), events_[k]);
     note_end(k, end_);
     alive_[k] = alive_[k] && set_users(k, end_, users_at_end_);
   }
@@ -181,7 +181,7 @@ private:
   system of_;
   block start_, end_;
   std::unique_ptr<method> method_;
-  lone_run lone_;
+  std::unique_ptr<lone_run> lone_;
   run_end *ends_;
   std::vector<simulated_event> *events_;
   std::vector<unsigned char> alive_;

@@ -513,6 +513,20 @@ private:
   run_end end_;
 };
 
+class one_of_lanes final : public lone_run {
+public:
+  one_of_lanes(const model &m, const simulation &task, const results &out) : run_(m, task, out, 0, none_) {}
+
+  void start(const lone_state &state, std::vector<simulated_event> &events) override { run_.start(state, events); }
+  void step(const step_place &place, const lone_state &state, std::vector<simulated_event> &events) override {
+    run_.step(place, state, events);
+  }
+
+private:
+  std::vector<simulated_event> none_;
+  single_run run_;
+};
+
 } // namespace
 
 std::vector<double> breaks_of(const simulation &task) {
@@ -543,20 +557,8 @@ run_end run_single(const model &m, const simulation &task, const results &out, s
   return single_run(m, task, out, run, events).go();
 }
 
-struct lone_run::parts {
-  std::vector<simulated_event> none;
-  single_run run;
-  parts(const model &m, const simulation &task, const results &out) : run(m, task, out, 0, none) {}
-};
-
-lone_run::lone_run(const model &m, const simulation &task, const results &out)
-    : parts_(std::make_unique<parts>(m, task, out)) {}
-lone_run::~lone_run() = default;
-void lone_run::start(const lone_state &state, std::vector<simulated_event> &events) {
-  parts_->run.start(state, events);
-}
-void lone_run::step(const step_place &place, const lone_state &state, std::vector<simulated_event> &events) {
-  parts_->run.step(place, state, events);
+std::unique_ptr<lone_run> make_lone_run(const model &m, const simulation &task, const results &out) {
+  return std::make_unique<one_of_lanes>(m, task, out);
 }
 
 } // namespace ksl::simulating

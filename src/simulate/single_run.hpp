@@ -34,20 +34,19 @@ struct lone_state {
 };
 class lone_run {
 public:
-  lone_run(const model &m, const simulation &task, const results &out);
-  ~lone_run();
+  virtual ~lone_run() = default;
   lone_run(const lone_run &) = delete;
   lone_run &operator=(const lone_run &) = delete;
 
   /// The beginning of the run, its row of results included.
-  void start(const lone_state &state, std::vector<simulated_event> &events);
+  virtual void start(const lone_state &state, std::vector<simulated_event> &events) = 0;
   /// One step, with its row of results where it ends at a time of them.
-  void step(const step_place &place, const lone_state &state, std::vector<simulated_event> &events);
+  virtual void step(const step_place &place, const lone_state &state, std::vector<simulated_event> &events) = 0;
 
-private:
-  struct parts;
-  std::unique_ptr<parts> parts_;
+protected:
+  lone_run() = default;
 };
+std::unique_ptr<lone_run> make_lone_run(const model &m, const simulation &task, const results &out);
 
 run_end run_single(const model &m, const simulation &task, const results &out, std::size_t run,
                    std::vector<simulated_event> &events);
