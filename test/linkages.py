@@ -41,3 +41,20 @@ def four_bar(**options):
     for name, parent, child, x in (("A", "ground", "crank", 0), ("B", "crank", "coupler", 0.2), ("D", "ground", "rocker", 0.6)):
         b.add_joint(name, "continuous", parent, child, pose=at(x), axis=(0, 1, 0), **options)
     return b.add_loop("C", "revolute", "coupler", "rocker", at(0.6), at(0.5), axis=(0, 1, 0)).build(drives=["A"])
+
+
+def at(p, R=None):
+    """A pose."""
+    return np.vstack([np.column_stack([np.eye(3) if R is None else R, p]), [0, 0, 0, 1]])
+
+
+def equal_four_bars(loops):
+    """Upright rods of 1 m and 1 kg, 1 m apart, joined by others at their ends: equations lose rank where all are on one line."""
+    up, rod = np.array([[0, 0, -1], [0, 1, 0], [1, 0, 0.0]]), {"mass": 1.0, "center_of_mass": (0.5, 0, 0), "inertia": np.diag([0, 1, 1]) / 12}
+    b = ksl.Builder(f"{loops} four-bars of equal rods").add_link("ground")
+    for k in range(loops + 1):
+        b.add_link(f"rod{k}", **rod).add_joint(f"rod_{k}", "continuous", "ground", f"rod{k}", pose=at([k, 0, 0], up), axis=(0, 1, 0))
+    for k in range(loops):
+        b.add_link(f"bar{k}", **rod).add_joint(f"bar_{k}", "continuous", f"rod{k}", f"bar{k}", pose=at([1, 0, 0], up.T), axis=(0, 1, 0))
+        b.add_loop(f"end_{k}", "revolute", f"bar{k}", f"rod{k + 1}", at([1, 0, 0]), at([1, 0, 0]), axis=(0, 1, 0))
+    return b.build()

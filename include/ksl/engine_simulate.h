@@ -42,7 +42,7 @@ typedef struct ksl_drive_law_t {
   bool computed_torque;                        /**< ID is inverse dynamics */
   ksl_rows_over_time_t position;               /**< q_d (nq) */
   ksl_rows_over_time_t velocity, acceleration; /**< v_d and a_d (nv) at the same times; absent: zero */
-  const double *stiffness, *damping;           /**< (nv); NULL: zero */
+  const double *stiffness, *damping;           /**< (nv); NULL: zero.  They need positions, as computed torque does */
   const double *limit;                         /**< (nv); NULL: none */
   const bool *driven;                          /**< (nv) which coordinates have a drive; NULL: all */
   ksl_effort_function_t function; /**< instead of all this; may be called by several threads if threads is not 1 */
@@ -102,9 +102,10 @@ typedef enum ksl_ending_t {
   KSL_STOPPED,        /**< by a function that returned false */
   KSL_STEP_UNDERFLOW, /**< the step that the error allows is too small to change the time */
   KSL_TOO_MANY_STEPS,
-  KSL_RUN_NOT_FINITE,
-  KSL_NOT_SOLVED, /**< implicit equations of a step have no solution nearby */
-  KSL_NOT_CLOSED  /**< the loops can't be closed */
+  KSL_RUN_NOT_FINITE, /**< numbers overflow, or a function gave NaN */
+  KSL_NOT_SOLVED,     /**< implicit equations of a step have no solution nearby */
+  KSL_NOT_CLOSED,     /**< the loops can't be closed */
+  KSL_ENDLESS_EVENTS  /**< events follow each other at one instant without end */
 } ksl_ending_t;
 typedef struct ksl_run_end_t {
   ksl_ending_t how;

@@ -58,10 +58,11 @@ struct drive_law {
   rows_over_time position = {};     ///< q_d (nq)
   rows_over_time velocity = {};     ///< v_d (nv) at the times of the positions; absent: zero
   rows_over_time acceleration = {}; ///< a_d (nv), likewise
-  const double *stiffness = nullptr, *damping = nullptr; ///< (nv); null: zero
-  const double *limit = nullptr;                         ///< (nv), may be infinite; null: none
-  const unsigned char *driven = nullptr;                 ///< (nv) flags; null: all
-  effort_function function = nullptr;                    ///< instead of all this
+  const double *stiffness = nullptr,
+               *damping = nullptr;       ///< (nv); null: zero.  They need positions, as computed torque does
+  const double *limit = nullptr;         ///< (nv), may be infinite; null: none
+  const unsigned char *driven = nullptr; ///< (nv) flags; null: all
+  effort_function function = nullptr;    ///< instead of all this
   void *context = nullptr;
 };
 
@@ -164,9 +165,10 @@ enum class ending {
   stopped,        ///< at the last time; by an event; by a function that returned false
   step_underflow, ///< the step that the error allows is too small to change the time
   too_many_steps,
-  not_finite, ///< numbers overflow, or a function gave NaN
-  not_solved, ///< implicit equations of a step have no solution nearby
-  not_closed, ///< the mechanism can't be closed
+  not_finite,    ///< numbers overflow, or a function gave NaN
+  not_solved,    ///< implicit equations of a step have no solution nearby
+  not_closed,    ///< the mechanism can't be closed
+  endless_events ///< events follow each other at one instant without end
 };
 struct run_end {
   ending how = ending::complete;
@@ -183,7 +185,7 @@ struct simulation_record {
 };
 
 /// Simulates.  Runs don't depend on each other, on their number or on threads: the same bits.  Methods with fixed steps compute runs in
-/// lanes; dop853, and all of them under exact laws and with events, one by one.  Allocates.  Throws std::invalid_argument for what a method can't do, std::bad_alloc and std::runtime_error (KSL_ISA).
+/// lanes, trees also under exact laws and with events; dop853 and sdirk4 compute them one by one.  Allocates.  Throws std::invalid_argument for what a method can't do, std::bad_alloc and std::runtime_error (KSL_ISA).
 KSL_EXPORT simulation_record simulate(const model &m, const simulation &task, const simulation_results &out);
 
 } // namespace ksl

@@ -5,6 +5,7 @@
 #include "ksl/dynamics.hpp"
 #include "ksl/loops.hpp"
 #include "ksl/simulate.hpp"
+#include "simulate/manifold.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -33,6 +34,22 @@ void require_between(const double *x, int n, double least, double most, const ch
     require(x[k] >= least && x[k] <= most, sentence);
 }
 
+/// Starts lie within the limits at which joints throw back.
+void require_within_limits(const model &m, const simulation &task) {
+  const exact_laws &laws = task.laws;
+  const simulating::manifold space(m);
+  for (int k = 0; laws.restitution && k < m.nv(); ++k) {
+    const int number = space.number_in_q(k);
+    if (number < 0 || laws.restitution[k] < 0)
+      continue;
+    require(laws.lower[k] <= laws.upper[k], "lower limits of joints must not be above upper ones");
+    for (std::size_t run = 0; run < task.runs; ++run) {
+      const double q = task.q[run * static_cast<std::size_t>(m.nq()) + static_cast<std::size_t>(number)];
+      require(q >= laws.lower[k] && q <= laws.upper[k], "q must begin within the limits at which joints throw back");
+    }
+  }
+}
+
 void set_laws(const model &m, const ksl_exact_laws_t &given, exact_laws &laws) {
   const int nv = m.nv();
   require(!given.restitution || (given.lower && given.upper),
@@ -56,7 +73,6 @@ void set_drives(const model &m, const ksl_simulation_t &given, drive_law &law, s
   require((!law.velocity || law.velocity.n == law.position.n) &&
               (!law.acceleration || law.acceleration.n == law.position.n),
           "velocities and accelerations of the motion asked for must have the times of its positions");
-  require(law.position || !d.computed_torque, "computed torque needs positions of the motion asked for");
   law.holds_gravity = d.holds_gravity, law.computed_torque = d.computed_torque;
   law.stiffness = d.stiffness, law.damping = d.damping, law.limit = d.limit;
   require_between(d.stiffness, m.nv(), -largest, largest, "stiffness must be finite");
@@ -147,7 +163,7 @@ ksl_status_t ksl_simulate(const ksl_model_t *m, const ksl_simulation_t *given, c
     }
     task.external_n = static_cast<int>(wrenches.size()), task.external = wrenches.data();
     if (laws)
-      set_laws(model, *laws, task.laws);
+      set_laws(model, *laws, task.laws), require_within_limits(model, task);
     std::vector<ksl::event_rule> rules;
     set_events(*given, task, rules);
     task.after_step = given->after_step, task.step_context = given->step_context;

@@ -14,7 +14,7 @@ dop853_step::dop853_step(system &of, std::size_t run, double relative, double ab
       end_(state_.size()), stage_(state_.size()), scale_(2 * of.nv()), position_(of.nv(), -1) {
   for (std::vector<double> &x : rate_)
     x.resize(state_.size());
-  for (std::vector<double> &x : dense_)
+  for (std::vector<double> &x : of_step_.part)
     x.resize(state_.size());
   const model &m = of.of();
   for (int j = 0; j < m.moving_joints(); ++j) {
@@ -27,7 +27,7 @@ dop853_step::dop853_step(system &of, std::size_t run, double relative, double ab
 }
 
 bool dop853_step::begin(double t, const double *q, const double *v, double work) {
-  t_ = t;
+  t_ = t, goes_on_ = false;
   std::copy_n(q, q_.size(), q_.data());
   std::fill(start_.begin(), start_.end(), 0);
   std::copy_n(v, of_.nv(), start_.data() + of_.nv());
@@ -63,7 +63,7 @@ void dop853_step::set_scale() {
 }
 
 outcome dop853_step::attempt(double h) {
-  h_ = h;
+  h_ = h, goes_on_ = false;
   for (int s = 1; s <= table::stages; ++s)
     if (!stage(s))
       return outcome::stopped;
@@ -119,45 +119,77 @@ bool dop853_step::guess_step(double most, double &h) {
 }
 
 bool dop853_step::make_dense() {
+  if (goes_on_)
+    return true;
   for (int s = table::stages + 1; s < table::extended; ++s)
     if (!stage(s))
       return false;
+  of_step_.h = h_, of_step_.q = q_, of_step_.start = start_;
+  std::vector<double> *const part = of_step_.part;
   for (std::size_t i = 0; i < start_.size(); ++i) {
     const double change = end_[i] - start_[i];
-    dense_[0][i] = change;
-    dense_[1][i] = h_ * rate_[0][i] - change;
-    dense_[2][i] = 2 * change - h_ * (rate_[table::stages][i] + rate_[0][i]);
+    part[0][i] = change;
+    part[1][i] = h_ * rate_[0][i] - change;
+    part[2][i] = 2 * change - h_ * (rate_[table::stages][i] + rate_[0][i]);
     for (int k = 0; k < 4; ++k) {
       double sum = 0;
       for (int s = 0; s < table::extended; ++s)
         if (table::dense[k][s] != 0)
           sum += table::dense[k][s] * rate_[s][i];
-      dense_[3 + k][i] = h_ * sum;
+      part[3 + k][i] = h_ * sum;
     }
   }
   return true;
 }
 
-outcome dop853_step::at(double share, double *q, double *v, double *work) {
-  const std::size_t n = start_.size(), nv = of_.nv();
-  std::vector<double> y(n, 0);
+void dop853_step::state_on(const polynomial &p, double share, double *q, double *y) const {
+  const std::size_t n = p.start.size();
+  std::fill_n(y, n, 0.0);
   for (int k = 6; k >= 0; --k)
     for (std::size_t i = 0; i < n; ++i)
-      y[i] = (y[i] + dense_[k][i]) * (k % 2 == 0 ? share : 1 - share);
+      y[i] = (y[i] + p.part[k][i]) * (k % 2 == 0 ? share : 1 - share);
   for (std::size_t i = 0; i < n; ++i)
-    y[i] += start_[i];
-  of_.space().move(1, q_.data(), y.data(), q);
+    y[i] += p.start[i];
+  of_.space().move(1, p.q.data(), y, q);
+}
+
+outcome dop853_step::at(double share, double *q, double *v, double *work) {
+  const std::size_t nv = of_.nv();
+  std::vector<double> y(start_.size());
+  if (goes_on_)
+    state_on(kept_, 1 + share * h_ / kept_.h, q, y.data());
+  else
+    state_on(of_step_, share, q, y.data());
   std::copy_n(y.data() + nv, nv, v);
   *work = y[2 * nv];
   return outcome::done;
 }
 
+const double *dop853_step::end_position(double *q) {
+  if (goes_on_)
+    state_on(kept_, 1 + h_ / kept_.h, q, stage_.data());
+  else
+    of_.space().move(1, q_.data(), end_.data(), q);
+  return q;
+}
+
+void dop853_step::keep_polynomial() { kept_ = of_step_; }
+
+void dop853_step::go_on(double h) { h_ = h, goes_on_ = true; }
+
 void dop853_step::accept(double t) {
   const std::size_t nv = of_.nv();
+  t_ = t;
+  if (goes_on_) { // whose rates whoever calls has to find
+    std::vector<double> q(q_.size());
+    state_on(kept_, 1 + h_ / kept_.h, q.data(), start_.data());
+    q_ = q;
+    std::fill_n(start_.data(), nv, 0.0);
+    return;
+  }
   of_.space().move(1, q_.data(), end_.data(), q_.data());
   start_ = end_;
   std::fill_n(start_.data(), nv, 0.0);
-  t_ = t;
   std::swap(rate_[0], rate_[table::stages]);
   std::copy_n(start_.data() + nv, nv, rate_[0].data()); // about the new position the rate of u is v
 }

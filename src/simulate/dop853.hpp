@@ -28,12 +28,15 @@ public:
   outcome at(double share, double *q, double *v, double *work) override;
   int parts() const override { return 8; }
 
-  const double *end_position(double *q) override {
-    of_.space().move(1, q_.data(), end_.data(), q);
-    return q;
-  }
+  const double *end_position(double *q) override;
 
   void accept(double t) override;
+
+  /// Keeps the polynomial of the step that was attempted, after make_dense.
+  void keep_polynomial();
+  /// The next step is as long as that polynomial goes on; nothing is evaluated.
+  void go_on(double h);
+  bool goes_on() const { return goes_on_; }
 
   double t() const override { return t_; }
   double h() const override { return h_; }
@@ -42,14 +45,22 @@ public:
   double work() const override { return start_[2 * of_.nv()]; }
 
 private:
+  struct polynomial {
+    double h = 0;
+    std::vector<double> q, start, part[7]; ///< about the position q
+  };
+
   void set_scale();
+  void state_on(const polynomial &p, double share, double *q, double *y) const;
   bool stage(int s);
 
   system &of_;
   local_state state_;
   double relative_, absolute_, t_ = 0, h_ = 0, error_ = 0;
   int worst_ = -1;
-  std::vector<double> q_, start_, end_, stage_, scale_, rate_[dop853::extended], dense_[7];
+  std::vector<double> q_, start_, end_, stage_, scale_, rate_[dop853::extended];
+  polynomial of_step_, kept_;
+  bool goes_on_ = false;      ///< is the step one along kept_
   std::vector<int> position_; ///< (nv) where a coordinate's size is in q; −1: the size is 1
 };
 

@@ -4,9 +4,9 @@
 
 namespace ksl::simulating {
 
-equal_step::equal_step(system &of, std::size_t run, stepping how)
+equal_step::equal_step(system &of, stepping how)
     : of_(of), method_(make_method(how, of, 1)), start_(of, 1), end_(of, 1), within_(of, 1) {
-  start_.first = run, start_.n = 1;
+  start_.n = 1;
 }
 
 bool equal_step::begin(double t, const double *q, const double *v, double work) {

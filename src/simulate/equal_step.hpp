@@ -3,12 +3,15 @@
 #pragma once
 
 #include "simulate/continuous_step.hpp"
+#include "simulate/results.hpp"
 
 namespace ksl::simulating {
 
 class equal_step final : public continuous_step {
 public:
-  equal_step(system &of, std::size_t run, stepping how);
+  equal_step(system &of, stepping how);
+
+  void set_run(std::size_t run) { start_.first = end_.first = within_.first = run; }
 
   bool begin(double t, const double *q, const double *v, double work) override;
   outcome attempt(double h) override;
@@ -17,6 +20,8 @@ public:
   int parts() const override { return 1; }
   const double *end_position(double *) override { return end_.q.data(); }
   void accept(double t) override;
+  /// The first coordinate whose numbers at the end of the step are not finite; −1: none.
+  int not_finite_at_end() const { return not_finite_speed(of_, end_, 0); }
 
   double t() const override { return start_.t; }
   double h() const override { return h_; }

@@ -1,7 +1,9 @@
 #include "simulate/fixed_steps.hpp"
 
+#include "simulate/runs_under_laws.hpp"
 #include "simulate/single_run.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -17,7 +19,7 @@ public:
              run_end *ends)
       : task_(task), out_(out), of_(m, task, n), b_(of_, n), method_(make_method(task.method, of_, n)), ends_(ends),
         alive_(n, 1), closure_(n, 0) {
-    b_.first = first, b_.n = n, b_.t = task.times[0];
+    b_.first = first, b_.n = n, b_.t = last_ = task.times[0];
     std::copy_n(task.q + first * of_.nq(), n * of_.nq(), b_.q.data());
     std::copy_n(task.v + first * of_.nv(), n * of_.nv(), b_.v.data());
   }
@@ -53,9 +55,13 @@ private:
     const std::size_t steps = static_cast<std::size_t>(whole);
     for (std::size_t s = 1; s <= steps; ++s) {
       const outcome found = method_->step(of_, b_, length / whole);
+      if (found == outcome::not_solved || found == outcome::not_finite)
+        drop_not_solved(i, found);
+      if (!all_finite())
+        drop_not_finite(i);
+      if (std::none_of(alive_.begin(), alive_.end(), [](unsigned char lives) { return lives != 0; }))
+        return ending::complete;
       ++steps_;
-      if (found == outcome::not_solved)
-        return std::isfinite(b_.a[0]) ? ending::not_solved : ending::not_finite;
       b_.t = s == steps ? task_.times[i] : start + length * (static_cast<double>(s) / whole);
       if (found == outcome::stopped)
         return ending::stopped;
@@ -63,8 +69,31 @@ private:
         project();
       if (!evaluate() || (task_.after_step && !task_.after_step(task_.step_context, b_.first, b_.t)))
         return ending::stopped;
+      last_ = b_.t;
     }
     return ending::complete;
+  }
+
+  bool all_finite() const {
+    constexpr std::size_t chains = 16; // of additions that don't wait for each other
+    double sums[chains] = {};
+    const std::size_t n = b_.v.size(), whole = n - n % chains;
+    for (std::size_t i = 0; i < whole; i += chains)
+      for (std::size_t j = 0; j < chains; ++j)
+        sums[j] += 0 * b_.v[i + j];
+    for (std::size_t i = whole; i < n; ++i)
+      sums[0] += 0 * b_.v[i];
+    return std::all_of(sums, sums + chains, [](double sum) { return sum == 0; });
+  }
+  void drop_not_finite(std::size_t i) {
+    for (std::size_t k = 0; k < b_.n; ++k)
+      if (const int coordinate = not_finite_speed(of_, b_, k); alive_[k] && coordinate >= 0)
+        end(k, i, ending::not_finite, coordinate);
+  }
+  void drop_not_solved(std::size_t i, outcome of_block) {
+    for (std::size_t k = 0; k < b_.n; ++k)
+      if (const outcome how = method_->of_run(k, of_block); alive_[k] && how != outcome::done)
+        end(k, i, how == outcome::not_finite ? ending::not_finite : ending::not_solved, -1);
   }
 
   void project() {
@@ -102,9 +131,7 @@ private:
     alive_[k] = 0;
     run_end &e = ends_[k];
     e.how = how, e.steps = steps_, e.evaluations = of_.evaluations() / b_.n, e.coordinate = coordinate;
-    e.time = how == ending::complete || i == 0 ? b_.t : task_.times[i - 1];
-    if (how == ending::stopped)
-      e.time = b_.t;
+    e.time = how == ending::complete || how == ending::stopped || how == ending::too_many_steps ? b_.t : last_;
     out_.erase(of_, b_.first + k, i);
   }
   void end_all(std::size_t i, ending how) {
@@ -122,6 +149,7 @@ private:
   std::vector<unsigned char> alive_;
   std::vector<double> closure_;
   std::size_t steps_ = 0, reached_ = 0;
+  double last_; ///< time of the last state that was reached
 };
 
 } // namespace
@@ -132,7 +160,7 @@ std::unique_ptr<method> make_method(stepping how, const system &of, std::size_t 
   case stepping::rk4: return make_rk4(of, most);
   case stepping::rkmk4: return make_rkmk4(of, most);
   case stepping::sdirk4: return make_sdirk4(of);
-  case stepping::variational: return make_variational(of);
+  case stepping::variational: return make_variational(of, most);
   case stepping::dop853: break;
   }
   __builtin_unreachable();
@@ -145,7 +173,9 @@ double equal_steps(double begin, double end, double step) {
 }
 
 std::size_t runs_at_once(const model &m, const simulation &task) {
-  if (is_single(task) || task.method == stepping::sdirk4 || task.method == stepping::variational)
+  if ((is_single(task) && !go_in_lanes_under_laws(m, task)) || task.method == stepping::sdirk4)
+    return 1;
+  if (task.method == stepping::variational && (!m.loops().empty() || task.drives.function))
     return 1;
   if (task.drives.function) // which then is called with all runs
     return std::max<std::size_t>(task.runs, 1);

@@ -19,80 +19,84 @@ constexpr double cancelled = 1e-11;
 constexpr double not_held = 1e-6;
 /// Speeds below this, of the largest, at least 1 rad/s or m/s, are those of a rest: joints that stand since another one stopped.
 constexpr double rest = 1e-12;
+/// Changes of modes at one instant, for each coordinate, before those that are found are taken.
+constexpr int tries_of_each = 50;
 
-held_joints::held_joints(const exact_laws &laws, int nv)
-    : laws_(laws), mode_(static_cast<std::size_t>(nv), mode::free), friction_(mode_.size(), 0),
-      holding_(mode_.size(), 0), left_(mode_.size(), 0), columns_(mode_.size() * mode_.size()),
-      matrix_(columns_.size()), right_(mode_.size()) {
-  for (std::size_t k = 0; laws.friction && k < friction_.size(); ++k)
-    friction_[k] = laws.friction[k];
+held_joints::held_joints(const exact_laws &laws, int nv, std::size_t runs)
+    : laws_(laws), nv_(static_cast<std::size_t>(nv)), mode_(runs * nv_, mode::free), friction_(nv_, 0),
+      holding_(nv_, 0), left_(nv_, 0), let_go_(nv_, mode::free), let_go_at_(nv_, 0), matrix_(nv_ * nv_), right_(nv_),
+      response_(nv_), lets_go_(runs, 0) {
+  set_brakes(false);
 }
 
-void held_joints::engage_brakes() {
-  for (std::size_t k = 0; laws_.brake && k < friction_.size(); ++k)
-    friction_[k] = (laws_.friction ? laws_.friction[k] : 0) + laws_.brake[k];
+void held_joints::set_brakes(bool engaged) {
+  for (std::size_t k = 0; k < nv_; ++k)
+    friction_[k] = (laws_.friction ? laws_.friction[k] : 0) + (engaged && laws_.brake ? laws_.brake[k] : 0);
 }
 
-void held_joints::add_friction(double *tau) const {
-  for (std::size_t k = 0; k < mode_.size(); ++k) {
-    if (mode_[k] == mode::slides_up)
-      tau[k] -= friction_[k];
-    if (mode_[k] == mode::slides_down)
-      tau[k] += friction_[k];
-  }
+void held_joints::add_friction(std::size_t n, double *tau) const {
+  for (std::size_t run = 0; run < n; ++run)
+    for (std::size_t k = 0; k < nv_; ++k) {
+      if (mode_[run * nv_ + k] == mode::slides_up)
+        tau[run * nv_ + k] -= friction_[k];
+      if (mode_[run * nv_ + k] == mode::slides_down)
+        tau[run * nv_ + k] += friction_[k];
+    }
 }
 
 double held_joints::margin(int k) const {
   if (left_[static_cast<std::size_t>(k)] != 0)
     return -std::numeric_limits<double>::infinity();
+  const double held_back = (1 + verge) * friction(k);
   if (at(k) == mode::sticks)
-    return (1 + verge) * friction(k) - std::fabs(holding(k));
-  return at(k) == mode::at_lower ? holding(k) : -holding(k);
+    return held_back - std::fabs(holding(k));
+  return held_back + (at(k) == mode::at_lower ? holding(k) : -holding(k));
 }
 
 held_joints::mode held_joints::way_out(int k) const {
   const double left = left_[static_cast<std::size_t>(k)];
+  if (at(k) != mode::sticks)
+    return !(friction(k) > 0) ? mode::free : at(k) == mode::at_lower ? mode::slides_up : mode::slides_down;
   return (left != 0 ? -left : holding(k)) > 0 ? mode::slides_down : mode::slides_up;
 }
 
 void held_joints::list_held() {
   held_.clear();
-  for (int k = 0; k < static_cast<int>(mode_.size()); ++k)
+  for (int k = 0; k < static_cast<int>(nv_); ++k)
     if (holds(k))
       held_.push_back(k);
-  any_ = !held_.empty();
 }
 
 const unsigned char *held_joints::flags() {
   list_held();
-  flags_.assign(mode_.size(), 0);
+  flags_.assign(nv_, 0);
   for (const int k : held_)
     flags_[static_cast<std::size_t>(k)] = 1;
-  return any_ ? flags_.data() : nullptr;
+  return held_.empty() ? nullptr : flags_.data();
 }
 
 /// Solves A_hh x = right for the columns that are there, into right_: elimination with the largest diagonal element as the pivot.
 void held_joints::solve(const double *right) {
-  const std::size_t n = held_.size(), nv = mode_.size();
+  const std::size_t n = held_.size();
   for (std::size_t i = 0; i < n; ++i) {
     right_[i] = right[i];
     for (std::size_t j = 0; j < n; ++j)
-      matrix_[i * n + j] = columns_[j * nv + static_cast<std::size_t>(held_[i])];
+      matrix_[i * n + j] = columns_[j * nv_ + static_cast<std::size_t>(held_[i])];
   }
   pivot_.clear();
-  std::vector<unsigned char> used(n, 0);
+  used_.assign(n, 0);
   double largest = 0;
   for (std::size_t step = 0; step < n; ++step) {
     std::size_t p = n;
     for (std::size_t i = 0; i < n; ++i)
-      if (!used[i] && (p == n || matrix_[i * n + i] > matrix_[p * n + p]))
+      if (!used_[i] && (p == n || matrix_[i * n + i] > matrix_[p * n + p]))
         p = i;
     largest = std::fmax(largest, matrix_[p * n + p]);
     if (!(matrix_[p * n + p] > least_pivot * largest))
       break;
-    used[p] = 1, pivot_.push_back(static_cast<int>(p));
+    used_[p] = 1, pivot_.push_back(static_cast<int>(p));
     for (std::size_t i = 0; i < n; ++i)
-      if (!used[i]) {
+      if (!used_[i]) {
         const double factor = matrix_[i * n + p] / matrix_[p * n + p];
         for (std::size_t j = 0; j < n; ++j)
           matrix_[i * n + j] -= factor * matrix_[p * n + j];
@@ -100,7 +104,7 @@ void held_joints::solve(const double *right) {
       }
   }
   for (std::size_t i = 0; i < n; ++i)
-    if (!used[i])
+    if (!used_[i])
       right_[i] = 0;
   for (std::size_t step = pivot_.size(); step-- > 0;) {
     const std::size_t p = static_cast<std::size_t>(pivot_[step]);
@@ -111,15 +115,29 @@ void held_joints::solve(const double *right) {
   }
 }
 
-void held_joints::hold(system &of, const double *q, double *a) {
-  list_held();
+void held_joints::hold(system &of, std::size_t n, const double *q, double *a) {
+  all_held_.clear();
+  for (std::size_t k = 0; k < n * nv_; ++k)
+    if (mode_[k] >= mode::sticks)
+      all_held_.push_back({k / nv_, static_cast<int>(k % nv_)});
+  std::fill(lets_go_.begin(), lets_go_.end(), 0);
+  any_ = !all_held_.empty();
   if (!any_)
     return;
-  for (std::size_t j = 0; j < held_.size(); ++j)
-    of.response(q, held_[j], columns_.data() + j * mode_.size());
-  resist(a, 1);
-  for (std::size_t j = 0; j < held_.size(); ++j)
-    holding_[static_cast<std::size_t>(held_[j])] = right_[j];
+  all_columns_.resize(all_held_.size() * nv_);
+  of.responses(q, all_held_, all_columns_.data());
+  for (std::size_t i = 0; i < all_held_.size(); i += held_.size()) {
+    const std::size_t run = all_held_[i].run;
+    now_ = run * nv_;
+    list_held();
+    columns_ = all_columns_.data() + i * nv_;
+    resist(a + now_, 1);
+    for (std::size_t j = 0; j < held_.size(); ++j)
+      holding_[static_cast<std::size_t>(held_[j])] = right_[j];
+    for (const int k : held_)
+      lets_go_[run] |= margin(k) <= 0;
+  }
+  now_ = 0;
 }
 
 /// Adds what the efforts of (1), right_, cause to accelerations, which lie `stride` apart.  What is held, or others hold through loops, has
@@ -129,10 +147,10 @@ void held_joints::resist(double *a, std::ptrdiff_t stride) {
   for (const int k : held_)
     wanted_.push_back(-a[k * stride]);
   solve(wanted_.data());
-  for (std::size_t i = 0; i < mode_.size(); ++i) {
+  for (std::size_t i = 0; i < nv_; ++i) {
     double &x = a[static_cast<std::ptrdiff_t>(i) * stride], terms = std::fabs(x);
     for (std::size_t j = 0; j < held_.size(); ++j) {
-      const double caused = columns_[j * mode_.size() + i] * right_[j];
+      const double caused = columns_[j * nv_ + i] * right_[j];
       x += caused, terms += std::fabs(caused);
     }
     const bool is_held = holds(static_cast<int>(i));
@@ -143,20 +161,49 @@ void held_joints::resist(double *a, std::ptrdiff_t stride) {
 }
 
 void held_joints::hold_derivatives(double *x) {
-  const std::ptrdiff_t nv = static_cast<std::ptrdiff_t>(mode_.size());
+  const std::ptrdiff_t nv = static_cast<std::ptrdiff_t>(nv_);
   for (std::ptrdiff_t c = 0; any_ && c < nv; ++c)
     resist(x + c, nv);
 }
 
-/// Starts with all held that are at rest, and lets go of the one that is furthest from what can hold it, one at a time.
+void held_joints::let_go(int k) {
+  const std::size_t i = static_cast<std::size_t>(k);
+  let_go_[i] = at(k), let_go_at_[i] = std::fabs(holding_[i]);
+  at(k) = way_out(k);
+}
+
+/// How wrong the mode of a coordinate without velocity is, relative to what holds it there or did: a held one by what its effort lacks, one
+/// that was let go by the effort that would keep it from moving back.  Not above zero: it is right.
+double held_joints::wrong(system &of, const double *q, const double *a, int k) {
+  const std::size_t i = static_cast<std::size_t>(k);
+  if (holds(k)) {
+    if (left_[i] != 0)
+      return 2;
+    const double beyond = -margin(k) / std::fmax(std::fabs(holding(k)), friction(k));
+    return beyond - (at(k) == mode::sticks ? slack : 0);
+  }
+  if (let_go_[i] == mode::free)
+    return 0;
+  const bool goes_up = at(k) == mode::slides_up || (at(k) == mode::free && let_go_[i] == mode::at_lower);
+  if (!((goes_up ? -a[k] : a[k]) > 0))
+    return 0;
+  of.responses(q, {{0, k}}, response_.data());
+  return std::fabs(a[k]) / response_[i] / std::fmax(friction(k), let_go_at_[i]) - slack;
+}
+
+/// Starts with all held that are at rest, and changes the mode that is most wrong, one at a time; in the end, where that may go round in
+/// circles, the first that is wrong, which can't: Murty, Note on a Bard-type scheme for solving the complementarity problem (1974).
 bool held_joints::settle(system &of, double t, std::size_t run, const double *q, double *v, double *a, double *power,
                          int slides) {
-  const int nv = static_cast<int>(mode_.size());
+  const int nv = static_cast<int>(nv_);
   double largest = 1;
   for (int k = 0; k < nv; ++k)
     largest = std::fmax(largest, std::fabs(v[k]));
   for (int k = 0; k < nv; ++k) {
-    if (at(k) == mode::at_lower || at(k) == mode::at_upper || k == slides)
+    if (k == slides)
+      continue;
+    let_go_[static_cast<std::size_t>(k)] = mode::free;
+    if (at(k) == mode::at_lower || at(k) == mode::at_upper)
       continue;
     if (!(friction(k) > 0))
       at(k) = mode::free;
@@ -165,24 +212,20 @@ bool held_joints::settle(system &of, double t, std::size_t run, const double *q,
     else
       at(k) = v[k] > 0 ? mode::slides_up : mode::slides_down;
   }
-  for (int tries = 0; tries <= 2 * nv; ++tries) {
+  for (int tries = 0; tries <= tries_of_each * nv; ++tries) {
     if (!of.accelerate(t, run, 1, q, v, a, power))
       return false;
     int worst = -1;
     double most = 0;
-    for (int k = 0; k < nv; ++k)
-      if (holds(k)) {
-        const double beyond =
-            left_[static_cast<std::size_t>(k)] != 0 ? 2 : -margin(k) / std::fmax(std::fabs(holding(k)), friction(k));
-        if (beyond > most + (at(k) == mode::sticks ? slack : 0))
-          worst = k, most = beyond;
-      }
+    for (int k = 0; k < nv && (worst < 0 || tries <= 2 * nv); ++k)
+      if (const double x = wrong(of, q, a, k); x > most)
+        worst = k, most = x;
     if (worst < 0)
       break;
-    if (at(worst) == mode::sticks)
-      at(worst) = way_out(worst);
+    if (holds(worst))
+      let_go(worst);
     else
-      at(worst) = mode::free;
+      at(worst) = let_go_[static_cast<std::size_t>(worst)];
   }
   for (int k = 0; k < nv; ++k)
     if (at(k) == mode::sticks || (any_ && a[k] == 0 && std::fabs(v[k]) <= rest * largest))
@@ -191,19 +234,20 @@ bool held_joints::settle(system &of, double t, std::size_t run, const double *q,
 }
 
 void held_joints::impact(system &of, const double *q, const unsigned char *hits, double *v) {
-  const std::size_t nv = mode_.size();
+  const std::size_t nv = nv_;
   std::vector<unsigned char> resists(hits, hits + nv);
   for (std::size_t k = 0; k < nv; ++k)
     resists[k] |= mode_[k] == mode::at_lower || mode_[k] == mode::at_upper;
   for (bool settled = false; !settled;) {
-    held_.clear();
+    held_.clear(), all_held_.clear();
     std::vector<double> jump;
     for (std::size_t k = 0; k < nv; ++k)
       if (resists[k]) {
-        of.response(q, static_cast<int>(k), columns_.data() + held_.size() * nv);
-        held_.push_back(static_cast<int>(k));
+        held_.push_back(static_cast<int>(k)), all_held_.push_back({0, held_.back()});
         jump.push_back(-(hits[k] ? 1 + laws_.restitution[k] : 1) * v[k]);
       }
+    all_columns_.resize(held_.size() * nv);
+    of.responses(q, all_held_, columns_ = all_columns_.data());
     solve(jump.data());
     settled = true;
     for (std::size_t j = 0; j < held_.size(); ++j) { // a limit that would have to pull lets go

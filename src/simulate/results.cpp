@@ -56,6 +56,14 @@ void results::erase(const system &of, std::size_t run, std::size_t i) const {
   fill(out_.momentum, 6);
 }
 
+int not_finite_speed(const system &of, const block &b, std::size_t k) {
+  const double *const v = b.v.data() + k * of.nv();
+  for (std::size_t i = 0; i < of.nv(); ++i)
+    if (!std::isfinite(v[i]))
+      return static_cast<int>(i);
+  return -1;
+}
+
 int not_finite(const system &of, const block &b, std::size_t k) {
   const std::size_t nv = of.nv();
   for (std::size_t i = 0; i < nv; ++i)

@@ -8,6 +8,7 @@
 #include "simulate/linear_solve.hpp"
 #include "simulate/steps.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -26,6 +27,10 @@ constexpr int most_iterations = 50;
 /// Corrections of h times the acceleration, relative to the speeds, below which a stage is solved; or they no longer become smaller.
 constexpr double solved = 1e-15, nearly_solved = 1e-9;
 
+bool not_finite(const std::vector<double> &x) {
+  return !std::all_of(x.begin(), x.end(), [](double number) { return std::isfinite(number); });
+}
+
 class sdirk4 final : public method {
 public:
   explicit sdirk4(const system &of)
@@ -36,6 +41,8 @@ public:
   }
 
   outcome step(system &of, block &b, double h) override {
+    if (not_finite(b.a))
+      return outcome::not_finite;
     if (!of.derivatives(b.t, b.first, b.q.data(), b.v.data(), by_q_.data(), by_v_.data()))
       return outcome::stopped;
     const double share = h * diagonal;
@@ -85,6 +92,8 @@ private:
       of.space().move(1, b.q.data(), u_.data(), q_.data());
       if (!of.accelerate(b.t + at[i] * h, b.first, 1, q_.data(), v_.data(), left_.data(), &s.power))
         return outcome::stopped;
+      if (iteration == 0 && not_finite(left_))
+        return outcome::not_finite;
       double speed = 0, correction = 0;
       for (std::size_t k = 0; k < nv_; ++k)
         left_[k] -= s.a[k];

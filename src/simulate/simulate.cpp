@@ -3,9 +3,11 @@
 
 #include "batch/threads.hpp"
 #include "simulate/fixed_steps.hpp"
+#include "simulate/runs_under_laws.hpp"
 #include "simulate/single_run.hpp"
 #include "text/rounding.hpp"
 
+#include <cmath>
 #include <exception>
 #include <mutex>
 #include <optional>
@@ -24,12 +26,16 @@ void require(bool holds, const char *sentence) {
 void require_possible(const simulation &task) {
   const bool adaptive = task.method == stepping::dop853;
   require(task.times_n > 0, "no times: a simulation needs that of its beginning at least");
-  for (std::size_t i = 1; i < task.times_n; ++i)
-    require(task.times[i] > task.times[i - 1], "the times of a simulation must increase");
+  for (std::size_t i = 0; i < task.times_n; ++i)
+    require(std::isfinite(task.times[i]) && (i == 0 || task.times[i] > task.times[i - 1]),
+            "the times of a simulation must be finite and increase");
   require(adaptive || task.times_n == 1 || task.step > 0,
           "this method has steps of the same length; give a step above zero");
   require(!adaptive || (task.relative >= 0 && task.absolute >= 0 && task.relative + task.absolute > 0),
           "dop853 needs a relative or an absolute error above zero");
+  const drive_law &law = task.drives;
+  require(law.function || law.position || !(law.stiffness || law.damping || law.computed_torque),
+          "stiffness, damping and computed torque need positions of the motion asked for");
   require(
       !task.laws.any() || task.method != stepping::variational,
       "limits, exact dry friction and brakes take energy, whose trend the method variational is there to avoid; take "
@@ -86,7 +92,9 @@ public:
 
 private:
   void compute(std::size_t first, std::size_t n) {
-    if (is_single(task_))
+    if (go_in_lanes_under_laws(m_, task_))
+      run_under_laws(m_, task_, out_, first, n, record_.ends.data() + first, events_.data() + first);
+    else if (is_single(task_))
       record_.ends[first] = run_single(m_, task_, out_, first, events_[first]);
     else
       run_fixed_steps(m_, task_, out_, first, n, record_.ends.data() + first);

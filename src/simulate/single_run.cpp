@@ -18,12 +18,17 @@ namespace {
 constexpr double safety = 0.9, shrinks_at_most = 0.2, grows_at_most = 10, order = 8;
 /// A step turns no joint by more than this, rad: local coordinates end at 2π.
 constexpr double most_turn = 3;
+/// A step ends before a singular position that is near, by this share of itself, which is passed over from there along its polynomial; or
+/// where by chance it ends at most this far before one.
+constexpr double before_singular = 0.1, passed_over = 0.2;
 /// A bounce whose flight takes less than this share of the run is the last one.
 constexpr double shortest_flight = 1e-9;
 /// Events at one instant, for each coordinate, before the run is given up.
 constexpr int most_at_once = 20;
 /// Times that differ by less, relative to their size, are the same: no step lies between them.
 constexpr double same_time = 10 * std::numeric_limits<double>::epsilon();
+/// Of a run: less is nothing, even where times are so large that it is no more than their rounding.
+constexpr double negligible = 1e-9;
 /// Coordinates whose distance to a limit, relative to its size, is less hit it together.
 constexpr double together = 1e-12;
 
@@ -31,57 +36,97 @@ class single_run {
 public:
   single_run(const model &m, const simulation &task, const results &out, std::size_t run,
              std::vector<simulated_event> &events)
-      : task_(task), out_(out), run_(run), of_(m, task, 1), b_(of_, 1), functions_(of_, task, run), singular_(of_),
-        events_(events) {
+      : task_(task), out_(out), of_(m, task, 1), b_(of_, 1), functions_(of_, task), singular_(of_), events_(&events),
+        breaks_(breaks_of(task)) {
     if (task.method == stepping::dop853)
       step_ = &adaptive_.emplace(of_, run, task.relative, task.absolute);
     else
-      step_ = &equal_.emplace(of_, run, task.method);
-    b_.first = run, b_.n = 1;
-    list_breaks();
+      step_ = &equal_.emplace(of_, task.method);
+    b_.n = 1;
+    be(run, events);
   }
 
   run_end go() {
+    begin();
+    const double last = task_.times[task_.times_n - 1];
+    while (end_.how == ending::complete && stored_ < task_.times_n && b_.t < last)
+      end_.how = advance();
+    finish_record();
+    return end_;
+  }
+
+  /// The beginning of a run in lanes.
+  void start(const lone_state &state, std::vector<simulated_event> &events) {
+    be(state.run, events);
+    of_.set_brakes(false);
+    std::fill_n(of_.held_modes(), of_.held_modes() ? of_.nv() : 0, held_joints::mode::free);
+    place_ = {}, break_ = stored_ = 0, b_.work[0] = 0, end_ = {};
+    begin();
+    leave(state);
+  }
+
+  /// A step of one in lanes.
+  void step(const step_place &place, const lone_state &state, std::vector<simulated_event> &events) {
+    be(state.run, events);
+    place_ = place, break_ = place.next_break, stored_ = place.stored, end_ = *state.end;
+    b_.t = place.t, b_.work[0] = *state.work, at_once_ = 0;
+    last_event_ = std::numeric_limits<double>::lowest();
+    std::copy_n(state.q, of_.nq(), b_.q.data());
+    std::copy_n(state.v, of_.nv(), b_.v.data());
+    if (of_.held()) {
+      of_.set_brakes(task_.laws.brake && task_.laws.brake_at <= b_.t);
+      std::copy_n(state.modes, of_.nv(), of_.held_modes());
+    }
+    const std::size_t before = of_.evaluations();
+    end_.how = step_->begin(b_.t, b_.q.data(), b_.v.data(), b_.work[0]) ? ending::complete : ending::stopped;
+    do {
+      end_.how = end_.how == ending::complete ? advance() : end_.how;
+    } while (end_.how == ending::complete && is_within_);
+    end_.evaluations += of_.evaluations() - before;
+    leave(state);
+  }
+
+private:
+  void be(std::size_t run, std::vector<simulated_event> &events) {
+    run_ = b_.first = run, events_ = &events, is_within_ = false;
+    functions_.set_run(run);
+    if (equal_)
+      equal_->set_run(run);
+  }
+
+  void begin() {
     b_.t = task_.times[0];
     std::copy_n(task_.q + run_ * of_.nq(), of_.nq(), b_.q.data());
     std::copy_n(task_.v + run_ * of_.nv(), of_.nv(), b_.v.data());
     end_.how = start();
-    const double last = task_.times[task_.times_n - 1];
-    while (end_.how == ending::complete && stored_ < task_.times_n && b_.t < last)
-      end_.how = advance();
+  }
+
+  void finish_record() {
     if (end_.how != ending::complete)
       out_.erase(of_, run_, stored_);
     end_.time = b_.t, end_.evaluations = of_.evaluations();
-    return end_;
   }
 
-private:
-  /// Times at which steps end: those at which what drives the run has no derivatives; with steps of equal length those of results, so that
-  /// an event that doesn't happen changes no step.
-  void list_breaks() {
-    const double begin = task_.times[0], last = task_.times[task_.times_n - 1];
-    const auto add = [&](const rows_over_time &rows) {
-      for (std::size_t i = 0; rows.n > 1 && i < rows.n; ++i)
-        if (rows.times[i] > begin && rows.times[i] < last)
-          breaks_.push_back(rows.times[i]);
-    };
-    if (equal_)
-      add({task_.times_n, task_.times, nullptr, 0});
-    else
-      add(task_.drives.given), add(task_.drives.position);
-    for (int e = 0; adaptive_ && e < task_.external_n; ++e)
-      add(task_.external[e].wrench);
-    if (task_.laws.brake && task_.laws.brake_at > begin && task_.laws.brake_at < last)
-      breaks_.push_back(task_.laws.brake_at);
-    breaks_.push_back(last);
-    std::sort(breaks_.begin(), breaks_.end());
-    breaks_.erase(std::unique(breaks_.begin(), breaks_.end()), breaks_.end());
+  /// The run goes back to the lanes.
+  void leave(const lone_state &state) {
+    double power;
+    if (end_.how == ending::complete &&
+        !of_.accelerate(b_.t, run_, 1, b_.q.data(), b_.v.data(), state.a, state.power ? state.power : &power))
+      end_.how = ending::stopped;
+    if (end_.how != ending::complete)
+      out_.erase(of_, run_, stored_);
+    end_.time = b_.t;
+    std::copy_n(b_.q.data(), of_.nq(), state.q);
+    std::copy_n(b_.v.data(), of_.nv(), state.v);
+    *state.work = b_.work[0], *state.end = end_;
+    if (of_.held())
+      std::copy_n(of_.held_modes(), of_.nv(), state.modes);
   }
 
   ending start() {
     if (task_.laws.brake && task_.laws.brake_at <= b_.t) {
-      of_.engage_brakes();
-      events_.push_back({run_, b_.t, happening::brakes, -1, 0});
+      of_.set_brakes(true);
+      events_->push_back({run_, b_.t, happening::brakes, -1, 0});
     }
     if (of_.held() && !settle())
       return ending::stopped;
@@ -101,36 +146,53 @@ private:
     if (end_.steps + end_.rejected >= task_.most_steps)
       return ending::too_many_steps;
     const double until = breaks_[break_], room = until - b_.t;
-    if (!(room > same_time * std::fabs(until)))
-      return step_->begin(until, b_.q.data(), b_.v.data(), b_.work[0]) ? arrive(until) : ending::stopped;
+    if (!(room > same_time * std::fabs(until)) && room < negligible * (breaks_.back() - task_.times[0]))
+      return pass_time(until);
     return adaptive_ ? try_step(until, room) : take_equal_step(until, room);
   }
 
-  /// The next of the steps of equal length that lead to a time.
+  /// To a time that is no step away.
+  ending pass_time(double t) {
+    return step_->begin(t, b_.q.data(), b_.v.data(), b_.work[0]) ? arrive(t) : ending::stopped;
+  }
+
+  /// The next of the steps of equal length that lead to a time, or what an event has left of it.
   ending take_equal_step(double until, double room) {
-    if (taken_ == whole_)
-      begin_ = b_.t, length_ = room, taken_ = 0, whole_ = equal_steps(b_.t, until, task_.step);
-    if (whole_ - taken_ > static_cast<double>(task_.most_steps - end_.steps))
+    step_place &p = place_;
+    if (p.taken == p.whole)
+      p.begin = b_.t, p.length = room, p.taken = 0, p.whole = equal_steps(b_.t, until, task_.step);
+    if (p.whole - p.taken > static_cast<double>(task_.most_steps - end_.steps))
       return ending::too_many_steps;
-    const outcome found = step_->attempt(length_ / whole_);
+    const double end = p.end(until), h = is_within_ ? end - b_.t : p.length / p.whole;
+    if (is_within_ && !(h > same_time * std::fabs(end))) {
+      end_step();
+      return pass_time(end);
+    }
+    const outcome found = step_->attempt(h);
     if (found != outcome::done)
       return why(found);
-    ++end_.steps, ++taken_;
-    const bool ends_at_break = taken_ == whole_;
-    const double end = ends_at_break ? until : begin_ + length_ * (taken_ / whole_);
+    if ((end_.coordinate = equal_->not_finite_at_end()) >= 0)
+      return ending::not_finite;
+    ++end_.steps;
     if (task_.after_step && !task_.after_step(task_.step_context, run_, end))
       return ending::stopped;
     return finish(end);
   }
 
+  void end_step() { ++place_.taken, is_within_ = false; }
+
   ending why(outcome how) const {
     if (how == outcome::stopped)
       return ending::stopped;
-    return std::isfinite(b_.a[0]) ? ending::not_solved : ending::not_finite;
+    return how == outcome::not_finite ? ending::not_finite : ending::not_solved;
   }
 
   ending try_step(double until, double room) {
     dop853_step &step = *adaptive_;
+    if (ahead_ <= passed_over * kept_)
+      return pass_over(until, room);
+    if (next_ > ahead_ / (1 + before_singular))
+      next_ = ahead_ / (1 + before_singular);
     const bool ends_at_break = next_ >= room * (1 - 1e-9);
     const double h = ends_at_break ? room : std::fmin(next_, room / 2 > next_ ? next_ : room / 2);
     if (!(h > same_time * std::fabs(b_.t)) || !(h > 0))
@@ -142,6 +204,8 @@ private:
       const double wanted = std::isfinite(step.error()) ? safety * std::pow(step.error(), -1 / order) : shrinks_at_most;
       next_ = h * std::fmin(0.7, std::fmax(shrinks_at_most, wanted));
       was_rejected_ = true;
+      if (2 * ahead_ <= kept_)
+        return pass_over(until, room);
       return ending::complete;
     }
     ++end_.steps;
@@ -154,8 +218,23 @@ private:
     return finish(ends_at_break ? until : step.t() + h);
   }
 
+  /// Goes on as the last step did, over a singular position and as far beyond it, where accelerations are but rounding: velocities don't
+  /// jump there, so that of several ways on it is the one with the velocity that the mechanism has.
+  ending pass_over(double until, double room) {
+    const bool ends_at_break = 2 * ahead_ >= room;
+    const double h = ends_at_break ? room : 2 * ahead_;
+    adaptive_->go_on(h);
+    ++end_.steps;
+    if (task_.after_step && !task_.after_step(task_.step_context, run_, b_.t + h))
+      return ending::stopped;
+    return finish(ends_at_break ? until : b_.t + h);
+  }
+
   /// An accepted step: the events in it, the results at times in it, and its end, at time last.
   ending finish(double last) {
+    const double singular = of_.closed() ? singular_.find(*step_, step_->end_position(b_.q.data()), passes_over()) : -1;
+    if (singular > 0 && adaptive_ && task_.project && !passes_over() && is_before_singular(singular))
+      return ending::complete;
     functions_.list();
     found_event event;
     const bool has_times = stored_ < task_.times_n && task_.times[stored_] < last;
@@ -170,12 +249,17 @@ private:
     const double end = happens ? step_->t() + event.share * step_->h() : last;
     if (const ending how = store_until(end, happens); how != ending::complete)
       return how;
-    if (happens)
+    if (happens) {
+      if (singular >= event.share)
+        singular_.take_back();
       return happen(event, end);
-    if (of_.closed())
-      find_singular();
+    }
+    if (singular >= 0)
+      events_->push_back({run_, step_->t() + singular * step_->h(), happening::singular, -1, 0});
+    if (of_.closed() && !look_ahead())
+      return ending::stopped;
     step_->accept(end);
-    b_.t = end;
+    b_.t = end, end_step();
     read_state();
     if (of_.closed())
       if (const ending how = project(); how != ending::complete)
@@ -186,6 +270,8 @@ private:
   /// The run has reached time t: what happens then, and its results.
   ending arrive(double t) {
     b_.t = t;
+    if (t == breaks_[break_])
+      place_.taken = place_.whole, is_within_ = false;
     if (t == breaks_[break_] && break_ + 1 < breaks_.size()) {
       ++break_;
       if (!pass_break())
@@ -196,10 +282,31 @@ private:
     return ending::complete;
   }
 
-  void find_singular() {
-    const double share = singular_.find(*step_, step_->end_position(b_.q.data()));
-    if (share >= 0)
-      events_.push_back({run_, step_->t() + share * step_->h(), happening::singular, -1, 0});
+  bool passes_over() const { return adaptive_ && adaptive_->goes_on(); }
+
+  /// A step over a singular position, to be taken again up to some way before; false where it begins there.
+  bool is_before_singular(double share) {
+    const double before = share * step_->h() / (1 + before_singular);
+    if (!(before > same_time * std::fabs(b_.t)))
+      return false;
+    singular_.take_back();
+    --end_.steps, ++end_.rejected;
+    next_ = before, was_rejected_ = true;
+    ahead_ = share * step_->h();
+    return true;
+  }
+
+  /// Is there a singular position near after the step: then its polynomial is kept.
+  bool look_ahead() {
+    kept_ = 0;
+    ahead_ = adaptive_ && task_.project ? singular_.ahead() * step_->h() : std::numeric_limits<double>::infinity();
+    if (!std::isfinite(ahead_))
+      return true;
+    if (!step_->make_dense())
+      return false;
+    adaptive_->keep_polynomial();
+    kept_ = step_->h();
+    return true;
   }
 
   void read_state() {
@@ -228,8 +335,8 @@ private:
   /// At a time where a line of efforts has a corner, or brakes engage.
   bool pass_break() {
     if (task_.laws.brake && b_.t == task_.laws.brake_at) {
-      of_.engage_brakes();
-      events_.push_back({run_, b_.t, happening::brakes, -1, 0});
+      of_.set_brakes(true);
+      events_->push_back({run_, b_.t, happening::brakes, -1, 0});
       if (!settle())
         return false;
     } else
@@ -274,23 +381,26 @@ private:
       return why(found);
     if (of_.closed() && task_.project && !onto_loops())
       return ending::not_closed;
-    taken_ = whole_; // steps of equal length begin anew
+    is_within_ = true;
     at_once_ = t > b_.t || t > last_event_ ? 0 : at_once_ + 1;
     b_.t = last_event_ = t;
     if (at_once_ > most_at_once * static_cast<int>(of_.nv()))
-      return end_.coordinate = f.number, ending::step_underflow;
-    if (f.what == event_functions::kind::user) {
-      events_.push_back({run_, t, happening::function, f.number, 0});
-      if (task_.events[f.number].ends)
-        return ending::event;
-    } else {
+      return end_.coordinate = f.what == event_functions::kind::user ? -1 : f.number, ending::endless_events;
+    bool ends = false;
+    for (const int number : event.users) {
+      events_->push_back({run_, t, happening::function, number, 0});
+      ends |= task_.events[number].ends;
+    }
+    if (ends)
+      return ending::event;
+    if (f.what != event_functions::kind::user) {
       if (!obey(f))
         return ending::stopped;
       if (of_.closed() && task_.project && !onto_loops())
         return ending::not_closed;
     }
     if (of_.closed())
-      singular_.begin(b_.q.data());
+      singular_.begin(b_.q.data()), ahead_ = std::numeric_limits<double>::infinity();
     return step_->begin(t, b_.q.data(), b_.v.data(), b_.work[0]) ? arrive(t) : ending::stopped;
   }
 
@@ -311,13 +421,13 @@ private:
         return false;
       const bool stands =
           held.holds(k) || b_.a[static_cast<std::size_t>(k)] == 0; // others hold it where its friction is not enough
-      events_.push_back({run_, b_.t, stands ? happening::sticks : happening::slips, k, 0});
+      events_->push_back({run_, b_.t, stands ? happening::sticks : happening::slips, k, 0});
       return true;
     }
     case event_functions::kind::lets_go: {
       const bool sticks = held.at(k) == held_joints::mode::sticks;
-      held.at(k) = sticks ? held.way_out(k) : held_joints::mode::free;
-      events_.push_back({run_, b_.t, sticks ? happening::slips : happening::lifts, k, 0});
+      held.let_go(k);
+      events_->push_back({run_, b_.t, sticks ? happening::slips : happening::lifts, k, 0});
       return settle(k);
     }
     case event_functions::kind::user: break;
@@ -366,11 +476,11 @@ private:
       b_.v[at_k] = 0;
       held.at(k) = lower ? held_joints::mode::at_lower : held_joints::mode::at_upper;
     }
-    events_.push_back({run_, b_.t,
-                       rests   ? happening::rest
-                       : lower ? happening::lower_limit
-                               : happening::upper_limit,
-                       k, b_.v[at_k]});
+    events_->push_back({run_, b_.t,
+                        rests   ? happening::rest
+                        : lower ? happening::lower_limit
+                                : happening::upper_limit,
+                        k, b_.v[at_k]});
     return true;
   }
 
@@ -390,21 +500,65 @@ private:
   continuous_step *step_; ///< one of both
   event_functions functions_;
   singular_positions singular_;
-  std::vector<simulated_event> &events_;
+  std::vector<simulated_event> *events_;
   std::vector<double> breaks_;
   std::size_t break_ = 0, stored_ = 0;
-  double begin_ = 0, length_ = 0, taken_ = 0, whole_ = 0; ///< of steps of equal length: how many of how many are taken
+  step_place place_ = {};
+  bool is_within_ = false; ///< has an event ended the step of equal length before its end
+  double ahead_ = std::numeric_limits<double>::infinity(),
+         kept_ = 0; ///< a singular position, s; the step whose polynomial is kept, s
   double next_ = 0, closure_ = 0, last_event_ = std::numeric_limits<double>::lowest();
   int at_once_ = 0;
   bool was_rejected_ = false;
   run_end end_;
 };
 
+class one_of_lanes final : public lone_run {
+public:
+  one_of_lanes(const model &m, const simulation &task, const results &out) : run_(m, task, out, 0, none_) {}
+
+  void start(const lone_state &state, std::vector<simulated_event> &events) override { run_.start(state, events); }
+  void step(const step_place &place, const lone_state &state, std::vector<simulated_event> &events) override {
+    run_.step(place, state, events);
+  }
+
+private:
+  std::vector<simulated_event> none_;
+  single_run run_;
+};
+
 } // namespace
+
+std::vector<double> breaks_of(const simulation &task) {
+  const double begin = task.times[0], last = task.times[task.times_n - 1];
+  std::vector<double> breaks;
+  const auto add = [&](const rows_over_time &rows) {
+    for (std::size_t i = 0; rows.n > 1 && i < rows.n; ++i)
+      if (rows.times[i] > begin && rows.times[i] < last)
+        breaks.push_back(rows.times[i]);
+  };
+  if (task.method != stepping::dop853)
+    add({task.times_n, task.times, nullptr, 0});
+  else {
+    add(task.drives.given), add(task.drives.position);
+    for (int e = 0; e < task.external_n; ++e)
+      add(task.external[e].wrench);
+  }
+  if (task.laws.brake && task.laws.brake_at > begin && task.laws.brake_at < last)
+    breaks.push_back(task.laws.brake_at);
+  breaks.push_back(last);
+  std::sort(breaks.begin(), breaks.end());
+  breaks.erase(std::unique(breaks.begin(), breaks.end()), breaks.end());
+  return breaks;
+}
 
 run_end run_single(const model &m, const simulation &task, const results &out, std::size_t run,
                    std::vector<simulated_event> &events) {
   return single_run(m, task, out, run, events).go();
+}
+
+std::unique_ptr<lone_run> make_lone_run(const model &m, const simulation &task, const results &out) {
+  return std::make_unique<one_of_lanes>(m, task, out);
 }
 
 } // namespace ksl::simulating

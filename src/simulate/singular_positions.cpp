@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ksl::simulating {
 
@@ -27,9 +28,10 @@ double singular_positions::at(continuous_step &step, double share) {
   return step.at(share, q_.data(), v_.data(), &work) == outcome::done ? regularity(q_.data()) : usual_;
 }
 
-double singular_positions::find(continuous_step &step, const double *q) {
-  const double first = before_, last = before_ = regularity(q);
-  const bool fell = falls_;
+double singular_positions::find(continuous_step &step, const double *q, bool passes_one) {
+  const double first = first_ = before_, last = before_ = regularity(q);
+  const bool fell = fell_ = falls_;
+  was_near_ = is_near_;
   falls_ = false;
   if (std::fmax(first, last) > left * usual_)
     is_near_ = false;
@@ -41,10 +43,15 @@ double singular_positions::find(continuous_step &step, const double *q) {
     return -1;
   }
   const bool rises = share < at_end; // from the beginning
-  if ((rises && !fell) || !((rises ? first : at(step, share)) < zero * usual_))
+  if ((rises && !fell) || !((rises ? first : at(step, share)) < (passes_one ? left : zero) * usual_))
     return -1;
   is_near_ = true;
   return rises ? 0 : share;
+}
+
+double singular_positions::ahead() const {
+  const bool is_near = before_ < first_ && before_ < watched * usual_;
+  return is_near ? before_ / (first_ - before_) : std::numeric_limits<double>::infinity();
 }
 
 /// Where in a step the pivot is least; first: its value at the beginning.

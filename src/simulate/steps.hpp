@@ -17,7 +17,7 @@ struct block {
 };
 
 /// What a step came to.
-enum class outcome { done, stopped, not_solved };
+enum class outcome { done, stopped, not_solved, not_finite };
 
 class method {
 public:
@@ -29,6 +29,8 @@ public:
   virtual void begin(const block &) {}
   /// Moves q, v and work by a step h.  a and power are those of the state before, and are replaced after the step by whoever calls.
   virtual outcome step(system &of, block &runs, double h) = 0;
+  /// What the step came to for run k of a block for which it came to something else than done or stopped.
+  virtual outcome of_run(std::size_t, outcome of_block) const { return of_block; }
 
 protected:
   method() = default;
@@ -37,8 +39,8 @@ protected:
 std::unique_ptr<method> make_semi_implicit_euler(const system &of, std::size_t most);
 std::unique_ptr<method> make_rk4(const system &of, std::size_t most);
 std::unique_ptr<method> make_rkmk4(const system &of, std::size_t most);
-std::unique_ptr<method> make_sdirk4(const system &of);      // for one run at a time
-std::unique_ptr<method> make_variational(const system &of); // likewise
+std::unique_ptr<method> make_sdirk4(const system &of);                        // for one run at a time
+std::unique_ptr<method> make_variational(const system &of, std::size_t most); // for one at a time of closed mechanisms
 
 /// out = Σ cᵢ xᵢ, of n numbers each.
 template <std::size_t terms>

@@ -25,7 +25,7 @@ system::system(const model &m, const simulation &task, std::size_t most)
   if (elements::has_dampers(m))
     dampers_.emplace(m);
   if (task.laws.any())
-    held_.emplace(task.laws, m.nv());
+    held_.emplace(task.laws, m.nv(), most);
 }
 
 batch_view<double> system::batch_of(std::size_t n, const double *q, const double *v, const double *a,
@@ -45,11 +45,11 @@ void system::call(const algorithm_row &row, std::size_t n, const double *q, cons
   compute_states(row, m_, batch, 0, n);
 }
 
-/// The same for the tree that carries the loops, for one state.
-void system::call_tree(const algorithm_row &row, const batch_view<double> &inputs, double *out) {
+/// The same for the tree that carries the loops, with rows of `columns` numbers.
+void system::call_tree(const algorithm_row &row, const batch_view<double> &inputs, double *out, std::size_t columns) {
   batch_view<double> batch = inputs;
-  batch.result[0] = {out, 0};
-  compute_states(row, tree(), batch, 0, 1);
+  batch.result[0] = {out, static_cast<std::ptrdiff_t>(columns)};
+  compute_states(row, tree(), batch, 0, batch.n);
 }
 
 /// By the plan where it fits, but where laws hold coordinates: what an effort causes is known for pivots of the state's own.
@@ -76,23 +76,39 @@ bool system::accelerate(double t, std::size_t first, std::size_t n, const double
     return false;
   std::copy_n(tau_.data(), n * nv_, applied_.data());
   if (held_)
-    held_->add_friction(applied_.data());
+    held_->add_friction(n, applied_.data());
   if (closed_)
     accelerate_closed(n, q, v, a);
   else
     call(rows::forward_dynamics, n, q, v, nullptr, applied_.data(), a);
   if (held_)
-    held_->hold(*this, q, a);
+    held_->hold(*this, n, q, a);
   set_power(n, q, v, applied_.data(), power);
   return true;
 }
 
-void system::response(const double *q, int coordinate, double *a) {
-  if (closed_)
-    return closed_->response(coordinate, a);
-  std::fill(error_.begin(), error_.end(), 0);
-  error_[static_cast<std::size_t>(coordinate)] = 1;
-  call(rows::solve_mass_matrix, 1, q, nullptr, nullptr, error_.data(), a);
+void system::responses(const double *q, const std::vector<held_coordinate> &coordinates, double *a) {
+  const std::size_t n = coordinates.size();
+  for (std::size_t j = 0; closed_ && j < n; ++j)
+    closed_->response(coordinates[j].coordinate, a + j * nv_);
+  if (closed_ || n == 0)
+    return;
+  std::size_t runs = 0;
+  positions_.resize(n * nq_);
+  for (std::size_t j = 0; j < n; ++j)
+    if (j == 0 || coordinates[j].run != coordinates[j - 1].run)
+      std::copy_n(q + coordinates[j].run * nq_, nq_, positions_.data() + runs++ * nq_);
+  inverses_.resize(runs * nv_ * nv_);
+  batch_view<double> batch;
+  batch.n = runs, batch.q = {positions_.data(), m_.nq()};
+  batch.result[0] = {inverses_.data(), m_.nv() * m_.nv()};
+  compute_states(rows::mass_matrix_inverse, m_, batch, 0, runs);
+  const double *inverse = inverses_.data();
+  for (std::size_t j = 0; j < n; ++j) {
+    if (j > 0 && coordinates[j].run != coordinates[j - 1].run)
+      inverse += nv_ * nv_;
+    std::copy_n(inverse + static_cast<std::size_t>(coordinates[j].coordinate) * nv_, nv_, a + j * nv_);
+  }
 }
 
 bool system::set_efforts(double t, std::size_t first, std::size_t n, const double *q, const double *v) {
@@ -209,25 +225,28 @@ void system::set_power(std::size_t n, const double *q, const double *v, const do
   }
 }
 
-void system::set_outer_efforts(const double *q, const double *v, double *out) {
-  std::fill_n(out, nv_, 0.0);
+void system::set_outer_efforts(std::size_t n, const double *q, const double *v, double *out) {
+  const std::size_t size = n * nv_;
+  std::fill_n(out, size, 0.0);
   if (task_.external_n) {
-    batch_view<double> batch = batch_of(1, q, nullptr, nullptr, nullptr);
-    call_tree(rows::gravity_torque, batch, computed_.data());
-    for (std::size_t i = 0; i < nv_; ++i)
+    batch_view<double> batch = batch_of(n, q, nullptr, nullptr, nullptr);
+    call_tree(rows::gravity_torque, batch, computed_.data(), nv_);
+    for (std::size_t i = 0; i < size; ++i)
       out[i] -= computed_[i];
     batch.external_n = 0;
-    call_tree(rows::gravity_torque, batch, computed_.data());
-    for (std::size_t i = 0; i < nv_; ++i)
+    call_tree(rows::gravity_torque, batch, computed_.data(), nv_);
+    for (std::size_t i = 0; i < size; ++i)
       out[i] += computed_[i];
   }
-  if (dampers_)
-    dampers_->add_efforts(q, v, out);
-  if (m_.view().physics) {
-    changed_.resize(5 * nv_);
-    call_tree(rows::effort_parts, batch_of(1, q, v, nullptr, nullptr), changed_.data());
-    for (std::size_t i = 0; i < nv_; ++i)
-      out[i] -= changed_[nv_ + i] + changed_[2 * nv_ + i];
+  for (std::size_t k = 0; dampers_ && k < n; ++k)
+    dampers_->add_efforts(q + k * nq_, v + k * nv_, out + k * nv_);
+  if (!m_.view().physics)
+    return;
+  parts_.resize(5 * size);
+  call_tree(rows::effort_parts, batch_of(n, q, v, nullptr, nullptr), parts_.data(), 5 * nv_);
+  for (std::size_t i = 0; i < size; ++i) {
+    const double *const of_run = parts_.data() + i / nv_ * 5 * nv_ + i % nv_;
+    out[i] -= of_run[nv_] + of_run[2 * nv_];
   }
 }
 

@@ -27,14 +27,17 @@ public:
                   double *power);
   const double *tau() const { return tau_.data(); }
 
-  /// Brakes engage: drives may be without effort from now on.  Not a question of time: a step may end at this very time.
-  void engage_brakes() {
-    held_->engage_brakes();
-    is_cut_ = task_.laws.cut_efforts;
+  /// Brakes engage: drives may be without effort from then on.  Not a question of time: a step may end at this very time.
+  void set_brakes(bool engaged) {
+    if (held_)
+      held_->set_brakes(engaged);
+    is_cut_ = engaged && task_.laws.cut_efforts;
   }
 
   /// What holds coordinates of the run; null without exact laws.
   held_joints *held() { return held_ ? &*held_ : nullptr; }
+  /// (nv) of the first run; null without exact laws.
+  held_joints::mode *held_modes() { return held_ ? held_->modes(0) : nullptr; }
 
   /// The derivatives of the accelerations of a run by q and v, (nv, nv) each, with those of its drives; false as above.
   bool derivatives(double t, std::size_t run, const double *q, const double *v, double *by_q, double *by_v);
@@ -42,14 +45,15 @@ public:
   /// power (n): of efforts tau, of external wrenches and of what dissipates.
   void set_power(std::size_t n, const double *q, const double *v, const double *tau, double *power);
 
-  /// For one run: the efforts of external wrenches, damping and friction, out (nv), after set_efforts.
-  void set_outer_efforts(const double *q, const double *v, double *out);
+  /// The efforts of external wrenches, damping and friction, out (n, nv), after set_efforts.
+  void set_outer_efforts(std::size_t n, const double *q, const double *v, double *out);
 
   /// The efforts of the drives alone into tau(), and the wrenches; false as above.
   bool set_efforts(double t, std::size_t first, std::size_t n, const double *q, const double *v);
 
-  /// Accelerations a (nv) that an effort of 1 at a coordinate causes at rest, without gravity; after accelerate at the same q.
-  void response(const double *q, int coordinate, double *a);
+  /// Accelerations a (n, nv) that an effort of 1 at each of n coordinates causes at rest, without gravity, in the position of its run;
+  /// after accelerate at the same q.
+  void responses(const double *q, const std::vector<held_coordinate> &coordinates, double *a);
 
   const model &of() const { return m_; }
   const manifold &space() const { return space_; }
@@ -76,7 +80,7 @@ private:
   void accelerate_closed(std::size_t n, const double *q, const double *v, double *a);
   void call(const algorithm_row &row, std::size_t n, const double *q, const double *v, const double *a,
             const double *tau, double *out);
-  void call_tree(const algorithm_row &row, const batch_view<double> &inputs, double *out);
+  void call_tree(const algorithm_row &row, const batch_view<double> &inputs, double *out, std::size_t columns);
   external_wrenches<double> wrenches_of(std::size_t k) const {
     return {static_cast<int>(links_.size()), links_.data(), wrenches_.data() + 6 * links_.size() * k,
             task_.external_axes};
@@ -93,7 +97,7 @@ private:
   std::optional<elements::dampers> dampers_;
   std::size_t nq_, nv_, evaluations_ = 0;
   bool is_cut_ = false;
-  std::vector<double> tau_, wanted_, error_, computed_, applied_, moving_;
+  std::vector<double> tau_, wanted_, error_, computed_, applied_, moving_, positions_, inverses_, parts_;
   std::vector<int> links_;
   std::vector<double> wrenches_; ///< (most, links, 6)
   std::vector<external_rows<double>> external_;

@@ -22,6 +22,7 @@
 #include "simulate/linear_solve.hpp"
 #include "simulate/steps.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -32,13 +33,14 @@ constexpr int most_iterations = 100;
 /// Corrections of v, relative to speeds, below which (1) is solved; or they no longer become smaller.
 constexpr double solved = 1e-16, nearly_solved = 1e-9;
 
-/// A call of an algorithm for one state of the tree.
-void call(const system &of, const algorithm_row &row, const double *q, const double *v, const double *tau, double *one,
-          double *two = nullptr, double *three = nullptr) {
+/// A call of an algorithm for n states of the tree.
+void call(const system &of, const algorithm_row &row, std::size_t n, const double *q, const double *v,
+          const double *tau, double *one, double *two = nullptr, double *three = nullptr) {
+  const std::ptrdiff_t nv = static_cast<std::ptrdiff_t>(of.nv()), each = row.result[0].axes == 2 ? nv * nv : nv;
   batch_view<double> batch;
-  batch.n = 1, batch.q = {q, 0}, batch.v = {v, 0}, batch.tau = {tau, 0};
-  batch.result[0] = {one, 0}, batch.result[1] = {two, 0}, batch.result[2] = {three, 0};
-  compute_states(row, of.tree(), batch, 0, 1);
+  batch.n = n, batch.q = {q, static_cast<std::ptrdiff_t>(of.nq())}, batch.v = {v, nv}, batch.tau = {tau, nv};
+  batch.result[0] = {one, each}, batch.result[1] = {two, each}, batch.result[2] = {three, each};
+  compute_states(row, of.tree(), batch, 0, n);
 }
 
 /// What loops make of a step.
@@ -60,7 +62,7 @@ public:
       return false;
     of.closed()->way_back(way_.data());
     set_rate(of, h, d);
-    call(of, rows::mass_matrix, middle, nullptr, nullptr, mass_.data());
+    call(of, rows::mass_matrix, 1, middle, nullptr, nullptr, mass_.data());
     reduce(d, left, y_.data());
     for (std::size_t j = 0; j < freedoms_; ++j) {
       for (std::size_t k = 0; k < nv_; ++k)
@@ -129,62 +131,83 @@ private:
 
 class variational final : public method {
 public:
-  explicit variational(const system &of)
-      : nv_(of.nv()), p_(nv_), v_(nv_), u_(nv_), middle_q_(of.nq()), effort_(nv_), momentum_(nv_), potential_(nv_),
-        w_(nv_), left_(nv_), scratch_(nv_) {
+  variational(const system &of, std::size_t most)
+      : nv_(of.nv()), p_(most * nv_), v_(p_), u_(p_), middle_q_(most * of.nq()), effort_(p_), momentum_(p_),
+        potential_(p_), w_(p_), left_(p_), scratch_(p_), power_(most), before_(most), found_(most), moves_(most) {
     if (!of.of().loops().empty())
       loops_.emplace(of);
-    if (!of.space().is_flat())
+    if (!of.space().is_flat()) {
       for (std::vector<double> *x : {&A_, &J_, &half_A_, &half_J_})
-        x->resize(nv_ * nv_);
+        x->resize(most * nv_ * nv_);
+      lu_.resize(most);
+    }
   }
 
   void begin(const block &) override { has_momentum_ = false; }
 
+  outcome of_run(std::size_t k, outcome) const override { return found_[k]; }
+
   outcome step(system &of, block &b, double h) override {
     if (!has_momentum_)
-      call(of, rows::energy_derivatives, b.q.data(), b.v.data(), nullptr, scratch_.data(), p_.data(),
+      call(of, rows::energy_derivatives, b.n, b.q.data(), b.v.data(), nullptr, scratch_.data(), p_.data(),
            potential_.data());
     has_momentum_ = true;
     if (loops_)
       loops_->begin(of, b.q.data());
     v_ = b.v;
-    double before = std::numeric_limits<double>::infinity();
-    for (int iteration = 0;; ++iteration) {
+    std::fill(before_.begin(), before_.end(), std::numeric_limits<double>::infinity());
+    std::fill(found_.begin(), found_.end(), outcome::done);
+    std::fill(moves_.begin(), moves_.end(), 1);
+    bool any = true;
+    for (int iteration = 0; any; ++iteration) {
       if (!set_sides(of, b, h))
         return outcome::stopped;
       if (!loops_)
-        call(of, rows::solve_mass_matrix, middle_q_.data(), nullptr, left_.data(), scratch_.data());
+        call(of, rows::solve_mass_matrix, b.n, middle_q_.data(), nullptr, left_.data(), scratch_.data());
       else if (!loops_->correct(of, b.q.data(), middle_q_.data(), v_.data(), h, left_.data(), scratch_.data()))
-        return outcome::not_solved;
-      double correction = 0, speed = 1;
-      for (std::size_t k = 0; k < nv_; ++k) {
-        v_[k] += scratch_[k];
-        correction = std::fmax(correction, std::fabs(scratch_[k])), speed = std::fmax(speed, std::fabs(v_[k]));
-      }
-      if (!std::isfinite(correction) || iteration == most_iterations)
-        return outcome::not_solved;
-      const double near = nearly_solved * speed + (loops_ ? rounding_of(b.q) / h : 0);
-      if (correction <= solved * speed || (correction >= before && before <= near))
-        break;
-      before = correction;
+        return found_[0] = outcome::not_solved;
+      any = false;
+      for (std::size_t k = 0; k < b.n; ++k)
+        if (moves_[k])
+          correct(k, iteration, loops_ ? rounding_of(b.q) / h : 0), any |= moves_[k] != 0;
     }
     if (!set_sides(of, b, h))
       return outcome::stopped;
-    b.work[0] += h * power_;
-    for (std::size_t k = 0; k < nv_; ++k)
-      u_[k] = h * v_[k];
-    of.space().move(1, b.q.data(), u_.data(), b.q.data());
+    for (std::size_t k = 0; k < b.n; ++k)
+      b.work[k] += h * power_[k];
+    set_way(b.n, h);
+    of.space().move(b.n, b.q.data(), u_.data(), b.q.data());
     p_ = w_; // (2), which set_sides has multiplied by J⁻ᵀ
     if (!loops_)
-      call(of, rows::solve_mass_matrix, b.q.data(), nullptr, p_.data(), b.v.data());
+      call(of, rows::solve_mass_matrix, b.n, b.q.data(), nullptr, p_.data(), b.v.data());
     else if (!loops_->velocities(of, b.q.data(), p_.data(), b.v.data()))
-      return outcome::not_solved;
+      return found_[0] = outcome::not_solved;
     b.t += h;
+    for (std::size_t k = 0; k < b.n; ++k)
+      if (found_[k] != outcome::done)
+        return found_[k];
     return outcome::done;
   }
 
 private:
+  /// Adds its correction to the velocities of run k; those of a run that is solved, or can't be, move no more.
+  void correct(std::size_t k, int iteration, double rounding) {
+    double correction = 0, speed = 1;
+    for (std::size_t i = k * nv_; i < (k + 1) * nv_; ++i) {
+      v_[i] += scratch_[i];
+      correction = std::fmax(correction, std::fabs(scratch_[i])), speed = std::fmax(speed, std::fabs(v_[i]));
+    }
+    const bool is_finite =
+        std::all_of(scratch_.begin() + at(k), scratch_.begin() + at(k + 1), [](double x) { return std::isfinite(x); });
+    if (!is_finite || iteration == most_iterations)
+      found_[k] = iteration == 0 ? outcome::not_finite : outcome::not_solved;
+    const double near = nearly_solved * speed + rounding;
+    moves_[k] =
+        found_[k] == outcome::done && correction > solved * speed && !(correction >= before_[k] && before_[k] <= near);
+    before_[k] = correction;
+  }
+  std::ptrdiff_t at(std::size_t k) const { return static_cast<std::ptrdiff_t>(k * nv_); }
+
   /// What rounding of positions may leave of corrections, times the step: loops are closed no better.
   static double rounding_of(const std::vector<double> &q) {
     double most = 1;
@@ -193,62 +216,82 @@ private:
     return 16 * std::numeric_limits<double>::epsilon() * most;
   }
 
+  void set_way(std::size_t n, double h) {
+    for (std::size_t k = 0; k < n * nv_; ++k)
+      u_[k] = h * v_[k];
+  }
+
   /// At v_: the midpoint, p_k − the right side of (1) into left_, (2) into w_, and the power of drives.
   bool set_sides(system &of, const block &b, double h) {
-    for (std::size_t k = 0; k < nv_; ++k)
-      u_[k] = h / 2 * v_[k];
-    of.space().move(1, b.q.data(), u_.data(), middle_q_.data());
-    call(of, rows::energy_derivatives, middle_q_.data(), v_.data(), nullptr, effort_.data(), momentum_.data(),
+    const std::size_t n = b.n;
+    set_way(n, h / 2);
+    of.space().move(n, b.q.data(), u_.data(), middle_q_.data());
+    call(of, rows::energy_derivatives, n, middle_q_.data(), v_.data(), nullptr, effort_.data(), momentum_.data(),
          potential_.data());
-    if (!of.set_efforts(b.t + h / 2, b.first, 1, middle_q_.data(), v_.data()))
+    if (!of.set_efforts(b.t + h / 2, b.first, n, middle_q_.data(), v_.data()))
       return false;
-    of.set_outer_efforts(middle_q_.data(), v_.data(), left_.data());
-    of.set_power(1, middle_q_.data(), v_.data(), of.tau(), &power_);
-    for (std::size_t k = 0; k < nv_; ++k)
+    of.set_outer_efforts(n, middle_q_.data(), v_.data(), left_.data());
+    of.set_power(n, middle_q_.data(), v_.data(), of.tau(), power_.data());
+    for (std::size_t k = 0; k < n * nv_; ++k)
       effort_[k] += of.tau()[k] + left_[k] - potential_[k];
-    const bool flat = of.space().is_flat();
-    if (!flat)
-      set_jacobians(of, h);
-    for (std::size_t k = 0; k < nv_; ++k)
-      w_[k] = momentum_[k] + h / 2 * (flat ? effort_[k] : column(half_J_, k, effort_));
-    if (!flat)
-      lu_.solve(w_.data());
-    for (std::size_t k = 0; k < nv_; ++k)
-      left_[k] = p_[k] + h * (flat ? effort_[k] : column(half_A_, k, effort_)) - (flat ? w_[k] : column(A_, k, w_));
+    if (of.space().is_flat()) {
+      for (std::size_t k = 0; k < n * nv_; ++k)
+        w_[k] = momentum_[k] + h / 2 * effort_[k], left_[k] = p_[k] + h * effort_[k] - w_[k];
+      return true;
+    }
+    set_jacobians(of, n, h);
+    for (std::size_t k = 0; k < n; ++k)
+      set_curved_sides(k, h);
     return true;
   }
 
-  /// Element k of the product of a matrix's transpose and x.
-  double column(const std::vector<double> &matrix, std::size_t k, const std::vector<double> &x) const {
+  void set_curved_sides(std::size_t run, double h) {
+    const std::size_t row = run * nv_;
+    for (std::size_t k = 0; k < nv_; ++k)
+      w_[row + k] = momentum_[row + k] + h / 2 * column(half_J_, run, k, effort_);
+    lu_[run].solve(w_.data() + row);
+    for (std::size_t k = 0; k < nv_; ++k)
+      left_[row + k] = p_[row + k] + h * column(half_A_, run, k, effort_) - column(A_, run, k, w_);
+  }
+
+  /// Element k of the product of a run's matrix, transposed, and its x.
+  double column(const std::vector<double> &matrices, std::size_t run, std::size_t k,
+                const std::vector<double> &x) const {
+    const double *const matrix = matrices.data() + run * nv_ * nv_;
     double sum = 0;
     for (std::size_t i = 0; i < nv_; ++i)
-      sum += matrix[i * nv_ + k] * x[i];
+      sum += matrix[i * nv_ + k] * x[run * nv_ + i];
     return sum;
   }
 
   /// A and J at ½hv and hv; the transpose of J(hv) as its factors.
-  void set_jacobians(system &of, double h) {
-    call(of, rows::integrate_jacobians, middle_q_.data(), u_.data(), nullptr, half_A_.data(), half_J_.data());
-    for (std::size_t k = 0; k < nv_; ++k)
-      u_[k] = h * v_[k];
-    call(of, rows::integrate_jacobians, middle_q_.data(), u_.data(), nullptr, A_.data(), J_.data());
-    for (std::size_t i = 0; i < nv_; ++i)
-      for (std::size_t j = 0; j < i; ++j)
-        std::swap(J_[i * nv_ + j], J_[j * nv_ + i]);
-    lu_.factor(nv_, J_.data());
+  void set_jacobians(system &of, std::size_t n, double h) {
+    call(of, rows::integrate_jacobians, n, middle_q_.data(), u_.data(), nullptr, half_A_.data(), half_J_.data());
+    set_way(n, h);
+    call(of, rows::integrate_jacobians, n, middle_q_.data(), u_.data(), nullptr, A_.data(), J_.data());
+    for (std::size_t k = 0; k < n; ++k) {
+      double *const J = J_.data() + k * nv_ * nv_;
+      for (std::size_t i = 0; i < nv_; ++i)
+        for (std::size_t j = 0; j < i; ++j)
+          std::swap(J[i * nv_ + j], J[j * nv_ + i]);
+      lu_[k].factor(nv_, J);
+    }
   }
 
   std::size_t nv_;
   bool has_momentum_ = false;
-  double power_ = 0;
-  std::vector<double> p_, v_, u_, middle_q_, effort_, momentum_, potential_, w_, left_, scratch_, A_, J_, half_A_,
-      half_J_;
-  linear_solve lu_;
+  std::vector<double> p_, v_, u_, middle_q_, effort_, momentum_, potential_, w_, left_, scratch_, power_, before_;
+  std::vector<double> A_, J_, half_A_, half_J_; ///< (n, nv, nv)
+  std::vector<outcome> found_;
+  std::vector<unsigned char> moves_;
+  std::vector<linear_solve> lu_;
   std::optional<closed_steps> loops_;
 };
 
 } // namespace
 
-std::unique_ptr<method> make_variational(const system &of) { return std::make_unique<variational>(of); }
+std::unique_ptr<method> make_variational(const system &of, std::size_t most) {
+  return std::make_unique<variational>(of, most);
+}
 
 } // namespace ksl::simulating

@@ -74,6 +74,16 @@ static void test_brake(void) {
   const double wrong = -1;
   laws.friction = &wrong;
   CHECK(ksl_simulate(m, &task, &laws, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "dry friction"));
+  const double half = 0.5, low = 1, high = 2;
+  laws.friction = NULL, laws.restitution = &half, laws.lower = &low, laws.upper = &high;
+  CHECK(ksl_simulate(m, &task, &laws, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "begin within"));
+  laws.lower = &high, laws.upper = &low;
+  CHECK(ksl_simulate(m, &task, &laws, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "lower limits"));
+  const double later[2] = {0, INFINITY};
+  task.method = KSL_DOP853, task.times_n = 2, task.times = later;
+  CHECK(ksl_simulate(m, &task, NULL, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "finite"));
+  task.times = times, task.drives.function = NULL, task.drives.damping = &half;
+  CHECK(ksl_simulate(m, &task, NULL, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "need positions"));
   task.method = (ksl_stepping_t)17;
   CHECK(ksl_simulate(m, &task, NULL, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "method"));
   task.q = NULL;
@@ -112,6 +122,8 @@ static void test_events(void) {
   CHECK(out.events_n == 2 && events[0].what == KSL_AT_EVENT && events[0].coordinate == 0 && events[1].coordinate == 1);
   CHECK(fabs(events[0].time - (v - sqrt(v * v - 2 * g * at[0])) / g) < 1e-9);
   CHECK(end.how == KSL_ENDED_BY_EVENT && fabs(end.time - (v + sqrt(v * v - 2 * g * at[1])) / g) < 1e-9);
+  at[0] = NAN;
+  CHECK(ksl_simulate(m, &task, NULL, NULL, &out) == KSL_OK && end.how == KSL_RUN_NOT_FINITE && end.time == 0);
   task.event_values = NULL;
   CHECK(ksl_simulate(m, &task, NULL, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "events"));
   task.events_n = 0, task.method = KSL_RK4, task.step = 0.01, task.after_step = count, task.step_context = &steps;

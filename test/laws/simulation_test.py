@@ -1,5 +1,8 @@
 """Laws of mechanisms in motion: orders of methods, energy and momentum that are kept, work, impacts and dry friction in closed form."""
 
+import warnings
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -11,6 +14,7 @@ from linkages import four_bar
 FIXED = ("semi_implicit_euler", "rk4", "rkmk4", "sdirk4", "variational")
 ORDER = {"semi_implicit_euler": 1, "rk4": 4, "rkmk4": 4, "sdirk4": 4, "variational": 2}
 G = 9.81
+ROBOTS = Path(__file__).parents[2] / "examples/robots"
 
 
 def pendulum(gravity=(0, 0, -G)):
@@ -173,6 +177,27 @@ def test_a_joint_that_rests_on_its_limit_lifts(how):
 
 
 @ALL
+def test_friction_holds_beside_the_limit_that_a_joint_rests_on(how):
+    """It lifts where the push is its weight and its friction, which goes on."""
+    m, times, F = slider([0, 0, 1], (0.0, 100.0)), np.linspace(0, 3, 31), 4.0
+    run = m.simulate([0.0], [0.0], times, efforts=(20 * times)[:, np.newaxis], restitution=0.0, friction=F, **how)
+    lifts = (2 * G + F) / 20
+    assert [event.what for event in run.events] == ["rest", "lifts"] and run.events[1].time == pytest.approx(lifts, abs=1e-9)
+    assert run.q[-1, 0] == pytest.approx(20 * (3 - lifts) ** 3 / 6 / 2, abs=1e-8)
+
+
+def test_every_joint_obeys_the_law_of_dry_friction():
+    """Of 300 random arms two reach an instant at which a joint that has been let go must be held again, since another one was let go."""
+    m, rng, F = ksl.load(ROBOTS / "panda.urdf"), np.random.default_rng(0), 1.0
+    q, v = m.random(rng, size=300), 0.1 * rng.normal(size=(300, m.nv))
+    runs = m.simulate(q, v, np.linspace(0, 0.05, 6), friction=F, method="rk4", step=1e-3)
+    held = m.inverse_dynamics(runs.q, runs.v, runs.a)  # what friction adds to the drives, which have none
+    goes = np.where(runs.v == 0, np.sign(runs.a), np.sign(runs.v))
+    assert runs.complete.all() and np.abs(held).max() < F * (1 + 1e-10)
+    assert np.abs(held + goes * F)[goes != 0].max() < 1e-10 * F and np.count_nonzero(goes == 0) > 500
+
+
+@ALL
 def test_dry_friction_sticks_and_slips(how):
     m, times = slider([1, 0, 0]), np.linspace(0, 3, 31)
     run = m.simulate([5.0], [2.0], times, friction=4.0, **how)
@@ -183,6 +208,26 @@ def test_dry_friction_sticks_and_slips(how):
     way = (3 * (whole**3 - slips**3) / 6 - 4 * (whole - slips) ** 2 / 2 - 3 * slips**2 / 2 * (whole - slips)) / 2
     assert [event.what for event in pushed.events] == ["slips"] and pushed.events[0].time == pytest.approx(slips, abs=1e-9)
     assert pushed.q[-1, 0] - 5 == pytest.approx(way, abs=1e-8)
+
+
+@ALL
+def test_zeros_that_lie_in_one_step_are_found(how):
+    """A speed, and a distance from a limit, that are below zero for 0.02 s, between two steps that begin and end above."""
+    at, short, F = 1.02, 0.01, 4.0
+    m, times = slider([1, 0, 0], (0.0, 10.0)), np.linspace(0, 2, 3)
+    push = lambda t: F + 2 * 2.0 * (t - at)  # v = v₀ + (t − at)² − at², which is −short² at its lowest
+    q, v = [[5.0], [5.0]], [[at**2 - short**2]] * 2
+    runs = m.simulate(q, v, times, efforts=push(times)[:, np.newaxis], friction=F, **how)
+    for k in (0, 1):
+        assert [(e.what, pytest.approx(e.time, abs=1e-9)) for e in runs.events if e.run == k] == [("sticks", at - short), ("slips", at)]
+        assert runs.v[k, -1, 0] == pytest.approx((2 - at) ** 2, abs=1e-9)
+    q, v = [[at**2 - short**2]] * 2, [[-2 * at]] * 2
+    runs = m.simulate(q, v, times, efforts=[2 * 2.0], restitution=0.5, **how)
+    for k in (0, 1):
+        assert [(e.what, pytest.approx(e.time, abs=1e-9)) for e in runs.events if e.run == k] == [("lower limit", at - short)]
+    if "method" not in how:
+        run = m.simulate(q[0], v[0], times, efforts=[2 * 2.0], events=[lambda t, q, v: q[0], lambda t, q, v: -q[0]])
+        assert [(e.coordinate, pytest.approx(e.time, abs=1e-9)) for e in run.events] == [(0, at - short), (1, at - short), (0, at + short), (1, at + short)]
 
 
 def test_exact_friction_of_the_model_is_that_of_the_run():
@@ -213,6 +258,22 @@ def test_functions_of_the_user_are_events(how):
     assert np.isfinite(run.q[:2]).all() and np.isnan(run.q[2]).all()
     passes.direction = -1
     assert m.simulate([0.0], [2.0], [0.0, 3.0], events=passes, **how).complete
+
+
+@ALL
+def test_functions_that_are_zero_at_the_same_instant_are_all_told(how):
+    """Beside each other, and beside an impact; one of them may end the run."""
+    m, falls = slider([0, 0, 1], (0.0, 10.0)), np.sqrt(2 / G)
+
+    def low(t, q, v):
+        return -2.0 * q[0]
+
+    height = lambda t, q, v: q[0]
+    run = m.simulate([1.0], [0.0], [0.0, 0.6], restitution=0.5, events=[height, lambda t, q, v: t - 5.0, low], **how)
+    assert [(e.what, e.coordinate) for e in run.events] == [("event", 0), ("event", 2), ("lower limit", 0)]
+    assert [e.time for e in run.events] == pytest.approx([falls] * 3, abs=1e-11)
+    low.terminal = True
+    assert m.simulate([1.0], [0.0], [0.0, 0.6], events=[height, low], **how).ended == pytest.approx(falls, abs=1e-11)
 
 
 def up(t, q, v):
@@ -314,6 +375,41 @@ def test_runs_of_a_batch_have_the_bits_of_single_ones(method):
         one = m.simulate(q[i, j], v[i, j], times, efforts=hold, method=method, **options)
         for name in ("q", "v", "a", "efforts", "work", "energy"):
             assert np.array_equal(getattr(one, name), getattr(runs, name)[i, j]), name
+
+
+def falls(t, q, v):
+    return v[0] + 0.5
+
+
+falls.terminal = True
+LAWS = {
+    "limits": {"restitution": 0.4},
+    "friction": {"friction": {"to_upper": 0.6, "to_lower": 0.2}},
+    "brakes": {"brake": Brake(6.0, at=0.1234), "friction": 0.1},
+    "brakes from the beginning, and limits": {"brake": Brake(1.0, at=0.0, cut=False), "restitution": 0.0},
+    "a function that ends runs": {"events": [up, falls]},
+    "too few steps": {"friction": 0.5, "most_steps": 61},
+}
+
+
+@pytest.mark.parametrize("method", ["semi_implicit_euler", "rk4", "rkmk4"])
+@pytest.mark.parametrize("laws", LAWS)
+def test_runs_under_laws_have_the_bits_of_single_ones(laws, method):
+    """They are in lanes, which they leave for steps with events; more of them than are computed at once, on two threads."""
+    m, rng, times = pendulum(), np.random.default_rng(8), [0.0, 0.1, 0.15, 0.3]
+    q, v = rng.uniform(-1.9, 1.9, (270, 2)), rng.normal(size=(270, 2)) * [3, 5]
+    hold = PD([0.3, 0.1], stiffness=3.0, damping=0.1, feed_forward=[0.5, -0.2])
+    options = {"efforts": hold, "external": {"lower": [0.3, 0, 0, 0, 0.1, 0]}, "method": method, "step": 6e-3, **LAWS[laws]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of those that end early
+        runs = m.simulate(q, v, times, threads=2, **options)
+        alone = {i: m.simulate(q[i], v[i], times, **options) for i in (0, 1, 7, 100, 255, 256, 269)}
+    assert len(runs.events) > 20 and (runs.complete.all() or 5 < np.count_nonzero(runs.complete) < 265)
+    for i, one in alone.items():
+        for name in ("q", "v", "a", "efforts", "work", "energy", "steps", "ended", "reason"):
+            assert np.array_equal(getattr(one, name), getattr(runs, name)[i], equal_nan=name not in ("steps", "reason")), name
+        told = [[(e.time, e.what, e.joint, e.coordinate, e.speed) for e in run.events if e.run == k] for run, k in ((one, 0), (runs, i))]
+        assert told[0] == told[1]
 
 
 def test_controllers():

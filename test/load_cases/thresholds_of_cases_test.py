@@ -734,15 +734,17 @@ def test_stops_within_the_range_of_numbers(robot, tmp_path, time, beyond):
 
 
 def test_keys_of_a_simulation():
-    """Each of them, alone and with all others, and what is taken for those that are not there."""
+    """Each of them, alone but for what it needs, and with all others, and what is taken for those that are not there."""
     given = {
         "until": 2, "from": 0.5, "pose": {"pin": 1}, "velocity": {"pin": 3}, "controller": "pd", "stiffness": 7, "damping": {"pin": 2}, "brake_at": 1, "brake": {"pin": 9}, "friction": 0.1,
         "restitution": 0.5, "rate": 100, "method": "rk4", "step": 0.01, "rtol": 1e-6, "atol": 1e-7,
     }  # fmt: skip
     names = {"start" if key == "from" else key: x for key, x in given.items()}
     assert simulated_of("x", given) == Simulated(**names) and simulated_of("x", {}) == Simulated()
+    needs = {"controller": {"damping": 1}, "stiffness": {"controller": "computed torque"}, "damping": {"controller": "gravity"}, "brake": {"brake_at": 3}}
     for (key, x), name in zip(given.items(), names, strict=True):
-        assert simulated_of("x", {key: x}) == Simulated(**{name: x})
+        others = needs.get(key, {})
+        assert simulated_of("x", {key: x, **others}) == Simulated(**{name: x, **others})
     usual = Simulated()
     assert (usual.controller, usual.stiffness, usual.damping, usual.rate, usual.method, usual.rtol, usual.atol) == ("none", 0.0, 0.0, 250.0, "dop853", 1e-9, 1e-9), "docs/cases.md"
     for wrong in ({"pose": 3}, {"velocity": 3.0}, {"rate": True}, {"rate": np.inf}, {"stiffness": {"pin": "x"}}, {"method": 4}, {"until": "1"}, 3):

@@ -8,7 +8,7 @@ import pytest
 
 import ksl
 from ksl.simulation import PD, Brake, ComputedTorque, Reference
-from linkages import four_bar
+from linkages import equal_four_bars, four_bar
 
 
 def arm(**options):
@@ -26,6 +26,8 @@ START = ([0.8, 0.2], [0.0, 0.0], [0.0, 0.1, 0.2])
 REFUSED = {
     "q of another length": (([0.1], *START[1:]), {}, "q has shape (1,); expected (…, 2)"),
     "times that don't increase": ((*START[:2], [0.0, 0.2, 0.2]), {}, "times[2] is 0.2 after 0.2; times must increase"),
+    "a time alone": ((*START[:2], 2.0), {}, "times has shape (); expected (n), the first that of the start"),
+    "times of a reference alone": (START, {"efforts": ComputedTorque(Reference(1.0, np.zeros((1, 2))))}, "reference.times must be finite and increase"),
     "no times": ((*START[:2], []), {}, "times has shape (0,); expected (n), the first that of the start"),
     "efforts of another length": (START, {"efforts": [[1.0, 2.0]] * 2}, "efforts has shape (2, 2); expected (2,) constant, or (3, 2) at the times"),
     "efforts that are not finite": (START, {"efforts": [np.nan, 0]}, "efforts holds numbers that are not finite"),
@@ -82,11 +84,48 @@ def test_runs_that_end_early_keep_what_they_have():
     with np.errstate(all="ignore"), pytest.warns(RuntimeWarning, match=r"the run ended at .* s of 9 s: .*Rows after that are NaN"):
         run = M.simulate(*START[:2], [0.0, 0.001, 9.0], efforts=blows_up)
     assert not run.complete and np.isfinite(run.q[:2]).all() and np.isnan(run.q[2]).all() and 0.001 < run.ended < 9
-    with pytest.warns(RuntimeWarning, match="it took more steps than most_steps"):
+    with pytest.warns(RuntimeWarning, match="it takes more steps than most_steps, 3; "):
         assert M.simulate(*START[:2], [0.0, 5.0], most_steps=3).steps <= 3
     with pytest.warns(RuntimeWarning, match="run 1, the first of 2,"):
         runs = M.simulate([START[0]] * 3, np.array([[0, 0], [1e200, 0], [1e200, 1]]), [0.0, 0.1], method="rk4", step=0.01)
     assert list(runs.complete) == [True, False, False] and np.isfinite(runs.q[0]).all()
+
+
+@pytest.mark.parametrize("method", ["semi_implicit_euler", "rk4", "rkmk4", "sdirk4", "variational"])
+@pytest.mark.parametrize("more", [{}, {"events": lambda t, q, v: 1.0}], ids=["alone", "events"])
+def test_runs_of_equal_steps_end_at_the_state_before_numbers_fail(method, more):
+    """Not at the time of results before it; and the first time at which the function failed is told."""
+    if method == "variational" and more:
+        more = {}
+    with np.errstate(all="ignore"), pytest.warns(RuntimeWarning, match=r"efforts returned nan at t = 0\.07[0-5]* s") as told:
+        run = M.simulate(*START[:2], [0.0, 1.0, 2.0], efforts=lambda t, q, v: [np.nan if t > 0.0699 else 0.0, 0.0], method=method, step=0.01, **more)
+    assert 0.059 < run.ended < 0.071 and run.steps <= 7 and run.reason == "numbers are not finite" and len(told) == 1
+
+
+def test_a_step_that_is_no_step_is_told():
+    with pytest.warns(RuntimeWarning, match="it takes more steps than most_steps, 10,000,000; take longer steps"):
+        assert M.simulate(*START, method="rk4", step=1e-300).steps == 0
+    with pytest.warns(RuntimeWarning, match="too small to change the time"):  # 1 s is eight numbers there
+        assert not M.simulate(*START[:2], [1e15, 1e15 + 1]).complete
+
+
+@pytest.mark.parametrize("method", ["semi_implicit_euler", "rk4", "rkmk4", "dop853", "sdirk4", "variational"])
+def test_robots_that_can_not_move(method):
+    m = ksl.Builder("rock").add_link("world").add_link("rock", mass=1.0).add_joint("fixed", "fixed", "world", "rock").build()
+    step, laws = {} if method == "dop853" else {"step": 0.1}, {} if method == "variational" else {"friction": 1.0, "brake": Brake(1.0, 0.5)}
+    efforts = {"none": None, "numbers": np.zeros((2, 0)), "a function": lambda t, q, v: q, "a controller": PD([], 1.0, 1.0)}
+    for drive in efforts.values():
+        for leading in ((), (3,)):
+            run = m.simulate(np.zeros((*leading, 0)), np.zeros((*leading, 0)), [0.0, 1.0], efforts=drive, method=method, **step)
+            assert run.complete.all() and run.q.shape == (*leading, 2, 0)
+    assert m.simulate([], [], [0.0, 1.0], method=method, events=lambda t, q, v: t - 0.5, **step, **laws).complete
+
+
+def test_large_speeds_end_a_run_without_a_warning_of_numpy():
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        M.simulate(np.array(START[0]), np.array([1e160, 0.0]), START[2])
+    assert len(said) == 1 and "numbers are not finite" in str(said[0].message)
 
 
 def test_what_stands_at_zero_has_no_error():
@@ -160,21 +199,14 @@ def test_progress_is_told_and_ctrl_c_ends_the_call():
 
 def test_singular_positions_are_events():
     """A four-bar of equal rods, whose equations lose rank where all rods lie on one line."""
-    at = lambda p, R=np.eye(3): np.vstack([np.column_stack([R, p]), [0, 0, 0, 1]])
-    up = np.array([[0, 0, -1], [0, 1, 0], [1, 0, 0.0]])
-    b = ksl.Builder("equal rods").add_link("ground")
-    for name in ("left", "right", "coupler"):
-        b.add_link(name, mass=1.0, center_of_mass=(0.5, 0, 0), inertia=np.diag([0, 1, 1]) / 12)
-    for name, parent, pose in (("left", "ground", at([0, 0, 0], up)), ("right", "ground", at([1, 0, 0], up)), ("coupler", "left", at([1, 0, 0], up.T))):
-        b.add_joint(f"to_{name}", "continuous", parent, name, pose=pose, axis=(0, 1, 0))
-    m = b.add_loop("last", "revolute", "coupler", "right", at([1, 0, 0]), at([1, 0, 0]), axis=(0, 1, 0)).build()
+    m = equal_four_bars(1)
     q = m.neutral()
-    v = m.consistent_velocity(q, [1.0, 0, 0], given=["to_left"])
+    v = m.consistent_velocity(q, np.where(np.arange(3) == m.joint("rod_0").v_index, 1.0, 0.0), given=["rod_0"])
     for tolerance in (1e-12, 1e-9):  # by the tighter one there are many steps where pivots are but rounding
         run = m.simulate(q, v, [0, 2.0 if tolerance == 1e-9 else 0.8], rtol=tolerance, atol=tolerance)
         assert [event.what for event in run.events] == ["singular"] * (1 + (tolerance == 1e-9)) and run.complete
     for event, turned in zip(run.events, (1, 3), strict=True):
-        assert m.simulate(q, v, [0, event.time]).q[-1, 0] == pytest.approx(turned * np.pi / 2, abs=1e-6)
+        assert m.simulate(q, v, [0, event.time]).q[-1, m.joint("rod_0").q_index] == pytest.approx(turned * np.pi / 2, abs=1e-6)
 
 
 def test_one_line_says_what_a_run_is():

@@ -99,16 +99,17 @@ def numbers(text: str, option: str, *counts: int) -> list[float]:
     return values
 
 
-def named_number(text: str, option: str) -> tuple[str, float]:
-    """NAME=VALUE, the value in rad or m, or in degrees with `deg` behind it."""
+def named_number(text: str, option: str, units: str = "rad or m, or as 90deg") -> tuple[str, float]:
+    """NAME=VALUE.  The value may be in degrees, with `deg` behind it, where the units say so."""
     name, _, value = text.rpartition("=")
+    in_degrees = value.endswith("deg") and "deg" in units
     try:
-        number = float(value.removesuffix("deg"))
+        number = float(value.removesuffix("deg") if in_degrees else value)
     except ValueError:
         number = math.nan
     if not name or not math.isfinite(number):
-        fail(f"{option} {text}: expected NAME=VALUE with a number, rad or m, or as 90deg")
-    return name, math.radians(number) if value.endswith("deg") else number
+        fail(f"{option} {text}: expected NAME=VALUE with a number, {units}")
+    return name, math.radians(number) if in_degrees else number
 
 
 def payloads_given(payload: list[str], on_link: list[str]) -> dict[str, tuple[float, list[float]]]:

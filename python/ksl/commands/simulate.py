@@ -69,6 +69,7 @@ def simulate(
     rate: Annotated[float | None, typer.Option(metavar="HZ", help="Samples a second of the result; 250.")] = None,
     method: Annotated[str, typer.Option(metavar="NAME", help="dop853, rk4, rkmk4, sdirk4, variational or semi_implicit_euler; docs/simulation.md.")] = "dop853",
     step: Annotated[float | None, typer.Option(metavar="S", help="Step of methods without error control.")] = None,
+    tolerance: Annotated[float | None, typer.Option(metavar="E", help="Error of a step of dop853, relative and absolute; 1e-9.")] = None,
     cases: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Load cases instead, some with simulate = {…}: docs/cases.md.")] = None,
     output: Folder = Path("simulated"),
     csv: WriteCsv = False,
@@ -107,7 +108,7 @@ def simulate(
     if cases is not None:
         said = {
             "--until": until, "--from-time": start, "--pose": pose, "--velocity": velocity, "--gains": gains, "--brake-at": brake_at, "--brake": brake,
-            "--dry-friction": dry_friction, "--bounce": bounce, "--rate": rate, "--step": step,
+            "--dry-friction": dry_friction, "--bounce": bounce, "--rate": rate, "--step": step, "--tolerance": tolerance,
             "--controller": controller != "none", "--method": method != "dop853",
         }  # fmt: skip
         if others := [name for name, value in said.items() if value not in (None, "", [], False)]:
@@ -120,7 +121,7 @@ def simulate(
     carried = carried_payloads(model, loaded)
     options = {
         "until": until, "from": start, "pose": pose, "velocity": velocity, "controller": controller, "gains": gains, "brake_at": brake_at, "brake": brake,
-        "dry_friction": dry_friction, "bounce": bounce, "rate": rate, "method": method, "step": step,
+        "dry_friction": dry_friction, "bounce": bounce, "rate": rate, "method": method, "step": step, "tolerance": tolerance,
         "gravity": gravity, "physics": physics, "loops": loops, "drives": drives, "xacro": xacro or "", "stiffness": str(stiffness or ""),
     }  # fmt: skip
     try:
@@ -129,7 +130,7 @@ def simulate(
 
             found, files = read_cases(model, cases, None, motion, carried)
         else:
-            how, files = _how(model, until, start, pose, velocity, controller, gains, brake_at, brake, dry_friction, bounce, rate, method, step)
+            how, files = _how(model, until, start, pose, velocity, controller, gains, brake_at, brake, dry_friction, bounce, rate, method, step, tolerance)
             case, read = _case(model, how, motion, carried)
             found, files = [case], [*files, *read]
         run = Run(found, provenance_of(found, [*model.inputs, *stiff, *files], {k: v for k, v in options.items() if v not in (None, "", [])}, command_line()))
@@ -144,10 +145,10 @@ def simulate(
 
 def _how(
     model: Model, until: float | None, start: float | None, pose: list[str], velocity: list[str], controller: str, gains: str, brake_at: float | None,
-    brake: list[str], dry_friction: list[str], bounce: float | None, rate: float | None, method: str, step: float | None,
+    brake: list[str], dry_friction: list[str], bounce: float | None, rate: float | None, method: str, step: float | None, tolerance: float | None,
 ) -> tuple[Simulated, list[InputFile]]:  # fmt: skip
     """What the options say, and the files of poses."""
-    from ksl.load_cases.simulated import CONTROLLERS, RATE, ControllerName, Simulated
+    from ksl.load_cases.simulated import CONTROLLERS, RATE, TOLERANCE, ControllerName, Simulated
     from ksl.model.simulate import METHODS, Method
 
     law = controller.replace("-", " ")
@@ -155,13 +156,18 @@ def _how(
         fail(f"--controller {controller}: expected one of {', '.join(c.replace(' ', '-') for c in CONTROLLERS)}")
     if method not in METHODS:
         fail(f"--method {method}: expected one of {', '.join(METHODS)}")
+    if tolerance is not None and not tolerance > 0:
+        fail(f"--tolerance {tolerance:g}: expected a number above zero")
+    if tolerance is not None and method != "dop853":
+        fail(f"--tolerance: {method} controls no error; give --step, or take dop853")
     if brake and brake_at is None:
         fail("--brake: brakes engage at a time; give --brake-at S")
     stiffness, damping = _gains(law, gains)
     positions, files = _positions(model, pose)
     return Simulated(
-        until, start, positions, dict(named_number(one, "--velocity") for one in velocity), cast(ControllerName, law), stiffness, damping, brake_at,
+        until, start, positions, dict(named_number(one, "--velocity", "rad/s or m/s") for one in velocity), cast(ControllerName, law), stiffness, damping, brake_at,
         _efforts(brake, "--brake"), _efforts(dry_friction, "--dry-friction"), bounce, RATE if rate is None else rate, cast(Method, method), step,
+        TOLERANCE if tolerance is None else tolerance, TOLERANCE if tolerance is None else tolerance,
     ), files  # fmt: skip
 
 
@@ -194,7 +200,7 @@ def _efforts(given: list[str], option: str) -> float | dict[str, float] | None:
         return None
     if len(given) == 1 and "=" not in given[0]:
         return numbers(given[0], option, 1)[0]
-    return dict(named_number(one, option) for one in given)
+    return dict(named_number(one, option, "N m or N") for one in given)
 
 
 def _case(model: Model, how: Simulated, motion: Path | None, carried: list[Payload]) -> tuple[LoadCase, list[InputFile]]:

@@ -66,6 +66,8 @@ def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
     lines = [*case.motion.doubts, *case.motion.contradictions]
     if balance is not None and balance.doubtful:
         lines.append(f"power balance: the residual is {balance.relative_residual:.2g} of the largest power: {CAUSES_OF_RESIDUALS}")
+    if balance is not None and balance.untold is not None:
+        lines.append(str(balance.untold))
     lines += _about_drives(case)
     return _about_payloads(case) + _about_lengths(case) + lines + [line for line in case.model.warnings if line.startswith(("link ", "none of the links"))]  # those of masses
 

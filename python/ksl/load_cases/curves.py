@@ -8,7 +8,7 @@ import numpy as np
 
 from ksl.load_cases.force_elements import act
 from ksl.load_cases.load_case import Block, LoadCase
-from ksl.load_cases.quantities import JointLoads, PowerBalance, joint_loads, power_round_off
+from ksl.load_cases.quantities import LEAST_ENERGY, LEAST_SHARE, JointLoads, PowerBalance, joint_loads, power_round_off, untold
 from ksl.load_cases.reaction_joints import has_drive
 from ksl.model.states import EFFORT_PARTS, Array
 from ksl.motions.closed_motion import closed_again
@@ -76,10 +76,21 @@ class Curves:
         energy = kinetic + potential
         supplied = self.case.model.external_power(q, v, external) if external else np.zeros(len(motion.time))
         round_off = power_round_off(motion.time, kinetic, potential, q, v, self._largest_effort)
+        exchanged = float(np.max(np.abs(np.gradient(kinetic, motion.time)), initial=0.0))
+        if motion.integrated:
+            rate = self._rate_along(q, v, motion.resolved_a)
+            least = max(LEAST_SHARE * float(np.max(kinetic)), LEAST_ENERGY * float(np.max(np.abs(potential))), round_off * float(np.max(np.diff(motion.time))))
+            missed = untold(motion.time, energy, rate, np.concatenate([motion.corner_times, motion.break_times]), least)
+            return PowerBalance(self._drive, supplied, energy, rate, round_off, self._dissipation, exchanged, True, missed)
         before, after = rates_beside_corners(motion.time, energy, motion.corner_times, motion.break_times)
         total = self._drive + supplied - (0.0 if self._dissipation is None else self._dissipation)
         # at a jump of the acceleration the power is that before or after it: the motion says which
         rate = np.where(np.abs(before - total) < np.abs(after - total), before, after)
         rate = np.where(np.isnan(before + after), total, rate)  # between events that follow so fast that nothing is to be told
-        exchanged = float(np.max(np.abs(np.gradient(kinetic, motion.time)), initial=0.0))
         return PowerBalance(self._drive, supplied, energy, rate, round_off, self._dissipation, exchanged)
+
+    def _rate_along(self, q: Array, v: Array, a: Array) -> Array:
+        """The rate (n) of the energy at velocities and accelerations (n, nv), from its derivatives and not from the dynamics."""
+        kinetic_by_q, kinetic_by_v, potential_by_q = self.case.model.energy_derivatives(q, v)
+        rate: Array = np.sum((kinetic_by_q + potential_by_q) * v + kinetic_by_v * a, axis=-1)
+        return rate

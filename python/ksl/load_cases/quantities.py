@@ -93,6 +93,35 @@ class JointLoads:
 
 
 @dataclass(frozen=True)
+class Untold:
+    """Samples that are too far apart: by how much energy changes between two of them, and what it would by the powers at both, J."""
+
+    begin: float
+    end: float
+    """s."""
+    change: float
+    by_powers: float
+
+    def __str__(self) -> str:
+        return (
+            f"samples are too far apart: between {self.begin:.6g} s and {self.end:.6g} s energy changes by {self.change:.3g} J, by the powers at both by "
+            f"{self.by_powers:.3g} J, and peaks there are in no result; simulate at a higher rate"
+        )
+
+
+def untold(time: Array, energy: Array, rate: Array, events: Array, least: float) -> Untold | None:
+    """Where trapezoids of the rate (n) of an energy (n) miss its change most, unless that is little, or an event is between.  least: J, below
+    which energies are rounding."""
+    change, by_powers = np.diff(energy), (rate[:-1] + rate[1:]) / 2 * np.diff(time)
+    missed = np.abs(change - by_powers)
+    missed[np.unique(np.clip(np.searchsorted(time, events) - 1, 0, len(missed) - 1))] = 0.0
+    k = int(np.argmax(missed))
+    if missed[k] <= max(LARGE_RESIDUAL * float(np.ptp(energy)), least):
+        return None
+    return Untold(float(time[k]), float(time[k + 1]), float(change[k]), float(by_powers[k]))
+
+
+@dataclass(frozen=True)
 class PowerBalance:
     """Drive power + power of external wrenches − dissipation against the rate of change of energy, each (n), W."""
 
@@ -101,13 +130,18 @@ class PowerBalance:
     energy: Array
     """Kinetic + potential, rotors and springs included where the physics of joints names them, J."""
     energy_rate: Array
-    """Its derivative, from a spline through the samples: independent of the dynamics."""
+    """Its derivative, from a spline through the samples: independent of the dynamics.  Of simulated motions it is that along their velocities
+    and accelerations, which are exact."""
     round_off: float = 0.0
     """Power that rounding errors alone may cause, W; see `power_round_off`."""
     dissipation: Array | None = None
     """What damping and friction turn into heat; None for models without physics of joints."""
     exchanged: float = 0.0
     """The largest rate of the kinetic energy, W: what potential and kinetic energy exchange where nothing is supplied."""
+    integrated: bool = False
+    """Is the energy rate that of a simulated motion."""
+    untold: Untold | None = None
+    """Of simulated motions: what their samples don't tell, if that is much."""
 
     @property
     def supplied(self) -> Array:
@@ -145,6 +179,8 @@ LARGE_RESIDUAL = 1e-2
 """Residual, relative to the largest power, from which on the numbers of a run are doubted."""
 LEAST_SHARE = 1e-3
 """A mechanism that swings freely takes no power but errors, which are judged by this share of what its energies exchange."""
+LEAST_ENERGY = 1e-9
+"""The same of energies, as shares of the largest potential energy: what hardly moves."""
 CAUSES_OF_RESIDUALS = (
     "positions, velocities and accelerations of the motion disagree, or it jumps, or its positions are rounded or noisy, or its samples are too far apart"
 )

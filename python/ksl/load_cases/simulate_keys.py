@@ -40,7 +40,7 @@ def simulated_of(where: str, given: Any) -> Simulated:
     velocity = _numbers(f"{where}: velocity", given.get("velocity", {}))
     if not isinstance(velocity, Mapping):
         raise CaseError(f"{where}: velocity is {velocity!r}; expected a table of joints, as {{ elbow = 0.5 }}")
-    return Simulated(
+    found = Simulated(
         until=number_if_any("until"),
         start=number_if_any("from"),
         pose=pose,
@@ -58,6 +58,20 @@ def simulated_of(where: str, given: Any) -> Simulated:
         rtol=number("rtol", usual.rtol),
         atol=number("atol", usual.atol),
     )
+    _require_use(where, given)
+    return found
+
+
+def _require_use(where: str, given: Mapping[str, Any]) -> None:
+    """Refuses keys that would change nothing, and a controller without what it controls by."""
+    if "brake" in given and "brake_at" not in given:
+        raise CaseError(f"{where}: brake: brakes engage at a time; give brake_at, s")
+    controller = given.get("controller", "none")
+    gains = [key for key in ("stiffness", "damping") if key in given]
+    if controller in ("pd", "computed torque") and not gains:
+        raise CaseError(f"{where}: controller {controller!r} needs stiffness and damping")
+    if idle := [key for key in gains if controller == "none" or (controller == "gravity" and key == "stiffness")]:
+        raise CaseError(f"{where}: {idle[0]} is that of a controller; give controller = \"pd\" or \"computed torque\"{', or gravity, which damps' if idle == ['damping'] else ''}")
 
 
 def _number(where: str, x: Any) -> float:

@@ -5,6 +5,7 @@ The wrenches are then those of this motion, like those of any other.
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,7 +22,7 @@ from ksl.load_cases.stops import nearest_sample
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
 from ksl.model.drives import PD, Brake, ComputedTorque, Controller, GravityCompensation, Reference
 from ksl.model.model import Model
-from ksl.model.simulate import Method
+from ksl.model.simulate import REASONS, TOO_MANY, Method
 from ksl.model.simulation_result import Simulation
 from ksl.model.states import Array
 from ksl.motions.closed_motion import keeps_closed
@@ -34,6 +35,7 @@ ControllerName = Literal["none", "gravity", "pd", "computed torque"]
 CONTROLLERS = ("none", "gravity", "pd", "computed torque")
 RATE = 250.0
 """Samples a second of the motion that is simulated, as of motions that are generated."""
+TOLERANCE = 1e-9
 MOST_SAMPLES = 10_000_000
 MOST_EVENTS = 12
 """Events that a note lists."""
@@ -73,8 +75,8 @@ class Simulated:
     """Samples a second of the result."""
     method: Method = "dop853"
     step: float | None = None
-    rtol: float = 1e-9
-    atol: float = 1e-9
+    rtol: float = TOLERANCE
+    atol: float = TOLERANCE
 
 
 def is_braked(how: Simulated, motion: Motion) -> bool:
@@ -101,6 +103,8 @@ def simulated_motion(
             raise MotionError(f"simulation: {e}") from None
     reached = np.isfinite(run.q).all(axis=1) & np.isfinite(run.a).all(axis=1)
     if np.count_nonzero(reached) < 2:
+        if run.reason == REASONS[TOO_MANY]:
+            raise MotionError("simulation: more steps than 10,000,000; take longer ones, or an earlier end")
         raise MotionError(f"simulation: {run.reason} at its beginning, {run.ended:.6g} s; check the start, gains and units")
     doubts = suspicions_of_pose(model, q) if how.pose is not None else []
     doubts += [f"simulation: {one.message}" for one in said if issubclass(one.category, RuntimeWarning)]
@@ -113,7 +117,7 @@ def simulated_motion(
     corners, breaks = (np.array(sorted({e.time for e in inside if e.what in kinds}), dtype=float) for kinds in (JUMPS, IMPACTS))
     motion = Motion(
         t, x, v, run.a[reached], doubts=doubts, source=source, closing=closing, stands=stands, held=held & stands, resolution=standing.rate,
-        corner_times=corners, break_times=breaks,
+        corner_times=corners, break_times=breaks, integrated=True,
     )  # fmt: skip
     return motion, _in_words(how, brake)
 
@@ -157,13 +161,17 @@ def _times(how: Simulated, followed: Motion | None, begin: float) -> Array:
     until = how.until if how.until is not None else float(followed.time[-1]) if followed is not None else None
     if until is None:
         raise MotionError("simulation: no end; give until, s")
+    if not math.isfinite(until):
+        raise MotionError(f"simulation: until is {until:g}; expected a time, s")
     if not until > begin:
         raise MotionError(f"simulation: until {until:g} s is not after its beginning, {begin:g} s")
-    if not how.rate > 0:
+    if not 0 < how.rate < math.inf:
         raise MotionError(f"simulation: rate {how.rate:g}; expected samples a second, more than 0")
-    samples = max(2, round((until - begin) * how.rate) + 1)
+    wanted = (until - begin) * how.rate + 1
+    samples = max(2, round(min(wanted, 2.0**53)))
     if samples > MOST_SAMPLES:
-        raise MotionError(f"simulation: {samples:,} samples; give a lower rate than {how.rate:g} a second, or an earlier end")
+        told = f"{samples:,}" if wanted < 2.0**53 else f"{wanted:.3g}"
+        raise MotionError(f"simulation: {told} samples; give a lower rate than {how.rate:g} a second, or an earlier end")
     times: Array = np.linspace(begin, until, samples)
     return times
 
@@ -211,6 +219,8 @@ def _notes(run: Simulation, how: Simulated) -> list[str]:
         told = [f"{words.get(e.what, e.what)}{f' of {one_line(e.joint)}' if e.joint else ''} at {e.time:.6g} s" for e in run.events[:MOST_EVENTS]]
         more = f" and {len(run.events) - MOST_EVENTS} more" if len(run.events) > MOST_EVENTS else ""
         notes.append(f"events: {'; '.join(told)}{more}")
+    if how.friction:
+        notes.append("efforts are those of drives, brakes and dry friction together: friction adds to what is compared with effort limits")
     if any(e.what in IMPACTS for e in run.events):
         notes.append("impacts on limits are shorter than any sample: wrenches during them are in no result")
     return notes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
@@ -27,7 +28,7 @@ def over_time(x: ArrayLike, times: Array, leading: tuple[int, ...], columns: int
     if array.shape == (columns,):
         return times[:1].copy(), array.reshape(1, 1, columns).copy()
     if array.ndim >= 2 and array.shape[-2:] == (n, columns) and array.shape[:-2] in ((), leading):
-        return times, np.ascontiguousarray(array.reshape(-1, n, columns))
+        return times, np.ascontiguousarray(array.reshape(math.prod(array.shape[:-2]), n, columns))
     runs = "" if not leading else f", or {(*leading, n, columns)} for each run"
     raise ValueError(f"{what} has shape {array.shape}; expected ({columns},) constant, or {(n, columns)} at the times{runs}")
 
@@ -81,8 +82,8 @@ class DriveNumbers:
     def __init__(self, model: Any, efforts: Any, times: Array, leading: tuple[int, ...], in_lanes: bool) -> None:
         self._model, self._times, self._leading = model, times, leading
         self.function: Callable[..., Any] | None = None
-        self.not_finite = ""
-        """What a function returned last that is no number."""
+        self._not_finite: list[tuple[float, float]] = []
+        """(time, what a function returned) that is no number."""
         self.numbers: dict[str, Any] = dict.fromkeys(("given", "position", "velocity", "acceleration", "stiffness", "damping", "limit", "driven", "function"))
         self.numbers |= {"gravity": False, "computed_torque": False}
         if isinstance(efforts, (PD, GravityCompensation, ComputedTorque)):
@@ -91,6 +92,14 @@ class DriveNumbers:
             self.function = self.numbers["function"] = self._called(efforts, in_lanes)
         elif efforts is not None:
             self.numbers["given"] = over_time(efforts, times, leading, model.nv, "efforts")
+
+    def first_not_finite(self, begin: float) -> str:
+        """What a function of the user returned from a time on that is no number, in words; empty: nothing."""
+        late = [one for one in self._not_finite if one[0] >= begin]
+        if not late:
+            return ""
+        t, number = min(late, key=lambda one: one[0])
+        return f"efforts returned {number} at t = {t:.9g} s"
 
     def _control(self, controller: Any) -> None:
         driven = self._driven()
@@ -132,7 +141,7 @@ class DriveNumbers:
                 n[name] = self._rows(reference.times, rows, model.nv, f"reference.{name[0]}")
 
     def _rows(self, times: ArrayLike, rows: ArrayLike, columns: int, what: str) -> OverTime:
-        instants = np.ascontiguousarray(real_array(times, "reference.times"), dtype=float)
+        instants = np.asarray(real_array(times, "reference.times"), dtype=float, order="C")
         if instants.ndim != 1 or not len(instants) or not np.isfinite(instants).all() or (np.diff(instants) <= 0).any():
             raise ValueError("reference.times must be finite and increase")
         array = np.asarray(real_array(rows, what), dtype=float)
@@ -141,7 +150,7 @@ class DriveNumbers:
             raise ValueError(f"{what} has shape {array.shape}; expected {shape}, a row for each time")
         if not np.isfinite(array).all():
             raise ValueError(f"{what} holds numbers that are not finite")
-        return instants, np.ascontiguousarray(array.reshape(-1, *shape))
+        return instants, np.ascontiguousarray(array.reshape(math.prod(array.shape[:-2]), *shape))
 
     def _feed_forward(self, feed: Any) -> OverTime:
         if isinstance(feed, tuple) and len(feed) == 2:
@@ -153,16 +162,16 @@ class DriveNumbers:
         leading, nv = self._leading if in_lanes else (), self._model.nv
 
         def efforts(run: int, t: float, q: Array, v: Array) -> Array | None:
-            found = function(t, q.reshape(*leading, -1), v.reshape(*leading, -1))
+            found = function(t, q.reshape(*leading, q.shape[-1]), v.reshape(*leading, nv))
             if found is None:
                 return None
             array = np.asarray(real_array(found, "the result of efforts"), dtype=float)
             if array.shape not in ((nv,), (*leading, nv)):
                 raise ValueError(f"efforts returned shape {array.shape} at t = {t:.9g} s; expected {(*leading, nv)}")
             if not np.isfinite(array).all():  # a step that is too long may be the reason: it will be tried again
-                self.not_finite = f"efforts returned {array[~np.isfinite(array)][0]} at t = {t:.9g} s"
+                self._not_finite.append((t, float(array[~np.isfinite(array)][0])))
                 if t == self._times[0]:
-                    raise ValueError(f"{self.not_finite}, where the run begins; expected finite numbers")
-            return np.ascontiguousarray(np.broadcast_to(array, (*leading, nv)).reshape(-1, nv))
+                    raise ValueError(f"{self.first_not_finite(t)}, where the run begins; expected finite numbers")
+            return np.ascontiguousarray(np.broadcast_to(array, (*leading, nv)).reshape(len(q), nv))
 
         return efforts

@@ -325,7 +325,7 @@ class LoopCalls(Requests):
         except ValueError:
             found = ", ".join(f"{name} {array.shape}" for (_, name, _), array in zip(inputs, arrays, strict=True))
             raise ValueError(f"leading shapes don't broadcast: {found}") from None
-        rows = [np.ascontiguousarray(np.broadcast_to(array, (*leading, array.shape[-1])).reshape(-1, array.shape[-1])) for array in arrays]
+        rows = [np.ascontiguousarray(np.broadcast_to(array, (*leading, array.shape[-1])).reshape(math.prod(leading), array.shape[-1])) for array in arrays]
         return [*rows, leading]
 
     def _judge(self, how: Sequence[int], names: Sequence[str], what: str) -> None:
@@ -349,7 +349,7 @@ def _one_state(inputs: Sequence[tuple[ArrayLike, str, int]]) -> list[Array] | No
     for x, _, columns in inputs:
         if type(x) is not np.ndarray or x.dtype != np.float64 or x.shape != (columns,) or not (x.flags.c_contiguous and x.flags.aligned):
             return None
-        if not math.isfinite(x.dot(x)):  # also of numbers whose squares overflow
+        if not all(map(math.isfinite, x.tolist())):
             return None
         rows.append(x.reshape(1, columns))
     return rows

@@ -31,13 +31,14 @@ REASONS = (
     "an event ended it",
     "a function ended it",
     "the step that the error allows became too small to change the time",
-    "it took more steps than most_steps",
+    "it takes more steps than most_steps",
     "numbers are not finite",
     "the equations of an implicit step have no solution nearby; take a smaller step",
     "the loops can't be closed nearby",
+    "events follow each other at this instant without end",
 )
 """How runs end, in the order of the compiled enumeration."""
-COMPLETE, OF_EVENT, OF_FUNCTION, UNDERFLOW, NOT_FINITE = 0, 1, 2, 3, 5
+COMPLETE, OF_EVENT, OF_FUNCTION, UNDERFLOW, TOO_MANY, NOT_FINITE, ENDLESS = 0, 1, 2, 3, 4, 5, 8
 
 Efforts: TypeAlias = "ArrayLike | Callable[[float, Array, Array], ArrayLike] | Controller | None"
 EventFunction = Callable[[float, Array, Array], float]
@@ -101,12 +102,13 @@ class SimulationCalls(Calls):
         watched = list(events) if isinstance(events, Iterable) else [events]
         are_alone = bool(watched) or "exact friction" in self.physics or any(laws[name] is not None for name in ("restitution", "friction", "brake"))
         drives = DriveNumbers(self, efforts, instants, leading, which in IN_LANES and not are_alone)
+        most = _count(most_steps, "most_steps")
         how = {
             "method": METHODS.index(which),
             "step": _step(step, which, instants),
             "rtol": _positive(rtol, "rtol", zero=True),
             "atol": _positive(atol, "atol", zero=True),
-            "most_steps": _count(most_steps, "most_steps"),
+            "most_steps": most,
             "project": given.flag(project, "project"),
         }
         wrenches = self._wrenches_over_time(external, external_axes, instants, leading)
@@ -128,7 +130,7 @@ class SimulationCalls(Calls):
             progress,
         )
         result = self._simulation(instants, leading, arrays, ends, happened, not wrenches)
-        self._warn_of_ends(result, ends, drives.not_finite)
+        self._warn_of_ends(result, ends, drives, most)
         return result
 
     def _require_closed_start(self, q: Array, v: Array) -> None:
@@ -202,17 +204,20 @@ class SimulationCalls(Calls):
     def _is_moved(self, link: str) -> bool:
         return any(self.joint(name).nv or self.joint(name).leader for name in self.support(link))
 
-    def _warn_of_ends(self, run: Simulation, ends: Sequence[tuple[int, float, int, int, int, int]], by_function: str) -> None:
+    def _warn_of_ends(self, run: Simulation, ends: Sequence[tuple[int, float, int, int, int, int]], drives: DriveNumbers, most_steps: int) -> None:
         early = [k for k, end in enumerate(ends) if end[0] not in (COMPLETE, OF_EVENT, OF_FUNCTION)]  # these were wanted
         if not early:
             return
         how, time, *_, coordinate = ends[early[0]]
         names = [joint.name for joint in self.joints[: self._moving] if joint.v_index <= coordinate < joint.v_index + joint.nv]
         which = f"run {early[0]}" + (f", the first of {len(early)}," if len(early) > 1 else "") if len(ends) > 1 else "the run"
-        energy = np.reshape(run.energy, (len(ends), -1))[early[0]]
+        energy = np.reshape(run.energy, (len(ends), len(run.times)))[early[0]]
         last = energy[np.isfinite(energy)]
-        at = f"; joint {names[0]!r} is where the error is largest" if names and how == UNDERFLOW else f", those of joint {names[0]!r} first" if names else ""
-        at += f"; {by_function}" if by_function and how == NOT_FINITE else ""
+        said_of_joint = {UNDERFLOW: "; joint {!r} is where the error is largest", ENDLESS: "; joint {!r} has the last one"}.get(how, ", those of joint {!r} first")
+        at = said_of_joint.format(names[0]) if names else ""
+        at += f", {most_steps:,}; take longer steps, a larger error or an earlier end" if how == TOO_MANY else ""
+        by_function = drives.first_not_finite(time) if how == NOT_FINITE else ""
+        at += f"; {by_function}" if by_function else ""
         limited = [e.name for e in self.force_elements if (e.lower is not None or e.upper is not None) and not e.stop_stiffness]
         if limited and how == NOT_FINITE and "force elements" in self.physics:
             at += f"; perhaps force element {' or '.join(limited)} is beyond a limit without a stop"
@@ -222,7 +227,7 @@ class SimulationCalls(Calls):
 
 
 def _times(times: ArrayLike) -> Array:
-    instants = np.ascontiguousarray(real_array(times, "times"), dtype=float)
+    instants = np.asarray(real_array(times, "times"), dtype=float, order="C")
     if instants.ndim != 1 or not len(instants):
         raise ValueError(f"times has shape {instants.shape}; expected (n), the first that of the start")
     if not np.isfinite(instants).all():

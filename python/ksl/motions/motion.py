@@ -90,6 +90,8 @@ class Motion:
     """Of mechanisms with loops."""
     break_times: Array = field(default_factory=lambda: np.empty(0))
     """When velocities jump, at impacts, s, increasing: splines over time end there, and a sample there is before the jump."""
+    integrated: bool = False
+    """Are these the samples of a simulation, whose rates are exact however far apart samples are."""
 
     @cached_property
     def resolved_v(self) -> Array:

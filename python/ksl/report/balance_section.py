@@ -28,9 +28,10 @@ def balance_section(b: PowerBalance | None, time: Array, charts: Charts, clock: 
     if b is None:
         return f'<section id="{anchor}" class="power"><h2>Power balance</h2><p>Not checked: {TOO_FEW}.</p></section>'
     lost, energy = ("", "mechanical energy") if b.dissipation is None else (" − dissipation by damping and friction", "energy, rotors and springs included")
+    of_rate = "derivatives of the energies along the simulated velocities and accelerations" if b.integrated else "a spline through the energies"
     text = (
         f"Drive power + power of external wrenches{lost} = rate of change of {energy}, at every sample. The right side comes from "
-        "a spline through the energies, not from the dynamics: the two sides agree only if the efforts belong to this motion. "
+        f"{of_rate}, not from the dynamics: the two sides agree only if the efforts belong to this motion. "
     )
     text += f"<strong>Here there is {AT_REST}.</strong>" if b.at_rest else _residual(b, time, clock)
     sides = {"rate of energy": b.energy_rate, "drive": b.drive}

@@ -1,0 +1,54 @@
+"""Mechanisms A01, A02 and A04 of the library of benchmark problems of IFToMM, against closed forms and equations of their own; A03 and one as A05 are
+in test/model/force_elements_test.py."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import ellipj, ellipk
+
+import ksl
+from linkages import at, equal_four_bars
+
+G = 9.81
+
+
+@pytest.mark.parametrize(("tolerance", "errors"), [(1e-9, (1e-8, 1e-6, 1e-3)), (1e-13, (1e-12, 1e-9, 1e-6))])
+def test_a_simple_pendulum(tolerance, errors):
+    """A01: a point of 1 kg on a rod of 1 m, released from the horizontal, by elliptic functions; 10 s, 100 s and 2000 s later."""
+    b = ksl.Builder("A01", gravity=(0, -G, 0)).add_link("world").add_link("bob", mass=1.0, center_of_mass=(1, 0, 0))
+    m, times = b.add_joint("pin", "continuous", "world", "bob", axis=(0, 0, 1)).build(), [0.0, 10.0, 100.0, 2000.0]
+    run = m.simulate([0.0], [0.0], times, rtol=tolerance, atol=tolerance)
+    sn, _, dn, _ = ellipj(np.mod(np.sqrt(G) * np.array(times), 4 * ellipk(0.5)) + ellipk(0.5), 0.5)
+    swing = 2 * np.arcsin(np.sqrt(0.5) * sn)
+    error = np.abs(np.column_stack([np.cos(run.q[:, 0]) - np.sin(swing), np.sin(run.q[:, 0]) + np.cos(swing)])).max(axis=1)
+    assert (dn > 0).all() and (error[1:] < errors).all(), error
+
+
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-10])
+@pytest.mark.parametrize("loops", [1, 3])
+def test_four_bars_of_equal_rods(loops, tolerance):
+    """A02: ten times all rods are on one line, where the mechanism may fold; velocities don't jump there, so that it remains a parallelogram."""
+    m, times = equal_four_bars(loops), np.linspace(0, 10, 11)
+    q = m.neutral()
+    v = m.consistent_velocity(q, np.where(np.arange(m.nv) == m.joint("rod_0").v_index, 1.0, 0.0), given=["rod_0"])
+    inertia, weight = (loops + 1) / 3 + loops, G * ((loops + 1) / 2 + loops)
+    exact = solve_ivp(lambda t, y: [y[1], weight / inertia * np.sin(y[0])], (0, 10), [0, 1.0], "DOP853", times, rtol=1e-13, atol=1e-13).y[0]
+    run = m.simulate(q, v, times, rtol=tolerance, atol=tolerance)
+    assert np.abs(run.q[:, m.joint("rod_0").q_index] - exact).max() < 1e-3
+    assert {event.what for event in run.events} == {"singular"} and 9 <= len(run.events) <= 10 and run.steps < 250
+
+
+def test_bricards_mechanism():
+    """A04: five rods and six hinges with one redundant equation; its energy and its loop."""
+    corner = np.array([[0, 0, 0], [1, 0, 0], [1, -1, 0], [1, -1, 1], [0, -1, 1], [0, 0, 1.0]])
+    axis = [np.cross(corner[i] - corner[i - 1], corner[(i + 1) % 6] - corner[i]) for i in range(6)]
+    b, parent = ksl.Builder("A04").add_link("ground"), "ground"
+    for i in range(5):
+        e = corner[i + 1] - corner[i]
+        b.add_link(f"rod{i}", mass=1.0, center_of_mass=e / 2, inertia=(1.01 * (np.eye(3) - np.outer(e, e)) + 0.02 * np.outer(e, e)) / 12)
+        b.add_joint(f"hinge{i}", "continuous", parent, f"rod{i}", pose=at(corner[0] if i == 0 else corner[i] - corner[i - 1]), axis=axis[i])
+        parent = f"rod{i}"
+    m = b.add_loop("last", "revolute", "rod4", "ground", at(corner[5] - corner[4]), at(corner[5]), axis=axis[5]).build()
+    run, other = (m.simulate(np.zeros(5), np.zeros(5), np.linspace(0, 10, 101), **how) for how in ({}, {"method": "rk4", "step": 2e-3}))
+    assert np.ptp(run.kinetic) > 5 and np.abs(run.drift.energy).max() < 1e-6 and np.abs(m.loop_error(run.q)).max() < 1e-11
+    assert np.abs(run.q - other.q).max() < 1e-5
