@@ -5,7 +5,7 @@ from algorithms.row import Algorithm, Result
 ROWS = (
     Algorithm(
         name="inverse_dynamics_regressor",
-        closed="refusal",
+        closed="linear",
         header="inverse_dynamics_regressor.hpp",
         inputs=("q", "v", "a"),
         request="links",
@@ -26,7 +26,7 @@ q, v, a, out, threads: as in :meth:`inverse_dynamics`.  Atkeson, An, Hollerbach,
     ),
     Algorithm(
         name="gravity_torque_regressor",
-        closed="refusal",
+        closed="linear",
         header="inverse_dynamics_regressor.hpp",
         inputs=("q",),
         request="links",
@@ -43,7 +43,7 @@ links, q, out, threads: as in :meth:`inverse_dynamics_regressor`, of which this 
     ),
     Algorithm(
         name="reactions_regressor",
-        closed="refusal",
+        closed="linear",
         header="reactions_regressor.hpp",
         inputs=("q", "v", "a"),
         request="joints",
