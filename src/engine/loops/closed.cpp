@@ -247,7 +247,7 @@ template <class S> std::string reason(const algorithm_row &row, const model &m, 
 #define KSL_INSTANTIATE(S)                                                                                             \
   template room room_for(const state_view<S> &);                                                                       \
   template room room_for(const batch_view<S> &);                                                                       \
-  template std::size_t state_bytes<S>(const algorithm_row &, const model &, room);                                                            \
+  template std::size_t state_bytes<S>(const algorithm_row &, const model &, room);                                     \
   template bool run_state(const algorithm_row &, const model &, void *, const state_view<S> &);                        \
   template batch_outcome run_batch(const algorithm_row &, const model &, const batch_view<S> &, std::size_t,           \
                                    std::size_t, void *, bool);                                                         \

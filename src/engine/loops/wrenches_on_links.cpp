@@ -71,7 +71,8 @@ const double *wrenches_on_links::by_parameters(closed_state &c, const double *q,
     motion.angular_acceleration = {A[3], A[4], A[5]};
     motion.acceleration = {A[0] - fall.x, A[1] - fall.y, A[2] - fall.z};
     for (std::ptrdiff_t i = 0; i < rows_; ++i) {
-      const double *const w = by_wrench_ + (i * n + k) * 6; // minus the twist on which the inertia's wrench has this power
+      const double *const w =
+          by_wrench_ + (i * n + k) * 6; // minus the twist on which the inertia's wrench has this power
       const screw<double> s = {{-w[0], -w[1], -w[2]}, {-w[3], -w[4], -w[5]}};
       wrench_form(s, motion, by_parameter_ + (i * n + k) * parameters_of_link);
     }
