@@ -276,6 +276,8 @@ private:
     plan_.independent.assign(k.independent(), k.independent() + k.freedoms());
     plan_.redundant.assign(k.row + k.rank, k.row + t_.rows);
     plan_.view.drives_are_independent = t_.drives_are_known && plan_.independent == t_.drives;
+    if (t_.drives.size() > plan_.independent.size())
+      plan_.drive = t_.drives, plan_.drive_scale = t_.drive_scale;
     set_pivots(k, g.jacobian());
     add_patterns();
   }
@@ -460,6 +462,8 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
   out.pitch.assign(plan.pitch.begin(), plan.pitch.end());
   out.row_scale.assign(plan.row_scale.begin(), plan.row_scale.end());
   out.column_scale.assign(plan.column_scale.begin(), plan.column_scale.end());
+  out.drive = plan.drive;
+  out.drive_scale.assign(plan.drive_scale.begin(), plan.drive_scale.end());
   out.crossed = plan.crossed, out.through = plan.through, out.compliance_of = plan.compliance_of;
   out.patterns = plan.patterns;
   out.view.crosses_welds = plan.view.crosses_welds;

@@ -60,6 +60,10 @@ template <class T> struct joint_compliance_view {
 template <class T> struct loop_view {
   int loops, rows, pivots, freedoms;
   bool drives_are_independent; ///< are the independent coordinates those of the drives
+  bool steady; ///< are accelerations those at which independent coordinates have none, whatever is given
+  int drives;
+  const int *drive;     ///< (drives) their coordinates in v, where they are more than the freedoms
+  const T *drive_scale; ///< of each, 1/√weight
   const closing_joint<T> *joint;
   const loop_column *column;
   const T *pitch; ///< of each column, of helical joints

@@ -167,9 +167,6 @@ KSL_LANES void set_pattern(const model_view<scalar_of<T>> &model,
       crossed_wrench<T>{model, w, loops.crossed[place]}.move(pattern[place], true);
 }
 
-/// How much of the square of a pattern others may leave, before it counts as theirs.
-template <class S> inline constexpr S least_share = S(1e-6);
-
 /// Replaces wrenches that balance by those of least norm or energy: Gram and Schmidt's method.  Returns NaN where patterns nearly depend on each
 /// other, or store no energy, else 0.
 template <class T>

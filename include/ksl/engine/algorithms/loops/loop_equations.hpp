@@ -88,6 +88,8 @@ template <class T> KSL_LANES T fault_beyond(const T &x, const T &limit) {
 /// The smallest pivot, and what may be left of equations that follow from others, relative to lengths.
 template <class S> inline constexpr S least_pivot = S(1e-2);
 template <class S> inline constexpr S largest_rest = sizeof(S) == 8 ? S(1e-9) : S(1e-4);
+/// How much of its square the vectors before it must leave to a vector, in Gram and Schmidt's method, before it counts as theirs.
+template <class S> inline constexpr S least_share = S(1e-6);
 
 /// The column of a coordinate of body i about a point, which `arm` leads to from the body's origin.
 template <class T> KSL_LANES screw<T> column_about(const mat3x3<T> &R, int coordinate, const T &pitch,
