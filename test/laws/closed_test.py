@@ -4,6 +4,7 @@ import ksl
 import numpy as np
 import pytest
 from closed_mechanisms import KINDS, body, pose, random_case
+from linkages import FOURBAR
 
 SEEDS = range(3)
 CASES = [(kind, seed) for kind in KINDS for seed in SEEDS]
@@ -164,6 +165,12 @@ def test_refusals_say_what_to_do():
         m.mass_matrix(q)
     with pytest.raises(ValueError, match="no motion of the closed mechanism has these velocities"):
         m.consistent_velocity(q, zero + 1, given=m.joint_names)
+    flat = ksl.load_string(FOURBAR.replace("0.1 0.03 0", "0.1 0 0").replace("0.35 0.04 0.04", "0.32 0 0").replace("0.32 0.03 0", "0.32 0 0").replace("0.25 0.02 0", "0.1 0 0"), drives=["A"])
+    assert flat.mobility(np.zeros(3)).mobility == 2  # all links of this parallelogram lie on one line
+    with pytest.warns(UserWarning, match="they leave freedoms"):
+        v = flat.consistent_velocity(np.zeros(3), [1.0, -1.0, -3.0], given=[])
+    with pytest.raises(ValueError, match="no accelerations keep the loops closed at these velocities: the equations lose rank at this position"):
+        flat.consistent_acceleration(np.zeros(3), v, np.zeros(3), given=[])
 
 
 def test_the_closed_door_hangs_on_both_hinges_by_their_stiffness():

@@ -96,10 +96,11 @@ def _closed(model: Calls, q: Array, v: Array, a: Array) -> tuple[Array, Array, A
     well = [k for k in np.flatnonzero(found.converged) if model.mobility(found.q[k]).smallest > NOT_SINGULAR]
     if not well:
         raise ValueError(f"{model.name}: no closed position was found from {len(q)} random ones; give those of a motion to of_motion")
-    at = found.q[np.resize(well, len(q))]
+    at: Array = found.q[np.resize(well, len(q))]
     inverse = np.linalg.pinv(model.loop_jacobian(at), rcond=NOT_SINGULAR)
     v = v - np.einsum("nij,njk,nk->ni", inverse, model.loop_jacobian(at), v)
-    return at, v, a - np.einsum("nij,nj->ni", inverse, model.loop_acceleration(at, v, a))
+    a = a - np.einsum("nij,nj->ni", inverse, model.loop_acceleration(at, v, a))
+    return at, v, a
 
 
 def of_motion(
