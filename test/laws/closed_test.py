@@ -124,10 +124,11 @@ def test_batches_and_single_precision(kind):
     if m.mobility(c.q).smallest < 0.02:
         pytest.skip("nearly singular")
     three = lambda y: np.tile(y, (3, 1))
-    for call, last in ((m.inverse_dynamics, x.a), (m.forward_dynamics, x.tau)):
-        one = call(c.q, x.v, last, x.external)
-        assert np.array_equal(call(three(c.q), three(x.v), three(last), x.external), three(one))
-        single = call(*(y.astype(np.float32) for y in (c.q, x.v, last)), {k: w.astype(np.float32) for k, w in x.external.items()})
+    more = m.with_drives([j.name for j in m.joints if j.nv])
+    for call, *last in ((m.inverse_dynamics, x.a), (more.inverse_dynamics, x.a), (m.effort_parts, x.a), (m.bias,), (m.forward_dynamics, x.tau)):
+        one = call(c.q, x.v, *last, x.external)
+        assert np.array_equal(call(three(c.q), three(x.v), *map(three, last), x.external), np.stack([one] * 3))
+        single = call(*(y.astype(np.float32) for y in (c.q, x.v, *last)), {k: w.astype(np.float32) for k, w in x.external.items()})
         assert single.dtype == np.float32
         close_to(single, one, 1e-3)
     names = [*m.joint_names, "L"]

@@ -49,9 +49,6 @@ public:
   loop_plan<double> make() {
     if (m_.followers() > 0)
       return {};
-    for (const loop &l : t_.loops)
-      if (l.kind == joint_kind::universal || l.kind == joint_kind::helical)
-        return {};
     const std::vector<double> q = closed_position();
     if (q.empty())
       return {};
@@ -119,15 +116,21 @@ private:
     joint.on_predecessor = in_body(from, l.on_predecessor), joint.on_successor = in_body(to, l.on_successor);
     joint.axis = {l.canonical.m02, l.canonical.m12, l.canonical.m22};
     joint.first_row = l.first_row;
+    joint.mixed = -1;
     for (int i = 0; i < l.rows; ++i) {
       const bool moment = length(l.T[i].lin) < 1e-12;
       joint.direction[i] = moment ? l.T[i].ang : l.T[i].lin;
       (moment ? joint.moments : joint.forces) += 1;
+      if (!moment && l.kind == joint_kind::helical && length(l.T[i].ang) > 1e-12)
+        joint.mixed = i, joint.turn = l.T[i].ang;
     }
     const joint_kind_row kind = row_of(l.kind);
-    joint.turns = joint.moments == 0                 ? loop_turns::freely
-                  : kind.has_axis && kind.angle >= 0 ? loop_turns::about
-                                                     : loop_turns::not_at_all;
+    joint.across = {l.canonical.m00, l.canonical.m10, l.canonical.m20}, joint.pitch = l.pitch;
+    joint.has_two_axes = kind.has_axis2, joint.axis2 = l.axis2;
+    joint.cosine = algebra<double>::dot_vv(&joint.axis, &l.axis2);
+    joint.turns = joint.moments == 0 || kind.has_axis2 ? loop_turns::freely
+                  : kind.has_axis && kind.angle >= 0   ? loop_turns::about
+                                                       : loop_turns::not_at_all;
     std::vector<int> to_ground, from_ground; // bodies, outwards
     for (int b = to.body; b > 0; b = view_.body[b].parent)
       to_ground.insert(to_ground.begin(), b);
@@ -446,7 +449,14 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
                            joint.columns_end,
                            joint.through_begin,
                            joint.through_middle,
-                           joint.through_end};
+                           joint.through_end,
+                           joint.mixed,
+                           vector(joint.turn),
+                           vector(joint.across),
+                           static_cast<float>(joint.pitch),
+                           joint.has_two_axes,
+                           vector(joint.axis2),
+                           static_cast<float>(joint.cosine)};
     for (int i = 0; i < 6; ++i)
       x.direction[i] = vector(joint.direction[i]);
     out.joints.push_back(x);

@@ -2,17 +2,45 @@
 
 #include "ksl/engine/algorithms/parameters/link_regressor.hpp"
 
+#include <algorithm>
+
 namespace ksl::loops {
 
 void wrenches_on_links::lay_out(arena &memory, const model &m, room wanted) {
   m_ = &m, all_ = static_cast<int>(m.links().size());
   const std::ptrdiff_t columns = std::max(wanted.links, all_), rows = std::max(m.nv(), 6 * wanted.joints);
   requested_.lay_out(memory, m, wanted.joints);
-  efforts_ = memory.take<double>(m.nv());
+  efforts_ = memory.take<double>(m.nv()), jacobian_ = memory.take<double>(6 * m.nv());
   by_wrench_ = memory.take<double>(rows * 6 * columns);
   by_parameter_ = memory.take<double>(rows * parameters_of_link * columns);
   poses_ = memory.take<double>(16 * all_), twists_ = memory.take<double>(6 * all_);
   accelerations_ = memory.take<double>(6 * all_), indices_ = memory.take<int>(all_);
+}
+
+/// efforts_ for a unit of component i of a wrench on a link, by the link's Jacobian.
+finding wrenches_on_links::set_efforts(closed_state &c, const double *q, int link, int i) {
+  const int nv = m_->nv();
+  if (i == 0) {
+    state_view<double> s;
+    s.q = q, s.links = {1, &link}, s.result[0] = jacobian_;
+    c.call(rows::jacobian, s);
+    std::transform(jacobian_, jacobian_ + 6 * nv, jacobian_, [](double x) { return -x; });
+  }
+  return c.efforts_of_drives(jacobian_ + i * nv, efforts_);
+}
+
+/// The same for the wrenches that are asked for.
+finding wrenches_on_links::set_reactions(closed_state &c, const double *q, int link, int i,
+                                         const reaction_request &wanted, const double **found) {
+  double unit[6] = {};
+  unit[i] = 1;
+  const external_wrenches<double> e = {1, &link, unit, expressed_in::frame};
+  if (const finding fault = c.inverse_dynamics(q, nullptr, nullptr, e, efforts_))
+    return fault;
+  const double *const still = c.zeros_or(nullptr);
+  c.set_reactions(q, still, still, e);
+  *found = requested_.find(c, q, still, still, c.all_wrenches(e), wanted);
+  return {};
 }
 
 finding wrenches_on_links::find(closed_state &c, const double *q, const link_list &links,
@@ -23,17 +51,9 @@ finding wrenches_on_links::find(closed_state &c, const double *q, const link_lis
   c.take_weight_off();
   for (int k = 0; k < columns; ++k) {
     const int on = link(k / 6);
-    double unit[6] = {};
-    unit[k % 6] = 1;
-    const external_wrenches<double> e = {1, &on, unit, expressed_in::frame};
-    if (const finding fault = c.inverse_dynamics(q, nullptr, nullptr, e, efforts_))
-      return fault;
     const double *column = efforts_;
-    if (wanted) {
-      const double *const still = c.zeros_or(nullptr);
-      c.set_reactions(q, still, still, e);
-      column = requested_.find(c, q, still, still, c.all_wrenches(e), *wanted);
-    }
+    if (const finding fault = wanted ? set_reactions(c, q, on, k % 6, *wanted, &column) : set_efforts(c, q, on, k % 6))
+      return fault;
     for (int i = 0; i < rows_; ++i)
       by_wrench_[std::ptrdiff_t(i) * columns + k] = column[i];
   }

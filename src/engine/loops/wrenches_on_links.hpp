@@ -24,13 +24,16 @@ public:
 private:
   int links() const { return asked_ ? asked_->n : all_; }
   int link(int k) const { return asked_ ? asked_->index[k] : k; }
+  finding set_efforts(closed_state &c, const double *q, int link, int i);
+  finding set_reactions(closed_state &c, const double *q, int link, int i, const reaction_request &wanted,
+                        const double **found);
   void set_motions(const closed_state &c, const double *q, const double *v, const double *a);
 
   const model *m_ = nullptr;
   const link_list *asked_ = nullptr;
   int all_ = 0, rows_ = 0;
   requested_reactions requested_;
-  double *efforts_ = nullptr, *by_wrench_ = nullptr, *by_parameter_ = nullptr;
+  double *efforts_ = nullptr, *jacobian_ = nullptr, *by_wrench_ = nullptr, *by_parameter_ = nullptr;
   double *poses_ = nullptr, *twists_ = nullptr, *accelerations_ = nullptr; ///< of links
   int *indices_ = nullptr;
 };

@@ -36,12 +36,15 @@ template <class T> struct closed_inverse_dynamics_with_reactions_workspace {
 
 /// The wrench of a loop's joint on its successor, at its frame there and in its axes.
 template <class T>
-KSL_LANES coscrew<T> wrench_of_loop(const closing_joint<scalar_of<T>> &joint, const T *multipliers) {
+KSL_LANES coscrew<T> wrench_of_loop(const closing_joint<scalar_of<T>> &joint, const vec3<T> &normal,
+                                    const T *multipliers) {
   const T o(scalar_of<T>(0));
   coscrew<T> f = {{o, o, o}, {o, o, o}};
   for (int i = 0; i < joint.forces + joint.moments; ++i) {
-    const vec3<T> d = spread<T>(joint.direction[i]);
+    const vec3<T> d = direction_of<T>(joint, normal, i), turn = spread<T>(joint.turn);
     algebra<T>::axpy_vv(multipliers[joint.first_row + i], &d, i < joint.forces ? &f.lin : &f.ang);
+    if (i == joint.mixed)
+      algebra<T>::axpy_vv(multipliers[joint.first_row + i], &turn, &f.ang);
   }
   return f;
 }
@@ -158,7 +161,7 @@ KSL_LANES void set_pattern(const model_view<scalar_of<T>> &model,
     pattern[loops.list[k]] = {{o, o, o}, {o, o, o}};
   for (int k = at.loops_begin; k < at.loops_end; ++k) {
     const int l = loops.list[k];
-    pattern[loops.crossings + l] = wrench_of_loop(loops.joint[l], lambda);
+    pattern[loops.crossings + l] = wrench_of_loop(loops.joint[l], w.closed.equations.normal[l], lambda);
     for_crossed(model, w.closed.equations, l, pattern[loops.crossings + l],
                 [&](int place, const coscrew<T> &f) KSL_INLINED { algebra<T>::xpy_cc(&f, &pattern[place]); });
   }
@@ -270,7 +273,7 @@ void inverse_dynamics_with_reactions(const model_view<scalar_of<T>> &model,
   if (loops.crosses_welds)
     link_wrenches(model, w.tree(), external);
   for (int l = 0; l < loops.loops; ++l) {
-    w.of_loop[l] = wrench_of_loop(loops.joint[l], lambda);
+    w.of_loop[l] = wrench_of_loop(loops.joint[l], w.closed.equations.normal[l], lambda);
     for_crossed(model, w.closed.equations, l, w.of_loop[l], [&](int place, const coscrew<T> &f) KSL_INLINED {
       const crossed_wrench<T> of = {model, w, loops.crossed[place]};
       coscrew<T> sum = of.get();
