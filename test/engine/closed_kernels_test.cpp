@@ -132,6 +132,7 @@ TEST_CASE("closed mechanisms on dual numbers: efforts, wrenches of loops and acc
     const std::size_t f = static_cast<std::size_t>(ksl::independent(m, d, s.q.data(), free.data()));
     REQUIRE(f == (planar || closing == kind::helical ? 1u : 2u));
     REQUIRE(m.view().loops);
+    REQUIRE(m.view().loops->drives_are_independent); // for the universal joint not at the neutral position
     numbers<double> by[3], motions(9 * f * nv), on_links(36 * f), at_joints(18 * f), wrenches(12);
     for (numbers<double> &matrix : by)
       matrix.resize(nv * nv);

@@ -74,8 +74,8 @@ private:
              static_cast<int>(t_.drives.size()));
   }
 
-  /// Of closed positions near the neutral one and some others, one with the highest rank: the first that isn't nearly singular, else that with
-  /// the largest last pivot; empty if none is closed.
+  /// Of closed positions near the neutral one and some others, one with the highest rank, at which drives that are as many as the freedoms
+  /// determine the motion, if there is one: the first that isn't nearly singular, else that with the largest last pivot; empty if none is closed.
   std::vector<double> closed_position() const {
     std::vector<double> q(index(m_.nq()), 0.0), closed = q, best;
     for (const model::quaternion_in_q &quaternion : m_.quaternions())
@@ -87,12 +87,17 @@ private:
     elimination k;
     const held of_pivots(g, lay_out_with(k));
     int rank = -1;
+    bool is_driven = false;
     double last = 0, error = 0;
-    for (int start = 0; start < 8 && (start < least_starts || last < regular); ++start) {
+    for (int start = 0; start < 8 && (start < least_starts || last < regular || !is_driven); ++start) {
       if (a.close(q.data(), hold.data(), {}, closed.data(), &error) == closing::closed) {
         factor(g, k, closed);
-        if (k.rank > rank || (k.rank == rank && last < regular && k.last_pivot() > last))
-          best = closed, rank = k.rank, last = k.last_pivot();
+        const bool drives = k.freedoms() != static_cast<int>(t_.drives.size()) ||
+                            std::equal(t_.drives.begin(), t_.drives.end(), k.independent());
+        const bool as_good = k.rank == rank && drives == is_driven;
+        if (k.rank > rank || (k.rank == rank && drives && !is_driven) ||
+            (as_good && last < regular && k.last_pivot() > last))
+          best = closed, rank = k.rank, last = k.last_pivot(), is_driven = drives;
       }
       for (const joint_row &joint : m_.joints()) // other starts, the same in every run
         if (joint.v_index >= 0 && row_of(joint.kind).velocity_is_rate)
