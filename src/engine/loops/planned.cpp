@@ -17,9 +17,9 @@ template <class S> const kernels_in<S> &kernels_for(const algorithm_row &row) { 
 } // namespace
 
 template <class S> const algorithm_row &planned<S>::computed() const {
-  return row_.closed == closed_by::accelerations ? rows::closed_forward_dynamics
-         : row_.closed == closed_by::reactions   ? rows::closed_inverse_dynamics_with_reactions
-                                                 : rows::closed_inverse_dynamics;
+  return row_.closed == closed_by::accelerations || row_.closed == closed_by::jump ? rows::closed_forward_dynamics
+         : row_.closed == closed_by::reactions ? rows::closed_inverse_dynamics_with_reactions
+                                               : rows::closed_inverse_dynamics;
 }
 
 template <class S> bool planned<S>::suits() const {
@@ -28,6 +28,8 @@ template <class S> bool planned<S>::suits() const {
     return false;
   switch (row_.closed) {
   case closed_by::accelerations: return loops->freedoms > 0;
+  case closed_by::jump: // springs would act, and armatures have to
+    return loops->freedoms > 0 && !view_.physics && forces_.ends() == 0;
   case closed_by::steady: return loops->drives_are_independent || loops->freedoms == 0;
   case closed_by::efforts:
   case closed_by::statics:
@@ -77,6 +79,8 @@ template <class S> batch_view<S> planned<S>::part_of(const batch_view<S> &batch,
     part.v = part.a = {still_, 0};
   if (row_.closed == closed_by::steady)
     part.a = {still_, 0};
+  if (row_.closed == closed_by::jump)
+    part.v = part.tau = {still_, 0};
   const bool elements = forces_.ends() > 0; // `first` is the state that run has set them at
   for (int e = 0; e < batch.external_n + forces_.ends(); ++e)
     external_[e] = elements ? forces_.external()[e]

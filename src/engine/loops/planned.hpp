@@ -19,6 +19,8 @@ public:
       : row_(row), m_(m), view_(m.view_in<S>()), forces_(m, m.acting_force_elements()) {
     if (loops)
       view_.loops = loops;
+    if (row.closed == closed_by::jump) // accelerations at rest without weight
+      view_.gravity = {0, 0, 0};
     if (row.closed == closed_by::steady && view_.loops) {
       steady_ = *view_.loops;
       steady_.steady = true;
