@@ -33,6 +33,31 @@ def test_efforts_with_the_least_weighted_sum_of_squares(kind, seed):
         assert not np.delete(tau, columns).any()
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_drives_that_are_many_and_leave_a_freedom(seed):
+    """A rod between two balls spins about itself, whatever crank, rocker and a second hinge of the crank do: what they move of it is rounding."""
+    rng = np.random.default_rng(seed)
+    axis, ball = rng.normal(size=3), rng.normal(size=3)
+    b = ksl.Builder("spinning rod").add_link("ground")
+    for name in ("crank", "rod", "rocker", "plate"):
+        b.add_link(name, mass=1.0, center_of_mass=rng.normal(size=3), inertia=np.eye(3))
+    b.add_joint("A", "revolute", "ground", "crank", axis=axis).add_joint("B", "spherical", "crank", "rod", xyz=rng.normal(size=3))
+    b.add_joint("D", "revolute", "ground", "rocker", axis=rng.normal(size=3), xyz=(3, 0, 0)).add_joint("F", "revolute", "ground", "plate", axis=axis)
+    m = b.add_loop("weld", "fixed", "crank", "plate").build()
+    q = m.random(rng)
+    q[m.joint("F").q_index] = q[m.joint("A").q_index]
+    on_rod, on_rocker = np.eye(4), np.eye(4)
+    on_rod[:3, 3], on_rocker[:3, 3] = ball, (np.linalg.inv(m.frame_pose(q, "rocker")) @ m.frame_pose(q, "rod") @ [*ball, 1])[:3]
+    m = b.add_loop("C", "spherical", "rod", "rocker", on_rod, on_rocker).build(drives=["A", "D", "F"])
+    assert m.mobility(q).mobility == 2 and np.abs(m.loop_error(q)).max() < 1e-12
+    zero = np.zeros(m.nv)
+    for call in (lambda *x: m.inverse_dynamics(*x), lambda *x: m.reactions(*x), lambda *x: m.effort_parts(*x)):
+        with pytest.raises(ksl.ResultError, match="the drives leave a freedom, that of joint B"):
+            call(q, zero, zero)
+        with pytest.raises(ksl.ResultError, match="state 0: the drives leave a freedom"):
+            call(*(np.tile(x, (3, 1)) for x in (q, zero, zero)))
+
+
 def test_weights_stay_with_their_drives():
     import pickle
 

@@ -93,8 +93,15 @@ KSL_LANES T share_efforts(const loop_view<scalar_of<T>> &loops, const closed_inv
   };
   for (int j = 0; j < loops.freedoms; ++j) {
     T *const g = shares + j * n;
-    for (int d = 0; d < n; ++d)
-      g[d] = element_of_G(loops, w.equations, loops.drive[d], j) * T(loops.drive_scale[d]);
+    T largest(S(0)); // of numbers whose terms are lengths: what drives move of a freedom may be rounding
+    for (int d = 0; d < n; ++d) {
+      const int drive = loops.drive[d];
+      const T x = element_of_G(loops, w.equations, drive, j);
+      const T scaled = math<T>::fabs(x) * T(loops.column_scale[loops.independent[j]] / loops.column_scale[drive]);
+      largest = math<T>::select(scaled > largest, scaled, largest);
+      g[d] = x * T(loops.drive_scale[d]);
+    }
+    fault = fault + fault_beyond(T(least_pivot<S>), largest);
     const T whole = product(g, g);
     for (int k = 0; k < j; ++k) {
       const T *const earlier = shares + k * n;

@@ -170,6 +170,24 @@ KSL_LANES void set_pattern(const model_view<scalar_of<T>> &model,
       crossed_wrench<T>{model, w, loops.crossed[place]}.move(pattern[place], true);
 }
 
+/// Rounding of the elements of a pattern, relative to its norm.
+template <class S> inline constexpr S of_elements = sizeof(S) == 8 ? S(1e-11) : S(1e-4);
+
+/// The energy that rounding of its elements may give a pattern; 0 where norms decide.
+template <class T>
+KSL_LANES T energy_of_rounding(const loop_view<scalar_of<T>> &loops, const loop_pattern &at,
+                               const coscrew<T> *pattern) {
+  using S = scalar_of<T>;
+  S most(0);
+  for (int c = 0; c < loops.compliances; ++c)
+    for (int i = 0; i < 6; ++i)
+      most = loops.compliance[c].matrix[i][i] > most ? loops.compliance[c].matrix[i][i] : most;
+  T square(S(0));
+  for (int k = at.places_begin; loops.compliances > 0 && k < at.places_end; ++k)
+    square = square + sum_of_products(pattern[loops.list[k]], pattern[loops.list[k]]);
+  return square * T(most * of_elements<S> * of_elements<S>);
+}
+
 /// Replaces wrenches that balance by those of least norm or energy: Gram and Schmidt's method.  Returns NaN where patterns nearly depend on each
 /// other, or store no energy, else 0.
 template <class T>
@@ -199,11 +217,13 @@ KSL_LANES T take_off_patterns(const model_view<scalar_of<T>> &model,
     coscrew<T> *const pattern = found + (r + 1) * n;
     set_pattern(model, w, r, pattern);
     const bool alone = at.earlier_begin == at.earlier_end;
+    const T least = energy_of_rounding(loops, at, pattern);
     const T whole = alone ? T(S(0)) : sum_of_products(loops, at, pattern, pattern);
     for (int k = at.earlier_begin; k < at.earlier_end; ++k)
       take_off(loops.list[k], pattern);
     const T left = sum_of_products(loops, at, pattern, pattern);
-    fault = fault + fault_beyond(math<T>::select(left > T(least_share<S>) * whole, T(S(0)), T(S(1))), T(S(0.5)));
+    const T needed = T(least_share<S>) * whole + least;
+    fault = fault + fault_beyond(math<T>::select(left > needed, T(S(0)), T(S(1))), T(S(0.5)));
     w.inverse_square[r] = T(S(1)) / left;
     take_off(r, found);
   }
