@@ -197,12 +197,20 @@ finding closed_state::solve_inertia(const double *q, double *r) {
       H_[i * f + j] = sum;
     }
   double *const whole = small_ + m_.nv();
-  for (int i = 0; i < f; ++i)
-    whole[i] = H_[i * f + i];
+  for (int i = 0; i < f; ++i) {
+    whole[i] = 0; // of terms before they cancel, none of which is negative
+    for (int k = 0; k < nv; ++k)
+      whole[i] += G_[k * f + i] * G_[k * f + i] * M_[k * nv + k];
+  }
   const bool is_regular = ksl_linalg_ldlt_rmo(H_, f) == 0;
-  for (int i = 0; i < f; ++i) // what the others leave of a freedom's inertia
-    if (!is_regular || !(H_[i * f + i] > 1e-13 * whole[i]))
+  const double least = tolerance_ == tolerance_of_float ? 1e-10 : 1e-13; // positions in float are a little open
+  for (int i = 0; i < f; ++i) {                                          // what the others leave of a freedom's inertia
+    double terms = whole[i];
+    for (int k = 0; k < i; ++k)
+      terms += H_[i * f + k] * H_[i * f + k] * whole[k];
+    if (!is_regular || !(H_[i * f + i] > least * terms))
       return {finding::kind::massless, k_.independent()[i], 0, 0, f};
+  }
   solve_again(r);
   return {};
 }

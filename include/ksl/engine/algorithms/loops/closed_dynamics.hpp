@@ -185,6 +185,8 @@ template <class T> struct closed_forward_dynamics_workspace {
   mass_matrix_workspace<T> mass;
   tree_rows<T> rows;
   array_of<T> a0, tree, MG, H, r;
+  array_of<T>
+      whole; ///< what freedoms' inertias are made of: the sum of the inertias of coordinates, times G², before they cancel
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     const int f = model.loops ? model.loops->freedoms : 0;
@@ -194,6 +196,7 @@ template <class T> struct closed_forward_dynamics_workspace {
     rows.lay_out(memory, model);
     a0.lay_out(memory, model.nv), tree.lay_out(memory, model.nv);
     MG.lay_out(memory, model.nv * f), H.lay_out(memory, f * f), r.lay_out(memory, f);
+    whole.lay_out(memory, f);
   }
 };
 
@@ -210,7 +213,7 @@ template <class T> KSL_LANES void add_row_of_G(const loop_view<scalar_of<T>> &lo
     row[j] = row[j] - x * from[j];
 }
 
-/// H = Gᵀ M G, the lower triangle, from the elements of M that the tree has.
+/// H = Gᵀ M G, the lower triangle, from the elements of M that the tree has; and `whole`.
 template <class T> KSL_LANES void project_inertia(const model_view<scalar_of<T>> &model,
                                                   const closed_forward_dynamics_workspace<T> &w) {
   using S = scalar_of<T>;
@@ -220,11 +223,21 @@ template <class T> KSL_LANES void project_inertia(const model_view<scalar_of<T>>
     w.MG[i] = T(S(0));
   for (int i = 0; i < f * f; ++i)
     w.H[i] = T(S(0));
+  for (int j = 0; j < f; ++j)
+    w.whole[j] = T(S(0));
   for (int i = 1; i < model.bodies; ++i)
     for (int c = 0; c < model.body[i].nv; ++c) {
       const int v = model.body[i].v_index + c;
       const T *const row = w.rows[v];
-      add_row_of_G(loops, w.equations, v, row[model.body[i].ancestors + c], &w.MG[v * f]);
+      const T own = row[model.body[i].ancestors + c];
+      add_row_of_G(loops, w.equations, v, own, &w.MG[v * f]);
+      if (const int place = loops.place[v]; place >= 0) {
+        w.whole[place] = w.whole[place] + own;
+      } else {
+        const T *const g = &w.equations.solved[(-1 - place) * (f + 1)];
+        for (int j = 0; j < f; ++j)
+          w.whole[j] = w.whole[j] + own * g[j] * g[j];
+      }
       for_each_ancestor(model, i, c, [&](index ancestor, index place) KSL_INLINED {
         add_row_of_G(loops, w.equations, static_cast<int>(ancestor), row[place], &w.MG[v * f]);
         add_row_of_G(loops, w.equations, v, row[place], &w.MG[ancestor * f]);
@@ -245,15 +258,19 @@ template <class T> KSL_LANES void project_inertia(const model_view<scalar_of<T>>
   }
 }
 
+/// How much of `whole` a freedom's inertia must be, once the others have been taken off, so that it isn't rounding.
+template <class S> inline constexpr S least_inertia = sizeof(S) == 8 ? S(1e-13) : S(1e-5);
+
 /// r ← H⁻¹ r by the factors L D Lᵀ, which replace H.  NaN where a freedom moves no mass.
-template <class T> KSL_LANES void solve_by_factors(T *H, T *r, int f, T &fault) {
+template <class T> KSL_LANES void solve_by_factors(T *H, const T *whole, T *r, int f, T &fault) {
   using S = scalar_of<T>;
   for (int k = 0; k < f; ++k) {
-    T D = H[k * f + k];
-    const T whole = D;
+    T D = H[k * f + k], terms = whole[k];
+    for (int j = 0; j < k; ++j)
+      terms = terms + H[k * f + j] * H[k * f + j] * whole[j];
     for (int j = 0; j < k; ++j) // row k holds L_kj D_j until it is divided
       D = D - H[k * f + j] * H[k * f + j] * H[j * f + j];
-    fault = fault + fault_beyond(math<T>::select(D > T(S(1e-13)) * whole, T(S(0)), T(S(1))), T(S(0.5)));
+    fault = fault + fault_beyond(math<T>::select(D > T(least_inertia<S>) * terms, T(S(0)), T(S(1))), T(S(0.5)));
     const T inverse = T(S(1)) / D;
     H[k * f + k] = D;
     for (int i = k + 1; i < f; ++i) {
@@ -293,7 +310,7 @@ void closed_forward_dynamics(const model_view<scalar_of<T>> &model, const closed
   for (int i = 0; i < model.nv; ++i)
     add_row_of_G(loops, w.equations, i, tau[i] - tree[i], r);
   project_inertia(model, w);
-  solve_by_factors(&w.H[0], r, f, w.equations.fault);
+  solve_by_factors(&w.H[0], &w.whole[0], r, f, w.equations.fault);
   for (int i = 0; i < model.nv; ++i) {
     T sum = a0[i] + w.equations.fault;
     for (int j = 0; j < f; ++j)
