@@ -96,7 +96,7 @@ def _closed(model: Calls, q: Array, v: Array, a: Array) -> tuple[Array, Array, A
     well = [k for k in np.flatnonzero(found.converged) if model.mobility(found.q[k]).smallest > NOT_SINGULAR]
     if not well:
         raise ValueError(f"{model.name}: no closed position was found from {len(q)} random ones; give those of a motion to of_motion")
-    at: Array = found.q[np.resize(well, len(q))]
+    at = np.asarray(found.q, dtype=float)[np.resize(well, len(q))]
     inverse = np.linalg.pinv(model.loop_jacobian(at), rcond=NOT_SINGULAR)
     v = v - np.einsum("nij,njk,nk->ni", inverse, model.loop_jacobian(at), v)
     a = a - np.einsum("nij,nj->ni", inverse, model.loop_acceleration(at, v, a))
