@@ -274,7 +274,7 @@ private:
 
   int link_of(nb::handle name) const {
     Py_ssize_t size = 0;
-    const char *const text = PyUnicode_CheckExact(name.ptr()) ? PyUnicode_AsUTF8AndSize(name.ptr(), &size) : nullptr;
+    const char *const text = PyUnicode_Check(name.ptr()) ? PyUnicode_AsUTF8AndSize(name.ptr(), &size) : nullptr;
     const std::string word = text ? std::string(text, static_cast<std::size_t>(size)) : "";
     const int link = text ? m_.find_link(word) : -1;
     const int told = link < 0 && word.compare(0, 5, "link:") == 0 ? m_.find_link(word.substr(5)) : link;

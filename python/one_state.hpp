@@ -65,7 +65,7 @@ public:
 
 private:
   nb::object run_closed(const ksl::state_view<double> &state) {
-    const std::size_t bytes = ksl::loops::state_bytes<double>(m_, ksl::loops::room_for(state));
+    const std::size_t bytes = ksl::loops::state_bytes<double>(row_, m_, ksl::loops::room_for(state));
     if (!ksl::loops::run_state<double>(row_, m_, ksl::thread_memory(ksl::kept_for::workspace, bytes), state) ||
         !results_are_finite(state))
       return {};

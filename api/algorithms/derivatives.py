@@ -139,7 +139,7 @@ is an error, or with undetermined="nan" NaN.
     ),
     Algorithm(
         name="reactions_external_derivatives",
-        closed="refusal",
+        closed="linear",
         header="reactions_external_derivatives.hpp",
         inputs=("q",),
         request="joints",

@@ -5,7 +5,7 @@ from algorithms.row import Algorithm, Result
 ROWS = (
     Algorithm(
         name="inverse_dynamics_regressor",
-        closed="refusal",
+        closed="linear",
         header="inverse_dynamics_regressor.hpp",
         inputs=("q", "v", "a"),
         request="links",
@@ -18,7 +18,7 @@ ROWS = (
         "Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.  O(links × depth).",
         python="""
 numpy.einsum("...jlp,lp", regressor, model.parameters) is `inverse_dynamics` without external wrenches.  Of physics of joints only rotor bodies, which
-are links of the model, are in it; without these it is the transmitted effort (:meth:`effort_part`).
+are links of the model, are in it; without these it is the transmitted effort (:meth:`effort_part`).  Of a closed mechanism: of the efforts of its drives.
 links: names in the order wanted; by default all links in the order of `link_names`.  Links that fixed joints weld together have
 parameters of their own.  Those of a link: m, m cx, m cy, m cz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz, about its origin and in its axes.
 q, v, a, out, threads: as in :meth:`inverse_dynamics`.  Atkeson, An, Hollerbach, IJRR 5, 1986; O(links × depth).
@@ -26,7 +26,7 @@ q, v, a, out, threads: as in :meth:`inverse_dynamics`.  Atkeson, An, Hollerbach,
     ),
     Algorithm(
         name="gravity_torque_regressor",
-        closed="refusal",
+        closed="linear",
         header="inverse_dynamics_regressor.hpp",
         inputs=("q",),
         request="links",
@@ -43,7 +43,7 @@ links, q, out, threads: as in :meth:`inverse_dynamics_regressor`, of which this 
     ),
     Algorithm(
         name="reactions_regressor",
-        closed="refusal",
+        closed="linear",
         header="reactions_regressor.hpp",
         inputs=("q", "v", "a"),
         request="joints",
@@ -52,7 +52,8 @@ links, q, out, threads: as in :meth:`inverse_dynamics_regressor`, of which this 
         text="Regressor {Y} of the reactions of the joints that are asked for, for {q}, {v} and {a}: summed over all links with their "
         "parameters (those of inverse_dynamics_regressor) it is the reactions under gravity, without external wrenches.  O(joints × links).",
         python="""
-numpy.einsum("...jclp,lp", regressor, model.parameters) is `reactions` with the same keywords, without external wrenches.
+numpy.einsum("...jclp,lp", regressor, model.parameters) is `reactions` with the same keywords, without external wrenches.  Of closed mechanisms, too,
+with all joints, and the components of least norm or energy that rigid bodies leave open.
 All links of the model, in the order of `link_names`; a link's parameters: as in :meth:`inverse_dynamics_regressor`.
 on, at, axes, order, part, joints: as in :meth:`reactions`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.
 O(joints × links).

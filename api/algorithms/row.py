@@ -58,7 +58,7 @@ class Algorithm:
     "operational" quantities, from M, its factors and Jacobians; or not at all, "refusal".
     closed: how it is computed for mechanisms with loops (src/engine/loops/closed.hpp): as for the "tree", for what is a function of the given
         numbers; as "efforts" of the drives, "reactions", "parts" of efforts, "steady" or "statics"; as "accelerations" or the "jump" of
-        velocities; or not at all, "refusal".  "plan": it is what computes them, and private.
+        velocities; as results that are "linear" in wrenches on links; or not at all, "refusal".  "plan": it is what computes them, and private.
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
     text: one sentence for C, C++ and the reference; {tau}, {q} … stand for names with shapes.
     python: the docstring of the method, after its first line.

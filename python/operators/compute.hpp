@@ -200,7 +200,8 @@ private:
   void set_along() {
     const description &d = of_.given();
     const index rows = of_.moving_numbers(), block = rows * nv(), square = index(nv()) * nv();
-    const bool of_efforts = !d.solved && (of_.has_external() || of_.has_parameters()), opens = of_.gives_reactions();
+    const bool opens = of_.gives_reactions(),
+               of_efforts = !d.solved && !opens && (of_.has_external() || of_.has_parameters());
     for (const int r : d.first_result)
       zeros(first_[r], states() * block);
     S *const P = of_efforts ? zeros(projection_, states() * square) : nullptr;
@@ -256,11 +257,11 @@ private:
     ksl::batch_view<S> b = batch(*d.regressor);
     if (d.solved)
       b.a = {lifted_value(), nv()};
-    else if (of_.is_along() && d.regressor->reads(ksl::input::a))
+    else if (of_.is_along() && !of_.gives_reactions() && d.regressor->reads(ksl::input::a))
       b.a = {a_.data(), nv()};
     const index width = of_.moving_numbers() * of_.parameters();
     b.result[d.regressor_result] = {room(regressor_, states() * width), width};
-    ksl::compute_states(*d.regressor, of_.is_along() ? of_.tree() : *model_, b, 0, n_);
+    ksl::compute_states(*d.regressor, of_.is_along() && !of_.gives_reactions() ? of_.tree() : *model_, b, 0, n_);
   }
   /// The Jacobians (6 × nv) of the links on which external wrenches act, at their origins in the axes of the wrenches.
   void set_jacobians() {
@@ -365,7 +366,7 @@ private:
   }
 
   /// Does the result follow from efforts of the tree: accelerations, and efforts of drives?
-  bool is_of_efforts() const { return of_.given().solved || of_.is_along(); }
+  bool is_of_efforts() const { return of_.given().solved || (of_.is_along() && !of_.gives_reactions()); }
   /// Adds the change of the result where these efforts change.
   void add_of_efforts(index k, S *efforts, S *moved) {
     if (!of_.given().solved)

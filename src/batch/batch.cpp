@@ -37,7 +37,7 @@ template <class S> bool compute_one(const algorithm_row &row, const model &m, co
       direct = m.followers() == 0 && !closed && !forced;
   const kernels_in<S> &kernel = kernels_of_row<S>(row);
   const model_view<S> view = m.view_in<S>();
-  const std::size_t bytes = closed   ? loops::state_bytes<S>(m, loops::room_for(batch))
+  const std::size_t bytes = closed   ? loops::state_bytes<S>(row, m, loops::room_for(batch))
                             : forced ? elements::state_bytes<S>(row, m, elements::room_for(batch))
                             : direct ? kernel.workspace_bytes(view)
                                      : coupled::state_bytes<S>(row, m, extents_of(m, batch));

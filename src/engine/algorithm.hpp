@@ -102,6 +102,7 @@ enum class closed_by : unsigned char {
   statics,       ///< efforts at rest
   accelerations, ///< under given efforts
   jump,          ///< of velocities under impulses
+  linear,        ///< efforts or reactions for each component of wrenches on links, or for each inertial parameter
   refusal,       ///< not at all
   plan           ///< it is private: what computes efforts and accelerations by the model's plan
 };

@@ -718,7 +718,7 @@ constexpr algorithm_row reactions_external_derivatives = {
     .results = 1,
     .result = {{"by_external", 4, {extent::joints, extent::six, extent::all_links, extent::six}}},
     .kernels = &kernel_table::reactions_external_derivatives,
-    .closed = closed_by::refusal,
+    .closed = closed_by::linear,
 };
 
 constexpr algorithm_row frame_velocities_derivatives = {
@@ -842,7 +842,7 @@ constexpr algorithm_row inverse_dynamics_regressor = {
     .results = 1,
     .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
     .kernels = &kernel_table::inverse_dynamics_regressor,
-    .closed = closed_by::refusal,
+    .closed = closed_by::linear,
 };
 
 constexpr algorithm_row reactions_regressor = {
@@ -858,7 +858,7 @@ constexpr algorithm_row reactions_regressor = {
     .results = 1,
     .result = {{"Y", 4, {extent::joints, extent::six, extent::all_links, extent::ten}}},
     .kernels = &kernel_table::reactions_regressor,
-    .closed = closed_by::refusal,
+    .closed = closed_by::linear,
 };
 
 constexpr algorithm_row energy_regressor = {
@@ -1177,7 +1177,7 @@ constexpr algorithm_row gravity_torque_regressor = {
     .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
     .kernels = &kernel_table::inverse_dynamics_regressor,
     .variant_of = &inverse_dynamics_regressor,
-    .closed = closed_by::refusal,
+    .closed = closed_by::linear,
 };
 
 constexpr const algorithm_row *all[] = {

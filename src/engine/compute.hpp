@@ -41,9 +41,10 @@ template <class S> bool compute_ordinary(const algorithm_row &row, const model &
           "reactions of a mechanism with loops are those of inverse_dynamics_with_reactions: there is no call for those "
           "of the state that was computed last");
     const loops::room wanted = loops::room_for(s);
-    if (loops::fits(wanted, loops::room_of_data(m))) // what it is made for: the bytes need not be counted
+    if (row.closed != closed_by::linear &&           // which needs much
+        loops::fits(wanted, loops::room_of_data(m))) // what it is made for: the bytes need not be counted
       return loops::run_state<S>(row, m, d.memory(), s);
-    const std::size_t needed = loops::state_bytes<S>(m, wanted);
+    const std::size_t needed = loops::state_bytes<S>(row, m, wanted);
     return loops::run_state<S>(row, m, needed <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, needed),
                                s);
   }

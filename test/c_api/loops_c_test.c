@@ -72,6 +72,37 @@ static void test_dynamics(const ksl_model_t *m, ksl_data_t *d) {
   CHECK_REFUSED(ksl_mass_matrix(m, d, closed, tau), KSL_FAILED, "not available for mechanisms with loops");
 }
 
+/* Efforts and the wrench at the closure by the parameters of rods: mass, m l / 2 along x, m l² / 3 about y and z. */
+static void test_regressors(const ksl_model_t *m, ksl_data_t *d) {
+  const double zero[3] = {0, 0, 0};
+  const bool crank[3] = {true, false, false};
+  double closed[3], speed[3], found[3], tau[3], wrench[6], error;
+  ksl_closing_t end;
+  const int loop = ksl_model_joints(m);
+  ksl_reaction_options_t in_world = {0};
+  in_world.axes = KSL_WORLD;
+  CHECK(ksl_close(m, d, q, crank, false, closed, &end, &error) == KSL_OK);
+  CHECK(ksl_consistent_velocity(m, d, closed, v, crank, speed) == KSL_OK);
+  CHECK(ksl_consistent_acceleration(m, d, closed, speed, zero, crank, found) == KSL_OK);
+  const int links[] = {1, 2, 3};
+  const double rods[3][2] = {{1, 0.2}, {2, 0.6}, {1.5, 0.5}};
+  double by_efforts[3][3][10], by_wrench[6][4][10], sums[9] = {0};
+  CHECK(ksl_inverse_dynamics_regressor(m, d, closed, speed, found, 3, links, &by_efforts[0][0][0]) == KSL_OK);
+  CHECK(ksl_reactions_regressor(m, d, closed, speed, found, 1, &loop, &in_world, &by_wrench[0][0][0]) == KSL_OK);
+  CHECK(ksl_inverse_dynamics_with_reactions(m, d, closed, speed, found, NULL, tau, 1, &loop, &in_world, wrench) ==
+        KSL_OK);
+  for (int i = 0; i < 9; ++i)
+    for (int k = 0; k < 3; ++k) {
+      const double *const y_of = i < 3 ? by_efforts[i][k] : by_wrench[i - 3][k + 1];
+      const double mass = rods[k][0], length = rods[k][1];
+      sums[i] += mass * (y_of[0] + length / 2 * y_of[1] + length * length / 3 * (y_of[6] + y_of[9]));
+    }
+  for (int i = 0; i < 9; ++i)
+    CHECK(near(sums[i], i < 3 ? tau[i] : wrench[i - 3], 1e-9));
+  CHECK_REFUSED(ksl_inverse_dynamics_regressor(m, d, zero, zero, zero, 3, links, &by_efforts[0][0][0]), KSL_NOT_FINITE,
+                "loop joint C is open");
+}
+
 static void test_geometry(const ksl_model_t *m, ksl_data_t *d) {
   ksl_mobility_t mobility;
   int redundant[5], indices[3], n = 0;
@@ -144,6 +175,7 @@ int main(void) {
   ksl_data_t *d = NULL;
   CHECK(ksl_data_create(m, &d) == KSL_OK);
   test_dynamics(m, d);
+  test_regressors(m, d);
   test_geometry(m, d);
   test_variations(m, d);
   ksl_data_free(d);

@@ -29,9 +29,10 @@ ksl::joint_options about(double x, double y, double z) {
   return options;
 }
 
-/// Crank, rod and rocker with a ball or a hinge between the last two.
-ksl::model linkage(bool planar) {
+/// Crank, rod and rocker in a plane, closed by a hinge, or in space, closed by another joint between the last two.
+ksl::model linkage(ksl::joint_kind closing) {
   using kind = ksl::joint_kind;
+  const bool planar = closing == kind::revolute;
   ksl::builder b("linkage");
   b.add_link("ground");
   for (const char *name : {"crank", "cross", "rod", "rocker"})
@@ -50,9 +51,14 @@ ksl::model linkage(bool planar) {
     b.add_joint("E", kind::spherical, "ground", "rocker", at(0.1, 0, 0.4));
     ksl::loop_options axis;
     axis.axis = {0, 0.6, 0.8};
-    b.add_loop("D", kind::cylindrical, "rod", "rocker", at(0.1, 0.2, 0.4), at(0, 0.3, 0), axis);
+    if (closing == kind::universal)
+      axis.axis2 = {0.6, 0.8, 0};
+    if (closing == kind::helical)
+      axis.pitch = 0.2;
+    b.add_loop("D", closing, "rod", "rocker", at(0.1, 0.2, 0.4), at(0, 0.3, 0), axis);
   }
-  b.set_drives(planar ? std::vector<std::string>{"A"} : std::vector<std::string>{"A", "B"});
+  const bool one = planar || closing == kind::helical;
+  b.set_drives(one ? std::vector<std::string>{"A"} : std::vector<std::string>{"A", "B"});
   return b.build();
 }
 
@@ -112,8 +118,10 @@ void check_near(double x, double expected) {
 } // namespace
 
 TEST_CASE("closed mechanisms on dual numbers: efforts, wrenches of loops and accelerations along the mechanism") {
-  for (const bool planar : {false, true}) {
-    const ksl::model m = linkage(planar);
+  using kind = ksl::joint_kind;
+  for (const kind closing : {kind::revolute, kind::cylindrical, kind::helical, kind::universal}) {
+    const bool planar = closing == kind::revolute;
+    const ksl::model m = linkage(closing);
     ksl::data d(m);
     const state s(m, d);
     const std::size_t nv = static_cast<std::size_t>(m.nv());
@@ -122,8 +130,9 @@ TEST_CASE("closed mechanisms on dual numbers: efforts, wrenches of loops and acc
     const ksl::external_wrenches<first> pushed = {1, &s.link, dual_push.data()};
     numbers<int> free(nv);
     const std::size_t f = static_cast<std::size_t>(ksl::independent(m, d, s.q.data(), free.data()));
-    REQUIRE(f == (planar ? 1u : 2u));
+    REQUIRE(f == (planar || closing == kind::helical ? 1u : 2u));
     REQUIRE(m.view().loops);
+    REQUIRE(m.view().loops->drives_are_independent); // for the universal joint not at the neutral position
     numbers<double> by[3], motions(9 * f * nv), on_links(36 * f), at_joints(18 * f), wrenches(12);
     for (numbers<double> &matrix : by)
       matrix.resize(nv * nv);

@@ -33,6 +33,53 @@ def test_efforts_with_the_least_weighted_sum_of_squares(kind, seed):
         assert not np.delete(tau, columns).any()
 
 
+def spinning_rod(seed, drives, slender=False):
+    """Crank, rod between two balls, rocker; a plate on a second hinge of the crank.  The rod spins about itself, whatever the others do.  And a closed position."""
+    rng = np.random.default_rng(seed)
+    axis, ball = rng.normal(size=3), rng.normal(size=3)
+    b = ksl.Builder("spinning rod").add_link("ground")
+    for name in ("crank", "rocker", "plate"):
+        b.add_link(name, mass=1.0, center_of_mass=rng.normal(size=3), inertia=np.eye(3))
+    along = np.outer(ball, ball) / (ball @ ball)
+    b.add_link("rod", mass=1.0, center_of_mass=ball / 2, inertia=0.1 * (np.eye(3) - along if slender else np.eye(3)))
+    b.add_joint("A", "revolute", "ground", "crank", axis=axis).add_joint("B", "spherical", "crank", "rod", xyz=rng.normal(size=3))
+    b.add_joint("D", "revolute", "ground", "rocker", axis=rng.normal(size=3), xyz=(3, 0, 0)).add_joint("F", "revolute", "ground", "plate", axis=axis)
+    m = b.add_loop("weld", "fixed", "crank", "plate").build()
+    q = m.random(rng)
+    q[m.joint("F").q_index] = q[m.joint("A").q_index]
+    on_rod, on_rocker = np.eye(4), np.eye(4)
+    on_rod[:3, 3], on_rocker[:3, 3] = ball, (np.linalg.inv(m.frame_pose(q, "rocker")) @ m.frame_pose(q, "rod") @ [*ball, 1])[:3]
+    m = b.add_loop("C", "spherical", "rod", "rocker", on_rod, on_rocker).build(drives=drives)
+    assert m.mobility(q).mobility == 2 and np.abs(m.loop_error(q)).max() < 1e-12
+    return m, q
+
+
+def refused(call, states, match):
+    """One state, and three."""
+    for given, where in ((states, ""), ([np.tile(x, (3, 1)) for x in states], "state 0: ")):
+        with pytest.raises(ksl.ResultError, match=where + match):
+            call(*given)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_drives_that_are_many_and_leave_a_freedom(seed):
+    """What they move of the spin is rounding."""
+    m, q = spinning_rod(seed, ["A", "D", "F"])
+    for call in (m.inverse_dynamics, m.reactions, m.effort_parts):
+        refused(call, (q, np.zeros(m.nv), np.zeros(m.nv)), "the drives leave a freedom")
+
+
+@pytest.mark.parametrize("kind", ["f4", "f8"])
+@pytest.mark.parametrize("seed", range(8))
+def test_a_freedom_whose_inertia_is_rounding_moves_no_mass(seed, kind):
+    m, q = spinning_rod(seed, ["A"], slender=True)
+    zero = np.zeros(m.nv, kind)
+    for call in (m.forward_dynamics, lambda q, *_: m.velocity_jump(q, {"rod": np.ones(6, kind)})):
+        refused(call, (q.astype(kind), zero, zero), "joint . moves no mass in the closed mechanism at this position")
+    thick, _ = spinning_rod(seed, ["A"])
+    assert np.isfinite(thick.forward_dynamics(q.astype(kind), zero, zero)).all()
+
+
 def test_weights_stay_with_their_drives():
     import pickle
 

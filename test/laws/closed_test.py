@@ -4,6 +4,7 @@ import ksl
 import numpy as np
 import pytest
 from closed_mechanisms import KINDS, body, pose, random_case
+from linkages import FOURBAR
 
 SEEDS = range(3)
 CASES = [(kind, seed) for kind in KINDS for seed in SEEDS]
@@ -123,10 +124,11 @@ def test_batches_and_single_precision(kind):
     if m.mobility(c.q).smallest < 0.02:
         pytest.skip("nearly singular")
     three = lambda y: np.tile(y, (3, 1))
-    for call, last in ((m.inverse_dynamics, x.a), (m.forward_dynamics, x.tau)):
-        one = call(c.q, x.v, last, x.external)
-        assert np.array_equal(call(three(c.q), three(x.v), three(last), x.external), three(one))
-        single = call(*(y.astype(np.float32) for y in (c.q, x.v, last)), {k: w.astype(np.float32) for k, w in x.external.items()})
+    more = m.with_drives([j.name for j in m.joints if j.nv])
+    for call, *last in ((m.inverse_dynamics, x.a), (more.inverse_dynamics, x.a), (m.effort_parts, x.a), (m.bias,), (m.forward_dynamics, x.tau)):
+        one = call(c.q, x.v, *last, x.external)
+        assert np.array_equal(call(three(c.q), three(x.v), *map(three, last), x.external), np.stack([one] * 3))
+        single = call(*(y.astype(np.float32) for y in (c.q, x.v, *last)), {k: w.astype(np.float32) for k, w in x.external.items()})
         assert single.dtype == np.float32
         close_to(single, one, 1e-3)
     names = [*m.joint_names, "L"]
@@ -164,6 +166,12 @@ def test_refusals_say_what_to_do():
         m.mass_matrix(q)
     with pytest.raises(ValueError, match="no motion of the closed mechanism has these velocities"):
         m.consistent_velocity(q, zero + 1, given=m.joint_names)
+    flat = ksl.load_string(FOURBAR.replace("0.1 0.03 0", "0.1 0 0").replace("0.35 0.04 0.04", "0.32 0 0").replace("0.32 0.03 0", "0.32 0 0").replace("0.25 0.02 0", "0.1 0 0"), drives=["A"])
+    assert flat.mobility(np.zeros(3)).mobility == 2  # all links of this parallelogram lie on one line
+    with pytest.warns(UserWarning, match="they leave freedoms"):
+        v = flat.consistent_velocity(np.zeros(3), [1.0, -1.0, -3.0], given=[])
+    with pytest.raises(ValueError, match="no accelerations keep the loops closed at these velocities: the equations lose rank at this position"):
+        flat.consistent_acceleration(np.zeros(3), v, np.zeros(3), given=[])
 
 
 def test_the_closed_door_hangs_on_both_hinges_by_their_stiffness():

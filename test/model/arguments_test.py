@@ -166,6 +166,7 @@ def test_typed_wrenches(ur5):
     wrench = ksl.Wrench(numbers, frame="tool0")
     for given in (wrench, wrench.named(None), wrench.in_order("ang_lin")):
         assert np.array_equal(ur5.inverse_dynamics(q, v, a, {"tool0": given}), expected)
+    assert np.array_equal(ur5.inverse_dynamics(q, v, a, {np.str_("tool0"): numbers}), ur5.inverse_dynamics(q, v, a, {"tool0": numbers}))
     in_world = ur5.inverse_dynamics(q, v, a, {"tool0": numbers}, external_axes="world")
     assert np.array_equal(ur5.inverse_dynamics(q, v, a, {"tool0": ksl.Wrench(numbers)}, external_axes="world"), in_world)
     with pytest.raises(ksl.FrameError, match=r"external\['forearm_link'\] is Wrench\(frame='tool0'\); expected it in the frame 'forearm_link'"):

@@ -107,3 +107,36 @@ def test_what_is_not_determined_is_refused_by_name():
         m.reactions_derivatives([0.0], [0.0], [0.0], undetermined="non")
     with pytest.raises(ValueError, match="out= is for models without loops"):
         m.reactions_derivatives([0.0], [0.0], [0.0], out=(np.zeros(1),) * 3)
+
+
+@pytest.mark.parametrize("soft", [["J0"], ["J0", "J1"], ["L1"]])
+def test_least_energy_where_some_patterns_store_none(soft):
+    """Two joints between the same links: what one exerts on the other goes through no other joint.  Against a dense solution: energy first, then the norm."""
+    rng = np.random.default_rng(4)
+    b = ksl.Builder("held twice").add_link("ground").add_link("b0", 1.0, rng.normal(size=3), np.eye(3)).add_link("b1", 2.0, rng.normal(size=3), np.eye(3))
+    b.add_joint("J0", "spherical", "ground", "b0", xyz=(0.1, 0.2, 0.3)).add_joint("J1", "spherical", "b0", "b1", xyz=(0.5, 0.1, -0.2))
+    there = np.eye(4)
+    there[:3, 3] = 0.6, 0.3, 0.1
+    b.add_loop("L1", "translation", "b1", "ground").add_loop("L2", "revolute", "b1", "ground", np.eye(4), there, axis=(0.0, 0.6, 0.8))
+    m = b.build(drives=["J0", "J1"])
+    q = m.close(m.neutral()).q
+    assert m.mobility(q).redundant == 3
+    names, zero = ["J0", "J1", "L1", "L2"], np.zeros(m.nv)
+    stiffness = {}
+    for name in soft:
+        A = rng.normal(size=(6, 6))
+        stiffness[name] = 1e4 * (A @ A.T + np.eye(6))
+    f = m.reactions(q, zero, zero, {"b0": np.arange(6.0)}, joints=names).ravel()
+    N = m.reactions_null_basis(q, names).reshape(-1, 24).T
+    C = np.zeros((24, 24))
+    for name in soft:
+        at = slice(6 * names.index(name), 6 * names.index(name) + 6)
+        C[at, at] = np.linalg.inv(stiffness[name])
+    energies, turn = np.linalg.eigh(N.T @ C @ N)
+    stores = energies > 1e-9 * energies.max()
+    assert 0 < stores.sum() < len(stores)
+    N = N @ turn[:, stores]
+    expected = f - N @ ((N.T @ C @ f) / energies[stores])
+    for state in ((q, zero, zero), tuple(np.tile(x, (3, 1)) for x in (q, zero, zero))):
+        found = m.reactions(*state, {"b0": np.arange(6.0)}, joints=names, stiffness=stiffness)
+        close_to(found.reshape(-1, 24), np.tile(expected, (found.size // 24, 1)), 1e-8)

@@ -130,6 +130,49 @@ def test_couplings_in_a_circle(tmp_path):
     assert not m.follower_names and "equality joint, not active (3)" in m.unused
 
 
+@pytest.mark.parametrize(
+    "equality, followers, drives",
+    [
+        ('<tendon tendon1="ab" polycoef="0.3 0 0 0 0"/>', ["b"], ()),
+        ('<tendon tendon1="ab"/><tendon tendon1="bc"/>', ["b", "c"], ()),
+        ('<tendon tendon1="bc"/><tendon tendon1="ab"/>', ["b", "c"], ()),
+        ('<tendon tendon1="ab"/>', ["a"], ("b",)),  # the one with a motor leads
+        ('<tendon tendon1="aa" tendon2="cc" polycoef="0.1 -2 0 0 0"/>', ["c"], ()),
+        ('<tendon tendon1="ab" tendon2="bc" polycoef="0 0.5 0 0 0"/>', ["c"], ()),  # b goes
+    ],
+)
+def test_a_coupling_by_fixed_tendons_is_a_mimic_joint(tmp_path, equality, followers, drives):
+    """At a position of these mimic joints MuJoCo's own constraints have no error."""
+    terms = {"ab": {"a": 1, "b": 1.5}, "bc": {"b": 3, "c": -1}, "aa": {"a": 2}, "cc": {"c": 0.5}}
+    tendons = "".join(f'<fixed name="{n}">' + "".join(f'<joint joint="{j}" coef="{c}"/>' for j, c in of.items()) + "</fixed>" for n, of in terms.items())
+    bodies = "".join(f'<body name="{n}"><joint name="{n}" type="{kind}" ref="0.2"/>{BODY}</body>' for n, kind in zip("abc", ("hinge", "slide", "hinge")))
+    motors = "".join(f'<motor joint="{j}"/>' for j in drives)
+    path = in_file(tmp_path, bodies, f"<tendon>{tendons}</tendon><equality>{equality}</equality><actuator>{motors}</actuator>")
+    m, mj = ksl.load(path), mujoco.MjModel.from_xml_path(str(path))
+    assert sorted(m.follower_names) == followers and not any(line.startswith("equality") for line in m.unused)
+    d = mujoco.MjData(mj)
+    d.qpos = mjcf.to_mujoco(m, np.random.default_rng(1).uniform(-1, 1, m.nq)).q
+    mujoco.mj_forward(mj, d)
+    errors = d.efc_pos[d.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+    assert len(errors) == mj.neq and np.abs(errors).max() < 1e-14 and np.abs(d.qpos).max() > 0.1
+
+
+def test_couplings_by_tendons_that_are_no_mimic_joints(tmp_path):
+    bodies = "".join(f'<body name="{n}"><joint name="{n}"/><site name="at_{n}"/>{BODY}</body>' for n in "abc")
+    tendons = '<fixed name="abc"><joint joint="a" coef="1"/><joint joint="b" coef="1"/><joint joint="c" coef="1"/></fixed><fixed name="aa"><joint joint="a" coef="1"/></fixed>'
+    tendons += '<fixed name="cc"><joint joint="c" coef="1"/></fixed><spatial name="rope"><site site="at_a"/><site site="at_b"/></spatial>'
+    for said, why in (
+        ('<tendon name="k" tendon1="abc"/>', "constraint k couples 3 joints by tendon abc; couplings of two are read"),
+        ('<tendon tendon1="aa"/>', "constraint 1 couples 1 joint by tendon aa"),
+        ('<tendon tendon1="aa" tendon2="cc" polycoef="0 1 1 0 0"/>', "couples tendons aa and cc by a polynomial that isn't linear"),
+        ('<tendon tendon1="rope"/>', "is about the length of tendon rope, which is no sum of joint positions"),
+    ):
+        path = in_file(tmp_path, bodies, f"<tendon>{tendons}</tendon><equality>{said}</equality>")
+        with pytest.raises(ksl.DescriptionError, match=why):
+            ksl.load(path)
+        assert "equality tendon (1)" in ksl.load(path, mimic="independent").unused
+
+
 def test_joints_of_a_stack():
     m = ksl.load(CHAINS, mimic="independent")
     kinds = {name: m.joint(name).kind for name in m.joint_names}

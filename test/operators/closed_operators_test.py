@@ -120,7 +120,7 @@ def test_products_in_both_directions(of, name):
 
 
 @pytest.mark.parametrize("of", [*CLOSED, "cylindrical", "planar"])
-@pytest.mark.parametrize("name, axes", [("inverse_dynamics", "world"), ("forward_dynamics", "link"), ("bias", None), ("gravity_torque", None)])
+@pytest.mark.parametrize("name, axes", [("inverse_dynamics", "world"), ("forward_dynamics", "link"), ("bias", None), ("gravity_torque", None), ("reactions", None)])
 def test_external_wrenches_and_parameters(of, name, axes):
     """By these alone, in which all are smooth at one motion."""
     c = closed_named(of)
@@ -135,8 +135,11 @@ def test_external_wrenches_and_parameters(of, name, axes):
     (change,) = run(operator, Stage.JVP, *x, *dx)
     step = 1e-4
     at = lambda s: run(operator, Stage.VALUE, *(a + s * b for a, b in zip(x, dx)))[0]
-    close([change], [(8 * (at(step) - at(-step)) - (at(2 * step) - at(-2 * step))) / (12 * step)], 1e-7)
-    weights = rng.normal(size=change.shape)
+    determined = np.isfinite(change)
+    assert determined.all() or name == "reactions"
+    change = np.where(determined, change, 0)
+    close([change], [np.where(determined, (8 * (at(step) - at(-step)) - (at(2 * step) - at(-2 * step))) / (12 * step), 0)], 1e-7)
+    weights = np.where(determined, rng.normal(size=change.shape), 0)
     gradients = run(operator, Stage.VJP, *x, weights)
     assert abs(sum((g * d).sum() for g, d in zip(gradients, dx)) - (weights * change).sum()) < 1e-9 * max(1.0, abs(change).sum())
 
@@ -221,8 +224,6 @@ def test_what_is_refused_by_name():
     for name in ("mass_matrix",):
         with pytest.raises(ValueError, match=f"{name} is not available for mechanisms with loops"):
             operator_of(c, name)
-    with pytest.raises(NotImplementedError, match="reactions: those of mechanisms with loops have no derivatives by parameters="):
-        operator_of(c, "reactions", parameters=True)
     with pytest.raises(NotImplementedError, match="inverse_dynamics: there are no second derivatives of it for mechanisms with loops"):
         operator_of(c, "inverse_dynamics").require_twice()
     with pytest.raises(NotImplementedError, match="close: there are no second derivatives of it"):

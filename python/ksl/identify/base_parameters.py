@@ -17,6 +17,8 @@ from ksl.identify.consistency import PARAMETERS, Array
 from ksl.model.calls import Calls
 
 TOLERANCE = 1e-8
+NOT_SINGULAR = 1e-3
+"""The smallest singular value of the loops' equations, as a share of their largest term, at a position that is used."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +71,10 @@ def _chosen(model: Calls, links: Iterable[str] | None) -> list[str]:
 
 
 def structural(model: Calls, links: Iterable[str] | None = None, tolerance: float = TOLERANCE, seed: int = 0) -> BaseParameters:
-    """What efforts can depend on in any motion: from random states, enough of them for all parameters.
+    """What efforts can depend on in any motion: from random states, enough of them for all parameters; of a closed mechanism, the efforts of its drives.
 
-    links: by default those that move.  Others are zero columns.
+    links: by default those that move.  Others are zero columns.  Raises ValueError for a mechanism with loops without a closed position near
+    these states.
     """
     names = _chosen(model, links)
     rng = np.random.default_rng(seed)
@@ -82,7 +85,22 @@ def structural(model: Calls, links: Iterable[str] | None = None, tolerance: floa
             first = j.q_index + j.quaternion
             q[:, first : first + 4] = rng.normal(size=(n, 4))
             q[:, first : first + 4] /= np.linalg.norm(q[:, first : first + 4], axis=1, keepdims=True)
+    if model.loops:
+        q, v, a = _closed(model, q, v, a)
     return of_regressor(model.inverse_dynamics_regressor(q, v, a, links=names), names, tolerance)
+
+
+def _closed(model: Calls, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
+    """Motions of a mechanism with loops near these, as many, at closed positions that are not nearly singular."""
+    found = model.close(q)
+    well = [k for k in np.flatnonzero(found.converged) if model.mobility(found.q[k]).smallest > NOT_SINGULAR]
+    if not well:
+        raise ValueError(f"{model.name}: no closed position was found from {len(q)} random ones; give those of a motion to of_motion")
+    at = np.asarray(found.q, dtype=float)[np.resize(well, len(q))]
+    inverse = np.linalg.pinv(model.loop_jacobian(at), rcond=NOT_SINGULAR)
+    v = v - np.einsum("nij,njk,nk->ni", inverse, model.loop_jacobian(at), v)
+    a = a - np.einsum("nij,nj->ni", inverse, model.loop_acceleration(at, v, a))
+    return at, v, a
 
 
 def of_motion(

@@ -1063,7 +1063,7 @@ class Calls(LoopCalls):
         """Regressor (…, nv, links, 10) of inverse dynamics: joint efforts for each inertial parameter of each link.
 
         numpy.einsum("...jlp,lp", regressor, model.parameters) is `inverse_dynamics` without external wrenches.  Of physics of joints only rotor bodies, which
-        are links of the model, are in it; without these it is the transmitted effort (:meth:`effort_part`).
+        are links of the model, are in it; without these it is the transmitted effort (:meth:`effort_part`).  Of a closed mechanism: of the efforts of its drives.
         links: names in the order wanted; by default all links in the order of `link_names`.  Links that fixed joints weld together have
         parameters of their own.  Those of a link: m, m cx, m cy, m cz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz, about its origin and in its axes.
         q, v, a, out, threads: as in :meth:`inverse_dynamics`.  Atkeson, An, Hollerbach, IJRR 5, 1986; O(links × depth).
@@ -1097,7 +1097,8 @@ class Calls(LoopCalls):
     ) -> Array:
         """Regressor (…, joints, 6, links, 10) of reactions: the wrench through each joint for each parameter of every link.
 
-        numpy.einsum("...jclp,lp", regressor, model.parameters) is `reactions` with the same keywords, without external wrenches.
+        numpy.einsum("...jclp,lp", regressor, model.parameters) is `reactions` with the same keywords, without external wrenches.  Of closed mechanisms, too,
+        with all joints, and the components of least norm or energy that rigid bodies leave open.
         All links of the model, in the order of `link_names`; a link's parameters: as in :meth:`inverse_dynamics_regressor`.
         on, at, axes, order, part, joints: as in :meth:`reactions`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.
         O(joints × links).

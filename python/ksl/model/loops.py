@@ -332,6 +332,9 @@ class LoopCalls(Requests):
         """Refuses contradictions, and says where freedoms were left."""
         if _CONTRADICTORY in how:
             state = f" of state {how.index(_CONTRADICTORY)}" if len(how) > 1 else ""
+            if not names:  # K a = −K̇ v has no solution: where equations lose rank, closed positions bend away from v
+                said = "no accelerations keep the loops closed at these velocities: the equations lose rank at this position; move away from it, or take other velocities"
+                raise ValueError(said + state)
             raise ValueError(f"given {list(names)}: no motion of the closed mechanism has these {what}{state}; give fewer joints, those of the drives say")
         if _NEAREST in how:
             said = f"given {list(names)}: they leave freedoms; of these, the {what} are those nearest to the ones passed"

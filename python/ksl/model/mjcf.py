@@ -23,8 +23,7 @@ from ksl.model.joint_kinds import KINDS, Kind
 from ksl.model.mjcf_files import FilesOfMjcf
 from ksl.model.mjcf_frames import matrix, moved
 from ksl.model.mjcf_frames import pose as frame
-from ksl.model.mjcf_loops import JOINT as EQUALITY_OF_JOINTS
-from ksl.model.mjcf_loops import KINDS_OF_EQUALITY, Coupling, actuated, closures, common_name, couplings, drives, is_active
+from ksl.model.mjcf_loops import KINDS_OF_EQUALITY, Coupling, actuated, closures, common_name, coupled_joints, couplings, drives, is_active
 from ksl.model.mjcf_tendons import add_force_elements
 from ksl.model.model import Layout, Model
 from ksl.model.requests import one_of
@@ -163,7 +162,7 @@ class _Reader:
         self.unused: dict[str, list[str]] = {}
         self.carried: set[int] = set()
         """Equality constraints that the model has."""
-        self.coupled = {int(j) for i in range(mj.neq) if mj.eq_type[i] == EQUALITY_OF_JOINTS for j in (mj.eq_obj1id[i], mj.eq_obj2id[i])}
+        self.coupled = {j for i in range(mj.neq) for j in coupled_joints(mj, i)}
         self.bodies = [self.new("link", mj.body(i).name or ("world" if i == 0 else f"body{i}")) for i in range(mj.nbody)]
         self.joints = [self.new("joint", mj.joint(i).name or f"{self.bodies[mj.jnt_bodyid[i]]}_joint") for i in range(mj.njnt)]
         self.followers: dict[int, Coupling] = {} if independent else couplings(mj, self.joints, self.carried)

@@ -1,13 +1,14 @@
 """What closes loops in MJCF, and which joints have motors: equality constraints and actuators of a compiled `mujoco.MjModel`.
 
 `connect` is a spherical joint, `weld` a fixed one; two of `connect` between the same bodies are a revolute joint about the line through their
-points.  MuJoCo's constraints are soft; here loops are closed exactly.  `joint` couples two joints: one follows the other.
+points.  MuJoCo's constraints are soft; here loops are closed exactly.  `joint` couples two joints, and so does `tendon` where fixed
+tendons have two joints together: one follows the other.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +17,7 @@ import numpy as np
 from ksl.base.errors import DescriptionError
 from ksl.model.mjcf_frames import Array, moved, pose
 
-CONNECT, WELD, JOINT = range(3)
+CONNECT, WELD, JOINT, TENDON = range(4)
 """Values of mjtEq, which MuJoCo publishes."""
 KINDS_OF_EQUALITY = ("connect", "weld", "joint", "tendon", "flex", "flexvert", "flexstrain")
 SITE = 6
@@ -54,26 +55,32 @@ def is_active(mj: Any, i: int) -> bool:
     return bool(mj.eq_active0[i]) and not mj.opt.disableflags & EQUALITY_DISABLED
 
 
-def couplings(mj: Any, joints: list[str], used: set[int]) -> dict[int, Coupling]:
-    """Joint: (its leader, multiplier, offset), for equality constraints y − y₀ = a₀ + a₁ (x − x₀) of two joints with one coordinate.
+def coupled_joints(mj: Any, i: int) -> list[int]:
+    """The joints that equality constraint i couples, if it is one of joints or of fixed tendons."""
+    ids = [int(k) for k in (mj.eq_obj1id[i], mj.eq_obj2id[i]) if k >= 0]
+    if mj.eq_type[i] == TENDON:
+        return [j for tendon in ids for j in (_of_tendon(mj, tendon) or {})]
+    return ids if mj.eq_type[i] == JOINT else []
 
+
+def couplings(mj: Any, joints: list[str], used: set[int]) -> dict[int, Coupling]:
+    """Joint: (its leader, multiplier, offset), for equality constraints that couple two joints with one coordinate.
+
+    Those of joints are y − y₀ = a₀ + a₁ (x − x₀); of tendons, L − L₀ = a₀, or a₀ + a₁ times the same of the second one, with lengths L = Σ c q.
     used: constraints that the model has are added.  Raises :class:`ksl.DescriptionError` for those that are no such coupling: without them
     it would be another machine.
     """
     found: dict[int, Coupling] = {}
     leader: dict[int, int] = {}
+    driven = {j for i in range(mj.nu) for j in actuated(mj, i)}
     for i in range(mj.neq):
-        if mj.eq_type[i] != JOINT or not is_active(mj, i):
+        if mj.eq_type[i] not in (JOINT, TENDON) or not is_active(mj, i):
             continue
-        y, x, a = int(mj.eq_obj1id[i]), int(mj.eq_obj2id[i]), mj.eq_data[i]
-        if x < 0:
-            raise _refused(mj, i, f"holds joint {joints[y]} at a constant position; freeze that joint by with_frozen_joints instead")
-        if a[2:5].any():
-            raise _refused(mj, i, f"couples joint {joints[y]} to joint {joints[x]} by a polynomial that isn't linear; make it linear")
+        y, x, multiplier, free = _of_joints(mj, i, joints) if mj.eq_type[i] == JOINT else _of_tendons(mj, i, joints, found, driven)
         if y in found:
             raise _refused(mj, i, f"couples joint {joints[y]}, which follows joint {found[y][0]} already; keep one of both")
         y0, x0 = (float(mj.qpos0[mj.jnt_qposadr[j]]) for j in (y, x))
-        multiplier, offset = float(a[1]), y0 + float(a[0]) - float(a[1]) * x0
+        offset = y0 + free - multiplier * x0
         leads, m, b = x, 1.0, 0.0  # x = m leads + b
         while leads in leader:
             step = found[leads]
@@ -84,6 +91,45 @@ def couplings(mj: Any, joints: list[str], used: set[int]) -> dict[int, Coupling]
         elif abs(multiplier * m - 1) > CLOSE or abs(multiplier * b + offset) > CLOSE:
             raise _refused(mj, i, f"couples joint {joints[y]} to itself over joint {joints[x]}, so that it can't move; remove one coupling")
     return found
+
+
+def _of_joints(mj: Any, i: int, joints: list[str]) -> tuple[int, int, float, float]:
+    """y, x, a₁ and a₀ of a constraint of joints."""
+    y, x, a = int(mj.eq_obj1id[i]), int(mj.eq_obj2id[i]), mj.eq_data[i]
+    if x < 0:
+        raise _refused(mj, i, f"holds joint {joints[y]} at a constant position; freeze that joint by with_frozen_joints instead")
+    if a[2:5].any():
+        raise _refused(mj, i, f"couples joint {joints[y]} to joint {joints[x]} by a polynomial that isn't linear; make it linear")
+    return y, x, float(a[1]), float(a[0])
+
+
+def _of_tendons(mj: Any, i: int, joints: list[str], followers: Mapping[int, Coupling], driven: set[int]) -> tuple[int, int, float, float]:
+    """The same of a constraint of tendons.  The joint leads that has a motor or follows another one already, else the first of the tendon."""
+    first, second, a = int(mj.eq_obj1id[i]), int(mj.eq_obj2id[i]), mj.eq_data[i]
+    names = " and ".join(mj.tendon(k).name or f"{k + 1}" for k in (first, second) if k >= 0)
+    sums = [_of_tendon(mj, k) for k in (first, second) if k >= 0]
+    if None in sums:
+        raise _refused(mj, i, f"is about the length of tendon {names}, which is no sum of joint positions; fixed tendons are read")
+    if second >= 0 and a[2:5].any():
+        raise _refused(mj, i, f"couples tendons {names} by a polynomial that isn't linear; make it linear")
+    terms: dict[int, float] = {}
+    for coefficients, factor in zip(sums, (1.0, -float(a[1])), strict=False):
+        for j, c in (coefficients or {}).items():
+            terms[j] = terms.get(j, 0.0) + factor * c
+    moved = [j for j, c in terms.items() if c]
+    if len(moved) != 2:
+        said = "1 joint" if len(moved) == 1 else f"{len(moved)} joints"
+        raise _refused(mj, i, f"couples {said} by tendon {names}; couplings of two are read")
+    x, y = sorted(moved, key=lambda j: (j not in driven and j not in followers, moved.index(j)))
+    return y, x, -terms[x] / terms[y], float(a[0]) / terms[y]
+
+
+def _of_tendon(mj: Any, k: int) -> dict[int, float] | None:
+    """The coefficient of each joint in the length of a fixed tendon; None for others."""
+    wraps = range(int(mj.tendon_adr[k]), int(mj.tendon_adr[k]) + int(mj.tendon_num[k]))
+    if any(mj.wrap_type[w] != WRAPS_JOINT for w in wraps):
+        return None
+    return {int(mj.wrap_objid[w]): float(mj.wrap_prm[w]) for w in wraps}
 
 
 def _refused(mj: Any, i: int, what: str) -> DescriptionError:
@@ -163,10 +209,7 @@ def actuated(mj: Any, i: int) -> list[int]:
     at, on = int(mj.actuator_trnid[i, 0]), int(mj.actuator_trntype[i])
     if on in (ON_JOINT, ON_JOINT_IN_PARENT):
         return [at]
-    if on != ON_TENDON:
-        return []
-    wraps = range(int(mj.tendon_adr[at]), int(mj.tendon_adr[at]) + int(mj.tendon_num[at]))
-    return [int(mj.wrap_objid[w]) for w in wraps] if all(mj.wrap_type[w] == WRAPS_JOINT for w in wraps) else []
+    return list(_of_tendon(mj, at) or {}) if on == ON_TENDON else []
 
 
 def drives(mj: Any, name_of_joint: dict[int, str], leader: dict[str, str], floats: set[str]) -> tuple[list[str], int]:

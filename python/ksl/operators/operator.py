@@ -63,8 +63,6 @@ class Operator:
         row = ROWS.get(name) or COMPLETIONS[name]
         self.name, self.row, self.threads, self.parameters, self.external = name, row, threads, more.parameters, bool(more.external)
         self.closed = bool(model.loops)
-        if self.closed and self.parameters and name == "reactions":
-            raise NotImplementedError("reactions: those of mechanisms with loops have no derivatives by parameters=; efforts and accelerations have some")
         self.core = _core.Operator(
             core_of(model), row.value, row.result, row.lift, row.first, list(row.by), row.gradient, row.second, list(row.by_two),
             row.regressor if more.parameters else "", row.by_parameters, row.solved, request,

@@ -4,6 +4,7 @@
 #include "engine/loops/findings.hpp"
 #include "engine/loops/loop_reaction.hpp"
 #include "engine/loops/planned.hpp"
+#include "engine/loops/wrenches_on_links.hpp"
 #include "engine/one_state.hpp"
 
 #include <limits>
@@ -21,11 +22,13 @@ public:
 
   void lay_out(arena &memory) {
     const int nq = m_.nq(), nv = m_.nv();
-    c_.lay_out(memory, room_.externals);
+    c_.lay_out(memory, row_.closed == closed_by::linear ? 1 : room_.externals);
     q_ = memory.take<double>(nq), v_ = memory.take<double>(nv), a_ = memory.take<double>(nv),
     tau_ = memory.take<double>(nv);
     result_ = memory.take<double>(5 * nv), wrenches_ = memory.take<double>(6 * room_.externals);
-    reactions_ = memory.take<double>(6 * room_.joints), links_ = memory.take<int>(room_.joints);
+    requested_.lay_out(memory, m_, room_.joints);
+    if (row_.closed == closed_by::linear)
+      on_links_.lay_out(memory, m_, room_);
   }
 
   finding run(const state_view<S> &s) {
@@ -71,6 +74,7 @@ private:
     case closed_by::accelerations: fault = c_.forward_dynamics(q_, v_, tau_, e, result_); break;
     case closed_by::jump: fault = c_.velocity_jump(q_, e, result_); break;
     case closed_by::parts: return set_parts(e, s);
+    case closed_by::linear: return set_linear(s);
     case closed_by::reactions:
       if (fault = c_.inverse_dynamics(q_, v_, a_, e, result_); !fault)
         set_reactions(e, s);
@@ -105,40 +109,33 @@ private:
   void set_reactions(const external_wrenches<double> &e, const state_view<S> &s) {
     c_.set_reactions(q_, v_, a_, e);
     const external_wrenches<double> all = c_.all_wrenches(e);
-    const int links = m_.view().links;
-    for (int r = 0; r < s.reactions_n; ++r) {
-      const reaction_request &wanted = *s.reactions[r].request;
-      reaction_request of_tree = wanted;
-      of_tree.n = 0, of_tree.link = links_;
-      for (int k = 0; k < wanted.n; ++k)
-        if (wanted.link[k] < links)
-          links_[of_tree.n++] = wanted.link[k];
-      const reaction_result<double> result = {&of_tree, reactions_};
-      state_view<double> view;
-      view.q = q_, view.v = v_, view.a = a_, view.external = all;
-      view.reactions_n = 1, view.reactions = &result, view.result[0] = tau_;
-      if (of_tree.n > 0)
-        c_.at().tree().call(rows::inverse_dynamics_with_reactions, c_.at().rest(), view);
-      S *const out = s.reactions[r].out;
-      for (int k = 0, n = 0; k < wanted.n && out; ++k) {
-        double loop[6];
-        const double *from = loop;
-        if (wanted.link[k] < links)
-          from = reactions_ + 6 * std::ptrdiff_t(n++);
-        else
-          set_loop_reaction(c_.at(), q_, wanted, wanted.link[k] - links, c_.loop_wrenches(), loop);
-        store(from, 6, out + 6 * std::ptrdiff_t(k));
-      }
-    }
+    for (int r = 0; r < s.reactions_n; ++r)
+      if (const reaction_request &wanted = *s.reactions[r].request; s.reactions[r].out)
+        store(requested_.find(c_, q_, v_, a_, all, wanted), 6 * std::ptrdiff_t(wanted.n), s.reactions[r].out);
+  }
+
+  /// What wrenches on links need, or what inertial parameters do.
+  finding set_linear(const state_view<S> &s) {
+    if (row_.reads(input::v)) // is it a motion of the mechanism
+      if (const finding fault = c_.inverse_dynamics(q_, v_, a_, {}, result_))
+        return fault;
+    const extents of = extents_of(m_, s);
+    const result_row &result = row_.result[0];
+    const bool by_parameters = result.shape[result.axes - 1] == extent::ten;
+    const double *found = nullptr;
+    if (const finding fault = on_links_.find(c_, q_, s.links, s.joints, &found))
+      return fault;
+    store(by_parameters ? on_links_.by_parameters(c_, q_, v_, a_) : found, numbers_of(result, of), s.result[0]);
+    return {};
   }
 
   const algorithm_row &row_;
   const model &m_;
   const room room_;
   closed_state c_;
-  double *q_ = nullptr, *v_ = nullptr, *a_ = nullptr, *tau_ = nullptr, *result_ = nullptr, *wrenches_ = nullptr,
-         *reactions_ = nullptr;
-  int *links_ = nullptr;
+  double *q_ = nullptr, *v_ = nullptr, *a_ = nullptr, *tau_ = nullptr, *result_ = nullptr, *wrenches_ = nullptr;
+  requested_reactions requested_;
+  wrenches_on_links on_links_;
 };
 
 } // namespace
@@ -155,31 +152,32 @@ void require_closed(const algorithm_row &row, const model &m) {
 }
 
 template <class S> room room_for(const state_view<S> &s) {
-  room wanted = {s.external.n, 0, s.reactions_n};
+  room wanted = {s.external.n, s.joints ? s.joints->n : 0, s.reactions_n, s.links.n};
   for (int r = 0; r < s.reactions_n; ++r)
     wanted.joints = std::max(wanted.joints, s.reactions[r].request->n);
   return wanted;
 }
 
 template <class S> room room_for(const batch_view<S> &batch) {
-  room wanted = {batch.external_n, 0, batch.reactions_n};
+  room wanted = {batch.external_n, batch.joints ? batch.joints->n : 0, batch.reactions_n, batch.links.n};
   for (int r = 0; r < batch.reactions_n; ++r)
     wanted.joints = std::max(wanted.joints, batch.reactions[r].request.n);
   return wanted;
 }
 
-template <class S> std::size_t state_bytes(const model &m, room wanted) {
+template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, room wanted) {
   batch_view<S> batch;
   reaction_request request;
-  request.n = wanted.joints * wanted.requests;
+  request.n = wanted.joints * std::max(wanted.requests, 1);
   const reaction_rows<S> rows = {request, {}};
   batch.n = 1, batch.external_n = wanted.externals, batch.reactions_n = 1, batch.reactions = &rows;
+  batch.joints = &request, batch.links.n = wanted.links;
   arena measure;
   measure.take<external_rows<S>>(wanted.externals);
   measure.take<reaction_rows<S>>(wanted.requests); // of run_state, and twice those of planned
   measure.take<reaction_rows<S>>(wanted.requests);
   measure.take<reaction_result<S>>(wanted.requests);
-  return measure.used() + loops::run_batch<S>(rows::inverse_dynamics_with_reactions, m, batch, 0, 0, nullptr).bytes;
+  return measure.used() + loops::run_batch<S>(row, m, batch, 0, 0, nullptr).bytes;
 }
 
 template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
@@ -249,7 +247,7 @@ template <class S> std::string reason(const algorithm_row &row, const model &m, 
 #define KSL_INSTANTIATE(S)                                                                                             \
   template room room_for(const state_view<S> &);                                                                       \
   template room room_for(const batch_view<S> &);                                                                       \
-  template std::size_t state_bytes<S>(const model &, room);                                                            \
+  template std::size_t state_bytes<S>(const algorithm_row &, const model &, room);                                     \
   template bool run_state(const algorithm_row &, const model &, void *, const state_view<S> &);                        \
   template batch_outcome run_batch(const algorithm_row &, const model &, const batch_view<S> &, std::size_t,           \
                                    std::size_t, void *, bool);                                                         \

@@ -19,12 +19,12 @@ inline bool is_closed(const algorithm_row &row, const model &m) {
 /// Throws std::invalid_argument if the algorithm is not defined for mechanisms with loops; says what is.
 void require_closed(const algorithm_row &row, const model &m);
 
-/// How many external wrenches, and joints in one request for reactions, memory must have room for.
-struct room { int externals = 0, joints = 0, requests = 1; };
+/// How many external wrenches, joints in one request for reactions, and links memory must have room for.
+struct room { int externals = 0, joints = 0, requests = 1, links = 0; };
 template <class S> room room_for(const state_view<S> &s);
 template <class S> room room_for(const batch_view<S> &batch);
 
-template <class S> std::size_t state_bytes(const model &m, room wanted);
+template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, room wanted);
 
 /// The room for a wrench on each link, and for one request that names each joint once: that of ksl::data.
 inline room room_of_data(const model &m) {

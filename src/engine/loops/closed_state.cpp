@@ -51,6 +51,7 @@ void closed_state::set_G() {
 }
 
 void closed_state::set_open_position(const double *q, preferred kept) {
+  patterns_known_ = -1;
   g_.set_position(q);
   k_.factor(g_.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g_.size(), kept.coordinates, kept.n);
   set_G();
@@ -165,7 +166,7 @@ finding closed_state::inverse_dynamics(const double *q, const double *v, const d
   }
   state_view<double> s;
   s.q = q, s.v = zeros_or(v), s.a = zeros_or(a), s.external = e, s.result[0] = tree_;
-  g_.tree().call(rows::inverse_dynamics, g_.rest(), s);
+  call(rows::inverse_dynamics, s);
   if (const finding fault = efforts_of_drives(tree_, tau))
     return fault;
   for (int i = 0; i < m_.nv(); ++i)
@@ -180,7 +181,7 @@ finding closed_state::solve_inertia(const double *q, double *r) {
     return {};
   state_view<double> s;
   s.q = q, s.result[0] = M_;
-  g_.tree().call(rows::mass_matrix, g_.rest(), s);
+  call(rows::mass_matrix, s);
   for (int i = 0; i < nv; ++i)
     for (int j = 0; j < f; ++j) {
       double sum = 0;
@@ -196,12 +197,20 @@ finding closed_state::solve_inertia(const double *q, double *r) {
       H_[i * f + j] = sum;
     }
   double *const whole = small_ + m_.nv();
-  for (int i = 0; i < f; ++i)
-    whole[i] = H_[i * f + i];
+  for (int i = 0; i < f; ++i) {
+    whole[i] = 0; // of terms before they cancel, none of which is negative
+    for (int k = 0; k < nv; ++k)
+      whole[i] += G_[k * f + i] * G_[k * f + i] * M_[k * nv + k];
+  }
   const bool is_regular = ksl_linalg_ldlt_rmo(H_, f) == 0;
-  for (int i = 0; i < f; ++i) // what the others leave of a freedom's inertia
-    if (!is_regular || !(H_[i * f + i] > 1e-13 * whole[i]))
+  const double least = tolerance_ == tolerance_of_float ? 1e-10 : 1e-13; // positions in float are a little open
+  for (int i = 0; i < f; ++i) {                                          // what the others leave of a freedom's inertia
+    double terms = whole[i];
+    for (int k = 0; k < i; ++k)
+      terms += H_[i * f + k] * H_[i * f + k] * whole[k];
+    if (!is_regular || !(H_[i * f + i] > least * terms))
       return {finding::kind::massless, k_.independent()[i], 0, 0, f};
+  }
   solve_again(r);
   return {};
 }
@@ -215,7 +224,7 @@ void closed_state::set_multipliers(const double *q, const double *v, const doubl
                                    const external_wrenches<double> &e) {
   state_view<double> s;
   s.q = q, s.v = v, s.a = a, s.external = e, s.result[0] = tree_;
-  g_.tree().call(rows::inverse_dynamics, g_.rest(), s);
+  call(rows::inverse_dynamics, s);
   for (int i = 0; i < m_.nv(); ++i)
     left_[i] = tree_[i] - tau[i];
   k_.multipliers(left_, lambda_);
@@ -227,7 +236,7 @@ finding closed_state::forward_dynamics(const double *q, const double *v, const d
     return fault;
   state_view<double> s;
   s.q = q, s.v = v, s.a = a0_, s.external = e, s.result[0] = tree_;
-  g_.tree().call(rows::inverse_dynamics, g_.rest(), s);
+  call(rows::inverse_dynamics, s);
   const int nv = m_.nv(), f = k_.freedoms();
   double *const r = small_;
   for (int j = 0; j < f; ++j) {

@@ -64,6 +64,17 @@ public:
   void set_open_position(const double *q) { set_open_position(q, drives()); }
   void set_open_position(const double *q, preferred kept);
 
+  /// From here on: as if the mechanism had no weight, no physics of joints and no force elements.
+  void take_weight_off() { has_weight_ = false; }
+
+  /// A call of the tree that carries the loops.
+  void call(const algorithm_row &row, const state_view<double> &s) const {
+    if (has_weight_)
+      g_.tree().call(row, g_.rest(), s);
+    else
+      g_.tree().call_weightless(row, g_.rest(), s);
+  }
+
   /// Efforts (nv) of the drives at (q, v, a), and the multipliers.  v and a null are zero.
   finding inverse_dynamics(const double *q, const double *v, const double *a, const external_wrenches<double> &e,
                            double *tau);
@@ -83,7 +94,7 @@ public:
   void set_reactions(const double *q, const double *v, const double *a, const external_wrenches<double> &e);
 
   /// Patterns of wrenches that may be added, orthonormal over all joints, each (joints + loops, 6): as many as there are redundant equations.
-  /// Returns how many of them, the first ones, store no energy in compliances and stay open.
+  /// Returns how many of them, the first ones, store no energy in compliances and stay open.  Those of a position are set once.
   int set_patterns(const double *q);
   const double *pattern(int k) const { return patterns_ + k * pattern_length(); }
   int pattern_length() const { return 6 * (joints() + static_cast<int>(t_.loops.size())); }
@@ -93,7 +104,11 @@ public:
   /// (loops, 6) predecessors on successors, after all_wrenches.
   const double *loop_wrenches() const { return at_joints_; }
 
+  /// What is null stands for zeros (nv).
+  const double *zeros_or(const double *x) const { return x ? x : zero_; }
+
   geometry &at() { return g_; }
+  const geometry &at() const { return g_; }
   const tables &of() const { return t_; }
   const elimination &solved() const { return k_; }
   int joints() const { return static_cast<int>(m_.joints().size()); }
@@ -118,8 +133,6 @@ private:
   finding check(finding::kind what, const double *values, const double *terms, bool lengths) const;
   void set_G();
   preferred drives() const { return {t_.is_driven.data(), static_cast<int>(t_.drives.size())}; }
-  const double *zeros_or(const double *x) const { return x ? x : zero_; }
-
   const model &m_;
   const tables &t_;
   geometry g_;
@@ -133,6 +146,8 @@ private:
   double least_energy() const;
   reaction_request all_joints() const;
 
+  bool has_weight_ = true;
+  int patterns_known_ = -1; ///< how many of the present position have been set
   double *reactions_ = nullptr, *patterns_ = nullptr;
   double *energy_ = nullptr; ///< (patterns, patterns) of patterns with each other
   double *stiff_ = nullptr;  ///< (patterns) those of each with itself, once they are diagonal

@@ -21,7 +21,7 @@ void geometry::lay_out(arena &memory, int externals) {
   for (const algorithm_row *row :
        {&rows::frame_poses, &rows::frame_velocities, &rows::frame_accelerations, &rows::mass_matrix,
         &rows::inverse_dynamics, &rows::inverse_dynamics_with_reactions, &rows::inverse_dynamics_derivatives,
-        &rows::effort_parts, &rows::integrate, &rows::difference})
+        &rows::effort_parts, &rows::jacobian, &rows::integrate, &rows::difference})
     most = std::max(most, tree_.bytes(*row, links, joints, externals));
   rest_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(most));
 }

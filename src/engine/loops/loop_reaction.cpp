@@ -42,4 +42,31 @@ void set_loop_reaction(const geometry &g, const double *q, const reaction_reques
   std::copy_n(wanted.angular_first ? lin : ang, 3, out + 3);
 }
 
+void requested_reactions::lay_out(arena &memory, const model &m, int most) {
+  links_of_model_ = m.view().links;
+  links_ = memory.take<int>(most);
+  found_ = memory.take<double>(6 * std::ptrdiff_t(most)), efforts_ = memory.take<double>(m.nv());
+}
+
+const double *requested_reactions::find(const closed_state &c, const double *q, const double *v, const double *a,
+                                        const external_wrenches<double> &all, const reaction_request &wanted) {
+  reaction_request of_tree = wanted;
+  of_tree.n = 0, of_tree.link = links_;
+  for (int k = 0; k < wanted.n; ++k)
+    if (wanted.link[k] < links_of_model_)
+      links_[of_tree.n++] = wanted.link[k];
+  const reaction_result<double> result = {&of_tree, found_};
+  state_view<double> s;
+  s.q = q, s.v = v, s.a = a, s.external = all;
+  s.reactions_n = 1, s.reactions = &result, s.result[0] = efforts_;
+  if (of_tree.n > 0)
+    c.call(rows::inverse_dynamics_with_reactions, s);
+  for (int k = wanted.n - 1, n = of_tree.n; k >= 0; --k) // from the end, since those of the tree move backwards
+    if (double *const out = found_ + 6 * std::ptrdiff_t(k); wanted.link[k] < links_of_model_)
+      std::copy_n(found_ + 6 * std::ptrdiff_t(--n), 6, out);
+    else
+      set_loop_reaction(c.at(), q, wanted, wanted.link[k] - links_of_model_, c.loop_wrenches(), out);
+  return found_;
+}
+
 } // namespace ksl::loops

@@ -29,6 +29,9 @@ reaction_request closed_state::all_joints() const {
 
 int closed_state::set_patterns(const double *q) {
   const int redundant = t_.rows - k_.rank, length = pattern_length(), loops = static_cast<int>(t_.loops.size());
+  if (patterns_known_ == redundant)
+    return open_;
+  patterns_known_ = redundant;
   const reaction_request request = all_joints();
   for (int k = 0; k < redundant; ++k) {
     double *const x = patterns_ + k * length, *const lambda = null_lambda_ + k * t_.rows;
@@ -143,7 +146,7 @@ void closed_state::set_reactions(const double *q, const double *v, const double 
   state_view<double> s;
   s.q = q, s.v = zeros_or(v), s.a = zeros_or(a), s.external = all_wrenches(e);
   s.reactions_n = 1, s.reactions = &wanted, s.result[0] = tree_;
-  g_.tree().call(rows::inverse_dynamics_with_reactions, g_.rest(), s);
+  call(rows::inverse_dynamics_with_reactions, s);
   std::copy_n(at_joints_, 6 * loops, reactions_ + 6 * joints());
   for (int pass = 0; pass < 2;
        ++pass) // energy first: it decides those patterns that store some; then the norm decides the others

@@ -49,9 +49,6 @@ public:
   loop_plan<double> make() {
     if (m_.followers() > 0)
       return {};
-    for (const loop &l : t_.loops)
-      if (l.kind == joint_kind::universal || l.kind == joint_kind::helical)
-        return {};
     const std::vector<double> q = closed_position();
     if (q.empty())
       return {};
@@ -77,8 +74,8 @@ private:
              static_cast<int>(t_.drives.size()));
   }
 
-  /// Of closed positions near the neutral one and some others, one with the highest rank: the first that isn't nearly singular, else that with
-  /// the largest last pivot; empty if none is closed.
+  /// Of closed positions near the neutral one and some others, one with the highest rank, at which drives that are as many as the freedoms
+  /// determine the motion, if there is one: the first that isn't nearly singular, else that with the largest last pivot; empty if none is closed.
   std::vector<double> closed_position() const {
     std::vector<double> q(index(m_.nq()), 0.0), closed = q, best;
     for (const model::quaternion_in_q &quaternion : m_.quaternions())
@@ -90,12 +87,17 @@ private:
     elimination k;
     const held of_pivots(g, lay_out_with(k));
     int rank = -1;
+    bool is_driven = false;
     double last = 0, error = 0;
-    for (int start = 0; start < 8 && (start < least_starts || last < regular); ++start) {
+    for (int start = 0; start < 8 && (start < least_starts || last < regular || !is_driven); ++start) {
       if (a.close(q.data(), hold.data(), {}, closed.data(), &error) == closing::closed) {
         factor(g, k, closed);
-        if (k.rank > rank || (k.rank == rank && last < regular && k.last_pivot() > last))
-          best = closed, rank = k.rank, last = k.last_pivot();
+        const bool drives = k.freedoms() != static_cast<int>(t_.drives.size()) ||
+                            std::equal(t_.drives.begin(), t_.drives.end(), k.independent());
+        const bool as_good = k.rank == rank && drives == is_driven;
+        if (k.rank > rank || (k.rank == rank && drives && !is_driven) ||
+            (as_good && last < regular && k.last_pivot() > last))
+          best = closed, rank = k.rank, last = k.last_pivot(), is_driven = drives;
       }
       for (const joint_row &joint : m_.joints()) // other starts, the same in every run
         if (joint.v_index >= 0 && row_of(joint.kind).velocity_is_rate)
@@ -119,15 +121,21 @@ private:
     joint.on_predecessor = in_body(from, l.on_predecessor), joint.on_successor = in_body(to, l.on_successor);
     joint.axis = {l.canonical.m02, l.canonical.m12, l.canonical.m22};
     joint.first_row = l.first_row;
+    joint.mixed = -1;
     for (int i = 0; i < l.rows; ++i) {
       const bool moment = length(l.T[i].lin) < 1e-12;
       joint.direction[i] = moment ? l.T[i].ang : l.T[i].lin;
       (moment ? joint.moments : joint.forces) += 1;
+      if (!moment && l.kind == joint_kind::helical && length(l.T[i].ang) > 1e-12)
+        joint.mixed = i, joint.turn = l.T[i].ang;
     }
     const joint_kind_row kind = row_of(l.kind);
-    joint.turns = joint.moments == 0                 ? loop_turns::freely
-                  : kind.has_axis && kind.angle >= 0 ? loop_turns::about
-                                                     : loop_turns::not_at_all;
+    joint.across = {l.canonical.m00, l.canonical.m10, l.canonical.m20}, joint.pitch = l.pitch;
+    joint.has_two_axes = kind.has_axis2, joint.axis2 = l.axis2;
+    joint.cosine = algebra<double>::dot_vv(&joint.axis, &l.axis2);
+    joint.turns = joint.moments == 0 || kind.has_axis2 ? loop_turns::freely
+                  : kind.has_axis && kind.angle >= 0   ? loop_turns::about
+                                                       : loop_turns::not_at_all;
     std::vector<int> to_ground, from_ground; // bodies, outwards
     for (int b = to.body; b > 0; b = view_.body[b].parent)
       to_ground.insert(to_ground.begin(), b);
@@ -276,6 +284,8 @@ private:
     plan_.independent.assign(k.independent(), k.independent() + k.freedoms());
     plan_.redundant.assign(k.row + k.rank, k.row + t_.rows);
     plan_.view.drives_are_independent = t_.drives_are_known && plan_.independent == t_.drives;
+    if (t_.drives.size() > plan_.independent.size())
+      plan_.drive = t_.drives, plan_.drive_scale = t_.drive_scale;
     set_pivots(k, g.jacobian());
     add_patterns();
   }
@@ -444,7 +454,14 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
                            joint.columns_end,
                            joint.through_begin,
                            joint.through_middle,
-                           joint.through_end};
+                           joint.through_end,
+                           joint.mixed,
+                           vector(joint.turn),
+                           vector(joint.across),
+                           static_cast<float>(joint.pitch),
+                           joint.has_two_axes,
+                           vector(joint.axis2),
+                           static_cast<float>(joint.cosine)};
     for (int i = 0; i < 6; ++i)
       x.direction[i] = vector(joint.direction[i]);
     out.joints.push_back(x);
@@ -460,6 +477,8 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
   out.pitch.assign(plan.pitch.begin(), plan.pitch.end());
   out.row_scale.assign(plan.row_scale.begin(), plan.row_scale.end());
   out.column_scale.assign(plan.column_scale.begin(), plan.column_scale.end());
+  out.drive = plan.drive;
+  out.drive_scale.assign(plan.drive_scale.begin(), plan.drive_scale.end());
   out.crossed = plan.crossed, out.through = plan.through, out.compliance_of = plan.compliance_of;
   out.patterns = plan.patterns;
   out.view.crosses_welds = plan.view.crosses_welds;

@@ -6,8 +6,8 @@
 
 namespace ksl::loops {
 
-/// A plan made at a closed position near the neutral one.  Empty if there is none, and for what plans don't know: joints that follow others,
-/// and loops closed by universal or helical joints.  Such models are computed without one.
+/// A plan made at a closed position near the neutral one.  Empty if there is none, and for what plans don't know: joints that follow others.
+/// Such models are computed without one.
 loop_plan<double> make_plan(const model &m);
 
 /// The same in single precision.

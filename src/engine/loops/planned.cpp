@@ -9,14 +9,17 @@
 namespace ksl::loops {
 namespace {
 
+/// How many parts efforts have.
+constexpr int parts = 5;
+
 template <class S> const kernels_in<S> &kernels_for(const algorithm_row &row) { return kernels_of_row<S>(row); }
 
 } // namespace
 
 template <class S> const algorithm_row &planned<S>::computed() const {
-  return row_.closed == closed_by::accelerations ? rows::closed_forward_dynamics
-         : row_.closed == closed_by::reactions   ? rows::closed_inverse_dynamics_with_reactions
-                                                 : rows::closed_inverse_dynamics;
+  return row_.closed == closed_by::accelerations || row_.closed == closed_by::jump ? rows::closed_forward_dynamics
+         : row_.closed == closed_by::reactions ? rows::closed_inverse_dynamics_with_reactions
+                                               : rows::closed_inverse_dynamics;
 }
 
 template <class S> bool planned<S>::suits() const {
@@ -25,9 +28,13 @@ template <class S> bool planned<S>::suits() const {
     return false;
   switch (row_.closed) {
   case closed_by::accelerations: return loops->freedoms > 0;
+  case closed_by::jump: // springs would act, and armatures have to
+    return loops->freedoms > 0 && !view_.physics && forces_.ends() == 0;
+  case closed_by::steady: return loops->drives_are_independent || loops->freedoms == 0;
   case closed_by::efforts:
   case closed_by::statics:
-  case closed_by::reactions: return loops->drives_are_independent || loops->freedoms == 0;
+  case closed_by::parts:
+  case closed_by::reactions: return loops->drives_are_independent || loops->freedoms == 0 || loops->drives > 0;
   default: return false;
   }
 }
@@ -44,10 +51,11 @@ template <class S> void planned<S>::lay_out(arena &memory, const batch_view<S> &
   reactions_ = memory.take<reaction_rows<S>>(batch.reactions_n);
   state_reactions_ = memory.take<reaction_result<S>>(batch.reactions_n);
   std::size_t bytes = 0;
+  parts_ = memory.take<S>(row_.closed == closed_by::parts ? std::ptrdiff_t(states) * parts * nv : 0);
   reaction_rows<S> rows[1];
   for (const algorithm_row *row : // those of any call, since memory is measured for one of them
-       {&rows::closed_forward_dynamics, &rows::closed_inverse_dynamics,
-        &rows::closed_inverse_dynamics_with_reactions}) {
+       {&rows::closed_forward_dynamics, &rows::closed_inverse_dynamics, &rows::closed_inverse_dynamics_with_reactions,
+        &rows::effort_parts}) {
     batch_view<S> part;
     reaction_request all;
     all.n = joints;
@@ -69,6 +77,10 @@ template <class S> batch_view<S> planned<S>::part_of(const batch_view<S> &batch,
   part.tau = rows_from(batch.tau, first);
   if (row_.closed == closed_by::statics)
     part.v = part.a = {still_, 0};
+  if (row_.closed == closed_by::steady)
+    part.a = {still_, 0};
+  if (row_.closed == closed_by::jump)
+    part.v = part.tau = {still_, 0};
   const bool elements = forces_.ends() > 0; // `first` is the state that run has set them at
   for (int e = 0; e < batch.external_n + forces_.ends(); ++e)
     external_[e] = elements ? forces_.external()[e]
@@ -79,8 +91,8 @@ template <class S> batch_view<S> planned<S>::part_of(const batch_view<S> &batch,
 }
 
 /// Several states in lanes, or one alone.
-template <class S> void planned<S>::call(const batch_view<S> &part) {
-  const kernels_in<S> &kernel = kernels_for<S>(computed());
+template <class S> void planned<S>::call(const algorithm_row &row, const batch_view<S> &part) {
+  const kernels_in<S> &kernel = kernels_for<S>(row);
   if (part.n > 1) {
     kernel.batch(view_, part, 0, part.n, workspace_);
     return;
@@ -99,6 +111,25 @@ template <class S> void planned<S>::copy_reactions(const batch_view<S> &batch, s
   }
 }
 
+/// The parts of efforts, where numbers_ has efforts (closed.cpp says what they are).
+template <class S>
+void planned<S>::set_parts(const batch_view<S> &batch, batch_view<S> part, std::size_t first, const bool *done) {
+  const std::ptrdiff_t nv = m_.nv();
+  part.reactions_n = 0, part.result[0] = {parts_, parts * nv};
+  call(rows::effort_parts, part);
+  for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(part.n); ++i) {
+    if (!done[i])
+      continue;
+    S *const own = parts_ + i * parts * nv, *const tau = numbers_ + i * nv;
+    for (std::ptrdiff_t k = 0; k < nv; ++k) {
+      own[k] = tau[k];
+      for (int p = 1; p < parts; ++p)
+        own[k] -= own[p * nv + k];
+    }
+    std::copy_n(own, parts * nv, ksl::row(batch.result[0], first + static_cast<std::size_t>(i)));
+  }
+}
+
 template <class S> void planned<S>::run(const batch_view<S> &batch, std::size_t first, int n, bool *done) {
   const int nv = m_.nv();
   std::fill_n(still_, nv, S(0));
@@ -113,7 +144,7 @@ template <class S> void planned<S>::run(const batch_view<S> &batch, std::size_t 
     found += n * numbers;
   }
   part.reactions_n = batch.reactions_n, part.reactions = reactions_;
-  call(part);
+  call(computed(), part);
   for (int i = 0; i < n; ++i) {
     S sum = 0;
     for (int k = 0; k < nv; ++k)
@@ -121,6 +152,8 @@ template <class S> void planned<S>::run(const batch_view<S> &batch, std::size_t 
     done[i] = sum == S(0);
   }
   copy_reactions(batch, first, n, done);
+  if (row_.closed == closed_by::parts && batch.result[0].first)
+    return set_parts(batch, part, first, done);
   for (int i = 0; i < n && row_.results > 0 && batch.result[0].first; ++i)
     if (done[i])
       std::copy_n(numbers_ + i * nv, nv, ksl::row(batch.result[0], first + static_cast<std::size_t>(i)));

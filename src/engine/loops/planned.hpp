@@ -19,7 +19,16 @@ public:
       : row_(row), m_(m), view_(m.view_in<S>()), forces_(m, m.acting_force_elements()) {
     if (loops)
       view_.loops = loops;
+    if (row.closed == closed_by::jump) // accelerations at rest without weight
+      view_.gravity = {0, 0, 0};
+    if (row.closed == closed_by::steady && view_.loops) {
+      steady_ = *view_.loops;
+      steady_.steady = true;
+      view_.loops = &steady_;
+    }
   }
+  planned(const planned &) = delete;
+  planned &operator=(const planned &) = delete;
 
   /// Are there kernels for this call?
   bool suits() const;
@@ -33,14 +42,16 @@ public:
 private:
   const algorithm_row &computed() const;
   batch_view<S> part_of(const batch_view<S> &batch, std::size_t first, int n) const;
-  void call(const batch_view<S> &part);
+  void call(const algorithm_row &row, const batch_view<S> &part);
+  void set_parts(const batch_view<S> &batch, batch_view<S> part, std::size_t first, const bool *done);
   void copy_reactions(const batch_view<S> &batch, std::size_t first, int n, const bool *done) const;
 
   const algorithm_row &row_;
   const model &m_;
   model_view<S> view_;
+  loop_view<S> steady_{}; ///< where view_ has it
   elements::forces<S> forces_;
-  S *numbers_ = nullptr, *found_ = nullptr;
+  S *numbers_ = nullptr, *found_ = nullptr, *parts_ = nullptr;
   S *still_ = nullptr; ///< (nv) zeros
   external_rows<S> *external_ = nullptr;
   S *state_external_ = nullptr; ///< of one state

@@ -14,6 +14,7 @@ from ksl.motions.generate.excitation import Series, _Search
 from ksl.motions.generate.generated import limits_of
 from ksl.motions.reading import read_motion
 from ksl_command import run_ksl
+from linkages import FOURBAR, four_bar
 
 MAKE = {
     "minjerk": minimum_jerk,
@@ -220,6 +221,21 @@ def test_examples_of_the_page(examples, tmp_path, monkeypatch):
         assert (tmp_path / line[-1]).exists()
     exec(page.split("```python")[1].split("```")[0], {})
     assert (tmp_path / "pick.csv").exists()
+
+
+def test_excitation_of_a_closed_mechanism():
+    m = four_bar()
+    made = excitation(m, period=4, rate=50, iterations=60)
+    assert np.abs(m.loop_error(made.motion.q)).max() < 1e-11 and made.facts["parameters"] == len(structural(m)) == 8
+    assert made.facts["condition"] <= made.facts["first"] < 1e7 and np.ptp(made.motion.q[:, 0]) > 0.5
+    b = ksl.Builder("slider").add_link("ground")
+    for name in ("crank", "rod", "slider"):
+        b.add_link(name, mass=1.0, inertia=np.eye(3))
+    b.add_joint("A", "continuous", "ground", "crank", axis=(0, 0, 1)).add_joint("B", "spherical", "crank", "rod", xyz=(0.1, 0, 0))
+    b.add_joint("S", "prismatic", "ground", "slider", axis=(1, 0, 0)).add_loop("C", "spherical", "rod", "slider")
+    assert not any("at rest" in note for note in limits_of(b.build(drives=["A"])).notes)  # B follows
+    with pytest.raises(MotionError, match="none of 5 candidates can be followed"):  # the rocker's end is out of reach for most of the way
+        excitation(ksl.load_string(FOURBAR.replace("0.35 0.04 0.04", "0.62 0.04 0.04"), drives=["A"]), iterations=5)
 
 
 def command(*arguments):

@@ -11,9 +11,9 @@ namespace ksl {
 template <class S> struct loop_plan {
   std::vector<closing_joint<S>> joints;
   std::vector<loop_column> columns;
-  std::vector<S> pitch, row_scale, column_scale;
+  std::vector<S> pitch, row_scale, column_scale, drive_scale;
   std::vector<loop_pivot> pivots;
-  std::vector<int> list, independent, place, redundant, crossed, through;
+  std::vector<int> list, independent, place, redundant, crossed, through, drive;
   std::vector<joint_compliance_view<S>> compliances;
   std::vector<int> compliance_of;
   std::vector<loop_pattern> patterns;
@@ -29,6 +29,7 @@ template <class S> struct loop_plan {
     joints = other.joints, columns = other.columns, pitch = other.pitch, row_scale = other.row_scale;
     column_scale = other.column_scale, pivots = other.pivots, list = other.list, independent = other.independent;
     place = other.place, redundant = other.redundant, crossed = other.crossed, through = other.through;
+    drive = other.drive, drive_scale = other.drive_scale;
     compliances = other.compliances, compliance_of = other.compliance_of, patterns = other.patterns;
     view = other.view;
     point();
@@ -39,6 +40,7 @@ template <class S> struct loop_plan {
     column_scale.swap(other.column_scale), pivots.swap(other.pivots), list.swap(other.list);
     independent.swap(other.independent), place.swap(other.place), redundant.swap(other.redundant);
     crossed.swap(other.crossed), through.swap(other.through), compliances.swap(other.compliances);
+    drive.swap(other.drive), drive_scale.swap(other.drive_scale);
     compliance_of.swap(other.compliance_of), patterns.swap(other.patterns);
     view = other.view;
     point();
@@ -54,6 +56,7 @@ template <class S> struct loop_plan {
     view.crossings = static_cast<int>(crossed.size()), view.crossed = crossed.data(), view.through = through.data();
     view.compliances = static_cast<int>(compliances.size()), view.compliance = compliances.data();
     view.compliance_of = compliance_of.data(), view.pattern = patterns.data();
+    view.drives = static_cast<int>(drive.size()), view.drive = drive.data(), view.drive_scale = drive_scale.data();
     view.redundant = redundant.data(), view.row_scale = row_scale.data(), view.column_scale = column_scale.data();
   }
 };

@@ -11,7 +11,7 @@ namespace ksl {
 
 /// How a joint's equations of rotation are seen to hold, without the joint's position.
 enum class loop_turns : int {
-  freely, ///< there are none: a spherical joint
+  freely, ///< there are none, or that of a universal joint
   about,  ///< the axes of both sides are parallel
   not_at_all
 };
@@ -23,12 +23,20 @@ template <class T> struct closing_joint {
   loop_turns turns;
   vec3<T> axis;         ///< in its frame; if it turns about one
   int forces, moments;  ///< how many equations of each
-  vec3<T> direction[6]; ///< (forces + moments) of the unit force or moment of each, in its frame on the successor
+  vec3<T> direction[6]; ///< (forces + moments) of the force or moment of each, in its frame on the successor
   int first_row;
   int columns_begin, columns_middle,
       columns_end; ///< of those on the successor's side, then on the predecessor's: from the common body outwards
   int through_begin, through_middle,
       through_end; ///< the same of the joints that its wrench passes through, in loop_view::through
+  int mixed;       ///< of a helical joint: which equation has a moment beside its force; −1 for others
+  vec3<T> turn;    ///< this moment
+  vec3<T> across;  ///< a unit vector across the axis
+  T pitch;
+  bool
+      has_two_axes; ///< is it universal: the first axis is fixed in the predecessor, and its last moment is about the normal of both
+  vec3<T> axis2;
+  T cosine; ///< of the angle between them
 };
 
 /// A coordinate that moves one end of a loop: its number in the motion subspace of a body (joints/column.hpp), and in v.
@@ -60,6 +68,10 @@ template <class T> struct joint_compliance_view {
 template <class T> struct loop_view {
   int loops, rows, pivots, freedoms;
   bool drives_are_independent; ///< are the independent coordinates those of the drives
+  bool steady; ///< are accelerations those at which independent coordinates have none, whatever is given
+  int drives;
+  const int *drive;     ///< (drives) their coordinates in v, where they are more than the freedoms
+  const T *drive_scale; ///< of each, 1/√weight
   const closing_joint<T> *joint;
   const loop_column *column;
   const T *pitch; ///< of each column, of helical joints

@@ -102,9 +102,6 @@ def excitation(
     number fell in the last quarter of the candidates, converged, whether that is below 1 %, and reason, "improving" or "singular" if not.
     Raises MotionError.
     """
-    if model.loops:
-        said = "excite needs regressors, which closed mechanisms don't have: their coordinates depend on each other; make another kind of motion"
-        raise MotionError(f"{model.name}: {said}, or one for the tree that is left when loops are cut")
     limits = limits_of(model, acceleration)
     if iterations is not None and iterations < 1:
         raise MotionError(f"{iterations} iterations; expected at least one")
@@ -127,6 +124,8 @@ def excitation(
         search.step()
         if progress is not None and search.tried % 10 == 0:
             progress(min(1.0, done()), search.smallest)
+    if not np.isfinite(search.smallest):
+        raise MotionError(f"{model.name}: none of {search.tried} candidates can be followed by the joints that loops move; narrow the limits of the drives")
     motion = whole_motion(model, limits, t_fine, *series(search.best, t_fine))
     stretch, heavy = effort_stretch(model, limits, motion, SHARE)
     if stretch > 1:  # between the samples of the search, or where all candidates were beyond a limit
@@ -187,9 +186,14 @@ class _Search:
         self._after.append(self.smallest)
 
     def _cost(self, x: Array) -> float:
-        """The condition number, and more where efforts are beyond their limits."""
+        """The condition number, and more where efforts are beyond their limits; infinite where loops can't follow."""
         model, limits, base, t = self._model, self._limits, self._base, self._series.times
-        motion = whole_motion(model, limits, t, *self._series(x, t))
+        try:
+            motion = whole_motion(model, limits, t, *self._series(x, t))
+        except MotionError:
+            if model.loops:
+                return float("inf")
+            raise
         W = base.regressor(model.inverse_dynamics_regressor(motion.q, motion.v, motion.a, links=base.links)).reshape(-1, len(base))
         roots = np.linalg.eigvalsh(W.T @ W)
         tau = np.abs(model.inverse_dynamics(motion.q, motion.v, motion.a)[:, limits.v_index]).max(axis=0) / (SHARE * limits.effort)

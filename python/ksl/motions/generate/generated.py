@@ -100,7 +100,7 @@ def limits_of(model: Mechanism, acceleration: float | None = None) -> Limits:
     notes = []
     if without_speed:
         notes.append(f"the file gives no limits of speed for {', '.join(without_speed)}: {USUAL_SPEED['rad']:g} rad/s and {USUAL_SPEED['m']:g} m/s were taken")
-    resting = [j.name for j in model.joints[: len(model.joint_names)] if j.nv > 1]
+    resting = [j.name for j in leading(model) if j.nv > 1]
     if resting:
         notes.append(f"{', '.join(resting)}: more than one coordinate, and at rest in this motion")
     return Limits(joints, lower, upper, velocity, np.full(len(joints), np.inf if acceleration is None else acceleration), effort, unbounded, notes)

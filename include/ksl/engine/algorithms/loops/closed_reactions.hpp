@@ -37,12 +37,15 @@ template <class T> struct closed_inverse_dynamics_with_reactions_workspace {
 
 /// The wrench of a loop's joint on its successor, at its frame there and in its axes.
 template <class T>
-KSL_LANES coscrew<T> wrench_of_loop(const closing_joint<scalar_of<T>> &joint, const T *multipliers) {
+KSL_LANES coscrew<T> wrench_of_loop(const closing_joint<scalar_of<T>> &joint, const vec3<T> &normal,
+                                    const T *multipliers) {
   const T o(scalar_of<T>(0));
   coscrew<T> f = {{o, o, o}, {o, o, o}};
   for (int i = 0; i < joint.forces + joint.moments; ++i) {
-    const vec3<T> d = spread<T>(joint.direction[i]);
+    const vec3<T> d = direction_of<T>(joint, normal, i), turn = spread<T>(joint.turn);
     algebra<T>::axpy_vv(multipliers[joint.first_row + i], &d, i < joint.forces ? &f.lin : &f.ang);
+    if (i == joint.mixed)
+      algebra<T>::axpy_vv(multipliers[joint.first_row + i], &turn, &f.ang);
   }
   return f;
 }
@@ -159,7 +162,7 @@ KSL_LANES void set_pattern(const model_view<scalar_of<T>> &model,
     pattern[loops.list[k]] = {{o, o, o}, {o, o, o}};
   for (int k = at.loops_begin; k < at.loops_end; ++k) {
     const int l = loops.list[k];
-    pattern[loops.crossings + l] = wrench_of_loop(loops.joint[l], lambda);
+    pattern[loops.crossings + l] = wrench_of_loop(loops.joint[l], w.closed.equations.normal[l], lambda);
     for_crossed(model, w.closed.equations, l, pattern[loops.crossings + l],
                 [&](int place, const coscrew<T> &f) KSL_INLINED { algebra<T>::xpy_cc(&f, &pattern[place]); });
   }
@@ -168,8 +171,23 @@ KSL_LANES void set_pattern(const model_view<scalar_of<T>> &model,
       crossed_wrench<T>{model, w, loops.crossed[place]}.move(pattern[place], true);
 }
 
-/// How much of the square of a pattern others may leave, before it counts as theirs.
-template <class S> inline constexpr S least_share = S(1e-6);
+/// Rounding of the elements of a pattern, relative to its norm.
+template <class S> inline constexpr S of_elements = sizeof(S) == 8 ? S(1e-11) : S(1e-4);
+
+/// The energy that rounding of its elements may give a pattern; 0 where norms decide.
+template <class T>
+KSL_LANES T energy_of_rounding(const loop_view<scalar_of<T>> &loops, const loop_pattern &at,
+                               const coscrew<T> *pattern) {
+  using S = scalar_of<T>;
+  S most(0);
+  for (int c = 0; c < loops.compliances; ++c)
+    for (int i = 0; i < 6; ++i)
+      most = loops.compliance[c].matrix[i][i] > most ? loops.compliance[c].matrix[i][i] : most;
+  T square(S(0));
+  for (int k = at.places_begin; loops.compliances > 0 && k < at.places_end; ++k)
+    square = square + sum_of_products(pattern[loops.list[k]], pattern[loops.list[k]]);
+  return square * T(most * of_elements<S> * of_elements<S>);
+}
 
 /// Replaces wrenches that balance by those of least norm or energy: Gram and Schmidt's method.  Returns NaN where patterns nearly depend on each
 /// other, or store no energy, else 0.
@@ -200,11 +218,13 @@ KSL_LANES T take_off_patterns(const model_view<scalar_of<T>> &model,
     coscrew<T> *const pattern = found + (r + 1) * n;
     set_pattern(model, w, r, pattern);
     const bool alone = at.earlier_begin == at.earlier_end;
+    const T least = energy_of_rounding(loops, at, pattern);
     const T whole = alone ? T(S(0)) : sum_of_products(loops, at, pattern, pattern);
     for (int k = at.earlier_begin; k < at.earlier_end; ++k)
       take_off(loops.list[k], pattern);
     const T left = sum_of_products(loops, at, pattern, pattern);
-    fault = fault + fault_beyond(math<T>::select(left > T(least_share<S>) * whole, T(S(0)), T(S(1))), T(S(0.5)));
+    const T needed = T(least_share<S>) * whole + least;
+    fault = fault + fault_beyond(math<T>::select(left > needed, T(S(0)), T(S(1))), T(S(0.5)));
     w.inverse_square[r] = T(S(1)) / left;
     take_off(r, found);
   }
@@ -274,7 +294,7 @@ void inverse_dynamics_with_reactions(const model_view<scalar_of<T>> &model,
   if (loops.crosses_welds)
     link_wrenches(model, w.tree(), external);
   for (int l = 0; l < loops.loops; ++l) {
-    w.of_loop[l] = wrench_of_loop(loops.joint[l], lambda);
+    w.of_loop[l] = wrench_of_loop(loops.joint[l], w.closed.equations.normal[l], lambda);
     for_crossed(model, w.closed.equations, l, w.of_loop[l], [&](int place, const coscrew<T> &f) KSL_INLINED {
       const crossed_wrench<T> of = {model, w, loops.crossed[place]};
       coscrew<T> sum = of.get();

@@ -53,6 +53,8 @@ template <class T> struct loop_equations_workspace {
   array_of<SE3<T>> joint;   ///< of each loop: the joint's frame on the successor in the world
   array_of<screw<T>> twist; ///< W of each loop
   array_of<T> moved;        ///< of each loop: the sum of the terms of W as lengths
+  array_of<vec3<T>> normal; ///< of each universal joint: that of its axes, in its frame on the successor
+  array_of<T> bent;         ///< of each: what its turning adds to the rate of its last equation
   array_of<int> place;      ///< of each column of a loop: where it is in K
   array_of<T> K;            ///< (rows, pitch): pivots in their order, independent coordinates, b, and zeros
   array_of<T> L;            ///< (rows, pivots): factors of rows below pivots, and in the row of each pivot its inverse
@@ -71,6 +73,7 @@ template <class T> struct loop_equations_workspace {
     J.lay_out(memory, most), place.lay_out(memory, most);
     const int n = loops ? loops->loops : 0;
     joint.lay_out(memory, n), twist.lay_out(memory, n), moved.lay_out(memory, n);
+    normal.lay_out(memory, n), bent.lay_out(memory, n);
     pitch = padded_columns<T>(model.nv + 1);
     K.lay_out(memory, loops ? loops->rows * pitch : 0);
     L.lay_out(memory, loops ? loops->rows * loops->pivots : 0);
@@ -88,6 +91,8 @@ template <class T> KSL_LANES T fault_beyond(const T &x, const T &limit) {
 /// The smallest pivot, and what may be left of equations that follow from others, relative to lengths.
 template <class S> inline constexpr S least_pivot = S(1e-2);
 template <class S> inline constexpr S largest_rest = sizeof(S) == 8 ? S(1e-9) : S(1e-4);
+/// How much of its square the vectors before it must leave to a vector, in Gram and Schmidt's method, before it counts as theirs.
+template <class S> inline constexpr S least_share = S(1e-6);
 
 /// The column of a coordinate of body i about a point, which `arm` leads to from the body's origin.
 template <class T> KSL_LANES screw<T> column_about(const mat3x3<T> &R, int coordinate, const T &pitch,
@@ -120,6 +125,51 @@ template <class T> KSL_LANES screw<T> twist_product(const screw<T> &s, const scr
   out.lin = {a.x + b.x, a.y + b.y, a.z + b.z};
   algebra<T>::cross_vv(&s.ang, &u.ang, &out.ang);
   return out;
+}
+
+/// Sets the normal of the axes of a universal joint, from the rotations of its frame on both sides and the motion of the successor relative to
+/// the predecessor.  Returns what their angle differs by.
+template <class T>
+KSL_LANES T set_normal(const closing_joint<scalar_of<T>> &joint, const mat3x3<T> &from, const mat3x3<T> &to,
+                       const vec3<T> &turning, vec3<T> &normal, T &bent) {
+  using A = algebra<T>;
+  const vec3<T> own = spread<T>(joint.axis), own2 = spread<T>(joint.axis2);
+  vec3<T> first, second, across, x, y;
+  A::product_drv(&from, &own, &first);
+  A::product_drv(&to, &own2, &second);
+  A::cross_vv(&first, &second, &across);
+  const T inverse = T(scalar_of<T>(1)) / math<T>::sqrt(A::dot_vv(&across, &across));
+  across = {across.x * inverse, across.y * inverse, across.z * inverse};
+  A::product_drinvv(&to, &across, &normal);
+  A::cross_vv(&turning, &first, &x);
+  A::cross_vv(&turning, &second, &y);
+  bent = A::dot_vv(&x, &y) * inverse;
+  return (A::dot_vv(&first, &second) - T(joint.cosine)) * inverse;
+}
+
+/// How far a helical joint is from the travel of its turn, `travel` being along its axis.  NaN where it is on the other side.
+template <class T>
+KSL_LANES T error_of_screw(const closing_joint<scalar_of<T>> &joint, const mat3x3<T> &from, const mat3x3<T> &to,
+                           const T &travel) {
+  using A = algebra<T>;
+  using S = scalar_of<T>;
+  const vec3<T> x = spread<T>(joint.across), z = spread<T>(joint.axis);
+  vec3<T> y, of_successor, ahead, beside;
+  A::cross_vv(&z, &x, &y);
+  A::product_drv(&to, &x, &of_successor);
+  A::product_drv(&from, &x, &ahead);
+  A::product_drv(&from, &y, &beside);
+  T sine, cosine;
+  sine_cosine(travel * T(S(1) / joint.pitch), sine, cosine);
+  const T c = A::dot_vv(&ahead, &of_successor), s = A::dot_vv(&beside, &of_successor);
+  return (sine * c - cosine * s) * T(joint.pitch) +
+         fault_beyond(math<T>::select(cosine * c + sine * s > T(S(0)), T(S(0)), T(S(1))), T(S(0.5)));
+}
+
+/// The direction of equation i of a joint, in its frame on the successor.
+template <class T>
+KSL_LANES vec3<T> direction_of(const closing_joint<scalar_of<T>> &joint, const vec3<T> &normal, int i) {
+  return joint.has_two_axes && i == joint.forces ? normal : spread<T>(joint.direction[i]);
 }
 
 /// One loop: its rows of K, with −(K̇ v) as b if these rates are wanted; and whether it is closed.
@@ -199,10 +249,22 @@ KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_wo
     ahead = A::dot_vv(&p[0], &s[0]) + A::dot_vv(&p[1], &s[1]) + A::dot_vv(&p[2], &s[2]);
   }
   const T tolerance(loops.tolerance), length(loops.length);
+  vec3<T> turn = {T(0), T(0), T(0)};
+  T screwed(S(0)), tilted(S(0));
+  if (joint.mixed >= 0) {
+    const vec3<T> u = spread<T>(joint.axis), own = spread<T>(joint.turn);
+    vec3<T> axis;
+    A::product_drv(&to.R, &u, &axis);
+    A::product_drv(&to.R, &own, &turn);
+    screwed = error_of_screw(joint, from.R, to.R, A::dot_vv(&axis, &gap));
+  }
+  if (joint.has_two_axes)
+    tilted = set_normal(joint, from.R, to.R, W.ang, w.normal[loop], w.bent[loop]);
   T fault = w.fault + fault_beyond(math<T>::select(ahead > T(S(0)), T(S(0)), T(S(1))), T(S(0.5)));
   for (int i = 0; i < joint.forces + joint.moments; ++i) {
     const bool force = i < joint.forces;
-    const vec3<T> own = spread<T>(joint.direction[i]);
+    const bool mixed = i == joint.mixed, about_normal = joint.has_two_axes && !force;
+    const vec3<T> own = about_normal ? w.normal[loop] : spread<T>(joint.direction[i]);
     vec3<T> d;
     A::product_drv(&to.R, &own, &d);
     const int row = joint.first_row + i;
@@ -212,14 +274,24 @@ KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_wo
       line[k] = T(S(0));
     const screw<T> *const J = &w.J[0];
     for (int c = 0; c < n; ++c) {
-      const T x = A::dot_vv(&d, force ? &J[c].lin : &J[c].ang);
+      T x = A::dot_vv(&d, force ? &J[c].lin : &J[c].ang);
+      if (mixed)
+        x = x + A::dot_vv(&turn, &J[c].ang);
       T &sum = line[w.place[c]];
       sum = c < middle ? sum + x : sum - x;
     }
-    const T speed = A::dot_vv(&d, force ? &W.lin : &W.ang) * scale;
-    const T open = A::dot_vv(&d, force ? &gap : &turned) * scale;
+    T speed = A::dot_vv(&d, force ? &W.lin : &W.ang) * scale, open = A::dot_vv(&d, force ? &gap : &turned) * scale;
     if constexpr (rates)
       line[model.nv] = -A::dot_vv(&d, force ? &rate.lin : &rate.ang);
+    if (mixed) {
+      speed = speed + A::dot_vv(&turn, &W.ang) * scale, open = screwed;
+      if constexpr (rates)
+        line[model.nv] = line[model.nv] - A::dot_vv(&turn, &rate.ang);
+    } else if (about_normal) {
+      open = tilted * scale;
+      if constexpr (rates)
+        line[model.nv] = line[model.nv] - w.bent[loop];
+    }
     fault = fault + fault_beyond(open, tolerance * length);
     fault = fault + fault_beyond(speed, tolerance * T(S(0.25)) * moved + T(S(1e-12)) * length);
   }
@@ -278,11 +350,19 @@ KSL_LANES void check_accelerations(const model_view<scalar_of<T>> &model, loop_e
       terms = terms + math<T>::fabs(a[loops.column[c].v]) * T(S(1) / loops.column_scale[loops.column[c].v]);
     const T allowed = T(loops.tolerance * S(0.25)) * terms + T(S(1e-12)) * T(loops.length);
     for (int i = 0; i < joint.forces + joint.moments; ++i) {
-      const vec3<T> own = spread<T>(joint.direction[i]);
+      const vec3<T> own = direction_of<T>(joint, w.normal[l], i);
       vec3<T> d;
       A::product_drv(&to.R, &own, &d);
-      const T scale(loops.row_scale[joint.first_row + i]);
-      w.fault = w.fault + fault_beyond(A::dot_vv(&d, i < joint.forces ? &lin : &ang) * scale, allowed);
+      T value = A::dot_vv(&d, i < joint.forces ? &lin : &ang);
+      if (i == joint.mixed) {
+        const vec3<T> in_joint = spread<T>(joint.turn);
+        vec3<T> turn;
+        A::product_drv(&to.R, &in_joint, &turn);
+        value = value + A::dot_vv(&turn, &ang);
+      }
+      if (joint.has_two_axes && i == joint.forces)
+        value = value + w.bent[l];
+      w.fault = w.fault + fault_beyond(value * T(loops.row_scale[joint.first_row + i]), allowed);
     }
   }
 }
