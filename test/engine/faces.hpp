@@ -9,6 +9,7 @@
 #include "ksl/batch.hpp"
 #include "ksl/engine.h"
 #include "robots.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -301,8 +302,7 @@ template <class S>
 void agree(const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_call<S> cpp_batch,
            batch_call<S> c_batch, bool ordered = false) {
   ksl::assume_cores(3);
-  static robot floating(KSL_EXAMPLES "/robots/panda.urdf", true), every_kind(KSL_EVERY_KIND, false),
-      coupled(KSL_COUPLED, false);
+  static robot floating(robot_file("panda"), true), every_kind(every_kind_file, false), coupled(coupled_file, false);
   static constexpr ksl_frame_options_t crossed[] = {
       {KSL_IN_WORLD, KSL_IN_FRAME, KSL_LINEAR_FIRST, KSL_CLASSICAL, {0, 0, 0}},
       {KSL_IN_FRAME, KSL_IN_WORLD, KSL_ANGULAR_FIRST, KSL_SPATIAL, {0.3, -0.2, 0.1}}};
