@@ -88,12 +88,13 @@ test-python: $(VENV)/.tested build-gcc test-clang
 	  { $(run_pytest) --last-failed --last-failed-no-failures none test; exit 1; }
 
 # Half an hour of processor time.  The result is written whether it is good or not, and is to be committed.
+long = -DKSL_LONG_TESTS=ON -DKSL_TEST_MANY_STATES=ON
 test-long: $(VENV)/.tested $(VENV)/.packages
 	scripts/system_packages.sh trust
 	rm -f build/long_*.xml
 	status=0; \
-	$(call build,long-gcc,gcc,g++,-DKSL_LONG_TESTS=ON) || status=1; \
-	$(call build,long-clang,clang,clang++,-DKSL_LONG_TESTS=ON) || status=1; \
+	$(call build,long-gcc,gcc,g++,$(long)) || status=1; \
+	$(call build,long-clang,clang,clang++,$(long)) || status=1; \
 	for compiler in gcc clang; do for set in x86-64-v2 x86-64-v3 x86-64-v4; do \
 	  KSL_ISA=$$set $(call run_ctest,long-$$compiler) --output-junit $(CURDIR)/build/long_$$compiler-$$set.xml || status=1; \
 	done; done; \

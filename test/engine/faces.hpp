@@ -257,12 +257,12 @@ private:
 template <class S>
 void agree(robot &r, const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_call<S> cpp_batch,
            batch_call<S> c_batch) {
-  // More than one part of a batch.  Matrices have hundreds of numbers for each state, and their derivatives thousands; few states are
-  // enough for them, since all algorithms share how a batch is divided.  So they are for all but one where a build is slow.
-#ifdef KSL_TEST_FEW_STATES
-  const bool few = row.result[0].axes > 1 || &row != &ksl::rows::inverse_dynamics;
-#else
+  // More than one part of a batch for one algorithm, since all share how a batch is divided; test/model/algorithms_test.py divides those of each.
+  // Matrices have hundreds of numbers for each state, and their derivatives thousands.
+#ifdef KSL_TEST_MANY_STATES
   const bool few = row.result[0].axes > 1;
+#else
+  const bool few = &row != &ksl::rows::inverse_dynamics;
 #endif
   const bool fewest = row.result[0].axes > 2;
   const std::size_t n = fewest ? 20 : few ? 40 : 1100;
