@@ -1,6 +1,7 @@
 """What tools are told of the tree: the list of warnings, which files are generated, which are formatted, what has changed."""
 
 import json
+import re
 import shlex
 import subprocess
 import sys
@@ -185,3 +186,9 @@ def test_no_two_files_of_tests_have_one_name():
     files = list((ROOT / "test").rglob("*_test.py"))
     names = [path.name for path in files]
     assert not [str(path.relative_to(ROOT)) for path in files if names.count(path.name) > 1]
+
+
+def test_docstrings_have_a_subject():
+    """What is told "of" something has a name, and the name need not say what it is."""
+    bare = re.compile(r'^\s*"""Of ', re.MULTILINE)
+    assert [str(file) for file in sorted((ROOT / "python/ksl").rglob("*.py")) if bare.search(file.read_text(encoding="utf-8"))] == []
