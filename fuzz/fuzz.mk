@@ -1,5 +1,5 @@
 # Readers get texts that a fuzzer makes.  The long run also plants faults into each target, which must find them.
-# make fuzz-short   the seeds and some thousand texts of each target, four times as many where its reader has changed since a run that was recorded,
+# make fuzz-short   the seeds and some thousand texts of each target, sixteen times as many where its reader has changed since a run that was recorded,
 #                   and the same ones each time; FUZZ_OPTIONS=--record notes what has run, in test/trust/read/fuzz.txt
 # make fuzz         10,000,000 executions of each target, 1,000,000 of those of packed files (npz, parquet, mcap, ros1, ros2, xlsx,
 #                   mat), usd and loops, and its record;

@@ -3,9 +3,10 @@
 
     run.py --short [--record] | --seconds N | --runs N [--only NAME ...]
 
---short replays the seeds and goes on for as many texts as take about 4 s, four times as many where a reader has changed since it was last recorded to
-run (test/trust/read/fuzz.txt); --record writes there what has run.  The texts are those of one seed and of the files of the repository: the same commit
-runs the same ones, unless a target takes far longer than usual and is stopped.
+--short replays the seeds and goes on for as many texts as take about 16 s where a reader has changed since it was last recorded to run
+(test/trust/read/fuzz.txt); --record writes there what has run.  The texts are those of one seed and of the files of the repository: the same commit
+runs the same ones, unless a target takes far longer than usual and is stopped.  So where the record has a reader, it has had these texts, and a
+sixteenth of them shows that it and the packages that it reads with still work together.
 
 A target is a program build/fuzz/fuzz/fuzz_NAME, or a file fuzz/python/fuzz_NAME.py; both take the arguments of libFuzzer.
 Its seeds are in fuzz/corpus/FORMAT, where NAME begins with FORMAT, or fuzz/packed_seeds.py makes them.  If there is a file fuzz/FORMAT.dict, it has words of the
@@ -45,9 +46,9 @@ SHORT = {
     "npz": 2_500, "parquet": 1_500, "ros1": 1_500, "ros2": 1_000, "sdf": 15_000, "sweep": 50_000, "urdf": 30_000, "urdf_round_trip": 30_000,
     "usd": 1_000, "xlsx": 200,
 }  # fmt: skip
-"""Texts of a short run of each target, beyond its seeds."""
-USUAL, CHANGED = 10_000, 4
-"""The same of a target that isn't named there; how many times as many texts where its reader has changed."""
+"""Texts that take about 4 s, of each target."""
+USUAL, CHANGED, RECORDED = 10_000, 4, 1 / 4
+"""The same of a target that isn't named there; how many times as many texts where its reader has changed, and where it has not."""
 CEILING, PATIENT = 60, 100
 """Seconds after which a short run ends all the same, with what it has found, and after which a text never ends: CI's machines are busy."""
 LONGEST, LONGEST_PACKED = 1500, 1 << 14
@@ -223,7 +224,7 @@ def work(target, asked, all_targets):
     faults = faults_of(target, all_targets) if asked.runs else {}
     line = readers_of(target)
     if asked.short:
-        texts = SHORT.get(target.name, USUAL) * (1 if line in changes.read("fuzz") else CHANGED)
+        texts = int(SHORT.get(target.name, USUAL) * (RECORDED if line in changes.read("fuzz") else CHANGED))
         result = run(target, [f"-max_total_time={CEILING}"], texts)
     else:
         result = run(target, [f"-runs={min(asked.runs, promised(target.name))}" if asked.runs else f"-max_total_time={asked.seconds}"])

@@ -176,7 +176,8 @@ inline nb::object force_element_states(const ksl::model &m, nb::handle q, nb::ha
   return out;
 }
 
-inline void add_loops(nb::class_<ksl::model> &model) {
+/// What loops and force elements are, and the equations of loops.
+inline void add_equations(nb::class_<ksl::model> &model) {
   model
       .def_prop_ro("force_elements",
                    [](const ksl::model &m) {
@@ -221,7 +222,12 @@ inline void add_loops(nb::class_<ksl::model> &model) {
                 m, Q.states, static_cast<std::size_t>(ksl::loop_rows(m)),
                 [&](ksl::data &d, std::size_t k, double *out) { ksl::loop_acceleration(m, d, Q[k], V[k], A[k], out); });
           },
-          "q"_a, "v"_a, "a"_a)
+          "q"_a, "v"_a, "a"_a);
+}
+
+/// Freedoms that loops leave, and motions and positions that keep them closed.
+inline void add_closing(nb::class_<ksl::model> &model) {
+  model
       .def(
           "mobility",
           [](const ksl::model &m, nb::handle q) {
@@ -284,7 +290,11 @@ inline void add_loops(nb::class_<ksl::model> &model) {
                 });
             return nb::make_tuple(out, how, error);
           },
-          "q"_a, "hold"_a, "limits"_a, "iterations"_a)
+          "q"_a, "hold"_a, "limits"_a, "iterations"_a);
+}
+
+inline void add_dynamics(nb::class_<ksl::model> &model) {
+  model
       .def(
           "stabilised_forward_dynamics",
           [](const ksl::model &m, nb::handle q, nb::handle v, nb::handle tau, const std::vector<int> &links,
@@ -313,6 +323,12 @@ inline void add_loops(nb::class_<ksl::model> &model) {
             return out;
           },
           "q"_a);
+}
+
+inline void add_loops(nb::class_<ksl::model> &model) {
+  add_equations(model);
+  add_closing(model);
+  add_dynamics(model);
 }
 
 } // namespace loops_calls

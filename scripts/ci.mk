@@ -8,7 +8,8 @@ ci:
 	scripts/system_packages.sh demo test lint abi fuzz
 	$(MAKE) --no-print-directory $(VENV)/.tools
 	$(MAKE) --no-print-directory -j2 ci-builds
-	$(PYTHON) scripts/side_by_side.py "test=$(MAKE) --no-print-directory test" "lint=nice -n 10 env $(BESIDE) lint-alone" \
+	$(PYTHON) scripts/side_by_side.py "test=$(MAKE) --no-print-directory test-clang test-python" "lint=nice -n 10 env $(BESIDE) lint-alone" \
 	  "abi and fuzz-short=$(BESIDE) -k abi fuzz-short"
 
-ci-builds: build-gcc build-clang fuzz-build-short lint-tools
+# The tests of the build with gcc run while packages are unpacked, which leaves a core idle.
+ci-builds: test-gcc build-clang fuzz-build-short lint-tools

@@ -5,6 +5,7 @@ takes; `make test-long` does."""
 
 import os
 import shutil
+import signal
 from pathlib import Path
 
 # One test a core: with threads of its own, the linear algebra of small matrices takes ten times the processor time where cores are busy.
@@ -34,6 +35,8 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     """Before any test module is imported: modules take the numbers into constants of their own."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as of what a shell runs in the background: calls that tests interrupt would never end
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if config.getoption("--long"):
         random_cases.take_more()
         settings.load_profile("many")

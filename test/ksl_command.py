@@ -5,6 +5,7 @@ What belongs to the process itself, the console script, signals, closed streams,
 from __future__ import annotations
 
 import contextlib
+import functools
 import importlib
 import os
 import signal
@@ -28,14 +29,26 @@ CHANGING = ("COLUMNS", "FORCE_COLOR")
 """Variables that change what is printed."""
 
 
+@functools.cache
+def warm() -> None:
+    """What every command does first, so that copies need not: modules, and the tree of commands, which typer makes again at each call."""
+    for name in IMPORTED:
+        with contextlib.suppress(ImportError):
+            importlib.import_module(name)
+    import typer.main
+
+    import ksl.commands
+
+    typer.main.get_command = functools.cache(typer.main.get_command)
+    typer.main.get_command(ksl.commands.app)
+
+
 def run_ksl(*arguments: object, cwd: str | os.PathLike[str] | None = None, text: bool = True, timeout: int = 60, **environment: str) -> subprocess.CompletedProcess:
     """The command with its output, as from `subprocess.run(..., capture_output=True)`.  A sweep starts no processes.
 
     environment: variables that are set for it; those that Python itself reads as it starts have no effect."""
     given = [os.fsdecode(a) if isinstance(a, bytes) else str(a) for a in arguments]
-    for name in IMPORTED:
-        with contextlib.suppress(ImportError):
-            importlib.import_module(name)
+    warm()
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
 
         def start() -> None:

@@ -4,6 +4,7 @@ test/trust/read/CHECK.txt has a line for each: a digest of its text, without com
 record; `build/` has another, of the last run that was not recorded.  Digests need no history: clones that are not complete have none, and a
 rebase renames commits."""
 
+import ast
 import hashlib
 import re
 from functools import cache
@@ -21,11 +22,16 @@ INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*[<"]([^">]+)[">]', re.MULTILIN
 
 
 def bare(text, suffix):
-    """The text without comments and blanks; what analysers are told in comments stays."""
+    """The text without comments, docstrings and blanks; what analysers are told in comments stays."""
     if suffix in (".c", ".h", ".cpp", ".cxx", ".hpp", ".inc"):
         text = TOKEN.sub(lambda m: " " if m[0].startswith(("//", "/*")) and not TOLD.search(m[0]) else m[0], text)
         return " ".join(text.split())
-    return "\n".join(line for line in text.splitlines() if line.strip() and not line.startswith("#"))
+    lines = text.splitlines()
+    if suffix == ".py":
+        for statement in ast.walk(ast.parse(text)):
+            if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant) and isinstance(statement.value.value, str):
+                lines[statement.lineno - 1 : statement.end_lineno] = [""] * (statement.end_lineno - statement.lineno + 1)
+    return "\n".join(line for line in lines if line.strip() and not line.startswith("#"))
 
 
 @cache

@@ -27,7 +27,7 @@ struct term_bounds {
   double reach[6];
 
   void add(int i, double terms) { reach[i] = std::sqrt(reach[i] * reach[i] + std::fabs(terms)); }
-  /// Of Sᵀ A S.
+  /// The bound of Sᵀ A S.
   double of(const screw<double> &S) const {
     const double s[6] = {S.lin.x, S.lin.y, S.lin.z, S.ang.x, S.ang.y, S.ang.z};
     double sum = 0;

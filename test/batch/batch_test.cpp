@@ -5,6 +5,7 @@
 #include "batch/threads.hpp"
 #include "engine/forms.hpp"
 #include "ksl/engine/algorithms/mass/mass_matrix.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -19,7 +20,7 @@ namespace {
 constexpr int reach = 40; ///< more than two blocks of any instruction set
 
 /// A branched robot with every kind of joint.
-ksl::model tree() { return ksl::load(KSL_EVERY_KIND); }
+ksl::model tree() { return ksl::load(every_kind_file); }
 
 template <class S> struct states {
   std::vector<S> q, v, a;

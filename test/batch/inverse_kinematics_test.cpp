@@ -3,6 +3,7 @@
 #include "inverse_kinematics_problems.hpp"
 
 #include "batch/threads.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -61,7 +62,7 @@ void check_pose(const ksl::model &m, const numbers &q, const std::array<double, 
 
 TEST_CASE(
     "inverse kinematics: a robot with every kind of joint, some of which follow others; results that nobody wants") {
-  for (const char *path : {KSL_EVERY_KIND, KSL_COUPLED}) {
+  for (const char *path : {every_kind_file, coupled_file}) {
     const ksl::model m = ksl::load(path);
     numbers start(static_cast<std::size_t>(m.nq())), near;
     ksl::neutral(m, start.data());
@@ -110,7 +111,7 @@ TEST_CASE("inverse kinematics: limits hold the solution, unless they are left as
 
 TEST_CASE("inverse kinematics: any number of threads finds the same, each in memory of its own") {
   ksl::assume_cores(4);
-  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  const ksl::model m = ksl::load(every_kind_file);
   const std::size_t n = 6000, nq = static_cast<std::size_t>(m.nq());
   numbers start(n * nq), targets;
   for (std::size_t k = 0; k < n; ++k) {

@@ -5,6 +5,7 @@
 #include "sanitizer.hpp"
 
 #include "batch/threads.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -57,7 +58,7 @@ extern "C" int pthread_create(pthread_t *thread, const pthread_attr_t *attribute
 }
 
 TEST_CASE("where the system gives no thread, the caller computes all, with the same bits") {
-  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  const ksl::model m = ksl::load(every_kind_file);
   const std::size_t n = 3000, nq = static_cast<std::size_t>(m.nq()), nv = static_cast<std::size_t>(m.nv());
   std::vector<double> q(n * nq), v(n * nv, 0.3), alone(n * nv), many(n * nv);
   for (std::size_t k = 0; k < n; ++k) {

@@ -16,7 +16,7 @@ from ksl.base import limits
 from ksl.base import csv_cells
 from ksl.base.csv_cells import csv_comment, csv_table, csv_text, text_of_cell
 from ksl.base.printable import one_line, printable, sentence
-from ksl_command import run_ksl
+from ksl_command import run_ksl, warm
 from regex_steps import count_patterns
 
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
@@ -283,6 +283,7 @@ def test_files_that_no_reader_wants(hostile, nasty, examples, tmp_path, what, mo
     """Every file argument of every command, in this process: starting 150 of them would take minutes."""
     from ksl.commands import app
 
+    warm()
     if what == "view":
         pytest.importorskip("viser")
     places = {"ROBOT": hostile / "robot.urdf", "MOTION": hostile / "motion.csv", "LOOPED": examples / "robots/excavator.urdf"}

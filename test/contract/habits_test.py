@@ -1,6 +1,7 @@
 """What tools are told of the tree: the list of warnings, which files are generated, which are formatted, what has changed."""
 
 import json
+import re
 import shlex
 import subprocess
 import sys
@@ -95,6 +96,11 @@ def test_comments_and_blanks_are_no_changes(before, after, same):
     assert (changes.bare(before, ".cpp") == changes.bare(after, ".cpp")) == same
 
 
+@pytest.mark.parametrize(("after", "same"), [('def f():\n    """Another,\n    longer."""\n    return "a"  # one\n', False), ('def f():\n    """Another,\n    longer."""\n\n    return "a"\n', True), ('def f():\n    return "b"\n', False)])
+def test_docstrings_and_blanks_are_no_changes(after, same):
+    assert (changes.bare('def f():\n    """One."""\n    return "a"\n', ".py") == changes.bare(after, ".py")) == same
+
+
 @pytest.fixture
 def tree(tmp_path, monkeypatch):
     """deep.hpp ← near.hpp ← a.cpp, b.cpp; alone.cpp"""
@@ -185,3 +191,9 @@ def test_no_two_files_of_tests_have_one_name():
     files = list((ROOT / "test").rglob("*_test.py"))
     names = [path.name for path in files]
     assert not [str(path.relative_to(ROOT)) for path in files if names.count(path.name) > 1]
+
+
+def test_docstrings_have_a_subject():
+    """What is told "of" something has a name, and the name need not say what it is."""
+    bare = re.compile(r'^\s*"""Of ', re.MULTILINE)
+    assert [str(file) for file in sorted((ROOT / "python/ksl").rglob("*.py")) if bare.search(file.read_text(encoding="utf-8"))] == []

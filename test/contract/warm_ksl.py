@@ -4,7 +4,6 @@ them in a copy of itself.  Sweeps start no processes.
 Starting Python with all that a command imports takes a second, and pages have a hundred commands.  test/cli tests the console script itself."""
 
 import contextlib
-import importlib
 import json
 import os
 import signal
@@ -45,9 +44,7 @@ def waiting(folder: Path) -> Iterator[Path]:
 
 
 def serve(place: str) -> None:
-    for name in ksl_command.IMPORTED:
-        with contextlib.suppress(ImportError):
-            importlib.import_module(name)
+    ksl_command.warm()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     with socket.socket(socket.AF_UNIX) as listening:
         listening.bind(place)

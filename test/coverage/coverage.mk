@@ -12,7 +12,7 @@ coverage: $(VENV)/.tested $(VENV)/.packages
 	clang -c test/coverage/write_last.c -o build/coverage/write_last.o
 	$(call build,coverage,clang,clang++,-DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG= -DCMAKE_CXX_FLAGS_DEBUG= \
 	  "-DCMAKE_C_FLAGS=$(COUNTED)" "-DCMAKE_CXX_FLAGS=$(COUNTED)" -DCMAKE_EXE_LINKER_FLAGS=$(CURDIR)/build/coverage/write_last.o \
-	  -DKSL_INSTRUCTION_SETS=x86_64_v3 -DKSL_TEST_FEW_STATES=ON -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DKSL_PYTHON=ON -DPython_EXECUTABLE=$(CURDIR)/$(BIN)/python \
+	  -DKSL_INSTRUCTION_SETS=x86_64_v3 -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DKSL_PYTHON=ON -DPython_EXECUTABLE=$(CURDIR)/$(BIN)/python \
 	  -Dnanobind_DIR=$$($(BIN)/python -m nanobind --cmake_dir))
 	test/coverage/run.sh $(CURDIR)/build/coverage $(CURDIR)/$(BIN)/python
 	$(BIN)/python test/coverage/gate.py --record coverage build/coverage/exports/*.json

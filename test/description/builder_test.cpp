@@ -2,6 +2,7 @@
 #include "ksl/builder.hpp"
 #include "robots.hpp"
 #include "same_numbers.hpp"
+#include "robot_files.hpp"
 
 #include <cmath>
 #include <limits>
@@ -80,7 +81,7 @@ TEST_CASE("builder: the copy of a robot has its bits") {
   ksl::model_options floating;
   floating.floating_base = true;
   floating.gravity = {1, 2, 3};
-  for (const char *file : {KSL_EVERY_KIND, KSL_EXAMPLES "/robots/panda.urdf"}) {
+  for (const std::string &file : {std::string(every_kind_file), robot_file("panda")}) {
     const ksl::model read = ksl::load(file);
     check_same(read, told_of(read.description()).build());
     check_same(ksl::load(file, floating), told_of(read.description()).build(floating));

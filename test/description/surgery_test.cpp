@@ -3,6 +3,7 @@
 #include "ksl/surgery.hpp"
 #include "robots.hpp"
 #include "same_numbers.hpp"
+#include "robot_files.hpp"
 
 #include <algorithm>
 
@@ -17,7 +18,7 @@ ksl::model_options floating() {
 }
 
 const ksl::model &every_kind() {
-  static const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  static const ksl::model m = ksl::load(every_kind_file);
   return m;
 }
 
@@ -45,7 +46,7 @@ TEST_CASE("surgery: the model of a model's description is a copy") {
   ksl::model_options options = floating();
   options.gravity = {1, 2, 3};
   options.payloads = {{"tool", 2, {0.1, 0, 0}}};
-  const ksl::model m = ksl::load(KSL_EVERY_KIND, options);
+  const ksl::model m = ksl::load(every_kind_file, options);
   const ksl::model copy(m.description());
   check_same(m, copy);
   check_same(copy, ksl::model(copy.description()));
@@ -53,7 +54,7 @@ TEST_CASE("surgery: the model of a model's description is a copy") {
 }
 
 TEST_CASE("surgery: another root, and back again") {
-  const ksl::model arm = ksl::load(KSL_EXAMPLES "/robots/panda.urdf", floating());
+  const ksl::model arm = ksl::load(robot_file("panda"), floating());
   const std::string hand = arm.links().back().name, root = arm.links()[0].name;
   const ksl::model turned(ksl::with_root(arm.description(), hand));
   CHECK((turned.links()[0].name == hand && turned.nv() == arm.nv()));
@@ -78,7 +79,7 @@ TEST_CASE("surgery: frozen joints") {
       described(), {{"shoulder", {0.5}}, {"socket", {0, 0, 0.6, 0.8}}, {"free", {1, 2, 3, 0, 0, 0, 1}}}));
   CHECK(m.nv() == every_kind().nv() - 1 - 3 - 6);
   CHECK(ksl::row_of(m.joints()[static_cast<std::size_t>(m.find_joint("socket"))].kind).nv == 0);
-  const ksl::model stone(ksl::with_frozen_joints(ksl::load(KSL_EVERY_KIND, floating()).description(),
+  const ksl::model stone(ksl::with_frozen_joints(ksl::load(every_kind_file, floating()).description(),
                                                  {{"floating_base", {1, 2, 3, 0, 0, 0, 1}}}));
   CHECK((stone.nv() == every_kind().nv() && stone.links()[0].name == "world_"));
   check_refused([&] { ksl::with_frozen_joints(described(), {{"shoulder", {0.5, 1}}}); },
@@ -92,7 +93,7 @@ TEST_CASE("surgery: frozen joints") {
 }
 
 TEST_CASE("surgery: merged robots") {
-  const ksl::robot_description arm = ksl::load(KSL_EXAMPLES "/robots/ur5.urdf").description();
+  const ksl::robot_description arm = ksl::load(robot_file("ur5")).description();
   const ksl::model two(ksl::merged(arm, arm, "base_link", beside, "left_"));
   CHECK((two.nv() == 12 && two.find_link("left_tool0") > 0 && two.find_joint("left_mount") > 0));
   CHECK(two.mass() == doctest::Approx(2 * ksl::model(arm).mass()));
@@ -137,7 +138,7 @@ TEST_CASE("surgery: subtrees, frames, payloads") {
   const ksl::model heavy(ksl::with_payload(described(), "tool", {2, {0.1, 0, 0}, {}}));
   ksl::model_options with_tool;
   with_tool.payloads = {{"tool", 2, {0.1, 0, 0}}};
-  check_same(heavy, ksl::load(KSL_EVERY_KIND, with_tool));
+  check_same(heavy, ksl::load(every_kind_file, with_tool));
   check_refused([&] { ksl::with_payload(described(), "tool", {-2, {}, {}}); }, {"payload on tool", "negative"});
 }
 
@@ -162,7 +163,7 @@ TEST_CASE("surgery: other inertias, the same structure") {
 TEST_CASE("surgery: another gravity, the same structure") {
   ksl::model_options sideways;
   sideways.gravity = {{-3, 4, 5}};
-  const ksl::model made = every_kind().with_gravity({-3, 4, 5}), loaded = ksl::load(KSL_EVERY_KIND, sideways);
+  const ksl::model made = every_kind().with_gravity({-3, 4, 5}), loaded = ksl::load(every_kind_file, sideways);
   check_same(loaded, made);
   check_same(loaded, ksl::model(made.description()));
   check_refused([] { every_kind().with_gravity({0, 0, std::nan("")}); }, {"gravity", "finite"});

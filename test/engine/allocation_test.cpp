@@ -4,6 +4,7 @@
 
 #include "ksl/dynamics.hpp"
 #include "ksl/engine.h"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -11,7 +12,7 @@
 
 TEST_CASE("the calls of C++ that are written by hand allocate nothing") {
 #ifdef COUNTS_MALLOC
-  const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/ur5.urdf");
+  const ksl::model m = ksl::load(robot_file("ur5"));
   ksl::data d(m);
   const std::size_t nv = static_cast<std::size_t>(m.nv()), n = m.joints().size();
   std::vector<double> q(nv, 0.3), v(nv, 0.2), a(nv, 0.1), tau(nv), wrenches(6 * n);
@@ -47,7 +48,7 @@ TEST_CASE("and so do those of C") {
 #ifdef COUNTS_MALLOC
   ksl_model_t *m = nullptr;
   ksl_data_t *d = nullptr;
-  REQUIRE(ksl_model_load(KSL_EXAMPLES "/robots/ur5.urdf", nullptr, &m) == KSL_OK);
+  REQUIRE(ksl_model_load(robot_file("ur5").c_str(), nullptr, &m) == KSL_OK);
   REQUIRE(ksl_data_create(m, &d) == KSL_OK);
   const double x[6] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
   const double large[6] = {1e15, 0, 0, 0, 0, 0}; // efforts whose accelerations are examined (engine/examine.hpp)

@@ -4,6 +4,7 @@
 #include "engine/canonical_axes.hpp"
 #include "ksl/engine/algorithms/inverse/reactions.hpp"
 #include "ksl/engine/model/joints.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -168,7 +169,7 @@ TEST_CASE("a link none of whose axes lies along the joint takes wrenches by the 
 }
 
 TEST_CASE("axes along coordinates leave exact quarter turns") {
-  const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/ur5.urdf");
+  const ksl::model m = ksl::load(robot_file("ur5"));
   const ksl::model_view<double> view = m.view();
   for (int l = 0; l < view.links; ++l)
     if (view.link[l].carried_by_moving_joint) {

@@ -8,6 +8,7 @@
 #include "ksl/dual.hpp"
 #include "ksl/engine/algorithms/energy/energy.hpp"
 #include "ksl/engine/lanes/owned_workspace.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -20,7 +21,7 @@
 namespace {
 
 const ksl::model &robot() {
-  static const ksl::model m = ksl::load(KSL_COUPLED);
+  static const ksl::model m = ksl::load(coupled_file);
   return m;
 }
 

@@ -5,6 +5,7 @@
 #include "ksl/engine/algorithms/inverse/inverse_dynamics.hpp"
 #include "ksl/engine/algorithms/mass/mass_matrix.hpp"
 #include "ksl/engine/lanes/owned_workspace.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -13,7 +14,7 @@
 using T = ksl::dual<9>;
 
 TEST_CASE("nine directions at once: forward dynamics inverts inverse dynamics in every one") {
-  const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/ur5.urdf");
+  const ksl::model m = ksl::load(robot_file("ur5"));
   std::vector<T> q, v, a, tau(6), found(6), M(36);
   for (int i = 0; i < 6; ++i) { // directions: six accelerations, two angles, a velocity
     a.push_back(T::variable(0.3 - 0.2 * i, i));

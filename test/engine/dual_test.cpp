@@ -3,6 +3,7 @@
 #include "states.hpp"
 
 #include "ksl/dynamics.hpp"
+#include "robot_files.hpp"
 
 #include <cmath>
 #include <random>
@@ -13,7 +14,7 @@ using namespace robots;
 using second = ksl::second_order_dual<2>;
 
 const ksl::model &robot() {
-  static const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  static const ksl::model m = ksl::load(every_kind_file);
   return m;
 }
 
@@ -226,7 +227,7 @@ TEST_CASE("second derivatives of the energy along the manifold are symmetric, an
 }
 
 TEST_CASE("inverse dynamics of an arm is Lagrange's equation of its energies") {
-  const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/panda.urdf"); // revolute and prismatic, on the ground
+  const ksl::model m = ksl::load(robot_file("panda")); // revolute and prismatic, on the ground
   std::mt19937 random(11);
   const state s = random_state(m, random);
   numbers<double> lagrange;

@@ -1,5 +1,6 @@
 // The C++ calls against closed forms.
 #include "robots.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -186,7 +187,7 @@ TEST_CASE("results in place: angular first, on the parent") {
 }
 
 TEST_CASE("the sample robot loads and its instruction set has a name") {
-  const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/ur5.urdf");
+  const ksl::model m = ksl::load(robot_file("ur5"));
   CHECK(m.nv() == 6);
   CHECK(std::strlen(ksl::instruction_set()) > 4);
 }

@@ -9,6 +9,7 @@
 #include "ksl/batch.hpp"
 #include "ksl/engine.h"
 #include "robots.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -256,12 +257,12 @@ private:
 template <class S>
 void agree(robot &r, const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_call<S> cpp_batch,
            batch_call<S> c_batch) {
-  // More than one part of a batch.  Matrices have hundreds of numbers for each state, and their derivatives thousands; few states are
-  // enough for them, since all algorithms share how a batch is divided.  So they are for all but one where a build is slow.
-#ifdef KSL_TEST_FEW_STATES
-  const bool few = row.result[0].axes > 1 || &row != &ksl::rows::inverse_dynamics;
-#else
+  // More than one part of a batch for one algorithm, since all share how a batch is divided; test/model/algorithms_test.py divides those of each.
+  // Matrices have hundreds of numbers for each state, and their derivatives thousands.
+#ifdef KSL_TEST_MANY_STATES
   const bool few = row.result[0].axes > 1;
+#else
+  const bool few = &row != &ksl::rows::inverse_dynamics;
 #endif
   const bool fewest = row.result[0].axes > 2;
   const std::size_t n = fewest ? 20 : few ? 40 : 1100;
@@ -301,8 +302,7 @@ template <class S>
 void agree(const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_call<S> cpp_batch,
            batch_call<S> c_batch, bool ordered = false) {
   ksl::assume_cores(3);
-  static robot floating(KSL_EXAMPLES "/robots/panda.urdf", true), every_kind(KSL_EVERY_KIND, false),
-      coupled(KSL_COUPLED, false);
+  static robot floating(robot_file("panda"), true), every_kind(every_kind_file, false), coupled(coupled_file, false);
   static constexpr ksl_frame_options_t crossed[] = {
       {KSL_IN_WORLD, KSL_IN_FRAME, KSL_LINEAR_FIRST, KSL_CLASSICAL, {0, 0, 0}},
       {KSL_IN_FRAME, KSL_IN_WORLD, KSL_ANGULAR_FIRST, KSL_SPATIAL, {0.3, -0.2, 0.1}}};

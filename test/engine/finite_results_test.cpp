@@ -7,6 +7,7 @@
 #include "engine/algorithm_rows.hpp"
 #include "ksl/batch.hpp"
 #include "ksl/engine.h"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -373,7 +374,7 @@ TEST_CASE("finite results: large results are examined, and NaN passes, without a
 TEST_CASE("finite results: the status of C") {
   ksl_model_t *m = nullptr;
   ksl_data_t *d = nullptr;
-  REQUIRE(ksl_model_load(KSL_EXAMPLES "/robots/panda.urdf", nullptr, &m) == KSL_OK);
+  REQUIRE(ksl_model_load(robot_file("panda").c_str(), nullptr, &m) == KSL_OK);
   REQUIRE(ksl_data_create(m, &d) == KSL_OK);
   const int nv = ksl_model_nv(m);
   std::vector<double> q(static_cast<std::size_t>(nv), 0.3), v(static_cast<std::size_t>(nv), 1e200),
@@ -397,7 +398,7 @@ struct arm_in_c {
   std::vector<float> qf, vf, af, outf = std::vector<float>(6);
 
   arm_in_c() {
-    REQUIRE(ksl_model_load(KSL_EXAMPLES "/robots/ur5.urdf", nullptr, &m) == KSL_OK);
+    REQUIRE(ksl_model_load(robot_file("ur5").c_str(), nullptr, &m) == KSL_OK);
     REQUIRE(ksl_data_create(m, &d) == KSL_OK);
     const auto n = static_cast<std::size_t>(ksl_model_nv(m));
     q.assign(n, 0.3), v.assign(n, 0.2), a.assign(n, 0.1), qf.assign(n, 0.3f), vf.assign(n, 0.2f), af.assign(n, 0.1f);

@@ -1,5 +1,6 @@
 // From descriptions to models: names, order, and descriptions that are no mechanism.
 #include "robots.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -274,7 +275,7 @@ void check_single(const ksl::model &m) {
 
 TEST_CASE(
     "a model's numbers in single precision are those in double precision, rounded, also where inertias were changed") {
-  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  const ksl::model m = ksl::load(every_kind_file);
   check_single(m);
   std::vector<ksl::link_inertia> others;
   for (int l = 1; l < static_cast<int>(m.links().size()); ++l)

@@ -4,6 +4,7 @@
 #include "ksl/dynamics.hpp"
 #include "ksl/engine/algorithms/inverse/inverse_dynamics.hpp"
 #include "ksl/engine/lanes/owned_workspace.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -38,7 +39,7 @@ tape recorded_efforts(const ksl::model &m) {
 } // namespace
 
 TEST_CASE("inverse dynamics of the UR5, recorded once, gives the efforts of every state") {
-  const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/ur5.urdf");
+  const ksl::model m = ksl::load(robot_file("ur5"));
   const tape t = recorded_efforts(m), shorter = t.simplified();
   ksl::data d(m);
   std::mt19937 random(1);

@@ -8,6 +8,7 @@
 #include "ksl/section.hpp"
 #include "ksl/surgery.hpp"
 #include "ksl/urdf.hpp"
+#include "robot_files.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -32,7 +33,7 @@ std::string contents(const std::string &path) {
 }
 
 /// The paths of robots, and the same robots as texts.
-const std::string urdf = KSL_COUPLED, sdf = KSL_SDF, scratch = "starved_robot.urdf";
+const std::string urdf = coupled_file, sdf = sdf_file, scratch = "starved_robot.urdf";
 
 /// Under a sanitizer pugixml's memory fails too: it calls malloc otherwise, which belongs to the sanitizer.
 #ifndef COUNTS_MALLOC
@@ -169,7 +170,7 @@ TEST_CASE("and refused, from C") {
 }
 
 TEST_CASE("workspaces, queries and single calls, from C") {
-  c_robot r(KSL_EVERY_KIND);
+  c_robot r(every_kind_file);
   ksl_data_t *d = nullptr;
   starve::call(
       "ksl_data_create", thread::this_one,
@@ -225,8 +226,8 @@ TEST_CASE("workspaces, queries and single calls, from C") {
 }
 
 TEST_CASE("inverse kinematics, from C and C++") {
-  c_robot r(KSL_EXAMPLES "/robots/ur5.urdf");
-  const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/ur5.urdf");
+  c_robot r(robot_file("ur5"));
+  const ksl::model m = ksl::load(robot_file("ur5"));
   const int frame = ksl_model_link(r.m, "tool0");
   const std::size_t n = 8, nq = static_cast<std::size_t>(m.nq());
   std::vector<double> start(n * nq, 0.4), target(n * 16), q(n * nq), expected;
@@ -319,7 +320,7 @@ TEST_CASE("the builder, from C") {
 }
 
 TEST_CASE("models from models, from C") {
-  c_robot r(KSL_EVERY_KIND), other(KSL_EXAMPLES "/robots/ur5.urdf");
+  c_robot r(every_kind_file), other(robot_file("ur5"));
   const int tool = ksl_model_link(r.m, "tool"), slide = ksl_model_joint(r.m, "slide");
   REQUIRE((tool >= 0 && slide >= 0));
   const ksl_link_mass_t mass = {1, {0, 0, 0.1}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
@@ -342,8 +343,8 @@ TEST_CASE("models from models, from C") {
 }
 
 TEST_CASE("robots are written: the file is whole or not touched") {
-  c_robot r(KSL_EVERY_KIND);
-  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  c_robot r(every_kind_file);
+  const ksl::model m = ksl::load(every_kind_file);
   const std::string whole = ksl::urdf_text(m.description()), before = "what was there before";
   const auto put = [&] { std::ofstream(scratch, std::ios::binary) << before; };
   const auto after = [&](end found) {
@@ -381,7 +382,7 @@ TEST_CASE("robots are written: the file is whole or not touched") {
 }
 
 TEST_CASE("C++: models, workspaces, the builder, models from models") {
-  const ksl::model m = ksl::load(KSL_EVERY_KIND), other = ksl::load(KSL_EXAMPLES "/robots/ur5.urdf");
+  const ksl::model m = ksl::load(every_kind_file), other = ksl::load(robot_file("ur5"));
   const ksl::robot_description &robot = m.description();
   const std::string text = contents(urdf);
   makes("load, URDF", [&] { return ksl::load(urdf); });

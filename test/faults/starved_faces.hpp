@@ -5,6 +5,7 @@
 
 #include "../engine/faces.hpp"
 #include "starve.hpp"
+#include "robot_files.hpp"
 
 namespace starved {
 
@@ -90,7 +91,7 @@ template <class S>
 void starve_all(const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_call<S> cpp_batch,
                 batch_call<S> c_batch, bool = false) {
   ksl::assume_cores(2);
-  static robot every_kind(KSL_EVERY_KIND, false), coupled(KSL_COUPLED, false);
+  static robot every_kind(every_kind_file, false), coupled(coupled_file, false);
   starved::check_robot<S>(every_kind, row, cpp, c, cpp_batch, c_batch);
   if (row.coupled != ksl::coupled_by::refusal)
     starved::check_robot<S>(coupled, row, cpp, c, cpp_batch, c_batch);

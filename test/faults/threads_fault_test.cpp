@@ -7,6 +7,7 @@
 
 #include "ksl/batch.hpp"
 #include "ksl/dynamics.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -111,7 +112,7 @@ template <class Work> int in_child(Work work) {
 }
 
 struct batch_of_states {
-  ksl::model m = ksl::load(KSL_EVERY_KIND);
+  ksl::model m = ksl::load(every_kind_file);
   std::size_t n;
   std::vector<double> q, v, expected;
 

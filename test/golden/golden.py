@@ -46,8 +46,8 @@ class Broken(Exception):
     """A program can't be built or run."""
 
 
-def run(*command: object, timeout: float = 3600) -> str:
-    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=timeout)
+def run(*command: object, folder: Path | None = None, timeout: float = 3600) -> str:
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=timeout, cwd=folder)
     if done.returncode:
         raise Broken(f"{shlex.join(map(str, command))}: status {done.returncode}\n{done.stderr[-3000:]}")
     return done.stdout
@@ -69,7 +69,8 @@ class Build:
     def compiled(self, source: Path, out: str, *flags: object) -> Path:
         path = self.folder / out
         compiler, standard = (self.c, "-std=c11") if source.suffix == ".c" else (self.cpp, "-std=c++20")
-        run(*self.ccache, *compiler, standard, *self.flags, *flags, "-c", source, "-o", path)
+        named = source.name if source.parent == self.folder else source  # ccache knows texts by the names that they are given by
+        run(*self.ccache, *compiler, standard, *self.flags, *flags, "-c", named, "-o", path, folder=self.folder)
         return path
 
     def algebra(self) -> str:

@@ -3,6 +3,7 @@
 
 #include "ksl/engine/model/joints.hpp"
 #include "ksl/urdf.hpp"
+#include "robot_files.hpp"
 
 #include <algorithm>
 #include <array>
@@ -74,7 +75,7 @@ std::string robot_of(const std::string &inertial, const std::string &joint) {
 } // namespace
 
 TEST_CASE("urdf: the robots that ship with KSL, and every kind of joint") {
-  for (const char *file : {KSL_EXAMPLES "/robots/panda.urdf", KSL_EXAMPLES "/robots/ur5.urdf", KSL_EVERY_KIND})
+  for (const std::string &file : {robot_file("panda"), robot_file("ur5"), std::string(every_kind_file)})
     check_round_trip(read_urdf(file));
 }
 
@@ -116,7 +117,7 @@ TEST_CASE("urdf: what no file gave is written to rounding") {
   std::mt19937 random(2);
   std::normal_distribution<double> normal;
   for (int k = 0; k < 100; ++k) {
-    robot_description robot = read_urdf(KSL_EVERY_KIND);
+    robot_description robot = read_urdf(every_kind_file);
     using A = algebra<double>;
     const auto turn = [](double x, double y, double z) {
       const screw<double> s = {{0, 0, 0}, {x, y, z}};

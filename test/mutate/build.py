@@ -110,7 +110,6 @@ class Build:
                 "-DCMAKE_BUILD_TYPE=Mutated",
                 "-DKSL_TESTS=ON",
                 "-DKSL_INSTRUCTION_SETS=x86_64_v3",
-                "-DKSL_TEST_FEW_STATES=ON",
                 f"-DCMAKE_CXX_FLAGS={FLAGS}",
                 "-DCMAKE_C_FLAGS=-O1",
                 *launcher,

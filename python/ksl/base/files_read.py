@@ -122,7 +122,7 @@ def changed(file: str, when: str) -> str:
 
 
 def state_of(file: str) -> State | None:
-    """Of a regular file, or of those in a folder.  None for what can't be read twice, or isn't there."""
+    """The state of a regular file, or of those in a folder.  None for what can't be read twice, or isn't there."""
     try:
         found = os.stat(file)
         names = [os.path.join(file, name) for name in sorted(os.listdir(file))] if stat.S_ISDIR(found.st_mode) else [file]
@@ -136,7 +136,7 @@ def state_of(file: str) -> State | None:
 
 
 def sha256_of(files: State, given_up: threading.Event | None = None) -> str | None:
-    """Of the bytes of all of them, one after the other.  None if one can't be read, or if it is given up."""
+    """The SHA-256 of the bytes of all of them, one after the other.  None if one can't be read, or if it is given up."""
     digest = hashlib.sha256()
     try:
         for name, *_ in files:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from openpyxl.worksheet._write_only import WriteOnlyWorksheet
 
 MOST_ROWS = (1 << 20) - 2
-"""Of one sheet, below names and units."""
+"""Rows of one sheet, below names and units."""
 MOST_TEXT = 32767
 """Characters of a cell."""
 

@@ -30,7 +30,7 @@ class Change:
     fewer: int
     """So many constraints fewer, all of them redundant ones."""
     second_axis: tuple[float, float, float] | None = None
-    """Of a universal joint, in the joint's frame."""
+    """The second axis of a universal joint, in the joint's frame."""
 
 
 @dataclass(frozen=True)

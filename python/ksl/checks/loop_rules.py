@@ -23,7 +23,7 @@ PARALLEL = 1e-9
 ROUNDED = 1e-4
 """Errors of loops, as a share of the mechanism's length, and angles, rad, that are likely due to few digits."""
 CLOSED = 1e-12
-"""Of the mechanism's length: errors up to there are closed loops, as of Model.close."""
+"""A share of the mechanism's length: errors up to there are closed loops, as of Model.close."""
 SINGULAR = 1e-3
 """The smallest singular value that counts, relative to the largest term of the equations, below which a position is near a singular one."""
 DEAD_CENTRE = "Crank and rod are in line, for example: the drives don't move the rest there, and inverse dynamics is refused."

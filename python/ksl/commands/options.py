@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 Robot = Annotated[Path, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, MJCF (with the package mujoco) or USD (with usd-core).")]
 RobotText = Annotated[Path, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, or MJCF (with the package mujoco).")]
-"""Of commands that read the file themselves, or have others read it."""
+"""The robot of commands that read the file themselves, or have others read it."""
 FloatingBase = Annotated[bool, typer.Option("--floating-base", help="The root link floats: first joint floating_base.")]
 Mimic = Annotated[str, typer.Option(metavar="coupled|independent", help="Joints that mimic another follow it, or have a coordinate of their own.")]
 Strict = Annotated[bool, typer.Option("--strict", help="An inertia that no rigid body can have, or a moving link with geometry and no mass, is an error.")]

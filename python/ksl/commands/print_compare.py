@@ -10,7 +10,7 @@ from ksl.commands.print_info import table_lines
 from ksl.comparison.results import Comparison, Note, OneLibrary
 
 STYLES = ("bold green", "bold yellow", "bold red")
-"""Of the three values of a status."""
+"""Styles of the three values of a status."""
 SAID = 3
 """Warnings of a library that are printed."""
 

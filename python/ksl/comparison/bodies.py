@@ -17,7 +17,7 @@ from ksl.model.model import Model
 
 
 def pseudo_inertia(mass: float, centroid: Array, about_centroid: Array) -> Array:
-    """Of a body with that tensor (3, 3) about its centroid, in the same axes."""
+    """The pseudo-inertia of a body with that tensor (3, 3) about its centroid, in the same axes."""
     P = np.empty((4, 4))
     P[:3, :3] = 0.5 * np.trace(about_centroid) * np.eye(3) - about_centroid + mass * np.outer(centroid, centroid)
     P[:3, 3] = P[3, :3] = mass * np.asarray(centroid)
@@ -26,7 +26,7 @@ def pseudo_inertia(mass: float, centroid: Array, about_centroid: Array) -> Array
 
 
 def of_link(link: Link) -> Array:
-    """Of a link of KSL, in its frame."""
+    """The pseudo-inertia of a link of KSL, in its frame."""
     xx, yy, zz, xy, yz, zx = link.inertia
     I = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
     P = np.empty((4, 4))

@@ -39,7 +39,7 @@ class Pair(NamedTuple):
 
 
 def largest(x: Array) -> float:
-    """Of magnitudes; 0 of nothing."""
+    """The largest magnitude; 0 of nothing."""
     return float(np.abs(x).max(initial=0.0))
 
 

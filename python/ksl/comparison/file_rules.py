@@ -24,7 +24,7 @@ GENERAL = {
     "masses": "masses, centroids or tensors of bodies are others there",
     "gravity": "programs choose it, and files of some formats",
 }
-"""Of libraries for which there is no sentence of its own."""
+"""What is said of libraries for which there is no sentence of its own."""
 
 
 def rule(library: str, topic: str) -> str:

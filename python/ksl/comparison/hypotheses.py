@@ -94,7 +94,7 @@ def _hypotheses(other: OtherRobot) -> list[Hypothesis]:
 
 
 def _of_physics(other: OtherRobot) -> Iterator[Hypothesis]:
-    """Of what joints of the file have: applied where KSL's model doesn't, left out where it does."""
+    """Hypotheses about what joints of the file have: applied where KSL's model doesn't, left out where it does."""
     model = other.model
     have = {name: [joint for joint in model.joint_names if getattr(model.joint(joint), number)] for name, number in PHYSICS.items()}
     have["force elements"] = [element.name for element in model.force_elements]

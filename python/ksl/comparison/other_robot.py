@@ -119,7 +119,7 @@ class OtherRobot(ABC):
         """One state in its own coordinates."""
 
     def places(self) -> dict[str, Place]:
-        """Of all moving joints.  Raises NotLoaded where one is missing: dynamics of another tree are no comparison."""
+        """The places of all moving joints.  Raises NotLoaded where one is missing: dynamics of another tree are no comparison."""
         found = {name: self.place(self.model.joint(name)) for name in self.model.joint_names}
         absent = [f"{name} ({self.model.joint(name).kind})" for name, place in found.items() if place is None]
         if absent:

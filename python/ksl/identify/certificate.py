@@ -28,13 +28,13 @@ class Certificate:
     reason: Reason
     """"converged", or why not: "rounding" kept the steps from the minimum; the "noise" that is estimated from the residuals didn't settle."""
     sum_of_squares: float
-    """Of residuals over noise, and of the distance from the prior over its deviation."""
+    """The sum of the squares of residuals over noise, and of the distance from the prior over its deviation."""
     above_minimum: float
     """The sum of squares is at most this much above the least one that possible bodies have: a bound by the dual problem."""
     gradient: float
     """Length of the gradient of the Lagrangian, in the metric of the covariance: how many standard deviations parameters are off by it."""
     steps: int
-    """Of the interior point method, in the last round; 0 if least squares gave possible bodies."""
+    """Steps of the interior point method, in the last round; 0 if least squares gave possible bodies."""
     rounds: int
     """How often noise was estimated; 1 if it was given."""
     noise_change: float
@@ -65,7 +65,7 @@ class Certificate:
 def certificate(
     fit: Fit, parameters: Array, found: Minimum, base: BaseParameters, joints: list[str], noise_given: bool, rounds: int, change: float
 ) -> Certificate:
-    """Of what `fit` found last.  joints: names of the numbers of efforts."""
+    """The certificate of what `fit` found last.  joints: names of the numbers of efforts."""
     root = fit.root_of_covariance()
     misfit, freedom = _misfit(fit, parameters, root, noise_given)
     said, distance = _prior_and_motion(fit, base)
@@ -97,7 +97,7 @@ def certificate(
 
 
 def _misfit(fit: Fit, parameters: Array, root: Array, noise_given: bool) -> tuple[Array, Array]:
-    """Of each joint, and the degrees of freedom on which it rests."""
+    """The misfit of each joint, and the degrees of freedom on which it rests."""
     freedom = fit.freedom(root)
     known, alone = (fit.sigma, np.full(fit.nv, np.inf)) if noise_given else fit.noise_of_joints()
     enough = (freedom > FREEDOM * fit.n) & ~np.isnan(known)

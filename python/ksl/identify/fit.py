@@ -169,7 +169,7 @@ class Fit:
 
 
 def small_length(model: Model) -> float:
-    """Of a small link of the robot, m: links that are said to be smaller, or to be points, are taken to be as large as that."""
+    """The length of a small link of the robot, m: links that are said to be smaller, or to be points, are taken to be as large as that."""
     return SMALL * extent(model) or UNKNOWN
 
 

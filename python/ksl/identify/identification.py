@@ -146,7 +146,7 @@ def identify(
 
 
 def _effort_names(model: Model) -> list[str]:
-    """Of the nv numbers of tau."""
+    """Names of the nv numbers of tau."""
     names = [""] * model.nv
     for joint in model.joints:
         for k in range(joint.nv):

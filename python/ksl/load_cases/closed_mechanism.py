@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ClosedMechanism:
-    """Of one position, and of the motions of load cases."""
+    """What is said of the loops of one position, and of the motions of load cases."""
 
     loops: tuple[str, ...]
     """`C, revolute, coupler → rocker` for each."""
@@ -71,7 +71,7 @@ def mobility_at_home(model: Calls) -> tuple[Mobility | None, str]:
 
 
 def closed_mechanism(cases: Sequence[LoadCase]) -> ClosedMechanism:
-    """Of load cases with the same robot, which has loops."""
+    """The closed mechanism of load cases with the same robot, which has loops."""
     model = cases[0].model
     found = model.mobility(cases[0].motion.q[0])
     closings = [(case, case.motion.closing) for case in cases if case.motion.closing is not None]

@@ -33,7 +33,7 @@ def act(model: Mechanism) -> bool:
 
 
 def element_ranges(case: LoadCase) -> list[ElementRange]:
-    """Of all that act, in the order of the model."""
+    """The ranges of all that act, in the order of the model."""
     if not act(case.model):
         return []
     states = case.model.force_element_states(case.motion.q, case.motion.resolved_v)

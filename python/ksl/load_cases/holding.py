@@ -33,7 +33,7 @@ TRIED = 4096
 """Random poses that are tried, of which the best are refined."""
 REFINED = 12
 SEARCH = {"maxiter": 1000}
-"""Of each refinement, for scipy."""
+"""Options of each refinement, for scipy."""
 AGREE = 1e-3
 """Searches whose values differ by less, as a share, came to the same."""
 STEP = 1e-4
@@ -55,9 +55,9 @@ class WorstPose:
     refined: int
     """Searches from the best of them."""
     ended: int
-    """Of these, that ended at a maximum: no step within limits makes more of it."""
+    """How many of these ended at a maximum: no step within limits makes more of it."""
     agree: int
-    """Of these, that came to the value within 0.1 %.  One alone may have missed a larger one."""
+    """How many of these came to the value within 0.1 %.  One alone may have missed a larger one."""
 
     skipped: int = 0
     """Random poses that were not looked at: the loops can't be closed there, or not within the limits of all joints."""

@@ -32,7 +32,7 @@ COMPARED = ("axial_force", "radial_force", "bending_moment", "axial_moment", "fo
 LOADS = (*(q for q in COMPARED if q not in ("speed", "power")), *EFFORT_PARTS)
 """Quantities in N or N m."""
 ROUND_OFF_OF_LOADS = 1e-12
-"""Of the largest load of a run: what is below is zero by the axes of joints."""
+"""A share of the largest load of a run: what is below is zero by the axes of joints."""
 
 
 def round_off_of(loads: Iterable[object], weight: float) -> float:

@@ -70,7 +70,7 @@ class Simulated:
     friction: Numbers | None = None
     """Dry friction that sticks and slips, N m or N."""
     restitution: Numbers | None = None
-    """Of impacts on limits of position; None: there are no limits."""
+    """Coefficients of restitution of impacts on limits of position; None: there are no limits."""
     rate: float = RATE
     """Samples a second of the result."""
     method: Method = "dop853"

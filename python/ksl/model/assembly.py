@@ -47,7 +47,7 @@ class Connection:
     first: int | None
     second: int | None
     at_first: Array
-    """Of its frame (4, 4) in the first body's; in the world where that is the ground."""
+    """The pose of its frame (4, 4) in the first body's; in the world where that is the ground."""
     at_second: Array
     axis: Array | None = None
     """In its frame, for kinds that have one: the second body moves along or about it against the first."""

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 FAR = 2.0
 """Lengths of more than so many times the robot's extent are suspected to be in millimetres."""
 ROUND_OFF = 1e-9
-"""Of a link's mass, and of its moments: what is left of them without payloads is round-off up to this share."""
+"""A share of a link's mass, and of its moments: what is left of them without payloads is round-off up to there."""
 HEAVY_GRAVITY = 1000.0
 """m/s²; that of the earth is 9807 mm/s², and that of the moon 1625."""
 
 Carried = tuple[str, float, Sequence[float], float]
-"""Of a body on a link: the link, mass in kg, centre in the link's frame in m, and the sum of its principal moments about it, kg m², 0 for a point mass."""
+"""A body on a link: the link, mass in kg, centre in the link's frame in m, and the sum of its principal moments about it, kg m², 0 for a point mass."""
 
 
 def extent(model: Calls, carried: Iterable[Carried] = ()) -> float:

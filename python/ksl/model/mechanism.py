@@ -102,7 +102,7 @@ class Loop:
     successor: str
     """The link on the side that a file calls child."""
     predecessor_pose: tuple[float, ...]
-    """Of the joint's frame on the predecessor, in that link's frame: (4, 4), row by row."""
+    """The pose of the joint's frame on the predecessor, in that link's frame: (4, 4), row by row."""
     successor_pose: tuple[float, ...]
     axis: tuple[float, float, float] | None
     """Unit vector, the same in both frames; None for kinds without an axis."""

@@ -192,7 +192,7 @@ class SimulationCalls(Calls):
         )  # fmt: skip
 
     def _momentum_lost(self, momentum: Array, times: Array) -> Array | None:
-        """Of mechanisms that only floating joints carry: momentum less what gravity gave."""
+        """For mechanisms that only floating joints carry: momentum less what gravity gave."""
         roots = [joint for joint in self.joints[: self._moving] if joint.parent is None or not self._is_moved(joint.parent)]
         if not roots or any(joint.kind != "floating" for joint in roots) or self.loops:
             return None

@@ -29,7 +29,7 @@ class Event:
     coordinate: int | None
     """Its index in v; the number of the function."""
     speed: float
-    """Of the coordinate after it, rad/s or m/s."""
+    """The speed of the coordinate after it, rad/s or m/s."""
 
 
 @dataclass(frozen=True)

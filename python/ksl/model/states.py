@@ -39,7 +39,7 @@ Point = str | Sequence[float]
 
 
 _ENDINGS: dict[str, Endings] = {}
-"""Of each kind of joint, taken from the first model that is asked."""
+"""Endings of names for each kind of joint, taken from the first model that is asked."""
 
 
 class InWorldAxes:

@@ -74,7 +74,7 @@ def _kind(stage: Stage, prim: Any, name: str) -> tuple[str, Array | None]:
 
 
 def _kind_of_six(stage: Stage, prim: Any, name: str) -> tuple[str, Array | None]:
-    """Of a joint that limits each of six freedoms: one whose lower limit is above the upper one is locked."""
+    """The kind, and the axis, of a joint that limits each of six freedoms: one whose lower limit is above the upper one is locked."""
     free = []
     for freedom in _FREEDOMS:
         low, high = (prim.GetAttribute(f"limit:{freedom}:physics:{end}").Get() for end in ("low", "high"))

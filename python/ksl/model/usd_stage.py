@@ -26,7 +26,7 @@ class Stage:
     """kg of its unit."""
     up: str
     name: str
-    """Of the default prim; empty without one."""
+    """The name of the default prim; empty without one."""
     said: list[str] = field(default_factory=list)
     """Warnings."""
     unused: list[str] = field(default_factory=list)

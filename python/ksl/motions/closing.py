@@ -45,7 +45,7 @@ class Closing:
     compared: tuple[str, ...] = ()
     """A line for each other joint whose positions were given too: how far they are from those that follow."""
     freedoms: int = 0
-    """Of the mechanism."""
+    """Freedoms of the mechanism."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +61,12 @@ class Held:
 
     @property
     def columns(self) -> NDArray[np.intp]:
-        """Of q."""
+        """Columns of q."""
         return _indices([(j.q_index, j.nq) for j in self.joints])
 
     @property
     def rates(self) -> NDArray[np.intp]:
-        """Of v."""
+        """Columns of v."""
         return _indices([(j.v_index, j.nv) for j in self.joints])
 
     def put(self, q: Array, target: Array) -> Array:

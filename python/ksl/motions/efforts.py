@@ -86,7 +86,7 @@ def read_efforts(
 
 
 def _rules(table: Recorded, columns: ColumnMap, joints: Mapping[str, Joint]) -> dict[str, ColumnRule]:
-    """Of columns that hold efforts: what the map says, or their own names."""
+    """Rules for columns that hold efforts: what the map says, or their own names."""
     for name, rule in columns.rules.items():
         if name not in table.names:
             raise absent(columns, name, list(table.names), table.file)

@@ -87,7 +87,7 @@ class Motion:
     resolution: Array | None = None
     """(nv): rates up to this can't be told from zero, rad/s or m/s: the resolution of the positions over the step between samples."""
     closing: Closing | None = None
-    """Of mechanisms with loops."""
+    """How positions were closed, for mechanisms with loops."""
     break_times: Array = field(default_factory=lambda: np.empty(0))
     """When velocities jump, at impacts, s, increasing: splines over time end there, and a sample there is before the jump."""
     integrated: bool = False

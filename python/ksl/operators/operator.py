@@ -45,7 +45,7 @@ class More:
     in_world: bool = False
     """Whether the wrenches are in the world's axes."""
     parameters: bool = False
-    """Of links."""
+    """Whether parameters of links are arguments."""
     given: tuple[int, ...] = ()
     """Coordinates from which the others of a closed mechanism follow; no input, since their numbers are those of others."""
     nan_where_open: bool = False
@@ -73,7 +73,7 @@ class Operator:
         self.inputs: tuple[str, ...] = (*row.inputs, *["external"] * self.external, *["parameters"] * more.parameters)
         self.widths: tuple[int, ...] = tuple(self.core.widths)
         self.shape: tuple[int, ...] = tuple(self.core.shape)
-        """Of the result of a state."""
+        """The shape of the result of a state."""
         self.numbers: int = math.prod(self.shape)
         self.programs: dict[object, Any] = {}
         """What a library has compiled for it."""
@@ -110,7 +110,7 @@ class Operator:
         return parts
 
     def of_groups(self, stage: Stage) -> list[bool]:
-        """Of each argument of a stage, whether it has a row for each group: parameters, and their changes."""
+        """For each argument of a stage, whether it has a row for each group: parameters, and their changes."""
         own = [name == "parameters" for name in self.inputs]
         return [each for part in self._by_stage(stage, own, [False]) for each in part]
 
@@ -130,7 +130,7 @@ class Layout:
     """How arguments of any leading shapes become arrays of three axes."""
 
     leading: tuple[int, ...]
-    """Of the result."""
+    """Leading axes of the result."""
     groups: int
     """How many of its axes distinguish sets of parameters."""
 

@@ -64,6 +64,6 @@ class ReportInput:
     sizing: Sizing | None = None
     """Components against the loads."""
     closed: ClosedMechanism | None = None
-    """Of mechanisms with loops."""
+    """The closed mechanism, where there are loops."""
     weight: float | None = None
-    """Of the machine, N: what is round-off of its loads is judged by it."""
+    """The weight of the machine, N: what is round-off of its loads is judged by it."""

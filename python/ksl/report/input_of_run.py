@@ -38,7 +38,7 @@ def report_input(
 
 
 def _closed(shown: Sequence[CaseResult]) -> ClosedMechanism | None:
-    """Of mechanisms with loops."""
+    """The closed mechanism, where there are loops."""
     return closed_mechanism([result.case for result in shown]) if shown[0].case.model.loops else None
 
 

@@ -14,7 +14,7 @@ WORDS: dict[Level, str] = {
     "amber": "no limit is exceeded, but this needs a look",
     "red": "limits are exceeded",
 }
-"""Of the limits of the robot's file."""
+"""Words for the limits of the robot's file."""
 OF_COMPONENTS: dict[Level, str] = {
     "green": "all components hold",
     "amber": "components hold, but this needs a look",

@@ -18,7 +18,7 @@ PITCHES = {  # mm: the coarse pitch, and the fine ones that ISO 898-1 has stress
 YIELD = {"4.6": 240.0, "4.8": 340.0, "5.6": 300.0, "5.8": 420.0, "6.8": 480.0, "8.8": 640.0, "9.8": 720.0, "10.9": 940.0, "12.9": 1100.0}
 """Smallest yield strength ReL, Rpf or Rp0.2, N/mm²: ISO 898-1:2013, Table 3; of 8.8 up to M16."""
 YIELD_OF_LARGE_88 = 660.0
-"""Of 8.8 above M16."""
+"""The yield strength of 8.8 above M16, MPa."""
 LARGEST_98 = 16.0
 """mm: there is no 9.8 beyond."""
 

@@ -15,7 +15,7 @@ ThreadIn = Literal["plate", "nut"]
 THREADS_IN = get_args(ThreadIn)
 
 BOLT_MODULUS = 205e9
-"""Of steel, Pa, as VDI 2230 takes it."""
+"""Young's modulus of steel, Pa, as VDI 2230 takes it."""
 MODULI = {"steel": 205e9, "aluminium": 70e9, "titanium": 110e9, "cast iron": 110e9, "magnesium": 44e9}
 """Young's moduli of plates by their material, Pa."""
 

@@ -19,7 +19,7 @@ class GivenModel:
 
     name: str
     sha256: str
-    """Of all that it is made of."""
+    """The SHA-256 of all that it is made of."""
     contents: bytes = field(repr=False)
     """Its pickle."""
 

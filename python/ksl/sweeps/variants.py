@@ -80,7 +80,7 @@ class Variants:
 
     @property
     def most_samples(self) -> int:
-        """Of the longest motion."""
+        """Samples of the longest motion."""
         how = self.sweep.simulated
         if how is None:
             return max(len(motion.time) for motion in self.motions.values())

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 STARTS = 16
 """So many random positions are tried where no position near the resting one closes."""
 STEP = 0.05
-"""Of a coordinate from one closed position to the next, rad and m, so that the mechanism stays in the assembly that it is in."""
+"""The largest step of a coordinate from one closed position to the next, rad and m, so that the mechanism stays in the assembly that it is in."""
 MOST_STEPS = 200
 
 

@@ -312,7 +312,7 @@ def resting_position(model: Calls) -> Array:
 
 
 def _efforts(model: Calls, tau: Array) -> Array:
-    """Of joints with one coordinate that have a drive; in a tree each has one."""
+    """Efforts of joints with one coordinate that have a drive; in a tree each has one."""
     effort = np.full((len(tau), len(model.joints) + len(model.loops)), np.nan)
     for i, joint in enumerate(model.joints):
         if joint.one_coordinate and joint.leader is None and (not model.loops or joint.name in (model.drives or ())):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 BACKGROUND = (226, 231, 237)
 """Before which links are seen: many are white or light grey, which is lost before white."""
 ENVIRONMENT = 0.5
-"""Of the light from all sides.  The whole of it, as viser has it, leaves no side of a link in its own colour."""
+"""The share of the light from all sides.  The whole of it, as viser has it, leaves no side of a link in its own colour."""
 
 
 @dataclass

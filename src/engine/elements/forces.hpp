@@ -32,7 +32,7 @@ struct element_state {
   double potential;
 };
 
-/// Of positions, relative: points that are nearer to each other coincide.
+/// A share of positions: points that are nearer to each other coincide.
 template <class S> constexpr double rounding_of = sizeof(S) == 8 ? 1e-14 : 1e-5;
 
 /// The axes and the origin of the twists of ends: the world's axes, the links' origins.

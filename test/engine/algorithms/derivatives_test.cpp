@@ -1,6 +1,7 @@
 // Analytic derivatives against dual numbers through the very algorithms that they are the derivatives of, with every kind of joint,
 // on random trees.  Second derivatives against dual numbers of dual numbers.
 #include "states.hpp"
+#include "robot_files.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +15,7 @@ using twice = ksl::second_order_dual<1>;
 /// A step for states of a robot with every kind of joint.
 template <class Step> void for_every_kind(unsigned seed, int states, Step step) {
   std::mt19937 random(seed);
-  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  const ksl::model m = ksl::load(every_kind_file);
   for (int turn = 0; turn < states; ++turn) {
     CAPTURE(turn);
     step(m, random_state(m, random), turn);

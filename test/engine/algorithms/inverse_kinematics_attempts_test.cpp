@@ -1,5 +1,6 @@
 // Attempts of inverse kinematics: where they start, how they end, and which one is kept.
 #include "inverse_kinematics_problems.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -205,7 +206,7 @@ TEST_CASE("random starts are uniform within the limits of each number, and indep
 
 TEST_CASE("random starts without limits lie around the neutral position; joints that move no frame stay there") {
   constexpr int n = 1500;
-  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  const ksl::model m = ksl::load(every_kind_file);
   numbers neutral(static_cast<std::size_t>(m.nq()));
   ksl::neutral(m, neutral.data());
   for (int link : {static_cast<int>(m.links().size()) - 1, 1}) {
@@ -229,7 +230,7 @@ TEST_CASE("random starts without limits lie around the neutral position; joints 
 }
 
 TEST_CASE("random starts of every kind of joint are positions: quaternions have unit length, and numbers are finite") {
-  for (const char *path : {KSL_EVERY_KIND, KSL_COUPLED}) {
+  for (const char *path : {every_kind_file, coupled_file}) {
     const ksl::model m = ksl::load(path);
     problem p = {{{static_cast<int>(m.links().size()) - 1, 1, 1}}, {}, std::vector<numbers>(40), false};
     for (numbers &goal : p.goal)

@@ -2,6 +2,7 @@
 // other algorithms.
 #include "inverse_kinematics_problems.hpp"
 #include "matrices.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -119,7 +120,7 @@ TEST_CASE("steps of inverse kinematics are damped least squares: two frames, of 
 }
 
 TEST_CASE("steps of inverse kinematics are damped least squares: every kind of joint, joints that follow others") {
-  for (const char *path : {KSL_EVERY_KIND, KSL_COUPLED}) {
+  for (const char *path : {every_kind_file, coupled_file}) {
     const ksl::model m = ksl::load(path);
     const int links = static_cast<int>(m.links().size());
     for (int link : {links - 1, links / 2})

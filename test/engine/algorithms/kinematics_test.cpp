@@ -1,5 +1,6 @@
 // Velocities, accelerations and rates of Jacobians of frames: derivatives of poses by time, exact by dual numbers.
 #include "states.hpp"
+#include "robot_files.hpp"
 
 #include <cmath>
 #include <random>
@@ -12,7 +13,7 @@ using ksl::acceleration_kind, ksl::expressed_in;
 using matrices::product;
 
 const ksl::model &robot() {
-  static const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  static const ksl::model m = ksl::load(every_kind_file);
   return m;
 }
 

@@ -1,5 +1,6 @@
 // Positions as a manifold: identities of ⊕ and ⊖ for every kind of joint, and their Jacobians against dual numbers.
 #include "states.hpp"
+#include "robot_files.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,7 @@ using robots::numbers, robots::random_numbers;
 constexpr double pi = 3.14159265358979323846;
 
 const ksl::model &robot() {
-  static const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  static const ksl::model m = ksl::load(every_kind_file);
   return m;
 }
 

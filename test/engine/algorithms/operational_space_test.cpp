@@ -2,6 +2,7 @@
 #include "states.hpp"
 
 #include "ksl/dynamics.hpp"
+#include "robot_files.hpp"
 
 #include <cmath>
 
@@ -27,7 +28,7 @@ void check_identity(const first *a, const first *b, std::size_t n) {
 } // namespace
 
 TEST_CASE("operational space: inverses and their derivatives") {
-  const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/ur5.urdf");
+  const ksl::model m = ksl::load(robot_file("ur5"));
   const robots::request tool = {{m.find_link("tool0")}, {.axes = ksl::expressed_in::world}, {}};
   const robots::state s = {.q = {0.3, -1.1, 1.4, 0.6, 1.2, -0.4}, .v = {0.5, 1.1, -0.7, 0.9, 0.4, -1.2}};
   const robots::state_over<first> moving = robots::moving(m, s, {.q = s.v});
@@ -42,7 +43,7 @@ TEST_CASE("operational space: inverses and their derivatives") {
 }
 
 TEST_CASE("operational space: more frames than the workspace has room for are refused") {
-  const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/ur5.urdf");
+  const ksl::model m = ksl::load(robot_file("ur5"));
   ksl::data d(m);
   const numbers<double> q(6, 0.3);
   const std::vector<int> links(m.links().size() + 1, 3);

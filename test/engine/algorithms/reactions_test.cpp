@@ -2,6 +2,7 @@
 #include "robots.hpp"
 
 #include "ksl/dynamics.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -51,7 +52,7 @@ TEST_CASE("reactions at once: moving joints, all joints, any order, parts, sides
     for (const bool floating : {false, true}) {
       ksl::model_options options;
       options.floating_base = floating;
-      const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/" + name + ".urdf", options);
+      const ksl::model m = ksl::load(robot_file(name), options);
       CAPTURE(name);
       CAPTURE(floating);
       const std::vector<int> moving = links_of(m, m.moving_joints()),

@@ -1,6 +1,7 @@
 // Centre of mass, centroidal momentum and regressors on dual numbers, for every kind of joint: what is said to be a rate is the
 // derivative by time along a motion.
 #include "states.hpp"
+#include "robot_files.hpp"
 
 #include <random>
 
@@ -22,7 +23,7 @@ struct motion {
     ksl::model_options options;
     if (!with_gravity)
       options.gravity = {0, 0, 0};
-    return ksl::load(KSL_EVERY_KIND, options);
+    return ksl::load(every_kind_file, options);
   }
   template <class Algorithm> numbers<double> values() const { return results<Algorithm>(m, s, all); }
   template <class Algorithm> numbers<first> in_time() const {

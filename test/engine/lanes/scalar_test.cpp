@@ -3,6 +3,7 @@
 #include "ksl/engine/lanes/owned_workspace.hpp"
 #include "ksl/engine/algorithms/inverse/reactions.hpp"
 #include "ksl/dynamics.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -39,7 +40,7 @@ template <class T> std::vector<T> everything(const ksl::model_view<T> &m, const 
 
 TEST_CASE("float follows double to its own precision, double from headers equals the library") {
   for (const char *robot : {"ur5", "panda"}) {
-    const ksl::model m = ksl::load(std::string(KSL_EXAMPLES "/robots/") + robot + ".urdf");
+    const ksl::model m = ksl::load(robot_file(robot));
     std::mt19937 random(1);
     std::normal_distribution<double> normal;
     for (int k = 0; k < 20; ++k) {

@@ -2,6 +2,7 @@
 #include "ksl/engine/model/joints.hpp"
 
 #include "robots.hpp"
+#include "robot_files.hpp"
 
 #include <doctest/doctest.h>
 
@@ -297,7 +298,7 @@ TEST_CASE("where a helical joint on a revolute one carries its link") {
 }
 
 TEST_CASE("the robot with every kind of joint has every kind") {
-  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  const ksl::model m = ksl::load(every_kind_file);
   for (const ksl::joint_kind kind : ksl::joint_kinds) {
     const std::string name = ksl::row_of(kind).name;
     CAPTURE(name);

@@ -51,7 +51,7 @@ def footer(groups, long=False, more=()):
 def test_sizes_of_columns(groups, long):
     whole = footer(groups, long)
     assert chunks(whole) == [[Chunk(*c) for c in group] for group in groups]
-    for cut in range(1, min(len(whole), 300)):
+    for cut in range(1, min(len(whole), 300), 1 if len(groups) < 20 else 29):  # what is read up to there takes a while
         with pytest.raises(ValueError):
             chunks(whole[:-cut])
 

@@ -176,7 +176,7 @@ struct robot_description {
   /// Joints that have a motor.  None: they are not known, which inverse dynamics of a mechanism with loops needs.  Without loops every
   /// joint is taken to have one.
   std::optional<std::vector<std::string>> drives;
-  /// Of each drive: where drives are more than freedoms, efforts are those with the least sum of weight × effort².  Empty: all 1.
+  /// The weight of each drive: where drives are more than freedoms, efforts are those with the least sum of weight × effort².  Empty: all 1.
   std::vector<double> drive_weights;
   std::vector<joint_compliance> compliances;  ///< of some joints; the others are rigid
   std::array<double, 3> gravity{0, 0, -9.81}; ///< m/s², world axes; files don't give it

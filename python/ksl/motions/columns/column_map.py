@@ -41,7 +41,7 @@ class ColumnMap:
     ignored: tuple[str, ...] = ()
     constants: Mapping[str, float] = field(default_factory=dict)
     rated: Mapping[str, float] = field(default_factory=dict)
-    """Of joints whose efforts are in ‰ of it: N m or N."""
+    """The rated effort of joints whose efforts are in ‰ of it: N m or N."""
     doubts: tuple[str, ...] = ()
     """Why the map may be wrong, as `Motion.doubts` says it."""
 

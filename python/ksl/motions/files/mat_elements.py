@@ -39,7 +39,7 @@ class Variable:
     contents: list[tuple[int, memoryview]]
     """Types and bytes of the elements that follow the name."""
     order: str
-    """Of bytes: "<" or ">"."""
+    """The order of bytes: "<" or ">"."""
 
     def numbers(self) -> NDArray[np.float64]:
         """The real numbers of an array.  Raises ValueError if there are more or fewer than its shape says."""

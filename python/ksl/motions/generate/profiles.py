@@ -193,7 +193,7 @@ class _Path:
     limits: Limits
     points: Waypoints
     times: Array
-    """Of the waypoints, up to a factor."""
+    """Times of the waypoints, up to a factor."""
     at: Callable[[float], Curve]
     """The motion that lasts so long, s."""
     instants: Array

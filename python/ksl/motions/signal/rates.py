@@ -18,7 +18,7 @@ SPLINE_SAMPLES = 6
 """A quintic needs six samples."""
 
 MOST_CORNERS = 20
-"""Of a spline that is split: its equations are those of all of them."""
+"""Corners of a spline that is split: its equations are those of all of them."""
 
 NONE = np.empty(0)
 

@@ -29,7 +29,7 @@ DEVIATIONS = 8.0
 """Noise spans so many of its standard deviations: a million samples of normal noise span ten, eight of them seldom five."""
 
 INTEGRATED = 1e-9
-"""Of a radian, or of the robot's extent, and of the position: what programs that integrate are off, KSL's simulation as it is set.  Nothing that moves a
+"""A share of a radian, or of the robot's extent, and of the position: what programs that integrate are off, KSL's simulation as it is set.  Nothing that moves a
 machine is as small."""
 
 WINDOW = 8
