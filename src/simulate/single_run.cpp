@@ -4,6 +4,7 @@
 #include "simulate/equal_step.hpp"
 #include "simulate/event_search.hpp"
 #include "simulate/fixed_steps.hpp"
+#include "simulate/law_events.hpp"
 #include "simulate/singular_positions.hpp"
 
 #include <algorithm>
@@ -21,23 +22,19 @@ constexpr double most_turn = 3;
 /// A step ends before a singular position that is near, by this share of itself, which is passed over from there along its polynomial; or
 /// where by chance it ends at most this far before one.
 constexpr double before_singular = 0.1, passed_over = 0.2;
-/// A bounce whose flight takes less than this share of the run is the last one.
-constexpr double shortest_flight = 1e-9;
 /// Events at one instant, for each coordinate, before the run is given up.
 constexpr int most_at_once = 20;
 /// Times that differ by less, relative to their size, are the same: no step lies between them.
 constexpr double same_time = 10 * std::numeric_limits<double>::epsilon();
 /// Of a run: less is nothing, even where times are so large that it is no more than their rounding.
 constexpr double negligible = 1e-9;
-/// Coordinates whose distance to a limit, relative to its size, is less hit it together.
-constexpr double together = 1e-12;
 
 class single_run {
 public:
   single_run(const model &m, const simulation &task, const results &out, std::size_t run,
              std::vector<simulated_event> &events)
-      : task_(task), out_(out), of_(m, task, 1), b_(of_, 1), functions_(of_, task), singular_(of_), events_(&events),
-        breaks_(breaks_of(task)) {
+      : task_(task), out_(out), of_(m, task, 1), b_(of_, 1), functions_(of_, task), laws_(task, of_, b_),
+        singular_(of_), events_(&events), breaks_(breaks_of(task)) {
     if (task.method == stepping::dop853)
       step_ = &adaptive_.emplace(of_, run, task.relative, task.absolute);
     else
@@ -128,7 +125,7 @@ private:
       of_.set_brakes(true);
       events_->push_back({run_, b_.t, happening::brakes, -1, 0});
     }
-    if (of_.held() && !settle())
+    if (of_.held() && !laws_.settle())
       return ending::stopped;
     if (!step_->begin(b_.t, b_.q.data(), b_.v.data(), 0))
       return ending::stopped;
@@ -337,15 +334,11 @@ private:
     if (task_.laws.brake && b_.t == task_.laws.brake_at) {
       of_.set_brakes(true);
       events_->push_back({run_, b_.t, happening::brakes, -1, 0});
-      if (!settle())
+      if (!laws_.settle())
         return false;
     } else
       return true;
     return step_->begin(b_.t, b_.q.data(), b_.v.data(), b_.work[0]);
-  }
-
-  bool settle(int slides = -1) {
-    return of_.held()->settle(of_, b_.t, run_, b_.q.data(), b_.v.data(), b_.a.data(), b_.power.data(), slides);
   }
 
   /// Results at the times within the step, up to its end; at the end itself only if something happens there.
@@ -394,7 +387,7 @@ private:
     if (ends)
       return ending::event;
     if (f.what != event_functions::kind::user) {
-      if (!obey(f))
+      if (!laws_.obey(f, *events_, [this] { return !of_.closed() || !task_.project || onto_loops(); }))
         return ending::stopped;
       if (of_.closed() && task_.project && !onto_loops())
         return ending::not_closed;
@@ -402,92 +395,6 @@ private:
     if (of_.closed())
       singular_.begin(b_.q.data()), ahead_ = std::numeric_limits<double>::infinity();
     return step_->begin(t, b_.q.data(), b_.v.data(), b_.work[0]) ? arrive(t) : ending::stopped;
-  }
-
-  /// What an exact law does at its event.
-  bool obey(const event_functions::function &f) {
-    held_joints &held = *of_.held();
-    const int k = f.number;
-    double &v = b_.v[static_cast<std::size_t>(k)];
-    switch (f.what) {
-    case event_functions::kind::lower:
-    case event_functions::kind::upper: return strike(k, f.what == event_functions::kind::lower);
-    case event_functions::kind::stops: {
-      v = 0;
-      held.at(k) = held_joints::mode::sticks;
-      if (of_.closed() && task_.project && !onto_loops()) // what moves with it alone stands, too
-        return false;
-      if (!settle())
-        return false;
-      const bool stands =
-          held.holds(k) || b_.a[static_cast<std::size_t>(k)] == 0; // others hold it where its friction is not enough
-      events_->push_back({run_, b_.t, stands ? happening::sticks : happening::slips, k, 0});
-      return true;
-    }
-    case event_functions::kind::lets_go: {
-      const bool sticks = held.at(k) == held_joints::mode::sticks;
-      held.let_go(k);
-      events_->push_back({run_, b_.t, sticks ? happening::slips : happening::lifts, k, 0});
-      return settle(k);
-    }
-    case event_functions::kind::user: break;
-    }
-    return true;
-  }
-
-  /// An impact of coordinate k, and of those that reach a limit at the same time.
-  bool strike(int k, bool lower) {
-    held_joints &held = *of_.held();
-    const std::size_t nv = of_.nv(), at_k = static_cast<std::size_t>(k);
-    if (!of_.accelerate(b_.t, run_, 1, b_.q.data(), b_.v.data(), b_.a.data(), b_.power.data()))
-      return false;
-    std::vector<unsigned char> hits(nv, 0);
-    for (std::size_t i = 0; i < nv; ++i) {
-      const int number = of_.space().number_in_q(static_cast<int>(i));
-      if (number < 0 || task_.laws.restitution[i] < 0 || held.holds(static_cast<int>(i)))
-        continue;
-      double &q = b_.q[static_cast<std::size_t>(number)];
-      const double low = task_.laws.lower[i], high = task_.laws.upper[i], near = together * std::fmax(1, std::fabs(q));
-      if ((i == at_k && lower) || (q <= low + near && b_.v[i] < 0))
-        hits[i] = 1, q = low;
-      else if ((i == at_k && !lower) || (q >= high - near && b_.v[i] > 0))
-        hits[i] = 1, q = high;
-    }
-    const double before = kinetic();
-    held.impact(of_, b_.q.data(), hits.data(), b_.v.data());
-    b_.work[0] += kinetic() - before; // what the impact took
-    for (std::size_t i = 0; i < nv; ++i)
-      if (hits[i] && !bounce(static_cast<int>(i)))
-        return false;
-    return settle();
-  }
-
-  /// Does coordinate k fly after its impact, or does it rest on its limit.
-  bool bounce(int k) {
-    held_joints &held = *of_.held();
-    const std::size_t at_k = static_cast<std::size_t>(k);
-    const bool lower = b_.q[static_cast<std::size_t>(of_.space().number_in_q(k))] == task_.laws.lower[at_k];
-    if (!of_.accelerate(b_.t, run_, 1, b_.q.data(), b_.v.data(), b_.a.data(), b_.power.data()))
-      return false;
-    const double away = lower ? b_.v[at_k] : -b_.v[at_k], towards = lower ? -b_.a[at_k] : b_.a[at_k];
-    const double whole = task_.times[task_.times_n - 1] - task_.times[0];
-    const bool rests = towards > 0 && 2 * away <= shortest_flight * whole * towards;
-    if (rests) {
-      b_.v[at_k] = 0;
-      held.at(k) = lower ? held_joints::mode::at_lower : held_joints::mode::at_upper;
-    }
-    events_->push_back({run_, b_.t,
-                        rests   ? happening::rest
-                        : lower ? happening::lower_limit
-                                : happening::upper_limit,
-                        k, b_.v[at_k]});
-    return true;
-  }
-
-  double kinetic() {
-    double kinetic = 0;
-    energies(of_, b_, &kinetic, nullptr);
-    return kinetic;
   }
 
   const simulation &task_;
@@ -499,6 +406,7 @@ private:
   std::optional<equal_step> equal_;
   continuous_step *step_; ///< one of both
   event_functions functions_;
+  law_events laws_;
   singular_positions singular_;
   std::vector<simulated_event> *events_;
   std::vector<double> breaks_;
