@@ -63,6 +63,31 @@ finding closed_state::set_position(const double *q, preferred kept) {
   return check(finding::kind::open, rows_[0], nullptr, true);
 }
 
+namespace {
+
+/// Takes off x what it has along the unit vector u, and returns how much.
+double take_off(int n, double *x, const double *u) {
+  double along = 0;
+  for (int i = 0; i < n; ++i)
+    along += x[i] * u[i];
+  for (int i = 0; i < n; ++i)
+    x[i] -= along * u[i];
+  return along;
+}
+
+/// Makes x a unit vector, and returns its length.
+double normalise(int n, double *x) {
+  double sum = 0;
+  for (int i = 0; i < n; ++i)
+    sum += x[i] * x[i];
+  const double norm = std::sqrt(sum);
+  for (int i = 0; i < n && norm > 0; ++i)
+    x[i] /= norm;
+  return norm;
+}
+
+} // namespace
+
 finding closed_state::efforts_of_drives(const double *y, double *tau) {
   const int nv = m_.nv(), f = k_.freedoms(), n = static_cast<int>(t_.drives.size());
   std::fill_n(tau, nv, 0.0);
@@ -84,8 +109,13 @@ finding closed_state::efforts_of_drives(const double *y, double *tau) {
       tau[k_.independent()[j]] = wanted[j];
     return {};
   }
-  // The vectors g_j, row j of Gᵀ E W^(−1/2), made orthonormal in turn; W^(1/2) τ = Σ z_j ĝ_j has least norm.  The rank is judged on scaled
-  // numbers.
+  return efforts_of_least_norm(wanted, tau);
+}
+
+// The vectors g_j, row j of Gᵀ E W^(−1/2), made orthonormal in turn; W^(1/2) τ = Σ z_j ĝ_j has least norm.  The rank is judged on scaled
+// numbers.
+finding closed_state::efforts_of_least_norm(double *wanted, double *tau) {
+  const int f = k_.freedoms(), n = static_cast<int>(t_.drives.size());
   double *const basis = MG_, *const scaled = H_;
   for (int j = 0; j < f; ++j)
     for (int d = 0; d < n; ++d) {
@@ -94,28 +124,11 @@ finding closed_state::efforts_of_drives(const double *y, double *tau) {
       basis[j * n + d] = g * t_.drive_scale[static_cast<std::size_t>(d)];
       scaled[j * n + d] = g * t_.column_scale[static_cast<std::size_t>(k_.independent()[j])] / t_.column_scale[drive];
     }
-  const auto reduce = [n](double *from, const double *by) {
-    double along = 0;
-    for (int d = 0; d < n; ++d)
-      along += from[d] * by[d];
-    for (int d = 0; d < n; ++d)
-      from[d] -= along * by[d];
-    return along;
-  };
-  const auto normalise = [n](double *x) {
-    double sum = 0;
-    for (int d = 0; d < n; ++d)
-      sum += x[d] * x[d];
-    const double norm = std::sqrt(sum);
-    for (int d = 0; d < n && norm > 0; ++d)
-      x[d] /= norm;
-    return norm;
-  };
   for (int j = 0; j < f; ++j) {
     for (int pass = 0; pass < 2; ++pass)
       for (int k = 0; k < j; ++k)
-        reduce(scaled + j * n, scaled + k * n);
-    if (!(normalise(scaled + j * n) > rank_tolerance))
+        take_off(n, scaled + j * n, scaled + k * n);
+    if (!(normalise(n, scaled + j * n) > rank_tolerance))
       return {finding::kind::few_drives, k_.independent()[j], 0, 0, f};
   }
   for (int j = 0; j < f; ++j) {
@@ -123,8 +136,8 @@ finding closed_state::efforts_of_drives(const double *y, double *tau) {
     for (int pass = 0; pass < 2;
          ++pass) // what is taken off g_j is Σ_k r_k ĝ_k: its share of the right side goes with it
       for (int k = 0; k < j; ++k)
-        wanted[j] -= reduce(g, basis + k * n) * wanted[k];
-    wanted[j] /= normalise(g);
+        wanted[j] -= take_off(n, g, basis + k * n) * wanted[k];
+    wanted[j] /= normalise(n, g);
   }
   for (int d = 0; d < n; ++d)
     for (int j = 0; j < f; ++j)

@@ -132,6 +132,7 @@ public:
 private:
   finding check(finding::kind what, const double *values, const double *terms, bool lengths) const;
   void set_G();
+  finding efforts_of_least_norm(double *wanted, double *tau);
   preferred drives() const { return {t_.is_driven.data(), static_cast<int>(t_.drives.size())}; }
   const model &m_;
   const tables &t_;
