@@ -48,8 +48,9 @@ template <template <class> class Workspace> double numbers_per_body() {
 } // namespace
 
 TEST_CASE("numbers for each body") {
-  CHECK(numbers_per_body<ksl::inverse_dynamics_workspace>() == 17);
-  CHECK(numbers_per_body<ksl::reactions_workspace>() == 29 + 6);
+  const int passed = ksl::laws_are_late<ksl::native_pack<double>> ? 6 : 0; // wrenches that branches pass on
+  CHECK(numbers_per_body<ksl::inverse_dynamics_workspace>() == 17 + passed);
+  CHECK(numbers_per_body<ksl::reactions_workspace>() == 29 + 6 + passed);
   CHECK(numbers_per_body<ksl::forward_dynamics_workspace>() == 64);
   CHECK(numbers_per_body<ksl::mass_matrix_workspace>() == 29);
   CHECK(numbers_per_body<ksl::inverse_dynamics_derivatives_workspace>() == 99);
