@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,9 @@ LARGEST_MENDED = 4 << 20
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?$|[-+]?(inf|infinity|nan)$", re.ASCII | re.IGNORECASE)
 """A digit can belong to one part only: otherwise the time would be quadratic in the number of digits."""
+
+_NO_BLANKS = {ord(c): "?" for c in "\x0b\x0c\x1c\x1d\x1e\x1f\x85\xa0\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2007\u2008\u2009\u200a\u2028\u2029\u202f\u205f\u3000"}
+"""What Python takes for blanks, and XML doesn't."""
 
 _LONG_VALUE = re.compile(rb"=\s*(?:\"[^\"<]{%d}|'[^'<]{%d})" % (limits.NAMESPACE_LENGTH + 1, limits.NAMESPACE_LENGTH + 1))
 
@@ -138,6 +142,10 @@ def to_float(text: str) -> float | None:
     return float(text) if NUMBER.match(text) else None
 
 
+def _named(character: str) -> str:
+    return f"U+{ord(character):04X}, {unicodedata.name(character, 'a control character').lower()},"
+
+
 def half_unit(text: str) -> float:
     """Half a unit of the last digit of a number: 0.005 of `0.12`."""
     mantissa, _, exponent = text.lower().strip().partition("e")
@@ -159,14 +167,15 @@ class Numbers:
 
     def several(self, text: str | None, count: int, line: int | None, what: str) -> Array | None:
         """`count` finite numbers separated by spaces; None, with a note, where they are not that."""
-        words = (text or "").split()
+        words = (text or "").translate(_NO_BLANKS).split()
         values = [to_float(word) for word in words]
         if len(values) != count or any(v is None or not math.isfinite(v) for v in values):
             if "${" not in (text or ""):  # a finding of its own: xacro that was not expanded
-                shown = (text or "").strip()[:60]
-                comma = "; numbers have a decimal point" if "," in shown else ""
+                shown = (text or "").strip(" \t\r\n")[:60]
+                strange = None if re.search("[a-df-zµ]", shown) else next((c for c in shown if c > "~"), None)
+                mend = "; numbers have a decimal point" if "," in shown else f"; {_named(strange)} only looks like a blank, a sign or a digit" if strange else ""
                 expected = f"{count} finite numbers" if count > 1 else "a finite number"
-                self.note(line, f'{what} is "{shown}", expected {expected}{comma}')
+                self.note(line, f'{what} is "{shown}", expected {expected}{mend}')
             return None
         return np.array(values, dtype=float)
 
