@@ -355,6 +355,19 @@ def test_characters_that_look_like_blanks_and_digits(check, sign, named):
     assert "only looks" not in check(changed(('mass value="1', 'mass value="1 µg')))[0].found
 
 
+@pytest.mark.parametrize("rule", ["mass-negative", "transmission-unused", "axis-not-unit"])
+def test_a_file_with_a_namespace_is_looked_at(check, tmp_path, rule):
+    """No rule saw a link."""
+    from ksl.checks.run import fix
+
+    text = changed(('<robot name="arm">', '<robot xmlns="http://www.ros.org" name="arm">'), text=CASES[rule][0])
+    findings = check(text)
+    assert findings.rules == {rule: 1} and findings[0].line == check(CASES[rule][0])[0].line
+    (tmp_path / "a.urdf").write_text(text)
+    fixed = fix(tmp_path / "a.urdf", tmp_path / "b.urdf")
+    assert (tmp_path / "b.urdf").read_text() == (text if fixed.left else text.replace('xyz="0 1 1"', 'xyz="0 0.707106781187 0.707106781187"'))
+
+
 SIZES = {
     "a box without size": "<box/>",
     "a negative box": '<box size="0.1 -0.1 0.1"/>',

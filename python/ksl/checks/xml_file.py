@@ -120,6 +120,10 @@ def _tree(data: bytes, encoding: str | None) -> tuple[_Element | None, list[Note
         recover=True, resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, encoding=encoding
     )
     root = etree.fromstring(data, parser)
+    if root is not None and root.prefix is None and root.tag.startswith("{"):
+        own = root.tag[: root.tag.index("}") + 1]
+        for element in root.iter(f"{own}*"):  # a namespace for the whole file, which loaders don't look at; written as it was
+            element.tag = element.tag.removeprefix(own)
     severe = [
         each
         for each in parser.error_log
