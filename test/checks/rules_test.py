@@ -355,6 +355,18 @@ def test_characters_that_look_like_blanks_and_digits(check, sign, named):
     assert "only looks" not in check(changed(('mass value="1', 'mass value="1 µg')))[0].found
 
 
+@pytest.mark.parametrize("says", ["utf-16", "UTF-32", "ucs-4", "nope"])
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_a_file_that_says_another_encoding_is_looked_at(check, tmp_path, says, encoding):
+    from ksl.checks.run import fix
+
+    text = changed(('<?xml version="1.0"?>', f'<?xml version="1.0" encoding="{says}"?>'), ("an arm", "Kölner Arm"), ('axis xyz="0 1 0"', 'axis xyz="0 2 0"')).encode(encoding)
+    assert set(check(text).rules) == {"xml-encoding", "axis-not-unit"}
+    (tmp_path / "a.urdf").write_bytes(text)
+    assert not fix(tmp_path / "a.urdf", tmp_path / "b.urdf").left
+    assert "Kölner Arm" in (tmp_path / "b.urdf").read_text("utf-8") and not check((tmp_path / "b.urdf").read_bytes())
+
+
 @pytest.mark.parametrize("rule", ["mass-negative", "transmission-unused", "axis-not-unit"])
 def test_a_file_with_a_namespace_is_looked_at(check, tmp_path, rule):
     """No rule saw a link."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import math
 import re
 import unicodedata
@@ -76,8 +77,12 @@ def parse_bytes(robot: RobotFile, data: bytes) -> None:
     if line is not None:
         robot.syntax.append(Note(line, f"a namespace of more than {limits.NAMESPACE_LENGTH:,} bytes"))
         return
-    declared = re.match(rb"\s*<\?xml[^>]*encoding=", data)
+    declared = re.match(rb"(?:\xef\xbb\xbf)?\s*<\?xml[^>]*encoding=[\"']([^\"'>]*)", data)
     encoding = None
+    says = declared[1].decode("latin-1") if declared else ""
+    if declared and not _can_be(says, data):
+        encoding, declared = "utf-8", None
+        robot.encoding.append(Note(1, f'encoding="{says[:40]}", and it is UTF-8 or Latin-1'))
     if not declared and not data.startswith((b"\xff\xfe", b"\xfe\xff")):
         try:
             data.decode("utf-8")
@@ -99,6 +104,15 @@ def parse_bytes(robot: RobotFile, data: bytes) -> None:
                 robot.mended = not others and not robot.cut_short
     except (etree.XMLSyntaxError, ValueError, LookupError) as e:
         robot.syntax.append(Note(getattr(e, "lineno", None), " ".join(str(e).split())[:200]))
+
+
+def _can_be(encoding: str, data: bytes) -> bool:
+    """Whether there is such an encoding, and it has as many bytes for a character as the data.  Programs of .NET write utf-16 into files that are UTF-8."""
+    try:
+        codecs.lookup(encoding)
+    except (LookupError, ValueError):
+        return False
+    return b"\0" in data or not encoding.lower().startswith(("utf-16", "utf_16", "utf-32", "utf_32"))
 
 
 def _long_namespace(data: bytes) -> int | None:
