@@ -413,6 +413,8 @@ def test_sizes_that_no_shape_has(check, role):
         assert [f.name for f in findings if f.rule == "shape-size"] == ["b"], what
     for several in ('<geometry><sphere radius="1"/><box size="1 1 1"/></geometry>', 2 * '<geometry><sphere radius="1"/></geometry>'):
         assert check(more(f'<link name="x"><{role}>{several}</{role}></link>', hinge("j", "fore", "x", kind="fixed"))).rules == {"element-repeated": 1}
+    two = f'<link name="b"><{role} name="c"><geometry><sphere><radius>1</radius></sphere><plane/></geometry></{role}></link>'
+    assert "element-repeated" in check(SDF.format(ixx=0.02, more=two)).rules
     assert "shape-size" in check(more(f'<link name="x"><{role}/></link>', hinge("j", "fore", "x", kind="fixed"))).rules
     for shape in ("ellipsoid", "cone", "plane", "heightmap", "x" * 300):  # those that URDF doesn't have ended with a fault in KSL
         assert "unknown-tag" in check(more(f'<link name="x"><{role}><geometry><{shape}/></geometry></{role}></link>', hinge("j", "fore", "x", kind="fixed"))).rules

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.checks.robot import Array, Inertial, Joint, Kind, Link, Mimic, Note, RobotFile, Shape
-from ksl.checks.shape_sizes import note_missing_shape, note_sizes
-from ksl.checks.vocabulary import ELEMENTS
+from ksl.checks.shape_sizes import note_number_of_shapes, note_sizes
 from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
 from ksl.model.joint_kinds import ANY_NAME
 
@@ -109,10 +108,7 @@ def _shape(robot: RobotFile, numbers: Numbers, element: _Element, role: str) -> 
     geometry = element.find("geometry")
     given = [] if geometry is None else children(geometry)
     _once(robot, element, "link", numbers.name, ONCE[role])
-    note_missing_shape(robot, numbers.name, element, geometry, bool(given))
-    if geometry is not None and len(children(geometry, *ELEMENTS["geometry"])) > 1:
-        shapes = ", ".join(f"<{each.tag}>" for each in given)
-        robot.repeated.append(Note(line_of(given[1]), f"<geometry> of a {role} has several shapes: {shapes}", "link", numbers.name))
+    note_number_of_shapes(robot, numbers.name, element, geometry, given)
     if not given:
         return None
     found = _shape_of(robot, numbers, given[0], role, *_origin(numbers, element))
