@@ -149,6 +149,7 @@ CASES = {
     "shape-size": (changed(('<box size="0.1 0.1 0.4"/>', '<box size="0.1 0 0.4"/>')), changed(('<box size="0.1 0.1 0.4"/>', '<box size="0.1 0.1 0.4"/>'))),
     "inertia-axis": (more(*wheel('ixx="0.0026" iyy="0.0026" izz="0.0050"')), more(*wheel('ixx="0.0026" iyy="0.0050" izz="0.0026"'))),
     "symmetry-mass": (limbs(1.0, 1.2), limbs(1.0, 1.04)),
+    "transmission-unused": (more('<transmission name="t"><joint name="elbw"/></transmission>'), more('<transmission name="t"><joint name="elbow"/></transmission>')),
 } | LOOPS
 
 SDF = """<sdf version="1.10"><model name="m"><link name="a"><inertial><mass>1</mass>
@@ -330,6 +331,55 @@ def test_a_link_of_sdf_without_inertial(check):
     assert not check(SDF.format(ixx=0.02, more=""))
 
 
+@pytest.mark.parametrize("number, told", [("-50", 0), (" 2e-4 ", 0), ("0", 1), ("", 2), ("fifty", 2), ("5 kg m²", 2), ("nan", 2), ("-0.0", 1)])
+def test_rotor_and_gear_of_a_transmission(check, number, told):
+    rotor = '<joint name="elbow"/><motorInertia>{}</motorInertia>'.format(number.replace("-", ""))
+    transmission = f"<transmission>{rotor}<actuator><mechanicalReduction>{number}</mechanicalReduction></actuator></transmission>"
+    assert check(more(transmission)).rules == ({"transmission-unused": told} if told else {})
+    assert "transmission-unused" in check(more(transmission.replace("Inertia>", "Inertia>-1", 1))).rules
+
+
+@pytest.mark.parametrize("joint, carried, told", [("continuous", "fixed", 1), ("continuous", "revolute", 0), ("revolute", "fixed", 0)])
+def test_moments_of_a_wheel_whose_joint_turns_about_another_axis(check, joint, carried, told):
+    shape = '<visual><origin rpy="1.5707963 0 0"/><geometry><cylinder radius="0.1" length="0.04"/></geometry></visual>'  # round about y, as its moments are
+    wheel = link("x", 1.0, shape, 'ixx="0.0026" iyy="0.0050" izz="0.0026"'), hinge("j", "fore", "x", kind=joint), link("y"), hinge("k", "x", "y", kind=carried)
+    findings = check(more(*wheel))
+    assert findings.rules.get("inertia-axis", 0) == told and all("turns about z" in f.found for f in findings if f.rule == "inertia-axis")
+
+
+@pytest.mark.parametrize("sign, named", [("\xa0", "U+00A0, no-break space"), ("\u3000", "U+3000, ideographic space"), ("\u2212", "U+2212, minus sign"), ("\uff11", "U+FF11, fullwidth digit one"), ("\u200b", "zero width")])
+def test_characters_that_look_like_blanks_and_digits(check, sign, named):
+    for old in ('mass value="1', 'xyz="0 0 0.4', 'upper="2', 'size="0.1'):
+        (finding,) = [f for f in check(changed((old, old + sign))) if f.severity == "error"]
+        assert finding.rule == "number-unreadable" and named in finding.found
+    assert "only looks" not in check(changed(('mass value="1', 'mass value="1 µg')))[0].found
+
+
+@pytest.mark.parametrize("says", ["utf-16", "UTF-32", "ucs-4", "nope"])
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_a_file_that_says_another_encoding_is_looked_at(check, tmp_path, says, encoding):
+    from ksl.checks.run import fix
+
+    text = changed(('<?xml version="1.0"?>', f'<?xml version="1.0" encoding="{says}"?>'), ("an arm", "Kölner Arm"), ('axis xyz="0 1 0"', 'axis xyz="0 2 0"')).encode(encoding)
+    assert set(check(text).rules) == {"xml-encoding", "axis-not-unit"}
+    (tmp_path / "a.urdf").write_bytes(text)
+    assert not fix(tmp_path / "a.urdf", tmp_path / "b.urdf").left
+    assert "Kölner Arm" in (tmp_path / "b.urdf").read_text("utf-8") and not check((tmp_path / "b.urdf").read_bytes())
+
+
+@pytest.mark.parametrize("rule", ["mass-negative", "transmission-unused", "axis-not-unit"])
+def test_a_file_with_a_namespace_is_looked_at(check, tmp_path, rule):
+    """No rule saw a link."""
+    from ksl.checks.run import fix
+
+    text = changed(('<robot name="arm">', '<robot xmlns="http://www.ros.org" name="arm">'), text=CASES[rule][0])
+    findings = check(text)
+    assert findings.rules == {rule: 1} and findings[0].line == check(CASES[rule][0])[0].line
+    (tmp_path / "a.urdf").write_text(text)
+    fixed = fix(tmp_path / "a.urdf", tmp_path / "b.urdf")
+    assert (tmp_path / "b.urdf").read_text() == (text if fixed.left else text.replace('xyz="0 1 1"', 'xyz="0 0.707106781187 0.707106781187"'))
+
+
 SIZES = {
     "a box without size": "<box/>",
     "a negative box": '<box size="0.1 -0.1 0.1"/>',
@@ -361,6 +411,10 @@ def test_sizes_that_no_shape_has(check, role):
     for what, shape in SDF_SIZES.items():
         findings = check(SDF.format(ixx=0.02, more=f'<link name="b"><{role} name="c"><geometry>{shape}</geometry></{role}></link>'))
         assert [f.name for f in findings if f.rule == "shape-size"] == ["b"], what
+    for several in ('<geometry><sphere radius="1"/><box size="1 1 1"/></geometry>', 2 * '<geometry><sphere radius="1"/></geometry>'):
+        assert check(more(f'<link name="x"><{role}>{several}</{role}></link>', hinge("j", "fore", "x", kind="fixed"))).rules == {"element-repeated": 1}
+    two = f'<link name="b"><{role} name="c"><geometry><sphere><radius>1</radius></sphere><plane/></geometry></{role}></link>'
+    assert "element-repeated" in check(SDF.format(ixx=0.02, more=two)).rules
     assert "shape-size" in check(more(f'<link name="x"><{role}/></link>', hinge("j", "fore", "x", kind="fixed"))).rules
     for shape in ("ellipsoid", "cone", "plane", "heightmap", "x" * 300):  # those that URDF doesn't have ended with a fault in KSL
         assert "unknown-tag" in check(more(f'<link name="x"><{role}><geometry><{shape}/></geometry></{role}></link>', hinge("j", "fore", "x", kind="fixed"))).rules

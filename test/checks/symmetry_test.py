@@ -11,14 +11,14 @@ from ksl.checks.symmetry_rules import right_of
     [
         ("forearm_left", "forearm_right"), ("leftArm", "rightArm"), ("LEFT_FOOT", "RIGHT_FOOT"), ("Left_index_L1", "Right_index_L1"), ("l_wrist", "r_wrist"), ("wrist_L", "wrist_R"),
         ("LF_HIP", "RF_HIP"), ("LH_FOOT", "RH_FOOT"), ("FL_thigh", "FR_thigh"), ("RL_calf", "RR_calf"), ("HL_UPPER_LEG", "HR_UPPER_LEG"), ("LShoulderPitch", "RShoulderPitch"),
-        ("lShoulder", "rShoulder"),
+        ("lShoulder", "rShoulder"), ("thighL", "thighR"), ("thighL_link", "thighR_link"), ("fingerL2", "fingerR2"),
     ],
 )  # fmt: skip
 def test_names_of_the_other_side(left, right):
     assert right in right_of(left)
 
 
-@pytest.mark.parametrize("name", ["link_1", "tool0", "Link2", "lidar", "LiDAR", "base_link", "elbow", "right_hand"])
+@pytest.mark.parametrize("name", ["link_1", "tool0", "Link2", "lidar", "LiDAR", "base_link", "elbow", "right_hand", "panelLock", "PANEL"])
 def test_names_without_a_left_side(name):
     assert not right_of(name)
 

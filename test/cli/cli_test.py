@@ -681,11 +681,14 @@ def terminal(tmp_path_factory):
     """What commands print to a terminal of 80 columns, line by line, without colours."""
     folder = tmp_path_factory.mktemp("terminal")
     (folder / "deep.urdf").write_text(chain_with_long_names(30))
+    (folder / "sweep.toml").write_text('[base]\nmotion = "m.csv"\n[[vary]]\nkind = "speed"\nvalues = [0.5, 1]\n')
 
     def printed(*arguments: object) -> list[str]:
         p = run_ksl(*arguments, cwd=folder, TTY_COMPATIBLE="1", NO_COLOR="1", COLUMNS="80", TERM="xterm")
         assert p.returncode in (0, 1), p.stderr
-        return [line for line in re.sub("\x1b\\[[0-9;]*m", "", p.stdout + p.stderr).splitlines() if "\\x1b" not in line]  # where a bar would move, which is shown as no terminal is there
+        assert "\\x1b" not in p.stdout + p.stderr, "what moves a bar is for the terminal, and not text"
+        seen = re.sub("\x1b\\[[0-9;?]*[A-Za-z]", "", p.stdout + p.stderr).split("\n")
+        return [line.rpartition("\r")[2] for line in seen]  # a bar begins each of its pictures at the left
 
     return printed
 
@@ -706,6 +709,7 @@ def test_a_terminal_of_80_columns_is_wide_enough(terminal, ur5, tmp_path):
     commands = (
         ("info", ur5[0]), ("info", "deep.urdf"), ("loads", *ur5, "-o", "o", "--payload", "900,0,0,60", "--on-link", "tool0"), ("hold", ur5[0]),
         ("check", ur5[0]), ("motion", ur5[0], "--kind", "minjerk", "-o", "m.csv"), ("size", "o"), ("--help",), ("loads", "--help"),
+        ("simulate", ur5[0], "--until", "0.02", "-o", "s"), ("sweep", ur5[0], "sweep.toml", "-o", "w"), ("motion", ur5[0], "--kind", "excite", "--iterations", "1", "-o", "e.csv"),
     )  # fmt: skip
     for command in commands:
         lines = terminal(*command)

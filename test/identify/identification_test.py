@@ -180,7 +180,7 @@ LINK = "panda_link3"
     ("keywords", "sentence"),
     [
         ({"links": [LINK, LINK]}, "links: 'panda_link3' is named more than once"),
-        ({"links": 3}, "links=3; expected names of links"),
+        ({"links": 3}, "links=3; expected a list of names"),
         ({"prior": {LINK: np.ones(9)}}, "prior: link panda_link3 has 9 numbers"),
         ({"prior": {LINK: np.full(10, np.nan)}}, "prior: link panda_link3"),
         ({"prior": [LINK]}, "prior is list; expected a mapping"),

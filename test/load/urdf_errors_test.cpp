@@ -216,6 +216,8 @@ TEST_CASE("numbers") {
       {"not a number",
        joint("<origin xyz=\"0 nan 0\"/>"),
        {"r.urdf:6: joint j:", "\"nan\", not a finite number", "write a finite"}},
+      {"a no-break space", joint("<origin xyz=\"0\u00a01 0 0\"/>"), {"not a finite number; it holds a character that only looks"}},
+      {"units", joint("<limit effort=\"5\u00b5N\"/>"), {"write a finite"}},
       {"infinite", joint("<limit lower=\"-inf\"/>"), {"r.urdf:6: joint j: <limit> lower holds \"-inf\""}},
       {"rubbish after", joint("<limit effort=\"1.5Nm\"/>"), {"r.urdf:6: joint j: <limit> effort holds \"1.5Nm\""}},
       {"xacro", joint("<limit effort=\"${max}\"/>"), {"r.urdf:6: joint j:", "${max}", "run xacro"}},

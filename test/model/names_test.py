@@ -144,6 +144,46 @@ def test_a_name_of_a_link_and_of_another_links_joint_is_refused(robot, state, ca
     assert np.array_equal(call(robot, state, "joint:knee"), call(robot, state, "knee"))  # may be said where it needn't
 
 
+IN_ORDER = {
+    "frame_poses": lambda m, s, names: m.frame_poses(s[0], names),
+    "frame_velocities": lambda m, s, names: m.frame_velocities(s[0], s[1], names),
+    "operational_space_inertia": lambda m, s, names: m.operational_space_inertia(s[0], names),
+    "inverse_kinematics": lambda m, s, names: m.inverse_kinematics(names, np.eye(4)[None], starts=1),
+    "hybrid_dynamics": lambda m, s, names: m.hybrid_dynamics(*s, names=names),
+    "reactions": lambda m, s, names: m.reactions(*s[:3], joints=names),
+    "reactions_unique": lambda m, s, names: m.reactions_unique(s[0], joints=names),
+    "inverse_dynamics_regressor": lambda m, s, names: m.inverse_dynamics_regressor(*s[:3], names),
+    "identify": lambda m, s, names: ksl.identification.identify(m, *(np.tile(x, (50, 1)) for x in s), links=names),
+    "base_parameters": lambda m, s, names: ksl.base_parameters.structural(m, names),
+    "compute_loads": lambda m, s, names: ksl.compute_loads(m, (np.arange(2.0), np.zeros((2, m.nq))), joints=names),
+    "size": lambda m, s, names: ksl.size(m.wrench_table(np.arange(9.0), np.zeros((9, m.nq))), joints=names),
+}
+"""Calls whose results follow the order of names."""
+
+
+@pytest.mark.parametrize("call", IN_ORDER.values(), ids=IN_ORDER)
+def test_names_without_an_order_are_refused(robot, state, call):
+    """Rows came in the order of hashes, another one in each process."""
+    for names in ({"knee"}, frozenset(("shank",))):
+        with pytest.raises(ValueError, match="expected a list of names, since a set has no order"):
+            call(robot, state, names)
+    with pytest.raises(ValueError, match="names?"):
+        call(robot, state, 5)
+
+
+def test_a_link_is_identified_once(robot, state):
+    for call in (IN_ORDER["identify"], IN_ORDER["base_parameters"]):
+        with pytest.raises(ValueError, match="links: 'shank' is named more than once"):
+            call(robot, state, ["thigh", "shank", "link:shank"])
+
+
+def test_joints_to_be_sized_once(robot, state):
+    table = robot.wrench_table(np.arange(9.0), np.zeros((9, robot.nq)))
+    assert len(ksl.size(table, joints=["knee", "joint:knee"]).peaks) == len(ksl.size(table, joints="knee").peaks) > 0
+    with pytest.raises(ValueError, match=r"at=\['knee'\]; expected {joint: \(x, y, z\)}, m"):
+        ksl.size(table, at=["knee"])
+
+
 def test_the_ways_are_among_the_frames(robot, state):
     assert {"link:hip", "joint:hip"} < set(robot.frames) and "hip" not in robot.frames
     assert len(robot.frame_poses(state[0], robot.frames)) == len(robot.frames)

@@ -1,5 +1,6 @@
 """Who may open the page of the viewer: its own page, with the token in its address, and nobody else."""
 
+import socket
 import urllib.error
 import urllib.request
 
@@ -74,6 +75,13 @@ def test_the_page_is_at_its_address_alone(viewer):
     assert asked(viewer.url, Origin="https://evil.example")[0] == 403
     assert asked(viewer.url.replace("127.0.0.1", "localhost"))[0] == 200
     assert len(viewer.url.split("/")[3]) >= 20 and viewer.url in repr(viewer)
+
+
+def test_bytes_that_are_no_text_are_no_token(viewer):
+    port = viewer.server.get_port()
+    with socket.create_connection(("127.0.0.1", port), timeout=60) as s:
+        s.sendall(b"GET /\xff\xc3 HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n" % port)
+        assert s.recv(64).startswith(b"HTTP/1.1 404 ")
 
 
 def test_a_viser_that_cannot_be_guarded_is_not_shown(arm, monkeypatch):

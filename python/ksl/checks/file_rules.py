@@ -113,7 +113,7 @@ def number_unreadable(robot: RobotFile) -> Iterator[Broken]:
     condition="Elements that have one value stand once.",
     cause="Copied, or two versions merged. Readers take the first or the last one.",
     repair="Remove all but one.",
-    formats=("urdf",),
+    formats=("urdf", "sdf"),
 )
 def element_repeated(robot: RobotFile) -> Iterator[Broken]:
     return _noted(robot.repeated)

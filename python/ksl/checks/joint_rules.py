@@ -11,6 +11,7 @@ from ksl.checks.findings import Repair
 from ksl.checks.repair import digits, remove, set_attribute, shown
 from ksl.checks.robot import ONE_COORDINATE, WITH_AXIS, Joint, Mimic, RobotFile
 from ksl.checks.rule import Broken, rule
+from ksl.checks.xml_file import children, line_of, to_float
 
 UNIT = 1e-3
 """How far the length of an axis may be from 1: three printed digits, 0.577 0.577 0.577, are rounded no further."""
@@ -337,6 +338,29 @@ def dynamics_negative(robot: RobotFile) -> Iterator[Broken]:
                 yield Broken(f"{what} {shown(value)}", joint.dynamics_line or joint.line, "joint", joint.name, value)
 
 
+@rule(
+    "transmission-unused",
+    "warning",
+    condition="A transmission names a joint of the file; its <mechanicalReduction> is a number other than 0, and its <motorInertia>, kg m², one that is not negative.",
+    cause="The joint was renamed or removed, or a number was left out, has a wrong sign or a unit. Readers leave rotor and gear of this joint out.",
+    repair="Correct the name of the joint or the number.",
+    formats=("urdf",),
+)
+def transmission_unused(robot: RobotFile) -> Iterator[Broken]:
+    for each in () if robot.root is None else children(robot.root, "transmission"):
+        name = each.get("name", "")
+        joints = [joint for joint in children(each, "joint") if joint.get("name") is not None]
+        for joint in joints:
+            if joint.get("name") not in robot.joint_of:
+                yield Broken(f'transmission "{name}" is of joint "{joint.get("name")}", which does not exist', line_of(joint))
+        for given in each.iter("mechanicalReduction", "motorInertia"):
+            text, is_ratio = (given.text or "").strip(), given.tag == "mechanicalReduction"
+            number = to_float(text)
+            if "${" not in text and (number is None or not np.isfinite(number) or (number == 0 if is_ratio else number < 0)):
+                expected = "a number other than 0" if is_ratio else "kg m², 0 or more"
+                yield Broken(f'<{given.tag}> of transmission "{name}" is "{text[:60]}", expected {expected}', line_of(given))
+
+
 RULES = [
     axis_zero,
     axis_not_unit,
@@ -347,4 +371,5 @@ RULES = [
     mimic_loop,
     mimic_chain,
     dynamics_negative,
+    transmission_unused,
 ]

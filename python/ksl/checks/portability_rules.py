@@ -43,6 +43,8 @@ _SEVERAL_IN_TEXT = re.compile(r"(?<![\w:.\-])([\w:.\-]+)\s*=\s*(?:\"([^\"]*)\"|'
 _SUSPECT = re.compile(r"(?:xyz|rpy|size|scale|rgba)\s*=\s*(?:\"[^\"<]*[\t\n\r]|'[^'<]*[\t\n\r])")
 """Without it no element has to be looked at."""
 
+BLANKS = " \t\r\n"
+"""Those of XML."""
 Place = Literal["link", "joint", ""]
 
 
@@ -73,13 +75,13 @@ def portability(robot: RobotFile) -> Iterator[Broken]:
 
 def _has_blanks(value: str | None) -> bool:
     """Whether there is white space behind a number, or white space other than blanks before it."""
-    return value is not None and bool(value.strip()) and (value != value.rstrip() or value.lstrip(" ") != value.lstrip())
+    return value is not None and bool(value.strip(BLANKS)) and (value != value.rstrip(BLANKS) or value.lstrip(" ") != value.lstrip(BLANKS))
 
 
 def _stripped(element: _Element, names: list[str]) -> Repair:
     def change() -> str:
         for name in names:
-            element.set(name, element.get(name).strip())
+            element.set(name, element.get(name).strip(BLANKS))
         return f"blanks beside {', '.join(names)} of <{element.tag}> are removed"
 
     return change

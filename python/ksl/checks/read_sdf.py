@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.checks.robot import IN_SDF_ALONE, Array, Inertial, Joint, Link, Mimic, RobotFile, Shape, at_origin
-from ksl.checks.shape_sizes import NEEDED, note_missing_shape, note_sizes
+from ksl.checks.shape_sizes import NEEDED, note_number_of_shapes, note_sizes
 from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
 from ksl.model.joint_kinds import ANY_NAME
 
@@ -106,7 +106,7 @@ def _one(value: Array | None, otherwise: float) -> float:
 def _shape(robot: RobotFile, numbers: Numbers, element: _Element, role: str) -> Shape | None:
     geometry, pose = element.find("geometry"), _pose(numbers, element)
     given = [] if geometry is None else children(geometry)
-    note_missing_shape(robot, numbers.name, element, geometry, bool(given))
+    note_number_of_shapes(robot, numbers.name, element, geometry, given)
     if not given:
         return None
     found = _shape_of(robot, numbers, given[0], role, *(pose if pose else (np.eye(3), np.full(3, np.nan))))

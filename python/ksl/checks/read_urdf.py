@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.checks.robot import Array, Inertial, Joint, Kind, Link, Mimic, Note, RobotFile, Shape
-from ksl.checks.shape_sizes import note_missing_shape, note_sizes
+from ksl.checks.shape_sizes import note_number_of_shapes, note_sizes
 from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
 from ksl.model.joint_kinds import ANY_NAME
 
@@ -19,6 +19,8 @@ ONCE = {
     "link": ("inertial",),
     "inertial": ("origin", "mass", "inertia"),
     "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
+    "visual": ("origin", "geometry"),
+    "collision": ("origin", "geometry"),
 }
 
 
@@ -105,7 +107,8 @@ def _inertial(numbers: Numbers, element: _Element) -> Inertial:
 def _shape(robot: RobotFile, numbers: Numbers, element: _Element, role: str) -> Shape | None:
     geometry = element.find("geometry")
     given = [] if geometry is None else children(geometry)
-    note_missing_shape(robot, numbers.name, element, geometry, bool(given))
+    _once(robot, element, "link", numbers.name, ONCE[role])
+    note_number_of_shapes(robot, numbers.name, element, geometry, given)
     if not given:
         return None
     found = _shape_of(robot, numbers, given[0], role, *_origin(numbers, element))

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ksl.checks.extent import shape_box
 from ksl.checks.inertia_rules import placeholders, usable
 from ksl.checks.repair import shown
-from ksl.checks.robot import Array, Link, RobotFile
+from ksl.checks.robot import Array, Inertial, Link, RobotFile
 from ksl.checks.rule import Broken, rule
 
 ROUND = 0.02
@@ -45,14 +44,15 @@ def inertia_axis(robot: RobotFile) -> Iterator[Broken]:
         I = None if inertial is None else inertial.in_link_axes
         if inertial is None or I is None or not robot.matters(link) or not np.isfinite(I).all():
             continue
-        found = _axis_of_shapes(robot, link)
         own = _axis_of_moments(I)
-        if found is None or own is None:
+        if own is None:
             continue
-        (axis, is_disc), (about, most) = found, own
-        if is_disc == most and abs(axis @ about) < np.sqrt(0.5):
-            words = f"moments {', '.join(shown(float(x)) for x in np.diag(I))} kg m²: round about {_said(about)}, where its shape is round about {_said(axis)}"
-            yield Broken(words, inertial.line, "link", link.name)
+        about, most = own
+        for found, does in ((_axis_of_shapes(link), "its shape is round"), (_axis_of_wheel(robot, link, inertial, I), "it turns")):
+            if found is not None and found[1] == most and abs(found[0] @ about) < np.sqrt(0.5):
+                words = f"moments {', '.join(shown(float(x)) for x in np.diag(I))} kg m²: round about {_said(about)}, where {does} about {_said(found[0])}"
+                yield Broken(words, inertial.line, "link", link.name)
+                break
 
 
 def _said(axis: Array) -> str:
@@ -74,34 +74,28 @@ def _axis_of_moments(I: Array) -> tuple[Array, bool] | None:
     return None
 
 
-def _axis_of_shapes(robot: RobotFile, link: Link) -> tuple[Array, bool] | None:
-    """The axis (3) in the link's axes about which all its shapes are round, and whether they are discs: flatter than long.
-
-    A cylinder has its axis.  A mesh counts if the link turns about an axis of its box, and the two other extents are equal: a wheel.
-    None if there is no such axis, or if shapes differ.
-    """
-    joint = robot.joint_above.get(link.name)
+def _axis_of_shapes(link: Link) -> tuple[Array, bool] | None:
+    """The axis (3) in the link's axes of all its cylinders, and whether they are discs: flatter than long.  None if it has other shapes, or several axes."""
     axes: list[tuple[Array, bool]] = []
     for shape in link.shapes:
-        if shape.kind == "cylinder":
-            radius, half = float(shape.half_size[0]), float(shape.half_size[2])
-            # m r²/2 about the axis and m (3 r² + l²)/12 across it are equal at l = √3 r
-            axes.append((shape.rotation[:, 2], half * 2 < np.sqrt(3) * radius))
-        elif shape.kind == "mesh" and joint is not None and joint.kind == "continuous" and joint.axis is not None and joint.axis.any():
-            box = shape_box(robot, shape)
-            if box is None:
-                return None
-            turns, extents = joint.axis / np.linalg.norm(joint.axis), box[1] - box[0]
-            k = int(np.argmax(np.abs(turns)))
-            across = np.delete(extents, k)
-            if abs(turns[k]) < 0.999 or np.ptp(across) > ROUND * across.max() or extents[k] >= across.min():
-                return None
-            axes.append((np.eye(3)[k], True))
-        else:
+        if shape.kind != "cylinder":
             return None
+        radius, half = float(shape.half_size[0]), float(shape.half_size[2])
+        # m r²/2 about the axis and m (3 r² + l²)/12 across it are equal at l = √3 r
+        axes.append((shape.rotation[:, 2], half * 2 < np.sqrt(3) * radius))
     if not axes or any(disc != axes[0][1] or abs(a @ axes[0][0]) < 0.999 for a, disc in axes):
         return None
     return axes[0]
+
+
+def _axis_of_wheel(robot: RobotFile, link: Link, inertial: Inertial, I: Array) -> tuple[Array, bool] | None:
+    """The axis (3) that a wheel turns about, whatever its shapes: what a continuous joint turns about its centroid, and carries nothing that moves.  None of other links."""
+    joint = robot.joint_above.get(link.name)
+    if joint is None or joint.kind != "continuous" or joint.axis is None or not joint.axis.any() or any(below.moves for below in robot.joints_below.get(link.name, ())):
+        return None
+    axis = joint.axis / np.linalg.norm(joint.axis)
+    away = float(np.linalg.norm(np.cross(axis, inertial.centroid)))
+    return (axis, True) if inertial.mass and inertial.mass * away**2 <= UNLIKE * np.trace(I) else None
 
 
 RULES = [shape_size, inertia_axis]

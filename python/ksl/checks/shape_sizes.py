@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ksl.checks.repair import shown
@@ -20,6 +21,7 @@ NEEDED = {
     "ellipsoid": ("radii",),
 }
 """{shape: the sizes without which it has none}."""
+SHAPES = (*NEEDED, "mesh", "plane", "heightmap", "polyline", "image")
 
 
 def note_sizes(robot: RobotFile, link: str, role: str, shape: _Element, given: dict[str, Array | None], is_there: dict[str, bool]) -> None:
@@ -38,8 +40,13 @@ def note_sizes(robot: RobotFile, link: str, role: str, shape: _Element, given: d
             robot.sizes.append(Note(line_of(shape), f"{name} of <{shape.tag}> of a {role} is {found}", "link", link))
 
 
-def note_missing_shape(robot: RobotFile, link: str, element: _Element, geometry: _Element | None, has_shape: bool) -> None:
+def note_number_of_shapes(robot: RobotFile, link: str, element: _Element, geometry: _Element | None, given: Sequence[_Element]) -> None:
+    """Notes a geometry that is missing, that has no shape, or that has several."""
+    shapes = [each for each in given if each.tag in SHAPES]
     if geometry is None:
         robot.sizes.append(Note(line_of(element), f"<{element.tag}> has no <geometry>", "link", link))
-    elif not has_shape:
+    elif not given:
         robot.sizes.append(Note(line_of(geometry), f"<geometry> of a {element.tag} has no shape", "link", link))
+    elif len(shapes) > 1:
+        listed = ", ".join(f"<{each.tag}>" for each in shapes[:6])
+        robot.repeated.append(Note(line_of(shapes[1]), f"<geometry> of a {element.tag} has {len(shapes)} shapes: {listed}", "link", link))

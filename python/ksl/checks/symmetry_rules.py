@@ -28,7 +28,7 @@ LIGHT = 0.01
 
 def right_of(name: str) -> list[str]:
     """Names that the right counterpart of a link may have: forearm_right of forearm_left, RF_HIP of LF_HIP, RShoulder
-    of LShoulder."""
+    of LShoulder, thighR of thighL."""
     candidates = []
     for left, right in (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT")):
         if left in name:
@@ -38,8 +38,10 @@ def right_of(name: str) -> list[str]:
     if swapped != words:
         candidates.append("".join(swapped))
     camel = re.sub(r"(^|_)([Ll])(?=[A-Z][a-z])", lambda m: m[1] + ("R" if m[2] == "L" else "r"), name)
-    if camel != name:
-        candidates.append(camel)
+    at_end = re.sub(r"(?<=[a-z])L(?=\d*(_|$))", "R", name)
+    for other in (camel, at_end):
+        if other != name:
+            candidates.append(other)
     return candidates
 
 

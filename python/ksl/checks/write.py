@@ -42,7 +42,9 @@ def _text(robot: RobotFile) -> bytes:
     tree = root.getroottree()
     encoding = tree.docinfo.encoding or "UTF-8"
     if robot.encoding:
-        original, encoding = original.decode("latin-1").encode("utf-8"), "UTF-8"
+        encoding = "UTF-8"
+        if not _is_utf_8(original):
+            original = original.decode("latin-1").encode("utf-8")
     before = re.match(rb"(?:\xef\xbb\xbf)?(?:\s|<\?.*?\?>|<!--.*?-->)*", original, re.DOTALL)
     assert before is not None  # it matches nothing, too: if it could fail, the time would be exponential in the number of comments
     text = bytes(etree.tostring(root, encoding=encoding, xml_declaration=False, with_tail=False))
@@ -50,6 +52,14 @@ def _text(robot: RobotFile) -> bytes:
     if re.match(rb"<[^!?]", original[before.end() : before.end() + 2]) and _reads_as(spliced, tree):  # no DOCTYPE, and one byte a character
         return spliced
     return bytes(etree.tostring(tree, encoding=encoding, xml_declaration=True))
+
+
+def _is_utf_8(data: bytes) -> bool:
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return False
+    return True
 
 
 def _reads_as(data: bytes, tree: _ElementTree) -> bool:

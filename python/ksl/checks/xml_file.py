@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import codecs
 import math
 import re
+import unicodedata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +25,9 @@ LARGEST_MENDED = 4 << 20
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?$|[-+]?(inf|infinity|nan)$", re.ASCII | re.IGNORECASE)
 """A digit can belong to one part only: otherwise the time would be quadratic in the number of digits."""
+
+_NO_BLANKS = {ord(c): "?" for c in "\x0b\x0c\x1c\x1d\x1e\x1f\x85\xa0\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2007\u2008\u2009\u200a\u2028\u2029\u202f\u205f\u3000"}
+"""What Python takes for blanks, and XML doesn't."""
 
 _LONG_VALUE = re.compile(rb"=\s*(?:\"[^\"<]{%d}|'[^'<]{%d})" % (limits.NAMESPACE_LENGTH + 1, limits.NAMESPACE_LENGTH + 1))
 
@@ -72,8 +77,12 @@ def parse_bytes(robot: RobotFile, data: bytes) -> None:
     if line is not None:
         robot.syntax.append(Note(line, f"a namespace of more than {limits.NAMESPACE_LENGTH:,} bytes"))
         return
-    declared = re.match(rb"\s*<\?xml[^>]*encoding=", data)
+    declared = re.match(rb"(?:\xef\xbb\xbf)?\s*<\?xml[^>]*encoding=[\"']([^\"'>]*)", data)
     encoding = None
+    says = declared[1].decode("latin-1") if declared else ""
+    if declared and not _can_be(says, data):
+        encoding, declared = "utf-8", None
+        robot.encoding.append(Note(1, f'encoding="{says[:40]}", and it is UTF-8 or Latin-1'))
     if not declared and not data.startswith((b"\xff\xfe", b"\xfe\xff")):
         try:
             data.decode("utf-8")
@@ -97,6 +106,15 @@ def parse_bytes(robot: RobotFile, data: bytes) -> None:
         robot.syntax.append(Note(getattr(e, "lineno", None), " ".join(str(e).split())[:200]))
 
 
+def _can_be(encoding: str, data: bytes) -> bool:
+    """Whether there is such an encoding, and it has as many bytes for a character as the data.  Programs of .NET write utf-16 into files that are UTF-8."""
+    try:
+        codecs.lookup(encoding)
+    except (LookupError, ValueError):
+        return False
+    return b"\0" in data or not encoding.lower().startswith(("utf-16", "utf_16", "utf-32", "utf_32"))
+
+
 def _long_namespace(data: bytes) -> int | None:
     """The line of a namespace that is longer than the limit; None where there is none.  O(length)."""
     plain = data.replace(b"\0", b"")  # of UTF-16
@@ -116,6 +134,10 @@ def _tree(data: bytes, encoding: str | None) -> tuple[_Element | None, list[Note
         recover=True, resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, encoding=encoding
     )
     root = etree.fromstring(data, parser)
+    if root is not None and root.prefix is None and root.tag.startswith("{"):
+        own = root.tag[: root.tag.index("}") + 1]
+        for element in root.iter(f"{own}*"):  # a namespace for the whole file, which loaders don't look at; written as it was
+            element.tag = element.tag.removeprefix(own)
     severe = [
         each
         for each in parser.error_log
@@ -136,6 +158,10 @@ def line_of(element: _Element | None) -> int | None:
 def to_float(text: str) -> float | None:
     """A number as robot files have it: with a decimal point, whatever the locale."""
     return float(text) if NUMBER.match(text) else None
+
+
+def _named(character: str) -> str:
+    return f"U+{ord(character):04X}, {unicodedata.name(character, 'a control character').lower()},"
 
 
 def half_unit(text: str) -> float:
@@ -159,14 +185,15 @@ class Numbers:
 
     def several(self, text: str | None, count: int, line: int | None, what: str) -> Array | None:
         """`count` finite numbers separated by spaces; None, with a note, where they are not that."""
-        words = (text or "").split()
+        words = (text or "").translate(_NO_BLANKS).split()
         values = [to_float(word) for word in words]
         if len(values) != count or any(v is None or not math.isfinite(v) for v in values):
             if "${" not in (text or ""):  # a finding of its own: xacro that was not expanded
-                shown = (text or "").strip()[:60]
-                comma = "; numbers have a decimal point" if "," in shown else ""
+                shown = (text or "").strip(" \t\r\n")[:60]
+                strange = None if re.search("[a-df-zµ]", shown) else next((c for c in shown if c > "~"), None)
+                mend = "; numbers have a decimal point" if "," in shown else f"; {_named(strange)} only looks like a blank, a sign or a digit" if strange else ""
                 expected = f"{count} finite numbers" if count > 1 else "a finite number"
-                self.note(line, f'{what} is "{shown}", expected {expected}{comma}')
+                self.note(line, f'{what} is "{shown}", expected {expected}{mend}')
             return None
         return np.array(values, dtype=float)
 

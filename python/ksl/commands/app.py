@@ -11,7 +11,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterable
 from types import FrameType
-from typing import Annotated, Any, NoReturn, cast
+from typing import IO, Annotated, Any, NoReturn, cast
 
 import typer
 from rich.console import Console, ConsoleOptions, RenderableType
@@ -47,6 +47,18 @@ class SafeConsole(Console):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(highlight=False, markup=False, emoji=False, **options)
+
+    @property
+    def file(self) -> IO[str]:
+        """The stream behind all that stand for it: `PrintableStream`, and that of rich while it shows a bar, would make colours visible, too."""
+        found = super().file
+        while hasattr(found, "rich_proxied_file"):
+            found = found.rich_proxied_file
+        return found
+
+    @file.setter
+    def file(self, stream: IO[str]) -> None:
+        self._file = stream
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
         for segment in super().render(renderable, options):  # here text has no colours yet, which are control characters too

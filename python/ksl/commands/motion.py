@@ -126,9 +126,10 @@ def _print(model: Model, made: Generated, output: Path, joints: int) -> None:
         say(out, f"note: {note}")
     f, t = made.facts, made.motion.time
     if f["kind"] == "excite":
-        print(
+        say(
+            out,
             f"condition number {f['condition']:.4g} of the regressor of {f['parameters']} base parameters, the best of {f['iterations']} motions "
-            f"with seed {f['seed']}; {f['first']:.4g} the best of the first, random ones"
+            f"with seed {f['seed']}; {f['first']:.4g} the best of the first, random ones",
         )
     samples = "1 sample" if len(t) == 1 else f"{len(t)} samples, {t[-1]:.6g} s"
-    print(f"written to {output}: {samples}, {count(joints, 'joint')}")
+    say(out, f"written to {output}: {samples}, {count(joints, 'joint')}")

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ksl.base.real_arrays import real_array
 from ksl.identify.consistency import PARAMETERS, Array
 from ksl.model.calls import Calls
+from ksl.model.requests import names_in_order
 
 TOLERANCE = 1e-8
 NOT_SINGULAR = 1e-3
@@ -65,9 +66,18 @@ def moving_links(model: Calls) -> list[str]:
     return [name for name in model.link_names if name not in welded]
 
 
+def links_once(model: Calls, links: Iterable[str]) -> list[str]:
+    """The links that are asked for.  Raises ValueError where one is named twice: what a motion tells of it would be told of both."""
+    given = names_in_order(links, "links") or ()
+    names = [model.link(name).name for name in ([given] if isinstance(given, str) else given)]
+    if len(set(names)) != len(names):
+        raise ValueError(f"links: {max(names, key=names.count)!r} is named more than once; name each link once")
+    return names
+
+
 def _chosen(model: Calls, links: Iterable[str] | None) -> list[str]:
     """The links that are asked for; those that move by default."""
-    return moving_links(model) if links is None else [links] if isinstance(links, str) else list(links)
+    return moving_links(model) if links is None else links_once(model, links)
 
 
 def structural(model: Calls, links: Iterable[str] | None = None, tolerance: float = TOLERANCE, seed: int = 0) -> BaseParameters:

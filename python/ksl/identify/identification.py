@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.base.errors import near_names, unknown_name
-from ksl.identify.base_parameters import BaseParameters, check_tolerance, moving_links, of_regressor
+from ksl.identify.base_parameters import BaseParameters, check_tolerance, links_once, moving_links, of_regressor
 from ksl.identify.certificate import Certificate, certificate, rare
 from ksl.identify.consistency import Array, is_consistent, nearest_consistent
 from ksl.identify.fit import Fit, small_length
@@ -113,9 +113,7 @@ def identify(
     q, v, a, tau = (numbers(model.in_order(x, what), what) for x, what in ((q, "q"), (v, "v"), (a, "a"), (tau, "tau")))
     _check_motion(model, q, v, a, tau)
     check_tolerance(tolerance)
-    if links is not None and not isinstance(links, Iterable):
-        raise ValueError(f"links={links!r}; expected names of links")
-    names = tuple(_links_with_mass(model) if links is None else [links] if isinstance(links, str) else links)
+    names = tuple(_links_with_mass(model) if links is None else links_once(model, links))
     start = _prior(model, names, {} if prior is None else prior)
     if not 0 < number(prior_deviation, "prior_deviation") < np.inf:
         raise ValueError(f"prior_deviation={prior_deviation}; expected a positive number")
@@ -184,8 +182,6 @@ def _links_with_mass(model: Model) -> list[str]:
 def _prior(model: Model, names: tuple[str, ...], given: Mapping[str, ArrayLike]) -> Array:
     if not names:
         raise ValueError(f"{model.name or model.file}: no link to identify: none that moves has mass; name some in `links`, with a prior")
-    if len(set(names)) != len(names):
-        raise ValueError(f"links: {max(names, key=names.count)!r} is named more than once; name each link once")
     chosen = dict(mapping(given, "prior", "{link: ten numbers}"))
     unknown = [link for link in chosen if link not in names]
     if unknown:

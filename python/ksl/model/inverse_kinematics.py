@@ -12,7 +12,7 @@ from ksl.base.errors import unknown_name
 from ksl.base.finite_results import require_finite
 from ksl.base.real_arrays import real_array
 from ksl.model.given import TypedPose
-from ksl.model.requests import Requests
+from ksl.model.requests import Requests, names_in_order
 from ksl.model.states import Array, argument
 
 REASONS = ("converged", "iterations", "limits", "stuck")
@@ -84,7 +84,7 @@ class InverseKinematicsCalls(Requests):
         """
         if not isinstance(names, str) and not isinstance(names, Iterable):
             raise ValueError(f"names={names!r}; expected a link or joint, or several")
-        wanted = (names,) if isinstance(names, str) else tuple(names)
+        wanted = (names,) if isinstance(names, str) else names_in_order(names, "names")
         if not wanted:
             raise ValueError("names is empty; expected a link or joint, or several")
         for name in weights if isinstance(weights, Mapping) else ():

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ksl.model import given
-from ksl.model.requests import Requests
+from ksl.model.requests import Requests, names_in_order
 from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined, argument, external_in, items_of
 from ksl.model.stiffness import Stiffness
 
@@ -207,7 +207,7 @@ class LoopCalls(Requests):
         those of the joints asked for are then taken.  joints: as in :meth:`reactions`.
         """
         positions, _ = self._states((q, "q", self.nq))
-        names = self.joint_names if joints is None else self._names_of(joints, "joints")
+        names = self.joint_names if joints is None else self._names_of(names_in_order(joints, "joints") or (), "joints")
         where = [self._reaction_index(name) for name in names]
         if not self.loops:
             return np.zeros((0, len(names), 6))

@@ -44,7 +44,7 @@ class Requests(Mechanism):
         """The request for `frame_poses` of these names.  Cached, since looking names up takes longer than computing the poses of a state."""
         if type(order) is not str or order != "lin_ang":
             return self._frames_of(names, "frame", "frame", order)
-        key = _names(names, "names")
+        key = names_in_order(names, "names")
         try:
             links = self._link_lists.get(key)
         except TypeError:  # a list, say, instead of a name: refused below
@@ -56,7 +56,7 @@ class Requests(Mechanism):
 
     def _own_links_of(self, names: Iterable[str] | None, order: str = "lin_ang") -> _core.Links:
         """The request of regressors: links, for which joints that carry them don't stand."""
-        names = _names(names, "links")
+        names = names_in_order(names, "links")
         key = ("links alone", names, order)
         try:
             links = self._link_lists.get(key)
@@ -75,7 +75,7 @@ class Requests(Mechanism):
 
     def _held_of(self, names: Iterable[str] | None) -> _core.Links:
         """The request for `hybrid_dynamics`: joints whose accelerations are given.  Every one must be able to move, by itself or with its leader."""
-        names = _names(names, "names")
+        names = names_in_order(names, "names")
         key = ("joints held", names)
         try:
             links = self._link_lists.get(key)
@@ -107,7 +107,7 @@ class Requests(Mechanism):
         self, names: Iterable[str] | None, axes: str, at: str, order: str, offset: ArrayLike | None = None, kind: str = "spatial"
     ) -> _core.Links:
         """Links, and how motions of their frames are expressed."""
-        names = _names(names, "names")
+        names = names_in_order(names, "names")
         point = None if offset is None else _offset_key(offset)
         key = (names, (axes, at, order, kind, point))
         try:
@@ -164,7 +164,7 @@ class Requests(Mechanism):
         Raises ValueError for sides, points, axes, orders, parts and joints that there are not.  Requests are kept for the next call with
         the same keywords, since making one takes longer than the dynamics of a state.
         """
-        joints = _names(joints, "joints")
+        joints = names_in_order(joints, "joints")
         point = at if isinstance(at, str) else _offset_key(at)
         key = (on, point, axes, order, part, joints)
         try:
@@ -228,14 +228,13 @@ def request_of_order(model: Requests, order: str) -> _core.Links | None:
     return model._order_of(order)
 
 
-def _names(names: Iterable[str] | None, what: str) -> tuple[str, ...] | str | None:
-    """What a request can be kept by; one name stands for itself."""
+def names_in_order(names: Iterable[str] | None, what: str) -> tuple[str, ...] | str | None:
+    """Names as results follow them, and as a request can be kept by; one name stands for itself.  Raises ValueError for sets, which have no order."""
     if names is None or isinstance(names, (str, tuple)):
         return names
-    try:
-        return tuple(names)
-    except TypeError:
-        raise ValueError(f"{what}={names!r}; expected a list of names") from None
+    if not isinstance(names, Iterable) or isinstance(names, (set, frozenset)):
+        raise ValueError(f"{what}={names!r}; expected a list of names{', since a set has no order' if isinstance(names, (set, frozenset)) else ''}")
+    return tuple(names)
 
 
 def one_of(value: str, what: str, *known: str) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ksl.base.errors import MotionError
 from ksl.base.files_read import being_read
-from ksl.base.words import listed
+from ksl.base.words import count, listed
 from ksl.model.mechanism import Mechanism
 from ksl.model.motion_columns import columns_of
 from ksl.model.states import Array
@@ -149,6 +149,8 @@ def _checked_rows(table: Recorded, time: Array, start: float | None, stop: float
     """The rows between two times.  Raises MotionError for times of several motions."""
     check_finite(table, {"time": time})
     k = check_restart(time)
+    if k is not None and time[k] == time[k - 1]:
+        raise MotionError(f"{table.place(k)}: {len(time) - len(np.unique(time)):,} of {count(len(time), 'sample')} have the time of another: the times have too few digits, or aren't those of the samples")
     if k is not None:
         raise MotionError(f"{table.place(k)}: time {time[k]:.9g} after {time[k - 1]:.9g}; times must increase: sort the samples and remove repeated ones")
     for name, value in (("--from (start=)", start), ("--to (stop=)", stop)):

@@ -15,6 +15,7 @@ from ksl.load_cases.load_case import LoadCase, Placement
 from ksl.load_cases.provenance import provenance_of
 from ksl.model.loading import load
 from ksl.model.model import Model
+from ksl.model.requests import names_in_order
 from ksl.model.states import External, Order, Point, Side
 from ksl.motions.reading_options import check_options
 from ksl.report.loads_run import Run
@@ -67,7 +68,7 @@ def _placement(model: Model, on: Side, at: Point | Mapping[str, Sequence[float]]
     """How wrenches are expressed, checked.  `at` is one point for all joints, or the points of single ones."""
     common: Point = at if not isinstance(at, Mapping) else "joint"
     points = {joint: tuple(float(x) for x in point) for joint, point in at.items()} if isinstance(at, Mapping) else {}
-    return checked(model, Placement(on, common, axes, order, points, (joints,) if isinstance(joints, str) else tuple(joints)))
+    return checked(model, Placement(on, common, axes, order, points, (joints,) if isinstance(joints, str) else tuple(names_in_order(joints, "joints") or ())))
 
 
 def _cases(

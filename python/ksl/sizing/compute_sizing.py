@@ -15,6 +15,7 @@ from ksl.base.errors import SizingError, unknown_name
 from ksl.base.files_read import InputFile, recorded
 from ksl.load_cases.provenance import versions
 from ksl.model.lengths import far, far_point
+from ksl.model.requests import names_in_order
 from ksl.sizing.bearing_figures import (
     crossed_roller_figures,
     opposed_figures,
@@ -134,11 +135,14 @@ def _components(components: str | os.PathLike[str] | Mapping[str, Any] | Compone
 def _chosen(table: Results, joints: Iterable[str] | None) -> list[str]:
     if joints is None:
         return [name for name in table.joints if table.holds(name)]
-    return [table.named(name, "joints") for name in ([joints] if isinstance(joints, str) else joints)]
+    given = names_in_order(joints, "joints")
+    return list(dict.fromkeys(table.named(name, "joints") for name in ([given] if isinstance(given, str) else given or ())))
 
 
 def _points(table: Results, at: Mapping[str, Sequence[float]] | None, chosen: Sequence[str]) -> dict[str, tuple[float, float, float]]:
     points = {}
+    if not isinstance(at or {}, Mapping):
+        raise SizingError(f"at={at!r}; expected {{joint: (x, y, z)}}, m")
     for given, point in (at or {}).items():
         name = table.named(given, "at")
         if name not in chosen:

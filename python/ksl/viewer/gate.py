@@ -59,7 +59,7 @@ class Gate:
                 return _response(http.HTTPStatus.FORBIDDEN, f"Only the page of ksl view at http://{HOST}:{port} may ask here.\n")
             path, _, query = request.path.partition("?")
             token, _, rest = path.removeprefix("/").partition("/")
-            if not secrets.compare_digest(token.encode(), self.token.encode()):
+            if not secrets.compare_digest(token.encode("utf-8", "surrogateescape"), self.token.encode()):
                 return _response(http.HTTPStatus.NOT_FOUND, "The address of this page has a token in it; ksl view has printed it.\n")
             if rest == ERRORS:
                 self._report(sentence(unquote(query)))

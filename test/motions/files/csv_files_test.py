@@ -51,6 +51,15 @@ SAME = {
         "CSV",
         "the first column, which has no name, numbers the rows",
     ),
+    "pandas, what it has read": (
+        lambda r: "Unnamed: 0,time,hip,slide,Unnamed: 4\n" + "".join(f"{k},{line},\n" for k, line in enumerate(table(r).split())),
+        "CSV",
+        "the first column, which has no name, numbers the rows",
+    ),
+    "blank lines": (lambda r: HEAD + "\n" + table(r).replace("\n", "\n\n") + "  \n\t", "CSV", None),
+    "blank lines of Windows": (lambda r: "time;hip;slide\r\n" + table(r, ";", ",").replace("\n", "\r\n \t\r\n\r\n"), "CSV (semicolons, decimal commas)", None),
+    "blank lines of an old Mac": (lambda r: "time hip slide\r" + table(r, " ", end="\r\r"), "CSV (blanks)", None),
+    "words for no number": (lambda r: "time,hip,slide,hip.v\n" + "".join(f"{line},{x}\n" for line, x in zip(table(r).split(), 3 * ["None", "none", "n/a", "<NA>"] + ["0"] * len(r))), "CSV", "velocities of hip are not used"),
     "MATLAB's writetimetable": (
         lambda r: "Time,hip,slide\n" + "".join(f"{t:g} sec,{q:g},{s:g}\n" for t, q, s in r),
         "CSV",
@@ -149,6 +158,7 @@ REFUSED = {
     "what NumPy shows": ("time,hip,slide\n0,np.float64(1.5),0\n", ":2: column 'hip' holds 'np.float64(1.5)'; expected a number with a decimal point; that is how NumPy shows a number: write float(x)"),
     "thousands": ("time;hip;slide\n0,5;1.000,5;0\n", ":2: column 'hip' holds '1.000,5'; expected a number with a decimal comma, as other values have"),
     "fault after comments": ("# a\n" + HEAD + "# b\n0,0,0\n# c\n1,x,0\n", ":6: column 'hip' holds 'x'"),
+    "fault after blank lines": ("\n" + HEAD + "\n0,0,0\n \n1,x,0\n", ":6: column 'hip' holds 'x'"),
     "infinite after comments": ("# a\n" + HEAD + "# b\n0,0,0\n# c\n1,inf,0\n", ":6: column 'hip' is infinite"),
     "lines above the names": ("Bench 3;B\nDate;3.11.2026\nRate [Hz];125\n\nTime;hip;slide\n0;0;0\n", ":1: the names of columns seem to be in line 5; remove the lines above it, or begin them with #"),
     "numbers alone": ("0,0,0\n1,0,0\n", ":1: no names of columns, but numbers"),

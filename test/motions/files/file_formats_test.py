@@ -65,6 +65,7 @@ SAME = {
     ),
     "arrays by name": (lambda r: npz(**columns(r)), "NPZ", None),
     "time and q": (lambda r: npz(time=r[:, 0], q=r[:, 1:]), "NPZ", "columns of q are taken in the order of the robot's joints: hip, slide"),
+    "names as bytes, and once more": (lambda r: npz(time=r[:, 0], q=r[:, :0:-1], joint_names=np.array([b"slide", b"hip"]), names=["slide", "hip"]), "NPZ", None),
     "t, and names": (lambda r: npz(t=r[:, 0], q=r[:, :0:-1], joint_names=["slide", "hip"]), "NPZ", "column 't' is taken as the time, in s"),
     "columns of MATLAB": (lambda r: npz(time=r[:, :1], hip=r[:, 1:2], slide=r[:, 2:].T), "NPZ", None),
 }
@@ -116,6 +117,8 @@ REFUSED = {
     "NPZ, truncated": (npz(**ROW)[:-40], ": is an NPZ file or another zip archive, but truncated or damaged"),
     "objects": (npz(time=[0.0], q=np.array([None], dtype=object)), ": array 'q' holds Python objects; save numbers only"),
     "sizes": (npz(time=np.zeros(3), q=np.zeros((3, 5))), ": array 'q' has 5 columns, but leg has 2: hip, slide"),
+    "a joint that is listed twice": (npz(time=np.zeros(3), q=np.zeros((3, 2)), names=["hip", "hip"]), ": array 'names' lists 'hip' more than once; give each joint once"),
+    "two lists of joints": (npz(time=np.zeros(3), q=np.zeros((3, 2)), joints=["hip", "slide"], names=["slide", "hip"]), ": arrays 'joints' and 'names' list different joints; remove one"),
     "sizes of listed joints": (npz(time=np.zeros(3), q=np.zeros((3, 5)), names=["hip"]), ": array 'q' has 5 columns, but the file lists 1 joint"),
     "samples": (npz(time=np.zeros(3), q=np.zeros((4, 2))), ": array 'q' has 4 samples, but 'time' has 3; give as many of each"),
     "cube": (npz(time=np.zeros(3), q=np.zeros((3, 2, 2))), ": array 'q' has the shape (3, 2, 2); expected one number for each sample"),

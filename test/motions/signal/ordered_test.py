@@ -136,6 +136,11 @@ def test_lists_of_parquet_take_a_map(leg, tmp_path):
             read_motion(leg, tmp_path / "motion.parquet", map=by)
         with pytest.raises(ksl.MotionError, match=r"unknown column 'observation.state\[0\]'"):
             read_motion(leg, tmp_path / "motion.parquet")
+    others = {"groups of columns": pa.array([{"hip": 1.0}] * 201), "truth values": pa.array([True] * 201), "text": pa.array(["a"] * 201)}
+    for words, column in others.items():
+        pq.write_table(pa.table({"time": T, "hip": T, "slide": T, "more": column}), tmp_path / "motion.parquet")
+        with pytest.raises(ksl.MotionError, match=rf"column 'more', which holds {words} \("):
+            read_motion(leg, tmp_path / "motion.parquet")
     ragged = pa.table({"timestamp": T, "z": T, "s": pa.array([[1.0, 2.0]] * 200 + [[1.0]], pa.list_(pa.float64()))})
     pq.write_table(ragged, tmp_path / "motion.parquet")
     with pytest.raises(ksl.MotionError, match="sample 1: column 's' holds a list of 2 numbers; expected 1 in each row"):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 SMALL = 1 << 20
 """Bytes of a file that one thread parses: less than a block, of which each is a thread's."""
-NOT_GIVEN = ["", "NaN", "nan", "NAN", "NA", "N/A", "#N/A", "null", "NULL"]
+NOT_GIVEN = ["", "NaN", "nan", "NAN", "NA", "N/A", "n/a", "#N/A", "<NA>", "null", "NULL", "None", "none"]
 _TEXT_SIGNS = frozenset(b"\t\n\r\f\x0b\x1b") | frozenset(range(32, 256))
 
 
@@ -35,6 +35,7 @@ class CsvTable(Recorded):
         self._how = how
         if not self.form.names:
             raise MotionError(f"{file}: holds no samples; give `time` and a column for each joint, a line for each sample")
+        self.form.names[:] = ["" if re.fullmatch(r"Unnamed: \d+", n) else n for n in self.form.names]  # pandas calls columns without a name so
         repeated = [n for n, k in Counter(self.form.names).items() if n and k > 1]
         if repeated:
             raise MotionError(f"{file}:{self.form.header_line}: two columns are named {repeated[0]!r}; rename or remove one")
@@ -165,15 +166,15 @@ class CsvTable(Recorded):
     _skipped = 0
 
     def _rows(self) -> tuple[bytes, str]:
-        """The content as pyarrow can parse it: without comments between the rows, and with one character between values."""
+        """The content as pyarrow can parse it: without comments and blank lines between the rows, and with one character between values."""
         self._skipped = self.form.first_line - 1
         marks = any(mark in self._data for mark in (b"#", b"%", b"//"))  # much faster than the expression, and mostly false
         comments = marks and re.search(rb"[\r\n][ \t]*(#|%|//)", self._data) is not None
         blanks = self.form.separator == " "
-        if not comments and not blanks:
+        if not comments and not blanks and not _has_blank_lines(self._data):
             return self._data, self.form.separator
         lines = self._data.splitlines()[self.form.first_line - 1 :]
-        kept = [(k, line) for k, line in enumerate(lines) if not line.lstrip().startswith((b"#", b"%", b"//"))]
+        kept = [(k, line) for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith((b"#", b"%", b"//"))]
         self._lines = np.array([k + self.form.first_line for k, _ in kept])
         self._skipped = 0
         rows = [b",".join(line.split()) for _, line in kept] if blanks else [line for _, line in kept]
@@ -223,6 +224,13 @@ class CsvTable(Recorded):
         if "Empty CSV" in text or "Could not skip" in text:
             return f"{self.file}: holds no samples; give `time` and a column for each joint, a line for each sample"
         return f"{self.file}: can't be read as CSV ({' '.join(text.split())[:200]}); give `time` and a column for each joint, separated by commas"
+
+
+def _has_blank_lines(data: bytes) -> bool:
+    """Whether a line holds nothing but blanks, other than those of no length at the end."""
+    if not any(x in data for x in (b"\n\n", b"\n\r\n", b"\r\r", b"\n ", b"\n\t", b"\r ", b"\r\t")):  # much faster than the expression, and mostly so
+        return False
+    return re.search(rb"(?:\n\r?|\r)[ \t]*[\r\n]|[\r\n][ \t]+\Z", data.rstrip(b"\r\n")) is not None
 
 
 def _numbered(index: int) -> str:

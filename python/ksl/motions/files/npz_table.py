@@ -7,6 +7,7 @@ import struct
 import sys
 import zipfile
 import zlib
+from collections import Counter
 from dataclasses import dataclass
 from functools import lru_cache
 from io import BytesIO
@@ -59,7 +60,7 @@ class _Announced:
 
     @property
     def lists_names(self) -> bool:
-        return self.dtype.kind == "U" and self.name in NAMES
+        return self.dtype.kind in "US" and self.name in NAMES
 
 
 def npz_table(file: str, source: BinaryIO) -> NpzTable:
@@ -103,8 +104,20 @@ def table_of_arrays(file: str, form: str, others: dict[str, str], arrays: dict[s
             columns[name] = x
     _check_lengths(file, {n: x.shape for n, x in (columns | matrices).items() if n not in texts})
     table = NpzTable(file, form, list(columns), columns, texts=texts)
-    table.matrices, table.joints = matrices, [n for key in NAMES for n in lists.get(key, [])]
+    table.matrices, table.joints = matrices, _listed_joints(file, lists)
     return table
+
+
+def _listed_joints(file: str, lists: dict[str, list[str]]) -> list[str]:
+    """The joints of a file's list of them; of several, which must be the same."""
+    named = [(key, lists[key]) for key in NAMES if lists.get(key)]
+    for key, joints in named:
+        if joints != named[0][1]:
+            raise MotionError(f"{file}: arrays {named[0][0]!r} and {key!r} list different joints; remove one")
+        twice = next((n for n, k in Counter(joints).items() if k > 1), None)
+        if twice is not None:
+            raise MotionError(f"{file}: array {key!r} lists {twice!r} more than once; give each joint once, in the order of the columns")
+    return named[0][1] if named else []
 
 
 def _announced(file: str, archive: zipfile.ZipFile, member: str) -> _Announced:
@@ -134,7 +147,7 @@ def _texts(x: NDArray[np.generic]) -> list[str]:
     """An array of text.  Raises ValueError for characters that Unicode doesn't have: NumPy makes strings of them that Python can't use."""
     if x.dtype.kind == "U" and x.size and int(np.frombuffer(x.tobytes(), x.dtype.byteorder.replace("|", "=") + "u4").max(initial=0)) > sys.maxunicode:
         raise ValueError("no text")
-    return [str(n) for n in x.ravel()]
+    return [n.decode("utf-8", "backslashreplace") if isinstance(n, bytes) else str(n) for n in x.ravel()]
 
 
 @lru_cache(maxsize=64)

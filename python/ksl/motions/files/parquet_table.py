@@ -120,7 +120,9 @@ class ParquetTable(Recorded):
         import pyarrow.types as t
 
         kind = self._schema.field(name).type
-        return "lists" if t.is_nested(kind) else "text"
+        if t.is_nested(kind):
+            return "groups of columns" if t.is_struct(kind) else "lists"
+        return "truth values" if t.is_boolean(kind) else "text"
 
     def read(self, names: Sequence[str], time: str | None = None) -> dict[str, Array]:
         """As Recorded.read.  What the columns hold, and how much, is judged before they are read: a few bytes can stand for billions of values."""
