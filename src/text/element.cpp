@@ -20,8 +20,9 @@ std::string mend_of(std::string_view word) {
     return "this is a xacro expression: run xacro on the file first";
   if (word.find(',') != word.npos)
     return "write a point for the decimals and blanks between numbers";
-  const bool is_ascii = std::none_of(word.begin(), word.end(), [](char c) { return static_cast<unsigned char>(c) > 127; });
-  if (!is_ascii && word.find_first_of("abcdfghijklmnopqrstuvwxyzµ") == word.npos) // no unit
+  const bool is_ascii =
+      std::none_of(word.begin(), word.end(), [](char c) { return static_cast<unsigned char>(c) > 127; });
+  if (!is_ascii && word.find_first_of("abcdfghijklmnopqrstuvwxyzABCDFGHIJKLMNOPQRSTUVWXYZ") == word.npos) // no unit
     return "it holds a character that only looks like a blank, a sign or a digit: type it again";
   return "write a finite decimal number such as 0.25 or 1e-3";
 }

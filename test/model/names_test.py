@@ -372,3 +372,20 @@ def test_files_and_commands(robot, folder, tmp_path):
         ksl.compute_loads(robot, motion, joints=["hip"], at={"knee": (0, 0, 1)})
     with pytest.raises(ksl.SizingError, match="a point of knee, which is none of the joints that are sized: hip"):
         ksl.size(run, joints=["hip"], at={"knee": (0, 0, 1)})
+
+
+def test_what_is_no_path_and_no_point(robot, tmp_path):
+    """Python's own words say neither which argument it is nor what is expected."""
+    table, motion = robot.wrench_table(np.arange(9.0), np.zeros((9, 3))), (np.arange(2.0), np.zeros((2, 3)))
+    calls = {
+        "path is Model; expected the path of a robot file": (lambda: ksl.load(robot), lambda: ksl.check(robot)),
+        "path is Model; expected the path of a file to be written": (lambda: robot.to_urdf(robot),),
+        "path is int; expected the path of a motion": (lambda: ksl.read_motion(robot, 5),),
+        "path is int; expected the path of a file with efforts": (lambda: ksl.read_efforts(robot, 5),),
+        "components is list; expected the path of a components file": (lambda: ksl.size(table, [{"kind": "motor"}]),),
+        "at: the point of knee needs three finite numbers": (lambda: ksl.size(table, at={"knee": 5}), lambda: ksl.compute_loads(robot, motion, at={"knee": ("a", 0, 0)})),
+    }
+    for sentence, refused in calls.items():
+        for call in refused:
+            with pytest.raises(ValueError, match=sentence):
+                call()

@@ -188,7 +188,7 @@ def test_names_that_there_are_not(ur5):
         ksl.size(table, joints=["elbov"])
     with pytest.raises(SizingError, match="at: no joint named 'elbov'"):
         ksl.size(table, at={"elbov": (0, 0, 0)})
-    with pytest.raises(SizingError, match="at: the point of elbow must be three finite numbers"):
+    with pytest.raises(SizingError, match="at: the point of elbow needs three finite numbers"):
         ksl.size(table, at={"elbow": (0, 0)})
 
 

@@ -18,6 +18,14 @@ class Unreadable(Exception):
     """Why a file can't be read, as the second half of a sentence.  Each reader raises its own error with it."""
 
 
+def path_given(path: object, what: str, argument: str = "path") -> str:
+    """A path as text.  Raises ValueError for what is none."""
+    try:
+        return os.fsdecode(path)  # type: ignore[arg-type]
+    except TypeError:
+        raise ValueError(f"{argument} is {type(path).__name__}; expected the path of {what}") from None
+
+
 def check_path(file: str) -> None:
     """Raises Unreadable for paths that no file can have."""
     if "\0" in file:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ksl.base.errors import DescriptionError, DescriptionWarning, near_names
+from ksl.base.input_files import path_given
 from ksl.checks import (
     file_rules,
     fit_rules,
@@ -152,6 +153,7 @@ def _read(
 ) -> tuple[RobotFile, list[str]]:
     """The file as the rules see it, and the rules that are left out."""
     left_out = _rule_names(ignore, "ignore")
+    path_given(path, "a robot file")
     if not (0 <= symmetry <= 1):
         raise ValueError(f"symmetry={symmetry!r}: expected a share between 0 and 1, 0.05 for 5 %")
     folders = [Path(p) for p in ([package_paths] if isinstance(package_paths, str) else package_paths)]

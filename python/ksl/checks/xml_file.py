@@ -190,7 +190,7 @@ class Numbers:
         if len(values) != count or any(v is None or not math.isfinite(v) for v in values):
             if "${" not in (text or ""):  # a finding of its own: xacro that was not expanded
                 shown = (text or "").strip(" \t\r\n")[:60]
-                strange = None if re.search("[a-df-zµ]", shown) else next((c for c in shown if c > "~"), None)
+                strange = None if re.search("[a-df-zA-DF-Zµ]", shown) else next((c for c in shown if c > "~"), None)
                 mend = "; numbers have a decimal point" if "," in shown else f"; {_named(strange)} only looks like a blank, a sign or a digit" if strange else ""
                 expected = f"{count} finite numbers" if count > 1 else "a finite number"
                 self.note(line, f'{what} is "{shown}", expected {expected}{mend}')

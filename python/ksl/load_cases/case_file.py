@@ -16,6 +16,7 @@ import numpy as np
 
 from ksl.base.errors import CaseError, MotionError, near_names
 from ksl.base.files_read import InputFile, being_read, recorded
+from ksl.base.input_files import path_given
 from ksl.base.toml_files import read_toml, toml_of
 from ksl.load_cases.case_mechanism import OF_MECHANISM, Mechanisms
 from ksl.load_cases.closed_poses import closed_pose, named_joints
@@ -57,7 +58,7 @@ def read_cases(
     Files in it are relative to its folder.  placement: of the wrenches of all cases.  motion: of cases that name none.
     payloads: what the model carries already, for the record.  reading: arguments of `read_motion`, unless a case gives its own.  Raises CaseError with the file, the case and the key; MotionError.
     """
-    return _Reader(model, os.fspath(path), placement or Placement(), motion, payloads, reading or {}).read()
+    return _Reader(model, path_given(path, "a file of load cases", "cases"), placement or Placement(), motion, payloads, reading or {}).read()
 
 
 def cases_of_text(model: Model, text: str, file: str = "cases.toml") -> list[LoadCase]:

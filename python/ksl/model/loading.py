@@ -16,6 +16,7 @@ from ksl import _core
 from ksl.base import input_files, limits
 from ksl.base.errors import DescriptionError, DescriptionWarning
 from ksl.base.files_read import InputFile
+from ksl.base.input_files import path_given
 from ksl.model import given
 from ksl.model.lengths import extent, far, far_point, strong_gravity
 from ksl.model.loops_file import LoopsFile
@@ -62,10 +63,8 @@ def load(
         m = ksl.load("robot.urdf", payloads={"tool0": (2.0, (0, 0, 0.05))})   # 2 kg, 5 cm in front of the flange
     """
     try:
-        file = os.fsdecode(path)
+        file = path_given(path, "a robot file")
         os.fsencode(file)
-    except TypeError:
-        raise ValueError(f"path is {type(path).__name__}; expected the path of a robot file") from None
     except UnicodeEncodeError:
         said = f"{path!a} is no path, since no bytes stand for one of its characters; correct it"
         raise DescriptionError(said) from None

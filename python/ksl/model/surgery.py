@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ksl import _core
 from ksl.base.errors import DescriptionError, QuaternionWarning, unknown_name
 from ksl.base.files_read import InputFile
+from ksl.base.input_files import path_given
 from ksl.model import given
 from ksl.model.calls import Calls
 from ksl.model.closed_reactions import Request, reactions_derivatives
@@ -205,11 +206,7 @@ class Surgery(Calls):
         if path is not None:
             from ksl.output import whole_file
 
-            try:
-                target = Path(os.fsdecode(path))
-            except TypeError:
-                raise ValueError(f"path is {type(path).__name__}; expected the path of a file to be written") from None
-            with whole_file(target) as part:
+            with whole_file(Path(path_given(path, "a file to be written"))) as part:
                 part.write_text(text, encoding="utf-8", newline="")
         return text
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ksl.base.errors import MotionError, close_names
 from ksl.base.files_read import being_read
+from ksl.base.input_files import path_given
 from ksl.base.words import listed
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.states import Array
@@ -60,7 +61,7 @@ def read_efforts(
         motion, efforts = ksl.read_motion(m, "log.csv", map="axes.toml"), ksl.read_efforts(m, "log.csv", map="axes.toml")
         error = m.inverse_dynamics(motion.q, motion.v, motion.a)[:, 2] - numpy.interp(motion.time, efforts.time, efforts.tau[:, 2])
     """
-    check_options(os.fspath(path), {"map": map, "time_unit": time_unit, "topic": topic})
+    check_options(path_given(path, "a file with efforts"), {"map": map, "time_unit": time_unit, "topic": topic})
     if not isinstance(model, Mechanism):
         raise ValueError(f"model is {type(model).__name__}; expected a model, which ksl.load(file) makes")
     with being_read("motion", path, MotionError):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ksl.base.errors import MotionError
 from ksl.base.files_read import being_read
+from ksl.base.input_files import path_given
 from ksl.base.words import count, listed
 from ksl.model.mechanism import Mechanism
 from ksl.model.motion_columns import columns_of
@@ -76,7 +77,7 @@ def read_motion(
     """
     numbers = {"resample": resample, "start": start, "stop": stop, "smooth": smooth}
     flags = {"degrees": degrees, "ignore_extra": ignore_extra, "positions_only": positions_only}
-    check_options(os.fspath(path), {"map": map, "time_unit": time_unit, "topic": topic, **flags, **numbers})
+    check_options(path_given(path, "a motion"), {"map": map, "time_unit": time_unit, "topic": topic, **flags, **numbers})
     if not isinstance(model, Mechanism):
         raise ValueError(f"model is {type(model).__name__}; expected a model, which ksl.load(file) makes")
     with being_read("motion", _whole(path), MotionError):

@@ -15,7 +15,7 @@ from ksl.load_cases.load_case import LoadCase, Placement
 from ksl.load_cases.provenance import provenance_of
 from ksl.model.loading import load
 from ksl.model.model import Model
-from ksl.model.requests import names_in_order
+from ksl.model.requests import names_in_order, three_numbers
 from ksl.model.states import External, Order, Point, Side
 from ksl.motions.reading_options import check_options
 from ksl.report.loads_run import Run
@@ -67,7 +67,7 @@ def compute_loads(
 def _placement(model: Model, on: Side, at: Point | Mapping[str, Sequence[float]], axes: str, order: Order, joints: str | Sequence[str]) -> Placement:
     """How wrenches are expressed, checked.  `at` is one point for all joints, or the points of single ones."""
     common: Point = at if not isinstance(at, Mapping) else "joint"
-    points = {joint: tuple(float(x) for x in point) for joint, point in at.items()} if isinstance(at, Mapping) else {}
+    points = {joint: three_numbers(point, f"at: the point of {joint}") for joint, point in at.items()} if isinstance(at, Mapping) else {}
     return checked(model, Placement(on, common, axes, order, points, (joints,) if isinstance(joints, str) else tuple(names_in_order(joints, "joints") or ())))
 
 

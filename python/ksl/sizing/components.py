@@ -9,6 +9,7 @@ from typing import Any
 
 from ksl.base.errors import SizingError, near_names, unknown_name
 from ksl.base.files_read import being_read
+from ksl.base.input_files import path_given
 from ksl.base.toml_files import read_text, toml_of
 from ksl.base.toml_lines import line_of, toml_lines
 from ksl.sizing.bolt_names import named_bolt
@@ -75,7 +76,7 @@ class Components:
 
 def read_components(path: str | os.PathLike[str]) -> Components:
     """Reads and checks a components file.  Raises SizingError with the line."""
-    file = os.fspath(path)
+    file = path_given(path, "a components file", "components")
     with being_read("components", file, SizingError):
         text = read_text(file, SizingError, "give a TOML file that describes components: `ksl size --example` prints one")
     return components_of_text(text, file)

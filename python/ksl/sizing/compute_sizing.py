@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
@@ -15,7 +14,7 @@ from ksl.base.errors import SizingError, unknown_name
 from ksl.base.files_read import InputFile, recorded
 from ksl.load_cases.provenance import versions
 from ksl.model.lengths import far, far_point
-from ksl.model.requests import names_in_order
+from ksl.model.requests import names_in_order, three_numbers
 from ksl.sizing.bearing_figures import (
     crossed_roller_figures,
     opposed_figures,
@@ -147,9 +146,10 @@ def _points(table: Results, at: Mapping[str, Sequence[float]] | None, chosen: Se
         name = table.named(given, "at")
         if name not in chosen:
             raise SizingError(f"at: a point of {name}, which is none of the joints that are sized: {', '.join(chosen)}; add it to them, or leave out the point")
-        if len(point) != 3 or not all(math.isfinite(x) for x in point):
-            raise SizingError(f"at: the point of {name} must be three finite numbers, m")
-        points[name] = (float(point[0]), float(point[1]), float(point[2]))
+        try:
+            points[name] = three_numbers(point, f"at: the point of {name}")
+        except ValueError as e:
+            raise SizingError(str(e)) from None
     return points
 
 
