@@ -33,8 +33,8 @@ def shape_size(robot: RobotFile) -> Iterator[Broken]:
 @rule(
     "inertia-axis",
     "warning",
-    condition="A wheel, disc or bar has its largest or smallest moment about the axis that its shape is round about.",
-    cause="The moments are in the axes of the shape, which is turned in the link, and the inertial is not.",
+    condition="A wheel, disc or bar has its largest or smallest moment about the axis that its shape is round about; a wheel, whatever its shape, about that of its joint.",
+    cause="The moments are in the axes of the shape, which is turned in the link, and the inertial is not; or shape and moments are both of a wheel about another axis.",
     repair="Turn the inertial as the shape is turned, or exchange the moments.",
 )
 def inertia_axis(robot: RobotFile) -> Iterator[Broken]:
