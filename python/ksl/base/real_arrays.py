@@ -38,7 +38,8 @@ def real_array(x: Any, what: str) -> NDArray[Any]:
         raise ValueError(f"{what} holds {e}; expected numbers") from None
     except (TypeError, ValueError, BufferError, OverflowError, RecursionError, RuntimeError):
         if _is_differentiated(x):
-            raise ValueError(f"{what} is differentiated or traced by torch or JAX, for which it would be a constant here; ksl.torch.differentiable(model) and ksl.jax.differentiable(model) have calls that differentiate") from None
+            mend = "ksl.torch.differentiable(model) and ksl.jax.differentiable(model) have calls that differentiate"
+            raise ValueError(f"{what} is differentiated or traced by torch or JAX, for which it would be a constant here; {mend}") from None
         shown = repr(x)
         shown = shown if len(shown) <= 60 and shown.isprintable() else type(x).__name__
         raise ValueError(f"{what} is {shown}; expected numbers, in an array or what can become one") from None

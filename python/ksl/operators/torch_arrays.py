@@ -103,7 +103,7 @@ def _holds_tensors(x: object) -> bool:
 def _compute(operator: Operator, stage: Stage, arguments: Sequence[Tensor]) -> list[Tensor]:
     """Runs a stage.  The extension reads and writes the memory of the tensors."""
     if not torch.compiler.is_compiling() and any(torch._C._functorch.is_legacy_batchedtensor(x) for x in arguments):
-        raise NotImplementedError(f"{operator.name}: is_grads_batched= and vectorize= of torch.autograd map in a way that functions of libraries have no part in; take torch.func.jacrev, jacfwd, hessian or vmap")
+        raise NotImplementedError(f"{operator.name}: is_grads_batched= and vectorize= of torch.autograd map where libraries have no part; take torch.func.jacrev, jacfwd, hessian or vmap")
     plain = [x.detach().resolve_neg().contiguous() for x in arguments]
     groups, states = plain[0].shape[:2]
     results = [torch.empty(shape, dtype=plain[0].dtype) for shape in operator.result_shapes(stage, groups, states)]

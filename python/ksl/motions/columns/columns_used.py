@@ -181,7 +181,7 @@ def _check_units(table: Recorded, known: Mapping[str, Quantity], choice: Choice,
         alike = [other for other in units if known[other].quantity == known[to].quantity and known[other].order == known[to].order]
         without = [choice.used[other].source for other in alike if not units[other] and rules[choice.used[other].source].scale == 1]
         if unit and without and choice.used[to].factor != 1 and known[to].quantity != "plain":
-            raise MotionError(f"{table.head}: column {choice.used[to].source!r} is in {bare(unit)}, and {without[0]!r} has no unit; give each column its own, {without[0]!r} [{bare(unit)}] for example")
+            raise MotionError(f"{table.head}: column {choice.used[to].source!r} is in {bare(unit)}, and {without[0]!r} has no unit; give each column its own, {without[0]} [{bare(unit)}] say")
 
 
 @dataclass

@@ -142,7 +142,7 @@ def _refuse_formulas(file: str, source: BinaryIO, table: WorkbookTable) -> None:
     for row in sheet.iter_rows(min_row=table.first_row):
         for cell in row:
             if cell.data_type == "f" and (column := letters(cell.column - 1)) in missing and missing[column][cell.row - table.first_row]:
-                raise MotionError(f"{file}: sheet {table.sheet!r}, cell {column}{cell.row}: holds a formula without its value; open the workbook in a spreadsheet program and save it, which computes it")
+                raise MotionError(f"{file}: sheet {table.sheet!r}, cell {column}{cell.row}: holds a formula without its value; open the workbook in a spreadsheet program and save it")
 
 
 def _check_size(file: str, source: BinaryIO) -> None:
