@@ -177,6 +177,10 @@ def test_units_and_axes_that_are_not_given_are_said(tmp_path):
     w.stage.Save()
     assert tuple(ksl.load(tmp_path / "arm.usda").gravity) == pytest.approx((1.62, 0, 0))
     assert ksl.load(tmp_path / "arm.usda", gravity=(0, 0, -1)).gravity[2] == -1
+    scene.GetGravityMagnitudeAttr().Set(9.81)
+    w.stage.Save()
+    with pytest.warns(ksl.DescriptionWarning, match=r"gravity is 0.0981 m/s², 9.81 in units of 0.01 m: give 981 if it is the Earth's"):
+        ksl.load(tmp_path / "arm.usda")
 
 
 def test_gravity_points_down_the_axis_that_is_up(tmp_path):

@@ -238,6 +238,30 @@ def test_what_is_refused():
         jax.block_until_ready(d.inverse_dynamics(q, v, a, negative))
 
 
+def test_what_becomes_an_array_and_what_does_not():
+    m = robot_named("physics")
+    d = ksl.jax.differentiable(m)
+    q, tip, other = jnp.zeros(6), m.link_names[-1], m.link_names[2]
+    numbers = np.linspace(-1, 1, 6)
+    np.testing.assert_array_equal(d.gravity_torque(numbers.astype(">f8")), d.gravity_torque(numbers))
+    np.testing.assert_array_equal(d.gravity_torque([0] * 6), d.gravity_torque(q))
+    by_force = jax.grad(lambda f: d.inverse_dynamics(q, 0.0, 0.0, external={tip: [f, 0, 0, 0, 0, 0]}).sum())(1.0)
+    np.testing.assert_allclose(by_force, m.inverse_dynamics(*[np.zeros(6)] * 3, external={tip: np.eye(6)[0]}).sum() - m.gravity_torque(np.zeros(6)).sum(), rtol=1e-9, atol=1e-9)
+    for given in ((q,), (q, jnp.asarray(m.parameters))):
+        assert jax.vmap(jax.grad(lambda *x: d.gravity_torque(*x).sum()))(*(x[None][:0] for x in given)).shape == (0, 6)
+    pushed = lambda *wrenches: d.inverse_dynamics(q, 0.0, 0.0, external=dict(zip((tip, other), wrenches)))
+    for call, said in (
+        (lambda: d.gravity_torque("joints"), "gravity_torque: q is 'joints'; expected numbers"),
+        (lambda: pushed(None), rf"external\['{tip}'\] is None; expected numbers"),
+        (lambda: pushed(q, q.astype(jnp.float32)), rf"different types: external\['{tip}'\] float64, external\['{other}'\] float32"),
+        (lambda: pushed(jnp.zeros((5, 6)), jnp.zeros((4, 6))), rf"leading shapes don't broadcast: external\['{tip}'\] \(5, 6\), external\['{other}'\] \(4, 6\)"),
+        (lambda: jax.grad(lambda x: d.reactions(q, 0.0, 0.0, at=(x, 0.0, 0.0)).sum())(0.0), "reactions: at is an array that is differentiated or traced"),
+        (lambda: jax.jit(m.gravity_torque)(q), r"q is differentiated or traced by torch or JAX, .*ksl.jax.differentiable\(model\)"),
+    ):  # fmt: skip
+        with pytest.raises((ValueError, TypeError), match=said):
+            call()
+
+
 def test_a_program_for_another_device_is_refused_when_it_is_compiled():
     m = robot_named("physics")
     d = ksl.jax.differentiable(m)

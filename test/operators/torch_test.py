@@ -155,7 +155,11 @@ def test_functions_of_functions():
     apart = torch.stack([f(q[i], v[i], a[i], p[i]) for i in range(5)])
     torch.testing.assert_close(func.vmap(f)(q, v, a, p), apart, rtol=0, atol=0)
     torch.testing.assert_close(f(q, v, a, p), apart, rtol=0, atol=0)
+    twofold = lambda x: torch.stack([x, -x], dim=1)
+    torch.testing.assert_close(func.vmap(func.vmap(f))(*map(twofold, (q, v, a)), torch.stack([p, p], dim=1)), torch.stack([apart, f(-q, -v, -a, p)], dim=1), rtol=0, atol=0)
     cost = lambda q, v, a, p: (f(q, v, a, p) ** 2).sum()
+    for given in ((q, v, a), (q, v, a, p)):
+        assert func.vmap(func.grad(lambda q, *x: f(q, *x).sum()))(*(x[:0] for x in given)).shape == (0, m.nq)
     shared = func.vmap(func.grad(cost, argnums=3), in_dims=(0, 0, 0, None))(q, v, a, p[0])
     torch.testing.assert_close(shared.sum(0), func.grad(cost, argnums=3)(q, v, a, p[0]), rtol=1e-10, atol=1e-10)
     of = lambda q, v: d.forward_dynamics(q, v, a[0])
@@ -242,6 +246,42 @@ def test_precision_numbers_and_arrays():
     crossed = torch.stack([q, q], dim=-1)[..., 0]  # numbers of a row are no neighbours
     assert not crossed.is_contiguous()
     torch.testing.assert_close(d.inverse_dynamics(crossed, v, a), d.inverse_dynamics(q, v, a), rtol=0, atol=0)
+
+
+def test_arrays_of_numpy():
+    """Of any strides, byte order and rights.  Where there is no tensor they keep their precision."""
+    d = ksl.torch.differentiable(robot_named("physics"))
+    q = np.linspace(-1, 1, 12).reshape(2, 6)
+    expected = d.gravity_torque(torch.tensor(q))
+    swapped, fixed = q.astype(q.dtype.newbyteorder()), q.copy()
+    fixed.flags.writeable = False
+    for given in (q, q[:, ::-1].copy()[:, ::-1], swapped, fixed, q.astype(np.longdouble)):
+        torch.testing.assert_close(d.gravity_torque(given), expected, rtol=0, atol=0)
+    assert d.gravity_torque(q.astype(np.float32)).dtype == d.gravity_torque(q.tolist()).dtype == torch.float32
+
+
+def test_what_is_no_array_is_refused_by_name():
+    m = robot_named("physics")
+    d = ksl.torch.differentiable(m)
+    q, tip, other = torch.zeros(6, dtype=torch.float64), m.link_names[-1], m.link_names[2]
+    angle = q[0].clone().requires_grad_()
+    pushed = lambda **wrenches: d.inverse_dynamics(q, 0.0, 0.0, external={{"tip": tip, "other": other}[k]: w for k, w in wrenches.items()})
+    for call, said in (
+        (lambda: d.gravity_torque(None), "gravity_torque: q is None; expected numbers"),
+        (lambda: d.gravity_torque([angle] * 6), "gravity_torque: q is a list of tensors, whose gradients would be lost; give one tensor, by torch.stack"),
+        (lambda: d.reactions(q, 0.0, 0.0, at=(angle, 0, 0)), "reactions: at is an array that is differentiated or traced"),
+        (lambda: d.inverse_dynamics(q, 0.0, 0.0, external=[q]), "external is list; expected a mapping"),
+        (lambda: pushed(tip=None), rf"external\['{tip}'\] is None; expected numbers"),
+        (lambda: pushed(tip=3.0), rf"external\['{tip}'\] has shape \(\); expected \(…, 6\)"),
+        (lambda: pushed(tip=(angle,) * 6), rf"external\['{tip}'\] is a tuple of tensors"),
+        (lambda: pushed(tip=q, other=q.float()), rf"different types: external\['{tip}'\] torch.float64, external\['{other}'\] torch.float32"),
+        (lambda: pushed(tip=q.expand(5, 6), other=q.expand(4, 6)), rf"leading shapes don't broadcast: external\['{tip}'\] \(5, 6\), external\['{other}'\] \(4, 6\)"),
+        (lambda: pushed(tip=q.to("meta"), other=q), rf"external\['{tip}'\] is on meta, which KSL can't reach"),
+        (lambda: m.gravity_torque(q.clone().requires_grad_()), r"q is differentiated or traced by torch or JAX, .*ksl.torch.differentiable\(model\)"),
+        (lambda: torch.autograd.functional.jacobian(d.gravity_torque, q, vectorize=True), "gravity_torque: is_grads_batched= and vectorize= of torch.autograd .* take torch.func.jacrev"),
+    ):  # fmt: skip
+        with pytest.raises((ValueError, TypeError, NotImplementedError), match=said):
+            call()
 
 
 def test_what_is_refused():

@@ -36,7 +36,10 @@ def real_array(x: Any, what: str) -> NDArray[Any]:
         raise ValueError(f"{what} is complex ({e}); expected real numbers: .real takes the real parts") from None
     except _NotNumbers as e:
         raise ValueError(f"{what} holds {e}; expected numbers") from None
-    except (TypeError, ValueError, BufferError, OverflowError, RecursionError):
+    except (TypeError, ValueError, BufferError, OverflowError, RecursionError, RuntimeError):
+        if _is_differentiated(x):
+            mend = "ksl.torch.differentiable(model) and ksl.jax.differentiable(model) have calls that differentiate"
+            raise ValueError(f"{what} is differentiated or traced by torch or JAX, for which it would be a constant here; {mend}") from None
         shown = repr(x)
         shown = shown if len(shown) <= 60 and shown.isprintable() else type(x).__name__
         raise ValueError(f"{what} is {shown}; expected numbers, in an array or what can become one") from None
@@ -59,6 +62,13 @@ def _real(x: Any, array: NDArray[Any]) -> NDArray[Any]:
     if array.dtype.kind == "c":
         raise _Complex(array.dtype)
     raise _NotNumbers(_WORDS.get(array.dtype.kind, f"{array.dtype}"))
+
+
+def _is_differentiated(x: Any) -> bool:
+    """Is it, or does a list of it hold, a tensor that requires a gradient, or an array that JAX traces?"""
+    if isinstance(x, (list, tuple)):
+        return any(map(_is_differentiated, x))
+    return getattr(x, "requires_grad", False) is True or any(each.__name__ == "Tracer" for each in type(x).__mro__)
 
 
 def _has_masked(x: Any) -> bool:

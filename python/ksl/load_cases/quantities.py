@@ -141,7 +141,7 @@ class PowerBalance:
     integrated: bool = False
     """Is the energy rate that of a simulated motion."""
     untold: Untold | None = None
-    """Of simulated motions: what their samples don't tell, if that is much."""
+    """What is of simulated motions: what their samples don't tell, if that is much."""
 
     @property
     def supplied(self) -> Array:

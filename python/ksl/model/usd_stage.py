@@ -93,6 +93,8 @@ def gravity_of(stage: Stage) -> Array:
     direction = np.array(scene.GetGravityDirectionAttr().Get() or (0, 0, 0), dtype=float)
     magnitude = float(scene.GetGravityMagnitudeAttr().Get())
     size = float(np.linalg.norm(direction))
+    if abs(magnitude - EARTH) < 0.1 and stage.length != 1.0:  # which USD has in units of lengths
+        stage.said.append(f"gravity is {magnitude * stage.length:.3g} m/s², {magnitude:g} in units of {stage.length:g} m: give {EARTH / stage.length:g} if it is the Earth's")
     return (direction / size if size > 0 else down) * (magnitude * stage.length if math.isfinite(magnitude) and magnitude >= 0 else EARTH)
 
 

@@ -10,8 +10,8 @@ from ksl import _core
 from ksl.model.loops import coordinates_of
 from ksl.model.model import Model
 from ksl.model.requests import one_of, request_of_frames, request_of_links, request_of_order
-from ksl.model.states import Acceleration, Expressed, ExternalAxes, Order, Part, Point, Side, Undetermined, external_in
-from ksl.operators.operator import More, Operator
+from ksl.model.states import Acceleration, Expressed, ExternalAxes, Order, Part, Point, Side, Undetermined, external_in, items_of
+from ksl.operators.operator import More, Operator, broadcast
 
 _REQUESTS: dict[str, Callable[..., _core.Links | _core.Request | None]] = {
     "links": request_of_links,
@@ -72,8 +72,12 @@ class Calls(ABC, Generic[A]):
         """Does the library differentiate by this, or trace it?"""
 
     @abstractmethod
-    def _joined(self, arrays: list[Any]) -> Any:
-        """Wrenches (…, 6) in one array behind each other; their leading shapes are broadcast."""
+    def _array(self, x: Any, what: str) -> Any:
+        """An array of the library, or of NumPy.  Raises ValueError for what holds no numbers; what: its name in the message."""
+
+    @abstractmethod
+    def _joined(self, name: str, wrenches: Mapping[str, Any]) -> Any:
+        """Wrenches (…, 6) by what messages call them, in one array behind each other; their leading shapes are broadcast."""
 
     def _operator(self, name: str, external: tuple[str, ...], in_world: bool, parameters: bool, nan_where_open: bool, make: str = "", *arguments: Any) -> Operator:
         """The operator, and its request by the function of `_REQUESTS` that makes it: once for the same request."""
@@ -92,18 +96,14 @@ class Calls(ABC, Generic[A]):
         axes: ExternalAxes = "link", nan_where_open: bool = False,
     ) -> A:  # fmt: skip
         external_in(None, axes)  # refuses other words
-        if external:
-            arguments = (*arguments, self._joined([self._wrench(name, link, x) for link, x in external.items()]))
+        wrenches = {(what := f"external[{link!r}]"): self._array(x, f"{name}: {what}") for link, x in items_of(external, axes)}
+        if wrenches:
+            _require_wrenches(name, wrenches)
+            arguments = (*arguments, self._joined(name, wrenches))
         if parameters is not None:
             arguments = (*arguments, parameters)
         operator = self._operator(name, tuple(external or ()), axes == "world", parameters is not None, nan_where_open, *request)
         return self._apply(operator, arguments)
-
-    def _wrench(self, name: str, link: str, x: Any) -> Any:
-        shape = tuple(x.shape) if hasattr(x, "shape") else (len(x),)
-        if not shape or shape[-1] != 6:
-            raise ValueError(f"{name}: external[{link!r}] has shape {shape}; expected (…, 6): force, then moment")
-        return x
 
     def inverse_dynamics(
         self, q: A, v: A | float, a: A | float, parameters: A | None = None, *, external: Mapping[str, A] | None = None, external_axes: ExternalAxes = "link"
@@ -223,3 +223,13 @@ class Calls(ABC, Generic[A]):
         As :meth:`ksl.Model.consistent_acceleration`, with joints that determine the motion.  Gradients by q, v and a are by their coordinates.
         """
         return self._call("consistent_acceleration", (q, v, a), request=("given", given, "given"))
+
+
+def _require_wrenches(name: str, wrenches: Mapping[str, Any]) -> None:
+    """Raises ValueError for arrays that are no wrenches, or don't fit each other."""
+    shapes = {what: tuple(x.shape) for what, x in wrenches.items()}
+    leading: tuple[int, ...] = ()
+    for what, shape in shapes.items():
+        if shape[-1:] != (6,):
+            raise ValueError(f"{name}: {what} has shape {shape}; expected (…, 6): force, then moment")
+        leading = broadcast(leading, shape[:-1], name, list(shapes), list(shapes.values()))

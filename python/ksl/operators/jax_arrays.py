@@ -6,7 +6,7 @@ from these few, so that no operator has one of its own.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -17,6 +17,7 @@ from jax.extend.core import Primitive
 from jax.interpreters import ad, batching, mlir
 
 from ksl import _core
+from ksl.base.real_arrays import real_array
 from ksl.operators.calls import Calls
 from ksl.operators.operator import NEXT, Operator, Stage, arranged, mapped
 
@@ -33,44 +34,60 @@ class JaxCalls(Calls[jax.Array]):
     """Calls of a model on JAX arrays: `jit`, `grad`, `jvp`, `vmap` and their combinations."""
 
     def _apply(self, operator: Operator, arguments: Sequence[Any]) -> jax.Array:
-        arrays = _of_one_type(operator, arguments)
+        arrays = _of_one_type(operator.name, operator.inputs, arguments)
         rows, found = arranged(operator, arrays, jnp.broadcast_to)
         (result,) = bind(Stage.VALUE, operator, rows)
         return result.reshape(*found.leading, *operator.shape)
 
-    def _joined(self, arrays: list[Any]) -> jax.Array:
-        return jnp.concatenate(jnp.broadcast_arrays(*map(jnp.asarray, arrays)), axis=-1)
+    def _array(self, x: Any, what: str) -> jax.Array:
+        return _array(x, what)
+
+    def _joined(self, name: str, wrenches: Mapping[str, Any]) -> jax.Array:
+        return jnp.concatenate(jnp.broadcast_arrays(*_of_one_type(name, list(wrenches), list(wrenches.values()))), axis=-1)
 
     def _is_differentiated(self, x: object) -> bool:
-        return isinstance(x, jax.core.Tracer)
+        return isinstance(x, jax.core.Tracer) or _holds_arrays(x)
 
 
 def bind(stage: Stage, operator: Operator, arguments: Sequence[Any]) -> list[Any]:
     return list(PRIMITIVES[stage].bind(*arguments, operator=operator))
 
 
-def _of_one_type(operator: Operator, arguments: Sequence[Any]) -> list[jax.Array]:
+def _of_one_type(call: str, inputs: Sequence[str], arguments: Sequence[Any]) -> list[jax.Array]:
     """JAX arrays of one precision on a device that can be reached; numbers and weakly typed arrays take that of the others."""
-    arrays = [jnp.asarray(x) for x in arguments]
-    strong = {name: x.dtype for name, x in zip(operator.inputs, arrays) if not x.weak_type}
+    arrays = [_array(x, f"{call}: {name}") for name, x in zip(inputs, arguments)]
+    strong = {name: x.dtype for name, x in zip(inputs, arrays) if not x.weak_type}
     types = set(strong.values()) or {jnp.result_type(float)}
-    found = ", ".join(f"{name} {x.dtype}" for name, x in zip(operator.inputs, arrays))
+    found = ", ".join(f"{name} {x.dtype}" for name, x in zip(inputs, arrays))
     if len(types) > 1:
-        raise TypeError(f"{operator.name}: arguments have different types: {found}; give all float32 or all float64, by x.astype")
+        raise TypeError(f"{call}: arguments have different types: {found}; give all float32 or all float64, by x.astype")
     (dtype,) = types
     if dtype not in (np.float32, np.float64):
-        raise TypeError(f"{operator.name}: arguments are {found}; expected float32 or float64, by x.astype")
-    for name, x in zip(operator.inputs, arrays):
-        _require_cpu(operator, name, x)
+        raise TypeError(f"{call}: arguments are {found}; expected float32 or float64, by x.astype")
+    for name, x in zip(inputs, arrays):
+        _require_cpu(call, name, x)
     return [x.astype(dtype) for x in arrays]
 
 
-def _require_cpu(operator: Operator, name: str, x: jax.Array) -> None:
+def _array(x: Any, what: str) -> jax.Array:
+    """An array of JAX, of any numbers.  NumPy's may have any byte order."""
+    if isinstance(x, (int, float, jax.Array)) or _holds_arrays(x):
+        return jnp.asarray(x)
+    array = real_array(x, what)
+    has_type = hasattr(x, "dtype") or array.dtype.kind == "f"  # whole numbers in a list have none
+    return jnp.asarray(array.astype(array.dtype.newbyteorder("=") if has_type else float, copy=False))
+
+
+def _holds_arrays(x: object) -> bool:
+    return isinstance(x, (list, tuple)) and any(isinstance(each, jax.Array) for each in x)
+
+
+def _require_cpu(call: str, name: str, x: jax.Array) -> None:
     if isinstance(x, jax.core.Tracer):
         return  # where it will be is known when the program is compiled
     for device in x.devices():
         if device.platform != "cpu":
-            raise ValueError(f"{operator.name}: {name} is on {device}, which KSL can't reach; move it by jax.device_put(x, jax.devices('cpu')[0])")
+            raise ValueError(f"{call}: {name} is on {device}, which KSL can't reach; move it by jax.device_put(x, jax.devices('cpu')[0])")
 
 
 def _shapes(stage: Stage, operator: Operator, first: Any) -> list[tuple[int, ...]]:

@@ -150,18 +150,19 @@ def layout(operator: Operator, shapes: Sequence[tuple[int, ...]]) -> Layout:
         if shape[len(own) :] != last or len(shape) < len(last):
             numbers = {"parameters": "ten for each link", "q": "nq numbers for each state"}.get(name, "nq numbers for each state" if name in ("q0", "q1") else "nv numbers for each state")
             raise ValueError(f"{operator.name}: {name} has shape {shape}; expected (…, {', '.join(map(str, last))}): {numbers}")
-        leading = _broadcast(leading, own, operator, shapes)
+        leading = broadcast(leading, own, operator.name, operator.inputs, shapes)
         if name == "parameters" and any(n != 1 for n in own):  # the last input, so that `leading` is that of all
             groups = len(leading) - next(i for i, n in enumerate(reversed(own)) if n != 1)
     return Layout(leading, groups)
 
 
-def _broadcast(a: tuple[int, ...], b: tuple[int, ...], operator: Operator, shapes: Sequence[tuple[int, ...]]) -> tuple[int, ...]:
+def broadcast(a: tuple[int, ...], b: tuple[int, ...], call: str, inputs: Sequence[str], shapes: Sequence[tuple[int, ...]]) -> tuple[int, ...]:
+    """The leading shape of both.  Raises ValueError, which names the call, its inputs and their shapes."""
     n = max(len(a), len(b))
     pairs = list(zip((1,) * (n - len(a)) + a, (1,) * (n - len(b)) + b))
     if any(x != y and 1 not in (x, y) for x, y in pairs):
-        found = ", ".join(f"{name} {shape}" for name, shape in zip(operator.inputs, shapes))
-        raise ValueError(f"{operator.name}: leading shapes don't broadcast: {found}")
+        found = ", ".join(f"{name} {shape}" for name, shape in zip(inputs, shapes))
+        raise ValueError(f"{call}: leading shapes don't broadcast: {found}")
     return tuple(y if x == 1 else x for x, y in pairs)
 
 
@@ -187,14 +188,15 @@ def mapped(
     """
     of_groups = operator.of_groups(stage)
     apart = operator.parameters and (stage is Stage.VJP or any(own and axis is not None for own, axis in zip(of_groups, axes)))
+    groups, states = (n for k, n in enumerate(arguments[0].shape[: 2 + (axes[0] is not None)]) if k != axes[0])
     rows = []
     for x, axis, of_group in zip(arguments, axes, of_groups):
         if of_group and not apart:
             rows.append(x)
             continue
-        whole = library.broadcast_to(x, (size, *x.shape)) if axis is None else library.moveaxis(x, axis, 0)
-        rows.append(whole.reshape(-1, *whole.shape[2:]) if apart else library.swapaxes(whole, 0, 1).reshape(whole.shape[1], -1, *whole.shape[3:]))
+        whole = library.broadcast_to(x, (size, *x.shape)) if axis is None else library.moveaxis(x, (axis,), (0,))  # by tuples, which torch maps again
+        rows.append(whole.reshape(size * groups, *whole.shape[2:]) if apart else library.swapaxes(whole, 0, 1).reshape(groups, size * whole.shape[2], *whole.shape[3:]))
     results = compute(rows)
     if apart:
-        return [y.reshape(size, -1, *y.shape[1:]) for y in results], 0
-    return [y.reshape(y.shape[0], size, -1, *y.shape[2:]) for y in results], 1
+        return [y.reshape(size, groups, *y.shape[1:]) for y in results], 0
+    return [y.reshape(groups, size, states, *y.shape[2:]) for y in results], 1

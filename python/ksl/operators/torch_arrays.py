@@ -6,7 +6,7 @@ autograd differentiates JVP and VJP again, by the rules in `_Stage`.  Compiled g
 from __future__ import annotations
 
 import weakref
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, cast
 
@@ -14,6 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from ksl.base.real_arrays import real_array
 from ksl.operators.calls import Calls
 from ksl.operators.operator import NEXT, Operator, Stage, arranged, mapped
 
@@ -22,22 +23,24 @@ class TorchCalls(Calls[Tensor]):
     """Calls of a model on tensors: `backward`, `torch.func`, forward mode, `torch.compile`."""
 
     def _apply(self, operator: Operator, arguments: Sequence[Any]) -> Tensor:
-        rows, found = arranged(operator, _of_one_type(operator, arguments), torch.broadcast_to)
+        rows, found = arranged(operator, _of_one_type(operator.name, operator.inputs, arguments), torch.broadcast_to)
         if torch.compiler.is_compiling():
             result = torch.ops.ksl.compute(rows, operator.number, int(Stage.VALUE))[0]
         else:
             result = _apply_stage(Stage.VALUE, operator, rows)[0]
         return result.reshape(*found.leading, *operator.shape)
 
-    def _joined(self, arrays: list[Any]) -> Any:
-        like = next((x for x in arrays if isinstance(x, Tensor)), None)
-        if like is None:  # takes the type of the other arguments
+    def _array(self, x: Any, what: str) -> Any:
+        return x if isinstance(x, Tensor) else np.asarray(x) if torch.compiler.is_compiling() else _numbers(x, what)
+
+    def _joined(self, name: str, wrenches: Mapping[str, Any]) -> Any:
+        arrays = list(wrenches.values())
+        if not any(isinstance(x, Tensor) for x in arrays):  # they take the type of the other arguments
             return np.concatenate(np.broadcast_arrays(*arrays), axis=-1)
-        tensors = [x if isinstance(x, Tensor) else torch.as_tensor(x, dtype=like.dtype) for x in arrays]
-        return torch.cat(torch.broadcast_tensors(*tensors), dim=-1)
+        return torch.cat(torch.broadcast_tensors(*_of_one_type(name, list(wrenches), arrays)), dim=-1)
 
     def _is_differentiated(self, x: object) -> bool:
-        return isinstance(x, Tensor)
+        return isinstance(x, Tensor) or _holds_tensors(x)
 
     @torch.compiler.assume_constant_result
     def _operator(self, *arguments: Any) -> Operator:
@@ -57,30 +60,50 @@ def _operator_of(number: int) -> Operator:
     return found
 
 
-def _of_one_type(operator: Operator, arguments: Sequence[Any]) -> list[Tensor]:
-    """Tensors of one precision on the CPU; numbers and other arrays, which don't differentiate, take the type of the tensors."""
+def _of_one_type(call: str, inputs: Sequence[str], arguments: Sequence[Any]) -> list[Tensor]:
+    """Tensors of one precision on the CPU; numbers and other arrays, which don't differentiate, take the type of the tensors, or else of NumPy's arrays."""
     given = [x for x in arguments if isinstance(x, Tensor)]
-    types = {x.dtype for x in given} or {torch.get_default_dtype()}
-    found = ", ".join(f"{name} {x.dtype}" for name, x in zip(operator.inputs, arguments) if isinstance(x, Tensor))
+    doubles = any(isinstance(x, np.ndarray) and x.dtype.kind == "f" and x.dtype.itemsize > 4 for x in arguments)
+    types = {x.dtype for x in given} or {torch.float64 if doubles else torch.get_default_dtype()}
+    found = ", ".join(f"{name} {x.dtype}" for name, x in zip(inputs, arguments) if isinstance(x, Tensor))
     if len(types) > 1:
-        raise TypeError(f"{operator.name}: arguments have different types: {found}; give all float32 or all float64, by x.to")
+        raise TypeError(f"{call}: arguments have different types: {found}; give all float32 or all float64, by x.to")
     (dtype,) = types
     if dtype not in (torch.float32, torch.float64):
-        raise TypeError(f"{operator.name}: arguments are {found}; expected torch.float32 or torch.float64, by x.to")
-    for name, x in zip(operator.inputs, arguments):
+        raise TypeError(f"{call}: arguments are {found}; expected torch.float32 or torch.float64, by x.to")
+    for name, x in zip(inputs, arguments):
         if not isinstance(x, Tensor):
             continue
         if x.device.type != "cpu":
-            raise ValueError(f"{operator.name}: {name} is on {x.device}, which KSL can't reach; move it by {name}.cpu()")
+            raise ValueError(f"{call}: {name} is on {x.device}, which KSL can't reach; move it by {name}.cpu()")
         if x.is_nested:
-            raise ValueError(f"{operator.name}: {name} is a nested tensor; expected one of one shape, by torch.nested.to_padded_tensor({name}, 0.0), or call with each of {name}.unbind()")
+            raise ValueError(f"{call}: {name} is a nested tensor; expected one of one shape, by torch.nested.to_padded_tensor({name}, 0.0), or call with each of {name}.unbind()")
         if x.layout is not torch.strided:
-            raise ValueError(f"{operator.name}: {name} is a tensor of {x.layout}; expected a dense one, by {name}.to_dense()")
-    return [x if isinstance(x, Tensor) else torch.as_tensor(x, dtype=dtype) for x in arguments]
+            raise ValueError(f"{call}: {name} is a tensor of {x.layout}; expected a dense one, by {name}.to_dense()")
+    return [x if isinstance(x, Tensor) else _tensor(x, f"{call}: {name}", dtype) for name, x in zip(inputs, arguments)]
+
+
+def _tensor(x: Any, what: str, dtype: torch.dtype) -> Tensor:
+    """A tensor of numbers, or of an array with any strides, byte order and rights, which is copied."""
+    if isinstance(x, (int, float)) or torch.compiler.is_compiling():
+        return torch.as_tensor(x, dtype=dtype)
+    return torch.as_tensor(np.array(_numbers(x, what), np.float32 if dtype == torch.float32 else np.float64), dtype=dtype)
+
+
+def _numbers(x: Any, what: str) -> Any:
+    if _holds_tensors(x):
+        raise TypeError(f"{what} is a {type(x).__name__} of tensors, whose gradients would be lost; give one tensor, by torch.stack")
+    return real_array(x, what)
+
+
+def _holds_tensors(x: object) -> bool:
+    return isinstance(x, (list, tuple)) and any(isinstance(each, Tensor) or _holds_tensors(each) for each in x)
 
 
 def _compute(operator: Operator, stage: Stage, arguments: Sequence[Tensor]) -> list[Tensor]:
     """Runs a stage.  The extension reads and writes the memory of the tensors."""
+    if not torch.compiler.is_compiling() and any(torch._C._functorch.is_legacy_batchedtensor(x) for x in arguments):
+        raise NotImplementedError(f"{operator.name}: is_grads_batched= and vectorize= of torch.autograd map where libraries have no part; take torch.func.jacrev, jacfwd, hessian or vmap")
     plain = [x.detach().resolve_neg().contiguous() for x in arguments]
     groups, states = plain[0].shape[:2]
     results = [torch.empty(shape, dtype=plain[0].dtype) for shape in operator.result_shapes(stage, groups, states)]

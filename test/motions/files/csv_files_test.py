@@ -36,6 +36,7 @@ SAME = {
     "bars": (lambda r: "time|hip|slide\n" + table(r, "|"), "CSV (vertical bars)", None),
     "old Mac": (lambda r: "time,hip,slide\r" + table(r, end="\r"), "CSV", None),
     "comments": (lambda r: "# made by x\n%\ntimestamp,hip,slide\n# start\n" + table(r).replace("\n", "\n  # note\n", 1), "CSV", "column 'timestamp' is taken"),
+    "a comment with a unit": (lambda r: "# positions [mm]\n" + HEAD + table(r), "CSV", "the comment in line 1 speaks of mm, and columns have no units: they are taken in rad and m"),
     "numpy.savetxt": (lambda r: saved(r, header="time hip slide"), "CSV (blanks)", "names of the columns are taken from the comment in line 1"),
     "numpy.savetxt with commas": (
         lambda r: saved(r, delimiter=",", header="time,hip,slide"),
@@ -88,6 +89,22 @@ def saved(rows: np.ndarray, **options) -> str:
 
 def quoted(rows: np.ndarray, decimal: str = ".") -> str:
     return "".join(",".join(f'"{x:.6g}"'.replace(".", decimal) for x in row) + "\n" for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("time,hip,hip2\ns,deg,\n0,1,2\n1,2,3\n", "column 'hip' is in deg, and 'hip2' has no unit; give each column its own"),
+        ("time,hip [deg],hip2\n0,1,2\n1,2,3\n", "column 'hip [deg]' is in deg, and 'hip2' has no unit"),
+        ((HEAD + "0,1,2\n").encode("utf-16-le"), "is not text; it seems to be in UTF-16 without a mark: save it in UTF-8"),
+        ((HEAD + "0,1,2\n").encode("utf-32"), "is in UTF-32; save it in UTF-8"),
+    ],
+    ids=["units of some columns", "names with units of some columns", "UTF-16 without a mark", "UTF-32"],
+)
+def test_what_would_be_a_guess_is_refused(written, refusal, content, said):
+    b = ksl.Builder("two hips").add_link("base").add_link("thigh", mass=1.0).add_link("shin", mass=1.0, center_of_mass=(1, 0, 0))
+    m = b.add_joint("hip", "continuous", "base", "thigh", axis=(0, 1, 0)).add_joint("hip2", "continuous", "thigh", "shin", axis=(0, 1, 0)).build()
+    assert said in refusal(m, written(content))
 
 
 @pytest.mark.parametrize("form", SAME)

@@ -93,6 +93,8 @@ REFUSED = {
     "an error of a formula": ([NAMES, [0, "#DIV/0!", 2]], ", cell B2: column 'hip' holds '#DIV/0!'"),
     "a truth value": ([NAMES, [0, True, 2]], ", cell B2: column 'hip' holds 'True'"),
     "a mean below": ([NAMES, [0, 1, 2], ["mean", 1, 2]], ", cell A3: column 'time' holds 'mean'"),
+    "a unit above the names": ([[None, "Positions [deg]"], NAMES, [0, 1, 2]], ", cell B1: 'Positions [deg]' stands above the names of columns and gives a unit"),
+    "a formula without its value": ([NAMES, [0, 1, 2], ["=A2+1", 1, 2]], ", cell A3: holds a formula without its value; open the workbook in a spreadsheet program"),
     "dates of a joint": ([NAMES, [0, datetime.datetime(2026, 1, 1), 2]], ": column 'hip' holds dates or clock times; expected numbers"),
     "dates among numbers": ([NAMES, [0, 1, 2], [datetime.datetime(2026, 1, 1), 1, 2]], ", cell A3: column 'time' holds '2026-01-01"),
 }

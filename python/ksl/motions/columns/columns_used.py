@@ -99,6 +99,8 @@ def choose_columns(
             choice.used[rule.to] = _conversion(table, known[rule.to], source, rule, degrees, columns)
     if positions_only and any(known[r.to].order for r in rules.values() if r.to in known):
         choice.notes.append("velocities and accelerations in the file are not used, as wished")
+    if not degrees:
+        _check_units(table, known, choice, rules)
     _check_constants(table, model, choice, columns)
     _check_complete(table, model, choice, columns)
     choice.notes += _notes(table, known, choice, rules, columns)
@@ -170,6 +172,16 @@ def _conversion(table: Recorded, what: Quantity, source: str, rule: ColumnRule, 
         where = columns.file if rule.unit and source in columns.rules else table.head
         scale = factor(where, source, unit, what.quantity, what.order, rate_of_position=rule.unit != "")
     return Used(source, scale * rule.factor, scale * rule.offset)
+
+
+def _check_units(table: Recorded, known: Mapping[str, Quantity], choice: Choice, rules: Mapping[str, ColumnRule]) -> None:
+    """Raises MotionError where a column is converted, and another one of its kind says no unit: a merged cell gives it to the first column alone."""
+    units = {to: rules[used.source].unit or table.units.get(used.source, "") for to, used in choice.used.items()}
+    for to, unit in units.items():
+        alike = [other for other in units if known[other].quantity == known[to].quantity and known[other].order == known[to].order]
+        without = [choice.used[other].source for other in alike if not units[other] and rules[choice.used[other].source].scale == 1]
+        if unit and without and choice.used[to].factor != 1 and known[to].quantity != "plain":
+            raise MotionError(f"{table.head}: column {choice.used[to].source!r} is in {bare(unit)}, and {without[0]!r} has no unit; give each column its own, {without[0]} [{bare(unit)}] say")
 
 
 @dataclass

@@ -25,6 +25,7 @@ _LINE_END = re.compile(rb"\r\n|\n|\r")
 _COMMA_NUMBER = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?|[-+]?\d+,")
 _BRACKETED = re.compile(r"[\[(<][^\])>]*[\])>]")
 MEND = "give a CSV file with `time` and a column for each joint"
+_UNIT_TO_CONVERT = re.compile(r"\b(deg|degs|degrees?|mm|millimet(er|re)s?)\b|°", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,8 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
     if len(fields) > start and is_row_of_units(fields[start]):
         units = [bare(u) for u in fields[start]] + [""] * (len(header) - len(fields[start]))
         start += 1
+    elif not any("[" in name or "(" in name for name in header):
+        notes += [f"the comment in line {c.number} speaks of {found[0]}, and columns have no units: they are taken in rad and m" for c in comments if (found := _UNIT_TO_CONVERT.search(c.text))][:1]
     while len(fields) > start and not any(fields[start]):
         start += 1
     first = lines[start].number if len(lines) > start else lines[-1].number + 1

@@ -239,6 +239,8 @@ def _numbered(index: int) -> str:
 
 def _as_utf8(file: str, data: bytes) -> tuple[bytes, str, list[str]]:
     """The content in UTF-8, or in the encoding that its first lines turn out to have, and notes about it."""
+    if data.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
+        raise MotionError(f"{file}: is in UTF-32; save it in UTF-8")
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         try:
             return data.decode("utf-16").encode(), "utf-8", ["the file is in UTF-16"]
@@ -247,7 +249,8 @@ def _as_utf8(file: str, data: bytes) -> tuple[bytes, str, list[str]]:
     head = data[: 1 << 16]
     if not _TEXT_SIGNS.issuperset(head):
         bad = next(i for i, byte in enumerate(head) if byte not in _TEXT_SIGNS)
-        raise MotionError(f"{file}: line {len(head[:bad].splitlines()) or 1} is not text; {MEND}")
+        looks = "; it seems to be in UTF-16 without a mark: save it in UTF-8" if any(set(head[k:64:2]) == {0} for k in (0, 1)) else f"; {MEND}"
+        raise MotionError(f"{file}: line {len(head[:bad].splitlines()) or 1} is not text{looks}")
     try:
         head.decode()
     except UnicodeDecodeError as e:

@@ -35,7 +35,7 @@ _OTHERS = {
     b"MATLAB 7.3": "a MATLAB file of version 7.3, which is HDF5; save it by save(…, '-v7')",
     b"MATLAB": "a MATLAB file of another version; save it by save(…, '-v7')",
     b"\x93NUMPY": "a single NumPy array; save time and positions together: numpy.savez('motion.npz', time=…, q=…)",
-    b"\xd0\xcf\x11\xe0": "an old Excel workbook; save the sheet as CSV",
+    b"\xd0\xcf\x11\xe0": "an old Excel workbook, or one with a password; save it as .xlsx without one, or the sheet as CSV",
     b"\x28\xb5\x2f\xfd": "compressed by zstd; unpack it, or compress it by gzip",
     b"ARROW1": "an Arrow file; save the motion as Parquet",
     b"%PDF": "a PDF; give the table that it was made from",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import re
 import zipfile
 from array import array
 from collections.abc import Iterator, Sequence
@@ -16,10 +17,11 @@ from ksl.base.errors import MotionError, near_names
 from ksl.base.words import listed
 from ksl.model.states import Array
 from ksl.motions.columns.recorded import Recorded, check_columns, check_names, check_numbers
-from ksl.motions.columns.units import bare
+from ksl.motions.columns.units import bare, unit_of
 from ksl.motions.files.csv_form import is_row_of_units
 
 ONE_TABLE = "give each table a sheet of its own"
+_ENDS_IN_UNIT = re.compile(r"[\[(<]([^\[\]()<>]{1,12})[\])>]\s*$")
 MOST_NOTES = 10
 """Remarks beside a table, and titles above it, that are named."""
 
@@ -118,11 +120,29 @@ def workbook_table(file: str, source: BinaryIO, sheet: str | None) -> WorkbookTa
             book = openpyxl.load_workbook(source, read_only=True, data_only=True, keep_links=False)
             empty, notes = count(1), list[str]()
             chosen = _sheet(file, book, sheet, empty, notes)
-            return _table(file, chosen.title, _rows(file, chosen, empty), notes)
+            table = _table(file, chosen.title, _rows(file, chosen, empty), notes)
+            _refuse_formulas(file, source, table)
+            return table
         except (MotionError, MemoryError):
             raise
         except Exception as e:  # openpyxl lets errors of XML, of zip archives and of Python's own types through
             raise MotionError(f"{file}: is an Excel workbook, but truncated or damaged ({type(e).__name__}); open and save it again, or save the sheet as CSV") from None
+
+
+def _refuse_formulas(file: str, source: BinaryIO, table: WorkbookTable) -> None:
+    """Raises MotionError for a formula whose value the workbook doesn't hold: programs that compute none write such ones."""
+    import openpyxl
+
+    missing = {column.letter: np.isnan(column.numbers) for column in table.cells.values()}
+    if not any(each.any() for each in missing.values()):
+        return
+    source.seek(0)
+    sheet = openpyxl.load_workbook(source, read_only=True, keep_links=False)[table.sheet]
+    sheet.reset_dimensions()
+    for row in sheet.iter_rows(min_row=table.first_row):
+        for cell in row:
+            if cell.data_type == "f" and (column := letters(cell.column - 1)) in missing and missing[column][cell.row - table.first_row]:
+                raise MotionError(f"{file}: sheet {table.sheet!r}, cell {column}{cell.row}: holds a formula without its value; open the workbook in a spreadsheet program and save it")
 
 
 def _check_size(file: str, source: BinaryIO) -> None:
@@ -221,18 +241,29 @@ def _header(where: str, rows: Iterator[Row], notes: list[str]) -> tuple[Row, Ite
         if not isinstance(filled[0], str):
             raise MotionError(f"{where}, row {row.number}: no names of columns above this row; name them: time, and each joint")
         if pair:
+            _refuse_unit(where, pair)
             above.append(_shown(pair))
         are_texts = all(isinstance(x, str) for x in filled)
         pair = row if are_texts and len(filled) > 1 else None
         if pair and len(filled) > 2:
             break
         if not pair and len(above) < MOST_NOTES:
+            _refuse_unit(where, row)
             above.append(_shown(row))
     if pair is None:
         raise MotionError(f"{where}: no names of columns; give `time` and a column for each joint, a row for each sample")
     if above:
         notes.append(f"left out of sheet {where.rpartition('sheet ')[2]}: {listed(above[:MOST_NOTES])}, above the names of columns")
     return pair, rows
+
+
+def _refuse_unit(where: str, row: Row) -> None:
+    """Raises MotionError for a title of several columns with a unit to convert, since it can't be told which columns these are."""
+    for i, x in enumerate(row.cells):
+        found = _ENDS_IN_UNIT.search(x) if isinstance(x, str) else None
+        unit = unit_of(found[1]) if found else None
+        if unit and unit.quantity in ("angle", "length") and unit.factor != 1:
+            raise MotionError(f"{where}, cell {letters(i)}{row.number}: {x[:40]!r} stands above the names of columns and gives a unit; write it into each name, or into a row below them")
 
 
 def _shown(row: Row) -> str:
