@@ -139,9 +139,9 @@ class PowerBalance:
     exchanged: float = 0.0
     """The largest rate of the kinetic energy, W: what potential and kinetic energy exchange where nothing is supplied."""
     integrated: bool = False
-    """Is the energy rate that of a simulated motion."""
+    """Is the energy rate that of a simulated motion?"""
     untold: Untold | None = None
-    """What is of simulated motions: what their samples don't tell, if that is much."""
+    """The energy that the samples of a simulated motion don't tell, if that is much."""
 
     @property
     def supplied(self) -> Array:
