@@ -5,6 +5,9 @@
 #include "simulate/dop853_coefficients.hpp"
 #include "simulate/local_state.hpp"
 
+#include <array>
+#include <vector>
+
 namespace ksl::simulating {
 
 class dop853_step final : public continuous_step {
@@ -47,7 +50,8 @@ public:
 private:
   struct polynomial {
     double h = 0;
-    std::vector<double> q, start, part[7]; ///< about the position q
+    std::vector<double> q, start;
+    std::array<std::vector<double>, 7> part; ///< about the position q
   };
 
   void set_scale();

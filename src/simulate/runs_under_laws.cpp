@@ -38,9 +38,11 @@ public:
     for (const double until : breaks_) {
       place.begin = place.t, place.length = until - place.t, place.taken = 0;
       place.whole = until > place.t ? equal_steps(place.t, until, task_.step) : 0;
-      for (; place.taken < place.whole; ++place.taken)
+      while (place.taken < place.whole) {
         if (!step(place, until))
           return;
+        ++place.taken;
+      }
       ++place.next_break;
     }
   }
