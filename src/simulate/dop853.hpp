@@ -5,9 +5,6 @@
 #include "simulate/dop853_coefficients.hpp"
 #include "simulate/local_state.hpp"
 
-#include <array>
-#include <vector>
-
 namespace ksl::simulating {
 
 class dop853_step final : public continuous_step {
@@ -48,10 +45,9 @@ public:
   double work() const override { return start_[2 * of_.nv()]; }
 
 private:
-  struct polynomial {
+  struct polynomial { // NOLINT(bugprone-reserved-identifier): the name is the compiler's, of a loop that copies `part`
     double h = 0;
-    std::vector<double> q, start;
-    std::array<std::vector<double>, 7> part; ///< about the position q
+    std::vector<double> q, start, part[7]; ///< about the position q
   };
 
   void set_scale();
