@@ -7,6 +7,7 @@ import re
 from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from itertools import islice
 
 from ksl.base import limits
 from ksl.base.csv_cells import text_of_cell
@@ -97,7 +98,9 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
         units = [bare(u) for u in fields[start]] + [""] * (len(header) - len(fields[start]))
         start += 1
     elif not any("[" in name or "(" in name for name in header):
-        notes += [f"the comment in line {c.number} speaks of {found[0]}, and columns have no units: they are taken in rad and m" for c in comments if (found := _UNIT_TO_CONVERT.search(c.text))][:1]
+        told = ((c.number, unit[0]) for c in comments if (unit := _UNIT_TO_CONVERT.search(c.text)))
+        for number, unit in islice(told, 1):
+            notes.append(f"the comment in line {number} speaks of {unit}, and columns have no units: they are taken in rad and m")
     while len(fields) > start and not any(fields[start]):
         start += 1
     first = lines[start].number if len(lines) > start else lines[-1].number + 1
