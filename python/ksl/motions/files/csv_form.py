@@ -98,7 +98,7 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
         units = [bare(u) for u in fields[start]] + [""] * (len(header) - len(fields[start]))
         start += 1
     elif not any("[" in name or "(" in name for name in header):
-        told = ((c.number, unit[0]) for c in comments if (unit := _UNIT_TO_CONVERT.search(c.text)))
+        told = ((c.number, match[0]) for c in comments if (match := _UNIT_TO_CONVERT.search(c.text)))
         for number, unit in islice(told, 1):
             notes.append(f"the comment in line {number} speaks of {unit}, and columns have no units: they are taken in rad and m")
     while len(fields) > start and not any(fields[start]):
