@@ -18,7 +18,7 @@ ALLOWED: dict[str, set[str]] = {
     "output": set(),
     "arrays": {"base"},
     "model": {"base", "output"},
-    "operators": {"model"},
+    "operators": {"base", "model"},
     "identify": {"base", "model"},
     "comparison": {"base", "model"},
     "motions.signal": {"base", "model"},
