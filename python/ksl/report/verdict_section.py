@@ -78,7 +78,7 @@ def uses_table(verdict: Verdict, anchors: Mapping[tuple[str, str], str], clocks:
     head = "".join(f'<th scope="col">{quantity}</th>' for quantity in AMBER)
     title = "Share of its limits that each joint uses" + (", largest over all load cases" if several else "")
     table = f'<table class="uses"><caption>{title}</caption><thead><tr><th scope="col">joint</th>{head}</tr></thead><tbody>{rows}</tbody></table>'
-    note = '<p class="small">Of a position: its distance from the middle of the range, as a share of half the range.</p>'
+    note = '<p class="small">The share of a position is its distance from the middle of the range, divided by half the range.</p>'
     return f'<div class="wide" role="region" aria-label="{title}" tabindex="0">{table}</div>{note}'
 
 

@@ -21,8 +21,8 @@ template <> inline constexpr bool is_number<float> = true;
 template <class T> inline constexpr bool is_pack = false;
 template <class T, int W> inline constexpr bool is_pack<pack<T, W>> = true;
 
-/// Is T a pack that takes sixteen registers or fewer, of 32 bytes at most?  A step of a body is then long in instructions, and what waits for
-/// another body is best put beside what doesn't; with larger registers nothing waits that long.
+/// Is T a pack of states of 32 bytes at most?  Steps that wait for another body then gain by standing beside steps that don't.  With larger
+/// registers they don't gain (docs/decisions/0019-speed-everywhere.md).
 template <class T> inline constexpr bool in_narrow_lanes = is_pack<T> && sizeof(T) <= 32;
 
 /// The operators + − × ÷, and constants made from the numbers that models hold (see scalar_of_trait) and from literals.

@@ -18,7 +18,7 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Is (1) left to the backward pass?  That pass waits for one wrench after the other, and (1) waits for none.
+/// Is (1) computed in the backward pass?  There each body waits for the wrench of the next one, and (1) waits for nothing.
 template <class T> inline constexpr bool laws_are_late = in_narrow_lanes<T>;
 
 template <class T> struct inverse_dynamics_workspace {

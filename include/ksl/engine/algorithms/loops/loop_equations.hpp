@@ -264,7 +264,7 @@ KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_wo
   for (int i = 0; i < joint.forces + joint.moments; ++i) {
     const bool force = i < joint.forces;
     const bool mixed = i == joint.mixed, about_normal = joint.has_two_axes && !force;
-    const vec3<T> own = about_normal ? w.normal[loop] : spread<T>(joint.direction[i]);
+    const vec3<T> own = direction_of<T>(joint, w.normal[loop], i);
     vec3<T> d;
     A::product_drv(&to.R, &own, &d);
     const int row = joint.first_row + i;
