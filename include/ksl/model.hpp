@@ -93,118 +93,15 @@ namespace loops {
 struct tables;
 }
 
-/// A mechanism, immutable after construction, shared between threads.
-class KSL_EXPORT model {
-public:
-  /// Builds the arrays.  Throws description_error if the description is not a tree.
-  explicit model(robot_description robot, const model_options &options = {});
-
-  /// The same mechanism with other inertias for some of its links: the structure is copied, not built again.  Throws
-  /// description_error for a mass that is negative or a number that is not finite.  O(links).
-  model with_inertias(const std::vector<link_inertia> &inertias) const;
-
-  /// The same mechanism under another gravity, m/s² in world axes: on a wall, or on another planet.  Throws description_error for
-  /// numbers that are not finite.  The structure is copied, not built again.
-  model with_gravity(const std::array<double, 3> &gravity) const;
-
-  int nq() const { return nq_; }
-  int nv() const { return nv_; }
-
-  /// How many elements of the lower triangle of the mass matrix the shape of the tree lets differ from zero.
-  int tree_elements() const { return tree_row_.back(); }
-  /// The index of the first element of each row, and of the end of the last row (nv + 1).
-  const std::vector<int> &tree_rows() const { return tree_row_; }
-  /// The column of each element.
-  std::vector<int> tree_columns() const;
-  /// The same into columns (tree_elements()).
-  void tree_columns(int *columns) const;
-
-  /// All joints: the moving ones in the order of q (depth first, children in file order), then the followers of mimic joints,
-  /// which have no numbers in q and v of their own, then the fixed ones, `base` last.
-  const std::vector<joint_row> &joints() const { return joints_; }
-  /// Joints that close loops, in the order of the description.  A model without them is a tree.
-  const std::vector<loop_row> &loops() const { return loops_; }
-  /// Springs, dampers and cylinders between points of two links, whether they act or not.
-  const std::vector<force_element_row> &force_elements() const { return force_elements_; }
-  /// How many of them act: all, if physics_options name them, or none.
-  int acting_force_elements() const { return acting_force_elements_; }
-  /// What the library has computed about the loops.
-  const loops::tables &loop_tables() const { return *loop_tables_; }
-
-  int moving_joints() const { return moving_joints_; } ///< without followers
-  int followers() const { return static_cast<int>(double_.followers.size()); }
-
-  /// The first joint that can move without moving any mass, whatever the position: an index into joints(), or −1.  Its acceleration
-  /// under given efforts is not determined.
-  int massless_joint() const { return massless_joint_; }
-  /// A sentence that names this joint and says how to mend the model; empty if there is none.
-  std::string massless_joint_text() const;
-  /// The same for a joint that moves no mass at some position: an index into joints().
-  std::string massless_joint_text(int joint) const;
-
+/// What a model consists of, and the views of it that kernels get.
+struct model_parts {
   /// A unit quaternion [x y z w] in q: where it begins, and the joint that it belongs to.
   struct quaternion_in_q {
     int q_index;
     int joint; ///< index into joints()
   };
-  const std::vector<quaternion_in_q> &quaternions() const { return quaternions_; }
-
-  /// The range of each number in q (nq): the limits of the description, those of followers included; where it gives none, −π to π
-  /// for angles and −1 m to 1 m for lengths.  Of the numbers of quaternions, −1 to 1.
   struct position_range { double lower, upper; };
-  const std::vector<position_range> &position_ranges() const { return position_ranges_; }
 
-  /// Links, parents first, with name and inertia, payload included.
-  const std::vector<link_description> &links() const { return links_; }
-
-  /// Mass of all links, payloads included; and of the links that a joint carries, directly or not.  kg.
-  double mass() const;
-  double subtree_mass(int joint) const;
-
-  /// The joints between the root and a link, indices into joints(), the root's first; the joint to the ground is one of them if
-  /// it moves.  All links that a joint carries, directly or not, parents first.
-  std::vector<int> support(int link) const;
-  std::vector<int> subtree_links(int joint) const;
-  /// The same into an array, which may be null.  Return how many they are.
-  int support(int link, int *joints) const;
-  int subtree_links(int joint, int *links) const;
-
-  /// The joint that carries a link, index into joints().
-  int joint_above(int link) const { return joint_above_[static_cast<std::size_t>(link)]; }
-
-  /// Index of a name, or −1.
-  int find_joint(const std::string &name) const;
-  int find_link(const std::string &name) const;
-
-  /// Is dry friction discontinuous at rest?  Forward dynamics and derivatives of efforts are then undefined: C and Python refuse
-  /// them; in C++ they are those of a very narrow smooth law, which no integrator and no optimiser can use.
-  bool exact_friction() const { return description_.physics.friction && description_.physics.exact_friction; }
-  /// A sentence that says so, and what to do about it.
-  static std::string exact_friction_text();
-
-  /// All that the model is made of, in file order, payloads included: model(m.description()) is a copy of m.
-  const robot_description &description() const { return description_; }
-
-  /// The arrays that algorithms run on, in double and in single precision; valid as long as the model lives.  They are those of
-  /// the expanded mechanism, in which followers have numbers of their own: nq and nv of a view count them.
-  model_view<double> view() const { return double_.view(*this); }
-  model_view<float> view_single() const { return single_.view(*this); }
-  template <class S> model_view<S> view_in() const {
-    if constexpr (sizeof(S) == sizeof(double))
-      return view();
-    else
-      return view_single();
-  }
-
-  /// How the numbers of the expanded mechanism follow from those of a user (engine/model/coupling.hpp).
-  template <class S> coupling_view<S> coupling_in() const {
-    if constexpr (sizeof(S) == sizeof(double))
-      return double_.coupling(nq_, nv_, in_q_, in_v_);
-    else
-      return single_.coupling(nq_, nv_, in_q_, in_v_);
-  }
-
-private:
   /// Bodies, links and gravity in one precision.
   template <class S> struct arrays {
     std::vector<ksl::body<S>> bodies;
@@ -218,14 +115,14 @@ private:
     int first_angle = 0, angles_end = 0;
     loop_plan<S> loops;
 
-    model_view<S> view(const model &m) const {
+    model_view<S> view_of(const model_parts &m) const {
       return {static_cast<int>(bodies.size()),
               static_cast<int>(links.size()),
               m.expanded_nq_,
               m.expanded_nv_,
               m.pose_numbers_,
               m.longest_path_,
-              m.tree_row_.back(),
+              m.tree_row_.empty() ? 0 : m.tree_row_.back(), // of a model that was moved from
               gravity,
               bodies.data(),
               links.data(),
@@ -262,7 +159,142 @@ private:
   std::vector<int> in_q_, in_v_; // where a user's numbers are in the expanded arrays
   int nq_ = 0, nv_ = 0, expanded_nq_ = 0, expanded_nv_ = 0, pose_numbers_ = 0, longest_path_ = 0, moving_joints_ = 0,
       massless_joint_ = -1, acting_force_elements_ = 0;
+  model_view<double> view_{};
+  model_view<float> view_single_{};
+  bool is_tree_alone_ = false; ///< without loops, followers and force elements that act
 
+  /// Views look at arrays: they are set where these have been built, changed, copied or moved.
+  void set_views() {
+    view_ = double_.view_of(*this);
+    view_single_ = single_.view_of(*this);
+    is_tree_alone_ = loops_.empty() && double_.followers.empty() && acting_force_elements_ == 0;
+  }
+};
+
+/// A mechanism, immutable after construction, shared between threads.
+class KSL_EXPORT model : private model_parts {
+public:
+  /// Builds the arrays.  Throws description_error if the description is not a tree.
+  explicit model(robot_description robot, const model_options &options = {});
+
+  model(const model &other) : model_parts(other) { set_views(); }
+  model(model &&other) noexcept : model_parts(std::move(other)) { set_views(); }
+  model &operator=(const model &other) {
+    model_parts::operator=(other);
+    set_views();
+    return *this;
+  }
+  model &operator=(model &&other) noexcept {
+    model_parts::operator=(std::move(other));
+    set_views();
+    return *this;
+  }
+  ~model() = default;
+
+  /// The same mechanism with other inertias for some of its links: the structure is copied, not built again.  Throws
+  /// description_error for a mass that is negative or a number that is not finite.  O(links).
+  model with_inertias(const std::vector<link_inertia> &inertias) const;
+
+  /// The same mechanism under another gravity, m/s² in world axes: on a wall, or on another planet.  Throws description_error for
+  /// numbers that are not finite.  The structure is copied, not built again.
+  model with_gravity(const std::array<double, 3> &gravity) const;
+
+  int nq() const { return nq_; }
+  int nv() const { return nv_; }
+
+  /// How many elements of the lower triangle of the mass matrix the shape of the tree lets differ from zero.
+  int tree_elements() const { return tree_row_.back(); }
+  /// The index of the first element of each row, and of the end of the last row (nv + 1).
+  const std::vector<int> &tree_rows() const { return tree_row_; }
+  /// The column of each element.
+  std::vector<int> tree_columns() const;
+  /// The same into columns (tree_elements()).
+  void tree_columns(int *columns) const;
+
+  /// All joints: the moving ones in the order of q (depth first, children in file order), then the followers of mimic joints,
+  /// which have no numbers in q and v of their own, then the fixed ones, `base` last.
+  const std::vector<joint_row> &joints() const { return joints_; }
+  /// Joints that close loops, in the order of the description.  A model without them is a tree.
+  const std::vector<loop_row> &loops() const { return loops_; }
+  /// Springs, dampers and cylinders between points of two links, whether they act or not.
+  const std::vector<force_element_row> &force_elements() const { return force_elements_; }
+  /// How many of them act: all, if physics_options name them, or none.
+  int acting_force_elements() const { return acting_force_elements_; }
+  /// What the library has computed about the loops.
+  const loops::tables &loop_tables() const { return *loop_tables_; }
+
+  int moving_joints() const { return moving_joints_; } ///< without followers
+  /// Has it neither loops, nor followers, nor force elements that act?  Then calls go straight to the kernels.
+  bool is_tree_alone() const { return is_tree_alone_; }
+  int followers() const { return static_cast<int>(double_.followers.size()); }
+
+  /// The first joint that can move without moving any mass, whatever the position: an index into joints(), or −1.  Its acceleration
+  /// under given efforts is not determined.
+  int massless_joint() const { return massless_joint_; }
+  /// A sentence that names this joint and says how to mend the model; empty if there is none.
+  std::string massless_joint_text() const;
+  /// The same for a joint that moves no mass at some position: an index into joints().
+  std::string massless_joint_text(int joint) const;
+
+  using model_parts::quaternion_in_q;
+  const std::vector<quaternion_in_q> &quaternions() const { return quaternions_; }
+
+  /// The range of each number in q (nq): the limits of the description, those of followers included; where it gives none, −π to π
+  /// for angles and −1 m to 1 m for lengths.  Of the numbers of quaternions, −1 to 1.
+  using model_parts::position_range;
+  const std::vector<position_range> &position_ranges() const { return position_ranges_; }
+
+  /// Links, parents first, with name and inertia, payload included.
+  const std::vector<link_description> &links() const { return links_; }
+
+  /// Mass of all links, payloads included; and of the links that a joint carries, directly or not.  kg.
+  double mass() const;
+  double subtree_mass(int joint) const;
+
+  /// The joints between the root and a link, indices into joints(), the root's first; the joint to the ground is one of them if
+  /// it moves.  All links that a joint carries, directly or not, parents first.
+  std::vector<int> support(int link) const;
+  std::vector<int> subtree_links(int joint) const;
+  /// The same into an array, which may be null.  Return how many they are.
+  int support(int link, int *joints) const;
+  int subtree_links(int joint, int *links) const;
+
+  /// The joint that carries a link, index into joints().
+  int joint_above(int link) const { return joint_above_[static_cast<std::size_t>(link)]; }
+
+  /// Index of a name, or −1.
+  int find_joint(const std::string &name) const;
+  int find_link(const std::string &name) const;
+
+  /// Is dry friction discontinuous at rest?  Forward dynamics and derivatives of efforts are then undefined: C and Python refuse
+  /// them; in C++ they are those of a very narrow smooth law, which no integrator and no optimiser can use.
+  bool exact_friction() const { return description_.physics.friction && description_.physics.exact_friction; }
+  /// A sentence that says so, and what to do about it.
+  static std::string exact_friction_text();
+
+  /// All that the model is made of, in file order, payloads included: model(m.description()) is a copy of m.
+  const robot_description &description() const { return description_; }
+
+  /// The arrays that algorithms run on, in double and in single precision; valid as long as the model lives.  They are those of
+  /// the expanded mechanism, in which followers have numbers of their own: nq and nv of a view count them.
+  const model_view<double> &view() const { return view_; }
+  const model_view<float> &view_single() const { return view_single_; }
+  template <class S> const model_view<S> &view_in() const {
+    if constexpr (sizeof(S) == sizeof(double))
+      return view();
+    else
+      return view_single();
+  }
+
+  /// How the numbers of the expanded mechanism follow from those of a user (engine/model/coupling.hpp).
+  template <class S> coupling_view<S> coupling_in() const {
+    if constexpr (sizeof(S) == sizeof(double))
+      return double_.coupling(nq_, nv_, in_q_, in_v_);
+    else
+      return single_.coupling(nq_, nv_, in_q_, in_v_);
+  }
+
+private:
   friend class model_builder;
 };
 

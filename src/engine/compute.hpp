@@ -29,8 +29,8 @@ template <class S> state_view<S> with_unread_results(const algorithm_row &row, c
   return s;
 }
 
-/// Runs an algorithm.  The inputs that it reads and the results that it writes must not be null.  Returns whether the results are
-/// ordinary (engine/algorithm.hpp).
+/// Runs an algorithm for a mechanism of any kind.  The inputs that it reads and the results that it writes must not be null.  Returns
+/// whether the results are ordinary (engine/algorithm.hpp).
 template <class S> bool compute_ordinary(const algorithm_row &row, const model &m, data &d, const state_view<S> &s) {
   if (s.links.n > m.view().links && links_are_few(row))
     throw std::invalid_argument(std::string(row.name) + ": more links than the model has");
@@ -76,7 +76,10 @@ template <class S>
 void compute(const algorithm_row &row, const model &m, data &d, const state_view<S> &s,
              arguments_are given = arguments_are::unchecked) {
   const nearest_rounding rounding;
-  const bool ordinary = compute_ordinary<S>(row, m, d, s);
+  // Most calls: what else could act is asked once, and what the row says is known where the call is compiled.
+  const bool ordinary = m.is_tree_alone() && !has_unread_results(row) && !links_are_few(row)
+                            ? kernels_of_row<S>(row).state(m.view_in<S>(), d.memory(), s)
+                            : compute_ordinary<S>(row, m, d, s);
   if (!ordinary || (given == arguments_are::finite && !row.needs_mass && !ordinary_results(row, m, s)))
     examine_state(row, m, d.memory(), s, given);
 }

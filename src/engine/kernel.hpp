@@ -165,6 +165,8 @@ template <class Algorithm, class S> std::size_t state_workspace_bytes(const mode
 }
 
 template <class Algorithm, class S> bool one_state(const model_view<S> &model, void *memory, const state_view<S> &s) {
+  if (!memory)
+    __builtin_unreachable(); // so that addresses are sums, without a question at each
   arena pieces(memory);
   workspace_of<Algorithm, S> w;
   w.lay_out(pieces, model);

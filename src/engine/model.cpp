@@ -52,8 +52,8 @@ robot_description with_options(robot_description robot, const model_options &opt
 
 } // namespace
 
-model::model(robot_description robot, const model_options &options)
-    : description_(with_options(std::move(robot), options)) {
+model::model(robot_description robot, const model_options &options) {
+  description_ = with_options(std::move(robot), options);
   model_builder(*this).build();
 }
 
@@ -83,6 +83,7 @@ model model::with_gravity(const std::array<double, 3> &gravity) const {
   m.description_.gravity = gravity;
   m.double_.gravity = {gravity[0], gravity[1], gravity[2]};
   m.single_.gravity = {static_cast<float>(gravity[0]), static_cast<float>(gravity[1]), static_cast<float>(gravity[2])};
+  m.set_views();
   return m;
 }
 

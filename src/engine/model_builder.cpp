@@ -92,6 +92,7 @@ void model_builder::add_inertias() {
   s.inertia.assign(m_.double_.inertia.begin(), m_.double_.inertia.end());
   for (std::size_t i = 0; i < s.augmented.size(); ++i)
     s.augmented[i] = spread<float>(m_.double_.augmented[i]);
+  m_.set_views();
   find_massless_joint();
 }
 
@@ -301,9 +302,11 @@ void model_builder::finish() {
   add_ranges();
   m_.double_.physics = joint_physics(m_.description_, expanded_rows(), m_.expanded_nv_);
   round_to_single();
+  m_.set_views();
   find_massless_joint();
   add_force_elements();
   add_loops();
+  m_.set_views();
 }
 
 /// The joints that move, with the places of their numbers in the expanded mechanism.

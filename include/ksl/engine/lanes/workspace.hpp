@@ -15,13 +15,11 @@ inline namespace KSL_ISA {
 /// Allocates arrays from one block of memory, aligned to 64 bytes.  If the memory is null, it only counts the bytes.
 class arena {
 public:
-  explicit arena(void *memory = nullptr) : next_(static_cast<char *>(memory)) {}
+  explicit arena(void *memory = nullptr) : memory_(static_cast<char *>(memory)) {}
 
   template <class E> KSL_LANES E *take(std::ptrdiff_t n) {
-    char *const at = next_;
-    const std::size_t bytes = (static_cast<std::size_t>(n) * sizeof(E) + 63) / 64 * 64;
-    used_ += bytes;
-    next_ = next_ ? next_ + bytes : nullptr;
+    char *const at = memory_ ? memory_ + used_ : nullptr;
+    used_ += (static_cast<std::size_t>(n) * sizeof(E) + 63) / 64 * 64;
     return reinterpret_cast<E *>(at);
   }
   /// Lays out arrays of n elements each.
@@ -37,7 +35,7 @@ public:
   std::size_t used() const { return used_; } ///< bytes taken so far
 
 private:
-  char *next_;
+  char *memory_;
   std::size_t used_ = 0;
 };
 
