@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <memory>
 #include <string>
 
 using ksl::joint_kind;
@@ -157,17 +158,39 @@ TEST_CASE("a follower that stands still limits nothing, and one that moves limit
   CHECK((still.lower == -std::acos(-1.0) && still.upper == std::acos(-1.0)));
 }
 
-TEST_CASE("a model is copied and moved with its arrays") {
-  ksl::model m(robots::pendulum(1.3, 0.7));
-  const ksl::model copy = m;
-  const ksl::model moved = std::move(m);
+TEST_CASE("a model is copied, assigned and moved with its arrays, and views are those of the arrays it has then") {
   const double q = 0.8, v = 2.1, a = -1.7;
-  double first, second;
-  ksl::data d(copy), e(moved);
-  ksl::inverse_dynamics(copy, d, &q, &v, &a, &first);
-  ksl::inverse_dynamics(moved, e, &q, &v, &a, &second);
-  CHECK(first == second);
-  CHECK(copy.view().body != moved.view().body);
+  // a point mass m at l below the axis, under gravity g: τ = m l² a + m g l sin q
+  const auto torque = [&](double mass, double length, double g) {
+    return mass * length * length * a + mass * g * length * std::sin(q);
+  };
+  const auto is = [&](const ksl::model &m, double expected) {
+    ksl::data d(m);
+    double tau;
+    float single, q1 = static_cast<float>(q), v1 = static_cast<float>(v), a1 = static_cast<float>(a);
+    ksl::inverse_dynamics(m, d, &q, &v, &a, &tau);
+    ksl::inverse_dynamics(m, d, &q1, &v1, &a1, &single);
+    return std::abs(tau - expected) < 1e-12 && std::abs(single - static_cast<float>(expected)) < 1e-4F;
+  };
+  const double mass = 1.3, length = 0.7, g = 9.81;
+  auto m = std::make_unique<ksl::model>(robots::pendulum(mass, length));
+  const ksl::model copy = *m;
+  ksl::model assigned(robots::double_pendulum(1, 1, 1, 1));
+  assigned = *m;
+  const ksl::model moon = m->with_gravity({0, 0, -1.62}),
+                   heavy = m->with_inertias({{1, robots::solid(2 * mass, {0, 0, -length})}});
+  CHECK(copy.view().body != m->view().body);
+  CHECK(assigned.view_single().body != m->view_single().body);
+  ksl::model moved = std::move(*m);
+  m.reset(); // with what stale views would look at
+  ksl::model taken(robots::double_pendulum(1, 1, 1, 1));
+  CHECK(is(moved, torque(mass, length, g)));
+  taken = std::move(moved);
+  CHECK(is(copy, torque(mass, length, g)));
+  CHECK(is(assigned, torque(mass, length, g)));
+  CHECK(is(taken, torque(mass, length, g)));
+  CHECK(is(moon, torque(mass, length, 1.62)));
+  CHECK(is(heavy, torque(2 * mass, length, g)));
 }
 
 TEST_CASE("zeros are numbers of their own type") {
