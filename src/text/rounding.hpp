@@ -23,6 +23,8 @@ public:
     if (before_ != nearest) [[unlikely]]
       set(before_);
   }
+  /// Is this the mode of the thread anyway?
+  static bool is_set() { return mode() == nearest; }
   nearest_rounding(const nearest_rounding &) = delete;
   nearest_rounding &operator=(const nearest_rounding &) = delete;
 
