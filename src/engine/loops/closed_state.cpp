@@ -160,8 +160,7 @@ finding closed_state::steady_acceleration(const double *q, const double *v, doub
   g_.acceleration(q, v, zero_, rows_[0], nullptr);
   for (int i = 0; i < t_.rows; ++i)
     rows_[0][i] = -rows_[0][i] - corrected[i];
-  std::fill_n(a, m_.nv(), 0.0);
-  k_.complete(rows_[0], a);
+  k_.solve_dependent(rows_[0], 1, a);
   return {};
 }
 

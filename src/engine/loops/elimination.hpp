@@ -24,7 +24,7 @@ public:
 
   void lay_out(arena &memory, int m, int n) {
     rows = m, columns = n;
-    a_ = memory.take<double>(m * n), solved_ = memory.take<double>(m * n), work_ = memory.take<double>(std::max(m, n));
+    a_ = memory.take<double>(m * n), solved_ = memory.take<double>(m * n), work_ = memory.take<double>(std::max(m, n) * n);
     row = memory.take<int>(m), column = memory.take<int>(n);
   }
 
@@ -72,12 +72,14 @@ public:
     return rank == wanted;
   }
 
-  /// x (columns), zero at coordinates that are left out, with K x = b for the independent equations; after determine().
-  void solve_determined(const double *b, double *x) const {
-    solve_equations(b);
-    std::fill_n(x, columns, 0.0);
+  /// x (columns, n) with K x = b (rows, n) for the independent equations, zero at independent coordinates and those that are left out; at most
+  /// as many right sides n as there are coordinates.
+  void solve_dependent(const double *b, int n, double *x) const {
+    solve_equations(b, n);
+    std::fill_n(x, columns * n, 0.0);
     for (int i = 0; i < rank; ++i)
-      x[column[i]] = work_[i] * C_[column[i]];
+      for (int c = 0; c < n; ++c)
+        x[column[i] * n + c] = work_[i * n + c] * C_[column[i]];
   }
 
   /// How a dependent coordinate follows from an independent one: x_i = element(i, j) x_j for b = 0.
@@ -85,9 +87,9 @@ public:
     return -solved_[dependent * columns + free] * C_[column[dependent]] / C_[column[rank + free]];
   }
 
-  /// x (columns) from its independent coordinates, which it has, with K x = b for the independent equations.  b may be null: zero.
+  /// x (columns) from its independent coordinates, which it has, with K x = b for the independent equations.
   void complete(const double *b, double *x) const {
-    solve_equations(b);
+    solve_equations(b, 1);
     for (int i = 0; i < rank; ++i) {
       double sum = work_[i] * C_[column[i]];
       for (int j = 0; j < freedoms(); ++j)
@@ -195,19 +197,24 @@ private:
     }
   }
 
-  /// work_ (rank): x̃ of the dependent coordinates with L U x̃ = R b.
-  void solve_equations(const double *b) const {
+  /// work_ (rank, n): x̃ of the dependent coordinates with L U x̃ = R b, b (rows, n).  Factors of most mechanisms are sparse.
+  void solve_equations(const double *b, int n) const {
+    const auto take_off = [&](int i, int k) {
+      if (const double factor = at(i, k); factor != 0)
+        for (int c = 0; c < n; ++c)
+          work_[i * n + c] -= factor * work_[k * n + c];
+    };
     for (int i = 0; i < rank; ++i) {
-      double sum = b ? R_[row[i]] * b[row[i]] : 0;
+      for (int c = 0; c < n; ++c)
+        work_[i * n + c] = R_[row[i]] * b[row[i] * n + c];
       for (int k = 0; k < i; ++k)
-        sum -= at(i, k) * work_[k];
-      work_[i] = sum;
+        take_off(i, k);
     }
     for (int i = rank - 1; i >= 0; --i) {
-      double sum = work_[i];
       for (int k = i + 1; k < rank; ++k)
-        sum -= at(i, k) * work_[k];
-      work_[i] = sum / at(i, i);
+        take_off(i, k);
+      for (int c = 0; c < n; ++c)
+        work_[i * n + c] /= at(i, i);
     }
   }
 

@@ -168,7 +168,6 @@ void geometry::acceleration(const double *q, const double *v, const double *a, d
   }
 }
 
-/// Σ λ T of a loop.
 coscrew<double> geometry::wrench(int loop, const double *lambda) const {
   const ksl::loops::loop &l = t_.loops[static_cast<std::size_t>(loop)];
   coscrew<double> w = {{0, 0, 0}, {0, 0, 0}};
