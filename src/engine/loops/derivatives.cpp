@@ -1,5 +1,7 @@
 #include "engine/loops/derivatives.hpp"
 
+#include "engine/loops/sparse_product.hpp"
+
 #include <algorithm>
 
 namespace ksl::loops {
@@ -13,19 +15,6 @@ void closed_derivatives::lay_out(arena &memory, int externals) {
   rates_ = memory.take<double>(t_.rows * nv), column_ = memory.take<double>(nv);
   a_ = memory.take<double>(nv), tau_ = memory.take<double>(nv);
 }
-
-namespace {
-
-/// out (rows, n) += sign · matrix (rows, inner) x (inner, n).  Most elements of the matrices are zero.
-void add_product(double sign, const double *matrix, int rows, int inner, const double *x, int n, double *out) {
-  for (int i = 0; i < rows; ++i)
-    for (int k = 0; k < inner; ++k)
-      if (const double factor = sign * matrix[i * inner + k]; factor != 0)
-        for (int j = 0; j < n; ++j)
-          out[i * n + j] += factor * x[k * n + j];
-}
-
-} // namespace
 
 /// The derivatives of the tree's efforts, and of the loops' equations and wrenches, with the multipliers that have been found; then how
 /// coordinates follow.
@@ -77,11 +66,7 @@ void closed_derivatives::set_efforts(const varied &by) {
 void closed_derivatives::project() {
   const int nv = m_.nv(), f = c_.solved().freedoms();
   std::fill_n(projected_, f * f, 0.0);
-  for (int i = 0; i < nv; ++i)
-    for (int j = 0; j < f; ++j)
-      if (const double g = c_.G(i, j); g != 0)
-        for (int k = 0; k < f; ++k)
-          projected_[j * f + k] += g * efforts_[i * f + k];
+  add_transposed_product(c_.G(), nv, f, efforts_, f, projected_);
 }
 
 /// dq, dv and da (nv) with independent coordinate j.  Returns the end.
@@ -164,13 +149,12 @@ finding closed_derivatives::forward_dynamics(const double *q, const double *v, c
       out[kind][i] = motion(kind).a[i];
     add_product(-1, solved_, nv, f, projected_, f, out[kind]);
   }
+  double *const transposed = efforts_; // Gᵀ
   for (int i = 0; i < nv; ++i)
-    for (int k = 0; k < nv; ++k) {
-      double sum = 0;
-      for (int j = 0; j < f; ++j)
-        sum += solved_[i * f + j] * c_.G(k, j);
-      by_tau[i * nv + k] = sum;
-    }
+    for (int j = 0; j < f; ++j)
+      transposed[j * nv + i] = c_.G(i, j);
+  std::fill_n(by_tau, nv * nv, 0.0);
+  add_product(1, solved_, nv, f, transposed, nv, by_tau);
   return {};
 }
 

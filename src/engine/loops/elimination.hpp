@@ -188,7 +188,7 @@ private:
       std::copy_n(&at(i, rank), f, line);
       for (int k = i + 1; k < rank; ++k) {
         const double factor = at(i, k), *const below = solved_ + k * columns;
-        for (int j = 0; j < f; ++j)
+        for (int j = 0; j < f && factor != 0; ++j)
           line[j] -= factor * below[j];
       }
       const double inverse = 1 / at(i, i);

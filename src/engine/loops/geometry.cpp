@@ -116,13 +116,14 @@ void geometry::error(double *out) const {
 
 void geometry::velocity(const double *v, double *out, double *terms) const {
   const int nv = tree_.of().nv();
+  const double size = terms ? sum_of_terms(v) * size_ : 0;
   for (int i = 0; i < t_.rows; ++i) {
     double value = 0;
     for (int j = 0; j < nv; ++j)
       value += K_[i * nv + j] * v[j];
     out[i] = value;
     if (terms)
-      terms[i] = sum_of_terms(v) * size_ / t_.row_scale[static_cast<std::size_t>(i)];
+      terms[i] = size / t_.row_scale[static_cast<std::size_t>(i)];
   }
 }
 
