@@ -69,6 +69,36 @@ def test_drives_that_are_many_and_leave_a_freedom(seed):
         refused(call, (q, np.zeros(m.nv), np.zeros(m.nv)), "the drives leave a freedom")
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_mechanism_that_floats(seed):
+    """Its floating joint has no motor.  Named among the drives it carries what the motion needs from outside: the efforts of the open tree there, and
+    nothing where forward dynamics makes the motion, whatever the motors do."""
+    c = determined_case("revolute", seed)
+    rng = np.random.default_rng(seed)
+    inside = list(c.drives)
+    m = ksl.Builder("space").add_link("world").add_link("craft", mass=3.0, inertia=np.eye(3)).add_joint("free", "floating", "world", "craft").build().with_gravity(c.model.gravity)
+    m = m.merged(c.model, "craft", prefix="").with_drives(inside)
+    free = m.joint("free")
+    q, v = m.random(rng), rng.normal(size=m.nv)
+    for joint in c.model.joints:
+        if joint.nv:
+            q[m.joint(joint.name).q_index :][: joint.nq] = c.q[joint.q_index :][: joint.nq]
+    given = ["free", *inside]
+    v = m.consistent_velocity(q, v, given=given)
+    a = m.consistent_acceleration(q, v, rng.normal(size=m.nv), given=given)
+    for call in (m.inverse_dynamics, m.reactions):
+        refused(call, (q, v, a), "the drives leave a freedom, that of joint free: .*, free among them, which then carries what the motion needs from outside")
+    m = m.with_drives(given)
+    columns = slice(free.v_index, free.v_index + 6)
+    tau = m.inverse_dynamics(q, v, a)
+    close_to(tau[columns], m.without_loops().inverse_dynamics(q, v, a)[columns], 1e-9)
+    close_to(m.forward_dynamics(q, v, tau), a, 1e-8)
+    tau[columns] = 0
+    moved = m.forward_dynamics(q, v, tau)
+    close_to(m.inverse_dynamics(q, v, moved), tau, 1e-8)
+    close_to(m.reactions(q, v, moved, joints=["free"]), np.zeros((1, 6)), 1e-7)
+
+
 @pytest.mark.parametrize("kind", ["f4", "f8"])
 @pytest.mark.parametrize("seed", range(8))
 def test_a_freedom_whose_inertia_is_rounding_moves_no_mass(seed, kind):
