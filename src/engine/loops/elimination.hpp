@@ -5,6 +5,7 @@
 // largest term that entered K̃ before terms cancelled: the Jacobian of a door on two hinges is nothing but rounding.
 #pragma once
 
+#include "engine/loops/sparse_product.hpp"
 #include "ksl/engine/lanes/workspace.hpp"
 
 #include <algorithm>
@@ -199,23 +200,25 @@ private:
 
   /// work_ (rank, n): x̃ of the dependent coordinates with L U x̃ = R b, b (rows, n).  Factors of most mechanisms are sparse.
   void solve_equations(const double *b, int n) const {
-    const auto take_off = [&](int i, int k) {
-      if (const double factor = at(i, k); factor != 0)
-        for (int c = 0; c < n; ++c)
-          work_[i * n + c] -= factor * work_[k * n + c];
-    };
-    for (int i = 0; i < rank; ++i) {
-      for (int c = 0; c < n; ++c)
-        work_[i * n + c] = R_[row[i]] * b[row[i] * n + c];
-      for (int k = 0; k < i; ++k)
-        take_off(i, k);
-    }
-    for (int i = rank - 1; i >= 0; --i) {
-      for (int k = i + 1; k < rank; ++k)
-        take_off(i, k);
-      for (int c = 0; c < n; ++c)
-        work_[i * n + c] /= at(i, i);
-    }
+    with_width(n, [this, b](auto width) {
+      const auto take_off = [&](int i, int k) {
+        if (const double factor = at(i, k); factor != 0)
+          for (int c = 0; c < width; ++c)
+            work_[i * width + c] -= factor * work_[k * width + c];
+      };
+      for (int i = 0; i < rank; ++i) {
+        for (int c = 0; c < width; ++c)
+          work_[i * width + c] = R_[row[i]] * b[row[i] * width + c];
+        for (int k = 0; k < i; ++k)
+          take_off(i, k);
+      }
+      for (int i = rank - 1; i >= 0; --i) {
+        for (int k = i + 1; k < rank; ++k)
+          take_off(i, k);
+        for (int c = 0; c < width; ++c)
+          work_[i * width + c] /= at(i, i);
+      }
+    });
   }
 
   /// λ = R L⁻ᵀ work_, for the independent equations.
