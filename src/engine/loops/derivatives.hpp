@@ -40,9 +40,7 @@ public:
 
 private:
   /// How the numbers of a motion vary with each independent coordinate: (nv, freedoms) each, null where they don't.
-  struct varied {
-    const double *q, *v, *a;
-  };
+  struct varied { const double *q, *v, *a; };
   static constexpr int kinds = 3; ///< by positions, velocities and accelerations
 
   void set_tree(const double *q, const double *v, const double *a, const external_wrenches<double> &e);
@@ -57,10 +55,11 @@ private:
   const tables &t_;
   closed_state c_;
   variation by_;
-  double *by_q_ = nullptr, *by_v_ = nullptr, *M_ = nullptr;                                 ///< (nv, nv) of the tree
-  double *v_by_q_ = nullptr, *a_by_q_ = nullptr, *a_by_v_ = nullptr;                        ///< (nv, freedoms)
-  double *efforts_ = nullptr, *projected_ = nullptr, *solved_ = nullptr, *rates_ = nullptr; ///< (nv, freedoms), but for rates
-  double *a_ = nullptr, *tau_ = nullptr, *column_ = nullptr;                                ///< (nv)
+  double *by_q_ = nullptr, *by_v_ = nullptr, *M_ = nullptr;          ///< (nv, nv) of the tree
+  double *v_by_q_ = nullptr, *a_by_q_ = nullptr, *a_by_v_ = nullptr; ///< (nv, freedoms)
+  double *efforts_ = nullptr, *projected_ = nullptr, *solved_ = nullptr,
+         *rates_ = nullptr;                                  ///< (nv, freedoms), but for rates
+  double *a_ = nullptr, *tau_ = nullptr, *column_ = nullptr; ///< (nv)
 };
 
 } // namespace ksl::loops

@@ -25,7 +25,8 @@ public:
 
   void lay_out(arena &memory, int m, int n) {
     rows = m, columns = n;
-    a_ = memory.take<double>(m * n), solved_ = memory.take<double>(m * n), work_ = memory.take<double>(std::max(m, n) * n);
+    a_ = memory.take<double>(m * n), solved_ = memory.take<double>(m * n),
+    work_ = memory.take<double>(std::max(m, n) * n);
     row = memory.take<int>(m), column = memory.take<int>(n);
   }
 

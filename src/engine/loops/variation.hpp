@@ -57,7 +57,7 @@ private:
   const model &m_;
   const tables &t_;
   element *at_ = nullptr;
-  int n_ = 0; ///< coordinates of the loop in hand
+  int n_ = 0;                  ///< coordinates of the loop in hand
   screw<double> W_{}, rate_{}; ///< W and Ẇ
   normal_vector normal_{};
   double *velocity_by_q_ = nullptr, *acceleration_by_q_ = nullptr, *acceleration_by_v_ = nullptr,
