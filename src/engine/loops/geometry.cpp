@@ -17,13 +17,14 @@ void geometry::lay_out(arena &memory, int externals) {
   at_ = memory.take<frames>(static_cast<std::ptrdiff_t>(t_.loops.size()));
   K_ = memory.take<double>(static_cast<std::ptrdiff_t>(t_.rows) * nv);
   twists_ = memory.take<double>(6 * links), accelerations_ = memory.take<double>(6 * links);
-  std::size_t most = 0;
-  for (const algorithm_row *row :
+  for (const algorithm_row *row : // measured once, though memory is laid out twice
        {&rows::frame_poses, &rows::frame_velocities, &rows::frame_accelerations, &rows::mass_matrix,
         &rows::inverse_dynamics, &rows::inverse_dynamics_with_reactions, &rows::inverse_dynamics_derivatives,
         &rows::effort_parts, &rows::jacobian, &rows::integrate, &rows::difference})
-    most = std::max(most, tree_.bytes(*row, links, joints, externals));
-  rest_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(most));
+    if (!is_measured_)
+      rest_bytes_ = std::max(rest_bytes_, tree_.bytes(*row, links, joints, externals));
+  is_measured_ = true;
+  rest_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(rest_bytes_));
 }
 
 SE3<double> geometry::pose(int slot) const {

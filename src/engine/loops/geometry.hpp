@@ -87,6 +87,8 @@ private:
   double *K_ = nullptr;
   double *twists_ = nullptr, *accelerations_ = nullptr; ///< (links, 6) in world axes, about the world's origin
   void *rest_ = nullptr;
+  std::size_t rest_bytes_ = 0;
+  bool is_measured_ = false;
   double size_ = 0;
 };
 
