@@ -294,6 +294,9 @@ class LoopCalls(Requests):
         """The coordinates in v of joints of the tree that move."""
         coordinates: list[int] = []
         for name in self._names_of(names, what):
+            if name in self._own_coordinates:
+                coordinates += self._own_coordinates[name]
+                continue
             if self._plain(name, "joint") in self._loop_index:
                 raise ValueError(f"{what}: {name!r} closes a loop, and has no coordinates; name joints of the tree")
             joint = self.joint(name)
