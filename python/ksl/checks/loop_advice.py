@@ -92,7 +92,7 @@ def turn_about_one_direction(joints: list[Joint | Loop], axes: list[Array]) -> b
 
     axes: of each joint (3, 3) in the world.
     """
-    turning = np.array([R @ joint.axis for joint, R in zip(joints, axes, strict=True) if KINDS[joint.kind].has_axis and joint.kind != "prismatic"])
+    turning = np.array([R @ np.asarray(joint.axis) for joint, R in zip(joints, axes, strict=True) if KINDS[joint.kind].has_axis and joint.kind != "prismatic"])
     return len(turning) == 0 or bool(np.abs(np.cross(turning, turning[0])).max() < TOLERANCE)
 
 
