@@ -105,24 +105,31 @@ inline nb::object derivatives(const ksl::model &m, nb::handle q, nb::handle v, n
   const externals e(links, wrenches, in_world);
   ksl::data d(m);
   const std::size_t nv = static_cast<std::size_t>(m.nv());
-  std::vector<int> indices(nv);
-  std::vector<double> memory;
-  const std::size_t f = Q.states ? static_cast<std::size_t>(ksl::independent(m, d, Q[0], indices.data())) : 0;
-  nb::object out[3] = {new_rows(Q.states, nv * f), new_rows(Q.states, nv * f),
-                       new_rows(Q.states, nv * (forward ? nv : f))};
+  std::vector<double> memory, by_q(nv * nv), by_v(nv * nv), by_x(nv * nv); // their freedoms are not known before
+  const auto derive = forward ? ksl::closed_forward_dynamics_derivatives : ksl::closed_inverse_dynamics_derivatives;
+  std::size_t f = 0;
+  nb::object out[3];
+  const auto make = [&] {
+    out[0] = new_rows(Q.states, nv * f), out[1] = new_rows(Q.states, nv * f);
+    out[2] = new_rows(Q.states, nv * (forward ? nv : f));
+  };
   for (std::size_t k = 0; k < Q.states; ++k) {
-    if (static_cast<std::size_t>(ksl::independent(m, d, Q[k], indices.data())) != f)
+    const std::size_t freedoms = static_cast<std::size_t>(
+        derive(m, d, Q[k], V[k], X[k], e.of_state(k, memory), by_q.data(), by_v.data(), by_x.data()));
+    if (k == 0) {
+      f = freedoms;
+      make();
+    }
+    if (freedoms != f)
       throw std::invalid_argument("state " + std::to_string(k) +
                                   " has another number of freedoms than state 0; call it alone");
-    double *const by_q = data_of(out[0]) + k * nv * f, *const by_v = data_of(out[1]) + k * nv * f;
-    const ksl::external_wrenches<double> of_state = e.of_state(k, memory);
-    if (forward)
-      ksl::closed_forward_dynamics_derivatives(m, d, Q[k], V[k], X[k], of_state, by_q, by_v,
-                                               data_of(out[2]) + k * nv * nv);
-    else
-      ksl::closed_inverse_dynamics_derivatives(m, d, Q[k], V[k], X[k], of_state, by_q, by_v,
-                                               data_of(out[2]) + k * nv * f);
+    std::copy_n(by_q.data(), nv * f, data_of(out[0]) + k * nv * f);
+    std::copy_n(by_v.data(), nv * f, data_of(out[1]) + k * nv * f);
+    const std::size_t columns = forward ? nv : f;
+    std::copy_n(by_x.data(), nv * columns, data_of(out[2]) + k * nv * columns);
   }
+  if (Q.states == 0)
+    make();
   return nb::make_tuple(out[0], out[1], out[2], f);
 }
 

@@ -58,3 +58,16 @@ def equal_four_bars(loops):
         b.add_link(f"bar{k}", **rod).add_joint(f"bar_{k}", "continuous", f"rod{k}", f"bar{k}", pose=at([1, 0, 0], up.T), axis=(0, 1, 0))
         b.add_loop(f"end_{k}", "revolute", f"bar{k}", f"rod{k + 1}", at([1, 0, 0]), at([1, 0, 0]), axis=(0, 1, 0))
     return b.build()
+
+
+def bricard(**options):
+    """Five rods of 1 m and 1 kg, 0.1 m square, along the edges of a cube from corner to corner; each hinge is square to both its rods."""
+    corner = np.array([[0, 0, 0], [1, 0, 0], [1, -1, 0], [1, -1, 1], [0, -1, 1], [0, 0, 1.0]])
+    axis = [np.cross(corner[i] - corner[i - 1], corner[(i + 1) % 6] - corner[i]) for i in range(6)]
+    b, parent = ksl.Builder("A04").add_link("ground"), "ground"
+    for i in range(5):
+        e = corner[i + 1] - corner[i]
+        b.add_link(f"rod{i}", mass=1.0, center_of_mass=e / 2, inertia=(1.01 * (np.eye(3) - np.outer(e, e)) + 0.02 * np.outer(e, e)) / 12)
+        b.add_joint(f"hinge{i}", "continuous", parent, f"rod{i}", pose=at(corner[0] if i == 0 else corner[i] - corner[i - 1]), axis=axis[i])
+        parent = f"rod{i}"
+    return b.add_loop("last", "revolute", "rod4", "ground", at(corner[5] - corner[4]), at(corner[5]), axis=axis[5]).build(**options)

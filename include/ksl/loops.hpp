@@ -80,16 +80,16 @@ KSL_EXPORT closing close(const model &m, data &d, const double *q, const unsigne
 KSL_EXPORT int reaction_patterns(const model &m, data &d, const double *q, double *patterns);
 
 /// Derivatives of inverse dynamics along the mechanism, (nv, freedoms) each: by the coordinates that independent() lists in q, in v and in
-/// a, one at a time, while the others follow.  Rows of joints without a motor are zero.  External wrenches are held in their axes.  Throws
-/// result_error, which allocates, for a state that is not closed, and unless there are as many drives as freedoms.
-KSL_EXPORT void closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q, const double *v,
-                                                    const double *a, const external_wrenches<double> &external,
-                                                    double *by_q, double *by_v, double *by_a);
+/// a, one at a time, while the others follow.  Rows of joints without a motor are zero.  External wrenches are held in their axes.  Returns the
+/// number of freedoms.  Throws result_error, which allocates, for a state that is not closed, and unless there are as many drives as freedoms.
+KSL_EXPORT int closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q, const double *v,
+                                                   const double *a, const external_wrenches<double> &external,
+                                                   double *by_q, double *by_v, double *by_a);
 
 /// The same of forward dynamics: by_q and by_v (nv, freedoms), by_tau (nv, nv).
-KSL_EXPORT void closed_forward_dynamics_derivatives(const model &m, data &d, const double *q, const double *v,
-                                                    const double *tau, const external_wrenches<double> &external,
-                                                    double *by_q, double *by_v, double *by_tau);
+KSL_EXPORT int closed_forward_dynamics_derivatives(const model &m, data &d, const double *q, const double *v,
+                                                   const double *tau, const external_wrenches<double> &external,
+                                                   double *by_q, double *by_v, double *by_tau);
 
 /// How the motion and the wrenches of joints that close loops vary along the mechanism, from which derivatives of all reactions follow.  For
 /// each coordinate of independent(), in q, in v and in a: motions (3, freedoms, 3, nv) are dq, dv and da; on_links (3, freedoms, loops, 2, 6)

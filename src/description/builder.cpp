@@ -327,7 +327,9 @@ model model_of(robot_description robot, const model_options &options, const chec
 }
 
 model builder::build(const model_options &options, const check_options &how) const {
-  return model_of(description(how), options, how);
+  builder whole = *this; // whose drives may name the floating base
+  whole.robot_.floating_base |= options.floating_base;
+  return model_of(whole.description(how), options, how);
 }
 
 } // namespace ksl

@@ -1,6 +1,7 @@
 #include "description/loops.hpp"
 
 #include "description/check.hpp"
+#include "description/surgery.hpp"
 #include "ksl/engine/model/joints.hpp"
 #include "ksl/surgery.hpp"
 #include "text/words.hpp"
@@ -41,9 +42,11 @@ void check_ends(const robot_description &robot, const loop_description &loop) {
                " with itself; name two links");
 }
 
-/// Names of joints that a motor can move.
+/// Names of joints that a motor can move, and of one that carries a root that floats.
 std::vector<std::string> movable_joints(const robot_description &robot) {
   std::vector<std::string> names;
+  if (robot.floating_base)
+    names.push_back(floating_base_name(robot));
   for (const joint_description &joint : robot.joints)
     if (row_of(joint.kind).nv > 0 && !joint.mimic)
       names.push_back(joint.name);
@@ -79,6 +82,8 @@ void check_drives(const robot_description &robot) {
   for (const std::string &name : *robot.drives) {
     if (!seen.insert(name).second)
       refuse(robot, {}, "drive " + quoted(name) + ": it is named twice; name each joint once");
+    if (robot.floating_base && name == floating_base_name(robot))
+      continue;
     const auto found = joints.find(name);
     check_drive(robot, name, found == joints.end() ? nullptr : found->second);
   }
@@ -159,6 +164,11 @@ std::vector<std::string> lost_in_loop(const joint_description &joint) {
   return lost;
 }
 
+std::string floating_base_name(const robot_description &robot) {
+  const bool is_taken = text::has_name(robot.joints, "floating_base") || text::has_name(robot.loops, "floating_base");
+  return surgery::free_joint_name(robot, is_taken ? "floating_root" : "floating_base");
+}
+
 void keep_drives(robot_description &robot) {
   std::erase_if(robot.compliances, [&](const joint_compliance &of) {
     return !text::has_name(robot.joints, of.joint) && !text::has_name(robot.loops, of.joint);
@@ -166,6 +176,8 @@ void keep_drives(robot_description &robot) {
   if (!robot.drives)
     return;
   std::set<std::string> movable;
+  if (robot.floating_base)
+    movable.insert(floating_base_name(robot));
   for (const joint_description &joint : robot.joints)
     if (row_of(joint.kind).nv > 0)
       movable.insert(joint.name);

@@ -21,6 +21,9 @@ std::vector<std::string> lost_in_loop(const joint_description &joint);
 /// first joint.  O(n log n).
 std::vector<bool> spanning_tree(std::size_t links, const std::vector<std::pair<int, int>> &joints);
 
+/// The name of the joint that a model adds under a root that floats: floating_base, unless a joint of the file has that name.
+std::string floating_base_name(const robot_description &robot);
+
 /// Removes drives of joints that the robot has no more, or that are fixed, and compliances of joints that it has no more.
 void keep_drives(robot_description &robot);
 

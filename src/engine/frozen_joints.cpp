@@ -109,16 +109,12 @@ void describe_floating_base(robot_description &robot, const std::string &name) {
   robot.floating_base = false;
 }
 
-bool is_floating_base(const robot_description &robot, const std::string &name) {
-  return robot.floating_base && !has_name(robot.joints, name) && (name == "floating_base" || name == "floating_root");
-}
-
 } // namespace
 
 robot_description with_frozen_joints(const robot_description &robot, const std::vector<frozen_joint> &joints) {
   robot_description out = robot;
   for (const frozen_joint &frozen : with_followers(robot, joints)) {
-    if (is_floating_base(out, frozen.joint))
+    if (out.floating_base && frozen.joint == floating_base_name(out))
       describe_floating_base(out, frozen.joint);
     if (has_name(out.loops, frozen.joint))
       refuse("joint " + frozen.joint +

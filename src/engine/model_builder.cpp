@@ -36,7 +36,7 @@ void model_builder::build() {
   collect_children();
   add_ground();
   if (m_.description_.floating_base) {
-    const std::string name = free_name("floating_base", "floating_root");
+    const std::string name = floating_base_name(m_.description_);
     if (name != "floating_base")
       warn("joint floating_base of the file keeps its name; the joint that the floating base adds is called " + name);
     add_moving_link(root, -1, {name, joint_kind::floating, -1, -1, 0, 0, none, none, 0, -1}, identity, 0);

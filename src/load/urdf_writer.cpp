@@ -129,7 +129,8 @@ public:
       write_force_element(of);
     if (!robot_.loops.empty())
       for (const std::string &joint : robot_.drives.value_or(std::vector<std::string>()))
-        write_drive(joint);
+        if (!robot_.floating_base || joint != floating_base_name(robot_)) // which a file doesn't have
+          write_drive(joint);
     string_writer out;
     document_.save(out, "  ", pugi::format_default, pugi::encoding_utf8);
     return out.text;

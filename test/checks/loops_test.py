@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from files import hinge as arm_hinge
 from files import more
-from linkages import FOURBAR, SLIDERCRANK
+from linkages import FOURBAR, SLIDERCRANK, bricard
 from loop_files import CASES, IDLE, IN_MJCF, IN_SDF, INERTIA, MOTOR, hinge, in_mjcf, in_sdf, planar, spatial
 
 from ksl.checks import loop_positions
@@ -122,6 +122,12 @@ def test_loops_that_share_joints_are_one_finding(check):
     assert finding.name == "D" and finding.value == 6 and finding.severity == "note"
     assert "6 of the 10 equations of D and H follow from the others; not determined are force along the axis, moment across the axis of D; of" in finding.found
     assert finding.repair.count("spherical") == 2 and finding.repair.count("cylindrical") == 2 and "nothing is redundant then" in finding.repair
+
+
+def test_one_pattern_alone_does_not_make_a_linkage_planar(check):
+    """A loop with one pattern has one force in all its joints; the six axes of Bricard's mechanism have three directions, and it moves by its dimensions."""
+    finding = only(check(bricard(drives=["hinge0"]).to_urdf()), "loop-redundant")
+    assert finding.severity == "warning" and finding.value == 1 and "planar" not in finding.cause and "because of its dimensions" in finding.cause
 
 
 def test_every_rule_has_a_case_in_the_formats_that_can_break_it():

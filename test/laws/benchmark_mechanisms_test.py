@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
 import ksl
-from linkages import at, equal_four_bars
+from linkages import bricard, equal_four_bars
 
 G = 9.81
 
@@ -40,15 +40,7 @@ def test_four_bars_of_equal_rods(loops, tolerance):
 
 def test_bricards_mechanism():
     """A04: five rods and six hinges with one redundant equation; its energy and its loop."""
-    corner = np.array([[0, 0, 0], [1, 0, 0], [1, -1, 0], [1, -1, 1], [0, -1, 1], [0, 0, 1.0]])
-    axis = [np.cross(corner[i] - corner[i - 1], corner[(i + 1) % 6] - corner[i]) for i in range(6)]
-    b, parent = ksl.Builder("A04").add_link("ground"), "ground"
-    for i in range(5):
-        e = corner[i + 1] - corner[i]
-        b.add_link(f"rod{i}", mass=1.0, center_of_mass=e / 2, inertia=(1.01 * (np.eye(3) - np.outer(e, e)) + 0.02 * np.outer(e, e)) / 12)
-        b.add_joint(f"hinge{i}", "continuous", parent, f"rod{i}", pose=at(corner[0] if i == 0 else corner[i] - corner[i - 1]), axis=axis[i])
-        parent = f"rod{i}"
-    m = b.add_loop("last", "revolute", "rod4", "ground", at(corner[5] - corner[4]), at(corner[5]), axis=axis[5]).build()
+    m = bricard()
     run, other = (m.simulate(np.zeros(5), np.zeros(5), np.linspace(0, 10, 101), **how) for how in ({}, {"method": "rk4", "step": 2e-3}))
     assert np.ptp(run.kinetic) > 5 and np.abs(run.drift.energy).max() < 1e-6 and np.abs(m.loop_error(run.q)).max() < 1e-11
     assert np.abs(run.q - other.q).max() < 1e-5

@@ -1,10 +1,13 @@
 """Efforts of more drives than freedoms, by weights; and forward dynamics that corrects errors of loops."""
 
+import pickle
+
 import ksl
 import numpy as np
 import pytest
 from closed_mechanisms import KINDS
 from closed_test import Motion, close_to, determined_case
+from linkages import FOURBAR, link
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -69,6 +72,56 @@ def test_drives_that_are_many_and_leave_a_freedom(seed):
         refused(call, (q, np.zeros(m.nv), np.zeros(m.nv)), "the drives leave a freedom")
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_mechanism_that_floats(seed):
+    """Its floating joint has no motor.  Named among the drives it carries what the motion needs from outside: the efforts of the open tree there, and
+    nothing where forward dynamics makes the motion, whatever the motors do."""
+    c = determined_case("revolute", seed)
+    rng = np.random.default_rng(seed)
+    inside = list(c.drives)
+    m = ksl.Builder("space").add_link("world").add_link("craft", mass=3.0, inertia=np.eye(3)).add_joint("free", "floating", "world", "craft").build().with_gravity(c.model.gravity)
+    m = m.merged(c.model, "craft", prefix="").with_drives(inside)
+    free = m.joint("free")
+    q, v = m.random(rng), rng.normal(size=m.nv)
+    for joint in c.model.joints:
+        if joint.nv:
+            q[m.joint(joint.name).q_index :][: joint.nq] = c.q[joint.q_index :][: joint.nq]
+    given = ["free", *inside]
+    v = m.consistent_velocity(q, v, given=given)
+    a = m.consistent_acceleration(q, v, rng.normal(size=m.nv), given=given)
+    for call in (m.inverse_dynamics, m.reactions):
+        refused(call, (q, v, a), "the drives leave a freedom, that of joint free: .*, free among them, which then carries what the motion needs from outside")
+    m = m.with_drives(given)
+    columns = slice(free.v_index, free.v_index + 6)
+    tau = m.inverse_dynamics(q, v, a)
+    close_to(tau[columns], m.without_loops().inverse_dynamics(q, v, a)[columns], 1e-9)
+    close_to(m.forward_dynamics(q, v, tau), a, 1e-8)
+    tau[columns] = 0
+    moved = m.forward_dynamics(q, v, tau)
+    close_to(m.inverse_dynamics(q, v, moved), tau, 1e-8)
+    close_to(m.reactions(q, v, moved, joints=["free"]), np.zeros((1, 6)), 1e-7)
+
+
+def test_a_root_that_floats_among_drives():
+    """The joint that the option adds can be named, and is the same as one of the file; a file that is written names the joints that it has."""
+    text = FOURBAR.replace('<link name="frame"/>', link("frame", 2.0, 0.1))
+    floating, names = ksl.load_string(text, floating_base=True), ["floating_base", "A"]
+    m = ksl.load_string(text, floating_base=True, drives=names)
+    assert m.drives == floating.with_drives(names).drives == pickle.loads(pickle.dumps(m)).drives == tuple(names)
+    rng = np.random.default_rng(1)
+    q = m.close(m.integrate(m.neutral(), rng.normal(size=m.nv)), hold=names).q
+    v = m.consistent_velocity(q, rng.normal(size=m.nv), given=names)
+    a = m.consistent_acceleration(q, v, rng.normal(size=m.nv), given=names)
+    tau = m.inverse_dynamics(q, v, a)
+    close_to(tau[:6], m.without_loops().inverse_dynamics(q, v, a)[:6], 1e-10)
+    close_to(m.forward_dynamics(q, v, tau), a, 1e-9)
+    refused(floating.with_drives(["A"]).inverse_dynamics, (q, v, a), "the drives leave a freedom, that of joint floating_base: .*, floating_base among them")
+    assert ksl.load_string(m.to_urdf(), floating_base=True).drives == ("A",)
+    assert m.with_frozen_joints({"floating_base": q[:7]}).drives == ("A",)
+    with pytest.raises(ksl.DescriptionError, match="floating_base.: there is no such joint"):
+        ksl.load_string(text, drives=names)
+
+
 @pytest.mark.parametrize("kind", ["f4", "f8"])
 @pytest.mark.parametrize("seed", range(8))
 def test_a_freedom_whose_inertia_is_rounding_moves_no_mass(seed, kind):
@@ -81,8 +134,6 @@ def test_a_freedom_whose_inertia_is_rounding_moves_no_mass(seed, kind):
 
 
 def test_weights_stay_with_their_drives():
-    import pickle
-
     c = determined_case("revolute", 1)
     names = [j.name for j in c.model.joints if j.nv == 1]
     m = c.model.with_drives({name: k + 1.0 for k, name in enumerate(names)})

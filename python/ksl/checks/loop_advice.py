@@ -87,6 +87,15 @@ def is_across_a_plane(patterns: Array, axes: list[Array]) -> bool:
     return bool(max(np.abs(_across(forces, normal)).max(), np.abs(moments @ normal).max()) < TOLERANCE)
 
 
+def turn_about_one_direction(joints: list[Joint | Loop], axes: list[Array]) -> bool:
+    """Whether the axes of joints that turn about one are parallel.  A loop with one pattern has one force in all its joints, planar or not.
+
+    axes: of each joint (3, 3) in the world.
+    """
+    turning = np.array([R @ np.asarray(joint.axis) for joint, R in zip(joints, axes, strict=True) if KINDS[joint.kind].has_axis and joint.kind != "prismatic"])
+    return len(turning) == 0 or bool(np.abs(np.cross(turning, turning[0])).max() < TOLERANCE)
+
+
 def advice(model: Model, patterns: Array, joints: list[Joint | Loop]) -> Advice:
     """Changes of kind one after the other, each the one that removes most; where several do, loop joints first, and those of the ground last.
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from ksl.checks.loop_advice import Advice, Group, advice, components, groups, is_across_a_plane
+from ksl.checks.loop_advice import Advice, Group, advice, components, groups, is_across_a_plane, turn_about_one_direction
 from ksl.checks.loop_positions import LoopPositions, moving
 from ksl.checks.robot import RobotFile
 from ksl.checks.rule import Broken, rule
@@ -118,7 +118,8 @@ def loop_redundant(robot: RobotFile) -> Iterator[Broken]:
     for group in groups(patterns, joints):
         loop = next(joint for joint in group.joints if isinstance(joint, Loop))
         repair, cause = _advised(advice(model, group.patterns, group.joints)), None
-        planar = is_across_a_plane(group.patterns, [loops.axes(joint, q) for joint in group.joints])
+        axes = [loops.axes(joint, q) for joint in group.joints]
+        planar = is_across_a_plane(group.patterns, axes) and turn_about_one_direction(group.joints, axes)
         if planar:
             cause, repair = PLANAR, f"Nothing, unless reactions across the plane are needed. Then: {repair or 'Give stiffnesses.'}"
         yield Broken(_redundant(group, rows), _line(robot, loop.name), "joint", loop.name, float(len(group.patterns)), cause, repair, "note" if planar else "warning")

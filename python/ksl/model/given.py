@@ -65,7 +65,7 @@ def number(x: Any, what: str) -> float:
 
 
 def name(x: object, what: str) -> str:
-    if not isinstance(x, str) or any("\ud800" <= character <= "\udfff" for character in x):  # halves of surrogate pairs are no text
+    if not isinstance(x, str) or (not x.isascii() and any("\ud800" <= character <= "\udfff" for character in x)):  # halves of surrogate pairs are no text
         raise ValueError(f"{what} is {x!r}; expected a name")
     return x
 

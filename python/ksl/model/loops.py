@@ -149,8 +149,8 @@ class LoopCalls(Requests):
         if type(iterations) is bool or not isinstance(iterations, (int, np.integer)) or iterations < 1:
             raise ValueError(f"iterations={iterations!r}; expected a number of steps, 1 or more")
         found, how, error = self._core.close(positions, self._coordinates_of(hold, "hold"), given.flag(limits, "limits"), int(iterations))
-        ends = np.array([CLOSING[k] for k in how]).reshape(leading)
-        return Closed(found.reshape(*leading, self.nq), ends == "closed", ends, np.array(error).reshape(leading))
+        ends, converged = np.array([CLOSING[k] for k in how], dtype=str), np.array([k == 0 for k in how], dtype=bool)
+        return Closed(found.reshape(*leading, self.nq), converged.reshape(leading)[()], ends.reshape(leading), np.array(error).reshape(leading))
 
     def branches(self, q: ArrayLike, hold: Iterable[str] = (), starts: int = 64, seed: int = 0, limits: bool = False) -> Array:
         """Distinct closed positions (branches, nq) with the coordinates of `hold` as in q (nq), nearest to q first.
@@ -294,6 +294,9 @@ class LoopCalls(Requests):
         """The coordinates in v of joints of the tree that move."""
         coordinates: list[int] = []
         for name in self._names_of(names, what):
+            if name in self._own_coordinates:
+                coordinates += self._own_coordinates[name]
+                continue
             if self._plain(name, "joint") in self._loop_index:
                 raise ValueError(f"{what}: {name!r} closes a loop, and has no coordinates; name joints of the tree")
             joint = self.joint(name)

@@ -115,7 +115,7 @@ void assembly::set_step() {
   is_determined_ = nv - fixed <= t_.rows && eliminate_.determine(g_.jacobian(), t_.row_scale.data(),
                                                                  t_.column_scale.data(), g_.size(), fixed_, fixed);
   if (is_determined_)
-    eliminate_.solve_determined(right_, step_);
+    eliminate_.solve_dependent(right_, 1, step_);
   else
     solve_.solve(g_.jacobian(), t_.rows, nv, t_.row_scale.data(), fixed_, g_.size(), right_, step_);
 }

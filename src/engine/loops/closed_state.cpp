@@ -1,5 +1,6 @@
 #include "engine/loops/closed_state.hpp"
 
+#include "engine/loops/sparse_product.hpp"
 #include "ksl/linalg.h"
 
 #include <cmath>
@@ -160,8 +161,7 @@ finding closed_state::steady_acceleration(const double *q, const double *v, doub
   g_.acceleration(q, v, zero_, rows_[0], nullptr);
   for (int i = 0; i < t_.rows; ++i)
     rows_[0][i] = -rows_[0][i] - corrected[i];
-  std::fill_n(a, m_.nv(), 0.0);
-  k_.complete(rows_[0], a);
+  k_.solve_dependent(rows_[0], 1, a);
   return {};
 }
 
@@ -195,20 +195,9 @@ finding closed_state::solve_inertia(const double *q, double *r) {
   state_view<double> s;
   s.q = q, s.result[0] = M_;
   call(rows::mass_matrix, s);
-  for (int i = 0; i < nv; ++i)
-    for (int j = 0; j < f; ++j) {
-      double sum = 0;
-      for (int k = 0; k < nv; ++k)
-        sum += M_[i * nv + k] * G_[k * f + j];
-      MG_[i * f + j] = sum;
-    }
-  for (int i = 0; i < f; ++i)
-    for (int j = 0; j < f; ++j) {
-      double sum = 0;
-      for (int k = 0; k < nv; ++k)
-        sum += G_[k * f + i] * MG_[k * f + j];
-      H_[i * f + j] = sum;
-    }
+  std::fill_n(MG_, nv * f, 0.0), std::fill_n(H_, f * f, 0.0);
+  add_product(1, M_, nv, nv, G_, f, MG_);
+  add_transposed_product(G_, nv, f, MG_, f, H_);
   double *const whole = small_ + m_.nv();
   for (int i = 0; i < f; ++i) {
     whole[i] = 0; // of terms before they cancel, none of which is negative

@@ -1,5 +1,7 @@
 #include "engine/loops/derivatives.hpp"
 
+#include "engine/loops/sparse_product.hpp"
+
 #include <algorithm>
 
 namespace ksl::loops {
@@ -8,27 +10,14 @@ void closed_derivatives::lay_out(arena &memory, int externals) {
   const int nv = m_.nv();
   c_.lay_out(memory, externals);
   by_.lay_out(memory);
-  by_q_ = memory.take<double>(nv * nv), by_v_ = memory.take<double>(nv * nv), M_ = memory.take<double>(nv * nv);
-  dq_ = memory.take<double>(nv), dv_ = memory.take<double>(nv), da_ = memory.take<double>(nv),
-  left_ = memory.take<double>(nv);
-  rates_ = memory.take<double>(t_.rows), a_ = memory.take<double>(nv), tau_ = memory.take<double>(nv);
-  r_ = memory.take<double>(nv);
-  projected_q_ = memory.take<double>(nv * nv), projected_v_ = memory.take<double>(nv * nv),
-  projected_a_ = memory.take<double>(nv * nv);
+  for (double **matrix : {&by_q_, &by_v_, &M_, &v_by_q_, &a_by_q_, &a_by_v_, &efforts_, &projected_, &solved_})
+    *matrix = memory.take<double>(nv * nv);
+  rates_ = memory.take<double>(t_.rows * nv), column_ = memory.take<double>(nv);
+  a_ = memory.take<double>(nv), tau_ = memory.take<double>(nv);
 }
 
-/// out += sign · matrix x, of so many rows.
-void closed_derivatives::add_product(const double *matrix, int rows, const double *x, double sign, double *out) const {
-  const int nv = m_.nv();
-  for (int i = 0; i < rows; ++i) {
-    double sum = 0;
-    for (int j = 0; j < nv; ++j)
-      sum += matrix[i * nv + j] * x[j];
-    out[i] += sign * sum;
-  }
-}
-
-/// The derivatives of the tree's efforts, and of the loops' equations and wrenches, with the multipliers that have been found.
+/// The derivatives of the tree's efforts, and of the loops' equations and wrenches, with the multipliers that have been found; then how
+/// coordinates follow.
 void closed_derivatives::set_tree(const double *q, const double *v, const double *a,
                                   const external_wrenches<double> &e) {
   state_view<double> s;
@@ -38,70 +27,64 @@ void closed_derivatives::set_tree(const double *q, const double *v, const double
   by_.set(c_.at(), v, a, c_.multipliers());
   for (int i = 0; i < m_.nv() * m_.nv(); ++i)
     by_q_[i] -= by_.wrench_by_q()[i];
+  set_motions();
 }
 
-/// out (freedoms, nv) = Gᵀ matrix.
-void closed_derivatives::project(const double *matrix, double *out) const {
-  const int nv = m_.nv(), f = c_.solved().freedoms(), rank = c_.solved().rank;
-  const int *const column = c_.solved().column;
-  for (int j = 0; j < f; ++j)
-    std::copy_n(matrix + column[rank + j] * nv, nv, out + j * nv);
-  for (int i = 0; i < rank; ++i)
-    for (int j = 0; j < f; ++j)
-      if (const double g = c_.G(column[i], j); g != 0)
-        for (int k = 0; k < nv; ++k)
-          out[j * nv + k] += g * matrix[column[i] * nv + k];
+/// out (nv, freedoms): K out = − by_q G − by_v v, zero at independent coordinates.  v may be null.
+void closed_derivatives::follow(const double *by_q, const double *by_v, const double *v, double *out) {
+  const int nv = m_.nv(), f = c_.solved().freedoms();
+  std::fill_n(rates_, t_.rows * f, 0.0);
+  add_product(-1, by_q, t_.rows, nv, c_.G(), f, rates_);
+  if (v)
+    add_product(-1, by_v, t_.rows, nv, v, f, rates_);
+  c_.solved().solve_dependent(rates_, f, out);
 }
 
-/// The variation of q, v and a with number j of the independent coordinates of q, of v or of a.
-void closed_derivatives::vary(varied what, int j) {
-  const int nv = m_.nv();
-  for (double *x : {dq_, dv_, da_})
-    std::fill_n(x, nv, 0.0);
-  double *const given = what == varied::position ? dq_ : what == varied::velocity ? dv_ : da_;
-  for (int i = 0; i < nv; ++i)
-    given[i] = c_.G(i, j);
-  if (what == varied::position) {
-    std::fill_n(rates_, t_.rows, 0.0);
-    add_product(by_.velocity_by_q(), t_.rows, dq_, -1, rates_);
-    c_.solved().complete(rates_, dv_);
-  }
-  if (what == varied::acceleration)
-    return;
-  std::fill_n(rates_, t_.rows, 0.0);
-  if (what == varied::position)
-    add_product(by_.acceleration_by_q(), t_.rows, dq_, -1, rates_);
-  add_product(by_.acceleration_by_v(), t_.rows, dv_, -1, rates_);
-  c_.solved().complete(rates_, da_);
+void closed_derivatives::set_motions() {
+  follow(by_.velocity_by_q(), nullptr, nullptr, v_by_q_);
+  follow(by_.acceleration_by_q(), by_.acceleration_by_v(), v_by_q_, a_by_q_);
+  follow(by_.acceleration_by_v(), nullptr, nullptr, a_by_v_);
 }
 
-/// The same, and left_ (freedoms): Gᵀ of what it does to the tree's efforts, less the wrenches of the loops.
-void closed_derivatives::vary_efforts(varied what, int j) {
-  const int f = c_.solved().freedoms();
-  vary(what, j);
-  std::fill_n(left_, m_.nv(), 0.0);
-  if (what == varied::position)
-    add_product(projected_q_, f, dq_, 1, left_);
-  if (what != varied::acceleration)
-    add_product(projected_v_, f, dv_, 1, left_);
-  add_product(projected_a_, f, da_, 1, left_);
+closed_derivatives::varied closed_derivatives::motion(int kind) const {
+  const varied all[kinds] = {{c_.G(), v_by_q_, a_by_q_}, {nullptr, c_.G(), a_by_v_}, {nullptr, nullptr, c_.G()}};
+  return all[kind];
+}
+
+/// efforts_: what the variation of a motion does to the tree's efforts, less the wrenches of the loops.
+void closed_derivatives::set_efforts(const varied &by) {
+  const int nv = m_.nv(), f = c_.solved().freedoms();
+  std::fill_n(efforts_, nv * f, 0.0);
+  if (by.q)
+    add_product(1, by_q_, nv, nv, by.q, f, efforts_);
+  if (by.v)
+    add_product(1, by_v_, nv, nv, by.v, f, efforts_);
+  add_product(1, M_, nv, nv, by.a, f, efforts_);
+}
+
+/// projected_ (freedoms, freedoms) = Gᵀ efforts_.
+void closed_derivatives::project() {
+  const int nv = m_.nv(), f = c_.solved().freedoms();
+  std::fill_n(projected_, f * f, 0.0);
+  add_transposed_product(c_.G(), nv, f, efforts_, f, projected_);
+}
+
+/// dq, dv and da (nv) with independent coordinate j.  Returns the end.
+double *closed_derivatives::copy_motion(const varied &by, int j, double *to) const {
+  const int nv = m_.nv(), f = c_.solved().freedoms();
+  for (const double *matrix : {by.q, by.v, by.a})
+    for (int i = 0; i < nv; ++i)
+      *to++ = matrix ? matrix[i * f + j] : 0;
+  return to;
 }
 
 void closed_derivatives::motions(const double *v, const double *a, double *motions) {
   std::fill_n(rates_, t_.rows, 0.0); // of wrenches, which nobody asks for
   by_.set(c_.at(), v, a, rates_);
-  for (const varied what : {varied::position, varied::velocity, varied::acceleration})
-    for (int j = 0; j < c_.solved().freedoms(); ++j) {
-      vary(what, j);
-      for (const double *x : {dq_, dv_, da_})
-        motions = std::copy_n(x, m_.nv(), motions);
-    }
-}
-
-void closed_derivatives::set_projections() {
-  project(by_q_, projected_q_);
-  project(by_v_, projected_v_);
-  project(M_, projected_a_);
+  set_motions();
+  for (int kind = 0; kind < kinds; ++kind)
+    for (int j = 0; j < c_.solved().freedoms(); ++j)
+      motions = copy_motion(motion(kind), j, motions);
 }
 
 finding closed_derivatives::inverse_dynamics(const double *q, const double *v, const double *a,
@@ -113,16 +96,13 @@ finding closed_derivatives::inverse_dynamics(const double *q, const double *v, c
   if (static_cast<int>(t_.drives.size()) != f)
     return {finding::kind::more_drives, -1, 0, 0, f};
   set_tree(q, v, a, e);
-  set_projections();
-  double *const out[] = {by_q, by_v, by_a};
-  for (const varied what : {varied::position, varied::velocity, varied::acceleration}) {
-    double *const matrix = out[static_cast<int>(what)];
-    std::fill_n(matrix, nv * f, 0.0);
-    for (int j = 0; j < f; ++j) {
-      vary_efforts(what, j);
-      for (int i = 0; i < f; ++i) // the drives are the independent coordinates
-        matrix[c_.solved().independent()[i] * f + j] = left_[i];
-    }
+  double *const out[kinds] = {by_q, by_v, by_a};
+  for (int kind = 0; kind < kinds; ++kind) {
+    std::fill_n(out[kind], nv * f, 0.0);
+    set_efforts(motion(kind));
+    project();
+    for (int i = 0; i < f; ++i) // the drives are the independent coordinates
+      std::copy_n(projected_ + i * f, f, out[kind] + c_.solved().independent()[i] * f);
   }
   return {};
 }
@@ -136,23 +116,17 @@ finding closed_derivatives::reaction_variations(const double *q, const double *v
   if (static_cast<int>(t_.drives.size()) != f)
     return {finding::kind::more_drives, -1, 0, 0, f};
   set_tree(q, v, a, e);
-  for (const varied what : {varied::position, varied::velocity, varied::acceleration})
+  for (int kind = 0; kind < kinds; ++kind) {
+    set_efforts(motion(kind)); // Kᵀ dλ at coordinates without a drive
     for (int j = 0; j < f; ++j) {
-      vary(what, j);
-      double *const efforts =
-          left_; // of the tree, less the wrenches of the loops: Kᵀ dλ at coordinates without a drive
-      std::fill_n(efforts, nv, 0.0);
-      if (what == varied::position)
-        add_product(by_q_, nv, dq_, 1, efforts);
-      if (what != varied::acceleration)
-        add_product(by_v_, nv, dv_, 1, efforts);
-      add_product(M_, nv, da_, 1, efforts);
-      c_.solved().multipliers(efforts, rates_);
-      c_.at().wrench_variations(c_.multipliers(), rates_, dq_, on_links, at_joints);
-      for (const double *x : {dq_, dv_, da_})
-        motions = std::copy_n(x, nv, motions);
-      on_links += 12 * loops, at_joints += 6 * loops;
+      for (int i = 0; i < nv; ++i)
+        column_[i] = efforts_[i * f + j];
+      c_.solved().multipliers(column_, rates_);
+      double *const end = copy_motion(motion(kind), j, motions);
+      c_.at().wrench_variations(c_.multipliers(), rates_, motions, on_links, at_joints);
+      motions = end, on_links += 12 * loops, at_joints += 6 * loops;
     }
+  }
   return {};
 }
 
@@ -163,36 +137,25 @@ finding closed_derivatives::forward_dynamics(const double *q, const double *v, c
     return fault;
   c_.set_multipliers(q, v, a_, tau, e);
   set_tree(q, v, a_, e);
-  set_projections();
   const int f = c_.solved().freedoms(), nv = m_.nv();
+  std::copy_n(c_.G(), nv * f, solved_); // G (Gᵀ M G)⁻¹, with the factors that forward dynamics has left
+  for (int i = 0; i < nv; ++i)
+    c_.solve_again(solved_ + i * f);
   double *const out[] = {by_q, by_v};
-  for (const varied what : {varied::position, varied::velocity})
-    for (int j = 0; j < f; ++j) {
-      vary_efforts(what, j);
-      for (int i = 0; i < f; ++i)
-        r_[i] = -left_[i];
-      accelerate(da_);
-      for (int i = 0; i < nv; ++i)
-        out[static_cast<int>(what)][i * f + j] = da_[i];
-    }
-  for (int k = 0; k < nv; ++k) {
-    std::fill_n(da_, nv, 0.0);
-    for (int j = 0; j < f; ++j)
-      r_[j] = c_.G(k, j);
-    accelerate(da_);
-    for (int i = 0; i < nv; ++i)
-      by_tau[i * nv + k] = da_[i];
+  for (int kind = 0; kind < 2; ++kind) {
+    set_efforts(motion(kind));
+    project();
+    for (int i = 0; i < nv * f; ++i)
+      out[kind][i] = motion(kind).a[i];
+    add_product(-1, solved_, nv, f, projected_, f, out[kind]);
   }
-  return {};
-}
-
-/// a += G (Gᵀ M G)⁻¹ r, with the factors that forward dynamics has left.
-void closed_derivatives::accelerate(double *a) {
-  const int f = c_.solved().freedoms(), nv = m_.nv();
-  c_.solve_again(r_);
+  double *const transposed = efforts_; // Gᵀ
   for (int i = 0; i < nv; ++i)
     for (int j = 0; j < f; ++j)
-      a[i] += c_.G(i, j) * r_[j];
+      transposed[j * nv + i] = c_.G(i, j);
+  std::fill_n(by_tau, nv * nv, 0.0);
+  add_product(1, solved_, nv, f, transposed, nv, by_tau);
+  return {};
 }
 
 } // namespace ksl::loops

@@ -39,23 +39,27 @@ public:
                               double *motions, double *on_links, double *at_joints);
 
 private:
+  /// How the numbers of a motion vary with each independent coordinate: (nv, freedoms) each, null where they don't.
+  struct varied { const double *q, *v, *a; };
+  static constexpr int kinds = 3; ///< by positions, velocities and accelerations
+
   void set_tree(const double *q, const double *v, const double *a, const external_wrenches<double> &e);
-  enum class varied { position, velocity, acceleration };
-  void vary(varied what, int j);
-  void vary_efforts(varied what, int j);
-  void accelerate(double *a);
-  void project(const double *matrix, double *out) const;
-  void set_projections();
-  void add_product(const double *matrix, int rows, const double *x, double sign, double *out) const;
+  void set_motions();
+  void follow(const double *by_q, const double *by_v, const double *v, double *out);
+  varied motion(int kind) const;
+  void set_efforts(const varied &by);
+  void project();
+  double *copy_motion(const varied &by, int j, double *to) const;
 
   const model &m_;
   const tables &t_;
   closed_state c_;
   variation by_;
-  double *by_q_ = nullptr, *by_v_ = nullptr, *M_ = nullptr;                ///< (nv, nv) of the tree
-  double *dq_ = nullptr, *dv_ = nullptr, *da_ = nullptr, *left_ = nullptr; ///< (nv)
-  double *rates_ = nullptr, *a_ = nullptr, *tau_ = nullptr, *r_ = nullptr;
-  double *projected_q_ = nullptr, *projected_v_ = nullptr, *projected_a_ = nullptr; ///< (freedoms, nv) Gᵀ times these
+  double *by_q_ = nullptr, *by_v_ = nullptr, *M_ = nullptr;          ///< (nv, nv) of the tree
+  double *v_by_q_ = nullptr, *a_by_q_ = nullptr, *a_by_v_ = nullptr; ///< (nv, freedoms)
+  double *efforts_ = nullptr, *projected_ = nullptr, *solved_ = nullptr,
+         *rates_ = nullptr;                                  ///< (nv, freedoms), but for rates
+  double *a_ = nullptr, *tau_ = nullptr, *column_ = nullptr; ///< (nv)
 };
 
 } // namespace ksl::loops

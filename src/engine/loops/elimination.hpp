@@ -5,6 +5,7 @@
 // largest term that entered K̃ before terms cancelled: the Jacobian of a door on two hinges is nothing but rounding.
 #pragma once
 
+#include "engine/loops/sparse_product.hpp"
 #include "ksl/engine/lanes/workspace.hpp"
 
 #include <algorithm>
@@ -24,7 +25,8 @@ public:
 
   void lay_out(arena &memory, int m, int n) {
     rows = m, columns = n;
-    a_ = memory.take<double>(m * n), solved_ = memory.take<double>(m * n), work_ = memory.take<double>(std::max(m, n));
+    a_ = memory.take<double>(m * n), solved_ = memory.take<double>(m * n),
+    work_ = memory.take<double>(std::max(m, n) * n);
     row = memory.take<int>(m), column = memory.take<int>(n);
   }
 
@@ -72,12 +74,14 @@ public:
     return rank == wanted;
   }
 
-  /// x (columns), zero at coordinates that are left out, with K x = b for the independent equations; after determine().
-  void solve_determined(const double *b, double *x) const {
-    solve_equations(b);
-    std::fill_n(x, columns, 0.0);
+  /// x (columns, n) with K x = b (rows, n) for the independent equations, zero at independent coordinates and those that are left out; at most
+  /// as many right sides n as there are coordinates.
+  void solve_dependent(const double *b, int n, double *x) const {
+    solve_equations(b, n);
+    std::fill_n(x, columns * n, 0.0);
     for (int i = 0; i < rank; ++i)
-      x[column[i]] = work_[i] * C_[column[i]];
+      for (int c = 0; c < n; ++c)
+        x[column[i] * n + c] = work_[i * n + c] * C_[column[i]];
   }
 
   /// How a dependent coordinate follows from an independent one: x_i = element(i, j) x_j for b = 0.
@@ -85,9 +89,9 @@ public:
     return -solved_[dependent * columns + free] * C_[column[dependent]] / C_[column[rank + free]];
   }
 
-  /// x (columns) from its independent coordinates, which it has, with K x = b for the independent equations.  b may be null: zero.
+  /// x (columns) from its independent coordinates, which it has, with K x = b for the independent equations.
   void complete(const double *b, double *x) const {
-    solve_equations(b);
+    solve_equations(b, 1);
     for (int i = 0; i < rank; ++i) {
       double sum = work_[i] * C_[column[i]];
       for (int j = 0; j < freedoms(); ++j)
@@ -186,7 +190,7 @@ private:
       std::copy_n(&at(i, rank), f, line);
       for (int k = i + 1; k < rank; ++k) {
         const double factor = at(i, k), *const below = solved_ + k * columns;
-        for (int j = 0; j < f; ++j)
+        for (int j = 0; j < f && factor != 0; ++j)
           line[j] -= factor * below[j];
       }
       const double inverse = 1 / at(i, i);
@@ -195,20 +199,27 @@ private:
     }
   }
 
-  /// work_ (rank): x̃ of the dependent coordinates with L U x̃ = R b.
-  void solve_equations(const double *b) const {
-    for (int i = 0; i < rank; ++i) {
-      double sum = b ? R_[row[i]] * b[row[i]] : 0;
-      for (int k = 0; k < i; ++k)
-        sum -= at(i, k) * work_[k];
-      work_[i] = sum;
-    }
-    for (int i = rank - 1; i >= 0; --i) {
-      double sum = work_[i];
-      for (int k = i + 1; k < rank; ++k)
-        sum -= at(i, k) * work_[k];
-      work_[i] = sum / at(i, i);
-    }
+  /// work_ (rank, n): x̃ of the dependent coordinates with L U x̃ = R b, b (rows, n).  Factors of most mechanisms are sparse.
+  void solve_equations(const double *b, int n) const {
+    with_width(n, [this, b](auto width) {
+      const auto take_off = [&](int i, int k) {
+        if (const double factor = at(i, k); factor != 0)
+          for (int c = 0; c < width; ++c)
+            work_[i * width + c] -= factor * work_[k * width + c];
+      };
+      for (int i = 0; i < rank; ++i) {
+        for (int c = 0; c < width; ++c)
+          work_[i * width + c] = R_[row[i]] * b[row[i] * width + c];
+        for (int k = 0; k < i; ++k)
+          take_off(i, k);
+      }
+      for (int i = rank - 1; i >= 0; --i) {
+        for (int k = i + 1; k < rank; ++k)
+          take_off(i, k);
+        for (int c = 0; c < width; ++c)
+          work_[i * width + c] /= at(i, i);
+      }
+    });
   }
 
   /// λ = R L⁻ᵀ work_, for the independent equations.

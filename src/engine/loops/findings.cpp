@@ -31,10 +31,15 @@ std::string text_of(const finding &fault, const model &m) {
     return "joint " + joint_of(m, fault.row).name +
            " moves no mass in the closed mechanism at this position, so that its acceleration is not determined; give a link that it moves "
            "mass and inertia, or fix the joint";
-  if (fault.what == kind::few_drives)
-    return "the drives leave a freedom, that of joint " + joint_of(m, fault.row).name + ": the mechanism has " +
+  if (fault.what == kind::few_drives) {
+    const joint_row &left = joint_of(m, fault.row);
+    return "the drives leave a freedom, that of joint " + left.name + ": the mechanism has " +
            std::to_string(fault.freedoms) + " at this position, and " + std::to_string(t.drives.size()) +
-           " coordinates with a drive; name as many as determine its motion";
+           " coordinates with a drive; name as many as determine its motion" +
+           (left.kind == joint_kind::floating
+                ? ", " + left.name + " among them, which then carries what the motion needs from outside"
+                : "");
+  }
   if (fault.what == kind::more_drives)
     return "derivatives of efforts need as many drives as freedoms, " + std::to_string(fault.freedoms) +
            " at this position, and there are " + std::to_string(t.drives.size()) +

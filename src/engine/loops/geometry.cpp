@@ -17,13 +17,14 @@ void geometry::lay_out(arena &memory, int externals) {
   at_ = memory.take<frames>(static_cast<std::ptrdiff_t>(t_.loops.size()));
   K_ = memory.take<double>(static_cast<std::ptrdiff_t>(t_.rows) * nv);
   twists_ = memory.take<double>(6 * links), accelerations_ = memory.take<double>(6 * links);
-  std::size_t most = 0;
-  for (const algorithm_row *row :
+  for (const algorithm_row *row : // measured once, though memory is laid out twice
        {&rows::frame_poses, &rows::frame_velocities, &rows::frame_accelerations, &rows::mass_matrix,
         &rows::inverse_dynamics, &rows::inverse_dynamics_with_reactions, &rows::inverse_dynamics_derivatives,
         &rows::effort_parts, &rows::jacobian, &rows::integrate, &rows::difference})
-    most = std::max(most, tree_.bytes(*row, links, joints, externals));
-  rest_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(most));
+    if (!is_measured_)
+      rest_bytes_ = std::max(rest_bytes_, tree_.bytes(*row, links, joints, externals));
+  is_measured_ = true;
+  rest_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(rest_bytes_));
 }
 
 SE3<double> geometry::pose(int slot) const {
@@ -116,13 +117,14 @@ void geometry::error(double *out) const {
 
 void geometry::velocity(const double *v, double *out, double *terms) const {
   const int nv = tree_.of().nv();
+  const double size = terms ? sum_of_terms(v) * size_ : 0;
   for (int i = 0; i < t_.rows; ++i) {
     double value = 0;
     for (int j = 0; j < nv; ++j)
       value += K_[i * nv + j] * v[j];
     out[i] = value;
     if (terms)
-      terms[i] = sum_of_terms(v) * size_ / t_.row_scale[static_cast<std::size_t>(i)];
+      terms[i] = size / t_.row_scale[static_cast<std::size_t>(i)];
   }
 }
 
@@ -168,7 +170,6 @@ void geometry::acceleration(const double *q, const double *v, const double *a, d
   }
 }
 
-/// Σ λ T of a loop.
 coscrew<double> geometry::wrench(int loop, const double *lambda) const {
   const ksl::loops::loop &l = t_.loops[static_cast<std::size_t>(loop)];
   coscrew<double> w = {{0, 0, 0}, {0, 0, 0}};

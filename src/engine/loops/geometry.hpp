@@ -58,6 +58,9 @@ public:
   /// The first axis of a universal loop joint, fixed in the predecessor, in these axes.
   vec3<double> first_axis(int loop) const;
 
+  /// Σ λ T of a loop, in these axes.
+  coscrew<double> wrench(int loop, const double *lambda) const;
+
   const tree_calls &tree() const { return tree_; }
   const tables &of() const { return t_; }
   void *rest() const { return rest_; } ///< memory of calls
@@ -71,7 +74,6 @@ private:
 
   SE3<double> pose(int slot) const;
   double sum_of_terms(const double *v) const;
-  coscrew<double> wrench(int loop, const double *lambda) const;
   screw<double> relative_twist(int loop, const double *dq) const;
   void move_to_link(int loop, int side, const coscrew<double> &w, double *six) const;
   void set_columns(const double *q);
@@ -85,6 +87,8 @@ private:
   double *K_ = nullptr;
   double *twists_ = nullptr, *accelerations_ = nullptr; ///< (links, 6) in world axes, about the world's origin
   void *rest_ = nullptr;
+  std::size_t rest_bytes_ = 0;
+  bool is_measured_ = false;
   double size_ = 0;
 };
 

@@ -169,26 +169,28 @@ void require(const char *call, const finding &fault, const model &m) {
 
 } // namespace
 
-void closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *a,
-                                         const external_wrenches<double> &external, double *by_q, double *by_v,
-                                         double *by_a) {
+int closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *a,
+                                        const external_wrenches<double> &external, double *by_q, double *by_v,
+                                        double *by_a) {
   const nearest_rounding rounding;
   closed_derivatives w = derivatives_of(m, d, external.n);
   finding fault = w.state().set_position(q);
   if (!fault)
     fault = w.inverse_dynamics(q, v, a, external, by_q, by_v, by_a);
   require("inverse_dynamics_derivatives", fault, m);
+  return w.state().solved().freedoms();
 }
 
-void closed_forward_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *tau,
-                                         const external_wrenches<double> &external, double *by_q, double *by_v,
-                                         double *by_tau) {
+int closed_forward_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *tau,
+                                        const external_wrenches<double> &external, double *by_q, double *by_v,
+                                        double *by_tau) {
   const nearest_rounding rounding;
   closed_derivatives w = derivatives_of(m, d, external.n);
   finding fault = w.state().set_position(q);
   if (!fault)
     fault = w.forward_dynamics(q, v, tau, external, by_q, by_v, by_tau);
   require("forward_dynamics_derivatives", fault, m);
+  return w.state().solved().freedoms();
 }
 
 void closed_reaction_variations(const model &m, data &d, const double *q, const double *v, const double *a,

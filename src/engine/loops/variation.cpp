@@ -16,7 +16,7 @@ void variation::lay_out(arena &memory) {
   int most = 0;
   for (const loop &l : t_.loops)
     most = std::max(most, l.support_end - l.support_begin);
-  at_ = memory.take<element>(most), dJ_ = memory.take<screw<double>>(most);
+  at_ = memory.take<element>(most);
   velocity_by_q_ = memory.take<double>(rows * nv), acceleration_by_q_ = memory.take<double>(rows * nv);
   acceleration_by_v_ = memory.take<double>(rows * nv), wrench_by_q_ = memory.take<double>(nv * nv);
 }
@@ -29,27 +29,41 @@ double variation::sign(int c, int k) const {
   return by.sigma > 0 ? 1 : by.group <= from.group ? -1 : 0;
 }
 
-/// Calls use(c, Σ_k p_ck of(k)) for all coordinates c, by one walk along either side.
-template <class Of, class Use> void variation::for_sums(Of of, Use use) const {
-  screw<double> beyond = nothing, group = nothing; // of the groups after that of c, and of its own
-  int c = n_ - 1;
-  while (c >= 0 && at_[c].sigma < 0)
-    --c;
-  const int middle = c + 1;
-  for (; c >= 0; --c) { // on the side of the successor, from the end inwards
-    if (c + 1 < middle && at_[c + 1].group != at_[c].group)
-      beyond = sum(beyond, group), group = nothing;
-    use(c, beyond);
-    group = sum(group, of(c));
+/// The sums of (3), group by group on the way from the predecessor to the successor.  A coordinate moves its own group where that lies before
+/// it, which is on the side of the predecessor; what J × U has to do with lies on its other side.
+void variation::set_sums() {
+  int middle = 0; // where coordinates on the side of the predecessor begin
+  while (middle < n_ && at_[middle].sigma > 0)
+    ++middle;
+  W_ = nothing;
+  for (int c = 0; c < n_; ++c)
+    W_ = sum(W_, scaled(at_[c].sigma * at_[c].v, at_[c].J));
+  screw<double> X = nothing, Y = nothing;
+  const auto pass = [&](int begin, int end) {
+    const screw<double> X_before = X, Y_before = Y;
+    const bool own = at_[begin].sigma < 0;
+    for (int c = begin; c < end; ++c)
+      X = sum(X, scaled(at_[c].sigma * at_[c].v, at_[c].J));
+    const screw<double> U = difference(W_, own ? X_before : X);
+    for (int c = begin; c < end; ++c) {
+      element &e = at_[c];
+      e.rate = cross(e.J, U);
+      Y = sum(Y, scaled(e.sigma, sum(scaled(e.a, e.J), scaled(e.v, e.rate))));
+    }
+    for (int c = begin; c < end; ++c)
+      at_[c].X = own ? X : X_before, at_[c].Y = own ? Y : Y_before;
+  };
+  for (int end = n_, c; end > middle; end = c) {
+    for (c = end - 1; c > middle && at_[c - 1].group == at_[end - 1].group; --c)
+      ;
+    pass(c, end);
   }
-  screw<double> left = sum(beyond, group); // V_s − V_p, less what moves c
-  for (c = middle; c < n_;) {
-    int end = c;
-    for (; end < n_ && at_[end].group == at_[c].group; ++end)
-      left = sum(left, scaled(-1, of(end)));
-    for (; c < end; ++c)
-      use(c, left);
+  for (int begin = 0, c; begin < middle; begin = c) {
+    for (c = begin + 1; c < middle && at_[c].group == at_[begin].group; ++c)
+      ;
+    pass(begin, c);
   }
+  rate_ = Y;
 }
 
 void variation::set_loop(const geometry &g, int loop, const double *v, const double *a) {
@@ -58,75 +72,57 @@ void variation::set_loop(const geometry &g, int loop, const double *v, const dou
   for (int c = 0; c < n_; ++c) {
     const support &side = t_.supports[static_cast<std::size_t>(l.support_begin + c)];
     const column &of = t_.columns[static_cast<std::size_t>(side.column)];
-    at_[c] = {scaled(of.factor, g.column_at_successor(loop, side.column)),
-              nothing,
-              nothing,
-              side.sign,
-              v[of.v],
-              a[of.v],
-              of.v,
-              side.group};
+    at_[c] = {};
+    at_[c].J = scaled(of.factor, g.column_at_successor(loop, side.column));
+    at_[c].sigma = side.sign, at_[c].v = v[of.v], at_[c].a = a[of.v];
+    at_[c].coordinate = of.v, at_[c].group = side.group;
   }
-  W_ = rate_ = nothing;
-  for_sums([&](int k) { return scaled(at_[k].v, at_[k].J); }, [&](int c, const screw<double> &U) { at_[c].U = U; });
-  for (int c = 0; c < n_; ++c) {
-    element &e = at_[c];
-    e.rate = cross(e.J, e.U);
-    W_ = sum(W_, scaled(e.sigma * e.v, e.J));
-    rate_ = sum(rate_, scaled(e.sigma, sum(scaled(e.a, e.J), scaled(e.v, e.rate))));
-  }
+  set_sums();
+  normal_ = {};
   if (row_has_two_axes(l.kind)) {
     const vec3<double> u1 = g.first_axis(loop), N = cross(u1, l.axis2);
     normal_ = {u1, N, cross(cross(u1, W_.ang), l.axis2), length(N)};
   }
 }
 
-/// Adds what coordinate k of the loop in hand changes.
-void variation::vary(const geometry &g, int loop, int k, const double *lambda) {
+/// Adds what a coordinate changes in the equations of the loop in hand.
+void variation::vary(const geometry &g, int loop, const element &by) {
   const ksl::loops::loop &l = t_.loops[static_cast<std::size_t>(loop)];
   const coscrew<double> *const T = g.wrenches_of(loop);
-  const element &by = at_[k];
   const int nv = m_.nv();
-  for (int c = 0; c < n_; ++c) {
-    const double p = sign(c, k);
-    dJ_[c] = p == 0 ? nothing : scaled(p, cross(at_[c].J, by.J));
-  }
-  screw<double> dW = nothing, dRate = nothing, by_v = scaled(by.sigma, by.rate);
-  const auto varied = [&](int j) { return scaled(at_[j].v, dJ_[j]); };
-  for_sums(varied, [&](int c, const screw<double> &dU) {
-    const element &e = at_[c];
-    const screw<double> bent = sum(cross(dJ_[c], e.U), cross(e.J, dU));
-    dW = sum(dW, scaled(e.sigma * e.v, dJ_[c]));
-    dRate = sum(dRate, scaled(e.sigma, sum(scaled(e.a, dJ_[c]), scaled(e.v, bent))));
-    by_v = sum(by_v, scaled(e.sigma * e.v, dJ_[c])); // J_c × p_ck J_k
-  });
-  coscrew<double> f = {{0, 0, 0}, {0, 0, 0}};
+  const screw<double> bent = cross(by.X, cross(difference(W_, by.X), by.J));
+  const screw<double> dW = scaled(by.sigma, cross(by.X, by.J)),
+                      dRate = scaled(by.sigma, difference(cross(by.Y, by.J), bent)),
+                      by_v = sum(scaled(by.sigma, by.rate), dW);
   const auto put = [&](double *matrix, int i, double x) { matrix[(l.first_row + i) * nv + by.coordinate] += x; };
-  const int constant = row_has_two_axes(l.kind) ? 3 : l.rows;
-  for (int i = 0; i < l.rows; ++i) {
-    const double x = lambda[l.first_row + i];
-    f = {sum(f.lin, scaled(x, T[i].lin)), sum(f.ang, scaled(x, T[i].ang))};
-    if (i >= constant)
-      continue;
+  const bool turns = row_has_two_axes(l.kind);
+  for (int i = 0; i < (turns ? 3 : l.rows); ++i) {
     put(velocity_by_q_, i, work(T[i], dW));
     put(acceleration_by_q_, i, work(T[i], dRate));
     put(acceleration_by_v_, i, work(T[i], by_v));
   }
-  vec3<double> df = {0, 0, 0};
-  if (constant < l.rows && normal_.length > 0) {
-    const double unit = 1 / normal_.length;
-    const vec3<double> turning = scaled(by.sigma, by.J.ang), du1 = cross(normal_.u1, turning), dN = cross(du1, l.axis2);
-    const vec3<double> dN_rate = cross(sum(cross(du1, W_.ang), cross(normal_.u1, dW.ang)), l.axis2),
-                       dN_rate_by_v = cross(cross(normal_.u1, turning), l.axis2);
-    put(velocity_by_q_, 3, unit * (dot(dN, W_.ang) + dot(normal_.N, dW.ang)));
-    put(acceleration_by_q_, 3,
-        unit * (dot(dN, rate_.ang) + dot(normal_.N, dRate.ang) + dot(dN_rate, W_.ang) + dot(normal_.rate, dW.ang)));
-    put(acceleration_by_v_, 3,
-        unit * (dot(normal_.N, by_v.ang) + dot(dN_rate_by_v, W_.ang) + dot(normal_.rate, turning)));
-    df = scaled(lambda[l.first_row + 3] * unit, dN);
-  }
+  if (!turns || !(normal_.length > 0))
+    return;
+  const double unit = 1 / normal_.length;
+  const vec3<double> turning = scaled(by.sigma, by.J.ang), du1 = cross(normal_.u1, turning), dN = cross(du1, l.axis2);
+  const vec3<double> dN_rate = cross(sum(cross(du1, W_.ang), cross(normal_.u1, dW.ang)), l.axis2),
+                     dN_rate_by_v = cross(cross(normal_.u1, turning), l.axis2);
+  put(velocity_by_q_, 3, unit * (dot(dN, W_.ang) + dot(normal_.N, dW.ang)));
+  put(acceleration_by_q_, 3,
+      unit * (dot(dN, rate_.ang) + dot(normal_.N, dRate.ang) + dot(dN_rate, W_.ang) + dot(normal_.rate, dW.ang)));
+  put(acceleration_by_v_, 3,
+      unit * (dot(normal_.N, by_v.ang) + dot(dN_rate_by_v, W_.ang) + dot(normal_.rate, turning)));
+}
+
+/// Adds what coordinate k changes in Kᵀ λ: f · dJ_c, f the wrench of the loop in hand; of a universal joint, whose normal turns, its
+/// multiplier over the normal's length as well.
+void variation::vary_wrenches(const coscrew<double> &f, double normal, const vec3<double> &axis2, int k) {
+  const element &by = at_[k];
+  const coscrew<double> turned = {cross(by.J.ang, f.lin), sum(cross(by.J.lin, f.lin), cross(by.J.ang, f.ang))};
+  const vec3<double> turning = scaled(by.sigma * normal, by.J.ang), df = cross(cross(normal_.u1, turning), axis2);
   for (int c = 0; c < n_; ++c)
-    wrench_by_q_[at_[c].coordinate * nv + by.coordinate] += at_[c].sigma * (work(f, dJ_[c]) + dot(df, at_[c].J.ang));
+    wrench_by_q_[at_[c].coordinate * m_.nv() + by.coordinate] +=
+        at_[c].sigma * (sign(c, k) * work(turned, at_[c].J) + dot(df, at_[c].J.ang));
 }
 
 void variation::set(const geometry &g, const double *v, const double *a, const double *lambda) {
@@ -136,8 +132,12 @@ void variation::set(const geometry &g, const double *v, const double *a, const d
   std::fill_n(wrench_by_q_, nv * nv, 0.0);
   for (int loop = 0; loop < static_cast<int>(t_.loops.size()); ++loop) {
     set_loop(g, loop, v, a);
-    for (int k = 0; k < n_; ++k)
-      vary(g, loop, k, lambda);
+    const ksl::loops::loop &l = t_.loops[static_cast<std::size_t>(loop)];
+    const bool turns = row_has_two_axes(l.kind) && normal_.length > 0;
+    for (int k = 0; k < n_; ++k) {
+      vary(g, loop, at_[k]);
+      vary_wrenches(g.wrench(loop, lambda), turns ? lambda[l.first_row + 3] / normal_.length : 0, l.axis2, k);
+    }
   }
 }
 

@@ -10,6 +10,11 @@
 //
 //     Tᵀ W = 0,    Tᵀ Ẇ = 0,   Ẇ = Σ σ_c (J_c a_c + (J_c × U_c) v_c),   U_c = (V_s − V_c)[v].                          (2)
 //
+// With X_k the part of the sum W that coordinate k moves as s sees it, all that lies before k on the way from p to s, and Y_k that of Ẇ,
+// Jacobi's identity makes one walk along this way of what (1) does to (2):
+//
+//     dW = σ_k X_k × J_k dq_k,    dẆ = σ_k (Y_k × J_k − X_k × ((W − X_k) × J_k)) dq_k.                                  (3)
+//
 // A universal joint's last equation is N · ω = 0, N = u₁ × u₂, whose u₁ is fixed in p: du₁ = u₁ × (ω_s − ω_p)[dq].
 #pragma once
 
@@ -33,7 +38,7 @@ public:
 
 private:
   struct element {
-    screw<double> J, U, rate; ///< rate: J × U
+    screw<double> J, X, Y, rate; ///< rate: J × U
     double sigma, v, a;
     int coordinate, group;
   };
@@ -44,16 +49,16 @@ private:
   };
 
   void set_loop(const geometry &g, int loop, const double *v, const double *a);
+  void set_sums();
   double sign(int c, int k) const;
-  template <class Of, class Use> void for_sums(Of of, Use use) const;
-  void vary(const geometry &g, int loop, int k, const double *lambda);
+  void vary(const geometry &g, int loop, const element &by);
+  void vary_wrenches(const coscrew<double> &f, double normal, const vec3<double> &axis2, int k);
 
   const model &m_;
   const tables &t_;
   element *at_ = nullptr;
-  screw<double> *dJ_ = nullptr;
-  int n_ = 0; ///< coordinates of the loop in hand
-  screw<double> W_{}, rate_{};
+  int n_ = 0;                  ///< coordinates of the loop in hand
+  screw<double> W_{}, rate_{}; ///< W and Ẇ
   normal_vector normal_{};
   double *velocity_by_q_ = nullptr, *acceleration_by_q_ = nullptr, *acceleration_by_v_ = nullptr,
          *wrench_by_q_ = nullptr;
