@@ -24,6 +24,7 @@ from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, tra
 from ksl.motions.generate.excitation import Series, _Search
 from ksl.motions.generate.generated import check_duration, effort_stretch, limits_of, sample_times, worst_rate, worst_use
 from ksl.motions.generate.profiles import _fastest, _instants, _trapezoids
+from ksl.motions.generate.waypoints import read_waypoints
 from ksl.motions.motion import Motion, complete
 from ksl.motions.reading import read_external, read_motion
 from ksl.motions.signal.corners import (
@@ -594,6 +595,32 @@ def test_names_of_joints_have_limits(leg, written, monkeypatch, form, limit, mos
     monkeypatch.setattr(limits, limit, most - 1)
     with pytest.raises(MotionError, match="names"):
         read_motion(leg, path)
+
+
+@pytest.mark.parametrize("end", [0, 1])
+def test_waypoints_may_stand_at_limits(robot, written, end):
+    """And a rounding error beyond them: a billionth of half the range, or of 1 rad."""
+    for size in (0.5, 40.0):
+        m = robot_of(robot, ("j", "revolute", limit(-size, size)))
+        bound, room = (-size, size)[end], 1e-9 * max(1.0, size)
+        for beyond, allowed in ((0.0, True), (0.95 * room, True), (1.05 * room, False)):
+            path = written(f"j\n0\n{float(bound + np.copysign(beyond, bound))!r}\n")
+            if allowed:
+                assert read_waypoints(m, limits_of(m), path).positions[1, 0] == pytest.approx(bound)
+                continue
+            with pytest.raises(MotionError, match=f"waypoint 2: j .* is beyond its {('lower', 'upper')[end]} limit"):
+                read_waypoints(m, limits_of(m), path)
+
+
+def test_a_part_of_a_trapezoid_is_that_of_the_whole():
+    """It ends at rest, and a part that is cut before the end is still in its ramp."""
+    times, positions, ramps = np.array([0.0, 1.0, 3.0, 4.0]), np.array([[0.0, 1.0], [2.0, 1.5], [-1.0, 0.0], [0.0, 4.0]]), np.array([0.2, 0.3, 0.25])
+    t = np.linspace(0, 4, 161)
+    whole = _trapezoids(t, times, positions, ramps)
+    assert not whole[2][-1].any() and whole[2][-2].any()
+    for n in range(3, 161):
+        for x, of in zip(_trapezoids(t[:n], times, positions, ramps), whole, strict=True):
+            assert np.array_equal(x, of[:n])
 
 
 @pytest.mark.parametrize("version", [(1, 0), (2, 0), (3, 0)])
