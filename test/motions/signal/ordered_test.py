@@ -106,6 +106,17 @@ def test_several_recordings_in_one_file_are_not_sorted_into_each_other(leg, tmp_
         ksl.read_efforts(leg, tmp_path / "efforts")
 
 
+@pytest.mark.parametrize("first", ["hip", "slide"])
+def test_joints_that_are_recorded_one_after_the_other(leg, tmp_path, first):
+    columns = rows(slice(None))
+    for name in ("hip", "slide"):
+        columns[name] = np.where((T < 1) == (name == first), columns[name], NAN)
+    (tmp_path / "motion").write_bytes(in_format("npz", columns))
+    other = "slide" if first == "hip" else "hip"
+    with pytest.raises(ksl.MotionError, match=f"{first} and {other} are never recorded at the same time"):
+        read_motion(leg, tmp_path / "motion")
+
+
 @pytest.mark.parametrize("late", [[0], [2], [0, 1], [5, 6, 7]])
 def test_late_samples_are_no_recordings(leg, tmp_path, late):
     """Of one recording, wherever they come: those of its beginning, too."""

@@ -95,6 +95,17 @@ def test_a_slow_motion_is_one(pendulum, how):
     assert moved.stands.mean() < 0.02 and moved.resolved_v.any()
 
 
+@pytest.mark.parametrize(("kind", "coarsest"), [("revolute", 0.02), ("prismatic", 0.002)])
+def test_noise_that_is_too_coarse_for_a_measurement_is_motion(kind, coarsest):
+    """What is stated of a joint in one place grows as its noise does, and from 0.02 rad or 2 mm on the joint moves."""
+    b = ksl.Builder("arm").add_link("wall").add_link("arm", 1.0, (0, 0, 0), 0.01 * np.eye(3))
+    m = b.add_joint("pin", kind, "wall", "arm", axis=(1, 0, 0), limits=(-1, 1)).build()
+    stated = motion(m, 0.1 + 1e-4 * coarsest * NOISE).resolution[0] * 0.004
+    last = coarsest / (stated / (1e-4 * coarsest))
+    assert motion(m, 0.1 + 0.97 * last * NOISE).stands.all() and motion(m, 0.1 + 1.03 * last * NOISE).stands.mean() < 0.02
+    assert not motion(m, 4 * coarsest * np.sin(20 * TIME) + coarsest * NOISE).stands.any(), "a swing beside such noise"
+
+
 @pytest.mark.parametrize("noise", [0.0, 1e-7, 1e-5, 1e-4])
 def test_a_joint_that_comes_to_a_stand(pendulum, noise):
     """It moves for a second, stands for two, and goes back."""
