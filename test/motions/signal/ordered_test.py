@@ -97,7 +97,7 @@ def test_several_recordings_in_one_file_are_not_sorted_into_each_other(leg, tmp_
     """As the episodes of a data set: also those that are shorter than samples may be late."""
     columns = {n: np.tile(x[:samples], times) for n, x in CLEAN.items()}
     columns["time"] += start
-    said = rf"sample {samples + 1}: time .* {times} recordings follow one another, the first in {samples} samples: write the one"
+    said = rf"sample {samples + 1}: time .* {times} recordings follow one another, the first in {samples} samples: give the one"
     (tmp_path / "motion").write_bytes(in_format("parquet", columns))
     with pytest.raises(ksl.MotionError, match=said):
         read_motion(leg, tmp_path / "motion")

@@ -106,7 +106,7 @@ def not_increasing(place: Callable[[int], str], times: Array, k: int) -> MotionE
     starts = recordings(times)
     mend = "sort the samples and remove repeated ones"
     if len(starts) > 1:
-        mend = f"{len(starts):,} recordings follow one another, the first in {count(int(starts[1]), 'sample')}: write the one that is meant to a file of its own"
+        mend = f"{len(starts):,} recordings follow one another, the first in {count(int(starts[1]), 'sample')}: give the one that is meant alone"
     return MotionError(f"{place(k)}: time {times[k]:.9g} after {times[k - 1]:.9g}; times must increase: {mend}")
 
 
