@@ -580,21 +580,23 @@ def test_a_file_at_a_limit_is_read_and_one_beyond_it_is_refused(leg, written, mo
         read_motion(leg, path)
 
 
-@pytest.mark.parametrize(("form", "limit", "most"), [("m.npz", "LINE_BYTES", 2 * 4 * 20), ("m.mat", "COLUMNS", 3)])
-def test_names_of_joints_have_limits(leg, written, monkeypatch, form, limit, most):
+@pytest.mark.parametrize(("form", "limit", "most", "longest"), [("m.npz", "LINE_BYTES", 2 * 4 * 20, 20), ("m.mat", "COLUMNS", 3, 3 * 64 // 2)])
+def test_names_of_joints_have_limits(leg, written, monkeypatch, form, limit, most, longest):
     """The bytes of an array, four a character; in MATLAB's, 64 characters for each column that there may be."""
     q = np.column_stack([COLUMNS["hip"], COLUMNS["slide"]])
-    file = io.BytesIO()
-    if form == "m.npz":
-        np.savez(file, time=K, q=q, joints=np.array(["hip", "slide"], "<U20"))
-    else:
-        scipy.io.savemat(file, {"time": K, "q": q, "joints": np.array([name.ljust(96) for name in ("hip", "slide")])})
-    path = written(file.getvalue(), form)
     monkeypatch.setattr(limits, limit, most)
-    assert read_motion(leg, path).q == pytest.approx(q)
-    monkeypatch.setattr(limits, limit, most - 1)
-    with pytest.raises(MotionError, match="names"):
-        read_motion(leg, path)
+    for length in (longest, longest + 1):
+        file, names = io.BytesIO(), np.array([name.ljust(length) for name in ("hip", "slide")], f"<U{length}")
+        if form == "m.npz":
+            np.savez(file, time=K, q=q, joints=np.char.strip(names).astype(names.dtype))
+        else:
+            scipy.io.savemat(file, {"time": K, "q": q, "joints": names})
+        path = written(file.getvalue(), form)
+        if length == longest:
+            assert read_motion(leg, path).q == pytest.approx(q)
+            continue
+        with pytest.raises(MotionError, match="names"):
+            read_motion(leg, path)
 
 
 @pytest.mark.parametrize("end", [0, 1])
@@ -633,11 +635,11 @@ def test_arrays_of_each_version_of_numpys_form(leg, written, version):
     assert read_motion(leg, written(file.getvalue(), "m.npz")).q[:, 1] == pytest.approx(COLUMNS["slide"])
 
 
-@pytest.mark.parametrize(("rule", "where"), [({"to": "hip"}, "m.csv"), ({"to": "hip", "unit": "kg"}, "map")])
+@pytest.mark.parametrize(("rule", "where"), [({"to": "hip"}, "m.csv"), ({"to": "hip", "unit": "mm"}, "map")])
 def test_a_unit_that_does_not_fit_is_where_it_was_given(leg, written, rule, where):
     """In the file, or in the map that names the column."""
-    path = written("time,x,slide\ns,kg,m\n0,0,0\n1,0,0\n" if where == "m.csv" else "time,x,slide\n0,0,0\n1,0,0\n", "m.csv")
-    with pytest.raises(MotionError, match="kg") as e:
+    path = written("time,x,slide\ns,mm,mm\n0,0,0\n1,0,0\n" if where == "m.csv" else "time,x,slide\n0,0,0\n1,0,0\n", "m.csv")
+    with pytest.raises(MotionError, match="column 'x' is in 'mm', but expected rad") as e:
         read_motion(leg, path, map={"x": rule})
     assert str(e.value).startswith(str(path) if where == "m.csv" else "map")
 

@@ -9,6 +9,7 @@ import lz4.frame
 import pytest
 import zstandard
 from ros_bags_test import leg_messages, write
+from rosbags.rosbag1 import Reader
 
 from ksl.base import limits
 from ksl.base.errors import MotionError
@@ -75,6 +76,22 @@ def test_messages_that_are_compressed_one_by_one_count_by_their_bytes(leg, tmp_p
     compressed("ros2", "MESSAGE")
     path = write(tmp_path / "packed", "ros2", leg_messages())
     assert least(monkeypatch, "MOTION_BYTES", lambda: read_motion(leg, path)) == whole
+
+
+@pytest.mark.parametrize("how", ["BZ2", "LZ4"])
+def test_chunks_of_ros_1_count_by_what_they_unpack_to(leg, tmp_path, monkeypatch, compressed, how):
+    with Reader(write(tmp_path / "plain", "ros1", leg_messages(40))) as plain:
+        whole = sum(chunk.datasize for chunk in plain.chunks.values())
+    compressed("ros1", how)
+    path = write(tmp_path / "packed", "ros1", leg_messages(40))
+    assert least(monkeypatch, "MOTION_BYTES", lambda: read_motion(leg, path)) == whole
+
+
+def test_an_index_of_chunks_counts_as_the_file_does(leg, tmp_path, monkeypatch):
+    folder = write(tmp_path, "ros2 of mcap", leg_messages(40))
+    file = next(f for f in folder.iterdir() if f.suffix == ".mcap")
+    whole = least(monkeypatch, "MOTION_BYTES", lambda: check_files("bag", [file]))
+    assert least(monkeypatch, "MOTION_BYTES", lambda: read_motion(leg, folder)) == whole
 
 
 @pytest.mark.parametrize(("kind", "how"), [("ros2", "FILE"), ("ros2 of mcap", "FILE"), ("ros2 of mcap", "")])
