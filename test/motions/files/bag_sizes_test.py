@@ -80,10 +80,10 @@ def test_messages_that_are_compressed_one_by_one_count_by_their_bytes(leg, tmp_p
 
 @pytest.mark.parametrize("how", ["BZ2", "LZ4"])
 def test_chunks_of_ros_1_count_by_what_they_unpack_to(leg, tmp_path, monkeypatch, compressed, how):
-    with Reader(write(tmp_path / "plain", "ros1", leg_messages(40))) as plain:
+    with Reader(write(tmp_path / "plain", "ros1", leg_messages(MESSAGES))) as plain:
         whole = sum(chunk.datasize for chunk in plain.chunks.values())
     compressed("ros1", how)
-    path = write(tmp_path / "packed", "ros1", leg_messages(40))
+    path = write(tmp_path / "packed", "ros1", leg_messages(MESSAGES))
     assert least(monkeypatch, "MOTION_BYTES", lambda: read_motion(leg, path)) == whole
 
 
