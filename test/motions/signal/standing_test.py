@@ -79,6 +79,25 @@ def test_what_a_program_that_integrates_may_be_off_is_no_motion(kind, size, shar
     assert motion(m, way * np.arange(1000) / 999, np.full(1000, way / TIME[-1])).stands.all() == stands
 
 
+@pytest.mark.parametrize("how", [*(how for how in HELD if how != "noise, rounded"), "a drift", "a slow drift of rates"])
+@pytest.mark.parametrize("kind", ["translation", "cylindrical"])
+def test_each_coordinate_of_a_joint_stands_or_moves_for_itself(how, kind):
+    """Behind another joint, so that places in q and v are not those in the joint."""
+    b = ksl.Builder("arm").add_link("wall").add_link("post", 1.0, (0, 0, 0.1), 0.1 * np.eye(3)).add_link("arm", 1.0, (0, 0, 0.1), 0.1 * np.eye(3))
+    b.add_joint("turn", "continuous", "wall", "post", axis=(0, 0, 1))
+    m = b.add_joint("slides", kind, "post", "arm", **({"axis": (1, 0, 0)} if kind == "cylindrical" else {})).build()
+    swing = np.column_stack([(0.3 + 0.1 * k) * np.sin((3 + k) * TIME + 0.3) for k in range(m.nv)])
+    rate = np.gradient(swing, TIME, axis=0)
+    for column in range(m.nv):
+        q, v = swing.copy(), rate.copy()
+        drift = how not in HELD
+        q[:, column] = 0.4 + (1e-12 * TIME if drift else HELD[how])
+        v[:, column] = 1e-12
+        given = (TIME, q, v, np.zeros_like(q)) if how == "a slow drift of rates" else (TIME, q)
+        stands = motion_of_arrays(m, *given).stands
+        assert stands[:, column].all() and not np.delete(stands, column, axis=1).any()
+
+
 MOVING = {  # slow, small or coarse motions are motions
     "slow": 1e-4 * TIME,
     "slow and rounded": np.round(5e-3 * TIME, 4),

@@ -1,5 +1,7 @@
 """ksl.motions.signal.suspicions: units that can't be are named with the option that mends them, and usual motions are not suspected."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -49,6 +51,16 @@ def test_times_in_another_unit(ur5, option, factor):
 def test_slow_motions_and_rest_are_not_suspected(ur5):
     t = np.arange(600) * 1.0
     assert doubts(ur5, t, motion(t / 20)) == [] and doubts(ur5, t, motion(t * 0)) == []
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1.0, 1e3, 1e6])
+@pytest.mark.parametrize("start", [-7.0, 0.4, 3000.0])
+def test_what_is_suspected_does_not_depend_on_where_times_begin(ur5, factor, start):
+    t = np.arange(1024) / 256
+    samples = np.delete(np.arange(1024), slice(300, 420)) if factor == 1.0 else slice(None)  # one with a gap
+    places = re.compile(r"between \S+ s and \S+ s")
+    found = [[places.sub("", line) for line in doubts(ur5, (t * factor + begin)[samples], motion(t)[samples])] for begin in (0.0, start)]
+    assert found[0] == found[1] and len(found[0]) == 1
 
 
 def test_seconds_converted_twice(ur5):
