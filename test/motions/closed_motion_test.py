@@ -223,3 +223,5 @@ def test_made_motions_name_joint_limit_and_time(robot):
     lines = beyond_limits(follows, made.motion)
     assert any(re.match(r"D follows to \S+ rad at sample \d+ \(time \S+\), beyond its upper limit -1.6 rad; narrow the waypoints", line) for line in lines), lines
     assert any(re.match(r"D follows at \S+ rad/s at sample \d+ \(time \S+\), beyond its limit 1 rad/s", line) for line in lines), lines
+    fast = beyond_limits(follows, replace(made.motion, v=100 * made.motion.v))
+    assert fast and all(line.startswith("D follows") for line in fast), "what leads is kept within its limits elsewhere"

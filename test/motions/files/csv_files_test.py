@@ -37,6 +37,7 @@ SAME = {
     "old Mac": (lambda r: "time,hip,slide\r" + table(r, end="\r"), "CSV", None),
     "comments": (lambda r: "# made by x\n%\ntimestamp,hip,slide\n# start\n" + table(r).replace("\n", "\n  # note\n", 1), "CSV", "column 'timestamp' is taken"),
     "a comment with a unit": (lambda r: "# positions [mm]\n" + HEAD + table(r), "CSV", "the comment in line 1 speaks of mm, and columns have no units: they are taken in rad and m"),
+    "a comment with a unit beside units": (lambda r: "# positions [mm]\ntime (s),hip,slide (m)\n" + table(r), "CSV", None),
     "remarks below names in a comment": (lambda r: "# time hip slide\n# run 3 hot\n# recorded by Ada, on a Friday\n" + table(r), "CSV", "names of the columns are taken from the comment in line 1"),
     "numpy.savetxt": (lambda r: saved(r, header="time hip slide"), "CSV (blanks)", "names of the columns are taken from the comment in line 1"),
     "numpy.savetxt with commas": (
@@ -117,6 +118,7 @@ def test_forms_that_hold_the_same_numbers(leg, written, rows, form):
     assert np.allclose(m.q[last], rows[:, 1:], rtol=1e-5, atol=1e-6)
     assert m.source.format == how
     assert note is None or any(note in line for line in m.source.notes), m.source.notes
+    assert note is not None or not any("speaks of" in line for line in m.source.notes)
 
 
 @pytest.mark.parametrize(

@@ -75,6 +75,14 @@ def test_the_coordinate_that_moves_in_a_gap_is_named(robot):
         assert f" while {column} moves by 0.462" in said
 
 
+def test_a_joint_that_never_moves_is_not_named(leg):
+    """The other one moves in the gap by a little more than what counts, 5 % of its way."""
+    keep = (T <= 1.1) | (T >= 1.4)
+    slide = np.where(T <= 1.1, T / 1.1, 0.93 + (T - 1.4) / 40)[keep]
+    (said,) = doubts_about_gaps(leg.joints[:2], T[keep], np.column_stack([np.full(keep.sum(), 0.3), slide]))
+    assert " while slide moves by " in said
+
+
 def test_a_part_without_the_gap(leg, tmp_path):
     doubts(leg, tmp_path, (T <= 1.1) | (T >= 1.8), swing)
     assert not any("no samples" in d for d in read_motion(leg, tmp_path / "m.csv", stop=1.1).doubts)
