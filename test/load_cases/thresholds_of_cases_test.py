@@ -425,8 +425,10 @@ def test_arrays_of_a_motion(robot):
     for wrong in ((t,), (t, x, x, x, x), 3):
         with pytest.raises(MotionError, match="expected a file, a table with the column `time`"):
             motion_given(m, wrong)
-    with pytest.raises(MotionError, match="times must increase"):
+    with pytest.raises(MotionError, match="sample 2: time 0 after 0; times must increase: sort the samples"):
         motion_given(m, (np.zeros(2), x, x, x))
+    with pytest.raises(MotionError, match="sample 5: time 0 after 3; times must increase: 2 recordings follow one another, the first in 4 samples"):
+        motion_given(m, (np.tile(np.arange(4.0), 2), np.zeros((8, 1))))
 
 
 @pytest.mark.parametrize("rows", [1 << 17, 4])

@@ -9,7 +9,7 @@ import pytest
 from linkages import FOURBAR, SLIDE, SLIDERCRANK, joint, link, loop
 
 from ksl.base.errors import MotionError
-from ksl.motions.closed_motion import closed_again, completed, follow_by_loops, followed, held_by, leading
+from ksl.motions.closed_motion import closed_again, completed, follow_by_loops, followed, held_by, keeps_closed, leading
 from ksl.motions.closing import NotClosed, closed_along, closed_side_by_side, determining, freedoms, home
 from ksl.motions.generate import Waypoints, minimum_jerk, trapezoid
 from ksl.motions.generate.generated import beyond_limits
@@ -20,6 +20,8 @@ TIME = np.linspace(0, 2, 401)
 TURN = 2 * np.pi * (TIME / 2 - np.sin(np.pi * TIME) / (2 * np.pi)), np.pi * (1 - np.cos(np.pi * TIME)), np.pi**2 * np.sin(np.pi * TIME)
 """A whole turn from rest to rest, and its rates."""
 DRIVE = np.array([True, False, False])
+TINY = 1e-12
+"""A speed at which nobody can say whether a joint moves."""
 
 
 def of_crank(angle, speed=0.0, acceleration=0.0):
@@ -39,6 +41,22 @@ def of_crank(angle, speed=0.0, acceleration=0.0):
 @pytest.fixture
 def crank(robot):
     return robot(SLIDERCRANK, drives=["A"])
+
+
+@pytest.mark.parametrize("speed", [1.0, TINY])
+def test_rates_are_taken_as_none_where_loops_stay_closed(crank, speed):
+    """All of a mechanism, or none: also in long motions, where one sample stands and the next does not."""
+    angle = np.linspace(0.3, 2.8, 3000)
+    q, v, _ = of_crank(angle, speed)
+    everything = np.ones((3000, 3), dtype=bool)
+    everything[1::2] = False
+    assert np.array_equal(keeps_closed(crank, q, v, everything), everything)
+    for alone in range(3):
+        one = np.zeros((3000, 3), dtype=bool)
+        one[:, alone] = True
+        assert not keeps_closed(crank, q, v, one).any() and np.array_equal(keeps_closed(crank, q, 0 * v, one), one)
+    tree = crank.without_loops()
+    assert np.array_equal(keeps_closed(tree, q, v, one), one)
 
 
 def made(model, q, time=TIME, known=(True, False, False), rates=None):
@@ -205,3 +223,5 @@ def test_made_motions_name_joint_limit_and_time(robot):
     lines = beyond_limits(follows, made.motion)
     assert any(re.match(r"D follows to \S+ rad at sample \d+ \(time \S+\), beyond its upper limit -1.6 rad; narrow the waypoints", line) for line in lines), lines
     assert any(re.match(r"D follows at \S+ rad/s at sample \d+ \(time \S+\), beyond its limit 1 rad/s", line) for line in lines), lines
+    fast = beyond_limits(follows, replace(made.motion, v=100 * made.motion.v))
+    assert fast and all(line.startswith("D follows") for line in fast), "what leads is kept within its limits elsewhere"

@@ -203,7 +203,21 @@ def test_text_in_an_npz_file_is_not_loaded(leg, packed):
 @pytest.mark.parametrize("name", ["time", "hip"])
 def test_text_instead_of_numbers_in_an_npz_file(leg, packed, name):
     """Ended in a fault, or in 0 samples."""
-    assert f"column {name!r} holds '0.5'; expected numbers" in refused(leg, packed(**{name: array("'<U3'", (8,), np.array(["0.5"] * 8).tobytes())}))
+    assert f"column {name!r} holds text: '0.5'; expected numbers" in refused(leg, packed(**{name: array("'<U3'", (8,), np.array(["0.5"] * 8).tobytes())}))
+
+
+@pytest.mark.parametrize("name", ["time", "hip", "mode"])
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [(complex, "complex numbers"), (np.complex64, "complex numbers"), ([("a", "f8"), ("b", "f8")], "records"), ("M8[ns]", "dates"), ("m8[ms]", "durations"), ("S3", "text")],
+)
+def test_arrays_of_other_types_in_an_npz_file(leg, tmp_path, kind, words, name):
+    """Complex numbers were called text."""
+    columns = {n: np.arange(8.0) for n in ("time", "hip", "slide")} | {name: np.zeros(8, kind)}
+    np.savez(tmp_path / "m.npz", **columns)
+    said = refused(leg, tmp_path / "m.npz")
+    assert f"column {name!r}{', which' if name == 'mode' else ''} holds {words}" in said
+    assert name == "mode" or said.endswith("expected real numbers" if "complex" in words else "expected numbers")
 
 
 def test_lists_of_names_in_an_npz_file(leg, packed):

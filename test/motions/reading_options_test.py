@@ -174,6 +174,14 @@ def test_resampling_is_exact_for_quintics(leg, written):
     assert given.v[:, 0] == pytest.approx(p[0].deriv()(at), abs=1e-9)
 
 
+def test_quaternions_between_few_samples_have_unit_length(flying, written):
+    """A spline through quaternions 0.6 rad apart leaves the sphere by up to a thousandth."""
+    t = np.linspace(0, 4, 14)
+    values = [t, 0 * t, 0 * t, 0 * t, 0 * t, np.sin(t), np.cos(t)]
+    m = read_motion(flying, written(text({"time": t} | {f"floating_base.{c}": x for c, x in zip("x y z qx qy qz qw".split(), values)})), resample=50)
+    assert np.allclose(np.linalg.norm(m.q[:, 3:], axis=1), 1, rtol=0, atol=1e-14)
+
+
 def test_quaternions_are_resampled(flying, written):
     """A body that turns about z at 2 rad/s, by more than a turn, in a file whose quaternions change their sign."""
     t = np.linspace(0, 4, 161)

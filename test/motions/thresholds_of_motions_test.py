@@ -24,6 +24,7 @@ from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, tra
 from ksl.motions.generate.excitation import Series, _Search
 from ksl.motions.generate.generated import check_duration, effort_stretch, limits_of, sample_times, worst_rate, worst_use
 from ksl.motions.generate.profiles import _fastest, _instants, _trapezoids
+from ksl.motions.generate.waypoints import read_waypoints
 from ksl.motions.motion import Motion, complete
 from ksl.motions.reading import read_external, read_motion
 from ksl.motions.signal.corners import (
@@ -35,6 +36,7 @@ from ksl.motions.signal.corners import (
     evenly_spaced,
     find_jumps,
     jumps_at,
+    noise_of_jumps,
     normalised_differences,
     one_sided,
 )
@@ -63,6 +65,13 @@ def robot_of(robot, *joints):
 
 def limit(lower, upper, velocity=2, effort=100):
     return f'<limit lower="{lower}" upper="{upper}" velocity="{velocity}" effort="{effort}"/>'
+
+
+def test_noise_of_extrapolations_in_closed_form():
+    """Through one, two and three samples at 1/2, 3/2, 5/2 on each side, from there to the middle."""
+    assert noise_of_jumps(1) == pytest.approx([np.sqrt(2)])
+    assert noise_of_jumps(2) == pytest.approx([np.sqrt(2 * (9 + 1) / 4), 2])
+    assert noise_of_jumps(3) == pytest.approx([np.sqrt(2 * (225 + 100 + 9)) / 8, np.sqrt(2 * (4 + 9 + 1)), np.sqrt(2 * (1 + 4 + 1))])
 
 
 # units that are suspected
@@ -579,6 +588,70 @@ def test_a_file_at_a_limit_is_read_and_one_beyond_it_is_refused(leg, written, mo
         read_motion(leg, path)
 
 
+@pytest.mark.parametrize(("form", "limit", "most", "longest"), [("m.npz", "LINE_BYTES", 2 * 4 * 20, 20), ("m.mat", "COLUMNS", 3, 3 * 64 // 2)])
+def test_names_of_joints_have_limits(leg, written, monkeypatch, form, limit, most, longest):
+    """The bytes of an array, four a character; in MATLAB's, 64 characters for each column that there may be."""
+    q = np.column_stack([COLUMNS["hip"], COLUMNS["slide"]])
+    monkeypatch.setattr(limits, limit, most)
+    for length in (longest, longest + 1):
+        file, names = io.BytesIO(), np.array([name.ljust(length) for name in ("hip", "slide")], f"<U{length}")
+        if form == "m.npz":
+            np.savez(file, time=K, q=q, joints=np.char.strip(names).astype(names.dtype))
+        else:
+            scipy.io.savemat(file, {"time": K, "q": q, "joints": names})
+        path = written(file.getvalue(), form)
+        if length == longest:
+            assert read_motion(leg, path).q == pytest.approx(q)
+            continue
+        with pytest.raises(MotionError, match="names"):
+            read_motion(leg, path)
+
+
+@pytest.mark.parametrize("end", [0, 1])
+def test_waypoints_may_stand_at_limits(robot, written, end):
+    """And a rounding error beyond them: a billionth of half the range, or of 1 rad."""
+    for size in (0.5, 40.0):
+        m = robot_of(robot, ("j", "revolute", limit(-size, size)))
+        bound, room = (-size, size)[end], 1e-9 * max(1.0, size)
+        for beyond, allowed in ((0.0, True), (0.95 * room, True), (1.05 * room, False)):
+            path = written(f"j\n0\n{float(bound + np.copysign(beyond, bound))!r}\n")
+            if allowed:
+                assert read_waypoints(m, limits_of(m), path).positions[1, 0] == pytest.approx(bound)
+                continue
+            with pytest.raises(MotionError, match=f"waypoint 2: j .* is beyond its {('lower', 'upper')[end]} limit"):
+                read_waypoints(m, limits_of(m), path)
+
+
+def test_a_part_of_a_trapezoid_is_that_of_the_whole():
+    """It ends at rest, and a part that is cut before the end is still in its ramp."""
+    times, positions, ramps = np.array([0.0, 1.0, 3.0, 4.0]), np.array([[0.0, 1.0], [2.0, 1.5], [-1.0, 0.0], [0.0, 4.0]]), np.array([0.2, 0.3, 0.25])
+    t = np.linspace(0, 4, 161)
+    whole = _trapezoids(t, times, positions, ramps)
+    assert not whole[2][-1].any() and whole[2][-2].any()
+    for n in range(3, 161):
+        for x, of in zip(_trapezoids(t[:n], times, positions, ramps), whole, strict=True):
+            assert np.array_equal(x, of[:n])
+
+
+@pytest.mark.parametrize("version", [(1, 0), (2, 0), (3, 0)])
+def test_arrays_of_each_version_of_numpys_form(leg, written, version):
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as archive:
+        for name, x in COLUMNS.items():
+            with archive.open(f"{name}.npy", "w") as one:
+                np.lib.format.write_array(one, x, version)
+    assert read_motion(leg, written(file.getvalue(), "m.npz")).q[:, 1] == pytest.approx(COLUMNS["slide"])
+
+
+@pytest.mark.parametrize(("rule", "where"), [({"to": "hip"}, "m.csv"), ({"to": "hip", "unit": "mm"}, "map")])
+def test_a_unit_that_does_not_fit_is_where_it_was_given(leg, written, rule, where):
+    """In the file, or in the map that names the column."""
+    path = written("time,x,slide\ns,mm,mm\n0,0,0\n1,0,0\n" if where == "m.csv" else "time,x,slide\n0,0,0\n1,0,0\n", "m.csv")
+    with pytest.raises(MotionError, match="column 'x' is in 'mm', but expected rad") as e:
+        read_motion(leg, path, map={"x": rule})
+    assert str(e.value).startswith(str(path) if where == "m.csv" else "map")
+
+
 def samples(first: float, scale: float, angle: float = 0.1) -> str:
     return "time,hip,slide\n" + "".join(f"{first + scale * k!r},{angle if k == 4 else 0.1},0\n" for k in range(9))
 
@@ -614,7 +687,7 @@ def test_a_window_takes_samples_that_are_a_billionth_off(leg, written):
     assert part(0.0, 0.875 - 0.9e-9) == [0.125 * k for k in range(8)] and part(0.0, 0.875 - 1.1e-9) == [0.125 * k for k in range(7)]
 
 
-@pytest.mark.parametrize(("off", "ok"), [(0.9e-8, True), (1.1e-8, False)])
+@pytest.mark.parametrize(("off", "ok"), [(0.95e-8, True), (1.05e-8, False)])
 def test_times_of_external_wrenches_are_those_of_the_motion(leg, written, off, ok):
     """To a billionth of 1 s, or of the largest time."""
     time = 2.0 + np.arange(9)

@@ -1,5 +1,6 @@
 """The report in a real browser: light, dark and on paper; pictures; no network; numbers as in the summary."""
 
+import itertools
 import json
 import shutil
 from dataclasses import replace
@@ -30,7 +31,7 @@ ARM = """
     <visual><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.06 0.06"/></geometry></visual></link>
   <link name="fore"><inertial><origin xyz="0.15 0 0"/><mass value="2"/><inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial>
     <visual><origin xyz="0.15 0 0"/><geometry><box size="0.3 0.05 0.05"/></geometry></visual></link>
-  <joint name="shoulder" type="revolute"><parent link="ground"/><child link="upper"/><axis xyz="0 1 0"/>
+  <joint name="shoulder" type="revolute"><parent link="ground"/><child link="upper"/><axis xyz="0 -1 0"/>
     <limit lower="-1" upper="1" effort="40" velocity="2"/></joint>
   <joint name="elbow" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="0.4 0 0"/><axis xyz="0 1 0"/>
     <limit lower="-2" upper="2" effort="2" velocity="5"/></joint>
@@ -162,6 +163,23 @@ def test_on_paper_all_is_shown_and_charts_fit(on_paper):
     boxes = on_paper.eval_on_selector_all(".chart .main-svg", "all => all.map((e) => [e.clientWidth, e.clientHeight])")
     assert len(boxes) >= 2 * (2 + 2 * 5 + 2)  # of both cases: the balance, the joints, the base
     assert {tuple(box) for box in boxes} == {(334, 172)}
+
+
+LABELS = """all => all.map((chart) => [...chart.querySelectorAll(".annotation-text")].map((label) => label.getBoundingClientRect()))"""
+
+
+@pytest.mark.parametrize("shown", ["page", "on_paper"])
+def test_labels_of_limits_do_not_cover_each_other(request, page, shown):
+    """In the corner of an effort over a speed both labels stood in one place."""
+    request.getfixturevalue(shown)
+    page.locator("#case-0-joint-0 figure").last.scroll_into_view_if_needed()
+    page.wait_for_function("document.querySelectorAll('#case-0-joint-0 .chart .main-svg').length >= 5")
+    charts = [c for c in page.eval_on_selector_all(".chart", LABELS) if len(c) > 1 and c[0]["width"]]
+    assert charts
+    for labels in charts:
+        for a, b in itertools.combinations(labels, 2):
+            apart = a["right"] <= b["left"] or b["right"] <= a["left"] or a["bottom"] <= b["top"] or b["bottom"] <= a["top"]
+            assert apart, (a, b)
 
 
 def test_joints_do_not_each_begin_a_page(page):

@@ -34,6 +34,7 @@ from ksl.model.states import Array
 from ksl.motions.motion import Motion
 from ksl.motions.reading import WRENCH_COLUMNS, read_motion
 from ksl.motions.reading_options import OPTIONS
+from ksl.motions.signal.ordered import not_increasing
 from ksl.motions.signal.suspicions import suspicions
 
 KEYS = ("motion", "payloads", "external", "gravity", "mounting", "physics", "friction_width", "hold", "stop", "simulate", *OF_MECHANISM)
@@ -511,6 +512,9 @@ def _read_wrench(file: str) -> tuple[Array, Array, list[str]]:
     values = table.read(list(table.names), column.name)
     time, _ = in_seconds(table, column, values.pop(column.name))
     check_finite(table, {"time": time} | values)
-    if len(time) == 0 or (np.diff(time) <= 0).any():
-        raise CaseError(f"{file}: times must increase: sort the samples and remove repeated ones")
+    if not len(time):
+        raise CaseError(f"{file}: has no samples")
+    back = np.flatnonzero(np.diff(time) <= 0)
+    if len(back):
+        raise CaseError(str(not_increasing(table.place, time, int(back[0]) + 1)))
     return time, np.column_stack([values.get(c, np.zeros(len(time))) for c in WRENCH_COLUMNS]), table.doubts

@@ -17,6 +17,7 @@ from ksl.model.mechanism import Mechanism
 from ksl.model.states import EFFORT_PARTS, Array, External, Order, Point, Side, items_of
 from ksl.motions.closed_motion import check_drives, completed, follow_by_loops
 from ksl.motions.motion import Motion
+from ksl.motions.signal.ordered import not_increasing
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -187,8 +188,9 @@ def motion_of_arrays(model: Calls, time: ArrayLike, q: ArrayLike, v: ArrayLike |
     positions = np.where(known, positions, model.neutral())
     if not all(np.isfinite(x).all() for x in (t, positions, *given) if x is not None):
         raise MotionError("time, q, v and a must be finite")
-    if (np.diff(t) <= 0).any():
-        raise MotionError("times must increase: sort the samples and remove repeated ones")
+    back = np.flatnonzero(np.diff(t) <= 0)
+    if len(back):
+        raise not_increasing(lambda k: f"sample {k + 1}", t, int(back[0]) + 1)
     by_joint = [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints]
     return completed(model, t, positions, by_joint, known)
 

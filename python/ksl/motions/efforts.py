@@ -22,6 +22,7 @@ from ksl.motions.columns.units import bare
 from ksl.motions.files.map_file import read_map
 from ksl.motions.files.recognise import open_table
 from ksl.motions.reading_options import check_options
+from ksl.motions.signal.ordered import not_increasing
 
 PER_MILLE = ("‰", "permille", "promille", "per mille")
 _UNITS = {
@@ -76,7 +77,7 @@ def read_efforts(
     check_finite(table, {column.name: time} | {name: values[name] for name in rules})
     back = np.flatnonzero(np.diff(time) <= 0)
     if len(back):
-        raise MotionError(f"{table.place(int(back[0]) + 1)}: time {time[back[0] + 1]:.9g} after {time[back[0]]:.9g}; times must increase: sort the samples and remove repeated ones")
+        raise not_increasing(table.place, time, int(back[0]) + 1)
     tau = np.full((len(time), model.nv), np.nan)
     for name, rule in rules.items():
         joint = joints[rule.to]

@@ -248,7 +248,7 @@ def _jumps(joints: tuple[Joint, ...], samples: Samples, differentiated: bool) ->
 
 def _plain(joint: Joint) -> bool:
     """Whether velocities are the derivatives of positions, number by number."""
-    return joint.quaternion is None and KINDS[joint.kind].velocity_is_rate
+    return KINDS[joint.kind].velocity_is_rate
 
 
 def _rates(

@@ -28,7 +28,7 @@ from ksl.motions.files.npz_table import NpzTable, with_matrices
 from ksl.motions.files.recognise import open_table
 from ksl.motions.motion import TOO_LARGE, Motion, Source
 from ksl.motions.reading_options import check_options
-from ksl.motions.signal.ordered import check_restart, ordered
+from ksl.motions.signal.ordered import check_restart, not_increasing, ordered
 from ksl.motions.signal.quality import Samples
 from ksl.motions.signal.resampling import resampled
 
@@ -153,7 +153,7 @@ def _checked_rows(table: Recorded, time: Array, start: float | None, stop: float
     if k is not None and time[k] == time[k - 1]:
         raise MotionError(f"{table.place(k)}: {len(time) - len(np.unique(time)):,} of {count(len(time), 'sample')} have the time of another: the times have too few digits, or aren't those of the samples")
     if k is not None:
-        raise MotionError(f"{table.place(k)}: time {time[k]:.9g} after {time[k - 1]:.9g}; times must increase: sort the samples and remove repeated ones")
+        raise not_increasing(table.place, time, k)
     for name, value in (("--from (start=)", start), ("--to (stop=)", stop)):
         if value is not None and not np.isfinite(value):
             raise MotionError(f"{table.file}: {name} is {value}; expected a time in s")

@@ -246,7 +246,7 @@ def _check_unchanged(expected: Sequence[InputFile], found: Sequence[InputFile]) 
     before = {f.file: f.sha256 for f in expected}
     for f in found:
         if f.sha256 != before.get(f.file):
-            raise SweepError(changed(f.file, "since the sweep began, and no case of the other contents is computed") + "; results of what it was are in the folder")
+            raise SweepError(changed(f.file, "since the sweep began, and no case of the other contents is computed") + "; what was computed before stays in the folder")
 
 
 def refused(error: Exception) -> SweepError:

@@ -2,14 +2,19 @@
 
 import io
 import resource
+import sqlite3
+from collections.abc import Callable
 
 import lz4.frame
 import pytest
 import zstandard
 from ros_bags_test import leg_messages, write
+from rosbags.rosbag1 import Reader
 
 from ksl.base import limits
+from ksl.base.errors import MotionError
 from ksl.motions.files import unpacking
+from ksl.motions.files.bag_sizes import check_files
 from ksl.motions.reading import read_motion
 
 MESSAGES = 300
@@ -49,6 +54,61 @@ def test_compressed_bags_have_a_limit_of_what_they_unpack_to(leg, tmp_path, refu
     assert len(read_motion(leg, path).time) == MESSAGES
     monkeypatch.setattr(limits, "MOTION_BYTES", 20_000)
     assert "unpacked it is larger than 20,000 bytes, the most that is read; cut it with `ros" in refusal(leg, path)
+
+
+def least(monkeypatch, limit: str, read: Callable[[], object]) -> int:
+    """The least value of a limit with which a file is read, found by halving."""
+    below, enough = 0, 1 << 20
+    while enough - below > 1:
+        middle = (below + enough) // 2
+        monkeypatch.setattr(limits, limit, middle)
+        try:
+            read()
+            enough = middle
+        except MotionError:
+            below = middle
+    return enough
+
+
+def test_messages_that_are_compressed_one_by_one_count_by_their_bytes(leg, tmp_path, monkeypatch, compressed):
+    with sqlite3.connect(next(write(tmp_path / "plain", "ros2", leg_messages()).glob("*.db3"))) as database:
+        whole = database.execute("SELECT sum(length(data)) FROM messages").fetchone()[0]
+    compressed("ros2", "MESSAGE")
+    path = write(tmp_path / "packed", "ros2", leg_messages())
+    assert least(monkeypatch, "MOTION_BYTES", lambda: read_motion(leg, path)) == whole
+
+
+@pytest.mark.parametrize("how", ["BZ2", "LZ4"])
+def test_chunks_of_ros_1_count_by_what_they_unpack_to(leg, tmp_path, monkeypatch, compressed, how):
+    with Reader(write(tmp_path / "plain", "ros1", leg_messages(MESSAGES))) as plain:
+        whole = sum(chunk.datasize for chunk in plain.chunks.values())
+    compressed("ros1", how)
+    path = write(tmp_path / "packed", "ros1", leg_messages(MESSAGES))
+    assert least(monkeypatch, "MOTION_BYTES", lambda: read_motion(leg, path)) == whole
+
+
+def test_an_index_of_chunks_counts_as_the_file_does(leg, tmp_path, monkeypatch):
+    folder = write(tmp_path, "ros2 of mcap", leg_messages(40))
+    file = next(f for f in folder.iterdir() if f.suffix == ".mcap")
+    whole = least(monkeypatch, "MOTION_BYTES", lambda: check_files("bag", [file]))
+    assert least(monkeypatch, "MOTION_BYTES", lambda: read_motion(leg, folder)) == whole
+
+
+@pytest.mark.parametrize(("kind", "how"), [("ros2", "FILE"), ("ros2 of mcap", "FILE"), ("ros2 of mcap", "")])
+def test_files_of_a_bag_count_together(tmp_path, monkeypatch, compressed, kind, how):
+    """Recorders split a long recording: of three files alike, each adds as much as the first."""
+    if how:
+        compressed("ros2", how)
+    folder = write(tmp_path, kind, leg_messages(40))
+    file = next(f for f in folder.iterdir() if f.name != "metadata.yaml")
+    one, three = (least(monkeypatch, "MOTION_BYTES", lambda n=n: check_files("bag", [file] * n)) for n in (1, 3))
+    assert one > 0 and three == 3 * one
+
+
+@pytest.mark.parametrize("kind", ["ros1", "mcap", "ros2"])
+def test_numbers_of_a_recording_are_positions_and_velocities(leg, tmp_path, monkeypatch, kind):
+    path = write(tmp_path, kind, leg_messages(12))
+    assert least(monkeypatch, "MOTION_NUMBERS", lambda: read_motion(leg, path)) == 12 * 4
 
 
 def test_chunks_of_an_mcap_file_in_a_folder(leg, tmp_path, refusal, monkeypatch):

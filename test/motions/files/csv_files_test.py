@@ -37,6 +37,8 @@ SAME = {
     "old Mac": (lambda r: "time,hip,slide\r" + table(r, end="\r"), "CSV", None),
     "comments": (lambda r: "# made by x\n%\ntimestamp,hip,slide\n# start\n" + table(r).replace("\n", "\n  # note\n", 1), "CSV", "column 'timestamp' is taken"),
     "a comment with a unit": (lambda r: "# positions [mm]\n" + HEAD + table(r), "CSV", "the comment in line 1 speaks of mm, and columns have no units: they are taken in rad and m"),
+    "a comment with a unit beside units": (lambda r: "# positions [mm]\ntime (s),hip,slide (m)\n" + table(r), "CSV", None),
+    "remarks below names in a comment": (lambda r: "# time hip slide\n# run 3 hot\n# recorded by Ada, on a Friday\n" + table(r), "CSV", "names of the columns are taken from the comment in line 1"),
     "numpy.savetxt": (lambda r: saved(r, header="time hip slide"), "CSV (blanks)", "names of the columns are taken from the comment in line 1"),
     "numpy.savetxt with commas": (
         lambda r: saved(r, delimiter=",", header="time,hip,slide"),
@@ -116,6 +118,7 @@ def test_forms_that_hold_the_same_numbers(leg, written, rows, form):
     assert np.allclose(m.q[last], rows[:, 1:], rtol=1e-5, atol=1e-6)
     assert m.source.format == how
     assert note is None or any(note in line for line in m.source.notes), m.source.notes
+    assert note is not None or not any("speaks of" in line for line in m.source.notes)
 
 
 @pytest.mark.parametrize(
@@ -178,6 +181,8 @@ REFUSED = {
     "fault after blank lines": ("\n" + HEAD + "\n0,0,0\n \n1,x,0\n", ":6: column 'hip' holds 'x'"),
     "infinite after comments": ("# a\n" + HEAD + "# b\n0,0,0\n# c\n1,inf,0\n", ":6: column 'hip' is infinite"),
     "lines above the names": ("Bench 3;B\nDate;3.11.2026\nRate [Hz];125\n\nTime;hip;slide\n0;0;0\n", ":1: the names of columns seem to be in line 5; remove the lines above it, or begin them with #"),
+    "a first column without a name": (",time,hip,slide\n5,0,0,0\n6,1,0,0\n7,2,0,0\n", ":2: '5' in column 1, which has no name; name it in line 1"),
+    "a last column that counts from 0": ("time,hip,slide,\n0,0,0,0\n1,0,0,1\n2,0,0,2\n", ":2: '0' in column 4, which has no name; name it in line 1"),
     "numbers alone": ("0,0,0\n1,0,0\n", ":1: no names of columns, but numbers"),
     "degrees": (HEAD + "".join(f"{k},{k * 600},0\n" for k in range(8)), ":4: joint hip is at 1200 rad, where its limit is 9 rad; did you mean --degrees"),
     "open quotation mark": (HEAD + '0,0,"0\n1,0,0\n', ":2: column 'slide' holds several lines, from '0\\n1,0,0\\n' on; a quotation mark is not closed"),

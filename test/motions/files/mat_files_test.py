@@ -120,6 +120,36 @@ def test_numbers_and_names_of_every_type(leg, written, refusal, order, mark, kin
         assert "truncated or damaged" in refusal(leg, written(headed(variable(b"time", k) + variable(b"hip", k) + bad, mark)))
 
 
+@pytest.mark.parametrize(("order", "mark"), [("<", b"\x00\x01IM"), (">", b"\x01\x00MI")])
+@pytest.mark.parametrize(("kind", "encoding"), [(1, "latin-1"), (2, "latin-1"), (4, "utf-16"), (16, "utf-8"), (17, "utf-16"), (18, "utf-32")])
+def test_texts_of_every_encoding(leg, written, order, mark, kind, encoding):
+    """Names of joints in rows of characters, column by column."""
+    end = "" if encoding in ("latin-1", "utf-8") else "-le" if order == "<" else "-be"
+    names = "".join(a + b for a, b in zip("hip  ", "slide", strict=True)).encode(encoding + end)
+
+    def variable(name, shape, of_class, held):
+        head = element(6, struct.pack(f"{order}II", of_class, 0), order) + element(5, struct.pack(f"{order}2i", *shape), order) + element(1, name, order)
+        return element(14, head + element(*held, order), order)
+
+    k = np.arange(8.0)
+    numbers = [variable(n, (8, x.size // 8), 6, (9, x.astype(f"{order}f8").tobytes())) for n, x in ((b"time", k), (b"q", np.concatenate([k % 7, 7 - k])))]
+    motion = ksl.read_motion(leg, written(headed(b"".join([*numbers, variable(b"joint_names", (2, 5), 4, (kind, names))]), mark)))
+    assert motion.q.tolist() == np.column_stack([k % 7, 7 - k]).tolist()
+
+
+@pytest.mark.parametrize("size", [4, 5])
+def test_elements_that_say_they_are_small(leg, written, refusal, size):
+    """They hold four bytes: more would be those of the next one."""
+    k = np.arange(8)
+
+    def variable(name, x, named=element):
+        return element(14, element(6, struct.pack("<II", 6, 0)) + element(5, struct.pack("<2i", 8, 1)) + named(1, name) + element(9, x.astype("f8").tobytes()))
+
+    path = written(headed(variable(b"time", k) + variable(b"hip", k) + variable(b"slide", k) + variable(b"abcde"[:size], k, small)))
+    said = refusal(leg, path)
+    assert ("unknown column 'abcd'" in said) if size == 4 else ("truncated or damaged" in said)
+
+
 def test_files_that_unpack_to_much_are_refused(leg, written, rows, refusal, monkeypatch):
     from ksl.base import limits
 

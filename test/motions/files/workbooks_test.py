@@ -38,6 +38,14 @@ def test_numbers_are_those_of_the_sheet(leg, book, rows):
     assert motion.source.format == "Excel workbook" and not motion.doubts
 
 
+@pytest.mark.parametrize("ends", [["", None], [None, ""], [None, None, ""]])
+def test_cells_that_hold_nothing_beside_the_table(leg, book, rows, ends):
+    """Cells with a format alone, and texts without a character, as programs leave them."""
+    table = [["Test 7", *ends], [], [*NAMES, *ends], ["s", "rad", "m", *ends], *[[*row, *ends] for row in rows.tolist()]]
+    motion = ksl.read_motion(leg, book(Log=table))
+    np.testing.assert_array_equal(np.column_stack([motion.time, motion.q]), rows)
+
+
 def test_titles_units_indents_empty_sheets_and_remarks(leg, book, rows):
     degrees = np.column_stack([1000 * rows[:, 0], np.degrees(rows[:, 1]), 1000 * rows[:, 2]])
     above = [["Test 7, arm 2"], ["Examiner", "Ada"], ["Date", datetime.datetime(2026, 11, 3, 14, 22)], ["Rate", 10, "Hz"], ["Bench", "B 4"], []]

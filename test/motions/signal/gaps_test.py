@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import ksl
+from ksl.model.motion_columns import columns_of
 from ksl.motions.reading import read_motion
+from ksl.motions.signal.gaps import doubts_about_gaps
 
 T = np.arange(0, 4, 0.01)
 
@@ -55,6 +57,30 @@ def test_what_is_no_gap(leg, tmp_path, keep):
 
 def test_a_pause_is_no_gap(leg, tmp_path):
     assert doubts(leg, tmp_path, (T <= 1.2) | (T >= 2.3), pause) == []
+
+
+def test_the_coordinate_that_moves_in_a_gap_is_named(robot):
+    """Of a joint with several, and behind another joint."""
+    part = '<link name="{0}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    kinds = (("turn", "continuous", "a", "b"), ("table", "planar", "b", "c"))
+    joints = "".join(f'<joint name="{n}" type="{k}"><parent link="{p}"/><child link="{c}"/><axis xyz="0 0 1"/></joint>' for n, k, p, c in kinds)
+    m = robot(f'<robot name="r">{"".join(map(part.format, "abc"))}{joints}</robot>')
+    keep = (T <= 1.1) | (T >= 1.8)
+    q = np.zeros((keep.sum(), 4))
+    columns = [column for joint in m.joints[:2] for column in columns_of(joint)[0]]
+    for k, column in enumerate(columns):
+        q[:] = 0.0
+        q[:, k] = swing(T[keep])
+        (said,) = doubts_about_gaps(m.joints[:2], T[keep], q)
+        assert f" while {column} moves by 0.462" in said
+
+
+def test_a_joint_that_never_moves_is_not_named(leg):
+    """The other one moves in the gap by a little more than what counts, 5 % of its way."""
+    keep = (T <= 1.1) | (T >= 1.4)
+    slide = np.where(T <= 1.1, np.clip(2 * T, 0, 1), 0.93)[keep]
+    (said,) = doubts_about_gaps(leg.joints[:2], T[keep], np.column_stack([np.full(keep.sum(), 0.3), slide]))
+    assert " while slide moves by " in said
 
 
 def test_a_part_without_the_gap(leg, tmp_path):

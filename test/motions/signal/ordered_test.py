@@ -90,9 +90,45 @@ def test_clean_samples_stay_as_they_are(leg, tmp_path):
     assert np.array_equal(m.time, T) and np.array_equal(m.q[:, 0], CLEAN["hip"]) and m.source.notes == []
 
 
-def test_two_motions_in_one_file_are_not_sorted_into_each_other(leg, tmp_path):
-    (tmp_path / "motion").write_bytes(in_format("npz", {n: np.tile(x, 2) for n, x in CLEAN.items()}))
-    with pytest.raises(ksl.MotionError, match="sample 202: time 0 after 2; times must increase"):
+@pytest.mark.parametrize("samples", [3, 21, 201])
+@pytest.mark.parametrize("start", [0.0, 1.7e9])
+@pytest.mark.parametrize("times", [2, 5])
+def test_several_recordings_in_one_file_are_not_sorted_into_each_other(leg, tmp_path, samples, start, times):
+    """As the episodes of a data set: also those that are shorter than samples may be late."""
+    columns = {n: np.tile(x[:samples], times) for n, x in CLEAN.items()}
+    columns["time"] += start
+    said = rf"sample {samples + 1}: time .* {times} recordings follow one another, the first in {samples} samples: give the one"
+    (tmp_path / "motion").write_bytes(in_format("parquet", columns))
+    with pytest.raises(ksl.MotionError, match=said):
+        read_motion(leg, tmp_path / "motion")
+    (tmp_path / "efforts").write_bytes(in_format("parquet", {"time": columns["time"], "hip.effort": columns["hip"]}))
+    with pytest.raises(ksl.MotionError, match=said):
+        ksl.read_efforts(leg, tmp_path / "efforts")
+
+
+@pytest.mark.parametrize("first", ["hip", "slide"])
+def test_joints_that_are_recorded_one_after_the_other(leg, tmp_path, first):
+    columns = rows(slice(None))
+    for name in ("hip", "slide"):
+        columns[name] = np.where((T < 1) == (name == first), columns[name], NAN)
+    (tmp_path / "motion").write_bytes(in_format("npz", columns))
+    other = "slide" if first == "hip" else "hip"
+    with pytest.raises(ksl.MotionError, match=f"{first} and {other} are never recorded at the same time"):
+        read_motion(leg, tmp_path / "motion")
+
+
+@pytest.mark.parametrize("late", [[0], [2], [0, 1], [5, 6, 7]])
+def test_late_samples_are_no_recordings(leg, tmp_path, late):
+    """Of one recording, wherever they come: those of its beginning, too."""
+    order = np.r_[np.setdiff1d(np.arange(30), late), late, np.arange(30, 201)]
+    (tmp_path / "motion").write_bytes(in_format("npz", rows(order)))
+    m = read_motion(leg, tmp_path / "motion")
+    assert np.array_equal(m.time, T) and any("sorted by time" in n for n in m.source.notes)
+
+
+def test_a_clock_that_was_set_back_is_no_recording(leg, tmp_path):
+    (tmp_path / "motion").write_bytes(in_format("npz", rows(slice(None), time=np.where(T > 1.2, T - 0.7, T))))
+    with pytest.raises(ksl.MotionError, match="times must increase: sort the samples and remove repeated ones"):
         read_motion(leg, tmp_path / "motion")
 
 
@@ -141,10 +177,14 @@ def test_lists_of_parquet_take_a_map(leg, tmp_path):
         pq.write_table(pa.table({"time": T, "hip": T, "slide": T, "more": column}), tmp_path / "motion.parquet")
         with pytest.raises(ksl.MotionError, match=rf"column 'more', which holds {words} \("):
             read_motion(leg, tmp_path / "motion.parquet")
-    ragged = pa.table({"timestamp": T, "z": T, "s": pa.array([[1.0, 2.0]] * 200 + [[1.0]], pa.list_(pa.float64()))})
-    pq.write_table(ragged, tmp_path / "motion.parquet")
-    with pytest.raises(ksl.MotionError, match="sample 1: column 's' holds a list of 2 numbers; expected 1 in each row"):
-        read_motion(leg, tmp_path / "motion.parquet", map={"timestamp": "time", "s[0]": "hip"} | {"z": "slide"}, ignore_extra=True)
+    by = {"timestamp": "time", "s[0]": "hip", "s[2]": "slide"}
+    for odd, words in (([1.0, 2.0], "a list of 2 numbers"), ([], "a list of 0 numbers"), (None, "no list")):
+        ragged = pa.table({"timestamp": T, "s": pa.array([[1.0, 2.0, 3.0]] * 180 + [odd] + [[1.0, 2.0, 3.0]] * 20, pa.list_(pa.float64()))})
+        pq.write_table(ragged, tmp_path / "motion.parquet")
+        with pytest.raises(ksl.MotionError, match=f"sample 181: column 's' holds {words}; expected 3 in each row"):
+            read_motion(leg, tmp_path / "motion.parquet", map=by, ignore_extra=True)
+    with pytest.raises(ksl.MotionError, match="column 'time' is not in .*motion.parquet, but 'timestamp' is; a map says what a column is.*: 'timestamp' = 'time'"):
+        read_motion(leg, tmp_path / "motion.parquet", map={"time": "timestamp", "hip": "s[0]", "slide": "s[2]"})
 
 
 def test_numbers_that_overflow_between_samples(leg, tmp_path):

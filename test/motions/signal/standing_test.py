@@ -79,6 +79,25 @@ def test_what_a_program_that_integrates_may_be_off_is_no_motion(kind, size, shar
     assert motion(m, way * np.arange(1000) / 999, np.full(1000, way / TIME[-1])).stands.all() == stands
 
 
+@pytest.mark.parametrize("how", [*(how for how in HELD if how != "noise, rounded"), "a drift", "a slow drift of rates"])
+@pytest.mark.parametrize("kind", ["translation", "cylindrical"])
+def test_each_coordinate_of_a_joint_stands_or_moves_for_itself(how, kind):
+    """Behind another joint, so that places in q and v are not those in the joint."""
+    b = ksl.Builder("arm").add_link("wall").add_link("post", 1.0, (0, 0, 0.1), 0.1 * np.eye(3)).add_link("arm", 1.0, (0, 0, 0.1), 0.1 * np.eye(3))
+    b.add_joint("turn", "continuous", "wall", "post", axis=(0, 0, 1))
+    m = b.add_joint("slides", kind, "post", "arm", **({"axis": (1, 0, 0)} if kind == "cylindrical" else {})).build()
+    swing = np.column_stack([(0.3 + 0.1 * k) * np.sin((3 + k) * TIME + 0.3) for k in range(m.nv)])
+    rate = np.gradient(swing, TIME, axis=0)
+    for column in range(m.nv):
+        q, v = swing.copy(), rate.copy()
+        drift = how not in HELD
+        q[:, column] = 0.4 + (1e-12 * TIME if drift else HELD[how])
+        v[:, column] = 1e-12
+        given = (TIME, q, v, np.zeros_like(q)) if how == "a slow drift of rates" else (TIME, q)
+        stands = motion_of_arrays(m, *given).stands
+        assert stands[:, column].all() and not np.delete(stands, column, axis=1).any()
+
+
 MOVING = {  # slow, small or coarse motions are motions
     "slow": 1e-4 * TIME,
     "slow and rounded": np.round(5e-3 * TIME, 4),
@@ -93,6 +112,17 @@ MOVING = {  # slow, small or coarse motions are motions
 def test_a_slow_motion_is_one(pendulum, how):
     moved = motion(pendulum, 0.9 + MOVING[how])
     assert moved.stands.mean() < 0.02 and moved.resolved_v.any()
+
+
+@pytest.mark.parametrize(("kind", "coarsest"), [("revolute", 0.02), ("prismatic", 0.002)])
+def test_noise_that_is_too_coarse_for_a_measurement_is_motion(kind, coarsest):
+    """What is stated of a joint in one place grows as its noise does, and from 0.02 rad or 2 mm on the joint moves."""
+    b = ksl.Builder("arm").add_link("wall").add_link("arm", 1.0, (0, 0, 0), 0.01 * np.eye(3))
+    m = b.add_joint("pin", kind, "wall", "arm", axis=(1, 0, 0), limits=(-1, 1)).build()
+    stated = motion(m, 0.1 + 1e-4 * coarsest * NOISE).resolution[0] * 0.004
+    last = coarsest / (stated / (1e-4 * coarsest))
+    assert motion(m, 0.1 + 0.97 * last * NOISE).stands.all() and motion(m, 0.1 + 1.03 * last * NOISE).stands.mean() < 0.02
+    assert not motion(m, 4 * coarsest * np.sin(20 * TIME) + coarsest * NOISE).stands.any(), "a swing beside such noise"
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-7, 1e-5, 1e-4])

@@ -1,10 +1,13 @@
 """ksl.motions.signal.suspicions: units that can't be are named with the option that mends them, and usual motions are not suspected."""
 
+import re
+
 import numpy as np
 import pytest
 
 import ksl
 from ksl.motions.motion import complete
+from ksl.motions.signal.suspicions import suspicions_of_pose
 
 
 @pytest.fixture
@@ -49,6 +52,29 @@ def test_times_in_another_unit(ur5, option, factor):
 def test_slow_motions_and_rest_are_not_suspected(ur5):
     t = np.arange(600) * 1.0
     assert doubts(ur5, t, motion(t / 20)) == [] and doubts(ur5, t, motion(t * 0)) == []
+
+
+@pytest.mark.parametrize(("kind", "sizes", "reach"), [("revolute", (0.1, 3.0), (5.0, 100.0)), ("prismatic", (0.01, 2.0), (8.0, 1200.0))])
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_joint_that_is_farthest_beyond_its_own_limits_is_named(robot, kind, sizes, reach, order):
+    """And not the one that goes farthest."""
+    part = '<link name="{}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    ends = list(zip("ab", sizes, strict=True))[::order]
+    joints = [f'<joint name="{n}" type="{kind}"><parent link="l{k}"/><child link="l{k + 1}"/><limit lower="{-x}" upper="{x}" effort="1" velocity="1"/></joint>' for k, (n, x) in enumerate(ends)]
+    m = robot(f'<robot name="r">{"".join(part.format(f"l{k}") for k in range(3))}{"".join(joints)}</robot>')
+    q = np.array([[dict(zip("ab", reach, strict=True))[name] for name in m.joint_names]])
+    (said,) = suspicions_of_pose(m, q[0])
+    assert said.startswith(f"a reaches {reach[0]:g} ")
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1.0, 1e3, 1e6])
+@pytest.mark.parametrize("start", [-7.0, 0.4, 3000.0])
+def test_what_is_suspected_does_not_depend_on_where_times_begin(ur5, factor, start):
+    t = np.arange(1024) / 256
+    samples = np.delete(np.arange(1024), slice(300, 420)) if factor == 1.0 else slice(None)  # one with a gap
+    places = re.compile(r"between \S+ s and \S+ s")
+    found = [[places.sub("", line) for line in doubts(ur5, (t * factor + begin)[samples], motion(t)[samples])] for begin in (0.0, start)]
+    assert found[0] == found[1] and len(found[0]) == 1
 
 
 def test_seconds_converted_twice(ur5):

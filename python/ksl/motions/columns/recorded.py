@@ -73,7 +73,8 @@ class Recorded:
         """
         for name in names:
             if name in self.texts:
-                raise MotionError(f"{self.file}: column {name!r} holds {self.texts[name][:40]!r}; expected numbers")
+                what = self.what_is_in(name)
+                raise MotionError(f"{self.file}: column {name!r} holds {what}: {self.texts[name][:40]!r}; expected {'real ' * what.endswith('numbers')}numbers")
         return {name: self.columns[name] for name in names}
 
 

@@ -95,7 +95,7 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
         raise MotionError(f"{file}:{header_line}: no names of columns; {MEND}, named in the first line")
     units: list[str] = []
     if len(fields) > start and is_row_of_units(fields[start]):
-        units = [bare(u) for u in fields[start]] + [""] * (len(header) - len(fields[start]))
+        units = [bare(u) for u in fields[start]]
         start += 1
     elif not any("[" in name or "(" in name for name in header):
         told = ((c.number, match[0]) for c in comments if (match := _UNIT_TO_CONVERT.search(c.text)))

@@ -8,9 +8,11 @@ import sys
 import zipfile
 import zlib
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from io import BytesIO
+from types import MappingProxyType
 from typing import BinaryIO
 
 import numpy as np
@@ -35,11 +37,20 @@ HEADER_BYTES = 12 + 10_000
 """So many bytes of an array are looked at before it is loaded: NumPy reads no longer headers."""
 
 
+OTHERS = {"c": "complex numbers", "V": "records", "M": "dates", "m": "durations", "U": "text", "S": "text"}
+"""What arrays of the other kinds of NumPy's types hold."""
+
+
 class NpzTable(Recorded):
     """An NPZ file.  `matrices` has q, v and a where the file gives them as (n, nq) and (n, nv)."""
 
     matrices: dict[str, NDArray[np.float64]]
     joints: list[str]
+    kinds: Mapping[str, str] = MappingProxyType({})
+    """What arrays hold that can't be columns."""
+
+    def what_is_in(self, name: str) -> str:
+        return self.kinds.get(name, "text")
 
 
 @dataclass(frozen=True)
@@ -78,7 +89,9 @@ def npz_table(file: str, source: BinaryIO) -> NpzTable:
         raise
     except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, TypeError, ValueError, OverflowError, RuntimeError, MemoryError):
         raise MotionError(f"{file}: is an NPZ file, but truncated or damaged; copy or write it again") from None
-    return table_of_arrays(file, "NPZ", {a.name: a.first for a in found if a.name not in lists}, arrays, lists)
+    table = table_of_arrays(file, "NPZ", {a.name: a.first for a in found if a.name not in lists}, arrays, lists)
+    table.kinds = {a.name: OTHERS[a.dtype.kind] for a in found if a.dtype.kind in OTHERS}
+    return table
 
 
 def table_of_arrays(file: str, form: str, others: dict[str, str], arrays: dict[str, NDArray[np.float64]], lists: dict[str, list[str]]) -> NpzTable:

@@ -72,11 +72,11 @@ class ParquetTable(Recorded):
             return [name]
         if t.is_fixed_size_list(kind):
             size = kind.list_size
-        else:  # the first row says how many there are; that all have as many is seen when they are read
+        else:  # the mean, rounded up, as a short list or a missing one is less rare than a long one; that all have as many is seen when they are read
             metadata = self._parquet.metadata
             inner = next((i for i in range(metadata.num_columns) if metadata.schema.column(i).path.startswith(f"{name}.")), None)
             values = sum(group[inner].values for group in self._groups) if inner is not None else 0
-            size = values // max(metadata.num_rows, 1)
+            size = -(-values // max(metadata.num_rows, 1))
         check_columns(file, size)
         self._of_list |= {f"{name}[{k}]": (name, k) for k in range(size)}
         return [f"{name}[{k}]" for k in range(size)] or [name]

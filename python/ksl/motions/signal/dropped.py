@@ -24,7 +24,7 @@ def doubts_about_positions(joints: tuple[Joint, ...], samples: Samples, of_veloc
     """
     columns: dict[str, tuple[int, str, float]] = {}
     for joint, (v, _) in zip(joints, samples.given, strict=True):
-        if v is not None and joint.quaternion is None and KINDS[joint.kind].velocity_is_rate:
+        if v is not None and KINDS[joint.kind].velocity_is_rate:
             position, velocity, _ = columns_of(joint)
             turns = [2 * np.pi if unit == "rad" else np.inf for unit in units_of(joint)[0]]
             columns |= {p: (joint.q_index + k, rate, turn) for k, (p, rate, turn) in enumerate(zip(position, velocity, turns, strict=True))}

@@ -5,7 +5,7 @@ Files of all formats are treated as recordings are (`files.joint_states`), with 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,6 +20,8 @@ from ksl.motions.signal.resampling import on_spline
 
 RESTART = 0.5
 """Samples that overtake each other are sorted by their times; times that jump back by more than this, s, have another reason."""
+FEW = 3
+"""Samples that a recording has at least, where it is one of several in a file."""
 CLOSE = 0.01
 """Share of the median step below which two samples are one: differentiated, the difference of their times would be a jerk."""
 FILLED_IN = 1e-3
@@ -87,12 +89,33 @@ def ordered(file: str, joints: Sequence[Joint], time: Array, values: Values, row
     return _merged(file, series, time, values, rows, notes)
 
 
+def recordings(times: Array) -> Rows:
+    """Where each of several recordings begins that follow one another: times go back to the first one, and on from there.  [0] where there is one alone."""
+    steps = np.diff(times)
+    back = np.flatnonzero(steps < 0) + 1
+    starts = np.append(0, back)
+    if len(back) and (steps > 0).any() and np.diff(np.append(starts, len(times))).min() >= FEW:
+        usual = float(np.median(steps[steps > 0]))
+        if (np.abs(times[back] - times[0]) <= usual).all() and (steps[back] <= 2 * usual).all():
+            return starts
+    return starts[:1]
+
+
+def not_increasing(place: Callable[[int], str], times: Array, k: int) -> MotionError:
+    """What to say of times that don't increase at sample k."""
+    starts = recordings(times)
+    mend = "sort the samples and remove repeated ones"
+    if len(starts) > 1:
+        mend = f"{len(starts):,} recordings follow one another, the first in {count(int(starts[1]), 'sample')}: give the one that is meant alone"
+    return MotionError(f"{place(k)}: time {times[k]:.9g} after {times[k - 1]:.9g}; times must increase: {mend}")
+
+
 def check_restart(times: Array) -> int | None:
     """The first sample at which times go back so far that sorting would mix two motions, or stand still; None where they don't."""
     steps = np.diff(times)
-    back = np.flatnonzero(steps < -RESTART)
-    if len(back):
-        return int(back[0]) + 1
+    back, starts = np.flatnonzero(steps < -RESTART), recordings(times)
+    if len(back) or len(starts) > 1:
+        return int(starts[1]) if len(starts) > 1 else int(back[0]) + 1
     still = np.flatnonzero(steps == 0)
     return int(still[0]) + 1 if len(times) > 1 and len(still) >= len(times) / 2 and len(np.unique(times)) <= len(times) / 2 else None
 

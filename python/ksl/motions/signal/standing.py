@@ -65,7 +65,7 @@ def standing_of(joints: Sequence[Joint], measured: Samples, time: Array, q: Arra
     """
     found = _rounded(joints, time, q, v)
     for joint, (given_v, given_a) in zip(joints, measured.given, strict=True):
-        if joint.quaternion is None and KINDS[joint.kind].velocity_is_rate:
+        if KINDS[joint.kind].velocity_is_rate:
             for k in range(joint.nv):
                 _add_noisy(found, joint, k, measured, given_v, (time, q, v), 0.0 if smooth is None else 1 / smooth)
                 _add_integrated(found, joint, k, measured, given_v, time, reach)
@@ -81,7 +81,7 @@ def standing_of_integrated(joints: Sequence[Joint], time: Array, q: Array, v: Ar
     """
     found = _rounded(joints, time, q, v)
     for joint in joints:
-        for k in range(joint.nv if joint.quaternion is None and KINDS[joint.kind].velocity_is_rate else 0):
+        for k in range(joint.nv if KINDS[joint.kind].velocity_is_rate else 0):
             x, column = q[:, joint.q_index + k], joint.v_index + k
             resolution = absolute + relative * float(np.abs(x).max())
             here = _kept(time, time, x, resolution)

@@ -43,7 +43,7 @@
       const yref = row ? "y2" : "y";
       for (const y of panel.limits) {
         shapes.push({ type: "line", xref: "paper", x0: 0, x1: 1, yref, y0: y, y1: y, line });
-        annotations.push({ xref: "paper", x: 0.995, xanchor: "right", yref, y, yanchor: y > 0 ? "bottom" : "top", text: text(y), font, showarrow: false });
+        annotations.push({ xref: "paper", x: chart.x ? 0.9 : 0.995, xanchor: "right", yref, y, yanchor: y > 0 ? "bottom" : "top", text: text(y), font, showarrow: false });
       }
     });
     return { shapes, annotations };
