@@ -262,8 +262,8 @@ def test_the_robot_and_the_motion_in_the_wrong_order(leg, written, tmp_path):
 
 
 def test_a_missing_package_is_named(leg, written, refusal, monkeypatch):
-    monkeypatch.setattr("ksl.motions.files.recognise.find_spec", lambda name: None)
-    assert refusal(leg, written(HEAD)) == ": reading motions needs the package pyarrow; install it: pip install 'ksl[loads]'"
+    monkeypatch.setattr("ksl.base.extras.find_spec", lambda name: None)
+    assert refusal(leg, written(HEAD)) == ": reading motions needs the package pyarrow; install it with: pip install 'ksl[loads]'"
 
 
 def test_a_source_says_what_was_read(leg, written, rows):
