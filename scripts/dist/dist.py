@@ -175,7 +175,7 @@ def one_for(target, sets):
     found = objections(wheel, source, target)
     shutil.copy(wheel, place)
     print(f"{place / wheel.name}, {wheel.stat().st_size / 1e6:.1f} MB")
-    sys.exit("\n".join(found))
+    sys.exit("\n".join(found) or 0)
 
 
 def main():
