@@ -41,7 +41,7 @@ def build(place, target, sets="", commit="HEAD", settings=None):
     place.mkdir(parents=True)
     subprocess.run(["tar", "-x", "-C", place], input=git("archive", commit), check=True)
     # no compiler cache: it would give the second build the objects of the first
-    env = {key: value for key, value in os.environ.items() if not key.startswith(("CMAKE", "CCACHE", "SKBUILD"))}
+    env = {key: value for key, value in os.environ.items() if not key.startswith(("CMAKE", "CCACHE", "SKBUILD")) or key == "CMAKE_BUILD_PARALLEL_LEVEL"}
     env |= {"TZ": settings["TZ"], "LC_ALL": settings["LC_ALL"], "SOURCE_DATE_EPOCH": git("log", "-1", "--format=%ct", commit).decode().strip()}
     compilers = place / "scripts/dist/zig"
     env |= {"CC": compilers / "cc", "CXX": compilers / "c++", "ZIG": zig(), "ZIG_TARGET": target}
@@ -175,7 +175,7 @@ def one_for(target, sets):
     found = objections(wheel, source, target)
     shutil.copy(wheel, place)
     print(f"{place / wheel.name}, {wheel.stat().st_size / 1e6:.1f} MB")
-    sys.exit("\n".join(found))
+    sys.exit("\n".join(found) or 0)
 
 
 def main():

@@ -127,6 +127,9 @@ void urdf_reader::check_root() const {
     mend = "this is MJCF, which ksl.load reads in Python, and Model.to_urdf writes as URDF";
   if (tag == "sdf")
     mend = "this looks like SDF: convert it to URDF first";
+  if (tag == "SimscapeMultibodyImportXML" || tag == "PhysicalModelingXMLFile")
+    mend =
+        "this is an assembly for Simscape Multibody, whose mates become joints in MATLAB alone: export URDF from the CAD program";
   if (tag.substr(0, 6) == "xacro:")
     mend = "run xacro first: xacro FILE > robot.urdf";
   file_.refuse(root_.node(), "the root element is <" + tag + ">, expected <robot>; " + mend);

@@ -286,10 +286,11 @@ private:
     }
   }
 
-  /// That a joint has a motor, as the reader looks for it.
+  /// That a joint has a motor, as the reader looks for it; others refuse a transmission without a type.
   void write_drive(const std::string &joint) {
     pugi::xml_node node = added(root_.append_child("transmission"));
     set(node, "name", joint + "_transmission");
+    added(node.append_child("type")).text().set("transmission_interface/SimpleTransmission");
     set(added(node.append_child("joint")), "name", joint);
     set(added(node.append_child("actuator")), "name", joint + "_motor");
   }

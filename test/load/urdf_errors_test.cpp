@@ -99,6 +99,7 @@ TEST_CASE("no URDF") {
       {"root", "<html/>", {"r.urdf:1:", "<html>, expected <robot>", "give a URDF or SDF file"}},
       {"MJCF", "\n<mujoco/>", {"r.urdf:2:", "<mujoco>, expected <robot>", "MJCF"}},
       {"SDF", "<sdf/>", {"r.urdf:1:", "<sdf>", "convert"}},
+      {"Simscape", "<SimscapeMultibodyImportXML/>", {"r.urdf:1:", "an assembly for Simscape Multibody", "export URDF"}},
       {"xacro's root", "<xacro:robot xmlns:xacro=\"x\"/>", {"r.urdf:1:", "<xacro:robot>", "run xacro first"}},
       {"joint in capitals",
        "<robot>\n<link name=\"a\"/>\n<JOINT name=\"j\"/></robot>",

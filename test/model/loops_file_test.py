@@ -2,6 +2,7 @@
 
 import pickle
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -194,3 +195,11 @@ def test_a_loop_that_loses_a_link_is_refused_or_dropped(closed):
     assert closed.subtree("world").loops == closed.loops
     with pytest.raises(ValueError, match="loops"):
         closed.subtree("crank", loops="keep")
+
+
+@pytest.mark.parametrize("file", sorted(Path(__file__).parents[2].glob("examples/robots/*.urdf")), ids=lambda file: file.stem)
+def test_transmissions_have_the_type_without_which_others_refuse_a_file(file):
+    for text in (file.read_text(), ksl.load(file).to_urdf()):
+        transmissions = ElementTree.fromstring(text).findall("transmission")
+        assert all((each.findtext("type") or "").startswith("transmission_interface/") for each in transmissions)
+    assert bool(transmissions) == (file.stem in ("andrews", "excavator"))

@@ -327,7 +327,43 @@ def test_what_is_not_carried(tmp_path):
     off.CreateBody1Rel().SetTargets(["/robot/l4"])
     off.CreateJointEnabledAttr(False)
     w.stage.Save()
-    assert {"joint rope: a distance joint", "joint off (not enabled)"} <= set(ksl.load(tmp_path / "arm.usda").unused)
+    assert {"joint rope: a distance joint, as if its bodies were within its limits", "joint off (not enabled)"} <= set(ksl.load(tmp_path / "arm.usda").unused)
+
+
+@pytest.mark.parametrize(("least", "most", "holds"), [(-1, 30, False), (20, 30, False), (20, -1, False), (30, 30, True), (40, 30, True), (-1, 0, True)])
+def test_a_rod_is_refused_and_a_rope_is_not(tmp_path, least, most, holds):
+    w = Writer(tmp_path / "arm.usda", arm(np.random.default_rng(5)), length=0.01)
+    rod = UsdPhysics.DistanceJoint.Define(w.stage, "/robot/rod")
+    rod.CreateBody1Rel().SetTargets(["/robot/l3"])
+    rod.CreateMinDistanceAttr(least)
+    rod.CreateMaxDistanceAttr(most)
+    w.stage.Save()
+    if holds:
+        with pytest.raises(ksl.DescriptionError, match=f"joint rod: holds its bodies {most / 100:g} m apart"):
+            ksl.load(tmp_path / "arm.usda")
+    else:
+        assert any(said.startswith("joint rod") for said in ksl.load(tmp_path / "arm.usda").unused)
+
+
+@pytest.mark.parametrize("scale", [(2, 2, 2), (1, 2, 3), (-1, 1, 1)])
+def test_masses_of_scaled_bodies_are_those_that_usd_computes(tmp_path, scale):
+    """Its own library scales centres of mass, and no tensor of inertia."""
+    stage = Usd.Stage.CreateNew(str(tmp_path / "body.usda"))
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    body = UsdGeom.Xform.Define(stage, "/body")
+    body.AddScaleOp().Set(Gf.Vec3f(*scale))
+    UsdPhysics.RigidBodyAPI.Apply(body.GetPrim())
+    api = UsdPhysics.MassAPI.Apply(body.GetPrim())
+    api.CreateMassAttr(3.0)
+    api.CreateCenterOfMassAttr(Gf.Vec3f(0.1, 0.2, 0.3))
+    api.CreateDiagonalInertiaAttr(Gf.Vec3f(0.5, 0.6, 0.7))
+    api.CreatePrincipalAxesAttr(Gf.Quatf(1))
+    stage.Save()
+    mass, moments, centre, _ = UsdPhysics.RigidBodyAPI(body.GetPrim()).ComputeMassProperties(lambda prim: None)
+    link = ksl.load(tmp_path / "body.usda").link("body")
+    c = np.array(centre)
+    I = np.diag(moments) + mass * (c @ c * np.eye(3) - np.outer(c, c))
+    assert np.allclose([*link.first_moment, *link.inertia], [*(mass * c), *np.diag(I), I[0, 1], I[1, 2], I[2, 0]], rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize(

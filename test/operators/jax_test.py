@@ -1,6 +1,7 @@
 """ksl.jax: gradients of every operator in both directions, batches, programs, precision, and what is refused."""
 
 import os
+import pickle
 import subprocess
 import sys
 
@@ -267,6 +268,18 @@ def test_a_program_for_another_device_is_refused_when_it_is_compiled():
     d = ksl.jax.differentiable(m)
     with pytest.raises(ValueError, match="gravity_torque: the program is for cuda, which KSL can't reach; give jax.jit arrays on jax.devices"):
         jax.jit(d.gravity_torque).trace(jnp.zeros(6)).lower(lowering_platforms=("cuda",))
+
+
+def test_a_program_for_another_process_is_refused_when_it_is_exported():
+    """What goes there instead is the model, and the function is compiled from it."""
+    export = pytest.importorskip("jax.export", reason="JAX 0.5 needs absl-py for it")
+
+    m = robot_named("physics")
+    d = ksl.jax.differentiable(m)
+    with pytest.raises(NotImplementedError, match="gravity_torque: jax.export writes programs for other processes.*pickle what ksl.jax.differentiable returns"):
+        export.export(jax.jit(d.gravity_torque))(jnp.zeros(6))
+    there = pickle.loads(pickle.dumps(d))
+    np.testing.assert_array_equal(jax.jit(there.gravity_torque)(jnp.zeros(6)), m.gravity_torque(np.zeros(6)))
 
 
 def test_programs_outlive_the_calls_that_they_are_made_of():

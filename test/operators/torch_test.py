@@ -204,7 +204,7 @@ def test_operators_that_are_kept_are_limited(monkeypatch):
     at = [d.reactions(q, 0.0, 0.0, at=(0.1 * i, 0, 0)) for i in range(5)]
     assert len(d._kept) <= 2 and not torch.equal(at[0], at[4])
     torch.testing.assert_close(d.reactions(q, 0.0, 0.0, at=(0.0, 0, 0)), at[0], rtol=0, atol=0)
-    with pytest.raises(RuntimeError, match="the model of this compiled graph is gone; keep what ksl.torch.differentiable returns"):
+    with pytest.raises(RuntimeError, match="the model of this compiled graph is of another process, or is gone; keep what ksl.torch.differentiable returns"):
         torch.ops.ksl.compute([q[None, None]], 1, 0)
 
 
@@ -217,6 +217,21 @@ def test_a_compiled_graph_for_any_number_of_states():
         (found,) = torch.autograd.grad(program(q, v), q)
         (expected,) = torch.autograd.grad((d.bias(q, v) ** 2).sum(), q)
         torch.testing.assert_close(found, expected, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("strict", [False, True])
+def test_an_exported_graph_runs_where_its_model_is(strict):
+    m = robot_named("physics")
+
+    class Gravity(torch.nn.Module):
+        calls = ksl.torch.differentiable(m)
+
+        def forward(self, q):
+            return self.calls.gravity_torque(q)
+
+    q = torch.full((3, 6), 0.3, dtype=torch.float64)
+    program = torch.export.export(Gravity(), (q,), strict=strict).module()
+    torch.testing.assert_close(program(2 * q), torch.tensor(m.gravity_torque(2 * q.numpy())), rtol=0, atol=0)
 
 
 def test_modules_that_have_one_are_copied_and_pickled():

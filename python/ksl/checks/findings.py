@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
+from ksl.base.extras import require
+
 if TYPE_CHECKING:
     import pyarrow as pa
 
@@ -127,6 +129,7 @@ class Findings(Sequence[Finding]):
     @property
     def table(self) -> pa.Table:
         """The findings as an Arrow table with a column for each field.  Needs pyarrow, of the extra `ksl[loads]`."""
+        require("a table of findings", "pyarrow")
         import pyarrow as pa
 
         text, columns = pa.string(), [f.as_dict() for f in self._all]

@@ -59,9 +59,9 @@ class ComputedCases:
     @property
     def wrenches(self) -> ArrowTable:
         """Every wrench: a row for each load case, sample and joint, as in wrenches.parquet.  Computed anew each time."""
+        writer = self.writer()
         import pyarrow as pa
 
-        writer = self.writer()
         return cast("ArrowTable", pa.concat_tables([writer.table(block, i) for i, case in enumerate(self.cases) for block in case.blocks()]))
 
     @property

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ksl.base.errors import MotionError, unknown_name
+from ksl.base.extras import require
 from ksl.base.files_read import being_read
 from ksl.base.input_files import STANDARD_INPUT
 from ksl.base.real_arrays import real_array
@@ -81,6 +82,7 @@ class WorstPose:
 
 def worst_pose(model: Model, joint: str, quantity: str, placement: Placement, q: Array, fixed: set[str], seed: int = 0) -> WorstPose:
     """The pose at rest with the largest magnitude of a quantity of a joint; joints that are not searched are as in `q` (nq)."""
+    require("a search of the worst pose", "scipy")
     from scipy.optimize import minimize
 
     size = _size(model, joint_named(model, joint), quantity, placement)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ksl.base.csv_cells import csv_comment, csv_row, csv_text
+from ksl.base.extras import require
 from ksl.load_cases.provenance import UNITS, Provenance
 from ksl.load_cases.quantities import UNDETERMINED, SummaryRow
 
@@ -79,6 +80,7 @@ def write_summary(path: Path, rows: Sequence[SummaryRow], provenance: Provenance
 
 def summary_table(rows: Sequence[SummaryRow], provenance: Provenance) -> pa.Table:
     """The same as a table; quantities that a joint doesn't have are null.  Metadata as in wrenches.parquet."""
+    require("a table of the summary", "pyarrow")
     import pyarrow as pa
 
     rows = all_rows(rows)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import MotionError
+from ksl.base.extras import require
 from ksl.load_cases.load_case import Block, LoadCase, Placement
 from ksl.load_cases.provenance import Provenance, provenance_of
 from ksl.load_cases.reaction_joints import has_drive, reaction_joints
@@ -29,6 +30,7 @@ class TableWriter:
     """Converts blocks to columns of the table, with a row for each sample and joint."""
 
     def __init__(self, model: Mechanism, placement: Placement, provenance: Provenance | None = None) -> None:
+        require("a table of wrenches", "pyarrow")
         import pyarrow as pa
 
         self._pa, self._placement = pa, placement
@@ -157,6 +159,7 @@ def wrench_table(
     The metadata (key `ksl`, JSON) says robot, joints, load case, versions, date, units and conventions.
     Raises MotionError.
     """
+    require("a table of wrenches", "pyarrow")
     import pyarrow as pa
 
     model.reaction_request(on, at, axes, order, "total", None)  # refuses what it can't be

@@ -66,11 +66,21 @@ def _kind(stage: Stage, prim: Any, name: str) -> tuple[str, Array | None]:
         axis = AXES.get(str(prim.GetAttribute("physics:axis").Get())) if kind in ("revolute", "prismatic") else None
         return kind, axis
     if type_name == "PhysicsDistanceJoint":
-        stage.unused.append(f"joint {name}: a distance joint")
+        _require_slack(stage, prim, name)
+        stage.unused.append(f"joint {name}: a distance joint, as if its bodies were within its limits")
         return "", None
     if type_name != "PhysicsJoint":
         raise DescriptionError(f"joint {name}: is a {type_name}, which KSL has no kind for; exclude it, or give a joint of UsdPhysics")
     return _kind_of_six(stage, prim, name)
+
+
+def _require_slack(stage: Stage, prim: Any, name: str) -> None:
+    """A distance joint without any is a rod, which no machine stays the same without.  Negative distances limit nothing."""
+    least, most = (float(prim.GetAttribute(f"physics:{end}Distance").Get()) for end in ("min", "max"))
+    if 0.0 <= most <= max(least, 0.0):
+        raise DescriptionError(
+            f"joint {name}: holds its bodies {most * stage.length:.4g} m apart (maxDistance = {most:g}), which KSL has no kind for; give a body with a spherical joint at each end, or disable the joint"
+        )
 
 
 def _kind_of_six(stage: Stage, prim: Any, name: str) -> tuple[str, Array | None]:

@@ -106,6 +106,10 @@ def _run(stage: Stage, *arguments: Any, operator: Operator) -> Any:
 
 
 def _lower(stage: Stage, context: Any, *arguments: Any, operator: Operator) -> Any:
+    if context.module_context.lowering_parameters.for_export:
+        raise NotImplementedError(
+            f"{operator.name}: jax.export writes programs for other processes, and this one holds a model of this process; pickle what ksl.jax.differentiable returns, and compile the function there"
+        )
     context.module_context.add_keepalive(operator)
     rule = jax.ffi.ffi_lowering(TARGET)
     return rule(context, *arguments, operator=np.int64(operator.number), stage=np.int64(stage), threads=np.int64(operator.threads))

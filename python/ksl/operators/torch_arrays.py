@@ -56,7 +56,7 @@ _BY_NUMBER: weakref.WeakValueDictionary[int, Operator] = weakref.WeakValueDictio
 def _operator_of(number: int) -> Operator:
     found = _BY_NUMBER.get(number)
     if found is None:
-        raise RuntimeError("the model of this compiled graph is gone; keep what ksl.torch.differentiable returns as long as the graph, and compile it again")
+        raise RuntimeError("the model of this compiled graph is of another process, or is gone; keep what ksl.torch.differentiable returns as long as the graph, and compile it again")
     return found
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from string import Template
 
 from ksl._core import __version__
+from ksl.base.extras import require
 from ksl.base.markup import css_string, json_in_page, script, source_of
 from ksl.base.markup import html as escape
 from ksl.report.balance_section import balance_verdict
@@ -143,9 +144,9 @@ class _Page:
 
 def _plotly() -> str:
     """plotly.js, read without an import of plotly, which takes longer than the rest of the report."""
+    require("the report", "plotly")
     found = find_spec("plotly")
-    if found is None or found.origin is None:
-        raise ModuleNotFoundError("the report needs plotly; install it with: pip install 'ksl[loads]'")
+    assert found is not None and found.origin is not None
     return Path(found.origin).with_name("package_data").joinpath("plotly.min.js").read_text(encoding="utf-8")
 
 

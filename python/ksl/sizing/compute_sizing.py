@@ -11,6 +11,7 @@ from typing import Any
 
 from ksl._core import __version__
 from ksl.base.errors import SizingError, unknown_name
+from ksl.base.extras import require
 from ksl.base.files_read import InputFile, recorded
 from ksl.load_cases.provenance import versions
 from ksl.model.lengths import far, far_point
@@ -79,6 +80,7 @@ def size(
         sizing = ksl.size(loads, {"component": [motor]})
         print(sizing.verdict)
     """
+    require("sizing", "pyarrow")
     with recorded() as ledger:
         table = _results(results)
         parts = None if components is None else _components(components)

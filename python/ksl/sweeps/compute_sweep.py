@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from ksl.base.errors import DescriptionWarning, SweepError
+from ksl.base.extras import require
 from ksl.load_cases.verdict import percent
 from ksl.model.mechanism import Joint
 from ksl.model.model import Model
@@ -96,6 +97,7 @@ def sweep(
             raise SweepError(f"{name} is {type(what).__name__}; expected {'a ksl.Model, or the name of a file' if name == 'robot' else 'the name of a folder'}")
     if not isinstance(description, (str, os.PathLike, Mapping)):
         raise SweepError(f"description is {type(description).__name__}; expected a TOML file, or its tables as a mapping")
+    require("a sweep", "pyarrow", "scipy")
     given = sweep_from(description) if isinstance(description, Mapping) else read_sweep(description)
     if engine not in ("local", "ray"):
         raise SweepError(f"engine={engine!r}; expected 'local' or 'ray'")

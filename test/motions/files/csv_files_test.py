@@ -62,6 +62,7 @@ SAME = {
     "blank lines": (lambda r: HEAD + "\n" + table(r).replace("\n", "\n\n") + "  \n\t", "CSV", None),
     "blank lines of Windows": (lambda r: "time;hip;slide\r\n" + table(r, ";", ",").replace("\n", "\r\n \t\r\n\r\n"), "CSV (semicolons, decimal commas)", None),
     "blank lines of an old Mac": (lambda r: "time hip slide\r" + table(r, " ", end="\r\r"), "CSV (blanks)", None),
+    "names in quotation marks": (lambda r: chr(34) + "time [s]" + chr(34) + "  " + chr(34) + "hip [rad]" + chr(34) + " slide\n" + table(r, " "), "CSV (blanks)", None),
     "words for no number": (lambda r: "time,hip,slide,hip.v\n" + "".join(f"{line},{x}\n" for line, x in zip(table(r).split(), 3 * ["None", "none", "n/a", "<NA>"] + ["0"] * len(r))), "CSV", "velocities of hip are not used"),
     "MATLAB's writetimetable": (
         lambda r: "Time,hip,slide\n" + "".join(f"{t:g} sec,{q:g},{s:g}\n" for t, q, s in r),
@@ -266,8 +267,8 @@ def test_the_robot_and_the_motion_in_the_wrong_order(leg, written, tmp_path):
 
 
 def test_a_missing_package_is_named(leg, written, refusal, monkeypatch):
-    monkeypatch.setattr("ksl.motions.files.recognise.find_spec", lambda name: None)
-    assert refusal(leg, written(HEAD)) == ": reading motions needs the package pyarrow; install it: pip install 'ksl[loads]'"
+    monkeypatch.setattr("ksl.base.extras.find_spec", lambda name: None)
+    assert refusal(leg, written(HEAD)) == ": reading motions needs the package pyarrow; install it with: pip install 'ksl[loads]'"
 
 
 def test_a_source_says_what_was_read(leg, written, rows):

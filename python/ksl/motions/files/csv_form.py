@@ -122,9 +122,9 @@ def _lines(file: str, data: bytes, encoding: str) -> Iterator[_Line]:
 
 def _split(line: str, separator: str) -> list[str]:
     if separator == " ":
-        return line.split()
+        line = " ".join(line.split())
     if '"' not in line:
-        return [field.strip() for field in line.split(separator)]
+        return line.split() if separator == " " else [field.strip() for field in line.split(separator)]
     try:
         return [n.strip() for n in next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])] or [""]
     except csv.Error:  # a quoted field of more than 128 KiB, for example

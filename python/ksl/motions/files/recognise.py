@@ -12,13 +12,13 @@ import zipfile
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from ksl.base import limits
 from ksl.base.errors import MotionError
+from ksl.base.extras import missing
 from ksl.base.input_files import STANDARD_INPUT, Unreadable, bounded, check_path, contents, opened, standard_input, what_os_says
 from ksl.motions.columns.recorded import Recorded
 from ksl.motions.files import rostopic
@@ -73,9 +73,8 @@ def open_table(path: str | os.PathLike[str], topic: str | None = None, positions
     Raises MotionError with the file, what it is, and what to give instead.
     """
     file = os.fspath(path)
-    for package in ("pyarrow", "scipy"):
-        if find_spec(package) is None:
-            raise MotionError(f"{file}: reading motions needs the package {package}; install it: pip install 'ksl[loads]'")
+    if said := missing("pyarrow", "scipy"):
+        raise MotionError(f"{file}: reading motions {said}")
     try:
         check_path(file)
         if file != STANDARD_INPUT and (os.path.isdir(file) or _describes_bag(file)):

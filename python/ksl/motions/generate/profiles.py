@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksl.base.errors import MotionError
+from ksl.base.extras import require
 from ksl.model.model import Model
 from ksl.model.states import Array
 from ksl.motions.closed_motion import leading
@@ -72,6 +73,7 @@ def minimum_jerk(
     points = between_limits(limits) if waypoints is None else waypoints
     times = _relative_times(limits, points)
 
+    require("a quintic spline", "scipy")
     from scipy.interpolate import make_interp_spline
 
     ends = [(1, np.zeros(len(limits.joints))), (2, np.zeros(len(limits.joints)))]
@@ -131,6 +133,7 @@ def _fastest_within_efforts(model: Model, limits: Limits, points: Waypoints) -> 
     times, ramps = trapezoids(0.0)
     if lasts(0.0) <= times[-1] * (1 + 1e-5):
         return times, ramps
+    require("a search within limits of efforts", "scipy")
     from scipy.optimize import minimize_scalar
 
     tried = np.linspace(min(0.0, float(np.log((speed**2 / acceleration).min()))), 0.0, SEARCHED)

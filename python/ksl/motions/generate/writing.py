@@ -13,6 +13,7 @@ from ksl._core import __version__
 from ksl.base.arrow_files import arrow_file
 from ksl.base.csv_cells import csv_text
 from ksl.base.errors import MotionError
+from ksl.base.extras import require
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of
 from ksl.model.requests import one_of
@@ -41,6 +42,7 @@ def write_motion(model: Mechanism, generated: Generated, path: str | os.PathLike
                 out.write(",".join(_quoted(name) for name in columns) + "\n")
                 np.savetxt(out, np.column_stack(list(columns.values())), fmt=f"%.{DIGITS}g", delimiter=",")
         else:
+            require("Parquet", "pyarrow")
             import pyarrow as pa
             import pyarrow.parquet as pq
 

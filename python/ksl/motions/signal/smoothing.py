@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ksl.base.errors import MotionError
+from ksl.base.extras import require
 from ksl.model.states import Array
 from ksl.motions.signal.corners import evenly_spaced
 from ksl.motions.signal.splines import spline_through
@@ -33,6 +34,7 @@ def smoothed(time: Array, x: Array, cutoff: float, what: str = "motion") -> Arra
     A Butterworth filter of order 4, forwards and backwards.  Uneven samples are first interpolated at even times by cubic splines,
     and back afterwards.  Beyond both ends the motion is continued by its point reflection, which keeps positions and velocities there.
     """
+    require("a filter", "scipy")
     from scipy.signal import butter, sosfiltfilt
 
     steps = len(time) - 1
