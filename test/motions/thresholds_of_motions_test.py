@@ -13,6 +13,7 @@ import pytest
 import scipy.io
 import scipy.signal
 from scipy.fft import dst
+from scipy.interpolate import CubicSpline
 
 from ksl.base import limits
 from ksl.base.errors import MotionError
@@ -98,7 +99,8 @@ def test_positions_of_another_unit(robot, kind, limits, least, most):
     ("speed", "step", "said"),
     [
         (2e-3, 0.5, "milliseconds? Then add --time-unit ms"), (2.01e-3, 0.5, ""), (4.02e-5, 0.5, "--time-unit ms"), (3.98e-5, 0.5, ""), (2e-3, 0.0999, ""), (2e-3, 0.1001, "ms"),
-        (2e-3, 999.0, "ms"), (2e-3, 1001.0, ""), (2e-6, 1001.0, "microseconds? Then add --time-unit us"), (2e-9, 2e6, "nanoseconds? Then add --time-unit ns"), (0.0, 0.5, ""),
+        (2e-3, 999.0, "ms"), (2e-3, 1001.0, ""), (2e-6, 1001.0, "microseconds? Then add --time-unit us"), (2e-9, 2e6, "nanoseconds? Then add --time-unit ns"), (4.02e-8, 0.5, "us"), (3.98e-8, 0.5, ""),
+        (4.02e-11, 0.5, "ns"), (3.98e-11, 0.5, ""), (0.0, 0.5, ""),
         (201.0, 0.99e-4, "times its limit: check"), (199.0, 0.99e-4, ""), (201.0, 1.01e-4, ""),
     ],
 )  # fmt: skip
@@ -198,6 +200,15 @@ def test_the_step_of_which_numbers_are_multiples(x, step):
     assert step_of(np.asarray(x, dtype=float)) == pytest.approx(step, rel=1e-9)
 
 
+def test_multiples_are_such_to_rounding():
+    """Of decimals to 1e-12; counts of an encoder that are a billionth of the largest number apart are one."""
+    assert step_of(np.array([5.0, 1 + 0.95e-12])) == 1 and step_of(np.array([5.0, 1 + 1.05e-12])) == pytest.approx(4)
+    for scale in (1.0, 2.0**-36):
+        counts = np.sqrt(2) * scale * np.arange(7.0)
+        near = lambda off: np.append(counts, counts[1] + off * counts[-1])
+        assert step_of(near(0.95e-9)) == pytest.approx(counts[1]) and step_of(near(1.05e-9)) == 0
+
+
 @pytest.mark.parametrize("n", [25, 26, 2000])
 def test_noise_that_can_be_told(n):
     """Sixteen differences of the tenth order at least; a sine without noise has none."""
@@ -243,6 +254,8 @@ def test_rates_of_resampling(rate, ok):
         assert on_spline(np.arange(n + 0.0), x.T, between) == pytest.approx((between ** np.arange(degree + 1)[:, None]).T, abs=1e-8)
         bent = on_spline(np.arange(n + 0.0), np.arange(n + 0.0)[:, None] ** (degree + 1), np.array([0.5]))
         assert n == 2 or abs(bent[0, 0] - 0.5 ** (degree + 1)) > 1e-3, "no higher degree"
+    for off, count in ((-0.4e-6, 11), (-0.6e-6, 10), (0.0, 11), (0.4e-6, 11)):  # a last sample that is missing by less than half a millionth of a step
+        assert len(resampled("f", [SLIDE], time, (time**2)[:, None], [[None, None]], 1 + off / 10, str)[0]) == count
     assert note.startswith(f"resampled to {rate:g} Hz ({len(at)} samples) from 11 samples with a median step of 1 s")
 
 
@@ -338,6 +351,16 @@ def test_times_beside_samples(at, snapped):
 
 
 @pytest.mark.parametrize("order", [2, 1])
+@pytest.mark.parametrize("rows", [slice(None), slice(None, None, -1)])
+def test_slow_motions_that_were_rounded_jump(order, rows):
+    """By a step of rounding; by more than three also numbers that are multiples of one."""
+    k = np.arange(101)
+    for steps in (2, 2.99, 3.01):
+        (one,) = find_jumps(0.01 * k, (1e-3 * (k + steps * (k > 50)))[rows, None], order, np.array([1e-3]))
+        assert [f[0] for f in one.impossible] == [0] * (steps > 3) and len(one.jumps.times) == 0
+
+
+@pytest.mark.parametrize("order", [2, 1])
 def test_jumps_that_are_impossible_have_time_and_size(order):
     t = 0.01 * np.arange(101)
     smooth = np.sin(t)
@@ -390,6 +413,41 @@ def test_waypoints_at_a_limit(robot, make, side, end):
         make(m, Waypoints(np.array([[0.0], [side * (2 + 2.1e-6)]])))
 
 
+@pytest.mark.parametrize(
+    ("effort", "time"),
+    [(1e9, 2.5 * (1 + 1e-4)), (1.05, 2.5 + 0.8 / 3), (0.35, 2.5 + 0.8), (0.035, 2 * np.sqrt(2 / 0.1))],
+)
+@pytest.mark.parametrize("acceleration", [5.0, 1e3, 1e8])
+def test_the_fastest_trapezoid_within_efforts(robot, effort, time, acceleration):
+    """2 rad at 0.8 rad/s, about the vertical, with 0.28 kg m²: the acceleration that 80 % of the effort gives is the best one that is allowed, however much is.
+    It makes d/v + v/a, or a triangle, 2 √(d/a); and without a limit of the effort the time for a ramp is a ten-thousandth of that of steady speed."""
+    m, points = robot_of(robot, ("j", "revolute", limit(-2, 2, 1, effort))), Waypoints(np.array([[-1.0], [1.0]]))
+    made = trapezoid(m, points, acceleration=acceleration).motion
+    expected = max(time, 2.5 + 0.8 / acceleration)
+    assert made.time[-1] == pytest.approx(expected, rel=3e-6 if effort > 100 else 1e-4)
+    assert np.abs(m.inverse_dynamics(made.q, made.v, made.a)).max() <= 0.8 * effort * (1 + 1e-5)
+
+
+@pytest.mark.parametrize("effort", [0.2, 1.0])
+def test_an_excitation_beyond_efforts_is_slowed_down(robot, effort):
+    """As a whole: its rates stay its derivatives, its samples the same, and the effort that is used most is at 80 %."""
+    m = robot_of(robot, ("a", "revolute", limit(-1, 2, 3, effort)), ("b", "revolute", limit(-0.5, 0.5, 2, 100)))
+    made = excitation(m, iterations=3, rate=100.0)
+    t, q, v, a = made.motion.time, made.motion.q, made.motion.v, made.motion.a
+    assert made.facts["period"] == t[-1] > 10 and made.facts["rate"] * t[-1] == pytest.approx(1000) and len(t) == 1001
+    assert CubicSpline(t, q)(t, 1) == pytest.approx(v, abs=1e-5 * np.abs(v).max()) and CubicSpline(t, v)(t, 1) == pytest.approx(a, abs=1e-4 * np.abs(a).max())
+    assert np.abs(m.inverse_dynamics(q, v, a))[:, 0].max() == pytest.approx(0.8 * effort)
+
+
+@pytest.mark.parametrize(("root", "condition"), [(1e-6, 1e6), (0.95e-7, 1e7), (1.05e-7, 1 / 1.05e-7), (0.0, 1e7)])
+def test_condition_numbers_end_where_motions_excite_nothing(robot, root, condition):
+    m = robot_of(robot, ("a", "revolute", limit(-1, 2, 3, 1e9)))
+    limits = limits_of(m)
+    base = type("Base", (), {"links": None, "__len__": lambda self: 2, "regressor": lambda self, full: np.diag([1.0, root])})()
+    search = _Search(m, limits, base, Series(limits, 5.0), 0)
+    assert search._cost(np.random.default_rng(0).normal(size=12)) == pytest.approx(condition, rel=1e-6)
+
+
 def test_a_chirp_in_closed_form(robot):
     """Phase 2π (low t + (high − low) t² / 2T), the second joint 7 % faster; quintic ends of a twentieth of the time."""
     m = robot_of(robot, ("a", "revolute", limit(-1, 2, 3, 1e6)), ("b", "revolute", limit(-0.5, 0.5, 1, 1e6)))
@@ -414,6 +472,7 @@ def test_any_candidate_of_a_search_keeps_to_the_limits(robot, seed):
     limits = limits_of(m, 5.0)
     series, x = Series(limits, 7.0), np.random.default_rng(seed).normal(size=24) * 2
     q, v, a = series(x, series.times)
+    assert series.times == pytest.approx(np.arange(100) * (7.0 / 5 / 20)), "twenty in the shortest period"
     used = np.maximum.reduce(
         [np.ptp(q, axis=0) / (2 * 0.9 * limits.half), np.abs(v).max(axis=0) / (0.985 * 0.8 * limits.velocity), np.abs(a).max(axis=0) / (0.985 * 5)]
     )
@@ -752,6 +811,9 @@ def test_differences_leave_nothing_of_polynomials_and_all_of_noise(order, even):
     weights = normalised_differences(t, np.eye(24), order)
     assert weights.shape == (24 - order, 24) and (weights**2).sum(axis=1) == pytest.approx(1)
     assert all(np.flatnonzero(row).tolist() == list(range(k, k + order + 1)) for k, row in enumerate(weights))
+    steps = np.round(t * 2**20) / 2**20
+    for other in (steps + 2.0**30, steps * 2.0**-60):  # from another time on, and in another unit
+        assert normalised_differences(other, np.eye(24), order) == pytest.approx(weights, abs=1e-5)
 
 
 def test_polynomials_on_one_side():

@@ -197,7 +197,7 @@ class _Search:
         W = base.regressor(model.inverse_dynamics_regressor(motion.q, motion.v, motion.a, links=base.links)).reshape(-1, len(base))
         roots = np.linalg.eigvalsh(W.T @ W)
         tau = np.abs(model.inverse_dynamics(motion.q, motion.v, motion.a)[:, limits.v_index]).max(axis=0) / (SHARE * limits.effort)
-        condition = np.sqrt(roots[-1] / roots[0]) if roots[0] > 1e-14 * roots[-1] else SINGULAR
+        condition = min(SINGULAR, np.sqrt(roots[-1] / roots[0])) if roots[0] > 0 else SINGULAR
         return float(condition * (1 + 10 * max(0.0, float(tau.max()) - 1)))
 
 

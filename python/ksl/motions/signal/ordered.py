@@ -59,9 +59,8 @@ def ordered(file: str, joints: Sequence[Joint], time: Array, values: Values, row
     notes: list[str] = []
     values = _without_unusable_rates(joints, values, notes)
     steps = np.diff(time)
-    closest = CLOSE * float(np.median(steps)) if len(steps) else 0.0
     complete = not any(np.isnan(x).any() for x in values.values())
-    if not len(time) or (complete and (steps > max(closest, 0.0)).all()):
+    if not len(time) or (complete and (not len(steps) or (steps > CLOSE * np.median(steps)).all())):  # then the median is positive, too
         return Ordered(time, values, rows, notes)
     series = _series(joints, values, len(time))
     for s in series:
@@ -117,7 +116,7 @@ def check_restart(times: Array) -> int | None:
     if len(back) or len(starts) > 1:
         return int(starts[1]) if len(starts) > 1 else int(back[0]) + 1
     still = np.flatnonzero(steps == 0)
-    return int(still[0]) + 1 if len(times) > 1 and len(still) >= len(times) / 2 and len(np.unique(times)) <= len(times) / 2 else None
+    return int(still[0]) + 1 if len(still) and len(still) >= len(times) / 2 and len(np.unique(times)) <= len(times) / 2 else None
 
 
 def _without_unusable_rates(joints: Sequence[Joint], values: Values, notes: list[str]) -> Values:
