@@ -214,7 +214,7 @@ def test_which_differences_stand_out(seed):
         x = x + rng.choice([0.0, 1e-4, 1e-2]) * rng.normal(size=len(t)) * (np.arange(len(t)) > rng.integers(0, len(t)))
         if len(t) < 10:
             continue
-        (noise, rounded, of_ends), (stand_out, background) = candidates(t, x, step), _candidates(t, x[:, None], np.array([step]))
+        (noise, _, of_ends), (stand_out, background) = candidates(t, x, step), _candidates(t, x[:, None], np.array([step]))
         assert np.flatnonzero(stand_out[:, 0]).tolist() == list(noise)
         assert background[[*noise, 0, -1], 0] == pytest.approx([*noise.values(), *of_ends], rel=1e-3)
         said += len(noise) > 0
