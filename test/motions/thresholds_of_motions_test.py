@@ -13,8 +13,10 @@ import pytest
 import scipy.io
 import scipy.signal
 from scipy.fft import dst
+from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
+import ksl
 from ksl.base import limits
 from ksl.base.errors import MotionError
 from ksl.model.lengths import extent
@@ -46,7 +48,7 @@ from ksl.motions.signal.noise import step_of, white_noise
 from ksl.motions.signal.ordered import check_restart, ordered
 from ksl.motions.signal.quality import sentences_about_jumps
 from ksl.motions.signal.resampling import on_spline, resampled
-from ksl.motions.signal.smoothing import attenuation, smoothed, suitable_cutoff
+from ksl.motions.signal.smoothing import attenuation, noise_after, smoothed, suitable_cutoff
 from ksl.motions.signal.standing import WINDOW, standing_of_integrated
 from ksl.motions.signal.suspicions import suspicions, suspicions_of_pose
 
@@ -254,6 +256,13 @@ def test_rates_of_resampling(rate, ok):
         assert on_spline(np.arange(n + 0.0), x.T, between) == pytest.approx((between ** np.arange(degree + 1)[:, None]).T, abs=1e-8)
         bent = on_spline(np.arange(n + 0.0), np.arange(n + 0.0)[:, None] ** (degree + 1), np.array([0.5]))
         assert n == 2 or abs(bent[0, 0] - 0.5 ** (degree + 1)) > 1e-3, "no higher degree"
+    b = ksl.Builder("arm").add_link("a").add_link("b", 1.0, (0, 0, 0), np.eye(3)).add_link("c", 1.0, (0, 0, 0), np.eye(3)).add_link("d", 1.0, (0, 0, 0), np.eye(3))
+    b.add_joint("one", "continuous", "a", "b", axis=(0, 0, 1)).add_joint("ball", "spherical", "b", "c").add_joint("two", "continuous", "c", "d", axis=(0, 0, 1))
+    exact = lambda t: np.column_stack([9 + t, np.outer(np.sin(t / 4), [1 / 3, 2 / 3, 2 / 3]), np.cos(t / 4), 7 - t])
+    joints, sign = b.build().joints[:3], np.array([1, -1, -1, 1, 1, -1, 1, 1, 1, 1, -1])[:, None]  # quaternions of either sign
+    signs = np.hstack([np.ones((11, 1)), np.repeat(sign, 4, axis=1), np.ones((11, 1))])
+    now, states, *_ = resampled("f", joints, time, exact(time) * signs, [[None, None]] * 3, 2.0, str)
+    assert states == pytest.approx(exact(now), abs=1e-5) and np.linalg.norm(states[:, 1:5], axis=1) == pytest.approx(1, abs=1e-14)
     for off, count in ((-0.4e-6, 11), (-0.6e-6, 10), (0.0, 11), (0.4e-6, 11)):  # a last sample that is missing by less than half a millionth of a step
         assert len(resampled("f", [SLIDE], time, (time**2)[:, None], [[None, None]], 1 + off / 10, str)[0]) == count
     assert note.startswith(f"resampled to {rate:g} Hz ({len(at)} samples) from 11 samples with a median step of 1 s")
@@ -283,6 +292,20 @@ def test_steps_that_a_filter_takes_as_even(off, even):
     x = np.sin(7 * t) + np.cos(61 * t)
     plain = scipy.signal.sosfiltfilt(scipy.signal.butter(4, 9.0, fs=199 / t[-1], output="sos"), x, padtype="odd", padlen=int(np.ceil(3 * 199 / t[-1] / 9.0)))
     assert np.array_equal(smoothed(t, x[:, None], 9.0)[:, 0], plain) == even
+    far = 0.01 * np.arange(200) * (1 + np.arange(200) / 500)  # by not-a-knot cubics
+    regular = np.linspace(0, far[-1], 200)
+    y = scipy.signal.sosfiltfilt(
+        scipy.signal.butter(4, 9.0, fs=199 / far[-1], output="sos"), CubicSpline(far, x)(regular), padtype="odd", padlen=int(np.ceil(3 * 199 / far[-1] / 9.0))
+    )
+    assert smoothed(far, x[:, None], 9.0)[:, 0] == pytest.approx(CubicSpline(regular, y)(far), abs=1e-9)
+
+
+@pytest.mark.parametrize("derivative", [0, 1, 2])
+@pytest.mark.parametrize("cutoff", [3.0, 40.0, 49.0])
+def test_noise_behind_a_filter_is_an_integral(cutoff, derivative):
+    """Of the spectrum up to half the sampling rate, 100 Hz."""
+    power = lambda f: (2 * np.pi * f) ** (2 * derivative) / (1 + (f / cutoff) ** 8) ** 2
+    assert noise_after(cutoff, 0.01, derivative) == pytest.approx(np.sqrt(0.02 * quad(power, 0, 50)[0]), rel=1e-5)
 
 
 @pytest.mark.parametrize("seed", range(7))
@@ -399,8 +422,13 @@ def test_the_shortest_time_by_hand(robot, make, speed):
     m, points = robot_of(robot, ("j", "revolute", limit(-2, 2, 1))), Waypoints(np.array([[-1.0], [1.0]]))
     assert make(m, points).motion.time[-1] == pytest.approx(2 * speed / 0.8, rel=1e-4)
     assert make(m, points, duration=2 * speed * 1.0001).motion.time[-1] == 2 * speed * 1.0001
+    shortest = 2 * speed * (1 + 1e-6)  # a millionth more, so that rounding takes nothing beyond a limit
+    assert make(m, points).motion.time[-1] == pytest.approx(shortest / 0.8, rel=5e-8)
+    make(m, points, duration=shortest * (1 - 0.95e-5))
     with pytest.raises(MotionError, match=f"the shortest time within all limits is {2 * speed:.4g} s"):
-        make(m, points, duration=2 * speed * 0.999)
+        make(m, points, duration=shortest * (1 - 1.05e-5))
+    stays = make(m, Waypoints(np.array([[-1.0], [-1.0], [1.0], [1.0]]))).motion  # a thousandth of the longest time, where waypoints are the same
+    assert np.interp([1 / 1002, 1001 / 1002], stays.time / stays.time[-1], stays.q[:, 0]) == pytest.approx([-1, 1], abs=2e-3)
 
 
 @pytest.mark.parametrize("make", [minimum_jerk, trapezoid])
@@ -463,6 +491,18 @@ def test_a_chirp_in_closed_form(robot):
     for low, high in ((0.0, 1.0), (1.0, 1.0), (1.0, 10.0)):
         with pytest.raises(MotionError, match="chirp from"):
             chirp(m, low=low, high=high, rate=100.0)
+
+
+def test_a_chirp_within_efforts(robot):
+    """Amplitudes are reduced by a twentieth at a time, forty times at most.  About the vertical, efforts are in proportion to them."""
+    of = lambda effort: robot_of(robot, ("a", "revolute", limit(-1, 1, 1e3, effort)))
+    plain = chirp(of(1e9), duration=10.0, rate=100.0)
+    assert plain.facts["share"] == 0.8
+    peak = np.abs(of(1e9).inverse_dynamics(plain.motion.q, plain.motion.v, plain.motion.a)).max() / 0.8
+    for times in (0.0, 1.0, 7.0, 39.0):
+        assert chirp(of(peak * 0.95 ** (times - 0.01)), duration=10.0, rate=100.0).facts["share"] == pytest.approx(0.8 * 0.95**times)
+    with pytest.raises(MotionError, match="efforts are beyond their limits even at small amplitudes"):
+        chirp(of(peak * 0.95**39.01), duration=10.0, rate=100.0)
 
 
 @pytest.mark.parametrize("seed", range(3))

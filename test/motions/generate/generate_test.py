@@ -2,6 +2,8 @@
 
 import itertools
 import json
+import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -289,6 +291,14 @@ def test_progress_of_a_search_is_told_every_ten_candidates(two):
     told = []
     excitation(two, iterations=35, rate=20.0, progress=lambda share, condition: told.append((share, condition)))
     assert [share for share, _ in told] == pytest.approx([10 / 35, 20 / 35, 30 / 35]) and all(b <= a for (_, a), (_, b) in itertools.pairwise(told))
+
+
+def test_progress_of_a_search_ends_with_its_time(two, monkeypatch):
+    """Ten candidates take a little longer than the time that is given."""
+    ticks, told = itertools.count(1000.0, 0.11), []
+    monkeypatch.setattr(sys.modules[_Search.__module__], "clock", SimpleNamespace(monotonic=lambda: next(ticks)))
+    found = excitation(two, seconds=1.0, rate=20.0, progress=lambda share, condition: told.append(share))
+    assert told == [1.0] and found.facts["iterations"] == 10
 
 
 def test_waypoints_begin_at_their_first_time(two, tmp_path):

@@ -71,7 +71,7 @@ class Series:
         used = np.maximum.reduce([x / limit for x, limit in zip((high - low, np.abs(v).max(axis=0), np.abs(a).max(axis=0)), at_limits, strict=True)])
         share = 1 / (1 + np.exp(-3 - numbers[:, -2]))  # between 0 and 1
         scale = share / np.maximum(used, 1e-300)
-        room = np.maximum(USED * self.limits.half - scale * (high - low) / 2, 0.0)
+        room = USED * self.limits.half - scale * (high - low) / 2  # of `used` the range is one
         middle = self.limits.middle + room * np.tanh(numbers[:, -1]) - scale * (high + low) / 2
         q, v, a = _series(A, B, w, t)
         return middle + scale * q, scale * v, scale * a
