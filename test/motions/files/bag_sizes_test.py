@@ -15,6 +15,7 @@ from ksl.base import limits
 from ksl.base.errors import MotionError
 from ksl.motions.files import unpacking
 from ksl.motions.files.bag_sizes import check_files
+from ksl.motions.files.mcap_chunks import chunks_from
 from ksl.motions.reading import read_motion
 
 MESSAGES = 300
@@ -163,3 +164,10 @@ def test_cut_compressed_bags(leg, tmp_path, refusal, compressed, kind, how):
         said = refusal(leg, path)
         assert "truncated or damaged" in said or "index" in said
         files[0].write_bytes(data)
+
+
+@pytest.mark.parametrize(("cut", "places"), [(0, [17, 29]), (1, [17]), (9, [17])])
+def test_records_end_where_the_file_does(cut, places):
+    """A record may have no contents; of one that is cut there is no place."""
+    records = bytes(8) + b"\x06" + (3).to_bytes(8, "little") + b"abc" + b"\x06" + bytes(8)
+    assert list(chunks_from(io.BytesIO(records[: len(records) - cut]), 8)) == places

@@ -125,6 +125,16 @@ def test_how_much_of_a_long_motion_is_looked_at_for_noise(monkeypatch, n, blocks
     assert len(looked) == 2 * blocks and {last - first for first, last in looked} == {73} and (looked[0][0], looked[-1][1]) == (0, n - 1)
 
 
+@pytest.mark.parametrize(("share", "told"), [(0.97, False), (1.03, True)])
+def test_what_is_smaller_than_rounding_in_memory_is_no_noise(share, told):
+    """Than 20 units in the last place of the largest number, here a single one."""
+    x = np.random.default_rng(5).normal(size=2000)
+    x[1000] = 1e3
+    found = lambda: white_noise(np.arange(2000.0), x[:, None], np.zeros(1))[0]
+    x[1000] = found() / (share * 20 * np.finfo(float).eps)
+    assert (found() > 0) == told
+
+
 @SEEDS
 def test_contradictions_of_rates(seed):
     """Means over windows, as shares of the largest rate of the vector, from a twentieth on; what is below the floor is none."""
