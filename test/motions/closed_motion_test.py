@@ -223,5 +223,8 @@ def test_made_motions_name_joint_limit_and_time(robot):
     lines = beyond_limits(follows, made.motion)
     assert any(re.match(r"D follows to \S+ rad at sample \d+ \(time \S+\), beyond its upper limit -1.6 rad; narrow the waypoints", line) for line in lines), lines
     assert any(re.match(r"D follows at \S+ rad/s at sample \d+ \(time \S+\), beyond its limit 1 rad/s", line) for line in lines), lines
+    assert not any("lower limit" in line for line in lines)
+    low = beyond_limits(follows, replace(made.motion, q=made.motion.q - 5))
+    assert any("beyond its lower limit -4 rad" in line for line in low) and not any("upper" in line for line in low)
     fast = beyond_limits(follows, replace(made.motion, v=100 * made.motion.v))
     assert fast and all(line.startswith("D follows") for line in fast), "what leads is kept within its limits elsewhere"

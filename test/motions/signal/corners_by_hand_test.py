@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import polynomial
 
-from ksl.motions.signal.corners import _candidates, _off_at_the_ends, find_jumps, noise_of_jumps
+from ksl.motions.signal.corners import _candidates, _off_at_the_ends, _tested, find_jumps, noise_of_jumps
 
 NOISE = {3: np.sqrt([167 / 16, 28, 12]), 4: np.sqrt([729 / 32, 8525 / 72, 162, 40])}
 """Of jumps of derivatives 0 … between polynomials through three or four samples on each side, for white noise of 1 and steps of 1."""
@@ -212,6 +212,8 @@ def test_which_differences_stand_out(seed):
             n = int(rng.integers(2000, 6100))
             t, x = 0.01 * np.arange(n), np.sin(0.1 * np.arange(n)) + 1e-3 * rng.normal(size=n)
         x = x + rng.choice([0.0, 1e-4, 1e-2]) * rng.normal(size=len(t)) * (np.arange(len(t)) > rng.integers(0, len(t)))
+        scale = 10.0 ** rng.integers(-4, 5)
+        x, step = (x * scale, step * scale) if k % 3 else (scale * (1 + 3 * np.arange(len(t))), 0.0)  # straight, but for rounding in memory
         if len(t) < 10:
             continue
         (noise, _, of_ends), (stand_out, background) = candidates(t, x, step), _candidates(t, x[:, None], np.array([step]))
@@ -219,6 +221,24 @@ def test_which_differences_stand_out(seed):
         assert background[[*noise, 0, -1], 0] == pytest.approx([*noise.values(), *of_ends], rel=1e-3)
         said += len(noise) > 0
     assert said > 9
+
+
+@pytest.mark.parametrize("order", [2, 1])
+@pytest.mark.parametrize("seed", range(4))
+def test_which_candidates_are_jumps(seed, order):
+    """Of six gaps side by side, with noise of all sizes."""
+    rng, said = np.random.default_rng([9, seed]), 0
+    for _ in range(60):
+        t, x, _ = nearly(rng, order)
+        gaps = np.arange(9, 15) if rng.random() < 0.8 else np.array([3, 10, 11, 27, 35])
+        noise, step = 10.0 ** (rng.uniform(-6, -2) + rng.uniform(-0.3, 0.3, len(gaps))), float(rng.choice([0.0, 1e-3]))
+        with np.errstate(all="ignore"):
+            jumps, wrong = jumps_among(t, x, order, dict(zip(gaps.tolist(), noise, strict=True)), step, 0.0)
+        found = _tested(t, x, order, gaps, noise, step)
+        assert list(zip(found.jumps.times, found.jumps.sizes, strict=True)) == [pytest.approx(j, rel=1e-6, abs=1e-12) for j in jumps]
+        assert found.impossible == [pytest.approx(f, rel=1e-6, abs=1e-12) for f in sorted(wrong, key=lambda f: f[1])]
+        said += bool(jumps) + bool(wrong)
+    assert said > 3
 
 
 @pytest.mark.parametrize("end", [slice(None), slice(None, None, -1)])

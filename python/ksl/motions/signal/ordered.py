@@ -66,9 +66,8 @@ def ordered(file: str, joints: Sequence[Joint], time: Array, values: Values, row
     for s in series:
         if not len(s.rows):
             raise MotionError(f"{file}: the positions of {listed(s.joints)} are not numbers in any sample; give them, or say where the joint rests by a map ([constants])")
-    missing = {s.joints[0]: len(time) - len(s.rows) for s in series if len(s.rows) < len(time)}
-    if len(series) == 1 and missing:
-        notes.append(f"{count(missing[series[0].joints[0]], 'sample')} of {listed(series[0].joints)} left out, since positions are not numbers")
+    if len(series) == 1 and len(series[0].rows) < len(time):
+        notes.append(f"{count(len(time) - len(series[0].rows), 'sample')} of {listed(series[0].joints)} left out, since positions are not numbers")
     unsorted = int((steps < 0).sum())
     if unsorted:
         notes.append(f"{count(unsorted, 'sample')} older than the one before: sorted by time")
