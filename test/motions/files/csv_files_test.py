@@ -276,11 +276,3 @@ def test_a_source_says_what_was_read(leg, written, rows):
     assert (source.file, source.format, source.samples, source.notes) == (str(path), "CSV", 10, [])
     assert source.step == pytest.approx(0.1) and str(source) == f"{path}, CSV, 10 samples, median step 0.1 s"
     assert isinstance(ksl.MotionError(), ValueError)
-
-
-def test_a_row_may_be_longer_than_a_megabyte(leg, written, rows):
-    """Of a recorder that writes everything: a row must fit a block of the parser."""
-    more, cell = 11_000, ",0." + "1" * 97
-    head = "time,hip,slide" + "".join(f",x{k}" for k in range(more))
-    text = "\n".join([head, *(",".join(map(repr, row)) + cell * more for row in rows[:6].tolist())]) + "\n"
-    np.testing.assert_array_equal(read_motion(leg, written(text), ignore_extra=True).q, rows[:6, 1:])
