@@ -22,7 +22,7 @@ from ksl.base.errors import MotionError
 from ksl.model.lengths import extent
 from ksl.model.mechanism import Joint
 from ksl.motions.columns.units import Unit, factor, unit_of
-from ksl.motions.files.csv_form import doubts_about_end
+from ksl.motions.files.csv_form import _lines, doubts_about_end
 from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, trapezoid
 from ksl.motions.generate.excitation import Series, _Search
 from ksl.motions.generate.generated import check_duration, effort_stretch, limits_of, sample_times, worst_rate, worst_use
@@ -183,6 +183,15 @@ def test_samples_closer_than_a_hundredth_of_the_step_are_one(share, left):
     found = ordered("f", [SLIDE], time, {"slide": np.arange(10.0)}, np.arange(10))
     assert len(found.time) == left and bool(found.notes) == (left == 9)
     assert found.rows.tolist() == [k for k in range(10) if k != 3 or left == 10], "the last of them is used"
+
+
+def test_which_joints_are_never_recorded_together():
+    """The one that ends first, and the one that begins last: not `often`, which begins early and goes on."""
+    joints = [replace(SLIDE, name=name, q_index=k, v_index=k) for k, name in enumerate(("early", "often", "late"))]
+    time = np.arange(20.0)
+    there = {"early": (time > 1) & (time < 9), "often": time != 3, "late": time > 10}
+    with pytest.raises(MotionError, match="f: early and late are never recorded at the same time; record them together"):
+        ordered("f", joints, time, {name: np.where(there[name], 1.0, np.nan) for name in there}, np.arange(20))
 
 
 @pytest.mark.parametrize(("moved", "used"), [(0.00099, True), (0.00101, False)])
@@ -615,6 +624,16 @@ def test_turns_a_minute(text):
 )  # fmt: skip
 def test_a_last_line_without_an_end(data, line):
     assert [f"the last line ({line}) of f has no line end" in said for said in doubts_about_end("f", data)] == [True] * bool(line)
+
+
+def test_a_line_may_have_so_many_bytes(monkeypatch):
+    """Also the last one, without an end."""
+    for text, lines in ((b"x" * 64, 1), (b"x" * 63 + b"\n" + b"y" * 64, 2), (b"x" * 63 + b"\ny\n", 2)):
+        monkeypatch.setattr(limits, "LINE_BYTES", 64)
+        assert len(list(_lines("f", text, "ascii"))) == lines
+        monkeypatch.setattr(limits, "LINE_BYTES", 63)
+        with pytest.raises(MotionError, match="a line of more than"):
+            list(_lines("f", text, "ascii"))
 
 
 def test_units_that_are_none():
