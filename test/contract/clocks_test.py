@@ -25,6 +25,7 @@ REASONS = {
     "test/faults/kill_at_random.py": "moments at which runs are stopped",
     "test/faults/killing.py": "moments at which runs are stopped",
     "test/faults/threads_fault_test.cpp": "moments at which programs exit; deadline of a wait for a thread",
+    "test/motions/generate/generate_test.py": "counts in the place of a clock",
     "test/mutate/driver.cpp": "no test: how long mutants take, and when they hang",
     "test/mutate/python_tests.py": "no test: how long mutants take, and when they hang",
     "test/mutate/run.py": "no test: how long a run took, for its report",

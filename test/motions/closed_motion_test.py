@@ -9,7 +9,7 @@ import pytest
 from linkages import FOURBAR, SLIDE, SLIDERCRANK, joint, link, loop
 
 from ksl.base.errors import MotionError
-from ksl.motions.closed_motion import closed_again, completed, follow_by_loops, followed, held_by, keeps_closed, leading
+from ksl.motions.closed_motion import _some, closed_again, completed, follow_by_loops, followed, held_by, keeps_closed, leading
 from ksl.motions.closing import NotClosed, closed_along, closed_side_by_side, determining, freedoms, home
 from ksl.motions.generate import Waypoints, minimum_jerk, trapezoid
 from ksl.motions.generate.generated import beyond_limits
@@ -223,5 +223,12 @@ def test_made_motions_name_joint_limit_and_time(robot):
     lines = beyond_limits(follows, made.motion)
     assert any(re.match(r"D follows to \S+ rad at sample \d+ \(time \S+\), beyond its upper limit -1.6 rad; narrow the waypoints", line) for line in lines), lines
     assert any(re.match(r"D follows at \S+ rad/s at sample \d+ \(time \S+\), beyond its limit 1 rad/s", line) for line in lines), lines
+    assert not any("lower limit" in line for line in lines)
+    low = beyond_limits(follows, replace(made.motion, q=made.motion.q - 5))
+    assert any("beyond its lower limit -4 rad" in line for line in low) and not any("upper" in line for line in low)
     fast = beyond_limits(follows, replace(made.motion, v=100 * made.motion.v))
     assert fast and all(line.startswith("D follows") for line in fast), "what leads is kept within its limits elsewhere"
+
+
+def test_long_lists_of_names():
+    assert [_some(list("abcdefgh"[:n])) for n in (1, 6, 7)] == ["a", "a, b, c, d, e, f", "a, b, c, d, e, f and 1 more"]

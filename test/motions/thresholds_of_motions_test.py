@@ -13,13 +13,16 @@ import pytest
 import scipy.io
 import scipy.signal
 from scipy.fft import dst
+from scipy.integrate import quad
+from scipy.interpolate import CubicSpline
 
+import ksl
 from ksl.base import limits
 from ksl.base.errors import MotionError
 from ksl.model.lengths import extent
 from ksl.model.mechanism import Joint
 from ksl.motions.columns.units import Unit, factor, unit_of
-from ksl.motions.files.csv_form import doubts_about_end
+from ksl.motions.files.csv_form import _lines, doubts_about_end
 from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, trapezoid
 from ksl.motions.generate.excitation import Series, _Search
 from ksl.motions.generate.generated import check_duration, effort_stretch, limits_of, sample_times, worst_rate, worst_use
@@ -45,7 +48,7 @@ from ksl.motions.signal.noise import step_of, white_noise
 from ksl.motions.signal.ordered import check_restart, ordered
 from ksl.motions.signal.quality import sentences_about_jumps
 from ksl.motions.signal.resampling import on_spline, resampled
-from ksl.motions.signal.smoothing import attenuation, smoothed, suitable_cutoff
+from ksl.motions.signal.smoothing import attenuation, noise_after, smoothed, suitable_cutoff
 from ksl.motions.signal.standing import WINDOW, standing_of_integrated
 from ksl.motions.signal.suspicions import suspicions, suspicions_of_pose
 
@@ -98,7 +101,8 @@ def test_positions_of_another_unit(robot, kind, limits, least, most):
     ("speed", "step", "said"),
     [
         (2e-3, 0.5, "milliseconds? Then add --time-unit ms"), (2.01e-3, 0.5, ""), (4.02e-5, 0.5, "--time-unit ms"), (3.98e-5, 0.5, ""), (2e-3, 0.0999, ""), (2e-3, 0.1001, "ms"),
-        (2e-3, 999.0, "ms"), (2e-3, 1001.0, ""), (2e-6, 1001.0, "microseconds? Then add --time-unit us"), (2e-9, 2e6, "nanoseconds? Then add --time-unit ns"), (0.0, 0.5, ""),
+        (2e-3, 999.0, "ms"), (2e-3, 1001.0, ""), (2e-6, 1001.0, "microseconds? Then add --time-unit us"), (2e-9, 2e6, "nanoseconds? Then add --time-unit ns"), (4.02e-8, 0.5, "us"), (3.98e-8, 0.5, ""),
+        (4.02e-11, 0.5, "ns"), (3.98e-11, 0.5, ""), (0.0, 0.5, ""),
         (201.0, 0.99e-4, "times its limit: check"), (199.0, 0.99e-4, ""), (201.0, 1.01e-4, ""),
     ],
 )  # fmt: skip
@@ -181,6 +185,15 @@ def test_samples_closer_than_a_hundredth_of_the_step_are_one(share, left):
     assert found.rows.tolist() == [k for k in range(10) if k != 3 or left == 10], "the last of them is used"
 
 
+def test_which_joints_are_never_recorded_together():
+    """The one that ends first, and the one that begins last: not `often`, which begins early and goes on."""
+    joints = [replace(SLIDE, name=name, q_index=k, v_index=k) for k, name in enumerate(("early", "often", "late"))]
+    time = np.arange(20.0)
+    there = {"early": (time > 1) & (time < 9), "often": time != 3, "late": time > 10}
+    with pytest.raises(MotionError, match="f: early and late are never recorded at the same time; record them together"):
+        ordered("f", joints, time, {name: np.where(there[name], 1.0, np.nan) for name in there}, np.arange(20))
+
+
 @pytest.mark.parametrize(("moved", "used"), [(0.00099, True), (0.00101, False)])
 def test_velocities_that_are_all_zero_were_not_measured(moved, used):
     values = {"slide": np.array([0.0, moved, 0]), "slide.v": np.zeros(3)}
@@ -196,6 +209,15 @@ def test_velocities_that_are_all_zero_were_not_measured(moved, used):
 )  # fmt: skip
 def test_the_step_of_which_numbers_are_multiples(x, step):
     assert step_of(np.asarray(x, dtype=float)) == pytest.approx(step, rel=1e-9)
+
+
+def test_multiples_are_such_to_rounding():
+    """Of decimals to 1e-12; counts of an encoder that are a billionth of the largest number apart are one."""
+    assert step_of(np.array([5.0, 1 + 0.95e-12])) == 1 and step_of(np.array([5.0, 1 + 1.05e-12])) == pytest.approx(4)
+    for scale in (1.0, 2.0**-36):
+        counts = np.sqrt(2) * scale * np.arange(7.0)
+        near = lambda off: np.append(counts, counts[1] + off * counts[-1])
+        assert step_of(near(0.95e-9)) == pytest.approx(counts[1]) and step_of(near(1.05e-9)) == 0
 
 
 @pytest.mark.parametrize("n", [25, 26, 2000])
@@ -243,6 +265,15 @@ def test_rates_of_resampling(rate, ok):
         assert on_spline(np.arange(n + 0.0), x.T, between) == pytest.approx((between ** np.arange(degree + 1)[:, None]).T, abs=1e-8)
         bent = on_spline(np.arange(n + 0.0), np.arange(n + 0.0)[:, None] ** (degree + 1), np.array([0.5]))
         assert n == 2 or abs(bent[0, 0] - 0.5 ** (degree + 1)) > 1e-3, "no higher degree"
+    b = ksl.Builder("arm").add_link("a").add_link("b", 1.0, (0, 0, 0), np.eye(3)).add_link("c", 1.0, (0, 0, 0), np.eye(3)).add_link("d", 1.0, (0, 0, 0), np.eye(3))
+    b.add_joint("one", "continuous", "a", "b", axis=(0, 0, 1)).add_joint("ball", "spherical", "b", "c").add_joint("two", "continuous", "c", "d", axis=(0, 0, 1))
+    exact = lambda t: np.column_stack([9 + t, np.outer(np.sin(t / 4), [1 / 3, 2 / 3, 2 / 3]), np.cos(t / 4), 7 - t])
+    joints, sign = b.build().joints[:3], np.array([1, -1, -1, 1, 1, -1, 1, 1, 1, 1, -1])[:, None]  # quaternions of either sign
+    signs = np.hstack([np.ones((11, 1)), np.repeat(sign, 4, axis=1), np.ones((11, 1))])
+    now, states, *_ = resampled("f", joints, time, exact(time) * signs, [[None, None]] * 3, 2.0, str)
+    assert states == pytest.approx(exact(now), abs=1e-5) and np.linalg.norm(states[:, 1:5], axis=1) == pytest.approx(1, abs=1e-14)
+    for off, count in ((-0.4e-6, 11), (-0.6e-6, 10), (0.0, 11), (0.4e-6, 11)):  # a last sample that is missing by less than half a millionth of a step
+        assert len(resampled("f", [SLIDE], time, (time**2)[:, None], [[None, None]], 1 + off / 10, str)[0]) == count
     assert note.startswith(f"resampled to {rate:g} Hz ({len(at)} samples) from 11 samples with a median step of 1 s")
 
 
@@ -270,6 +301,20 @@ def test_steps_that_a_filter_takes_as_even(off, even):
     x = np.sin(7 * t) + np.cos(61 * t)
     plain = scipy.signal.sosfiltfilt(scipy.signal.butter(4, 9.0, fs=199 / t[-1], output="sos"), x, padtype="odd", padlen=int(np.ceil(3 * 199 / t[-1] / 9.0)))
     assert np.array_equal(smoothed(t, x[:, None], 9.0)[:, 0], plain) == even
+    far = 0.01 * np.arange(200) * (1 + np.arange(200) / 500)  # by not-a-knot cubics
+    regular = np.linspace(0, far[-1], 200)
+    y = scipy.signal.sosfiltfilt(
+        scipy.signal.butter(4, 9.0, fs=199 / far[-1], output="sos"), CubicSpline(far, x)(regular), padtype="odd", padlen=int(np.ceil(3 * 199 / far[-1] / 9.0))
+    )
+    assert smoothed(far, x[:, None], 9.0)[:, 0] == pytest.approx(CubicSpline(regular, y)(far), abs=1e-9)
+
+
+@pytest.mark.parametrize("derivative", [0, 1, 2])
+@pytest.mark.parametrize("cutoff", [3.0, 40.0, 49.0])
+def test_noise_behind_a_filter_is_an_integral(cutoff, derivative):
+    """Of the spectrum up to half the sampling rate, 100 Hz."""
+    power = lambda f: (2 * np.pi * f) ** (2 * derivative) / (1 + (f / cutoff) ** 8) ** 2
+    assert noise_after(cutoff, 0.01, derivative) == pytest.approx(np.sqrt(0.02 * quad(power, 0, 50)[0]), rel=1e-5)
 
 
 @pytest.mark.parametrize("seed", range(7))
@@ -338,6 +383,16 @@ def test_times_beside_samples(at, snapped):
 
 
 @pytest.mark.parametrize("order", [2, 1])
+@pytest.mark.parametrize("rows", [slice(None), slice(None, None, -1)])
+def test_slow_motions_that_were_rounded_jump(order, rows):
+    """By a step of rounding; by more than three also numbers that are multiples of one."""
+    k = np.arange(101)
+    for steps in (2, 2.99, 3.01):
+        (one,) = find_jumps(0.01 * k, (1e-3 * (k + steps * (k > 50)))[rows, None], order, np.array([1e-3]))
+        assert [f[0] for f in one.impossible] == [0] * (steps > 3) and len(one.jumps.times) == 0
+
+
+@pytest.mark.parametrize("order", [2, 1])
 def test_jumps_that_are_impossible_have_time_and_size(order):
     t = 0.01 * np.arange(101)
     smooth = np.sin(t)
@@ -376,8 +431,13 @@ def test_the_shortest_time_by_hand(robot, make, speed):
     m, points = robot_of(robot, ("j", "revolute", limit(-2, 2, 1))), Waypoints(np.array([[-1.0], [1.0]]))
     assert make(m, points).motion.time[-1] == pytest.approx(2 * speed / 0.8, rel=1e-4)
     assert make(m, points, duration=2 * speed * 1.0001).motion.time[-1] == 2 * speed * 1.0001
+    shortest = 2 * speed * (1 + 1e-6)  # a millionth more, so that rounding takes nothing beyond a limit
+    assert make(m, points).motion.time[-1] == pytest.approx(shortest / 0.8, rel=5e-8)
+    make(m, points, duration=shortest * (1 - 0.95e-5))
     with pytest.raises(MotionError, match=f"the shortest time within all limits is {2 * speed:.4g} s"):
-        make(m, points, duration=2 * speed * 0.999)
+        make(m, points, duration=shortest * (1 - 1.05e-5))
+    stays = make(m, Waypoints(np.array([[-1.0], [-1.0], [1.0], [1.0]]))).motion  # a thousandth of the longest time, where waypoints are the same
+    assert np.interp([1 / 1002, 1001 / 1002], stays.time / stays.time[-1], stays.q[:, 0]) == pytest.approx([-1, 1], abs=2e-3)
 
 
 @pytest.mark.parametrize("make", [minimum_jerk, trapezoid])
@@ -388,6 +448,41 @@ def test_waypoints_at_a_limit(robot, make, side, end):
     assert make(m, Waypoints(np.array([[0.0], [side * (2 + 1.9e-6)]]))).motion.q[-1, 0] == pytest.approx(2 * side)
     with pytest.raises(MotionError, match=f"between waypoints 1 and 2, at 100 % of the time, j goes to {2 * side} rad, beyond its {end} limit {2 * side} rad"):
         make(m, Waypoints(np.array([[0.0], [side * (2 + 2.1e-6)]])))
+
+
+@pytest.mark.parametrize(
+    ("effort", "time"),
+    [(1e9, 2.5 * (1 + 1e-4)), (1.05, 2.5 + 0.8 / 3), (0.35, 2.5 + 0.8), (0.035, 2 * np.sqrt(2 / 0.1))],
+)
+@pytest.mark.parametrize("acceleration", [5.0, 1e3, 1e8])
+def test_the_fastest_trapezoid_within_efforts(robot, effort, time, acceleration):
+    """2 rad at 0.8 rad/s, about the vertical, with 0.28 kg m²: the acceleration that 80 % of the effort gives is the best one that is allowed, however much is.
+    It makes d/v + v/a, or a triangle, 2 √(d/a); and without a limit of the effort the time for a ramp is a ten-thousandth of that of steady speed."""
+    m, points = robot_of(robot, ("j", "revolute", limit(-2, 2, 1, effort))), Waypoints(np.array([[-1.0], [1.0]]))
+    made = trapezoid(m, points, acceleration=acceleration).motion
+    expected = max(time, 2.5 + 0.8 / acceleration)
+    assert made.time[-1] == pytest.approx(expected, rel=3e-6 if effort > 100 else 1e-4)
+    assert np.abs(m.inverse_dynamics(made.q, made.v, made.a)).max() <= 0.8 * effort * (1 + 1e-5)
+
+
+@pytest.mark.parametrize("effort", [0.2, 1.0])
+def test_an_excitation_beyond_efforts_is_slowed_down(robot, effort):
+    """As a whole: its rates stay its derivatives, its samples the same, and the effort that is used most is at 80 %."""
+    m = robot_of(robot, ("a", "revolute", limit(-1, 2, 3, effort)), ("b", "revolute", limit(-0.5, 0.5, 2, 100)))
+    made = excitation(m, iterations=3, rate=100.0)
+    t, q, v, a = made.motion.time, made.motion.q, made.motion.v, made.motion.a
+    assert made.facts["period"] == t[-1] > 10 and made.facts["rate"] * t[-1] == pytest.approx(1000) and len(t) == 1001
+    assert CubicSpline(t, q)(t, 1) == pytest.approx(v, abs=1e-5 * np.abs(v).max()) and CubicSpline(t, v)(t, 1) == pytest.approx(a, abs=1e-4 * np.abs(a).max())
+    assert np.abs(m.inverse_dynamics(q, v, a))[:, 0].max() == pytest.approx(0.8 * effort)
+
+
+@pytest.mark.parametrize(("root", "condition"), [(1e-6, 1e6), (0.95e-7, 1e7), (1.05e-7, 1 / 1.05e-7), (0.0, 1e7)])
+def test_condition_numbers_end_where_motions_excite_nothing(robot, root, condition):
+    m = robot_of(robot, ("a", "revolute", limit(-1, 2, 3, 1e9)))
+    limits = limits_of(m)
+    base = type("Base", (), {"links": None, "__len__": lambda self: 2, "regressor": lambda self, full: np.diag([1.0, root])})()
+    search = _Search(m, limits, base, Series(limits, 5.0), 0)
+    assert search._cost(np.random.default_rng(0).normal(size=12)) == pytest.approx(condition, rel=1e-6)
 
 
 def test_a_chirp_in_closed_form(robot):
@@ -407,6 +502,18 @@ def test_a_chirp_in_closed_form(robot):
             chirp(m, low=low, high=high, rate=100.0)
 
 
+def test_a_chirp_within_efforts(robot):
+    """Amplitudes are reduced by a twentieth at a time, forty times at most.  About the vertical, efforts are in proportion to them."""
+    of = lambda effort: robot_of(robot, ("a", "revolute", limit(-1, 1, 1e3, effort)))
+    plain = chirp(of(1e9), duration=10.0, rate=100.0)
+    assert plain.facts["share"] == 0.8
+    peak = np.abs(of(1e9).inverse_dynamics(plain.motion.q, plain.motion.v, plain.motion.a)).max() / 0.8
+    for times in (0.0, 1.0, 7.0, 39.0):
+        assert chirp(of(peak * 0.95 ** (times - 0.01)), duration=10.0, rate=100.0).facts["share"] == pytest.approx(0.8 * 0.95**times)
+    with pytest.raises(MotionError, match="efforts are beyond their limits even at small amplitudes"):
+        chirp(of(peak * 0.95**39.01), duration=10.0, rate=100.0)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_any_candidate_of_a_search_keeps_to_the_limits(robot, seed):
     """A share s of one of them is used: 90 % of the range, and 78.8 % of the speed; it begins at rest, and its rates are its derivatives."""
@@ -414,6 +521,7 @@ def test_any_candidate_of_a_search_keeps_to_the_limits(robot, seed):
     limits = limits_of(m, 5.0)
     series, x = Series(limits, 7.0), np.random.default_rng(seed).normal(size=24) * 2
     q, v, a = series(x, series.times)
+    assert series.times == pytest.approx(np.arange(100) * (7.0 / 5 / 20)), "twenty in the shortest period"
     used = np.maximum.reduce(
         [np.ptp(q, axis=0) / (2 * 0.9 * limits.half), np.abs(v).max(axis=0) / (0.985 * 0.8 * limits.velocity), np.abs(a).max(axis=0) / (0.985 * 5)]
     )
@@ -516,6 +624,16 @@ def test_turns_a_minute(text):
 )  # fmt: skip
 def test_a_last_line_without_an_end(data, line):
     assert [f"the last line ({line}) of f has no line end" in said for said in doubts_about_end("f", data)] == [True] * bool(line)
+
+
+def test_a_line_may_have_so_many_bytes(monkeypatch):
+    """Also the last one, without an end."""
+    for text, lines in ((b"x" * 64, 1), (b"x" * 63 + b"\n" + b"y" * 64, 2), (b"x" * 63 + b"\ny\n", 2)):
+        monkeypatch.setattr(limits, "LINE_BYTES", 64)
+        assert len(list(_lines("f", text, "ascii"))) == lines
+        monkeypatch.setattr(limits, "LINE_BYTES", 63)
+        with pytest.raises(MotionError, match="a line of more than"):
+            list(_lines("f", text, "ascii"))
 
 
 def test_units_that_are_none():
@@ -752,6 +870,9 @@ def test_differences_leave_nothing_of_polynomials_and_all_of_noise(order, even):
     weights = normalised_differences(t, np.eye(24), order)
     assert weights.shape == (24 - order, 24) and (weights**2).sum(axis=1) == pytest.approx(1)
     assert all(np.flatnonzero(row).tolist() == list(range(k, k + order + 1)) for k, row in enumerate(weights))
+    steps = np.round(t * 2**20) / 2**20
+    for other in (steps + 2.0**30, steps * 2.0**-60):  # from another time on, and in another unit
+        assert normalised_differences(other, np.eye(24), order) == pytest.approx(weights, abs=1e-5)
 
 
 def test_polynomials_on_one_side():

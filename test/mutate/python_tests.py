@@ -81,9 +81,16 @@ class MutatedPython:
         self.imported = {m.number for m in IMPORTER.mutants if m.statement is not None and self.reached[m.number] == mutants.RUN}
 
     def clear(self):
+        self.forget()
         self.reached[:] = bytes(len(self.reached))
         for number in self.imported:
             self.reached[number] = 1
+
+    def forget(self):
+        """What functions have computed and kept: each test reaches it anew, and with the mutant."""
+        for module in IMPORTER.trees:
+            for kept in [x.cache_clear for x in vars(sys.modules[module]).values() if hasattr(x, "cache_clear")]:
+                kept()
 
     def special_first(self, number, order):
         """All tests reach what was computed by imports: those that run code of the same file come first."""
@@ -93,6 +100,7 @@ class MutatedPython:
         return sorted(order, key=lambda pair: own.isdisjoint(pair[0]["reached"]))
 
     def activate(self, number):
+        self.forget()
         mutants.active = number
         if number in self.imported:
             IMPORTER.recompute(number)

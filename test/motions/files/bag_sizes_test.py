@@ -4,6 +4,7 @@ import io
 import resource
 import sqlite3
 from collections.abc import Callable
+from types import SimpleNamespace
 
 import lz4.frame
 import pytest
@@ -14,7 +15,8 @@ from rosbags.rosbag1 import Reader
 from ksl.base import limits
 from ksl.base.errors import MotionError
 from ksl.motions.files import unpacking
-from ksl.motions.files.bag_sizes import check_files
+from ksl.motions.files.bag_sizes import check_files, check_index
+from ksl.motions.files.mcap_chunks import chunks_from
 from ksl.motions.reading import read_motion
 
 MESSAGES = 300
@@ -163,3 +165,22 @@ def test_cut_compressed_bags(leg, tmp_path, refusal, compressed, kind, how):
         said = refusal(leg, path)
         assert "truncated or damaged" in said or "index" in said
         files[0].write_bytes(data)
+
+
+@pytest.mark.parametrize(("compression", "pack"), [("", bytes), ("zstd", zstandard.compress), ("lz4", lz4.frame.compress)])
+def test_chunks_that_an_index_names_count_together(monkeypatch, compression, pack):
+    """Behind 9 bytes of the record, 40 of the chunk, and the name of its compression."""
+    packed, found = pack(bytes(1000)), []
+    file = io.BytesIO()
+    for _ in range(3):
+        found.append(SimpleNamespace(chunk_start_offset=file.tell(), compression=compression, compressed_size=len(packed)))
+        file.write(bytes(49) + compression.encode() + packed)
+    bag = SimpleNamespace(storage=SimpleNamespace(chunks=found, bio=file))
+    assert least(monkeypatch, "MOTION_BYTES", lambda: check_index("bag", bag)) == 3000
+
+
+@pytest.mark.parametrize(("cut", "places"), [(0, [17, 29]), (1, [17]), (9, [17])])
+def test_records_end_where_the_file_does(cut, places):
+    """A record may have no contents; of one that is cut there is no place."""
+    records = bytes(8) + b"\x06" + (3).to_bytes(8, "little") + b"abc" + b"\x06" + bytes(8)
+    assert list(chunks_from(io.BytesIO(records[: len(records) - cut]), 8)) == places

@@ -100,7 +100,7 @@ def test_elements_that_matlab_does_not_write(leg, written, rows, refusal):
 
 def small(kind, data, order="<"):
     """An element of up to four bytes: its size and type are in four, and it in the next four."""
-    return struct.pack(f"{order}I", len(data) << 16 | kind) + data + bytes(max(0, 4 - len(data)))
+    return struct.pack(f"{order}I", len(data) << 16 | kind) + data + bytes(-(len(data) + 4) % 8)
 
 
 @pytest.mark.parametrize(("order", "mark"), [("<", b"\x00\x01IM"), (">", b"\x01\x00MI")])

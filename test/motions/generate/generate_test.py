@@ -2,6 +2,8 @@
 
 import itertools
 import json
+import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -260,14 +262,14 @@ def test_the_command(examples, tmp_path):
         assert run.returncode == 2 and says in run.stderr and not list(tmp_path.glob("x*")), run.stderr
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_steps_of_a_search(monkeypatch, seed):
+@pytest.mark.parametrize(("seed", "size"), [(0, 24), (1, 24), (2, 24), (1, 120)])
+def test_steps_of_a_search(monkeypatch, seed, size):
     """Forty random candidates, and then steps from the best one: 1.3 times as long after a success, 0.94 times after a failure, of 0.02 to 1.5."""
     costs, seen = np.random.default_rng(seed).random(400), []
     if seed:  # almost only failures, or only successes
         costs = np.concatenate([costs[:40], (1 + costs[40:]) if seed == 1 else np.linspace(0.1, 0.0, 360) * costs[:40].min()])
     monkeypatch.setattr(_Search, "_cost", lambda self, x: (seen.append(x), costs[len(seen) - 1])[1])
-    search = _Search(None, None, None, type("Series", (), {"size": 24})(), seed)
+    search = _Search(None, None, None, type("Series", (), {"size": size})(), seed)
     length, best = 0.5, np.inf
     for k, cost in enumerate(costs):
         before = search.best
@@ -276,18 +278,27 @@ def test_steps_of_a_search(monkeypatch, seed):
         assert search.first == search.smallest if k < 40 else search.first == costs[:40].min()
         if k >= 40:
             moved = (seen[k] - before)[seen[k] != before]
-            assert len(moved) < 24 and (len(moved) < 4 or np.sqrt(np.mean(moved**2)) < 4 * length)
+            assert len(moved) < size and (len(moved) < 4 or np.sqrt(np.mean(moved**2)) < 4 * length)
             length = min(max(length * (1.3 if cost < best else 0.94), 0.02), 1.5)
         assert search._length == pytest.approx(length)
         best = min(best, cost)
+    share = max(4 / size, 0.1)  # of the numbers are changed at once, on average
     changed = [np.sum(seen[k] != seen[j]) for k, j in zip(range(41, 400), range(40, 399), strict=True)]
-    assert seed != 1 or np.mean(changed) == pytest.approx(2 * 4 - 4 * 4 / 24, rel=0.1), "four of 24 numbers are changed at once, on average"
+    assert seed != 1 or np.mean(changed) == pytest.approx(size * share * (2 - share), rel=0.06)
 
 
 def test_progress_of_a_search_is_told_every_ten_candidates(two):
     told = []
     excitation(two, iterations=35, rate=20.0, progress=lambda share, condition: told.append((share, condition)))
     assert [share for share, _ in told] == pytest.approx([10 / 35, 20 / 35, 30 / 35]) and all(b <= a for (_, a), (_, b) in itertools.pairwise(told))
+
+
+def test_progress_of_a_search_ends_with_its_time(two, monkeypatch):
+    """Ten candidates take a little longer than the time that is given."""
+    ticks, told = itertools.count(1000.0, 0.11), []
+    monkeypatch.setattr(sys.modules[_Search.__module__], "clock", SimpleNamespace(monotonic=lambda: next(ticks)))
+    found = excitation(two, seconds=1.0, rate=20.0, progress=lambda share, condition: told.append(share))
+    assert told == [1.0] and found.facts["iterations"] == 10
 
 
 def test_waypoints_begin_at_their_first_time(two, tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import polynomial
 
-from ksl.motions.signal.corners import find_jumps, noise_of_jumps
+from ksl.motions.signal.corners import _candidates, _off_at_the_ends, _tested, find_jumps, noise_of_jumps
 
 NOISE = {3: np.sqrt([167 / 16, 28, 12]), 4: np.sqrt([729 / 32, 8525 / 72, 162, 40])}
 """Of jumps of derivatives 0 … between polynomials through three or four samples on each side, for white noise of 1 and steps of 1."""
@@ -194,8 +194,67 @@ def test_both_programs_find_the_same(of, order, seed):
         assert list(zip(found.jumps.times, found.jumps.sizes, strict=True)) == [pytest.approx(j, rel=1e-6, abs=1e-12) for j in jumps]
         assert [f[0] for f in found.impossible] == [f[0] for f in wrong]
         assert [f[1:] for f in found.impossible] == [pytest.approx(f[1:], rel=1e-6, abs=1e-12) for f in wrong]
+        (other,) = find_jumps(t * 1024 - 7, x[:, None] / 512, order, np.array([step / 512]))  # in other units, and from another time on
+        assert other.jumps.times + 7 == pytest.approx(found.jumps.times * 1024, rel=1e-6, abs=1e-9)
+        assert other.jumps.sizes == pytest.approx(found.jumps.sizes / 512 / 1024**order, rel=1e-4)
+        assert [f[0] for f in other.impossible] == [f[0] for f in wrong]
         said += bool(jumps) + bool(wrong)
     assert said > 3
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_which_differences_stand_out(seed):
+    """Of those around them, block by block; of noise that is larger in one part, and of long motions."""
+    rng, said = np.random.default_rng([7, seed]), 0
+    for k in range(30):
+        t, x, step = motion(rng, 2)
+        if k % 10 == 9:
+            n = int(rng.integers(2000, 6100))
+            t, x = 0.01 * np.arange(n), np.sin(0.1 * np.arange(n)) + 1e-3 * rng.normal(size=n)
+        x = x + rng.choice([0.0, 1e-4, 1e-2]) * rng.normal(size=len(t)) * (np.arange(len(t)) > rng.integers(0, len(t)))
+        scale = 10.0 ** rng.integers(-4, 5)
+        x, step = (x * scale, step * scale) if k % 3 else (scale * (1 + 3 * np.arange(len(t))), 0.0)  # straight, but for rounding in memory
+        if len(t) < 10:
+            continue
+        (noise, _, of_ends), (stand_out, background) = candidates(t, x, step), _candidates(t, x[:, None], np.array([step]))
+        assert np.flatnonzero(stand_out[:, 0]).tolist() == list(noise)
+        assert background[[*noise, 0, -1], 0] == pytest.approx([*noise.values(), *of_ends], rel=1e-3)
+        said += len(noise) > 0
+    assert said > 9
+
+
+@pytest.mark.parametrize("order", [2, 1])
+@pytest.mark.parametrize("seed", range(4))
+def test_which_candidates_are_jumps(seed, order):
+    """Of six gaps side by side, with noise of all sizes."""
+    rng, said = np.random.default_rng([9, seed]), 0
+    for _ in range(60):
+        t, x, _ = nearly(rng, order)
+        gaps = np.arange(9, 15) if rng.random() < 0.8 else np.array([3, 10, 11, 27, 35])
+        noise, step = 10.0 ** (rng.uniform(-6, -2) + rng.uniform(-0.3, 0.3, len(gaps))), float(rng.choice([0.0, 1e-3]))
+        with np.errstate(all="ignore"):
+            jumps, wrong = jumps_among(t, x, order, dict(zip(gaps.tolist(), noise, strict=True)), step, 0.0)
+        found = _tested(t, x, order, gaps, noise, step)
+        assert list(zip(found.jumps.times, found.jumps.sizes, strict=True)) == [pytest.approx(j, rel=1e-6, abs=1e-12) for j in jumps]
+        assert found.impossible == [pytest.approx(f, rel=1e-6, abs=1e-12) for f in sorted(wrong, key=lambda f: f[1])]
+        said += bool(jumps) + bool(wrong)
+    assert said > 3
+
+
+@pytest.mark.parametrize("end", [slice(None), slice(None, None, -1)])
+@pytest.mark.parametrize("seed", range(3))
+def test_which_samples_at_an_end_are_off(seed, end):
+    rng, said = np.random.default_rng([8, seed]), {0: 0, -1: 0}
+    for _ in range(60):
+        n, k = int(rng.integers(10, 20)), int(rng.integers(1, 5))
+        t, noise = np.cumsum(rng.uniform(0.8, 1.2, n)), 10.0 ** rng.uniform(-6, -3, 2)
+        x = 0.1 * np.sin(0.3 * t + rng.uniform(0, 6)) * rng.choice([0.1, 1.0])
+        x[end][:k] += 10.0 ** rng.uniform(-2, 0) * (1 + rng.choice([0.0, 0.1, 0.3]) * rng.uniform(-1, 1, k)) * (1 if rng.random() < 0.7 else rng.uniform(0, 1, k))
+        found = _off_at_the_ends(t, x, noise)
+        assert found == [pytest.approx(f, rel=1e-6) for f in at_the_ends(t, x, noise)]
+        for f in found:
+            said[f[0]] += 1
+    assert said[0] > 3 and said[-1] > 3
 
 
 @pytest.mark.parametrize("count", [3, 4])
@@ -203,3 +262,13 @@ def test_what_noise_makes_of_jumps(count):
     """By the weights of the polynomials through samples at 1/2, 3/2, …"""
     unit = [side(np.arange(count) + 0.5, row, np.arange(count), 0.0) for row in np.eye(count)]
     assert noise_of_jumps(count) == pytest.approx(np.sqrt(2 * np.sum(np.square(unit), axis=0))) and noise_of_jumps(count) == pytest.approx(NOISE[count])
+
+
+@pytest.mark.parametrize(("n", "between", "at_samples", "found"), [(400, 4, 6, True), (400, 5, 5, False), (900, 16, 0, True), (900, 11, 6, False)])
+def test_a_motion_with_corners_everywhere_has_none(n, between, at_samples, found):
+    """More than 64 candidates, and than an eighth of the samples: a corner between samples makes seven, one at a sample six."""
+    t = np.arange(n) * 0.01
+    at = np.arange(between + at_samples) * 12 + 20 + 0.5 * (np.arange(between + at_samples) < between)
+    x = sum((-1) ** k * np.maximum(t - 0.01 * c, 0) ** 2 for k, c in enumerate(at))
+    assert len(candidates(t, x, 0.0)[0]) == 7 * between + 6 * at_samples
+    assert find_jumps(t, x[:, None])[0].jumps.times == pytest.approx(0.01 * at if found else [])

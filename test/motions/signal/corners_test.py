@@ -193,6 +193,19 @@ def test_corners_that_are_close_or_many_end_splines(corners):
     assert np.abs(before - exact(lambda c: t > c))[told].max() < 1e-6 and np.abs(after - exact(lambda c: t >= c))[told].max() < 1e-6
 
 
+@pytest.mark.parametrize(("n", "corner"), [(6, 2.5), (7, 3.0), (5, 2.5)])
+def test_quadratics_on_both_sides_of_a_corner(n, corner):
+    """Six samples are enough, three on each side; one at the corner is on both."""
+    t = np.arange(n) * 1.0
+    x = 0.5 * t + np.maximum(t - corner, 0) + np.maximum(t - corner, 0) ** 2
+    before, after = rates_beside_corners(t, x, np.array([corner]))
+    if n == 5:
+        assert np.isnan(before).all() and np.isnan(after).all()
+        return
+    rate = lambda on: 0.5 + np.where(on, 1 + 2 * (t - corner), 0)
+    assert before == pytest.approx(rate(t > corner)) and after == pytest.approx(rate(t >= corner))
+
+
 def test_resampling_keeps_corners(disk, tmp_path):
     """From 10 ms to 3 ms: positions are those of the closed form, and so is the acceleration."""
     t = times(0.01, 0.0021)

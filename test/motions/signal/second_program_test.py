@@ -9,6 +9,7 @@ import pytest
 
 import ksl
 from ksl.motions.motion import _largest_contradiction
+from ksl.motions.signal import noise
 from ksl.motions.signal.noise import effort_errors, white_noise
 from ksl.motions.signal.standing import _at, _drifts, _in_runs, _inside, _keeps_within, _runs, with_means
 
@@ -112,6 +113,26 @@ def test_white_noise(seed):
         if rng.random() < 0.3:
             x = np.where(np.arange(n) < 0.7 * n, x[0], x)
         assert white_noise(t, x[:, None], np.array([step])) == pytest.approx([noise_by_hand(t, x, step)], rel=1e-4, abs=1e-30)
+
+
+@pytest.mark.parametrize(("n", "blocks"), [(20_000, 200), (12_000, 187)])
+def test_how_much_of_a_long_motion_is_looked_at_for_noise(monkeypatch, n, blocks):
+    """Blocks of 64 samples, 200 at most, from one end to the other."""
+    looked = []
+    of = noise.normalised_differences
+    monkeypatch.setattr(noise, "normalised_differences", lambda time, x, order: (looked.append((time[0], time[-1])), of(time, x, order))[1])
+    white_noise(np.arange(n) * 1.0, np.sin(np.arange(n) * 0.1)[:, None], np.zeros(1))
+    assert len(looked) == 2 * blocks and {last - first for first, last in looked} == {73} and (looked[0][0], looked[-1][1]) == (0, n - 1)
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.97, False), (1.03, True)])
+def test_what_is_smaller_than_rounding_in_memory_is_no_noise(share, told):
+    """Than 20 units in the last place of the largest number, here a single one."""
+    x = np.random.default_rng(5).normal(size=2000)
+    x[1000] = 1e3
+    found = lambda: white_noise(np.arange(2000.0), x[:, None], np.zeros(1))[0]
+    x[1000] = found() / (share * 20 * np.finfo(float).eps)
+    assert (found() > 0) == told
 
 
 @SEEDS

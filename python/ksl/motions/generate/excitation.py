@@ -71,7 +71,7 @@ class Series:
         used = np.maximum.reduce([x / limit for x, limit in zip((high - low, np.abs(v).max(axis=0), np.abs(a).max(axis=0)), at_limits, strict=True)])
         share = 1 / (1 + np.exp(-3 - numbers[:, -2]))  # between 0 and 1
         scale = share / np.maximum(used, 1e-300)
-        room = np.maximum(USED * self.limits.half - scale * (high - low) / 2, 0.0)
+        room = USED * self.limits.half - scale * (high - low) / 2  # of `used` the range is one
         middle = self.limits.middle + room * np.tanh(numbers[:, -1]) - scale * (high + low) / 2
         q, v, a = _series(A, B, w, t)
         return middle + scale * q, scale * v, scale * a
@@ -197,7 +197,7 @@ class _Search:
         W = base.regressor(model.inverse_dynamics_regressor(motion.q, motion.v, motion.a, links=base.links)).reshape(-1, len(base))
         roots = np.linalg.eigvalsh(W.T @ W)
         tau = np.abs(model.inverse_dynamics(motion.q, motion.v, motion.a)[:, limits.v_index]).max(axis=0) / (SHARE * limits.effort)
-        condition = np.sqrt(roots[-1] / roots[0]) if roots[0] > 1e-14 * roots[-1] else SINGULAR
+        condition = min(SINGULAR, np.sqrt(roots[-1] / roots[0])) if roots[0] > 0 else SINGULAR
         return float(condition * (1 + 10 * max(0.0, float(tau.max()) - 1)))
 
 

@@ -214,7 +214,7 @@ def effort_stretch(model: Model, limits: Limits, motion: Motion, share: float = 
     heavy = (np.abs(still) > bound).any(axis=0)
     room = np.where(moving > 0, bound - still, bound + still)  # in the direction of what is added
     with np.errstate(divide="ignore", invalid="ignore"):
-        needed = np.where((moving != 0) & (room > 0), np.abs(moving) / room, 0.0)
+        needed = np.where(room > 0, np.abs(moving) / room, 1.0)
     names = [limits.joints[k].name for k in np.flatnonzero(heavy)]
     notes = [f"{', '.join(names)}: holding still takes {100 * share:.0f} % of the limit of the effort or more at some positions, which no time mends"] if names else []
-    return float(np.sqrt(max(1.0, needed[:, ~heavy].max(initial=0.0)))), notes
+    return float(np.sqrt(needed[:, ~heavy].max(initial=1.0))), notes

@@ -70,7 +70,7 @@ class Jumps:
             grows = sum(powers[r + k, :-1] * gaps**k / factorial(k) for k in range(1, self.order - r + 1))
             powers[r, 1:] = np.cumsum(grows)
         piece = np.searchsorted(self.times, time, side="right")
-        since = np.where(piece > 0, time - self.times[np.maximum(piece - 1, 0)], 0.0) if len(self.times) else np.zeros_like(time)
+        since = time - self.times[np.maximum(piece - 1, 0)] if len(self.times) else np.zeros_like(time)  # before the first one all is zero
         out: Array = np.zeros_like(time)
         for k in range(self.order - nu, -1, -1):
             out = out * since / (k + 1) + powers[nu + k][piece]
@@ -140,22 +140,21 @@ def find_jumps(time: Array, x: Array, order: int = 2, resolution: Array | None =
     if len(time) < 2 * SIDE + 2:
         return nothing
     resolution = np.zeros(x.shape[1]) if resolution is None else resolution
-    stand_out, background, rounded = _candidates(time, x, resolution)
+    stand_out, background = _candidates(time, x, resolution)
     for c in np.flatnonzero(stand_out.any(axis=0)):
         gaps = np.flatnonzero(stand_out[:, c])
         ends = _off_at_the_ends(time, x[:, c], background[[0, -1], c]) if gaps[0] < SIDE or gaps[-1] >= len(time) - 1 - SIDE else []
         gaps = gaps[(gaps >= SIDE - 1) & (gaps < len(time) - SIDE)]
         if 0 < len(gaps) <= max(64, len(time) // 8):  # more is no motion with corners
-            nothing[c] = _tested(time, x[:, c], order, gaps, background[gaps, c], resolution[c], rounded[c])
+            nothing[c] = _tested(time, x[:, c], order, gaps, background[gaps, c], resolution[c])
         if ends:
             others = [one for one in nothing[c].impossible if all(abs(one[1] - t) > 4 * np.median(np.diff(time)) for _, t, _ in ends)]
             nothing[c] = Found(nothing[c].jumps, sorted([*ends, *others], key=lambda f: f[1]))
     return nothing
 
 
-def _candidates(time: Array, x: Array, resolution: Array) -> tuple[NDArray[np.bool_], Array, Array]:
-    """Gaps between samples (n − 1, c) around which fourth differences stand out, the standard deviation of noise that is like the rest, and
-    the resolution of the columns (c) that are rounded indeed."""
+def _candidates(time: Array, x: Array, resolution: Array) -> tuple[NDArray[np.bool_], Array]:
+    """Gaps between samples (n − 1, c) around which fourth differences stand out, and the standard deviation of noise that is like the rest."""
     size = np.abs(normalised_differences(time, x, 4))
     block = min(BLOCK, max(8, len(size) // 2), len(size))
     blocks = max(1, len(size) // block)
@@ -175,10 +174,10 @@ def _candidates(time: Array, x: Array, resolution: Array) -> tuple[NDArray[np.bo
     at, column = np.nonzero(size > 3 * wide[where])
     for k in range(4):  # the difference m spans the gaps m … m + 3
         out[at + k, column] = True
-    return out, wide[np.minimum(np.maximum(np.arange(len(time) - 1) - 2, 0) // block, blocks - 1)], rounded
+    return out, wide[np.minimum(np.maximum(np.arange(len(time) - 1) - 2, 0) // block, blocks - 1)]
 
 
-def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array, resolution: float, rounded: float) -> Found:
+def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array, resolution: float) -> Found:
     """The jumps among candidate gaps: between samples gaps and gaps + 1, (k)."""
     middle, h = (time[gaps] + time[gaps + 1]) / 2, time[gaps + 1] - time[gaps]
     right, left = (one_sided(time, x, first, SIDE, middle) for first in (gaps + 1, gaps + 1 - SIDE))  # cubics
@@ -201,7 +200,7 @@ def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array, reso
     good &= slope < np.minimum(np.maximum(STEEP * np.abs(J), 3 * noise_of_jumps(SIDE)[order + 1] / np.sqrt(2) * noise / h**order), 0.5 * np.abs(J))
     best = _best_of_neighbours(gaps, np.where(good, off + 1e-6 * np.abs(s) / h, np.inf))
     tau = _snapped(time, gaps[best], middle[best] + s[best], np.maximum(1e-3, 3 * rough_noise[best] / np.abs(J[best])))
-    return Found(Jumps(order, tau, J[best]), _impossible(order, time, x, gaps, fine, rough, noise, (resolution, rounded), best))
+    return Found(Jumps(order, tau, J[best]), _impossible(order, time, x, gaps, fine, rough, noise, resolution, best))
 
 
 def _polynomial(derivatives: Array, s: Array) -> Array:
@@ -232,11 +231,11 @@ def _snapped(time: Array, gaps: Indices, tau: Array, tolerance: Array) -> Array:
 
 
 def _impossible(
-    order: int, time: Array, x: Array, gaps: Indices, fine: Array, rough: Array, noise: Array, steps: tuple[float, float], taken: Indices
+    order: int, time: Array, x: Array, gaps: Indices, fine: Array, rough: Array, noise: Array, resolution: float, taken: Indices
 ) -> list[tuple[int, float, float]]:
     """Single samples that are off, and jumps of lower derivatives, which would need an infinite force: (order, time, size).
 
-    steps: of which x may be multiples, and to which it was rounded indeed.
+    resolution: the step of which x may be multiples.
     """
     found = _off_samples(time, x, gaps, noise)
     apart = np.concatenate([gaps[taken], *([k - 1, k] for k, _ in found)]) if len(taken) or found else np.empty(0)
@@ -248,7 +247,8 @@ def _impossible(
         with np.errstate(divide="ignore", invalid="ignore"):
             s = -rough[:, r - 1] / J if r else np.zeros_like(J)
         good = free & (np.abs(J) > 2 * SIGNIFICANT * noise * noise_of_jumps(3)[r] / h**r) & (np.abs(fine[:, r] - J) <= 0.1 * np.abs(J)) & (np.abs(s) <= 0.6 * h)
-        good &= np.abs(J) * h**r > 3 * steps[r]  # slow motions that were rounded jump by one step
+        if r == 0:  # slow motions that were rounded jump by one step
+            good &= np.abs(J) > 3 * resolution
         good &= np.abs(J) > 5 * np.abs(rough[:, r + 1]) * h  # it is this derivative that jumps, and not the next one
         for k in _best_of_neighbours(gaps, np.where(good, np.abs(s) / h, np.inf)):
             impossible.append((r, float(middle[k] + s[k]), float(J[k])))
@@ -258,7 +258,7 @@ def _impossible(
 
 def _off_samples(time: Array, x: Array, gaps: Indices, noise: Array) -> list[tuple[int, float]]:
     """Samples that are off the cubic through their four neighbours, which are not, and by how much: fourth differences like 1 −4 6 −4 1."""
-    samples = gaps[(gaps >= 4) & (gaps < len(x) - 4)]
+    samples = gaps[gaps >= 4]  # none is among the last four
     if not len(samples):
         return []
     around = samples[:, None] + np.arange(-4, 5)

@@ -21,12 +21,10 @@ def doubts_about_gaps(joints: tuple[Joint, ...], time: Array, q: Array) -> list[
     whichever is largest: a joint that is back at its place has moved, too.  time (n), q (n, nq), as given.
     """
     steps = np.diff(time)
-    if len(steps) < 3:
-        return []
     gaps = np.flatnonzero(steps > GAP * np.median(steps))
     named = [(j, k, name, unit) for j in joints for k, (name, unit) in enumerate(zip(columns_of(j)[0], units_of(j)[0], strict=True))]
     columns = [(j.q_index + k, name, f" {unit}" if j.nv == 1 or unit == "m" else "") for j, k, name, unit in named]
-    if not len(gaps) or not columns:
+    if not len(gaps):
         return []
     with np.errstate(over="ignore", invalid="ignore", under="ignore"):  # numbers that are too large are refused later
         moved = np.abs(np.diff(q, axis=0))

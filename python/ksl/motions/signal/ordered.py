@@ -59,17 +59,15 @@ def ordered(file: str, joints: Sequence[Joint], time: Array, values: Values, row
     notes: list[str] = []
     values = _without_unusable_rates(joints, values, notes)
     steps = np.diff(time)
-    closest = CLOSE * float(np.median(steps)) if len(steps) else 0.0
     complete = not any(np.isnan(x).any() for x in values.values())
-    if not len(time) or (complete and (steps > max(closest, 0.0)).all()):
+    if not len(time) or (complete and (not len(steps) or (steps > CLOSE * np.median(steps)).all())):  # then the median is positive, too
         return Ordered(time, values, rows, notes)
     series = _series(joints, values, len(time))
     for s in series:
         if not len(s.rows):
             raise MotionError(f"{file}: the positions of {listed(s.joints)} are not numbers in any sample; give them, or say where the joint rests by a map ([constants])")
-    missing = {s.joints[0]: len(time) - len(s.rows) for s in series if len(s.rows) < len(time)}
-    if len(series) == 1 and missing:
-        notes.append(f"{count(missing[series[0].joints[0]], 'sample')} of {listed(series[0].joints)} left out, since positions are not numbers")
+    if len(series) == 1 and len(series[0].rows) < len(time):
+        notes.append(f"{count(len(time) - len(series[0].rows), 'sample')} of {listed(series[0].joints)} left out, since positions are not numbers")
     unsorted = int((steps < 0).sum())
     if unsorted:
         notes.append(f"{count(unsorted, 'sample')} older than the one before: sorted by time")
@@ -117,7 +115,7 @@ def check_restart(times: Array) -> int | None:
     if len(back) or len(starts) > 1:
         return int(starts[1]) if len(starts) > 1 else int(back[0]) + 1
     still = np.flatnonzero(steps == 0)
-    return int(still[0]) + 1 if len(times) > 1 and len(still) >= len(times) / 2 and len(np.unique(times)) <= len(times) / 2 else None
+    return int(still[0]) + 1 if len(still) and len(still) >= len(times) / 2 and len(np.unique(times)) <= len(times) / 2 else None
 
 
 def _without_unusable_rates(joints: Sequence[Joint], values: Values, notes: list[str]) -> Values:

@@ -33,7 +33,7 @@ def resampled(
     span = float(time[-1] - time[0])
     if span * rate > MOST_SAMPLES or span * rate < 1:
         raise MotionError(f"{file}: --resample (resample=) {rate:g} Hz makes {span * rate + 1:.3g} samples of {span:.4g} s; expected 2 to {MOST_SAMPLES:,}")
-    at = time[0] + np.arange(int(span * rate * (1 + 1e-12) + 1e-9) + 1) / rate
+    at = time[0] + np.arange(int(round(span * rate, 6)) + 1) / rate  # the last sample is one, by rounding behind it or not
     at = np.minimum(at, time[-1])
     out = q.copy()
     for joint in joints:
