@@ -1,4 +1,4 @@
-"""scripts/dist/dist.py: how it ends.  What it builds is tried by `make dist`."""
+"""scripts/dist: how dist.py ends, and which instruction sets try_wheel.py tries.  What is built is tried by `make dist`."""
 
 import importlib.util
 import sys
@@ -7,16 +7,21 @@ from pathlib import Path
 
 import pytest
 
-SCRIPT = Path(__file__).parents[2] / "scripts/dist/dist.py"
+SCRIPTS = Path(__file__).parents[2] / "scripts/dist"
+
+
+def script(name):
+    spec = importlib.util.spec_from_file_location(f"{name}_script", SCRIPTS / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 @pytest.mark.parametrize("found", [[], ["it has not the stable ABI", "it needs foreign.dll"]])
 def test_a_wheel_for_another_system_is_a_success_without_objections(monkeypatch, tmp_path, found):
     monkeypatch.setitem(sys.modules, "sbom", types.ModuleType("sbom"))  # whose packages are those of `make dist` alone
     monkeypatch.setattr(sys, "path", list(sys.path))
-    spec = importlib.util.spec_from_file_location("dist_script", SCRIPT)
-    dist = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(dist)
+    dist = script("dist")
     wheel = tmp_path / "ksl.whl"
     wheel.write_bytes(b"")
     monkeypatch.setattr(dist, "OUT", tmp_path / "out")
@@ -25,3 +30,25 @@ def test_a_wheel_for_another_system_is_a_success_without_objections(monkeypatch,
     with pytest.raises(SystemExit) as end:
         dist.one_for("aarch64-linux-musl", None)
     assert end.value.code == ("\n".join(found) or 0)
+
+
+@pytest.mark.parametrize(("machine", "options", "tried"), [
+    ("x86_64", [], ["x86-64-v2", "x86-64-v3"]),
+    ("AMD64", [], ["x86-64-v2", "x86-64-v3"]),
+    ("x86_64", ["--sets", "x86_64_v3"], ["x86-64-v3"]),
+    ("aarch64", [], []),
+])
+def test_the_sets_that_a_wheel_has_are_tried(monkeypatch, examples, machine, options, tried):
+    of_wheel, asked = script("try_wheel"), []
+
+    def done(what, command, cwd, env=None):
+        asked.extend([env["KSL_ISA"]] if env else [])
+        (Path(cwd) / "out").mkdir(exist_ok=True)
+        (Path(cwd) / "out/report.html").write_text("<!doctype html>", encoding="utf-8")
+        return ""
+
+    monkeypatch.setattr(of_wheel, "timed", done)
+    monkeypatch.setattr(of_wheel.platform, "machine", lambda: machine)
+    monkeypatch.setattr(sys, "argv", ["try_wheel.py", str(examples), *options])
+    of_wheel.main()
+    assert asked == tried
