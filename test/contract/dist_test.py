@@ -1,6 +1,8 @@
-"""scripts/dist: how dist.py ends, and which instruction sets try_wheel.py tries.  What is built is tried by `make dist`."""
+"""scripts/dist: how dist.py ends, which instruction sets try_wheel.py tries, and what the compiler's wrapper does with musl's name.  What is built is tried by `make dist`."""
 
 import importlib.util
+import os
+import subprocess
 import sys
 import types
 from pathlib import Path
@@ -52,3 +54,23 @@ def test_the_sets_that_a_wheel_has_are_tried(monkeypatch, examples, machine, opt
     monkeypatch.setattr(sys, "argv", ["try_wheel.py", str(examples), *options])
     of_wheel.main()
     assert asked == tried
+
+
+@pytest.mark.parametrize(("target", "arguments", "renamed"), [
+    ("x86_64-linux-musl", ["-shared", "a.o", "-o", "a b.so"], "--replace-needed libc.so libc.musl-x86_64.so.1 a b.so\n"),
+    ("aarch64-linux-musl", ["-o", "a.so", "-shared", "a.o"], "--replace-needed libc.so libc.musl-aarch64.so.1 a.so\n"),
+    ("x86_64-linux-musl", ["a.o", "-o", "program"], ""),
+    ("x86_64-linux-musl", ["-c", "a.c", "-o", "a.o"], ""),
+    ("x86_64-windows-gnu", ["-shared", "a.o", "-o", "a.dll"], ""),
+])
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_library_for_musl_needs_it_by_the_name_of_wheels(tmp_path, target, arguments, renamed, fails):
+    for name, status in (("zig", int(fails)), ("patchelf", 0)):
+        (tmp_path / name).write_text(f'#!/bin/sh\necho "$@" >>"{tmp_path}/{name}.log"\nexit {status}\n', encoding="utf-8")
+        (tmp_path / name).chmod(0o755)
+    env = {"ZIG": str(tmp_path / "zig"), "ZIG_TARGET": target, "PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"}
+    done = subprocess.run([SCRIPTS / "zig/c++", *arguments], env=env, check=False)
+    assert done.returncode == fails
+    assert (tmp_path / "zig.log").read_text(encoding="utf-8").startswith(f"c++ -target {target} ")
+    log = tmp_path / "patchelf.log"
+    assert (log.read_text(encoding="utf-8") if log.exists() else "") == ("" if fails else renamed)
