@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Try the KSL that is installed, as its first user does: import it, check a robot, and compute a report.  Says how long each took.
+"""Try the KSL that is installed, as its first user does: import it, check a robot, and compute a report.  Says how long each took, and where the
+system counts it (not on Windows) the processor's time.
 
-    python scripts/dist/try_wheel.py examples"""
+    python scripts/dist/try_wheel.py examples [--sets x86_64_v3]     the sets of `dist.py --sets`, if the wheel has not all"""
 
+import argparse
 import os
 import platform
 import subprocess
@@ -11,24 +13,36 @@ import tempfile
 import time
 from pathlib import Path
 
+OLDER = "x86_64_v2;x86_64_v3"  # of a wheel with all sets: what processors without AVX-512 run
+
+
+def used():
+    """Processor time, s, of the programs that have ended."""
+    times = os.times()
+    return times.children_user + times.children_system
+
 
 def timed(what, command, **options):
-    start = time.monotonic()
+    start, before = time.monotonic(), used()
     done = subprocess.run(command, capture_output=True, text=True, **options)
-    print(f"{time.monotonic() - start:6.1f} s  {what}")
+    print(f"{time.monotonic() - start:6.1f} s, processor {used() - before:5.1f} s  {what}")
     if done.returncode != 0:
         sys.exit(f"{what} ended with {done.returncode}\n{done.stdout}{done.stderr}")
     return done.stdout
 
 
 def main():
-    examples = Path(sys.argv[1]).resolve()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("examples", type=Path)
+    parser.add_argument("--sets", default=OLDER if platform.machine() in ("x86_64", "AMD64") else "", help="instruction sets that are tried beside the one that KSL takes")
+    given = parser.parse_args()
+    examples = given.examples.resolve()
     robot = examples / "robots/ur5.urdf"
     with tempfile.TemporaryDirectory() as folder:  # and not the source tree, whose ksl has no extension
         ksl = [sys.executable, "-m", "ksl"]
         lines = f"import ksl; m = ksl.load({str(robot)!r}); print(ksl.__version__, ksl._core.instruction_set(), *m.gravity_torque([0.0] * m.nq).round(2))"
         print(timed("import, load, compute", [sys.executable, "-c", lines], cwd=folder), end="")
-        for name in ("x86-64-v2", "x86-64-v3") if "x86" in platform.machine() else ():  # processors without AVX-512 run these
+        for name in filter(None, given.sets.replace("_", "-").split(";")):
             timed(f"the same with {name}", [sys.executable, "-c", lines], cwd=folder, env=os.environ | {"KSL_ISA": name})
         timed("ksl check", [*ksl, "check", str(robot), "--ignore", "root-inertial"], cwd=folder)
         timed("ksl loads", [*ksl, "loads", str(robot), str(examples / "motions/ur5_pick.csv"), "-o", "out"], cwd=folder)
