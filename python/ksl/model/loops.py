@@ -19,6 +19,7 @@ from ksl.model.stiffness import Stiffness
 Gains = float | tuple[float, float]
 """(α, β) of a correction of errors of loops, 1/s, or one number for both."""
 CLOSING = ("closed", "out of reach", "singular", "limits", "nothing free")
+_CLOSING = np.array(CLOSING)
 _CONTRADICTORY, _NEAREST = 2, 1
 
 
@@ -149,8 +150,8 @@ class LoopCalls(Requests):
         if type(iterations) is bool or not isinstance(iterations, (int, np.integer)) or iterations < 1:
             raise ValueError(f"iterations={iterations!r}; expected a number of steps, 1 or more")
         found, how, error = self._core.close(positions, self._coordinates_of(hold, "hold"), given.flag(limits, "limits"), int(iterations))
-        ends, converged = np.array([CLOSING[k] for k in how], dtype=str), np.array([k == 0 for k in how], dtype=bool)
-        return Closed(found.reshape(*leading, self.nq), converged.reshape(leading)[()], ends.reshape(leading), np.array(error).reshape(leading))
+        ends = np.array(how, dtype=np.intp).reshape(leading)
+        return Closed(found.reshape(*leading, self.nq), (ends == 0)[()], _CLOSING[ends, ...], np.array(error).reshape(leading))
 
     def branches(self, q: ArrayLike, hold: Iterable[str] = (), starts: int = 64, seed: int = 0, limits: bool = False) -> Array:
         """Distinct closed positions (branches, nq) with the coordinates of `hold` as in q (nq), nearest to q first.

@@ -321,6 +321,20 @@ private:
     set_filled();
     for (int step = 0; step < k.rank; ++step)
       set_lists(step, plan_.redundant, columns);
+    set_fill(columns);
+  }
+
+  /// The elements that are read and that no loop sets: those that elimination has filled, and all of independent coordinates.
+  void set_fill(const std::vector<int> &columns) {
+    const std::vector<unsigned char> all = filled_;
+    const int rank = static_cast<int>(order_.size());
+    set_filled();
+    plan_.view.fill_begin = static_cast<int>(plan_.list.size());
+    for (int i = 0; i < t_.rows; ++i)
+      for (int j = 0; j < m_.nv(); ++j)
+        if (const int v = columns[index(j)]; !filled(i, v) && (j >= rank || all[index(i * m_.nv() + v)]))
+          plan_.list.insert(plan_.list.end(), {i, j});
+    plan_.view.fill_end = static_cast<int>(plan_.list.size());
   }
 
   /// Sets order_ with pivots of which none is smaller than that share of the largest.  Returns the smallest one.
@@ -482,6 +496,7 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
   out.crossed = plan.crossed, out.through = plan.through, out.compliance_of = plan.compliance_of;
   out.patterns = plan.patterns;
   out.view.crosses_welds = plan.view.crosses_welds;
+  out.view.fill_begin = plan.view.fill_begin, out.view.fill_end = plan.view.fill_end;
   out.view.drives_are_independent = plan.view.drives_are_independent;
   out.view.length = static_cast<float>(plan.view.length);
   out.view.tolerance = static_cast<float>(tolerance_of_float);

@@ -31,8 +31,10 @@ KSL_LANES void back_through_lower(const loop_view<scalar_of<T>> &loops, const lo
                                   T *lambda) {
   for (int k = loops.pivots - 1; k >= 0; --k) {
     const loop_pivot &p = loops.pivot[k];
+    T sum = lambda[p.row];
     for (int i = p.rows_begin; i < p.rows_end; ++i)
-      lambda[p.row] = lambda[p.row] - w.L[loops.list[i] * loops.pivots + k] * lambda[loops.list[i]];
+      sum = sum - w.lower(loops.list[i], k) * lambda[loops.list[i]];
+    lambda[p.row] = sum;
   }
 }
 
@@ -54,7 +56,7 @@ KSL_LANES void project_efforts(const model_view<scalar_of<T>> &model, const clos
   for (int k = 0; k < loops.pivots; ++k) {
     const loop_pivot &p = loops.pivot[k];
     const T *const row = w.equations.row(p.row);
-    const T z = (y[p.column] + lambda[p.row]) * w.equations.L[p.row * loops.pivots + k];
+    const T z = (y[p.column] + lambda[p.row]) * w.equations.lower(p.row, k);
     lambda[p.row] = z;
     for (int i = p.later_begin; i < p.later_end; ++i) {
       const int step = loops.list[i], later = loops.pivot[step].row;

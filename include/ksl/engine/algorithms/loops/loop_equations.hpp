@@ -57,10 +57,10 @@ template <class T> struct loop_equations_workspace {
   array_of<T> bent;         ///< of each: what its turning adds to the rate of its last equation
   array_of<int> place;      ///< of each column of a loop: where it is in K
   array_of<T> K;            ///< (rows, pitch): pivots in their order, independent coordinates, b, and zeros
-  array_of<T> L;            ///< (rows, pivots): factors of rows below pivots, and in the row of each pivot its inverse
+  array_of<T> L;            ///< (rows, pivots), for plain numbers alone: lower() reads it
   array_of<T> solved;       ///< (pivots, freedoms + 1): dependent coordinates by independent ones, and for b
   T fault;                  ///< NaN where a state is not one of the closed mechanism, else 0
-  int pitch;
+  int pitch, pivots;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     const auto *loops = model.loops;
@@ -74,12 +74,20 @@ template <class T> struct loop_equations_workspace {
     const int n = loops ? loops->loops : 0;
     joint.lay_out(memory, n), twist.lay_out(memory, n), moved.lay_out(memory, n);
     normal.lay_out(memory, n), bent.lay_out(memory, n);
-    pitch = padded_columns<T>(model.nv + 1);
+    pitch = padded_columns<T>(model.nv + 1), pivots = loops ? loops->pivots : 0;
     K.lay_out(memory, loops ? loops->rows * pitch : 0);
-    L.lay_out(memory, loops ? loops->rows * loops->pivots : 0);
+    L.lay_out(memory, loops && is_number<T> ? loops->rows * loops->pivots : 0);
     solved.lay_out(memory, loops ? loops->pivots * (loops->freedoms + 1) : 0);
   }
   KSL_LANES T *row(int i) const { return &K[i * pitch]; }
+  /// The factor of row i below a pivot, or in the pivot's row its inverse.  Lanes keep it where K has no more use for its element, since what a
+  /// group of states needs is about as much as the nearest cache has; with plain numbers, subtract_columns passes over that place.
+  KSL_LANES T &lower(int i, int step) const {
+    if constexpr (is_number<T>)
+      return L[i * pivots + step];
+    else
+      return K[i * pitch + step];
+  }
 };
 
 /// NaN in the lanes where |x| is above the limit, or NaN; 0 elsewhere.
@@ -270,15 +278,15 @@ KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_wo
     const int row = joint.first_row + i;
     const T scale(loops.row_scale[row]);
     T *const line = w.row(row);
-    for (int k = 0; k < w.pitch; ++k)
-      line[k] = T(S(0));
+    if constexpr (is_number<T>)
+      for (int k = 0; k < w.pitch; ++k)
+        line[k] = T(S(0));
     const screw<T> *const J = &w.J[0];
     for (int c = 0; c < n; ++c) {
       T x = A::dot_vv(&d, force ? &J[c].lin : &J[c].ang);
       if (mixed)
         x = x + A::dot_vv(&turn, &J[c].ang);
-      T &sum = line[w.place[c]];
-      sum = c < middle ? sum + x : sum - x;
+      line[w.place[c]] = c < middle ? x : -x;
     }
     T speed = A::dot_vv(&d, force ? &W.lin : &W.ang) * scale, open = A::dot_vv(&d, force ? &gap : &turned) * scale;
     if constexpr (rates)
@@ -304,6 +312,9 @@ KSL_LANES void set_loop_equations(const model_view<scalar_of<T>> &model, loop_eq
                                   const T *v) {
   express_in_world(model, w.world, q);
   w.fault = T(scalar_of<T>(0));
+  if constexpr (!is_number<T>)
+    for (int k = model.loops->fill_begin; k < model.loops->fill_end; k += 2)
+      w.row(model.loops->list[k])[model.loops->list[k + 1]] = T(scalar_of<T>(0));
   for (int l = 0; l < model.loops->loops; ++l)
     set_loop<rates>(model, w, l, v);
 }
@@ -379,13 +390,13 @@ KSL_LANES void eliminate_by_plan(const model_view<scalar_of<T>> &model, loop_equ
     const loop_pivot p = loops.pivot[k];
     T *const row = w.row(p.row);
     const T pivot = row[k], inverse = T(S(1)) / pivot;
-    w.L[p.row * pivots + k] = inverse;
+    w.lower(p.row, k) = inverse;
     const T scaled = math<T>::fabs(pivot) * T(loops.row_scale[p.row] * loops.column_scale[p.column]);
     smallest = math<T>::select(scaled < smallest, scaled, smallest);
     for (int i = p.rows_begin; i < p.rows_end; ++i) {
       T *const target = w.row(list[i]);
       const T factor = target[k] * inverse;
-      w.L[list[i] * pivots + k] = factor;
+      w.lower(list[i], k) = factor;
       subtract_columns(factor, row, target, list + p.columns_begin, p.columns_end - p.columns_begin, k + 1,
                        rates ? b + 1 : b);
       if constexpr (rates && !is_number<T>)
@@ -412,7 +423,7 @@ template <class T> KSL_LANES void solve_by_plan(const model_view<scalar_of<T>> &
   for (int k = loops.pivots - 1; k >= 0; --k) {
     const loop_pivot p = loops.pivot[k];
     const T *const row = w.row(p.row);
-    const T inverse = w.L[p.row * loops.pivots + k];
+    const T inverse = w.lower(p.row, k);
     T *const out = solved + k * (f + 1);
     for (int j = 0; j < f; ++j)
       out[j] = row[loops.pivots + j];
