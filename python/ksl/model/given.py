@@ -149,7 +149,8 @@ def names(x: str | Iterable[str], what: str) -> list[str]:
     """A list of names; one name stands for itself."""
     if not isinstance(x, (str, Iterable)):
         raise ValueError(f"{what}={x!r}; expected a list of names")
-    return [name(word, f"one of {what}") for word in ([x] if isinstance(x, str) else x)]
+    one = f"one of {what}"
+    return [name(word, one) for word in ([x] if isinstance(x, str) else x)]
 
 
 def direction(x: ArrayLike | None, what: str) -> list[float] | None:
