@@ -151,7 +151,7 @@ class LoopCalls(Requests):
             raise ValueError(f"iterations={iterations!r}; expected a number of steps, 1 or more")
         found, how, error = self._core.close(positions, self._coordinates_of(hold, "hold"), given.flag(limits, "limits"), int(iterations))
         if not leading:  # one position, in less time
-            return Closed(found[0], np.bool_(how[0] == 0), np.array(CLOSING[how[0]]), np.array(error[0]))
+            return Closed(found[0], np.array(how[0] == 0)[()], np.array(CLOSING[how[0]]), np.array(error[0]))
         ends = np.array(how, dtype=np.intp).reshape(leading)
         return Closed(found.reshape(*leading, self.nq), (ends == 0)[()], _CLOSING[ends, ...], np.array(error).reshape(leading))
 
