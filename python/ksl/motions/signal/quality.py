@@ -180,6 +180,6 @@ def _about_impossible(column: str, is_angle: bool, jumps: list[tuple[int, float,
     if order == 0:
         return f"{column} jumps by {size:.4g} at {time:.6g} s{often}, which no force can do: efforts there depend on the step alone. Check the samples"
     return (
-        f"the rate of {column} jumps by {size:.4g} at {time:.6g} s{often}, which no force can do: efforts there depend on the step alone. "
-        "Give the profile ramps of velocity"
+        f"the rate of {column} jumps by {size:.4g} at {time:.6g} s{often}, which no force can do: an impact can, and a brake that holds within one sample. "
+        "Efforts there depend on the step alone. Give the profile ramps of velocity, or finer samples"
     )
