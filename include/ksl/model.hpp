@@ -180,7 +180,8 @@ public:
   model(const model &other) : model_parts(other) { set_views(); }
   model(model &&other) noexcept : model_parts(std::move(other)) { set_views(); }
   model &operator=(const model &other) {
-    model_parts::operator=(other);
+    if (this != &other)
+      model_parts::operator=(other);
     set_views();
     return *this;
   }

@@ -77,7 +77,8 @@ template <class T> struct loop_view {
   const T *pitch; ///< of each column, of helical joints
   const loop_pivot *pivot;
   const int *list;
-  int fill_begin, fill_end; ///< in `list`, pairs of a row and a column: elements of K that are zero until elimination fills them
+  int fill_begin,
+      fill_end; ///< in `list`, pairs of a row and a column: elements of K that are zero until elimination fills them
   const int *independent; ///< (freedoms) coordinates in v, ascending
   const int *place;       ///< (nv) of a coordinate among the independent ones, or −1 − its step
   const int *redundant;   ///< (rows − pivots) equations
