@@ -1,5 +1,6 @@
 """Counts of work: what grows with the square is seen, in lines, in calls and in comparisons; the same run gives the same count."""
 
+import gc
 import math
 import sys
 
@@ -59,3 +60,21 @@ def test_other_tracers_come_back():
         assert sys.gettrace() is tracer is sys.getprofile()
     finally:
         sys.settrace(before[0]), sys.setprofile(before[1])
+
+
+def test_what_is_done_where_garbage_is_collected_is_not_counted():
+    def makes_garbage() -> None:
+        kept.extend([[]] for _ in range(20_000))  # new lists, which the collector counts
+
+    def noticed(phase: str, info: dict[str, int]) -> None:
+        seen.append(phase)
+
+    kept: list[list[list[int]]] = []
+    seen: list[str] = []
+    undisturbed = work(makes_garbage)
+    kept.clear()
+    gc.callbacks.append(noticed)
+    try:
+        assert work(makes_garbage) == undisturbed and not seen and gc.isenabled()
+    finally:
+        gc.callbacks.remove(noticed)
