@@ -17,42 +17,13 @@ if TYPE_CHECKING:
 @app.command()
 def check(
     robot: RobotText,
-    ignore: Annotated[
-        list[str],
-        typer.Option(
-            "--ignore", metavar="RULE", help="A rule that is left out, inertia-triangle for example; may be repeated."
-        ),
-    ] = [],
-    package_path: Annotated[
-        list[Path],
-        typer.Option("--package-path", metavar="DIR", help="Where the packages of package:// are; may be repeated."),
-    ] = [],
-    symmetry: Annotated[
-        float,
-        typer.Option(
-            "--symmetry",
-            metavar="SHARE",
-            help="Share of its mass by which a limb may differ from that of the other side.",
-        ),
-    ] = 0.05,
-    fix: Annotated[
-        Path | None,
-        typer.Option(
-            "--fix", metavar="OUT.urdf", help="Write the repaired file there; print what was changed and what is left."
-        ),
-    ] = None,
-    accept: Annotated[
-        list[str],
-        typer.Option(
-            "--accept",
-            metavar="RULE",
-            help="With --fix: repair this rule's findings, too; their likely cause is right. May be repeated.",
-        ),
-    ] = [],
+    ignore: Annotated[list[str], typer.Option("--ignore", metavar="RULE", help="A rule that is left out, inertia-triangle for example; may be repeated.")] = [],
+    package_path: Annotated[list[Path], typer.Option("--package-path", metavar="DIR", help="Where the packages of package:// are; may be repeated.")] = [],
+    symmetry: Annotated[float, typer.Option("--symmetry", metavar="SHARE", help="Share of its mass by which a limb may differ from that of the other side.")] = 0.05,
+    fix: Annotated[Path | None, typer.Option("--fix", metavar="OUT.urdf", help="Write the repaired file there; print what was changed and what is left.")] = None,
+    accept: Annotated[list[str], typer.Option("--accept", metavar="RULE", help="With --fix: repair this rule's findings, too; their likely cause is right. May be repeated.")] = [],
     force: Annotated[bool, typer.Option("--force", help="Overwrite OUT.urdf if it exists.")] = False,
-    everything: Annotated[
-        bool, typer.Option("--all", help="Print every place, and not the first five of a rule.")
-    ] = False,
+    everything: Annotated[bool, typer.Option("--all", help="Print every place, and not the first five of a rule.")] = False,
     loops: Loops = "",
     drives: Drives = "",
     xacro: Xacro = None,

@@ -51,45 +51,52 @@ def section_wrench(
     for target, _ in wrenches:
         m.link(target)
     parent = next(j for j in m.joints if j.child == name)
-    children = [j for j in m.joints if j.parent == name]
     q, v, a = (np.asarray(argument(x, *role, m._core), float) for x, role in ((q, ("q", m.nq)), (v, ("v", m.nv)), (a, ("a", m.nv))))
     leading = np.broadcast_shapes(q.shape[:-1], v.shape[:-1], a.shape[:-1])
-    sides = {parent.name: -(n @ at) > 0}  # its frame is the link's; what lies in the plane keeps to its own side
-    for j in children:
-        origin = m.relative_pose(m.neutral(), f"link:{j.child}", frame)[:3, 3]  # where no joint has moved its child
-        sides[j.name] = bool(n @ (origin - at) >= 0)
-    ends = {x.name: x.successor_pose if x.successor == name else x.predecessor_pose for x in m.loops if name in (x.predecessor, x.successor)}
-    sides |= {loop: bool(n @ (np.reshape(pose, (4, 4))[:3, 3] - at) >= 0) for loop, pose in ends.items()}
-    if beyond is not None:
-        if not isinstance(beyond, Iterable):
-            raise ValueError(f"beyond={beyond!r}; expected a list of joints of {name}: some of {', '.join(sides)}")
-        listed = (beyond,) if isinstance(beyond, str) else tuple(beyond)
-        for joint in listed:
-            if joint not in sides:
-                raise ValueError(f"beyond names {joint!r}, which is no joint of {name}; {near_names(joint, sides)}expected some of {', '.join(sides)}")
-        sides = {joint: joint in listed for joint in sides}
+    sides = _joints_beyond(m, name, n, at, beyond)
     wrench = _inertial_wrench(m, q, v, a, frame, _inertia_beyond(link, share, n, at))
     carried = {parent.name, *(x.name for x in m.loops if x.successor == name)}  # joints with the link on their child's side
     for joint in (x for x, beyond_plane in sides.items() if beyond_plane):
         found = m.reactions(q, v, a, external, joints=[joint], at=frame, axes=frame, external_axes=external_axes)[..., 0, :]
         wrench = wrench - (found if joint in carried else -found)
     wrench = wrench - _of_elements(m, q, v, name, n, at)
-    for target, given in wrenches:
-        if target == name and sides[parent.name]:
-            f = np.asarray(given, float)
-            if external_axes == "world":
-                R = m.frame_pose(q, frame)[..., :3, :3]
-                f = np.concatenate([np.einsum("...ji,...j->...i", R, f[..., k : k + 3]) for k in (0, 3)], axis=-1)
-            wrench = wrench - f
+    R = m.frame_pose(q, frame)[..., :3, :3]
+    for given in (f for target, f in wrenches if target == name and sides[parent.name]):
+        f = np.asarray(given, float)
+        wrench = wrench - (_turned(np.swapaxes(R, -1, -2), f) if external_axes == "world" else f)
     wrench = np.broadcast_to(wrench, (*leading, 6)).copy()
     wrench[..., 3:] -= np.cross(at, wrench[..., :3])  # about the point
     if axes == "world":
-        R = m.frame_pose(q, frame)[..., :3, :3]
-        wrench = np.concatenate([np.einsum("...ij,...j->...i", R, wrench[..., k : k + 3]) for k in (0, 3)], axis=-1)
+        wrench = _turned(R, wrench)
     if order == "ang_lin":
         wrench = np.roll(wrench, 3, axis=-1)
     require_finite("section_wrench", "wrench", wrench)
     return wrench
+
+
+def _joints_beyond(m: Calls, link: str, n: Array, at: Array, beyond: Iterable[str] | None) -> dict[str, bool]:
+    """{joint of the link: is it beyond the section}: by where it stands, or as `beyond` says."""
+    parent = next(j for j in m.joints if j.child == link)
+    sides = {parent.name: bool(-(n @ at) > 0)}  # its frame is the link's; what lies in the plane keeps to its own side
+    for j in (j for j in m.joints if j.parent == link):
+        origin = m.relative_pose(m.neutral(), f"link:{j.child}", f"link:{link}")[:3, 3]  # where no joint has moved its child
+        sides[j.name] = bool(n @ (origin - at) >= 0)
+    ends = {x.name: x.successor_pose if x.successor == link else x.predecessor_pose for x in m.loops if link in (x.predecessor, x.successor)}
+    sides |= {loop: bool(n @ (np.reshape(pose, (4, 4))[:3, 3] - at) >= 0) for loop, pose in ends.items()}
+    if beyond is None:
+        return sides
+    if not isinstance(beyond, Iterable):
+        raise ValueError(f"beyond={beyond!r}; expected a list of joints of {link}: some of {', '.join(sides)}")
+    listed = (beyond,) if isinstance(beyond, str) else tuple(beyond)
+    for joint in listed:
+        if joint not in sides:
+            raise ValueError(f"beyond names {joint!r}, which is no joint of {link}; {near_names(joint, sides)}expected some of {', '.join(sides)}")
+    return {joint: joint in listed for joint in sides}
+
+
+def _turned(R: Array, wrench: Array) -> Array:
+    """A wrench in other axes, about the same point."""
+    return np.concatenate([np.einsum("...ij,...j->...i", R, wrench[..., k : k + 3]) for k in (0, 3)], axis=-1)
 
 
 def _of_elements(m: Calls, q: Array, v: Array, link: str, n: Array, at: Array) -> Array | float:
