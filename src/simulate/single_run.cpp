@@ -22,6 +22,14 @@ constexpr double most_turn = 3;
 /// A step ends before a singular position that is near, by this share of itself, which is passed over from there along its polynomial; or
 /// where by chance it ends at most this far before one.
 constexpr double before_singular = 0.1, passed_over = 0.2;
+/// Where that step is not exact enough, one of this share of the way to the singular position is tried, or a kept polynomial goes on that is
+/// this many times as long as the way.
+constexpr double less_near = 0.7, kept_enough = 2;
+/// States are moved onto the loops before accelerations are computed where the last pivot is below this share of the largest: loops that
+/// stages leave open change accelerations by as much divided by the pivot.
+constexpr double closes_below = 0.5;
+/// Relative errors of accelerations times the square of the last pivot, which divides those of closed positions, and of velocities there.
+constexpr double rounding_by_pivot = 2e-13, most_rounding = 1e-8;
 /// Events at one instant, for each coordinate, before the run is given up.
 constexpr int most_at_once = 20;
 /// Times that differ by less, relative to their size, are the same: no step lies between them.
@@ -194,14 +202,16 @@ private:
     const double h = ends_at_break ? room : std::fmin(next_, room / 2 > next_ ? next_ : room / 2);
     if (!(h > same_time * std::fabs(b_.t)) || !(h > 0))
       return end_.coordinate = step.worst(), std::isfinite(step.error()) ? ending::step_underflow : ending::not_finite;
+    if (of_.closed())
+      step.set_rounding(rounding_at_end(h)), of_.close_first(task_.project && singular_.pivot() < closes_below);
     if (step.attempt(h) != outcome::done)
       return ending::stopped;
     if (step.error() > 1 || step.largest_turn() > most_turn) {
       ++end_.rejected;
       const double wanted = std::isfinite(step.error()) ? safety * std::pow(step.error(), -1 / order) : shrinks_at_most;
-      next_ = h * std::fmin(0.7, std::fmax(shrinks_at_most, wanted));
+      next_ = h > less_near * ahead_ ? less_near * ahead_ : h * std::fmin(0.7, std::fmax(shrinks_at_most, wanted));
       was_rejected_ = true;
-      if (2 * ahead_ <= kept_)
+      if (kept_enough * ahead_ <= kept_)
         return pass_over(until, room);
       return ending::complete;
     }
@@ -213,6 +223,12 @@ private:
     next_ = ends_at_break && factor > 1 ? std::fmax(next_, h * factor) : h * factor;
     was_rejected_ = false;
     return finish(ends_at_break ? until : step.t() + h);
+  }
+
+  /// Relative rounding of accelerations near a singular position that is ahead of a step, or behind: no error can be told from it.
+  double rounding_at_end(double h) const {
+    const double pivot = singular_.pivot() * (1 - h / ahead_);
+    return std::fmin(rounding_by_pivot / (pivot * pivot), most_rounding);
   }
 
   /// Goes on as the last step did, over a singular position and as far beyond it, where accelerations are but rounding: velocities don't
