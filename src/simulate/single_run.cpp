@@ -37,6 +37,9 @@ constexpr double same_time = 10 * std::numeric_limits<double>::epsilon();
 /// Of a run: less is nothing, even where times are so large that it is no more than their rounding.
 constexpr double negligible = 1e-9;
 
+/// So many steps that are tried one after the other have to lead on by more than that.
+constexpr std::size_t watched_steps = 10'000;
+
 class single_run {
 public:
   single_run(const model &m, const simulation &task, const results &out, std::size_t run,
@@ -150,10 +153,22 @@ private:
   ending advance() {
     if (end_.steps + end_.rejected >= task_.most_steps)
       return ending::too_many_steps;
+    if (adaptive_ && stands_still())
+      return end_.coordinate = adaptive_->worst(), ending::step_underflow;
     const double until = breaks_[break_], room = until - b_.t;
     if (!(room > same_time * std::fabs(until)) && room < negligible * (breaks_.back() - task_.times[0]))
       return pass_time(until);
     return adaptive_ ? try_step(until, room) : take_equal_step(until, room);
+  }
+
+  /// Have the last steps that were tried, many, led to nearly nowhere.
+  bool stands_still() {
+    const std::size_t tried = end_.steps + end_.rejected;
+    if (tried < judged_ + watched_steps)
+      return false;
+    const double way = b_.t - judged_at_;
+    judged_ = tried, judged_at_ = b_.t;
+    return way < negligible * (breaks_.back() - task_.times[0]);
   }
 
   /// To a time that is no step away.
@@ -432,6 +447,8 @@ private:
   double ahead_ = std::numeric_limits<double>::infinity(),
          kept_ = 0; ///< a singular position, s; the step whose polynomial is kept, s
   double next_ = 0, closure_ = 0, last_event_ = std::numeric_limits<double>::lowest();
+  std::size_t judged_ = 0; ///< steps tried when the run was last seen to go on, at
+  double judged_at_ = task_.times[0];
   int at_once_ = 0;
   bool was_rejected_ = false;
   run_end end_;
