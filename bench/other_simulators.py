@@ -36,13 +36,7 @@ def with_exudyn(start, end):
         for k in range(2):
             robot.AddLink(RobotLink(mass=1.0, COM=[0, 0, -0.5], inertia=np.diag(MOMENTS), parent=k - 1, preHT=HTtranslate([0, 0, -1.0 * k]), jointType="Ry"))
         system.SetNodeParameter(robot.CreateKinematicTree(system)["nodeGeneric"], "initialCoordinates", [-x for x in start])
-        system.Assemble()
-        settings = exudyn.SimulationSettings()
-        settings.solution.file.write = settings.show.computationTime = False
-        how = settings.timeIntegration
-        how.endTime, how.numberOfSteps, how.automaticStepSize = end, round(end / step), tolerance is not None
-        how.relativeTolerance = how.absoluteTolerance = tolerance or 1e-9
-        system.SolveDynamic(settings, solverType=solver)
+        solve_in_exudyn(system, end, step, solver, tolerance)
         return -np.array(system.systemData.GetODE2Coordinates())
 
     yield "Exudyn RK44 0.001", partial(run, exudyn.DynamicSolverType.RK44, step=1e-3)
@@ -103,9 +97,8 @@ def mjcf_of(m, step, integrator):
 
     def body(joint):
         link = m.link(joint.child)
-        c = np.array(link.first_moment) / link.mass
-        xx, yy, zz, xy, yz, zx = link.inertia
-        about = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]) - link.mass * (c @ c * np.eye(3) - np.outer(c, c)) + 1e-13 * np.eye(3)
+        c, about = about_centre(link)
+        about = about + 1e-13 * np.eye(3)
         numbers = (about[0, 0], about[1, 1], about[2, 2], about[0, 1], about[0, 2], about[1, 2])
         inertial = f'<inertial pos="{words(c)}" mass="{link.mass!r}" fullinertia="{words(numbers)}"/>'
         kind = "slide" if joint.kind == "prismatic" else "hinge"
@@ -149,9 +142,112 @@ def mechanism_in_mujoco(m, start, v, tau, end, steps):
             yield f"MuJoCo {integrator} {step:g}", partial(run, model, mujoco.MjData(model), step)
 
 
+def about_centre(link):
+    """Its centre of mass and the inertia about it."""
+    c, (xx, yy, zz, xy, yz, zx) = np.array(link.first_moment) / link.mass, link.inertia
+    return c, np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]) - link.mass * (c @ c * np.eye(3) - np.outer(c, c))
+
+
+def tree_in_exudyn(m, start, v, end, steps):
+    """As its kinematic tree: joints about axes of their frames."""
+    import exudyn
+    from exudyn.itemInterface import MarkerKinematicTreeRigid, ObjectConnectorSpringDamper
+    from exudyn.rigidBodyUtilities import HTtranslate
+    from exudyn.robotics import Robot, RobotLink
+
+    moving = [j for j in m.joints if j.nv]
+    number = {j.child: k for k, j in enumerate(moving)}
+    sign = np.array([sum(j.axis) for j in moving])
+
+    def run(solver, step, tolerance=None):
+        robot = Robot(gravity=list(m.gravity))
+        for j in moving:
+            (c, inertia), at = about_centre(m.link(j.child)), m.relative_pose(m.neutral(), j.child, j.parent)[:3, 3]
+            kind = ("P" if j.kind == "prismatic" else "R") + "xyz"[int(np.argmax(np.abs(j.axis)))]
+            own = {"mass": m.link(j.child).mass, "COM": list(c), "inertia": inertia}
+            robot.AddLink(RobotLink(**own, parent=number.get(j.parent, -1), preHT=HTtranslate(list(at)), jointType=kind))
+        system = exudyn.SystemContainer().AddSystem()
+        made = robot.CreateKinematicTree(system)
+        for name, values in (("initialCoordinates", start), ("initialCoordinates_t", v)):
+            system.SetNodeParameter(made["nodeGeneric"], name, list(sign * [values[j.v_index] for j in moving]))
+        of = {"objectNumber": made["objectKinematicTree"]}
+        for e in m.force_elements:
+            sides = ((e.link1, e.point1), (e.link2, e.point2))
+            ends = [system.AddMarker(MarkerKinematicTreeRigid(**of, linkNumber=number[link], localPosition=list(p))) for link, p in sides]
+            system.AddObject(ObjectConnectorSpringDamper(markerNumbers=ends, referenceLength=e.free_length, stiffness=e.stiffness, damping=e.damping))
+        solve_in_exudyn(system, end, step, solver, tolerance)
+        found = dict(zip((j.name for j in moving), sign * np.array(system.systemData.GetODE2Coordinates()), strict=True))
+        return np.array([found[name] for name in m.joint_names])
+
+    for step in (10 * steps[0], steps[0]):
+        yield f"Exudyn generalised alpha {step:g}", partial(run, exudyn.DynamicSolverType.GeneralizedAlpha, step)
+    yield "Exudyn DOPRI5 1e-06", partial(run, exudyn.DynamicSolverType.DOPRI5, steps[0], 1e-6)
+
+
+def solve_in_exudyn(system, end, step, solver, tolerance=None):
+    import exudyn
+
+    system.Assemble()
+    settings = exudyn.SimulationSettings()
+    settings.solution.file.write = settings.show.computationTime = False
+    how = settings.timeIntegration
+    how.endTime, how.numberOfSteps, how.automaticStepSize = end, round(end / step), tolerance is not None
+    how.relativeTolerance = how.absoluteTolerance = tolerance or 1e-9
+    how.newton.useModifiedNewton = True
+    how.newton.relativeTolerance, how.newton.absoluteTolerance = 1e-8, 1e-10
+    system.SolveDynamic(settings, solverType=solver)
+
+
+def mechanism_in_drake(m, start, v, tau, end, steps):
+    """Trees whose joints turn and slide; mechanisms with loops are left out."""
+    if m.loops:
+        return
+    from pydrake.math import RigidTransform
+    from pydrake.multibody.plant import MultibodyPlant
+    from pydrake.multibody.tree import FixedOffsetFrame, LinearSpringDamper, PrismaticJoint, RevoluteJoint, SpatialInertia, UnitInertia
+    from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+
+    plant = MultibodyPlant(0.0)
+    (root,) = (j.child for j in m.joints if j.parent is None)
+    bodies = {root: plant.world_body()}
+    for j in m.joints:
+        if not j.nv:
+            continue
+        link = m.link(j.child)
+        xx, yy, zz, xy, yz, zx = np.array(link.inertia) / link.mass
+        inertia = SpatialInertia(link.mass, np.array(link.first_moment) / link.mass, UnitInertia(xx, yy, zz, xy, zx, yz))
+        bodies[j.child] = plant.AddRigidBody(j.child, inertia)
+        at = RigidTransform(m.relative_pose(m.neutral(), j.child, j.parent)[:3, 3])
+        frame = plant.AddFrame(FixedOffsetFrame(f"of {j.name}", bodies[j.parent].body_frame(), at))
+        kind = PrismaticJoint if j.kind == "prismatic" else RevoluteJoint
+        plant.AddJoint(kind(j.name, frame, bodies[j.child].body_frame(), j.axis))
+    for e in m.force_elements:
+        plant.AddForceElement(LinearSpringDamper(bodies[e.link1], e.point1, bodies[e.link2], e.point2, e.free_length, e.stiffness, e.damping))
+    plant.mutable_gravity_field().set_gravity_vector(m.gravity)
+    plant.Finalize()
+    joints = [plant.GetJointByName(name) for name in m.joint_names]
+
+    def run(accuracy):
+        simulator = Simulator(plant)
+        ApplySimulatorConfig(SimulatorConfig(integration_scheme="radau3", accuracy=accuracy, max_step_size=0.1, use_error_control=True), simulator)
+        context, state = simulator.get_mutable_context(), np.empty(2 * len(joints))
+        for joint, q, rate in zip(joints, start, v, strict=True):
+            state[joint.position_start()], state[len(joints) + joint.velocity_start()] = q, rate
+        plant.SetPositionsAndVelocities(context, state)
+        simulator.AdvanceTo(end)
+        found = plant.GetPositions(simulator.get_context())
+        return np.array([found[joint.position_start()] for joint in joints])
+
+    for accuracy in (1e-3, 1e-6):
+        yield f"Drake Radau3 {accuracy:g}", partial(run, accuracy)
+
+
 def mechanism_in_exudyn(m, start, v, tau, end, steps):
-    """In a plane, as bodies with three coordinates each and equations for all joints; others are left out."""
-    if not m.loops or any(j.axis != (0.0, 0.0, 1.0) for j in m.joints if j.nv):
+    """In a plane, as bodies with three coordinates each and equations for all joints; trees as such; others are left out."""
+    if not m.loops:
+        yield from tree_in_exudyn(m, start, v, end, steps)
+        return
+    if any(j.axis != (0.0, 0.0, 1.0) for j in m.joints if j.nv):
         return
     import exudyn
     from exudyn.itemInterface import (
@@ -186,14 +282,7 @@ def mechanism_in_exudyn(m, start, v, tau, end, steps):
         for j in moving:
             if tau[j.v_index]:
                 system.AddLoad(LoadTorqueVector(markerNumber=system.AddMarker(MarkerBodyRigid(bodyNumber=bodies[j.child])), loadVector=[0, 0, tau[j.v_index]]))
-        system.Assemble()
-        settings = exudyn.SimulationSettings()
-        settings.solution.file.write = settings.show.computationTime = False
-        how = settings.timeIntegration
-        how.endTime, how.numberOfSteps = end, round(end / step)
-        how.newton.useModifiedNewton = True
-        how.newton.relativeTolerance, how.newton.absoluteTolerance = 1e-8, 1e-10
-        system.SolveDynamic(settings)
+        solve_in_exudyn(system, end, step, exudyn.DynamicSolverType.GeneralizedAlpha)
         found = dict(zip((j.child for j in moving), np.array(system.systemData.GetODE2Coordinates()).reshape(-1, 3)[:, 2], strict=True)) | {ground: 0.0}
         of = {j.name: start[j.q_index] + found[j.child] - found[j.parent] for j in moving}  # coordinates count from the references
         return np.array([of[name] for name in m.joint_names])
@@ -204,7 +293,7 @@ def mechanism_in_exudyn(m, start, v, tau, end, steps):
 
 def rows_of(m, start, v, tau, end, steps):
     """A mechanism with force elements, which is built from KSL's model."""
-    for make in (mechanism_in_mujoco, mechanism_in_exudyn):
+    for make in (mechanism_in_mujoco, mechanism_in_exudyn, mechanism_in_drake):
         try:
             yield from make(m, start, v, tau, end, steps)
         except ImportError as e:

@@ -99,8 +99,8 @@ KSL_EXPORT ksl_simulation_t ksl_simulation(void);
 typedef enum ksl_ending_t {
   KSL_COMPLETE,
   KSL_ENDED_BY_EVENT,
-  KSL_STOPPED,        /**< by a function that returned false */
-  KSL_STEP_UNDERFLOW, /**< the step that the error allows is too small to change the time */
+  KSL_STOPPED, /**< by a function that returned false */
+  KSL_STEP_UNDERFLOW, /**< the step that the error allows is too small to change the time, or 10,000 of them by a billionth of the run */
   KSL_TOO_MANY_STEPS,
   KSL_RUN_NOT_FINITE, /**< numbers overflow, or a function gave NaN */
   KSL_NOT_SOLVED,     /**< implicit equations of a step have no solution nearby */

@@ -162,8 +162,8 @@ struct simulated_event {
 enum class ending {
   complete,
   event,
-  stopped,        ///< at the last time; by an event; by a function that returned false
-  step_underflow, ///< the step that the error allows is too small to change the time
+  stopped, ///< at the last time; by an event; by a function that returned false
+  step_underflow, ///< the step that the error allows is too small to change the time, or 10,000 of them by a billionth of the run
   too_many_steps,
   not_finite,    ///< numbers overflow, or a function gave NaN
   not_solved,    ///< implicit equations of a step have no solution nearby

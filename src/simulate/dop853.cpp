@@ -54,11 +54,12 @@ bool dop853_step::stage(int s) {
 
 void dop853_step::set_scale() {
   const std::size_t nv = of_.nv();
+  const double absolute = std::fmax(absolute_, rounding_), relative = std::fmax(relative_, rounding_);
   for (std::size_t i = 0; i < nv; ++i) {
     const double x = position_[i] < 0 ? 1 : std::fabs(q_[static_cast<std::size_t>(position_[i])]);
     const double moved = std::fmax(x, position_[i] < 0 ? 1 : std::fabs(x + end_[i]));
-    scale_[i] = absolute_ + relative_ * moved;
-    scale_[nv + i] = absolute_ + relative_ * std::fmax(std::fabs(start_[nv + i]), std::fabs(end_[nv + i]));
+    scale_[i] = absolute + relative * moved;
+    scale_[nv + i] = absolute + relative * std::fmax(std::fabs(start_[nv + i]), std::fabs(end_[nv + i]));
   }
 }
 

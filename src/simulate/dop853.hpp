@@ -13,6 +13,9 @@ public:
 
   bool begin(double t, const double *q, const double *v, double work) override;
 
+  /// Errors are allowed to be as large as this, whatever the tolerances say: what rounding leaves of rates.
+  void set_rounding(double rounding) { rounding_ = rounding; }
+
   /// Tries a step; sets error(), which is at most 1 where it suffices.
   outcome attempt(double h) override;
   double error() const { return error_; }
@@ -56,7 +59,7 @@ private:
 
   system &of_;
   local_state state_;
-  double relative_, absolute_, t_ = 0, h_ = 0, error_ = 0;
+  double relative_, absolute_, rounding_ = 0, t_ = 0, h_ = 0, error_ = 0;
   int worst_ = -1;
   std::vector<double> q_, start_, end_, stage_, scale_, rate_[dop853::extended];
   polynomial of_step_, kept_;

@@ -22,12 +22,23 @@ constexpr double most_turn = 3;
 /// A step ends before a singular position that is near, by this share of itself, which is passed over from there along its polynomial; or
 /// where by chance it ends at most this far before one.
 constexpr double before_singular = 0.1, passed_over = 0.2;
+/// Where that step is not exact enough, one of this share of the way to the singular position is tried, or a kept polynomial goes on that is
+/// this many times as long as the way.
+constexpr double less_near = 0.7, kept_enough = 2;
+/// States are moved onto the loops before accelerations are computed where the last pivot is below this share of the largest: loops that
+/// stages leave open change accelerations by as much divided by the pivot.
+constexpr double closes_below = 0.5;
+/// Relative errors of accelerations times the square of the last pivot, which divides those of closed positions, and of velocities there.
+constexpr double rounding_by_pivot = 2e-13, most_rounding = 1e-8;
 /// Events at one instant, for each coordinate, before the run is given up.
 constexpr int most_at_once = 20;
 /// Times that differ by less, relative to their size, are the same: no step lies between them.
 constexpr double same_time = 10 * std::numeric_limits<double>::epsilon();
 /// Of a run: less is nothing, even where times are so large that it is no more than their rounding.
 constexpr double negligible = 1e-9;
+
+/// So many steps that are tried one after the other have to lead on by more than that.
+constexpr std::size_t watched_steps = 10'000;
 
 class single_run {
 public:
@@ -142,10 +153,22 @@ private:
   ending advance() {
     if (end_.steps + end_.rejected >= task_.most_steps)
       return ending::too_many_steps;
+    if (adaptive_ && stands_still())
+      return end_.coordinate = adaptive_->worst(), ending::step_underflow;
     const double until = breaks_[break_], room = until - b_.t;
     if (!(room > same_time * std::fabs(until)) && room < negligible * (breaks_.back() - task_.times[0]))
       return pass_time(until);
     return adaptive_ ? try_step(until, room) : take_equal_step(until, room);
+  }
+
+  /// Have the last steps that were tried, many, led to nearly nowhere.
+  bool stands_still() {
+    const std::size_t tried = end_.steps + end_.rejected;
+    if (tried < judged_ + watched_steps)
+      return false;
+    const double way = b_.t - judged_at_;
+    judged_ = tried, judged_at_ = b_.t;
+    return way < negligible * (breaks_.back() - task_.times[0]);
   }
 
   /// To a time that is no step away.
@@ -194,14 +217,16 @@ private:
     const double h = ends_at_break ? room : std::fmin(next_, room / 2 > next_ ? next_ : room / 2);
     if (!(h > same_time * std::fabs(b_.t)) || !(h > 0))
       return end_.coordinate = step.worst(), std::isfinite(step.error()) ? ending::step_underflow : ending::not_finite;
+    if (of_.closed())
+      step.set_rounding(rounding_at_end(h)), of_.close_first(task_.project && singular_.pivot() < closes_below);
     if (step.attempt(h) != outcome::done)
       return ending::stopped;
     if (step.error() > 1 || step.largest_turn() > most_turn) {
       ++end_.rejected;
       const double wanted = std::isfinite(step.error()) ? safety * std::pow(step.error(), -1 / order) : shrinks_at_most;
-      next_ = h * std::fmin(0.7, std::fmax(shrinks_at_most, wanted));
+      next_ = h > less_near * ahead_ ? less_near * ahead_ : h * std::fmin(0.7, std::fmax(shrinks_at_most, wanted));
       was_rejected_ = true;
-      if (2 * ahead_ <= kept_)
+      if (kept_enough * ahead_ <= kept_)
         return pass_over(until, room);
       return ending::complete;
     }
@@ -213,6 +238,12 @@ private:
     next_ = ends_at_break && factor > 1 ? std::fmax(next_, h * factor) : h * factor;
     was_rejected_ = false;
     return finish(ends_at_break ? until : step.t() + h);
+  }
+
+  /// Relative rounding of accelerations near a singular position that is ahead of a step, or behind: no error can be told from it.
+  double rounding_at_end(double h) const {
+    const double pivot = singular_.pivot() * (1 - h / ahead_);
+    return std::fmin(rounding_by_pivot / (pivot * pivot), most_rounding);
   }
 
   /// Goes on as the last step did, over a singular position and as far beyond it, where accelerations are but rounding: velocities don't
@@ -416,6 +447,8 @@ private:
   double ahead_ = std::numeric_limits<double>::infinity(),
          kept_ = 0; ///< a singular position, s; the step whose polynomial is kept, s
   double next_ = 0, closure_ = 0, last_event_ = std::numeric_limits<double>::lowest();
+  std::size_t judged_ = 0; ///< steps tried when the run was last seen to go on, at
+  double judged_at_ = task_.times[0];
   int at_once_ = 0;
   bool was_rejected_ = false;
   run_end end_;

@@ -23,6 +23,9 @@ public:
   /// where that is not near.
   double ahead() const;
 
+  /// How large the last pivot is where the run is, as a share of the largest so far.
+  double pivot() const { return before_ / usual_; }
+
 private:
   double regularity(const double *q);
   double at(continuous_step &step, double share);

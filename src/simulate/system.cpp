@@ -69,6 +69,13 @@ void system::accelerate_closed(std::size_t n, const double *q, const double *v, 
   }
 }
 
+void system::accelerate_nearest(const double *q, const double *v, double *a) {
+  moved_.assign(q, q + nq_), moved_.insert(moved_.end(), v, v + nv_);
+  double opened;
+  const bool is_closed = project(moved_.data(), moved_.data() + nq_, opened);
+  accelerate_closed(1, is_closed ? moved_.data() : q, is_closed ? moved_.data() + nq_ : v, a);
+}
+
 bool system::accelerate(double t, std::size_t first, std::size_t n, const double *q, const double *v, double *a,
                         double *power) {
   evaluations_ += n;
@@ -77,7 +84,9 @@ bool system::accelerate(double t, std::size_t first, std::size_t n, const double
   std::copy_n(tau_.data(), n * nv_, applied_.data());
   if (held_)
     held_->add_friction(n, applied_.data());
-  if (closed_)
+  if (closes_first_)
+    accelerate_nearest(q, v, a);
+  else if (closed_)
     accelerate_closed(n, q, v, a);
   else
     call(rows::forward_dynamics, n, q, v, nullptr, applied_.data(), a);

@@ -63,6 +63,8 @@ public:
   bool project(double *q, double *v, double &opened) {
     return closed_->project(q, v, opened, held_ ? held_->flags() : nullptr);
   }
+  /// Are accelerations, of one run, those of the nearest closed state.
+  void close_first(bool closes) { closes_first_ = closes; }
   closed_mechanism *closed() { return closed_ ? &*closed_ : nullptr; }
   std::size_t nq() const { return nq_; }
   std::size_t nv() const { return nv_; }
@@ -78,6 +80,7 @@ private:
   batch_view<double> batch_of(std::size_t n, const double *q, const double *v, const double *a,
                               const double *tau) const;
   void accelerate_closed(std::size_t n, const double *q, const double *v, double *a);
+  void accelerate_nearest(const double *q, const double *v, double *a);
   void call(const algorithm_row &row, std::size_t n, const double *q, const double *v, const double *a,
             const double *tau, double *out);
   void call_tree(const algorithm_row &row, const batch_view<double> &inputs, double *out, std::size_t columns);
@@ -96,8 +99,8 @@ private:
   std::optional<held_joints> held_;
   std::optional<elements::dampers> dampers_;
   std::size_t nq_, nv_, evaluations_ = 0;
-  bool is_cut_ = false;
-  std::vector<double> tau_, wanted_, error_, computed_, applied_, moving_, positions_, inverses_, parts_;
+  bool is_cut_ = false, closes_first_ = false;
+  std::vector<double> moved_, tau_, wanted_, error_, computed_, applied_, moving_, positions_, inverses_, parts_;
   std::vector<int> links_;
   std::vector<double> wrenches_; ///< (most, links, 6)
   std::vector<external_rows<double>> external_;

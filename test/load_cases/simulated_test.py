@@ -139,6 +139,7 @@ def test_the_command_writes_a_motion_that_loads_reads(tmp_path):
         (("--until", "1", "--brake", "3"), "--brake: brakes engage at a time; give --brake-at S"),
         (("--until", "1", "--velocity", "3"), "--velocity 3: expected NAME=VALUE with a number"),
         (("--until", "1", "--velocity", "panda_joint4=90deg"), "expected NAME=VALUE with a number, rad/s or m/s"),
+        (("--until", "0.1", "--brake-at", "0.5"), "brakes at 0.5 s would never engage; it ends at 0.1 s"),
         (("--until", "1", "--brake-at", "0", "--brake", "panda_joint4=90deg"), "expected NAME=VALUE with a number, N m or N"),
         (("--until", "inf"), "until is inf; expected a time, s"),
         (("--until", "1", "--rate", "inf"), "rate inf; expected samples a second, more than 0"),

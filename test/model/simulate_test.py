@@ -105,7 +105,7 @@ def test_runs_of_equal_steps_end_at_the_state_before_numbers_fail(method, more):
 def test_a_step_that_is_no_step_is_told():
     with pytest.warns(RuntimeWarning, match="it takes more steps than most_steps, 10,000,000; take longer steps"):
         assert M.simulate(*START, method="rk4", step=1e-300).steps == 0
-    with pytest.warns(RuntimeWarning, match="too small to change the time"):  # 1 s is eight numbers there
+    with pytest.warns(RuntimeWarning, match="too small to go on"):  # 1 s is eight numbers there
         assert not M.simulate(*START[:2], [1e15, 1e15 + 1]).complete
 
 
@@ -212,3 +212,11 @@ def test_singular_positions_are_events():
 def test_one_line_says_what_a_run_is():
     assert repr(M.simulate(*START)).startswith("<ksl simulation: to 0.2 s, ")
     assert "2 runs, 2 complete" in repr(M.simulate([START[0]] * 2, *START[1:]))
+
+
+def test_a_drive_that_switches_to_and_fro_ends_early():
+    """Beyond its zero it pushes back with a jump: no step is short enough.  The run says where, and keeps what it has."""
+    m = ksl.Builder("wheel").add_link("base").add_link("wheel", mass=1.0, inertia=np.eye(3)).add_joint("turn", "continuous", "base", "wheel", axis=(0, 0, 1)).build()
+    with pytest.warns(RuntimeWarning, match="became too small to go on; joint 'turn' .* energy"):
+        run = m.simulate([0.0], [1e-6], [0, 1.0], efforts=lambda t, q, v: -1e9 * np.sign(v + 1e-9))
+    assert run.steps + run.rejected <= 30_000 and np.isfinite(run.q[0]).all() and np.isnan(run.q[1]).all()

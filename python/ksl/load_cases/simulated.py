@@ -90,6 +90,8 @@ def simulated_motion(
     """The motion, and in words what it is.  progress: is told how much of its time is done, s, and of how much.  Raises MotionError; a run that ends early gives the part before, with a doubt that says why."""
     q, v, begin, closing = _start(model, how, followed)
     times = _times(how, followed, begin)
+    if how.brake_at is not None and how.brake_at >= times[-1]:
+        raise MotionError(f"simulation: brakes at {how.brake_at:g} s would never engage; it ends at {times[-1]:g} s")
     controller, brake = _controller(model, how, followed, q, times), _brake(model, how)
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always", RuntimeWarning)

@@ -30,7 +30,7 @@ REASONS = (
     "complete",
     "an event ended it",
     "a function ended it",
-    "the step that the error allows became too small to change the time",
+    "the step that the error allows became too small to go on",
     "it takes more steps than most_steps",
     "numbers are not finite",
     "the equations of an implicit step have no solution nearby; take a smaller step",
