@@ -129,10 +129,27 @@ def test_the_command_writes_a_motion_that_loads_reads(tmp_path):
     assert read.q[0, 3] == pytest.approx(-np.pi / 2) and not read.differentiated
 
 
+def test_a_run_begins_in_the_state_of_a_file(tmp_path):
+    """As in that of a motion, which without a controller nothing follows; or in a pose, at rest."""
+    (tmp_path / "pose.toml").write_text("panda_joint4 = -1.5\n")
+    end = ("--until", "1.25", "-o")
+    for one, other in (
+        (("--start", PICK, "--from-time", "1.2"), (PICK, "--from-time", "1.2")),
+        (("--start", "pose.toml"), ("--pose", "panda_joint4=-1.5")),
+    ):
+        for options, folder in ((one, "one"), (other, "other")):
+            done = run_ksl("simulate", PANDA, *options, *end, folder, "--force", cwd=tmp_path)
+            assert done.returncode == 0, done.stderr
+        assert (tmp_path / "one/motion.csv").read_text() == (tmp_path / "other/motion.csv").read_text()
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [
         ((), "--until: the end is missing"),
+        ((PICK, "--start", PICK), "--start: MOTION says where it begins; leave one of them out"),
+        (("--start", PICK, "--pose", "panda_joint4=1"), "--start: --pose says where it begins"),
+        (("--start", PICK, "--from-time", "99", "--until", "100"), "from 99 s: the motion is from 0 s to 4.08 s"),
         (("--until", "1", "--controller", "pd"), "--controller pd: needs --gains STIFFNESS,DAMPING"),
         (("--until", "1", "--controller", "pid"), "--controller pid: expected one of none, gravity, pd, computed-torque"),
         (("--until", "1", "--gains", "1,2"), "--gains: are those of a controller"),

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from ksl.load_cases.load_case import LoadCase, Payload
     from ksl.load_cases.simulated import Simulated
     from ksl.model.model import Model
+    from ksl.motions.motion import Motion
 
 
 @app.command(cls=GroupedOptions)
@@ -57,7 +58,8 @@ def simulate(
     robot: Robot,
     motion: Annotated[Path | None, typer.Argument(metavar="[MOTION]", help=f"Followed by the controller, or left at a time. {MOTION_HELP}")] = None,
     until: Annotated[float | None, typer.Option(metavar="S", help="End; otherwise that of MOTION.")] = None,
-    start: Annotated[float | None, typer.Option("--from-time", metavar="S", help="Begin in the state of MOTION at this time.")] = None,
+    state: Annotated[str, typer.Option("--start", metavar="FILE", help="Begin in the state of this motion, its first or that of --from-time, and follow nothing; or at rest in a pose of TOML.")] = "",
+    start: Annotated[float | None, typer.Option("--from-time", metavar="S", help="Begin in the state of MOTION, or of --start, at this time.")] = None,
     pose: Annotated[list[str], typer.Option(metavar="FILE|NAME=VALUE", help="Position where it begins at rest, rad or m, or 90deg (repeatable); or a file, as of ksl hold.")] = [],
     velocity: Annotated[list[str], typer.Option(metavar="NAME=VALUE", help="Velocity where it begins, rad/s or m/s (repeatable).")] = [],
     controller: Annotated[str, typer.Option(metavar="none|gravity|pd|computed-torque", help="What drives the joints.")] = "none",
@@ -94,7 +96,7 @@ def simulate(
 ) -> None:
     """Simulate a mechanism under a controller, without drives or under brakes, and write motion.csv and every wrench, as ksl loads.
 
-    It begins at --pose, at rest but for --velocity, or in the state of MOTION. pd holds that pose, or follows MOTION, and carries the weight;
+    It begins at --pose, at rest but for --velocity, or in the state of MOTION or --start. pd holds that pose, or follows MOTION, and carries the weight;
     computed-torque does so by inverse dynamics. docs/simulation.md says which method to take.
     """
     from ksl.commands.print_loads import print_run
@@ -107,12 +109,14 @@ def simulate(
         check_order(robot, motion)
     if cases is not None:
         said = {
-            "--until": until, "--from-time": start, "--pose": pose, "--velocity": velocity, "--gains": gains, "--brake-at": brake_at, "--brake": brake,
+            "--until": until, "--start": state, "--from-time": start, "--pose": pose, "--velocity": velocity, "--gains": gains, "--brake-at": brake_at, "--brake": brake,
             "--dry-friction": dry_friction, "--bounce": bounce, "--rate": rate, "--step": step, "--tolerance": tolerance,
             "--controller": controller != "none", "--method": method != "dop853",
         }  # fmt: skip
         if others := [name for name, value in said.items() if value not in (None, "", [], False)]:
             fail(f"{', '.join(others)}: with --cases each load case says so itself, in simulate = {{…}}; leave {'it' if len(others) == 1 else 'them'} out")
+    if state and (motion is not None or pose):
+        fail(f"--start: {'MOTION' if motion is not None else '--pose'} says where it begins; leave one of them out")
     if until is None and motion is None and cases is None:
         fail("--until: the end is missing; give it, s, or a MOTION that has one")
     loaded = payloads_given(payload, on_link)
@@ -120,7 +124,7 @@ def simulate(
     model, stiff = with_stiffness(model, stiffness)
     carried = carried_payloads(model, loaded)
     options = {
-        "until": until, "from": start, "pose": pose, "velocity": velocity, "controller": controller, "gains": gains, "brake_at": brake_at, "brake": brake,
+        "until": until, "start": state, "from": start, "pose": pose, "velocity": velocity, "controller": controller, "gains": gains, "brake_at": brake_at, "brake": brake,
         "dry_friction": dry_friction, "bounce": bounce, "rate": rate, "method": method, "step": step, "tolerance": tolerance,
         "gravity": gravity, "physics": physics, "loops": loops, "drives": drives, "xacro": xacro or "", "stiffness": str(stiffness or ""),
     }  # fmt: skip
@@ -130,7 +134,7 @@ def simulate(
 
             found, files = read_cases(model, cases, None, motion, carried)
         else:
-            how, files = _how(model, until, start, pose, velocity, controller, gains, brake_at, brake, dry_friction, bounce, rate, method, step, tolerance)
+            how, files = _how(model, until, state, start, pose, velocity, controller, gains, brake_at, brake, dry_friction, bounce, rate, method, step, tolerance)
             case, read = _case(model, how, motion, carried)
             found, files = [case], [*files, *read]
         run = Run(found, provenance_of(found, [*model.inputs, *stiff, *files], {k: v for k, v in options.items() if v not in (None, "", [])}, command_line()))
@@ -144,7 +148,7 @@ def simulate(
 
 
 def _how(
-    model: Model, until: float | None, start: float | None, pose: list[str], velocity: list[str], controller: str, gains: str, brake_at: float | None,
+    model: Model, until: float | None, state: str, start: float | None, pose: list[str], velocity: list[str], controller: str, gains: str, brake_at: float | None,
     brake: list[str], dry_friction: list[str], bounce: float | None, rate: float | None, method: str, step: float | None, tolerance: float | None,
 ) -> tuple[Simulated, list[InputFile]]:  # fmt: skip
     """What the options say, and the files of poses."""
@@ -163,12 +167,21 @@ def _how(
     if brake and brake_at is None:
         fail("--brake: brakes engage at a time; give --brake-at S")
     stiffness, damping = _gains(law, gains)
-    positions, files = _positions(model, pose)
+    is_motion = bool(state) and not state.endswith(".toml")
+    there, files = _motion(model, state) if is_motion else (None, [])
+    positions, more = _positions(model, [state] if state and not is_motion else pose)
     return Simulated(
-        until, start, positions, dict(named_number(one, "--velocity", "rad/s or m/s") for one in velocity), cast(ControllerName, law), stiffness, damping, brake_at,
+        until, start, there, positions, dict(named_number(one, "--velocity", "rad/s or m/s") for one in velocity), cast(ControllerName, law), stiffness, damping, brake_at,
         _efforts(brake, "--brake"), _efforts(dry_friction, "--dry-friction"), bounce, RATE if rate is None else rate, cast(Method, method), step,
         TOLERANCE if tolerance is None else tolerance, TOLERANCE if tolerance is None else tolerance,
-    ), files  # fmt: skip
+    ), [*files, *more]  # fmt: skip
+
+
+def _motion(model: Model, file: str) -> tuple[Motion, list[InputFile]]:
+    from ksl.motions.reading import read_motion
+
+    with recorded() as ledger:
+        return read_motion(model, file), ledger.files
 
 
 def _gains(law: str, gains: str) -> tuple[float, float]:

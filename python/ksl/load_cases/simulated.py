@@ -55,6 +55,8 @@ class Simulated:
     """s; the end of the motion that is followed, if there is one."""
     start: float | None = None
     """s: the run begins in the state of the motion at this time; None: at its first sample."""
+    state_of: Motion | None = None
+    """The motion in whose state it begins, if none is followed."""
     pose: Mapping[str, Any] | None = None
     """Positions of joints instead, which begin at rest, except for those of `velocity`."""
     velocity: Mapping[str, float] = field(default_factory=dict)
@@ -126,12 +128,13 @@ def simulated_motion(
 
 def _start(model: Model, how: Simulated, followed: Motion | None) -> tuple[Array, Array, float, Closing | None]:
     """q (nq), v (nv), the time there, and how loops were closed."""
-    if how.pose is None and followed is not None:
-        if how.start is not None and not followed.time[0] <= how.start <= followed.time[-1]:
-            raise MotionError(f"from {how.start:g} s: the motion is from {followed.time[0]:g} s to {followed.time[-1]:g} s")
-        k = 0 if how.start is None else nearest_sample(followed, how.start)
-        v = followed.resolved_v[k].copy()
-        return followed.q[k], _with_velocities(model, followed.q[k], v, how), float(followed.time[k]), followed.closing
+    there = how.state_of or followed
+    if how.pose is None and there is not None:
+        if how.start is not None and not there.time[0] <= how.start <= there.time[-1]:
+            raise MotionError(f"from {how.start:g} s: the motion is from {there.time[0]:g} s to {there.time[-1]:g} s")
+        k = 0 if how.start is None else nearest_sample(there, how.start)
+        v = there.resolved_v[k].copy()
+        return there.q[k], _with_velocities(model, there.q[k], v, how), float(there.time[k]), there.closing
     pose, closing = how.pose or {}, None
     q = pose_of(model, pose)
     if model.loops:
