@@ -14,13 +14,25 @@ constexpr int parts = 5;
 
 template <class S> const kernels_in<S> &kernels_for(const algorithm_row &row) { return kernels_of_row<S>(row); }
 
-} // namespace
-
-template <class S> const algorithm_row &planned<S>::computed() const {
-  return row_.closed == closed_by::accelerations || row_.closed == closed_by::jump ? rows::closed_forward_dynamics
-         : row_.closed == closed_by::reactions ? rows::closed_inverse_dynamics_with_reactions
-                                               : rows::closed_inverse_dynamics;
+/// The private row whose kernels compute a row.
+const algorithm_row &row_by_plan(closed_by by) {
+  return by == closed_by::accelerations || by == closed_by::jump ? rows::closed_forward_dynamics
+         : by == closed_by::reactions                            ? rows::closed_inverse_dynamics_with_reactions
+                                                                 : rows::closed_inverse_dynamics;
 }
+
+template <class S> bool determines_efforts(const loop_view<S> &loops) {
+  return loops.drives_are_independent || loops.freedoms == 0 || loops.drives > 0;
+}
+
+template <class S> bool are_numbers(const S *x, int n) {
+  S sum = 0;
+  for (int k = 0; k < n; ++k)
+    sum += x[k] * S(0);
+  return sum == S(0);
+}
+
+} // namespace
 
 template <class S> bool planned<S>::suits() const {
   const loop_view<S> *const loops = view_.loops;
@@ -34,7 +46,7 @@ template <class S> bool planned<S>::suits() const {
   case closed_by::efforts:
   case closed_by::statics:
   case closed_by::parts:
-  case closed_by::reactions: return loops->drives_are_independent || loops->freedoms == 0 || loops->drives > 0;
+  case closed_by::reactions: return determines_efforts(*loops);
   default: return false;
   }
 }
@@ -144,13 +156,9 @@ template <class S> void planned<S>::run(const batch_view<S> &batch, std::size_t 
     found += n * numbers;
   }
   part.reactions_n = batch.reactions_n, part.reactions = reactions_;
-  call(computed(), part);
-  for (int i = 0; i < n; ++i) {
-    S sum = 0;
-    for (int k = 0; k < nv; ++k)
-      sum += numbers_[i * nv + k] * S(0);
-    done[i] = sum == S(0);
-  }
+  call(row_by_plan(row_.closed), part);
+  for (int i = 0; i < n; ++i)
+    done[i] = are_numbers(numbers_ + i * nv, nv);
   copy_reactions(batch, first, n, done);
   if (row_.closed == closed_by::parts && batch.result[0].first)
     return set_parts(batch, part, first, done);
@@ -159,7 +167,34 @@ template <class S> void planned<S>::run(const batch_view<S> &batch, std::size_t 
       std::copy_n(numbers_ + i * nv, nv, ksl::row(batch.result[0], first + static_cast<std::size_t>(i)));
 }
 
+template <class S> bool run_alone(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
+  const model_view<S> &view = m.view_in<S>();
+  const bool forward = row.closed == closed_by::accelerations,
+             inverse = row.closed == closed_by::efforts || row.closed == closed_by::reactions;
+  if (!view.loops || m.nv() == 0 || m.acting_force_elements() > 0 ||
+      !(forward ? view.loops->freedoms > 0 : inverse && determines_efforts(*view.loops)))
+    return false;
+  arena pieces(memory);
+  state_view<S> alone = s; // results go to memory of their own: they may lie where the arguments are
+  alone.result[0] = pieces.take<S>(m.nv());
+  reaction_result<S> *const reactions = pieces.take<reaction_result<S>>(s.reactions_n);
+  for (int r = 0; r < s.reactions_n; ++r)
+    reactions[r] = {s.reactions[r].request, pieces.take<S>(6 * std::ptrdiff_t(s.reactions[r].request->n))};
+  alone.reactions = reactions;
+  kernels_for<S>(row_by_plan(row.closed)).state(view, pieces.take<std::byte>(0), alone);
+  if (!are_numbers(alone.result[0], m.nv()))
+    return false;
+  if (row.results > 0 && s.result[0])
+    std::copy_n(alone.result[0], m.nv(), s.result[0]);
+  for (int r = 0; r < s.reactions_n; ++r)
+    if (s.reactions[r].out)
+      std::copy_n(reactions[r].out, 6 * std::ptrdiff_t(s.reactions[r].request->n), s.reactions[r].out);
+  return true;
+}
+
 template class planned<double>;
 template class planned<float>;
+template bool run_alone(const algorithm_row &, const model &, void *, const state_view<double> &);
+template bool run_alone(const algorithm_row &, const model &, void *, const state_view<float> &);
 
 } // namespace ksl::loops

@@ -40,7 +40,6 @@ public:
   void run(const batch_view<S> &batch, std::size_t first, int n, bool *done);
 
 private:
-  const algorithm_row &computed() const;
   batch_view<S> part_of(const batch_view<S> &batch, std::size_t first, int n) const;
   void call(const algorithm_row &row, const batch_view<S> &part);
   void set_parts(const batch_view<S> &batch, batch_view<S> part, std::size_t first, const bool *done);
@@ -60,5 +59,9 @@ private:
   reaction_result<S> *state_reactions_ = nullptr;
   void *workspace_ = nullptr;
 };
+
+/// Computes one state as run() does, from its own arrays and with nothing laid out but what its kernel needs: efforts, accelerations and reactions
+/// of mechanisms without force elements.  Returns false, and leaves the results as they are, for others, and for states that the plan doesn't fit.
+template <class S> bool run_alone(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s);
 
 } // namespace ksl::loops

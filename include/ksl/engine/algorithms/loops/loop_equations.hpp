@@ -319,6 +319,14 @@ KSL_LANES void set_loop_equations(const model_view<scalar_of<T>> &model, loop_eq
     set_loop<rates>(model, w, l, v);
 }
 
+/// The model without angles, for algorithms that share w.world.pose: after set_loop_equations it has their sines and cosines.  Plain floats
+/// compute them again.
+template <class S> KSL_LANES model_view<S> with_known_sines(const model_view<S> &model) {
+  model_view<S> tree = model;
+  tree.angles_end = tree.first_angle;
+  return tree;
+}
+
 /// Whether accelerations a (nv) keep the loops closed: (2), by the motions of bodies that inverse dynamics has found; after
 /// set_loop_equations.
 template <class T, class Motions>
