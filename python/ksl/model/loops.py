@@ -20,6 +20,9 @@ Gains = float | tuple[float, float]
 """(α, β) of a correction of errors of loops, 1/s, or one number for both."""
 CLOSING = ("closed", "out of reach", "singular", "limits", "nothing free")
 _CLOSING = np.array(CLOSING)
+_REASONS = tuple(np.array(reason) for reason in CLOSING)  # of one position
+for _reason in _REASONS:
+    _reason.setflags(write=False)
 _CONTRADICTORY, _NEAREST = 2, 1
 
 
@@ -151,7 +154,7 @@ class LoopCalls(Requests):
             raise ValueError(f"iterations={iterations!r}; expected a number of steps, 1 or more")
         found, how, error = self._core.close(positions, self._coordinates_of(hold, "hold"), given.flag(limits, "limits"), int(iterations))
         if not leading:  # one position, in less time
-            return Closed(found[0], np.array(how[0] == 0)[()], np.array(CLOSING[how[0]]), np.array(error[0]))
+            return Closed(found[0], np.bool_(how[0] == 0), _REASONS[how[0]], np.array(error[0]))
         ends = np.array(how, dtype=np.intp).reshape(leading)
         return Closed(found.reshape(*leading, self.nq), (ends == 0)[()], _CLOSING[ends, ...], np.array(error).reshape(leading))
 
@@ -295,6 +298,11 @@ class LoopCalls(Requests):
 
     def _coordinates_of(self, names: Iterable[str], what: str) -> list[int]:
         """The coordinates in v of joints of the tree that move."""
+        if type(names) in (list, tuple):  # of names that are those of such joints, nearly always
+            try:
+                return [coordinate for name in names for coordinate in self._own_coordinates[name]]
+            except (KeyError, TypeError):
+                pass
         coordinates: list[int] = []
         for name in self._names_of(names, what):
             if name in self._own_coordinates:
@@ -358,7 +366,7 @@ def _one_state(inputs: Sequence[tuple[ArrayLike, str, int]]) -> list[Array] | No
     for x, _, columns in inputs:
         if type(x) is not np.ndarray or x.dtype != np.float64 or x.shape != (columns,) or not (x.flags.c_contiguous and x.flags.aligned):
             return None
-        if not all(map(math.isfinite, x.tolist())):
+        if not math.isfinite(sum(x.tolist())):  # of numbers so large that their sum is not, others say what they are
             return None
         rows.append(x.reshape(1, columns))
     return rows

@@ -170,25 +170,21 @@ bool derive_by_plan(const algorithm_row &row, const model &m, data &d, state_vie
   const model_view<double> &view = m.view();
   if (!view.loops || !view.loops->drives_are_independent || view.loops->freedoms == 0 || m.acting_force_elements() > 0)
     return false;
-  const std::ptrdiff_t nv = m.nv(), columns = view.loops->freedoms;
+  const std::ptrdiff_t nv = m.nv(), narrow = nv * view.loops->freedoms,
+                       numbers[] = {narrow, narrow, s.tau ? nv * nv : narrow};
   double *const out[] = {by_q, by_v, by_x};
   const kernels_in<double> &kernels = kernels_of_row<double>(row);
   arena measure;
-  for (int r = 0; r < 3; ++r)
-    measure.take<double>(nv * nv);
+  for (const std::ptrdiff_t n : numbers)
+    measure.take<double>(n);
   const std::size_t needed = measure.used() + kernels.workspace_bytes(view);
   arena memory(needed <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, needed));
   for (int r = 0; r < 3; ++r)
-    s.result[r] = memory.take<double>(nv * nv);
-  kernels.state(view, memory.take<std::byte>(0), s);
-  double sum = 0; // rows may be that of a fault, which all elements have
-  for (int r = 0; r < 3; ++r)
-    for (std::ptrdiff_t i = 0; i < nv * nv; ++i)
-      sum += s.result[r][i] * 0;
-  if (!(sum == 0))
+    s.result[r] = memory.take<double>(numbers[r]);
+  if (!kernels.state(view, memory.take<std::byte>(0), s)) // NaN, or so large that all is looked at again
     return false;
   for (int r = 0; r < 3; ++r)
-    std::copy_n(s.result[r], nv * (r == 2 && s.tau ? nv : columns), out[r]);
+    std::copy_n(s.result[r], numbers[r], out[r]);
   return true;
 }
 

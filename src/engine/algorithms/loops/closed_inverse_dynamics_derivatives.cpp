@@ -17,7 +17,7 @@ struct closed_inverse_dynamics_derivatives_algorithm {
       .nan_without_mass = false,
       .smooth_friction = true,
       .results = 3,
-      .result = {{"dtau_dq", 2, {extent::nv, extent::nv}}, {"dtau_dv", 2, {extent::nv, extent::nv}}, {"dtau_da", 2, {extent::nv, extent::nv}}},
+      .result = {{"dtau_dq", 2, {extent::nv, extent::freedoms}}, {"dtau_dv", 2, {extent::nv, extent::freedoms}}, {"dtau_da", 2, {extent::nv, extent::freedoms}}},
   };
   using form = forms::whole_results<closed_inverse_dynamics_derivatives_algorithm>;
   template <class T> using workspace = closed_derivatives_workspace<T>;

@@ -49,6 +49,7 @@ template <class T> struct closed_derivatives_workspace {
     width = padded_columns<T>(loops->freedoms);
     dynamics.lay_out(memory, model);
     tree.lay_out(memory, model);
+    share_sines();
     memory.lay_out(n * n, by_q, by_v, M);
     column.lay_out(memory, most), rates_by_v.lay_out(memory, rows * most);
     memory.lay_out(n * width, G, v_by_q, a_by_q, a_by_v, of_q, of_v, of_a);
@@ -56,22 +57,48 @@ template <class T> struct closed_derivatives_workspace {
     projected.lay_out(memory, loops->freedoms * width);
     efforts.lay_out(memory, n);
   }
+  KSL_LANES void share_sines() { tree.wrenches.pose = dynamics.equations.world.pose; }
 };
 
-/// to += x from, for `width` numbers, padded.
+/// to += x from, for `width` numbers, padded, at least one.
 template <class T> KSL_LANES void add_row(const T &x, const T *from, T *to, int width) {
   if constexpr (is_number<T>) {
     using P = native_pack<T>;
     const P spread(x);
-    for (int j = 0; j < width; j += columns_at_a_time<T>) {
+    int j = 0;
+    do { // one register is the usual width
       P own, sum;
       body_lanes::read(from + j, own);
       body_lanes::read(to + j, sum);
       body_lanes::write(sum + spread * own, to + j);
-    }
+    } while ((j += columns_at_a_time<T>) < width);
   } else {
     for (int j = 0; j < width; ++j)
       to[j] = to[j] + x * from[j];
+  }
+}
+
+/// out = Σ x[i stride] rows[i], i < n, of `width` numbers each, padded.
+template <class T>
+KSL_LANES void combine_rows(const T *x, int stride, int n, const T *rows, int width, const T &sign, T *out) {
+  if constexpr (is_number<T>) {
+    using P = native_pack<T>;
+    for (int j = 0; j < width; j += columns_at_a_time<T>) {
+      P sum(T(0));
+      for (int i = 0; i < n; ++i) {
+        P own;
+        body_lanes::read(rows + i * width + j, own);
+        sum = sum + P(x[i * stride]) * own;
+      }
+      body_lanes::write(P(sign) * sum, out + j);
+    }
+  } else {
+    for (int j = 0; j < width; ++j) {
+      T sum = x[0] * rows[j];
+      for (int i = 1; i < n; ++i)
+        sum = sum + x[i * stride] * rows[i * width + j];
+      out[j] = sign * sum;
+    }
   }
 }
 template <class T> KSL_LANES void clear(T *x, int n) {
@@ -165,17 +192,51 @@ KSL_LANES screw<T> vary_along(const model_view<scalar_of<T>> &model, const close
   return Y;
 }
 
-/// The wrench of equation i of a joint, in world axes.
-template <class T> KSL_LANES coscrew<T> wrench_of_row(const closing_joint<scalar_of<T>> &joint, const mat3x3<T> &R,
-                                                      const vec3<T> &normal, int i) {
-  const vec3<T> own = direction_of<T>(joint, normal, i), turn = spread<T>(joint.turn);
-  vec3<T> d, moment = {T(0), T(0), T(0)};
-  algebra<T>::product_drv(&R, &own, &d);
-  if (i >= joint.forces)
-    return {moment, d};
-  if (i == joint.mixed)
-    algebra<T>::product_drv(&R, &turn, &moment);
-  return {d, moment};
+template <class S> KSL_LANES bool is_redundant(const loop_view<S> &loops, int row) {
+  bool found = false;
+  for (int k = 0; k < loops.rows - loops.pivots; ++k)
+    found |= loops.redundant[k] == row;
+  return found;
+}
+
+/// The equations of a loop that have pivots: their wrenches, in world axes, and their sum with the multipliers; those of others are zero.
+template <class T> struct loop_rows_of {
+  int n = 0, number[6]; ///< among those of the joint
+  bool has_force[6], has_moment[6];
+  coscrew<T> wrench[6], all;
+
+  KSL_LANES T along(int r, const screw<T> &s) const {
+    if (!has_moment[r])
+      return algebra<T>::dot_vv(&wrench[r].lin, &s.lin);
+    if (!has_force[r])
+      return algebra<T>::dot_vv(&wrench[r].ang, &s.ang);
+    return algebra<T>::dot_cs(&wrench[r], &s);
+  }
+};
+template <class T> KSL_LANES void set_rows_of(const loop_view<scalar_of<T>> &loops,
+                                              const closed_derivatives_workspace<T> &w, int loop,
+                                              loop_rows_of<T> &out) {
+  using A = algebra<T>;
+  const closing_joint<scalar_of<T>> &joint = loops.joint[loop];
+  const mat3x3<T> R = w.dynamics.equations.joint[loop].R;
+  const vec3<T> none = {T(0), T(0), T(0)}, turn = spread<T>(joint.turn);
+  out.all = {none, none};
+  for (int i = 0; i < joint.forces + joint.moments; ++i) {
+    if (is_redundant(loops, joint.first_row + i))
+      continue;
+    const int r = out.n++;
+    const bool force = i < joint.forces;
+    out.number[r] = i, out.has_force[r] = force, out.has_moment[r] = !force || i == joint.mixed;
+    coscrew<T> &f = out.wrench[r];
+    f = {none, none};
+    const vec3<T> own = direction_of<T>(joint, w.dynamics.equations.normal[loop], i);
+    A::product_drv(&R, &own, force ? &f.lin : &f.ang);
+    if (i == joint.mixed)
+      A::product_drv(&R, &turn, &f.ang);
+    const T lambda = w.dynamics.multiplier[joint.first_row + i];
+    A::axpy_vv(lambda, &f.lin, &out.all.lin);
+    A::axpy_vv(lambda, &f.ang, &out.all.ang);
+  }
 }
 
 template <class T>
@@ -273,16 +334,10 @@ KSL_LANES void vary_loop(const model_view<scalar_of<T>> &model, const closed_der
   const loop_view<S> &loops = *model.loops;
   const closing_joint<S> &joint = loops.joint[loop];
   const loop_equations_workspace<T> &equations = w.dynamics.equations;
-  const int n = joint.columns_end - joint.columns_begin, middle = joint.columns_middle - joint.columns_begin,
-            rows = joint.forces + joint.moments;
+  const int n = joint.columns_end - joint.columns_begin, middle = joint.columns_middle - joint.columns_begin;
   const screw<T> rate = vary_along(model, w, loop, v, a), W = equations.twist[loop];
-  coscrew<T> row[6], f = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
-  for (int i = 0; i < rows; ++i) {
-    row[i] = wrench_of_row(joint, equations.joint[loop].R, equations.normal[loop], i);
-    const T lambda = w.dynamics.multiplier[joint.first_row + i];
-    A::axpy_vv(lambda, &row[i].lin, &f.lin);
-    A::axpy_vv(lambda, &row[i].ang, &f.ang);
-  }
+  loop_rows_of<T> equation;
+  set_rows_of(loops, w, loop, equation);
   const int last = joint.has_two_axes ? joint.forces : -1;
   varied_normal<T> normal = {};
   if (last >= 0)
@@ -300,8 +355,9 @@ KSL_LANES void vary_loop(const model_view<scalar_of<T>> &model, const closed_der
     add_scaled(sign, by.rate, by_v);
     add_scaled(sign, seen, by_v);
     const T *const G = &w.G[loops.column[joint.columns_begin + k].v * w.width];
-    for (int i = 0; i < rows; ++i) {
-      varied_rates<T> x = {A::dot_cs(&row[i], &dW), A::dot_cs(&row[i], &dRate), A::dot_cs(&row[i], &by_v)};
+    for (int r = 0; r < equation.n; ++r) {
+      const int i = equation.number[r];
+      varied_rates<T> x = {equation.along(r, dW), equation.along(r, dRate), equation.along(r, by_v)};
       if (i == last) {
         vec3<T> turning;
         A::product_av(sign, &by.J.ang, &turning);
@@ -312,7 +368,7 @@ KSL_LANES void vary_loop(const model_view<scalar_of<T>> &model, const closed_der
       add_row(-x.acceleration, G, &w.by_position[at * w.width], w.width);
       w.rates_by_v[at * w.most + k] = x.by_v;
     }
-    vary_wrench(loops, w, joint, f, k);
+    vary_wrench(loops, w, joint, equation.all, k);
     if (last >= 0)
       vary_turned_normal(loops, w, joint, normal, w.dynamics.multiplier[joint.first_row + last], k);
   }
@@ -324,7 +380,7 @@ KSL_LANES void add_rates_by_v(const loop_view<scalar_of<T>> &loops, const closed
   for (int l = 0; l < loops.loops; ++l) {
     const closing_joint<scalar_of<T>> &joint = loops.joint[l];
     for (int row = joint.first_row; row < joint.first_row + joint.forces + joint.moments; ++row)
-      for (int c = joint.columns_begin; c < joint.columns_end; ++c) {
+      for (int c = joint.columns_begin; c < joint.columns_end && !is_redundant(loops, row); ++c) {
         const T x = -w.rates_by_v[row * w.most + c - joint.columns_begin];
         const int v = loops.column[c].v;
         add_row(x, &w.v_by_q[v * w.width], &w.by_position[row * w.width], w.width);
@@ -355,16 +411,12 @@ template <class T> KSL_LANES void follow(const loop_view<scalar_of<T>> &loops, c
   }
 }
 
-/// projected ← Gᵀ x, x (nv).
-template <class T> KSL_LANES void project_rows(const loop_view<scalar_of<T>> &loops,
-                                               const closed_derivatives_workspace<T> &w, int nv, const T *x) {
-  clear(&w.projected[0], loops.freedoms * w.width);
-  for (int v = 0; v < nv; ++v)
-    if (const int place = loops.place[v]; place >= 0)
-      add_row(T(scalar_of<T>(1)), x + v * w.width, &w.projected[place * w.width], w.width);
-    else
-      for (int j = 0; j < loops.freedoms; ++j)
-        add_row(w.G[v * w.width + j], x + v * w.width, &w.projected[j * w.width], w.width);
+/// projected ← sign Gᵀ x, x (nv).
+template <class T>
+KSL_LANES void project_rows(const loop_view<scalar_of<T>> &loops, const closed_derivatives_workspace<T> &w, int nv,
+                            const T *x, const T &sign) {
+  for (int j = 0; j < loops.freedoms; ++j)
+    combine_rows(&w.G[j], w.width, nv, x, w.width, sign, &w.projected[j * w.width]);
 }
 
 /// How motions follow, and of_q, of_v and of_a, at motions v and a, after by_q, by_v, M, G and the multipliers have been set.
@@ -373,8 +425,8 @@ void vary_closed(const model_view<scalar_of<T>> &model, const closed_derivatives
                  const T *a) {
   const loop_view<scalar_of<T>> &loops = *model.loops;
   const int nv = model.nv, width = w.width;
-  T *const right[] = {&w.velocity[0], &w.by_position[0], &w.by_velocity[0]},
-           *const of[] = {&w.of_q[0], &w.of_v[0], &w.of_a[0]};
+  T *const right[] = {&w.velocity[0], &w.by_position[0], &w.by_velocity[0]}, *const of[] = {&w.of_q[0], &w.of_v[0],
+                                                                                            &w.of_a[0]};
   for (T *x : right)
     clear(x, loops.rows * width);
   for (T *x : of)
@@ -411,14 +463,15 @@ void closed_inverse_dynamics_derivatives(const model_view<scalar_of<T>> &model,
   back_through_lower(loops, w.dynamics.equations, &w.dynamics.multiplier[0]);
   solve_by_plan(model, w.dynamics.equations);
   set_G(loops, nv, w);
-  elements_of_inverse_dynamics_derivatives(model, w.tree, q, v, a, external, &w.by_q[0], &w.by_v[0], &w.M[0]);
+  elements_of_inverse_dynamics_derivatives(with_known_sines(model), w.tree, q, v, a, external, &w.by_q[0], &w.by_v[0],
+                                           &w.M[0]);
   vary_closed<true>(model, w, v, a);
   const T fault = w.efforts[0] * T(S(0));
   const T *const found[] = {&w.of_q[0], &w.of_v[0], &w.of_a[0]};
   T *const out[] = {dtau_dq, dtau_dv, dtau_da};
   for (int kind = 0; kind < 3; ++kind) {
-    clear(out[kind], nv * nv);
-    project_rows(loops, w, nv, found[kind]);
+    clear(out[kind], nv * f);
+    project_rows(loops, w, nv, found[kind], T(S(1)));
     for (int i = 0; i < f; ++i)
       for (int j = 0; j < f; ++j)
         out[kind][loops.independent[i] * f + j] = w.projected[i * w.width + j] + fault;
@@ -436,8 +489,9 @@ template <class T> struct closed_forward_dynamics_derivatives_workspace {
     forward.lay_out(memory, model);
     by.lay_out(memory, model);
     by.dynamics.equations = forward.equations;
+    by.share_sines();
     const int padded = padded_columns<T>(model.nv);
-    a.lay_out(memory, model.nv), row.lay_out(memory, padded);
+    a.lay_out(memory, model.nv), row.lay_out(memory, padded > by.width ? padded : by.width);
     solved.lay_out(memory, model.loops->freedoms * padded);
   }
 };
@@ -483,24 +537,22 @@ void closed_forward_dynamics_derivatives(const model_view<scalar_of<T>> &model,
   const T *const H = &w.forward.H[0];
   closed_forward_dynamics(model, w.forward, q, v, tau, external, &w.a[0]);
   set_G(loops, nv, by);
-  elements_of_inverse_dynamics_derivatives(model, by.tree, q, v, &w.a[0], external, &by.by_q[0], &by.by_v[0],
-                                           &by.M[0]);
+  elements_of_inverse_dynamics_derivatives(with_known_sines(model), by.tree, q, v, &w.a[0], external, &by.by_q[0],
+                                           &by.by_v[0], &by.M[0]);
   multipliers_at(model, w, tau);
   vary_closed<false>(model, by, v, &w.a[0]);
   const T fault = w.a[0] * T(S(0));
   const T *const efforts[] = {&by.of_q[0], &by.of_v[0]};
-  T *const motion[] = {&by.a_by_q[0], &by.a_by_v[0]}, *const out[] = {da_dq, da_dv};
+  const T *const motion[] = {&by.a_by_q[0], &by.a_by_v[0]};
+  T *const out[] = {da_dq, da_dv};
   for (int kind = 0; kind < 2; ++kind) {
-    project_rows(loops, by, nv, efforts[kind]);
+    project_rows(loops, by, nv, efforts[kind], T(S(-1)));
     solve_rows(H, f, &by.projected[0], width);
     for (int i = 0; i < nv; ++i) {
-      T *const row = motion[kind] + i * width;
+      combine_rows(&by.G[i * width], 1, f, &by.projected[0], width, T(S(1)), &w.row[0]);
       for (int j = 0; j < f; ++j)
-        add_row(-by.G[i * width + j], &by.projected[j * width], row, width);
-      for (int j = 0; j < f; ++j)
-        out[kind][i * f + j] = row[j] + fault;
+        out[kind][i * f + j] = motion[kind][i * width + j] + w.row[j] + fault;
     }
-    clear(out[kind] + nv * f, nv * (nv - f));
   }
   clear(&w.solved[0], f * padded);
   for (int i = 0; i < nv; ++i)
@@ -508,9 +560,7 @@ void closed_forward_dynamics_derivatives(const model_view<scalar_of<T>> &model,
       w.solved[j * padded + i] = by.G[i * width + j];
   solve_rows(H, f, &w.solved[0], padded);
   for (int i = 0; i < nv; ++i) {
-    clear(&w.row[0], padded);
-    for (int j = 0; j < f; ++j)
-      add_row(by.G[i * width + j], &w.solved[j * padded], &w.row[0], padded);
+    combine_rows(&by.G[i * width], 1, f, &w.solved[0], padded, T(S(1)), &w.row[0]);
     for (int j = 0; j < nv; ++j)
       da_dtau[i * nv + j] = w.row[j] + fault;
   }
