@@ -23,7 +23,7 @@ template <class T> struct varied_normal {
   T inverse;
 };
 
-/// Matrices with a row for each coordinate, or equation, and a column for each freedom, padded to `width`.
+/// Matrices with a row for each coordinate, or equation, and a column for each freedom, padded to `width` where they are several.
 template <class T> struct closed_derivatives_workspace {
   closed_inverse_dynamics_workspace<T> dynamics; ///< with the equations and the multipliers
   inverse_dynamics_derivatives_workspace<T> tree;
@@ -46,7 +46,7 @@ template <class T> struct closed_derivatives_workspace {
     for (int l = 0; l < loops->loops; ++l)
       if (const int own = loops->joint[l].columns_end - loops->joint[l].columns_begin; own > most)
         most = own;
-    width = padded_columns<T>(loops->freedoms);
+    width = loops->freedoms == 1 ? 1 : padded_columns<T>(loops->freedoms);
     dynamics.lay_out(memory, model);
     tree.lay_out(memory, model);
     share_sines();
@@ -62,7 +62,9 @@ template <class T> struct closed_derivatives_workspace {
 
 /// to += x from, for `width` numbers, padded, at least one.
 template <class T> KSL_LANES void add_row(const T &x, const T *from, T *to, int width) {
-  if constexpr (is_number<T>) {
+  if (width == 1) {
+    to[0] = to[0] + x * from[0];
+  } else if constexpr (is_number<T>) {
     using P = native_pack<T>;
     const P spread(x);
     int j = 0;
@@ -81,7 +83,12 @@ template <class T> KSL_LANES void add_row(const T &x, const T *from, T *to, int 
 /// out = Σ x[i stride] rows[i], i < n, of `width` numbers each, padded.
 template <class T>
 KSL_LANES void combine_rows(const T *x, int stride, int n, const T *rows, int width, const T &sign, T *out) {
-  if constexpr (is_number<T>) {
+  if (width == 1) {
+    T sum = x[0] * rows[0];
+    for (int i = 1; i < n; ++i)
+      sum = sum + x[i * stride] * rows[i];
+    out[0] = sign * sum;
+  } else if constexpr (is_number<T>) {
     using P = native_pack<T>;
     for (int j = 0; j < width; j += columns_at_a_time<T>) {
       P sum(T(0));
