@@ -4,6 +4,7 @@
 #include "array.hpp"
 #include "without_gil.hpp"
 
+#include "engine/loops/derivatives.hpp"
 #include "ksl/force_elements.hpp"
 #include "ksl/loops.hpp"
 
@@ -28,6 +29,7 @@ struct rows {
     states = static_cast<std::size_t>(PyArray_DIM(a, 0)), columns = static_cast<std::size_t>(PyArray_DIM(a, 1));
   }
   const double *operator[](std::size_t k) const { return first + k * columns; }
+  ksl::rows_view<const double> view() const { return {first, static_cast<std::ptrdiff_t>(columns)}; }
 };
 
 inline nb::object new_rows(std::size_t states, std::size_t columns) {
@@ -95,6 +97,14 @@ struct externals {
       memory.insert(memory.end(), array[k], array[k] + 6);
     return {static_cast<int>(links.size()), links.data(), memory.data(), axes};
   }
+  /// A batch with these wrenches; `memory` must live as long.
+  ksl::batch_view<double> of_batch(std::vector<ksl::external_rows<double>> &memory) const {
+    for (std::size_t e = 0; e < links.size(); ++e)
+      memory.push_back({links[e], arrays[e].view()});
+    ksl::batch_view<double> batch;
+    batch.external_n = static_cast<int>(memory.size()), batch.external = memory.data(), batch.external_axes = axes;
+    return batch;
+  }
 };
 
 /// Derivatives along the mechanism of inverse or of forward dynamics: three arrays, and the number of independent coordinates, which must be
@@ -106,6 +116,8 @@ inline nb::object derivatives(const ksl::model &m, nb::handle q, nb::handle v, n
   ksl::data d(m);
   const std::size_t nv = static_cast<std::size_t>(m.nv());
   std::vector<double> memory, by_q(nv * nv), by_v(nv * nv), by_x(nv * nv); // their freedoms are not known before
+  std::vector<unsigned char> done(Q.states, 0);
+  std::vector<ksl::external_rows<double>> rows_of_links;
   const auto derive = forward ? ksl::closed_forward_dynamics_derivatives : ksl::closed_inverse_dynamics_derivatives;
   std::size_t f = 0;
   nb::object out[3];
@@ -113,10 +125,23 @@ inline nb::object derivatives(const ksl::model &m, nb::handle q, nb::handle v, n
     out[0] = new_rows(Q.states, nv * f), out[1] = new_rows(Q.states, nv * f);
     out[2] = new_rows(Q.states, nv * (forward ? nv : f));
   };
+  if (const int planned = ksl::loops::freedoms_by_plan(m); planned > 0 && Q.states > 1) {
+    f = static_cast<std::size_t>(planned);
+    make();
+    double *const results[] = {data_of(out[0]), data_of(out[1]), data_of(out[2])};
+    ksl::batch_view<double> batch = e.of_batch(rows_of_links);
+    batch.n = Q.states, batch.q = Q.view(), batch.v = V.view(), (forward ? batch.tau : batch.a) = X.view();
+    for (int r = 0; r < 3; ++r)
+      batch.result[r] = {results[r], static_cast<std::ptrdiff_t>(nv * (r == 2 && forward ? nv : f))};
+    const without_gil released;
+    ksl::loops::derive_in_lanes(forward, m, batch, done.data());
+  }
   for (std::size_t k = 0; k < Q.states; ++k) {
+    if (done[k])
+      continue;
     const std::size_t freedoms = static_cast<std::size_t>(
         derive(m, d, Q[k], V[k], X[k], e.of_state(k, memory), by_q.data(), by_v.data(), by_x.data()));
-    if (k == 0) {
+    if (!out[0].is_valid()) {
       f = freedoms;
       make();
     }

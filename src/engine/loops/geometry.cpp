@@ -101,8 +101,7 @@ void geometry::set_position(const double *q) {
       const double translation = scale * length(moved), rotation = scale * turnings_[side.column];
       double *const out = K_ + static_cast<std::ptrdiff_t>(l.first_row) * nv + c.v;
       for (int i = 0; i < l.rows; ++i) {
-        out[i * nv] += factor * ((force_size[i] > 0 ? dot(force[i], moved) : 0) +
-                                 (moment_size[i] > 0 ? dot(moment[i], at_child.ang) : 0));
+        out[i * nv] += factor * (dot(force[i], moved) + dot(moment[i], at_child.ang));
         size_ = std::max(size_, translation * force_size[i] + rotation * moment_size[i]);
       }
     }

@@ -163,31 +163,6 @@ closed_derivatives derivatives_of(const model &m, data &d, int externals) {
                   [externals](closed_derivatives &w, arena &memory) { w.lay_out(memory, externals); });
 }
 
-/// Derivatives by the model's plan, whose independent coordinates are the drives: (nv, freedoms), the third by accelerations likewise or by
-/// efforts, (nv, nv).  Returns false, and leaves the results as they are, where there is none or the state doesn't fit it.
-bool derive_by_plan(const algorithm_row &row, const model &m, data &d, state_view<double> s, double *by_q, double *by_v,
-                    double *by_x) {
-  const model_view<double> &view = m.view();
-  if (!view.loops || !view.loops->drives_are_independent || view.loops->freedoms == 0 || m.acting_force_elements() > 0)
-    return false;
-  const std::ptrdiff_t nv = m.nv(), narrow = nv * view.loops->freedoms,
-                       numbers[] = {narrow, narrow, s.tau ? nv * nv : narrow};
-  double *const out[] = {by_q, by_v, by_x};
-  const kernels_in<double> &kernels = kernels_of_row<double>(row);
-  arena measure;
-  for (const std::ptrdiff_t n : numbers)
-    measure.take<double>(n);
-  const std::size_t needed = measure.used() + kernels.workspace_bytes(view);
-  arena memory(needed <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, needed));
-  for (int r = 0; r < 3; ++r)
-    s.result[r] = memory.take<double>(numbers[r]);
-  if (!kernels.state(view, memory.take<std::byte>(0), s)) // NaN, or so large that all is looked at again
-    return false;
-  for (int r = 0; r < 3; ++r)
-    std::copy_n(s.result[r], numbers[r], out[r]);
-  return true;
-}
-
 void require(const char *call, const finding &fault, const model &m) {
   if (fault)
     throw result_error(std::string(call) + ": " + text_of(fault, m), 0, -1);
@@ -199,8 +174,7 @@ int closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q
                                         const external_wrenches<double> &external, double *by_q, double *by_v,
                                         double *by_a) {
   const nearest_rounding rounding;
-  if (derive_by_plan(rows::closed_inverse_dynamics_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external},
-                     by_q, by_v, by_a))
+  if (derive_by_plan(false, m, d, {.q = q, .v = v, .a = a, .external = external}, by_q, by_v, by_a))
     return m.view().loops->freedoms;
   closed_derivatives w = derivatives_of(m, d, external.n);
   finding fault = w.state().set_position(q);
@@ -214,8 +188,7 @@ int closed_forward_dynamics_derivatives(const model &m, data &d, const double *q
                                         const external_wrenches<double> &external, double *by_q, double *by_v,
                                         double *by_tau) {
   const nearest_rounding rounding;
-  if (derive_by_plan(rows::closed_forward_dynamics_derivatives, m, d,
-                     {.q = q, .v = v, .tau = tau, .external = external}, by_q, by_v, by_tau))
+  if (derive_by_plan(true, m, d, {.q = q, .v = v, .tau = tau, .external = external}, by_q, by_v, by_tau))
     return m.view().loops->freedoms;
   closed_derivatives w = derivatives_of(m, d, external.n);
   finding fault = w.state().set_position(q);

@@ -91,9 +91,10 @@ KSL_LANES void combine_rows(const T *x, int stride, int n, const T *rows, int wi
   } else if constexpr (is_number<T>) {
     using P = native_pack<T>;
     for (int j = 0; j < width; j += columns_at_a_time<T>) {
-      P sum(T(0));
-      for (int i = 0; i < n; ++i) {
-        P own;
+      P own, sum;
+      body_lanes::read(rows + j, own);
+      sum = P(x[0]) * own;
+      for (int i = 1; i < n; ++i) {
         body_lanes::read(rows + i * width + j, own);
         sum = sum + P(x[i * stride]) * own;
       }
