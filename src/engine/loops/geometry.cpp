@@ -14,7 +14,6 @@ void geometry::lay_out(arena &memory, int externals) {
             joints = static_cast<int>(tree_.of().joints().size());
   poses_ = memory.take<double>(16 * links);
   columns_ = memory.take<screw<double>>(static_cast<std::ptrdiff_t>(t_.columns.size()));
-  turnings_ = memory.take<double>(static_cast<std::ptrdiff_t>(t_.columns.size()));
   at_ = memory.take<frames>(static_cast<std::ptrdiff_t>(t_.loops.size()));
   K_ = memory.take<double>(static_cast<std::ptrdiff_t>(t_.rows) * nv);
   twists_ = memory.take<double>(6 * links), accelerations_ = memory.take<double>(6 * links);
@@ -46,7 +45,6 @@ void geometry::set_columns(const double *q) {
                x.z * cosine + ux.z * sine + u.z * along};
     }
     columns_[k] = {turned(R, s.lin), turned(R, s.ang)};
-    turnings_[k] = length(columns_[k].ang);
   }
 }
 
@@ -98,7 +96,7 @@ void geometry::set_position(const double *q) {
       const vector arm = difference(f.successor.t, pose(c.link).t), moved = sum(at_child.lin, cross(at_child.ang, arm));
       const double factor = side.sign * c.factor,
                    scale = std::fabs(factor) * t_.column_scale[static_cast<std::size_t>(c.v)];
-      const double translation = scale * length(moved), rotation = scale * turnings_[side.column];
+      const double translation = scale * length(moved), rotation = scale * c.turning;
       double *const out = K_ + static_cast<std::ptrdiff_t>(l.first_row) * nv + c.v;
       for (int i = 0; i < l.rows; ++i) {
         out[i * nv] += factor * (dot(force[i], moved) + dot(moment[i], at_child.ang));

@@ -83,7 +83,6 @@ private:
   const tables &t_;
   double *poses_ = nullptr;          ///< (links, 4, 4)
   screw<double> *columns_ = nullptr; ///< at the child's origin, in world axes
-  double *turnings_ = nullptr;       ///< of each column, how long its rotation is
   frames *at_ = nullptr;             ///< (loops)
   double *K_ = nullptr;
   double *twists_ = nullptr, *accelerations_ = nullptr; ///< (links, 6) in world axes, about the world's origin
