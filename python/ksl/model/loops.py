@@ -275,6 +275,8 @@ class LoopCalls(Requests):
             raise ValueError(f"{call}: out= is for models without loops; the number of columns follows from the position")
         arrays, links, leading = self._with_external((q, "q", self.nq), (v, "v", self.nv), (*x, self.nv), external=external, axes=external_axes)
         by_q, by_v, by_x, free = self._core.closed_derivatives(arrays[0], arrays[1], arrays[2], links, arrays[3:], external_axes == "world", x[1] == "tau")
+        if not leading:  # one state
+            return by_q.reshape(self.nv, free), by_v.reshape(self.nv, free), by_x.reshape(self.nv, -1)
         columns = self.nv if x[1] == "tau" else free
         return by_q.reshape(*leading, self.nv, free), by_v.reshape(*leading, self.nv, free), by_x.reshape(*leading, self.nv, columns)
 
@@ -368,5 +370,5 @@ def _one_state(inputs: Sequence[tuple[ArrayLike, str, int]]) -> list[Array] | No
             return None
         if not math.isfinite(sum(x.tolist())):  # of numbers so large that their sum is not, others say what they are
             return None
-        rows.append(x.reshape(1, columns))
+        rows.append(x[None])
     return rows

@@ -173,7 +173,7 @@ bool has_plan(const model &m) {
 
 } // namespace
 
-bool derive_by_plan(bool forward, const model &m, data &d, state_view<double> s, double *by_q, double *by_v,
+bool derive_by_plan(bool forward, const model &m, data *d, state_view<double> s, double *by_q, double *by_v,
                     double *by_x) {
   if (!has_plan(m))
     return false;
@@ -186,7 +186,7 @@ bool derive_by_plan(bool forward, const model &m, data &d, state_view<double> s,
   for (const std::ptrdiff_t n : numbers)
     measure.take<double>(n);
   const std::size_t needed = measure.used() + kernels.workspace_bytes(view);
-  arena memory(needed <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, needed));
+  arena memory(d && needed <= d->bytes() ? d->memory() : thread_memory(kept_for::workspace, needed));
   for (int r = 0; r < 3; ++r)
     s.result[r] = memory.take<double>(numbers[r]);
   if (!kernels.state(view, memory.take<std::byte>(0), s)) // NaN, or so large that all is looked at again

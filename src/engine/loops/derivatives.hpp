@@ -63,8 +63,8 @@ private:
 };
 
 /// The same by the model's plan, whose independent coordinates are the drives, of forward dynamics or of inverse dynamics.  by_x: by efforts
-/// (nv, nv), or by accelerations.  Returns false, and leaves the results as they are, where there is no plan or the state doesn't fit it.
-bool derive_by_plan(bool forward, const model &m, data &d, state_view<double> s, double *by_q, double *by_v,
+/// (nv, nv), or by accelerations.  d may be null.  Returns false, and leaves the results as they are, where there is no plan or the state doesn't fit it.
+bool derive_by_plan(bool forward, const model &m, data *d, state_view<double> s, double *by_q, double *by_v,
                     double *by_x);
 
 /// How many columns these derivatives have; 0 where there is no plan for them.
