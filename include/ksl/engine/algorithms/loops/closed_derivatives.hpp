@@ -428,9 +428,9 @@ KSL_LANES void project_rows(const loop_view<scalar_of<T>> &loops, const closed_d
 }
 
 /// How motions follow, and of_q, of_v and of_a, at motions v and a, after by_q, by_v, M, G and the multipliers have been set.
-template <bool by_a, class T>
+template <class T>
 void vary_closed(const model_view<scalar_of<T>> &model, const closed_derivatives_workspace<T> &w, const T *v,
-                 const T *a) {
+                 const T *a, bool by_a) {
   const loop_view<scalar_of<T>> &loops = *model.loops;
   const int nv = model.nv, width = w.width;
   T *const right[] = {&w.velocity[0], &w.by_position[0], &w.by_velocity[0]}, *const of[] = {&w.of_q[0], &w.of_v[0],
@@ -453,7 +453,7 @@ void vary_closed(const model_view<scalar_of<T>> &model, const closed_derivatives
     add_row(M, &w.a_by_q[from], &w.of_q[to], width);
     add_row(by_v, &w.G[from], &w.of_v[to], width);
     add_row(M, &w.a_by_v[from], &w.of_v[to], width);
-    if constexpr (by_a)
+    if (by_a)
       add_row(M, &w.G[from], &w.of_a[to], width);
   });
 }
@@ -461,9 +461,9 @@ void vary_closed(const model_view<scalar_of<T>> &model, const closed_derivatives
 /// Derivatives of the efforts of drives, which are the independent coordinates: (nv, freedoms) each, row-major without gaps; zeros at the other
 /// coordinates.
 template <class T>
-void closed_inverse_dynamics_derivatives(const model_view<scalar_of<T>> &model,
-                                         const closed_derivatives_workspace<T> &w, const T *q, const T *v, const T *a,
-                                         const external_wrenches<T> &external, T *dtau_dq, T *dtau_dv, T *dtau_da) {
+KSL_LANES void vary_efforts(const model_view<scalar_of<T>> &model, const closed_derivatives_workspace<T> &w, const T *q,
+                            const T *v, const T *a, const external_wrenches<T> &external, T *dtau_dq, T *dtau_dv,
+                            T *dtau_da) {
   using S = scalar_of<T>;
   const loop_view<S> &loops = *model.loops;
   const int nv = model.nv, f = loops.freedoms;
@@ -473,7 +473,7 @@ void closed_inverse_dynamics_derivatives(const model_view<scalar_of<T>> &model,
   set_G(loops, nv, w);
   elements_of_inverse_dynamics_derivatives(with_known_sines(model), w.tree, q, v, a, external, &w.by_q[0], &w.by_v[0],
                                            &w.M[0]);
-  vary_closed<true>(model, w, v, a);
+  vary_closed(model, w, v, a, true);
   const T fault = w.efforts[0] * T(S(0));
   const T *const found[] = {&w.of_q[0], &w.of_v[0], &w.of_a[0]};
   T *const out[] = {dtau_dq, dtau_dv, dtau_da};
@@ -534,10 +534,9 @@ KSL_LANES void multipliers_at(const model_view<scalar_of<T>> &model,
 
 /// Derivatives of the accelerations under efforts tau (nv): by_q and by_v (nv, freedoms), by_tau (nv, nv), row-major without gaps.
 template <class T>
-void closed_forward_dynamics_derivatives(const model_view<scalar_of<T>> &model,
-                                         const closed_forward_dynamics_derivatives_workspace<T> &w, const T *q,
-                                         const T *v, const T *tau, const external_wrenches<T> &external, T *da_dq,
-                                         T *da_dv, T *da_dtau) {
+KSL_LANES void vary_accelerations(const model_view<scalar_of<T>> &model,
+                                  const closed_forward_dynamics_derivatives_workspace<T> &w, const T *q, const T *v,
+                                  const T *tau, const external_wrenches<T> &external, T *da_dq, T *da_dv, T *da_dtau) {
   using S = scalar_of<T>;
   const loop_view<S> &loops = *model.loops;
   const closed_derivatives_workspace<T> &by = w.by;
@@ -548,7 +547,7 @@ void closed_forward_dynamics_derivatives(const model_view<scalar_of<T>> &model,
   elements_of_inverse_dynamics_derivatives(with_known_sines(model), by.tree, q, v, &w.a[0], external, &by.by_q[0],
                                            &by.by_v[0], &by.M[0]);
   multipliers_at(model, w, tau);
-  vary_closed<false>(model, by, v, &w.a[0]);
+  vary_closed(model, by, v, &w.a[0], false);
   const T fault = w.a[0] * T(S(0));
   const T *const efforts[] = {&by.of_q[0], &by.of_v[0]};
   const T *const motion[] = {&by.a_by_q[0], &by.a_by_v[0]};
@@ -572,6 +571,32 @@ void closed_forward_dynamics_derivatives(const model_view<scalar_of<T>> &model,
     for (int j = 0; j < nv; ++j)
       da_dtau[i * nv + j] = w.row[j] + fault;
   }
+}
+
+/// Single precision is computed in double precision: nobody asks for its kernels, which say that they fit no state.
+template <class T> inline constexpr bool has_closed_derivatives = sizeof(scalar_of<T>) >= sizeof(double);
+
+/// The derivatives of vary_efforts.
+template <class T>
+void closed_inverse_dynamics_derivatives(const model_view<scalar_of<T>> &model,
+                                         const closed_derivatives_workspace<T> &w, const T *q, const T *v, const T *a,
+                                         const external_wrenches<T> &external, T *dtau_dq, T *dtau_dv, T *dtau_da) {
+  if constexpr (has_closed_derivatives<T>)
+    vary_efforts(model, w, q, v, a, external, dtau_dq, dtau_dv, dtau_da);
+  else
+    dtau_dq[0] = dtau_dv[0] = dtau_da[0] = T(scalar_of<T>(__builtin_nan("")));
+}
+
+/// Those of vary_accelerations.
+template <class T>
+void closed_forward_dynamics_derivatives(const model_view<scalar_of<T>> &model,
+                                         const closed_forward_dynamics_derivatives_workspace<T> &w, const T *q,
+                                         const T *v, const T *tau, const external_wrenches<T> &external, T *da_dq,
+                                         T *da_dv, T *da_dtau) {
+  if constexpr (has_closed_derivatives<T>)
+    vary_accelerations(model, w, q, v, tau, external, da_dq, da_dv, da_dtau);
+  else
+    da_dq[0] = da_dv[0] = da_dtau[0] = T(scalar_of<T>(__builtin_nan("")));
 }
 
 } // namespace KSL_ISA
