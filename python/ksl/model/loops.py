@@ -20,7 +20,7 @@ Gains = float | tuple[float, float]
 """(α, β) of a correction of errors of loops, 1/s, or one number for both."""
 CLOSING = ("closed", "out of reach", "singular", "limits", "nothing free")
 _CLOSING = np.array(CLOSING)
-_REASONS = tuple(np.array(reason) for reason in CLOSING)  # of one position
+_REASONS, _CONVERGED = tuple(np.array(reason) for reason in CLOSING), tuple(np.array(i == 0)[()] for i in range(len(CLOSING)))  # of one position
 for _reason in _REASONS:
     _reason.setflags(write=False)
 _CONTRADICTORY, _NEAREST = 2, 1
@@ -154,7 +154,7 @@ class LoopCalls(Requests):
             raise ValueError(f"iterations={iterations!r}; expected a number of steps, 1 or more")
         found, how, error = self._core.close(positions, self._coordinates_of(hold, "hold"), given.flag(limits, "limits"), int(iterations))
         if not leading:  # one position, in less time
-            return Closed(found[0], np.bool_(how[0] == 0), _REASONS[how[0]], np.array(error[0]))
+            return Closed(found[0], _CONVERGED[how[0]], _REASONS[how[0]], np.array(error[0]))
         ends = np.array(how, dtype=np.intp).reshape(leading)
         return Closed(found.reshape(*leading, self.nq), (ends == 0)[()], _CLOSING[ends, ...], np.array(error).reshape(leading))
 
