@@ -111,8 +111,8 @@ def compare(make):
     one, batch, peer = best(lambda: m.forward_dynamics(q, v, tau)), best(lambda: m.forward_dynamics(Q, V, T, threads=1)) / STATES, best(forward)
     print(f"{m.name}: {m.nv} coordinates")
     print(f"{'  forward':18}{one:10.2f}{batch:10.3f}{peer:11.2f}   {peer / one:.1f}, batch {peer / batch:.1f}")
-    one, peer = best(lambda: m.forward_dynamics_derivatives(q, v, tau)), peer + best(derivatives)
-    print(f"{'  derivatives':18}{one:10.2f}{'':10}{peer:11.2f}   {peer / one:.1f}")
+    one, batch, peer = best(lambda: m.forward_dynamics_derivatives(q, v, tau)), best(lambda: m.forward_dynamics_derivatives(Q, V, T)) / STATES, peer + best(derivatives)
+    print(f"{'  derivatives':18}{one:10.2f}{batch:10.3f}{peer:11.2f}   {peer / one:.1f}, batch {peer / batch:.1f}")
     tree, joints = m.without_loops(), [*m.joint_names, *m.loop_names]
     one, batch = best(lambda: m.reactions(q, v, a, joints=joints)), best(lambda: m.reactions(Q, V, A, joints=joints, threads=1)) / STATES
     of_tree, batch_of_tree = best(lambda: tree.reactions(q, v, a)), best(lambda: tree.reactions(Q, V, A, threads=1)) / STATES

@@ -4,6 +4,8 @@
 #include "array.hpp"
 #include "without_gil.hpp"
 
+#include "engine/loops/assembly.hpp"
+#include "engine/loops/derivatives.hpp"
 #include "ksl/force_elements.hpp"
 #include "ksl/loops.hpp"
 
@@ -28,6 +30,7 @@ struct rows {
     states = static_cast<std::size_t>(PyArray_DIM(a, 0)), columns = static_cast<std::size_t>(PyArray_DIM(a, 1));
   }
   const double *operator[](std::size_t k) const { return first + k * columns; }
+  ksl::rows_view<const double> view() const { return {first, static_cast<std::ptrdiff_t>(columns)}; }
 };
 
 inline nb::object new_rows(std::size_t states, std::size_t columns) {
@@ -38,11 +41,22 @@ inline double *data_of(nb::handle array) {
   return static_cast<double *>(PyArray_DATA(reinterpret_cast<PyArrayObject *>(array.ptr())));
 }
 
+/// A workspace that is made where it is first used.
+class late_data {
+public:
+  explicit late_data(const ksl::model &m) : m_(m) {}
+  operator ksl::data &() { return d_ ? *d_ : d_.emplace(m_); }
+
+private:
+  const ksl::model &m_;
+  std::optional<ksl::data> d_;
+};
+
 /// Calls step(d, k, row) for each state, with the row of a new array (states, columns).
 template <class Step> nb::object each(const ksl::model &m, std::size_t states, std::size_t columns, Step step) {
   nb::object out = new_rows(states, columns);
   double *const first = data_of(out);
-  ksl::data d(m);
+  late_data d(m);
   std::optional<without_gil> released;
   if (states >= 32)
     released.emplace();
@@ -95,6 +109,14 @@ struct externals {
       memory.insert(memory.end(), array[k], array[k] + 6);
     return {static_cast<int>(links.size()), links.data(), memory.data(), axes};
   }
+  /// A batch with these wrenches; `memory` must live as long.
+  ksl::batch_view<double> of_batch(std::vector<ksl::external_rows<double>> &memory) const {
+    for (std::size_t e = 0; e < links.size(); ++e)
+      memory.push_back({links[e], arrays[e].view()});
+    ksl::batch_view<double> batch;
+    batch.external_n = static_cast<int>(memory.size()), batch.external = memory.data(), batch.external_axes = axes;
+    return batch;
+  }
 };
 
 /// Derivatives along the mechanism of inverse or of forward dynamics: three arrays, and the number of independent coordinates, which must be
@@ -103,9 +125,11 @@ inline nb::object derivatives(const ksl::model &m, nb::handle q, nb::handle v, n
                               const std::vector<int> &links, const nb::list &wrenches, bool in_world, bool forward) {
   const rows Q(q), V(v), X(x);
   const externals e(links, wrenches, in_world);
-  ksl::data d(m);
+  late_data d(m);
   const std::size_t nv = static_cast<std::size_t>(m.nv());
   std::vector<double> memory, by_q(nv * nv), by_v(nv * nv), by_x(nv * nv); // their freedoms are not known before
+  std::vector<unsigned char> done(Q.states, 0);
+  std::vector<ksl::external_rows<double>> rows_of_links;
   const auto derive = forward ? ksl::closed_forward_dynamics_derivatives : ksl::closed_inverse_dynamics_derivatives;
   std::size_t f = 0;
   nb::object out[3];
@@ -113,10 +137,30 @@ inline nb::object derivatives(const ksl::model &m, nb::handle q, nb::handle v, n
     out[0] = new_rows(Q.states, nv * f), out[1] = new_rows(Q.states, nv * f);
     out[2] = new_rows(Q.states, nv * (forward ? nv : f));
   };
+  if (const int planned = ksl::loops::freedoms_by_plan(m); planned > 0) {
+    f = static_cast<std::size_t>(planned);
+    make();
+    double *const results[] = {data_of(out[0]), data_of(out[1]), data_of(out[2])};
+    ksl::batch_view<double> batch = e.of_batch(rows_of_links);
+    batch.n = Q.states, batch.q = Q.view(), batch.v = V.view(), (forward ? batch.tau : batch.a) = X.view();
+    for (int r = 0; r < 3; ++r)
+      batch.result[r] = {results[r], static_cast<std::ptrdiff_t>(nv * (r == 2 && forward ? nv : f))};
+    if (Q.states == 1) { // straight into the arrays
+      ksl::state_view<double> s;
+      s.q = Q[0], s.v = V[0], (forward ? s.tau : s.a) = X[0], s.external = e.of_state(0, memory);
+      const ksl::nearest_rounding rounding;
+      done[0] = ksl::loops::derive_by_plan(forward, m, nullptr, s, results[0], results[1], results[2]);
+    } else {
+      const without_gil released;
+      ksl::loops::derive_in_lanes(forward, m, batch, done.data());
+    }
+  }
   for (std::size_t k = 0; k < Q.states; ++k) {
+    if (done[k])
+      continue;
     const std::size_t freedoms = static_cast<std::size_t>(
         derive(m, d, Q[k], V[k], X[k], e.of_state(k, memory), by_q.data(), by_v.data(), by_x.data()));
-    if (k == 0) {
+    if (!out[0].is_valid()) {
       f = freedoms;
       make();
     }
@@ -292,8 +336,8 @@ inline void add_closing(nb::class_<ksl::model> &model) {
             std::vector<double> error(Q.states);
             const ksl::close_options options = {limits, iterations};
             nb::object out =
-                each(m, Q.states, static_cast<std::size_t>(m.nq()), [&](ksl::data &d, std::size_t k, double *x) {
-                  how[k] = static_cast<int>(ksl::close(m, d, Q[k], held.data(), options, x, &error[k]));
+                each(m, Q.states, static_cast<std::size_t>(m.nq()), [&](late_data &, std::size_t k, double *x) {
+                  how[k] = static_cast<int>(ksl::loops::close(m, nullptr, Q[k], held.data(), options, x, &error[k]));
                 });
             return nb::make_tuple(out, how, error);
           },

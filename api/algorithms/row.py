@@ -15,7 +15,7 @@ class Result:
     """A result: its name in C and C++, its shape, and what it is.
 
     shape: for each axis, of which there are at most four, a number (3, 4, 5, 6 or 10), "nq", "nv", "motion", "links" or "joints" (how
-    many are requested), "6 links", "all_links" (those of the model), or "tree" (how many elements of a matrix aren't zero by the
+    many are requested), "6 links", "all_links" (those of the model), "freedoms" (of a mechanism with loops; private rows alone), or "tree" (how many elements of a matrix aren't zero by the
     shape of the tree).  Empty: one number.  "motion" are nv numbers that are velocities or accelerations; along "nv" are efforts, or
     derivatives by a motion.  The difference matters to robots with mimic joints (src/engine/coupled.hpp).
     """

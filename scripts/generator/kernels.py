@@ -2,7 +2,7 @@
 
 from generator.rows import ALGORITHMS, COMPUTING, GROUP_OF, MARK, Algorithm, Result, kernels_of, ordered
 
-EXTENTS = {3: "three", 4: "four", 5: "five", 6: "six", 10: "ten", "6 links": "twists", **{name: name for name in ("nq", "nv", "motion", "links", "joints", "tree", "all_links")}}
+EXTENTS = {3: "three", 4: "four", 5: "five", 6: "six", 10: "ten", "6 links": "twists", **{name: name for name in ("nq", "nv", "motion", "links", "joints", "tree", "all_links", "freedoms")}}
 
 REQUEST = {
     "links": ["s.links.n", "s.links.index"],

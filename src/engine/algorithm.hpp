@@ -55,7 +55,8 @@ enum class extent : unsigned char {
   twists,
   joints,
   tree,
-  all_links
+  all_links,
+  freedoms
 };
 
 struct result_row {
@@ -160,8 +161,9 @@ constexpr bool names_links(request_kind request) {
 /// The extents that follow from a model and a request.
 struct extents {
   int nq, nv, links, joints;
-  int tree;      ///< elements of a matrix that aren't zero by the shape of the tree (engine/steps/tree_rows.hpp)
-  int all_links; ///< of the model
+  int tree;         ///< elements of a matrix that aren't zero by the shape of the tree (engine/steps/tree_rows.hpp)
+  int all_links;    ///< of the model
+  int freedoms = 0; ///< of a mechanism whose loops have a plan, in kernels
 };
 
 constexpr int length_of(extent e, const extents &of) {
@@ -179,6 +181,7 @@ constexpr int length_of(extent e, const extents &of) {
   case extent::joints: return of.joints;
   case extent::tree: return of.tree;
   case extent::all_links: return of.all_links;
+  case extent::freedoms: return of.freedoms;
   }
   __builtin_unreachable();
 }
@@ -198,7 +201,13 @@ constexpr std::ptrdiff_t numbers_of(const result_row &result, const extents &of)
 
 /// The extents of a model and of a state or batch.
 template <class Model, class View> constexpr extents extents_of(const Model &model, const View &view) {
-  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.tree_elements, model.links};
+  return {model.nq,
+          model.nv,
+          view.links.n,
+          view.joints ? view.joints->n : 0,
+          model.tree_elements,
+          model.links,
+          model.loops ? model.loops->freedoms : 0};
 }
 
 /// The member of a state_view or batch_view that holds an input.

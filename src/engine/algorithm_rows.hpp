@@ -67,6 +67,8 @@ struct kernel_table {
   const algorithm_kernels *closed_inverse_dynamics;
   const algorithm_kernels *closed_inverse_dynamics_with_reactions;
   const algorithm_kernels *closed_forward_dynamics;
+  const algorithm_kernels *closed_inverse_dynamics_derivatives;
+  const algorithm_kernels *closed_forward_dynamics_derivatives;
 };
 
 namespace rows {
@@ -1015,6 +1017,40 @@ constexpr algorithm_row closed_forward_dynamics = {
     .closed = closed_by::plan,
 };
 
+constexpr algorithm_row closed_inverse_dynamics_derivatives = {
+    .name = "closed_inverse_dynamics_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .input_name = {"q", "v", "a"},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .nan_without_mass = false,
+    .smooth_friction = true,
+    .results = 3,
+    .result = {{"dtau_dq", 2, {extent::nv, extent::freedoms}}, {"dtau_dv", 2, {extent::nv, extent::freedoms}}, {"dtau_da", 2, {extent::nv, extent::freedoms}}},
+    .kernels = &kernel_table::closed_inverse_dynamics_derivatives,
+    .coupled = coupled_by::refusal,
+    .closed = closed_by::plan,
+};
+
+constexpr algorithm_row closed_forward_dynamics_derivatives = {
+    .name = "closed_forward_dynamics_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::tau},
+    .input_name = {"q", "v", "tau"},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .nan_without_mass = false,
+    .smooth_friction = true,
+    .results = 3,
+    .result = {{"da_dq", 2, {extent::nv, extent::freedoms}}, {"da_dv", 2, {extent::nv, extent::freedoms}}, {"da_dtau", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::closed_forward_dynamics_derivatives,
+    .coupled = coupled_by::refusal,
+    .closed = closed_by::plan,
+};
+
 constexpr algorithm_row reactions = {
     .name = "reactions",
     .inputs = 3,
@@ -1251,6 +1287,8 @@ constexpr const algorithm_row *all[] = {
     &closed_inverse_dynamics,
     &closed_inverse_dynamics_with_reactions,
     &closed_forward_dynamics,
+    &closed_inverse_dynamics_derivatives,
+    &closed_forward_dynamics_derivatives,
 };
 
 } // namespace rows

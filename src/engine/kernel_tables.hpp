@@ -65,7 +65,9 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_difference_jacobians_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_closed_inverse_dynamics_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_closed_inverse_dynamics_with_reactions_##set; \
-  extern "C" const ksl::algorithm_kernels ksl_kernels_closed_forward_dynamics_##set;
+  extern "C" const ksl::algorithm_kernels ksl_kernels_closed_forward_dynamics_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_closed_inverse_dynamics_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_closed_forward_dynamics_derivatives_##set;
 
 #define KSL_KERNEL_TABLE(set) \
   { \
@@ -129,4 +131,6 @@
     .closed_inverse_dynamics = &ksl_kernels_closed_inverse_dynamics_##set, \
     .closed_inverse_dynamics_with_reactions = &ksl_kernels_closed_inverse_dynamics_with_reactions_##set, \
     .closed_forward_dynamics = &ksl_kernels_closed_forward_dynamics_##set, \
+    .closed_inverse_dynamics_derivatives = &ksl_kernels_closed_inverse_dynamics_derivatives_##set, \
+    .closed_forward_dynamics_derivatives = &ksl_kernels_closed_forward_dynamics_derivatives_##set, \
   }

@@ -22,6 +22,7 @@
 #include "ksl/engine/algorithms/kinematics/frame_jacobian.hpp"
 #include "ksl/engine/algorithms/kinematics/frame_motion.hpp"
 #include "ksl/engine/algorithms/kinematics/relative_motion.hpp"
+#include "ksl/engine/algorithms/loops/closed_derivatives.hpp"
 #include "ksl/engine/algorithms/loops/closed_dynamics.hpp"
 #include "ksl/engine/algorithms/loops/closed_reactions.hpp"
 #include "ksl/engine/algorithms/manifold/manifold.hpp"
@@ -106,6 +107,8 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
       workspace_bytes<closed_inverse_dynamics_workspace<double>>(m),
       workspace_bytes<closed_inverse_dynamics_with_reactions_workspace<double>>(m),
       workspace_bytes<closed_forward_dynamics_workspace<double>>(m),
+      workspace_bytes<closed_derivatives_workspace<double>>(m),
+      workspace_bytes<closed_forward_dynamics_derivatives_workspace<double>>(m),
   });
 }
 

@@ -90,6 +90,26 @@ def test_derivatives_along_the_mechanism(kind, seed):
     close_to(H @ by_q[free] + mine[0][free], np.zeros((len(free), len(free))), 1e-8)
     close_to(H @ by_v[free] + mine[1][free], np.zeros((len(free), len(free))), 1e-8)
     close_to(H @ by_tau[np.ix_(free, free)], np.eye(len(free)), 1e-8)
+    speeds = np.array([[1.0], [0.0], [-2.0]])  # states of a batch have the bits that they have alone
+    for call, last in ((m.inverse_dynamics_derivatives, speeds**2 * x.a), (m.forward_dynamics_derivatives, np.tile(tau, (3, 1)))):
+        several = call(np.tile(c.q, (3, 1)), speeds * x.v, last, x.external)
+        for k in range(3):
+            assert all(np.array_equal(D[k], E) for D, E in zip(several, call(c.q, speeds[k] * x.v, last[k], x.external)))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_derivatives_without_drives_are_found_another_way(kind):
+    """By other independent coordinates and pivots: those by efforts are the same, and those by velocities follow from each other."""
+    x = Motion(kind, 2, determined_case)
+    c, m, undriven = x.case, x.case.model, x.case.model.with_drives([])
+    _, by_v, by_tau = m.forward_dynamics_derivatives(c.q, x.v, x.tau, x.external)
+    _, other_by_v, other_by_tau = undriven.forward_dynamics_derivatives(c.q, x.v, x.tau, x.external)
+    free, J = undriven.independent(c.q), m.loop_jacobian(c.q)
+    rest = np.setdiff1d(np.arange(m.nv), free)
+    G = np.eye(m.nv)[:, free]
+    G[rest] = -np.linalg.lstsq(J[:, rest], J[:, free], rcond=1e-9)[0]
+    close_to(other_by_v, by_v @ G[m.independent(c.q)], 1e-8)
+    close_to(other_by_tau, by_tau, 1e-8)
 
 
 @pytest.mark.parametrize("kind, seed", CASES)

@@ -20,6 +20,9 @@ Gains = float | tuple[float, float]
 """(α, β) of a correction of errors of loops, 1/s, or one number for both."""
 CLOSING = ("closed", "out of reach", "singular", "limits", "nothing free")
 _CLOSING = np.array(CLOSING)
+_REASONS, _CONVERGED = tuple(np.array(reason) for reason in CLOSING), tuple(np.array(i == 0)[()] for i in range(len(CLOSING)))  # of one position
+for _reason in _REASONS:
+    _reason.setflags(write=False)
 _CONTRADICTORY, _NEAREST = 2, 1
 
 
@@ -151,7 +154,7 @@ class LoopCalls(Requests):
             raise ValueError(f"iterations={iterations!r}; expected a number of steps, 1 or more")
         found, how, error = self._core.close(positions, self._coordinates_of(hold, "hold"), given.flag(limits, "limits"), int(iterations))
         if not leading:  # one position, in less time
-            return Closed(found[0], np.array(how[0] == 0)[()], np.array(CLOSING[how[0]]), np.array(error[0]))
+            return Closed(found[0], _CONVERGED[how[0]], _REASONS[how[0]], np.array(error[0]))
         ends = np.array(how, dtype=np.intp).reshape(leading)
         return Closed(found.reshape(*leading, self.nq), (ends == 0)[()], _CLOSING[ends, ...], np.array(error).reshape(leading))
 
@@ -272,6 +275,8 @@ class LoopCalls(Requests):
             raise ValueError(f"{call}: out= is for models without loops; the number of columns follows from the position")
         arrays, links, leading = self._with_external((q, "q", self.nq), (v, "v", self.nv), (*x, self.nv), external=external, axes=external_axes)
         by_q, by_v, by_x, free = self._core.closed_derivatives(arrays[0], arrays[1], arrays[2], links, arrays[3:], external_axes == "world", x[1] == "tau")
+        if not leading:  # one state
+            return by_q.reshape(self.nv, free), by_v.reshape(self.nv, free), by_x.reshape(self.nv, -1)
         columns = self.nv if x[1] == "tau" else free
         return by_q.reshape(*leading, self.nv, free), by_v.reshape(*leading, self.nv, free), by_x.reshape(*leading, self.nv, columns)
 
@@ -295,6 +300,11 @@ class LoopCalls(Requests):
 
     def _coordinates_of(self, names: Iterable[str], what: str) -> list[int]:
         """The coordinates in v of joints of the tree that move."""
+        if type(names) in (list, tuple):  # of names that are those of such joints, nearly always
+            try:
+                return [coordinate for name in names for coordinate in self._own_coordinates[name]]
+            except (KeyError, TypeError):
+                pass
         coordinates: list[int] = []
         for name in self._names_of(names, what):
             if name in self._own_coordinates:
@@ -358,7 +368,7 @@ def _one_state(inputs: Sequence[tuple[ArrayLike, str, int]]) -> list[Array] | No
     for x, _, columns in inputs:
         if type(x) is not np.ndarray or x.dtype != np.float64 or x.shape != (columns,) or not (x.flags.c_contiguous and x.flags.aligned):
             return None
-        if not all(map(math.isfinite, x.tolist())):
+        if not math.isfinite(sum(x.tolist())):  # of numbers so large that their sum is not, others say what they are
             return None
-        rows.append(x.reshape(1, columns))
+        rows.append(x[None])
     return rows

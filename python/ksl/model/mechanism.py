@@ -218,7 +218,7 @@ class Mechanism:
         self._quaternions = tuple(slice(start, start + 4) for start in starts)
         self._joint_index = {joint.name: i for i, joint in enumerate(self.joints)}
         self._loop_index = {loop.name: i for i, loop in enumerate(self.loops)}
-        self._own_coordinates = {joint.name: range(joint.v_index, joint.v_index + joint.nv) for joint in self.joints if joint.nv}
+        self._own_coordinates = {joint.name: tuple(range(joint.v_index, joint.v_index + joint.nv)) for joint in self.joints if joint.nv}
         self._link_index = {link.name: i for i, link in enumerate(self.links)}
         children = {joint.name: self._link_index[joint.child] for joint in self.joints}
         self._children = children

@@ -181,6 +181,8 @@ template <class S> std::size_t state_bytes(const algorithm_row &row, const model
 }
 
 template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
+  if (run_alone(row, m, memory, s))
+    return true;
   arena pieces(memory);
   one_as_batch<S> alone;
   alone.lay_out(pieces, s.external.n, s.reactions_n);

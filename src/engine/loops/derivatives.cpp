@@ -1,6 +1,8 @@
 #include "engine/loops/derivatives.hpp"
 
 #include "engine/loops/sparse_product.hpp"
+#include "engine/thread_memory.hpp"
+#include "text/rounding.hpp"
 
 #include <algorithm>
 
@@ -156,6 +158,59 @@ finding closed_derivatives::forward_dynamics(const double *q, const double *v, c
   std::fill_n(by_tau, nv * nv, 0.0);
   add_product(1, solved_, nv, f, transposed, nv, by_tau);
   return {};
+}
+
+namespace {
+
+const algorithm_row &row_by_plan(bool forward) {
+  return forward ? rows::closed_forward_dynamics_derivatives : rows::closed_inverse_dynamics_derivatives;
+}
+
+bool has_plan(const model &m) {
+  const loop_view<double> *const loops = m.view().loops;
+  return loops && loops->drives_are_independent && loops->freedoms > 0 && m.acting_force_elements() == 0;
+}
+
+} // namespace
+
+bool derive_by_plan(bool forward, const model &m, data *d, state_view<double> s, double *by_q, double *by_v,
+                    double *by_x) {
+  if (!has_plan(m))
+    return false;
+  const model_view<double> &view = m.view();
+  const std::ptrdiff_t nv = m.nv(), narrow = nv * view.loops->freedoms,
+                       numbers[] = {narrow, narrow, forward ? nv * nv : narrow};
+  double *const out[] = {by_q, by_v, by_x};
+  const kernels_in<double> &kernels = kernels_of_row<double>(row_by_plan(forward));
+  arena measure;
+  for (const std::ptrdiff_t n : numbers)
+    measure.take<double>(n);
+  const std::size_t needed = measure.used() + kernels.workspace_bytes(view);
+  arena memory(d && needed <= d->bytes() ? d->memory() : thread_memory(kept_for::workspace, needed));
+  for (int r = 0; r < 3; ++r)
+    s.result[r] = memory.take<double>(numbers[r]);
+  if (!kernels.state(view, memory.take<std::byte>(0), s)) // NaN, or so large that all is looked at again
+    return false;
+  for (int r = 0; r < 3; ++r)
+    std::copy_n(s.result[r], numbers[r], out[r]);
+  return true;
+}
+
+int freedoms_by_plan(const model &m) { return has_plan(m) ? m.view().loops->freedoms : 0; }
+
+void derive_in_lanes(bool forward, const model &m, const batch_view<double> &batch, unsigned char *done) {
+  const nearest_rounding rounding;
+  const model_view<double> &view = m.view();
+  const kernels_in<double> &kernels = kernels_of_row<double>(row_by_plan(forward));
+  const std::size_t bytes = kernels.batch(view, batch, 0, 0, nullptr).bytes;
+  kernels.batch(view, batch, 0, batch.n, thread_memory(kept_for::workspace, bytes));
+  for (std::size_t k = 0; k < batch.n; ++k) {
+    double sum = 0; // a state that the plan doesn't fit has NaN in all elements but zeros
+    for (int r = 0; r < 2; ++r)
+      for (std::ptrdiff_t i = 0; i < m.nv() * std::ptrdiff_t(view.loops->freedoms); ++i)
+        sum += row(batch.result[r], k)[i] * 0;
+    done[k] = sum == 0;
+  }
 }
 
 } // namespace ksl::loops

@@ -96,7 +96,7 @@ void geometry::set_position(const double *q) {
       const vector arm = difference(f.successor.t, pose(c.link).t), moved = sum(at_child.lin, cross(at_child.ang, arm));
       const double factor = side.sign * c.factor,
                    scale = std::fabs(factor) * t_.column_scale[static_cast<std::size_t>(c.v)];
-      const double translation = scale * length(moved), rotation = scale * length(at_child.ang);
+      const double translation = scale * length(moved), rotation = scale * c.turning;
       double *const out = K_ + static_cast<std::ptrdiff_t>(l.first_row) * nv + c.v;
       for (int i = 0; i < l.rows; ++i) {
         out[i * nv] += factor * (dot(force[i], moved) + dot(moment[i], at_child.ang));

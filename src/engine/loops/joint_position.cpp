@@ -89,7 +89,7 @@ SE3<double> left_in_canonical(const loop &l, const SE3<double> &D) {
     const double turn = 2 * std::numbers::pi, turns = std::round((D.t.z / l.pitch - angle) / turn);
     return without_turn(D, angle, l.pitch * (angle + turns * turn));
   }
-  case joint_kind::spherical: return {{1, 0, 0, 0, 1, 0, 0, 0, 1}, turned_back(D.R, D.t)};
+  case joint_kind::spherical: break; // displacement_left
   case joint_kind::planar: return {without_turn(D, angle, 0).R, {0, 0, D.t.z}};
   case joint_kind::translation: return {D.R, {0, 0, 0}};
   }
@@ -101,6 +101,8 @@ SE3<double> left_in_canonical(const loop &l, const SE3<double> &D) {
 bool row_has_two_axes(joint_kind kind) { return row_of(kind).has_axis2; }
 
 screw<double> displacement_left(const loop &l, const SE3<double> &relative) {
+  if (l.kind == joint_kind::spherical) // which any rotation suits
+    return {turned_back(relative.R, relative.t), {0, 0, 0}};
   if (row_has_two_axes(l.kind)) { // its axes are those of the joint
     const SE3<double> left = left_in_canonical(l, relative);
     return {turned_back(relative.R, left.t), rotation_vector(left.R)};
@@ -110,7 +112,7 @@ screw<double> displacement_left(const loop &l, const SE3<double> &relative) {
   const SE3<double> left = left_in_canonical(l, in_z);
   // the translation is seen from the successor: turned back by the joint's own rotation, which is what has been taken off
   const mat3x3<double> taken = product(in_z.R, transposed(left.R));
-  const vector t = l.kind == joint_kind::spherical ? left.t : turned_back(taken, left.t), w = rotation_vector(left.R);
+  const vector t = turned_back(taken, left.t), w = rotation_vector(left.R);
   return {turned(Z, t), turned(Z, w)};
 }
 

@@ -16,19 +16,19 @@ namespace {
 
 using namespace loops;
 
-/// Something that is laid out in the memory of a workspace, or of the thread where that is too small.
-template <class Work, class Lay> Work laid_out(Work work, data &d, Lay lay) {
+/// Something that is laid out in the memory of a workspace, or of the thread where there is none or that is too small.
+template <class Work, class Lay> Work laid_out(Work work, data *d, Lay lay) {
   arena measure;
   lay(work, measure);
-  arena memory(measure.used() <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, measure.used()));
+  arena memory(d && measure.used() <= d->bytes() ? d->memory() : thread_memory(kept_for::workspace, measure.used()));
   lay(work, memory);
   return work;
 }
 closed_state state_of(const model &m, data &d) {
-  return laid_out(closed_state(m, tolerance_of_double), d,
+  return laid_out(closed_state(m, tolerance_of_double), &d,
                   [](closed_state &w, arena &memory) { w.lay_out(memory, 0); });
 }
-assembly assembly_of(const model &m, data &d) {
+assembly assembly_of(const model &m, data *d) {
   return laid_out(assembly(m), d, [](assembly &w, arena &memory) { w.lay_out(memory); });
 }
 struct placed {
@@ -37,7 +37,7 @@ struct placed {
 };
 placed geometry_of(const model &m, data &d, const double *q) {
   const tables &t = m.loop_tables();
-  placed p = laid_out(placed{geometry(m, t), nullptr, nullptr, nullptr}, d, [&](placed &w, arena &memory) {
+  placed p = laid_out(placed{geometry(m, t), nullptr, nullptr, nullptr}, &d, [&](placed &w, arena &memory) {
     w.at.lay_out(memory);
     w.scaled = memory.take<double>(t.rows * m.nv()), w.values = memory.take<double>(std::max(t.rows, m.nv()));
     w.zero = memory.take<double>(m.nv());
@@ -118,7 +118,7 @@ completion consistent_velocity(const model &m, data &d, const double *q, const d
     std::copy_n(v, m.nv(), out);
     return completion::unique;
   }
-  assembly w = assembly_of(m, d);
+  assembly w = assembly_of(m, &d);
   w.at().set_position(q);
   return w.complete(v, given, nullptr, out);
 }
@@ -130,12 +130,12 @@ completion consistent_acceleration(const model &m, data &d, const double *q, con
     std::copy_n(a, m.nv(), out);
     return completion::unique;
   }
-  assembly w = assembly_of(m, d);
+  assembly w = assembly_of(m, &d);
   return w.complete_acceleration(q, v, a, given, out);
 }
 
-closing close(const model &m, data &d, const double *q, const unsigned char *hold, const close_options &options,
-              double *out, double *error) {
+closing loops::close(const model &m, data *d, const double *q, const unsigned char *hold, const close_options &options,
+                     double *out, double *error) {
   const nearest_rounding rounding;
   if (m.loops().empty()) {
     std::copy_n(q, m.nq(), out);
@@ -143,6 +143,11 @@ closing close(const model &m, data &d, const double *q, const unsigned char *hol
     return closing::closed;
   }
   return assembly_of(m, d).close(q, hold, options, out, error);
+}
+
+closing close(const model &m, data &d, const double *q, const unsigned char *hold, const close_options &options,
+              double *out, double *error) {
+  return loops::close(m, &d, q, hold, options, out, error);
 }
 
 int reaction_patterns(const model &m, data &d, const double *q, double *patterns) {
@@ -159,9 +164,10 @@ int reaction_patterns(const model &m, data &d, const double *q, double *patterns
 namespace {
 
 closed_derivatives derivatives_of(const model &m, data &d, int externals) {
-  return laid_out(closed_derivatives(m, tolerance_of_double), d,
+  return laid_out(closed_derivatives(m, tolerance_of_double), &d,
                   [externals](closed_derivatives &w, arena &memory) { w.lay_out(memory, externals); });
 }
+
 void require(const char *call, const finding &fault, const model &m) {
   if (fault)
     throw result_error(std::string(call) + ": " + text_of(fault, m), 0, -1);
@@ -173,6 +179,8 @@ int closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q
                                         const external_wrenches<double> &external, double *by_q, double *by_v,
                                         double *by_a) {
   const nearest_rounding rounding;
+  if (derive_by_plan(false, m, &d, {.q = q, .v = v, .a = a, .external = external}, by_q, by_v, by_a))
+    return m.view().loops->freedoms;
   closed_derivatives w = derivatives_of(m, d, external.n);
   finding fault = w.state().set_position(q);
   if (!fault)
@@ -185,6 +193,8 @@ int closed_forward_dynamics_derivatives(const model &m, data &d, const double *q
                                         const external_wrenches<double> &external, double *by_q, double *by_v,
                                         double *by_tau) {
   const nearest_rounding rounding;
+  if (derive_by_plan(true, m, &d, {.q = q, .v = v, .tau = tau, .external = external}, by_q, by_v, by_tau))
+    return m.view().loops->freedoms;
   closed_derivatives w = derivatives_of(m, d, external.n);
   finding fault = w.state().set_position(q);
   if (!fault)
@@ -211,7 +221,7 @@ void stabilised_forward_dynamics(const model &m, data &d, const double *q, const
   const nearest_rounding rounding;
   if (m.loops().empty())
     return forward_dynamics(m, d, q, v, tau, a, external);
-  closed_state c = laid_out(closed_state(m, tolerance_of_corrected), d,
+  closed_state c = laid_out(closed_state(m, tolerance_of_corrected), &d,
                             [&](closed_state &w, arena &memory) { w.lay_out(memory, external.n); });
   finding fault = c.set_position(q);
   if (!fault)

@@ -14,13 +14,25 @@ constexpr int parts = 5;
 
 template <class S> const kernels_in<S> &kernels_for(const algorithm_row &row) { return kernels_of_row<S>(row); }
 
-} // namespace
-
-template <class S> const algorithm_row &planned<S>::computed() const {
-  return row_.closed == closed_by::accelerations || row_.closed == closed_by::jump ? rows::closed_forward_dynamics
-         : row_.closed == closed_by::reactions ? rows::closed_inverse_dynamics_with_reactions
-                                               : rows::closed_inverse_dynamics;
+/// The private row whose kernels compute a row.
+const algorithm_row &row_by_plan(closed_by by) {
+  return by == closed_by::accelerations || by == closed_by::jump ? rows::closed_forward_dynamics
+         : by == closed_by::reactions                            ? rows::closed_inverse_dynamics_with_reactions
+                                                                 : rows::closed_inverse_dynamics;
 }
+
+template <class S> bool determines_efforts(const loop_view<S> &loops) {
+  return loops.drives_are_independent || loops.freedoms == 0 || loops.drives > 0;
+}
+
+template <class S> bool are_numbers(const S *x, int n) {
+  S sum = 0;
+  for (int k = 0; k < n; ++k)
+    sum += x[k] * S(0);
+  return sum == S(0);
+}
+
+} // namespace
 
 template <class S> bool planned<S>::suits() const {
   const loop_view<S> *const loops = view_.loops;
@@ -34,18 +46,17 @@ template <class S> bool planned<S>::suits() const {
   case closed_by::efforts:
   case closed_by::statics:
   case closed_by::parts:
-  case closed_by::reactions: return loops->drives_are_independent || loops->freedoms == 0 || loops->drives > 0;
+  case closed_by::reactions: return determines_efforts(*loops);
   default: return false;
   }
 }
 
 template <class S> void planned<S>::lay_out(arena &memory, const batch_view<S> &batch, int states) {
   const int nv = m_.nv(), externals = batch.external_n + forces_.ends();
-  int joints = 0; // of all requests
+  int joints = 0; // of all requests, for what is measured below
   for (int r = 0; r < batch.reactions_n; ++r)
     joints += batch.reactions[r].request.n;
   numbers_ = memory.take<S>(states * nv), still_ = memory.take<S>(nv);
-  found_ = memory.take<S>(static_cast<std::ptrdiff_t>(states) * 6 * joints);
   external_ = memory.take<external_rows<S>>(externals);
   state_external_ = memory.take<S>(6 * externals), state_links_ = memory.take<int>(externals);
   reactions_ = memory.take<reaction_rows<S>>(batch.reactions_n);
@@ -100,17 +111,6 @@ template <class S> void planned<S>::call(const algorithm_row &row, const batch_v
   kernel.state(view_, workspace_, first_state(part, state_links_, state_external_, state_reactions_));
 }
 
-template <class S> void planned<S>::copy_reactions(const batch_view<S> &batch, std::size_t first, int n,
-                                                   const bool *done) const {
-  for (int r = 0; r < batch.reactions_n; ++r) {
-    const std::ptrdiff_t numbers = 6 * std::ptrdiff_t(batch.reactions[r].request.n);
-    for (int i = 0; i < n && batch.reactions[r].out.first; ++i)
-      if (done[i])
-        std::copy_n(reactions_[r].out.first + i * numbers, numbers,
-                    ksl::row(batch.reactions[r].out, first + static_cast<std::size_t>(i)));
-  }
-}
-
 /// The parts of efforts, where numbers_ has efforts (closed.cpp says what they are).
 template <class S>
 void planned<S>::set_parts(const batch_view<S> &batch, batch_view<S> part, std::size_t first, const bool *done) {
@@ -137,21 +137,13 @@ template <class S> void planned<S>::run(const batch_view<S> &batch, std::size_t 
     forces_.set(batch, first, n);
   batch_view<S> part = part_of(batch, first, n);
   part.result[0] = {numbers_, nv};
-  S *found = found_;
-  for (int r = 0; r < batch.reactions_n; ++r) {
-    const std::ptrdiff_t numbers = 6 * std::ptrdiff_t(batch.reactions[r].request.n);
-    reactions_[r] = {batch.reactions[r].request, {found, numbers}};
-    found += n * numbers;
-  }
-  part.reactions_n = batch.reactions_n, part.reactions = reactions_;
-  call(computed(), part);
-  for (int i = 0; i < n; ++i) {
-    S sum = 0;
-    for (int k = 0; k < nv; ++k)
-      sum += numbers_[i * nv + k] * S(0);
-    done[i] = sum == S(0);
-  }
-  copy_reactions(batch, first, n, done);
+  part.reactions_n = 0, part.reactions = reactions_;
+  for (int r = 0; r < batch.reactions_n; ++r)
+    if (const reaction_rows<S> &asked = batch.reactions[r]; asked.out.first)
+      reactions_[part.reactions_n++] = {asked.request, rows_from(asked.out, first)};
+  call(row_by_plan(row_.closed), part);
+  for (int i = 0; i < n; ++i)
+    done[i] = are_numbers(numbers_ + i * nv, nv);
   if (row_.closed == closed_by::parts && batch.result[0].first)
     return set_parts(batch, part, first, done);
   for (int i = 0; i < n && row_.results > 0 && batch.result[0].first; ++i)
@@ -159,7 +151,32 @@ template <class S> void planned<S>::run(const batch_view<S> &batch, std::size_t 
       std::copy_n(numbers_ + i * nv, nv, ksl::row(batch.result[0], first + static_cast<std::size_t>(i)));
 }
 
+template <class S> bool run_alone(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
+  const model_view<S> &view = m.view_in<S>();
+  const bool forward = row.closed == closed_by::accelerations,
+             inverse = row.closed == closed_by::efforts || row.closed == closed_by::reactions;
+  if (!view.loops || m.nv() == 0 || m.acting_force_elements() > 0 ||
+      !(forward ? view.loops->freedoms > 0 : inverse && determines_efforts(*view.loops)))
+    return false;
+  arena pieces(memory);
+  state_view<S> alone = s; // the result goes to memory of its own: it may lie where an argument is
+  alone.result[0] = pieces.take<S>(m.nv());
+  reaction_result<S> *const reactions = pieces.take<reaction_result<S>>(s.reactions_n);
+  alone.reactions_n = 0, alone.reactions = reactions;
+  for (int r = 0; r < s.reactions_n; ++r)
+    if (s.reactions[r].out)
+      reactions[alone.reactions_n++] = s.reactions[r];
+  kernels_for<S>(row_by_plan(row.closed)).state(view, pieces.take<std::byte>(0), alone);
+  if (!are_numbers(alone.result[0], m.nv()))
+    return false;
+  if (row.results > 0 && s.result[0])
+    std::copy_n(alone.result[0], m.nv(), s.result[0]);
+  return true;
+}
+
 template class planned<double>;
 template class planned<float>;
+template bool run_alone(const algorithm_row &, const model &, void *, const state_view<double> &);
+template bool run_alone(const algorithm_row &, const model &, void *, const state_view<float> &);
 
 } // namespace ksl::loops

@@ -36,22 +36,20 @@ public:
   void lay_out(arena &memory, const batch_view<S> &batch, int states);
 
   /// Computes states [first, first + n) of the batch, at most `most`.  done[i] says whether state i has its results; the others are as
-  /// they were.
+  /// they were, but for reactions, which are to be written over.
   void run(const batch_view<S> &batch, std::size_t first, int n, bool *done);
 
 private:
-  const algorithm_row &computed() const;
   batch_view<S> part_of(const batch_view<S> &batch, std::size_t first, int n) const;
   void call(const algorithm_row &row, const batch_view<S> &part);
   void set_parts(const batch_view<S> &batch, batch_view<S> part, std::size_t first, const bool *done);
-  void copy_reactions(const batch_view<S> &batch, std::size_t first, int n, const bool *done) const;
 
   const algorithm_row &row_;
   const model &m_;
   model_view<S> view_;
   loop_view<S> steady_{}; ///< where view_ has it
   elements::forces<S> forces_;
-  S *numbers_ = nullptr, *found_ = nullptr, *parts_ = nullptr;
+  S *numbers_ = nullptr, *parts_ = nullptr;
   S *still_ = nullptr; ///< (nv) zeros
   external_rows<S> *external_ = nullptr;
   S *state_external_ = nullptr; ///< of one state
@@ -60,5 +58,9 @@ private:
   reaction_result<S> *state_reactions_ = nullptr;
   void *workspace_ = nullptr;
 };
+
+/// Computes one state as run() does, from its own arrays and with nothing laid out but what its kernel needs: efforts, accelerations and reactions
+/// of mechanisms without force elements.  Returns false, and leaves the result as it is, for others, and for states that the plan doesn't fit.
+template <class S> bool run_alone(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s);
 
 } // namespace ksl::loops

@@ -94,13 +94,13 @@ private:
     const double factor = follows ? row.multiplier : 1;
     const int link = slot(row.link);
     if (row_of(row.kind).has_axis2) {
-      t_.columns.push_back({v, factor, link, {{0, 0, 0}, row.axis}, row.q_index + 1, row.axis2});
-      t_.columns.push_back({v + 1, factor, link, {{0, 0, 0}, row.axis2}, -1, {}});
+      t_.columns.push_back({v, factor, link, {{0, 0, 0}, row.axis}, 1, row.q_index + 1, row.axis2});
+      t_.columns.push_back({v + 1, factor, link, {{0, 0, 0}, row.axis2}, 1, -1, {}});
       return first;
     }
     for (const screw<double> &twist : unit_twists(row.kind, row.axis, row.pitch)) {
       const int k = static_cast<int>(t_.columns.size()) - first;
-      t_.columns.push_back({v + (follows ? 0 : k), factor, link, twist, -1, {}});
+      t_.columns.push_back({v + (follows ? 0 : k), factor, link, twist, length(twist.ang), -1, {}});
     }
     return first;
   }

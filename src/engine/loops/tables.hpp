@@ -14,6 +14,7 @@ struct column {
   double factor;       ///< 1; for followers, the multiplier
   int link;            ///< index into tables::links: the joint's child link
   screw<double> twist; ///< of the child for a unit velocity, in the child's axes
+  double turning;      ///< the length of its angular half
   int angle; ///< index in q of the second angle of a universal joint, whose first coordinate this is; −1 for others
   vec3<double> about; ///< the axis of that angle
 };

@@ -18,6 +18,7 @@ template <class T> struct closed_inverse_dynamics_workspace {
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     equations.lay_out(memory, model);
     inverse.lay_out(memory, model);
+    inverse.pose = equations.world.pose;
     tree.lay_out(memory, model.nv), steady.lay_out(memory, model.nv);
     multiplier.lay_out(memory, model.loops ? model.loops->rows : 0);
     projected.lay_out(memory, padded_columns<T>(model.nv + 1));
@@ -156,7 +157,7 @@ void closed_inverse_dynamics(const model_view<scalar_of<T>> &model, const closed
     set_loop_equations<false>(model, w.equations, q, v);
     eliminate_by_plan<false>(model, w.equations);
   }
-  inverse_dynamics(model, w.inverse, q, v, a, external, tree);
+  inverse_dynamics(with_known_sines(model), w.inverse, q, v, a, external, tree);
   if (!loops.steady)
     check_accelerations(model, w.equations, w.inverse.motion, a);
   for (int i = 0; i < model.nv; ++i)
@@ -195,6 +196,7 @@ template <class T> struct closed_forward_dynamics_workspace {
     equations.lay_out(memory, model);
     inverse.lay_out(memory, model);
     mass.lay_out(memory, model);
+    inverse.pose = mass.pose = equations.world.pose;
     rows.lay_out(memory, model);
     a0.lay_out(memory, model.nv), tree.lay_out(memory, model.nv);
     MG.lay_out(memory, model.nv * f), H.lay_out(memory, f * f), r.lay_out(memory, f);
@@ -305,8 +307,9 @@ void closed_forward_dynamics(const model_view<scalar_of<T>> &model, const closed
   solve_by_plan(model, w.equations);
   T *const a0 = &w.a0[0], *const tree = &w.tree[0], *const r = &w.r[0];
   steady_accelerations(loops, w.equations, a0);
-  inverse_dynamics(model, w.inverse, q, v, a0, external, tree);
-  rows_of_mass_matrix(model, w.mass, w.rows, q);
+  const model_view<S> known = with_known_sines(model);
+  inverse_dynamics(known, w.inverse, q, v, a0, external, tree);
+  rows_of_mass_matrix(known, w.mass, w.rows, q);
   for (int j = 0; j < f; ++j)
     r[j] = T(S(0));
   for (int i = 0; i < model.nv; ++i)

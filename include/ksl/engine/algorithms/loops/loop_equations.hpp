@@ -119,6 +119,14 @@ template <class T> KSL_LANES screw<T> column_about(const mat3x3<T> &R, int coord
   return s;
 }
 
+/// Column c of all loops' about a point.
+template <class T> KSL_LANES screw<T> column_of_loop(const loop_view<scalar_of<T>> &loops,
+                                                     const loop_equations_workspace<T> &w, int c, const vec3<T> &at) {
+  const loop_column &of = loops.column[c];
+  const vec3<T> o = w.world.origin[of.body], arm = {at.x - o.x, at.y - o.y, at.z - o.z};
+  return column_about(w.world.rotation[of.body], of.coordinate, T(loops.pitch[c]), arm);
+}
+
 template <class T> KSL_LANES void add_scaled(const T &x, const screw<T> &s, screw<T> &sum) {
   algebra<T>::axpy_vv(x, &s.lin, &sum.lin);
   algebra<T>::axpy_vv(x, &s.ang, &sum.ang);
@@ -204,9 +212,7 @@ KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_wo
   const auto add_columns = [&](int begin, int end, const T &sign) KSL_INLINED {
     for (int c = begin; c < end; ++c) {
       const loop_column &of = loops.column[joint.columns_begin + c];
-      const vec3<T> o = w.world.origin[of.body], arm = {to.t.x - o.x, to.t.y - o.y, to.t.z - o.z};
-      const mat3x3<T> R = w.world.rotation[of.body];
-      w.J[c] = column_about(R, of.coordinate, T(loops.pitch[joint.columns_begin + c]), arm);
+      w.J[c] = column_of_loop(loops, w, joint.columns_begin + c, to.t);
       const int place = loops.place[of.v];
       w.place[c] = place < 0 ? -1 - place : loops.pivots + place;
       add_scaled(sign * v[of.v], w.J[c], W);
@@ -319,6 +325,14 @@ KSL_LANES void set_loop_equations(const model_view<scalar_of<T>> &model, loop_eq
     set_loop<rates>(model, w, l, v);
 }
 
+/// The model without angles, for algorithms that share w.world.pose: after set_loop_equations it has their sines and cosines.  Plain floats
+/// compute them again.
+template <class S> KSL_LANES model_view<S> with_known_sines(const model_view<S> &model) {
+  model_view<S> tree = model;
+  tree.angles_end = tree.first_angle;
+  return tree;
+}
+
 /// Whether accelerations a (nv) keep the loops closed: (2), by the motions of bodies that inverse dynamics has found; after
 /// set_loop_equations.
 template <class T, class Motions>
@@ -415,7 +429,8 @@ KSL_LANES void eliminate_by_plan(const model_view<scalar_of<T>> &model, loop_equ
 }
 
 /// Solves for the dependent coordinates, after the elimination with rates.
-template <class T> KSL_LANES void solve_by_plan(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w) {
+template <class T>
+KSL_LANES void solve_by_plan(const model_view<scalar_of<T>> &model, const loop_equations_workspace<T> &w) {
   const loop_view<scalar_of<T>> &loops = *model.loops;
   const int b = model.nv, f = loops.freedoms;
   T *const solved = &w.solved[0];
