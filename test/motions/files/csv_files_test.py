@@ -194,7 +194,11 @@ REFUSED = {
     "JSON": ('{"time": 0}', ": is JSON; save the motion as CSV, Parquet or NPZ"),
     "robot": ("<?xml version='1.0'?>\n<robot name='r'/>", ": is a robot file, not a motion"),
     "web page": ("<!DOCTYPE html><html>", ": is an XML or HTML file, not a motion"),
-    "NUL": (b"time,hip\x00,slide\n", ":1: line 1 is not text".removeprefix(":1")),
+    "NUL": (b"time,hip\x00,slide\n", ": line 1 is not text; give a CSV file"),
+    "text below a short row": ("time,hip,slide,mode\n0,0,0\n1,0,0,auto\n", ":1: unknown column 'mode', which holds text ('auto')"),
+    "a row that is too short for its time": ("hip,slide,time\n0,0\n0,0,1\n", ":2: 2 values in a table of 3 columns; separate values by commas"),
+    "an empty first time": (HEAD + ",0,0\n1,0,0\n", ":2: column 'time' is not a number or missing"),
+    "decimal commas far down between commas": (HEAD + "0,0,0\n" * 30 + '30,"1,5",0\n', ":32: column 'hip' holds '1,5'; expected a number with a decimal point"),
     "gzip, truncated": (gzip.compress((HEAD + "0,0,0\n").encode())[:-9], ": is compressed by gzip, but truncated or damaged"),
     "HDF5": (b"\x89HDF\r\n\x1a\n", ": is an HDF5 file"),
     "MATLAB": (b"MATLAB 5.0 MAT-file", ": is a MATLAB file, but truncated or damaged"),
@@ -206,6 +210,25 @@ def test_files_that_are_refused(leg, written, refusal, what):
     content, sentence = REFUSED[what]
     found = refusal(leg, written(content))
     assert found.startswith(sentence), found
+
+
+@pytest.mark.parametrize("character", "é€😀")
+def test_a_character_is_cut_where_the_encoding_is_told(leg, written, rows, character):
+    """By the first 64 KiB: a byte of Windows-1252 there is a note, and behind them it is in a comment that nobody reads."""
+    for size in range(len(character.encode())):
+        m = read_motion(leg, written("#".ljust((1 << 16) - size) + character + "\n" + HEAD + table(rows)))
+        assert np.array_equal(m.q, rows[:, 1:]) and m.source.notes == []
+    for size, notes in ((0, []), (2, ["the file is not in UTF-8, and was read as Windows-1252"])):
+        assert read_motion(leg, written(b"#".ljust((1 << 16) - size) + b"\xe9\n" + (HEAD + table(rows)).encode())).source.notes == notes
+
+
+def test_a_row_of_a_megabyte(written):
+    """Which would not fit a block of the parser as it is for rows of few columns."""
+    from ksl.motions.files.recognise import open_table
+
+    names, row = ["time", *(f"x{k}" for k in range(20_000))], ["0." + "1" * 60] * 20_001
+    found = open_table(written("".join(",".join(line) + "\n" for line in (names, row, row)))).read(["time", "x19999"], "time")
+    assert [x.tolist() for x in found.values()] == [[float(row[0])] * 2] * 2
 
 
 def test_extra_columns_are_left_out_on_request(leg, written, rows):
@@ -251,8 +274,8 @@ def test_no_line_of_a_plain_file_is_looked_at_by_itself(written):
     from ksl.motions.files.recognise import open_table
 
     def read(rows: int) -> int:
-        path = written("time,a,b,c\n" + "".join(f"{k},0.123456789,-0.5,{k}.25\n" for k in range(rows)))
-        return work(lambda: open_table(path).read(["time", "a", "b", "c"], "time"))
+        path = written("time,a,b %,c\n" + "".join(f"{k},0.123456789,-0.5,{k}.25\n" for k in range(rows)))
+        return work(lambda: open_table(path).read(["time", "a", "b %", "c"], "time"))
 
     _, few, many = map(read, (1000, 1000, 20_000))  # the first run imports
     assert many < 1.1 * few
