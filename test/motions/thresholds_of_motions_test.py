@@ -796,19 +796,25 @@ def test_angles_that_no_joint_has(leg, robot, written, angle, refused):
             MotionError, match=rf"motion.csv:6: joint hip is at {x:.6g} rad, where its limit is {9 if model is leg else 20} rad; did you mean --degrees"
         ):
             read_motion(model, path)
+    free = robot_of(robot, ("hip", "continuous", ""), ("slide", "prismatic", limit(-9, 9)))
+    assert read_motion(free, written(samples(0.0, 0.1, 1e5).replace(",0\n", ",5000\n"))).q[4].tolist() == [1e5, 5000.0], "of neither is anything known"
 
 
 def test_a_window_takes_samples_that_are_a_billionth_off(leg, written):
     path = written(samples(0.0, 0.125))
     part = lambda start, stop: read_motion(leg, path, start=start, stop=stop).time.tolist()
     assert part(0.125 + 0.9e-9, 1.0) == [0.125 * k for k in range(1, 9)] and part(0.125 + 1.1e-9, 1.0) == [0.125 * k for k in range(2, 9)]
+    for ends, said in (({"start": 0.125}, True), ({"start": 0.0}, False), ({"stop": 9.0}, True)):
+        assert any("used is the part from " in note for note in read_motion(leg, path, **ends).source.notes) == said
     assert part(0.0, 0.875 - 0.9e-9) == [0.125 * k for k in range(8)] and part(0.0, 0.875 - 1.1e-9) == [0.125 * k for k in range(7)]
 
 
-@pytest.mark.parametrize(("off", "ok"), [(0.95e-8, True), (1.05e-8, False)])
-def test_times_of_external_wrenches_are_those_of_the_motion(leg, written, off, ok):
+@pytest.mark.parametrize("step", [1.0, 0.05])
+@pytest.mark.parametrize(("off", "ok"), [(0.95, True), (1.05, False)])
+def test_times_of_external_wrenches_are_those_of_the_motion(leg, written, off, ok, step):
     """To a billionth of 1 s, or of the largest time."""
-    time = 2.0 + np.arange(9)
+    time = step * (2.0 + np.arange(9))
+    off *= 1e-9 * max(1.0, float(time[-1]))
     path = written("time,c.fy\n" + "".join(f"{t + (off if k == 3 else 0)!r},{k}\n" for k, t in enumerate(time.tolist())))
     if ok:
         (wrench,) = read_external(leg, path, time).values()

@@ -226,7 +226,7 @@ def test_a_row_of_a_megabyte(written):
     """Which would not fit a block of the parser as it is for rows of few columns."""
     from ksl.motions.files.recognise import open_table
 
-    names, row = ["time", *(f"x{k}" for k in range(20_000))], ["0." + "1" * 60] * 20_001
+    names, row = ["time", *(f"x{k}" for k in range(20_000))], ["0." + "1" * 110] * 20_001
     found = open_table(written("".join(",".join(line) + "\n" for line in (names, row, row)))).read(["time", "x19999"], "time")
     assert [x.tolist() for x in found.values()] == [[float(row[0])] * 2] * 2
 
