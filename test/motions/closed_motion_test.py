@@ -136,6 +136,10 @@ def test_which_joints_are_held(robot):
         model = robot(FOURBAR, drives=drives)
         assert held_by(model).names == held and follow_by_loops(model).tolist() == follow and [j.name for j in leading(model)] == [n for n in "AD" if n in drives]
         assert [j.name for j in determining(model, home(model), model.joints[:3])] == ["A"]
+    assert [j.name for j in leading(robot(FOURBAR))] == ["A", "B", "D"], "all where drives aren't known"
+    fourbar = robot(FOURBAR, drives=["A"])
+    turn, ball = fourbar.joints[0], replace(fourbar.joints[1], nq=4, q_index=1)
+    assert follow_by_loops(SimpleNamespace(loops=fourbar.loops, drives=("A",), joint_names=["A", "B"], joints=(turn, ball))).tolist() == [1, 2, 3, 4]
     tip = FOURBAR.replace("</robot>", link("tip", 0.2, 0.1) + joint("T", "coupler", "tip", "0.1 0 0") + "</robot>")
     assert freedoms(robot(tip)) == 2 and held_by(robot(tip, drives=["T", "A"])).names == ["T", "A"]
     for text, drives, said in ((tip, ["A"], "2 freedoms, and drives A leave 1 of them open"), (tip, [], "2 freedoms, and no drives leave 2 of them open"), (FOURBAR, [], "1 freedom, and no drives leave 1 of it open")):

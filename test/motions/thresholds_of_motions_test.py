@@ -365,6 +365,13 @@ def test_what_is_a_jump_of_acceleration(most, how):
             assert one.jumps.times == pytest.approx([0.503], abs=1e-9) and one.jumps.sizes == pytest.approx([2.0])
 
 
+def test_a_jump_needs_five_samples_on_each_side():
+    for n in range(2, 16):
+        t = np.arange(float(n))
+        (one,) = find_jumps(t, np.maximum(t - n / 2 + 0.4, 0)[:, None] ** 2)
+        assert len(one.jumps.times) == (n >= 10) and not one.impossible
+
+
 @pytest.mark.parametrize(("second", "count"), [(0.0197, 1), (0.0203, 2)])
 def test_small_jumps_beside_large_ones_do_not_matter(second, count):
     """Less than 2 % of the largest acceleration; here 1 rad/s² after the first jump."""
@@ -563,6 +570,9 @@ def test_limits_that_generators_take(robot):
         and limits.half.tolist() == [1.5, 0.5]
         and limits.notes == ["the file gives no limits of speed for b: 1 rad/s and 0.25 m/s were taken"]
     )
+    for one_sided_limits in ((-1, None), (None, 1)):
+        b = ksl.Builder("a").add_link("l0").add_link("l1", 1.0, (0, 0, 0.1), 0.1 * np.eye(3))
+        assert limits_of(b.add_joint("p", "revolute", "l0", "l1", axis=(1, 0, 0), limits=one_sided_limits).build()).unbounded == ("p",)
     use = worst_rate(limits_of(m, 4.0), np.array([[0.1, 0], [0, -0.2]]), np.array([[1.0, 1], [1, 2]]))
     assert (use.quantity, use.joint.name, use.sample, use.share, use.of_limit) == ("speed", "b", 1, 0.8, "of its limit 0.25 m/s")
     use = worst_rate(limits_of(m, 4.0), np.array([[0.1, 0], [0, 0.2]]), np.array([[-5.0, 1], [1, 2]]))

@@ -214,6 +214,12 @@ def test_topics(leg, tmp_path, refusal):
     assert refusal(leg, path, topic="/other") == ": topic /other holds nav_msgs/Odometry; joint states are in /a, /b"
 
 
+def test_an_mcap_file_of_another_encoding(leg, tmp_path, refusal):
+    path = write(tmp_path, "mcap", leg_messages())
+    path.write_bytes(path.read_bytes().replace(b"\x03\0\0\0cdr", b"\x03\0\0\0xml"))
+    assert refusal(leg, path) == ": joint states of /joint_states are encoded as xml, ros2msg; expected messages of ROS 2 (cdr, ros2msg)"
+
+
 def test_bags_without_joint_states(leg, tmp_path, refusal):
     path = with_topics(tmp_path, other="nav_msgs/msg/Odometry")
     assert refusal(leg, path).startswith(": holds no messages of the type sensor_msgs/JointState; its topics: /other (nav_msgs/Odometry). Poses from")
