@@ -214,6 +214,7 @@ def test_the_step_of_which_numbers_are_multiples(x, step):
 def test_multiples_are_such_to_rounding():
     """Of decimals to 1e-12; counts of an encoder that are a billionth of the largest number apart are one."""
     assert step_of(np.array([5.0, 1 + 0.95e-12])) == 1 and step_of(np.array([5.0, 1 + 1.05e-12])) == pytest.approx(4)
+    assert [step_of(2.0**30 * np.array([0, 1 + k * np.finfo(float).eps])) == 1 for k in (8, 9)] == [True, False], "of large ones to eight of their last digits"
     for scale in (1.0, 2.0**-36):
         counts = np.sqrt(2) * scale * np.arange(7.0)
         near = lambda off: np.append(counts, counts[1] + off * counts[-1])
