@@ -126,7 +126,7 @@ def test_forms_that_hold_the_same_numbers(leg, written, rows, form):
     ("texts", "seconds"),
     [
         ("0 min|0.5 min|2 min", (0, 30, 120)), ("0.5 hr|1 hr|1.25 hr", (1800, 3600, 4500)), ("1 ms|2.5 ms|4 ms", (1e-3, 2.5e-3, 4e-3)), ("1s|2s|4s", (1, 2, 4)), ("1:00:00.5|1:01:02|2:00:00", (3600.5, 3662, 7200)),
-        ("1:02|1:03|10:00", (3720, 3780, 36000)), ("2026-02-28 23:59:59.5|2026-03-01 00:00:00|2026-03-01 00:00:01", (0, 0.5, 1.5)), ("2026-03-01T00:00|2026-03-01T00:01|2026-03-01T01:00", (0, 60, 3600)),
+        ("1:02|1:03|10:00", (3720, 3780, 36000)), ("23:59:59.5|0:00:00|12:00:01", (86399.5, 86400, 129601)), ("23:58|23:59|0:01", (86280, 86340, 86460)), ("-0:00:01.5|-0:00:00.5|0:00:1.", (-1.5, -0.5, 1)), ("2026-02-28 23:59:59.5|2026-03-01 00:00:00|2026-03-01 00:00:01", (0, 0.5, 1.5)), ("2026-03-01T00:00|2026-03-01T00:01|2026-03-01T01:00", (0, 60, 3600)),
         ("2026-03-01T00:00:00+01:00|2026-03-01T00:00:01+01:00|2026-03-01T00:00:00Z", (0, 1, 3600)),
     ],
 )  # fmt: skip
@@ -188,6 +188,10 @@ REFUSED = {
     "degrees": (HEAD + "".join(f"{k},{k * 600},0\n" for k in range(8)), ":4: joint hip is at 1200 rad, where its limit is 9 rad; did you mean --degrees"),
     "open quotation mark": (HEAD + '0,0,"0\n1,0,0\n', ":2: column 'slide' holds several lines, from '0\\n1,0,0\\n' on; a quotation mark is not closed"),
     "clock that stops": ("Time,hip,slide\n0:00:01,0,0\nnoon,0,0\n", ":3: column 'Time' holds 'noon'; expected a number with a decimal point, a clock time"),
+    "minutes of no clock": ("Time,hip,slide\n0:59,0,0\n0:61,0,0\n", ":3: column 'Time' holds '0:61'; expected a number with a decimal point, a clock time"),
+    "seconds of no clock": ("Time,hip,slide\n0:00:01,0,0\n0:00:-2,0,0\n", ":3: column 'Time' holds '0:00:-2'"),
+    "clock times of two forms": ("Time,hip,slide\n59:59,0,0\n1:00:00,0,0\n", ":2: column 'Time' holds '59:59'"),
+    "hours that go back": ("Time,hip,slide\n30:00,0,0\n1:00,0,0\n", ":3: time 3600 after 108000; times must increase"),
     "a time that is missing": ("Time,hip,slide\n0:00:01,0,0\nNA,0,0\n", ":3: column 'Time' holds no time; expected a number"),
     "no first time": ("Time,hip,slide\nNA,0,0\n1,0,0\n", ":2: column 'Time' holds no time; expected a number"),
     "nothing but a missing time": ("\ufefft;hip;slide;\nNA;;;", ": 0 samples, but differentiating hip, slide needs at least 6"),

@@ -67,8 +67,8 @@ def test_titles_units_indents_empty_sheets_and_remarks(leg, book, rows):
 
 @pytest.mark.parametrize(
     "start",
-    [datetime.datetime(2026, 3, 1, 12, 0, 0, 250000), datetime.time(23, 59, 58), datetime.time(1, 59, 59, 500000), datetime.timedelta(hours=30)],
-    ids=["dates", "clock", "clock past an hour", "durations"],
+    [datetime.datetime(2026, 3, 1, 12, 0, 0, 250000), datetime.time(23, 59, 58), datetime.time(23, 59, 59, 500000), datetime.time(1, 59, 59, 500000), datetime.timedelta(hours=30)],
+    ids=["dates", "clock", "clock past midnight", "clock past an hour", "durations"],
 )
 def test_times_of_excel(leg, book, rows, start):
     def at(k):
