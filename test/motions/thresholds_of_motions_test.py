@@ -97,6 +97,17 @@ def test_positions_of_another_unit(robot, kind, limits, least, most):
             assert [f"j reaches {x:.4g} " in line and word in line for line in found] == [True] * said
 
 
+def one_sided_joints():
+    for both in ((-1, None), (None, 1)):
+        b = ksl.Builder("a").add_link("l0").add_link("l1", 1.0, (0, 0, 0.1), 0.1 * np.eye(3))
+        yield b.add_joint("p", "revolute", "l0", "l1", axis=(1, 0, 0), limits=both).build()
+
+
+def test_joints_with_one_limit_are_as_those_without():
+    for m in one_sided_joints():
+        assert [bool(suspicions_of_pose(m, np.array([x]))) for x in (99.0, 101.0)] == [False, True]
+
+
 @pytest.mark.parametrize(
     ("speed", "step", "said"),
     [
@@ -204,7 +215,7 @@ def test_velocities_that_are_all_zero_were_not_measured(moved, used):
     ("x", "step"),
     [
         ([0.123, 1.5, -7.001], 1e-3), ([1.0, 5.0], 1.0), ([0.1, 0.25], 0.01), (0.0123 * np.arange(7) ** 2 + 1 / 3, 0.0123), (np.full(5, 1 / 3), 0.0),
-        (np.array([0, 1, 2.0009, 5]) * 0.017 + 1 / 3, 0.017), (np.array([0, 1, 2.0011, 5]) * 0.017 + 1 / 3, 0.0), (np.sqrt(np.arange(9)), 0.0), ([0.123456789, 0.1], 1e-9),
+        (np.array([0, 1, 2.0009, 5]) * 0.017 + 1 / 3, 0.017), (np.array([0, 1, 2.0011, 5]) * 0.017 + 1 / 3, 0.0), (np.sqrt(np.arange(9)), 0.0), ([0.123456789, 0.1], 1e-9), ([0.1234567891, 0.1], 0.0234567891),
     ],
 )  # fmt: skip
 def test_the_step_of_which_numbers_are_multiples(x, step):
@@ -463,7 +474,7 @@ def test_waypoints_at_a_limit(robot, make, side, end):
     [(1e9, 2.5 * (1 + 1e-4)), (1.05, 2.5 + 0.8 / 3), (0.35, 2.5 + 0.8), (0.035, 2 * np.sqrt(2 / 0.1))],
 )
 @pytest.mark.parametrize("acceleration", [5.0, 1e3, 1e8])
-def test_the_fastest_trapezoid_within_efforts(robot, effort, time, acceleration):
+def test_the_fastest_trapezoid_within_efforts(robot, monkeypatch, effort, time, acceleration):
     """2 rad at 0.8 rad/s, about the vertical, with 0.28 kg m²: the acceleration that 80 % of the effort gives is the best one that is allowed, however much is.
     It makes d/v + v/a, or a triangle, 2 √(d/a); and without a limit of the effort the time for a ramp is a ten-thousandth of that of steady speed."""
     m, points = robot_of(robot, ("j", "revolute", limit(-2, 2, 1, effort))), Waypoints(np.array([[-1.0], [1.0]]))
@@ -471,6 +482,9 @@ def test_the_fastest_trapezoid_within_efforts(robot, effort, time, acceleration)
     expected = max(time, 2.5 + 0.8 / acceleration)
     assert made.time[-1] == pytest.approx(expected, rel=3e-6 if effort > 100 else 1e-4)
     assert np.abs(m.inverse_dynamics(made.q, made.v, made.a)).max() <= 0.8 * effort * (1 + 1e-5)
+    if effort > 100:  # nothing is searched where efforts ask for nothing, whatever waypoints there are
+        monkeypatch.setattr("ksl.motions.generate.profiles.require", None)
+        assert trapezoid(m, Waypoints(np.array([[-1.0], [1.0], [-1.0]])), acceleration=acceleration).motion.time[-1] == pytest.approx(2 * expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("effort", [0.2, 1.0])
@@ -571,9 +585,7 @@ def test_limits_that_generators_take(robot):
         and limits.half.tolist() == [1.5, 0.5]
         and limits.notes == ["the file gives no limits of speed for b: 1 rad/s and 0.25 m/s were taken"]
     )
-    for one_sided_limits in ((-1, None), (None, 1)):
-        b = ksl.Builder("a").add_link("l0").add_link("l1", 1.0, (0, 0, 0.1), 0.1 * np.eye(3))
-        assert limits_of(b.add_joint("p", "revolute", "l0", "l1", axis=(1, 0, 0), limits=one_sided_limits).build()).unbounded == ("p",)
+    assert [limits_of(one).unbounded for one in one_sided_joints()] == [("p",)] * 2
     use = worst_rate(limits_of(m, 4.0), np.array([[0.1, 0], [0, -0.2]]), np.array([[1.0, 1], [1, 2]]))
     assert (use.quantity, use.joint.name, use.sample, use.share, use.of_limit) == ("speed", "b", 1, 0.8, "of its limit 0.25 m/s")
     use = worst_rate(limits_of(m, 4.0), np.array([[0.1, 0], [0, 0.2]]), np.array([[-5.0, 1], [1, 2]]))
