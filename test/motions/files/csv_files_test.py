@@ -184,6 +184,7 @@ REFUSED = {
     "lines above the names": ("Bench 3;B\nDate;3.11.2026\nRate [Hz];125\n\nTime;hip;slide\n0;0;0\n", ":1: the names of columns seem to be in line 5; remove the lines above it, or begin them with #"),
     "a first column without a name": (",time,hip,slide\n5,0,0,0\n6,1,0,0\n7,2,0,0\n", ":2: '5' in column 1, which has no name; name it in line 1"),
     "a last column that counts from 0": ("time,hip,slide,\n0,0,0,0\n1,0,0,1\n2,0,0,2\n", ":2: '0' in column 4, which has no name; name it in line 1"),
+    "names above a thousand comments": ("# time hip slide\n" + "# x\n" * 1000 + "0 0 0\n1 0 0\n", ":1002: no names of columns, but numbers"),
     "numbers alone": ("0,0,0\n1,0,0\n", ":1: no names of columns, but numbers"),
     "degrees": (HEAD + "".join(f"{k},{k * 600},0\n" for k in range(8)), ":4: joint hip is at 1200 rad, where its limit is 9 rad; did you mean --degrees"),
     "open quotation mark": (HEAD + '0,0,"0\n1,0,0\n', ":2: column 'slide' holds several lines, from '0\\n1,0,0\\n' on; a quotation mark is not closed"),
