@@ -684,9 +684,9 @@ def as_parquet() -> bytes:
     return file.getvalue()
 
 
-def as_workbook() -> bytes:
+def as_workbook(empty: int = 0) -> bytes:
     book = pytest.importorskip("openpyxl").Workbook()
-    for row in [list(COLUMNS), *np.column_stack(list(COLUMNS.values())).tolist()]:
+    for row in [*[["Test 7"], *[[]] * empty] * bool(empty), list(COLUMNS), *np.column_stack(list(COLUMNS.values())).tolist()]:
         book.active.append(row)
     book.save(file := io.BytesIO())
     return file.getvalue()
@@ -704,12 +704,12 @@ def unpacked(archive: bytes) -> int:
 
 FORMS = {
     "m.csv": as_csv, "m.csv.gz": lambda: gzip.compress(as_csv()), "m.npz": as_npz, "m.parquet": as_parquet, "m.xlsx": as_workbook,
-    "m.mat": lambda: as_mat(False), "packed.mat": lambda: as_mat(True),
+    "empty.xlsx": lambda: as_workbook(3), "m.mat": lambda: as_mat(False), "packed.mat": lambda: as_mat(True),
 }  # fmt: skip
 LAST = [
     *((form, "COLUMNS", lambda _: 3) for form in ("m.csv", "m.npz", "m.parquet", "m.xlsx", "m.mat")),
     *((form, "NAME_LENGTH", lambda _: 5) for form in ("m.csv", "m.npz", "m.parquet", "m.xlsx")),
-    *((form, "MOTION_NUMBERS", lambda _: 27) for form in FORMS),
+    *((form, "MOTION_NUMBERS", lambda _: 27) for form in FORMS), ("empty.xlsx", "EMPTY_ROWS", lambda _: 2 * 3),
     *((form, "MOTION_BYTES", len) for form in ("m.csv", "m.mat")),
     ("m.csv.gz", "MOTION_BYTES", lambda _: len(as_csv())), ("m.xlsx", "WORKBOOK_BYTES", unpacked), ("m.xlsx", "WORKBOOK_CELLS", lambda _: 30),
     ("packed.mat", "MOTION_BYTES", lambda _: len(as_mat(False)) - 128),

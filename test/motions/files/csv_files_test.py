@@ -11,6 +11,7 @@ import pytest
 
 import ksl
 from growth import assert_linear, work
+from ksl.motions.files.csv_form import form_of
 from ksl.motions.reading import read_external, read_motion
 
 
@@ -185,6 +186,7 @@ REFUSED = {
     "a first column without a name": (",time,hip,slide\n5,0,0,0\n6,1,0,0\n7,2,0,0\n", ":2: '5' in column 1, which has no name; name it in line 1"),
     "a last column that counts from 0": ("time,hip,slide,\n0,0,0,0\n1,0,0,1\n2,0,0,2\n", ":2: '0' in column 4, which has no name; name it in line 1"),
     "names above a thousand comments": ("# time hip slide\n" + "# x\n" * 1000 + "0 0 0\n1 0 0\n", ":1002: no names of columns, but numbers"),
+    "a short row between semicolons": ("time;hip;slide\n0;0;0\n1;0\n", ":3: 2 values in a table of 3 columns; separate values by semicolons"),
     "numbers alone": ("0,0,0\n1,0,0\n", ":1: no names of columns, but numbers"),
     "degrees": (HEAD + "".join(f"{k},{k * 600},0\n" for k in range(8)), ":4: joint hip is at 1200 rad, where its limit is 9 rad; did you mean --degrees"),
     "open quotation mark": (HEAD + '0,0,"0\n1,0,0\n', ":2: column 'slide' holds several lines, from '0\\n1,0,0\\n' on; a quotation mark is not closed"),
@@ -225,6 +227,11 @@ def test_a_character_is_cut_where_the_encoding_is_told(leg, written, rows, chara
         assert np.array_equal(m.q, rows[:, 1:]) and m.source.notes == []
     for size, notes in ((0, []), (2, ["the file is not in UTF-8, and was read as Windows-1252"])):
         assert read_motion(leg, written(b"#".ljust((1 << 16) - size) + b"\xe9\n" + (HEAD + table(rows)).encode())).source.notes == notes
+
+
+def test_a_file_of_one_column():
+    """Nothing separates it, and nothing is said of that."""
+    assert form_of("f", b"time\n0\n1\n", "utf-8").words == ""
 
 
 def test_a_row_of_a_megabyte(written):

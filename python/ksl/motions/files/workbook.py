@@ -65,7 +65,7 @@ class WorkbookTable(Recorded):
             self.times_are_seconds = True
             found[time], midnight = through_midnight(found[time]) if self.cells[time].is_clock else (found[time], "")
             self.notes.append(f"times in column {time!r} are dates or clock times, converted to s since the first{midnight}; Excel keeps them to the millisecond")
-            found[time] = found[time] - (found[time][0] if len(found[time]) else 0.0)
+            found[time] = found[time] - found[time][:1]
         return found
 
 
