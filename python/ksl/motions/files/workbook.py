@@ -223,7 +223,7 @@ def _table(file: str, sheet: str, rows: Iterator[Row], notes: list[str]) -> Work
         first, end = first or row.number, row.number
         _add(where, row, start, columns, notes)
         check_numbers(file, len(columns) * (end - first + 1))
-    return WorkbookTable(file, sheet, header, columns, units, first or header.number + 1, notes)
+    return WorkbookTable(file, sheet, header, columns, units, first, notes)
 
 
 def _header(where: str, rows: Iterator[Row], notes: list[str]) -> tuple[Row, Iterator[Row]]:
@@ -250,7 +250,7 @@ def _header(where: str, rows: Iterator[Row], notes: list[str]) -> tuple[Row, Ite
         pair = row if are_texts and len(filled) > 1 else None
         if pair and len(filled) > 2:
             break
-        if not pair and len(above) < MOST_NOTES:
+        if not pair:
             _refuse_unit(where, row)
             above.append(_shown(row))
     if pair is None:
