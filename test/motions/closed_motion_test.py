@@ -184,6 +184,8 @@ def test_a_step_that_rates_do_not_explain_is_another_branch(crank, share, refuse
         return
     with pytest.raises(MotionError, match=r"motion: sample 201 \(time 1\): joint B, which follows A, jumps to another branch"):
         made(crank, q, rates=(0 * q, 0 * q))
+    with pytest.raises(MotionError, match=r"motion: sample 2 \(time 1\): joint B"):
+        made(crank, q[199:201], TIME[199:201], rates=(0 * q[:2], 0 * q[:2]))
 
 
 def test_the_loop_that_stays_open_is_named(robot):

@@ -139,6 +139,9 @@ def test_gaps(gap, way, said):
         f"no samples between 6 s and {6 + gap:.6g} s, {gap:.3g} median steps, while slide moves by {way:.3g} m" in line for line in found
     )
     assert doubts_about_gaps((SLIDE,), time[5:8], q[5:8]) == []
+    way = np.append(0.1 * np.arange(11), 0.1 * np.arange(10, -1, -1))  # what moves beside a gap has moved in it, though it is back
+    (said,) = doubts_about_gaps((SLIDE,), np.append(np.arange(11.0), 16 + np.arange(11.0)), way[:, None])
+    assert "no samples between 10 s and 16 s" in said
 
 
 def test_the_joint_that_a_gap_hides_most_of():

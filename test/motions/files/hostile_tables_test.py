@@ -59,6 +59,6 @@ def test_what_is_no_footer(tmp_path):
     whole = footer(tmp_path / "m.parquet")
     lists = b"\x19" + b"\x19" * 40  # in lists in lists
     structs = b"\x1c" * 40
-    for data in (*(whole[:k] for k in range(len(whole) - 1)), lists, structs, b"\x19\xfc\xff\xff\x03", b"\x49\x16\x00", b"\x1b\x00", b"\x16" + b"\xff" * 11):
+    for data in (*(whole[:k] for k in range(len(whole) - 1)), lists, structs, b"\x19\xfc\xff\xff\x03", b"\x49\x16\x00", b"\x1b\x00", b"\x16" + b"\xff" * 11, b"\x16" + b"\xff" * 10 + bytes(2)):
         with pytest.raises(ValueError):
             parquet_footer.chunks(data)
