@@ -26,7 +26,7 @@ from ksl.motions.files.csv_form import _lines, doubts_about_end
 from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, trapezoid
 from ksl.motions.generate.excitation import Series, _Search
 from ksl.motions.generate.generated import check_duration, effort_stretch, limits_of, sample_times, worst_rate, worst_use
-from ksl.motions.generate.profiles import _fastest, _instants, _trapezoids
+from ksl.motions.generate.profiles import _Path, _fastest, _instants, _trapezoids
 from ksl.motions.generate.waypoints import read_waypoints
 from ksl.motions.motion import Motion, complete
 from ksl.motions.reading import read_external, read_motion
@@ -46,7 +46,7 @@ from ksl.motions.signal.corners import (
 from ksl.motions.signal.gaps import doubts_about_gaps
 from ksl.motions.signal.noise import step_of, white_noise
 from ksl.motions.signal.ordered import check_restart, ordered
-from ksl.motions.signal.quality import sentences_about_jumps
+from ksl.motions.signal.quality import _all_jumps, sentences_about_jumps
 from ksl.motions.signal.resampling import on_spline, resampled
 from ksl.motions.signal.smoothing import attenuation, noise_after, smoothed, suitable_cutoff
 from ksl.motions.signal.standing import WINDOW, standing_of_integrated
@@ -126,7 +126,19 @@ def test_times_of_another_unit(robot, speed, step, said, limits):
     assert long == [] and len(suspicions(m, np.linspace(0, 0.0999, 5000), np.zeros((5000, 1)), np.full((5000, 1), 201.0))) == 1
 
 
+def test_instants_are_between_waypoints():
+    path = _Path("trapezoid", None, None, np.array([0.0, 1.0, 4.0]), None, np.zeros(0))
+    assert [path.where(share, 8.0) for share in (0.2, 0.3)] == ["trapezoid: between waypoints 1 and 2, at 1.6 s", "trapezoid: between waypoints 2 and 3, at 2.4 s"]
+
+
 # samples
+
+
+def test_jumps_of_a_curve_and_of_its_slope_add_up():
+    time = np.linspace(0, 4, 41)
+    found = Found(Jumps(2, np.array([3.0]), np.array([4.0])), [(0, 1.0, 2.0), (1, 2.0, 3.0)])
+    expected = 2 * (time >= 1) + 3 * np.maximum(time - 2, 0) + 2 * np.maximum(time - 3, 0) ** 2
+    assert _all_jumps(found, time) == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize(("gap", "way", "said"), [(5.0, 0.5, False), (5.01, 0.5, True), (6.0, 0.0499, False), (6.0, 0.0501, True)])
