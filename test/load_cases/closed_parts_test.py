@@ -9,6 +9,7 @@ from linkages import FOURBAR, SLIDERCRANK
 
 import ksl
 from ksl.load_cases import holding, loop_motion, stops, undetermined
+from ksl.load_cases.closed_mechanism import mobility_at_home
 from ksl.load_cases.closed_poses import Reach, closed_pose, named_joints, reach_of
 from ksl.load_cases.computed_cases import ComputedCases
 from ksl.load_cases.load_case import Placement
@@ -58,6 +59,13 @@ def test_joints_that_close_loops(fourbar):
     assert [has_drive(fourbar, j) for j in joints] == [True, False, False, False, False]
     assert [has_drive(fourbar.without_loops(), j) for j in joints] == [True, True, True, False, False] and not has_drive(fourbar, joint("x", leader="A"))
     assert [has_drive(SimpleNamespace(loops=(1,), drives=drives), joint("x")) for drives in (None, ("x",), ("y",))] == [True, True, False]
+
+
+@pytest.mark.parametrize("drives", [["A"], None])
+def test_freedoms_are_those_with_the_drives_at_zero(robot, drives):
+    m = robot(FOURBAR, drives=drives)
+    expected = m.mobility(m.close(np.clip(m.neutral(), m.lower, m.upper), hold=drives or ()).q)
+    assert mobility_at_home(m) == (expected, "") and (expected.smallest != mobility_at_home(robot(FOURBAR))[0].smallest) == bool(drives)
 
 
 def test_joints_that_a_pose_names(robot):

@@ -22,7 +22,7 @@ from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.motion_given import motion_given
 from ksl.load_cases.poses import neutral, pose_of
 from ksl.load_cases.provenance import Provenance, joint_description, provenance_of
-from ksl.load_cases.quantities import PowerBalance, first_extreme, power_round_off, rms, summarise, joint_loads, unit, work
+from ksl.load_cases.quantities import PowerBalance, first_extreme, power_round_off, rms, summarise, joint_loads, unit, untold, work
 from ksl.load_cases.ranking import Ranking
 from ksl.load_cases.simulate_keys import simulated_of
 from ksl.load_cases.simulated import Simulated, _notes, samples_of, simulated_motion
@@ -485,9 +485,8 @@ def test_the_worst_of_every_quantity(robot, quantity, value):
 
 
 def test_a_pose_within_one_bound():
-    upper = SimpleNamespace(nq=1, joints=(joint(limits=((None, -1.5),)),), joint_names=("pin",))
-    lower = SimpleNamespace(nq=1, joints=(joint(limits=((0.5, None),)),), joint_names=("pin",))
-    assert [neutral(upper)[0], neutral(lower)[0]] == [-1.5, 0.5]
+    for lower, upper, at in ((None, -1.5, -1.5), (None, 1.5, 0), (0.5, None, 0.5), (-0.5, None, 0)):
+        assert neutral(SimpleNamespace(nq=1, joints=(joint(limits=((lower, upper),)),), joint_names=("pin",))).tolist() == [at]
     planar = Joint("p", "planar", "a", "b", 3, 3, 1, 1, (0.0, 0.0, 1.0), limits=((1.0, 2.0), (None, -3.0), (4.0, 4.0)))
     assert neutral(SimpleNamespace(nq=4, joints=(planar,), joint_names=("p",))).tolist() == [0, 1, -3, 0]
 
@@ -777,3 +776,11 @@ def test_wrenches_in_axes_of_the_world(robot, tmp_path, axes):
     read = files_beside(tmp_path)
     (case,) = read(robot(ROD), f"hold = {{ pose = {{ pin = 1.5707963267948966 }} }}\nexternal = [{{ link = 'rod', wrench = [0, 3, 0, 0, 0, 2], axes = '{axes}', point = [0.5, 0, 0] }}]")
     assert case.external["rod"][0] == pytest.approx([3, 0, 0, 0, 0, 2], abs=1e-12)
+
+
+@pytest.mark.parametrize(("events", "missed"), [([], True), ([0.5, 2.5, 9.0], True), ([1.5], False), ([2.0], False), ([-1.0, 0.0], True)])
+def test_energy_that_an_event_changes_is_not_missed(events, missed):
+    """Of a step by 3 J between samples 1 s and 2 s."""
+    time, energy = np.arange(5.0), np.array([0, 0, 3.0, 3, 3])
+    found = untold(time, energy, 0 * time, np.array(events), 0.0)
+    assert (found is not None) == missed and (not missed or (found.begin, found.end, found.change, found.by_powers) == (1, 2, 3, 0))

@@ -136,6 +136,10 @@ def test_which_joints_are_held(robot):
         model = robot(FOURBAR, drives=drives)
         assert held_by(model).names == held and follow_by_loops(model).tolist() == follow and [j.name for j in leading(model)] == [n for n in "AD" if n in drives]
         assert [j.name for j in determining(model, home(model), model.joints[:3])] == ["A"]
+    assert [j.name for j in leading(robot(FOURBAR))] == ["A", "B", "D"], "all where drives aren't known"
+    fourbar = robot(FOURBAR, drives=["A"])
+    turn, ball = fourbar.joints[0], replace(fourbar.joints[1], nq=4, q_index=1)
+    assert follow_by_loops(SimpleNamespace(loops=fourbar.loops, drives=("A",), joint_names=["A", "B"], joints=(turn, ball))).tolist() == [1, 2, 3, 4]
     tip = FOURBAR.replace("</robot>", link("tip", 0.2, 0.1) + joint("T", "coupler", "tip", "0.1 0 0") + "</robot>")
     assert freedoms(robot(tip)) == 2 and held_by(robot(tip, drives=["T", "A"])).names == ["T", "A"]
     for text, drives, said in ((tip, ["A"], "2 freedoms, and drives A leave 1 of them open"), (tip, [], "2 freedoms, and no drives leave 2 of them open"), (FOURBAR, [], "1 freedom, and no drives leave 1 of it open")):
@@ -180,6 +184,8 @@ def test_a_step_that_rates_do_not_explain_is_another_branch(crank, share, refuse
         return
     with pytest.raises(MotionError, match=r"motion: sample 201 \(time 1\): joint B, which follows A, jumps to another branch"):
         made(crank, q, rates=(0 * q, 0 * q))
+    with pytest.raises(MotionError, match=r"motion: sample 2 \(time 1\): joint B"):
+        made(crank, q[199:201], TIME[199:201], rates=(0 * q[:2], 0 * q[:2]))
 
 
 def test_the_loop_that_stays_open_is_named(robot):

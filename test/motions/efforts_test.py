@@ -67,9 +67,9 @@ def test_a_log_of_drives_gives_motion_and_efforts_by_one_map(ur5, moved, written
 )
 def test_efforts_with_their_units(leg, written, joint, unit, factor):
     rows = "".join(f"{k / 10},{k},{2 * k},x\n" for k in range(8))
-    efforts = ksl.read_efforts(leg, written(f"t,{joint}.effort,current,note\n" + rows), map={f"{joint}.effort": {"to": f"{joint}.effort", "unit": unit}} if unit else None)
+    efforts = ksl.read_efforts(leg, written(f"t,{joint}.effort,current,note\n" + rows), map={f"{joint}.effort": {"to": f"{joint}.effort", "unit": unit, "offset": 3}} if unit else None)
     j = leg.joint_names.index(joint)
-    np.testing.assert_allclose(efforts.tau[:, j], factor * np.arange(8.0), rtol=1e-15)
+    np.testing.assert_allclose(efforts.tau[:, j], factor * (np.arange(8.0) + 3 * bool(unit)), rtol=1e-15)
     assert np.isnan(efforts.tau[:, 1 - j]).all() and bool(efforts.notes[1:]) == (factor != 1.0)
 
 

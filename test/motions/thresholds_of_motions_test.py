@@ -26,7 +26,7 @@ from ksl.motions.files.csv_form import _lines, doubts_about_end
 from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, trapezoid
 from ksl.motions.generate.excitation import Series, _Search
 from ksl.motions.generate.generated import check_duration, effort_stretch, limits_of, sample_times, worst_rate, worst_use
-from ksl.motions.generate.profiles import _fastest, _instants, _trapezoids
+from ksl.motions.generate.profiles import _Path, _fastest, _instants, _trapezoids
 from ksl.motions.generate.waypoints import read_waypoints
 from ksl.motions.motion import Motion, complete
 from ksl.motions.reading import read_external, read_motion
@@ -46,7 +46,7 @@ from ksl.motions.signal.corners import (
 from ksl.motions.signal.gaps import doubts_about_gaps
 from ksl.motions.signal.noise import step_of, white_noise
 from ksl.motions.signal.ordered import check_restart, ordered
-from ksl.motions.signal.quality import sentences_about_jumps
+from ksl.motions.signal.quality import _all_jumps, sentences_about_jumps
 from ksl.motions.signal.resampling import on_spline, resampled
 from ksl.motions.signal.smoothing import attenuation, noise_after, smoothed, suitable_cutoff
 from ksl.motions.signal.standing import WINDOW, standing_of_integrated
@@ -97,6 +97,17 @@ def test_positions_of_another_unit(robot, kind, limits, least, most):
             assert [f"j reaches {x:.4g} " in line and word in line for line in found] == [True] * said
 
 
+def one_sided_joints():
+    for both in ((-1, None), (None, 1)):
+        b = ksl.Builder("a").add_link("l0").add_link("l1", 1.0, (0, 0, 0.1), 0.1 * np.eye(3))
+        yield b.add_joint("p", "revolute", "l0", "l1", axis=(1, 0, 0), limits=both).build()
+
+
+def test_joints_with_one_limit_are_as_those_without():
+    for m in one_sided_joints():
+        assert [bool(suspicions_of_pose(m, np.array([x]))) for x in (99.0, 101.0)] == [False, True]
+
+
 @pytest.mark.parametrize(
     ("speed", "step", "said"),
     [
@@ -115,7 +126,19 @@ def test_times_of_another_unit(robot, speed, step, said, limits):
     assert long == [] and len(suspicions(m, np.linspace(0, 0.0999, 5000), np.zeros((5000, 1)), np.full((5000, 1), 201.0))) == 1
 
 
+def test_instants_are_between_waypoints():
+    path = _Path("trapezoid", None, None, np.array([0.0, 1.0, 4.0]), None, np.zeros(0))
+    assert [path.where(share, 8.0) for share in (0.2, 0.3)] == ["trapezoid: between waypoints 1 and 2, at 1.6 s", "trapezoid: between waypoints 2 and 3, at 2.4 s"]
+
+
 # samples
+
+
+def test_jumps_of_a_curve_and_of_its_slope_add_up():
+    time = np.linspace(0, 4, 41)
+    found = Found(Jumps(2, np.array([3.0]), np.array([4.0])), [(0, 1.0, 2.0), (1, 2.0, 3.0)])
+    expected = 2 * (time >= 1) + 3 * np.maximum(time - 2, 0) + 2 * np.maximum(time - 3, 0) ** 2
+    assert _all_jumps(found, time) == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize(("gap", "way", "said"), [(5.0, 0.5, False), (5.01, 0.5, True), (6.0, 0.0499, False), (6.0, 0.0501, True)])
@@ -128,6 +151,9 @@ def test_gaps(gap, way, said):
         f"no samples between 6 s and {6 + gap:.6g} s, {gap:.3g} median steps, while slide moves by {way:.3g} m" in line for line in found
     )
     assert doubts_about_gaps((SLIDE,), time[5:8], q[5:8]) == []
+    way = np.append(0.1 * np.arange(11), 0.1 * np.arange(10, -1, -1))  # what moves beside a gap has moved in it, though it is back
+    (said,) = doubts_about_gaps((SLIDE,), np.append(np.arange(11.0), 16 + np.arange(11.0)), way[:, None])
+    assert "no samples between 10 s and 16 s" in said
 
 
 def test_the_joint_that_a_gap_hides_most_of():
@@ -204,7 +230,7 @@ def test_velocities_that_are_all_zero_were_not_measured(moved, used):
     ("x", "step"),
     [
         ([0.123, 1.5, -7.001], 1e-3), ([1.0, 5.0], 1.0), ([0.1, 0.25], 0.01), (0.0123 * np.arange(7) ** 2 + 1 / 3, 0.0123), (np.full(5, 1 / 3), 0.0),
-        (np.array([0, 1, 2.0009, 5]) * 0.017 + 1 / 3, 0.017), (np.array([0, 1, 2.0011, 5]) * 0.017 + 1 / 3, 0.0), (np.sqrt(np.arange(9)), 0.0), ([0.123456789, 0.1], 1e-9),
+        (np.array([0, 1, 2.0009, 5]) * 0.017 + 1 / 3, 0.017), (np.array([0, 1, 2.0011, 5]) * 0.017 + 1 / 3, 0.0), (np.sqrt(np.arange(9)), 0.0), ([0.123456789, 0.1], 1e-9), ([0.1234567891, 0.1], 0.0234567891),
     ],
 )  # fmt: skip
 def test_the_step_of_which_numbers_are_multiples(x, step):
@@ -214,6 +240,7 @@ def test_the_step_of_which_numbers_are_multiples(x, step):
 def test_multiples_are_such_to_rounding():
     """Of decimals to 1e-12; counts of an encoder that are a billionth of the largest number apart are one."""
     assert step_of(np.array([5.0, 1 + 0.95e-12])) == 1 and step_of(np.array([5.0, 1 + 1.05e-12])) == pytest.approx(4)
+    assert [step_of(2.0**30 * np.array([0, 1 + k * np.finfo(float).eps])) == 1 for k in (8, 9)] == [True, False], "of large ones to eight of their last digits"
     for scale in (1.0, 2.0**-36):
         counts = np.sqrt(2) * scale * np.arange(7.0)
         near = lambda off: np.append(counts, counts[1] + off * counts[-1])
@@ -365,6 +392,13 @@ def test_what_is_a_jump_of_acceleration(most, how):
             assert one.jumps.times == pytest.approx([0.503], abs=1e-9) and one.jumps.sizes == pytest.approx([2.0])
 
 
+def test_a_jump_needs_five_samples_on_each_side():
+    for n in range(2, 16):
+        t = np.arange(float(n))
+        (one,) = find_jumps(t, np.maximum(t - n / 2 + 0.4, 0)[:, None] ** 2)
+        assert len(one.jumps.times) == (n >= 10) and not one.impossible
+
+
 @pytest.mark.parametrize(("second", "count"), [(0.0197, 1), (0.0203, 2)])
 def test_small_jumps_beside_large_ones_do_not_matter(second, count):
     """Less than 2 % of the largest acceleration; here 1 rad/s² after the first jump."""
@@ -455,7 +489,7 @@ def test_waypoints_at_a_limit(robot, make, side, end):
     [(1e9, 2.5 * (1 + 1e-4)), (1.05, 2.5 + 0.8 / 3), (0.35, 2.5 + 0.8), (0.035, 2 * np.sqrt(2 / 0.1))],
 )
 @pytest.mark.parametrize("acceleration", [5.0, 1e3, 1e8])
-def test_the_fastest_trapezoid_within_efforts(robot, effort, time, acceleration):
+def test_the_fastest_trapezoid_within_efforts(robot, monkeypatch, effort, time, acceleration):
     """2 rad at 0.8 rad/s, about the vertical, with 0.28 kg m²: the acceleration that 80 % of the effort gives is the best one that is allowed, however much is.
     It makes d/v + v/a, or a triangle, 2 √(d/a); and without a limit of the effort the time for a ramp is a ten-thousandth of that of steady speed."""
     m, points = robot_of(robot, ("j", "revolute", limit(-2, 2, 1, effort))), Waypoints(np.array([[-1.0], [1.0]]))
@@ -463,6 +497,9 @@ def test_the_fastest_trapezoid_within_efforts(robot, effort, time, acceleration)
     expected = max(time, 2.5 + 0.8 / acceleration)
     assert made.time[-1] == pytest.approx(expected, rel=3e-6 if effort > 100 else 1e-4)
     assert np.abs(m.inverse_dynamics(made.q, made.v, made.a)).max() <= 0.8 * effort * (1 + 1e-5)
+    if effort > 100:  # nothing is searched where efforts ask for nothing, whatever waypoints there are
+        monkeypatch.setattr("ksl.motions.generate.profiles.require", None)
+        assert trapezoid(m, Waypoints(np.array([[-1.0], [1.0], [-1.0]])), acceleration=acceleration).motion.time[-1] == pytest.approx(2 * expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("effort", [0.2, 1.0])
@@ -563,6 +600,7 @@ def test_limits_that_generators_take(robot):
         and limits.half.tolist() == [1.5, 0.5]
         and limits.notes == ["the file gives no limits of speed for b: 1 rad/s and 0.25 m/s were taken"]
     )
+    assert [limits_of(one).unbounded for one in one_sided_joints()] == [("p",)] * 2
     use = worst_rate(limits_of(m, 4.0), np.array([[0.1, 0], [0, -0.2]]), np.array([[1.0, 1], [1, 2]]))
     assert (use.quantity, use.joint.name, use.sample, use.share, use.of_limit) == ("speed", "b", 1, 0.8, "of its limit 0.25 m/s")
     use = worst_rate(limits_of(m, 4.0), np.array([[0.1, 0], [0, 0.2]]), np.array([[-5.0, 1], [1, 2]]))
@@ -661,9 +699,9 @@ def as_parquet() -> bytes:
     return file.getvalue()
 
 
-def as_workbook() -> bytes:
+def as_workbook(empty: int = 0) -> bytes:
     book = pytest.importorskip("openpyxl").Workbook()
-    for row in [list(COLUMNS), *np.column_stack(list(COLUMNS.values())).tolist()]:
+    for row in [*[["Test 7"], *[[]] * empty] * bool(empty), list(COLUMNS), *np.column_stack(list(COLUMNS.values())).tolist()]:
         book.active.append(row)
     book.save(file := io.BytesIO())
     return file.getvalue()
@@ -681,12 +719,12 @@ def unpacked(archive: bytes) -> int:
 
 FORMS = {
     "m.csv": as_csv, "m.csv.gz": lambda: gzip.compress(as_csv()), "m.npz": as_npz, "m.parquet": as_parquet, "m.xlsx": as_workbook,
-    "m.mat": lambda: as_mat(False), "packed.mat": lambda: as_mat(True),
+    "empty.xlsx": lambda: as_workbook(3), "m.mat": lambda: as_mat(False), "packed.mat": lambda: as_mat(True),
 }  # fmt: skip
 LAST = [
     *((form, "COLUMNS", lambda _: 3) for form in ("m.csv", "m.npz", "m.parquet", "m.xlsx", "m.mat")),
     *((form, "NAME_LENGTH", lambda _: 5) for form in ("m.csv", "m.npz", "m.parquet", "m.xlsx")),
-    *((form, "MOTION_NUMBERS", lambda _: 27) for form in FORMS),
+    *((form, "MOTION_NUMBERS", lambda _: 27) for form in FORMS), ("empty.xlsx", "EMPTY_ROWS", lambda _: 2 * 3),
     *((form, "MOTION_BYTES", len) for form in ("m.csv", "m.mat")),
     ("m.csv.gz", "MOTION_BYTES", lambda _: len(as_csv())), ("m.xlsx", "WORKBOOK_BYTES", unpacked), ("m.xlsx", "WORKBOOK_CELLS", lambda _: 30),
     ("packed.mat", "MOTION_BYTES", lambda _: len(as_mat(False)) - 128),
@@ -796,19 +834,25 @@ def test_angles_that_no_joint_has(leg, robot, written, angle, refused):
             MotionError, match=rf"motion.csv:6: joint hip is at {x:.6g} rad, where its limit is {9 if model is leg else 20} rad; did you mean --degrees"
         ):
             read_motion(model, path)
+    free = robot_of(robot, ("hip", "continuous", ""), ("slide", "prismatic", limit(-9, 9)))
+    assert read_motion(free, written(samples(0.0, 0.1, 1e5).replace(",0\n", ",5000\n"))).q[4].tolist() == [1e5, 5000.0], "of neither is anything known"
 
 
 def test_a_window_takes_samples_that_are_a_billionth_off(leg, written):
     path = written(samples(0.0, 0.125))
     part = lambda start, stop: read_motion(leg, path, start=start, stop=stop).time.tolist()
     assert part(0.125 + 0.9e-9, 1.0) == [0.125 * k for k in range(1, 9)] and part(0.125 + 1.1e-9, 1.0) == [0.125 * k for k in range(2, 9)]
+    for ends, said in (({"start": 0.125}, True), ({"start": 0.0}, False), ({"stop": 9.0}, True)):
+        assert any("used is the part from " in note for note in read_motion(leg, path, **ends).source.notes) == said
     assert part(0.0, 0.875 - 0.9e-9) == [0.125 * k for k in range(8)] and part(0.0, 0.875 - 1.1e-9) == [0.125 * k for k in range(7)]
 
 
-@pytest.mark.parametrize(("off", "ok"), [(0.95e-8, True), (1.05e-8, False)])
-def test_times_of_external_wrenches_are_those_of_the_motion(leg, written, off, ok):
+@pytest.mark.parametrize("step", [1.0, 0.05])
+@pytest.mark.parametrize(("off", "ok"), [(0.95, True), (1.05, False)])
+def test_times_of_external_wrenches_are_those_of_the_motion(leg, written, off, ok, step):
     """To a billionth of 1 s, or of the largest time."""
-    time = 2.0 + np.arange(9)
+    time = step * (2.0 + np.arange(9))
+    off *= 1e-9 * max(1.0, float(time[-1]))
     path = written("time,c.fy\n" + "".join(f"{t + (off if k == 3 else 0)!r},{k}\n" for k, t in enumerate(time.tolist())))
     if ok:
         (wrench,) = read_external(leg, path, time).values()

@@ -285,6 +285,9 @@ def test_a_swing_fatigues_what_carries_its_weight(robot):
     assert f["damage of one pass"].utilisation == pytest.approx(1e9 * damage, rel=1e-9)
     assert f["fatigue life"].value == pytest.approx(1000 / damage / 3600, rel=1e-9)
     assert f["damage of one pass"].limit == pytest.approx(1e-9, rel=1e-12)
+    for wanted in ({"required_repetitions": 1e9}, {"required_life_h": 100.0}, {"required_repetitions": 1e9, "required_life_h": 100.0}, {}):
+        part = {**{k: x for k, x in line.items() if k != "required_repetitions"}, **wanted}
+        assert [x.figure for x in ksl.size(table, component("pivot", "fatigue", **part)).left_out] == ["the limit of “fatigue life”"] * (not wanted)
     for cycles, how in ((1, {}), (4, {"cases": {"swing": 4}}), (3.6, {"shares": {"swing": 1.0}})):  # of one pass, or of an hour of 3.6 swings
         counted = figures(ksl.size(table, component("pivot", "fatigue", **line) | how))
         assert counted["equivalent amplitude"].value == pytest.approx(amplitude * (cycles / 1e6) ** (1 / 5), rel=1e-9)

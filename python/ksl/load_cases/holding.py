@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,9 +25,6 @@ from ksl.model.mechanism import Joint
 from ksl.model.model import Model
 from ksl.model.states import Array
 from ksl.motions.reading import read_motion
-
-if TYPE_CHECKING:
-    pass
 
 COMPONENTS = ("fx", "fy", "fz", "tx", "ty", "tz")
 TRIED = 4096

@@ -159,7 +159,7 @@ def closed_along(held: Held, targets: Array, first: Array) -> Array:
     positions: where they don't, all are closed one after the other.  Raises NotClosed.
     """
     n = len(targets)
-    moved = np.abs(held.model.difference(targets[:-1], targets[1:])[:, held.rates]).max(initial=0.0) if n > 1 else 0.0
+    moved = np.abs(held.model.difference(targets[:-1], targets[1:])[:, held.rates]).max(initial=0.0)
     stride = int(min(np.sqrt(n), np.floor(2 * STEP / moved) if moved > 0 else np.sqrt(n)))
     if stride < 3:
         return _one_by_one(held, targets, first)

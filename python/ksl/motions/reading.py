@@ -142,7 +142,7 @@ def _values(table: Recorded, choice: Choice) -> dict[str, Array]:
         values[TIME] = with_nanoseconds(table, choice.time, found)
     for column, used in choice.used.items():
         x = found[used.source]
-        values[column] = x if used.factor == 1.0 and used.offset == 0.0 else used.factor * x + used.offset
+        values[column] = x if (used.factor, used.offset) == (1, 0) else used.factor * x + used.offset
     return values
 
 
@@ -171,7 +171,7 @@ def _checked_rows(table: Recorded, time: Array, start: float | None, stop: float
 def _check_plausible(model: Mechanism, q: Array, place: Place) -> None:
     """Refuses angles that no joint with such limits can have: degrees or counts that are taken as radians."""
     for joint in model.joints[: len(model.joint_names)]:
-        limit = max(abs(joint.lower or 0.0), abs(joint.upper or 0.0))
+        limit = max((abs(x) for x in (joint.lower, joint.upper) if x is not None), default=0)
         if not (joint.one_coordinate and joint.has_limits and joint.unit == "rad" and limit > 0):
             continue
         angle = np.abs(q[:, joint.q_index])
@@ -220,7 +220,7 @@ def _wrenches_of(model: Mechanism, path: str | os.PathLike[str], time: Array) ->
         whole = with_nanoseconds(table, column, {column.name: whole, column.nanoseconds: values.pop(column.nanoseconds)})
     times, _ = in_seconds(table, with_unit(table, column, None), whole)
     check_finite(table, {"time": times} | values)
-    if times.shape != time.shape or np.abs(times - time).max(initial=0.0) > 1e-9 * max(1.0, np.abs(time).max(initial=0.0)):
+    if times.shape != time.shape or np.abs(times - time).max(initial=0.0) > 1e-9 * np.abs(time).max(initial=1.0):
         raise MotionError(f"{table.file}: its times are not those of the motion; give one line for each sample of the motion")
     wrenches: dict[str, Array] = {}
     for name, x in values.items():

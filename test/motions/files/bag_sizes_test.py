@@ -3,6 +3,7 @@
 import io
 import resource
 import sqlite3
+import struct
 from collections.abc import Callable
 from types import SimpleNamespace
 
@@ -16,7 +17,7 @@ from ksl.base import limits
 from ksl.base.errors import MotionError
 from ksl.motions.files import unpacking
 from ksl.motions.files.bag_sizes import check_files, check_index
-from ksl.motions.files.mcap_chunks import chunks_from
+from ksl.motions.files.mcap_chunks import chunks_from, unpacked_size
 from ksl.motions.reading import read_motion
 
 MESSAGES = 300
@@ -184,3 +185,25 @@ def test_records_end_where_the_file_does(cut, places):
     """A record may have no contents; of one that is cut there is no place."""
     records = bytes(8) + b"\x06" + (3).to_bytes(8, "little") + b"abc" + b"\x06" + bytes(8)
     assert list(chunks_from(io.BytesIO(records[: len(records) - cut]), 8)) == places
+    with pytest.raises(EOFError):
+        list(chunks_from(io.BytesIO(records[:19]), 8))
+
+
+def chunk(name: bytes, packed: bytes) -> bytes:
+    """Of an MCAP file: two times, the size unpacked, a checksum, the compression, and the records."""
+    return struct.pack("<QQQII", 1, 2, 0, 0, len(name)) + name + struct.pack("<Q", len(packed)) + packed
+
+
+def test_counting_stops_behind_the_most(monkeypatch):
+    """At the first piece or chunk that is more; a name may have 100 bytes; and a chunk ends within the file."""
+    packed = zstandard.ZstdCompressor().compressobj()
+    large = packed.compress(bytes(5000)) + packed.flush()  # without its size
+    monkeypatch.setattr(unpacking, "PIECE", 1000)
+    for one, mosts in ((chunk(b"", bytes(1000)), {5000: 3000, 2000: 3000, 1999: 2000, 999: 1000}), (chunk(b"zstd", large), {20_000: 15_000, 6500: 7000, 5000: 6000, 4999: 5000})):
+        for most, counted in mosts.items():
+            assert unpacked_size(io.BytesIO(3 * one), [k * len(one) for k in range(3)], most) == counted, most
+    named = chunk(bytes(100), bytes(7))
+    assert unpacked_size(io.BytesIO(named), [0], 100) == 7
+    for damaged, error in ((named[:-1], EOFError), (chunk(bytes(101), bytes(7)), ValueError)):
+        with pytest.raises(error):
+            unpacked_size(io.BytesIO(damaged), [0], 100)

@@ -11,6 +11,7 @@ import pytest
 
 import ksl
 from growth import assert_linear, work
+from ksl.motions.files.csv_form import form_of
 from ksl.motions.reading import read_external, read_motion
 
 
@@ -126,7 +127,7 @@ def test_forms_that_hold_the_same_numbers(leg, written, rows, form):
     ("texts", "seconds"),
     [
         ("0 min|0.5 min|2 min", (0, 30, 120)), ("0.5 hr|1 hr|1.25 hr", (1800, 3600, 4500)), ("1 ms|2.5 ms|4 ms", (1e-3, 2.5e-3, 4e-3)), ("1s|2s|4s", (1, 2, 4)), ("1:00:00.5|1:01:02|2:00:00", (3600.5, 3662, 7200)),
-        ("1:02|1:03|10:00", (3720, 3780, 36000)), ("2026-02-28 23:59:59.5|2026-03-01 00:00:00|2026-03-01 00:00:01", (0, 0.5, 1.5)), ("2026-03-01T00:00|2026-03-01T00:01|2026-03-01T01:00", (0, 60, 3600)),
+        ("1:02|1:03|10:00", (3720, 3780, 36000)), ("23:59:59.5|0:00:00|12:00:01", (86399.5, 86400, 129601)), ("23:58|23:59|0:01", (86280, 86340, 86460)), ("-0:00:01.5|-0:00:00.5|0:00:1.", (-1.5, -0.5, 1)), ("2026-02-28 23:59:59.5|2026-03-01 00:00:00|2026-03-01 00:00:01", (0, 0.5, 1.5)), ("2026-03-01T00:00|2026-03-01T00:01|2026-03-01T01:00", (0, 60, 3600)),
         ("2026-03-01T00:00:00+01:00|2026-03-01T00:00:01+01:00|2026-03-01T00:00:00Z", (0, 1, 3600)),
     ],
 )  # fmt: skip
@@ -184,17 +185,27 @@ REFUSED = {
     "lines above the names": ("Bench 3;B\nDate;3.11.2026\nRate [Hz];125\n\nTime;hip;slide\n0;0;0\n", ":1: the names of columns seem to be in line 5; remove the lines above it, or begin them with #"),
     "a first column without a name": (",time,hip,slide\n5,0,0,0\n6,1,0,0\n7,2,0,0\n", ":2: '5' in column 1, which has no name; name it in line 1"),
     "a last column that counts from 0": ("time,hip,slide,\n0,0,0,0\n1,0,0,1\n2,0,0,2\n", ":2: '0' in column 4, which has no name; name it in line 1"),
+    "names above a thousand comments": ("# time hip slide\n" + "# x\n" * 1000 + "0 0 0\n1 0 0\n", ":1002: no names of columns, but numbers"),
+    "a short row between semicolons": ("time;hip;slide\n0;0;0\n1;0\n", ":3: 2 values in a table of 3 columns; separate values by semicolons"),
     "numbers alone": ("0,0,0\n1,0,0\n", ":1: no names of columns, but numbers"),
     "degrees": (HEAD + "".join(f"{k},{k * 600},0\n" for k in range(8)), ":4: joint hip is at 1200 rad, where its limit is 9 rad; did you mean --degrees"),
     "open quotation mark": (HEAD + '0,0,"0\n1,0,0\n', ":2: column 'slide' holds several lines, from '0\\n1,0,0\\n' on; a quotation mark is not closed"),
     "clock that stops": ("Time,hip,slide\n0:00:01,0,0\nnoon,0,0\n", ":3: column 'Time' holds 'noon'; expected a number with a decimal point, a clock time"),
+    "minutes of no clock": ("Time,hip,slide\n0:59,0,0\n0:61,0,0\n", ":3: column 'Time' holds '0:61'; expected a number with a decimal point, a clock time"),
+    "seconds of no clock": ("Time,hip,slide\n0:00:01,0,0\n0:00:-2,0,0\n", ":3: column 'Time' holds '0:00:-2'"),
+    "clock times of two forms": ("Time,hip,slide\n59:59,0,0\n1:00:00,0,0\n", ":2: column 'Time' holds '59:59'"),
+    "hours that go back": ("Time,hip,slide\n30:00,0,0\n1:00,0,0\n", ":3: time 3600 after 108000; times must increase"),
     "a time that is missing": ("Time,hip,slide\n0:00:01,0,0\nNA,0,0\n", ":3: column 'Time' holds no time; expected a number"),
     "no first time": ("Time,hip,slide\nNA,0,0\n1,0,0\n", ":2: column 'Time' holds no time; expected a number"),
     "nothing but a missing time": ("\ufefft;hip;slide;\nNA;;;", ": 0 samples, but differentiating hip, slide needs at least 6"),
     "JSON": ('{"time": 0}', ": is JSON; save the motion as CSV, Parquet or NPZ"),
     "robot": ("<?xml version='1.0'?>\n<robot name='r'/>", ": is a robot file, not a motion"),
     "web page": ("<!DOCTYPE html><html>", ": is an XML or HTML file, not a motion"),
-    "NUL": (b"time,hip\x00,slide\n", ":1: line 1 is not text".removeprefix(":1")),
+    "NUL": (b"time,hip\x00,slide\n", ": line 1 is not text; give a CSV file"),
+    "text below a short row": ("time,hip,slide,mode\n0,0,0\n1,0,0,auto\n", ":1: unknown column 'mode', which holds text ('auto')"),
+    "a row that is too short for its time": ("hip,slide,time\n0,0\n0,0,1\n", ":2: 2 values in a table of 3 columns; separate values by commas"),
+    "an empty first time": (HEAD + ",0,0\n1,0,0\n", ":2: column 'time' is not a number or missing"),
+    "decimal commas far down between commas": (HEAD + "0,0,0\n" * 30 + '30,"1,5",0\n', ":32: column 'hip' holds '1,5'; expected a number with a decimal point"),
     "gzip, truncated": (gzip.compress((HEAD + "0,0,0\n").encode())[:-9], ": is compressed by gzip, but truncated or damaged"),
     "HDF5": (b"\x89HDF\r\n\x1a\n", ": is an HDF5 file"),
     "MATLAB": (b"MATLAB 5.0 MAT-file", ": is a MATLAB file, but truncated or damaged"),
@@ -206,6 +217,30 @@ def test_files_that_are_refused(leg, written, refusal, what):
     content, sentence = REFUSED[what]
     found = refusal(leg, written(content))
     assert found.startswith(sentence), found
+
+
+@pytest.mark.parametrize("character", "é€😀")
+def test_a_character_is_cut_where_the_encoding_is_told(leg, written, rows, character):
+    """By the first 64 KiB: a byte of Windows-1252 there is a note, and behind them it is in a comment that nobody reads."""
+    for size in range(len(character.encode())):
+        m = read_motion(leg, written("#".ljust((1 << 16) - size) + character + "\n" + HEAD + table(rows)))
+        assert np.array_equal(m.q, rows[:, 1:]) and m.source.notes == []
+    for size, notes in ((0, []), (2, ["the file is not in UTF-8, and was read as Windows-1252"])):
+        assert read_motion(leg, written(b"#".ljust((1 << 16) - size) + b"\xe9\n" + (HEAD + table(rows)).encode())).source.notes == notes
+
+
+def test_a_file_of_one_column():
+    """Nothing separates it, and nothing is said of that."""
+    assert form_of("f", b"time\n0\n1\n", "utf-8").words == ""
+
+
+def test_a_row_of_a_megabyte(written):
+    """Which would not fit a block of the parser as it is for rows of few columns."""
+    from ksl.motions.files.recognise import open_table
+
+    names, row = ["time", *(f"x{k}" for k in range(20_000))], ["0." + "1" * 110] * 20_001
+    found = open_table(written("".join(",".join(line) + "\n" for line in (names, row, row)))).read(["time", "x19999"], "time")
+    assert [x.tolist() for x in found.values()] == [[float(row[0])] * 2] * 2
 
 
 def test_extra_columns_are_left_out_on_request(leg, written, rows):
@@ -251,8 +286,8 @@ def test_no_line_of_a_plain_file_is_looked_at_by_itself(written):
     from ksl.motions.files.recognise import open_table
 
     def read(rows: int) -> int:
-        path = written("time,a,b,c\n" + "".join(f"{k},0.123456789,-0.5,{k}.25\n" for k in range(rows)))
-        return work(lambda: open_table(path).read(["time", "a", "b", "c"], "time"))
+        path = written("time,a,b %,c\n" + "".join(f"{k},0.123456789,-0.5,{k}.25\n" for k in range(rows)))
+        return work(lambda: open_table(path).read(["time", "a", "b %", "c"], "time"))
 
     _, few, many = map(read, (1000, 1000, 20_000))  # the first run imports
     assert many < 1.1 * few

@@ -9,6 +9,8 @@ import pyarrow.parquet as pq
 import pytest
 
 import ksl
+from ksl.base import limits
+from ksl.motions.files.parquet_table import ParquetTable
 from ksl.motions.reading import read_motion
 
 
@@ -122,6 +124,7 @@ REFUSED = {
     "sizes of listed joints": (npz(time=np.zeros(3), q=np.zeros((3, 5)), names=["hip"]), ": array 'q' has 5 columns, but the file lists 1 joint"),
     "samples": (npz(time=np.zeros(3), q=np.zeros((4, 2))), ": array 'q' has 4 samples, but 'time' has 3; give as many of each"),
     "cube": (npz(time=np.zeros(3), q=np.zeros((3, 2, 2))), ": array 'q' has the shape (3, 2, 2); expected one number for each sample"),
+    "two columns of a joint": (npz(time=np.zeros(4), hip=np.zeros((2, 2)), slide=np.zeros(4)), ": array 'hip' has the shape (2, 2); expected one number for each sample"),
     "no time": (npz(q=np.zeros((3, 2))), ": no column `time`; found hip, slide"),
     "twice": (npz(time=np.zeros(3), q=np.zeros((3, 2)), hip=np.zeros(3)), ": column 'hip' is given twice, by 'q' and by an array of its own"),
     "a single array": (b"\x93NUMPY\x01\x00", ": is a single NumPy array; save time and positions together"),
@@ -153,6 +156,41 @@ def test_damaged_files_are_refused_in_one_sentence_or_read(leg, written, rows, f
             refused += 1
             assert "\n" not in str(e) and len(str(e)) < 800
     assert refused > 10
+
+
+LISTS = {"time": pa.array(np.arange(9) * 1_000_000_000, pa.timestamp("ns")), "state": [[k, 2.0 * k] for k in range(9)], "load": np.arange(9) * 0.1, "other": [[0.0] * 5] * 9}
+DATE = {"time": ["2026-03-01 12:00:00.0"] * 300}
+
+
+@pytest.mark.parametrize(
+    ("table", "names", "limit", "least"),
+    [
+        (LISTS, ["time", "state[1]", "load"], "MOTION_NUMBERS", lambda _: 9 * 4), (LISTS, ["time", "state[1]", "load"], "MOTION_BYTES", lambda sizes: sum(sizes[:3])),
+        (DATE, ["time"], "MOTION_BYTES", lambda _: pa.array(DATE["time"]).dictionary_encode().cast(pa.string()).nbytes),
+    ],
+)  # fmt: skip
+def test_what_counts_of_a_parquet_file(monkeypatch, table, names, limit, least):
+    """The columns that are wanted, lists with all their elements; bytes as pyarrow says them, and of texts without those that were stored once."""
+    data = parquet(pa.table(table))
+    group = pq.ParquetFile(io.BytesIO(data)).metadata.row_group(0)
+    most = least([group.column(i).total_uncompressed_size for i in range(group.num_columns)])
+    monkeypatch.setattr(limits, limit, most)
+    found = ParquetTable("f", data).read(names, "time")
+    assert found["time"] == pytest.approx(np.arange(9) if table is LISTS else np.zeros(300)) and list(found) == names
+    assert table is DATE or (found["state[1]"].tolist() == (2.0 * np.arange(9)).tolist() and found["load"].tolist() == LISTS["load"].tolist())
+    monkeypatch.setattr(limits, limit, most - 1)
+    with pytest.raises(ksl.MotionError):
+        ParquetTable("f", data).read(names, "time")
+
+
+@pytest.mark.parametrize("more", [0, 1])
+def test_dates_that_64_bits_do_not_hold_the_difference_of(more):
+    dates = ParquetTable("f", parquet(pa.table({"time": pa.array([-(2**62), 2**62 - 1 + more], pa.timestamp("ns"))})))
+    if more:
+        with pytest.raises(ksl.MotionError, match="column 'time' holds dates more than 292 years apart"):
+            dates.read(["time"], "time")
+        return
+    assert dates.read(["time"], "time")["time"] == pytest.approx([0, (2**63 - 1) * 1e-9], rel=1e-15)
 
 
 def test_spreadsheets_are_refused(leg, tmp_path, refusal):

@@ -9,6 +9,7 @@ import pytest
 from ros_bags_test import MS, START, leg_messages, write
 
 from ksl.base import limits
+from ksl.motions.files.bag_database import check_database, check_yaml
 from ksl.motions.reading import read_motion
 
 FOREVER = "WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT x AS {column}, x AS id FROM c"
@@ -53,25 +54,41 @@ def test_a_database_in_a_compressed_file_is_looked_at(leg, tmp_path, refusal):
     assert refusal(leg, path).startswith(": its database holds the view 'schema'")
 
 
-def test_pages_of_a_database_that_name_each_other(leg, tmp_path, refusal):
+@pytest.mark.parametrize("table", ["messages", "sqlite_master"])
+def test_pages_of_a_database_that_name_each_other(leg, tmp_path, refusal, table):
     """Pages that name one page often have its rows as often: five such pages, one behind the other, are more rows than anybody reads."""
     path = write(tmp_path, "ros2", leg_messages())
     file, size, cells = database_of(path), 4096, 100
     database = sqlite3.connect(file)
     database.executescript("CREATE TABLE filler(data BLOB); INSERT INTO filler SELECT zeroblob(4000) FROM messages; DROP INDEX timestamp_idx")
-    root = database.execute("SELECT rootpage FROM sqlite_master WHERE name = 'messages'").fetchone()[0]
+    root = database.execute("SELECT rootpage FROM sqlite_master WHERE name = 'messages'").fetchone()[0] if table == "messages" else 1
     database.commit()
     database.close()
     data = bytearray(file.read_bytes())
     leaves = [k for k in range(len(data) // size) if data[k * size] == 13 and k + 1 != root]
-    chain = [root - 1, *leaves[-5:]]  # counted from 0
-    data[chain[-1] * size : (chain[-1] + 1) * size] = data[(root - 1) * size : root * size]
+    chain, head = [root - 1, *leaves[-5:]], 100 * (root == 1)  # pages counted from 0, of which the first begins with what is said of the file
+    last = slice(chain[-1] * size, (chain[-1] + 1) * size)
+    data[last] = data[(root - 1) * size : root * size]
+    if head:
+        data[last] = data[last][head : head + 100] + data[last][100:]
     for page, child in pairwise(chain):
         places = [size - 5 * (k + 1) for k in range(cells)]
-        head = struct.pack(">BHHHBI", 5, 0, cells, places[-1], 0, child + 1) + struct.pack(f">{cells}H", *places)
-        data[page * size : (page + 1) * size] = head.ljust(size - 5 * cells, b"\0") + cells * struct.pack(">IB", child + 1, 1)
+        begin = struct.pack(">BHHHBI", 5, 0, cells, places[-1], 0, child + 1) + struct.pack(f">{cells}H", *places)
+        data[page * size + head : (page + 1) * size] = begin.ljust(size - head - 5 * cells, b"\0") + cells * struct.pack(">IB", child + 1, 1)
+        head = 0
     file.write_bytes(data)
     assert "truncated or damaged" in refusal(leg, path)
+
+
+def test_databases_of_many_messages_and_of_older_recorders(leg, tmp_path):
+    """More steps than a small file may take; and topics without a column of what their publishers offer."""
+    path = database_of(write(tmp_path, "ros2", leg_messages()))
+    database = sqlite3.connect(path)
+    database.executescript(f"INSERT INTO messages SELECT row + 100, topic_id, timestamp, data FROM messages, ({FOREVER.format(column='row')} LIMIT 100000) WHERE messages.id = 1")
+    database.execute("ALTER TABLE topics DROP COLUMN offered_qos_profiles")
+    database.commit()
+    database.close()
+    check_database("bag", path)
 
 
 @pytest.mark.parametrize("stamp", ["'soon'", "x'00'", "9223372036854775807", "1.5"])
@@ -180,6 +197,7 @@ def test_much_text_about_topics(leg, tmp_path, refusal, monkeypatch, kind, where
     path = write(tmp_path, kind, leg_messages())
     file = next(f for f in path.iterdir() if (f.name == "metadata.yaml") == (where == "description"))
     monkeypatch.setattr(limits, "YAML_BYTES", 1000)
+    check_yaml("bag", "metadata.yaml", 1000)
     assert len(read_motion(leg, path).time) == 12
     if where == "description":
         file.write_text(file.read_text() + 1000 * "#")

@@ -84,10 +84,10 @@ def test_gaps_of_recordings(longest, count):
     notes, _ = said([START + int(x * MS) for x in np.cumsum([0, *steps])])
     words = f"joint states of a have {count} gap{'s' if count > 1 else ''}, the longest of {longest / 100:.4g} s, 0.06 s after their start"
     assert (words in notes) == bool(count) and ("gap" in notes) == bool(count)
-    assert "gap" not in said([START, START + MS, START + 90 * MS])[0], "two steps have no usual one"
+    assert ["gap" in said([START + k * MS for k in at])[0] for at in ((0, 1, 90), (0, 1, 2, 90))] == [False, True], "two steps have no usual one"
 
 
-@pytest.mark.parametrize(("seconds", "date"), [(99_999_999, False), (100_000_001, True)])
+@pytest.mark.parametrize(("seconds", "date"), [(100_000_000, False), (100_000_001, True)])
 def test_where_time_0_is(seconds, date):
     notes, _ = said([seconds * 10**9 + k * MS for k in range(8)])
     assert ("UTC of the header stamps" in notes) == date and (f"time 0 is {seconds} s of the header stamps" in notes) != date
@@ -120,6 +120,6 @@ def test_messages_that_are_refused():
     assert "1 message without positions left out" in left.notes and "efforts in the messages are not used" in left.notes
     with pytest.raises(MotionError, match="has 2 messages, none with positions"):
         table([message("ab", START, position=[])] * 2)
-    with pytest.raises(MotionError, match="a and b are never recorded at the same time|b and a are never"):
-        found = table([message("a", START + k * MS) for k in range(8)] + [message("b", START + (8 + k) * MS) for k in range(8)])
+    with pytest.raises(MotionError, match=": a and b are never recorded at the same time"):
+        found = table([message("c", START + k * MS) for k in range(-4, 20)] + [message("a", START + k * MS) for k in range(8)] + [message("b", START + (8 + k) * MS) for k in range(8)])
         found.read(found.names)

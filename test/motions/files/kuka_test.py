@@ -6,6 +6,7 @@ import pytest
 import ksl
 
 INERTIAL = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+KINDS = {"rail": "prismatic", None: "continuous"}
 POSITIONS = 30 * np.sin(0.012 * np.arange(50)[:, None] * np.linspace(0.5, 1, 7))
 """Degrees, every 12 ms."""
 
@@ -14,7 +15,8 @@ POSITIONS = 30 * np.sin(0.012 * np.arange(50)[:, None] * np.linspace(0.5, 1, 7))
 def arm(robot):
     def make(names):
         joints = "".join(
-            f'<link name="l{k + 1}">{INERTIAL}</link><joint name="{name}" type="continuous"><parent link="l{k}"/><child link="l{k + 1}"/><axis xyz="0 0 1"/></joint>'
+            f'<link name="l{k + 1}">{INERTIAL}</link><joint name="{name}" type="{KINDS.get(name, KINDS[None])}">'
+            f'<parent link="l{k}"/><child link="l{k + 1}"/><axis xyz="0 0 1"/><limit lower="-9" upper="9" effort="9" velocity="9"/></joint>'
             for k, name in enumerate(names)
         )
         return robot(f'<robot name="arm"><link name="l0"/>{joints}</robot>')
@@ -61,6 +63,7 @@ def test_other_robots_need_a_map(arm, written, refusal):
     five = arm([f"axis{i}" for i in range(5)])
     said = refusal(five, written(log("AIPos.")))
     assert "is a recording of a KUKA with 6 joints, and arm has 5: axis0, axis1" in said and '"AIPos.A1" = "JOINT"' in said
+    assert "with 6 joints, and arm has 6: rail, v" in refusal(arm(["rail", *"vwxyz"]), written(log("AIPos."))), "a joint that slides has no degrees"
     rules = {f"AIPos.A{i + 1}": {"to": f"axis{i}", "unit": "deg", "sign": -1} for i in range(5)} | {"IPOC": {"to": "time", "unit": "ms"}}
     motion = ksl.read_motion(five, written(log("AIPos.")), map=rules, ignore_extra=True)
     np.testing.assert_allclose(motion.q, -np.radians(POSITIONS[:, :5]), atol=1e-10)

@@ -29,7 +29,7 @@ def test_arrays(leg, mat, rows, compressed, shape):
     np.testing.assert_allclose(motion.q, rows[:, 1:], atol=1e-7)
 
 
-@pytest.mark.parametrize("names", [np.array(["slide", "hip"], dtype=object), np.array(["slide", "hip"])], ids=["cells", "characters"])
+@pytest.mark.parametrize("names", [np.array(["slide", "hip"], dtype=object), np.array(["slide", "hip"]), np.array([["slide", "hip"]])], ids=["cells", "characters", "a row of texts"])
 def test_names_of_joints(leg, mat, rows, names):
     motion = ksl.read_motion(leg, mat(time=rows[:, :1], q=rows[:, [2, 1]], joint_names=names))
     np.testing.assert_array_equal(motion.q, rows[:, 1:])
@@ -122,7 +122,7 @@ def test_numbers_and_names_of_every_type(leg, written, refusal, order, mark, kin
 
 @pytest.mark.parametrize(("order", "mark"), [("<", b"\x00\x01IM"), (">", b"\x01\x00MI")])
 @pytest.mark.parametrize(("kind", "encoding"), [(1, "latin-1"), (2, "latin-1"), (4, "utf-16"), (16, "utf-8"), (17, "utf-16"), (18, "utf-32")])
-def test_texts_of_every_encoding(leg, written, order, mark, kind, encoding):
+def test_texts_of_every_encoding(leg, written, refusal, order, mark, kind, encoding):
     """Names of joints in rows of characters, column by column."""
     end = "" if encoding in ("latin-1", "utf-8") else "-le" if order == "<" else "-be"
     names = "".join(a + b for a, b in zip("hip  ", "slide", strict=True)).encode(encoding + end)
@@ -135,6 +135,9 @@ def test_texts_of_every_encoding(leg, written, order, mark, kind, encoding):
     numbers = [variable(n, (8, x.size // 8), 6, (9, x.astype(f"{order}f8").tobytes())) for n, x in ((b"time", k), (b"q", np.concatenate([k % 7, 7 - k])))]
     motion = ksl.read_motion(leg, written(headed(b"".join([*numbers, variable(b"joint_names", (2, 5), 4, (kind, names))]), mark)))
     assert motion.q.tolist() == np.column_stack([k % 7, 7 - k]).tolist()
+    none = ksl.read_motion(leg, written(headed(b"".join([*numbers, variable(b"joint_names", (2**31 - 1, 0), 4, (kind, b""))]), mark)))
+    assert none.q.tolist() == motion.q.tolist(), "two billion names without a letter are none"
+    assert "truncated or damaged" in refusal(leg, written(headed(b"".join([*numbers, variable(b"joint_names", (2, 6), 4, (kind, names))]), mark)))
 
 
 @pytest.mark.parametrize("size", [4, 5])

@@ -1,8 +1,10 @@
 """Joint states from ROS 1 bags, ROS 2 bags and MCAP, which the tests write by the libraries of these formats."""
 
 import importlib.util
+import os
 import re
 import shutil
+from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,6 +13,7 @@ import pytest
 
 import ksl
 from growth import Name, assert_linear, work
+from ksl.base.files_read import InputFile, recorded
 from ksl.motions.reading import read_motion
 
 ROOT = Path(__file__).parents[3]
@@ -86,6 +89,11 @@ def test_the_description_of_a_bag_means_the_bag(leg, tmp_path, monkeypatch, refu
     assert np.array_equal(read_motion(leg, "metadata.yaml").q, whole.q)
     with pytest.raises(ksl.MotionError, match=re.escape(f"{folder}: no topic '/other'")):
         read_motion(leg, "metadata.yaml", topic="/other")
+    for path, file in ((folder, folder), (folder / "metadata.yaml", folder), ("metadata.yaml", os.getcwd())):
+        with recorded() as ledger:
+            read_motion(leg, path)
+        digest = sha256(b"".join(f.read_bytes() for f in sorted(folder.iterdir()))).hexdigest()
+        assert ledger.files == [InputFile("motion", str(file), digest)], "what is said to be read is the whole bag"
     (folder / "metadata.yaml").write_text("of: something else\n")
     assert "no column `time`" in refusal(leg, folder / "metadata.yaml")
 
@@ -204,6 +212,12 @@ def test_topics(leg, tmp_path, refusal):
     assert read_motion(leg, path, topic="/b").q[0, 0] == 1 and read_motion(leg, path, topic="a").q[0, 0] == 0
     assert refusal(leg, path, topic="/oter").startswith(": no topic '/oter'; did you mean '/other'? its topics: /other (nav_msgs/Odometry), /a")
     assert refusal(leg, path, topic="/other") == ": topic /other holds nav_msgs/Odometry; joint states are in /a, /b"
+
+
+def test_an_mcap_file_of_another_encoding(leg, tmp_path, refusal):
+    path = write(tmp_path, "mcap", leg_messages())
+    path.write_bytes(path.read_bytes().replace(b"\x03\0\0\0cdr", b"\x03\0\0\0xml"))
+    assert refusal(leg, path) == ": joint states of /joint_states are encoded as xml, ros2msg; expected messages of ROS 2 (cdr, ros2msg)"
 
 
 def test_bags_without_joint_states(leg, tmp_path, refusal):

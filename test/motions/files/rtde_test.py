@@ -36,6 +36,7 @@ def test_measured_positions_and_velocities(ur5, written, separator):
     order = [NAMES.index(f"{name}_joint") for name in ur5.joint_names]
     np.testing.assert_array_equal(motion.q, (q + 1e-3)[:, order])
     np.testing.assert_array_equal(motion.v, v[:, order])
+    np.testing.assert_array_equal(motion.time, 1234.5 + 0.008 * np.arange(60))
     notes = "\n".join(motion.source.notes)
     assert "actual_q, actual_qd of RTDE, measured, are those of shoulder_pan, " in notes and "not used: target_q, target_qd, target_qdd, target_moment, actual_current, robot_mode" in notes
     assert motion.source.format.endswith("of RTDE")

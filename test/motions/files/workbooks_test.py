@@ -48,13 +48,13 @@ def test_cells_that_hold_nothing_beside_the_table(leg, book, rows, ends):
 
 def test_titles_units_indents_empty_sheets_and_remarks(leg, book, rows):
     degrees = np.column_stack([1000 * rows[:, 0], np.degrees(rows[:, 1]), 1000 * rows[:, 2]])
-    above = [["Test 7, arm 2"], ["Examiner", "Ada"], ["Date", datetime.datetime(2026, 11, 3, 14, 22)], ["Rate", 10, "Hz"], ["Bench", "B 4"], []]
+    above = [["Test 7, arm 2"], ["Examiner", "Ada"], ["Date", datetime.datetime(2026, 11, 3, 14, 22)], ["Rate", 10, "Hz"], ["Bench", 50 * "x"], []]
     table = [*above, [None, *NAMES], [None, "ms", "deg", "[mm]"], *[[None, *row] for row in degrees.tolist()], [], []]
     table[9].append("recorded by Ada")
     motion = ksl.read_motion(leg, book(Empty=[], Log=table, Notes=[["see page 3", "and 4"]]))
     np.testing.assert_allclose(np.column_stack([motion.time, motion.q]), rows, atol=1e-12)
     notes = "\n".join(motion.source.notes)
-    assert "'Test 7, arm 2', 'Examiner Ada', 'Date 2026-11-03 14:22:00', 'Rate 10 Hz', 'Bench B 4', above the names" in notes
+    assert "'Test 7, arm 2', 'Examiner Ada', 'Date 2026-11-03 14:22:00', 'Rate 10 Hz', 'Bench " + 34 * "x" + "', above the names" in notes
     assert "'recorded by Ada' in cell E10" in notes and "converted from deg to rad: hip" in notes and "they hold no numbers: sheets Notes" in notes
     for row in table[8:18]:
         row[4:] = ["ok"]
@@ -67,8 +67,8 @@ def test_titles_units_indents_empty_sheets_and_remarks(leg, book, rows):
 
 @pytest.mark.parametrize(
     "start",
-    [datetime.datetime(2026, 3, 1, 12, 0, 0, 250000), datetime.time(23, 59, 58), datetime.time(1, 59, 59, 500000), datetime.timedelta(hours=30)],
-    ids=["dates", "clock", "clock past an hour", "durations"],
+    [datetime.datetime(2026, 3, 1, 12, 0, 0, 250000), datetime.time(23, 59, 58), datetime.time(23, 59, 59, 500000), datetime.time(1, 59, 59, 500000), datetime.timedelta(hours=30)],
+    ids=["dates", "clock", "clock past midnight", "clock past an hour", "durations"],
 )
 def test_times_of_excel(leg, book, rows, start):
     def at(k):
@@ -96,6 +96,10 @@ REFUSED = {
     "one text alone": ([["hello"]], ": no names of columns"),
     "names with values alone": ([["Examiner", "Ada"], ["Rate", 10]], ": no names of columns"),
     "numbers as text below two names": ([["time", "hip"], ["0", "1,5"]], ", row 1: no column 'slide' for joint slide"),
+    "names alone": ([NAMES, ["s", "rad", "m"]], ": 0 samples, but differentiating hip, slide needs at least 6"),
+    "a last column without numbers": ([NAMES, [0, 1], [1, 1]], ": the positions of slide are not numbers in any sample"),
+    "times that go back": ([["Test 7"], [], NAMES, ["s", "rad", "m"], [5, 1, 2], [1, 1, 2]], ", row 6: time 1 after 5; times must increase"),
+    "a unit far above the names": ([*[["Test 7"]] * 2 * MOST_NOTES, ["Positions [deg]"], NAMES, [0, 1, 2]], f", cell A{2 * MOST_NOTES + 1}: 'Positions [deg]' stands above"),
     "the same name twice": ([["time", "hip", "hip"], [0, 1, 2]], ", row 1: two columns are named 'hip'"),
     "a number as text": ([NAMES, [0, 1, 2], [1, "1,5", 2]], ", cell B3: column 'hip' holds '1,5'; expected a number"),
     "an error of a formula": ([NAMES, [0, "#DIV/0!", 2]], ", cell B2: column 'hip' holds '#DIV/0!'"),

@@ -70,13 +70,15 @@ def test_a_joint_that_a_simulated_controller_holds_stands(examples, tmp_path):
 
 
 @pytest.mark.parametrize(("kind", "size"), [("revolute", 1.0), ("prismatic", 1.0), ("prismatic", 1e-6)])
+@pytest.mark.parametrize("at", [0.0, -0.5])
 @pytest.mark.parametrize(("share", "stands"), [(0.99, True), (1.01, False)])
-def test_what_a_program_that_integrates_may_be_off_is_no_motion(kind, size, share, stands):
-    """A drift of twice a billionth, of 1 rad or of the robot's extent, within the middle half."""
+def test_what_a_program_that_integrates_may_be_off_is_no_motion(kind, size, share, stands, at):
+    """A drift of twice a billionth, of 1 rad or of the robot's extent and of the position, within the middle half."""
     b = ksl.Builder("arm").add_link("wall").add_link("arm", 1.0, (0, 0, 0), 0.01 * size**2 * np.eye(3))
     m = b.add_joint("pin", kind, "wall", "arm", axis=(1, 0, 0), limits=(-size, size)).build()
-    way = 4e-9 * share * (1.0 if kind == "revolute" else extent(m))
-    assert motion(m, way * np.arange(1000) / 999, np.full(1000, way / TIME[-1])).stands.all() == stands
+    unit = 1.0 if kind == "revolute" else extent(m)
+    way = 4e-9 * share * (1 + abs(at)) * unit
+    assert motion(m, at * unit + way * np.arange(1000) / 999, np.full(1000, way / TIME[-1])).stands.all() == stands
 
 
 @pytest.mark.parametrize("how", [*(how for how in HELD if how != "noise, rounded"), "a drift", "a slow drift of rates"])

@@ -14,9 +14,10 @@ from ksl.model.states import Array
 if TYPE_CHECKING:
     import pyarrow as pa
 
-_CLOCK = re.compile(r"-?(\d+):(\d\d)(?::(\d\d?(?:[.,]\d*)?))?")
+_CLOCK = re.compile(r"(?P<sign>-?)(?P<hours>\d+):(?P<minutes>[0-5]\d)(?::(?P<seconds>[0-5]?\d(?:[.,]\d*)?))?")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[-+]\d\d:?\d\d)?")
 _WITH_UNIT = re.compile(r"[-+\d.,eE]+ ?(s|sec|ms|min|hr)")
+DAY = 86_400
 
 
 def seconds_of_text(texts: pa.ChunkedArray, name: str, place: Callable[[int], str]) -> tuple[Array, str]:
@@ -39,7 +40,8 @@ def seconds_of_text(texts: pa.ChunkedArray, name: str, place: Callable[[int], st
             stamps = plain.cast(pa.timestamp("ns", "UTC" if zoned else None)).cast(pa.int64()).to_numpy()
             return (stamps - stamps[0]) * 1e-9, f"times in column {name!r} are dates; time 0 is {first}"
         if _CLOCK.fullmatch(first):
-            return _of_clock(column), f"times in column {name!r} are clock times, converted to s"
+            seconds, midnight = through_midnight(_of_clock(column))
+            return seconds, f"times in column {name!r} are clock times, converted to s{midnight}"
         if found := _WITH_UNIT.fullmatch(first):
             factor = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "min": 60.0, "hr": 3600.0}[found[1]]
             numbers = pc.utf8_trim_whitespace(pc.replace_substring(column, found[1], "")).cast(pa.float64())
@@ -57,14 +59,23 @@ def seconds_of_text(texts: pa.ChunkedArray, name: str, place: Callable[[int], st
 
 
 def _of_clock(column: pa.ChunkedArray) -> Array:
+    """Raises pyarrow.ArrowInvalid where a text is no clock time, or has seconds where others have none."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    parts = pc.split_pattern(column, ":")
-    lengths = np.unique(pc.list_value_length(parts).to_numpy())
-    if len(lengths) != 1:
-        raise pa.ArrowInvalid("clock times of different forms")
-    seconds = np.zeros(len(column))
-    for i, weight in zip(range(int(lengths[0])), (3600.0, 60.0, 1.0)):
-        seconds += weight * pc.list_element(parts, i).cast(pa.float64()).to_numpy()
-    return seconds
+    found: pa.ChunkedArray = pc.extract_regex(column, f"^{_CLOCK.pattern}$")
+    sign, *parts = found.flatten()
+    without = pc.equal(parts[2], "").to_numpy()
+    if found.null_count or without.any() != without.all():
+        raise pa.ArrowInvalid("no clock time, or clock times of different forms")
+    hours, minutes, seconds = (pc.replace_substring_regex(part, "^$", "0").cast(pa.float64()).to_numpy() for part in parts)
+    size: Array = 3600 * hours + 60 * minutes + seconds
+    return np.where(pc.equal(sign, "-").to_numpy(), -size, size)
+
+
+def through_midnight(seconds: Array) -> tuple[Array, str]:
+    """Times of a clock, which are those of the next day where they go back by more than half a day; and the end of a note about it."""
+    days = np.cumsum(np.diff(seconds, prepend=seconds[:1]) < -DAY / 2)
+    if not days.any() or seconds.min() < 0 or seconds.max() >= DAY:  # or no clock shows them
+        return seconds, ""
+    return seconds + DAY * days, ", and go on through midnight"

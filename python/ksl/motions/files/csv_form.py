@@ -140,7 +140,7 @@ def _separator(lines: list[_Line]) -> str:
 
     scores = {s: score(s) for s in ("\t", ";", ",", "|")}
     best = max(scores, key=lambda s: scores[s])
-    if scores[best][1] == 1 and score(" ")[1] > 1 and score(" ")[0]:
+    if scores[best][1] == 1 and score(" ")[0]:
         return " "
     return best if scores[best][1] > 1 else ","
 

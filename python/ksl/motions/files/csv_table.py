@@ -41,7 +41,7 @@ class CsvTable(Recorded):
             raise MotionError(f"{file}:{self.form.header_line}: two columns are named {repeated[0]!r}; rename or remove one")
         words = ", ".join(x for x in (self.form.words, how) if x)
         names = [n for n in self.form.names if n]
-        units = {n: u for n, u in zip(self.form.names, self.form.units) if n and u}
+        units = {n: u for n, u in zip(self.form.names, self.form.units) if u}
         super().__init__(file, f"CSV ({words})" if words else "CSV", names, {}, units, notes + self.form.notes)
         self.doubts = doubts_about_end(file, self._data)
         self._index = {n: i for i, n in enumerate(self.form.names) if n}
@@ -55,9 +55,7 @@ class CsvTable(Recorded):
         return f"{self.file}:{self._line(row)}"
 
     def _line(self, row: int) -> int:
-        if self._lines is None or row >= len(self._lines):
-            return self.form.first_line + row
-        return int(self._lines[row])
+        return self.form.first_line + row if self._lines is None else int(self._lines[row])
 
     def text_in(self, name: str) -> str | None:
         i = self._index[name]
@@ -143,7 +141,7 @@ class CsvTable(Recorded):
                     column_names=[_numbered(i) for i in range(len(self.form.names))],
                     skip_rows=self._skipped,
                     use_threads=threads,
-                    block_size=max(1 << 20, 4 * self._widest),
+                    block_size=max(1 << 20, 128 * len(self.form.names)),  # a row must fit a block, and numbers have some twenty signs
                 ),
                 parse_options=csv.ParseOptions(delimiter=separator, ignore_empty_lines=False),
                 convert_options=csv.ConvertOptions(
@@ -157,11 +155,6 @@ class CsvTable(Recorded):
             return read(threads=True)
         except pa.ArrowInvalid:
             return read(threads=False)  # fails again, and then reports the row
-
-    @property
-    def _widest(self) -> int:
-        """Bytes of a line, as the names tell: a row must fit a block of the parser."""
-        return 32 * len(self.form.names)
 
     _skipped = 0
 
@@ -204,7 +197,7 @@ class CsvTable(Recorded):
         number = "a number with a decimal " + ("comma, as other values have" if comma else "point")
 
         def line(row: str) -> int:
-            return int(row) if self._lines is None else self._line(int(row) - 1 - self._skipped)
+            return int(row) if self._lines is None else self._line(int(row) - 1)
 
         found = re.search(r"In CSV column #(\d+): (?:Row #(\d+): )?.*invalid value '(.*)'", text, re.DOTALL)
         if found:
@@ -254,14 +247,14 @@ def _as_utf8(file: str, data: bytes) -> tuple[bytes, str, list[str]]:
     try:
         head.decode()
     except UnicodeDecodeError as e:
-        if e.end < len(head) - 4:  # and not a character that the end of the head cuts
+        if e.end < len(head):  # and not a character that the end of the head cuts
             return data, "cp1252", ["the file is not in UTF-8, and was read as Windows-1252"]
     return data, "utf-8", []
 
 
 def _numbers(column: pa.ChunkedArray) -> Array:
     """Numbers of a column, NaN where one is missing.  `to_numpy` would import pandas, where it is installed: 0.15 s."""
-    if column.null_count or not column.num_chunks:
+    if column.null_count:
         missing: Array = column.to_numpy()
         return missing
     return np.concatenate([np.from_dlpack(chunk) for chunk in column.chunks])

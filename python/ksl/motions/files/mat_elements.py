@@ -50,13 +50,12 @@ class Variable:
         return x.reshape(self.shape, order="F").astype(np.float64)
 
     def rows(self) -> list[str]:
-        """The rows of an array of characters, without blanks at their ends."""
+        """The rows of an array of characters, without blanks at their ends; an array of texts has one dimension more than they.  Raises ValueError as `numbers`."""
         kind, data = self.contents[0] if self.contents else (2, memoryview(b""))
         encoding = TEXTS[kind]
         text = bytes(data).decode(encoding + ("" if encoding in ("latin-1", "utf-8") else "-le" if self.order == "<" else "-be"))
-        if len(text) != math.prod(self.shape) or len(self.shape) != 2:
-            raise ValueError(f"{len(text)} characters of {math.prod(self.shape)}")
-        return [text[row :: self.shape[0]].rstrip() for row in range(self.shape[0])]
+        letters = np.array(list(text)).reshape(self.shape, order="F")
+        return ["".join(row).rstrip() for row in letters.reshape(-1, self.shape[-1])] if text else []  # there may be billions of rows of no length
 
     def cells(self) -> Iterator[Variable]:
         for kind, data in self.contents:

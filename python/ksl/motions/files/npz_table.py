@@ -152,7 +152,7 @@ def _announced(file: str, archive: zipfile.ZipFile, member: str) -> _Announced:
             small = np.frombuffer(data, dtype, size, begin).reshape(shape, order="F" if fortran else "C") if size else np.empty(shape, dtype)
         return _Announced(name, size, dtype, "", small)
     value = data[begin : begin + dtype.itemsize]
-    short = size > 0 and 0 < len(value) == dtype.itemsize
+    short = 0 < len(value) == dtype.itemsize
     return _Announced(name, size, dtype, _texts(np.frombuffer(value, dtype, 1))[0] if short else str(dtype))
 
 

@@ -17,7 +17,7 @@ from ksl.base.words import count
 from ksl.model.states import Array
 from ksl.motions.columns.recorded import Recorded, check_columns, check_numbers
 from ksl.motions.files.arrow_memory import own_memory
-from ksl.motions.files.parquet_footer import MAGIC, chunks
+from ksl.motions.files.parquet_footer import chunks
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -85,15 +85,12 @@ class ParquetTable(Recorded):
         return arrow_file(self._source) if isinstance(self._source, Path) else self._source
 
     def _footer(self) -> bytes:
-        """What stands before its own length and the magic, with which the file ends.  Raises ValueError if it is not long enough."""
+        """What stands before its own length and the magic, with which the file ends, as pyarrow has seen."""
         source = self._opened()
-        size = source.size()
-        source.seek(max(size - 8, 0))
-        end = source.read(8)
-        length = int.from_bytes(end[:4], "little")
-        if end[4:] != MAGIC or length > size - 8:
-            raise ValueError("no footer")
-        source.seek(size - 8 - length)
+        source.seek(source.size() - 8)
+        end = source.tell()
+        length = int.from_bytes(source.read(4), "little")
+        source.seek(end - length)
         footer = bytes(source.read(length))
         if source is not self._source:
             source.close()
@@ -102,7 +99,7 @@ class ParquetTable(Recorded):
     def _check_groups(self) -> None:
         """Raises ValueError unless each row group has all columns."""
         metadata = self._parquet.metadata
-        if len(self._groups) != metadata.num_row_groups or any(len(group) != metadata.num_columns for group in self._groups):
+        if [len(group) for group in self._groups] != [metadata.num_columns] * metadata.num_row_groups:
             raise ValueError("row groups that don't have the columns of the schema")
 
     def text_in(self, name: str) -> str | None:
@@ -143,13 +140,14 @@ class ParquetTable(Recorded):
         except (pa.ArrowException, OSError, UnicodeError):
             raise MotionError(f"{self.file}: {DAMAGED}") from None
         lists = {n: self._lists(table.column(n), n) for n in {stored[e] for e in names if e in self._of_list}}
-        if lists:
-            found = {n: lists[stored[n]][:, self._of_list[n][1]] for n in names if n in self._of_list}
-            rest = [n for n in names if n not in found]
-            others = {n: texts[n] if n in texts else table.column(n) for n in rest}
-            return found | {n: self._times(c, n) if n == time else self._numbers(c) for n, c in others.items()}
-        columns = {n: texts[n] if n in texts else table.column(n) for n in names}
-        return {n: self._times(c, n) if n == time else self._numbers(c) for n, c in columns.items()}
+        found = {}
+        for n in names:
+            if n in self._of_list:
+                found[n] = lists[stored[n]][:, self._of_list[n][1]]
+                continue
+            column = texts[n] if n in texts else table.column(n)
+            found[n] = self._times(column, n) if n == time else self._numbers(column)
+        return found
 
     def _is_text(self, name: str) -> bool:
         import pyarrow.types as t

@@ -37,7 +37,7 @@ class RenamedTable(Recorded):
         found = self._table.read([self._columns[name] for name in names], None if time is None else self._columns[time])
         self.times_are_seconds = self._table.times_are_seconds
         values = {name: found[self._columns[name]] for name in names}
-        if self._from_first and time is not None and np.isfinite(values[time][:1]).all() and len(values[time]):
+        if self._from_first and time is not None and np.isfinite(values[time][:1]).any():
             self.notes.append(f"times are counted from the first sample, where {self._columns[time]} is {values[time][0]:.15g}")
             values[time] = values[time] - values[time][0]
         return values

@@ -18,6 +18,7 @@ from ksl.base.words import listed
 from ksl.model.states import Array
 from ksl.motions.columns.recorded import Recorded, check_columns, check_names, check_numbers
 from ksl.motions.columns.units import bare, unit_of
+from ksl.motions.files.clock_times import through_midnight
 from ksl.motions.files.csv_form import is_row_of_units
 
 ONE_TABLE = "give each table a sheet of its own"
@@ -62,8 +63,9 @@ class WorkbookTable(Recorded):
         found = super().read(names, time)
         if time is not None and self.cells[time].is_time:
             self.times_are_seconds = True
-            self.notes.append(f"times in column {time!r} are dates or clock times, converted to s since the first; Excel keeps them to the millisecond")
-            found[time] = found[time] - (found[time][0] if len(found[time]) else 0.0)
+            found[time], midnight = through_midnight(found[time]) if self.cells[time].is_clock else (found[time], "")
+            self.notes.append(f"times in column {time!r} are dates or clock times, converted to s since the first{midnight}; Excel keeps them to the millisecond")
+            found[time] = found[time] - found[time][:1]
         return found
 
 
@@ -76,6 +78,7 @@ class _Column:
         self.origin: datetime.datetime | None = None
         """The first date, from which others count: seconds since 1970 would have digits for 0.2 µs alone."""
         self.is_time: bool | None = None
+        self.is_clock = False
         self.text: str | None = None
         self.text_row = 0
 
@@ -88,7 +91,7 @@ class _Column:
         if cell is not None and (number is None or (self.is_time is not None and is_time != self.is_time)) and self.text is None:
             self.text, self.text_row = str(given), row
         elif cell is not None:
-            self.is_time = is_time
+            self.is_time, self.is_clock = is_time, isinstance(cell, datetime.time)
         self.numbers.append(float("nan") if number is None else number)
 
 
@@ -220,7 +223,7 @@ def _table(file: str, sheet: str, rows: Iterator[Row], notes: list[str]) -> Work
         first, end = first or row.number, row.number
         _add(where, row, start, columns, notes)
         check_numbers(file, len(columns) * (end - first + 1))
-    return WorkbookTable(file, sheet, header, columns, units, first or header.number + 1, notes)
+    return WorkbookTable(file, sheet, header, columns, units, first, notes)
 
 
 def _header(where: str, rows: Iterator[Row], notes: list[str]) -> tuple[Row, Iterator[Row]]:
@@ -247,7 +250,7 @@ def _header(where: str, rows: Iterator[Row], notes: list[str]) -> tuple[Row, Ite
         pair = row if are_texts and len(filled) > 1 else None
         if pair and len(filled) > 2:
             break
-        if not pair and len(above) < MOST_NOTES:
+        if not pair:
             _refuse_unit(where, row)
             above.append(_shown(row))
     if pair is None:

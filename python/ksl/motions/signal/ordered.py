@@ -176,7 +176,7 @@ def _merged(file: str, series: list[_Series], time: Array, values: Values, rows:
     out: Values = {}
     for s in series:
         own = time[s.rows]
-        if len(own) == len(at) and np.array_equal(own, at):
+        if np.array_equal(own, at):
             out |= {c: values[c][s.rows] for c in s.columns}
             continue
         inside = np.searchsorted(own, at)

@@ -76,7 +76,7 @@ def suitable_cutoff(time: Array, x: Array, noise: Array, weight: Array) -> float
     spectrum = np.abs(np.fft.rfft(np.vstack([rest[:-1], -rest[:0:-1]]), axis=0)[1:n]) ** 2 / (2 * (n - 1))
     f = np.arange(1, len(spectrum) + 1) / (2 * (time[-1] - time[0]))
     signal = np.where(_running_mean(spectrum, 9) > 3 * noise**2, np.maximum(spectrum - noise**2, 0.0), 0.0)
-    scale = (2 * np.pi * f)[:, None] ** 4 * weight**2
+    scale = f[:, None] ** 4 * weight**2  # but for a factor
     lost, left = np.sum(scale * signal, axis=1), np.sum(scale * noise**2, axis=1)
     candidates = np.geomspace(max(2 * f[0], 1e-3 * f[-1]), 0.8 * f[-1], 60)
     errors = [float(np.sum((1 - (H := attenuation(f, c))) ** 2 * lost + H**2 * left)) for c in candidates]

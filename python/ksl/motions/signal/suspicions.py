@@ -56,9 +56,8 @@ def _about_degrees(joints: list[Joint], q: Array, mend: str) -> str | None:
     if not far or any(reach[j.name] * DEGREE > _range(j) for j in turning):  # as degrees all of them must be possible
         return None
     joint = max(far, key=lambda j: reach[j.name] / _range(j))
-    limit = ""
-    if joint.has_limits and joint.lower is not None and joint.upper is not None:
-        limit = f", and its limits are {joint.lower:.4g} and {joint.upper:.4g} rad"
+    bounds = _bounds(joint)
+    limit = f", and its limits are {bounds[0]:.4g} and {bounds[1]:.4g} rad" if bounds else ""
     return f"{joint.name} reaches {reach[joint.name]:.4g} rad{limit}: are these degrees? {mend}"
 
 
@@ -72,18 +71,21 @@ def _about_millimetres(model: Mechanism, joints: list[Joint], q: Array, mend: st
     if not far or any(reach[name] / 1000 > most[name] for name in far):  # as millimetres they must be possible
         return None
     joint = max((j for j in joints if j.name in far), key=lambda j: reach[j.name] / most[j.name])
-    limits = f"its limits are {joint.lower:.4g} and {joint.upper:.4g} m" if _has_range(joint) else f"the robot's extent is {extent(model):.3g} m" if isinstance(model, Calls) else ""
+    bounds = _bounds(joint)
+    limits = f"its limits are {bounds[0]:.4g} and {bounds[1]:.4g} m" if bounds else f"the robot's extent is {extent(model):.3g} m" if isinstance(model, Calls) else ""
     return f"{joint.name} reaches {reach[joint.name]:.4g} m, and {limits}: are these millimetres? {mend}"
 
 
-def _has_range(joint: Joint) -> bool:
-    return joint.has_limits and joint.lower is not None and joint.upper is not None and joint.lower < joint.upper
+def _bounds(joint: Joint) -> tuple[float, float] | None:
+    """The limits of a joint that has two; equal ones mean none."""
+    lower, upper = joint.lower, joint.upper
+    return (lower, upper) if joint.has_limits and lower is not None and upper is not None and lower < upper else None
 
 
 def _range(joint: Joint, without_limits: float = MANY_TURNS) -> float:
     """Beyond which a position is not to be expected, rad or m."""
-    if joint.has_limits and joint.lower is not None and joint.upper is not None and joint.lower < joint.upper:
-        return FAR * max(abs(joint.lower), abs(joint.upper), joint.upper - joint.lower)
+    if bounds := _bounds(joint):
+        return FAR * max(abs(bounds[0]), abs(bounds[1]), bounds[1] - bounds[0])
     return without_limits
 
 
