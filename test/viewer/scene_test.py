@@ -8,6 +8,7 @@ from pathlib import Path
 import ksl
 import numpy as np
 import pytest
+from ksl.load_cases.case_file import cases_of_text
 from ksl.model.mesh_files import find_mesh
 from ksl.viewer.results_scene import read_results, scene_of_motion, scene_of_results
 from ksl.viewer.scene import make_scene, resting_position, thinned
@@ -234,6 +235,19 @@ def test_results_become_the_scene_of_their_motion(arm, swing, tmp_path):
         np.testing.assert_array_equal(given, found)
     with pytest.raises(ksl.MotionError, match="no load case named 'swang'; did you mean 'swing'"):
         read_results(tmp_path, "swang")
+
+
+@pytest.mark.parametrize("of", ["held", "simulated under brakes"])
+def test_efforts_that_brakes_supply_are_those_of_the_results(tmp_path, examples, of):
+    """Beside a case that drives carry: the table has both columns."""
+    m = ksl.load(examples / "robots/panda.urdf")
+    pose = "pose = { panda_joint4 = -1.5 }"
+    braked = {"held": f"hold = {{ {pose} }}", "simulated under brakes": f"simulate = {{ until = 0.02, brake_at = 0.0, {pose} }}"}[of]
+    driven = f'simulate = {{ until = 0.02, controller = "gravity", {pose} }}'
+    ksl.compute_loads(m, cases=cases_of_text(m, f"[cases.drives]\n{driven}\n[cases.brakes]\n{braked}\n")).write(tmp_path / "out")
+    for case in ("drives", "brakes"):
+        _, notes = scene_of_results(m, read_results(tmp_path / "out", case))
+        assert notes == []
 
 
 def test_results_of_another_robot_are_refused_or_noticed(arm, swing, tmp_path, robot, examples):

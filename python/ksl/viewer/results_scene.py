@@ -26,6 +26,8 @@ TABLE = "wrenches.parquet"
 
 NUMBERS = ("time", "position", "speed", "acceleration", "effort")
 """Columns that are read, beside the joints' names."""
+BRAKE = "brake"
+"""Column of tables with cases whose efforts brakes supply; those of drives are zero there."""
 
 AGAIN = "run `ksl loads` again"
 
@@ -59,6 +61,7 @@ class Results:
     speed: dict[str, Array]
     acceleration: dict[str, Array]
     effort: dict[str, Array]
+    """Of drives and brakes."""
     made_by: Mapping[str, Any] = field(default_factory=dict)
     """The metadata of the table: robot, cases, inputs, directory and more."""
 
@@ -94,7 +97,7 @@ def read_results(path: Path, case: str | None = None) -> Results:
         chosen = case or (names[0] if names else "")
         only = [("case", "=", chosen)] if "case" in schema.names and chosen else None
         with arrow_file(file) as opened:
-            table = parquet.read_table(opened, columns=["joint", *NUMBERS], filters=only)
+            table = parquet.read_table(opened, columns=["joint", *_columns(schema)], filters=only)
     except MemoryError:
         raise
     except (OSError, pa.ArrowException, json.JSONDecodeError, UnicodeError, RecursionError, Unreadable) as e:
@@ -106,7 +109,9 @@ def read_results(path: Path, case: str | None = None) -> Results:
     count = len(order)
     if None in order or len(table) % count:
         raise MotionError(f"{file}: column 'joint' doesn't name the same joints at every time; {AGAIN}")
-    columns = {n: table.column(n).to_numpy(zero_copy_only=False).astype(float).reshape(-1, count) for n in NUMBERS}
+    columns = {n: table.column(n).to_numpy(zero_copy_only=False).astype(float).reshape(-1, count) for n in _columns(schema)}
+    if BRAKE in columns:
+        columns["effort"] = columns["effort"] + np.nan_to_num(columns[BRAKE], nan=0.0)
     _check_times(file, columns["time"], count)
     of = {n: {joint: columns[n][:, i] for i, joint in enumerate(order)} for n in NUMBERS[1:]}
     return Results(chosen, columns["time"][:, 0].copy(), of["position"], of["speed"], of["acceleration"], of["effort"], made_by)
@@ -136,10 +141,14 @@ def _check_metadata(file: Path, made_by: Any) -> None:
         raise MotionError(f"{file}: `options` or `directory` in its metadata is not as `ksl loads` writes it; {AGAIN}")
 
 
+def _columns(schema: pa.Schema) -> list[str]:
+    return [*NUMBERS, *([BRAKE] if BRAKE in schema.names else [])]
+
+
 def _check_kinds(file: Path, schema: pa.Schema) -> None:
     import pyarrow.types as t
 
-    for name in NUMBERS:
+    for name in _columns(schema):
         kind = schema.field(name).type
         if not (t.is_floating(kind) or t.is_integer(kind) or t.is_null(kind)):
             raise MotionError(f"{file}: column {name!r} holds {kind}; expected numbers: {AGAIN}")
