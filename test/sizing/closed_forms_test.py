@@ -8,6 +8,7 @@ import ksl
 import numpy as np
 import pyarrow as pa
 import pytest
+from ksl.load_cases.case_file import cases_of_text
 from ksl.sizing.results import Results
 from results_tables import results_table
 
@@ -61,6 +62,21 @@ def held(model, q: float, seconds: float = 2.0):
 def steady(speed: float, seconds: float = 3.0, n: int = 31):
     t = np.linspace(0, seconds, n)
     return t, speed * t[:, None], np.full((n, 1), speed), np.zeros((n, 1))
+
+
+def test_brakes_load_the_gear_and_not_the_motor(robot, tmp_path):
+    """Held level by its brake, and stopped by it: what drives have is zero there, and the brake's effort is in a column of its own."""
+    m = robot(PENDULUM)
+    stop = "simulate = { until = 0.2, velocity = { pivot = 1.0 }, brake_at = 0.0, brake = 40.0 }"
+    cases = cases_of_text(m, f"[cases.hold]\nhold = {{ pose = {{ pivot = 0.0 }} }}\n[cases.stop]\n{stop}\n")
+    ksl.compute_loads(m, cases=cases).write(tmp_path / "out")
+    motor = component("pivot", "motor", gear_ratio=50, rotor_inertia=1e-4, rated_torque=0.5, peak_torque=1.0, brake_torque=0.25)
+    gear = component("pivot", "planetary gear", ratio=50, efficiency=0.9, acceleration_torque=60, emergency_torque=120)
+    shaft = component("pivot", "fatigue", stress={"effort": 1e6})
+    f = figures(ksl.size(tmp_path / "out", {"component": [*motor["component"], *gear["component"], *shaft["component"]]}))
+    assert f["holding torque"].value == pytest.approx(2 * G * 0.5 / 50, rel=1e-12) and f["peak torque"].value == f["rms torque"].value == 0.0
+    assert f["emergency torque"].value == f["acceleration torque"].value == pytest.approx(40.0, rel=1e-9)
+    assert abs(f["largest stress"].value) == pytest.approx(40e6, rel=1e-9)
 
 
 def test_a_pendulum_held_level(robot):

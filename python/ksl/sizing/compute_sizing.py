@@ -210,7 +210,7 @@ def _sheets(
 
 
 def _has_effort(s: JointSamples) -> bool:
-    return bool((s.effort == s.effort).all())  # NaN where there is none
+    return bool((s.supplied == s.supplied).all())  # NaN where there is none
 
 
 def _by_utilisation(figure: Figure) -> tuple[bool, float]:

@@ -22,7 +22,7 @@ def fatigue_figures(sheet: Sheet) -> None:
     part, s = sheet.part, sheet.samples.about(sheet.part.get("at"))
     factors: Mapping[str, float] = part.get("stress")
     unit = part.get("unit")
-    if "effort" in factors and not (s.joint.driven and np.isfinite(s.effort).all()):
+    if "effort" in factors and not (s.joint.driven and np.isfinite(s.supplied).all()):
         why = "it follows other joints" if s.joint.driven else f"it is {s.joint.kind}"
         sheet.leave_out("everything", f"{s.joint.name} has no effort, {why}")
         return
@@ -46,7 +46,7 @@ def fatigue_figures(sheet: Sheet) -> None:
 
 
 def _stress(s: JointSamples, factors: Mapping[str, float]) -> Array:
-    columns = dict(zip(WRENCH, np.concatenate([s.force, s.moment], axis=1).T, strict=True)) | {"effort": s.effort}
+    columns = dict(zip(WRENCH, np.concatenate([s.force, s.moment], axis=1).T, strict=True)) | {"effort": s.supplied}
     return np.asarray(sum((c * columns[name] for name, c in factors.items()), np.zeros(len(s.time))))
 
 

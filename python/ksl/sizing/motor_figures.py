@@ -56,7 +56,7 @@ def motor_figures(sheet: Sheet) -> Cloud | None:
     if not sheet.has(ROTOR_FIGURES, "rotor_inertia"):
         return None
     J = sheet.number("rotor_inertia")
-    torque = motor.rotor_torque(s.load_effort, s.speed, s.acceleration, J, ratio, efficiency)
+    torque = np.where(s.braked, 0.0, motor.rotor_torque(s.load_effort, s.speed, s.acceleration, J, ratio, efficiency))
     inputs = sheet.given("rotor_inertia") | gear
     _torques(sheet, torque, rpm, inputs)
     _powers(sheet, torque, ratio, inputs)
@@ -194,7 +194,7 @@ def _at_a_stand(s: JointSamples) -> str:
 def _state(sheet: Sheet, k: int) -> dict[str, str]:
     s = sheet.samples
     return {
-        "T_load": _of(s.load_effort[k], sheet, ""),
+        "T_load": "carried by the brake" if s.braked[k] else _of(s.load_effort[k], sheet, ""),
         "ω": _of(s.speed[k], sheet, "/s"),
         "α": _of(s.acceleration[k], sheet, "/s²"),
     }

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 MOTION = ("position", "speed", "acceleration", "effort")
+PARTS = ("rotor", "brake")
+"""Columns that are there where the robot or a load case has such a thing."""
 UNDETERMINED = "undetermined"
 """The column of components that rigid bodies leave open."""
 
@@ -57,7 +59,7 @@ class Results:
         self._rows, self._cases, self._case_index, self.time = self._layout()
         for name in ("time", *WRENCH):
             self._check_numbers(name, ~np.isfinite(self._numbers_of(name)))
-        for name in ("effort", "rotor"):  # missing where a joint has none
+        for name in ("effort", *PARTS):  # missing where a joint has none
             if name in self._columns:
                 self._check_numbers(name, np.isinf(self._numbers_of(name)))
 
@@ -199,6 +201,7 @@ class Results:
             resolution,
             rotor,
             undetermined=self._undetermined(rows),
+            brake=self._numbers_of("brake")[rows] if "brake" in self._columns else None,
         )
 
     def _undetermined(self, rows: slice | np.ndarray) -> tuple[str, ...]:
@@ -308,7 +311,7 @@ def _columns(file: Path) -> pa.Table:
 
     with arrow_file(file) as opened, pq.ParquetFile(opened) as parquet:
         names = set(parquet.schema_arrow.names)
-        return parquet.read(columns=[n for n in ("case", "time", "joint", *WRENCH, *MOTION, "rotor", "on", "at", "axes", UNDETERMINED) if n in names])
+        return parquet.read(columns=[n for n in ("case", "time", "joint", *WRENCH, *MOTION, *PARTS, "on", "at", "axes", UNDETERMINED) if n in names])
 
 
 def _exists(path: Path) -> bool:
@@ -345,7 +348,7 @@ def _check_columns(table: pa.Table, file: str) -> None:
     for name in MOTION:
         if name not in table.column_names:
             raise SizingError(f"{file}: lacks the column {name}; run `ksl loads` again")
-    for name in ("time", *WRENCH, *MOTION, "rotor"):
+    for name in ("time", *WRENCH, *MOTION, *PARTS):
         kind = table.schema.field(name).type if name in table.column_names else None
         if kind is not None and not (t.is_floating(kind) or t.is_integer(kind) or t.is_null(kind)):
             raise SizingError(f"{file}: the column {name} holds {kind}; expected numbers: run `ksl loads` again")

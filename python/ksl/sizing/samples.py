@@ -70,7 +70,7 @@ class JointSamples:
     speed: Array
     acceleration: Array
     effort: Array
-    """(n): of the drive; NaN where the joint has none."""
+    """(n): of the drive; NaN where the joint has none, zero where brakes supply the efforts."""
     resolution: float = 0.0
     """Speeds up to this can't be told from zero, and are zero in `speed`: the resolution of the positions over the step between samples."""
     rotor: Array | None = None
@@ -80,6 +80,8 @@ class JointSamples:
 
     undetermined: tuple[str, ...] = ()
     """Components among fx … tz that rigid bodies leave open, of the force and of the moment about `point`."""
+    brake: Array | None = None
+    """(n): effort of the brake, as the joint feels it; NaN in load cases whose efforts drives supply.  None: all are such."""
 
     def about(self, point: Sequence[float] | Array) -> JointSamples:
         """The same wrenches about another point, given from the joint's origin in its axes, m."""
@@ -118,9 +120,19 @@ class JointSamples:
         return _length(self.moment - self.axial_moment[:, None] * self.axis)
 
     @cached_property
+    def braked(self) -> np.ndarray:
+        """(n): whether a brake and not the drive supplies the effort."""
+        return np.zeros(len(self.time), dtype=bool) if self.brake is None else np.isfinite(self.brake)
+
+    @cached_property
+    def supplied(self) -> Array:
+        """(n): effort of the drive or of the brake."""
+        return self.effort if self.brake is None else np.where(self.braked, self.brake, self.effort)
+
+    @cached_property
     def load_effort(self) -> Array:
-        """(n): effort at the output of the gear: that of the drive less what accelerates the rotor."""
-        return self.effort if self.rotor is None else self.effort - self.rotor
+        """(n): effort at the output of the gear, behind which drive and brake are: what they supply less what accelerates the rotor."""
+        return self.supplied if self.rotor is None else self.supplied - self.rotor
 
     @cached_property
     def stands(self) -> np.ndarray:
