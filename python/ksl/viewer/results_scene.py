@@ -61,7 +61,7 @@ class Results:
     speed: dict[str, Array]
     acceleration: dict[str, Array]
     effort: dict[str, Array]
-    """Of drives and brakes."""
+    """What drives and brakes supply."""
     made_by: Mapping[str, Any] = field(default_factory=dict)
     """The metadata of the table: robot, cases, inputs, directory and more."""
 
