@@ -37,7 +37,7 @@ STEP = """\
 KERNEL = """\
 // {mark}
 #include "engine/forms.hpp"
-#include "{header}"
+{more}#include "{header}"
 
 namespace ksl {{
 inline namespace KSL_ISA {{
@@ -65,7 +65,8 @@ def kernel(row: Algorithm) -> str:
     }.get(row.form, {"compute": row.name})
     text = "".join("\n" + STEP.format(name=name, call=engine_call(row, function)) for name, function in steps.items())
     row_lines = "".join(f"      {line},\n" for line in row_members(row))
-    return KERNEL.format(mark=MARK, row=row_lines, header=header(row), name=row.name, form=row.form, workspace=workspace(row), steps=text)
+    more = '#include "engine/compiled_once/closed.hpp"\n' if "/loops/" in header(row) else ""
+    return KERNEL.format(mark=MARK, row=row_lines, more=more, header=header(row), name=row.name, form=row.form, workspace=workspace(row), steps=text)
 
 
 def result_row(result: Result) -> str:

@@ -7,6 +7,7 @@
 #include "engine/kernel.hpp"
 #include "ksl/engine/algorithms/derivatives/forward_dynamics_derivatives.hpp"
 #include "ksl/engine/algorithms/derivatives/frame_motion_derivatives.hpp"
+#include "ksl/engine/algorithms/derivatives/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/algorithms/derivatives/inverse_dynamics_second_derivatives.hpp"
 #include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
 #include "ksl/engine/algorithms/inverse/inverse_dynamics.hpp"
@@ -59,6 +60,9 @@
   word void forward_dynamics_derivatives<T>(KSL_MODEL(T), const forward_dynamics_derivatives_workspace<T> &,           \
                                             const T *, const T *, const T *, const external_wrenches<T> &, T *, T *,   \
                                             T *);                                                                      \
+  word void elements_of_inverse_dynamics_derivatives<T>(                                                               \
+      KSL_MODEL(T), const inverse_dynamics_derivatives_workspace<T> &, const T *, const T *, const T *,                \
+      const external_wrenches<T> &, T *, T *, T *);                                                                    \
   word void elements_of_inverse_dynamics_second_derivatives<T>(                                                        \
       KSL_MODEL(T), const inverse_dynamics_second_derivatives_workspace<T> &, const T *, const T *, const T *,         \
       const external_wrenches<T> &, T *, T *, T *, T *);
