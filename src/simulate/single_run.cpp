@@ -28,6 +28,9 @@ constexpr double less_near = 0.7, kept_enough = 2;
 /// States are moved onto the loops before accelerations are computed where the last pivot is below this share of the largest: loops that
 /// stages leave open change accelerations by as much divided by the pivot.
 constexpr double closes_below = 0.5;
+/// Errors are at most so large where the last pivot is below this share of the largest, whatever the tolerances say: velocities tell which of
+/// several ways a motion goes on, and those of a looser run may not.
+constexpr double strict_below = 0.6, most_near = 1e-8;
 /// Relative errors of accelerations times the square of the last pivot, which divides those of closed positions, and of velocities there.
 constexpr double rounding_by_pivot = 2e-13, most_rounding = 1e-8;
 /// Events at one instant, for each coordinate, before the run is given up.
@@ -217,8 +220,11 @@ private:
     const double h = ends_at_break ? room : std::fmin(next_, room / 2 > next_ ? next_ : room / 2);
     if (!(h > same_time * std::fabs(b_.t)) || !(h > 0))
       return end_.coordinate = step.worst(), std::isfinite(step.error()) ? ending::step_underflow : ending::not_finite;
-    if (of_.closed())
-      step.set_rounding(rounding_at_end(h)), of_.close_first(task_.project && singular_.pivot() < closes_below);
+    if (of_.closed()) {
+      const double pivot = task_.project ? singular_.pivot() : 1;
+      step.set_errors(rounding_at_end(h), pivot < strict_below ? most_near : std::numeric_limits<double>::infinity());
+      of_.close_first(pivot < closes_below);
+    }
     if (step.attempt(h) != outcome::done)
       return ending::stopped;
     if (step.error() > 1 || step.largest_turn() > most_turn) {

@@ -24,21 +24,21 @@ def test_a_simple_pendulum(tolerance, errors):
     assert (dn > 0).all() and (error[1:] < errors).all(), error
 
 
-@pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-11, 1e-12, 1e-13])
-@pytest.mark.parametrize("loops", [1, 2, 3, 20])
-def test_four_bars_of_equal_rods(loops, tolerance):
+@pytest.mark.parametrize(("tolerance", "error"), [(1e-6, 0.1), (1e-7, 1e-2), (1e-9, 1e-3), (1e-11, 1e-3), (1e-13, 1e-3)])
+@pytest.mark.parametrize(("loops", "speed"), [(1, 1.0), (2, 1.0), (3, 1.0), (7, 1.37), (20, 1.0)])
+def test_four_bars_of_equal_rods(loops, speed, tolerance, error):
     """A02: ten times all rods are on one line, where the mechanism may fold; velocities don't jump there, so that it remains a parallelogram."""
     m, times = equal_four_bars(loops), np.linspace(0, 10, 11)
     q = m.neutral()
-    v = m.consistent_velocity(q, np.where(np.arange(m.nv) == m.joint("rod_0").v_index, 1.0, 0.0), given=["rod_0"])
+    v = m.consistent_velocity(q, np.where(np.arange(m.nv) == m.joint("rod_0").v_index, speed, 0.0), given=["rod_0"])
     inertia, weight = (loops + 1) / 3 + loops, G * ((loops + 1) / 2 + loops)
-    exact = solve_ivp(lambda t, y: [y[1], weight / inertia * np.sin(y[0])], (0, 10), [0, 1.0], "DOP853", times, rtol=1e-13, atol=1e-13).y[0]
+    exact = solve_ivp(lambda t, y: [y[1], weight / inertia * np.sin(y[0])], (0, 10), [0, speed], "DOP853", times, rtol=1e-13, atol=1e-13).y[0]
     run = m.simulate(q, v, times, rtol=tolerance, atol=tolerance)
-    assert np.abs(run.q[:, m.joint("rod_0").q_index] - exact).max() < 2e-3
-    assert {event.what for event in run.events} == {"singular"} and 9 <= len(run.events) <= 10 and run.steps < 350
+    assert np.abs(run.q[:, m.joint("rod_0").q_index] - exact).max() < error
+    assert {event.what for event in run.events} == {"singular"} and abs(len(run.events) - exact[-1] / np.pi) < 1.5 and run.steps < 400
 
 
-@pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-10, 1e-12, 1e-13])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-7, 1e-9, 1e-10, 1e-12, 1e-13])
 @pytest.mark.parametrize(("angle", "rate"), [(0.3, 2.0), (0.3, 6.0), (1.2, 3.0), (1.57, 4.0)])
 def test_a_slider_crank_with_a_crank_as_long_as_its_rod(angle, rate, tolerance):
     """At a right angle of the crank the slider is at its pin, and crank and rod may go on to turn as one; the motion by the equation of the crank alone."""
