@@ -147,9 +147,9 @@ def test_closed_mechanisms():
     m = four_bar()
     q = m.close([-1.0, 0.4, -1.5], hold=["A"]).q
     v = m.consistent_velocity(q, [3.0, 0, 0], given=["A"])
-    with pytest.raises(ValueError, match=r"loop joint C is open .* close\(q\) gives"):
+    with pytest.raises(ValueError, match=r"^simulate: loop joint C is open .* close\(q\) gives"):
         m.simulate(q + 0.1, v, [0, 1])
-    with pytest.raises(ValueError, match="consistent_velocity gives"):
+    with pytest.raises(ValueError, match="^simulate: .*consistent_velocity gives"):
         m.simulate(q, v + 1, [0, 1])
     times = np.linspace(0, 1, 11)
     exact = m.simulate(q, v, times, rtol=1e-12, atol=1e-12)

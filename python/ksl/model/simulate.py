@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.base.errors import near_names
+from ksl.base.errors import ResultError, near_names
 from ksl.base.printable import sentence
 from ksl.base.real_arrays import real_array
 from ksl.model import given
@@ -135,8 +135,13 @@ class SimulationCalls(Calls):
 
     def _require_closed_start(self, q: Array, v: Array) -> None:
         """Refuses starts at which loops are open, by the sentences of forward dynamics, which name the way out."""
-        if self.loops and len(q):
+        if not self.loops or not len(q):
+            return
+        try:
             self.forward_dynamics(q, v, np.zeros_like(v))
+        except ResultError as error:
+            error.args = (str(error).replace("forward_dynamics: ", "simulate: ", 1),)
+            raise
 
     def _exact_laws(self, restitution: Any, friction: Any, brake: Brake | None, q: Array) -> dict[str, Any]:
         laws: dict[str, Any] = {"restitution": None, "lower": None, "upper": None, "friction": None, "brake": None, "brake_at": 0.0, "cut_efforts": False}
