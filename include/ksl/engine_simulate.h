@@ -80,9 +80,10 @@ typedef struct ksl_simulation_t {
   size_t times_n;
   const double *times; /**< (times_n), increasing: when results are wanted, s */
   ksl_stepping_t method;
-  double step;               /**< s, at most; of methods without error control */
-  double relative, absolute; /**< error of a step of KSL_DOP853: absolute + relative |number| */
-  size_t most_steps;         /**< of a run */
+  double step; /**< s, at most; of methods without error control */
+  double relative,
+      absolute; /**< error of a step of KSL_DOP853: absolute + relative |number|; with loops both are at most 1e-8 */
+  size_t most_steps; /**< of a run */
   ksl_drive_law_t drives;
   bool project;                      /**< are mechanisms with loops moved to the nearest closed state after each step */
   int threads;                       /**< 0: all cores that the process may use */

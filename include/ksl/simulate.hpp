@@ -107,8 +107,10 @@ struct simulation {
   stepping method = stepping::dop853;
   double step =
       0; ///< s, at most; of methods without error control.  Each interval of times has a whole number of steps
-  double relative = 1e-9,
-         absolute = 1e-9; ///< error of a step of dop853, of each number of u and v: absolute + relative |number|
+  double
+      relative = 1e-9,
+      absolute =
+          1e-9; ///< error of a step of dop853, of each number of u and v: absolute + relative |number|; with loops both are at most 1e-8
   std::size_t most_steps = 10'000'000; ///< of a run
   drive_law drives = {};
   int external_n = 0;

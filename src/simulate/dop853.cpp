@@ -54,8 +54,7 @@ bool dop853_step::stage(int s) {
 
 void dop853_step::set_scale() {
   const std::size_t nv = of_.nv();
-  const auto within = [&](double tolerance) { return std::fmax(std::fmin(tolerance, most_), rounding_); };
-  const double absolute = within(absolute_), relative = within(relative_);
+  const double absolute = std::fmax(absolute_, rounding_), relative = std::fmax(relative_, rounding_);
   for (std::size_t i = 0; i < nv; ++i) {
     const double x = position_[i] < 0 ? 1 : std::fabs(q_[static_cast<std::size_t>(position_[i])]);
     const double moved = std::fmax(x, position_[i] < 0 ? 1 : std::fabs(x + end_[i]));

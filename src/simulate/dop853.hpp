@@ -5,8 +5,6 @@
 #include "simulate/dop853_coefficients.hpp"
 #include "simulate/local_state.hpp"
 
-#include <limits>
-
 namespace ksl::simulating {
 
 class dop853_step final : public continuous_step {
@@ -15,8 +13,8 @@ public:
 
   bool begin(double t, const double *q, const double *v, double work) override;
 
-  /// Errors are allowed to be as large as `rounding`, which is left of rates, and no larger than `most`, whatever the tolerances say.
-  void set_errors(double rounding, double most) { rounding_ = rounding, most_ = most; }
+  /// Errors are allowed to be as large as this, whatever the tolerances say: what rounding leaves of rates.
+  void set_rounding(double rounding) { rounding_ = rounding; }
 
   /// Tries a step; sets error(), which is at most 1 where it suffices.
   outcome attempt(double h) override;
@@ -61,8 +59,7 @@ private:
 
   system &of_;
   local_state state_;
-  double relative_, absolute_, rounding_ = 0, most_ = std::numeric_limits<double>::infinity(), t_ = 0, h_ = 0,
-                               error_ = 0;
+  double relative_, absolute_, rounding_ = 0, t_ = 0, h_ = 0, error_ = 0;
   int worst_ = -1;
   std::vector<double> q_, start_, end_, stage_, scale_, rate_[dop853::extended];
   polynomial of_step_, kept_;

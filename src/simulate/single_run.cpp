@@ -28,9 +28,8 @@ constexpr double less_near = 0.7, kept_enough = 2;
 /// States are moved onto the loops before accelerations are computed where the last pivot is below this share of the largest: loops that
 /// stages leave open change accelerations by as much divided by the pivot.
 constexpr double closes_below = 0.5;
-/// Errors are at most so large where the last pivot is below this share of the largest, whatever the tolerances say: velocities tell which of
-/// several ways a motion goes on, and those of a looser run may not.
-constexpr double strict_below = 0.6, most_near = 1e-8;
+/// Tolerances of mechanisms with loops are no larger: velocities alone tell which of several ways a motion goes on behind a singular position.
+constexpr double most_of_closed = 1e-8;
 /// Relative errors of accelerations times the square of the last pivot, which divides those of closed positions, and of velocities there.
 constexpr double rounding_by_pivot = 2e-13, most_rounding = 1e-8;
 /// Events at one instant, for each coordinate, before the run is given up.
@@ -49,8 +48,9 @@ public:
              std::vector<simulated_event> &events)
       : task_(task), out_(out), of_(m, task, 1), b_(of_, 1), functions_(of_, task), laws_(task, of_, b_),
         singular_(of_), events_(&events), breaks_(breaks_of(task)) {
+    const double most = of_.closed() && task.project ? most_of_closed : std::numeric_limits<double>::infinity();
     if (task.method == stepping::dop853)
-      step_ = &adaptive_.emplace(of_, run, task.relative, task.absolute);
+      step_ = &adaptive_.emplace(of_, run, std::fmin(task.relative, most), std::fmin(task.absolute, most));
     else
       step_ = &equal_.emplace(of_, task.method);
     b_.n = 1;
@@ -221,9 +221,8 @@ private:
     if (!(h > same_time * std::fabs(b_.t)) || !(h > 0))
       return end_.coordinate = step.worst(), std::isfinite(step.error()) ? ending::step_underflow : ending::not_finite;
     if (of_.closed()) {
-      const double pivot = task_.project ? singular_.pivot() : 1;
-      step.set_errors(rounding_at_end(h), pivot < strict_below ? most_near : std::numeric_limits<double>::infinity());
-      of_.close_first(pivot < closes_below);
+      step.set_rounding(rounding_at_end(h));
+      of_.close_first(task_.project && singular_.pivot() < closes_below);
     }
     if (step.attempt(h) != outcome::done)
       return ending::stopped;

@@ -24,9 +24,9 @@ def test_a_simple_pendulum(tolerance, errors):
     assert (dn > 0).all() and (error[1:] < errors).all(), error
 
 
-@pytest.mark.parametrize(("tolerance", "error"), [(1e-6, 0.1), (1e-7, 1e-2), (1e-9, 1e-3), (1e-11, 1e-3), (1e-13, 1e-3)])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-7, 1e-9, 1e-10, 1e-11, 1e-13])
 @pytest.mark.parametrize(("loops", "speed"), [(1, 1.0), (2, 1.0), (3, 1.0), (7, 1.37), (20, 1.0)])
-def test_four_bars_of_equal_rods(loops, speed, tolerance, error):
+def test_four_bars_of_equal_rods(loops, speed, tolerance):
     """A02: ten times all rods are on one line, where the mechanism may fold; velocities don't jump there, so that it remains a parallelogram."""
     m, times = equal_four_bars(loops), np.linspace(0, 10, 11)
     q = m.neutral()
@@ -34,8 +34,9 @@ def test_four_bars_of_equal_rods(loops, speed, tolerance, error):
     inertia, weight = (loops + 1) / 3 + loops, G * ((loops + 1) / 2 + loops)
     exact = solve_ivp(lambda t, y: [y[1], weight / inertia * np.sin(y[0])], (0, 10), [0, speed], "DOP853", times, rtol=1e-13, atol=1e-13).y[0]
     run = m.simulate(q, v, times, rtol=tolerance, atol=tolerance)
-    assert np.abs(run.q[:, m.joint("rod_0").q_index] - exact).max() < error
-    assert {event.what for event in run.events} == {"singular"} and abs(len(run.events) - exact[-1] / np.pi) < 1.5 and run.steps < 400
+    assert np.abs(run.q[:, m.joint("rod_0").q_index] - exact).max() < 1e-3
+    assert {event.what for event in run.events} == {"singular"} and 0 <= round(exact[-1] / np.pi) - len(run.events) <= 1
+    assert run.steps < (250 if tolerance >= 1e-10 else 350)
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-7, 1e-9, 1e-10, 1e-12, 1e-13])
@@ -57,7 +58,7 @@ def test_a_slider_crank_with_a_crank_as_long_as_its_rod(angle, rate, tolerance):
     start = {"turn": (angle, rate), "pin": (-2 * angle, -2 * rate), "slide": (2 * np.cos(angle), -2 * np.sin(angle) * rate)}
     q, v = np.array([start[name] for name in m.joint_names]).T
     run = m.simulate(q, v, times, rtol=tolerance, atol=tolerance)
-    assert np.abs(run.q[:, m.joint("turn").q_index] - exact).max() < 2e-3 and {event.what for event in run.events} == {"singular"}
+    assert np.abs(run.q[:, m.joint("turn").q_index] - exact).max() < 1e-3 and {event.what for event in run.events} == {"singular"}
 
 
 def test_bricards_mechanism():

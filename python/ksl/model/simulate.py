@@ -75,7 +75,7 @@ class SimulationCalls(Calls):
         with their leading shape, and ends the run if it returns None; or a controller: :class:`ksl.simulation.PD`, `GravityCompensation` or `ComputedTorque`.
         method: "dop853", order 8 with error control by rtol and atol; with steps of at most `step`, s: "rk4" and "rkmk4", order 4, "semi_implicit_euler", order 1, which compute many runs in lanes; "sdirk4", order 4, implicit, for stiff
         springs and gains; "variational", order 2, whose energy has no trend.  docs/simulation.md says which to take.
-        rtol, atol: error of one step, of each number of a step and of v: atol + rtol |number|.  step: each interval of `times` has a whole
+        rtol, atol: error of one step, of each number of a step and of v: atol + rtol |number|; with loops that are projected both are at most 1e-8.  step: each interval of `times` has a whole
         number of steps.  most_steps: of a run.
         external: {link: (6) constant, (n, 6) or (…, n, 6) at the times}, or {link: ksl.Wrench}; external_axes: as in :meth:`inverse_dynamics`.
         restitution: limits of joints throw back with −restitution times the speed, one number or {joint: number}; None: no limits.
