@@ -55,7 +55,7 @@ void print(const char *name, const ksl::model &m) {
       });
   const auto crba =
       count<ksl::mass_matrix_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *, const T *,
-                                                 T *out) { ksl::elements_of_mass_matrix<T>(model, w, q, out); });
+                                                 T *out) { ksl::mass_matrix_tree<T>(model, w, q, out); });
   const auto fk =
       count<ksl::forward_kinematics_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *,
                                                         const T *, T *) { ksl::forward_kinematics<T>(model, w, q); });

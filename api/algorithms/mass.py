@@ -10,7 +10,7 @@ ROWS = (
         inputs=("q",),
         results=(Result("M", ("nv", "nv"), "mass matrix, both triangles"),),
         form="symmetric_matrix",
-        elements="elements_of_mass_matrix",
+        elements="mass_matrix_tree",
         choices={"triangle": {"both": "mass_matrix", "upper": "mass_matrix_upper"}},
         summary="Mass matrix (…, nv, nv), symmetric: inverse_dynamics = mass_matrix · a + bias.",
         text="Mass matrix {M}, row-major, both triangles, for {q}, by the composite-rigid-body algorithm (Featherstone, RBDA 2008, "
@@ -31,7 +31,7 @@ O(bodies × depth).
         coupled="upper_triangle",
         results=(Result("M", ("nv", "nv"), "mass matrix, upper triangle"),),
         form="upper_triangle",
-        elements="elements_of_mass_matrix",
+        elements="mass_matrix_tree",
         workspace="mass_matrix_workspace",
         summary="Upper triangle of the mass matrix, in an array (…, nv, nv).",
         text="Upper triangle, diagonal included, of the mass matrix {M}, row-major, for {q}; elements below the diagonal are left as "

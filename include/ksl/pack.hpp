@@ -92,6 +92,15 @@ inline constexpr int vector_bytes = 16;
 template <class T> inline constexpr int native_lanes = vector_bytes / static_cast<int>(sizeof(T));
 template <class T> using native_pack = pack<T, native_lanes<T>>;
 
+/// States of a batch that are computed together.  On Arm these are in two of the thirty-two registers: one instruction loads or stores
+/// both, and loops and addresses serve twice as many states.  gcc handles each of the two by way of memory.
+#if defined(__aarch64__) && defined(__clang__)
+template <class T> inline constexpr int batch_lanes = 2 * native_lanes<T>;
+#else
+template <class T> inline constexpr int batch_lanes = native_lanes<T>;
+#endif
+template <class T> using batch_pack = pack<T, batch_lanes<T>>;
+
 /// The first n numbers of `from`, zeros in other lanes; n may be more than there are lanes.  Reads no other memory.  Doesn't copy
 /// by way of a buffer, which avoids a store-to-load stall.
 template <class T> KSL_LANES native_pack<T> load_first(const T *from, int n) {

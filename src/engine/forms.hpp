@@ -8,56 +8,83 @@ namespace ksl {
 inline namespace KSL_ISA {
 namespace forms {
 
-/// Returns the elements of a symmetric n × n matrix in lanes, row after row, from its upper triangle.  Left of the diagonal it goes down
-/// a column of the triangle, and then along its row.
-template <class P> struct symmetric_columns : summed_columns<P> {
-  const P *upper, *element;
-  int n, row = 0, column = 0;
-  symmetric_columns(const P *triangle, int size, sums<P> &stored)
-      : summed_columns<P>{&stored}, upper(triangle), element(triangle), n(size) {}
-
-  KSL_LANES const P &operator()() {
-    const P &x = *element;
-    element += column < row ? n : 1;
-    if (++column == n)
-      column = 0, element = upper + ++row;
-    return x;
-  }
+/// Returns chosen packs in lanes, one after the other.
+template <class P> struct chosen_columns : summed_columns<P> {
+  const P *from;
+  const int *chosen; ///< which of them
+  chosen_columns(const P *packs, const int *numbers, sums<P> &stored)
+      : summed_columns<P>{&stored}, from(packs), chosen(numbers) {}
+  KSL_LANES const P &operator()() { return from[*chosen++]; }
 };
 
-/// A symmetric matrix (nv, nv).  In lanes only its upper triangle is computed, by Algorithm::elements.
+/// A symmetric matrix (nv, nv).  In lanes Algorithm::elements computes what the shape of the tree lets differ from zero (tree_rows.hpp).
 template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
   template <class P> struct lanes {
-    P *matrix;
-    bool cleared = false;
+    P *element;  ///< zero, and then those of the tree
+    int *number; ///< of each place of the matrix in `element`
+    bool listed = false;
 
     void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &) {
-      matrix = memory.take<P>(model.nv * model.nv);
+      element = memory.take<P>(1 + model.tree_elements);
+      number = memory.take<int>(model.nv * model.nv);
     }
-    /// Computes the upper triangle, if it is wanted.
+    void list_places(const model_view<scalar_of<P>> &model) {
+      element[0] = P(scalar_of<P>(0));
+      const index n = model.nv;
+      for (index k = 0; k < n * n; ++k)
+        number[k] = 0;
+      for (int i = 1; i < model.bodies; ++i)
+        for (int c = 0; c < model.body[i].nv; ++c) {
+          const index row = model.body[i].v_index + c;
+          const int first = 1 + model.tree_row[row];
+          number[row * n + row] = first + model.body[i].ancestors + c;
+          for_each_ancestor(model, i, c, [&](index column, index place) KSL_INLINED {
+            number[row * n + column] = number[column * n + row] = first + static_cast<int>(place);
+          });
+        }
+      listed = true;
+    }
+    /// Computes the elements, if the matrix is wanted.
     bool elements(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
                   const block<P> &b) {
       if (!b.batch.result[0].first)
         return false;
-      for (int i = 0; i < model.nv * model.nv && !cleared; ++i)
-        matrix[i] = P(scalar_of<P>(0)); // zeros that follow from the shape of the tree are the same in every block
-      cleared = true;
-      s.result[0] = matrix;
+      if (!listed)
+        list_places(model);
+      s.result[0] = element + 1;
       Algorithm::elements(model, w, s);
       return true;
     }
     void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
                  const block<P> &b) {
-      const rows_view<scalar_of<P>> &rows = b.batch.result[0];
+      const rows_view<scalar_of<P>> &out = b.batch.result[0];
       if (!elements(model, w, s, b))
         return;
-      symmetric_columns<P> next(matrix, model.nv, b.stored);
-      store_next_of<scalar_of<P>, transposition::width_of<P>>(b.batch.n, next, model.nv * model.nv, b.valid,
-                                                              row(rows, b.k), rows.stride);
+      chosen_columns<P> next(element, number, b.stored);
+      store_next_of<scalar_of<P>, transposition::width_of<P>>(b.batch.n, next, index(model.nv) * model.nv, b.valid,
+                                                              row(out, b.k), out.stride);
       next.finish();
     }
   };
 };
+
+/// Stores the upper triangles of matrices n × n from the row on that has `columns` of them; `next` returns its packs.  Rows are stored in
+/// chunks of K columns.  The last chunk of a row may begin before the one before it ends: the same numbers are then stored twice, which
+/// takes less than columns one by one.
+template <int K, class T, int W>
+KSL_LANES void store_triangles(chosen_columns<pack<T, W>> &next, index n, index columns, int last_row, T *rows,
+                               std::ptrdiff_t stride) {
+  const int *chosen = next.chosen;
+  for (; columns >= K; --columns, chosen += n + 1, rows += n + 1)
+    for (index k = 0; k < columns; k += K) {
+      const index first = k < columns - K ? k : columns - K;
+      next.chosen = chosen + first;
+      transposition::store_columns<K, T, W>(next, rows + first, stride, last_row);
+    }
+  next.chosen = chosen;
+  if constexpr (K > 1) // rows shorter than K
+    store_triangles<K / 2>(next, n, columns, last_row, rows, stride);
+}
 
 /// The upper triangle of a matrix (nv, nv).
 template <class Algorithm> struct upper_triangle : symmetric_matrix<Algorithm> {
@@ -66,13 +93,14 @@ template <class Algorithm> struct upper_triangle : symmetric_matrix<Algorithm> {
                  const block<P> &b) {
       if (!this->elements(model, w, s, b))
         return;
-      scalar_of<P> *const out = row(b.batch.result[0], b.k);
-      for (std::ptrdiff_t i = 0; i < model.nv; ++i) {
-        next_columns<P> next(this->matrix + i * (model.nv + 1), b.stored);
-        store_next<scalar_of<P>, transposition::width_of<P>>(next, model.nv - i, b.valid, out + i * (model.nv + 1),
-                                                             b.batch.result[0].stride);
-        next.finish();
-      }
+      constexpr int W = transposition::width_of<P>, K = transposition::widest_stored<P>;
+      const rows_view<scalar_of<P>> &out = b.batch.result[0];
+      chosen_columns<P> next(this->element, this->number, b.stored);
+      if (b.valid == W)
+        store_triangles<K>(next, model.nv, model.nv, W - 1, row(out, b.k), out.stride);
+      else
+        store_triangles<1>(next, model.nv, model.nv, b.valid - 1, row(out, b.k), out.stride);
+      next.finish();
     }
   };
 };

@@ -10,7 +10,7 @@ template <class S>
 std::size_t solve_in_lanes(const model_view<S> &model, const coupling_view<S> &coupling,
                            const inverse_kinematics_options &options, const inverse_kinematics_batch<S> &batch,
                            std::size_t first, std::size_t end, void *memory) {
-  inverse_kinematics_solver<native_pack<S>> solver(model, coupling, options, batch);
+  inverse_kinematics_solver<batch_pack<S>> solver(model, coupling, options, batch);
   arena pieces(memory);
   solver.lay_out(pieces);
   if (memory)

@@ -306,8 +306,8 @@ constexpr kernels_in<S> kernels_in_precision = {1, state_workspace_bytes<Algorit
                                                 states_one_by_one<Algorithm, S>};
 #else
 template <class Algorithm, class S>
-constexpr kernels_in<S> kernels_in_precision = {native_lanes<S>, state_workspace_bytes<Algorithm, S>,
-                                                one_state<Algorithm, S>, states_in_lanes<Algorithm, native_pack<S>>};
+constexpr kernels_in<S> kernels_in_precision = {batch_lanes<S>, state_workspace_bytes<Algorithm, S>,
+                                                one_state<Algorithm, S>, states_in_lanes<Algorithm, batch_pack<S>>};
 #endif
 
 template <class Algorithm>

@@ -15,7 +15,7 @@
 #ifdef KSL_BATCHES_BY_STATE
 #define KSL_FOR_DOUBLES(list, word) list(word, double)
 #else
-#define KSL_FOR_DOUBLES(list, word) list(word, double) list(word, native_pack<double>)
+#define KSL_FOR_DOUBLES(list, word) list(word, double) list(word, batch_pack<double>)
 #endif
 
 namespace ksl {

@@ -31,9 +31,9 @@
                                 const external_wrenches<T> &, T *);
 
 #define KSL_RECURSIONS_OF_PAIRS(word, S)                                                                               \
-  word void accelerate_joints_of_two<native_pack<S>>(                                                                  \
-      KSL_MODEL(S), const forward_dynamics_workspace<native_pack<S>> &, native_pack<S> *,                              \
-      const forward_dynamics_workspace<native_pack<S>> &, native_pack<S> *);
+  word void accelerate_joints_of_two<batch_pack<S>>(                                                                   \
+      KSL_MODEL(S), const forward_dynamics_workspace<batch_pack<S>> &, batch_pack<S> *,                                \
+      const forward_dynamics_workspace<batch_pack<S>> &, batch_pack<S> *);
 
 #define KSL_POSES(word, T)                                                                                             \
   word void forward_kinematics<T>(KSL_MODEL(T), const forward_kinematics_workspace<T> &, const T *);
@@ -49,7 +49,7 @@
                                 const int *, const frame_options &, T *);                                              \
   word void frame_accelerations<T>(KSL_MODEL(T), const frame_accelerations_workspace<T> &, const T *, const T *,       \
                                    const T *, int, const int *, const frame_options &, T *);                           \
-  word void elements_of_mass_matrix<T>(KSL_MODEL(T), const mass_matrix_workspace<T> &, const T *, T *);                \
+  word void mass_matrix_tree<T>(KSL_MODEL(T), const mass_matrix_workspace<T> &, const T *, T *);                       \
   word void rows_of_mass_matrix<T>(KSL_MODEL(T), const mass_matrix_workspace<T> &, const tree_rows<T> &, const T *);   \
   word void start_at_rest<T>(KSL_MODEL(T), const forward_dynamics_workspace<T> &, const T *,                           \
                              const external_wrenches<T> &);
@@ -69,16 +69,16 @@
 
 // Rows of numbers S into lanes, and back.
 #define KSL_TRANSPOSITIONS(word, S)                                                                                    \
-  word void load_rows<S, native_lanes<S>>(const S *, std::ptrdiff_t, int, int, native_pack<S> *);                      \
-  word void store_next_of<S, native_lanes<S>>(std::size_t, next_columns<native_pack<S>> &, std::ptrdiff_t, int, S *,   \
-                                              std::ptrdiff_t);
+  word void load_rows<S, batch_lanes<S>>(const S *, std::ptrdiff_t, int, int, batch_pack<S> *);                        \
+  word void store_next_of<S, batch_lanes<S>>(std::size_t, next_columns<batch_pack<S>> &, std::ptrdiff_t, int, S *,     \
+                                             std::ptrdiff_t);
 
 #ifdef KSL_BATCHES_BY_STATE
 #define KSL_FOR_SCALARS(list, word) list(word, double) list(word, float)
 #define KSL_FOR_LANES(list, word)
 #else
 #define KSL_FOR_SCALARS(list, word)                                                                                    \
-  list(word, double) list(word, float) list(word, native_pack<double>) list(word, native_pack<float>)
+  list(word, double) list(word, float) list(word, batch_pack<double>) list(word, batch_pack<float>)
 #define KSL_FOR_LANES(list, word) list(word, double) list(word, float)
 #endif
 

@@ -10,8 +10,8 @@ inline namespace KSL_ISA {
 
 using index = std::ptrdiff_t; ///< of rows and columns: as wide as addresses, which avoids sign extension
 
-/// An n × n matrix, row-major.  With plain numbers, set() writes both triangles, and clear() writes the zeros between.  With packs and
-/// other scalars, clear_all() writes zeros first, set() writes the upper triangle only, and mirror() copies it at the end.
+/// An n × n matrix, row-major.  set() writes both triangles.  With plain numbers clear() writes the zeros between; with packs and other
+/// scalars clear_all() writes them first.
 template <class T> struct symmetric_matrix {
   T *first;
   index n;
@@ -19,8 +19,7 @@ template <class T> struct symmetric_matrix {
   /// Sets an element, row ≤ column.  The second argument is its place in tree_rows, which is not needed here.
   KSL_LANES void set(index row, index, index column, const T &x) const {
     first[row * n + column] = x;
-    if constexpr (is_number<T>)
-      first[column * n + row] = x;
+    first[column * n + row] = x;
   }
   /// Writes zeros to the columns [from, end) of a row.
   template <bool always = false> KSL_LANES void clear(index row, index from, index end) const {
@@ -34,11 +33,6 @@ template <class T> struct symmetric_matrix {
   void clear_all() const {
     for (index k = 0; k < n * n && !is_number<T>; ++k)
       first[k] = T(0);
-  }
-  void mirror() const {
-    for (index i = 0; i < n && !is_number<T>; ++i)
-      for (index k = 0; k < i; ++k)
-        first[i * n + k] = first[k * n + i];
   }
 };
 

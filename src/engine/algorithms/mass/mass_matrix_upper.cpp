@@ -29,7 +29,7 @@ struct mass_matrix_upper_algorithm {
 
   template <class T>
   static void elements(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {
-    elements_of_mass_matrix(model, w, s.q, s.result[0]);
+    mass_matrix_tree(model, w, s.q, s.result[0]);
   }
 };
 

@@ -134,21 +134,12 @@ KSL_LANES void set_mass_matrix(const model_view<scalar_of<T>> &model, const mass
     by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { set_columns<K>(model, w, i, M); });
 }
 
-/// M (nv, nv), row-major, for q (nq).  For other scalars than plain numbers only the upper triangle is written, without the zeros
-/// that follow from the shape of the tree.
-template <class T>
-void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const T *q,
-                             T *M) {
-  set_mass_matrix(model, w, q, symmetric_matrix<T>{M, model.nv});
-}
-
 /// M (nv, nv), row-major and symmetric, for q (nq): tau = M a + bias.  O(bodies × depth), besides writing nv² numbers.
 template <class T>
 void mass_matrix(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const T *q, T *M) {
   const symmetric_matrix<T> elements = {M, model.nv};
   elements.clear_all();
-  elements_of_mass_matrix(model, w, q, M);
-  elements.mirror();
+  set_mass_matrix(model, w, q, elements);
 }
 
 /// The upper triangle of M (nv, nv), zeros included.  The elements below it are left as they are.
