@@ -427,7 +427,7 @@ template <class S> KSL_LANES model_view<S> with_known_sines(const model_view<S> 
 
 /// The motion of a body in world axes, and the acceleration of its origin.
 template <class T> struct moved_body {
-  vec3<T> omega, alpha, acceleration;
+  vec3<T> omega{}, alpha{}, acceleration{};
   int body = -1;
 
   template <class Motions> KSL_LANES void set(const loop_equations_workspace<T> &w, const Motions &motion, int of) {
