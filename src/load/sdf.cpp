@@ -71,6 +71,10 @@ private:
   void read_limit(const element &axis, int number, joint_description &out);
   void read_dynamics(const element &axis, const std::string &scope, joint_description &out);
   void read_mimic(const element &mimic, const std::string &scope, joint_description &out);
+  const connection &turning_on(const part &gearbox, const std::string &reference, const std::string &link,
+                               const std::vector<bool> &in_tree) const;
+  double sense_of(const part &gearbox, const char *tag, const connection &turning);
+  void couple(const part &gearbox, const std::vector<bool> &in_tree);
   void connect_all();
   void connect(joint_description joint, const std::string &parent, const std::string &child, const std::string &frame);
   void close_loop(const joint_description &joint, const std::string &parent, const std::string &child,
@@ -90,6 +94,7 @@ private:
   frame_graph frames_;
   std::vector<part> links_, joints_, other_frames_;
   std::vector<connection> connections_;
+  std::vector<part> gearboxes_;
   std::vector<std::pair<std::string, element>> placed_; ///< models with a placement frame, inner ones first
   std::map<std::string, int> link_index_;
   std::set<std::string> joint_names_; ///< of the file
@@ -426,9 +431,6 @@ joint_kind sdf_reader::kind_of(const element &joint) {
       return kind;
     names.push_back(name);
   }
-  if (type == "gearbox")
-    joint.refuse(
-        "a gearbox couples joints of other links, so its model is no tree; remove it, or make it a revolute joint");
   const std::string known = listed(names, names.size());
   if (type.empty())
     joint.refuse("<joint> has no type; write type=\"...\" with one of " + known);
@@ -441,6 +443,10 @@ void sdf_reader::read_joint(const part &joint) {
   at.expect({"name", "type"},
             {"parent", "child", "drake:parent", "drake:child", "pose", "axis", "axis2", "screw_thread_pitch",
              "thread_pitch", "physics", "sensor", "gearbox_ratio", "gearbox_reference_body", "drake:damping"});
+  if (at.text("type") == "gearbox" && !is_drake(at)) {
+    gearboxes_.push_back(joint);
+    return;
+  }
   joint_description out;
   out.name = joint.name;
   out.at = {at.line()};
@@ -623,12 +629,70 @@ void sdf_reader::read_dynamics(const element &axis, const std::string &scope, jo
   }
 }
 
+/// The joint by which a link turns on the reference body of a gearbox.
+const sdf_reader::connection &sdf_reader::turning_on(const part &gearbox, const std::string &reference,
+                                                     const std::string &link, const std::vector<bool> &in_tree) const {
+  for (std::size_t j = 0; j < connections_.size(); ++j)
+    if (const joint_kind kind = connections_[j].joint.kind;
+        in_tree[j] && connections_[j].parent == reference && connections_[j].child == link &&
+        (kind == joint_kind::revolute || kind == joint_kind::continuous))
+      return connections_[j];
+  gearbox.at.refuse("it couples links that turn on " + reference + ", its <gearbox_reference_body>, but " + link +
+                    " does not: no revolute joint has " + reference + " as <parent> and " + link +
+                    " as <child>; add one, or couple joints by <mimic> in <axis>");
+}
+
+/// 1 or −1: whether the gearbox counts the angle of a joint in the joint's own direction.
+double sdf_reader::sense_of(const part &gearbox, const char *tag, const connection &turning) {
+  vec3<double> ignored{};
+  const vec3<double> own = axis_in(gearbox, tag, ignored), &axis = turning.joint.axis;
+  gearbox.at.child(tag).expect({}, {"xyz", "limit", "dynamics", "use_parent_model_frame"});
+  for (const char *inside : {"limit", "dynamics"})
+    if (gearbox.at.child(tag).node().child(inside))
+      unused_.in_joint(inside, "not used on a gearbox; the joints that it couples have their own", gearbox.name);
+  const mat3x3<double> R = frames_.relative(turning.frame, gearbox.frame).R;
+  const double along = axis.x * (R.m00 * own.x + R.m01 * own.y + R.m02 * own.z) +
+                       axis.y * (R.m10 * own.x + R.m11 * own.y + R.m12 * own.z) +
+                       axis.z * (R.m20 * own.x + R.m21 * own.y + R.m22 * own.z);
+  if (std::fabs(along) < 1 - 1e-6)
+    gearbox.at.refuse("its <" + std::string(tag) + "> is not parallel to the axis of joint " + turning.joint.name +
+                      ", whose angle it couples; give both the same direction");
+  return along < 0 ? -1 : 1;
+}
+
+/// A gearbox holds no link.  With θ₁ and θ₂ the angles from the reference body to the parent about <axis>, and to the child about <axis2>,
+/// θ₂ = −ratio θ₁, as SDF states it: the joint of the child mimics that of the parent.
+void sdf_reader::couple(const part &gearbox, const std::vector<bool> &in_tree) {
+  const element &at = gearbox.at;
+  for (const char *tag : {"physics", "sensor"})
+    if (at.node().child(tag))
+      unused_.in_joint(tag, "not used", gearbox.name);
+  if (options_.mimic_independent)
+    return unused_.in_joint("gearbox", "the coupling is not applied: each has a coordinate of its own", gearbox.name);
+  if (readers::sdf::text_in(at, "gearbox_reference_body").empty())
+    at.refuse("a gearbox has no <gearbox_reference_body>; name the link that its gears turn on");
+  const auto link = [&](const std::string &name, const char *tag) {
+    return frames_.link_of(frames_.found(gearbox.scope, name, at, tag));
+  };
+  const std::string reference = link(readers::sdf::text_in(at, "gearbox_reference_body"), "<gearbox_reference_body>");
+  const connection &of_parent = turning_on(gearbox, reference, link(end_of(gearbox, "parent"), "<parent>"), in_tree),
+                   &of_child = turning_on(gearbox, reference, link(end_of(gearbox, "child"), "<child>"), in_tree);
+  const double ratio = readers::sdf::number_in(at, "gearbox_ratio").value_or(1) * sense_of(gearbox, "axis", of_parent) *
+                       sense_of(gearbox, "axis2", of_child);
+  joint_description &follower = connections_[static_cast<std::size_t>(&of_child - connections_.data())].joint;
+  if (follower.mimic)
+    at.refuse("joint " + follower.name + " follows joint " + follower.mimic->joint + " already; keep one of both");
+  follower.mimic = {of_parent.joint.name, -ratio, 0, {at.line()}};
+}
+
 /// An SDF model is a graph: joints that its tree doesn't need close loops.
 void sdf_reader::connect_all() {
   std::vector<std::pair<int, int>> ends;
   for (const connection &each : connections_)
     ends.emplace_back(link_index_.at(each.parent), link_index_.at(each.child));
   const std::vector<bool> in_tree = spanning_tree(robot_.links.size(), ends);
+  for (const part &gearbox : gearboxes_)
+    couple(gearbox, in_tree);
   for (std::size_t j = 0; j < connections_.size(); ++j) {
     connection &each = connections_[j];
     if (in_tree[j])

@@ -201,3 +201,39 @@ TEST_CASE("closed mechanisms: the plan of a parallelogram that lies flat at zero
   CHECK(m.view().loops->pivots == 2);
   CHECK(m.view().loops->freedoms == 1);
 }
+
+TEST_CASE("closed mechanisms: the plan of a Stewart platform eliminates its legs first") {
+  using kind = ksl::joint_kind;
+  ksl::builder b("Stewart platform");
+  b.add_link("ground");
+  b.add_link("platform", body(20));
+  b.add_joint("free", kind::floating, "ground", "platform", at(0, 0, 0));
+  std::vector<std::string> drives;
+  for (int k = 0; k < 6; ++k) {
+    const std::string n = std::to_string(k);
+    const double turn = 2.0943951023931953 * (k / 2), below = turn + (k % 2 ? 0.26 : -0.26),
+                 above = turn + (k % 2 ? 0.79 : -0.79);
+    b.add_link("cylinder" + n, body(2)), b.add_link("rod" + n, body(1));
+    ksl::joint_options crossed = about(1, 0, 0);
+    crossed.axis2 = {0, 1, 0};
+    b.add_joint("U" + n, kind::universal, "ground", "cylinder" + n, at(0.8 * std::cos(below), 0.8 * std::sin(below), 0),
+                crossed);
+    b.add_joint("P" + n, kind::prismatic, "cylinder" + n, "rod" + n, at(0, 0, 1), about(0, 0, 1));
+    b.add_loop("S" + n, kind::spherical, "rod" + n, "platform", at(0, 0, 0),
+               at(0.5 * std::cos(above), 0.5 * std::sin(above), 0));
+    drives.push_back("P" + n);
+  }
+  b.set_drives(drives);
+  const ksl::model m = b.build();
+  REQUIRE(m.view().loops);
+  const ksl::loop_view<double> &loops = *m.view().loops;
+  CHECK(loops.pivots == 18);
+  CHECK(loops.drives_are_independent);
+  int eliminated = 0;
+  for (int k = 0; k < loops.pivots; ++k)
+    eliminated += (loops.pivot[k].rows_end - loops.pivot[k].rows_begin) *
+                  (loops.pivot[k].columns_end - loops.pivot[k].columns_begin);
+  // Both angles of each leg, from the two and the one equation of it that are left, with the others' columns: 2·8 + 1·7.  Then six equations, of
+  // which k have been pivots: 6 − 1 − k rows with as many of the platform's columns, and 1 + k lengths.
+  CHECK(eliminated <= 6 * (2 * 8 + 1 * 7) + 6 * (5 + 4 + 3 + 2 + 1));
+}

@@ -263,6 +263,53 @@ TEST_CASE("joints that mimic others") {
   CHECK(!joint_named(read(text, {true, false, false, {}}), "j").mimic);
 }
 
+/// Two gears, a and b, on a carrier; `more` is beside a gearbox from a to b, or `of_gearbox` instead of what it has.
+std::string geared(const std::string &of_gearbox, const std::string &more = "",
+                   const std::string &axis_of_b = "0 0 2") {
+  const auto turning = [](const std::string &name, const std::string &child, const std::string &axis) {
+    return "<joint name=\"" + name + "\" type=\"revolute\"><parent>carrier</parent><child>" + child +
+           "</child><axis><xyz>" + axis + "</xyz></axis></joint>\n";
+  };
+  return model(link("carrier") + link("a") + link("b", pose("1 0 0 1.5707963267948966 0 0")) +
+               turning("A", "a", "0 0 1") + turning("B", "b", axis_of_b) +
+               "<joint name=\"g\" type=\"gearbox\"><parent>a</parent><child>b</child>" + of_gearbox + "</joint>\n" +
+               more);
+}
+const std::string on_carrier = "<gearbox_reference_body>carrier</gearbox_reference_body>",
+                  axes_of_gearbox = about_z + "<axis2><xyz>0 0 1</xyz></axis2>";
+
+TEST_CASE("a gearbox couples the joints on its reference body, θ₂ = −ratio θ₁ about its axes") {
+  const auto multiplier = [](const std::string &text) {
+    const auto robot = read(text);
+    CHECK(robot.joints.size() == 3); // with the floating base: a gearbox holds nothing
+    CHECK(robot.loops.empty());
+    const auto &mimic = joint_named(robot, "B").mimic;
+    REQUIRE(mimic);
+    CHECK(mimic->joint == "A");
+    CHECK(mimic->offset == 0);
+    return mimic->multiplier;
+  };
+  const std::string ratio = "<gearbox_ratio>0.25</gearbox_ratio>";
+  const auto axes_at_b = [](const std::string &one,
+                            const std::string &two) { // a's axis z is y of b, whose frame the gearbox has
+    return "<axis><xyz>" + one + "</xyz></axis><axis2><xyz>" + two + "</xyz></axis2>";
+  };
+  CHECK(multiplier(geared(on_carrier + ratio + axes_at_b("0 1 0", "0 0 1"))) == -0.25);
+  CHECK(multiplier(geared(on_carrier + ratio + axes_at_b("0 -1 0", "0 0 1"))) == 0.25);
+  CHECK(multiplier(geared(on_carrier + ratio + axes_at_b("0 1 0", "0 0 -1"))) == 0.25);
+  CHECK(multiplier(geared(on_carrier + ratio + axes_at_b("0 1 0", "0 0 1"), "", "0 0 -2")) == 0.25);
+  CHECK(multiplier(geared(on_carrier + axes_at_b("0 1 0", "0 0 1"))) == -1);
+  CHECK(multiplier(geared("<pose relative_to=\"carrier\"/>" + on_carrier + ratio + axes_at_b("0 0 1", "0 -1 0"))) ==
+        -0.25);
+
+  const std::string text = geared(on_carrier + ratio + axes_at_b("0 1 0", "0 0 1"));
+  CHECK(!joint_named(read(text, {true, false, false, {}}), "B").mimic);
+  check_said(read(text, {true, false, false, {}}).unused, {"joint g: gearbox", "a coordinate of its own"});
+  const std::string limited =
+      "<axis><xyz>0 1 0</xyz><limit><lower>0</lower></limit></axis><axis2><xyz>0 0 1</xyz></axis2>";
+  check_said(read(geared(on_carrier + limited)).unused, {"joint g: limit", "the joints that it couples"});
+}
+
 TEST_CASE("inertias: rotated, and missing") {
   const auto robot =
       read(model("<link name=\"a\"><inertial><pose>1 0 0 0 0 1.5707963267948966</pose><mass>2</mass>"
@@ -433,7 +480,29 @@ TEST_CASE("SDF files that are wrong") {
        joint("", "hinge"),
        {"r.sdf:5: joint j: joint type \"hinge\" is unknown", "expected one of revolute"}},
       {"misspelt type", joint("", "prismatc"), {"did you mean \"prismatic\"?"}},
-      {"gearbox", joint(about_z, "gearbox"), {"joint j: a gearbox couples", "remove it"}},
+      {"gearbox",
+       geared(axes_of_gearbox),
+       {"r.sdf:8: joint g: a gearbox has no <gearbox_reference_body>", "name the link"}},
+      {"gearbox on nothing",
+       geared("<gearbox_reference_body>carier</gearbox_reference_body>" + axes_of_gearbox),
+       {"joint g: <gearbox_reference_body> names \"carier\"", "did you mean \"carrier\"?"}},
+      {"gearbox on its gear",
+       geared("<gearbox_reference_body>b</gearbox_reference_body>" + axes_of_gearbox),
+       {"joint g: it couples links that turn on b", "but a does not", "<mimic>"}},
+      {"gearbox without an axis", geared(on_carrier + about_z), {"joint g: its <axis> is not parallel", "joint A"}},
+      {"gearbox without axis2",
+       geared(on_carrier + "<axis><xyz>0 1 0</xyz></axis>"),
+       {"joint g: a gearbox joint needs <axis2>"}},
+      {"gearbox twice",
+       geared(on_carrier + "<axis><xyz>0 1 0</xyz></axis><axis2><xyz>0 0 1</xyz></axis2>",
+              "<joint name=\"h\" type=\"gearbox\"><parent>a</parent><child>b</child>" + on_carrier +
+                  "<axis><xyz>0 1 0</xyz></axis><axis2><xyz>0 0 1</xyz></axis2></joint>"),
+       {"joint h: joint B follows joint A already", "keep one"}},
+      {"gearbox in a circle",
+       geared(on_carrier + "<axis><xyz>0 1 0</xyz></axis><axis2><xyz>0 0 1</xyz></axis2>",
+              "<joint name=\"h\" type=\"gearbox\"><parent>b</parent><child>a</child>" + on_carrier +
+                  "<axis><xyz>0 -1 0</xyz></axis><axis2><xyz>0 0 1</xyz></axis2></joint>"),
+       {"mimics", "joint A"}},
       {"no type",
        model(link("a") + link("b") + "<joint name=\"j\"><parent>a</parent><child>b</child></joint>"),
        {"no type"}},

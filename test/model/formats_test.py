@@ -34,6 +34,32 @@ def test_an_sdf_file(lander):
     assert m.unused == ("model ground, static (1)",)
 
 
+GEARS = """<sdf version="1.10"><model name="bevel gears">
+    <link name="box"/>
+    <link name="shaft"><inertial><mass>2</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>0.01</izz></inertia></inertial></link>
+    <link name="wheel"><pose>0.3 0 0 0 1.5707963267948966 0</pose>
+      <inertial><pose>0 0.1 0 0 0 0</pose><mass>3</mass><inertia><ixx>4</ixx><iyy>4</iyy><izz>5</izz></inertia></inertial></link>
+    <joint name="ground" type="fixed"><parent>world</parent><child>box</child></joint>
+    <joint name="fast" type="revolute"><parent>box</parent><child>shaft</child><axis><xyz>0 0 1</xyz></axis></joint>
+    <joint name="slow" type="revolute"><parent>box</parent><child>wheel</child><axis><xyz>0 0 1</xyz></axis></joint>
+    <joint name="gearbox" type="gearbox"><pose relative_to="box"/><parent>shaft</parent><child>wheel</child>
+      <gearbox_reference_body>box</gearbox_reference_body><gearbox_ratio>0.04</gearbox_ratio>
+      <axis><xyz>0 0 1</xyz></axis><axis2><xyz>1 0 0</xyz></axis2></joint></model></sdf>"""
+
+
+@pytest.mark.filterwarnings("ignore:link box")
+def test_a_gearbox_couples_two_joints(tmp_path):
+    """Speeds are in the ratio, backwards, and so the energy; the wheel's weight acts on the shaft by the same ratio."""
+    path = tmp_path / "gears.sdf"
+    path.write_text(GEARS)
+    m = ksl.load(path)
+    assert m.nv == 1
+    assert m.mass_matrix([0.3])[0, 0] == pytest.approx(0.01 + 0.04**2 * (5 + 3 * 0.1**2), rel=1e-12)
+    turn = -0.04 * 0.3  # of the wheel about x; its centre is on y at zero
+    assert m.gravity_torque([0.3])[0] == pytest.approx(-0.04 * 3 * 9.81 * 0.1 * np.cos(turn), rel=1e-9, abs=0)
+    assert ksl.load(path, mimic="independent").nv == 2
+
+
 def test_which_model(tmp_path):
     path = tmp_path / "two.sdf"
     path.write_text(SDF.format("one", '<model name="two"><link name="x"/></model>'))

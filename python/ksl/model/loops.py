@@ -351,7 +351,8 @@ class LoopCalls(Requests):
             if not names:  # K a = −K̇ v has no solution: where equations lose rank, closed positions bend away from v
                 said = "no accelerations keep the loops closed at these velocities: the equations lose rank at this position; move away from it, or take other velocities"
                 raise ValueError(said + state)
-            raise ValueError(f"given {list(names)}: no motion of the closed mechanism has these {what}{state}; give fewer joints, those of the drives say")
+            mend = "give fewer joints, those of the drives say; where those say nothing else, the equations lose rank: move away from this position"
+            raise ValueError(f"given {list(names)}: no motion of the closed mechanism has these {what}{state}; {mend}")
         if _NEAREST in how:
             said = f"given {list(names)}: they leave freedoms; of these, the {what} are those nearest to the ones passed"
             warnings.warn(said, UserWarning, stacklevel=3)

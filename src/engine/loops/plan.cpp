@@ -4,6 +4,7 @@
 #include "engine/loops/closed_state.hpp"
 #include "engine/loops/elimination.hpp"
 #include "engine/loops/vectors.hpp"
+#include "ksl/engine/algorithms/loops/loop_equations.hpp"
 #include "ksl/engine/model/joints.hpp"
 
 #include <algorithm>
@@ -16,8 +17,12 @@ namespace {
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-/// A pivot that makes less work may be smaller than the largest one by this factor.
+/// A pivot that makes less work may be smaller than the largest element of its column by this factor, so that no multiplier is above its
+/// inverse.
 constexpr double large_enough = 0.25;
+
+/// And no smaller than this share of the largest element of all.
+constexpr double not_tiny = 0.01;
 
 /// The last pivot of a position that isn't nearly singular, relative to the largest term.
 constexpr double regular = 0.05;
@@ -149,8 +154,47 @@ private:
     joint.columns_middle = static_cast<int>(plan_.columns.size());
     add_columns(from_ground, common);
     joint.columns_end = static_cast<int>(plan_.columns.size());
+    add_own(joint);
     add_crossed(predecessor, successor, joint);
     plan_.joints.push_back(joint);
+  }
+
+  /// The columns of the successor's own coordinates about the joint's frame on it, in its axes.
+  void add_own(closing_joint<double> &joint) {
+    using A = algebra<double>;
+    joint.own_begin = joint.columns_middle;
+    while (joint.own_begin > joint.columns_begin && plan_.columns[index(joint.own_begin - 1)].body == joint.successor)
+      --joint.own_begin;
+    plan_.own.resize(plan_.columns.size());
+    for (int c = joint.own_begin; c < joint.columns_middle; ++c) {
+      screw<double> &own = plan_.own[index(c)];
+      const mat3x3<double> body = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+      own = column_about(body, plan_.columns[index(c)].coordinate, plan_.pitch[index(c)], joint.on_successor.t);
+      A::product_drinvv(&joint.on_successor.R, &own.lin, &own.lin);
+      A::product_drinvv(&joint.on_successor.R, &own.ang, &own.ang);
+    }
+  }
+
+  /// How an equation of a joint weighs one of these columns.
+  static double element(const closing_joint<double> &joint, int i, const screw<double> &own) {
+    using A = algebra<double>;
+    const double x = A::dot_vv(&joint.direction[i], i < joint.forces ? &own.lin : &own.ang);
+    return i == joint.mixed ? x + A::dot_vv(&joint.turn, &own.ang) : x;
+  }
+
+  /// The elements of K that are numbers of the model, after the places of all columns.
+  void add_elements() {
+    for (closing_joint<double> &joint : plan_.joints) {
+      joint.elements_begin = static_cast<int>(plan_.elements.size());
+      for (int i = 0; i < joint.forces + joint.moments - joint.has_two_axes; ++i)
+        for (int c = joint.own_begin; c < joint.columns_middle; ++c) {
+          const int place = plan_.place[index(plan_.columns[index(c)].v)];
+          if (const double x = element(joint, i, plan_.own[index(c)]); x != 0)
+            plan_.elements.push_back(
+                {joint.first_row + i, place < 0 ? -1 - place : static_cast<int>(plan_.pivots.size()) + place, x});
+        }
+      joint.elements_end = static_cast<int>(plan_.elements.size());
+    }
   }
 
   /// The joints on the ways from both ends to the link where these meet, which joints they are by their child links.
@@ -293,21 +337,29 @@ private:
   /// Which elements of K can differ from zero.
   void set_filled() {
     filled_.assign(index(t_.rows * m_.nv()), 0);
-    for (std::size_t l = 0; l < plan_.joints.size(); ++l)
-      for (int i = 0; i < t_.loops[l].rows; ++i)
-        for (int c = plan_.joints[l].columns_begin; c < plan_.joints[l].columns_end; ++c)
-          filled(t_.loops[l].first_row + i, plan_.columns[index(c)].v) = 1;
+    for (const closing_joint<double> &joint : plan_.joints)
+      for (int i = 0; i < joint.forces + joint.moments; ++i)
+        for (int c = joint.columns_begin; c < joint.columns_end; ++c)
+          filled(joint.first_row + i, plan_.columns[index(c)].v) = is_set(joint, i, c);
+  }
+  /// Whether a loop sets an element; those that are numbers of the model, and zero, it doesn't.
+  bool is_set(const closing_joint<double> &joint, int i, int c) const {
+    const bool is_own = c >= joint.own_begin && c < joint.columns_middle;
+    return !is_own || (joint.has_two_axes && i == joint.forces) || element(joint, i, plan_.own[index(c)]) != 0;
+  }
+  bool has_pivot(int row) const {
+    return std::find(plan_.redundant.begin(), plan_.redundant.end(), row) == plan_.redundant.end();
   }
   unsigned char &filled(int row, int column) { return filled_[index(row * m_.nv() + column)]; }
 
   /// The order of pivots.  Elimination with complete pivoting says which equations and which coordinates; among these, the element whose
-  /// elimination makes least work (Markowitz, Management Science 3, 1957, p. 255) of those that are not much smaller than the largest one,
-  /// unless that ends with pivots that are much smaller.
+  /// elimination makes least work (Markowitz, Management Science 3, 1957, p. 255) of those that are not much smaller than the largest one of
+  /// their column, unless that ends with pivots that are much smaller.
   void set_pivots(const elimination &k, const double *K) {
     const int nv = m_.nv();
-    const double by_size = set_order(k, K, 1);
-    const bool is_small = set_order(k, K, large_enough) < large_enough * by_size;
-    set_order(k, K, is_small ? 1 : large_enough);
+    const double by_size = set_order(k, K, true);
+    if (!(set_order(k, K, false) >= large_enough * by_size))
+      set_order(k, K, true);
     std::vector<int> columns(index(nv)); // pivots, then independent coordinates, ascending
     plan_.place.assign(index(nv), 0);
     for (int step = 0; step < k.rank; ++step) {
@@ -322,9 +374,11 @@ private:
     for (int step = 0; step < k.rank; ++step)
       set_lists(step, plan_.redundant, columns);
     set_fill(columns);
+    add_elements();
   }
 
-  /// The elements that are read and that no loop sets: those that elimination has filled, and all of independent coordinates.
+  /// The elements that are read and that no loop sets: those that elimination has filled, and of equations without a pivot all of independent
+  /// coordinates.
   void set_fill(const std::vector<int> &columns) {
     const std::vector<unsigned char> all = filled_;
     const int rank = static_cast<int>(order_.size());
@@ -332,13 +386,14 @@ private:
     plan_.view.fill_begin = static_cast<int>(plan_.list.size());
     for (int i = 0; i < t_.rows; ++i)
       for (int j = 0; j < m_.nv(); ++j)
-        if (const int v = columns[index(j)]; !filled(i, v) && (j >= rank || all[index(i * m_.nv() + v)]))
+        if (const int v = columns[index(j)];
+            !filled(i, v) && ((j >= rank && !has_pivot(i)) || all[index(i * m_.nv() + v)]))
           plan_.list.insert(plan_.list.end(), {i, j});
     plan_.view.fill_end = static_cast<int>(plan_.list.size());
   }
 
-  /// Sets order_ with pivots of which none is smaller than that share of the largest.  Returns the smallest one.
-  double set_order(const elimination &k, const double *K, double share) {
+  /// Sets order_ with the largest pivots, or with those that make least work.  Returns the smallest one.
+  double set_order(const elimination &k, const double *K, bool by_size) {
     const int nv = m_.nv();
     set_filled();
     std::vector<double> A(index(t_.rows * nv));
@@ -350,7 +405,7 @@ private:
     double smallest = std::numeric_limits<double>::infinity();
     order_.clear();
     for (int step = 0; step < k.rank; ++step) {
-      const std::pair<int, int> pivot = best_pivot(A, rows, columns, k.rank - step, share);
+      const std::pair<int, int> pivot = best_pivot(A, rows, columns, k.rank - step, by_size);
       smallest = std::min(smallest, std::fabs(A[index(pivot.first * nv + pivot.second)]));
       order_.push_back(pivot);
       rows.erase(std::find(rows.begin(), rows.end(), pivot.first));
@@ -362,23 +417,24 @@ private:
 
   /// Among the first `left` rows and columns.
   std::pair<int, int> best_pivot(const std::vector<double> &A, const std::vector<int> &rows,
-                                 const std::vector<int> &columns, int left, double share) {
+                                 const std::vector<int> &columns, int left, bool by_size) {
     const int nv = m_.nv();
     std::vector<int> in_row(index(t_.rows), 0), in_column(index(nv), 0);
-    double largest = 0;
+    std::vector<double> of_column(index(left), 0);
     for (const int i : rows)
       for (const int j : columns)
         in_row[index(i)] += filled(i, j), in_column[index(j)] += filled(i, j);
     const auto size = [&](int i, int j) { return std::fabs(A[index(rows[index(i)] * nv + columns[index(j)])]); };
     for (int i = 0; i < left; ++i)
       for (int j = 0; j < left; ++j)
-        largest = std::max(largest, size(i, j));
+        of_column[index(j)] = std::max(of_column[index(j)], size(i, j));
+    const double largest = *std::max_element(of_column.begin(), of_column.end());
     std::pair<int, int> best = {0, 0};
     int least = 0;
     double of_best = -1;
     for (int i = 0; i < left; ++i)
       for (int j = 0; j < left; ++j) {
-        if (!(size(i, j) >= share * largest))
+        if (!(size(i, j) >= (by_size ? largest : std::max(large_enough * of_column[index(j)], not_tiny * largest))))
           continue;
         const int work = (in_row[index(rows[index(i)])] - 1) * (in_column[index(columns[index(j)])] - 1);
         if (of_best < 0 || work < least || (work == least && size(i, j) > of_best))
@@ -466,6 +522,9 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
                            joint.columns_begin,
                            joint.columns_middle,
                            joint.columns_end,
+                           joint.own_begin,
+                           joint.elements_begin,
+                           joint.elements_end,
                            joint.through_begin,
                            joint.through_middle,
                            joint.through_end,
@@ -486,6 +545,10 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
       x.matrix[i / 6][i % 6] = static_cast<float>(of.matrix[i / 6][i % 6]);
     out.compliances.push_back(x);
   }
+  for (const screw<double> &x : plan.own)
+    out.own.push_back({vector(x.lin), vector(x.ang)});
+  for (const loop_element<double> &x : plan.elements)
+    out.elements.push_back({x.row, x.place, static_cast<float>(x.value)});
   out.columns = plan.columns, out.pivots = plan.pivots, out.list = plan.list;
   out.independent = plan.independent, out.place = plan.place, out.redundant = plan.redundant;
   out.pitch.assign(plan.pitch.begin(), plan.pitch.end());

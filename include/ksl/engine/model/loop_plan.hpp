@@ -12,6 +12,8 @@ template <class S> struct loop_plan {
   std::vector<closing_joint<S>> joints;
   std::vector<loop_column> columns;
   std::vector<S> pitch, row_scale, column_scale, drive_scale;
+  std::vector<screw<S>> own;
+  std::vector<loop_element<S>> elements;
   std::vector<loop_pivot> pivots;
   std::vector<int> list, independent, place, redundant, crossed, through, drive;
   std::vector<joint_compliance_view<S>> compliances;
@@ -27,6 +29,7 @@ template <class S> struct loop_plan {
     if (this == &other)
       return *this;
     joints = other.joints, columns = other.columns, pitch = other.pitch, row_scale = other.row_scale;
+    own = other.own, elements = other.elements;
     column_scale = other.column_scale, pivots = other.pivots, list = other.list, independent = other.independent;
     place = other.place, redundant = other.redundant, crossed = other.crossed, through = other.through;
     drive = other.drive, drive_scale = other.drive_scale;
@@ -38,6 +41,7 @@ template <class S> struct loop_plan {
   loop_plan &operator=(loop_plan &&other) noexcept {
     joints.swap(other.joints), columns.swap(other.columns), pitch.swap(other.pitch), row_scale.swap(other.row_scale);
     column_scale.swap(other.column_scale), pivots.swap(other.pivots), list.swap(other.list);
+    own.swap(other.own), elements.swap(other.elements);
     independent.swap(other.independent), place.swap(other.place), redundant.swap(other.redundant);
     crossed.swap(other.crossed), through.swap(other.through), compliances.swap(other.compliances);
     drive.swap(other.drive), drive_scale.swap(other.drive_scale);
@@ -52,6 +56,7 @@ template <class S> struct loop_plan {
     view.loops = static_cast<int>(joints.size()), view.rows = static_cast<int>(row_scale.size());
     view.pivots = static_cast<int>(pivots.size()), view.freedoms = static_cast<int>(independent.size());
     view.joint = joints.data(), view.column = columns.data(), view.pitch = pitch.data(), view.pivot = pivots.data();
+    view.own = own.data(), view.element = elements.data();
     view.list = list.data(), view.independent = independent.data(), view.place = place.data();
     view.crossings = static_cast<int>(crossed.size()), view.crossed = crossed.data(), view.through = through.data();
     view.compliances = static_cast<int>(compliances.size()), view.compliance = compliances.data();

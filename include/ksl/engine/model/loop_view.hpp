@@ -27,6 +27,8 @@ template <class T> struct closing_joint {
   int first_row;
   int columns_begin, columns_middle,
       columns_end; ///< of those on the successor's side, then on the predecessor's: from the common body outwards
+  int own_begin; ///< where the columns begin that move the successor relative to its parent; they end at columns_middle
+  int elements_begin, elements_end; ///< in loop_view::element
   int through_begin, through_middle,
       through_end; ///< the same of the joints that its wrench passes through, in loop_view::through
   int mixed;       ///< of a helical joint: which equation has a moment beside its force; −1 for others
@@ -41,6 +43,12 @@ template <class T> struct closing_joint {
 
 /// A coordinate that moves one end of a loop: its number in the motion subspace of a body (joints/column.hpp), and in v.
 struct loop_column { int body, coordinate, v; };
+
+/// An element of K that is a number of the model: of a coordinate of the successor's own, about the joint's frame on it.
+template <class T> struct loop_element {
+  int row, place; ///< in K
+  T value;
+};
 
 /// One step of the elimination: lists are places in loop_view::list.
 struct loop_pivot {
@@ -75,6 +83,9 @@ template <class T> struct loop_view {
   const closing_joint<T> *joint;
   const loop_column *column;
   const T *pitch; ///< of each column, of helical joints
+  const screw<T> *
+      own; ///< of each column that moves a successor relative to its parent: it, about the joint's frame and in its axes
+  const loop_element<T> *element; ///< those of such columns that differ from zero
   const loop_pivot *pivot;
   const int *list;
   int fill_begin,

@@ -38,18 +38,22 @@ template <class T> struct closed_derivatives_workspace {
   int most, width;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
-    const auto *loops = model.loops;
-    if (!loops)
+    if (!model.loops)
       return;
+    dynamics.lay_out(memory, model);
+    lay_out_variations(memory, model);
+  }
+  /// All but `dynamics`.
+  KSL_LANES void lay_out_variations(arena &memory, const model_view<scalar_of<T>> &model) {
+    const auto *loops = model.loops;
     const int n = model.nv, rows = loops->rows;
     most = 0;
     for (int l = 0; l < loops->loops; ++l)
       if (const int own = loops->joint[l].columns_end - loops->joint[l].columns_begin; own > most)
         most = own;
     width = loops->freedoms == 1 ? 1 : padded_columns<T>(loops->freedoms);
-    dynamics.lay_out(memory, model);
     tree.lay_out(memory, model);
-    share_sines();
+    tree.wrenches.pose = dynamics.equations.world.pose;
     memory.lay_out(n * n, by_q, by_v, M);
     column.lay_out(memory, most), rates_by_v.lay_out(memory, rows * most);
     memory.lay_out(n * width, G, v_by_q, a_by_q, a_by_v, of_q, of_v, of_a);
@@ -57,7 +61,6 @@ template <class T> struct closed_derivatives_workspace {
     projected.lay_out(memory, loops->freedoms * width);
     efforts.lay_out(memory, n);
   }
-  KSL_LANES void share_sines() { tree.wrenches.pose = dynamics.equations.world.pose; }
 };
 
 /// to += x from, for `width` numbers, padded, at least one.
@@ -495,9 +498,9 @@ template <class T> struct closed_forward_dynamics_derivatives_workspace {
     if (!model.loops)
       return;
     forward.lay_out(memory, model);
-    by.lay_out(memory, model);
-    by.dynamics.equations = forward.equations;
-    by.share_sines();
+    by.dynamics.equations = forward.equations, by.dynamics.inverse = forward.inverse;
+    by.dynamics.lay_out_efforts(memory, model);
+    by.lay_out_variations(memory, model);
     const int padded = padded_columns<T>(model.nv);
     a.lay_out(memory, model.nv), row.lay_out(memory, padded > by.width ? padded : by.width);
     solved.lay_out(memory, model.loops->freedoms * padded);

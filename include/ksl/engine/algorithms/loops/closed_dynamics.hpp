@@ -19,6 +19,10 @@ template <class T> struct closed_inverse_dynamics_workspace {
     equations.lay_out(memory, model);
     inverse.lay_out(memory, model);
     inverse.pose = equations.world.pose;
+    lay_out_efforts(memory, model);
+  }
+  /// All but the equations and what the tree needs.
+  KSL_LANES void lay_out_efforts(arena &memory, const model_view<scalar_of<T>> &model) {
     tree.lay_out(memory, model.nv), steady.lay_out(memory, model.nv);
     multiplier.lay_out(memory, model.loops ? model.loops->rows : 0);
     projected.lay_out(memory, padded_columns<T>(model.nv + 1));

@@ -188,6 +188,156 @@ KSL_LANES vec3<T> direction_of(const closing_joint<scalar_of<T>> &joint, const v
   return joint.has_two_axes && i == joint.forces ? normal : spread<T>(joint.direction[i]);
 }
 
+/// NaN where |x| is above the limit, or NaN, or there is a fault already; else `fault`, which is 0.
+template <class T> KSL_LANES T kept_within(const T &fault, const T &x, const T &limit) {
+  return math<T>::select(math<T>::fabs(x) <= limit, fault, T(__builtin_nan("")));
+}
+
+/// A joint's frame on one of its bodies in the world: its origin, and its axes.
+template <class T>
+KSL_LANES vec3<T> origin_in_world(const loop_equations_workspace<T> &w, int body, const SE3<scalar_of<T>> &in_body) {
+  const mat3x3<T> R = w.world.rotation[body];
+  const vec3<T> t = spread<T>(in_body.t), o = w.world.origin[body];
+  vec3<T> at;
+  algebra<T>::product_drv(&R, &t, &at);
+  algebra<T>::xpy_vv(&o, &at);
+  return at;
+}
+template <class T>
+KSL_LANES mat3x3<T> axes_in_world(const loop_equations_workspace<T> &w, int body, const SE3<scalar_of<T>> &in_body) {
+  const mat3x3<T> R = w.world.rotation[body], at = spread<T>(in_body.R);
+  mat3x3<T> out;
+  algebra<T>::product_drdr(&R, &at, &out);
+  return out;
+}
+
+/// What a speed of a coordinate of a loop is a length of.
+template <class S> KSL_LANES S size_of(const loop_view<S> &loops, const loop_column &of) {
+  return of.coordinate < 3 ? S(1) : loops.length;
+}
+
+/// The columns [begin, end) of a loop, and what they add to W and `moved`.
+template <class T>
+KSL_LANES void add_columns(const loop_view<scalar_of<T>> &loops, loop_equations_workspace<T> &w,
+                           const closing_joint<scalar_of<T>> &joint, const vec3<T> &at, int begin, int end,
+                           const T &sign, const T *v, screw<T> &W, T &moved) {
+  for (int c = begin; c < end; ++c) {
+    const loop_column &of = loops.column[c];
+    screw<T> &J = w.J[c - joint.columns_begin];
+    J = column_of_loop(loops, w, c, at);
+    const int place = loops.place[of.v];
+    w.place[c - joint.columns_begin] = place < 0 ? -1 - place : loops.pivots + place;
+    add_scaled(sign * v[of.v], J, W);
+    moved = moved + math<T>::fabs(v[of.v]) * T(size_of(loops, of));
+  }
+}
+
+/// The same of the successor's own columns, which are numbers of the model about the joint's frame: their motion, in world axes.
+template <class T>
+KSL_LANES screw<T> own_motion(const loop_view<scalar_of<T>> &loops, const closing_joint<scalar_of<T>> &joint,
+                              const mat3x3<T> &to, const T *v, T &moved) {
+  using A = algebra<T>;
+  screw<T> sum = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
+  for (int c = joint.own_begin; c < joint.columns_middle; ++c) {
+    const loop_column &of = loops.column[c];
+    const vec3<T> lin = spread<T>(loops.own[c].lin), ang = spread<T>(loops.own[c].ang);
+    A::axpy_vv(v[of.v], &lin, &sum.lin);
+    if (of.coordinate >= 3)
+      A::axpy_vv(v[of.v], &ang, &sum.ang);
+    moved = moved + math<T>::fabs(v[of.v]) * T(size_of(loops, of));
+  }
+  A::product_drv(&to, &sum.lin, &sum.lin);
+  A::product_drv(&to, &sum.ang, &sum.ang);
+  return sum;
+}
+
+/// What columns [begin, end) of a loop add to the rates of (1), from the ends inwards: U of the bodies behind coordinates that move the same body
+/// is the same.
+template <class T>
+KSL_LANES void add_rates(const loop_view<scalar_of<T>> &loops, const loop_equations_workspace<T> &w,
+                         const closing_joint<scalar_of<T>> &joint, int begin, int end, const T &sign, screw<T> U,
+                         const T *v, screw<T> &rate) {
+  screw<T> own = U;
+  for (int c = end - 1; c >= begin; --c) {
+    const loop_column &of = loops.column[c];
+    const screw<T> &J = w.J[c - joint.columns_begin];
+    if (c + 1 < end && loops.column[c + 1].body != of.body)
+      U = own;
+    add_scaled(sign * v[of.v], twist_product(J, U), rate);
+    add_scaled(v[of.v], J, own);
+  }
+}
+
+/// What is open of a loop: between both frames, and what equations of rotation, of a screw and of two axes don't see there.
+template <class T> struct loop_opening {
+  vec3<T> gap, turned, turn;
+  T screwed, tilted;
+};
+
+/// Sets `turned`, from the axes of both sides.  Returns a number that is positive unless one side is turned over.
+template <class T>
+KSL_LANES T set_turned(const closing_joint<scalar_of<T>> &joint, const mat3x3<T> &from, const mat3x3<T> &to,
+                       vec3<T> &turned) {
+  using A = algebra<T>;
+  using S = scalar_of<T>;
+  if (joint.turns == loop_turns::about) {
+    const vec3<T> u = spread<T>(joint.axis);
+    vec3<T> of_successor, of_predecessor;
+    A::product_drv(&to, &u, &of_successor);
+    A::product_drv(&from, &u, &of_predecessor);
+    A::cross_vv(&of_predecessor, &of_successor, &turned);
+    return A::dot_vv(&of_predecessor, &of_successor);
+  }
+  const vec3<T> p[] = {{from.m00, from.m10, from.m20}, {from.m01, from.m11, from.m21}, {from.m02, from.m12, from.m22}};
+  const vec3<T> s[] = {{to.m00, to.m10, to.m20}, {to.m01, to.m11, to.m21}, {to.m02, to.m12, to.m22}};
+  for (int i = 0; i < 3; ++i) { // half the sum of axis × axis
+    vec3<T> x;
+    A::cross_vv(&p[i], &s[i], &x);
+    A::axpy_vv(T(S(0.5)), &x, &turned);
+  }
+  return A::dot_vv(&p[0], &s[0]) + A::dot_vv(&p[1], &s[1]) + A::dot_vv(&p[2], &s[2]);
+}
+
+template <class T>
+KSL_LANES loop_opening<T> opening_of(loop_equations_workspace<T> &w, const closing_joint<scalar_of<T>> &joint, int loop,
+                                     const SE3<T> &to, const screw<T> &W, T &fault) {
+  using A = algebra<T>;
+  using S = scalar_of<T>;
+  const vec3<T> o = {T(S(0)), T(S(0)), T(S(0))}, t = origin_in_world(w, joint.predecessor, joint.on_predecessor);
+  loop_opening<T> open = {{to.t.x - t.x, to.t.y - t.y, to.t.z - t.z}, o, o, T(S(0)), T(S(0))};
+  if (joint.turns == loop_turns::freely && joint.mixed < 0 && !joint.has_two_axes)
+    return open;
+  const mat3x3<T> from = axes_in_world(w, joint.predecessor, joint.on_predecessor);
+  if (joint.turns != loop_turns::freely) {
+    const T ahead = set_turned(joint, from, to.R, open.turned);
+    fault = kept_within(fault, math<T>::select(ahead > T(S(0)), T(S(0)), T(S(1))), T(S(0.5)));
+  }
+  if (joint.mixed >= 0) {
+    const vec3<T> u = spread<T>(joint.axis), own = spread<T>(joint.turn);
+    vec3<T> axis;
+    A::product_drv(&to.R, &u, &axis);
+    A::product_drv(&to.R, &own, &open.turn);
+    open.screwed = error_of_screw(joint, from, to.R, A::dot_vv(&axis, &open.gap));
+  }
+  if (joint.has_two_axes)
+    open.tilted = set_normal(joint, from, to.R, W.ang, w.normal[loop], w.bent[loop]);
+  return open;
+}
+
+/// The elements of the successor's own columns.  The direction of a universal joint's last equation is no number of the model.
+template <class T>
+KSL_LANES void set_own_elements(const loop_view<scalar_of<T>> &loops, const loop_equations_workspace<T> &w,
+                                const closing_joint<scalar_of<T>> &joint, int loop) {
+  for (int k = joint.elements_begin; k < joint.elements_end; ++k)
+    w.row(loops.element[k].row)[loops.element[k].place] = T(loops.element[k].value);
+  for (int c = joint.own_begin; joint.has_two_axes && c < joint.columns_middle; ++c) {
+    const int place = loops.place[loops.column[c].v];
+    const vec3<T> normal = w.normal[loop], ang = spread<T>(loops.own[c].ang);
+    w.row(joint.first_row + joint.forces)[place < 0 ? -1 - place : loops.pivots + place] =
+        algebra<T>::dot_vv(&normal, &ang);
+  }
+}
+
 /// One loop: its rows of K, with −(K̇ v) as b if these rates are wanted; and whether it is closed.
 template <bool rates, class T>
 KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w, int loop, const T *v) {
@@ -195,86 +345,25 @@ KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_wo
   using S = scalar_of<T>;
   const loop_view<S> &loops = *model.loops;
   const closing_joint<S> &joint = loops.joint[loop];
-  const auto frame = [&](int body, const SE3<S> &in_body) KSL_INLINED {
-    const mat3x3<T> R = w.world.rotation[body], at = spread<T>(in_body.R);
-    const vec3<T> t = spread<T>(in_body.t), o = w.world.origin[body];
-    SE3<T> D;
-    A::product_drdr(&R, &at, &D.R);
-    A::product_drv(&R, &t, &D.t);
-    A::xpy_vv(&o, &D.t);
-    return D;
-  };
-  const SE3<T> to = frame(joint.successor, joint.on_successor), from = frame(joint.predecessor, joint.on_predecessor);
+  const SE3<T> to = {axes_in_world(w, joint.successor, joint.on_successor),
+                     origin_in_world(w, joint.successor, joint.on_successor)};
   w.joint[loop] = to;
-  const int n = joint.columns_end - joint.columns_begin, middle = joint.columns_middle - joint.columns_begin;
-  screw<T> W = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}}, rate = W;
+  const screw<T> none = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   T moved(S(0));
-  const auto add_columns = [&](int begin, int end, const T &sign) KSL_INLINED {
-    for (int c = begin; c < end; ++c) {
-      const loop_column &of = loops.column[joint.columns_begin + c];
-      w.J[c] = column_of_loop(loops, w, joint.columns_begin + c, to.t);
-      const int place = loops.place[of.v];
-      w.place[c] = place < 0 ? -1 - place : loops.pivots + place;
-      add_scaled(sign * v[of.v], w.J[c], W);
-      moved = moved + math<T>::fabs(v[of.v]) * T(S(1) / loops.column_scale[of.v]);
-    }
-  };
-  add_columns(0, middle, T(S(1)));
-  add_columns(middle, n, T(S(-1)));
-  // (1), from the ends inwards: U of the bodies behind coordinates that move the same body is the same
-  const auto add_rates = [&](int begin, int end, const T &sign, screw<T> U) KSL_INLINED {
-    screw<T> own = U;
-    for (int c = end - 1; c >= begin; --c) {
-      const loop_column &of = loops.column[joint.columns_begin + c];
-      if (c + 1 < end && loops.column[joint.columns_begin + c + 1].body != of.body)
-        U = own;
-      screw<T> bent = twist_product(w.J[c], U);
-      add_scaled(sign * v[of.v], bent, rate);
-      add_scaled(v[of.v], w.J[c], own);
-    }
-  };
+  const screw<T> own_W = own_motion(loops, joint, to.R, v, moved);
+  screw<T> W = own_W, rate = none;
+  add_columns(loops, w, joint, to.t, joint.columns_begin, joint.own_begin, T(S(1)), v, W, moved);
+  add_columns(loops, w, joint, to.t, joint.columns_middle, joint.columns_end, T(S(-1)), v, W, moved);
   if constexpr (rates) {
-    add_rates(0, middle, T(S(1)), screw<T>{{T(0), T(0), T(0)}, {T(0), T(0), T(0)}});
-    add_rates(middle, n, T(S(-1)), W);
+    add_rates(loops, w, joint, joint.columns_begin, joint.own_begin, T(S(1)), own_W, v, rate);
+    add_rates(loops, w, joint, joint.columns_middle, joint.columns_end, T(S(-1)), W, v, rate);
   }
   w.twist[loop] = W, w.moved[loop] = moved;
 
-  const vec3<T> gap = {to.t.x - from.t.x, to.t.y - from.t.y, to.t.z - from.t.z};
-  vec3<T> turned = {T(0), T(0), T(0)};
-  T ahead(S(1)); // positive unless one side is turned over
-  if (joint.turns == loop_turns::about) {
-    const vec3<T> u = spread<T>(joint.axis);
-    vec3<T> of_successor, of_predecessor;
-    A::product_drv(&to.R, &u, &of_successor);
-    A::product_drv(&from.R, &u, &of_predecessor);
-    A::cross_vv(&of_predecessor, &of_successor, &turned);
-    ahead = A::dot_vv(&of_predecessor, &of_successor);
-  } else if (joint.turns == loop_turns::not_at_all) {
-    const vec3<T> p[] = {{from.R.m00, from.R.m10, from.R.m20},
-                         {from.R.m01, from.R.m11, from.R.m21},
-                         {from.R.m02, from.R.m12, from.R.m22}};
-    const vec3<T> s[] = {
-        {to.R.m00, to.R.m10, to.R.m20}, {to.R.m01, to.R.m11, to.R.m21}, {to.R.m02, to.R.m12, to.R.m22}};
-    for (int i = 0; i < 3; ++i) { // half the sum of axis × axis
-      vec3<T> x;
-      A::cross_vv(&p[i], &s[i], &x);
-      A::axpy_vv(T(S(0.5)), &x, &turned);
-    }
-    ahead = A::dot_vv(&p[0], &s[0]) + A::dot_vv(&p[1], &s[1]) + A::dot_vv(&p[2], &s[2]);
-  }
-  const T tolerance(loops.tolerance), length(loops.length);
-  vec3<T> turn = {T(0), T(0), T(0)};
-  T screwed(S(0)), tilted(S(0));
-  if (joint.mixed >= 0) {
-    const vec3<T> u = spread<T>(joint.axis), own = spread<T>(joint.turn);
-    vec3<T> axis;
-    A::product_drv(&to.R, &u, &axis);
-    A::product_drv(&to.R, &own, &turn);
-    screwed = error_of_screw(joint, from.R, to.R, A::dot_vv(&axis, &gap));
-  }
-  if (joint.has_two_axes)
-    tilted = set_normal(joint, from.R, to.R, W.ang, w.normal[loop], w.bent[loop]);
-  T fault = w.fault + fault_beyond(math<T>::select(ahead > T(S(0)), T(S(0)), T(S(1))), T(S(0.5)));
+  T fault = w.fault;
+  const loop_opening<T> open = opening_of(w, joint, loop, to, W, fault);
+  const T allowed = T(loops.tolerance * loops.length);
+  const T allowed_speed = T(loops.tolerance * S(0.25)) * moved + T(S(1e-12) * loops.length);
   for (int i = 0; i < joint.forces + joint.moments; ++i) {
     const bool force = i < joint.forces;
     const bool mixed = i == joint.mixed, about_normal = joint.has_two_axes && !force;
@@ -288,28 +377,31 @@ KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_wo
       for (int k = 0; k < w.pitch; ++k)
         line[k] = T(S(0));
     const screw<T> *const J = &w.J[0];
-    for (int c = 0; c < n; ++c) {
-      T x = A::dot_vv(&d, force ? &J[c].lin : &J[c].ang);
-      if (mixed)
-        x = x + A::dot_vv(&turn, &J[c].ang);
-      line[w.place[c]] = c < middle ? x : -x;
-    }
-    T speed = A::dot_vv(&d, force ? &W.lin : &W.ang) * scale, open = A::dot_vv(&d, force ? &gap : &turned) * scale;
+    const auto element = [&](int c) KSL_INLINED {
+      const T x = A::dot_vv(&d, force ? &J[c].lin : &J[c].ang);
+      return mixed ? x + A::dot_vv(&open.turn, &J[c].ang) : x;
+    };
+    for (int c = 0; c < joint.own_begin - joint.columns_begin; ++c)
+      line[w.place[c]] = element(c);
+    for (int c = joint.columns_middle - joint.columns_begin; c < joint.columns_end - joint.columns_begin; ++c)
+      line[w.place[c]] = -element(c);
+    T speed = A::dot_vv(&d, force ? &W.lin : &W.ang), apart = A::dot_vv(&d, force ? &open.gap : &open.turned);
     if constexpr (rates)
       line[model.nv] = -A::dot_vv(&d, force ? &rate.lin : &rate.ang);
     if (mixed) {
-      speed = speed + A::dot_vv(&turn, &W.ang) * scale, open = screwed;
+      speed = speed + A::dot_vv(&open.turn, &W.ang), apart = open.screwed;
       if constexpr (rates)
-        line[model.nv] = line[model.nv] - A::dot_vv(&turn, &rate.ang);
+        line[model.nv] = line[model.nv] - A::dot_vv(&open.turn, &rate.ang);
     } else if (about_normal) {
-      open = tilted * scale;
+      apart = open.tilted;
       if constexpr (rates)
         line[model.nv] = line[model.nv] - w.bent[loop];
     }
-    fault = fault + fault_beyond(open, tolerance * length);
-    fault = fault + fault_beyond(speed, tolerance * T(S(0.25)) * moved + T(S(1e-12)) * length);
+    fault = kept_within(fault, apart * scale, allowed);
+    fault = kept_within(fault, speed * scale, allowed_speed);
   }
   w.fault = fault;
+  set_own_elements(loops, w, joint, loop);
 }
 
 /// K of all loops, and b if rates are wanted, after the axes and origins of all bodies in the world.
@@ -333,6 +425,35 @@ template <class S> KSL_LANES model_view<S> with_known_sines(const model_view<S> 
   return tree;
 }
 
+/// The motion of a body in world axes, and the acceleration of its origin.
+template <class T> struct moved_body {
+  vec3<T> omega{}, alpha{}, acceleration{};
+  int body = -1;
+
+  template <class Motions> KSL_LANES void set(const loop_equations_workspace<T> &w, const Motions &motion, int of) {
+    using A = algebra<T>;
+    if (of == body)
+      return;
+    body = of;
+    const auto m = motion[of];
+    const mat3x3<T> R = w.world.rotation[of];
+    A::product_drv(&R, &m.angular_velocity, &omega);
+    A::product_drv(&R, &m.angular_acceleration, &alpha);
+    A::product_drv(&R, &m.acceleration, &acceleration);
+  }
+  KSL_LANES vec3<T> acceleration_at(const loop_equations_workspace<T> &w, const vec3<T> &at) const {
+    using A = algebra<T>;
+    const vec3<T> o = w.world.origin[body], arm = {at.x - o.x, at.y - o.y, at.z - o.z};
+    vec3<T> x, sum;
+    A::cross_vv(&alpha, &arm, &sum);
+    A::xpy_vv(&acceleration, &sum);
+    A::cross_vv(&omega, &arm, &x);
+    A::cross_vv(&omega, &x, &x);
+    A::xpy_vv(&x, &sum);
+    return sum;
+  }
+};
+
 /// Whether accelerations a (nv) keep the loops closed: (2), by the motions of bodies that inverse dynamics has found; after
 /// set_loop_equations.
 template <class T, class Motions>
@@ -341,53 +462,39 @@ KSL_LANES void check_accelerations(const model_view<scalar_of<T>> &model, loop_e
   using A = algebra<T>;
   using S = scalar_of<T>;
   const loop_view<S> &loops = *model.loops;
+  moved_body<T> successor, predecessor; // usually the same body as of the loop before
   for (int l = 0; l < loops.loops; ++l) {
     const closing_joint<S> &joint = loops.joint[l];
     const SE3<T> to = w.joint[l];
     const screw<T> W = w.twist[l];
-    struct end { vec3<T> omega, alpha, acceleration; };
-    const auto moved = [&](int body) KSL_INLINED {
-      const auto m = motion[body];
-      const mat3x3<T> R = w.world.rotation[body];
-      const vec3<T> o = w.world.origin[body], arm = {to.t.x - o.x, to.t.y - o.y, to.t.z - o.z};
-      end e;
-      vec3<T> x;
-      A::product_drv(&R, &m.angular_velocity, &e.omega);
-      A::product_drv(&R, &m.angular_acceleration, &e.alpha);
-      A::product_drv(&R, &m.acceleration, &e.acceleration);
-      A::cross_vv(&e.alpha, &arm, &x);
-      A::xpy_vv(&x, &e.acceleration);
-      A::cross_vv(&e.omega, &arm, &x);
-      A::cross_vv(&e.omega, &x, &x);
-      A::xpy_vv(&x, &e.acceleration);
-      return e;
-    };
-    const end s = moved(joint.successor), p = moved(joint.predecessor);
-    const vec3<T> both = {s.omega.x + p.omega.x, s.omega.y + p.omega.y, s.omega.z + p.omega.z};
-    vec3<T> x, y;
+    successor.set(w, motion, joint.successor), predecessor.set(w, motion, joint.predecessor);
+    const vec3<T> of_s = successor.acceleration_at(w, to.t), of_p = predecessor.acceleration_at(w, to.t);
+    const vec3<T> both = {successor.omega.x + predecessor.omega.x, successor.omega.y + predecessor.omega.y,
+                          successor.omega.z + predecessor.omega.z};
+    vec3<T> x;
     A::cross_vv(&both, &W.lin, &x);
-    A::cross_vv(&s.omega, &W.ang, &y);
-    const vec3<T> lin = {s.acceleration.x - p.acceleration.x - x.x, s.acceleration.y - p.acceleration.y - x.y,
-                         s.acceleration.z - p.acceleration.z - x.z},
-                  ang = {s.alpha.x - p.alpha.x - y.x, s.alpha.y - p.alpha.y - y.y, s.alpha.z - p.alpha.z - y.z};
+    vec3<T> lin = {of_s.x - of_p.x - x.x, of_s.y - of_p.y - x.y, of_s.z - of_p.z - x.z}, ang = {T(0), T(0), T(0)};
+    A::product_drinvv(&to.R, &lin, &lin); // in the joint's axes, as the directions of its equations
+    if (joint.moments > 0 || joint.mixed >= 0) {
+      A::cross_vv(&successor.omega, &W.ang, &x);
+      ang = {successor.alpha.x - predecessor.alpha.x - x.x, successor.alpha.y - predecessor.alpha.y - x.y,
+             successor.alpha.z - predecessor.alpha.z - x.z};
+      A::product_drinvv(&to.R, &ang, &ang);
+    }
     T terms = w.moved[l] * w.moved[l] * T(S(1) / loops.length);
     for (int c = joint.columns_begin; c < joint.columns_end; ++c)
-      terms = terms + math<T>::fabs(a[loops.column[c].v]) * T(S(1) / loops.column_scale[loops.column[c].v]);
-    const T allowed = T(loops.tolerance * S(0.25)) * terms + T(S(1e-12)) * T(loops.length);
+      terms = terms + math<T>::fabs(a[loops.column[c].v]) * T(size_of(loops, loops.column[c]));
+    const T allowed = T(loops.tolerance * S(0.25)) * terms + T(S(1e-12) * loops.length);
     for (int i = 0; i < joint.forces + joint.moments; ++i) {
-      const vec3<T> own = direction_of<T>(joint, w.normal[l], i);
-      vec3<T> d;
-      A::product_drv(&to.R, &own, &d);
+      const vec3<T> d = direction_of<T>(joint, w.normal[l], i);
       T value = A::dot_vv(&d, i < joint.forces ? &lin : &ang);
       if (i == joint.mixed) {
-        const vec3<T> in_joint = spread<T>(joint.turn);
-        vec3<T> turn;
-        A::product_drv(&to.R, &in_joint, &turn);
+        const vec3<T> turn = spread<T>(joint.turn);
         value = value + A::dot_vv(&turn, &ang);
       }
       if (joint.has_two_axes && i == joint.forces)
         value = value + w.bent[l];
-      w.fault = w.fault + fault_beyond(value * T(loops.row_scale[joint.first_row + i]), allowed);
+      w.fault = kept_within(w.fault, value * T(loops.row_scale[joint.first_row + i]), allowed);
     }
   }
 }
@@ -440,8 +547,15 @@ KSL_LANES void solve_by_plan(const model_view<scalar_of<T>> &model, const loop_e
     const T *const row = w.row(p.row);
     const T inverse = w.lower(p.row, k);
     T *const out = solved + k * (f + 1);
-    for (int j = 0; j < f; ++j)
-      out[j] = row[loops.pivots + j];
+    if constexpr (is_number<T>) {
+      for (int j = 0; j < f; ++j)
+        out[j] = row[loops.pivots + j];
+    } else { // in lanes elements that are zero aren't set
+      for (int j = 0; j < f; ++j)
+        out[j] = T(scalar_of<T>(0));
+      for (int i = p.columns_begin + p.later_end - p.later_begin; i < p.columns_end; ++i)
+        out[list[i] - loops.pivots] = row[list[i]];
+    }
     out[f] = row[b];
     for (int i = p.later_begin; i < p.later_end; ++i) {
       const int step = list[i];
