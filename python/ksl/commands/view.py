@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -69,10 +69,8 @@ def view(
     Force arrows have one head, moments two.  Blue is what the structure carries, orange what the drive exerts.
     """
     from ksl.base.errors import ViewerError
-    from ksl.motions.reading import read_external, read_motion
     from ksl.output import OutputError, refuse_inputs
-    from ksl.viewer.results_scene import is_results, read_results, scene_of_motion, scene_of_results
-    from ksl.viewer.scene import make_scene
+    from ksl.viewer.results_scene import is_results, read_results
 
     if case and (motion is None or not is_results(motion)):
         fail(f"--case {case}: only results of `ksl loads` have load cases; give the folder that it has written")
@@ -90,27 +88,13 @@ def view(
         if motion is not None and is_results(motion):
             results = read_results(motion, case or None)
         model = _model(robot, results, floating_base, mimic, gravity, model_name, physics, friction_width, loops, drives)
-        if results is not None:
-            scene, notes = scene_of_results(model, results, package_path)
-            scene.look.notes[:0] = notes
-        elif motion is not None:
-            moved = read_motion(
-                model, motion, map=columns, degrees=degrees, time_unit=time_unit, ignore_extra=ignore_extra, topic=topic, positions_only=positions_only
-            )
-            wrenches = read_external(model, external, moved.time) if external else {}
-            scene = scene_of_motion(model, moved.time, moved.q, moved.v, moved.a, wrenches, package_path)
-        else:
-            scene = make_scene(model, package_paths=package_path)
+        reading = {"map": columns, "degrees": degrees, "time_unit": time_unit, "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only}
+        scene = _scene(model, results, motion, reading, external, package_path)
         if joint:
             scene.joint_index(joint)
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
         fail(e)
-    for note in scene.look.notes[:NOTES]:
-        errors.print(f"ksl: note: {note}")
-    if scene.unloaded:
-        errors.print(f"ksl: note: no wrenches are shown; {scene.unloaded}")
-    if len(scene.look.notes) > NOTES:
-        errors.print(f"ksl: note: and {len(scene.look.notes) - NOTES} more of this kind")
+    _print_notes(scene)
     try:
         if export is not None:
             from ksl.viewer.export import export as write
@@ -121,6 +105,32 @@ def view(
         _serve(scene, port, joint, browser)
     except ViewerError as e:
         fail(e)
+
+
+def _scene(model: Model, results: Results | None, motion: Path | None, reading: dict[str, Any], external: Path | None, package_path: list[Path]) -> Scene:
+    """What the page shows: results, a motion, or the robot at rest."""
+    from ksl.motions.reading import read_external, read_motion
+    from ksl.viewer.results_scene import scene_of_motion, scene_of_results
+    from ksl.viewer.scene import make_scene
+
+    if results is not None:
+        scene, notes = scene_of_results(model, results, package_path)
+        scene.look.notes[:0] = notes
+        return scene
+    if motion is None:
+        return make_scene(model, package_paths=package_path)
+    moved = read_motion(model, motion, **reading)
+    wrenches = read_external(model, external, moved.time) if external else {}
+    return scene_of_motion(model, moved.time, moved.q, moved.v, moved.a, wrenches, package_path)
+
+
+def _print_notes(scene: Scene) -> None:
+    for note in scene.look.notes[:NOTES]:
+        errors.print(f"ksl: note: {note}")
+    if scene.unloaded:
+        errors.print(f"ksl: note: no wrenches are shown; {scene.unloaded}")
+    if len(scene.look.notes) > NOTES:
+        errors.print(f"ksl: note: and {len(scene.look.notes) - NOTES} more of this kind")
 
 
 def _model(
