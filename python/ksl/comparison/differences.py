@@ -20,7 +20,7 @@ links on heavy ones; MuJoCo's compiler keeps tensors as principal moments and a 
 larger by orders of magnitude."""
 
 ROUNDINGS = 8
-"""Of a solution of linear equations, as far as libraries differ by."""
+"""Between two stable solutions of the same linear equations."""
 
 EFFORTS, ACCELERATIONS, MASS_MATRIX = "inverse dynamics", "forward dynamics", "mass matrix"
 POSITIONS, ORIENTATIONS, JACOBIANS = "positions", "orientations", "Jacobians"
