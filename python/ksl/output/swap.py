@@ -46,6 +46,8 @@ def swap(stage: Path, results: Collection[str]) -> None:
     removed = sorted(name for name in set(results).difference(written) if os.path.lexists(folder / name))
     for name in written:
         flush(stage / NEW / name)
+    if os.name == "nt":
+        _require_free(folder, [*written, *removed])
     if len(written) + len(removed) == 1:  # a single rename is one step
         _put(stage / NEW / (written or removed)[0], folder / (written or removed)[0])
     else:
@@ -163,6 +165,13 @@ def _put(source: Path, place: Path) -> None:
         os.replace(source, place)
     else:
         place.unlink(missing_ok=True)
+
+
+def _require_free(folder: Path, names: list[str]) -> None:
+    """Raises OSError if another program has one of the files open, which Windows then doesn't replace: so all stay as they are."""
+    for name in names:
+        with contextlib.suppress(FileNotFoundError):
+            os.rename(folder / name, folder / name)
 
 
 def _plan(stage: Path, removed: list[str]) -> None:
