@@ -11,7 +11,7 @@ import sys
 import pytest
 from syntax import FILES, PYTHON, nodes
 
-from ksl.output import OutputError, locks, stage
+from ksl.output import OutputError, locks, patience, stage
 
 fcntl = pytest.importorskip("fcntl", reason="plays other systems on this one")
 
@@ -181,8 +181,18 @@ def windows_files(monkeypatch):
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="asks Linux which files are open")
-def test_runs_take_turns_by_the_locks_of_windows(tmp_path, windows_files):
-    held = locks.lock(tmp_path / "lock")
+def test_runs_take_turns_by_the_locks_of_windows(tmp_path, windows_files, monkeypatch):
+    opened, refused = os.open, [PermissionError, PermissionError, FileNotFoundError]  # while its last holder removes it
+
+    def busy(*given):
+        if refused:
+            raise refused.pop()
+        return opened(*given)
+
+    with monkeypatch.context() as m:
+        m.setattr(locks.os, "open", busy)
+        m.setattr(locks.os, "name", "nt")
+        held = locks.lock(tmp_path / "lock")
     with pytest.raises(locks.LockedError, match=f"process {os.getpid()} on "):
         locks.lock(tmp_path / "lock")
     held.release()
@@ -212,6 +222,7 @@ def test_a_file_that_another_program_has_open_is_named_before_any_is_replaced(tm
         with monkeypatch.context() as m:  # Path asks for the name, too
             m.setattr(stage.swap.os, "name", "nt")
             m.setattr(stage.swap.os, "rename", rename)
+            m.setattr(patience, "MOMENT", 0.01)
             swapped(*given)
 
     monkeypatch.setattr(stage.swap, "swap", as_on_windows)

@@ -9,6 +9,8 @@ import platform
 from pathlib import Path
 from types import ModuleType
 
+from ksl.output.patience import patiently
+
 fcntl: ModuleType | None
 try:
     import fcntl
@@ -64,7 +66,7 @@ def lock(path: Path) -> Lock | None:
     if fcntl is None and msvcrt is None:
         return None
     while True:
-        handle = _opened(path)
+        handle = patiently(_opened, path, but=(PermissionError, FileNotFoundError))  # while its last holder removes it
         try:
             _take(handle)
             if _is_file_of(path, handle):
@@ -91,8 +93,10 @@ def _take(handle: int) -> None:
         os.lseek(handle, BEYOND, os.SEEK_SET)
         try:
             msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
-        except PermissionError as e:
-            raise BlockingIOError(*e.args) from None
+        except OSError as e:
+            if e.errno in WITHOUT_LOCKS:
+                raise
+            raise BlockingIOError(*e.args) from None  # EACCES; Wine leaves whatever number there was
 
 
 def _opened(path: Path) -> int:
