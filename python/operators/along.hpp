@@ -148,10 +148,10 @@ private:
       return fault;
     if (n != freedoms() || !std::all_of(given.begin(), given.end(),
                                         [&, i = 0](unsigned char each) mutable { return each == is_free(i++); }))
-      of_.refuse(state, "the joints named have " + std::to_string(n) +
-                            " coordinates, from which the others must follow, and the mechanism has " +
-                            std::to_string(freedoms()) +
-                            " freedoms at this position; derivatives need joints that determine the motion");
+      of_.refuse(state, "the joints named have " + std::to_string(n) + (n == 1 ? " coordinate" : " coordinates") +
+                            ", from which the others must follow, and the mechanism has " + std::to_string(freedoms()) +
+                            (freedoms() == 1 ? " freedom" : " freedoms") +
+                            " at this position; derivatives need joints that determine the motion");
     if (what == 2)
       if (const ksl::loops::finding fault = w_.state().steady_acceleration(q_, v_, y_)) // its velocities are looked at
         return fault;

@@ -12,6 +12,7 @@ import functools
 import hashlib
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -121,7 +122,7 @@ def objections(wheel, source, target):
     if tag not in wheel.name:
         found.append(f"its name doesn't promise {tag}: {wheel.name}")
     if system == "windows":
-        found += foreign_libraries(wheel)
+        found += foreign_libraries(wheel) + unknown_names(wheel)
     looked_at = [["twine", "check", "--strict", wheel, source]]
     if "-abi3-" in wheel.name:
         looked_at.append(["abi3audit", "--strict", wheel])
@@ -132,6 +133,12 @@ def objections(wheel, source, target):
         if done.returncode:
             found.append(f"{command[0]}: {done.stdout}{done.stderr}")
     return found
+
+
+def unknown_names(wheel):
+    """Extensions whose names no Python of Windows imports: .abi3.pyd is one."""
+    with zipfile.ZipFile(wheel) as archive:
+        return [f"{name} has a suffix that Python of Windows doesn't know; expected .pyd alone" for name in archive.namelist() if re.search(r"\.[^/]+\.pyd$", name)]
 
 
 def foreign_libraries(wheel):

@@ -5,7 +5,7 @@ import pytest
 from files import hinge, link, more, stl
 
 import ksl
-from ksl.model.mesh_files import find_mesh, mesh_bounds, mesh_fault
+from ksl.model.mesh_files import find_mesh, mesh_bounds, mesh_fault, path_of_uri
 
 
 def robot_with(*meshes):
@@ -64,6 +64,8 @@ def test_other_ways_to_name_a_file(tmp_path):
     for uri in ("a part.stl", "./a part.stl", str(mesh), f"file://{mesh}", f"file://{str(mesh).replace(' ', '%20')}"):
         assert find_mesh(uri, robot) == mesh or find_mesh(uri, robot).samefile(mesh), uri
     assert find_mesh("part.stl", robot, [tmp_path]) is None
+    assert [path_of_uri(f"file://{path}", True) for path in ("/C:/a.stl", "/a/b.stl", "host/a", "")] == ["C:/a.stl", "/a/b.stl", "host/a", ""]
+    assert path_of_uri("file:///C:/a.stl", False) == "/C:/a.stl"
     assert find_mesh("x" * 5000, robot) is None and find_mesh("a\0b", robot) is None
 
 

@@ -524,6 +524,24 @@ def test_words_that_the_terminal_lacks(two, tmp_path):
     assert run("loads", two[0], tmp_path / "naïve.csv", "-o", tmp_path / "o", PYTHONIOENCODING="ascii").returncode == 2
 
 
+def test_what_programs_read_is_utf8_whatever_the_terminal_has(two, tmp_path):
+    """On Windows pipes and files have another encoding, and `ksl size --example > components.toml` is read again."""
+    robot = tmp_path / "named.urdf"
+    robot.write_text(two[0].read_text().replace('"slide"', '"Größe→slide"'), encoding="utf-8")
+    for arguments in (("check", robot, "--json"), ("size", "--example")):
+        p = subprocess.run([sys.executable, "-m", "ksl", *map(str, arguments)], capture_output=True, env=os.environ | {"PYTHONIOENCODING": "cp1252"}, timeout=120)
+        assert p.stdout.decode("utf-8") == run(*arguments).stdout and not p.stdout.isascii(), p.stderr
+
+
+def test_the_command_line_in_the_shells_own_quotes(monkeypatch):
+    from ksl.commands.app import command_line
+
+    monkeypatch.setattr(sys, "argv", ["ksl", "info", "a b\\c.urdf"])
+    assert command_line() == "ksl info 'a b\\c.urdf'"
+    monkeypatch.setattr(os, "name", "nt")
+    assert command_line() == 'ksl info "a b\\c.urdf"'
+
+
 def test_mimic_joints(tmp_path):
     (tmp_path / "hand.urdf").write_text(MIMIC)
     p = run("info", tmp_path / "hand.urdf")

@@ -281,6 +281,34 @@ def test_what_nothing_explains_is_said(compared):
     assert found.quantities[0].where.startswith(("shoulder, state", "elbow, state")) and found.quantities[0].unit in ("N m", "N")
 
 
+@pytest.mark.parametrize(("light", "said"), [(1e-9, True), (1.0, False)])
+def test_accelerations_that_rounding_leaves_open(compared, light, said):
+    """A link without inertia to speak of between joints about one axis: M = ((l + 1, 1), (1, 1)), whose inverse has 1 / l.  The last digit of M is then 1e-7 of an acceleration."""
+    link = '<link name="{0}"><inertial><mass value="1"/><inertia ixx="{1}" iyy="{1}" izz="{1}" ixy="0" iyz="0" ixz="0"/></inertial></link>'.format
+    joint = '<joint name="{0}" type="continuous"><parent link="{1}"/><child link="{2}"/><axis xyz="0 0 1"/></joint>'.format
+    text = f'<robot name="two"><link name="base"/>{link("between", light)}{link("end", 1)}{joint("first", "base", "between")}{joint("second", "between", "end")}</robot>'
+
+    class Rounded(Same):
+        def compute(self, q, v, a, tau, links):
+            found = super().compute(q, v, a, tau, links)
+            M = found.mass_matrix.copy()
+            M[1, 1] = np.nextafter(M[1, 1], 2)
+            return found._replace(accelerations=np.linalg.solve(M, tau))
+
+    found = compared(Rounded, text)
+    assert found.status == 0 and found.differing == []
+    notes = [note.text for note in found.conventions if note.topic == "conditioning"]
+    assert (len(notes) == 1 and re.search("rounding alone leaves the acceleration of (first|second) open by", notes[0])) if said else notes == []
+    assert (found.quantities[1].difference > 1e-8) == said
+
+    class Other(Same):
+        def compute(self, q, v, a, tau, links):
+            found = super().compute(q, v, a, tau, links)
+            return found._replace(accelerations=found.accelerations * (1 + 1e-4))
+
+    assert compared(Other, text).unexplained == ["forward dynamics"]
+
+
 def test_a_robot_that_the_other_library_refuses(compared):
     def refuse(file):
         raise NotLoaded("it refuses the file: \x1b[2J\u202e" + "x" * 9000)

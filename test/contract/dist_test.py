@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import types
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,17 @@ def test_a_wheel_for_another_system_is_a_success_without_objections(monkeypatch,
     with pytest.raises(SystemExit) as end:
         dist.one_for("aarch64-linux-musl", None)
     assert end.value.code == ("\n".join(found) or 0)
+
+
+@pytest.mark.parametrize(("name", "known"), [("ksl/_core.pyd", True), ("ksl/_core.abi3.pyd", False)])
+def test_an_extension_that_no_python_of_windows_imports_is_found(monkeypatch, tmp_path, name, known):
+    monkeypatch.setitem(sys.modules, "sbom", types.ModuleType("sbom"))
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    with zipfile.ZipFile(tmp_path / "ksl.whl", "w") as wheel:
+        wheel.writestr(name, "")
+        wheel.writestr("ksl/view.py", "")
+    found = script("dist").unknown_names(tmp_path / "ksl.whl")
+    assert found == ([] if known else [f"{name} has a suffix that Python of Windows doesn't know; expected .pyd alone"])
 
 
 @pytest.mark.parametrize(("machine", "options", "tried"), [

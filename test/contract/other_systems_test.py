@@ -2,6 +2,7 @@
 docs/decisions/0024-packages.md lists what stands in for it."""
 
 import ast
+import contextlib
 import os
 import re
 import subprocess
@@ -10,6 +11,9 @@ import sys
 import pytest
 from syntax import FILES, PYTHON, nodes
 
+from ksl.output import OutputError, locks, patience, stage
+
+fcntl = pytest.importorskip("fcntl", reason="plays other systems on this one")
 
 MODULES = {"fcntl", "grp", "posix", "pty", "pwd", "readline", "resource", "syslog", "termios", "tty"}
 """Modules of the standard library that Windows lacks."""
@@ -96,16 +100,12 @@ def test_the_extension_calls_nothing_of_posix():
     assert of_posix("#include <unistd.h>\nvoid f() { pause(); }\n") == ["#include <unistd.h>", "pause("]
 
 
-CALLED_WITH_A_LOCK = {"ksl/output/locks.py": {"os.pwrite"}}
-"""What only a holder of a lock calls: there is none on Windows."""
-
-
 @pytest.mark.parametrize("lacking", [WINDOWS_LACKS, MACOS_LACKS], ids=["Windows", "macOS"])
 def test_nothing_is_called_that_a_system_lacks(lacking):
     found = []
     for path in FILES:
         name = path.relative_to(PYTHON).as_posix()
-        found += [f"{name}:{use}" for use in unguarded(nodes(path), lacking) if use.split(" ")[1] not in CALLED_WITH_A_LOCK.get(name, ())]
+        found += [f"{name}:{use}" for use in unguarded(nodes(path), lacking)]
     assert not found
 
 
@@ -145,6 +145,91 @@ def test_results_are_replaced_without_links(tmp_path, monkeypatch):
     swap.swap(stage, {"a", "b", "c"})
     monkeypatch.setattr(swap.os, "name", "posix")
     assert {path.name: path.read_text() for path in tmp_path.iterdir() if path.is_file()} == {"a": "new", "c": "new"}
+
+
+class LocksOfWindows:
+    """msvcrt as far as locks use it: no other process reads a byte that is locked, so that it must not be one of the text."""
+
+    LK_NBLCK = 2
+
+    def locking(self, handle, mode, count):
+        assert (mode, count) == (self.LK_NBLCK, 1) and os.lseek(handle, 0, os.SEEK_CUR) > os.fstat(handle).st_size
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise PermissionError(13, "Permission denied") from None
+
+
+@pytest.fixture
+def windows_files(monkeypatch):
+    """Locks by LockFile, and no file is removed that somebody has open."""
+    unlink = os.unlink
+
+    def of_closed_files(path, *, dir_fd=None):
+        place = os.stat(path, dir_fd=dir_fd)
+        for handle in os.listdir("/proc/self/fd"):
+            with contextlib.suppress(OSError):
+                if os.path.samestat(os.fstat(int(handle)), place):
+                    raise AssertionError(f"{path} is open") if dir_fd is None else PermissionError(13, "Permission denied")
+        unlink(path, dir_fd=dir_fd)
+
+    monkeypatch.setattr(locks, "fcntl", None)
+    monkeypatch.setattr(locks, "msvcrt", LocksOfWindows())
+    monkeypatch.setattr(locks.os, "unlink", of_closed_files)
+    monkeypatch.delattr(os, "pread")
+    monkeypatch.delattr(os, "pwrite")
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="asks Linux which files are open")
+def test_runs_take_turns_by_the_locks_of_windows(tmp_path, windows_files, monkeypatch):
+    opened, refused = os.open, [PermissionError, PermissionError, FileNotFoundError]  # while its last holder removes it
+
+    def busy(*given):
+        if refused:
+            raise refused.pop()
+        return opened(*given)
+
+    with monkeypatch.context() as m:
+        m.setattr(locks.os, "open", busy)
+        m.setattr(locks.os, "name", "nt")
+        held = locks.lock(tmp_path / "lock")
+    with pytest.raises(locks.LockedError, match=f"process {os.getpid()} on "):
+        locks.lock(tmp_path / "lock")
+    held.release()
+    assert not (tmp_path / "lock").exists()
+    dead = tmp_path / f"{stage.PREFIX}00000000"
+    (dead / "new").mkdir(parents=True)
+    (dead / "lock").touch()
+    with stage.staged(tmp_path) as files:
+        (files / "table").write_text("new")
+        assert [path.name for path in tmp_path.iterdir()] == [files.parent.name], "that of a killed run is gone, that of this one stays"
+    assert [path.name for path in tmp_path.iterdir()] == ["table"]
+
+
+def test_a_file_that_another_program_has_open_is_named_before_any_is_replaced(tmp_path, monkeypatch):
+    def rename(place, to):
+        if place.name == "b":
+            e = PermissionError(13, "in use", str(place))
+            e.winerror = 32  # as Windows' own errors have it
+            raise e
+        assert place == to
+
+    for name in ("a", "b"):
+        (tmp_path / name).write_text("earlier")
+    swapped = stage.swap.swap
+
+    def as_on_windows(*given):
+        with monkeypatch.context() as m:  # Path asks for the name, too
+            m.setattr(stage.swap.os, "name", "nt")
+            m.setattr(stage.swap.os, "rename", rename)
+            m.setattr(patience, "MOMENT", 0.01)
+            swapped(*given)
+
+    monkeypatch.setattr(stage.swap, "swap", as_on_windows)
+    with pytest.raises(OutputError, match=r"\(Permission denied\); close b in the program that has it open, and run it again"), stage.staged(tmp_path) as files:
+        for name in ("a", "b"):
+            (files / name).write_text("new")
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a": "earlier", "b": "earlier"}
 
 
 def test_a_bag_is_read_where_links_are_refused(tmp_path, monkeypatch):

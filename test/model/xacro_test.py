@@ -43,6 +43,16 @@ def test_arguments_change_the_robot(arm):
     assert again.mass == 9.0 and np.array_equal(again.mass_matrix(m.neutral()), m.mass_matrix(m.neutral()))
 
 
+def test_arguments_that_the_file_does_not_ask_for_are_named(arm):
+    """xacro takes them without a word, and the robot is another than the one that was meant."""
+    with pytest.warns(ksl.DescriptionWarning) as said:
+        assert ksl.load(arm, xacro={"mas": 6, "prefix": ""}).mass == 3.0
+    assert [str(w.message) for w in said] == [f"{arm}: xacro argument 'mas' changes nothing: did you mean 'mass'? the file asks for mass, prefix"]
+    arm.write_text(HEAD + '<link name="base"/></robot>')
+    with pytest.warns(ksl.DescriptionWarning, match="xacro argument 'mass' changes nothing: the file asks for no argument"):
+        ksl.load(arm, xacro={"mass": 6})
+
+
 def test_without_the_argument_it_is_no_program(arm):
     with pytest.raises(ksl.DescriptionError, match=r"<xacro:arg> is not expanded; run xacro first: xacro FILE > robot.urdf, or let KSL run it: xacro={} \(--xacro ''\)"):
         ksl.load(arm)

@@ -38,6 +38,8 @@ def given_to(m, name, parameters=False, n=2, seed=0, requires_grad=True):
 @pytest.mark.parametrize("name", ROWS)
 def test_gradients(robot, name):
     x = given_to(robot, name)
+    one, several = call_of(robot, name)(*(each[0] for each in x)), call_of(robot, name)(*x)
+    torch.testing.assert_close(one, several[0], rtol=0, atol=0)
     assert gradcheck(call_of(robot, name), x, check_forward_ad=True, atol=1e-4, rtol=1e-4)
     if ROWS[name].second:
         assert gradgradcheck(call_of(robot, name), x, check_fwd_over_rev=True, check_rev_over_rev=True, atol=1e-4, rtol=1e-4)

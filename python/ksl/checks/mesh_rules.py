@@ -18,6 +18,7 @@ from ksl.model.mesh_files import (
     mesh_fault,
     package_folders,
     package_of,
+    path_of_uri,
     same_but_for_capitals,
 )
 
@@ -147,7 +148,7 @@ def mesh_missing(robot: RobotFile) -> Iterator[Broken]:
             is_found[named[0]] = _package_is_found(robot, named[0], meshes[named[0]])
         if named and not is_found[named[0]]:
             continue  # package-missing
-        expected = folders[0] / named[1] if named else robot.path.parent / shape.uri.removeprefix("file://")
+        expected = folders[0] / named[1] if named else robot.path.parent / path_of_uri(shape.uri)
         other = same_but_for_capitals(expected.absolute())
         repair, fix = None, None
         if other is not None:

@@ -200,7 +200,12 @@ errors = Sentences(stderr=True, soft_wrap=True)
 
 def command_line() -> str:
     """As it was given, to be given again."""
-    return shlex.join(["ksl", *sys.argv[1:]])
+    words = ["ksl", *sys.argv[1:]]
+    if os.name == "nt":  # where ' quotes nothing
+        from subprocess import list2cmdline
+
+        return list2cmdline(words)
+    return shlex.join(words)
 
 
 def console(width: int) -> Console:
@@ -209,6 +214,19 @@ def console(width: int) -> Console:
     if not out.is_terminal:
         out.width = width
     return out
+
+
+def print_for_programs(text: str) -> None:
+    """Prints JSON or TOML, which are UTF-8 wherever they are read; pipes and files on Windows have another encoding."""
+    if sys.stdout is not None and not sys.stdout.isatty() and hasattr(sys.stdout, "reconfigure"):
+        sys.stdout.reconfigure(encoding="utf-8", errors="replace")
+    print(text, end="" if text.endswith("\n") else "\n")
+
+
+def print_json(value: Any, indent: int = 2) -> None:
+    import json
+
+    print_for_programs(json.dumps(value, ensure_ascii=False, indent=indent))
 
 
 def fail(said: object) -> NoReturn:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ksl.commands.app import app, console, fail
+from ksl.commands.app import app, console, fail, print_json
 from ksl.commands.options import Drives, Loops, RobotText, Xacro, xacro_arguments
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def check(
     except (ValueError, OutputError) as e:
         fail(_of_option(e, ignore, accept, package_path, symmetry))
     if json:
-        _print_json(findings.as_dict() | (_changes(fixed) if fixed else {}))
+        print_json(findings.as_dict() | (_changes(fixed) if fixed else {}))
     elif fixed:
         print_fixed(fixed, console(80), everything)
     else:
@@ -81,9 +81,3 @@ def _changes(fixed: Fixed) -> dict[str, Any]:
         for f, change in fixed.changes
     ]
     return {"changes": changes}
-
-
-def _print_json(value: dict[str, Any]) -> None:
-    import json
-
-    print(json.dumps(value, indent=2, ensure_ascii=False))

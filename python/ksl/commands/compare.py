@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from ksl.commands.app import app, console, fail
+from ksl.commands.app import app, console, fail, print_json
 from ksl.commands.options import FloatingBase, Physics, RobotText, Xacro, described_warnings, in_options, xacro_arguments
 
 
@@ -38,14 +38,8 @@ def compare(
         except ValueError as e:
             fail(in_options(e, states=states, seed=seed).replace("libraries", "--with", 1))
     if json:
-        _print_json(found.as_dict())
+        print_json(found.as_dict())
     else:
         print_comparison(found, console(120), asked=names is not None)
     missing = bool(found.missing) and names is not None  # what was asked for by name
     raise typer.Exit(max(found.status, 2 if missing else 0))
-
-
-def _print_json(value: dict[str, Any]) -> None:
-    import json
-
-    print(json.dumps(value, indent=2, ensure_ascii=False))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ksl.commands.app import app, console, discard_output, fail, unwritable
+from ksl.commands.app import app, console, discard_output, fail, print_for_programs, print_json, unwritable
 from ksl.commands.options import numbers, path_with_a_name, results_with_a_name
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def size(
     from ksl.sizing.example import example_file
 
     if example and results is None:
-        print(example_file(), end="")
+        print_for_programs(example_file())
         return
     if results is None:
         fail("size needs the results of `ksl loads`, or --example")
@@ -51,7 +51,7 @@ def size(
     points = _points(at)
     try:
         if example:
-            print(_example_of(results), end="")
+            print_for_programs(_example_of(results))
             return
         from ksl.sizing.compute_sizing import size as size_components
 
@@ -73,9 +73,7 @@ def _print(sizing: Sizing, as_json: bool, brief: bool, peaks: bool, output: Path
 
     try:
         if as_json:
-            import json
-
-            print(json.dumps(sizing.as_dict(), ensure_ascii=False, indent=1))
+            print_json(sizing.as_dict(), indent=1)
         else:
             print_sizing(sizing, console(80), brief, peaks)
             if output:

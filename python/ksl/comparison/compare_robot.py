@@ -14,11 +14,11 @@ import numpy as np
 from ksl import _core
 from ksl.base.errors import DescriptionError, DescriptionWarning, unknown_name
 from ksl.base.printable import sentence
-from ksl.comparison.differences import JACOBIANS, ORIENTATIONS, POSITIONS, pairs, quantity
+from ksl.comparison.differences import JACOBIANS, ORIENTATIONS, POSITIONS, TOLERANCE, pairs, quantity, rounding_of_accelerations, scale_of_coordinates
 from ksl.comparison.hypotheses import dynamic_reasons
 from ksl.comparison.kinematic_reasons import kinematic_reasons
 from ksl.comparison.libraries import LIBRARIES, is_installed
-from ksl.comparison.other_robot import File, NotLoaded, OtherRobot, States, numbers_of_ksl
+from ksl.comparison.other_robot import File, NotLoaded, Numbers, OtherRobot, States, numbers_of_ksl
 from ksl.comparison.results import Comparison, Note, OneLibrary
 from ksl.model.loading import load, root_element
 from ksl.model.model import Model
@@ -143,12 +143,26 @@ def _one(name: str, file: File, states: States, notes: list[Note]) -> OneLibrary
     return result
 
 
+def _nearly_singular(model: Model, ksl: Numbers) -> list[Note]:
+    """Says which acceleration double precision leaves open, if it does."""
+    if ksl.accelerations is None:
+        return []
+    open_ = rounding_of_accelerations(ksl) / scale_of_coordinates(model, ksl.accelerations)
+    state, k = np.unravel_index(int(open_.argmax()), open_.shape)
+    if open_[state, k] <= TOLERANCE:
+        return []
+    joint = next(name for name in model.joint_names if model.joint(name).v_index <= k < model.joint(name).v_index + model.joint(name).nv)
+    text = f"the mass matrix is nearly singular at state {state}: rounding alone leaves the acceleration of {joint} open by {open_[state, k]:.1e} of the largest; forward dynamics are compared within that"
+    return [Note("conditioning", text)]
+
+
 def _compare(other: OtherRobot, states: States, result: OneLibrary) -> None:
     numbers = other.numbers(states)
     ksl = numbers_of_ksl(other.model, states, list(numbers.poses))
     result.quantities = [quantity(pair) for pair in pairs(other.model, ksl, numbers)]
     if ksl.accelerations is None:
         result.not_compared.append("forward dynamics: a joint moves no mass, and KSL has no accelerations")
+    result.conventions += _nearly_singular(other.model, ksl)
     absent = [link for link in other.model.link_names if link not in numbers.poses]
     if absent:
         result.not_compared.append(f"poses and Jacobians of links that it has no frames of: {', '.join(absent[:10])}{' …' if len(absent) > 10 else ''}")

@@ -19,6 +19,9 @@ TOLERANCE = 1e-8
 links on heavy ones; MuJoCo's compiler keeps tensors as principal moments and a quaternion, to 1e-14.  What another rule of files makes of a robot is
 larger by orders of magnitude."""
 
+ROUNDINGS = 8
+"""Between two stable solutions of the same linear equations."""
+
 EFFORTS, ACCELERATIONS, MASS_MATRIX = "inverse dynamics", "forward dynamics", "mass matrix"
 POSITIONS, ORIENTATIONS, JACOBIANS = "positions", "orientations", "Jacobians"
 DYNAMIC = (EFFORTS, ACCELERATIONS, MASS_MATRIX)
@@ -56,6 +59,18 @@ def scale_of_coordinates(model: Model, x: Array) -> Array:
     return scale
 
 
+def rounding_of_accelerations(ksl: Numbers) -> Array:
+    """What rounding leaves open of accelerations, (n, nv): two libraries that solve M a = b stably are apart by |M⁻¹| |M| |a| times a few roundings."""
+    if ksl.accelerations is None:
+        return np.zeros_like(ksl.efforts)
+    try:
+        inverse = np.linalg.inv(ksl.mass_matrix)
+    except np.linalg.LinAlgError:
+        return np.zeros_like(ksl.efforts)
+    moved = np.abs(ksl.mass_matrix) @ np.abs(ksl.accelerations)[..., None]
+    return np.asarray(ROUNDINGS * np.finfo(float).eps * (np.abs(inverse) @ moved)[..., 0])
+
+
 def scale_of_matrix(M: Array) -> Array:
     """√(Mii Mjj) of the largest of the states, (nv, nv): its numbers have units of their own."""
     d = np.sqrt(np.abs(np.einsum("nii->ni", M)).max(axis=0, initial=0.0))
@@ -69,7 +84,8 @@ def pairs(model: Model, ksl: Numbers, other: Numbers) -> Iterator[Pair]:
     angular = _angular(model)
     yield Pair(EFFORTS, ksl.efforts, other.efforts, scale_of_coordinates(model, ksl.efforts), ["N m" if a else "N" for a in angular], joints)
     if ksl.accelerations is not None and other.accelerations is not None:
-        yield Pair(ACCELERATIONS, ksl.accelerations, other.accelerations, scale_of_coordinates(model, ksl.accelerations), ["rad/s²" if a else "m/s²" for a in angular], joints)
+        scale = np.maximum(scale_of_coordinates(model, ksl.accelerations), rounding_of_accelerations(ksl) / TOLERANCE)
+        yield Pair(ACCELERATIONS, ksl.accelerations, other.accelerations, scale, ["rad/s²" if a else "m/s²" for a in angular], joints)
     yield Pair(MASS_MATRIX, ksl.mass_matrix, other.mass_matrix, scale_of_matrix(ksl.mass_matrix), ["kg m²" if a else "kg" for a in angular], joints)
     links = list(ksl.poses)
     if not links:

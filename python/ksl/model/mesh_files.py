@@ -39,6 +39,12 @@ def package_of(uri: str) -> tuple[str, str] | None:
     return package, path
 
 
+def path_of_uri(uri: str, on_windows: bool = os.name == "nt") -> str:
+    """The path of file://PATH, whose %20 and the like stay.  On Windows file:///C:/arm.stl is C:/arm.stl."""
+    path = uri.removeprefix("file://")
+    return path[1:] if on_windows and path[:1] == "/" and path[2:3] == ":" else path
+
+
 def package_folders(package: str, robot: Path, package_paths: Sequence[str | os.PathLike[str]] = ()) -> list[Path]:
     """Folders of a ROS package that exist, in this order: below a given path, or that path itself; around the robot
     file; in
@@ -87,7 +93,7 @@ def find_mesh(uri: str, robot: Path, package_paths: Sequence[str | os.PathLike[s
     if named:
         candidates = [folder / named[1] for folder in package_folders(named[0], robot, package_paths)]
     elif uri.startswith("file://"):
-        candidates = [Path(unquote(uri[7:])), Path(uri[7:])]
+        candidates = [Path(unquote(path_of_uri(uri))), Path(path_of_uri(uri))]
     else:
         uri = uri.replace("\\", "/") if "/" not in uri else uri  # written on Windows
         candidates = [robot.parent / uri, *(Path(path) / uri for path in package_paths)]

@@ -9,14 +9,31 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ksl.base.errors import DescriptionError
+from ksl.base.errors import DescriptionError, near_names
 from ksl.base.files_read import InputFile, note, state_of
 from ksl.base.printable import sentence
+from ksl.base.words import listed
 
 EXPANDED = " (expanded by xacro)"
 """After the name of the file, in messages, whose lines are those of the text that xacro made."""
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*")
 _MOST_SAID = 20
+
+
+class Asked(dict[str, str]):
+    """Arguments of a xacro file, which gives defaults of more, and those names that it asks for."""
+
+    def __init__(self, given: Mapping[str, str]) -> None:
+        super().__init__(given)
+        self.names: set[str] = set()
+
+    def __getitem__(self, name: str) -> str:
+        self.names.add(name)
+        return super().__getitem__(name)
+
+    def __contains__(self, name: object) -> bool:
+        self.names.add(str(name))
+        return super().__contains__(name)
 
 
 class Expanded(NamedTuple):
@@ -28,7 +45,7 @@ class Expanded(NamedTuple):
     inputs: tuple[InputFile, ...]
     """The file, and those that it includes."""
     said: tuple[str, ...]
-    """Warnings of xacro."""
+    """Warnings of xacro, and arguments that it didn't ask for, which it takes without a word."""
 
 
 def arguments(given: object) -> dict[str, str]:
@@ -50,7 +67,7 @@ def expanded(file: str, given: Mapping[str, object]) -> Expanded:
 
     A xacro file may read other files, variables of the environment and folders of packages: run those of people you trust.
     """
-    values = arguments(given)
+    values = Asked(arguments(given))
     try:
         import xacro
     except ModuleNotFoundError as e:
@@ -70,7 +87,13 @@ def expanded(file: str, given: Mapping[str, object]) -> Expanded:
     except SystemExit:
         raise DescriptionError(f"{file}: xacro refuses the file: {sentence(' '.join(said.getvalue().split()))[:1000]}") from None
     included = [str(name) for name in getattr(xacro, "all_includes", ())]
-    return Expanded(file + EXPANDED, text, _inputs(file, included), _lines(file, said.getvalue()))
+    unused = tuple(_unused(file, name, values.names) for name in given if name not in values.names)
+    return Expanded(file + EXPANDED, text, _inputs(file, included), unused + _lines(file, said.getvalue()))
+
+
+def _unused(file: str, name: str, asked: set[str]) -> str:
+    known = sorted(asked)
+    return sentence(f"{file}: xacro argument {name!r} changes nothing: {near_names(name, known)}the file {'asks for ' + listed(known) if known else 'asks for no argument'}")
 
 
 def _mend(text: str) -> str:

@@ -28,7 +28,7 @@ class TorchCalls(Calls[Tensor]):
             result = torch.ops.ksl.compute(rows, operator.number, int(Stage.VALUE))[0]
         else:
             result = _apply_stage(Stage.VALUE, operator, rows)[0]
-        return result.reshape(*found.leading, *operator.shape)
+        return result.reshape((*found.leading, *operator.shape))  # () for energies of one state
 
     def _array(self, x: Any, what: str) -> Any:
         return x if isinstance(x, Tensor) else np.asarray(x) if torch.compiler.is_compiling() else _numbers(x, what)

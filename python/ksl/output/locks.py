@@ -9,12 +9,21 @@ import platform
 from pathlib import Path
 from types import ModuleType
 
+from ksl.output.patience import patiently
+
 fcntl: ModuleType | None
 try:
     import fcntl
 except ModuleNotFoundError:  # Windows
     fcntl = None
+msvcrt: ModuleType | None
+try:
+    import msvcrt
+except ModuleNotFoundError:  # all other systems
+    msvcrt = None
 
+BEYOND = 1 << 20
+"""The byte that is locked on Windows, where nobody reads a byte that another process has locked: far behind the text."""
 WITHOUT_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)
 """Errors of file systems that have no locks."""
 
@@ -33,8 +42,10 @@ class Lock:
         """Removes the file and releases the lock."""
         if self._handle < 0:
             return
+        if fcntl is None:  # Windows removes no file that is open, here or, by the next holder, elsewhere
+            self.abandon()
         with contextlib.suppress(OSError):  # its folder may be gone
-            if _is_file_of(self.path, self._handle):
+            if fcntl is None or _is_file_of(self.path, self._handle):
                 os.unlink(self.path)
         self.abandon()
 
@@ -46,23 +57,24 @@ class Lock:
 
 
 def lock(path: Path) -> Lock | None:
-    """Takes the lock whose file is `path`, and makes that file.  None where the file system, or Windows, has no locks.
+    """Takes the lock whose file is `path`, and makes that file.  None where the file system has no locks.
 
-    Does not wait: raises LockedError where the lock is held, and OSError where the file can't be made.  The locks are those of flock(2).
+    Does not wait: raises LockedError where the lock is held, and OSError where the file can't be made.  The locks are those of flock(2), or of LockFile on Windows.
     The system releases them when their process ends, which it would not do for a process number in a file.  They also work between
     containers and, on NFS, between machines.
     """
-    if fcntl is None:
+    if fcntl is None and msvcrt is None:
         return None
     while True:
-        handle = _opened(path)
+        handle = patiently(_opened, path, but=(PermissionError, FileNotFoundError))  # while its last holder removes it
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _take(handle)
             if _is_file_of(path, handle):
                 _sign(handle)
                 return Lock(path, handle)
         except BlockingIOError:
-            holder = os.pread(handle, 200, 0).decode(errors="replace").strip()
+            os.lseek(handle, 0, os.SEEK_SET)
+            holder = os.read(handle, 200).decode(errors="replace").strip()
             os.close(handle)
             raise LockedError(holder or "another process") from None
         except OSError as e:
@@ -73,8 +85,22 @@ def lock(path: Path) -> Lock | None:
         os.close(handle)  # the holder removed the file before the lock was taken: once more, with a new file
 
 
+def _take(handle: int) -> None:
+    """Locks a file.  Raises BlockingIOError where it is locked."""
+    if fcntl is not None:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    elif msvcrt is not None:
+        os.lseek(handle, BEYOND, os.SEEK_SET)
+        try:
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+        except OSError as e:
+            if e.errno in WITHOUT_LOCKS:
+                raise
+            raise BlockingIOError(*e.args) from None  # EACCES; Wine leaves whatever number there was
+
+
 def _opened(path: Path) -> int:
-    flags = os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
+    flags = os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
     try:
         return os.open(path, os.O_RDWR | flags, 0o666)
     except PermissionError:  # another user's file: locking needs no right to write
@@ -92,4 +118,5 @@ def _sign(handle: int) -> None:
     """Writes which process holds the lock, for the messages of others.  On a full disk the lock is held without it."""
     with contextlib.suppress(OSError):
         os.ftruncate(handle, 0)
-        os.pwrite(handle, f"process {os.getpid()} on {platform.node()}\n".encode(), 0)
+        os.lseek(handle, 0, os.SEEK_SET)
+        os.write(handle, f"process {os.getpid()} on {platform.node()}\n".encode())

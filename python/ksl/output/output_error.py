@@ -6,6 +6,8 @@ import errno
 import os
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
+OPEN_ELSEWHERE = (32, 33)
+"""Windows' numbers of the errors that a file, or a part of it, is in use by another program."""
 
 
 class OutputError(OSError):
@@ -27,6 +29,8 @@ def mend(error: OSError, writable: str, other: str) -> str:
 
     writable: what to give instead where there are no rights to write.  other: what to give instead where there is no space.
     """
+    if getattr(error, "winerror", None) in OPEN_ELSEWHERE and error.filename:
+        return f"close {os.path.basename(error.filename)} in the program that has it open, and run it again"
     if error.errno in FULL:
         return f"free some space, or give another {other}"
     if error.errno == errno.EFBIG:

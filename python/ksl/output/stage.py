@@ -196,3 +196,4 @@ def settle_stale(directory: Path) -> None:
                 shutil.rmtree(stage, ignore_errors=True)
             finally:
                 dead.abandon()
+            shutil.rmtree(stage, ignore_errors=True)  # Windows keeps a file that is open, and its folder

@@ -28,6 +28,8 @@ import stat
 from collections.abc import Collection
 from pathlib import Path
 
+from ksl.output.patience import patiently
+
 NEW, OLD, NOW, TODO = "new", "old", "now", "todo.json"
 PLAN_BYTES = 64 << 20
 """A longer list of files to be removed is none of `swap`."""
@@ -46,6 +48,8 @@ def swap(stage: Path, results: Collection[str]) -> None:
     removed = sorted(name for name in set(results).difference(written) if os.path.lexists(folder / name))
     for name in written:
         flush(stage / NEW / name)
+    if os.name == "nt":
+        _require_free(folder, [*written, *removed])
     if len(written) + len(removed) == 1:  # a single rename is one step
         _put(stage / NEW / (written or removed)[0], folder / (written or removed)[0])
     else:
@@ -160,9 +164,16 @@ def _linked(stage: Path, name: str) -> str:
 def _put(source: Path, place: Path) -> None:
     """Moves a file to its place.  If there is no such file, removes what is at the place."""
     if os.path.lexists(source):
-        os.replace(source, place)
+        patiently(os.replace, source, place)
     else:
         place.unlink(missing_ok=True)
+
+
+def _require_free(folder: Path, names: list[str]) -> None:
+    """Raises OSError if another program has one of the files open, which Windows then doesn't replace: so all stay as they are."""
+    for name in names:
+        with contextlib.suppress(FileNotFoundError):
+            patiently(os.rename, folder / name, folder / name)
 
 
 def _plan(stage: Path, removed: list[str]) -> None:
@@ -178,7 +189,7 @@ def _do_what_is_planned(stage: Path, removed: list[str]) -> None:
     """Renames the new files, and removes those of the list.  Can be repeated after it was stopped."""
     folder = stage.parent
     for name in os.listdir(stage / NEW):
-        os.replace(stage / NEW / name, folder / name)
+        patiently(os.replace, stage / NEW / name, folder / name)
     for name in removed:
         (folder / name).unlink(missing_ok=True)
     os.unlink(stage / TODO)

@@ -101,7 +101,7 @@ REFUSED = {
     "times that go back": ([["Test 7"], [], NAMES, ["s", "rad", "m"], [5, 1, 2], [1, 1, 2]], ", row 6: time 1 after 5; times must increase"),
     "a unit far above the names": ([*[["Test 7"]] * 2 * MOST_NOTES, ["Positions [deg]"], NAMES, [0, 1, 2]], f", cell A{2 * MOST_NOTES + 1}: 'Positions [deg]' stands above"),
     "the same name twice": ([["time", "hip", "hip"], [0, 1, 2]], ", row 1: two columns are named 'hip'"),
-    "a number as text": ([NAMES, [0, 1, 2], [1, "1,5", 2]], ", cell B3: column 'hip' holds '1,5'; expected a number"),
+    "a number as text": ([NAMES, [0, 1, 2], [1, "1,5", 2]], ", cell B3: column 'hip' holds '1,5'; expected a number, and this is text: let the spreadsheet program make numbers"),
     "an error of a formula": ([NAMES, [0, "#DIV/0!", 2]], ", cell B2: column 'hip' holds '#DIV/0!'"),
     "a truth value": ([NAMES, [0, True, 2]], ", cell B2: column 'hip' holds 'True'"),
     "a mean below": ([NAMES, [0, 1, 2], ["mean", 1, 2]], ", cell A3: column 'time' holds 'mean'"),

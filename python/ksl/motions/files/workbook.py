@@ -23,6 +23,8 @@ from ksl.motions.files.csv_form import is_row_of_units
 
 ONE_TABLE = "give each table a sheet of its own"
 _ENDS_IN_UNIT = re.compile(r"[\[(<]([^\[\]()<>]{1,12})[\])>]\s*$")
+_NUMBER_AS_TEXT = re.compile(r"\s*[+-]?\d[\d.,]*(e[+-]?\d+)?\s*", re.IGNORECASE)
+AS_TEXT = ", and this is text: let the spreadsheet program make numbers of the column, or save the sheet as CSV, where decimal commas are read"
 MOST_NOTES = 10
 """Remarks beside a table, and titles above it, that are named."""
 
@@ -57,7 +59,8 @@ class WorkbookTable(Recorded):
         for name in names:
             column = self.cells[name]
             if column.text is not None:
-                raise MotionError(f"{self.file}: sheet {self.sheet!r}, cell {column.letter}{column.text_row}: column {name!r} holds {column.text[:40]!r}; expected a number")
+                mend = AS_TEXT if _NUMBER_AS_TEXT.fullmatch(column.text) else ""
+                raise MotionError(f"{self.file}: sheet {self.sheet!r}, cell {column.letter}{column.text_row}: column {name!r} holds {column.text[:40]!r}; expected a number{mend}")
             if column.is_time and name != time:
                 raise MotionError(f"{self.file}: sheet {self.sheet!r}: column {name!r} holds dates or clock times; expected numbers")
         found = super().read(names, time)
