@@ -10,7 +10,7 @@ from linkages import FOURBAR, SLIDE, SLIDERCRANK, joint, link, loop
 
 from ksl.base.errors import MotionError
 from ksl.motions.closed_motion import _some, closed_again, completed, follow_by_loops, followed, held_by, keeps_closed, leading
-from ksl.motions.closing import NotClosed, closed_along, closed_side_by_side, determining, freedoms, home
+from ksl.motions.closing import Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, freedoms, home
 from ksl.motions.generate import Waypoints, minimum_jerk, trapezoid
 from ksl.motions.generate.generated import beyond_limits
 from ksl.motions.signal.rates import derivative
@@ -89,6 +89,75 @@ def test_samples_are_closed_side_by_side_where_steps_are_small(crank, samples, s
     assert closed_along(counting, np.where(DRIVE, expected, 0.0), expected[0]) == pytest.approx(expected, abs=1e-8)
     stride = int(min(np.sqrt(samples), 0.2 / step if step and samples > 1 else np.inf))
     assert len(calls) == (samples if stride < 3 else -(-samples // stride) + stride)
+
+
+def watched(crank, fails=lambda q: False, off=0.0):
+    """The held crank, of whose calls of `close` the first arguments are listed; some fail, and those side by side are off by so much."""
+    calls = []
+
+    def close(q, hold):
+        calls.append(np.array(q))
+        found = crank.close(q, hold=hold)
+        return SimpleNamespace(q=found.q + off * (np.ndim(q) == 2), converged=found.converged & np.logical_not(fails(q)), reason=found.reason)
+
+    also = ("nq", "neutral", "lower", "upper", "difference", "interpolate", "loop_error", "loops", "branches")
+    return replace(held_by(crank), model=SimpleNamespace(close=close, **{name: getattr(crank, name) for name in also})), calls
+
+
+@pytest.mark.parametrize(("angle", "steps"), [(0.0, 1), (0.95, 10), (-1.05, 11), (49.95, 500), (60.0, 500)])
+def test_the_first_position_is_reached_in_steps_of_a_tenth(robot, angle, steps):
+    """500 at most, equal ones; of a crank that has limits, and so turns more than once on its way."""
+    limited = joint("A", "frame", "crank", "0 0 0", "revolute", limit='<limit lower="-99" upper="99" effort="5" velocity="9"/>')
+    held, calls = watched(robot(SLIDERCRANK.replace(joint("A", "frame", "crank", "0 0 0"), limited), drives=["A"]))
+    expected = of_crank(angle)[0]
+    q = first_closed(held, np.where(DRIVE, expected, 0.0))
+    assert q[[0, 2]] == pytest.approx(expected[[0, 2]], abs=1e-9)
+    assert np.array(calls)[1:, 0] == pytest.approx(angle * np.arange(1, steps + 1) / steps)
+
+
+def test_a_step_that_fails_is_made_in_eight(crank):
+    """Here one of more than 0.13 rad."""
+    last = [of_crank(0.3)[0][0]]
+
+    def fails(q):
+        far = abs(q[0] - last[0]) > 0.13
+        last[0] = last[0] if far else q[0]
+        return far
+
+    held, calls = watched(crank, fails)
+    q = closed_along(held, np.array([[0.3, 0, 0], [1.3, 0, 0]]), of_crank(0.3)[0])
+    assert q == pytest.approx(of_crank(np.array([0.3, 1.3]))[0], abs=1e-9)
+    assert np.array(calls)[:, 0] == pytest.approx([0.3, 1.3, *(0.3 + np.arange(1, 9) / 8)])
+    held, calls = watched(crank, lambda q: q[0] > 0.6)
+    with pytest.raises(NotClosed, match=r"with A = 1\.3 rad the mechanism"):
+        closed_along(held, np.array([[0.3, 0, 0], [1.3, 0, 0]]), of_crank(0.3)[0])
+    assert len(calls) == 5, "none behind the first of the eight that fails"
+
+
+@pytest.mark.parametrize(("off", "fails", "again"), [(0.95e-6, False, False), (1.05e-6, False, True), (0.0, True, True)])
+def test_ways_side_by_side_must_meet(crank, off, fails, again):
+    """Within 1e-6 at the samples that were closed one after the other, and at every one: otherwise all are closed so."""
+    expected = of_crank(0.3 + 0.03 * np.arange(30))[0]
+    held, calls = watched(crank, lambda q: np.full(len(q), fails) if np.ndim(q) == 2 else False, off)
+    q = closed_along(held, np.where(DRIVE, expected, 0.0), expected[0])
+    behind = np.arange(30) > 0
+    assert q - expected == pytest.approx(np.where(behind & (not again), off, 0.0)[:, None] * np.ones(3), abs=1e-9)
+    assert len([c for c in calls if c.ndim == 1]) == (36 if again else 6)
+
+
+@pytest.mark.parametrize(("share", "moves"), [(0.95e-6, False), (1.05e-6, True)])
+def test_a_joint_determines_motions_that_move_it(share, moves):
+    """By more than a millionth of them: here the first joint moves by so much of the second."""
+    joints = [SimpleNamespace(v_index=k, nv=1) for k in range(2)]
+    model = SimpleNamespace(nv=2, loop_jacobian=lambda q: np.array([[1.0, -share]]), mobility=lambda q: SimpleNamespace(rank=1))
+    assert determining(model, np.zeros(2), joints) == (joints[0] if moves else joints[1],)
+
+
+def test_joints_of_several_coordinates_are_held_by_all_of_them():
+    """Those of a body that floats, behind two joints."""
+    held = Held(SimpleNamespace(), (SimpleNamespace(q_index=2, nq=7, v_index=2, nv=6), SimpleNamespace(q_index=10, nq=1, v_index=9, nv=1)))
+    assert held.columns.tolist() == [2, 3, 4, 5, 6, 7, 8, 10] and held.rates.tolist() == [2, 3, 4, 5, 6, 7, 9]
+    assert held.put(np.zeros(11), np.arange(1.0, 12)).tolist() == [0, 0, 3, 4, 5, 6, 7, 8, 9, 0, 11]
 
 
 def test_what_is_differentiated_is_the_drive_alone(crank):
@@ -198,7 +267,8 @@ def test_the_loop_that_stays_open_is_named(robot):
 
 def test_a_motion_that_leaves_the_reach_names_sample_and_time(robot):
     model = robot(SLIDERCRANK, drives=["S"])
-    with pytest.raises(MotionError, match=r"sample 51 \(time 0\.25\): with S = 0\.35 m the mechanism can't be closed: out of reach, loop joint C"):
+    apart = np.hypot(0.3495, OFFSET) - CRANK - ROD  # at the first of the eight steps there that fails, of 0.125 mm
+    with pytest.raises(MotionError, match=rf"sample 51 \(time 0\.25\): with S = 0\.35 m the mechanism can't be closed: out of reach, loop joint C stays open by {apart:.3g} m"):
         made(model, np.column_stack([0 * TIME, 0 * TIME, 0.3 + 0.2 * TIME]), known=(False, False, True))
 
 
