@@ -1,6 +1,7 @@
 """Motions of mechanisms with loops: joints that follow the drives, against the closed form of a slider-crank, and what is said of them."""
 
 import re
+import warnings
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -9,10 +10,11 @@ import pytest
 from linkages import FOURBAR, SLIDE, SLIDERCRANK, joint, link, loop
 
 from ksl.base.errors import MotionError
-from ksl.motions.closed_motion import _some, closed_again, completed, follow_by_loops, followed, held_by, keeps_closed, leading
+from ksl.motions.closed_motion import Follower, _allowed, _some, closed, closed_again, completed, follow_by_loops, followed, held_by, keeps_closed, leading
 from ksl.motions.closing import Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, freedoms, home
 from ksl.motions.generate import Waypoints, minimum_jerk, trapezoid
 from ksl.motions.generate.generated import beyond_limits
+from ksl.motions.reading import read_motion
 from ksl.motions.signal.rates import derivative
 
 CRANK, ROD, OFFSET = 0.1, 0.25, 0.02
@@ -57,6 +59,14 @@ def test_rates_are_taken_as_none_where_loops_stay_closed(crank, speed):
         assert not keeps_closed(crank, q, v, one).any() and np.array_equal(keeps_closed(crank, q, 0 * v, one), one)
     tree = crank.without_loops()
     assert np.array_equal(keeps_closed(tree, q, v, one), one)
+
+
+@pytest.mark.parametrize(("share", "kept"), [(0.95e-9, True), (1.05e-9, False)])
+def test_rates_that_nearly_cancel_keep_loops_closed(share, kept):
+    """Within a billionth of the sum of their sizes: 1 + s less 1 − s is 2 s, of 2."""
+    model = SimpleNamespace(loops=(1,), loop_jacobian=lambda q: np.tile([[[1.0, -1.0]]], (len(q), 1, 1)))
+    both = np.ones((1, 2), dtype=bool)
+    assert (keeps_closed(model, np.zeros((1, 2)), np.array([[1 + share, 1 - share]]), both) == kept).all()
 
 
 def made(model, q, time=TIME, known=(True, False, False), rates=None):
@@ -166,6 +176,7 @@ def test_what_is_differentiated_is_the_drive_alone(crank):
     found = made(crank, expected[0])
     assert np.array_equal(found.v[5:-5, 0], derivative(TIME, TURN[0])[5:-5]) and found.v == pytest.approx(expected[1], abs=1e-5) and found.a == pytest.approx(expected[2], abs=1e-2)
     assert "velocities and accelerations of A differentiated from a quintic spline through the samples" in found.differentiated
+    assert found.resolution[0] > 0 and (found.resolution[1:] == 0).all(), "what follows has the resolution of none"
     stands = made(crank, of_crank(np.maximum(TIME - 1, 0) ** 3)[0]).stands
     assert stands[:150].all() and not stands[300:].any() and (stands == stands[:, :1]).all(), "all stand where the drive does"
 
@@ -186,6 +197,13 @@ def test_positions_of_joints_that_follow_are_compared(crank, joint, other):
         assert found.contradictions == [f"{line}: check dimensions, offsets and the branch; those that follow are used"] * doubted
         same = [line for line in found.differentiated if "in the motion are those that follow, within" in line]
         assert sum(other in line for line in same) == 1 and any(joint in line for line in same) != told
+
+
+def test_whole_turns_are_none_of_hinges_alone(crank):
+    q = of_crank(TURN[0])[0]
+    q[100] += [0, 2 * np.pi, 2 * np.pi]
+    told = "positions of S in the motion differ from those that follow by up to 6.28 m, at 0.5 s: check dimensions, offsets and the branch; those that follow are used"
+    assert made(crank, q, known=(True, True, True)).contradictions == [told]
 
 
 def test_the_branch_is_that_of_the_first_sample_where_all_is_given(crank):
@@ -211,9 +229,30 @@ def test_which_joints_are_held(robot):
     assert follow_by_loops(SimpleNamespace(loops=fourbar.loops, drives=("A",), joint_names=["A", "B"], joints=(turn, ball))).tolist() == [1, 2, 3, 4]
     tip = FOURBAR.replace("</robot>", link("tip", 0.2, 0.1) + joint("T", "coupler", "tip", "0.1 0 0") + "</robot>")
     assert freedoms(robot(tip)) == 2 and held_by(robot(tip, drives=["T", "A"])).names == ["T", "A"]
-    for text, drives, said in ((tip, ["A"], "2 freedoms, and drives A leave 1 of them open"), (tip, [], "2 freedoms, and no drives leave 2 of them open"), (FOURBAR, [], "1 freedom, and no drives leave 1 of it open")):
-        with pytest.raises(MotionError, match=f"the mechanism has {said}; name more: --drives .*, from among [AB], "):
+    for text, drives, said, others in (
+        (tip, ["A"], "2 freedoms, and drives A leave 1 of them open", "B, T, D"),
+        (tip, [], "2 freedoms, and no drives leave 2 of them open", "A, B, T, D"),
+        (FOURBAR, [], "1 freedom, and no drives leave 1 of it open", "A, B, D"),
+    ):
+        with pytest.raises(MotionError, match=rf"the mechanism has {said}; name more: --drives .*, from among {others}$"):
             held_by(robot(text, drives=drives))
+    flying = robot(FOURBAR, drives=["A"], floating_base=True)
+    body = flying.joint_names[0]
+    assert held_by(flying).names == [body, "A"] == [j.name for j in held_by(flying).joints], "what floats first"
+    with pytest.raises(MotionError, match=r"the mechanism has 7 freedoms, and no drives leave 1 of them open; .*, from among A, B, D$"):
+        held_by(robot(FOURBAR, drives=[], floating_base=True))
+
+
+def test_limits_are_told_of_held_joints_that_have_some(robot):
+    model = robot(SLIDERCRANK, drives=["S"])
+    crank, _, slider = model.joints[:3]
+    assert _allowed(Held(model, (crank,))) == "; choose narrower waypoints"
+    assert _allowed(Held(model, (crank, slider))) == "; the limits allow S from 0 to 1 m, and not all of that can be reached: choose narrower waypoints or limits"
+
+
+def test_trees_follow_nothing(crank):
+    motion = made(crank, of_crank(TURN[0])[0])
+    assert closed(crank.without_loops(), motion) is motion
 
 
 def test_several_motions_side_by_side(crank, robot):
@@ -240,6 +279,58 @@ def test_several_motions_side_by_side(crank, robot):
     with pytest.raises(NotClosed, match="with S = 0.4 m the mechanism can't be closed: it would leave") as e:
         followed(slider, closing.__class__(("S",), 0.0, 0.0), start, (targets, 0 * targets, 0 * targets))
     assert e.value.row == 1
+
+
+def follower_of(model, samples=3, length=2.0, step=0.01):
+    """The joints that follow in so many samples, of a mechanism of that length."""
+    follower = Follower(model, step * np.arange(samples), np.zeros((samples, model.nq)), DRIVE, "motion", None)
+    follower._length = length
+    return follower
+
+
+@pytest.mark.parametrize(("joint", "size", "jump"), [("B", 1, 0.2), ("S", 1, 0.4), ("S", -1, 0.4), ("A", 1, np.inf)])
+@pytest.mark.parametrize("speed", [0.0, 7.0])
+def test_steps_may_differ_from_rates_by_a_fifth(crank, joint, size, jump, speed):
+    """Rad, or lengths of the mechanism, here of 2 m; and by as much more as the rates of this joint change in the step of 0.01 s."""
+    follower, c = follower_of(crank), crank.joint_names.index(joint)
+    allowed = min(jump, 9.0) + 2 * speed * 0.01
+    v = np.zeros((3, 3))
+    v[1:, c] = -speed, speed
+    for share in (0.99, 1.01):
+        q = np.zeros((3, 3))
+        q[2, c] = size * share * allowed
+        if share < 1 or np.isinf(jump):
+            follower._check_branch(q, v)
+            continue
+        with pytest.raises(MotionError, match=rf"motion: sample 3 \(time 0\.02\): joint {joint}, which follows A, jumps to another branch"):
+            follower._check_branch(q, v)
+
+
+@pytest.mark.parametrize("bad", [0, 3, 6])
+@pytest.mark.parametrize("kind", [ValueError, UserWarning])
+def test_the_sample_is_named_at_which_rates_do_not_follow(crank, bad, kind):
+    def rates(rows):
+        if bad in range(7)[rows]:
+            if kind is ValueError:
+                raise ValueError
+            warnings.warn("freedoms are left", UserWarning, stacklevel=1)
+        return np.zeros((7, 3))[rows]
+
+    q = np.column_stack([0.5 * np.arange(7), np.zeros((7, 2))])
+    at = rf"motion: sample {bad + 1} \(time 0\.0{bad}\)" if bad else r"motion: sample 1 \(time 0\)"
+    with pytest.raises(MotionError, match=rf"{at}: velocities of the other joints don't follow from those of A: with A = {0.5 * bad:g} rad the mechanism is at a singular"):
+        follower_of(crank, 7)._consistent(q, rates, "velocities")
+
+
+@pytest.mark.parametrize(
+    ("kind", "forces", "moments"), [("revolute", 3, 2), ("fixed", 3, 3), ("spherical", 3, 0), ("prismatic", 2, 3), ("cylindrical", 2, 2), ("planar", 1, 2), ("translation", 0, 3)]
+)
+def test_errors_of_angles_count_times_the_length(crank, kind, forces, moments):
+    """Of equations of forces as they are, of those of moments times 2 m: the second of two loops, behind one of three forces and two moments."""
+    follower, n = follower_of(crank), 5 + forces + moments
+    loops = [SimpleNamespace(kind="revolute", equations=5), SimpleNamespace(kind=kind, equations=forces + moments)]
+    follower._model = SimpleNamespace(loops=loops, loop_error=lambda q: -1e-3 * np.eye(n))
+    assert follower._errors(np.zeros((n, 3))) == pytest.approx(1e-3 * np.array([1.0] * 3 + [2.0] * 2 + [1.0] * forces + [2.0] * moments))
 
 
 @pytest.mark.parametrize(("share", "refused"), [(0.99, False), (1.01, True)])
@@ -304,6 +395,22 @@ def test_made_motions_name_joint_limit_and_time(robot):
     assert any("beyond its lower limit -4 rad" in line for line in low) and not any("upper" in line for line in low)
     fast = beyond_limits(follows, replace(made.motion, v=100 * made.motion.v))
     assert fast and all(line.startswith("D follows") for line in fast), "what leads is kept within its limits elsewhere"
+
+
+def test_files_need_the_columns_of_drives_and_of_what_floats(robot, written, refusal):
+    """Or constants in their place; nobody else's, unless drives aren't known."""
+    model = robot(FOURBAR, drives=["A"])
+    lines = lambda *names: written(",".join(["time", *names]) + "".join(f"\n{0.1 * k}" + f",{0.01 * k}" * len(names) for k in range(9)))
+    assert read_motion(model, lines("A")).closing.held == ("A",)
+    assert refusal(model, lines("B")).endswith("no column 'A' for joint A; add its positions (rad or m) at every sample")
+    constant = written("[constants]\nA = 0.5\n", "map.toml")
+    assert (read_motion(model, lines("B"), map=constant).q[:, 0] == 0.5).all()
+    unknown = robot(FOURBAR)
+    said = refusal(unknown, lines("A"))
+    assert "no column 'B' for joint B. The columns of the joints that have motors would do, but fourbar doesn't say which these are; name them: --drives" in said
+    assert "no column 'A' for joint A. " in refusal(unknown, lines("B")) and "no column 'B' for joint B. " in refusal(unknown, lines("D"), map=constant)
+    flying = robot(FOURBAR, drives=["A"], floating_base=True)
+    assert "no column 'floating_base.x' for joint floating_base; add its pose" in refusal(flying, lines("A"))
 
 
 def test_long_lists_of_names():

@@ -5,8 +5,9 @@ import pytest
 
 import ksl
 from ksl.model.motion_columns import columns_of
-from ksl.motions.motion import Motion, complete
+from ksl.motions.motion import Motion, _jumps, complete
 from ksl.motions.reading import read_external, read_motion
+from ksl.motions.signal.quality import Samples
 from ksl.motions.signal.rates import derivative
 
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
@@ -340,6 +341,34 @@ def test_columns_that_could_be_of_two_joints(robot, written):
 def test_what_can_t_be_differentiated(two, written, columns):
     found = refusal(two, written(csv({"time": range(8)} | columns)))
     assert found.startswith(":2: ") and "hip" in found and "check their units" in found
+
+
+@pytest.mark.parametrize("n", [5, 6])
+def test_six_samples_are_enough(two, n):
+    """To be smoothed, to be looked at for jumps, and to say that given rates contradict them."""
+    t = 0.1 * np.arange(n)
+    q, none = np.column_stack([2 * t, 0 * t]), np.zeros((n, 1))
+    given = [[none - 2, none], [none, none]]
+    assert [line.split(" at ")[0] for line in complete(two, t, q, given).contradictions] == ["hip.v"] * (n == 6)
+    assert list(_jumps(two.joints[:2], Samples(t, q, [[None, None]] * 2), differentiated=True)) == ["hip", "knee"] * (n == 6)
+    if n == 6:
+        assert complete(two, t, q, given, smooth=4.0).smooth == 4.0
+    else:
+        with pytest.raises(ksl.MotionError, match="5 samples, but smoothing needs at least 6"):
+            complete(two, t, q, given, smooth=4.0)
+
+
+def test_quaternions_are_of_unit_length_when_smoothed_and_what_is_behind_them_stays(robot):
+    """A body that turns by 1 rad/s, with a hinge that stands at 0.7 rad: a low pass halves what turns at its frequency, and a constant is as it was."""
+    m = robot(TWO.replace('type="revolute"', 'type="floating"', 1))
+    t = np.linspace(0, 2, 101)
+    k, rest = m.joint("hip").quaternion, m.joint("knee").q_index
+    q = np.zeros((101, m.nq))
+    q[:, rest] = 0.7
+    q[:, m.joint("hip").q_index + k + 2], q[:, m.joint("hip").q_index + k + 3] = np.sin(t / 2), np.cos(t / 2)
+    found = complete(m, t, q, [[None, None]] * 2, smooth=3.0)
+    assert rest == k + 4 and found.q[:, rest] == pytest.approx(np.full(101, 0.7), abs=1e-12)
+    assert np.linalg.norm(found.q[:, k : k + 4], axis=1) == pytest.approx(np.ones(101), abs=1e-12)
 
 
 # rates that contradict

@@ -17,7 +17,7 @@ from ksl.motions.columns.units import bare, factor, unit_of
 TIME = "time"
 _NAMES = re.compile(
     r"(?:t|time|times|timestamp|timestamps|time[ _]?stamp|elapsed|elapsed[ _]?time|zeit|temps|tiempo|tempo|seconds|secs?|__time)"
-    r"(?:[ _]?[\[(]?(s|sec|secs|seconds|ms|us|µs|ns)[\])]?)?",
+    r"(?:[ _]?[\[(]?(s|sec|secs|seconds|ms|us|µs|ns)[\])]?|[ _]?[\[(](min|h)[\])])?",
     re.IGNORECASE,
 )
 _SECONDS = re.compile(r"((?:.*[._/ ])?)(?:sec|secs|seconds)")
@@ -58,7 +58,7 @@ def find_time(table: Recorded, of_joints: Set[str]) -> TimeColumn:
             f'(--map FILE with the line {next(iter(found))!r} = "time") and leave out the others (--ignore-extra)'
         )
     name, match = next(iter(found.items()))
-    return TimeColumn(name, table.units.get(name) or match[1] or "")
+    return TimeColumn(name, table.units.get(name) or match[1] or match[2] or "")
 
 
 def with_unit(table: Recorded, column: TimeColumn, wished: str | None) -> TimeColumn:
