@@ -812,13 +812,29 @@ def samples(first: float, scale: float, angle: float = 0.1) -> str:
     return "time,hip,slide\n" + "".join(f"{first + scale * k!r},{angle if k == 4 else 0.1},0\n" for k in range(9))
 
 
+@pytest.mark.parametrize("named", ["", "own", "other"])
 @pytest.mark.parametrize(("unit", "size"), [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)])
-def test_times_from_2000_to_2100_are_dates(leg, written, unit, size):
-    """9.4e8 s to 4.2e9 s since 1970, in the unit in which they are that."""
+def test_times_from_2000_to_2100_are_dates(leg, written, unit, size, named):
+    """9.4e8 s to 4.2e9 s since 1970, in the unit in which they are that, unless their column says another one."""
+    said = {"": "", "own": unit, "other": "ms" if unit == "ns" else "ns"}[named]
     for seconds, is_date in ((9.39e8, False), (9.41e8, True), (4.19e9, True), (4.21e9, False)):
-        motion = read_motion(leg, written(samples(round(seconds / size), 512 / size)))
-        date = [note for note in motion.source.notes if f"times are {unit} since 1970; time 0 is {np.datetime64(int(seconds), 's')}.000 UTC" in note]
-        assert bool(date) == is_date and (not is_date or motion.time == pytest.approx(512 * K))
+        text = samples(round(seconds / size), 512 / size).replace("time", f"time [{said}]" if said else "time", 1)
+        motion = read_motion(leg, written(text))
+        date = f"times are {unit} since 1970; time 0 is {np.datetime64(int(seconds), 's')}.000 UTC"
+        if is_date and named != "other":
+            assert motion.source.notes == [*([f"column 'time [{said}]' is taken as the time"] if said else []), date]
+            assert motion.time == pytest.approx(512 * K)
+        else:
+            assert not any("1970" in note for note in motion.source.notes)
+            assert np.diff(motion.time) == pytest.approx(512 / (size if not said else 1 if named == "own" else size * {"ns": 1e9, "ms": 1e3}[said]))
+
+
+@pytest.mark.parametrize(("first", "is_date"), [(0, False), (9.39e8, False), (9.41e8, True), (4.19e9, True), (4.21e9, False)])
+def test_dates_of_seconds_and_nanoseconds(leg, written, first, is_date):
+    """As they are, where they are none."""
+    motion = read_motion(leg, written("sec,nanosec,hip,slide\n" + "".join(f"{round(first) + k},{250 * 10**6},0.1,0\n" for k in range(9))))
+    assert motion.time == pytest.approx((0 if is_date else first) + 0.25 + K, abs=1e-12)
+    assert any("times are s since 1970" in note for note in motion.source.notes) == is_date
 
 
 @pytest.mark.parametrize(("angle", "refused"), [(999.9, False), (1000.1, True)])
