@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -269,7 +269,7 @@ def _rates(
             plain[2].append(joint)
         elif given_v is None:
             with _differentiable(where, joint):
-                v[:, cols], a[:, cols] = rates(joint, time, q[:, rows], given_v, given_a)
+                v[:, cols], a[:, cols] = rates(joint, time, q[:, rows])
     for order, of in plain.items():
         if of:
             names = [c for j in of for c in columns_of(j)[2 - order]]
@@ -309,10 +309,11 @@ def _contradictions(joint: Joint, time: Array, q: Array, v: Array, given_v: Arra
         return []
     lines = []
     of_positions, of_velocities = columns_of(joint)[1:]
-    for of, x, given, columns, derived in (
-        ("position", q, given_v, of_positions, lambda: rates(joint, time, q, None, None)[0]),
+    checks: list[tuple[str, Array, Array | None, Sequence[str], Callable[[], Array]]] = [
+        ("position", q, given_v, of_positions, lambda: rates(joint, time, q)[0]),
         ("velocity", v, given_a, of_velocities, lambda: derivative(time, v)),
-    ):
+    ]
+    for of, x, given, columns, derived in checks:
         if given is None:
             continue
         try:
