@@ -9,6 +9,7 @@ from ksl.motions.motion import Motion, _jumps, complete
 from ksl.motions.reading import read_external, read_motion
 from ksl.motions.signal.quality import Samples
 from ksl.motions.signal.rates import derivative
+from ksl.motions.signal.splines import spline_through
 
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
 
@@ -139,6 +140,29 @@ def turning(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     into_body = lambda x: np.einsum("nij,ni->nj", R, x)
     v = into_body(p1)
     return np.hstack([p, quaternion]), np.hstack([v, w]), np.hstack([into_body(p2) - np.cross(w, v), dw])
+
+
+def test_velocities_of_a_floating_base_whose_accelerations_are_given(flying):
+    t = np.linspace(0, 2, 801)
+    q, v, a = turning(t)
+    found = complete(flying, t, q, [[None, a]])
+    assert found.v == pytest.approx(v, abs=1e-6) and np.array_equal(found.a, a)
+
+
+def test_accelerations_are_those_of_the_unit_quaternion_between_samples(flying):
+    """Samples are far apart, so that the spline's length changes at them: against differences of the twist of its direction, a millisecond to both sides."""
+    t = np.linspace(0, 2, 9)
+    q, _, _ = turning(t)
+    spline, dt = spline_through(t, q[:, 3:]), 1e-3
+
+    def twist(at):
+        n, n1 = spline(at), spline(at, nu=1)
+        return 2 * (n[:, 3:] * n1[:, :3] - n1[:, 3:] * n[:, :3] - np.cross(n[:, :3], n1[:, :3])) / np.sum(n * n, axis=1, keepdims=True)
+
+    growth = np.abs(np.sum(spline(t) * spline(t, nu=1), axis=1)).max()
+    found = complete(flying, t, q, [[None, None]])
+    assert growth > 0.01 and found.v[:, 3:] == pytest.approx(twist(t), abs=1e-9)
+    assert found.a[:, 3:] == pytest.approx((twist(t + dt) - twist(t - dt)) / (2 * dt), abs=1e-3)
 
 
 def floating_table(t, q) -> dict[str, np.ndarray]:

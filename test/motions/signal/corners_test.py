@@ -206,6 +206,17 @@ def test_quadratics_on_both_sides_of_a_corner(n, corner):
     assert before == pytest.approx(rate(t > corner)) and after == pytest.approx(rate(t >= corner))
 
 
+@pytest.mark.parametrize("second", [10.0, 9.0])
+def test_six_samples_between_corners_that_are_close(second):
+    """Both ends count, which are at corners; of five nothing is told."""
+    t = np.arange(16.0)
+    before, after = rates_beside_corners(t, np.abs(t - 5) + 3 * np.abs(t - second), np.array([5.0, second]))
+    expected = [np.where(t > 5, 1.0, -1.0) + np.where(t > second, 3.0, -3.0), np.where(t >= 5, 1.0, -1.0) + np.where(t >= second, 3.0, -3.0)]
+    if second == 9.0:
+        expected[0][6:10] = expected[1][5:9] = np.nan
+    assert before == pytest.approx(expected[0], nan_ok=True) and after == pytest.approx(expected[1], nan_ok=True)
+
+
 def test_resampling_keeps_corners(disk, tmp_path):
     """From 10 ms to 3 ms: positions are those of the closed form, and so is the acceleration."""
     t = times(0.01, 0.0021)
