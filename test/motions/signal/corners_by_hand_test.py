@@ -139,9 +139,7 @@ def by_hand(t, x, order, step):
     noise, rounded, of_ends = candidates(t, x, step)
     if not noise:
         return [], []
-    inner, ends = {g: s for g, s in noise.items() if 3 <= g < len(t) - 4}, []
-    if min(noise) < 4 or max(noise) >= len(t) - 5:
-        ends = at_the_ends(t, x, of_ends)
+    inner, ends = {g: s for g, s in noise.items() if 3 <= g < len(t) - 4}, at_the_ends(t, x, of_ends)
     jumps, wrong = jumps_among(t, x, order, inner, step, rounded) if 0 < len(inner) <= max(64, len(t) // 8) else ([], [])
     near = 4 * np.median(np.diff(t))
     return jumps, sorted([*ends, *(f for f in wrong if all(abs(f[1] - e[1]) > near for e in ends))], key=lambda f: f[1])
@@ -217,10 +215,20 @@ def test_which_differences_stand_out(seed):
         if len(t) < 10:
             continue
         (noise, _, of_ends), (stand_out, background) = candidates(t, x, step), _candidates(t, x[:, None], np.array([step]))
-        assert np.flatnonzero(stand_out[:, 0]).tolist() == list(noise)
+        assert np.flatnonzero(stand_out[:, 0]).tolist() == list(noise) and stand_out.shape == background.shape == (len(t) - 1, 1)
         assert background[[*noise, 0, -1], 0] == pytest.approx([*noise.values(), *of_ends], rel=1e-3)
         said += len(noise) > 0
     assert said > 9
+
+
+@pytest.mark.parametrize(("spikes", "size", "rounded"), [(20, 1.0, False), (21, 1.0, True), (21, 0.88, True), (21, 0.8, False), (40, 0.8, True)])
+def test_numbers_that_are_multiples_of_a_step_by_chance(spikes, size, rounded):
+    """A ramp whose 401 fourth differences are none but for five at each spike, the least of them 1/√70 of it: where a quarter of all are larger than a tenth of the
+    step, x has been rounded to it.  Of smaller spikes three are."""
+    x = 1024.0 * np.arange(405)
+    x[6 + 9 * np.arange(spikes)] += size
+    _, background = _candidates(np.arange(405.0), x[:, None], np.ones(1))
+    assert background[-1, 0] == pytest.approx(1 / np.sqrt(12) if rounded else 4 * np.finfo(float).eps * x.max())
 
 
 @pytest.mark.parametrize("order", [2, 1])
