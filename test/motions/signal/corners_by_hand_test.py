@@ -249,6 +249,14 @@ def test_which_candidates_are_jumps(seed, order):
     assert said > 3
 
 
+@pytest.mark.parametrize(("apart", "noise", "found"), [(0.029, 0.0, True), (0.031, 0.0, False), (0.1, 0.103, True), (0.1, 0.097, False), (0.195, 0.22, True), (0.205, 0.22, False)])
+def test_how_far_sides_may_be_apart(apart, noise, found):
+    """Of a jump of 1, steps of 1: 0.03, or twelve times the noise, up to 0.2."""
+    t = np.arange(24.0)
+    x = np.maximum(t - 10.5, 0) ** 2 / 2 + apart * (t > 10.5)
+    assert _tested(t, x, 2, np.array([10]), np.array([noise / 12]), 0.0).jumps.times == pytest.approx([10.5] * found)
+
+
 @pytest.mark.parametrize("end", [slice(None), slice(None, None, -1)])
 @pytest.mark.parametrize("seed", range(3))
 def test_which_samples_at_an_end_are_off(seed, end):
