@@ -97,7 +97,7 @@ def jumps_among(t, x, order, noise, step, rounded):
         slope = max(abs(left[order + 1]), abs(right[order + 1])) * h
         good = abs(s) <= 0.55 * h and apart <= max(0.1 * abs(J), 3 * fine_noise) and abs(J) > max(10 * rough_noise, 0.02 * largest)
         good &= off < min(max(12 * sigma / (abs(J) * h**2), 0.03), 0.2)
-        good &= slope < min(max(0.1 * abs(J), 3 * NOISE[4][order + 1] / np.sqrt(2) * sigma / h**order), 0.5 * abs(J))
+        good &= slope < max(0.1 * abs(J), 3 * NOISE[4][order + 1] / np.sqrt(2) * sigma / h**order)
         jumps[g], costs[g] = (mid + s, J, max(1e-3, 3 * rough_noise / abs(J))), off + 1e-6 * abs(s) / h if good else np.inf
     chosen, found = best(list(noise), costs), []
     for g in chosen:
@@ -249,12 +249,40 @@ def test_which_candidates_are_jumps(seed, order):
     assert said > 3
 
 
-@pytest.mark.parametrize(("apart", "noise", "found"), [(0.029, 0.0, True), (0.031, 0.0, False), (0.1, 0.103, True), (0.1, 0.097, False), (0.195, 0.22, True), (0.205, 0.22, False)])
-def test_how_far_sides_may_be_apart(apart, noise, found):
-    """Of a jump of 1, steps of 1: 0.03, or twelve times the noise, up to 0.2."""
-    t = np.arange(24.0)
-    x = np.maximum(t - 10.5, 0) ** 2 / 2 + apart * (t > 10.5)
-    assert _tested(t, x, 2, np.array([10]), np.array([noise / 12]), 0.0).jumps.times == pytest.approx([10.5] * found)
+JUST = {  # what a jump of 1 between samples 10 and 11 may still be, and what is too much
+    "sides that are apart": ({"apart": 0.029}, {"apart": 0.031}),
+    "by twelve times the noise": ({"apart": 0.1, "noise": 0.103 / 12}, {"apart": 0.1, "noise": 0.097 / 12}),
+    "by a fifth, in more noise": ({"apart": 0.195, "noise": 0.0185}, {"apart": 0.205, "noise": 0.0185}),
+    "not between its samples": ({"at": 0.535}, {"at": 0.565}),
+    "polynomials that disagree by a tenth": ({"one_side": 0.097 / 9}, {"one_side": 0.103 / 9}),
+    "by three times the noise": ({"one_side": 0.0145, "noise": 0.0145 * 9 / 3 / 162**0.5 * 1.03}, {"one_side": 0.0145, "noise": 0.0145 * 9 / 3 / 162**0.5 * 0.97}),
+    "steep": ({"both": 0.097 / 6}, {"both": 0.103 / 6}),
+    "steep in noise": ({"both": 0.97 * 0.268 / 6, "noise": 0.268 / 3 / 20**0.5}, {"both": 1.03 * 0.268 / 6, "noise": 0.268 / 3 / 20**0.5}),
+    "irrelevant": ({"bend": 49.0}, {"bend": 51.0}),
+    "noise": ({"noise": 0.97 / 10 / 12**0.5}, {"noise": 1.03 / 10 / 12**0.5}),
+}
+
+
+def of_a_jump(at=0.0, apart=0.0, both=0.0, one_side=0.0, bend=0.0, noise=0.0):
+    """What is found of a jump of 1 that is `at` steps from the middle of samples 10 and 11: sides apart, cubics on both or on one, a bend further on."""
+    k = np.arange(24.0)
+    u, right = k - 10.5, k >= 11
+    x = right * ((u - at) ** 2 / 2 + apart + one_side * u**3) + both * np.abs(u) ** 3 + bend * np.maximum(k - 20, 0)
+    return _tested(k, x, 2, np.array([10]), np.array([noise]), 0.0).jumps
+
+
+@pytest.mark.parametrize("what", JUST)
+def test_what_a_jump_may_just_be(what):
+    good, bad = JUST[what]
+    assert len(of_a_jump(**good).times) == 1 and len(of_a_jump(**bad).times) == 0
+
+
+@pytest.mark.parametrize(("noise", "near"), [(0.0, 1e-3), (0.005, 0.015 * 12**0.5), (0.025, 0.2)])
+def test_times_near_a_sample_are_at_it(noise, near):
+    """To a thousandth of a step, or by the noise, to a fifth."""
+    for side, sample in ((1, 11.0), (-1, 10.0)):
+        assert of_a_jump(at=side * (0.5 - 0.97 * near), noise=noise).times.tolist() == [sample]
+        assert of_a_jump(at=side * (0.5 - 1.03 * near), noise=noise).times == pytest.approx([sample - side * 1.03 * near], rel=1e-9)
 
 
 @pytest.mark.parametrize("end", [slice(None), slice(None, None, -1)])

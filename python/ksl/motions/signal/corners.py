@@ -198,7 +198,7 @@ def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array, reso
     good &= off < like_root
     # on both sides the derivative changes by less within a step: coarse samples of smooth motions are no jumps
     slope = np.maximum(np.abs(left[:, order + 1]), np.abs(right[:, order + 1])) * h
-    good &= slope < np.minimum(np.maximum(STEEP * np.abs(J), 3 * noise_of_jumps(SIDE)[order + 1] / np.sqrt(2) * noise / h**order), 0.5 * np.abs(J))
+    good &= slope < np.maximum(STEEP * np.abs(J), 3 * noise_of_jumps(SIDE)[order + 1] / np.sqrt(2) * noise / h**order)
     best = _best_of_neighbours(gaps, np.where(good, off + 1e-6 * np.abs(s) / h, np.inf))
     tau = _snapped(time, gaps[best], middle[best] + s[best], np.maximum(1e-3, 3 * rough_noise[best] / np.abs(J[best])))
     return Found(Jumps(order, tau, J[best]), _impossible(order, time, x, gaps, fine, rough, noise, resolution, best))
