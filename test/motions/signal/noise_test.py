@@ -132,6 +132,9 @@ def test_noise_of_derivatives_is_that_of_the_spline():
     inner = slice(50, -50)
     assert first_derivative_noise() == pytest.approx(np.std(spline(t, nu=1)[inner]), rel=0.02)
     assert second_derivative_noise() == pytest.approx(np.std(spline(t, nu=2)[inner]), rel=0.02)
+    impulse = make_interp_spline(np.arange(301.0), np.arange(301) == 150, k=5)  # what white noise makes of a sample is the norm of these
+    norms = [np.linalg.norm(impulse(np.arange(301.0), nu=order)) for order in (1, 2)]
+    assert [first_derivative_noise(), second_derivative_noise()] == pytest.approx(norms, rel=1e-3)
 
 
 def test_steps_of_rounding():
