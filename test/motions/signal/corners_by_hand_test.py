@@ -277,6 +277,28 @@ def test_what_a_jump_may_just_be(what):
     assert len(of_a_jump(**good).times) == 1 and len(of_a_jump(**bad).times) == 0
 
 
+CUBIC = np.array([0, 5.75, -4.5, 1])  # quadratics through three of its samples on a side are 1.875, at the middle
+IMPOSSIBLE = {  # polynomials behind the middle of samples 10 and 11, the order of the jump, the noise and the step, as they may be and not
+    "a step in noise": (0, [1.0], (0.97 / 20 / NOISE[3][0], 0.0), [1.0], (1.03 / 20 / NOISE[3][0], 0.0)),
+    "a step of roundings": (0, [1.0], (0.0, 0.97 / 3), [1.0], (0.0, 1.03 / 3)),
+    "a step of which cubics say else": (0, [1.0, 0, 0, 0] + 0.97 / 9 / 1.875 * CUBIC, (0.0, 0.0), [1.0, 0, 0, 0] + 1.03 / 9 / 1.875 * CUBIC, (0.0, 0.0)),
+    "a step with a bend": (0, [1.0, 0.194], (0.0, 0.0), [1.0, 0.206], (0.0, 0.0)),
+    "a bend in noise": (1, [0.0, 1.0], (0.97 / 20 / NOISE[3][1], 0.0), [0.0, 1.0], (1.03 / 20 / NOISE[3][1], 0.0)),
+    "a bend beside its samples": (1, [-0.58, 1.0], (0.0, 0.0), [-0.62, 1.0], (0.0, 0.0)),
+    "a bend with a curve": (1, [0.0, 1.0, 0.097], (0.0, 0.0), [0.0, 1.0, 0.103], (0.0, 0.0)),
+}
+
+
+@pytest.mark.parametrize("what", IMPOSSIBLE)
+def test_what_an_impossible_jump_may_just_be(what):
+    """Of 1, of the position or of its rate, behind a rest."""
+    order, good, given, bad, other = IMPOSSIBLE[what]
+    k = np.arange(24.0)
+    found = [_tested(k, (k >= 11) * polynomial.polyval(k - 10.5, c), 2, np.array([10]), np.array([noise]), step) for c, (noise, step) in ((good, given), (bad, other))]
+    assert [f[0] for f in found[0].impossible] == [order] and found[0].impossible[0][2] == pytest.approx(1.0, rel=0.15)
+    assert found[1].impossible == []
+
+
 @pytest.mark.parametrize(("noise", "near"), [(0.0, 1e-3), (0.005, 0.015 * 12**0.5), (0.025, 0.2)])
 def test_times_near_a_sample_are_at_it(noise, near):
     """To a thousandth of a step, or by the noise, to a fifth."""
