@@ -92,6 +92,13 @@ def test_rates_are_mapped_with_their_joint(leg, written, time):
     assert m.q[:, 0] == pytest.approx(10 * DEGREE * time, abs=1e-15) and m.v[:, 0] == pytest.approx(10 * DEGREE + 0 * time, abs=1e-15)
 
 
+@pytest.mark.parametrize("ignored", ['"mode"', "[1]", '["mode", 1]', "{ mode = 1 }"])
+def test_what_is_ignored_is_a_list_of_columns(leg, written, time, ignored):
+    path = written(text({"time": time, "hip": time, "slide": time, "mode": time}))
+    with pytest.raises(ksl.MotionError, match=r'map\.toml: ignore is a list of columns: ignore = \["name", …\]$'):
+        read_motion(leg, path, map=written(f"ignore = {ignored}\n", "map.toml"))
+
+
 def test_ignored_columns_and_joints_at_rest(leg, written, time):
     form = 'ignore = ["mode"]\n[constants]\nslide = 0.25\n'
     m = read_motion(leg, written(text({"time": time, "hip": np.sin(time), "mode": time})), map=written(form, "map.toml"))

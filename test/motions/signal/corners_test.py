@@ -11,6 +11,7 @@ from ksl.motions.motion import complete
 from ksl.motions.reading import read_motion
 from ksl.motions.signal.corners import Jumps, find_jumps, jumps_at
 from ksl.motions.signal.rates import derivative, rates_beside_corners
+from ksl.motions.signal.resampling import resampled
 
 CORNERS = np.array([0.1, 0.35, 0.65, 0.9])
 INERTIA, ACCELERATION = 0.52, 10.0
@@ -225,6 +226,14 @@ def test_resampling_keeps_corners(disk, tmp_path):
     m = read_motion(disk, path, resample=1 / 0.003)
     assert m.q[:, 0] == pytest.approx(trapezoid(m.time), abs=1e-9)
     assert np.abs(m.a).max() == pytest.approx(ACCELERATION, rel=1e-4)
+
+
+def test_resampling_keeps_corners_of_velocities(disk):
+    """Those that are given; accelerations are as they are between samples."""
+    t, tau = np.arange(200) * 0.01, 0.7033
+    v, a = np.maximum(t - tau, 0)[:, None], np.sin(t)[:, None]
+    at, _, ((found_v, found_a),), _ = resampled("m", disk.joints[:1], t, v**2 / 2, [[v, a]], 300.0, str)
+    assert found_v[:, 0] == pytest.approx(np.maximum(at - tau, 0), abs=1e-9) and found_a[:, 0] == pytest.approx(np.sin(at), abs=1e-9)
 
 
 def test_noise_is_looked_for_before_resampling(examples, tmp_path):
