@@ -125,6 +125,16 @@ def test_noise_is_measured():
     assert white_noise(t, np.sin(t[:, None] * [1.0, 9.0, 40.0]), np.zeros(3)).max() < 1e-14
 
 
+@pytest.mark.parametrize("start", [-3.0, 1024.0])
+def test_smoothing_is_the_same_at_any_time(start):
+    """In binary fractions of a second, of which none is lost."""
+    t = np.arange(256) / 256
+    x = np.sin(9 * t)[:, None]
+    assert np.array_equal(smoothed(t + start, x, 20.0), smoothed(t, x, 20.0))
+    with pytest.raises(MotionError, match="256 samples a second hold frequencies up to 128 Hz"):
+        smoothed(t + start, x, 128.0)
+
+
 def test_noise_of_derivatives_is_that_of_the_spline():
     rng = np.random.default_rng(5)
     t = np.arange(20000.0)
