@@ -9,7 +9,8 @@ from linkages import FOURBAR, SLIDERCRANK
 
 import ksl
 from ksl.base.errors import MotionError
-from ksl.load_cases.simulated import Simulated, _brake, _controller, is_braked, samples_of, simulated_motion
+from ksl.load_cases.load_case import LoadCase
+from ksl.load_cases.simulated import Simulated, _brake, _controller, brakes_from, samples_of, simulated_motion
 from ksl.model.drives import PD, Brake, ComputedTorque, GravityCompensation, Reference
 from ksl.motions.motion import Motion
 
@@ -22,7 +23,9 @@ FOLLOWED = Motion(np.array([1.0, 1.5, 2.0]), *(np.arange(3.0)[:, None] * x for x
 
 @pytest.mark.parametrize(("at", "braked"), [(None, False), (0.9, True), (1.0, True), (1.1, False)])
 def test_brakes_that_are_engaged_from_the_beginning(at, braked):
-    assert is_braked(Simulated(brake_at=at), FOLLOWED) == braked and samples_of(Simulated(brake_at=at), FOLLOWED) == 251
+    case = LoadCase(SimpleNamespace(), FOLLOWED, brakes_from=brakes_from(Simulated(brake_at=at)))
+    assert case.brake == braked and case.braked.tolist() == [at is not None and t >= at for t in (1.0, 1.5, 2.0)]
+    assert samples_of(Simulated(brake_at=at), FOLLOWED) == 251
 
 
 LIMIT = '<limit lower="-1" upper="1" effort="{}" velocity="9"/>'

@@ -639,7 +639,7 @@ def test_closed_mechanisms_in_words(robot):
     }  # fmt: skip
     for drives, freedoms, brake, doubted in (("A", 1, False, 0), ("AD", 1, False, 1), ("AD", 2, False, 0), ("AD", 1, True, 0)):
         motion = Motion(np.zeros(1), q, *np.zeros((2, 1, 3)), closing=Closing(("A",), 0.0, 0.0, (), freedoms))
-        doubts = compute(LoadCase(robot(FOURBAR, drives=list(drives)), motion, brake=brake)).doubts
+        doubts = compute(LoadCase(robot(FOURBAR, drives=list(drives)), motion, brakes_from=0.0 if brake else 0.1)).doubts
         assert len([line for line in doubts if line.startswith("A, D: 2 drives move 1 freedom: ")]) == len(doubts) == doubted
 
 

@@ -1,6 +1,7 @@
 """Motions of mechanisms with loops: joints that follow the drives, against the closed form of a slider-crank, and what is said of them."""
 
 import re
+import warnings
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -9,10 +10,11 @@ import pytest
 from linkages import FOURBAR, SLIDE, SLIDERCRANK, joint, link, loop
 
 from ksl.base.errors import MotionError
-from ksl.motions.closed_motion import _some, closed_again, completed, follow_by_loops, followed, held_by, keeps_closed, leading
-from ksl.motions.closing import NotClosed, closed_along, closed_side_by_side, determining, freedoms, home
+from ksl.motions.closed_motion import Follower, _allowed, _some, closed, closed_again, completed, follow_by_loops, followed, held_by, keeps_closed, leading
+from ksl.motions.closing import Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, freedoms, home
 from ksl.motions.generate import Waypoints, minimum_jerk, trapezoid
 from ksl.motions.generate.generated import beyond_limits
+from ksl.motions.reading import read_motion
 from ksl.motions.signal.rates import derivative
 
 CRANK, ROD, OFFSET = 0.1, 0.25, 0.02
@@ -59,6 +61,14 @@ def test_rates_are_taken_as_none_where_loops_stay_closed(crank, speed):
     assert np.array_equal(keeps_closed(tree, q, v, one), one)
 
 
+@pytest.mark.parametrize(("share", "kept"), [(0.95e-9, True), (1.05e-9, False)])
+def test_rates_that_nearly_cancel_keep_loops_closed(share, kept):
+    """Within a billionth of the sum of their sizes: 1 + s less 1 − s is 2 s, of 2."""
+    model = SimpleNamespace(loops=(1,), loop_jacobian=lambda q: np.tile([[[1.0, -1.0]]], (len(q), 1, 1)))
+    both = np.ones((1, 2), dtype=bool)
+    assert (keeps_closed(model, np.zeros((1, 2)), np.array([[1 + share, 1 - share]]), both) == kept).all()
+
+
 def made(model, q, time=TIME, known=(True, False, False), rates=None):
     """The motion where the columns of some joints are known; others are at zero."""
     q = np.where(known, q, 0.0)
@@ -91,12 +101,82 @@ def test_samples_are_closed_side_by_side_where_steps_are_small(crank, samples, s
     assert len(calls) == (samples if stride < 3 else -(-samples // stride) + stride)
 
 
+def watched(crank, fails=lambda q: False, off=0.0):
+    """The held crank, of whose calls of `close` the first arguments are listed; some fail, and those side by side are off by so much."""
+    calls = []
+
+    def close(q, hold):
+        calls.append(np.array(q))
+        found = crank.close(q, hold=hold)
+        return SimpleNamespace(q=found.q + off * (np.ndim(q) == 2), converged=found.converged & np.logical_not(fails(q)), reason=found.reason)
+
+    also = ("nq", "neutral", "lower", "upper", "difference", "interpolate", "loop_error", "loops", "branches")
+    return replace(held_by(crank), model=SimpleNamespace(close=close, **{name: getattr(crank, name) for name in also})), calls
+
+
+@pytest.mark.parametrize(("angle", "steps"), [(0.0, 1), (0.95, 10), (-1.05, 11), (49.95, 500), (60.0, 500)])
+def test_the_first_position_is_reached_in_steps_of_a_tenth(robot, angle, steps):
+    """500 at most, equal ones; of a crank that has limits, and so turns more than once on its way."""
+    limited = joint("A", "frame", "crank", "0 0 0", "revolute", limit='<limit lower="-99" upper="99" effort="5" velocity="9"/>')
+    held, calls = watched(robot(SLIDERCRANK.replace(joint("A", "frame", "crank", "0 0 0"), limited), drives=["A"]))
+    expected = of_crank(angle)[0]
+    q = first_closed(held, np.where(DRIVE, expected, 0.0))
+    assert q[[0, 2]] == pytest.approx(expected[[0, 2]], abs=1e-9)
+    assert np.array(calls)[1:, 0] == pytest.approx(angle * np.arange(1, steps + 1) / steps)
+
+
+def test_a_step_that_fails_is_made_in_eight(crank):
+    """Here one of more than 0.13 rad."""
+    last = [of_crank(0.3)[0][0]]
+
+    def fails(q):
+        far = abs(q[0] - last[0]) > 0.13
+        last[0] = last[0] if far else q[0]
+        return far
+
+    held, calls = watched(crank, fails)
+    q = closed_along(held, np.array([[0.3, 0, 0], [1.3, 0, 0]]), of_crank(0.3)[0])
+    assert q == pytest.approx(of_crank(np.array([0.3, 1.3]))[0], abs=1e-9)
+    assert np.array(calls)[:, 0] == pytest.approx([0.3, 1.3, *(0.3 + np.arange(1, 9) / 8)])
+    held, calls = watched(crank, lambda q: q[0] > 0.6)
+    with pytest.raises(NotClosed, match=r"with A = 1\.3 rad the mechanism"):
+        closed_along(held, np.array([[0.3, 0, 0], [1.3, 0, 0]]), of_crank(0.3)[0])
+    assert len(calls) == 5, "none behind the first of the eight that fails"
+
+
+@pytest.mark.parametrize(("off", "fails", "again"), [(0.95e-6, False, False), (1.05e-6, False, True), (0.0, True, True)])
+def test_ways_side_by_side_must_meet(crank, off, fails, again):
+    """Within 1e-6 at the samples that were closed one after the other, and at every one: otherwise all are closed so."""
+    expected = of_crank(0.3 + 0.03 * np.arange(30))[0]
+    held, calls = watched(crank, lambda q: np.full(len(q), fails) if np.ndim(q) == 2 else False, off)
+    q = closed_along(held, np.where(DRIVE, expected, 0.0), expected[0])
+    behind = np.arange(30) > 0
+    assert q - expected == pytest.approx(np.where(behind & (not again), off, 0.0)[:, None] * np.ones(3), abs=1e-9)
+    assert len([c for c in calls if c.ndim == 1]) == (36 if again else 6)
+
+
+@pytest.mark.parametrize(("share", "moves"), [(0.95e-6, False), (1.05e-6, True)])
+def test_a_joint_determines_motions_that_move_it(share, moves):
+    """By more than a millionth of them: here the first joint moves by so much of the second."""
+    joints = [SimpleNamespace(v_index=k, nv=1) for k in range(2)]
+    model = SimpleNamespace(nv=2, loop_jacobian=lambda q: np.array([[1.0, -share]]), mobility=lambda q: SimpleNamespace(rank=1))
+    assert determining(model, np.zeros(2), joints) == (joints[0] if moves else joints[1],)
+
+
+def test_joints_of_several_coordinates_are_held_by_all_of_them():
+    """Those of a body that floats, behind two joints."""
+    held = Held(SimpleNamespace(), (SimpleNamespace(q_index=2, nq=7, v_index=2, nv=6), SimpleNamespace(q_index=10, nq=1, v_index=9, nv=1)))
+    assert held.columns.tolist() == [2, 3, 4, 5, 6, 7, 8, 10] and held.rates.tolist() == [2, 3, 4, 5, 6, 7, 9]
+    assert held.put(np.zeros(11), np.arange(1.0, 12)).tolist() == [0, 0, 3, 4, 5, 6, 7, 8, 9, 0, 11]
+
+
 def test_what_is_differentiated_is_the_drive_alone(crank):
     """Rates of the others follow from its own; what is said names it."""
     expected = of_crank(*TURN)
     found = made(crank, expected[0])
     assert np.array_equal(found.v[5:-5, 0], derivative(TIME, TURN[0])[5:-5]) and found.v == pytest.approx(expected[1], abs=1e-5) and found.a == pytest.approx(expected[2], abs=1e-2)
     assert "velocities and accelerations of A differentiated from a quintic spline through the samples" in found.differentiated
+    assert found.resolution[0] > 0 and (found.resolution[1:] == 0).all(), "what follows has the resolution of none"
     stands = made(crank, of_crank(np.maximum(TIME - 1, 0) ** 3)[0]).stands
     assert stands[:150].all() and not stands[300:].any() and (stands == stands[:, :1]).all(), "all stand where the drive does"
 
@@ -117,6 +197,13 @@ def test_positions_of_joints_that_follow_are_compared(crank, joint, other):
         assert found.contradictions == [f"{line}: check dimensions, offsets and the branch; those that follow are used"] * doubted
         same = [line for line in found.differentiated if "in the motion are those that follow, within" in line]
         assert sum(other in line for line in same) == 1 and any(joint in line for line in same) != told
+
+
+def test_whole_turns_are_none_of_hinges_alone(crank):
+    q = of_crank(TURN[0])[0]
+    q[100] += [0, 2 * np.pi, 2 * np.pi]
+    told = "positions of S in the motion differ from those that follow by up to 6.28 m, at 0.5 s: check dimensions, offsets and the branch; those that follow are used"
+    assert made(crank, q, known=(True, True, True)).contradictions == [told]
 
 
 def test_the_branch_is_that_of_the_first_sample_where_all_is_given(crank):
@@ -142,9 +229,30 @@ def test_which_joints_are_held(robot):
     assert follow_by_loops(SimpleNamespace(loops=fourbar.loops, drives=("A",), joint_names=["A", "B"], joints=(turn, ball))).tolist() == [1, 2, 3, 4]
     tip = FOURBAR.replace("</robot>", link("tip", 0.2, 0.1) + joint("T", "coupler", "tip", "0.1 0 0") + "</robot>")
     assert freedoms(robot(tip)) == 2 and held_by(robot(tip, drives=["T", "A"])).names == ["T", "A"]
-    for text, drives, said in ((tip, ["A"], "2 freedoms, and drives A leave 1 of them open"), (tip, [], "2 freedoms, and no drives leave 2 of them open"), (FOURBAR, [], "1 freedom, and no drives leave 1 of it open")):
-        with pytest.raises(MotionError, match=f"the mechanism has {said}; name more: --drives .*, from among [AB], "):
+    for text, drives, said, others in (
+        (tip, ["A"], "2 freedoms, and drives A leave 1 of them open", "B, T, D"),
+        (tip, [], "2 freedoms, and no drives leave 2 of them open", "A, B, T, D"),
+        (FOURBAR, [], "1 freedom, and no drives leave 1 of it open", "A, B, D"),
+    ):
+        with pytest.raises(MotionError, match=rf"the mechanism has {said}; name more: --drives .*, from among {others}$"):
             held_by(robot(text, drives=drives))
+    flying = robot(FOURBAR, drives=["A"], floating_base=True)
+    body = flying.joint_names[0]
+    assert held_by(flying).names == [body, "A"] == [j.name for j in held_by(flying).joints], "what floats first"
+    with pytest.raises(MotionError, match=r"the mechanism has 7 freedoms, and no drives leave 1 of them open; .*, from among A, B, D$"):
+        held_by(robot(FOURBAR, drives=[], floating_base=True))
+
+
+def test_limits_are_told_of_held_joints_that_have_some(robot):
+    model = robot(SLIDERCRANK, drives=["S"])
+    crank, _, slider = model.joints[:3]
+    assert _allowed(Held(model, (crank,))) == "; choose narrower waypoints"
+    assert _allowed(Held(model, (crank, slider))) == "; the limits allow S from 0 to 1 m, and not all of that can be reached: choose narrower waypoints or limits"
+
+
+def test_trees_follow_nothing(crank):
+    motion = made(crank, of_crank(TURN[0])[0])
+    assert closed(crank.without_loops(), motion) is motion
 
 
 def test_several_motions_side_by_side(crank, robot):
@@ -173,6 +281,58 @@ def test_several_motions_side_by_side(crank, robot):
     assert e.value.row == 1
 
 
+def follower_of(model, samples=3, length=2.0, step=0.01):
+    """The joints that follow in so many samples, of a mechanism of that length."""
+    follower = Follower(model, step * np.arange(samples), np.zeros((samples, model.nq)), DRIVE, "motion", None)
+    follower._length = length
+    return follower
+
+
+@pytest.mark.parametrize(("joint", "size", "jump"), [("B", 1, 0.2), ("S", 1, 0.4), ("S", -1, 0.4), ("A", 1, np.inf)])
+@pytest.mark.parametrize("speed", [0.0, 7.0])
+def test_steps_may_differ_from_rates_by_a_fifth(crank, joint, size, jump, speed):
+    """Rad, or lengths of the mechanism, here of 2 m; and by as much more as the rates of this joint change in the step of 0.01 s."""
+    follower, c = follower_of(crank), crank.joint_names.index(joint)
+    allowed = min(jump, 9.0) + 2 * speed * 0.01
+    v = np.zeros((3, 3))
+    v[1:, c] = -speed, speed
+    for share in (0.99, 1.01):
+        q = np.zeros((3, 3))
+        q[2, c] = size * share * allowed
+        if share < 1 or np.isinf(jump):
+            follower._check_branch(q, v)
+            continue
+        with pytest.raises(MotionError, match=rf"motion: sample 3 \(time 0\.02\): joint {joint}, which follows A, jumps to another branch"):
+            follower._check_branch(q, v)
+
+
+@pytest.mark.parametrize("bad", [0, 3, 6])
+@pytest.mark.parametrize("kind", [ValueError, UserWarning])
+def test_the_sample_is_named_at_which_rates_do_not_follow(crank, bad, kind):
+    def rates(rows):
+        if bad in range(7)[rows]:
+            if kind is ValueError:
+                raise ValueError
+            warnings.warn("freedoms are left", UserWarning, stacklevel=1)
+        return np.zeros((7, 3))[rows]
+
+    q = np.column_stack([0.5 * np.arange(7), np.zeros((7, 2))])
+    at = rf"motion: sample {bad + 1} \(time 0\.0{bad}\)" if bad else r"motion: sample 1 \(time 0\)"
+    with pytest.raises(MotionError, match=rf"{at}: velocities of the other joints don't follow from those of A: with A = {0.5 * bad:g} rad the mechanism is at a singular"):
+        follower_of(crank, 7)._consistent(q, rates, "velocities")
+
+
+@pytest.mark.parametrize(
+    ("kind", "forces", "moments"), [("revolute", 3, 2), ("fixed", 3, 3), ("spherical", 3, 0), ("prismatic", 2, 3), ("cylindrical", 2, 2), ("planar", 1, 2), ("translation", 0, 3)]
+)
+def test_errors_of_angles_count_times_the_length(crank, kind, forces, moments):
+    """Of equations of forces as they are, of those of moments times 2 m: the second of two loops, behind one of three forces and two moments."""
+    follower, n = follower_of(crank), 5 + forces + moments
+    loops = [SimpleNamespace(kind="revolute", equations=5), SimpleNamespace(kind=kind, equations=forces + moments)]
+    follower._model = SimpleNamespace(loops=loops, loop_error=lambda q: -1e-3 * np.eye(n))
+    assert follower._errors(np.zeros((n, 3))) == pytest.approx(1e-3 * np.array([1.0] * 3 + [2.0] * 2 + [1.0] * forces + [2.0] * moments))
+
+
 @pytest.mark.parametrize(("share", "refused"), [(0.99, False), (1.01, True)])
 def test_a_step_that_rates_do_not_explain_is_another_branch(crank, share, refused):
     """From 0.2 rad on; here of the rod, whose crank is moved between two samples by more than its speed, which is said to be zero."""
@@ -198,7 +358,8 @@ def test_the_loop_that_stays_open_is_named(robot):
 
 def test_a_motion_that_leaves_the_reach_names_sample_and_time(robot):
     model = robot(SLIDERCRANK, drives=["S"])
-    with pytest.raises(MotionError, match=r"sample 51 \(time 0\.25\): with S = 0\.35 m the mechanism can't be closed: out of reach, loop joint C"):
+    apart = np.hypot(0.3495, OFFSET) - CRANK - ROD  # at the first of the eight steps there that fails, of 0.125 mm
+    with pytest.raises(MotionError, match=rf"sample 51 \(time 0\.25\): with S = 0\.35 m the mechanism can't be closed: out of reach, loop joint C stays open by {apart:.3g} m"):
         made(model, np.column_stack([0 * TIME, 0 * TIME, 0.3 + 0.2 * TIME]), known=(False, False, True))
 
 
@@ -234,6 +395,22 @@ def test_made_motions_name_joint_limit_and_time(robot):
     assert any("beyond its lower limit -4 rad" in line for line in low) and not any("upper" in line for line in low)
     fast = beyond_limits(follows, replace(made.motion, v=100 * made.motion.v))
     assert fast and all(line.startswith("D follows") for line in fast), "what leads is kept within its limits elsewhere"
+
+
+def test_files_need_the_columns_of_drives_and_of_what_floats(robot, written, refusal):
+    """Or constants in their place; nobody else's, unless drives aren't known."""
+    model = robot(FOURBAR, drives=["A"])
+    lines = lambda *names: written(",".join(["time", *names]) + "".join(f"\n{0.1 * k}" + f",{0.01 * k}" * len(names) for k in range(9)))
+    assert read_motion(model, lines("A")).closing.held == ("A",)
+    assert refusal(model, lines("B")).endswith("no column 'A' for joint A; add its positions (rad or m) at every sample")
+    constant = written("[constants]\nA = 0.5\n", "map.toml")
+    assert (read_motion(model, lines("B"), map=constant).q[:, 0] == 0.5).all()
+    unknown = robot(FOURBAR)
+    said = refusal(unknown, lines("A"))
+    assert "no column 'B' for joint B. The columns of the joints that have motors would do, but fourbar doesn't say which these are; name them: --drives" in said
+    assert "no column 'A' for joint A. " in refusal(unknown, lines("B")) and "no column 'B' for joint B. " in refusal(unknown, lines("D"), map=constant)
+    flying = robot(FOURBAR, drives=["A"], floating_base=True)
+    assert "no column 'floating_base.x' for joint floating_base; add its pose" in refusal(flying, lines("A"))
 
 
 def test_long_lists_of_names():

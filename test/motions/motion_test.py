@@ -5,9 +5,11 @@ import pytest
 
 import ksl
 from ksl.model.motion_columns import columns_of
-from ksl.motions.motion import Motion, complete
+from ksl.motions.motion import Motion, _jumps, complete
 from ksl.motions.reading import read_external, read_motion
+from ksl.motions.signal.quality import Samples
 from ksl.motions.signal.rates import derivative
+from ksl.motions.signal.splines import spline_through
 
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
 
@@ -138,6 +140,29 @@ def turning(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     into_body = lambda x: np.einsum("nij,ni->nj", R, x)
     v = into_body(p1)
     return np.hstack([p, quaternion]), np.hstack([v, w]), np.hstack([into_body(p2) - np.cross(w, v), dw])
+
+
+def test_velocities_of_a_floating_base_whose_accelerations_are_given(flying):
+    t = np.linspace(0, 2, 801)
+    q, v, a = turning(t)
+    found = complete(flying, t, q, [[None, a]])
+    assert found.v == pytest.approx(v, abs=1e-6) and np.array_equal(found.a, a)
+
+
+def test_accelerations_are_those_of_the_unit_quaternion_between_samples(flying):
+    """Samples are far apart, so that the spline's length changes at them: against differences of the twist of its direction, a millisecond to both sides."""
+    t = np.linspace(0, 2, 9)
+    q, _, _ = turning(t)
+    spline, dt = spline_through(t, q[:, 3:]), 1e-3
+
+    def twist(at):
+        n, n1 = spline(at), spline(at, nu=1)
+        return 2 * (n[:, 3:] * n1[:, :3] - n1[:, 3:] * n[:, :3] - np.cross(n[:, :3], n1[:, :3])) / np.sum(n * n, axis=1, keepdims=True)
+
+    growth = np.abs(np.sum(spline(t) * spline(t, nu=1), axis=1)).max()
+    found = complete(flying, t, q, [[None, None]])
+    assert growth > 0.01 and found.v[:, 3:] == pytest.approx(twist(t), abs=1e-9)
+    assert found.a[:, 3:] == pytest.approx((twist(t + dt) - twist(t - dt)) / (2 * dt), abs=1e-3)
 
 
 def floating_table(t, q) -> dict[str, np.ndarray]:
@@ -340,6 +365,34 @@ def test_columns_that_could_be_of_two_joints(robot, written):
 def test_what_can_t_be_differentiated(two, written, columns):
     found = refusal(two, written(csv({"time": range(8)} | columns)))
     assert found.startswith(":2: ") and "hip" in found and "check their units" in found
+
+
+@pytest.mark.parametrize("n", [5, 6])
+def test_six_samples_are_enough(two, n):
+    """To be smoothed, to be looked at for jumps, and to say that given rates contradict them."""
+    t = 0.1 * np.arange(n)
+    q, none = np.column_stack([2 * t, 0 * t]), np.zeros((n, 1))
+    given = [[none - 2, none], [none, none]]
+    assert [line.split(" at ")[0] for line in complete(two, t, q, given).contradictions] == ["hip.v"] * (n == 6)
+    assert list(_jumps(two.joints[:2], Samples(t, q, [[None, None]] * 2), differentiated=True)) == ["hip", "knee"] * (n == 6)
+    if n == 6:
+        assert complete(two, t, q, given, smooth=4.0).smooth == 4.0
+    else:
+        with pytest.raises(ksl.MotionError, match="5 samples, but smoothing needs at least 6"):
+            complete(two, t, q, given, smooth=4.0)
+
+
+def test_quaternions_are_of_unit_length_when_smoothed_and_what_is_behind_them_stays(robot):
+    """A body that turns by 1 rad/s, with a hinge that stands at 0.7 rad: a low pass halves what turns at its frequency, and a constant is as it was."""
+    m = robot(TWO.replace('type="revolute"', 'type="floating"', 1))
+    t = np.linspace(0, 2, 101)
+    k, rest = m.joint("hip").quaternion, m.joint("knee").q_index
+    q = np.zeros((101, m.nq))
+    q[:, rest] = 0.7
+    q[:, m.joint("hip").q_index + k + 2], q[:, m.joint("hip").q_index + k + 3] = np.sin(t / 2), np.cos(t / 2)
+    found = complete(m, t, q, [[None, None]] * 2, smooth=3.0)
+    assert rest == k + 4 and found.q[:, rest] == pytest.approx(np.full(101, 0.7), abs=1e-12)
+    assert np.linalg.norm(found.q[:, k : k + 4], axis=1) == pytest.approx(np.ones(101), abs=1e-12)
 
 
 # rates that contradict

@@ -1,6 +1,7 @@
 """Maps of columns, degrees, resampling and a window of time: in Python and as options of the command."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from typer.testing import CliRunner
 import ksl
 from ksl.model.motion_columns import columns_of
 from ksl.motions.reading import read_motion
+from ksl.motions.reading_options import check_options
 
 DEGREE = np.pi / 180
 
@@ -20,6 +22,16 @@ def text(columns: dict[str, np.ndarray]) -> str:
 @pytest.fixture
 def time() -> np.ndarray:
     return np.arange(12) * 0.25
+
+
+@pytest.mark.parametrize(("x", "good"), [(2, True), (2.5, True), (np.float32(2), True), (None, True), (True, False), ("2", False), ([2.0], False)])
+@pytest.mark.parametrize("name", ["resample", "start", "stop", "smooth"])
+def test_numbers_are_no_words_and_no_lists(name, x, good):
+    if good:
+        check_options("load.toml", {name: x})
+    else:
+        with pytest.raises(ksl.MotionError, match=rf"^load\.toml: {name} is {re.escape(repr(x))}; expected a number$"):
+            check_options("load.toml", {name: x})
 
 
 # maps
@@ -50,6 +62,20 @@ def test_maps_from_files(leg, written, time, form):
     ]
 
 
+def test_times_in_minutes_by_their_name(leg, written, time):
+    found = read_motion(leg, written(text({"Time [min]": time / 60, "hip [deg]": 90 * time, "slide": time})))
+    assert found.time == pytest.approx(time, abs=1e-12) and found.q[:, 0] == pytest.approx(np.pi / 2 * time)
+    assert found.source.notes == ["column 'Time [min]' is taken as the time", "times were converted from min to s", "converted from deg to rad: hip"]
+
+
+@pytest.mark.parametrize("rule", ["offset = 5", "sign = -1", "offset = 5, sign = -1"])
+def test_times_have_neither_sign_nor_offset(leg, written, time, refusal, rule):
+    path = written(text({"ms": 1000 * time, "hip": time, "slide": time}))
+    by = written(f'[columns]\nms = {{ to = "time", unit = "ms", {rule} }}\n', "map.toml")
+    with pytest.raises(ksl.MotionError, match="column 'ms' holds times, which take a unit or a scale, and neither sign nor offset"):
+        read_motion(leg, path, map=by)
+
+
 def test_a_map_of_two_columns_and_a_mapping(leg, written, time):
     path = written(text({"time": time, "j1": 2 * time, "j2": 3 * time}))
     by_file = read_motion(leg, path, map=written("j1,slide\nj2,hip\n", "map.csv"))
@@ -64,6 +90,13 @@ def test_rates_are_mapped_with_their_joint(leg, written, time):
     path = written(text({"time": time, "j1": 90 - 10 * time, "j1.v": -10 + 0 * time, "slide": time}))
     m = read_motion(leg, path, map={"columns": {"j1": {"to": "hip", "unit": "deg", "sign": -1, "offset": 90}}})
     assert m.q[:, 0] == pytest.approx(10 * DEGREE * time, abs=1e-15) and m.v[:, 0] == pytest.approx(10 * DEGREE + 0 * time, abs=1e-15)
+
+
+@pytest.mark.parametrize("ignored", ['"mode"', "[1]", '["mode", 1]', "{ mode = 1 }"])
+def test_what_is_ignored_is_a_list_of_columns(leg, written, time, ignored):
+    path = written(text({"time": time, "hip": time, "slide": time, "mode": time}))
+    with pytest.raises(ksl.MotionError, match=r'map\.toml: ignore is a list of columns: ignore = \["name", …\]$'):
+        read_motion(leg, path, map=written(f"ignore = {ignored}\n", "map.toml"))
 
 
 def test_ignored_columns_and_joints_at_rest(leg, written, time):

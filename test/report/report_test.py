@@ -17,8 +17,9 @@ from ksl.load_cases.verdict import Use, Verdict
 from ksl.model.mechanism import Joint
 from ksl.report.charts import POINTS, decimate, limits_in_sight
 from ksl.report.input import NOT_USED, CaseCurves, ReportInput
-from ksl.report.numbers import format_number
+from ksl.report.numbers import format_number, peak
 from ksl.report.page import write_report
+from ksl.report.stills import largest_load
 from ksl.report.verdict_section import ComponentsVerdict, verdict_section
 from ksl.report.rows import exceeds, with_limits
 
@@ -341,6 +342,21 @@ def test_the_limit_of_the_effort_is_drawn_with_the_effort(page):
     panels = [panel for chart in json.loads(page.scripts[0])["charts"] for panel in chart["panels"]]
     assert all(panel["limits"] == [] for panel in panels if panel["label"] in ("Force, N", "Moment, N m"))
     assert [panel["limits"] for panel in panels if panel["curves"][0]["name"] == "drive" and "Drive" in panel["label"]] == [[-12.0, 12.0], [], []]
+
+
+@pytest.mark.parametrize("relieved", [0, 250, 500])
+def test_charts_of_brakes_and_of_drives_that_have_an_effort(tmp_path, relieved):
+    """Of the first joint, whose brake holds from this sample on."""
+    shown = report()
+    case, brakes = shown.cases[0], np.arange(500) >= relieved
+    hinge = case.joints[0]
+    held = replace(hinge, effort=np.where(brakes, 0.0, hinge.effort), brake=np.where(brakes, hinge.effort, 0.0))
+    shown = replace(shown, cases=[replace(case, joints=[held, *case.joints[1:]])])
+    charts = json.loads(written(shown, tmp_path).scripts[0])["charts"]
+    labels = [panel["label"].split(",")[0] for chart in charts for panel in chart["panels"]]
+    assert labels.count("Brake torque") == 1 and labels.count("Power") == (4 if relieved else 3), "of the balance, and of the drives"
+    load = largest_load(held)
+    assert (load.quantity, load.value) == max((peak(held.brake), "brake"), (peak(held.effort), "effort"))[::-1]
 
 
 def test_limits_of_positions_are_drawn(page):

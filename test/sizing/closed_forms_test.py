@@ -7,6 +7,7 @@ from pathlib import Path
 import ksl
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from ksl.load_cases.case_file import cases_of_text
 from ksl.sizing.results import Results
@@ -77,6 +78,34 @@ def test_brakes_load_the_gear_and_not_the_motor(robot, tmp_path):
     assert f["holding torque"].value == pytest.approx(2 * G * 0.5 / 50, rel=1e-12) and f["peak torque"].value == f["rms torque"].value == 0.0
     assert f["emergency torque"].value == f["acceleration torque"].value == pytest.approx(40.0, rel=1e-9)
     assert abs(f["largest stress"].value) == pytest.approx(40e6, rel=1e-9)
+
+
+@pytest.mark.parametrize("physics", [(), ("armature",)])
+@pytest.mark.parametrize("file", [False, True])
+def test_a_brake_relieves_the_motor_from_its_time_on(robot, tmp_path, file, physics):
+    """Held level by its controller for 0.3 s, and by its brake for 0.7 s more: a sample each 10 ms stands for so long, and the first one for half of that.  The torque
+    of gravity is that of the motor before, and that of the brake after; gear and structure have it throughout."""
+    m = robot(PENDULUM)
+    hold = "simulate = { until = 1.0, pose = { pivot = 0.0 }, controller = 'gravity', brake_at = 0.3, brake = 40.0, rate = 100 }"
+    cases = cases_of_text(m, f"[cases.hold]\nphysics = {list(physics)}\n{hold}\n")
+    run = ksl.compute_loads(m, cases=cases)
+    run.write(tmp_path / "out")
+    level, before = 2 * G * 0.5, math.sqrt(0.295)
+    row = next(row for row in run.summary.to_pylist() if row["joint"] == "pivot" and row["case"] == "hold")
+    assert row["effort_peak"] == pytest.approx(level, rel=1e-9) and row["brake_peak"] == pytest.approx(level, rel=1e-9)
+    assert (row["effort_peak_time"], row["brake_peak_time"]) == (0.0, pytest.approx(0.3))
+    motor = component("pivot", "motor", gear_ratio=50, rotor_inertia=1e-4, rated_torque=0.5, peak_torque=1.0, brake_torque=0.25)
+    gear = component("pivot", "planetary gear", ratio=50, acceleration_torque=60)
+    f = figures(ksl.size(tmp_path / "out" if file else run, {"component": [*motor["component"], *gear["component"]]}))
+    assert f["rms torque"].value == pytest.approx(level / 50 * before, rel=1e-9)
+    assert f["peak torque"].value == f["holding torque"].value == pytest.approx(level / 50, rel=1e-9)
+    assert f["acceleration torque"].value == pytest.approx(level, rel=1e-9)
+    rows = [row for row in pq.read_table(next((tmp_path / "out").glob("*.parquet"))).to_pylist() if row["joint"] == "pivot"]
+    assert len(rows) == 101
+    for row in rows:
+        braked = row["time"] >= 0.3
+        assert (row["effort"], row["brake"]) == ((0.0, pytest.approx(-level)) if braked else (pytest.approx(-level), None))
+        assert not physics or row["transmitted"] == (None if braked else pytest.approx(-level))
 
 
 def test_a_pendulum_held_level(robot):

@@ -218,14 +218,14 @@ def _efforts(given: list[str], option: str) -> float | dict[str, float] | None:
 
 def _case(model: Model, how: Simulated, motion: Path | None, carried: list[Payload]) -> tuple[LoadCase, list[InputFile]]:
     from ksl.load_cases.load_case import LoadCase
-    from ksl.load_cases.simulated import is_braked, simulated_motion
+    from ksl.load_cases.simulated import brakes_from, simulated_motion
     from ksl.motions.reading import read_motion
 
     with recorded() as ledger:
         followed = None if motion is None else read_motion(model, motion)
         with _progress() as progress:
             moved, kind = simulated_motion(model, how, followed, [], progress)
-    return LoadCase(model, moved, name="simulated", motion_file="" if motion is None else str(motion), payloads=carried, brake=is_braked(how, moved), kind=kind), ledger.files
+    return LoadCase(model, moved, name="simulated", motion_file="" if motion is None else str(motion), payloads=carried, brakes_from=brakes_from(how), kind=kind), ledger.files
 
 
 @contextmanager

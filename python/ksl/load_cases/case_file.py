@@ -20,10 +20,10 @@ from ksl.base.input_files import path_given
 from ksl.base.toml_files import read_toml, toml_of
 from ksl.load_cases.case_mechanism import OF_MECHANISM, Mechanisms
 from ksl.load_cases.closed_poses import closed_pose, named_joints
-from ksl.load_cases.load_case import LoadCase, Payload, Placement
+from ksl.load_cases.load_case import ALWAYS, NEVER, LoadCase, Payload, Placement
 from ksl.load_cases.reaction_joints import reaction_joints
 from ksl.load_cases.simulate_keys import simulated_of
-from ksl.load_cases.simulated import is_braked, simulated_motion
+from ksl.load_cases.simulated import brakes_from, simulated_motion
 from ksl.load_cases.stops import Law, Stop, at_rest, nearest_sample, worst_start
 from ksl.load_cases.summary_table import ALL_CASES
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
@@ -214,7 +214,7 @@ class _Case:
         external = [self._external(i, e) for i, e in enumerate(_list(f"{self.where}: external", self.spec.get("external", [])))]
         if self.spec.get("hold", False) is not False:
             motion, file = self._held(model)
-            return [self._made(model, replace(at_rest(motion), doubts=_about_units(model, motion)), file, payloads, external, "held at rest by brakes", brake=True)]
+            return [self._made(model, replace(at_rest(motion), doubts=_about_units(model, motion)), file, payloads, external, "held at rest by brakes", ALWAYS)]
         if self.spec.get("simulate", False) is not False:
             return [self._simulated(model, payloads, external)]
         motion, file = self.reader.motion(self.where, self.spec.get("motion"), self.mechanism)
@@ -224,13 +224,13 @@ class _Case:
 
     def _made(
         self, model: Model, motion: Motion, file: str, payloads: Sequence[Payload], external: Sequence[WrenchOverTime], kind: str = "motion",
-        brake: bool = False, name: str | None = None, held_at: float | None = None,
+        brakes_from: float = NEVER, name: str | None = None, held_at: float | None = None,
     ) -> LoadCase:  # fmt: skip
         """held_at: the time whose external wrenches act throughout, or None."""
         time = motion.time if held_at is None else np.full(len(motion.time), held_at)
         wrenches = total_on_links(external, model, time, motion.q)
         static = kind.startswith("held")
-        return LoadCase(model, motion, self.reader.placement, wrenches, name or self.name, file, payloads, brake, kind, static)
+        return LoadCase(model, motion, self.reader.placement, wrenches, name or self.name, file, payloads, brakes_from, kind, static)
 
     def _model(self) -> tuple[Model, list[Payload]]:
         """The robot with what this case changes about it."""
@@ -374,7 +374,7 @@ class _Case:
             motion, kind = simulated_motion(model, how, followed, external)
         except ValueError as e:
             raise CaseError(f"{self.where}: {e}") from None
-        return self._made(model, motion, file, payloads, external, kind, is_braked(how, motion))
+        return self._made(model, motion, file, payloads, external, kind, brakes_from(how))
 
     def _stops(
         self, model: Model, motion: Motion, file: str, payloads: Sequence[Payload], external: Sequence[WrenchOverTime]
@@ -401,7 +401,7 @@ class _Case:
                 stopped = replace(stop.motion(model, motion, start), doubts=doubts)
             except MotionError as e:
                 raise CaseError(f"{self.where}: {e}") from None
-            made.append(self._made(model, stopped, file, payloads, external, kind, by == "brakes", name, at))
+            made.append(self._made(model, stopped, file, payloads, external, kind, ALWAYS if by == "brakes" else NEVER, name, at))
         return made
 
     def _stop(self, motion: Motion) -> tuple[Stop, str]:

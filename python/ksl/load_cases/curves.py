@@ -32,27 +32,28 @@ class Curves:
             empty = joint_loads(joint, np.empty((0, 6)), None, None)
             position, speed, acceleration = self.case.joint_motions.of(joint) if joint.one_coordinate else (None, None, None)
             effort = np.zeros(n) if has_drive(model, joint) else None
-            brake = np.empty(n) if effort is not None and self.case.brake else None
+            brake = np.empty(n) if effort is not None and self.case.braked.any() else None
             coupling = np.empty(n) if joint.leader is not None else None
-            parts: dict[str, Array] = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None and brake is None else {}
+            parts: dict[str, Array] = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None and not self.case.brake else {}
             wrench: dict[str, Array] = {name: np.empty(n) for name in empty.wrench}
             self.loads.append(JointLoads(joint, wrench, speed, effort, coupling, parts, position, acceleration, brake))
 
     def add(self, block: Block) -> None:
         """Adds the samples `block.rows`; each sample must be added once, in any order."""
         followers = {name: i for i, name in enumerate(self.case.model.follower_names)}
+        of_drives, of_brakes = block.of_drives(block.tau), block.of_brakes(block.tau)
         for i, collected in enumerate(self.loads):
             part = joint_loads(collected.joint, block.in_joint_axes[:, i], None, None, bool(block.without_axial_effort[i]))
             for name, x in part.wrench.items():
                 collected.wrench[name][block.rows] = x
-            supplied = collected.brake if self.case.brake else collected.effort
-            if supplied is not None:
-                supplied[block.rows] = block.tau[:, collected.joint.v_index]
+            for supplied, of in ((collected.effort, of_drives), (collected.brake, of_brakes)):
+                if supplied is not None:
+                    supplied[block.rows] = of[:, collected.joint.v_index]
             if collected.coupling is not None:
                 collected.coupling[block.rows] = block.coupling[:, followers[collected.joint.name]]
             if block.parts is not None:
                 for k, part_of_effort in enumerate(collected.parts.values()):
-                    part_of_effort[block.rows] = block.parts[:, k, collected.joint.v_index]
+                    part_of_effort[block.rows] = block.of_drives(block.parts[:, k, collected.joint.v_index])
         self._drive[block.rows] = np.sum(block.tau * block.v, axis=1)
         if self._dissipation is not None and block.parts is not None:
             self._dissipation[block.rows] = np.sum((block.parts[:, 1] + block.parts[:, 2]) * block.v, axis=1)

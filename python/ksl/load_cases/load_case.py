@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -24,6 +25,8 @@ from ksl.model.states import Array
 from ksl.motions.closed_motion import check_drives
 from ksl.motions.motion import Motion
 
+ALWAYS, NEVER = -math.inf, math.inf
+"""Times from which on brakes supply efforts."""
 BLOCK_ROWS = 1 << 17
 """Rows of the table that are computed and written at a time."""
 
@@ -62,8 +65,8 @@ class LoadCase:
     """Empty for a motion that is no file's."""
     payloads: Sequence[Payload] = ()
     """What `model` carries besides its links, for the record."""
-    brake: bool = False
-    """Whether brakes supply the efforts; those of the drives are then zero."""
+    brakes_from: float = NEVER
+    """From this time on, s, brakes supply the efforts; those of the drives are then zero."""
     kind: str = "motion"
     """What the samples are, in words: motion, held at rest, emergency stop …"""
     static: bool = False
@@ -75,6 +78,16 @@ class LoadCase:
     def joints(self) -> tuple[Joint, ...]:
         """All joints with reactions, those that close loops last."""
         return reaction_joints(self.model)
+
+    @cached_property
+    def braked(self) -> NDArray[np.bool_]:
+        """(n): whether brakes supply the efforts, and not the drives."""
+        return np.asarray(self.motion.time >= self.brakes_from)
+
+    @property
+    def brake(self) -> bool:
+        """Whether they do so throughout."""
+        return bool(self.braked.all())
 
     @cached_property
     def joint_motions(self) -> JointMotions:
@@ -130,7 +143,7 @@ class LoadCase:
         for whole, part in zip([total, *others[:1]], of_structure, strict=True) if passive.any() else ():
             whole[:, passive] = part[:, passive]
         parts = self.model.effort_parts(m.q[rows], v[rows], a[rows], external, threads=threads) if self.model.physics and not self.brake else None
-        return Block(rows, m.time[rows], m.q[rows], v[rows], a[rows], tau, total, constraint, others[0] if others else total, coupling, self.joint_motions.part(rows), parts, self.brake, self.undetermined, self.without_axial_effort)
+        return Block(rows, m.time[rows], m.q[rows], v[rows], a[rows], tau, total, constraint, others[0] if others else total, coupling, self.joint_motions.part(rows), parts, self.braked[rows], self.undetermined, self.without_axial_effort)
 
     def _requests(self, part: str, axes: str, order: str) -> list[_core.Request]:
         """Requests for all joints at the common point, and for each joint that has a point of its own."""
@@ -173,10 +186,20 @@ class Block:
     motions: JointMotions
     """Positions and rates of joints with one coordinate."""
     parts: Array | None
-    """(n, 5, nv): what `tau` consists of, in the order of `EFFORT_PARTS`; None for models without physics of joints, and with brakes."""
-    brake: bool = False
-    """Whether brakes supply `tau`, and not the drives."""
+    """(n, 5, nv): what `tau` consists of, in the order of `EFFORT_PARTS`; None for models without physics of joints, and with brakes throughout."""
+    braked: NDArray[np.bool_]
+    """(n): whether brakes supply `tau`, and not the drives."""
     undetermined: Undetermined = Undetermined()
     """Components that rigid bodies leave open, along the whole motion."""
     without_axial_effort: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
     """(joints) those without a motor, of a closed mechanism, in whose wrench the component along the motion is zero by definition."""
+
+    def of_drives(self, x: Array) -> Array:
+        """Values (n, …) of the drives, which have none where brakes hold."""
+        return self._where(~self.braked, x)
+
+    def of_brakes(self, x: Array) -> Array:
+        return self._where(self.braked, x)
+
+    def _where(self, rows: NDArray[np.bool_], x: Array) -> Array:
+        return x if rows.all() else np.where(rows.reshape(-1, *[1] * (x.ndim - 1)), x, 0.0)

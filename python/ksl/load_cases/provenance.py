@@ -103,7 +103,7 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
     return {
         "name": case.name,
         "kind": case.kind,
-        "brake": case.brake,
+        "brake": bool(case.braked.any()),
         "motion": case.motion_file,
         "format": source.format if source else None,
         "step": float(np.median(np.diff(time))) if len(time) > 1 else 0.0,

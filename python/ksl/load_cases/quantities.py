@@ -84,7 +84,7 @@ class JointLoads:
     acceleration: Array | None = None
     """rad/s² or m/s²."""
     brake: Array | None = None
-    """Effort of the brake, N m or N, in load cases where brakes and not drives supply the efforts."""
+    """Effort of the brake, N m or N, in load cases in which brakes supply it; zero while the drive does."""
 
     @property
     def power(self) -> Array | None:

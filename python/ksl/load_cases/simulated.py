@@ -17,6 +17,7 @@ from ksl.base.errors import MotionError
 from ksl.base.printable import one_line
 from ksl.base.words import count
 from ksl.load_cases.closed_poses import closed_pose, named_joints
+from ksl.load_cases.load_case import NEVER
 from ksl.load_cases.poses import pose_of
 from ksl.load_cases.stops import nearest_sample
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
@@ -81,9 +82,9 @@ class Simulated:
     atol: float = TOLERANCE
 
 
-def is_braked(how: Simulated, motion: Motion) -> bool:
-    """Do brakes supply all efforts of the run, from its beginning."""
-    return how.brake_at is not None and how.brake_at <= float(motion.time[0])
+def brakes_from(how: Simulated) -> float:
+    """From which time on, s, brakes supply the efforts of the run: a sample at that time is behind the jump."""
+    return NEVER if how.brake_at is None else how.brake_at
 
 
 def simulated_motion(

@@ -69,7 +69,7 @@ class TableWriter:
             "order": p.order,
             "effort": f"{effort}, the same for every `on`, `at` and `axes`",
             **({"physics": ", ".join(model.physics)} if model.physics else {}),
-            **({"brake": "effort that brakes supply in load cases where drives don't, whose effort is zero there"} if self._with_brake else {}),
+            **({"brake": "effort that brakes supply at samples where drives don't, whose effort is zero there"} if self._with_brake else {}),
             **({"undetermined": "components that rigid bodies leave open, of the same wrench; their values are those of least norm"} if self._closed else {}),
             **({"coupling": "effort by which its leader moves a mimic joint, which has no drive"} if self._following else {}),
         }
@@ -85,16 +85,16 @@ class TableWriter:
         moved = [block.motions.of(j) for j in self._joints if j.one_coordinate]
         columns += [self._of(self._moving, np.column_stack([of[k] for of in moved]) if moved else np.empty((n, 0))) for k in range(3)]
         effort, speed = block.tau[:, self._v_index], block.v[:, self._v_index]
-        of_drive = np.zeros_like(effort) if block.brake else effort
+        of_drive = block.of_drives(effort)
         columns += [self._of(self._driven, of_drive), self._of(self._driven, of_drive * speed)]
         none = np.zeros(joints, dtype=bool)
         if self._with_brake:
-            columns.append(self._of(self._driven if block.brake else none, effort if block.brake else np.empty((n, 0))))
+            columns.append(self._of(self._driven, effort, block.braked))
         columns += [self._of(self._follows, block.coupling[:, self._following])] if self._following else []
         if self._with_parts and block.parts is None:
             columns += [self._of(none, np.empty((n, 0)))] * len(EFFORT_PARTS)
         elif block.parts is not None:
-            columns += [self._of(self._driven, block.parts[:, i, self._v_index]) for i in range(len(EFFORT_PARTS))]
+            columns += [self._of(self._driven, block.parts[:, i, self._v_index], ~block.braked) for i in range(len(EFFORT_PARTS))]
         p = self._placement
         points = list(dict.fromkeys(p.of(j.name) for j in self._joints))
         point_of_row = np.tile(np.array([points.index(p.of(j.name)) for j in self._joints], dtype=np.int16), n)
@@ -106,14 +106,14 @@ class TableWriter:
             columns.append(self._words(distinct, np.tile(np.array([distinct.index(x) for x in said], dtype=np.int16), n)))
         return pa.Table.from_arrays(columns, schema=self.schema)
 
-    def _of(self, chosen: NDArray[np.bool_], x: Array) -> pa.Array:
-        """Values of the chosen joints; the others have none."""
+    def _of(self, chosen: NDArray[np.bool_], x: Array, rows: NDArray[np.bool_] | None = None) -> pa.Array:
+        """Values of the chosen joints; the others have none.  rows: samples that have some, (n); None: all."""
         values = np.zeros((len(x), len(self._joints)))
         values[:, chosen] = x
-        if bool(chosen.all()):
+        present = np.broadcast_to(chosen if rows is None else chosen & rows[:, None], values.shape)
+        if present.all():
             return self._numbers(values)
-        present = np.packbits(np.broadcast_to(chosen, values.shape).ravel(), bitorder="little")
-        return self._numbers(values, present, len(x) * int(np.sum(~chosen)))
+        return self._numbers(values, np.packbits(present.ravel(), bitorder="little"), int(np.sum(~present)))
 
     def _numbers(self, x: Array, present: np.ndarray | None = None, absent: int = 0) -> pa.Array:
         """A column without a copy.  `pa.array` would import pandas, where it is installed, which takes longer than a small run."""

@@ -178,7 +178,8 @@ class Follower:
         self._where = where or (lambda k: f"{name}: sample {k + 1} (time {time[k]:.9g})")
         self.remedy = ""
         """What to do about positions that can't be closed, the end of a sentence."""
-        self._length, self._searched = 1.0, 0
+        self._length: float
+        self._searched: int
 
     def without_others(self, q: Array, given: list[list[Array | None]]) -> tuple[Array, list[list[Array | None]]]:
         """Positions and rates in which joints that follow stand still: nothing of them is differentiated, smoothed or doubted."""

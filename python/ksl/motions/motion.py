@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -269,7 +269,7 @@ def _rates(
             plain[2].append(joint)
         elif given_v is None:
             with _differentiable(where, joint):
-                v[:, cols], a[:, cols] = rates(joint, time, q[:, rows], given_v, given_a)
+                v[:, cols], a[:, cols] = rates(joint, time, q[:, rows])
     for order, of in plain.items():
         if of:
             names = [c for j in of for c in columns_of(j)[2 - order]]
@@ -307,18 +307,22 @@ def _contradictions(joint: Joint, time: Array, q: Array, v: Array, given_v: Arra
     """Lines for given velocities that are not the derivatives of the positions, and for accelerations and velocities likewise."""
     if len(time) < SPLINE_SAMPLES:
         return []
-    try:
-        checks = [
-            ("position", given_v, None if given_v is None else rates(joint, time, q, None, None)[0]),
-            ("velocity", given_a, None if given_a is None else derivative(time, v)),
-        ]
-    except ValueError:  # times too close for a spline: nothing to compare with
-        return []
     lines = []
-    for (of, given, found), columns, floor in zip(checks, columns_of(joint)[1:], (np.abs(q).max(), np.abs(v).max()), strict=True):
+    of_positions, of_velocities = columns_of(joint)[1:]
+    checks: list[tuple[str, Array, Array | None, Sequence[str], Callable[[], Array]]] = [
+        ("position", q, given_v, of_positions, lambda: rates(joint, time, q)[0]),
+        ("velocity", v, given_a, of_velocities, lambda: derivative(time, v)),
+    ]
+    for of, x, given, columns, derived in checks:
+        if given is None:
+            continue
+        try:
+            found = derived()
+        except ValueError:  # times too close for a spline: nothing to compare with
+            continue
         in_metres = np.array([unit == "m" for unit in units_of(joint)[1]])
-        at = None if given is None or found is None else _largest_contradiction(time, given, found, in_metres, 1e-5 * max(1.0, float(floor)))
-        if at is None or given is None or found is None:
+        at = _largest_contradiction(time, given, found, in_metres, 1e-5 * max(1.0, float(np.abs(x).max())))
+        if at is None:
             continue
         k, c = at
         of_column = "m" if in_metres[c] else "rad"

@@ -91,7 +91,7 @@ def _axis_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
 
 
 def _drive_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
-    """Charts of the drive, or of the brake that relieves it.
+    """Charts of the brake, and of the drive that it relieves, if that has an effort.
 
     The drive's limit applies to its effort, and not to moments about points other than the joint's origin.
     """
@@ -100,11 +100,14 @@ def _drive_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
         return ""
     speed, effort, drive = quiet(loads.speed), quiet(loads.effort), "Drive torque" if joint.has_angle else "Drive force"
     speed_label, effort_label = f"Speed, {unit('speed', joint)}", f"{drive}, {unit('effort', joint)}"
+    html = ""
     if loads.brake is not None:
         brake = "Brake torque" if joint.has_angle else "Brake force"
-        return charts.over_time(time, brake, [Panel(f"{brake}, {unit('brake', joint)}", {"brake": quiet(loads.brake)})])
+        html = charts.over_time(time, brake, [Panel(f"{brake}, {unit('brake', joint)}", {"brake": quiet(loads.brake)})])
+        if peak(effort) == 0:
+            return html
     driven = Panel(effort_label, {"drive": effort}, _in_sight(effort, joint.effort, REACH))
-    html = charts.over_time(time, f"{drive} and power", [driven, Panel("Power, W", {"power": quiet(loads.power)})])
+    html += charts.over_time(time, f"{drive} and power", [driven, Panel("Power, W", {"power": quiet(loads.power)})])
     parts = {name: quiet(x) for name, x in loads.parts.items() if peak(quiet(x)) > 0}
     if parts:
         html += charts.over_time(time, f"What the {drive.lower()} consists of", [Panel(effort_label, {"drive": effort, **parts}, emphasis=True)])

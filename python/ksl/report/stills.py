@@ -14,7 +14,7 @@ import numpy as np
 from ksl.load_cases.reaction_joints import LoopJoint
 from ksl.load_cases.quantities import JointLoads, first_extreme, unit
 from ksl.model.mechanism import Joint
-from ksl.report.numbers import format_number
+from ksl.report.numbers import format_number, peak
 
 if TYPE_CHECKING:
     from ksl.load_cases.load_case import LoadCase
@@ -92,11 +92,11 @@ class LargestLoad:
 
 
 def largest_load(loads: JointLoads) -> LargestLoad:
-    """The largest effort of the brake where one holds, of the drive, or of the coupling; of joints without either the largest moment, or force."""
-    if loads.brake is not None:
-        name, x = "brake", loads.brake
-    elif loads.effort is not None:
+    """The largest effort of brake and drive, or of the coupling; of joints without either the largest moment, or force."""
+    if loads.effort is not None:
         name, x = "effort", loads.effort
+        if loads.brake is not None and peak(loads.brake) >= peak(x):
+            name, x = "brake", loads.brake
     elif loads.coupling is not None:
         name, x = "coupling", loads.coupling
     else:

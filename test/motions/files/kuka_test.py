@@ -59,6 +59,15 @@ def test_measured_ones_are_taken_where_both_are_there(arm, written):
     np.testing.assert_allclose(motion.q, np.radians(np.tile(np.arange(1.0, 7), (50, 1))))
 
 
+@pytest.mark.parametrize("axes", [3, 4])
+def test_four_axes_are_a_robot(arm, written, refusal, axes):
+    model, text = arm([f"joint_a{i + 1}" for i in range(axes)]), written(log("AIPos.", axes=axes))
+    if axes == 4:
+        np.testing.assert_allclose(ksl.read_motion(model, text).q, np.radians(POSITIONS[:, :4]), atol=1e-10)
+    else:
+        assert "KUKA" not in refusal(model, text)
+
+
 def test_other_robots_need_a_map(arm, written, refusal):
     five = arm([f"axis{i}" for i in range(5)])
     said = refusal(five, written(log("AIPos.")))

@@ -110,13 +110,13 @@ def test_numbers_and_names_of_every_type(leg, written, refusal, order, mark, kin
     types = dict(zip(("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8", "i8", "u8"), (1, 2, 3, 4, 5, 6, 7, 9, 12, 13), strict=True))
 
     def variable(name, x, shape=None, named=small):
-        head = element(6, struct.pack(f"{order}II", 6, 0), order) + element(5, struct.pack(f"{order}2i", *(shape or (len(x), 1))), order) + named(1, name, order)
+        head = element(6, struct.pack(f"{order}II", 6, 0), order) + element(5, struct.pack(f"{order}{len(shape or (0, 0))}i", *(shape or (len(x), 1))), order) + named(1, name, order)
         return element(14, head + element(types[kind], np.asarray(x, dtype=order + kind).tobytes(), order), order)
 
     k = np.arange(8)
     motion = ksl.read_motion(leg, written(headed(variable(b"time", k) + variable(b"hip", k % 7) + variable(b"slide", 7 - k, named=element), mark)))
     assert motion.time.tolist() == k.tolist() and motion.q.tolist() == np.column_stack([k % 7, 7 - k]).tolist()
-    for bad in (variable(b"slide", k), variable(b"x", k, (9, 1)), variable(b"x", k, (-8, -1)), variable(b"x", k, (0, 8))):
+    for bad in (variable(b"slide", k), variable(b"x", k, (9, 1)), variable(b"x", k, (-8, -1)), variable(b"x", k, (0, 8)), variable(b"x", k, (8,))):
         assert "truncated or damaged" in refusal(leg, written(headed(variable(b"time", k) + variable(b"hip", k) + bad, mark)))
 
 

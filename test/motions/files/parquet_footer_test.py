@@ -56,6 +56,16 @@ def test_sizes_of_columns(groups, long):
             chunks(whole[:-cut])
 
 
+@pytest.mark.parametrize("number", [5, 6])
+def test_sizes_that_are_no_numbers_are_none(number):
+    """Nor are groups, columns and their data that are of another kind."""
+    told = fields(*sorted([(11 - number, I64, signed(70)), (number, BINARY, unsigned(2) + b"\x08\x08")]))
+    of = lambda data: fields((4, LIST, listed(STRUCT, fields((1, LIST, listed(STRUCT, data))))))
+    assert chunks(of(fields((3, STRUCT, told)))) == [[Chunk(70, 0) if number == 6 else Chunk(0, 70)]]
+    assert chunks(of(fields((3, BINARY, unsigned(len(told)) + told)))) == [[Chunk()]]
+    assert chunks(fields((4, LIST, listed(STRUCT, fields((1, STRUCT, told)))))) == [[]] and chunks(fields((4, STRUCT, told))) == []
+
+
 def nested(depth, kind):
     """So many structs or lists in each other, in a field."""
     inside = fields() if kind == STRUCT else listed(BYTE)

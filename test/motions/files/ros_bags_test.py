@@ -14,6 +14,7 @@ import pytest
 import ksl
 from growth import Name, assert_linear, work
 from ksl.base.files_read import InputFile, recorded
+from ksl.motions.files.recognise import _describes_bag
 from ksl.motions.reading import read_motion
 
 ROOT = Path(__file__).parents[3]
@@ -77,6 +78,11 @@ def test_one_file_of_a_ros_2_bag(leg, tmp_path, refusal):
         assert np.array_equal(read_motion(leg, plain).q, read_motion(leg, folder).q), "without its suffix"
         (folder / "metadata.yaml").unlink()
         assert refusal(leg, folder).startswith(f": is a folder without metadata.yaml; give one of its recordings: {file}")
+
+
+@pytest.mark.parametrize(("name", "text", "found"), [("metadata.yaml", "rosbag2_bagfile_information:", True), ("metadata.yaml", "names:", False), ("m.yaml", "rosbag2_bagfile_information:", False)])
+def test_what_describes_a_bag(written, name, text, found):
+    assert _describes_bag(str(written(text, name))) == found and not _describes_bag(str(written(text, name).parent / "none" / "metadata.yaml"))
 
 
 @pytest.mark.parametrize("kind", ["ros2", "ros2 of mcap"])

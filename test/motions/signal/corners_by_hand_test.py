@@ -97,7 +97,7 @@ def jumps_among(t, x, order, noise, step, rounded):
         slope = max(abs(left[order + 1]), abs(right[order + 1])) * h
         good = abs(s) <= 0.55 * h and apart <= max(0.1 * abs(J), 3 * fine_noise) and abs(J) > max(10 * rough_noise, 0.02 * largest)
         good &= off < min(max(12 * sigma / (abs(J) * h**2), 0.03), 0.2)
-        good &= slope < min(max(0.1 * abs(J), 3 * NOISE[4][order + 1] / np.sqrt(2) * sigma / h**order), 0.5 * abs(J))
+        good &= slope < max(0.1 * abs(J), 3 * NOISE[4][order + 1] / np.sqrt(2) * sigma / h**order)
         jumps[g], costs[g] = (mid + s, J, max(1e-3, 3 * rough_noise / abs(J))), off + 1e-6 * abs(s) / h if good else np.inf
     chosen, found = best(list(noise), costs), []
     for g in chosen:
@@ -139,9 +139,7 @@ def by_hand(t, x, order, step):
     noise, rounded, of_ends = candidates(t, x, step)
     if not noise:
         return [], []
-    inner, ends = {g: s for g, s in noise.items() if 3 <= g < len(t) - 4}, []
-    if min(noise) < 4 or max(noise) >= len(t) - 5:
-        ends = at_the_ends(t, x, of_ends)
+    inner, ends = {g: s for g, s in noise.items() if 3 <= g < len(t) - 4}, at_the_ends(t, x, of_ends)
     jumps, wrong = jumps_among(t, x, order, inner, step, rounded) if 0 < len(inner) <= max(64, len(t) // 8) else ([], [])
     near = 4 * np.median(np.diff(t))
     return jumps, sorted([*ends, *(f for f in wrong if all(abs(f[1] - e[1]) > near for e in ends))], key=lambda f: f[1])
@@ -217,10 +215,20 @@ def test_which_differences_stand_out(seed):
         if len(t) < 10:
             continue
         (noise, _, of_ends), (stand_out, background) = candidates(t, x, step), _candidates(t, x[:, None], np.array([step]))
-        assert np.flatnonzero(stand_out[:, 0]).tolist() == list(noise)
+        assert np.flatnonzero(stand_out[:, 0]).tolist() == list(noise) and stand_out.shape == background.shape == (len(t) - 1, 1)
         assert background[[*noise, 0, -1], 0] == pytest.approx([*noise.values(), *of_ends], rel=1e-3)
         said += len(noise) > 0
     assert said > 9
+
+
+@pytest.mark.parametrize(("spikes", "size", "rounded"), [(20, 1.0, False), (21, 1.0, True), (21, 0.88, True), (21, 0.8, False), (40, 0.8, True)])
+def test_numbers_that_are_multiples_of_a_step_by_chance(spikes, size, rounded):
+    """A ramp whose 401 fourth differences are none but for five at each spike, the least of them 1/√70 of it: where a quarter of all are larger than a tenth of the
+    step, x has been rounded to it.  Of smaller spikes three are."""
+    x = 1024.0 * np.arange(405)
+    x[6 + 9 * np.arange(spikes)] += size
+    _, background = _candidates(np.arange(405.0), x[:, None], np.ones(1))
+    assert background[-1, 0] == pytest.approx(1 / np.sqrt(12) if rounded else 4 * np.finfo(float).eps * x.max())
 
 
 @pytest.mark.parametrize("order", [2, 1])
@@ -239,6 +247,64 @@ def test_which_candidates_are_jumps(seed, order):
         assert found.impossible == [pytest.approx(f, rel=1e-6, abs=1e-12) for f in sorted(wrong, key=lambda f: f[1])]
         said += bool(jumps) + bool(wrong)
     assert said > 3
+
+
+JUST = {  # what a jump of 1 between samples 10 and 11 may still be, and what is too much
+    "sides that are apart": ({"apart": 0.029}, {"apart": 0.031}),
+    "by twelve times the noise": ({"apart": 0.1, "noise": 0.103 / 12}, {"apart": 0.1, "noise": 0.097 / 12}),
+    "by a fifth, in more noise": ({"apart": 0.195, "noise": 0.0185}, {"apart": 0.205, "noise": 0.0185}),
+    "not between its samples": ({"at": 0.535}, {"at": 0.565}),
+    "polynomials that disagree by a tenth": ({"one_side": 0.097 / 9}, {"one_side": 0.103 / 9}),
+    "by three times the noise": ({"one_side": 0.0145, "noise": 0.0145 * 9 / 3 / 162**0.5 * 1.03}, {"one_side": 0.0145, "noise": 0.0145 * 9 / 3 / 162**0.5 * 0.97}),
+    "steep": ({"both": 0.097 / 6}, {"both": 0.103 / 6}),
+    "steep in noise": ({"both": 0.97 * 0.268 / 6, "noise": 0.268 / 3 / 20**0.5}, {"both": 1.03 * 0.268 / 6, "noise": 0.268 / 3 / 20**0.5}),
+    "irrelevant": ({"bend": 49.0}, {"bend": 51.0}),
+    "noise": ({"noise": 0.97 / 10 / 12**0.5}, {"noise": 1.03 / 10 / 12**0.5}),
+}
+
+
+def of_a_jump(at=0.0, apart=0.0, both=0.0, one_side=0.0, bend=0.0, noise=0.0):
+    """What is found of a jump of 1 that is `at` steps from the middle of samples 10 and 11: sides apart, cubics on both or on one, a bend further on."""
+    k = np.arange(24.0)
+    u, right = k - 10.5, k >= 11
+    x = right * ((u - at) ** 2 / 2 + apart + one_side * u**3) + both * np.abs(u) ** 3 + bend * np.maximum(k - 20, 0)
+    return _tested(k, x, 2, np.array([10]), np.array([noise]), 0.0).jumps
+
+
+@pytest.mark.parametrize("what", JUST)
+def test_what_a_jump_may_just_be(what):
+    good, bad = JUST[what]
+    assert len(of_a_jump(**good).times) == 1 and len(of_a_jump(**bad).times) == 0
+
+
+CUBIC = np.array([0, 5.75, -4.5, 1])  # quadratics through three of its samples on a side are 1.875, at the middle
+IMPOSSIBLE = {  # polynomials behind the middle of samples 10 and 11, the order of the jump, the noise and the step, as they may be and not
+    "a step in noise": (0, [1.0], (0.97 / 20 / NOISE[3][0], 0.0), [1.0], (1.03 / 20 / NOISE[3][0], 0.0)),
+    "a step of roundings": (0, [1.0], (0.0, 0.97 / 3), [1.0], (0.0, 1.03 / 3)),
+    "a step of which cubics say else": (0, [1.0, 0, 0, 0] + 0.97 / 9 / 1.875 * CUBIC, (0.0, 0.0), [1.0, 0, 0, 0] + 1.03 / 9 / 1.875 * CUBIC, (0.0, 0.0)),
+    "a step with a bend": (0, [1.0, 0.194], (0.0, 0.0), [1.0, 0.206], (0.0, 0.0)),
+    "a bend in noise": (1, [0.0, 1.0], (0.97 / 20 / NOISE[3][1], 0.0), [0.0, 1.0], (1.03 / 20 / NOISE[3][1], 0.0)),
+    "a bend beside its samples": (1, [-0.58, 1.0], (0.0, 0.0), [-0.62, 1.0], (0.0, 0.0)),
+    "a bend with a curve": (1, [0.0, 1.0, 0.097], (0.0, 0.0), [0.0, 1.0, 0.103], (0.0, 0.0)),
+}
+
+
+@pytest.mark.parametrize("what", IMPOSSIBLE)
+def test_what_an_impossible_jump_may_just_be(what):
+    """Of 1, of the position or of its rate, behind a rest."""
+    order, good, given, bad, other = IMPOSSIBLE[what]
+    k = np.arange(24.0)
+    found = [_tested(k, (k >= 11) * polynomial.polyval(k - 10.5, c), 2, np.array([10]), np.array([noise]), step) for c, (noise, step) in ((good, given), (bad, other))]
+    assert [f[0] for f in found[0].impossible] == [order] and found[0].impossible[0][2] == pytest.approx(1.0, rel=0.15)
+    assert found[1].impossible == []
+
+
+@pytest.mark.parametrize(("noise", "near"), [(0.0, 1e-3), (0.005, 0.015 * 12**0.5), (0.025, 0.2)])
+def test_times_near_a_sample_are_at_it(noise, near):
+    """To a thousandth of a step, or by the noise, to a fifth."""
+    for side, sample in ((1, 11.0), (-1, 10.0)):
+        assert of_a_jump(at=side * (0.5 - 0.97 * near), noise=noise).times.tolist() == [sample]
+        assert of_a_jump(at=side * (0.5 - 1.03 * near), noise=noise).times == pytest.approx([sample - side * 1.03 * near], rel=1e-9)
 
 
 @pytest.mark.parametrize("end", [slice(None), slice(None, None, -1)])

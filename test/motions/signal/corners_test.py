@@ -11,6 +11,7 @@ from ksl.motions.motion import complete
 from ksl.motions.reading import read_motion
 from ksl.motions.signal.corners import Jumps, find_jumps, jumps_at
 from ksl.motions.signal.rates import derivative, rates_beside_corners
+from ksl.motions.signal.resampling import resampled
 
 CORNERS = np.array([0.1, 0.35, 0.65, 0.9])
 INERTIA, ACCELERATION = 0.52, 10.0
@@ -206,6 +207,17 @@ def test_quadratics_on_both_sides_of_a_corner(n, corner):
     assert before == pytest.approx(rate(t > corner)) and after == pytest.approx(rate(t >= corner))
 
 
+@pytest.mark.parametrize("second", [10.0, 9.0])
+def test_six_samples_between_corners_that_are_close(second):
+    """Both ends count, which are at corners; of five nothing is told."""
+    t = np.arange(16.0)
+    before, after = rates_beside_corners(t, np.abs(t - 5) + 3 * np.abs(t - second), np.array([5.0, second]))
+    expected = [np.where(t > 5, 1.0, -1.0) + np.where(t > second, 3.0, -3.0), np.where(t >= 5, 1.0, -1.0) + np.where(t >= second, 3.0, -3.0)]
+    if second == 9.0:
+        expected[0][6:10] = expected[1][5:9] = np.nan
+    assert before == pytest.approx(expected[0], nan_ok=True) and after == pytest.approx(expected[1], nan_ok=True)
+
+
 def test_resampling_keeps_corners(disk, tmp_path):
     """From 10 ms to 3 ms: positions are those of the closed form, and so is the acceleration."""
     t = times(0.01, 0.0021)
@@ -214,6 +226,14 @@ def test_resampling_keeps_corners(disk, tmp_path):
     m = read_motion(disk, path, resample=1 / 0.003)
     assert m.q[:, 0] == pytest.approx(trapezoid(m.time), abs=1e-9)
     assert np.abs(m.a).max() == pytest.approx(ACCELERATION, rel=1e-4)
+
+
+def test_resampling_keeps_corners_of_velocities(disk):
+    """Those that are given; accelerations are as they are between samples."""
+    t, tau = np.arange(200) * 0.01, 0.7033
+    v, a = np.maximum(t - tau, 0)[:, None], np.sin(t)[:, None]
+    at, _, ((found_v, found_a),), _ = resampled("m", disk.joints[:1], t, v**2 / 2, [[v, a]], 300.0, str)
+    assert found_v[:, 0] == pytest.approx(np.maximum(at - tau, 0), abs=1e-9) and found_a[:, 0] == pytest.approx(np.sin(at), abs=1e-9)
 
 
 def test_noise_is_looked_for_before_resampling(examples, tmp_path):

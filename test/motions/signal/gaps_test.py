@@ -39,6 +39,23 @@ def test_a_gap_of_a_motion_is_said(leg, tmp_path, rates):
     assert said.startswith("no samples between 1.1 s and 1.8 s, 70 median steps, while hip moves by 0.462 rad")
 
 
+@pytest.mark.parametrize(("column", "said"), [(0, "floating_base.x moves by 0.995 m:"), (5, "floating_base.qz moves by 0.995:")])
+def test_lengths_have_a_unit_and_quaternions_have_none(flying, column, said):
+    t = np.array([0.0, 0.01, 0.02, 0.03, 0.03 + np.arcsin(0.995), 1.6, 1.61, 1.62])
+    q = np.zeros((8, 7))
+    q[:, column], q[:, 6] = np.where(t > 0.1, 0.995, 0.0), 1.0
+    (found,) = doubts_about_gaps(flying.joints[:1], t, q)
+    assert said in found
+
+
+@pytest.mark.parametrize("moves", ["before", "after", "nowhere"])
+def test_rates_on_either_side_of_a_gap_say_that_a_joint_moved(leg, moves):
+    """Of a joint that is where it was, and moved just before the gap, or does so just behind it."""
+    t = np.array([0.0, 0.1, 0.2, 0.3, 1.3, 1.4, 1.5, 1.6])
+    q = {"before": [0.3, 0.3, 0.2, 0.1, 0.1, 0.1, 0.1, 0.1], "after": [0.1, 0.1, 0.1, 0.1, 0.1, 0.2, 0.3, 0.3], "nowhere": [0.1, 0.3, 0.1, 0.1, 0.1, 0.1, 0.3, 0.1]}[moves]
+    assert len(doubts_about_gaps(leg.joints[:2], t, np.column_stack([q, 0 * t]))) == (moves != "nowhere")
+
+
 def test_a_gap_of_whole_periods_is_said(leg, tmp_path):
     """The positions beside it are the same: only the rates say that it moved."""
     (said,) = doubts(leg, tmp_path, (T <= 1.1) | (T >= 2.1 - 1e-9), swing)

@@ -13,6 +13,7 @@ from ksl.base.errors import MotionError
 from ksl.motions.motion import complete
 from ksl.motions.reading import read_motion
 from ksl.motions.signal.noise import first_derivative_noise, second_derivative_noise, step_of, white_noise
+from ksl.motions.signal.quality import Samples, doubts_about_noise, noise_of
 from ksl.motions.signal.smoothing import attenuation, noise_after, smoothed
 
 
@@ -64,8 +65,44 @@ def test_what_is_said(pick):
     assert "are rounded to 0.001 rad: differentiated, that makes errors of ±" in rounded and "peaks are noise. Smooth the positions: --smooth " in rounded
     (noisy,) = with_q(pick, q + 2e-4 * np.random.default_rng(1).normal(size=q.shape)).doubts
     assert "have noise of 0.0002" in noisy and "rad (standard deviation)" in noisy
+    (coarse,) = with_q(pick, np.round(q + 2e-4 * np.random.default_rng(1).normal(size=q.shape), 4)).doubts
+    assert "have noise of 0.0002" in coarse, "which is more than it is rounded to"
     (still,) = with_q(pick, np.round(q, 3), smooth=60.0).doubts
     assert "also after smoothing at 60 Hz" in still and "Smooth the positions more: --smooth " in still
+
+
+@pytest.mark.parametrize("given", ["positions", "velocities"])
+def test_errors_of_accelerations_are_those_of_the_noise_over_the_step(leg, given):
+    """By the amplification of the spline; of velocities once over the step of 4 ms, of positions twice.  A joint that only noise moves has none."""
+    t, x = np.arange(1000) * 0.004, np.random.default_rng(3).normal(size=1000)
+    swing, none = 0.3 * np.sin(3 * t), np.zeros((1000, 1))
+    noise = 1e-4 if given == "positions" else 1e-3
+    v = None if given == "positions" else (3 * 0.3 * np.cos(3 * t) + noise * x)[:, None]
+    hip = swing + noise * x if given == "positions" else swing
+    (doubt,) = complete(leg, t, np.column_stack([hip, 0 * t]), [[v, None], [none, none]]).doubts
+    said = float(doubt.partition("errors of ±")[2].partition(" rad/s²")[0])
+    factor = second_derivative_noise() / 0.004**2 if given == "positions" else first_derivative_noise() / 0.004
+    assert f"{given} of hip have noise of" in doubt and said == pytest.approx(factor * noise, rel=0.15)
+    assert complete(leg, t, np.column_stack([1e-5 * x, swing]), [[None, None]] * 2).doubts == []
+
+
+def test_noise_of_quaternions_is_that_of_the_angle(flying):
+    """Twice that of their vector part."""
+    t, x = np.arange(1000) * 0.004, 1e-4 * np.random.default_rng(3).normal(size=(1000, 6))
+    q = np.column_stack([x[:, :3], x[:, 3:] / 2, np.ones(1000)])
+    noise = noise_of(flying.joints[:1], Samples(t, q, [[None, None]]), {})
+    assert noise.deviation == pytest.approx(1e-4 * np.ones(6), rel=0.15) and noise.curves == pytest.approx(x)
+
+
+@pytest.mark.parametrize("which", range(3))
+def test_numbers_beyond_all_robots_have_no_noise(leg, which):
+    """Their squares would be none."""
+    t, x = np.arange(100) * 0.004, np.random.default_rng(3).normal(size=(100, 2))
+    motion = [x.copy(), x.copy(), x.copy()]
+    motion[which][50, 0] = 1e200
+    samples = Samples(t, x, [[None, None]] * 2)
+    said = lambda parts: doubts_about_noise(leg, leg.joints[:2], samples, {}, tuple(parts), None, np.zeros(2, dtype=bool))
+    assert len(said([x, x, x])) == 1 and said(motion) == []
 
 
 def test_motions_as_exact_as_their_files_are_not_doubted(pick):
@@ -88,6 +125,16 @@ def test_noise_is_measured():
     assert white_noise(t, np.sin(t[:, None] * [1.0, 9.0, 40.0]), np.zeros(3)).max() < 1e-14
 
 
+@pytest.mark.parametrize("start", [-3.0, 1024.0])
+def test_smoothing_is_the_same_at_any_time(start):
+    """In binary fractions of a second, of which none is lost."""
+    t = np.arange(256) / 256
+    x = np.sin(9 * t)[:, None]
+    assert np.array_equal(smoothed(t + start, x, 20.0), smoothed(t, x, 20.0))
+    with pytest.raises(MotionError, match="256 samples a second hold frequencies up to 128 Hz"):
+        smoothed(t + start, x, 128.0)
+
+
 def test_noise_of_derivatives_is_that_of_the_spline():
     rng = np.random.default_rng(5)
     t = np.arange(20000.0)
@@ -95,6 +142,9 @@ def test_noise_of_derivatives_is_that_of_the_spline():
     inner = slice(50, -50)
     assert first_derivative_noise() == pytest.approx(np.std(spline(t, nu=1)[inner]), rel=0.02)
     assert second_derivative_noise() == pytest.approx(np.std(spline(t, nu=2)[inner]), rel=0.02)
+    impulse = make_interp_spline(np.arange(301.0), np.arange(301) == 150, k=5)  # what white noise makes of a sample is the norm of these
+    norms = [np.linalg.norm(impulse(np.arange(301.0), nu=order)) for order in (1, 2)]
+    assert [first_derivative_noise(), second_derivative_noise()] == pytest.approx(norms, rel=1e-3)
 
 
 def test_steps_of_rounding():

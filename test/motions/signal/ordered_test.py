@@ -1,5 +1,6 @@
 """What recorders leave behind, in files of every format: the motion is that of the clean file, and a note says what was done."""
 
+from ksl.motions.signal.ordered import ordered, recordings
 from ksl.motions.signal.rates import derivative, derivatives
 from ksl.motions.signal.resampling import on_spline
 import io
@@ -104,6 +105,28 @@ def test_several_recordings_in_one_file_are_not_sorted_into_each_other(leg, tmp_
     (tmp_path / "efforts").write_bytes(in_format("parquet", {"time": columns["time"], "hip.effort": columns["hip"]}))
     with pytest.raises(ksl.MotionError, match=said):
         ksl.read_efforts(leg, tmp_path / "efforts")
+
+
+@pytest.mark.parametrize(
+    ("steps", "starts"),
+    [
+        ([], [0]), ([1, 1, 1, 1, 1], [0]), ([1, 1, -2, 1, 1], [0, 3]), ([1, 1, -3, 1, 1], [0, 3]), ([1, 1, -1, 1, 1], [0, 3]), ([1, 1, -3.1, 1, 1], [0]), ([1, 1, -0.9, 1, 1], [0]),
+        ([1, 1, 1, -1, 1, 1], [0]), ([1, 1, -2, 1, 1, -2, 1, 1], [0, 3, 6]), ([1, 1, -2, 1], [0]), ([-1, -1, -1], [0]), ([1, 1, 1, -2, 1, 1], [0, 4]),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("first", [0.0, 100.0])
+def test_where_recordings_begin(steps, starts, first):
+    """Of three samples at least, within one step of the first time of all, and behind what came before by less than two steps."""
+    assert recordings(np.cumsum([first, *steps])).tolist() == starts
+
+
+def test_what_is_in_order_is_as_it_was(leg):
+    time, values, rows = np.arange(4.0), {"hip": np.ones(4), "slide": np.zeros(4)}, np.arange(4)
+    for n in (0, 1, 4):
+        given = time[:n], {name: x[:n] for name, x in values.items()}, rows[:n]
+        found = ordered("m", leg.joints[:2], *given)
+        assert (found.time is given[0], found.rows is given[2], found.notes) == (True, True, [])
+        assert all(found.values[name] is x for name, x in given[1].items())
 
 
 @pytest.mark.parametrize("first", ["hip", "slide"])

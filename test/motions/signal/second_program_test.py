@@ -3,6 +3,7 @@
 import re
 from itertools import groupby
 from math import comb
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -66,14 +67,17 @@ def test_samples_inside_of_runs(seed):
         assert _at(at, time, chosen).tolist() == both
 
 
-def test_means_of_stands(leg):
+def test_means_of_stands():
+    """Of a joint of two coordinates behind a body that floats, and of one behind it; the first run begins with the samples, and the last one ends with them."""
     rng = np.random.default_rng(0)
-    q, held = rng.normal(size=(60, 2)) + [5.0, -3.0], np.repeat(rng.random((6, 2)) < 0.5, 10, axis=0)
+    q, held = rng.normal(size=(60, 10)) + 5.0, np.repeat(rng.random((6, 9)) < 0.5, 10, axis=0)
+    held[:, :6], held[:10, 6], held[50:, 7] = False, True, True
     expected = q.copy()
-    for c in range(2):
+    for c in (6, 7, 8):
         for first, last in runs(held[:, c]):
-            expected[first:last, c] = q[first:last, c].mean()
-    assert with_means(q, held, leg.joints[:2]) == pytest.approx(expected, rel=1e-13) and held.any()
+            expected[first:last, c + 1] = q[first:last, c + 1].mean()
+    joints = [SimpleNamespace(q_index=0, v_index=0, nv=6), SimpleNamespace(q_index=7, v_index=6, nv=2), SimpleNamespace(q_index=9, v_index=8, nv=1)]
+    assert with_means(q, held, joints) == pytest.approx(expected, rel=1e-13)
 
 
 def noise_by_hand(t, x, step):

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 import ksl
+from ksl.base.rounding import OF_POSITIONS
 from ksl.load_cases.wrench_table import motion_of_arrays
 from ksl.model.lengths import extent
 from ksl.motions.motion import complete
+from ksl.motions.signal.standing import _rounded, standing_of_integrated
 
 TIME = np.arange(1000) * 0.004
 RANDOM = np.random.default_rng(7)
@@ -98,6 +100,70 @@ def test_each_coordinate_of_a_joint_stands_or_moves_for_itself(how, kind):
         given = (TIME, q, v, np.zeros_like(q)) if how == "a slow drift of rates" else (TIME, q)
         stands = motion_of_arrays(m, *given).stands
         assert stands[:, column].all() and not np.delete(stands, column, axis=1).any()
+
+
+@pytest.fixture(scope="module")
+def slides_behind_a_turn():
+    b = ksl.Builder("arm").add_link("wall").add_link("post", 1.0, (0, 0, 0.1), 0.1 * np.eye(3)).add_link("arm", 1.0, (0, 0, 0.1), 0.1 * np.eye(3))
+    return b.add_joint("turn", "continuous", "wall", "post", axis=(0, 0, 1)).add_joint("slides", "translation", "post", "arm").build()
+
+
+@pytest.mark.parametrize("column", [1, 2, 3])
+def test_noise_beside_a_joint_that_goes_far(slides_behind_a_turn, column):
+    """Every coordinate is judged by its own positions, here behind a hinge that goes by 0.1 rad in each sample."""
+    q = np.column_stack([0.1 * np.arange(1000), *np.sin(np.outer([3, 4, 5], TIME))])
+    q[:, column] = 0.4 + 1e-5 * NOISE
+    stands = motion_of_arrays(slides_behind_a_turn, TIME, q).stands
+    assert stands[:, column].all() and not np.delete(stands, column, axis=1).any()
+
+
+@pytest.mark.parametrize("column", [1, 2, 3])
+def test_an_integrated_coordinate_stands_for_itself(slides_behind_a_turn, column):
+    swing = np.column_stack([0.3 * np.sin(TIME + 0.3), *np.sin(np.outer([3, 4, 5], TIME))])
+    swing[:, column] = 0.4 + 0.4e-10 * NOISE.clip(-1, 1)
+    found = standing_of_integrated(slides_behind_a_turn.joints[:2], TIME, swing, np.gradient(swing, TIME, axis=0), 1e-10, 1e-10)
+    assert found.stands[:, column].all() and found.held[:, column].all() and not np.delete(found.stands, column, axis=1).any()
+    assert found.rate[column] == pytest.approx(1e-10 * (1 + np.abs(swing[:, column]).max()) / 0.004)
+
+
+def test_accelerations_that_are_given_are_those_of_stands_too(slides_behind_a_turn):
+    """Of the joint that has some: its rates are none there, and its accelerations are as they are."""
+    q, none = 0.4 + 1e-6 * RANDOM.standard_normal((1000, 4)), np.zeros((1000, 3))
+    found = complete(slides_behind_a_turn, TIME, q, [[None, None], [none, none]])
+    assert found.stands.all() and found.held[:, 0].all() and not found.held[:, 1:].any()
+
+
+def test_rounding_in_memory_over_the_step_is_what_rates_resolve(pendulum):
+    """Of a joint that moves; and at a step that changes, that over the shorter one beside the sample."""
+    assert motion(pendulum, 8 * np.sin(TIME)).resolution[0] == pytest.approx(OF_POSITIONS * 8 * np.sin(np.pi / 2) / 0.004, rel=1e-5)
+    time, rate = np.array([0.0, 1.0, 1.5, 2.5]), OF_POSITIONS * 8.0
+    v = rate * np.array([0.99, 1.99, 1.99, 0.99])
+    q = np.array([[8.0], [-1], [2], [8]])
+    for share, stands in ((1.0, True), (1.02, False)):
+        assert (_rounded(pendulum.joints[:1], time, q, share * v[:, None]).stands == stands).all()
+
+
+def test_a_joint_is_held_but_for_eight_samples_where_it_begins_to_move(pendulum):
+    q = 0.9 + 0.5 * np.maximum(TIME - TIME[600], 0)
+    found = complete(pendulum, TIME, q[:, None], [[np.where(TIME > TIME[600], 0.5, 1e-8)[:, None], None]])
+    assert found.stands[:, 0].tolist() == [True] * 601 + [False] * 399 and found.held[:, 0].tolist() == [True] * 593 + [False] * 407
+
+
+def test_counts_are_resolved_to_one_of_them(pendulum):
+    """And a thousandth, for what rounding adds."""
+    assert motion(pendulum, 0.9 + HELD["one count now and then"]).resolution[0] * 0.004 == pytest.approx(1.001e-5, rel=1e-6)
+
+
+@pytest.mark.parametrize(("share", "noted"), [(0.97e-3, False), (1.03e-3, True)])
+def test_a_stand_is_worth_a_line_by_its_share_of_the_largest_rate(pendulum, share, noted):
+    """From a thousandth on."""
+    noise, ratio = 1e-6, share
+    for _ in range(3):
+        noise *= share / ratio
+        found = motion(pendulum, 0.9 + 0.5 * minimum_jerk(TIME / 2 - 1) + noise * NOISE)
+        ratio = found.resolution[0] / np.abs(found.v).max()
+    assert ratio == pytest.approx(share, rel=0.02)
+    assert any("stands where its position keeps within" in line for line in found.differentiated) == noted
 
 
 MOVING = {  # slow, small or coarse motions are motions

@@ -151,7 +151,7 @@ def _meant(rule: ColumnRule, known: Mapping[str, Quantity], aliases: Mapping[str
 def _rule_of_name(name: str, known: Mapping[str, Quantity], in_file: set[str]) -> ColumnRule:
     """`hip [deg]` is `hip`, unless a column or a joint has the name as it stands."""
     found = None if name in known else _WITH_UNIT.fullmatch(name)
-    if found and found[1] not in in_file and (found[1] in known or found[1].lower() == TIME):
+    if found and found[1] not in in_file and found[1] in known:
         return ColumnRule(found[1], found[2])
     return ColumnRule(name)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, replace
@@ -17,7 +18,7 @@ from ksl.motions.columns.units import bare, factor, unit_of
 TIME = "time"
 _NAMES = re.compile(
     r"(?:t|time|times|timestamp|timestamps|time[ _]?stamp|elapsed|elapsed[ _]?time|zeit|temps|tiempo|tempo|seconds|secs?|__time)"
-    r"(?:[ _]?[\[(]?(s|sec|secs|seconds|ms|us|µs|ns)[\])]?)?",
+    r"(?:[ _]?[\[(]?(s|sec|secs|seconds|ms|us|µs|ns)[\])]?|[ _]?[\[(](min|h)[\])])?",
     re.IGNORECASE,
 )
 _SECONDS = re.compile(r"((?:.*[._/ ])?)(?:sec|secs|seconds)")
@@ -45,11 +46,11 @@ def find_time(table: Recorded, of_joints: Set[str]) -> TimeColumn:
     """
     if TIME in table.names:
         return TimeColumn(TIME, table.units.get(TIME, ""))
-    stamps = [(n, m[1] + e) for n in table.names if len(n) < 200 and (m := _SECONDS.fullmatch(n)) for e in _NANOSECONDS if m[1] + e in table.names]
+    stamps = [(n, m[1] + e) for n in table.names if (m := _SECONDS.fullmatch(n)) for e in _NANOSECONDS if m[1] + e in table.names]
     stamps = [pair for pair in stamps if not of_joints & set(pair)]
     if len(stamps) == 1:
         return TimeColumn(stamps[0][0], "s", nanoseconds=stamps[0][1])
-    found = {n: m for n in table.names if n not in of_joints and len(n) < 40 and (m := _NAMES.fullmatch(n.strip().lstrip("%#").strip()))}
+    found = {n: m for n in table.names if n not in of_joints and (m := _NAMES.fullmatch(n.strip().lstrip("%#").strip()))}
     if not found:
         raise MotionError(f"{table.head}: no column `time`; found {listed(table.names)}")
     if len(found) > 1:
@@ -58,7 +59,7 @@ def find_time(table: Recorded, of_joints: Set[str]) -> TimeColumn:
             f'(--map FILE with the line {next(iter(found))!r} = "time") and leave out the others (--ignore-extra)'
         )
     name, match = next(iter(found.items()))
-    return TimeColumn(name, table.units.get(name) or match[1] or "")
+    return TimeColumn(name, table.units.get(name) or match[1] or match[2] or "")
 
 
 def with_unit(table: Recorded, column: TimeColumn, wished: str | None) -> TimeColumn:
@@ -81,8 +82,7 @@ def with_unit(table: Recorded, column: TimeColumn, wished: str | None) -> TimeCo
 def with_nanoseconds(table: Recorded, column: TimeColumn, values: Mapping[str, Array]) -> Array:
     """Times in s of two columns.  Dates are counted from the second of the first sample, so that no digit is lost."""
     seconds, nanoseconds = values[column.name], values[column.nanoseconds]
-    first = float(seconds[0]) if len(seconds) and np.isfinite(seconds[0]) else 0.0
-    start = first if _DATES[0] <= first < _DATES[1] else 0.0
+    start = next((float(x) for x in seconds[:1] if _DATES[0] <= x < _DATES[1]), 0.0)
     if start:
         table.notes.append(f"times are s since 1970; time 0 is {np.datetime64(round(start * 1000), 'ms')} UTC")
     return (seconds - start) + nanoseconds * 1e-9
@@ -95,11 +95,10 @@ def in_seconds(table: Recorded, column: TimeColumn, time: Array) -> tuple[Array,
     scale = column.scale * (factor(table.head, column.name, column.unit, "time", 0) if column.unit else 1.0)
     if scale != 1.0:
         notes.append(f"times were multiplied by {scale:g}" if column.scale != 1.0 else f"times were converted from {bare(column.unit)} to s")
-    finite = np.isfinite(time)
-    first = float(time[0]) if len(time) and finite[0] else 0.0
+    first = float(time[0]) if len(time) else math.nan
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
         if _DATES[0] <= first * size < _DATES[1] and column.scale == 1.0 and (not column.unit or unit_of(column.unit) == unit_of(unit)):
             scale = size
             notes = [n for n in notes if not n.endswith((" to s", ", in s"))]
             return (time - first) * scale, [*notes, f"times are {unit} since 1970; time 0 is {np.datetime64(round(first * scale * 1000), 'ms')} UTC"]
-    return (time * scale if scale != 1.0 else time), notes
+    return time * scale, notes

@@ -25,7 +25,7 @@ def axes_of(table: Recorded) -> tuple[str, list[str]] | None:
     """The variable that is used, and its columns, A1 first; None if the table is none of KUKA."""
     found: dict[str, dict[int, str]] = {}
     for name in table.names:
-        if len(name) < 40 and (match := _AXIS.fullmatch(name.strip())):
+        if match := _AXIS.fullmatch(name.strip()):
             found.setdefault(match[1].lower(), {})[int(match[2])] = name
     for variable in VARIABLES:
         axes = found.get(variable, {})

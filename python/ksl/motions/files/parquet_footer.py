@@ -95,10 +95,7 @@ class _Reader:
 
     def _list(self) -> tuple[int, int]:
         head = self._byte()
-        size = self._unsigned() if head >> 4 == 15 else head >> 4
-        if size > len(self._data) - self._at:  # each element has a byte at least
-            raise ValueError("a list that is longer than the footer")
-        return head & 15, size
+        return head & 15, self._unsigned() if head >> 4 == 15 else head >> 4  # of a list that is longer than the footer an element is cut
 
     def _skip(self, kind: int, in_list: bool = False) -> None:
         if kind in (_TRUE, _FALSE):

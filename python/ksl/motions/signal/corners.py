@@ -143,7 +143,7 @@ def find_jumps(time: Array, x: Array, order: int = 2, resolution: Array | None =
     stand_out, background = _candidates(time, x, resolution)
     for c in np.flatnonzero(stand_out.any(axis=0)):
         gaps = np.flatnonzero(stand_out[:, c])
-        ends = _off_at_the_ends(time, x[:, c], background[[0, -1], c]) if gaps[0] < SIDE or gaps[-1] >= len(time) - 1 - SIDE else []
+        ends = _off_at_the_ends(time, x[:, c], background[[0, -1], c])
         gaps = gaps[(gaps >= SIDE - 1) & (gaps < len(time) - SIDE)]
         if 0 < len(gaps) <= max(64, len(time) // 8):  # more is no motion with corners
             nothing[c] = _tested(time, x[:, c], order, gaps, background[gaps, c], resolution[c])
@@ -159,7 +159,8 @@ def _candidates(time: Array, x: Array, resolution: Array) -> tuple[NDArray[np.bo
     block = min(BLOCK, max(8, len(size) // 2), len(size))
     blocks = max(1, len(size) // block)
     whole = size[: blocks * block].reshape(blocks, block, -1)
-    level = np.partition(whole, block // 4, axis=1)[:, block // 4] / QUARTILE
+    quarter = block // 4
+    level = np.partition(whole, quarter, axis=1)[:, quarter] / QUARTILE
     wide = np.maximum(level, np.maximum(np.vstack([level[:1], level[:-1]]), np.vstack([level[1:], level[-1:]])))  # with both neighbours
     # numbers may be multiples of a step without having been rounded: then few differences are as large as rounding makes them
     every = max(1, len(size) // 2000)
@@ -182,7 +183,7 @@ def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array, reso
     middle, h = (time[gaps] + time[gaps + 1]) / 2, time[gaps + 1] - time[gaps]
     right, left = (one_sided(time, x, first, SIDE, middle) for first in (gaps + 1, gaps + 1 - SIDE))  # cubics
     fine, rough = right - left, one_sided(time, x, gaps + 1, 3, middle) - one_sided(time, x, gaps - 2, 3, middle)
-    largest = np.abs(np.diff(x, order) / np.diff(time[order - 1 :] if order > 1 else time)).max() / (np.median(h) ** (order - 1))
+    largest = np.abs(np.diff(x, order) / np.diff(time[order - 1 :])).max() / (np.median(h) ** (order - 1))
     rough_noise, fine_noise = (noise * of[order] / h**order for of in (noise_of_jumps(3), noise_of_jumps(SIDE)))
     J = np.where(np.abs(fine[:, order] - rough[:, order]) < 3 * fine_noise, rough[:, order], fine[:, order])
     use = np.where((J == rough[:, order])[:, None], np.pad(rough, ((0, 0), (0, SIDE - 3))), fine)
@@ -197,7 +198,7 @@ def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array, reso
     good &= off < like_root
     # on both sides the derivative changes by less within a step: coarse samples of smooth motions are no jumps
     slope = np.maximum(np.abs(left[:, order + 1]), np.abs(right[:, order + 1])) * h
-    good &= slope < np.minimum(np.maximum(STEEP * np.abs(J), 3 * noise_of_jumps(SIDE)[order + 1] / np.sqrt(2) * noise / h**order), 0.5 * np.abs(J))
+    good &= slope < np.maximum(STEEP * np.abs(J), 3 * noise_of_jumps(SIDE)[order + 1] / np.sqrt(2) * noise / h**order)
     best = _best_of_neighbours(gaps, np.where(good, off + 1e-6 * np.abs(s) / h, np.inf))
     tau = _snapped(time, gaps[best], middle[best] + s[best], np.maximum(1e-3, 3 * rough_noise[best] / np.abs(J[best])))
     return Found(Jumps(order, tau, J[best]), _impossible(order, time, x, gaps, fine, rough, noise, resolution, best))

@@ -115,7 +115,7 @@ def check_restart(times: Array) -> int | None:
     if len(back) or len(starts) > 1:
         return int(starts[1]) if len(starts) > 1 else int(back[0]) + 1
     still = np.flatnonzero(steps == 0)
-    return int(still[0]) + 1 if len(still) and len(still) >= len(times) / 2 and len(np.unique(times)) <= len(times) / 2 else None
+    return int(still[0]) + 1 if len(still) and len(still) >= len(times) / 2 else None
 
 
 def _without_unusable_rates(joints: Sequence[Joint], values: Values, notes: list[str]) -> Values:

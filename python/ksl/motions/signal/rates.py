@@ -62,7 +62,7 @@ def _beside_corners(time: Array, x: Array, corner_times: Array) -> tuple[Array, 
     slope, curvature = jumps_at(time, x, corner_times)
     after = derivative(time, x - slope(time) - curvature(time)) + slope(time, 1) + curvature(time, 1)
     before = after.copy()
-    index = np.minimum(np.searchsorted(time, corner_times), len(time) - 1)
+    index = np.searchsorted(time, corner_times)
     at_sample = time[index] == corner_times
     before[index[at_sample]] -= slope.sizes[at_sample]
     return before, after
@@ -89,7 +89,7 @@ def derivatives(time: Array, x: Array, order: int, found: Sequence[Found | None]
 
 def jumps_of(time: Array, x: Array, order: int) -> list[Found]:
     """Jumps of the derivative `order` of each column of x (n, c); none where numbers are so large that squares would overflow."""
-    if not np.abs(x).max(initial=0.0) < LARGEST:
+    if not np.abs(x).max() < LARGEST:
         return [Found.nothing(order)] * x.shape[1]
     try:
         return find_jumps(time, x, order, np.array([step_of(column) for column in x.T]))
@@ -97,19 +97,14 @@ def jumps_of(time: Array, x: Array, order: int) -> list[Found]:
         return [Found.nothing(order)] * x.shape[1]
 
 
-def rates(joint: Joint, time: Array, q: Array, v: Array | None, a: Array | None) -> tuple[Array, Array]:
-    if v is not None and a is not None:
-        return v, a
-    if v is not None:
-        return v, derivative(time, v)
+def rates(joint: Joint, time: Array, q: Array) -> tuple[Array, Array]:
+    """Velocities and accelerations (n, nv) of a joint from its positions q (n, nq)."""
     if joint.quaternion is not None:
-        found_v, found_a = _rates_of_poses(time, q)
-        return found_v, found_a if a is None else a
+        return _rates_of_poses(time, q)
     if not KINDS[joint.kind].velocity_is_rate:  # planar: of all others without a quaternion it is
-        found_v, found_a = _rates_in_plane(time, q)
-        return found_v, found_a if a is None else a
+        return _rates_in_plane(time, q)
     spline = spline_through(time, q)
-    return spline(time, nu=1), spline(time, nu=2) if a is None else a
+    return spline(time, nu=1), spline(time, nu=2)
 
 
 def _rates_of_poses(time: Array, q: Array) -> tuple[Array, Array]:

@@ -59,7 +59,7 @@ def noise_after(cutoff: float, step: float, derivative: int) -> float:
     """Standard deviation of a derivative after smoothing, for white noise of 1 in samples `step` apart: ∫ (2π f)^2d H² over all frequencies."""
     f = np.linspace(0, 0.5 / step, 4001)
     power = (2 * np.pi * f) ** (2 * derivative) * attenuation(f, cutoff) ** 2
-    return float(np.sqrt(2 * step * np.sum((power[1:] + power[:-1]) / 2) * (f[1] - f[0])))
+    return float(np.sqrt(2 * step * np.sum((power[1:] + power[:-1]) / 2) * f[1]))
 
 
 def suitable_cutoff(time: Array, x: Array, noise: Array, weight: Array) -> float:

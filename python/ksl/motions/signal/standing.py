@@ -105,7 +105,7 @@ def with_means(q: Array, held: NDArray[np.bool_], joints: Sequence[Joint]) -> Ar
     """Positions q (n, nq) with the mean of each stand in place of its samples; held (n, nv)."""
     out = q.copy()
     for joint in joints:
-        for k in range(joint.nv if joint.v_index >= 0 and joint.leader is None and held[:, joint.v_index : joint.v_index + joint.nv].any() else 0):
+        for k in range(joint.nv):
             first, last = _runs(held[:, joint.v_index + k])
             if len(first):
                 x = out[:, joint.q_index + k]
@@ -179,8 +179,7 @@ def _inside(time: Array, chosen: NDArray[np.bool_], blur: float) -> NDArray[np.b
     n, (first, last) = len(time), _runs(chosen)
     begin = np.where(first > 0, np.searchsorted(time, time[np.minimum(first + WINDOW, n - 1)] + blur), 0)
     end = np.where(last < n, np.searchsorted(time, time[np.maximum(last - WINDOW, 0)] - blur), n)
-    some = begin < end
-    return _in_runs(begin[some], end[some], n)
+    return _in_runs(begin, np.maximum(begin, end), n)
 
 
 def _in_runs(first: NDArray[np.intp], last: NDArray[np.intp], n: int) -> NDArray[np.bool_]:
@@ -216,7 +215,7 @@ def _drifts(x: Array, chosen: NDArray[np.bool_], width: float) -> NDArray[np.boo
         return np.zeros_like(chosen)
     quarter = (last - first) // 4
     middle = np.column_stack([first + quarter, last - quarter]).ravel()
-    padded = np.append(x, x[-1])
+    padded = np.append(x, x[0])  # behind the end of a run that ends with the samples
     spans = (np.maximum.reduceat(padded, middle) - np.minimum.reduceat(padded, middle))[::2]
     far = spans > width
     return _in_runs(first[far], last[far], len(x))
