@@ -322,6 +322,22 @@ def test_the_sample_is_named_at_which_rates_do_not_follow(crank, bad, kind):
         follower_of(crank, 7)._consistent(q, rates, "velocities")
 
 
+@pytest.mark.parametrize("off", [1e-2, 1e-3, 1e-4, 3e-6, 0.0])
+def test_near_a_dead_point_accelerations_are_those_of_the_closed_form_or_refused(robot, off):
+    """The slider, driven, comes to `off` rad of crank and rod in one line and goes back."""
+    swing = 0.2 * (1 + np.cos(np.pi * TIME)), -0.2 * np.pi * np.sin(np.pi * TIME), -0.2 * np.pi**2 * np.cos(np.pi * TIME)
+    q, v, a = of_crank(np.arcsin(OFFSET / (CRANK + ROD)) + off + swing[0], *swing[1:])
+    model = robot(SLIDERCRANK, drives=["S"])
+    known = np.ones(3, dtype=bool)
+    given = [[None, None], [None, None], [v[:, 2:], a[:, 2:]]]
+    if off < 1e-5:
+        with pytest.raises(MotionError, match=r"sample 20\d \(time [\d.]+\): positions and rates of the other joints don't follow from those of S: with S = 0\.349\d+ m the mechanism is at a singular"):
+            completed(model, TIME, q, given, known)
+        return
+    found = completed(model, TIME, q, given, known)
+    assert np.abs(found.a - a).max() < 1e-11 / off**2 * np.abs(a).max()
+
+
 @pytest.mark.parametrize(
     ("kind", "forces", "moments"), [("revolute", 3, 2), ("fixed", 3, 3), ("spherical", 3, 0), ("prismatic", 2, 3), ("cylindrical", 2, 2), ("planar", 1, 2), ("translation", 0, 3)]
 )

@@ -107,18 +107,12 @@ def simulate(
 
     if motion is not None:
         check_order(robot, motion)
-    if cases is not None:
-        said = {
-            "--until": until, "--start": state, "--from-time": start, "--pose": pose, "--velocity": velocity, "--gains": gains, "--brake-at": brake_at, "--brake": brake,
-            "--dry-friction": dry_friction, "--bounce": bounce, "--rate": rate, "--step": step, "--tolerance": tolerance,
-            "--controller": controller != "none", "--method": method != "dop853",
-        }  # fmt: skip
-        if others := [name for name, value in said.items() if value not in (None, "", [], False)]:
-            fail(f"{', '.join(others)}: with --cases each load case says so itself, in simulate = {{…}}; leave {'it' if len(others) == 1 else 'them'} out")
-    if state and (motion is not None or pose):
-        fail(f"--start: {'MOTION' if motion is not None else '--pose'} says where it begins; leave one of them out")
-    if until is None and motion is None and cases is None:
-        fail("--until: the end is missing; give it, s, or a MOTION that has one")
+    said = {
+        "--until": until, "--start": state, "--from-time": start, "--pose": pose, "--velocity": velocity, "--gains": gains, "--brake-at": brake_at, "--brake": brake,
+        "--dry-friction": dry_friction, "--bounce": bounce, "--rate": rate, "--step": step, "--tolerance": tolerance,
+        "--controller": controller != "none", "--method": method != "dop853",
+    }  # fmt: skip
+    _check_words(cases, motion, said)
     loaded = payloads_given(payload, on_link)
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives, xacro=xacro)
     model, stiff = with_stiffness(model, stiffness)
@@ -145,6 +139,18 @@ def simulate(
         raise
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
         fail(e)
+
+
+def _check_words(cases: Path | None, motion: Path | None, said: dict[str, Any]) -> None:
+    """Refuses options that say the same twice, and a run without an end."""
+    if cases is not None:
+        if others := [name for name, value in said.items() if value not in (None, "", [], False)]:
+            fail(f"{', '.join(others)}: with --cases each load case says so itself, in simulate = {{…}}; leave {'it' if len(others) == 1 else 'them'} out")
+        return
+    if said["--start"] and (motion is not None or said["--pose"]):
+        fail(f"--start: {'MOTION' if motion is not None else '--pose'} says where it begins; leave one of them out")
+    if said["--until"] is None and motion is None:
+        fail("--until: the end is missing; give it, s, or a MOTION that has one")
 
 
 def _how(

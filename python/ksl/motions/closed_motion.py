@@ -27,6 +27,9 @@ OPENED = 1e-9
 """Rates that open a loop by more than this share of the terms of its equation belong to its motion."""
 BLOCK = 1024
 """Samples whose Jacobians are in memory at a time."""
+DEAD = 1e-5
+"""At a dead point: the smallest singular value of what the joints that follow do to the loops, beside the largest.  Positions are closed to 1e-12
+of the mechanism's length, so that their distances from the dead point err by 1e-12 / DEAD², a hundredth, there."""
 JUMP = 0.2
 """A joint that follows has changed its branch if it moves by this much more in a step than its rates say, rad, or lengths of the mechanism."""
 
@@ -195,6 +198,7 @@ class Follower:
         """The motion of all joints from that of the held ones."""
         positions = self._closed(q)
         self._length = self._model.mobility(positions[0]).length
+        self._check_determined(positions)
         velocities = self._consistent(positions, lambda rows: self._model.consistent_velocity(positions[rows], v[rows], self.held.names), "velocities")
         rates = self._consistent(
             positions, lambda rows: self._model.consistent_acceleration(positions[rows], velocities[rows], a[rows], self.held.names), "accelerations"
@@ -222,11 +226,27 @@ class Follower:
                     try:
                         rates(slice(k, k + 1))
                     except (ValueError, UserWarning):
-                        raise MotionError(
-                            f"{self._where(k)}: {what} of the other joints don't follow from those of "
-                            f"{', '.join(self.held.names)}: with {self.held.said(q[k])} the mechanism is at a singular position, a dead point say"
-                        ) from None
+                        raise self._at_a_dead_point(k, q[k], what) from None
                 raise
+
+    def _at_a_dead_point(self, k: int, q: Array, what: str) -> MotionError:
+        return MotionError(
+            f"{self._where(k)}: {what} of the other joints don't follow from those of "
+            f"{', '.join(self.held.names)}: with {self.held.said(q)} the mechanism is at a singular position, a dead point say"
+        )
+
+    def _check_determined(self, q: Array) -> None:
+        """Refuses positions so near to a dead point that those of the joints that follow have no digits there."""
+        others = np.setdiff1d(np.arange(self._model.nv), self.held.rates)
+        for first in range(0, len(q) if len(others) else 0, BLOCK):
+            J = self._model.loop_jacobian(q[first : first + BLOCK])[:, :, others] * self._lengths()[:, None]
+            size = np.sqrt(np.square(J).sum(axis=1)).max(axis=0)
+            alike = J / np.where(size > 0, size, 1.0)
+            values = np.linalg.eigvalsh(np.swapaxes(alike, 1, 2) @ alike)  # squares of singular values
+            dead = np.flatnonzero(values[:, 0] <= DEAD**2 * values[:, -1])
+            if len(dead):
+                k = first + int(dead[0])
+                raise self._at_a_dead_point(k, q[k], "positions and rates")
 
     def _check_branch(self, q: Array, v: Array) -> None:
         """Refuses positions that have changed the branch from one sample to the next: the drives passed a singular position between them."""
@@ -280,13 +300,17 @@ class Follower:
         out[:, others] = np.all(chosen[:, rates], axis=1, keepdims=True)
         return out
 
-    def _errors(self, q: Array) -> Array:
-        """(n): the largest component of the error at each sample, m."""
+    def _lengths(self) -> Array:
+        """(rows): what makes lengths of errors of the loops' equations."""
         scale = []
         for loop in self._model.loops:
             forces = _FORCES.get(loop.kind, 3)
             scale += [1.0] * forces + [self._length] * (loop.equations - forces)
-        return np.asarray(np.abs(self._model.loop_error(q) * np.array(scale)).max(axis=1, initial=0.0))
+        return np.array(scale)
+
+    def _errors(self, q: Array) -> Array:
+        """(n): the largest component of the error at each sample, m."""
+        return np.asarray(np.abs(self._model.loop_error(q) * self._lengths()).max(axis=1, initial=0.0))
 
     def _compared(self, q: Array) -> tuple[list[str], list[str]]:
         """Lines about positions that were given for joints that follow; and those of them that are doubts."""
