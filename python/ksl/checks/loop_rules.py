@@ -193,7 +193,7 @@ def loop_rigid(robot: RobotFile) -> Iterator[Broken]:
     "loop-drives-unknown",
     "note",
     condition="The file of a mechanism with loops says which joints have motors.",
-    cause="URDF names them by <transmission> or <ros2_control>, and the file has neither. Inverse dynamics and reactions need to know them.",
+    cause="URDF names them by <transmission> or <ros2_control>, MJCF by <actuator>, SDF not at all, and this file names none. Inverse dynamics and reactions need to know them.",
     repair="Name as many drives as there are freedoms when the file is loaded: drives= in Python.",
 )
 def loop_drives_unknown(robot: RobotFile) -> Iterator[Broken]:
