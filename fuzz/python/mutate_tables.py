@@ -120,8 +120,8 @@ def of_parquet(data: bytes, most: int, seed: int) -> bytes:
 
 def _says_little(data: bytes) -> bool:
     """Whether the file says of itself that it is small: a mutation must not take what a reader would refuse."""
-    groups = parquet_footer.chunks(data[-8 - int.from_bytes(data[-8:-4], "little") : -8])
-    return sum(chunk.values for group in groups for chunk in group) < 2000
+    groups = parquet_footer.row_groups(data[-8 - int.from_bytes(data[-8:-4], "little") : -8])
+    return sum(chunk.values for group in groups for chunk in group.columns) < 2000
 
 
 def _written(table: pa.Table) -> bytes:

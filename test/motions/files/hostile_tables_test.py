@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from parquet_footer_test import signed
 
 from ksl.motions.files import parquet_footer
 from ksl.motions.reading import read_motion
@@ -50,8 +51,23 @@ def test_sizes_are_those_that_pyarrow_says(tmp_path):
     for options in ({"row_group_size": 3}, {"compression": "zstd", "write_page_index": True, "use_dictionary": False}, {"data_page_version": "2.0", "store_schema": False}):
         pq.write_table(table, tmp_path / "m.parquet", **options)
         metadata = pq.ParquetFile(tmp_path / "m.parquet").metadata
-        groups = [[metadata.row_group(g).column(c) for c in range(metadata.num_columns)] for g in range(metadata.num_row_groups)]
-        assert parquet_footer.chunks(footer(tmp_path / "m.parquet")) == [[(c.num_values, c.total_uncompressed_size) for c in group] for group in groups]
+        groups = [metadata.row_group(g) for g in range(metadata.num_row_groups)]
+        sizes = [(g.num_rows, [(c.num_values, c.total_uncompressed_size) for c in map(g.column, range(metadata.num_columns))]) for g in groups]
+        assert parquet_footer.row_groups(footer(tmp_path / "m.parquet")) == sizes
+
+
+@pytest.mark.parametrize(("of_group", "of_file"), [(9, 8), (7, 8), (8, 9), (8, 7), (9, 9), (-1, -1), (2**37, 8), (2**37, 2**37), (-(2**37), 8), (8, -(2**37))])
+def test_row_groups_have_the_rows_that_the_file_says(leg, tmp_path, refusal, of_group, of_file):
+    """pyarrow takes memory for the rows of a group before it looks at columns: 256 GB for a file of 1.5 KB."""
+    pq.write_table(pa.table({"time": T, "hip": T, "slide": T}), tmp_path / "m.parquet", store_schema=False)
+    data = (tmp_path / "m.parquet").read_bytes()
+    whole = footer(tmp_path / "m.parquet")
+    said = whole
+    for n, before, behind in ((of_file, b"\x16", b"\x19\x1c\x19\x3c"), (of_group, b"\x16", b"\x26\x08")):  # before the list of groups, and before an offset
+        assert whole.count(before + b"\x10" + behind) == 1
+        said = said.replace(before + b"\x10" + behind, before + signed(n) + behind)
+    (tmp_path / "m.parquet").write_bytes(data[: -8 - len(whole)] + said + len(said).to_bytes(4, "little") + b"PAR1")
+    assert "truncated or damaged" in refusal(leg, tmp_path / "m.parquet")
 
 
 def test_what_is_no_footer(tmp_path):
@@ -61,4 +77,4 @@ def test_what_is_no_footer(tmp_path):
     structs = b"\x1c" * 40
     for data in (*(whole[:k] for k in range(len(whole) - 1)), lists, structs, b"\x19\xfc\xff\xff\x03", b"\x49\x16\x00", b"\x1b\x00", b"\x16" + b"\xff" * 11, b"\x16" + b"\xff" * 10 + bytes(2)):
         with pytest.raises(ValueError):
-            parquet_footer.chunks(data)
+            parquet_footer.row_groups(data)

@@ -4,7 +4,7 @@ import struct
 
 import pytest
 
-from ksl.motions.files.parquet_footer import Chunk, chunks
+from ksl.motions.files.parquet_footer import Chunk, row_groups
 
 TRUE, FALSE, BYTE, I16, I32, I64, DOUBLE, BINARY, LIST, SET, MAP, STRUCT = range(1, 13)
 
@@ -32,6 +32,10 @@ def fields(*of, long=False):
     return out + b"\0"
 
 
+def chunks(data):
+    return [group.columns for group in row_groups(data)]
+
+
 OTHERS = [
     (20, TRUE, b""), (21, FALSE, b""), (22, BYTE, b"\x07"), (23, I16, signed(-300)), (24, I32, signed(1 << 30)), (60, DOUBLE, struct.pack("<d", 1.5)), (61, BINARY, unsigned(200) + bytes(range(200))),
     (62, LIST, listed(TRUE, *[b"\1"] * 3)), (63, SET, listed(BINARY, *[unsigned(3) + b"\xff\0\xff"] * 20)), (64, STRUCT, fields((1, LIST, listed(STRUCT, fields((2, I64, signed(5))), fields())))),
@@ -42,7 +46,7 @@ OTHERS = [
 
 def footer(groups, long=False, more=()):
     column = lambda values, size: fields((2, I64, signed(4)), (3, STRUCT, fields((1, I32, signed(5)), (5, I64, signed(values)), (6, I64, signed(size)), (7, I64, signed(9)), *OTHERS, long=long)), *OTHERS, long=long)
-    rows = [fields((1, LIST, listed(STRUCT, *[column(*c) for c in group])), (2, I64, signed(77)), *OTHERS, long=long) for group in groups]
+    rows = [fields((1, LIST, listed(STRUCT, *[column(*c) for c in group])), (2, I64, signed(77)), (3, I64, signed(3 - len(group))), *OTHERS, long=long) for group in groups]
     return fields((1, I32, signed(2)), (2, LIST, listed(STRUCT, fields((4, BINARY, unsigned(1) + b"x")))), (4, LIST, listed(STRUCT, *rows)), *OTHERS, *more, long=long)
 
 
@@ -50,7 +54,7 @@ def footer(groups, long=False, more=()):
 @pytest.mark.parametrize("groups", [[], [[(3, 24)]], [[(1 << 40, 70), (0, 0)], [(5, 1 << 33), (6, 127)]], [[(k, 8 * k) for k in range(17)]] * 20])
 def test_sizes_of_columns(groups, long):
     whole = footer(groups, long)
-    assert chunks(whole) == [[Chunk(*c) for c in group] for group in groups]
+    assert row_groups(whole) == [(3 - len(group), [Chunk(*c) for c in group]) for group in groups]
     for cut in range(1, min(len(whole), 300), 1 if len(groups) < 20 else 29):  # what is read up to there takes a while
         with pytest.raises(ValueError):
             chunks(whole[:-cut])
@@ -81,6 +85,11 @@ def test_structs_and_lists_are_in_each_other_fifteen_times_at_most(kind):
     assert chunks(footer([[(1, 2)]], more=deepest)) == [[Chunk(1, 2)]]
     with pytest.raises(ValueError, match="too deep"):
         chunks(footer([[(1, 2)]], more=[(70, kind, nested(16, kind))]))
+
+
+def test_rows_that_are_no_number_are_none():
+    of = lambda *told: row_groups(fields((4, LIST, listed(STRUCT, fields(*told)))))
+    assert of((3, BINARY, unsigned(1) + b"\x08")) == of() == [(0, [])] and of((3, I32, signed(8))) == [(8, [])]
 
 
 @pytest.mark.parametrize("bad", [(70, MAP, b"\0"), (70, 13, b""), (70, I64, b"\xff" * 10), (70, LIST, b"\xf3" + unsigned(10_000)), (4, LIST, listed(I32, signed(1))), (70, BINARY, unsigned(10_000))])

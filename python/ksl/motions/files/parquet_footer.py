@@ -1,4 +1,4 @@
-"""Sizes of the columns of a Parquet file, of the bytes of its footer.
+"""Rows of a Parquet file and sizes of its columns, of the bytes of its footer.
 
 pyarrow would say them, too, but where a footer is damaged some of its calls end the process.  Here what the format says of a column is read,
 and all else is passed over: Apache Parquet's parquet.thrift, in Thrift's compact protocol.
@@ -12,7 +12,7 @@ from typing import NamedTuple
 DEEPEST = 16
 """Structs in structs.  The format has six."""
 _TRUE, _FALSE, _BYTE, _INTEGERS, _DOUBLE, _BINARY, _LISTS, _STRUCT = 1, 2, 3, (4, 5, 6), 7, 8, (9, 10), 12
-_ROW_GROUPS, _COLUMNS, _META_DATA, _NUM_VALUES, _UNCOMPRESSED = 4, 1, 3, 5, 6
+_ROW_GROUPS, _COLUMNS, _NUM_ROWS, _META_DATA, _NUM_VALUES, _UNCOMPRESSED = 4, 1, 3, 3, 5, 6
 
 
 class Chunk(NamedTuple):
@@ -23,10 +23,16 @@ class Chunk(NamedTuple):
     """Bytes."""
 
 
-def chunks(footer: bytes) -> list[list[Chunk]]:
-    """For each row group its columns, in the order of the schema.  Raises ValueError for what is no footer.  O(bytes)."""
+class RowGroup(NamedTuple):
+    rows: int
+    columns: list[Chunk]
+    """In the order of the schema."""
+
+
+def row_groups(footer: bytes) -> list[RowGroup]:
+    """The row groups of a file.  Raises ValueError for what is no footer.  O(bytes)."""
     reader = _Reader(footer)
-    found: list[list[Chunk]] = []
+    found: list[RowGroup] = []
 
     def of_file(number: int, kind: int) -> bool:
         if number != _ROW_GROUPS or kind not in _LISTS:
@@ -44,17 +50,21 @@ class _Reader:
     def __init__(self, data: bytes) -> None:
         self._data, self._at, self._depth = data, 0, 0
 
-    def row_group(self) -> list[Chunk]:
+    def row_group(self) -> RowGroup:
+        rows: list[int] = []
         found: list[Chunk] = []
 
         def of_group(number: int, kind: int) -> bool:
-            if number != _COLUMNS or kind not in _LISTS:
-                return False
-            found[:] = [self._chunk() for _ in range(self.list_of(_STRUCT))]
-            return True
+            if number == _COLUMNS and kind in _LISTS:
+                found[:] = [self._chunk() for _ in range(self.list_of(_STRUCT))]
+                return True
+            if number == _NUM_ROWS and kind in _INTEGERS:
+                rows[:] = [self._integer()]
+                return True
+            return False
 
         self.struct(of_group)
-        return found
+        return RowGroup(rows[0] if rows else 0, found)
 
     def _chunk(self) -> Chunk:
         sizes: dict[int, int] = {}

@@ -17,7 +17,7 @@ from ksl.base.words import count
 from ksl.model.states import Array
 from ksl.motions.columns.recorded import Recorded, check_columns, check_numbers
 from ksl.motions.files.arrow_memory import own_memory
-from ksl.motions.files.parquet_footer import chunks
+from ksl.motions.files.parquet_footer import row_groups
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -44,7 +44,7 @@ class ParquetTable(Recorded):
         try:
             self._parquet = pq.ParquetFile(self._opened())
             self._schema = self._parquet.schema_arrow
-            self._groups = chunks(self._footer())
+            self._groups = row_groups(self._footer())
             self._check_groups()
         except MemoryError:
             raise
@@ -75,7 +75,7 @@ class ParquetTable(Recorded):
         else:  # the mean, rounded up, as a short list or a missing one is less rare than a long one; that all have as many is seen when they are read
             metadata = self._parquet.metadata
             inner = next((i for i in range(metadata.num_columns) if metadata.schema.column(i).path.startswith(f"{name}.")), None)
-            values = sum(group[inner].values for group in self._groups) if inner is not None else 0
+            values = sum(group.columns[inner].values for group in self._groups) if inner is not None else 0
             size = -(-values // max(metadata.num_rows, 1))
         check_columns(file, size)
         self._of_list |= {f"{name}[{k}]": (name, k) for k in range(size)}
@@ -97,10 +97,12 @@ class ParquetTable(Recorded):
         return footer
 
     def _check_groups(self) -> None:
-        """Raises ValueError unless each row group has all columns."""
+        """Raises ValueError unless each row group has all columns, and no more rows than values: Arrow takes memory for them before it looks at columns."""
         metadata = self._parquet.metadata
-        if [len(group) for group in self._groups] != [metadata.num_columns] * metadata.num_row_groups:
+        if [len(group.columns) for group in self._groups] != [metadata.num_columns] * metadata.num_row_groups:
             raise ValueError("row groups that don't have the columns of the schema")
+        if any(not 0 <= group.rows <= column.values for group in self._groups for column in group.columns):
+            raise ValueError("row groups with more rows than values")
 
     def text_in(self, name: str) -> str | None:
         import pyarrow.types as t
@@ -133,8 +135,11 @@ class ParquetTable(Recorded):
         self._check_size(list(stored.values()))
         try:
             texts = {time: self._texts(time)} if time is not None and time not in self._of_list and self._is_text(time) else {}
+            rows = self._parquet.metadata.num_rows
             table = self._parquet.read(columns=list(dict.fromkeys(stored[n] for n in names if n not in texts)))
             self._parquet.close()
+            if any(len(column) != rows for column in (*table.columns, *texts.values())):
+                raise pa.ArrowInvalid("row groups that don't have the rows of the file")
         except MemoryError:
             raise
         except (pa.ArrowException, OSError, UnicodeError):
@@ -166,8 +171,8 @@ class ParquetTable(Recorded):
         wanted = set(names)
         columns = [metadata.schema.column(i) for i in range(metadata.num_columns)]
         leaves = [i for i, c in enumerate(columns) if c.path in wanted or (c.path != c.name and not wanted.isdisjoint(_outer(c.path)))]
-        check_numbers(self.file, sum(max(metadata.num_rows, sum(group[i].values for group in self._groups)) for i in leaves))
-        if sum(max(group[i].unpacked, 0) for group in self._groups for i in leaves) > limits.MOTION_BYTES:
+        check_numbers(self.file, sum(max(metadata.num_rows, sum(group.columns[i].values for group in self._groups)) for i in leaves))
+        if sum(max(group.columns[i].unpacked, 0) for group in self._groups for i in leaves) > limits.MOTION_BYTES:
             raise MotionError(f"{self.file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; thin it out, or give a part of it")
 
     def _texts(self, name: str) -> pa.ChunkedArray:
