@@ -143,7 +143,7 @@ def find_jumps(time: Array, x: Array, order: int = 2, resolution: Array | None =
     stand_out, background = _candidates(time, x, resolution)
     for c in np.flatnonzero(stand_out.any(axis=0)):
         gaps = np.flatnonzero(stand_out[:, c])
-        ends = _off_at_the_ends(time, x[:, c], background[[0, -1], c])
+        ends = _off_at_the_ends(time, x[:, c], background[[0, -1], c]) if gaps[0] < SIDE or gaps[-1] >= len(time) - 1 - SIDE else []
         gaps = gaps[(gaps >= SIDE - 1) & (gaps < len(time) - SIDE)]
         if 0 < len(gaps) <= max(64, len(time) // 8):  # more is no motion with corners
             nothing[c] = _tested(time, x[:, c], order, gaps, background[gaps, c], resolution[c])
@@ -198,7 +198,7 @@ def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array, reso
     good &= off < like_root
     # on both sides the derivative changes by less within a step: coarse samples of smooth motions are no jumps
     slope = np.maximum(np.abs(left[:, order + 1]), np.abs(right[:, order + 1])) * h
-    good &= slope < np.maximum(STEEP * np.abs(J), 3 * noise_of_jumps(SIDE)[order + 1] / np.sqrt(2) * noise / h**order)
+    good &= slope < np.minimum(np.maximum(STEEP * np.abs(J), 3 * noise_of_jumps(SIDE)[order + 1] / np.sqrt(2) * noise / h**order), 0.5 * np.abs(J))
     best = _best_of_neighbours(gaps, np.where(good, off + 1e-6 * np.abs(s) / h, np.inf))
     tau = _snapped(time, gaps[best], middle[best] + s[best], np.maximum(1e-3, 3 * rough_noise[best] / np.abs(J[best])))
     return Found(Jumps(order, tau, J[best]), _impossible(order, time, x, gaps, fine, rough, noise, resolution, best))
