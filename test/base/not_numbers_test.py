@@ -121,3 +121,14 @@ def test_external_wrenches_that_are_none(arm, bad):
         arguments = (z, z, z)
         with pytest.raises(ValueError):
             call(*arguments, external=bad)
+
+
+def test_an_array_of_an_accelerator_is_refused_with_its_device(arm):
+    class OfAnAccelerator:
+        device = "cuda:0"
+
+        def __array__(self, *_, **__):
+            raise TypeError("can't convert cuda:0 device type tensor to numpy")
+
+    with pytest.raises(ValueError, match=r"q is on cuda:0, which KSL can't reach; move it to the processor's memory: .cpu\(\) in torch"):
+        arm.gravity_torque(OfAnAccelerator())

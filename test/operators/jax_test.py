@@ -263,6 +263,20 @@ def test_what_becomes_an_array_and_what_does_not():
             call()
 
 
+def test_numbers_that_no_device_has_come_to_the_processor(monkeypatch):
+    """Where JAX would put them on an accelerator."""
+    m = robot_named("physics")
+    d = ksl.jax.differentiable(m)
+    q, single = np.linspace(-1, 1, 12).reshape(2, 6), np.float32
+    calls = [lambda: d.inverse_dynamics(q, 0.5, [0] * 6), lambda: d.inverse_dynamics(q.astype(single), 0.5, 1), lambda: jax.grad(lambda x: d.gravity_torque(x).sum())(q[0])]
+    here = [call() for call in calls]
+    monkeypatch.setattr(jax, "default_backend", lambda: "gpu")
+    for before, call in zip(here, calls):
+        after = call()
+        assert after.dtype == before.dtype and {x.platform for x in after.devices()} == {"cpu"}
+        np.testing.assert_array_equal(after, before)
+
+
 def test_a_program_for_another_device_is_refused_when_it_is_compiled():
     m = robot_named("physics")
     d = ksl.jax.differentiable(m)

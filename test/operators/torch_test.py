@@ -265,6 +265,20 @@ def test_precision_numbers_and_arrays():
     torch.testing.assert_close(d.inverse_dynamics(crossed, v, a), d.inverse_dynamics(q, v, a), rtol=0, atol=0)
 
 
+def test_results_stay_where_the_library_is():
+    """Whichever device torch.set_default_device names: there, memory of an accelerator would be written as if it were the processor's."""
+    m = robot_named("physics")
+    d = ksl.torch.differentiable(m)
+    q, v, a = given_to(m, "inverse_dynamics")
+    found = []
+    for device in ("cpu", "meta"):
+        with torch.device(device):
+            tau = d.inverse_dynamics(q, v.detach().numpy(), 0.5)
+            found.append((tau.detach(), *torch.autograd.grad((tau**2).sum(), q), d.gravity_torque(q.tolist()).detach()))
+    for here, there in zip(*found):
+        torch.testing.assert_close(there, here, rtol=0, atol=0)
+
+
 def test_arrays_of_numpy():
     """Of any strides, byte order and rights.  Where there is no tensor they keep their precision."""
     d = ksl.torch.differentiable(robot_named("physics"))

@@ -40,6 +40,8 @@ def real_array(x: Any, what: str) -> NDArray[Any]:
         if _is_differentiated(x):
             mend = "ksl.torch.differentiable(model) and ksl.jax.differentiable(model) have calls that differentiate"
             raise ValueError(f"{what} is differentiated or traced by torch or JAX, for which it would be a constant here; {mend}") from None
+        if (device := getattr(x, "device", None)) is not None and "cpu" not in str(device).lower():
+            raise ValueError(f"{what} is on {device}, which KSL can't reach; move it to the processor's memory: .cpu() in torch, .get() in CuPy") from None
         shown = repr(x)
         shown = shown if len(shown) <= 60 and shown.isprintable() else type(x).__name__
         raise ValueError(f"{what} is {shown}; expected numbers, in an array or what can become one") from None

@@ -71,11 +71,21 @@ def _of_one_type(call: str, inputs: Sequence[str], arguments: Sequence[Any]) -> 
 
 def _array(x: Any, what: str) -> jax.Array:
     """An array of JAX, of any numbers.  NumPy's may have any byte order."""
-    if isinstance(x, (int, float, jax.Array)) or _holds_arrays(x):
+    if isinstance(x, jax.Array) or _holds_arrays(x):
         return jnp.asarray(x)
+    if isinstance(x, (int, float)):
+        return _on_cpu(x)
     array = real_array(x, what)
     has_type = hasattr(x, "dtype") or array.dtype.kind == "f"  # whole numbers in a list have none
-    return jnp.asarray(array.astype(array.dtype.newbyteorder("=") if has_type else float, copy=False))
+    return _on_cpu(array.astype(array.dtype.newbyteorder("=") if has_type else float, copy=False))
+
+
+def _on_cpu(x: Any) -> jax.Array:
+    """Numbers that no device has yet: JAX would put them on the first accelerator, if there is one."""
+    if jax.default_backend() == "cpu":
+        return jnp.asarray(x)
+    with jax.ensure_compile_time_eval():
+        return jax.device_put(x, jax.local_devices(backend="cpu")[0])
 
 
 def _holds_arrays(x: object) -> bool:

@@ -84,10 +84,10 @@ def _of_one_type(call: str, inputs: Sequence[str], arguments: Sequence[Any]) -> 
 
 
 def _tensor(x: Any, what: str, dtype: torch.dtype) -> Tensor:
-    """A tensor of numbers, or of an array with any strides, byte order and rights, which is copied."""
+    """A tensor on the CPU, whichever device torch.set_default_device names, of numbers, or of an array with any strides, byte order and rights, which is copied."""
     if isinstance(x, (int, float)) or torch.compiler.is_compiling():
-        return torch.as_tensor(x, dtype=dtype)
-    return torch.as_tensor(np.array(_numbers(x, what), np.float32 if dtype == torch.float32 else np.float64), dtype=dtype)
+        return torch.as_tensor(x, dtype=dtype, device="cpu")
+    return torch.as_tensor(np.array(_numbers(x, what), np.float32 if dtype == torch.float32 else np.float64), dtype=dtype, device="cpu")
 
 
 def _numbers(x: Any, what: str) -> Any:
@@ -106,7 +106,7 @@ def _compute(operator: Operator, stage: Stage, arguments: Sequence[Tensor]) -> l
         raise NotImplementedError(f"{operator.name}: is_grads_batched= and vectorize= of torch.autograd map where libraries have no part; take torch.func.jacrev, jacfwd, hessian or vmap")
     plain = [x.detach().resolve_neg().contiguous() for x in arguments]
     groups, states = plain[0].shape[:2]
-    results = [torch.empty(shape, dtype=plain[0].dtype) for shape in operator.result_shapes(stage, groups, states)]
+    results = [torch.empty(shape, dtype=plain[0].dtype, device="cpu") for shape in operator.result_shapes(stage, groups, states)]
     operator.compute(stage, plain, results)
     return results
 
