@@ -23,8 +23,11 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(shell nproc)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 # Compilers run through ccache where it is, which `make test` installs.  What it keeps outlives clones of this folder, wherever they lie.
-CMAKE_C_COMPILER_LAUNCHER ?= $(shell command -v ccache)
-CMAKE_CXX_COMPILER_LAUNCHER ?= $(shell command -v ccache)
+# A make that this one runs after the installation looks again.
+ifeq ($(CMAKE_C_COMPILER_LAUNCHER)$(CMAKE_CXX_COMPILER_LAUNCHER),)
+CMAKE_C_COMPILER_LAUNCHER := $(shell command -v ccache)
+CMAKE_CXX_COMPILER_LAUNCHER := $(CMAKE_C_COMPILER_LAUNCHER)
+endif
 export CMAKE_C_COMPILER_LAUNCHER CMAKE_CXX_COMPILER_LAUNCHER
 export CCACHE_BASEDIR := $(CURDIR)
 export CCACHE_NOHASHDIR := 1
