@@ -91,7 +91,8 @@ class Algorithm:
     def __post_init__(self) -> None:
         if self.keywords == "order" and self.request not in ("", "links"):
             raise ValueError(f"{self.name}: the request {self.request} has an order of its own")
-        if "tau" in self.inputs and self.coupled == "projection" and "tau" not in self.called:  # other numbers than efforts expand as velocities do
+        # other numbers than efforts expand as velocities do; plans of loops have an equation for each follower, and efforts at leaders are enough
+        if "tau" in self.inputs and self.coupled == "projection" and "tau" not in self.called and self.closed != "plan":
             raise ValueError(f"{self.name}: efforts of coupled joints can't be expanded; give coupled=")
         if "tau" in self.inputs and self.closed == "tree":
             raise ValueError(f"{self.name}: efforts of a tree are not those of a mechanism with loops; give closed=")

@@ -1013,7 +1013,6 @@ constexpr algorithm_row closed_forward_dynamics = {
     .results = 1,
     .result = {{"a", 1, {extent::motion}}},
     .kernels = &kernel_table::closed_forward_dynamics,
-    .coupled = coupled_by::refusal,
     .closed = closed_by::plan,
 };
 
@@ -1030,7 +1029,6 @@ constexpr algorithm_row closed_inverse_dynamics_derivatives = {
     .results = 3,
     .result = {{"dtau_dq", 2, {extent::nv, extent::freedoms}}, {"dtau_dv", 2, {extent::nv, extent::freedoms}}, {"dtau_da", 2, {extent::nv, extent::freedoms}}},
     .kernels = &kernel_table::closed_inverse_dynamics_derivatives,
-    .coupled = coupled_by::refusal,
     .closed = closed_by::plan,
 };
 
@@ -1045,9 +1043,8 @@ constexpr algorithm_row closed_forward_dynamics_derivatives = {
     .nan_without_mass = false,
     .smooth_friction = true,
     .results = 3,
-    .result = {{"da_dq", 2, {extent::nv, extent::freedoms}}, {"da_dv", 2, {extent::nv, extent::freedoms}}, {"da_dtau", 2, {extent::nv, extent::nv}}},
+    .result = {{"da_dq", 2, {extent::motion, extent::freedoms}}, {"da_dv", 2, {extent::motion, extent::freedoms}}, {"da_dtau", 2, {extent::motion, extent::motion}}},
     .kernels = &kernel_table::closed_forward_dynamics_derivatives,
-    .coupled = coupled_by::refusal,
     .closed = closed_by::plan,
 };
 

@@ -132,8 +132,10 @@ template <class S> std::size_t state_bytes(const algorithm_row &row, const model
 }
 
 template <class S> void run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
-  if (row.coupled == coupled_by::projection)
-    return projection<S>{computed(row), m}.state(memory, s);
+  if (row.coupled == coupled_by::projection) {
+    projection<S>{computed(row), m}.state(memory, s);
+    return;
+  }
   if (has_systems(row.coupled))
     return systems<S>{row.coupled, m}.state(memory, s);
   dense<S>{row.coupled, m}.state(memory, s);

@@ -11,14 +11,19 @@
 
 namespace ksl {
 
-/// The extents of what a user gives and gets.
-template <class View> extents extents_of(const model &m, const View &view) {
+/// The extents of what a user gives and gets, with requests of so many links and joints.
+inline extents extents_of(const model &m, int links, int joints) {
+  const loop_view<double> *const loops = m.view().loops;
   return {m.nq(),
           m.nv(),
-          view.links.n,
-          view.joints ? view.joints->n : 0,
+          links,
+          joints,
           m.tree_elements(),
-          static_cast<int>(m.links().size())};
+          static_cast<int>(m.links().size()),
+          loops ? loops->freedoms : 0};
+}
+template <class View> extents extents_of(const model &m, const View &view) {
+  return extents_of(m, view.links.n, view.joints ? view.joints->n : 0);
 }
 
 /// Bytes of the results that the kernels of a row write and the row doesn't have (algorithm_row::variant_of).

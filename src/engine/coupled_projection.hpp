@@ -47,9 +47,12 @@ template <class S> void reduce(const coupling_view<S> &c, const result_row &resu
   }
 }
 
-template <class S> void expand(const coupling_view<S> &c, input x, const S *numbers, S *out) {
+template <class S>
+void expand(const coupling_view<S> &c, const algorithm_row &row, input x, const S *numbers, S *out) {
   if (x == input::q || x == input::q1)
     expand_position(c, numbers, out);
+  else if (x == input::tau && row.closed == closed_by::plan) // elsewhere these are no efforts
+    expand_effort(c, numbers, out);
   else
     expand_motion(c, numbers, out);
 }
@@ -89,7 +92,8 @@ template <class S> struct projection {
     return measure.used();
   }
 
-  void state(void *memory, const state_view<S> &given) const {
+  /// Returns what the kernel does.
+  bool state(void *memory, const state_view<S> &given) const {
     const extents own = extents_of(m, given), full = expanded(m, own);
     arena pieces(memory);
     void *const workspace = pieces.take<std::byte>(static_cast<std::ptrdiff_t>(kernel.workspace_bytes(view)));
@@ -98,16 +102,17 @@ template <class S> struct projection {
     state_view<S> s = given;
     for (int i = 0; i < row.inputs; ++i)
       if (const input x = row.input_list[i]; e.input_width[i] && input_of(given, x)) {
-        expand(c, x, input_of(given, x), e.input_rows[i]);
+        expand(c, row, x, input_of(given, x), e.input_rows[i]);
         input_of(s, x) = e.input_rows[i];
       }
     for (int r = 0; r < row.results; ++r)
       if (e.result_width[r])
         s.result[r] = e.result_rows[r];
-    kernel.state(view, workspace, s);
+    const bool ordinary = kernel.state(view, workspace, s);
     for (int r = 0; r < row.results; ++r)
       if (e.result_width[r] && given.result[r])
         reduce(c, row.result[r], full, own, e.result_rows[r], given.result[r]);
+    return ordinary;
   }
 
   std::size_t batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
@@ -167,7 +172,7 @@ private:
       if (!e.input_width[i])
         continue;
       for (std::size_t j = 0; j < n; ++j)
-        expand(c, x, ksl::row(rows, k + j), e.input_rows[i] + static_cast<std::ptrdiff_t>(j) * e.input_width[i]);
+        expand(c, row, x, ksl::row(rows, k + j), e.input_rows[i] + static_cast<std::ptrdiff_t>(j) * e.input_width[i]);
       input_of(part, x) = {e.input_rows[i], e.input_width[i]};
     }
   }

@@ -237,3 +237,28 @@ TEST_CASE("closed mechanisms: the plan of a Stewart platform eliminates its legs
   // which k have been pivots: 6 − 1 − k rows with as many of the platform's columns, and 1 + k lengths.
   CHECK(eliminated <= 6 * (2 * 8 + 1 * 7) + 6 * (5 + 4 + 3 + 2 + 1));
 }
+
+TEST_CASE("closed mechanisms: followers have equations of their own in the plan, and no freedom") {
+  using kind = ksl::joint_kind;
+  ksl::builder b("gripper");
+  b.add_link("ground");
+  for (const char *name : {"crank", "rod", "rocker", "finger"})
+    b.add_link(name, body(1));
+  b.add_joint("A", kind::continuous, "ground", "crank", at(0, 0, 0), about(0, 0, 1));
+  b.add_joint("B", kind::continuous, "crank", "rod", at(0.2, 0, 0), about(0, 0, 1));
+  b.add_joint("E", kind::continuous, "ground", "rocker", at(0.5, 0.1, 0), about(0, 0, 1));
+  ksl::joint_options follows = about(0, 0, 1);
+  follows.mimic = {"E", -0.5, 0.1, {}};
+  b.add_joint("F", kind::continuous, "ground", "finger", at(0, 0.3, 0), follows);
+  ksl::loop_options axis;
+  axis.axis = {0, 0, 1};
+  b.add_loop("D", kind::revolute, "rod", "rocker", at(0.4, 0, 0), at(0.3, 0, 0), axis);
+  b.set_drives({"A"});
+  const ksl::model m = b.build();
+  REQUIRE(m.view().loops);
+  const ksl::loop_view<double> &loops = *m.view().loops;
+  CHECK(loops.rows == 5 + 1);
+  CHECK(loops.pivots == 2 + 1);
+  CHECK(loops.freedoms == 1);
+  CHECK(loops.drives_are_independent);
+}

@@ -1,5 +1,6 @@
 #include "engine/loops/derivatives.hpp"
 
+#include "engine/loops/mechanism_kernel.hpp"
 #include "engine/loops/sparse_product.hpp"
 #include "engine/thread_memory.hpp"
 #include "text/rounding.hpp"
@@ -181,15 +182,15 @@ bool derive_by_plan(bool forward, const model &m, data *d, state_view<double> s,
   const std::ptrdiff_t nv = m.nv(), narrow = nv * view.loops->freedoms,
                        numbers[] = {narrow, narrow, forward ? nv * nv : narrow};
   double *const out[] = {by_q, by_v, by_x};
-  const kernels_in<double> &kernels = kernels_of_row<double>(row_by_plan(forward));
+  const mechanism_kernel<double> kernel = {row_by_plan(forward), m, view};
   arena measure;
   for (const std::ptrdiff_t n : numbers)
     measure.take<double>(n);
-  const std::size_t needed = measure.used() + kernels.workspace_bytes(view);
+  const std::size_t needed = measure.used() + kernel.state_bytes();
   arena memory(d && needed <= d->bytes() ? d->memory() : thread_memory(kept_for::workspace, needed));
   for (int r = 0; r < 3; ++r)
     s.result[r] = memory.take<double>(numbers[r]);
-  if (!kernels.state(view, memory.take<std::byte>(0), s)) // NaN, or so large that all is looked at again
+  if (!kernel.state(memory.take<std::byte>(0), s)) // NaN, or so large that all is looked at again
     return false;
   for (int r = 0; r < 3; ++r)
     std::copy_n(s.result[r], numbers[r], out[r]);
@@ -201,9 +202,8 @@ int freedoms_by_plan(const model &m) { return has_plan(m) ? m.view().loops->free
 void derive_in_lanes(bool forward, const model &m, const batch_view<double> &batch, unsigned char *done) {
   const nearest_rounding rounding;
   const model_view<double> &view = m.view();
-  const kernels_in<double> &kernels = kernels_of_row<double>(row_by_plan(forward));
-  const std::size_t bytes = kernels.batch(view, batch, 0, 0, nullptr).bytes;
-  kernels.batch(view, batch, 0, batch.n, thread_memory(kept_for::workspace, bytes));
+  const mechanism_kernel<double> kernel = {row_by_plan(forward), m, view};
+  kernel.batch(batch, thread_memory(kept_for::workspace, kernel.batch(batch, nullptr)));
   for (std::size_t k = 0; k < batch.n; ++k) {
     double sum = 0; // a state that the plan doesn't fit has NaN in all elements but zeros
     for (int r = 0; r < 2; ++r)

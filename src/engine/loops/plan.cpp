@@ -49,21 +49,19 @@ private:
 
 class planner {
 public:
-  explicit planner(const model &m) : m_(m), t_(m.loop_tables()), view_(m.view()) {}
+  explicit planner(const model &m)
+      : m_(m), t_(m.loop_tables()), view_(m.view()), coupling_(m.coupling_in<double>()),
+        rows_(t_.rows + coupling_.followers) {}
 
   loop_plan<double> make() {
-    if (m_.followers() > 0)
-      return {};
     const std::vector<double> q = closed_position();
     if (q.empty())
       return {};
     for (const loop &l : t_.loops)
       add_joint(l);
     add_compliances();
+    set_scales();
     eliminate(q);
-    for (const double x : t_.row_scale)
-      plan_.row_scale.push_back(x);
-    plan_.column_scale = t_.column_scale;
     plan_.view.length = t_.length, plan_.view.tolerance = tolerance_of_double;
     plan_.point();
     return std::move(plan_);
@@ -118,12 +116,26 @@ private:
     return D;
   }
 
+  /// Which axis of its frame a direction is, or −1.
+  static int axis_along(const vec3<double> &d) {
+    const double x[] = {d.x, d.y, d.z};
+    for (int k = 0; k < 3; ++k)
+      if (x[k] == 1 && x[(k + 1) % 3] == 0 && x[(k + 2) % 3] == 0)
+        return k;
+    return -1;
+  }
+  static bool is_unit_matrix(const mat3x3<double> &R) {
+    return axis_along({R.m00, R.m10, R.m20}) == 0 && axis_along({R.m01, R.m11, R.m21}) == 1 &&
+           axis_along({R.m02, R.m12, R.m22}) == 2;
+  }
+
   void add_joint(const loop &l) {
     const int predecessor = t_.links[index(l.predecessor)], successor = t_.links[index(l.successor)];
     const link<double> &from = view_.link[predecessor], &to = view_.link[successor];
     closing_joint<double> joint{};
     joint.predecessor = from.body, joint.successor = to.body;
     joint.on_predecessor = in_body(from, l.on_predecessor), joint.on_successor = in_body(to, l.on_successor);
+    joint.is_turned = !is_unit_matrix(joint.on_successor.R);
     joint.axis = {l.canonical.m02, l.canonical.m12, l.canonical.m22};
     joint.first_row = l.first_row;
     joint.mixed = -1;
@@ -133,6 +145,7 @@ private:
       (moment ? joint.moments : joint.forces) += 1;
       if (!moment && l.kind == joint_kind::helical && length(l.T[i].ang) > 1e-12)
         joint.mixed = i, joint.turn = l.T[i].ang;
+      joint.along[i] = joint.mixed == i || (moment && row_of(l.kind).has_axis2) ? -1 : axis_along(joint.direction[i]);
     }
     const joint_kind_row kind = row_of(l.kind);
     joint.across = {l.canonical.m00, l.canonical.m10, l.canonical.m20}, joint.pitch = l.pitch;
@@ -195,6 +208,30 @@ private:
         }
       joint.elements_end = static_cast<int>(plan_.elements.size());
     }
+    plan_.view.first_coupling = t_.rows;
+    plan_.view.couplings_begin = static_cast<int>(plan_.elements.size());
+    for (int i = 0; i < coupling_.followers; ++i) {
+      const follower<double> &f = coupling_.follower[i];
+      const int place = plan_.place[index(f.leader_v)];
+      plan_.elements.push_back({t_.rows + i, -1 - plan_.place[index(f.v)], 1});
+      plan_.elements.push_back(
+          {t_.rows + i, place < 0 ? -1 - place : static_cast<int>(plan_.pivots.size()) + place, -f.multiplier});
+    }
+    plan_.view.couplings_end = static_cast<int>(plan_.elements.size());
+  }
+
+  /// Those of users' coordinates, and of followers: an equation of one has the size of the follower's motion.
+  void set_scales() {
+    plan_.row_scale = t_.row_scale;
+    plan_.column_scale.assign(index(view_.nv), 1);
+    for (int j = 0; j < coupling_.nv; ++j)
+      plan_.column_scale[index(coupling_.in_v[j])] = t_.column_scale[index(j)];
+    for (int i = 1; i < view_.bodies; ++i)
+      for (int f = 0; f < coupling_.followers; ++f)
+        if (const body<double> &b = view_.body[i]; b.nv == 1 && b.v_index == coupling_.follower[f].v)
+          plan_.column_scale[index(b.v_index)] = b.kind == joint_kind::prismatic ? 1 : 1 / t_.length;
+    for (int f = 0; f < coupling_.followers; ++f)
+      plan_.row_scale.push_back(1 / plan_.column_scale[index(coupling_.follower[f].v)]);
   }
 
   /// The joints on the ways from both ends to the link where these meet, which joints they are by their child links.
@@ -294,7 +331,7 @@ private:
 
   /// The loops whose equations have multipliers, where that of a redundant equation is 1 (back_through_lower of the kernels).
   std::vector<bool> loops_in_pattern(int redundant) const {
-    std::vector<bool> rows(index(t_.rows), false), loops(t_.loops.size(), false);
+    std::vector<bool> rows(index(rows_), false), loops(t_.loops.size(), false);
     rows[index(redundant)] = true;
     for (std::size_t k = plan_.pivots.size(); k-- > 0;)
       for (int i = plan_.pivots[k].rows_begin; i < plan_.pivots[k].rows_end; ++i)
@@ -325,18 +362,28 @@ private:
     elimination k;
     const held memory(g, lay_out_with(k));
     factor(g, k, q);
-    plan_.independent.assign(k.independent(), k.independent() + k.freedoms());
+    plan_.independent = expanded(k.independent(), k.freedoms());
     plan_.redundant.assign(k.row + k.rank, k.row + t_.rows);
-    plan_.view.drives_are_independent = t_.drives_are_known && plan_.independent == t_.drives;
-    if (t_.drives.size() > plan_.independent.size())
-      plan_.drive = t_.drives, plan_.drive_scale = t_.drive_scale;
+    const std::vector<int> drives = expanded(t_.drives.data(), static_cast<int>(t_.drives.size()));
+    plan_.view.drives_are_independent = t_.drives_are_known && plan_.independent == drives;
+    if (drives.size() > plan_.independent.size())
+      plan_.drive = drives, plan_.drive_scale = t_.drive_scale;
     set_pivots(k, g.jacobian());
     add_patterns();
   }
 
+  /// Where users' coordinates are among the expanded ones.
+  std::vector<int> expanded(const int *coordinates, int n) const {
+    std::vector<int> out(index(n));
+    std::transform(coordinates, coordinates + n, out.begin(), [&](int v) { return coupling_.in_v[v]; });
+    return out;
+  }
+
   /// Which elements of K can differ from zero.
   void set_filled() {
-    filled_.assign(index(t_.rows * m_.nv()), 0);
+    filled_.assign(index(rows_ * view_.nv), 0);
+    for (int i = 0; i < coupling_.followers; ++i)
+      filled(t_.rows + i, coupling_.follower[i].v) = filled(t_.rows + i, coupling_.follower[i].leader_v) = 1;
     for (const closing_joint<double> &joint : plan_.joints)
       for (int i = 0; i < joint.forces + joint.moments; ++i)
         for (int c = joint.columns_begin; c < joint.columns_end; ++c)
@@ -350,28 +397,28 @@ private:
   bool has_pivot(int row) const {
     return std::find(plan_.redundant.begin(), plan_.redundant.end(), row) == plan_.redundant.end();
   }
-  unsigned char &filled(int row, int column) { return filled_[index(row * m_.nv() + column)]; }
+  unsigned char &filled(int row, int column) { return filled_[index(row * view_.nv + column)]; }
 
-  /// The order of pivots.  Elimination with complete pivoting says which equations and which coordinates; among these, the element whose
+  /// The order of pivots: followers', by their own equations; then elimination with complete pivoting says which equations and which coordinates; among these, the element whose
   /// elimination makes least work (Markowitz, Management Science 3, 1957, p. 255) of those that are not much smaller than the largest one of
   /// their column, unless that ends with pivots that are much smaller.
   void set_pivots(const elimination &k, const double *K) {
-    const int nv = m_.nv();
+    const int nv = view_.nv;
     const double by_size = set_order(k, K, true);
     if (!(set_order(k, K, false) >= large_enough * by_size))
       set_order(k, K, true);
-    std::vector<int> columns(index(nv)); // pivots, then independent coordinates, ascending
+    const int rank = static_cast<int>(order_.size());
+    std::vector<int> columns; // pivots, then independent coordinates, ascending
     plan_.place.assign(index(nv), 0);
-    for (int step = 0; step < k.rank; ++step) {
-      columns[index(step)] = order_[index(step)].second;
-      plan_.place[index(columns[index(step)])] = -1 - step;
+    for (const auto &[row, column] : order_) {
+      plan_.place[index(column)] = -1 - static_cast<int>(columns.size());
+      columns.push_back(column);
     }
-    for (int j = 0; j < k.freedoms(); ++j) {
-      columns[index(k.rank + j)] = k.independent()[j];
-      plan_.place[index(k.independent()[j])] = j;
-    }
+    for (int j = 0; j < k.freedoms(); ++j)
+      plan_.place[index(plan_.independent[index(j)])] = j;
+    columns.insert(columns.end(), plan_.independent.begin(), plan_.independent.end());
     set_filled();
-    for (int step = 0; step < k.rank; ++step)
+    for (int step = 0; step < rank; ++step)
       set_lists(step, plan_.redundant, columns);
     set_fill(columns);
     add_elements();
@@ -385,25 +432,32 @@ private:
     set_filled();
     plan_.view.fill_begin = static_cast<int>(plan_.list.size());
     for (int i = 0; i < t_.rows; ++i)
-      for (int j = 0; j < m_.nv(); ++j)
+      for (int j = 0; j < view_.nv; ++j)
         if (const int v = columns[index(j)];
-            !filled(i, v) && ((j >= rank && !has_pivot(i)) || all[index(i * m_.nv() + v)]))
+            !filled(i, v) && ((j >= rank && !has_pivot(i)) || all[index(i * view_.nv + v)]))
           plan_.list.insert(plan_.list.end(), {i, j});
     plan_.view.fill_end = static_cast<int>(plan_.list.size());
   }
 
-  /// Sets order_ with the largest pivots, or with those that make least work.  Returns the smallest one.
+  /// Sets order_ with the largest pivots, or with those that make least work.  Returns the smallest one.  K (rows, nv) has what followers do
+  /// at their leaders already: of followers only the places are eliminated.
   double set_order(const elimination &k, const double *K, bool by_size) {
-    const int nv = m_.nv();
+    const int nv = view_.nv, own = m_.nv();
     set_filled();
-    std::vector<double> A(index(t_.rows * nv));
+    std::vector<double> A(index(rows_ * nv));
     for (int i = 0; i < t_.rows; ++i)
-      for (int j = 0; j < nv; ++j)
-        A[index(i * nv + j)] = K[i * nv + j] * t_.row_scale[index(i)] * t_.column_scale[index(j)];
+      for (int j = 0; j < own; ++j)
+        A[index(i * nv + coupling_.in_v[j])] = K[i * own + j] * t_.row_scale[index(i)] * t_.column_scale[index(j)];
     std::vector<int> rows(k.row, k.row + t_.rows),
-        columns(k.column, k.column + nv); // what is left; pivots come from the first
+        columns = expanded(k.column, own); // what is left; pivots come from the first
     double smallest = std::numeric_limits<double>::infinity();
     order_.clear();
+    for (int i = 0; i < coupling_.followers; ++i) {
+      const std::pair<int, int> pivot = {t_.rows + i, coupling_.follower[i].v};
+      A[index(pivot.first * nv + pivot.second)] = 1;
+      order_.push_back(pivot);
+      eliminate_one(A, pivot, rows, columns);
+    }
     for (int step = 0; step < k.rank; ++step) {
       const std::pair<int, int> pivot = best_pivot(A, rows, columns, k.rank - step, by_size);
       smallest = std::min(smallest, std::fabs(A[index(pivot.first * nv + pivot.second)]));
@@ -418,7 +472,7 @@ private:
   /// Among the first `left` rows and columns.
   std::pair<int, int> best_pivot(const std::vector<double> &A, const std::vector<int> &rows,
                                  const std::vector<int> &columns, int left, bool by_size) {
-    const int nv = m_.nv();
+    const int nv = view_.nv;
     std::vector<int> in_row(index(t_.rows), 0), in_column(index(nv), 0);
     std::vector<double> of_column(index(left), 0);
     for (const int i : rows)
@@ -445,7 +499,7 @@ private:
 
   void eliminate_one(std::vector<double> &A, std::pair<int, int> pivot, const std::vector<int> &rows,
                      const std::vector<int> &columns) {
-    const int nv = m_.nv();
+    const int nv = view_.nv;
     const auto [p, c] = pivot;
     for (const int i : rows) {
       if (!filled(i, c))
@@ -459,7 +513,7 @@ private:
 
   /// What one step has to do.  rest: equations without a pivot; columns: all, in order.
   void set_lists(int step, const std::vector<int> &rest, const std::vector<int> &columns) {
-    const int nv = m_.nv(), rank = static_cast<int>(order_.size());
+    const int nv = view_.nv, rank = static_cast<int>(order_.size());
     const auto end = [&] { return static_cast<int>(plan_.list.size()); };
     loop_pivot p{};
     p.row = order_[index(step)].first, p.column = order_[index(step)].second;
@@ -487,9 +541,11 @@ private:
 
   const model &m_;
   const tables &t_;
-  const model_view<double> view_;
+  const model_view<double> view_; ///< the expanded mechanism, whose coordinates the plan has
+  const coupling_view<double> coupling_;
+  const int rows_; ///< those of loops, then of followers
   loop_plan<double> plan_;
-  std::vector<unsigned char> filled_;      ///< (rows, nv)
+  std::vector<unsigned char> filled_;      ///< (rows_, view_.nv)
   std::vector<std::pair<int, int>> order_; ///< equation and coordinate of each pivot
 };
 
@@ -513,10 +569,12 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
                            joint.successor,
                            pose(joint.on_predecessor),
                            pose(joint.on_successor),
+                           joint.is_turned,
                            joint.turns,
                            vector(joint.axis),
                            joint.forces,
                            joint.moments,
+                           {},
                            {},
                            joint.first_row,
                            joint.columns_begin,
@@ -536,7 +594,7 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
                            vector(joint.axis2),
                            static_cast<float>(joint.cosine)};
     for (int i = 0; i < 6; ++i)
-      x.direction[i] = vector(joint.direction[i]);
+      x.direction[i] = vector(joint.direction[i]), x.along[i] = joint.along[i];
     out.joints.push_back(x);
   }
   for (const joint_compliance_view<double> &of : plan.compliances) {
@@ -559,6 +617,8 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
   out.crossed = plan.crossed, out.through = plan.through, out.compliance_of = plan.compliance_of;
   out.patterns = plan.patterns;
   out.view.crosses_welds = plan.view.crosses_welds;
+  out.view.first_coupling = plan.view.first_coupling;
+  out.view.couplings_begin = plan.view.couplings_begin, out.view.couplings_end = plan.view.couplings_end;
   out.view.fill_begin = plan.view.fill_begin, out.view.fill_end = plan.view.fill_end;
   out.view.drives_are_independent = plan.view.drives_are_independent;
   out.view.length = static_cast<float>(plan.view.length);

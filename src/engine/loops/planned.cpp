@@ -1,6 +1,6 @@
 #include "engine/loops/planned.hpp"
 
-#include "engine/coupled.hpp"
+#include "engine/loops/mechanism_kernel.hpp"
 #include "engine/one_state.hpp"
 
 #include <algorithm>
@@ -11,8 +11,6 @@ namespace {
 
 /// How many parts efforts have.
 constexpr int parts = 5;
-
-template <class S> const kernels_in<S> &kernels_for(const algorithm_row &row) { return kernels_of_row<S>(row); }
 
 /// The private row whose kernels compute a row.
 const algorithm_row &row_by_plan(closed_by by) {
@@ -72,9 +70,10 @@ template <class S> void planned<S>::lay_out(arena &memory, const batch_view<S> &
     all.n = joints;
     rows[0] = {all, {}};
     part.n = static_cast<std::size_t>(states), part.external_n = externals, part.reactions_n = 1, part.reactions = rows;
-    bytes = std::max(bytes, kernels_for<S>(*row).workspace_bytes(view_));
+    const mechanism_kernel<S> kernel = {*row, m_, view_};
+    bytes = std::max(bytes, kernel.state_bytes());
     if (states > 1)
-      bytes = std::max(bytes, kernels_for<S>(*row).batch(view_, part, 0, 0, nullptr).bytes);
+      bytes = std::max(bytes, kernel.batch(part, nullptr));
   }
   workspace_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(bytes));
   if (forces_.ends() > 0)
@@ -103,12 +102,12 @@ template <class S> batch_view<S> planned<S>::part_of(const batch_view<S> &batch,
 
 /// Several states in lanes, or one alone.
 template <class S> void planned<S>::call(const algorithm_row &row, const batch_view<S> &part) {
-  const kernels_in<S> &kernel = kernels_for<S>(row);
+  const mechanism_kernel<S> kernel = {row, m_, view_};
   if (part.n > 1) {
-    kernel.batch(view_, part, 0, part.n, workspace_);
+    kernel.batch(part, workspace_);
     return;
   }
-  kernel.state(view_, workspace_, first_state(part, state_links_, state_external_, state_reactions_));
+  kernel.state(workspace_, first_state(part, state_links_, state_external_, state_reactions_));
 }
 
 /// The parts of efforts, where numbers_ has efforts (closed.cpp says what they are).
@@ -166,7 +165,7 @@ template <class S> bool run_alone(const algorithm_row &row, const model &m, void
   for (int r = 0; r < s.reactions_n; ++r)
     if (s.reactions[r].out)
       reactions[alone.reactions_n++] = s.reactions[r];
-  kernels_for<S>(row_by_plan(row.closed)).state(view, pieces.take<std::byte>(0), alone);
+  mechanism_kernel<S>{row_by_plan(row.closed), m, view}.state(pieces.take<std::byte>(0), alone);
   if (!are_numbers(alone.result[0], m.nv()))
     return false;
   if (row.results > 0 && s.result[0])

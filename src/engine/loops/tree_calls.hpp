@@ -3,8 +3,8 @@
 #pragma once
 
 #include "engine/algorithm_rows.hpp"
-#include "engine/coupled_projection.hpp"
 #include "engine/elements/algorithms.hpp"
+#include "engine/loops/mechanism_kernel.hpp"
 
 namespace ksl::loops {
 
@@ -18,17 +18,14 @@ public:
   std::size_t bytes(const algorithm_row &row, int links, int joints, int externals) const {
     if (elements::act_in(row, m_))
       return elements::state_bytes<double>(row, m_, {externals, links, joints, 1});
-    if (m_.followers() == 0)
-      return kernels_of_row<double>(row).workspace_bytes(m_.view());
-    const extents asked = {m_.nq(), m_.nv(), links, joints, m_.tree_elements(), static_cast<int>(m_.links().size())};
-    return coupled::projection<double>{row, m_}.state_bytes(asked);
+    return mechanism_kernel<double>{row, m_, m_.view()}.state_bytes(links, joints);
   }
 
   void call(const algorithm_row &row, void *memory, const state_view<double> &s) const {
     if (elements::act_in(row, m_))
       elements::run_state(row, m_, memory, s);
     else
-      call(row, m_.view(), memory, s);
+      mechanism_kernel<double>{row, m_, m_.view()}.state(memory, s);
   }
 
   /// The same without gravity, without joint physics and without force elements.
@@ -36,17 +33,10 @@ public:
     model_view<double> view = m_.view();
     view.gravity = {0, 0, 0};
     view.physics = nullptr;
-    call(row, view, memory, s);
+    mechanism_kernel<double>{row, m_, view}.state(memory, s);
   }
 
 private:
-  void call(const algorithm_row &row, const model_view<double> &view, void *memory, const state_view<double> &s) const {
-    if (m_.followers() == 0)
-      kernels_of_row<double>(row).state(view, memory, s);
-    else
-      coupled::projection<double>{row, m_, view}.state(memory, s);
-  }
-
   const model &m_;
 };
 

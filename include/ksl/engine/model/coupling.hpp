@@ -48,6 +48,14 @@ template <class T> void expand_motion(const coupling_view<scalar_of<T>> &c, cons
   }
 }
 
+/// Expanded efforts with Gᵀ τ̂ = τ: those of leaders; followers have none of their own.
+template <class T> void expand_effort(const coupling_view<scalar_of<T>> &c, const T *tau, T *expanded) {
+  for (int i = 0; i < c.nv; ++i)
+    expanded[c.in_v[i]] = tau[i];
+  for (int i = 0; i < c.followers; ++i)
+    expanded[c.follower[i].v] = T(scalar_of<T>(0));
+}
+
 /// What the numbers along an axis of a result are, which says how the axis is reduced.
 enum class along : unsigned char {
   positions, ///< q: leaders' are kept

@@ -20,10 +20,12 @@ enum class loop_turns : int {
 template <class T> struct closing_joint {
   int predecessor, successor;          ///< bodies
   SE3<T> on_predecessor, on_successor; ///< its frame, in the bodies' canonical frames
+  bool is_turned;                      ///< has the frame on the successor other axes than this body
   loop_turns turns;
   vec3<T> axis;         ///< in its frame; if it turns about one
   int forces, moments;  ///< how many equations of each
   vec3<T> direction[6]; ///< (forces + moments) of the force or moment of each, in its frame on the successor
+  int along[6];         ///< which axis of this frame each is, or −1
   int first_row;
   int columns_begin, columns_middle,
       columns_end; ///< of those on the successor's side, then on the predecessor's: from the common body outwards
@@ -86,6 +88,8 @@ template <class T> struct loop_view {
   const screw<T> *
       own; ///< of each column that moves a successor relative to its parent: it, about the joint's frame and in its axes
   const loop_element<T> *element; ///< those of such columns that differ from zero
+  int first_coupling;             ///< the row of the first follower's equation; those of followers are the last rows
+  int couplings_begin, couplings_end; ///< in `element`: those of followers' equations
   const loop_pivot *pivot;
   const int *list;
   int fill_begin,

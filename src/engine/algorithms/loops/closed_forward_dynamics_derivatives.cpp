@@ -18,7 +18,7 @@ struct closed_forward_dynamics_derivatives_algorithm {
       .nan_without_mass = false,
       .smooth_friction = true,
       .results = 3,
-      .result = {{"da_dq", 2, {extent::nv, extent::freedoms}}, {"da_dv", 2, {extent::nv, extent::freedoms}}, {"da_dtau", 2, {extent::nv, extent::nv}}},
+      .result = {{"da_dq", 2, {extent::motion, extent::freedoms}}, {"da_dv", 2, {extent::motion, extent::freedoms}}, {"da_dtau", 2, {extent::motion, extent::motion}}},
   };
   using form = forms::whole_results<closed_forward_dynamics_derivatives_algorithm>;
   template <class T> using workspace = closed_forward_dynamics_derivatives_workspace<T>;

@@ -240,8 +240,7 @@ template <class T> KSL_LANES void set_rows_of(const loop_view<scalar_of<T>> &loo
     out.number[r] = i, out.has_force[r] = force, out.has_moment[r] = !force || i == joint.mixed;
     coscrew<T> &f = out.wrench[r];
     f = {none, none};
-    const vec3<T> own = direction_of<T>(joint, w.dynamics.equations.normal[loop], i);
-    A::product_drv(&R, &own, force ? &f.lin : &f.ang);
+    (force ? f.lin : f.ang) = direction_along(joint, R, w.dynamics.equations.normal[loop], i);
     if (i == joint.mixed)
       A::product_drv(&R, &turn, &f.ang);
     const T lambda = w.dynamics.multiplier[joint.first_row + i];
@@ -390,13 +389,16 @@ template <class T>
 KSL_LANES void add_rates_by_v(const loop_view<scalar_of<T>> &loops, const closed_derivatives_workspace<T> &w) {
   for (int l = 0; l < loops.loops; ++l) {
     const closing_joint<scalar_of<T>> &joint = loops.joint[l];
-    for (int row = joint.first_row; row < joint.first_row + joint.forces + joint.moments; ++row)
-      for (int c = joint.columns_begin; c < joint.columns_end && !is_redundant(loops, row); ++c) {
+    for (int row = joint.first_row; row < joint.first_row + joint.forces + joint.moments; ++row) {
+      if (is_redundant(loops, row))
+        continue;
+      for (int c = joint.columns_begin; c < joint.columns_end; ++c) {
         const T x = -w.rates_by_v[row * w.most + c - joint.columns_begin];
         const int v = loops.column[c].v;
         add_row(x, &w.v_by_q[v * w.width], &w.by_position[row * w.width], w.width);
         add_row(x, &w.G[v * w.width], &w.by_velocity[row * w.width], w.width);
       }
+    }
   }
 }
 

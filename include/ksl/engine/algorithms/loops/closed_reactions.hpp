@@ -42,10 +42,18 @@ KSL_LANES coscrew<T> wrench_of_loop(const closing_joint<scalar_of<T>> &joint, co
   const T o(scalar_of<T>(0));
   coscrew<T> f = {{o, o, o}, {o, o, o}};
   for (int i = 0; i < joint.forces + joint.moments; ++i) {
-    const vec3<T> d = direction_of<T>(joint, normal, i), turn = spread<T>(joint.turn);
-    algebra<T>::axpy_vv(multipliers[joint.first_row + i], &d, i < joint.forces ? &f.lin : &f.ang);
-    if (i == joint.mixed)
-      algebra<T>::axpy_vv(multipliers[joint.first_row + i], &turn, &f.ang);
+    const T &size = multipliers[joint.first_row + i];
+    vec3<T> &sum = i < joint.forces ? f.lin : f.ang;
+    switch (joint.along[i]) {
+    case 0: sum.x = sum.x + size; break;
+    case 1: sum.y = sum.y + size; break;
+    case 2: sum.z = sum.z + size; break;
+    default:
+      const vec3<T> d = direction_of<T>(joint, normal, i), turn = spread<T>(joint.turn);
+      algebra<T>::axpy_vv(size, &d, &sum);
+      if (i == joint.mixed)
+        algebra<T>::axpy_vv(size, &turn, &f.ang);
+    }
   }
   return f;
 }
@@ -60,8 +68,10 @@ KSL_LANES void for_crossed(const model_view<scalar_of<T>> &model, const loop_equ
   const loop_view<S> &loops = *model.loops;
   const closing_joint<S> &joint = loops.joint[loop];
   const SE3<T> at = equations.joint[loop];
+  const bool has_moment = joint.moments > 0 || joint.mixed >= 0;
   A::product_drv(&at.R, &f.lin, &f.lin);
-  A::product_drv(&at.R, &f.ang, &f.ang);
+  if (has_moment)
+    A::product_drv(&at.R, &f.ang, &f.ang);
   for (int k = joint.through_begin; k < joint.through_end; ++k) {
     const int place = loops.through[k], body = model.link[loops.crossed[place]].body;
     const vec3<T> o = equations.world.origin[body], arm = {at.t.x - o.x, at.t.y - o.y, at.t.z - o.z};
@@ -69,7 +79,10 @@ KSL_LANES void for_crossed(const model_view<scalar_of<T>> &model, const loop_equ
     coscrew<T> here = f;
     vec3<T> moment;
     A::cross_vv(&arm, &f.lin, &moment);
-    A::xpy_vv(&moment, &here.ang);
+    if (has_moment)
+      A::xpy_vv(&moment, &here.ang);
+    else
+      here.ang = moment;
     A::product_drinvv(&R, &here.lin, &here.lin);
     A::product_drinvv(&R, &here.ang, &here.ang);
     if (k < joint.through_middle) // what the loop's joint exerts, other joints need not

@@ -188,6 +188,21 @@ KSL_LANES vec3<T> direction_of(const closing_joint<scalar_of<T>> &joint, const v
   return joint.has_two_axes && i == joint.forces ? normal : spread<T>(joint.direction[i]);
 }
 
+/// The same direction where the frame has axes R.
+template <class T>
+KSL_LANES vec3<T> direction_along(const closing_joint<scalar_of<T>> &joint, const mat3x3<T> &R, const vec3<T> &normal,
+                                  int i) {
+  switch (joint.along[i]) {
+  case 0: return {R.m00, R.m10, R.m20};
+  case 1: return {R.m01, R.m11, R.m21};
+  case 2: return {R.m02, R.m12, R.m22};
+  default: break;
+  }
+  vec3<T> d = direction_of<T>(joint, normal, i);
+  algebra<T>::product_drv(&R, &d, &d);
+  return d;
+}
+
 /// NaN where |x| is above the limit, or NaN, or there is a fault already; else `fault`, which is 0.
 template <class T> KSL_LANES T kept_within(const T &fault, const T &x, const T &limit) {
   return math<T>::select(math<T>::fabs(x) <= limit, fault, T(__builtin_nan("")));
@@ -209,6 +224,11 @@ KSL_LANES mat3x3<T> axes_in_world(const loop_equations_workspace<T> &w, int body
   mat3x3<T> out;
   algebra<T>::product_drdr(&R, &at, &out);
   return out;
+}
+template <class T>
+KSL_LANES SE3<T> successor_in_world(const loop_equations_workspace<T> &w, const closing_joint<scalar_of<T>> &joint) {
+  return {joint.is_turned ? axes_in_world(w, joint.successor, joint.on_successor) : w.world.rotation[joint.successor],
+          origin_in_world(w, joint.successor, joint.on_successor)};
 }
 
 /// What a speed of a coordinate of a loop is a length of.
@@ -232,22 +252,30 @@ KSL_LANES void add_columns(const loop_view<scalar_of<T>> &loops, loop_equations_
   }
 }
 
-/// The same of the successor's own columns, which are numbers of the model about the joint's frame: their motion, in world axes.
+/// The same of the successor's own columns: their motion about the joint's frame, in world axes.
 template <class T>
-KSL_LANES screw<T> own_motion(const loop_view<scalar_of<T>> &loops, const closing_joint<scalar_of<T>> &joint,
-                              const mat3x3<T> &to, const T *v, T &moved) {
+KSL_LANES screw<T> own_motion(const loop_view<scalar_of<T>> &loops, const loop_equations_workspace<T> &w,
+                              const closing_joint<scalar_of<T>> &joint, const T *v, T &moved) {
   using A = algebra<T>;
-  screw<T> sum = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
+  const T o(scalar_of<T>(0));
+  T slides[3] = {o, o, o}, turns[3] = {o, o, o}; // about the body's origin, in its axes
   for (int c = joint.own_begin; c < joint.columns_middle; ++c) {
     const loop_column &of = loops.column[c];
-    const vec3<T> lin = spread<T>(loops.own[c].lin), ang = spread<T>(loops.own[c].ang);
-    A::axpy_vv(v[of.v], &lin, &sum.lin);
-    if (of.coordinate >= 3)
-      A::axpy_vv(v[of.v], &ang, &sum.ang);
+    const int axis = of.coordinate == helical_coordinate ? 2 : of.coordinate % 3;
+    T &sum = of.coordinate < 3 ? slides[axis] : turns[axis];
+    sum = sum + v[of.v];
+    if (of.coordinate == helical_coordinate)
+      slides[axis] = slides[axis] + T(loops.pitch[c]) * v[of.v];
     moved = moved + math<T>::fabs(v[of.v]) * T(size_of(loops, of));
   }
-  A::product_drv(&to, &sum.lin, &sum.lin);
-  A::product_drv(&to, &sum.ang, &sum.ang);
+  screw<T> sum = {{slides[0], slides[1], slides[2]}, {turns[0], turns[1], turns[2]}};
+  const mat3x3<T> R = w.world.rotation[joint.successor];
+  const vec3<T> arm = spread<T>(joint.on_successor.t);
+  vec3<T> x;
+  A::cross_vv(&sum.ang, &arm, &x);
+  A::xpy_vv(&x, &sum.lin);
+  A::product_drv(&R, &sum.lin, &sum.lin);
+  A::product_drv(&R, &sum.ang, &sum.ang);
   return sum;
 }
 
@@ -345,12 +373,11 @@ KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_wo
   using S = scalar_of<T>;
   const loop_view<S> &loops = *model.loops;
   const closing_joint<S> &joint = loops.joint[loop];
-  const SE3<T> to = {axes_in_world(w, joint.successor, joint.on_successor),
-                     origin_in_world(w, joint.successor, joint.on_successor)};
+  const SE3<T> to = successor_in_world(w, joint);
   w.joint[loop] = to;
   const screw<T> none = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   T moved(S(0));
-  const screw<T> own_W = own_motion(loops, joint, to.R, v, moved);
+  const screw<T> own_W = own_motion(loops, w, joint, v, moved);
   screw<T> W = own_W, rate = none;
   add_columns(loops, w, joint, to.t, joint.columns_begin, joint.own_begin, T(S(1)), v, W, moved);
   add_columns(loops, w, joint, to.t, joint.columns_middle, joint.columns_end, T(S(-1)), v, W, moved);
@@ -367,9 +394,7 @@ KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_wo
   for (int i = 0; i < joint.forces + joint.moments; ++i) {
     const bool force = i < joint.forces;
     const bool mixed = i == joint.mixed, about_normal = joint.has_two_axes && !force;
-    const vec3<T> own = direction_of<T>(joint, w.normal[loop], i);
-    vec3<T> d;
-    A::product_drv(&to.R, &own, &d);
+    const vec3<T> d = direction_along(joint, to.R, w.normal[loop], i);
     const int row = joint.first_row + i;
     const T scale(loops.row_scale[row]);
     T *const line = w.row(row);
@@ -404,6 +429,22 @@ KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_wo
   set_own_elements(loops, w, joint, loop);
 }
 
+/// The equations of followers, v_f − r v_l = 0, whose elements are numbers of the model.
+template <bool rates, class T>
+KSL_LANES void set_couplings(const model_view<scalar_of<T>> &model, const loop_equations_workspace<T> &w) {
+  using S = scalar_of<T>;
+  const loop_view<S> &loops = *model.loops;
+  for (int i = loops.first_coupling; i < loops.rows; ++i) {
+    T *const row = w.row(i);
+    for (int j = 0; j < w.pitch && is_number<T>; ++j)
+      row[j] = T(S(0));
+    if constexpr (rates)
+      row[model.nv] = T(S(0));
+  }
+  for (int k = loops.couplings_begin; k < loops.couplings_end; ++k)
+    w.row(loops.element[k].row)[loops.element[k].place] = T(loops.element[k].value);
+}
+
 /// K of all loops, and b if rates are wanted, after the axes and origins of all bodies in the world.
 template <bool rates, class T>
 KSL_LANES void set_loop_equations(const model_view<scalar_of<T>> &model, loop_equations_workspace<T> &w, const T *q,
@@ -415,6 +456,7 @@ KSL_LANES void set_loop_equations(const model_view<scalar_of<T>> &model, loop_eq
       w.row(model.loops->list[k])[model.loops->list[k + 1]] = T(scalar_of<T>(0));
   for (int l = 0; l < model.loops->loops; ++l)
     set_loop<rates>(model, w, l, v);
+  set_couplings<rates>(model, w);
 }
 
 /// The model without angles, for algorithms that share w.world.pose: after set_loop_equations it has their sines and cosines.  Plain floats
@@ -454,6 +496,19 @@ template <class T> struct moved_body {
   }
 };
 
+/// What a vector in the axes of a joint's frame on the successor has along the direction of equation i.
+template <class T>
+KSL_LANES T component_along(const closing_joint<scalar_of<T>> &joint, const vec3<T> &normal, int i, const vec3<T> &x) {
+  switch (joint.along[i]) {
+  case 0: return x.x;
+  case 1: return x.y;
+  case 2: return x.z;
+  default: break;
+  }
+  const vec3<T> d = direction_of<T>(joint, normal, i);
+  return algebra<T>::dot_vv(&d, &x);
+}
+
 /// Whether accelerations a (nv) keep the loops closed: (2), by the motions of bodies that inverse dynamics has found; after
 /// set_loop_equations.
 template <class T, class Motions>
@@ -486,8 +541,7 @@ KSL_LANES void check_accelerations(const model_view<scalar_of<T>> &model, loop_e
       terms = terms + math<T>::fabs(a[loops.column[c].v]) * T(size_of(loops, loops.column[c]));
     const T allowed = T(loops.tolerance * S(0.25)) * terms + T(S(1e-12) * loops.length);
     for (int i = 0; i < joint.forces + joint.moments; ++i) {
-      const vec3<T> d = direction_of<T>(joint, w.normal[l], i);
-      T value = A::dot_vv(&d, i < joint.forces ? &lin : &ang);
+      T value = component_along(joint, w.normal[l], i, i < joint.forces ? lin : ang);
       if (i == joint.mixed) {
         const vec3<T> turn = spread<T>(joint.turn);
         value = value + A::dot_vv(&turn, &ang);
