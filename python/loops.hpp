@@ -119,6 +119,37 @@ struct externals {
   }
 };
 
+/// The numbers of a vector of so many doubles; null for all else, which `rows` are made of in Python.
+inline const double *plain_vector(nb::handle x, int n) {
+  const auto a = reinterpret_cast<PyArrayObject *>(x.ptr());
+  return PyArray_CheckExact(x.ptr()) && PyArray_TYPE(a) == NPY_DOUBLE && PyArray_NDIM(a) == 1 &&
+                 PyArray_DIM(a, 0) == n && PyArray_ISCARRAY_RO(a)
+             ? static_cast<const double *>(PyArray_DATA(a))
+             : nullptr;
+}
+
+/// Derivatives of one state, without external wrenches, in their shapes.  None where the plan doesn't have them, or numbers are given otherwise:
+/// then derivatives() has them, or says why not.
+inline nb::object derivatives_of_state(const ksl::model &m, nb::handle q, nb::handle v, nb::handle x, bool forward) {
+  const npy_intp nv = m.nv(), f = ksl::loops::freedoms_by_plan(m), shape[] = {nv, f}, square[] = {nv, nv};
+  ksl::state_view<double> s;
+  s.q = plain_vector(q, m.nq()), s.v = plain_vector(v, m.nv());
+  const double *&last = forward ? s.tau : s.a;
+  last = plain_vector(x, m.nv());
+  if (f == 0 || !s.q || !s.v || !last)
+    return nb::none();
+  nb::object out[3];
+  double *results[3];
+  for (int r = 0; r < 3; ++r) {
+    out[r] = calls::new_array(2, r == 2 && forward ? square : shape, NPY_DOUBLE);
+    results[r] = data_of(out[r]);
+  }
+  const ksl::nearest_rounding rounding;
+  if (!ksl::loops::derive_by_plan(forward, m, nullptr, s, results[0], results[1], results[2]))
+    return nb::none();
+  return nb::make_tuple(out[0], out[1], out[2]);
+}
+
 /// Derivatives along the mechanism of inverse or of forward dynamics: three arrays, and the number of independent coordinates, which must be
 /// the same in all states.
 inline nb::object derivatives(const ksl::model &m, nb::handle q, nb::handle v, nb::handle x,
@@ -359,6 +390,7 @@ inline void add_dynamics(nb::class_<ksl::model> &model) {
           },
           "q"_a, "v"_a, "tau"_a, "links"_a, "wrenches"_a, "in_world"_a, "alpha"_a, "beta"_a)
       .def("reaction_variations", &reaction_variations, "q"_a, "v"_a, "a"_a, "links"_a, "wrenches"_a, "in_world"_a)
+      .def("closed_derivatives_of_state", &derivatives_of_state, "q"_a, "v"_a, "x"_a, "forward"_a)
       .def("closed_derivatives", &derivatives, "q"_a, "v"_a, "x"_a, "links"_a, "wrenches"_a, "in_world"_a, "forward"_a)
       .def(
           "reaction_patterns",
