@@ -18,6 +18,8 @@ from ksl.model.calls import Calls
 from ksl.model.requests import names_in_order
 
 TOLERANCE = 1e-8
+NEAR = 0.3
+"""How far from the neutral position states are, rad and m, of a mechanism that closes from none that is anywhere."""
 NOT_SINGULAR = 1e-3
 """The smallest singular value of the loops' equations, as a share of their largest term, at a position that is used."""
 
@@ -103,6 +105,9 @@ def structural(model: Calls, links: Iterable[str] | None = None, tolerance: floa
 def _closed(model: Calls, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
     """Motions of a mechanism with loops near these, as many, at closed positions that are not nearly singular."""
     found = model.close(q)
+    if not found.converged.any():  # as of a platform on six legs far away from them
+        around = np.random.default_rng(0).uniform(-NEAR, NEAR, (len(q), model.nv))
+        found = model.close(model.integrate(np.broadcast_to(model.close(model.neutral()).q, q.shape), around))
     well = [k for k in np.flatnonzero(found.converged) if model.mobility(found.q[k]).smallest > NOT_SINGULAR]
     if not well:
         raise ValueError(f"{model.name}: no closed position was found from {len(q)} random ones; give those of a motion to of_motion")
