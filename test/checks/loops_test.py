@@ -173,6 +173,11 @@ def test_drives(check):
     both = MOTOR + MOTOR.replace('"A"', '"E"').replace('"t"', '"u"')
     finding = only(check(spatial(motors=both)), "loop-drives")
     assert "2 drives, A and E, for 1 freedom: 1 more than the motion needs" in finding.found and finding.severity == "note"
+    of_loop = [f for f in check(spatial(motors=MOTOR.replace('"A"', '"D"'))) if f.rule == "transmission-unused"]
+    assert [f.found for f in of_loop] == ['transmission "t" is of joint "D", which closes a loop, and so is no drive']
+    limit = '<limit lower="-1" upper="1" effort="0" velocity="1"/></joint>'
+    zero = spatial().replace("</joint>", limit)
+    assert [f.name for f in check(zero) if f.rule == "effort-zero"] == ["A"], "the others have no motor"
     assert "candidates: A, B, C or E" in only(check(spatial(motors="")), "loop-drives-unknown").found
 
 

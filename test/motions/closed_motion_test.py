@@ -430,5 +430,41 @@ def test_files_need_the_columns_of_drives_and_of_what_floats(robot, written, ref
     assert "no column 'floating_base.x' for joint floating_base; add its pose" in refusal(flying, lines("A"))
 
 
+def test_a_link_that_floats_in_the_file_follows_where_loops_tie_it_down(robot, written):
+    """The four-bar with a coupler that floats and two loop joints is the same mechanism: platforms of parallel robots are often written so."""
+    pin = '<parent link="crank"/><parent_origin xyz="0.1 0.03 0"/><parent_axis xyz="0 -1 0"/><child link="coupler"/><child_axis xyz="0 -1 0"/>'
+    free = '<joint name="B" type="floating"><parent link="frame"/><child link="coupler"/><origin xyz="0.1 0.03 0"/></joint>'
+    text = re.sub('<joint name="B".*?</joint>', free, FOURBAR).replace("</robot>", f'<constraint name="P" type="continuous">{pin}</constraint></robot>')
+    apart, linked = robot(text, drives=["A"]), robot(FOURBAR, drives=["A"])
+    assert [j.name for j in leading(apart)] == ["A"]
+    table = written("time,A" + "".join(f"\n{0.1 * k},{0.02 * k * k}" for k in range(9)))
+    (a, b) = (read_motion(m, table) for m in (apart, linked))
+    assert a.q[:, apart.joint("D").q_index] == pytest.approx(b.q[:, 2], abs=1e-9)
+    efforts = [m.inverse_dynamics(x.q, x.v, x.a)[:, m.joint("A").v_index] for m, x in ((apart, a), (linked, b))]
+    assert efforts[0] == pytest.approx(efforts[1], rel=1e-9)
+    flying = robot(FOURBAR, drives=["A"], floating_base=True)
+    assert [j.name for j in leading(flying)] == ["floating_base", "A"], "no loop ties the base to the ground"
+
+
+def test_columns_of_as_many_drives_as_freedoms_are_enough(robot, written, refusal):
+    """Whichever they are: a second motor on the mechanism asks for no second column."""
+    model = robot(FOURBAR, drives=["A", "D"])
+    lines = lambda name, first=0.0: written(f"time,{name}" + "".join(f"\n{0.1 * k},{first + 0.01 * k}" for k in range(9)))
+    for name, first, follow in (("A", 0.0, [1, 2]), ("D", -1.75, [0, 1])):
+        assert read_motion(model, lines(name, first)).closing.held == (name,) and follow_by_loops(model, [name]).tolist() == follow
+    assert "no column 'A' for joint A" in refusal(model, lines("B"))
+
+
+def test_angles_of_joints_with_several_coordinates_are_no_lengths(robot):
+    """Positions of a ball joint that are off by 0.008 rad are told and not doubted, in a mechanism of 0.4 m as in one of 4 m."""
+    ball = '<joint name="B" type="spherical"><parent link="crank"/><child link="coupler"/><origin xyz="0.1 0.03 0"/></joint>'
+    model = robot(re.sub('<joint name="B".*?</joint>', ball, FOURBAR), drives=["A"])
+    q = completed(model, TIME, np.zeros((len(TIME), model.nq)), [[None, None]] * 3, np.arange(model.nq) == 0).q
+    turned = model.integrate(q, np.broadcast_to([0, 0.008, 0, 0, 0], (len(q), model.nv)))
+    found = completed(model, TIME, turned, [[None, None]] * 3, np.arange(model.nq) < 5)
+    assert found.contradictions == []
+    assert "positions of B in the motion differ from those that follow by up to 0.008 rad, at 0 s" in found.closing.compared
+
+
 def test_long_lists_of_names():
     assert [_some(list("abcdefgh"[:n])) for n in (1, 6, 7)] == ["a", "a, b, c, d, e, f", "a, b, c, d, e, f and 1 more"]

@@ -104,18 +104,24 @@ def structural(model: Calls, links: Iterable[str] | None = None, tolerance: floa
 
 def _closed(model: Calls, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
     """Motions of a mechanism with loops near these, as many, at closed positions that are not nearly singular."""
-    found = model.close(q)
-    if not found.converged.any():  # as of a platform on six legs far away from them
+    closed = _not_singular(model, q)
+    if not len(closed):  # as of a platform on legs that is far from where they reach
         around = np.random.default_rng(0).uniform(-NEAR, NEAR, (len(q), model.nv))
-        found = model.close(model.integrate(np.broadcast_to(model.close(model.neutral()).q, q.shape), around))
-    well = [k for k in np.flatnonzero(found.converged) if model.mobility(found.q[k]).smallest > NOT_SINGULAR]
-    if not well:
+        closed = _not_singular(model, model.integrate(np.broadcast_to(model.close(model.neutral()).q, q.shape), around))
+    if not len(closed):
         raise ValueError(f"{model.name}: no closed position was found from {len(q)} random ones; give those of a motion to of_motion")
-    at = np.asarray(found.q, dtype=float)[np.resize(well, len(q))]
+    at = closed[np.resize(np.arange(len(closed)), len(q))]
     inverse = np.linalg.pinv(model.loop_jacobian(at), rcond=NOT_SINGULAR)
     v = v - np.einsum("nij,njk,nk->ni", inverse, model.loop_jacobian(at), v)
     a = a - np.einsum("nij,nj->ni", inverse, model.loop_acceleration(at, v, a))
     return at, v, a
+
+
+def _not_singular(model: Calls, q: Array) -> Array:
+    """Closed positions (k, nq) that are found from these, and are not nearly singular."""
+    found = model.close(q)
+    well = [k for k in np.flatnonzero(found.converged) if model.mobility(found.q[k]).smallest > NOT_SINGULAR]
+    return np.asarray(found.q, dtype=float)[np.array(well, dtype=int)]
 
 
 def of_motion(

@@ -118,7 +118,7 @@ def _too_few(model: Calls, lead: list[Joint], q: Array, free: int) -> str:
     """What is said of a mechanism whose leading joints leave freedoms: how many, and which joints still move at a closed position q (nq)."""
     left = free - sum(j.nv for j in lead)
     named = f"drives {', '.join(model.drives)}" if model.drives else "no drives"
-    moving = left_moving(model, q, lead)
+    moving = [j for j in left_moving(model, q, lead) if j.kind != "floating"]
     idle = any(joint.kind == "spherical" for joint in moving)
     return (
         f"the mechanism has {count(free, 'freedom')}, and {named} leave {left} of {'it' if free == 1 else 'them'} open; "
