@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from files import hinge as arm_hinge
 from files import more
-from linkages import FOURBAR, SLIDERCRANK, bricard
+from linkages import FOURBAR, FREE_COUPLER, SLIDERCRANK, bricard
 from loop_files import CASES, IDLE, IN_MJCF, IN_SDF, INERTIA, MOTOR, hinge, in_mjcf, in_sdf, planar, spatial
 
 from ksl.checks import loop_positions
@@ -178,6 +178,7 @@ def test_drives(check):
     limit = '<limit lower="-1" upper="1" effort="0" velocity="1"/></joint>'
     zero = spatial().replace("</joint>", limit)
     assert [f.name for f in check(zero) if f.rule == "effort-zero"] == ["A"], "the others have no motor"
+    assert "loop-drives" not in check(FREE_COUPLER.replace("</robot>", MOTOR + "</robot>")).rules, "what a loop ties down counts as no drive"
     assert "candidates: A, B, C or E" in only(check(spatial(motors="")), "loop-drives-unknown").found
 
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from linkages import FOURBAR, SLIDE, SLIDERCRANK, joint, link, loop
+from linkages import FOURBAR, FREE_COUPLER, SLIDE, SLIDERCRANK, joint, link, loop
 
 from ksl.base.errors import MotionError
 from ksl.model.freedoms import freedoms
@@ -430,12 +430,21 @@ def test_files_need_the_columns_of_drives_and_of_what_floats(robot, written, ref
     assert "no column 'floating_base.x' for joint floating_base; add its pose" in refusal(flying, lines("A"))
 
 
+def test_velocities_of_joints_that_follow_are_compared(robot, written):
+    """As positions are: those of the file that are other ones are doubted, and not used."""
+    model = robot(FOURBAR, drives=["A"])
+    at = [0.1 * k for k in range(9)]
+    right = read_motion(model, written("time,A" + "".join(f"\n{t},{t * t}" for t in at)))
+    table = lambda factor: written("time,A,D.v" + "".join(f"\n{t},{t * t},{factor * v}" for t, v in zip(at, right.v[:, 2], strict=True)))
+    assert read_motion(model, table(1.04)).contradictions == []
+    wrong = read_motion(model, table(-1.0))
+    assert len(wrong.contradictions) == 1 and "D.v at " in wrong.contradictions[0] and "but the joint follows at " in wrong.contradictions[0]
+    assert wrong.v == pytest.approx(right.v, abs=1e-12)
+
+
 def test_a_link_that_floats_in_the_file_follows_where_loops_tie_it_down(robot, written):
-    """The four-bar with a coupler that floats and two loop joints is the same mechanism: platforms of parallel robots are often written so."""
-    pin = '<parent link="crank"/><parent_origin xyz="0.1 0.03 0"/><parent_axis xyz="0 -1 0"/><child link="coupler"/><child_axis xyz="0 -1 0"/>'
-    free = '<joint name="B" type="floating"><parent link="frame"/><child link="coupler"/><origin xyz="0.1 0.03 0"/></joint>'
-    text = re.sub('<joint name="B".*?</joint>', free, FOURBAR).replace("</robot>", f'<constraint name="P" type="continuous">{pin}</constraint></robot>')
-    apart, linked = robot(text, drives=["A"]), robot(FOURBAR, drives=["A"])
+    """Platforms of parallel robots are often written so."""
+    apart, linked = robot(FREE_COUPLER, drives=["A"]), robot(FOURBAR, drives=["A"])
     assert [j.name for j in leading(apart)] == ["A"]
     table = written("time,A" + "".join(f"\n{0.1 * k},{0.02 * k * k}" for k in range(9)))
     (a, b) = (read_motion(m, table) for m in (apart, linked))

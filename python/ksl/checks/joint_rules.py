@@ -15,7 +15,7 @@ from ksl.checks.xml_file import children, line_of, to_float
 
 CLOSES = "Positions of joints that close loops are no coordinates, and their efforts no drives'. Which joint of a loop that is doesn't change its motion."
 CUT_ELSEWHERE = "State another joint of the loop as the one that closes it, and this one by <joint>; or name another drive, --drives."
-"""Of a transmission of a joint that closes a loop."""
+"""What is said of a transmission of a joint that closes a loop."""
 UNIT = 1e-3
 """How far the length of an axis may be from 1: three printed digits, 0.577 0.577 0.577, are rounded no further."""
 

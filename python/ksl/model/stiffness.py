@@ -29,7 +29,7 @@ def joints_of_loops(model: Mechanism) -> list[str]:
 
 def ways_of(model: Mechanism, loop: Loop) -> tuple[list[str], list[str]]:
     """The joints of the tree from both ends of a loop joint, predecessor first, to where the ways to the ground meet."""
-    one, other = ([joint for joint in model.support(link)] for link in (loop.predecessor, loop.successor))
+    one, other = (model.support(link) for link in (loop.predecessor, loop.successor))
     return [joint for joint in one if joint not in other], [joint for joint in other if joint not in one]
 
 

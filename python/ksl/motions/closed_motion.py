@@ -18,7 +18,7 @@ from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of, units_of
 from ksl.model.states import Array
 from ksl.motions.closing import Closing, Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, home, left_moving, searched_home
-from ksl.motions.motion import Motion, complete
+from ksl.motions.motion import CONTRADICTION, Motion, complete
 from ksl.motions.signal.quality import Samples
 
 TOLD, DOUBTED = 1e-6, 1e-2
@@ -204,16 +204,18 @@ class Follower:
         self.remedy = ""
         """What to do about positions that can't be closed, the end of a sentence."""
         self._length: float
+        self._rates: dict[str, Array] = {}
         self._searched: int
 
     def without_others(self, q: Array, given: list[list[Array | None]]) -> tuple[Array, list[list[Array | None]]]:
         """Positions and rates in which joints that follow stand still: nothing of them is differentiated, smoothed or doubted."""
         q, neutral = np.array(q), self._model.neutral()
         names = self.held.names
+        joints = moving_joints(self._model)
+        self._rates = {j.name: rates[0] for j, rates in zip(joints, given, strict=True) if j.name not in names and rates[0] is not None}
         for joint in self._others:
             part = slice(joint.q_index, joint.q_index + joint.nq)
             q[:, part] = neutral[part]
-        joints = moving_joints(self._model)
         return q, [rates if j.name in names else [np.zeros((len(q), j.nv))] * 2 for j, rates in zip(joints, given, strict=True)]
 
     def __call__(self, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
@@ -298,6 +300,7 @@ class Follower:
         errors = self._errors(found.q)
         k = int(np.argmax(errors))
         compared, doubts = self._compared(found.q)
+        doubts += self._other_rates(found.v)
         closing = Closing(tuple(held.names), float(errors[k]), float(self._time[k]), tuple(compared), sum(j.nv for j in held.joints))
         notes = [_followed(self._others, held), *compared]
         if self._searched:
@@ -328,6 +331,21 @@ class Follower:
             forces = _FORCES.get(loop.kind, 3)
             scale += [1.0] * forces + [self._length] * (loop.equations - forces)
         return np.array(scale)
+
+    def _other_rates(self, v: Array) -> list[str]:
+        """A line for each velocity that was given for a joint that follows, and is another one by more than a share of the largest.
+
+        Differences that would not move the joint by DOUBTED in the whole motion are none.
+        """
+        lines, duration = [], float(self._time[-1] - self._time[0])
+        for joint in self._others:
+            for i, column in enumerate(columns_of(joint)[1] if joint.name in self._rates else ()):
+                given, true = self._rates[joint.name][:, i], v[:, joint.v_index + i]
+                off, unit = np.abs(given - true), units_of(joint)[1][i]
+                k, length = int(np.argmax(off)), 1.0 if unit == "rad" else self._length
+                if off[k] > CONTRADICTION * np.abs([given, true]).max() and off[k] * duration > DOUBTED * length:
+                    lines.append(f"{column} at {self._time[k]:.6g} s is {given[k]:.4g} {unit}/s, but the joint follows at {true[k]:.4g} {unit}/s; check the column")
+        return lines
 
     def _shares(self, joint: Joint, distance: Array) -> Array:
         """(n): the largest of distances (n, nv) of a joint: angles, and lengths as shares of that of the mechanism."""

@@ -239,6 +239,8 @@ class _Unknown:
                 f"joint {follower.name} mimics {follower.leader}, whose column says where both are: remove this column, "
                 'or load the robot with --mimic independent (in Python mimic="independent")'
             )
+        if name.removesuffix(".v").removesuffix(".a") in self.model.loop_names:
+            return f"that joint closes a loop, and its position follows from those of other joints: remove this column ({LEFT_OUT})"
         for joint in self.model.joints[: len(self.model.joint_names)]:
             for one, group in zip(columns_of_one_coordinate(joint), columns_of(joint), strict=True):
                 if name in one and name not in group:

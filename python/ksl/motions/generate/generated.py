@@ -9,6 +9,7 @@ import numpy as np
 
 from ksl.base.errors import MotionError
 from ksl.model.calls import Calls
+from ksl.model.freedoms import freedoms
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.model import Model
 from ksl.model.states import Array
@@ -84,7 +85,9 @@ def limits_of(model: Mechanism, acceleration: float | None = None) -> Limits:
     if acceleration is not None and not 0 < acceleration < np.inf:
         raise MotionError(f"acceleration {acceleration:g}: expected a positive number, rad/s² or m/s²")
     check_drives(model, "motion")
-    lead = held_by(model).joints if model.loops and isinstance(model, Calls) else leading(model)
+    lead = leading(model)
+    if model.loops and isinstance(model, Calls) and sum(j.nv for j in lead) > freedoms(model):
+        lead = held_by(model).joints  # the other drives follow
     joints = tuple(j for j in lead if j.nv == 1)
     if not joints:
         raise MotionError(f"{model.name}: no joint with one coordinate, so there is nothing to move")
