@@ -182,6 +182,13 @@ def test_drives(check):
     assert "candidates: A, B, C or E" in only(check(spatial(motors="")), "loop-drives-unknown").found
 
 
+def test_distances_have_the_unit_of_the_number_that_is_meant(check):
+    """Of a ball joint rad, though its orientation has four numbers."""
+    ball = spatial(rod="-0.1 0.2 0.4").replace('<joint name="B" type="continuous">', '<joint name="B" type="spherical">').replace('<joint name="C" type="continuous">', '<joint name="C" type="fixed">')
+    found = next(f.found for f in check(ball) if f.rule == "loop-open-at-zero")
+    assert found.endswith(" has B 0.313 rad from there"), found
+
+
 @pytest.mark.parametrize("text", [SLIDERCRANK, FOURBAR])
 def test_motions_keep_the_loops_closed(text):
     """An orthonormal basis, of sliding coordinates in lengths of the mechanism."""

@@ -107,7 +107,8 @@ def _closed(model: Calls, q: Array, v: Array, a: Array) -> tuple[Array, Array, A
     closed = _not_singular(model, q)
     if not len(closed):  # as of a platform on legs that is far from where they reach
         around = np.random.default_rng(0).uniform(-NEAR, NEAR, (len(q), model.nv))
-        closed = _not_singular(model, model.integrate(np.broadcast_to(model.close(model.neutral()).q, q.shape), around))
+        home = np.broadcast_to(model.close(model.neutral()).q, q.shape)
+        closed = _not_singular(model, np.asarray(model.integrate(home, around), dtype=float))
     if not len(closed):
         raise ValueError(f"{model.name}: no closed position was found from {len(q)} random ones; give those of a motion to of_motion")
     at = closed[np.resize(np.arange(len(closed)), len(q))]
@@ -121,7 +122,7 @@ def _not_singular(model: Calls, q: Array) -> Array:
     """Closed positions (k, nq) that are found from these, and are not nearly singular."""
     found = model.close(q)
     well = [k for k in np.flatnonzero(found.converged) if model.mobility(found.q[k]).smallest > NOT_SINGULAR]
-    return np.asarray(found.q, dtype=float)[np.array(well, dtype=int)]
+    return np.array([found.q[k] for k in well], dtype=float)
 
 
 def of_motion(

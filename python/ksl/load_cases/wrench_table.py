@@ -188,9 +188,9 @@ def motion_of_arrays(model: Calls, time: ArrayLike, q: ArrayLike, v: ArrayLike |
     joints = model.joints[: len(model.joint_names)]
     if np.isnan(positions).any():
         check_drives(model, "motion")
-    known = ~np.isnan(positions).all(axis=0)
-    names = [column for j in joints for column in columns_of(j)[0]]
-    known |= ~np.isin(np.arange(model.nq), follow_by_loops(model, [column for column, is_known in zip(names, known, strict=True) if is_known]))
+    there = ~np.isnan(positions).all(axis=0)
+    columns = np.array([column for j in joints for column in columns_of(j)[0]])
+    known = there | ~np.isin(np.arange(model.nq), follow_by_loops(model, columns[there].tolist()))
     positions = np.where(known, positions, model.neutral())
     if not all(np.isfinite(x).all() for x in (t, positions, *given) if x is not None):
         raise MotionError("time, q, v and a must be finite")
