@@ -164,10 +164,10 @@ void urdf_reader::check_joint_elements() const {
                    "<" + name +
                        "> is a joint that KSL doesn't know; write <joint name=\"...\" type=\"...\">, or <drake:joint>");
     if (!options_.cut_loops && readers::is_foreign_loop(name))
-      file_.refuse(child,
-                   "<" + name +
-                       "> would close a loop, and is no element that KSL knows; write <constraint name=\"...\" " +
-                       "type=\"...\">; --loops cut (loops=\"cut\" in Python, cut_loops in C++) reads the file without loops");
+      file_.refuse(
+          child,
+          "<" + name + "> would close a loop, and is no element that KSL knows; write <constraint name=\"...\" " +
+              "type=\"...\">; --loops cut (loops=\"cut\" in Python, cut_loops in C++) reads the file without loops");
   }
 }
 
