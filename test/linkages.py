@@ -2,6 +2,8 @@
 
 `four_bar` is another one, in its plane."""
 
+import re
+
 import numpy as np
 
 import ksl
@@ -26,6 +28,17 @@ LIMIT = '<limit effort="5" velocity="10"/>'
 FOURBAR = f"""<robot name="fourbar"><link name="frame"/>{link("crank", 0.6, 0.05)}{link("coupler", 1.1, 0.16)}{link("rocker", 0.9, 0.13)}
 {joint("A", "frame", "crank", "0 0 0", limit=LIMIT)}{joint("B", "crank", "coupler", "0.1 0.03 0")}{joint("D", "frame", "rocker", "0.35 0.04 0.04")}
 {loop("C", "coupler", "0.32 0.03 0", "rocker", "0.25 0.02 0")}</robot>"""
+
+PIN = '<parent link="crank"/><parent_origin xyz="0.1 0.03 0"/><parent_axis xyz="0 -1 0"/><child link="coupler"/><child_axis xyz="0 -1 0"/>'
+FREE = '<joint name="B" type="floating"><parent link="frame"/><child link="coupler"/><origin xyz="0.1 0.03 0"/></joint>'
+FREE_COUPLER = re.sub('<joint name="B".*?</joint>', FREE, FOURBAR).replace("</robot>", f'<constraint name="P" type="continuous">{PIN}</constraint></robot>')
+"""The same four-bar with a coupler that floats, and a loop joint at either end."""
+
+
+def smaller(text, factor):
+    """A robot file with other lengths."""
+    return re.sub('xyz="(?!0 -1 0)([^"]*)"', lambda xyz: f'xyz="{" ".join(str(factor * float(x)) for x in xyz[1].split())}"', text)
+
 
 SLIDE = '<limit lower="0" upper="1" effort="500" velocity="2"/>'
 SLIDERCRANK = f"""<robot name="slidercrank"><link name="frame"/>{link("crank", 0.6, 0.05)}{link("rod", 1.1, 0.12)}{link("slider", 0.9, 0.0)}

@@ -164,10 +164,10 @@ void urdf_reader::check_joint_elements() const {
                    "<" + name +
                        "> is a joint that KSL doesn't know; write <joint name=\"...\" type=\"...\">, or <drake:joint>");
     if (!options_.cut_loops && readers::is_foreign_loop(name))
-      file_.refuse(child,
-                   "<" + name +
-                       "> would close a loop, and is no element that KSL knows; write <constraint name=\"...\" " +
-                       "type=\"...\">; loops=\"cut\" in Python (cut_loops in C++) reads the file without loops");
+      file_.refuse(
+          child,
+          "<" + name + "> would close a loop, and is no element that KSL knows; write <constraint name=\"...\" " +
+              "type=\"...\">; --loops cut (loops=\"cut\" in Python, cut_loops in C++) reads the file without loops");
   }
 }
 
@@ -200,7 +200,7 @@ void urdf_reader::read_loops() {
   }
   check_gazebo_joints();
   // also where there are no loops, which a program may add
-  if (std::vector<std::string> drives = readers::driven_joints(root_.node(), robot_); !drives.empty()) {
+  if (std::vector<std::string> drives = readers::driven_joints(root_.node(), robot_, unused_); !drives.empty()) {
     drives_ = {drives.begin(), drives.end()};
     robot_.drives = std::move(drives);
   }
@@ -216,7 +216,7 @@ void urdf_reader::check_gazebo_joints() const {
       if (is_link("parent") && is_link("child"))
         file_.refuse(joint, "joint " + quoted(joint.attribute("name").value()) +
                                 " in <gazebo> closes a loop; state it as <constraint>, or read the file without loops: "
-                                "loops=\"cut\" in Python, cut_loops in C++");
+                                "--loops cut, loops=\"cut\" in Python, cut_loops in C++");
     }
 }
 

@@ -11,34 +11,40 @@ namespace {
 /// Appends a joint that a motor can move, once.
 class drive_list {
 public:
-  explicit drive_list(const robot_description &robot) {
+  drive_list(const robot_description &robot, text::unused_list &unused) : unused_(unused) {
+    for (const loop_description &loop : robot.loops)
+      closing_.insert(loop.name);
     for (const joint_description &joint : robot.joints)
       if (row_of(joint.kind).nv > 0 && !row_of(joint.kind).is_free && !joint.mimic)
         movable_.insert(joint.name);
   }
-  void add(const std::string &name) {
+  void add(const std::string &name, const char *tag) {
     if (movable_.erase(name) > 0)
       names.push_back(name);
+    if (closing_.count(name) > 0)
+      unused_.in_joint(tag, "no drive, since the joint closes a loop", name);
   }
   std::vector<std::string> names;
 
 private:
-  std::set<std::string> movable_;
+  std::set<std::string> movable_, closing_;
+  text::unused_list &unused_;
 };
 
 } // namespace
 
-std::vector<std::string> driven_joints(pugi::xml_node robot, const robot_description &description) {
-  drive_list drives(description);
+std::vector<std::string> driven_joints(pugi::xml_node robot, const robot_description &description,
+                                       text::unused_list &unused) {
+  drive_list drives(description, unused);
   for (const pugi::xml_node child : robot.children()) {
     const std::string_view tag = child.name();
     if (tag == "transmission" && child.child("actuator"))
       for (const pugi::xml_node joint : child.children("joint"))
-        drives.add(joint.attribute("name").value());
+        drives.add(joint.attribute("name").value(), "transmission");
     if (tag == "ros2_control")
       for (const pugi::xml_node joint : child.children("joint"))
         if (joint.child("command_interface"))
-          drives.add(joint.attribute("name").value());
+          drives.add(joint.attribute("name").value(), "command_interface");
   }
   return drives.names;
 }

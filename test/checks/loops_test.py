@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from files import hinge as arm_hinge
 from files import more
-from linkages import FOURBAR, SLIDERCRANK, bricard
+from linkages import FOURBAR, FREE_COUPLER, SLIDERCRANK, bricard
 from loop_files import CASES, IDLE, IN_MJCF, IN_SDF, INERTIA, MOTOR, hinge, in_mjcf, in_sdf, planar, spatial
 
 from ksl.checks import loop_positions
@@ -173,7 +173,20 @@ def test_drives(check):
     both = MOTOR + MOTOR.replace('"A"', '"E"').replace('"t"', '"u"')
     finding = only(check(spatial(motors=both)), "loop-drives")
     assert "2 drives, A and E, for 1 freedom: 1 more than the motion needs" in finding.found and finding.severity == "note"
+    of_loop = [f for f in check(spatial(motors=MOTOR.replace('"A"', '"D"'))) if f.rule == "transmission-unused"]
+    assert [f.found for f in of_loop] == ['transmission "t" is of joint "D", which closes a loop, and so is no drive']
+    limit = '<limit lower="-1" upper="1" effort="0" velocity="1"/></joint>'
+    zero = spatial().replace("</joint>", limit)
+    assert [f.name for f in check(zero) if f.rule == "effort-zero"] == ["A"], "the others have no motor"
+    assert "loop-drives" not in check(FREE_COUPLER.replace("</robot>", MOTOR + "</robot>")).rules, "what a loop ties down counts as no drive"
     assert "candidates: A, B, C or E" in only(check(spatial(motors="")), "loop-drives-unknown").found
+
+
+def test_distances_have_the_unit_of_the_number_that_is_meant(check):
+    """Of a ball joint rad, though its orientation has four numbers."""
+    ball = spatial(rod="-0.1 0.2 0.4").replace('<joint name="B" type="continuous">', '<joint name="B" type="spherical">').replace('<joint name="C" type="continuous">', '<joint name="C" type="fixed">')
+    found = next(f.found for f in check(ball) if f.rule == "loop-open-at-zero")
+    assert found.endswith(" has B 0.313 rad from there"), found
 
 
 @pytest.mark.parametrize("text", [SLIDERCRANK, FOURBAR])

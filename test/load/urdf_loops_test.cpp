@@ -239,6 +239,10 @@ TEST_CASE("loops: transmissions and interfaces of commands name drives") {
   };
   CHECK((!is_unused(loop + transmission) && is_unused(transmission)));
   CHECK(is_unused(loop + "<transmission name=\"u\"><joint name=\"ja\"/></transmission>"));
+  // a motor on the joint that closes the loop is none, which is said
+  const std::vector<std::string> said = read_urdf_text(two_arms(loop + control), "r.urdf").unused;
+  CHECK(std::count(said.begin(), said.end(), "joint c: command_interface (no drive, since the joint closes a loop)") ==
+        1);
 }
 
 TEST_CASE("loops: what is written is read again") {

@@ -12,6 +12,8 @@ import ksl
 from ksl.base.errors import MotionError
 from ksl.load_cases.loop_motion import joint_motions
 from ksl.motions.generate import Waypoints, minimum_jerk, write_motion
+from ksl.motions.generate.generated import limits_of
+from ksl.motions.generate.waypoints import read_waypoints
 from ksl_command import run_ksl
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "laws"))
@@ -241,6 +243,23 @@ def test_the_worst_pose_is_the_worst_of_a_scan(robot):
 def test_more_drives_than_freedoms_are_a_doubt(robot):
     run = ksl.compute_loads(robot(FOURBAR, drives=["A", "D"]), ksl.compute_loads(robot(FOURBAR, drives=["A"]), of_drive(robot(FOURBAR), "A", TURN)).cases[0].motion)
     assert "A, D: 2 drives move 1 freedom: efforts are those of least norm" in " ".join(run.verdict.reasons)
+    brace = '<constraint name="F" type="fixed"><parent link="frame"/><child link="crank"/></constraint></robot>'
+    rigid = ksl.compute_loads(robot(FOURBAR.replace("</robot>", brace), drives=["A"]), (TIME, np.zeros((len(TIME), 3))))
+    assert "A: the mechanism is rigid, and drives move nothing: " in " ".join(rigid.verdict.reasons)
+    assert "the mechanism is rigid: no joint moves, whatever the motion says" in rigid.cases[0].motion.differentiated
+
+
+def test_joints_that_close_loops_are_known_where_they_can_not_be_given(robot, tmp_path):
+    """Their names stand in the tables: sentences about them say what to give instead."""
+    model = robot(FOURBAR, drives=["A"])
+    with pytest.raises(MotionError, match="joint C closes a loop, and its position follows from those of other joints; give some of A, B, D"):
+        ksl.hold(model, {"C": 0.1})
+    for name in ("B", "C"):
+        with pytest.raises(ValueError, match=f"joint {name} has no motor, and so no effort; say what is largest, --of"):
+            ksl.hold(model, worst=name)
+        (tmp_path / "points.csv").write_text(f"A,{name}\n0,0\n1,1\n")
+        with pytest.raises(MotionError, match=f"joint {name} follows the drives; give positions of A"):
+            read_waypoints(model, limits_of(model), tmp_path / "points.csv")
 
 
 def test_components_on_what_is_open_get_no_verdict(fourbar):

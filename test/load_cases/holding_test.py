@@ -123,7 +123,7 @@ def test_what_hold_refuses(arm):
         ({"pose": [1.0]}, r"pose has shape \(1,\); expected \(2\)"),
         ({"worst": "elbw"}, "no joint named 'elbw'; did you mean 'elbow'"),
         ({"worst": "elbow", "quantity": "efort"}, "joint elbow: no quantity named 'efort'; did you mean 'effort'"),
-        ({"worst": "base"}, "joint base: no quantity named 'effort'"),
+        ({"worst": "base"}, "joint base has no motor, and so no effort; say what is largest, --of"),
     ):
         with pytest.raises(ValueError, match=sentence):
             ksl.hold(arm, **arguments)

@@ -232,7 +232,7 @@ BAD = {
     "no time": (changed(1, "x,hip,knee"), ":1: no column `time`; found x, hip, knee"),
     "slip of the pen": (changed(1, "time,hip,kne"), ":1: unknown column 'kne'; did you mean 'knee'?"),
     "stranger": (changed(1, "time,hip,zzzzzz"), ":1: unknown column 'zzzzzz'; the moving joints of two are hip, knee"),
-    "joint missing": ("time,hip\n0,0\n1,0\n", ":1: no column 'knee' for joint knee; add its positions (rad or m) at every sample"),
+    "joint missing": ("time,hip\n0,0\n1,0\n", ":1: no column 'knee' for joint knee; add its positions (rad) at every sample"),
     "two of a name": (changed(1, "time,hip,hip"), ":1: two columns are named 'hip'; rename or remove one"),
     "few samples": ("\n".join(good(5)), ": 5 samples, but differentiating hip, knee needs at least 6; add samples, or give the columns hip.v and hip.a"),
     "one sample": ("time,hip,hip.v,hip.a,knee,knee.v,knee.a\n0,0,0,0,0,0,0\n", ": 1 sample, but means over time need at least 2; add samples"),

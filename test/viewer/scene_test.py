@@ -250,6 +250,15 @@ def test_efforts_that_brakes_supply_are_those_of_the_results(tmp_path, examples,
         assert notes == []
 
 
+def test_external_wrenches_that_stand_in_the_load_case_are_said_to_be_left_out(tmp_path, examples):
+    """That is all: efforts without them differ from those of the results, and no file has changed."""
+    m = ksl.load(examples / "robots/panda.urdf")
+    push = 'external = [{ link = "panda_link7", wrench = [0, 0, 50, 0, 0, 0] }]'
+    ksl.compute_loads(m, cases=cases_of_text(m, f"[cases.push]\n{push}\nhold = {{ pose = {{ panda_joint4 = -1.5 }} }}\n")).write(tmp_path / "out")
+    _, notes = scene_of_results(m, read_results(tmp_path / "out"))
+    assert notes == ["external wrenches of the load case are not shown, since results don't hold those that load cases or programs give in numbers"]
+
+
 def test_results_of_another_robot_are_refused_or_noticed(arm, swing, tmp_path, robot, examples):
     from pyarrow import parquet
 

@@ -13,6 +13,9 @@ from ksl.checks.robot import ONE_COORDINATE, WITH_AXIS, Joint, Mimic, RobotFile
 from ksl.checks.rule import Broken, rule
 from ksl.checks.xml_file import children, line_of, to_float
 
+CLOSES = "Positions of joints that close loops are no coordinates, and their efforts no drives'. Which joint of a loop that is doesn't change its motion."
+CUT_ELSEWHERE = "State another joint of the loop as the one that closes it, and this one by <joint>; or name another drive, --drives."
+"""What is said of a transmission of a joint that closes a loop."""
 UNIT = 1e-3
 """How far the length of an axis may be from 1: three printed digits, 0.577 0.577 0.577, are rounded no further."""
 
@@ -350,8 +353,11 @@ def transmission_unused(robot: RobotFile) -> Iterator[Broken]:
     for each in () if robot.root is None else children(robot.root, "transmission"):
         name = each.get("name", "")
         joints = [joint for joint in children(each, "joint") if joint.get("name") is not None]
+        loops = () if robot.model is None else robot.model.loop_names
         for joint in joints:
-            if joint.get("name") not in robot.joint_of:
+            if joint.get("name") in loops:
+                yield Broken(f'transmission "{name}" is of joint "{joint.get("name")}", which closes a loop, and so is no drive', line_of(joint), cause=CLOSES, repair=CUT_ELSEWHERE)
+            elif joint.get("name") not in robot.joint_of:
                 yield Broken(f'transmission "{name}" is of joint "{joint.get("name")}", which does not exist', line_of(joint))
         for given in each.iter("mechanicalReduction", "motorInertia"):
             text, is_ratio = (given.text or "").strip(), given.tag == "mechanicalReduction"

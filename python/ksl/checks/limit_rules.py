@@ -179,9 +179,11 @@ def velocity_zero(robot: RobotFile) -> Iterator[Broken]:
 
 
 def _zero(robot: RobotFile, what: str) -> Iterator[Broken]:
+    model = robot.model
+    passive = set(model.joint_names).difference(model.drives) if model is not None and model.loops and model.drives is not None else set()
     for joint in robot.joints:
-        # followers have no drive of their own, and their limits are often left at zero
-        if joint.moves and not joint.mimic and getattr(joint, what) == 0:
+        # followers have no drive of their own, and their limits are often left at zero; of closed mechanisms only drives have an effort
+        if joint.moves and not joint.mimic and getattr(joint, what) == 0 and not (what == "effort" and joint.name in passive):
             yield Broken(f"{what} 0", joint.limit_line, "joint", joint.name, 0.0)
 
 

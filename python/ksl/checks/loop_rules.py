@@ -14,8 +14,9 @@ from ksl.checks.loop_advice import Advice, Group, advice, components, groups, is
 from ksl.checks.loop_positions import LoopPositions, moving
 from ksl.checks.robot import RobotFile
 from ksl.checks.rule import Broken, rule
-from ksl.model.joint_kinds import KINDS
+from ksl.model.freedoms import leads
 from ksl.model.mechanism import Joint, Loop
+from ksl.model.motion_columns import units_of
 from ksl.model.states import Array
 
 PARALLEL = 1e-9
@@ -27,6 +28,7 @@ CLOSED = 1e-12
 SINGULAR = 1e-3
 """The smallest singular value that counts, relative to the largest term of the equations, below which a position is near a singular one."""
 DEAD_CENTRE = "Crank and rod are in line, for example: the drives don't move the rest there, and inverse dynamics is refused."
+SURPLUS = "Motors that work together or against each other, or a passive joint that is named as a drive."
 PLANAR = "Parallel axes: a planar linkage, as nearly all are built. What is redundant acts across its plane, where play and elasticity take it up; rigid bodies don't determine it."
 NAMES = 5
 """So many names stand in a sentence."""
@@ -88,14 +90,15 @@ def loop_open_at_zero(robot: RobotFile) -> Iterator[Broken]:
     if loops is None or loops.near is None or loops.open_by.max() <= CLOSED * loops.length:
         return
     worst = int(np.argmax(loops.open_by))
-    distance = loops.moved(loops.near)
-    joint = max((j for j in loops.model.joints if j.nv), key=lambda j: float(np.abs(distance[j.v_index : j.v_index + j.nv]).max()))
-    most = float(np.abs(distance[joint.v_index : joint.v_index + joint.nv]).max())
+    distance = np.abs(loops.moved(loops.near))
+    joint = max((j for j in loops.model.joints if j.nv), key=lambda j: float(distance[j.v_index : j.v_index + j.nv].max()))
+    k = int(np.argmax(distance[joint.v_index : joint.v_index + joint.nv]))
+    most, unit = float(distance[joint.v_index + k]), units_of(joint)[1][k]
     where = "the nearest closed position" if loops.is_beside else "a closed position, found from random ones,"
     loop = loops.model.loops[worst]
     cause = "Numbers of few digits. KSL closes the loops from there." if loops.open_by[worst] < ROUNDED * loops.length else None
     yield Broken(
-        f"open by {loops.open_by[worst]:.3g} m at zero; {where} has {joint.name} {most:.3g} {joint.unit} from there",
+        f"open by {loops.open_by[worst]:.3g} m at zero; {where} has {joint.name} {most:.3g} {unit} from there",
         _line(robot, loop.name), "joint", loop.name, float(loops.open_by[worst]), cause,
     )
 
@@ -194,7 +197,7 @@ def loop_rigid(robot: RobotFile) -> Iterator[Broken]:
     "note",
     condition="The file of a mechanism with loops says which joints have motors.",
     cause="URDF names them by <transmission> or <ros2_control>, MJCF by <actuator>, SDF not at all, and this file names none. Inverse dynamics and reactions need to know them.",
-    repair="Name as many drives as there are freedoms when the file is loaded: drives= in Python.",
+    repair="Name as many drives as there are freedoms when the file is loaded: --drives, drives= in Python.",
 )
 def loop_drives_unknown(robot: RobotFile) -> Iterator[Broken]:
     loops = robot.loops
@@ -214,14 +217,14 @@ def loop_drives_unknown(robot: RobotFile) -> Iterator[Broken]:
     "warning",
     condition="A mechanism with loops has as many drives as freedoms, and they determine its motion.",
     cause="A motor that the file doesn't name, a rod that turns about itself between two ball joints, or a passive joint that is named as a drive.",
-    repair="Name the drives when the file is loaded (drives= in Python), or correct what the file says of them.",
+    repair="Name the drives when the file is loaded (--drives, drives= in Python), or correct what the file says of them.",
 )
 def loop_drives(robot: RobotFile) -> Iterator[Broken]:
     loops = robot.loops
     if loops is None or loops.near is None or loops.model.drives is None or not loops.freedoms.mobility:
         return
     model, drives = loops.model, loops.model.drives
-    held = [joint for joint in model.joints if joint.nv and (joint.name in drives or KINDS[joint.kind].is_free)]
+    held = [joint for joint in model.joints if joint.nv and leads(model, joint)]
     driven = [row for joint in held for row in range(joint.v_index, joint.v_index + joint.nv)]
     least = [(motions.shape[1] - _rank(motions[driven]), motions) for motions in map(loops.motions, loops.positions)]
     left, motions = min(least, key=lambda item: item[0])  # a dead centre of the drives is no lack of them
@@ -239,7 +242,7 @@ def loop_drives(robot: RobotFile) -> Iterator[Broken]:
     elif surplus := len(driven) - motions.shape[1]:
         repair = "Nothing, if the motors work against each other. Efforts are then those of least norm. Otherwise name fewer drives."
         found = f"{named}{has}: {surplus} more than the motion needs"
-        yield Broken(found, _line(robot, loop.name), "joint", loop.name, float(-surplus), repair=repair, severity="note")
+        yield Broken(found, _line(robot, loop.name), "joint", loop.name, float(-surplus), SURPLUS, repair, "note")
 
 
 def _left_moving(loops: LoopPositions, motions: Array, driven: Sequence[int]) -> list[str]:

@@ -18,6 +18,8 @@ from ksl.model.calls import Calls
 from ksl.model.requests import names_in_order
 
 TOLERANCE = 1e-8
+NEAR = 0.3
+"""How far from the neutral position states are, rad and m, of a mechanism that closes from none that is anywhere."""
 NOT_SINGULAR = 1e-3
 """The smallest singular value of the loops' equations, as a share of their largest term, at a position that is used."""
 
@@ -102,15 +104,25 @@ def structural(model: Calls, links: Iterable[str] | None = None, tolerance: floa
 
 def _closed(model: Calls, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
     """Motions of a mechanism with loops near these, as many, at closed positions that are not nearly singular."""
-    found = model.close(q)
-    well = [k for k in np.flatnonzero(found.converged) if model.mobility(found.q[k]).smallest > NOT_SINGULAR]
-    if not well:
+    closed = _not_singular(model, q)
+    if not len(closed):  # as of a platform on legs that is far from where they reach
+        around = np.random.default_rng(0).uniform(-NEAR, NEAR, (len(q), model.nv))
+        home = np.broadcast_to(model.close(model.neutral()).q, q.shape)
+        closed = _not_singular(model, np.asarray(model.integrate(home, around), dtype=float))
+    if not len(closed):
         raise ValueError(f"{model.name}: no closed position was found from {len(q)} random ones; give those of a motion to of_motion")
-    at = np.asarray(found.q, dtype=float)[np.resize(well, len(q))]
+    at = closed[np.resize(np.arange(len(closed)), len(q))]
     inverse = np.linalg.pinv(model.loop_jacobian(at), rcond=NOT_SINGULAR)
     v = v - np.einsum("nij,njk,nk->ni", inverse, model.loop_jacobian(at), v)
     a = a - np.einsum("nij,nj->ni", inverse, model.loop_acceleration(at, v, a))
     return at, v, a
+
+
+def _not_singular(model: Calls, q: Array) -> Array:
+    """Closed positions (k, nq) that are found from these, and are not nearly singular."""
+    found = model.close(q)
+    well = [k for k in np.flatnonzero(found.converged) if model.mobility(found.q[k]).smallest > NOT_SINGULAR]
+    return np.array([found.q[k] for k in well], dtype=float)
 
 
 def of_motion(

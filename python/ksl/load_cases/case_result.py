@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksl.base.errors import MotionError
+from ksl.base.words import count
 from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.quantities import CAUSES_OF_RESIDUALS, UNDETERMINED, JointLoads, PowerBalance, SummaryRow, summarise
@@ -78,7 +79,10 @@ def _about_drives(case: LoadCase) -> list[str]:
     drives = sum(model.joint(name).nv for name in model.drives or ())
     if not model.loops or closing is None or drives <= closing.freedoms or case.brake:
         return []
-    return [f"{', '.join(model.drives or ())}: {drives} drives move {closing.freedoms} freedom{'s' if closing.freedoms > 1 else ''}: efforts are those of least norm, and how the control shares them is another matter"]
+    named = ", ".join(model.drives or ())
+    if closing.freedoms == 0:
+        return [f"{named}: the mechanism is rigid, and drives move nothing: efforts are those of least norm, and what is braced against what is another matter"]
+    return [f"{named}: {drives} drives move {count(closing.freedoms, 'freedom')}: efforts are those of least norm, and how the control shares them is another matter"]
 
 
 def _about_payloads(case: LoadCase) -> list[str]:

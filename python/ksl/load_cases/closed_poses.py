@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from ksl.base.errors import MotionError, ResultError
 from ksl.model.calls import Calls
+from ksl.model.freedoms import freedoms
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of
 from ksl.model.states import Array
 from ksl.motions.closed_motion import held_by, moving_joints
-from ksl.motions.closing import STEP, Closing, Held, NotClosed, closed_side_by_side, determining, first_closed, freedoms, home
+from ksl.motions.closing import STEP, Closing, Held, NotClosed, closed_side_by_side, determining, first_closed, home
 
 SAME = 1e-3
 """A position that is given for a joint that follows may differ by this much from where it is, rad or m: that of numbers with some digits."""

@@ -157,6 +157,8 @@ def _size(model: Model, joint: Joint, quantity: str, placement: Placement) -> Ca
     request = model.reaction_request(p.on, p.at, p.axes if own else "joint", "lin_ang", "total", [joint.name])
     known = ["effort"] if joint.nv == 1 and has_drive(model, joint) else []
     known += [*COMPONENTS, "force", "moment", *([n for n in joint_loads(joint, np.zeros((1, 6)), None, None).wrench if "_" in n])]
+    if quantity == "effort" and quantity not in known:
+        raise ValueError(f"joint {joint.name} has no motor, and so no effort; say what is largest, --of (quantity= in Python): {', '.join(known)}")
     if quantity not in known:
         raise ValueError(unknown_name(f"joint {joint.name}", "quantity", quantity, known))
 

@@ -34,7 +34,7 @@ def _of_table(model: Model, table: Any, names: list[str]) -> Motion:
     """Columns are taken by name.  Rates are used if those of all joints are there."""
     joints = model.joints[: len(model.joint_names)]
     groups = [[column for j in joints for column in columns_of(j)[k]] for k in range(3)]
-    there, following = set(names), follow_by_loops(model)
+    there, following = set(names), follow_by_loops(model, names)
     for column in ("time", *(c for k, c in enumerate(groups[0]) if k not in following)):
         if column not in there:
             raise MotionError(f"motion: the table has no column {column!r}; {near_names(column, names)}its columns are {', '.join(names)}")

@@ -36,6 +36,8 @@ def pose_of(model: Mechanism, positions: Mapping[str, Any]) -> Array:
             q[index[name]] = _number(name, value)
         elif name in model.follower_names:
             raise MotionError(f"pose: joint {name} mimics {model.joint(name).leader}, whose position says where both are; give that")
+        elif name in model.loop_names:
+            raise MotionError(f"pose: joint {name} closes a loop, and its position follows from those of other joints; give some of {', '.join(index)}")
         else:
             raise MotionError(f"pose: no joint or column {name!r}; {near_names(name, index)}known: {', '.join(index)}")
     for joint in _moving(model):

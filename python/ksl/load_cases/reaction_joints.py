@@ -12,7 +12,7 @@ from ksl.model.mechanism import Joint, Loop, Mechanism
 
 @dataclass(frozen=True)
 class LoopJoint(Joint):
-    """A joint that closes a loop, among others.  Its position is no number of q: :class:`ksl.load_cases.loop_motion.LoopMotion` computes it."""
+    """A joint that closes a loop, among others.  Its position is no number of q: :func:`ksl.load_cases.loop_motion.joint_motions` computes it."""
 
     loop: Loop | None = field(default=None, kw_only=True)
 

@@ -15,6 +15,7 @@ from ksl.load_cases.provenance import Provenance, provenance_of
 from ksl.load_cases.reaction_joints import has_drive, reaction_joints
 from ksl.model.calls import Calls
 from ksl.model.mechanism import Mechanism
+from ksl.model.motion_columns import columns_of
 from ksl.model.states import EFFORT_PARTS, Array, External, Order, Point, Side, items_of
 from ksl.motions.closed_motion import check_drives, completed, follow_by_loops
 from ksl.motions.motion import Motion
@@ -187,7 +188,9 @@ def motion_of_arrays(model: Calls, time: ArrayLike, q: ArrayLike, v: ArrayLike |
     joints = model.joints[: len(model.joint_names)]
     if np.isnan(positions).any():
         check_drives(model, "motion")
-    known = ~np.isnan(positions).all(axis=0) | ~np.isin(np.arange(model.nq), follow_by_loops(model))
+    there = ~np.isnan(positions).all(axis=0)
+    columns = np.array([column for j in joints for column in columns_of(j)[0]])
+    known = there | ~np.isin(np.arange(model.nq), follow_by_loops(model, columns[there].tolist()))
     positions = np.where(known, positions, model.neutral())
     if not all(np.isfinite(x).all() for x in (t, positions, *given) if x is not None):
         raise MotionError("time, q, v and a must be finite")

@@ -12,7 +12,7 @@ from ksl.model import given
 from ksl.model.requests import one_of
 
 if TYPE_CHECKING:
-    from ksl.model.mechanism import Mechanism
+    from ksl.model.mechanism import Loop, Mechanism
 
 Stiffness = ArrayLike | Mapping[str, float]
 """Six numbers, a (6, 6) matrix, or a mapping with "axial", "radial" and "tilting"."""
@@ -22,10 +22,15 @@ def joints_of_loops(model: Mechanism) -> list[str]:
     """The joints whose stiffnesses count: those of the loops, from either end to where their ways to the ground meet, and those that close them."""
     names: dict[str, None] = {}
     for loop in model.loops:
-        ways = [model.support(link) for link in (loop.predecessor, loop.successor)]
-        names.update(dict.fromkeys(joint for way, other in (ways, ways[::-1]) for joint in way if joint not in other))
-        names[loop.name] = None
+        one, other = ways_of(model, loop)
+        names.update(dict.fromkeys((*one, *other, loop.name)))
     return list(names)
+
+
+def ways_of(model: Mechanism, loop: Loop) -> tuple[list[str], list[str]]:
+    """The joints of the tree from both ends of a loop joint, predecessor first, to where the ways to the ground meet."""
+    one, other = (model.support(link) for link in (loop.predecessor, loop.successor))
+    return [joint for joint in one if joint not in other], [joint for joint in other if joint not in one]
 
 
 def compliance_of(joint: str, stiffness: Stiffness, axis: Sequence[float] | None) -> list[float]:

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ksl.base.errors import MotionError
-from ksl.base.words import count
+from ksl.base.words import count, listed
 from ksl.model.calls import Calls
+from ksl.model.freedoms import are_enough, freedoms, leads
 from ksl.model.mechanism import Joint, Mechanism
+from ksl.model.motion_columns import columns_of, units_of
 from ksl.model.states import Array
-from ksl.motions.closing import Closing, Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, freedoms, home, searched_home
-from ksl.motions.motion import Motion, complete
+from ksl.motions.closing import Closing, Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, home, left_moving, searched_home
+from ksl.motions.motion import CONTRADICTION, Motion, complete
 from ksl.motions.signal.quality import Samples
 
 TOLD, DOUBTED = 1e-6, 1e-2
@@ -39,11 +41,11 @@ def moving_joints(model: Mechanism) -> tuple[Joint, ...]:
 
 
 def leading(model: Mechanism) -> tuple[Joint, ...]:
-    """The joints whose positions a motion must give: all of a tree, and of a closed mechanism its drives and what floats; all where drives aren't known."""
+    """The joints whose positions a motion must give: all of a tree, and of a closed mechanism its drives and what floats freely; all where drives aren't known."""
     joints = moving_joints(model)
     if not model.loops or model.drives is None:
         return joints
-    return tuple(j for j in joints if j.name in model.drives or j.kind == "floating")
+    return tuple(j for j in joints if leads(model, j))
 
 
 def check_drives(model: Mechanism, name: str) -> None:
@@ -55,9 +57,12 @@ def check_drives(model: Mechanism, name: str) -> None:
         )
 
 
-def follow_by_loops(model: Mechanism) -> NDArray[np.intp]:
-    """Columns of q of the joints that follow the leading ones; none of a tree."""
+def follow_by_loops(model: Mechanism, there: Collection[str] = ()) -> NDArray[np.intp]:
+    """Columns of q of the joints that follow the leading ones; none of a tree.  there: names of the columns that are given."""
     lead = leading(model)
+    given = [j for j in lead if all(column in there for column in columns_of(j)[0])]
+    if model.loops and len(given) < len(lead) and are_enough(model, given):
+        lead = tuple(given)
     return np.array([j.q_index + k for j in moving_joints(model) if j not in lead for k in range(j.nq)], dtype=np.intp)
 
 
@@ -79,13 +84,14 @@ def keeps_closed(model: Calls, q: Array, rates: Array, chosen: NDArray[np.bool_]
     return out
 
 
-def held_by(model: Calls, name: str = "motion") -> Held:
+def held_by(model: Calls, name: str = "motion", known: NDArray[np.bool_] | None = None) -> Held:
     """The joints of a closed mechanism that are held where a motion says: of the leading ones those that others don't follow from.
 
+    known: for each column of q whether it was given; where drives are more than the freedoms, those that were come first.
     Raises MotionError where they leave freedoms.
     """
     drives = model.drives or ()
-    lead = sorted(leading(model), key=lambda j: (j.kind != "floating", drives.index(j.name) if j.name in drives else 0))
+    lead = sorted(leading(model), key=lambda j: (not _is_known(j, known), j.kind != "floating", drives.index(j.name) if j.name in drives else 0))
     try:
         start = home(model, [j.name for j in lead] if model.drives is not None else ())
     except NotClosed as e:
@@ -93,16 +99,32 @@ def held_by(model: Calls, name: str = "motion") -> Held:
     free = freedoms(model)
     if sum(j.nv for j in lead) > free:
         chosen = determining(model, start, lead)
+        absent = [j.name for j in chosen if not _is_known(j, known)]
+        if absent:
+            given = listed([j.name for j in lead if _is_known(j, known)])
+            raise MotionError(f"{name}: the columns of {given} don't say where the mechanism is; add those of {listed(absent)}")
         if sum(j.nv for j in chosen) == free:
             return Held(model, chosen)
     if sum(j.nv for j in lead) < free:
-        others = [j.name for j in moving_joints(model) if j not in lead and j.kind != "floating"]
-        named = f"drives {', '.join(drives)}" if drives else "no drives"
-        raise MotionError(
-            f"{name}: the mechanism has {count(free, 'freedom')}, and {named} leave {free - sum(j.nv for j in lead)} of {'it' if free == 1 else 'them'} open; "
-            f"name more: --drives (drives= in Python), from among {', '.join(others)}"
-        )
+        raise MotionError(f"{name}: {_too_few(model, lead, start, free)}")
     return Held(model, tuple(lead))
+
+
+def _is_known(joint: Joint, known: NDArray[np.bool_] | None) -> bool:
+    return known is None or bool(known[joint.q_index : joint.q_index + joint.nq].all())
+
+
+def _too_few(model: Calls, lead: list[Joint], q: Array, free: int) -> str:
+    """What is said of a mechanism whose leading joints leave freedoms: how many, and which joints still move at a closed position q (nq)."""
+    left = free - sum(j.nv for j in lead)
+    named = f"drives {', '.join(model.drives)}" if model.drives else "no drives"
+    moving = [j for j in left_moving(model, q, lead) if j.kind != "floating"]
+    idle = any(joint.kind == "spherical" for joint in moving)
+    return (
+        f"the mechanism has {count(free, 'freedom')}, and {named} leave {left} of {'it' if free == 1 else 'them'} open; "
+        f"name more: --drives (drives= in Python), from among {', '.join(j.name for j in moving)}"
+        f"{'. A rod that turns about itself between two spherical joints needs a universal one at one end' if idle else ''}"
+    )
 
 
 def completed(
@@ -176,22 +198,24 @@ class Follower:
     ) -> None:
         """where: a sample in words, with its time."""
         self._model, self._time, self._given, self._known = model, time, q, known
-        self.held = held_by(model, name)
+        self.held = held_by(model, name, known if known.any() else None)
         self._others = [j for j in moving_joints(model) if j not in self.held.joints]
         self._where = where or (lambda k: f"{name}: sample {k + 1} (time {time[k]:.9g})")
         self.remedy = ""
         """What to do about positions that can't be closed, the end of a sentence."""
         self._length: float
+        self._rates: dict[str, Array] = {}
         self._searched: int
 
     def without_others(self, q: Array, given: list[list[Array | None]]) -> tuple[Array, list[list[Array | None]]]:
         """Positions and rates in which joints that follow stand still: nothing of them is differentiated, smoothed or doubted."""
         q, neutral = np.array(q), self._model.neutral()
         names = self.held.names
+        joints = moving_joints(self._model)
+        self._rates = {j.name: rates[0] for j, rates in zip(joints, given, strict=True) if j.name not in names and rates[0] is not None}
         for joint in self._others:
             part = slice(joint.q_index, joint.q_index + joint.nq)
             q[:, part] = neutral[part]
-        joints = moving_joints(self._model)
         return q, [rates if j.name in names else [np.zeros((len(q), j.nv))] * 2 for j, rates in zip(joints, given, strict=True)]
 
     def __call__(self, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
@@ -255,11 +279,10 @@ class Follower:
         moved = self._model.difference(q[:-1], q[1:])
         expected = (v[1:] + v[:-1]) / 2 * np.diff(self._time)[:, None]
         for joint in self._others:
-            allowed = JUMP * (1.0 if joint.unit == "rad" else self._length)
             columns = slice(joint.v_index, joint.v_index + joint.nv)
-            off = np.abs(moved[:, columns] - expected[:, columns]).max(axis=1)
+            off = self._shares(joint, moved[:, columns] - expected[:, columns])
             # where the rates alone change by as much in a step, the samples are too far apart to tell
-            bad = np.flatnonzero(off > allowed + np.abs(np.diff(v[:, columns], axis=0)).max(axis=1) * np.diff(self._time))
+            bad = np.flatnonzero(off > JUMP + self._shares(joint, np.diff(v[:, columns], axis=0)) * np.diff(self._time))
             if len(bad):
                 k = int(bad[0]) + 1
                 raise MotionError(
@@ -277,8 +300,9 @@ class Follower:
         errors = self._errors(found.q)
         k = int(np.argmax(errors))
         compared, doubts = self._compared(found.q)
+        doubts += self._other_rates(found.v)
         closing = Closing(tuple(held.names), float(errors[k]), float(self._time[k]), tuple(compared), sum(j.nv for j in held.joints))
-        notes = [f"positions of {_all_but(model, held)} closed from those of {', '.join(held.names)}; rates, too", *compared]
+        notes = [_followed(self._others, held), *compared]
         if self._searched:
             notes.append(
                 f"the neutral position does not lead to a closed one: a search found {count(self._searched, 'assembly').replace('assemblys', 'assemblies')}, and the nearest "
@@ -308,6 +332,26 @@ class Follower:
             scale += [1.0] * forces + [self._length] * (loop.equations - forces)
         return np.array(scale)
 
+    def _other_rates(self, v: Array) -> list[str]:
+        """A line for each velocity that was given for a joint that follows, and is another one by more than a share of the largest.
+
+        Differences that would not move the joint by DOUBTED in the whole motion are none.
+        """
+        lines, duration = [], float(self._time[-1] - self._time[0])
+        for joint in self._others:
+            for i, column in enumerate(columns_of(joint)[1] if joint.name in self._rates else ()):
+                given, true = self._rates[joint.name][:, i], v[:, joint.v_index + i]
+                off, unit = np.abs(given - true), units_of(joint)[1][i]
+                k, length = int(np.argmax(off)), 1.0 if unit == "rad" else self._length
+                if off[k] > CONTRADICTION * np.abs([given, true]).max() and off[k] * duration > DOUBTED * length:
+                    lines.append(f"{column} at {self._time[k]:.6g} s is {given[k]:.4g} {unit}/s, but the joint follows at {true[k]:.4g} {unit}/s; check the column")
+        return lines
+
+    def _shares(self, joint: Joint, distance: Array) -> Array:
+        """(n): the largest of distances (n, nv) of a joint: angles, and lengths as shares of that of the mechanism."""
+        scale = [1.0 if unit == "rad" else self._length for unit in units_of(joint)[1]]
+        return np.asarray((np.abs(distance) / scale).max(axis=1))
+
     def _errors(self, q: Array) -> Array:
         """(n): the largest component of the error at each sample, m."""
         return np.asarray(np.abs(self._model.loop_error(q) * self._lengths()).max(axis=1, initial=0.0))
@@ -325,9 +369,9 @@ class Follower:
             off = self._model.difference(q, mixed)[:, rates]
             if joint.one_coordinate and joint.has_angle:
                 off = np.remainder(off + math.pi, 2 * math.pi) - math.pi  # a whole turn is none
-            size: Array = np.max(np.abs(off), axis=1)
-            k, unit = int(np.argmax(size)), joint.unit if joint.one_coordinate else "rad or m"
-            share = size[k] / (1.0 if joint.unit == "rad" else self._length)
+            shares = self._shares(joint, off)
+            k = int(np.argmax(shares))
+            share, size, unit = shares[k], np.abs(off).max(axis=1), " or ".join(dict.fromkeys(units_of(joint)[1]))
             line = f"positions of {joint.name} in the motion differ from those that follow by up to {size[k]:.3g} {unit}, at {self._time[k]:.6g} s"
             if share > TOLD:
                 lines.append(line)
@@ -341,8 +385,13 @@ class Follower:
         return [line for line in lines if not any(doubt.startswith(line) for doubt in doubts)], doubts
 
 
-def _all_but(model: Mechanism, held: Held) -> str:
-    return _some([j.name for j in moving_joints(model) if j not in held.joints])
+def _followed(others: Sequence[Joint], held: Held) -> str:
+    """Whose positions were found from those of the held joints, in words."""
+    if not held.joints:
+        return "the mechanism is rigid: no joint moves, whatever the motion says"
+    if not others:
+        return f"the loops are closed wherever {', '.join(held.names)} {'is' if len(held.joints) == 1 else 'are'}"
+    return f"positions of {_some([j.name for j in others])} closed from those of {', '.join(held.names)}; rates, too"
 
 
 def _some(names: list[str]) -> str:

@@ -20,8 +20,6 @@ MOST_STEPS = 500
 """From the neutral position to the first one, so many steps at most."""
 MEET = 1e-6
 """Two ways to the same position have met if no coordinate differs by more, rad or m: another branch is further away."""
-GENERIC = 4
-"""So many random positions say how many freedoms there are where no position is singular."""
 
 
 class NotClosed(Exception):
@@ -106,12 +104,6 @@ def searched_home(model: Calls, hold: Sequence[str] = ()) -> tuple[Array, int]:
     raise NotClosed(0, f"from its neutral position {_why(model, found.q, str(found.reason))}")
 
 
-def freedoms(model: Calls) -> int:
-    """The freedoms of the closed mechanism, where no position is singular: the fewest of some closed positions."""
-    tried = model.close(np.vstack([model.neutral(), model.random(0, size=GENERIC)]))
-    return min((model.mobility(q).mobility for q in tried.q[tried.converged]), default=0)
-
-
 def determining(model: Calls, q: Array, joints: Sequence[Joint]) -> tuple[Joint, ...]:
     """Those of the joints, in their order, from which none before them follows at a closed position q (nq)."""
     J, rank = model.loop_jacobian(q), model.mobility(q).rank
@@ -122,6 +114,17 @@ def determining(model: Calls, q: Array, joints: Sequence[Joint]) -> tuple[Joint,
         if np.linalg.matrix_rank(motions[columns], tol=1e-6) == len(columns):
             chosen.append(joint)
     return tuple(chosen)
+
+
+def left_moving(model: Calls, q: Array, joints: Sequence[Joint]) -> list[Joint]:
+    """The joints that can move at a closed position q (nq) while some are held."""
+    J, rank = model.loop_jacobian(q), model.mobility(q).rank
+    motions = np.linalg.svd(J)[2][rank:].T if J.size else np.eye(model.nv)
+    of_held = motions[_indices([(j.v_index, j.nv) for j in joints])]
+    fixed = np.linalg.matrix_rank(of_held, tol=1e-6) if of_held.size else 0
+    kept = motions @ np.linalg.svd(of_held)[2][fixed:].T if of_held.size else motions
+    moving = np.abs(kept).max(axis=1, initial=0.0) > 1e-6
+    return [j for j in model.joints[: len(model.joint_names)] if moving[j.v_index : j.v_index + j.nv].any()]
 
 
 def first_closed(held: Held, target: Array, start: Array | None = None) -> Array:

@@ -199,11 +199,12 @@ def scene_of_results(model: Calls, results: Results, package_paths: Sequence[str
             raise MotionError(f"the table doesn't hold the pose of {next(j.name for j in joints if not j.one_coordinate)}; give the motion file instead of the results")
         motion = read_motion(model, _beside(results, named))
         time, q, v, a = motion.time, motion.q, motion.v, motion.a
-    external = _external(model, results, time, notes)
+    external, not_shown = _external(model, results, time)
+    notes += not_shown
     driven = [j for j in joints if j.one_coordinate and (not model.loops or j.name in (model.drives or ()))]
     tau = model.inverse_dynamics(q, v, a, external)
     given = np.column_stack([results.effort[j.name] for j in driven]) if driven else np.zeros((len(time), 0))
-    if driven and len(given) == len(tau):
+    if driven and len(given) == len(tau) and not not_shown:
         difference = np.abs(tau[:, [j.v_index for j in driven]] - given)
         if not difference.max() <= DIFFERENT * max(1e-9, float(np.abs(given).max())):
             joint = driven[int(np.argmax(difference.max(axis=0)))].name
@@ -211,16 +212,17 @@ def scene_of_results(model: Calls, results: Results, package_paths: Sequence[str
     return scene_of_motion(model, time, q, v, a, external, package_paths), notes
 
 
-def _external(model: Calls, results: Results, time: Array, notes: list[str]) -> dict[str, Array]:
+def _external(model: Calls, results: Results, time: Array) -> tuple[dict[str, Array], list[str]]:
+    """The external wrenches of the load case, and why they are not shown where they can't be read again."""
     from ksl.motions.reading import read_external
 
     if not results.description.get("external"):
-        return {}
+        return {}, []
     files = [f["file"] for f in results.made_by.get("inputs", []) if f["role"] == "external"]
     if len(files) == 1 and _beside(results, files[0]).is_file():
-        return dict(read_external(model, _beside(results, files[0]), time))
-    notes.append("external wrenches of the load case are not shown, since the file that they were read from is not found")
-    return {}
+        return dict(read_external(model, _beside(results, files[0]), time)), []
+    why = "results don't hold those that load cases or programs give in numbers" if not files else "there are several files of them" if len(files) > 1 else "the file that they were read from is not found"
+    return {}, [f"external wrenches of the load case are not shown, since {why}"]
 
 
 def _beside(results: Results, file: str) -> Path:

@@ -9,6 +9,7 @@ from functools import cached_property
 
 from ksl.base.errors import MotionError, close_names
 from ksl.base.words import listed
+from ksl.model.freedoms import are_enough, leads
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of, columns_of_one_coordinate, units_of
 from ksl.motions.columns.column_map import ColumnMap, ColumnRule, absent
@@ -238,6 +239,8 @@ class _Unknown:
                 f"joint {follower.name} mimics {follower.leader}, whose column says where both are: remove this column, "
                 'or load the robot with --mimic independent (in Python mimic="independent")'
             )
+        if name.removesuffix(".v").removesuffix(".a") in self.model.loop_names:
+            return f"that joint closes a loop, and its position follows from those of other joints: remove this column ({LEFT_OUT})"
         for joint in self.model.joints[: len(self.model.joint_names)]:
             for one, group in zip(columns_of_one_coordinate(joint), columns_of(joint), strict=True):
                 if name in one and name not in group:
@@ -259,17 +262,19 @@ def _check_constants(table: Recorded, model: Mechanism, choice: Choice, columns:
 
 def _check_complete(table: Recorded, model: Mechanism, choice: Choice, columns: ColumnMap) -> None:
     """Raises MotionError for joints without positions, and rates that are given in part."""
+    given = [j for j in model.joints[: len(model.joint_names)] if any(c in choice.used or c in columns.constants for c in columns_of(j)[0])]
     for joint in model.joints[: len(model.joint_names)]:
         position, *rates = columns_of(joint)
-        if model.loops and not any(c in choice.used or c in columns.constants for c in position):
+        if model.loops and joint not in given:
             if model.drives is None:
                 raise MotionError(_drives_unknown(table, model, joint))
-            if joint.name not in model.drives and joint.kind != "floating":
+            if not leads(model, joint) or are_enough(model, given):
                 continue  # it follows
         for c in position:
             if c not in choice.used and c not in columns.constants:
                 pose = "its pose (position in m, unit quaternion)" if joint.quaternion else "its orientation (a unit quaternion)"
-                what = "its positions (rad or m)" if joint.quaternion is None else pose
+                unit = joint.unit if joint.one_coordinate else "rad or m"
+                what = f"its positions ({unit})" if joint.quaternion is None else pose
                 said = f"{table.head}: no column {c!r} for joint {joint.name}; add {what} at every sample"
                 raise MotionError(_not_recorded(table, joint) if table.is_recording else said)
         for group in rates:

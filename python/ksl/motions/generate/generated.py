@@ -8,10 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ksl.base.errors import MotionError
+from ksl.model.calls import Calls
+from ksl.model.freedoms import freedoms
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.model import Model
 from ksl.model.states import Array
-from ksl.motions.closed_motion import check_drives, closed, leading
+from ksl.motions.closed_motion import check_drives, closed, held_by, leading
 from ksl.motions.motion import Motion
 
 USUAL_SPEED = {"rad": 1.0, "m": 0.25}
@@ -83,7 +85,10 @@ def limits_of(model: Mechanism, acceleration: float | None = None) -> Limits:
     if acceleration is not None and not 0 < acceleration < np.inf:
         raise MotionError(f"acceleration {acceleration:g}: expected a positive number, rad/s² or m/s²")
     check_drives(model, "motion")
-    joints = tuple(j for j in leading(model) if j.nv == 1)
+    lead = leading(model)
+    if model.loops and isinstance(model, Calls) and sum(j.nv for j in lead) > freedoms(model):
+        lead = held_by(model).joints  # the other drives follow
+    joints = tuple(j for j in lead if j.nv == 1)
     if not joints:
         raise MotionError(f"{model.name}: no joint with one coordinate, so there is nothing to move")
     index = np.array([j.q_index for j in joints])
@@ -100,7 +105,7 @@ def limits_of(model: Mechanism, acceleration: float | None = None) -> Limits:
     notes = []
     if without_speed:
         notes.append(f"the file gives no limits of speed for {', '.join(without_speed)}: {USUAL_SPEED['rad']:g} rad/s and {USUAL_SPEED['m']:g} m/s were taken")
-    resting = [j.name for j in leading(model) if j.nv > 1]
+    resting = [j.name for j in lead if j.nv > 1]
     if resting:
         notes.append(f"{', '.join(resting)}: more than one coordinate, and at rest in this motion")
     return Limits(joints, lower, upper, velocity, np.full(len(joints), np.inf if acceleration is None else acceleration), effort, unbounded, notes)
@@ -140,9 +145,9 @@ def whole_motion(
 
 def beyond_limits(model: Mechanism, motion: Motion) -> list[str]:
     """Notes on joints that follow by loops, and that this takes beyond the limits of the file: only those of the joints that lead were kept."""
-    lead = leading(model)
+    lead = [j.name for j in leading(model)] if motion.closing is None else motion.closing.held
     lines = []
-    for joint in (j for j in model.joints[: len(model.joint_names)] if j not in lead and j.nv == 1):
+    for joint in (j for j in model.joints[: len(model.joint_names)] if j.name not in lead and j.nv == 1):
         position, speed = motion.q[:, joint.q_index], np.abs(motion.v[:, joint.v_index])
         if joint.has_limits:
             for end, bound, k in (("lower", joint.lower, int(position.argmin())), ("upper", joint.upper, int(position.argmax()))):

@@ -51,7 +51,9 @@ def read_waypoints(model: Mechanism, limits: Limits, path: str | os.PathLike[str
     others = [c for j in model.joints[: len(model.joint_names)] if j.nv > 1 for c in columns_of(j)[0]]
     for column in table:
         if column != "time" and column not in names and column not in others:
-            raise MotionError(f"{file}: " + unknown_name(f"column of {model.name}", "joint", column, names))
+            follows = column in (*model.joint_names, *model.loop_names) and model.loops
+            known = f"joint {column} follows the drives; give positions of {', '.join(names)}"
+            raise MotionError(f"{file}: " + (known if follows else unknown_name(f"column of {model.name}", "joint", column, names)))
     count = len(next(iter(table.values()), np.empty(0)))
     if count < 2:
         raise MotionError(f"{file}: {count} waypoint{'' if count == 1 else 's'}; a motion needs at least two, a line for each")
