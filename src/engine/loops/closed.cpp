@@ -7,6 +7,7 @@
 #include "engine/loops/wrenches_on_links.hpp"
 #include "engine/one_state.hpp"
 
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <vector>
@@ -165,7 +166,9 @@ template <class S> room room_for(const batch_view<S> &batch) {
   return wanted;
 }
 
-template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, room wanted) {
+namespace {
+
+template <class S> std::size_t counted_bytes(const algorithm_row &row, const model &m, room wanted) {
   batch_view<S> batch;
   reaction_request request;
   request.n = wanted.joints * std::max(wanted.requests, 1);
@@ -178,6 +181,31 @@ template <class S> std::size_t state_bytes(const algorithm_row &row, const model
   measure.take<reaction_rows<S>>(wanted.requests);
   measure.take<reaction_result<S>>(wanted.requests);
   return measure.used() + loops::run_batch<S>(row, m, batch, 0, 0, nullptr).bytes;
+}
+
+/// What the bytes of one state were counted for: copies of a model share its tables, and may have other physics and force elements.
+struct counted {
+  std::uint64_t tables;
+  const algorithm_row *row;
+  room wanted;
+  bool physics;
+  int force_elements;
+  bool operator==(const counted &) const = default;
+};
+
+} // namespace
+
+template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, room wanted) {
+  struct remembered {
+    counted of;
+    std::size_t bytes;
+  };
+  static thread_local remembered last[16] = {};
+  remembered &known = last[static_cast<std::size_t>(row.closed) % std::size(last)];
+  const counted asked = {m.loop_tables().serial, &row, wanted, m.view().physics != nullptr, m.acting_force_elements()};
+  if (known.of != asked)
+    known = {asked, counted_bytes<S>(row, m, wanted)};
+  return known.bytes;
 }
 
 template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {

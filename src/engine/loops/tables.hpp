@@ -4,6 +4,7 @@
 
 #include "ksl/model.hpp"
 
+#include <cstdint>
 #include <vector>
 
 namespace ksl::loops {
@@ -41,7 +42,8 @@ struct loop {
 };
 
 struct tables {
-  std::vector<int> links; ///< of the model: those whose poses are needed
+  std::uint64_t serial = 0; ///< of no other tables of this process
+  std::vector<int> links;   ///< of the model: those whose poses are needed
   std::vector<column> columns;
   std::vector<support> supports;
   std::vector<loop> loops;
