@@ -8,6 +8,7 @@
 # make bench-arm  instructions on an emulated Arm processor, beside Pinocchio's; renews their table in docs/performance.md
 # make release   all of the C algebra as one header, build/release/ksl.h
 # make test-windows  the tests in C, and of the algebra, compiled for Windows, under Wine
+# make compile-macos  the library and the tests in C and C++, compiled and linked for macOS
 # make docs      the reference in docs/reference, from the headers and from api/algorithms/
 # make site      the documentation as a site, build/site
 # make ci     what CI runs on each change: make test, and beside it lint, abi and fuzz-short
@@ -172,7 +173,7 @@ $(VENV)/.tested: $(VENV)/.tools $(SOURCES)
 	touch $@
 
 -include scripts/ci.mk scripts/lint/lint.mk scripts/abi/abi.mk scripts/dist/dist.mk scripts/site/site.mk scripts/trust/trust.mk fuzz/fuzz.mk test/golden/golden.mk test/mutate/mutate.mk \
-  test/coverage/coverage.mk test/sanitize/sanitize.mk test/faults/faults.mk test/windows/windows.mk
+  test/coverage/coverage.mk test/sanitize/sanitize.mk test/faults/faults.mk test/windows/windows.mk test/macos/macos.mk
 
 clean:
 	rm -rf build out $(VENV)
