@@ -121,6 +121,7 @@ inline ksl::model with_loops(const ksl::model &m, const std::vector<loop_given> 
   return ksl::model(ksl::with_force_elements(ksl::with_loops(m.description(), all.loops), all.force_elements));
 }
 
+/// A builder is the one object here that changes: without the interpreter's lock, its own keeps two threads apart.
 inline void add_builder(nb::module_ &module) {
   nb::class_<ksl::builder>(module, "Builder", "Links and joints as ksl.Builder passes them on.")
       .def(nb::init<std::string, three>(), "name"_a, "gravity"_a)
@@ -128,27 +129,27 @@ inline void add_builder(nb::module_ &module) {
           "read_from",
           [](ksl::builder &b, const std::string &file, const std::vector<std::string> &unused,
              const std::vector<std::string> &warnings) { b.read_from(file, unused, warnings); },
-          "file"_a, "unused"_a, "warnings"_a)
+          "file"_a, "unused"_a, "warnings"_a, nb::lock_self())
       .def(
           "add_link",
           [](ksl::builder &b, const std::string &name, const mass_numbers &mass) { b.add_link(name, mass_of(mass)); },
-          "name"_a, "mass"_a)
+          "name"_a, "mass"_a, nb::lock_self())
       .def(
           "add_joint",
           [](ksl::builder &b, const std::string &name, const std::string &kind, const std::string &parent,
              const std::string &child, const std::array<double, 16> &pose, const joint_numbers &options) {
             b.add_joint(name, ksl::joint_kind_named(kind), parent, child, pose_of(pose), options_of(options));
           },
-          "name"_a, "kind"_a, "parent"_a, "child"_a, "pose"_a, "options"_a)
-      .def("add_loop", &add_loop, "loop"_a)
-      .def("add_force_element", &add_force_element, "element"_a)
+          "name"_a, "kind"_a, "parent"_a, "child"_a, "pose"_a, "options"_a, nb::lock_self())
+      .def("add_loop", &add_loop, "loop"_a, nb::lock_self())
+      .def("add_force_element", &add_force_element, "element"_a, nb::lock_self())
       .def(
           "set_drives",
           [](ksl::builder &b, const std::vector<std::string> &joints, const std::vector<double> &weights) {
             b.set_drives(joints, weights);
           },
-          "joints"_a, "weights"_a)
-      .def("add_dh_chain", &add_dh_chain, "parent"_a, "rows"_a, "modified"_a, "prefix"_a)
+          "joints"_a, "weights"_a, nb::lock_self())
+      .def("add_dh_chain", &add_dh_chain, "parent"_a, "rows"_a, "modified"_a, "prefix"_a, nb::lock_self())
       .def(
           "build",
           [](const ksl::builder &b, bool floating_base, bool strict, std::optional<three> gravity,
@@ -156,7 +157,8 @@ inline void add_builder(nb::module_ &module) {
             return b.build(options_of(floating_base, gravity, payloads, physics), {strict, masses_optional});
           },
           "floating_base"_a, "strict"_a, "gravity"_a.none(), "payloads"_a, "masses_optional"_a,
-          "physics"_a = physics_given(std::vector<std::string>(), ksl::physics_options().friction_width));
+          "physics"_a = physics_given(std::vector<std::string>(), ksl::physics_options().friction_width),
+          nb::lock_self());
 }
 
 inline void add_surgery(nb::class_<ksl::model> &model) {

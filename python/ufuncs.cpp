@@ -302,6 +302,9 @@ PyMODINIT_FUNC PyInit__ufuncs() {
   PyObject *module = PyModule_Create(&definition);
   if (!module)
     return nullptr;
+#ifdef Py_GIL_DISABLED
+  PyUnstable_Module_SetGIL(module, Py_MOD_GIL_NOT_USED); // what threads share here is `threads` alone, which is atomic
+#endif
   for (int i = 0; i < function_count; ++i) {
     const function_row &f = functions[i];
     kept &k = keep[i];
