@@ -282,8 +282,13 @@ TEST_CASE("urdf: signals don't end writing into a pipe whose reader is slow") {
     ioctl(reader, FIONREAD, &bytes);
     return bytes;
   };
+#ifdef F_GETPIPE_SZ
+  const int room = fcntl(reader, F_GETPIPE_SZ);
+#else
+  const int room = 16 << 10; // of a pipe of macOS, at first
+#endif
   std::thread slow([&] {
-    while (!done && in_pipe() < fcntl(reader, F_GETPIPE_SZ) / 2) // the writer is about to fill it, and waits then
+    while (!done && in_pipe() < room / 2) // the writer is about to fill it, and waits then
       std::this_thread::yield();
     for (int k = 0; k < 20; ++k) {
       const int before = heard;

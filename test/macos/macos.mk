@@ -1,4 +1,4 @@
-# The library and all tests in C and C++, compiled and linked for macOS on both its processors, by zig's clang with its stubs of macOS.  No test runs: there is no Mac
+# The library and the tests in C and C++, compiled and linked for macOS on both its processors, by zig's clang with its stubs of macOS.  No test runs: there is no Mac
 # here.  One instruction set, not optimised.
 .PHONY: compile-macos
 compile-macos: build/macos-aarch64/.compiled build/macos-x86_64/.compiled
@@ -12,7 +12,7 @@ build/macos-%/.compiled: build/dist-tools/.installed $(SOURCES)
 	mkdir -p build/macos-include
 	ln -sfn "$$(dirname "$$(find /usr/include /usr/local/include -name doctest.h -print -quit)")" build/macos-include/doctest
 	$(macos) cmake -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/build/dist-tools/bin/ninja -S . -B build/macos-$* -DCMAKE_SYSTEM_NAME=Darwin \
-	  -DCMAKE_SYSTEM_PROCESSOR=$* -DCMAKE_INSTALL_NAME_TOOL=/usr/bin/false -DCMAKE_RANLIB=$(CURDIR)/scripts/dist/zig/ranlib -DKSL_TESTS=ON -DKSL_FETCH_PUGIXML=ON \
+	  -DCMAKE_SYSTEM_PROCESSOR=$* -DCMAKE_INSTALL_NAME_TOOL=/usr/bin/false -DCMAKE_RANLIB=$(CURDIR)/scripts/dist/zig/ranlib -DCMAKE_CXX_FLAGS=-Wno-c2y-extensions -DKSL_TESTS=ON -DKSL_FETCH_PUGIXML=ON \
 	  -DKSL_INSTRUCTION_SETS=x86_64_v2 -DKSL_PLAIN_SETS="x86_64_v2;neon" -DDOCTEST_INCLUDE=$(CURDIR)/build/macos-include >/dev/null
-	$(macos) cmake --build build/macos-$* -- --quiet
+	$(macos) cmake --build build/macos-$* -- --quiet -k 0
 	touch $@
