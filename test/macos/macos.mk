@@ -1,9 +1,9 @@
 # The library and the tests in C and C++, compiled and linked for macOS on both its processors, by zig's clang with its stubs of macOS.  No test runs: there is no Mac
-# here.  One instruction set, not optimised.
+# here.  One instruction set, not optimised.  ccache, where it is set, knows nothing of ZIG_TARGET: each target has a name space of it.
 .PHONY: compile-macos
 compile-macos: build/macos-aarch64/.compiled build/macos-x86_64/.compiled
 
-macos = CC=$(CURDIR)/scripts/dist/zig/cc CXX=$(CURDIR)/scripts/dist/zig/c++ ZIG_TARGET=$*-macos.13.0 \
+macos = CC=$(CURDIR)/scripts/dist/zig/cc CXX=$(CURDIR)/scripts/dist/zig/c++ ZIG_TARGET=$*-macos.13.0 CCACHE_NAMESPACE=$*-macos \
   ZIG=$$(build/dist-tools/bin/python -c 'import pathlib, ziglang; print(pathlib.Path(ziglang.__file__).with_name("zig"))')
 
 # CMake asks for install_name_tool, which renames what is installed: nothing is

@@ -2,7 +2,7 @@
 # optimised: what is tested is that it compiles, links and computes there.  Half of the first run compiles the C++ library for Windows.
 .PHONY: test-windows
 
-windows := CC=$(CURDIR)/scripts/dist/zig/cc CXX=$(CURDIR)/scripts/dist/zig/c++ ZIG_TARGET=x86_64-windows-gnu \
+windows := CC=$(CURDIR)/scripts/dist/zig/cc CXX=$(CURDIR)/scripts/dist/zig/c++ ZIG_TARGET=x86_64-windows-gnu CCACHE_NAMESPACE=x86_64-windows \
   ZIG=$$(build/dist-tools/bin/python -c 'import pathlib, ziglang; print(pathlib.Path(ziglang.__file__).with_name("zig"))') \
   WINEPREFIX=$(CURDIR)/build/windows/wine WINEDEBUG=-all WINEPATH=$(CURDIR)/build/windows
 
