@@ -156,3 +156,10 @@ def test_a_library_for_musl_needs_it_by_the_name_of_wheels(tmp_path, target, arg
     assert (tmp_path / "zig.log").read_text(encoding="utf-8").startswith(f"c++ -target {target} ")
     log = tmp_path / "patchelf.log"
     assert (log.read_text(encoding="utf-8") if log.exists() else "") == ("" if fails else renamed)
+
+
+@pytest.mark.parametrize("system", ["windows", "macos"])
+def test_ccache_keeps_objects_of_targets_apart(system):
+    """It knows nothing of ZIG_TARGET: objects for Arm came out of it in a build for x86-64."""
+    text = (SCRIPTS.parents[1] / f"test/{system}/{system}.mk").read_text(encoding="utf-8")
+    assert text.count("ZIG_TARGET=") == text.count("CCACHE_NAMESPACE=") == 1
