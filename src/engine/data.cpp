@@ -44,10 +44,8 @@ std::size_t closed_bytes(const model &m) {
   if (m.loops().empty())
     return 0;
   const loops::room all = loops::room_of_data(m);
-  std::size_t most = 0;
-  for (const algorithm_row *row : {&rows::inverse_dynamics_with_reactions, &rows::effort_parts})
-    most = std::max({most, loops::state_bytes<double>(*row, m, all), loops::state_bytes<float>(*row, m, all)});
-  return most;
+  return std::max(loops::state_bytes<double>(rows::inverse_dynamics_with_reactions, m, all),
+                  loops::state_bytes<float>(rows::inverse_dynamics_with_reactions, m, all));
 }
 
 /// The most bytes that force elements need for one state of any algorithm, for a wrench on each link and a request that names each link and

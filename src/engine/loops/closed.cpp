@@ -7,7 +7,6 @@
 #include "engine/loops/wrenches_on_links.hpp"
 #include "engine/one_state.hpp"
 
-#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <vector>
@@ -183,29 +182,25 @@ template <class S> std::size_t counted_bytes(const algorithm_row &row, const mod
   return measure.used() + loops::run_batch<S>(row, m, batch, 0, 0, nullptr).bytes;
 }
 
-/// What the bytes of one state were counted for: copies of a model share its tables, and may have other physics and force elements.
-struct counted {
-  std::uint64_t tables;
-  const algorithm_row *row;
-  room wanted;
-  bool physics;
-  int force_elements;
-  bool operator==(const counted &) const = default;
-};
+/// For a wrench on each link and a request that names each joint once, of any algorithm but the linear ones.
+template <class S> std::size_t most_bytes(const model &m) {
+  std::size_t most = 0;
+  for (const algorithm_row *row : {&rows::inverse_dynamics_with_reactions, &rows::effort_parts})
+    most = std::max(most, counted_bytes<S>(*row, m, room_of_data(m)));
+  return most;
+}
 
 } // namespace
 
 template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, room wanted) {
-  struct remembered {
-    counted of;
-    std::size_t bytes;
-  };
-  static thread_local remembered last[16] = {};
-  remembered &known = last[static_cast<std::size_t>(row.closed) % std::size(last)];
-  const counted asked = {m.loop_tables().serial, &row, wanted, m.view().physics != nullptr, m.acting_force_elements()};
-  if (known.of != asked)
-    known = {asked, counted_bytes<S>(row, m, wanted)};
-  return known.bytes;
+  if (row.closed == closed_by::linear || !fits(wanted, room_of_data(m))) // which need much
+    return counted_bytes<S>(row, m, wanted);
+  bytes_of_calls &bytes =
+      *m.loop_tables().bytes; // copies of a model share them: they differ in masses and gravity alone
+  std::atomic<std::size_t> &known = sizeof(S) == sizeof(double) ? bytes.in_double : bytes.in_single;
+  if (known == 0) // threads that count at once find the same
+    known = most_bytes<S>(m);
+  return known;
 }
 
 template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {

@@ -20,14 +20,11 @@ inline bool is_closed(const algorithm_row &row, const model &m) {
 void require_closed(const algorithm_row &row, const model &m);
 
 /// How many external wrenches, joints in one request for reactions, and links memory must have room for.
-struct room {
-  int externals = 0, joints = 0, requests = 1, links = 0;
-  bool operator==(const room &) const = default;
-};
+struct room { int externals = 0, joints = 0, requests = 1, links = 0; };
 template <class S> room room_for(const state_view<S> &s);
 template <class S> room room_for(const batch_view<S> &batch);
 
-/// The bytes that one state needs.  A thread remembers those of its last calls: counting them takes longer than computing a four-bar.
+/// The bytes that one state needs, or more.  They are counted once for nearly all calls: to count takes as long as to compute a four-bar.
 template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, room wanted);
 
 /// The room for a wrench on each link, and for one request that names each joint once: that of ksl::data.

@@ -6,7 +6,6 @@
 #include "ksl/engine/model/joints.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 namespace ksl::loops {
@@ -61,8 +60,6 @@ public:
   explicit maker(const model &m) : m_(m) {}
 
   tables make() {
-    static std::atomic<std::uint64_t> made = 0;
-    t_.serial = ++made;
     t_.column_scale.assign(index(m_.nv()), 1), t_.column_turns.assign(index(m_.nv()), 0);
     first_column_.assign(m_.joints().size(), -1);
     for (const loop_row &row : m_.loops())

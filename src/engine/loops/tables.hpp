@@ -4,7 +4,8 @@
 
 #include "ksl/model.hpp"
 
-#include <cstdint>
+#include <atomic>
+#include <memory>
 #include <vector>
 
 namespace ksl::loops {
@@ -41,9 +42,12 @@ struct loop {
   int support_begin, support_end; ///< in tables::supports
 };
 
+/// Bytes that calls of one state need (closed.hpp), once they have been counted; 0 before.
+struct bytes_of_calls { std::atomic<std::size_t> in_double{0}, in_single{0}; };
+
 struct tables {
-  std::uint64_t serial = 0; ///< of no other tables of this process
-  std::vector<int> links;   ///< of the model: those whose poses are needed
+  std::unique_ptr<bytes_of_calls> bytes = std::make_unique<bytes_of_calls>();
+  std::vector<int> links; ///< of the model: those whose poses are needed
   std::vector<column> columns;
   std::vector<support> supports;
   std::vector<loop> loops;
