@@ -480,6 +480,9 @@ def test_positions_and_velocities_of_a_joint(robot):
     shoulder, slide = m.joint("shoulder"), m.joint("slide")
     assert slide.leader == "shoulder" and np.array_equal(m.position_of(shoulder, q), q[:, 0]) and m.velocity_of(shoulder, v) == 3.0
     assert np.array_equal(m.position_of(slide, q), 0.2 * q[:, 0] + 0.1) and m.velocity_of(slide, v) == 0.2 * 3.0
+    assert m.position_of("slide", [0.5]) == 0.2 * 0.5 + 0.1 and m.velocity_of("shoulder", [3.0]) == 3.0
+    with pytest.raises(ValueError, match="joint base has no coordinates; expected one with one"):
+        m.position_of("base", q)
 
 
 def test_where_a_joint_is(arm):

@@ -9,12 +9,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ksl import _core
 from ksl.base.errors import name_among, other_kind, unknown_name
 from ksl.base.files_read import InputFile
 from ksl.base.printable import sentence
+from ksl.base.words import count
 from ksl.model.joint_kinds import Kind
 from ksl.model.states import Array, argument, in_order
 
@@ -388,15 +389,29 @@ class Mechanism:
         """A table by the names of its columns as an array, in the order of q, v, a or tau, as `what` says; what is none as it is."""
         return in_order(x, what, self._core)
 
-    def position_of(self, joint: Joint, q: Array) -> Array:
-        """Positions (…) of a joint with one coordinate, from q (…, nq); of a mimic joint as its leader has it; rad or m."""
-        position: Array = q[..., joint.q_index] if joint.leader is None else joint.multiplier * q[..., self.joint(joint.leader).q_index] + joint.offset
+    def position_of(self, joint: Joint | str, q: ArrayLike) -> Array:
+        """Positions (…) of a joint with one coordinate, or of that name, from q (…, nq); of a mimic joint as its leader has it; rad or m.
+
+        Raises ValueError for joints with none or several coordinates.
+        """
+        of, x = self._of_one_coordinate(joint), np.asarray(q)
+        position: Array = x[..., of.q_index] if of.leader is None else of.multiplier * x[..., self.joint(of.leader).q_index] + of.offset
         return position
 
-    def velocity_of(self, joint: Joint, v: Array) -> Array:
-        """Velocities (…) of a joint with one coordinate, from v (…, nv), and accelerations from a; of a mimic joint as its leader has it."""
-        velocity: Array = v[..., joint.v_index] if joint.leader is None else joint.multiplier * v[..., self.joint(joint.leader).v_index]
+    def velocity_of(self, joint: Joint | str, v: ArrayLike) -> Array:
+        """Velocities (…) of a joint with one coordinate, or of that name, from v (…, nv), and accelerations from a; of a mimic joint as its leader has it.
+
+        Raises ValueError for joints with none or several coordinates.
+        """
+        of, x = self._of_one_coordinate(joint), np.asarray(v)
+        velocity: Array = x[..., of.v_index] if of.leader is None else of.multiplier * x[..., self.joint(of.leader).v_index]
         return velocity
+
+    def _of_one_coordinate(self, joint: Joint | str) -> Joint:
+        of = self.joint(joint) if isinstance(joint, str) else joint
+        if not of.one_coordinate:
+            raise ValueError(f"joint {of.name} has {count(of.nv, 'coordinate') if of.nv else 'no coordinates'}; expected one with one, whose position is a number")
+        return of
 
     def joint(self, name: str) -> Joint:
         """The joint of that name."""
