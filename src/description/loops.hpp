@@ -16,10 +16,11 @@ loop_description as_loop(const joint_description &joint);
 /// What a joint has that one that closes a loop can't have: "limit", "mimic", "dynamics".
 std::vector<std::string> lost_in_loop(const joint_description &joint);
 
-/// Which joints of a graph form a tree from its roots, the links that are no joint's child: of the joints that carry one link the first,
-/// unless the link would be cut off from the roots by it.  joints: parent and child of each.  Links that no root leads to keep their
-/// first joint.  O(n log n).
-std::vector<bool> spanning_tree(std::size_t links, const std::vector<std::pair<int, int>> &joints);
+/// Which joints of a graph form a tree from its roots, the links that are no joint's child: of the joints that carry one link the first that
+/// is preferred, or else the first, unless the link would be cut off from the roots by it.  joints: parent and child of each.  Links that no
+/// root leads to keep that joint.  preferred: of each joint; none where it is empty.  O(n log n).
+std::vector<bool> spanning_tree(std::size_t links, const std::vector<std::pair<int, int>> &joints,
+                                const std::vector<bool> &preferred = {});
 
 /// The name of the joint that a model adds under a root that floats: floating_base, unless a joint of the file has that name.
 std::string floating_base_name(const robot_description &robot);

@@ -57,10 +57,12 @@ private:
 
 } // namespace
 
-std::vector<bool> spanning_tree(std::size_t links, const std::vector<std::pair<int, int>> &joints) {
+std::vector<bool> spanning_tree(std::size_t links, const std::vector<std::pair<int, int>> &joints,
+                                const std::vector<bool> &preferred) {
   std::vector<int> chosen(links, -1);
   for (std::size_t j = 0; j < joints.size(); ++j)
-    if (int &joint = chosen[index(joints[j].second)]; joint < 0)
+    if (int &joint = chosen[index(joints[j].second)];
+        joint < 0 || (!preferred.empty() && preferred[j] && !preferred[index(joint)]))
       joint = static_cast<int>(j);
   growth tree(joints, chosen);
   for (std::size_t l = 0; l < links; ++l)

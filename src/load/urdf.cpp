@@ -186,7 +186,7 @@ void urdf_reader::read_loops() {
     robot_.force_elements.push_back(
         readers::force_element_in({file_, unused_, child, {"force element", child.attribute("name").value()}}, links_));
   }
-  readers::split_loops(robot_, unused_);
+  readers::split_loops(robot_, readers::joints_with_motors(root_.node()), unused_);
   const std::vector<int> moving = root_.node().child("coupling") ? readers::moving_joints(robot_) : std::vector<int>();
   for (const pugi::xml_node coupling : root_.node().children("coupling"))
     if (options_.mimic_independent)

@@ -2,11 +2,23 @@
 
 #include "ksl/engine/model/joints.hpp"
 
-#include <set>
-
 namespace ksl::readers {
 
 namespace {
+
+/// Calls step(joint, tag) for what says that a joint has a motor.
+template <class Step> void for_each_motor(pugi::xml_node robot, Step step) {
+  for (const pugi::xml_node child : robot.children()) {
+    const std::string_view tag = child.name();
+    if (tag == "transmission" && child.child("actuator"))
+      for (const pugi::xml_node joint : child.children("joint"))
+        step(joint.attribute("name").value(), "transmission");
+    if (tag == "ros2_control")
+      for (const pugi::xml_node joint : child.children("joint"))
+        if (joint.child("command_interface"))
+          step(joint.attribute("name").value(), "command_interface");
+  }
+}
 
 /// Appends a joint that a motor can move, once.
 class drive_list {
@@ -33,19 +45,16 @@ private:
 
 } // namespace
 
+std::set<std::string> joints_with_motors(pugi::xml_node robot) {
+  std::set<std::string> names;
+  for_each_motor(robot, [&](const std::string &name, const char *) { names.insert(name); });
+  return names;
+}
+
 std::vector<std::string> driven_joints(pugi::xml_node robot, const robot_description &description,
                                        text::unused_list &unused) {
   drive_list drives(description, unused);
-  for (const pugi::xml_node child : robot.children()) {
-    const std::string_view tag = child.name();
-    if (tag == "transmission" && child.child("actuator"))
-      for (const pugi::xml_node joint : child.children("joint"))
-        drives.add(joint.attribute("name").value(), "transmission");
-    if (tag == "ros2_control")
-      for (const pugi::xml_node joint : child.children("joint"))
-        if (joint.child("command_interface"))
-          drives.add(joint.attribute("name").value(), "command_interface");
-  }
+  for_each_motor(robot, [&](const std::string &name, const char *tag) { drives.add(name, tag); });
   return drives.names;
 }
 

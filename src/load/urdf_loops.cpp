@@ -238,11 +238,14 @@ loop_description loop_in(const element &loop, const links_by_name &links, int mi
   return out;
 }
 
-void split_loops(robot_description &robot, text::unused_list &unused) {
+void split_loops(robot_description &robot, const std::set<std::string> &motors, text::unused_list &unused) {
   std::vector<std::pair<int, int>> ends;
-  for (const joint_description &joint : robot.joints)
+  std::vector<bool> has_motor;
+  for (const joint_description &joint : robot.joints) {
     ends.emplace_back(joint.parent, joint.child);
-  const std::vector<bool> in_tree = spanning_tree(robot.links.size(), ends);
+    has_motor.push_back(motors.count(joint.name) > 0);
+  }
+  const std::vector<bool> in_tree = spanning_tree(robot.links.size(), ends, has_motor);
   std::vector<joint_description> tree;
   for (std::size_t j = 0; j < in_tree.size(); ++j) {
     joint_description &joint = robot.joints[j];

@@ -5,6 +5,9 @@
 #include "load/urdf_names.hpp"
 #include "text/unused.hpp"
 
+#include <set>
+#include <string>
+
 namespace ksl::readers {
 
 /// Is this <constraint>, <loop_joint> or <loop>?
@@ -19,9 +22,9 @@ loop_description loop_in(const element &loop, const links_by_name &links, int mi
 /// A <force_element>, which is KSL's own: numbers as attributes, and in <link1 link="..." xyz="..."/> and <link2> a point of each link.
 force_element_description force_element_in(const element &of, const links_by_name &links);
 
-/// The joints that close loops, of those that have been read: links with several parents.  The other joints are then a tree, if the file
-/// describes a mechanism.
-void split_loops(robot_description &robot, text::unused_list &unused);
+/// The joints that close loops, of those that have been read: links with several parents.  Those with motors, by their names, stay in the tree
+/// where they can, since they are coordinates there.  The other joints are then a tree, if the file describes a mechanism.
+void split_loops(robot_description &robot, const std::set<std::string> &motors, text::unused_list &unused);
 
 /// The joint that moves each link: the nearest above it that isn't fixed, −1 if there is none.  The joints are a tree.
 std::vector<int> moving_joints(const robot_description &robot);

@@ -210,6 +210,11 @@ TEST_CASE("loops: of two joints to one link the later closes a loop, unless the 
   CHECK((loop.axis.z == 1 && loop.successor_pose.R.m00 == 1 && loop.successor_pose.t.x == 0));
   CHECK(robot.unused == std::vector<std::string>{"joint k: limit (not used, since the joint closes a loop)"});
   check_round_trip(robot);
+  // but one with a motor is a coordinate, if another can close the loop
+  const std::string motor = "<transmission name=\"t\"><joint name=\"k\"/><actuator name=\"m\"/></transmission>";
+  const robot_description driven = read_urdf_text(
+      links + joint("i", "base", "a") + joint("j", "base", "b") + joint("k", "a", "b") + motor + "</robot>", "r.urdf");
+  CHECK((driven.loops.at(0).name == "j" && driven.drives == std::vector<std::string>{"k"}));
   // the first joints to a and b are a cycle
   const robot_description other = read_urdf_text(
       links + joint("i", "b", "a") + joint("j", "a", "b") + joint("k", "base", "b") + "</robot>", "r.urdf");
