@@ -266,7 +266,7 @@ def test_precision_numbers_and_arrays():
 
 
 def test_results_stay_where_the_library_is():
-    """Whichever device torch.set_default_device names: there, memory of an accelerator would be written as if it were the processor's."""
+    """Whichever device torch.set_default_device names: on an accelerator the extension would not take them."""
     m = robot_named("physics")
     d = ksl.torch.differentiable(m)
     q, v, a = given_to(m, "inverse_dynamics")
