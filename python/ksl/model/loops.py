@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import cast, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -274,9 +274,9 @@ class LoopCalls(Requests):
         if out is not None:
             raise ValueError(f"{call}: out= is for models without loops; the number of columns follows from the position")
         if external is None and external_axes == "link":  # one state of plain arrays, which is soon computed
-            of_state: tuple[Array, Array, Array] | None = self._core.closed_derivatives_of_state(q, v, x[0], x[1] == "tau")
+            of_state = self._core.closed_derivatives_of_state(q, v, x[0], x[1] == "tau")
             if of_state is not None:
-                return of_state
+                return cast("tuple[Array, Array, Array]", of_state)
         arrays, links, leading = self._with_external((q, "q", self.nq), (v, "v", self.nv), (*x, self.nv), external=external, axes=external_axes)
         by_q, by_v, by_x, free = self._core.closed_derivatives(arrays[0], arrays[1], arrays[2], links, arrays[3:], external_axes == "world", x[1] == "tau")
         if not leading:  # one state
