@@ -399,9 +399,9 @@ private:
   }
   unsigned char &filled(int row, int column) { return filled_[index(row * view_.nv + column)]; }
 
-  /// The order of pivots: followers', by their own equations; then elimination with complete pivoting says which equations and which coordinates; among these, the element whose
-  /// elimination makes least work (Markowitz, Management Science 3, 1957, p. 255) of those that are not much smaller than the largest one of
-  /// their column, unless that ends with pivots that are much smaller.
+  /// The order of pivots.  Followers come first, by their own equations.  Then elimination with complete pivoting says which equations and which
+  /// coordinates; among these, the element whose elimination makes least work (Markowitz, Management Science 3, 1957, p. 255) of those that are
+  /// not much smaller than the largest one of their column, unless that ends with pivots that are much smaller.
   void set_pivots(const elimination &k, const double *K) {
     const int nv = view_.nv;
     const double by_size = set_order(k, K, true);
