@@ -2,6 +2,7 @@
 #pragma once
 
 #include "array.hpp"
+#include "one_state.hpp"
 #include "without_gil.hpp"
 
 #include "engine/loops/assembly.hpp"
@@ -119,17 +120,14 @@ struct externals {
   }
 };
 
-/// The numbers of a vector of so many doubles; null for all else, which `rows` are made of in Python.
+/// The numbers of a plain array of so many doubles; null if it is anything else.
 inline const double *plain_vector(nb::handle x, int n) {
-  const auto a = reinterpret_cast<PyArrayObject *>(x.ptr());
-  return PyArray_CheckExact(x.ptr()) && PyArray_TYPE(a) == NPY_DOUBLE && PyArray_NDIM(a) == 1 &&
-                 PyArray_DIM(a, 0) == n && PyArray_ISCARRAY_RO(a)
-             ? static_cast<const double *>(PyArray_DATA(a))
-             : nullptr;
+  const bool fits = calls::is_plain(x, 1) && PyArray_DIM(reinterpret_cast<PyArrayObject *>(x.ptr()), 0) == n;
+  return fits ? calls::numbers_of(x) : nullptr;
 }
 
-/// Derivatives of one state, without external wrenches, in their shapes.  None where the plan doesn't have them, or numbers are given otherwise:
-/// then derivatives() has them, or says why not.
+/// Derivatives of one state in plain arrays, without external wrenches, as matrices.  None for other arrays, and for states that the plan
+/// doesn't fit: derivatives() computes these, or says why it can't.
 inline nb::object derivatives_of_state(const ksl::model &m, nb::handle q, nb::handle v, nb::handle x, bool forward) {
   const npy_intp nv = m.nv(), f = ksl::loops::freedoms_by_plan(m), shape[] = {nv, f}, square[] = {nv, nv};
   ksl::state_view<double> s;

@@ -29,8 +29,9 @@ ksl::joint_options about(double x, double y, double z) {
   return options;
 }
 
-/// Crank, rod and rocker in a plane, closed by a hinge, or in space, closed by another joint between the last two.
-ksl::model linkage(ksl::joint_kind closing) {
+/// Crank, rod and rocker in a plane, closed by a hinge, or in space, closed by another joint between the last two.  with_finger: another link
+/// follows the rocker.
+ksl::model linkage(ksl::joint_kind closing, bool with_finger = false) {
   using kind = ksl::joint_kind;
   const bool planar = closing == kind::revolute;
   ksl::builder b("linkage");
@@ -56,6 +57,12 @@ ksl::model linkage(ksl::joint_kind closing) {
     if (closing == kind::helical)
       axis.pitch = 0.2;
     b.add_loop("D", closing, "rod", "rocker", at(0.1, 0.2, 0.4), at(0, 0.3, 0), axis);
+  }
+  if (with_finger) {
+    ksl::joint_options follows = about(0, 0, 1);
+    follows.mimic = {"E", -0.5, 0.1, {}};
+    b.add_link("finger", body(1));
+    b.add_joint("F", kind::continuous, "ground", "finger", at(0, 0.3, 0), follows);
   }
   const bool one = planar || closing == kind::helical;
   b.set_drives(one ? std::vector<std::string>{"A"} : std::vector<std::string>{"A", "B"});
@@ -239,22 +246,7 @@ TEST_CASE("closed mechanisms: the plan of a Stewart platform eliminates its legs
 }
 
 TEST_CASE("closed mechanisms: followers have equations of their own in the plan, and no freedom") {
-  using kind = ksl::joint_kind;
-  ksl::builder b("gripper");
-  b.add_link("ground");
-  for (const char *name : {"crank", "rod", "rocker", "finger"})
-    b.add_link(name, body(1));
-  b.add_joint("A", kind::continuous, "ground", "crank", at(0, 0, 0), about(0, 0, 1));
-  b.add_joint("B", kind::continuous, "crank", "rod", at(0.2, 0, 0), about(0, 0, 1));
-  b.add_joint("E", kind::continuous, "ground", "rocker", at(0.5, 0.1, 0), about(0, 0, 1));
-  ksl::joint_options follows = about(0, 0, 1);
-  follows.mimic = {"E", -0.5, 0.1, {}};
-  b.add_joint("F", kind::continuous, "ground", "finger", at(0, 0.3, 0), follows);
-  ksl::loop_options axis;
-  axis.axis = {0, 0, 1};
-  b.add_loop("D", kind::revolute, "rod", "rocker", at(0.4, 0, 0), at(0.3, 0, 0), axis);
-  b.set_drives({"A"});
-  const ksl::model m = b.build();
+  const ksl::model m = linkage(ksl::joint_kind::revolute, true);
   REQUIRE(m.view().loops);
   const ksl::loop_view<double> &loops = *m.view().loops;
   CHECK(loops.rows == 5 + 1);
