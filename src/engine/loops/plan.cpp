@@ -220,7 +220,7 @@ private:
     plan_.view.couplings_end = static_cast<int>(plan_.elements.size());
   }
 
-  /// Those of users' coordinates, and of followers: an equation of one has the size of the follower's motion.
+  /// Scales of the expanded coordinates and of all equations.  A follower's equation is scaled as its coordinate, so that its pivot is 1.
   void set_scales() {
     plan_.row_scale = t_.row_scale;
     plan_.column_scale.assign(index(view_.nv), 1);
