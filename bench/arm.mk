@@ -14,13 +14,13 @@ gcc_kernels := -fno-tree-slp-vectorize
 # What the counted operations need of KSL.  Kernels of others are absent: their tables are at address 0, and nothing calls them.
 ARM_KERNELS := inverse/inverse_dynamics forward/forward_dynamics mass/mass_matrix mass/mass_matrix_upper \
   derivatives/inverse_dynamics_derivatives
-ALL_KERNELS := $(patsubst src/engine/algorithms/%.cpp,%,$(wildcard src/engine/algorithms/*/*.cpp))
+ALL_KERNELS := $(patsubst src/engine/kernels/algorithms/%.cpp,%,$(wildcard src/engine/kernels/algorithms/*/*.cpp))
 ABSENT := $(patsubst %,ksl_kernels_%_neon,$(notdir $(filter-out $(ARM_KERNELS),$(ALL_KERNELS))) inverse_kinematics) ksl_array_kernels_neon
-ARM_SOURCES := $(patsubst %,src/engine/%.cpp,$(ARM_KERNELS:%=algorithms/%) finite) $(wildcard src/engine/compiled_once/*.cpp) $(addprefix src/,$(shell python3 scripts/engine_sources.py)) \
+ARM_SOURCES := $(patsubst %,src/engine/kernels/%.cpp,$(ARM_KERNELS:%=algorithms/%) finite) $(wildcard src/engine/kernels/compiled_once/*.cpp) $(addprefix src/,$(shell python3 scripts/engine_sources.py)) \
   bench/arm/load.cpp bench/peers/ksl.cpp
 KSL_FLAGS := -std=c++20 -O3 -DNDEBUG -fPIC -fvisibility=hidden -fvisibility-inlines-hidden -ffp-contract=off -DKSL_HAS_neon -DBENCH_FEW_OPERATIONS \
   -MMD -MP -Iinclude -Isrc
-is_kernel = $(or $(findstring src/engine/algorithms/,$(1)),$(findstring src/engine/compiled_once/,$(1)),$(findstring src/engine/finite.cpp,$(1)))
+is_kernel = $(or $(findstring src/engine/kernels/algorithms/,$(1)),$(findstring src/engine/kernels/compiled_once/,$(1)),$(findstring src/engine/kernels/finite.cpp,$(1)))
 
 define ARM_COMPILER
 $(ARM)/$(1)/%.o: %.cpp

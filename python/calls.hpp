@@ -1,4 +1,4 @@
-// Calls of all algorithms from Python.  Arguments are checked here, by what engine/arguments.hpp asks of them.
+// Calls of all algorithms from Python.  Arguments are checked here, by what engine/run/arguments.hpp asks of them.
 //
 // Arrays that can be read as they are go straight to the kernels: they must have one precision, equal leading shapes and a
 // constant distance between rows.  Others are first converted by ksl.model.states.
@@ -11,8 +11,8 @@
 
 #include "batch/compute_batch.hpp"
 #include "batch/threads.hpp"
-#include "engine/arguments.hpp"
-#include "engine/coupled.hpp"
+#include "engine/run/arguments.hpp"
+#include "engine/mimic/algorithms.hpp"
 #include "text/rounding.hpp"
 #include "ksl/dynamics.hpp"
 #include "text/words.hpp"

@@ -3,7 +3,7 @@
 
 #include "calls.hpp"
 
-#include "engine/pose_check.hpp"
+#include "engine/model/pose_check.hpp"
 #include "ksl/inverse_kinematics.hpp"
 
 #include <tuple>

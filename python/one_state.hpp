@@ -9,10 +9,10 @@
 #include "array.hpp"
 #include "result_memory.hpp"
 
-#include "engine/arguments.hpp"
-#include "engine/compute.hpp"
-#include "engine/finite.hpp"
-#include "engine/thread_memory.hpp"
+#include "engine/run/arguments.hpp"
+#include "engine/run/compute.hpp"
+#include "engine/kernels/finite.hpp"
+#include "engine/states/thread_memory.hpp"
 #include "text/rounding.hpp"
 
 namespace calls {

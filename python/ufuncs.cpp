@@ -8,7 +8,7 @@
 #include <numpy/ufuncobject.h>
 
 #include "batch/threads.hpp"
-#include "engine/array_kernels.hpp"
+#include "engine/kernels/array_kernels.hpp"
 #include "text/rounding.hpp"
 
 #include <algorithm>

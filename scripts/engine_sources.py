@@ -6,8 +6,8 @@
 from pathlib import Path
 
 SRC = Path(__file__).resolve().parents[1] / "src"
-KERNELS = {"engine/finite.cpp", "engine/array_kernels.cpp", "engine/inverse_kinematics_kernels.cpp"}
-OF_READERS = {"engine/frozen_joints.cpp", "batch/inverse_kinematics.cpp"}
+KERNELS = {"engine/kernels/finite.cpp", "engine/kernels/array_kernels.cpp", "engine/kernels/inverse_kinematics_kernels.cpp"}
+OF_READERS = {"engine/run/frozen_joints.cpp", "batch/inverse_kinematics.cpp"}
 """What needs the making of robots from others, or kernels of its own."""
 BESIDE = (
     *(f"description/{name}.cpp" for name in ("check", "force_elements", "loops", "mimic")),
@@ -16,7 +16,7 @@ BESIDE = (
 
 
 def engine_sources() -> list[str]:
-    found = {path.relative_to(SRC).as_posix() for pattern in ("engine/*.cpp", "engine/elements/*.cpp", "engine/loops/*.cpp", "batch/*.cpp") for path in SRC.glob(pattern)}
+    found = {path.relative_to(SRC).as_posix() for pattern in ("engine/*/*.cpp", "batch/*.cpp") for path in SRC.glob(pattern)}
     return [*sorted(found - KERNELS - OF_READERS), *BESIDE]
 
 

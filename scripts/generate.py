@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from generator import c_calls, cpp_calls, kernels, python_calls, reference, tests
 
 ROOT = Path(__file__).resolve().parents[1]
-FOLDERS = ("src/engine/algorithms",)
+FOLDERS = ("src/engine/kernels/algorithms",)
 """Of generated files only."""
 
 

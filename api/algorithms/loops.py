@@ -1,4 +1,4 @@
-"""Mechanisms with loops: what src/engine/loops/closed.cpp calls for states that the model's plan of elimination fits."""
+"""Mechanisms with loops: what src/engine/loops/algorithms.cpp calls for states that the model's plan of elimination fits."""
 
 from algorithms.row import TAU, Algorithm, Result
 

@@ -17,7 +17,7 @@ class Result:
     shape: for each axis, of which there are at most four, a number (3, 4, 5, 6 or 10), "nq", "nv", "motion", "links" or "joints" (how
     many are requested), "6 links", "all_links" (those of the model), "freedoms" (of a mechanism with loops; private rows alone), or "tree" (how many elements of a matrix aren't zero by the
     shape of the tree).  Empty: one number.  "motion" are nv numbers that are velocities or accelerations; along "nv" are efforts, or
-    derivatives by a motion.  The difference matters to robots with mimic joints (src/engine/coupled.hpp).
+    derivatives by a motion.  The difference matters to robots with mimic joints (src/engine/mimic/algorithms.hpp).
     """
 
     name: str
@@ -52,11 +52,11 @@ class Algorithm:
     smooth_friction: is the call refused if dry friction is exact, for it solves or differentiates the law of friction.
     variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.  It may have more results,
         after those of this one.
-    coupled: how it is computed for robots with mimic joints (src/engine/coupled.hpp): by "projection", which holds for all that is a
+    coupled: how it is computed for robots with mimic joints (src/engine/mimic/algorithms.hpp): by "projection", which holds for all that is a
     function of positions and motions and is written whole; as the "solution" of M a = tau − bias, for forward dynamics; as
     "product", M⁻¹ tau; as "inverse", M⁻¹; as the "upper_triangle" of M; as "solution_derivatives", "solution_second_derivatives", "hybrid", "jump" or one of the
     "operational" quantities, from M, its factors and Jacobians; or not at all, "refusal".
-    closed: how it is computed for mechanisms with loops (src/engine/loops/closed.hpp): as for the "tree", for what is a function of the given
+    closed: how it is computed for mechanisms with loops (src/engine/loops/algorithms.hpp): as for the "tree", for what is a function of the given
         numbers; as "efforts" of the drives, "reactions", "parts" of efforts, "steady" or "statics"; as "accelerations" or the "jump" of
         velocities; as results that are "linear" in wrenches on links; or not at all, "refusal".  "plan": it is what computes them, and private.
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.

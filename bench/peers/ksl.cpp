@@ -3,7 +3,7 @@
 #include "ksl/batch.hpp"
 #include "ksl/dynamics.hpp"
 
-#include "engine/kernels.hpp"
+#include "engine/kernels/kernels.hpp"
 
 #include "../quantities.hpp"
 

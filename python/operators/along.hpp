@@ -7,7 +7,7 @@
 #include "operation.hpp"
 
 #include "batch/compute_batch.hpp"
-#include "engine/loops/closed.hpp"
+#include "engine/loops/algorithms.hpp"
 #include "engine/loops/derivatives.hpp"
 #include "engine/loops/findings.hpp"
 #include "ksl/dynamics.hpp"

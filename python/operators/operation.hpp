@@ -6,9 +6,9 @@
 
 #include "tangent.hpp"
 
-#include "engine/algorithm_rows.hpp"
-#include "engine/arguments.hpp"
-#include "engine/loops/closed.hpp"
+#include "engine/kernels/algorithm_rows.hpp"
+#include "engine/run/arguments.hpp"
+#include "engine/loops/algorithms.hpp"
 #include "ksl/result_error.hpp"
 #include "ksl/surgery.hpp"
 

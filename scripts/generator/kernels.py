@@ -36,7 +36,7 @@ STEP = """\
 
 KERNEL = """\
 // {mark}
-#include "engine/forms.hpp"
+#include "engine/kernels/forms.hpp"
 {more}#include "{header}"
 
 namespace ksl {{
@@ -65,7 +65,7 @@ def kernel(row: Algorithm) -> str:
     }.get(row.form, {"compute": row.name})
     text = "".join("\n" + STEP.format(name=name, call=engine_call(row, function)) for name, function in steps.items())
     row_lines = "".join(f"      {line},\n" for line in row_members(row))
-    more = '#include "engine/compiled_once/closed.hpp"\n' if "/loops/" in header(row) else ""
+    more = '#include "engine/kernels/compiled_once/closed.hpp"\n' if "/loops/" in header(row) else ""
     return KERNEL.format(mark=MARK, row=row_lines, more=more, header=header(row), name=row.name, form=row.form, workspace=workspace(row), steps=text)
 
 
@@ -105,7 +105,7 @@ ROWS = """\
 // {mark}
 #pragma once
 
-#include "engine/algorithm.hpp"
+#include "engine/kernels/algorithm.hpp"
 
 namespace ksl {{
 
@@ -129,7 +129,7 @@ TABLES = """\
 // For each instruction set: declarations of what its object files export, and the table made from them.
 #pragma once
 
-#include "engine/algorithm_rows.hpp"
+#include "engine/kernels/algorithm_rows.hpp"
 
 #define KSL_DECLARE_KERNELS(set) \\
 {declarations}
@@ -167,15 +167,15 @@ def workspace(row: Algorithm) -> str:
 
 
 def files() -> dict[str, str]:
-    out = {f"src/engine/algorithms/{GROUP_OF[row.name]}/{row.name}.cpp": kernel(row) for row in COMPUTING}
+    out = {f"src/engine/kernels/algorithms/{GROUP_OF[row.name]}/{row.name}.cpp": kernel(row) for row in COMPUTING}
     members = "".join(f"  const algorithm_kernels *{row.name};\n" for row in COMPUTING)
     variants = [row for row in ALGORITHMS if row.variant_of]
     rows, names = "\n".join(map(row_text, [*COMPUTING, *variants])), "".join(f"    &{row.name},\n" for row in ALGORITHMS)
-    out["src/engine/algorithm_rows.hpp"] = ROWS.format(mark=MARK, members=members, rows=rows, all=names)
+    out["src/engine/kernels/algorithm_rows.hpp"] = ROWS.format(mark=MARK, members=members, rows=rows, all=names)
     declarations = " \\\n".join(f'  extern "C" const ksl::algorithm_kernels ksl_kernels_{row.name}_##set;' for row in COMPUTING)
     initialisers = " \\\n".join(f"    .{row.name} = &ksl_kernels_{row.name}_##set," for row in COMPUTING) + " \\"
-    out["src/engine/kernel_tables.hpp"] = TABLES.format(mark=MARK, declarations=declarations, initialisers=initialisers)
+    out["src/engine/kernels/kernel_tables.hpp"] = TABLES.format(mark=MARK, declarations=declarations, initialisers=initialisers)
     includes = "\n".join(f'#include "{name}"' for name in sorted({header(row) for row in COMPUTING}))
     sizes = "\n".join(f"      workspace_bytes<{workspace(row)}<double>>(m)," for row in COMPUTING)
-    out["src/engine/largest_workspace.hpp"] = LARGEST.format(mark=MARK, includes=includes, sizes=sizes)
+    out["src/engine/kernels/largest_workspace.hpp"] = LARGEST.format(mark=MARK, includes=includes, sizes=sizes)
     return out

@@ -103,7 +103,7 @@ EVERY_ALGORITHM = """\
 // Every algorithm of a tree as a template over any scalar.  Where efforts come with reactions, these are a second result.
 #pragma once
 
-#include "engine/algorithm_rows.hpp"
+#include "engine/kernels/algorithm_rows.hpp"
 {includes}
 
 #include <tuple>

@@ -1,10 +1,10 @@
 #include "batch/compute_batch.hpp"
 
 #include "batch/threads.hpp"
-#include "engine/coupled.hpp"
-#include "engine/one_state.hpp"
+#include "engine/mimic/algorithms.hpp"
+#include "engine/states/one_state.hpp"
 #include "text/rounding.hpp"
-#include "engine/thread_memory.hpp"
+#include "engine/states/thread_memory.hpp"
 
 #include <atomic>
 

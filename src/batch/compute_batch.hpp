@@ -1,7 +1,7 @@
 // Runs an algorithm on many states: one state in each lane, ranges of states on several threads.
 #pragma once
 
-#include "engine/examine.hpp"
+#include "engine/run/examine.hpp"
 #include "ksl/model.hpp"
 
 #include <cstddef>

@@ -1,9 +1,9 @@
 #include "ksl/inverse_kinematics.hpp"
 
 #include "batch/threads.hpp"
-#include "engine/inverse_kinematics_kernels.hpp"
+#include "engine/kernels/inverse_kinematics_kernels.hpp"
 #include "text/rounding.hpp"
-#include "engine/thread_memory.hpp"
+#include "engine/states/thread_memory.hpp"
 #include "ksl/engine/model/quaternion_tolerance.hpp"
 
 #include <algorithm>

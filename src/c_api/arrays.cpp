@@ -1,5 +1,5 @@
 // The array functions of ksl/arrays.h.  They call the table of the instruction set in use.
-#include "engine/array_kernels.hpp"
+#include "engine/kernels/array_kernels.hpp"
 
 namespace {
 

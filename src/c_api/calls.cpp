@@ -1,6 +1,6 @@
 #include "c_api/calls.hpp"
 
-#include "engine/thread_memory.hpp"
+#include "engine/states/thread_memory.hpp"
 #include "ksl/engine/lanes/workspace.hpp"
 #include "text/words.hpp"
 

@@ -3,8 +3,8 @@
 
 #include "batch/compute_batch.hpp"
 #include "c_api/handles.hpp"
-#include "engine/arguments.hpp"
-#include "engine/compute.hpp"
+#include "engine/run/arguments.hpp"
+#include "engine/run/compute.hpp"
 
 #include <array>
 #include <climits>
@@ -74,7 +74,7 @@ template <class S> void require_rows(const rows_view<S> &rows, std::size_t n, st
     require_large_rows(rows, n, columns, name);
 }
 
-/// What checks of engine/arguments.hpp call.
+/// What checks of engine/run/arguments.hpp call.
 constexpr auto refuse_argument = [](const std::string &sentence) { throw bad_argument(sentence); };
 
 /// Checks what a row needs of the model.

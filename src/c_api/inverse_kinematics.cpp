@@ -1,7 +1,7 @@
 // Inverse kinematics from C.
 #include "c_api/calls.hpp"
-#include "engine/pose_check.hpp"
-#include "engine/thread_memory.hpp"
+#include "engine/model/pose_check.hpp"
+#include "engine/states/thread_memory.hpp"
 
 #include "ksl/inverse_kinematics.hpp"
 

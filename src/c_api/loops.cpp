@@ -2,7 +2,7 @@
 #include "ksl/engine_loops.h"
 
 #include "c_api/calls.hpp"
-#include "engine/thread_memory.hpp"
+#include "engine/states/thread_memory.hpp"
 #include "ksl/force_elements.hpp"
 #include "ksl/loops.hpp"
 

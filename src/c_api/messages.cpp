@@ -1,6 +1,6 @@
 // What the C interface says about a thread's last calls.
 #include "c_api/handles.hpp"
-#include "engine/thread_memory.hpp"
+#include "engine/states/thread_memory.hpp"
 
 #include <cstring>
 

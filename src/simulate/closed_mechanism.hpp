@@ -5,7 +5,7 @@
 #include "engine/loops/assembly.hpp"
 #include "engine/loops/closed_state.hpp"
 #include "engine/loops/derivatives.hpp"
-#include "engine/loops/planned.hpp"
+#include "engine/loops/closed_by_plan.hpp"
 
 #include <optional>
 #include <vector>

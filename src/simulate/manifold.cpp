@@ -1,7 +1,7 @@
 #include "simulate/manifold.hpp"
 
 #include "batch/compute_batch.hpp"
-#include "engine/algorithm_rows.hpp"
+#include "engine/kernels/algorithm_rows.hpp"
 #include "ksl/algebra.hpp"
 #include "ksl/engine/model/joints.hpp"
 

@@ -1,7 +1,7 @@
 #include "simulate/results.hpp"
 
 #include "batch/compute_batch.hpp"
-#include "engine/algorithm_rows.hpp"
+#include "engine/kernels/algorithm_rows.hpp"
 
 #include <cmath>
 #include <limits>

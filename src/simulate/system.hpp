@@ -6,7 +6,7 @@
 #include "simulate/manifold.hpp"
 #include "simulate/motion_asked.hpp"
 
-#include "engine/algorithm_rows.hpp"
+#include "engine/kernels/algorithm_rows.hpp"
 #include "engine/elements/dampers.hpp"
 #include "ksl/engine/algorithms/batch_view.hpp"
 #include "ksl/simulate.hpp"

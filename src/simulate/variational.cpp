@@ -18,7 +18,7 @@
 //
 // and joint velocities at the times are G (Gᵀ M G)⁻¹ Gᵀ p.
 #include "batch/compute_batch.hpp"
-#include "engine/algorithm_rows.hpp"
+#include "engine/kernels/algorithm_rows.hpp"
 #include "simulate/linear_solve.hpp"
 #include "simulate/steps.hpp"
 

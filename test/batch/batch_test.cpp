@@ -3,7 +3,7 @@
 #include "robots.hpp"
 
 #include "batch/threads.hpp"
-#include "engine/forms.hpp"
+#include "engine/kernels/forms.hpp"
 #include "ksl/engine/algorithms/mass/mass_matrix.hpp"
 #include "robot_files.hpp"
 

@@ -89,7 +89,7 @@ def test_the_algebra_needs_c_headers_only():
     assert not strangers, "the C algebra depends on nothing but C"
 
 
-KERNELS = ["engine/finite.cpp", "engine/inverse_kinematics_kernels.cpp", "engine/array_kernels.cpp", *(f.relative_to(SRC).as_posix() for folder in ("algorithms/*", "compiled_once") for f in sorted((SRC / "engine").glob(f"{folder}/*.cpp")))]
+KERNELS = ["engine/kernels/finite.cpp", "engine/kernels/inverse_kinematics_kernels.cpp", "engine/kernels/array_kernels.cpp", *(f.relative_to(SRC).as_posix() for folder in ("algorithms/*", "compiled_once") for f in sorted((SRC / "engine/kernels").glob(f"{folder}/*.cpp")))]
 
 
 def test_kernels_include_nothing_that_has_code_of_its_own():

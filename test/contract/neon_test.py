@@ -14,12 +14,12 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "scripts"))
 from engine_sources import engine_sources
 
-ALGORITHMS = sorted((ROOT / "src/engine/algorithms").glob("*/*.cpp"))
+ALGORITHMS = sorted((ROOT / "src/engine/kernels/algorithms").glob("*/*.cpp"))
 SOURCES: dict[str, list[str]] = {
     **{f.relative_to(ROOT / "src").as_posix(): ["-DKSL_ISA=neon"] for f in ALGORITHMS},
-    "engine/finite.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_finite_neon"],
-    "engine/array_kernels.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_array_kernels_neon", "-fno-math-errno"],
-    **{source: ["-DKSL_HAS_neon"] if source == "engine/dispatch.cpp" else [] for source in engine_sources()},
+    "engine/kernels/finite.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_finite_neon"],
+    "engine/kernels/array_kernels.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_array_kernels_neon", "-fno-math-errno"],
+    **{source: ["-DKSL_HAS_neon"] if source == "engine/kernels/dispatch.cpp" else [] for source in engine_sources()},
 }
 FLAGS = ["-std=c++20", "-ffp-contract=off", "-DNDEBUG", "-I", str(ROOT / "include"), "-I", str(ROOT / "src"), "-I", str(ROOT / "test/engine")]
 

@@ -15,7 +15,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 LEVELS = ("x86-64-v2", "x86-64-v3", "x86-64-v4")
-TABLES = ("ksl_array_kernels", "ksl_finite", "ksl_kernels_inverse_kinematics", *(f"ksl_kernels_{file.stem}" for file in (ROOT / "src/engine/algorithms").glob("*/*.cpp")))
+TABLES = ("ksl_array_kernels", "ksl_finite", "ksl_kernels_inverse_kinematics", *(f"ksl_kernels_{file.stem}" for file in (ROOT / "src/engine/kernels/algorithms").glob("*/*.cpp")))
 """The tables of functions that are compiled once for each level."""
 
 pytestmark = pytest.mark.skipif(platform.machine() != "x86_64", reason="there is one instruction set only on this processor")
@@ -104,7 +104,7 @@ def test_no_two_sets_share_a_weak_symbol(kernels, build):
 
 
 def test_a_large_function_is_compiled_once_for_a_set():
-    """The linker keeps one copy, with the options of one file or of another as it happens: src/engine/compiled_once/ has what several kernels call."""
+    """The linker keeps one copy, with the options of one file or of another as it happens: src/engine/kernels/compiled_once/ has what several kernels call."""
     for level in levels_of("clang"):
         objects, sizes = Counter(), {}
         for file in kernels_of("clang", level):

@@ -51,7 +51,7 @@ TEST_CASE("and so do those of C") {
   REQUIRE(ksl_model_load(robot_file("ur5").c_str(), nullptr, &m) == KSL_OK);
   REQUIRE(ksl_data_create(m, &d) == KSL_OK);
   const double x[6] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
-  const double large[6] = {1e15, 0, 0, 0, 0, 0}; // efforts whose accelerations are examined (engine/examine.hpp)
+  const double large[6] = {1e15, 0, 0, 0, 0, 0}; // efforts whose accelerations are examined (engine/run/examine.hpp)
   double tau[6], a[6], wrenches[48];
   int joints[8];
   for (int i = 0; i < 8; ++i)

@@ -1,7 +1,7 @@
 // The choice of x in canonical frames: turns that compose to the placement, and as few of them as can be.
 #include "ksl/dynamics.hpp"
 
-#include "engine/canonical_axes.hpp"
+#include "engine/model/canonical_axes.hpp"
 #include "ksl/engine/algorithms/inverse/reactions.hpp"
 #include "ksl/engine/model/joints.hpp"
 #include "robot_files.hpp"

@@ -1,6 +1,6 @@
 // Robots with mimic joints: what follows from their mass matrix, and the expansion of scalars of any kind.
-#include "engine/algorithm_rows.hpp"
-#include "engine/coupled.hpp"
+#include "engine/kernels/algorithm_rows.hpp"
+#include "engine/mimic/algorithms.hpp"
 #include "robots.hpp"
 
 #include "batch/compute_batch.hpp"

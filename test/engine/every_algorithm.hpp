@@ -3,7 +3,7 @@
 // Every algorithm of a tree as a template over any scalar.  Where efforts come with reactions, these are a second result.
 #pragma once
 
-#include "engine/algorithm_rows.hpp"
+#include "engine/kernels/algorithm_rows.hpp"
 #include "ksl/engine/algorithms/derivatives/centroidal_momentum_derivatives.hpp"
 #include "ksl/engine/algorithms/derivatives/energy_derivatives.hpp"
 #include "ksl/engine/algorithms/derivatives/forward_dynamics_derivatives.hpp"

@@ -5,7 +5,7 @@
 
 #include "allocation.hpp"
 #include "batch/threads.hpp"
-#include "engine/algorithm_rows.hpp"
+#include "engine/kernels/algorithm_rows.hpp"
 #include "ksl/batch.hpp"
 #include "ksl/engine.h"
 #include "robots.hpp"

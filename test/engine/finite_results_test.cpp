@@ -4,7 +4,7 @@
 
 #include "batch/compute_batch.hpp"
 #include "batch/threads.hpp"
-#include "engine/algorithm_rows.hpp"
+#include "engine/kernels/algorithm_rows.hpp"
 #include "ksl/batch.hpp"
 #include "ksl/engine.h"
 #include "robot_files.hpp"

@@ -1,7 +1,7 @@
 // The golden program of the engine: a hash of the results of every algorithm, in double and in float, one state and batches in lanes,
 // whose bits must be equal; and of every kind of joint.  Robots and states are made by integer arithmetic.
 #include "batch/compute_batch.hpp"
-#include "engine/compute.hpp"
+#include "engine/run/compute.hpp"
 #include "hash.h"
 #include "ksl/dynamics.hpp"
 

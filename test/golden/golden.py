@@ -34,7 +34,7 @@ ARM_COMPILERS = {
     "gcc": ([f"{CROSS}-gcc"], [f"{CROSS}-g++"]),
     "clang": (["clang", f"--target={CROSS}"], ["clang++", f"--target={CROSS}"]),  # with gcc's C and C++ libraries for that target
 }
-ALGORITHMS = sorted((ROOT / "src/engine/algorithms").glob("*/*.cpp"))
+ALGORITHMS = sorted((ROOT / "src/engine/kernels/algorithms").glob("*/*.cpp"))
 sys.path[:0] = [str(HERE), str(ROOT / "scripts")]
 from engine_sources import engine_sources
 from make_programs import algebra, libm, wrapped
@@ -84,7 +84,7 @@ class Build:
         if library:
             return self.linked("engine", [program, library / "libksl.a"], self.cpp, "-lpugixml", "-pthread")
         kernels = [(f, [f"-DKSL_ISA={isa}", *self.march]) for f in ALGORITHMS]
-        kernels += [(ROOT / "src/engine/finite.cpp", [f"-DKSL_ISA={isa}", f"-DKSL_TABLE=ksl_finite_{isa}", *self.march])]
+        kernels += [(ROOT / "src/engine/kernels/finite.cpp", [f"-DKSL_ISA={isa}", f"-DKSL_TABLE=ksl_finite_{isa}", *self.march])]
         kernels += [(ROOT / "src" / f, [f"-DKSL_HAS_{isa}"] if "dispatch" in f else []) for f in engine_sources()]
         with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
             part = lambda f: ".".join(f.relative_to(ROOT).with_suffix(".part.o").parts)  # files in two folders have the same names

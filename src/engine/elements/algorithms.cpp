@@ -1,8 +1,8 @@
 #include "engine/elements/algorithms.hpp"
 
 #include "engine/elements/forces.hpp"
-#include "engine/loops/vectors.hpp"
-#include "engine/one_state.hpp"
+#include "engine/model/vectors.hpp"
+#include "engine/states/one_state.hpp"
 
 #include <algorithm>
 #include <stdexcept>

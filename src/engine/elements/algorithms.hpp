@@ -2,8 +2,8 @@
 // energies need besides.
 #pragma once
 
-#include "engine/algorithm_rows.hpp"
-#include "engine/kernels.hpp"
+#include "engine/kernels/algorithm_rows.hpp"
+#include "engine/kernels/kernels.hpp"
 #include "ksl/model.hpp"
 
 namespace ksl::elements {

@@ -1,6 +1,6 @@
 #include "engine/elements/forces.hpp"
 
-#include "engine/loops/vectors.hpp"
+#include "engine/model/vectors.hpp"
 #include "ksl/force_elements.hpp"
 #include "text/words.hpp"
 

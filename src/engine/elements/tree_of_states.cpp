@@ -1,7 +1,7 @@
 #include "engine/elements/tree_of_states.hpp"
 
-#include "engine/coupled.hpp"
-#include "engine/one_state.hpp"
+#include "engine/mimic/algorithms.hpp"
+#include "engine/states/one_state.hpp"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/algorithm_rows.hpp"
-#include "engine/kernels.hpp"
+#include "engine/kernels/algorithm_rows.hpp"
+#include "engine/kernels/kernels.hpp"
 #include "ksl/engine/lanes/workspace.hpp"
 #include "ksl/model.hpp"
 

@@ -1,8 +1,8 @@
 #include "engine/loops/derivatives.hpp"
 
-#include "engine/loops/mechanism_kernel.hpp"
+#include "engine/mimic/mechanism_kernel.hpp"
 #include "engine/loops/sparse_product.hpp"
-#include "engine/thread_memory.hpp"
+#include "engine/states/thread_memory.hpp"
 #include "text/rounding.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "engine/loops/geometry.hpp"
 
 #include "engine/loops/joint_position.hpp"
-#include "engine/loops/vectors.hpp"
+#include "engine/model/vectors.hpp"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 #include "engine/loops/joint_position.hpp"
 
-#include "engine/loops/vectors.hpp"
+#include "engine/model/vectors.hpp"
 #include "ksl/engine/model/joints.hpp"
 
 #include <cmath>

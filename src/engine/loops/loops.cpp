@@ -6,7 +6,7 @@
 #include "engine/loops/derivatives.hpp"
 #include "engine/loops/findings.hpp"
 #include "engine/loops/singular_values.hpp"
-#include "engine/thread_memory.hpp"
+#include "engine/states/thread_memory.hpp"
 #include "ksl/dynamics.hpp"
 #include "ksl/result_error.hpp"
 #include "text/rounding.hpp"

@@ -1,8 +1,8 @@
 #include "engine/loops/tables.hpp"
 
 #include "description/loops.hpp"
-#include "engine/canonical_axes.hpp"
-#include "engine/loops/vectors.hpp"
+#include "engine/model/canonical_axes.hpp"
+#include "engine/model/vectors.hpp"
 #include "ksl/engine/model/joints.hpp"
 
 #include <algorithm>

@@ -42,7 +42,7 @@ struct loop {
   int support_begin, support_end; ///< in tables::supports
 };
 
-/// Bytes that calls of one state need (closed.hpp), once they have been counted; 0 before.
+/// Bytes that calls of one state need (algorithms.hpp), once they have been counted; 0 before.
 struct bytes_of_calls { std::atomic<std::size_t> in_double{0}, in_single{0}; };
 
 struct tables {

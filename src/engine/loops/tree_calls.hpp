@@ -1,10 +1,10 @@
 // Algorithms of the tree that carries the loops, for one state in double precision, in memory that is given.  Joints that follow others
-// are projected (engine/coupled.hpp).
+// are projected (engine/mimic/algorithms.hpp).
 #pragma once
 
-#include "engine/algorithm_rows.hpp"
+#include "engine/kernels/algorithm_rows.hpp"
 #include "engine/elements/algorithms.hpp"
-#include "engine/loops/mechanism_kernel.hpp"
+#include "engine/mimic/mechanism_kernel.hpp"
 
 namespace ksl::loops {
 

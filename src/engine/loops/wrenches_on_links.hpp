@@ -4,7 +4,7 @@
 // −B φ, with B (6, 10) of its motion (link_regressor.hpp).
 #pragma once
 
-#include "engine/loops/closed.hpp"
+#include "engine/loops/algorithms.hpp"
 #include "engine/loops/loop_reaction.hpp"
 
 namespace ksl::loops {

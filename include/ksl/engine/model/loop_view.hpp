@@ -2,7 +2,7 @@
 //
 // The plan is made once, at a closed position of the model (src/engine/loops/plan.cpp): which equations and coordinates are pivots, in what
 // order, and which elements can differ from zero.  So all states of a batch take the same steps, lane by lane.  A state whose pivots are too
-// small, or that isn't closed, gets NaN, and is computed again with pivots of its own (src/engine/loops/closed.hpp).
+// small, or that isn't closed, gets NaN, and is computed again with pivots of its own (src/engine/loops/algorithms.hpp).
 #pragma once
 
 #include "ksl/algebra.hpp"

@@ -1,6 +1,0 @@
-// The check for finite numbers.  Compiled once for each instruction set (CMakeLists.txt).
-#include "engine/finite.hpp"
-
-#include "engine/kernels.hpp"
-
-extern "C" const ksl::finite_kernels KSL_TABLE = {.in_double = ksl::finite<double>, .in_float = ksl::finite<float>};

@@ -1,0 +1,66 @@
+// States that the model's plan of elimination fits (ksl/engine/model/loop_view.hpp), by kernels, in lanes.
+#pragma once
+
+#include "engine/kernels/algorithm_rows.hpp"
+#include "engine/elements/forces.hpp"
+#include "engine/kernels/kernels.hpp"
+#include "engine/loops/tables.hpp"
+#include "ksl/engine/lanes/workspace.hpp"
+#include "ksl/model.hpp"
+
+namespace ksl::loops {
+
+template <class S> class planned {
+public:
+  static constexpr int most = 64; ///< states at a time
+
+  /// loops: the model's plan where another tolerance is wanted; it lives as long as this.
+  planned(const algorithm_row &row, const model &m, const loop_view<S> *loops = nullptr)
+      : row_(row), m_(m), view_(m.view_in<S>()), forces_(m, m.acting_force_elements()) {
+    if (loops)
+      view_.loops = loops;
+    if (row.closed == closed_by::jump) // accelerations at rest without weight
+      view_.gravity = {0, 0, 0};
+    if (row.closed == closed_by::steady && view_.loops) {
+      steady_ = *view_.loops;
+      steady_.steady = true;
+      view_.loops = &steady_;
+    }
+  }
+  planned(const planned &) = delete;
+  planned &operator=(const planned &) = delete;
+
+  /// Are there kernels for this call?
+  bool suits() const;
+
+  void lay_out(arena &memory, const batch_view<S> &batch, int states);
+
+  /// Computes states [first, first + n) of the batch, at most `most`.  done[i] says whether state i has its results; the others are as
+  /// they were, but for reactions, which are to be written over.
+  void run(const batch_view<S> &batch, std::size_t first, int n, bool *done);
+
+private:
+  batch_view<S> part_of(const batch_view<S> &batch, std::size_t first, int n) const;
+  void call(const algorithm_row &row, const batch_view<S> &part);
+  void set_parts(const batch_view<S> &batch, batch_view<S> part, std::size_t first, const bool *done);
+
+  const algorithm_row &row_;
+  const model &m_;
+  model_view<S> view_;
+  loop_view<S> steady_{}; ///< where view_ has it
+  elements::forces<S> forces_;
+  S *numbers_ = nullptr, *parts_ = nullptr;
+  S *still_ = nullptr; ///< (nv) zeros
+  external_rows<S> *external_ = nullptr;
+  S *state_external_ = nullptr; ///< of one state
+  int *state_links_ = nullptr;
+  reaction_rows<S> *reactions_ = nullptr; ///< of each request
+  reaction_result<S> *state_reactions_ = nullptr;
+  void *workspace_ = nullptr;
+};
+
+/// Computes one state as run() does, from its own arrays and with nothing laid out but what its kernel needs: efforts, accelerations and reactions
+/// of mechanisms without force elements.  Returns false, and leaves the result as it is, for others, and for states that the plan doesn't fit.
+template <class S> bool run_alone(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s);
+
+} // namespace ksl::loops

@@ -1,0 +1,390 @@
+// Algorithms for models with followers that solve M x = y for several right-hand sides, or for a part of the coordinates: state by
+// state, but for the derivatives of accelerations (algorithms.cpp).  M = Gᵀ M̂ G is dense, since a leader and its followers may be anywhere in
+// the tree.
+#pragma once
+
+#include "engine/mimic/projection.hpp"
+
+#include "engine/kernels/algorithm_rows.hpp"
+#include "ksl/engine/algorithms/operational_space/operational_space.hpp"
+#include "ksl/linalg.h"
+
+#include <limits>
+
+namespace ksl::coupled {
+
+inline int ldlt(double *A, int n) { return n > 0 ? ksl_linalg_ldlt_rmo(A, n) : 0; }
+inline int ldlt(float *A, int n) { return n > 0 ? ksl_linalg_ldlt_rmof(A, n) : 0; }
+inline int invert(double *A, int n) { return n > 0 ? ksl_linalg_symmetricMatrixInverse_rmo(A, n) : 0; }
+inline int invert(float *A, int n) { return n > 0 ? ksl_linalg_symmetricMatrixInverse_rmof(A, n) : 0; }
+inline void solve(const double *A, double *x, int n) {
+  if (n > 0)
+    ksl_linalg_ldlt_solve(A, x, x, n, n, 1);
+}
+inline void solve(const float *A, float *x, int n) {
+  if (n > 0)
+    ksl_linalg_ldlt_solvef(A, x, x, n, n, 1);
+}
+
+/// Is the algorithm one of those here, rather than of algorithms.cpp?
+inline bool has_systems(coupled_by how) {
+  switch (how) {
+  case coupled_by::solution_derivatives:
+  case coupled_by::solution_second_derivatives:
+  case coupled_by::hybrid:
+  case coupled_by::jump:
+  case coupled_by::operational_inverse:
+  case coupled_by::operational_inertia:
+  case coupled_by::operational_space: return true;
+  case coupled_by::projection:
+  case coupled_by::solution:
+  case coupled_by::product:
+  case coupled_by::inverse:
+  case coupled_by::upper_triangle:
+  case coupled_by::refusal: return false;
+  }
+  __builtin_unreachable();
+}
+
+/// Is it one of the quantities of operational space, which are about frames?
+inline bool is_operational(coupled_by how) {
+  return how == coupled_by::operational_inverse || how == coupled_by::operational_inertia ||
+         how == coupled_by::operational_space;
+}
+
+/// The model without gravity and without joint physics.
+template <class S> model_view<S> weightless(const model &m) {
+  model_view<S> view = m.view_in<S>();
+  view.gravity = {S(0), S(0), S(0)};
+  view.physics = nullptr;
+  return view;
+}
+
+template <class S> struct systems {
+  const coupled_by what;
+  const model &m;
+  projection<S> inertia{rows::mass_matrix, m}, efforts{rows::inverse_dynamics, m};
+  projection<S> derivatives{rows::inverse_dynamics_derivatives, m},
+      second{rows::inverse_dynamics_second_derivatives, m};
+  projection<S> columns{rows::jacobian, m}, rates{rows::frame_accelerations, m};
+  projection<S> impulses{rows::inverse_dynamics, m, weightless<S>(m)};
+
+  std::size_t state_bytes(const extents &asked) const {
+    arena measure;
+    memory_of_state pieces;
+    pieces.lay_out(measure, *this, asked);
+    return measure.used();
+  }
+
+  void state(void *memory, const state_view<S> &given) const {
+    arena pieces(memory);
+    memory_of_state w;
+    w.lay_out(pieces, *this, extents_of(m, given));
+    std::fill_n(w.zero, m.nv(), S(0));
+    run(inertia, w, given, w.M);
+    switch (what) {
+    case coupled_by::solution_derivatives: return set_derivatives(w, given);
+    case coupled_by::solution_second_derivatives: return set_second_derivatives(w, given);
+    case coupled_by::hybrid: return set_hybrid(w, given);
+    case coupled_by::jump: return set_jump(w, given);
+    default: return set_operational(w, given);
+    }
+  }
+
+  /// The derivatives of the accelerations in the states [first, end).  All that is computed for the expanded mechanism runs in lanes, a few
+  /// blocks of states at a time; the bits are those of single states.
+  std::size_t derivatives_batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
+    const int nv = m.nv(), states = 4 * inertia.kernel.lanes;
+    const std::ptrdiff_t matrix = static_cast<std::ptrdiff_t>(nv) * nv;
+    arena pieces(memory);
+    S *const M = pieces.take<S>(states * matrix), *const by_q = pieces.take<S>(states * matrix),
+             *const by_v = pieces.take<S>(states * matrix), *const a = pieces.take<S>(states * nv);
+    external_rows<S> *const external = pieces.take<external_rows<S>>(given.external_n);
+    batch_view<S> part = given;
+    part.tau = {}, part.result[0] = {by_q, matrix}, part.result[1] = {by_v, matrix}, part.result[2] = {M, matrix};
+    void *const rest = pieces.take<std::byte>(
+        static_cast<std::ptrdiff_t>(std::max({inertia.batch(part, 0, 0, nullptr), efforts.batch(part, 0, 0, nullptr),
+                                              derivatives.batch(part, 0, 0, nullptr)})));
+    for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
+      const std::size_t n = std::min(end - k, static_cast<std::size_t>(states));
+      part.n = n, part.external = external;
+      part.q = rows_from(given.q, k), part.v = rows_from(given.v, k), part.a = {};
+      for (int x = 0; x < given.external_n; ++x)
+        external[x] = {given.external[x].link, rows_from(given.external[x].wrench, k)};
+      part.result[0] = {a, nv};
+      efforts.batch(part, 0, n, rest);
+      part.result[0] = {M, matrix};
+      inertia.batch(part, 0, n, rest);
+      for (std::size_t i = 0; i < n; ++i)
+        accelerate(M + static_cast<std::ptrdiff_t>(i) * matrix, given.tau.first ? row(given.tau, k + i) : nullptr,
+                   a + static_cast<std::ptrdiff_t>(i) * nv);
+      part.a = {a, nv}, part.result[0] = {by_q, matrix};
+      derivatives.batch(part, 0, n, rest);
+      for (std::size_t i = 0; i < n; ++i) {
+        const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) * matrix;
+        const auto wanted = [&](int r) { return given.result[r].first ? row(given.result[r], k + i) : nullptr; };
+        set_products(M + at, by_q + at, by_v + at, wanted(0), wanted(1), wanted(2));
+      }
+    }
+    return pieces.used();
+  }
+
+private:
+  static constexpr S nan = std::numeric_limits<S>::quiet_NaN();
+
+  struct memory_of_state {
+    S *M;               ///< (nv, nv)
+    S *x, *zero;        ///< (nv)
+    S *matrix;          ///< (nv, nv) of derivatives and of hybrid dynamics; by_q and by_v are two of them
+    S *first;           ///< (3, nv, nv) first derivatives of the accelerations, where second ones are asked for
+    S *J, *solved;      ///< (6 frames, nv) of frames, and the same rows times M⁻¹
+    S *square, *pivots; ///< (6 frames, 6 frames), (4 × 6 frames)
+    int *user;          ///< (expanded nv) which of the user's coordinates each coordinate is, or follows
+    bool *is_given;     ///< (nv)
+    void *rest;
+
+    void lay_out(arena &memory, const systems &of, const extents &asked) {
+      const int nv = of.m.nv(), all = of.m.view().nv;
+      const bool frames = is_operational(of.what), hybrid = of.what == coupled_by::hybrid;
+      const bool twice = of.what == coupled_by::solution_second_derivatives;
+      const int rows = frames ? 6 * asked.links : 0;
+      M = memory.take<S>(nv * nv), x = memory.take<S>(nv), zero = memory.take<S>(nv);
+      matrix = memory.take<S>(frames ? 0 : 2 * nv * nv), first = memory.take<S>(twice ? 3 * nv * nv : 0);
+      J = memory.take<S>(rows * nv), solved = memory.take<S>(rows * nv);
+      square = memory.take<S>(rows * rows), pivots = memory.take<S>(4 * rows);
+      user = memory.take<int>(hybrid ? all : 0), is_given = memory.take<bool>(hybrid ? nv : 0);
+      std::size_t most = std::max(of.inertia.state_bytes(asked), of.efforts.state_bytes(asked));
+      if (of.what == coupled_by::solution_derivatives || twice)
+        most = std::max(most, of.derivatives.state_bytes(asked));
+      if (twice)
+        most = std::max(most, of.second.state_bytes(asked));
+      if (frames)
+        most = std::max({most, of.columns.state_bytes(asked), of.rates.state_bytes(asked)});
+      rest = memory.take<std::byte>(static_cast<std::ptrdiff_t>(most));
+    }
+  };
+
+  static void run(const projection<S> &p, const memory_of_state &w, state_view<S> s, S *out, S *second = nullptr,
+                  S *third = nullptr) {
+    s.result[0] = out, s.result[1] = second, s.result[2] = third;
+    p.state(w.rest, s);
+  }
+
+  /// w.x = τ − (efforts at the accelerations a); without tau, minus these efforts.
+  void missing_efforts(const memory_of_state &w, const state_view<S> &given, const S *a, const S *tau) const {
+    state_view<S> s = given;
+    s.a = a;
+    run(efforts, w, s, w.x);
+    for (int i = 0; i < m.nv(); ++i)
+      w.x[i] = tau ? tau[i] - w.x[i] : -w.x[i];
+  }
+
+  /// x = M⁻¹ x by the factors of M, which replace M.  NaN if M is singular.
+  void solve_in_place(S *M, S *x) const {
+    if (ldlt(M, m.nv()) != 0)
+      std::fill_n(x, m.nv(), nan);
+    else
+      solve(M, x, m.nv());
+  }
+
+  /// a = M⁻¹ (τ − a), where a is the bias on entry.  M is replaced by its factors.
+  void accelerate(S *M, const S *tau, S *a) const {
+    for (int i = 0; i < m.nv(); ++i)
+      a[i] = (tau ? tau[i] : S(0)) - a[i];
+    solve_in_place(M, a);
+  }
+
+  /// The derivatives of a by q, v and τ: −M⁻¹ ∂τ, by (1) of ksl/engine/forward_dynamics_derivatives.hpp, and M⁻¹, which replaces M.
+  void set_products(S *M, const S *by_q, const S *by_v, S *da_dq, S *da_dv, S *da_dtau) const {
+    const int nv = m.nv();
+    if (invert(M, nv) != 0)
+      std::fill_n(M, nv * nv, nan);
+    const S *const X[] = {by_q, by_v};
+    S *const out[] = {da_dq, da_dv};
+    for (int which = 0; which < 2; ++which)
+      for (int i = 0; i < nv && out[which]; ++i) {
+        S *const row_i = out[which] + i * nv;
+        std::fill_n(row_i, nv, S(0));
+        for (int j = 0; j < nv; ++j)
+          for (int k = 0; k < nv; ++k)
+            row_i[k] -= M[i * nv + j] * X[which][j * nv + k];
+      }
+    if (da_dtau)
+      std::copy_n(M, nv * nv, da_dtau);
+  }
+
+  void set_derivatives(const memory_of_state &w, const state_view<S> &given) const {
+    S *const by_q = w.matrix, *const by_v = w.matrix + m.nv() * m.nv();
+    missing_efforts(w, given, w.zero, given.tau);
+    solve_in_place(w.M, w.x);
+    state_view<S> s = given;
+    s.a = w.x;
+    run(derivatives, w, s, by_q, by_v, w.M); // the last one is M again
+    set_products(w.M, by_q, by_v, given.result[0], given.result[1], given.result[2]);
+  }
+
+  /// −M times the second derivatives of a, from those of inverse dynamics at the accelerations that solve the
+  /// system, and then times −M⁻¹: the equations of ksl/engine/algorithms/derivatives/forward_dynamics_second_derivatives.hpp, without zeros to leave out.
+  void set_second_derivatives(const memory_of_state &w, const state_view<S> &given) const {
+    const int nv = m.nv(), matrix = nv * nv;
+    state_view<S> s = given;
+    for (int which = 0; which < 3; ++which)
+      s.result[which] = w.first + which * matrix;
+    set_derivatives(w, s);
+    s = given;
+    s.a = w.x;
+    second.state(w.rest, s);
+    for (int i = 0; i < nv; ++i)
+      add_products(w, given.result[0] + i * matrix, given.result[2] + i * matrix, given.result[3] + i * matrix);
+    for (int r = 0; r < 4; ++r)
+      for (int at = 0; at < matrix; ++at) { // one of (k, m), for all i
+        S *const X = given.result[r] + at;
+        for (int i = 0; i < nv; ++i)
+          w.x[i] = X[i * matrix];
+        for (int i = 0; i < nv; ++i) {
+          S sum = 0;
+          for (int l = 0; l < nv; ++l)
+            sum -= w.M[i * nv + l] * w.x[l];
+          X[i * matrix] = sum;
+        }
+      }
+  }
+
+  /// Adds to the second derivatives of one effort, i, the terms with first derivatives of the accelerations.  On entry by_tau has
+  /// dM_il/dq_k.
+  void add_products(const memory_of_state &w, S *by_q, S *by_qv, S *by_tau) const {
+    const int nv = m.nv(), matrix = nv * nv;
+    S *const M = w.matrix, *const product = w.matrix + matrix;
+    std::copy_n(by_tau, matrix, M);
+    std::fill_n(by_tau, matrix, S(0));
+    std::fill_n(product, matrix, S(0));
+    S *const to[] = {product, by_qv, by_tau};
+    for (int which = 0; which < 3; ++which)
+      for (int l = 0; l < nv; ++l)
+        for (int k = 0; k < nv; ++k)
+          for (int c = 0; c < nv; ++c)
+            to[which][k * nv + c] += M[l * nv + k] * w.first[which * matrix + l * nv + c];
+    for (int k = 0; k < nv; ++k)
+      for (int c = 0; c < nv; ++c)
+        by_q[k * nv + c] += product[k * nv + c] + product[c * nv + k];
+  }
+
+  /// Finds the coordinates whose accelerations are given.  That of a follower is given if that of its leader is.
+  void find_given(const memory_of_state &w, const link_list &links) const {
+    const coupling_view<S> c = m.coupling_in<S>();
+    const model_view<S> view = m.view_in<S>();
+    for (int i = 0; i < c.nv; ++i)
+      w.user[c.in_v[i]] = i, w.is_given[i] = false;
+    for (int f = 0; f < c.followers; ++f)
+      w.user[c.follower[f].v] = w.user[c.follower[f].leader_v];
+    for (int k = 0; k < links.n; ++k) {
+      const body<S> *b = &view.body[view.link[links.index[k]].body];
+      for (int v = b->ends_universal ? b->v_index - 1 : b->v_index; v < b->v_index + b->nv; ++v)
+        w.is_given[w.user[v]] = true;
+    }
+  }
+
+  /// Hybrid dynamics.  With o the coordinates whose accelerations are not given: M_oo a_o = τ_o − (efforts at the given accelerations)_o.
+  void set_hybrid(const memory_of_state &w, const state_view<S> &given) const {
+    const int nv = m.nv();
+    find_given(w, given.links);
+    S *const a = w.zero, *const part = w.matrix, *const x = w.matrix + nv * nv;
+    for (int i = 0; i < nv; ++i)
+      a[i] = w.is_given[i] ? given.a[i] : S(0);
+    missing_efforts(w, given, a, nullptr);
+    int n = 0;
+    for (int i = 0; i < nv; ++i)
+      if (!w.is_given[i])
+        x[n++] = given.tau[i] + w.x[i];
+    int at = 0;
+    for (int i = 0; i < nv; ++i)
+      for (int k = 0; k < nv; ++k)
+        if (!w.is_given[i] && !w.is_given[k])
+          part[at++] = w.M[i * nv + k];
+    if (ldlt(part, n) != 0)
+      std::fill_n(x, n, nan);
+    else
+      solve(part, x, n);
+    S *const found = w.matrix; // in place of `part`, which isn't needed any more
+    for (int i = 0; i < nv; ++i) {
+      S sum = -w.x[i];
+      int k = 0;
+      for (int j = 0; j < nv; ++j)
+        if (!w.is_given[j])
+          sum += w.M[i * nv + j] * x[k++];
+      found[i] = w.is_given[i] ? sum : given.tau[i];
+    }
+    n = 0;
+    for (int i = 0; i < nv; ++i) {
+      given.result[1][i] = found[i];
+      given.result[0][i] = w.is_given[i] ? a[i] : x[n++];
+    }
+  }
+
+  /// The jump dv of M dv = Gᵀ Ĵᵀ impulses.  At rest and without gravity, the efforts of inverse dynamics are minus the right side.
+  void set_jump(const memory_of_state &w, const state_view<S> &given) const {
+    state_view<S> s = given;
+    s.v = s.a = w.zero;
+    run(impulses, w, s, w.x);
+    for (int i = 0; i < m.nv(); ++i)
+      w.x[i] = -w.x[i];
+    solve_in_place(w.M, w.x);
+    std::copy_n(w.x, m.nv(), given.result[0]);
+  }
+
+  /// Sets w.J, the Jacobians of all frames, w.solved = J M⁻¹ and w.square = J M⁻¹ Jᵀ.  M is replaced by its factors.
+  void set_inverse(const memory_of_state &w, const state_view<S> &given) const {
+    const int nv = m.nv(), rows = 6 * given.links.n;
+    for (int f = 0; f < given.links.n; ++f) {
+      state_view<S> s = given;
+      s.links = {1, given.links.index + f};
+      run(columns, w, s, w.J + 6 * f * nv);
+    }
+    const bool determined = ldlt(w.M, nv) == 0;
+    std::copy_n(w.J, rows * nv, w.solved);
+    for (int i = 0; i < rows && determined; ++i)
+      solve(w.M, w.solved + i * nv, nv);
+    for (int i = 0; i < rows; ++i)
+      for (int k = 0; k <= i; ++k) {
+        S sum = 0;
+        for (int j = 0; j < nv; ++j)
+          sum += w.solved[i * nv + j] * w.J[k * nv + j];
+        w.square[i * rows + k] = w.square[k * rows + i] = determined ? sum : nan;
+      }
+  }
+
+  /// The definitions of ksl/engine/algorithms/operational_space/operational_space.hpp.
+  void set_operational(const memory_of_state &w, const state_view<S> &given) const {
+    const int nv = m.nv(), rows = 6 * given.links.n;
+    set_inverse(w, given);
+    S rank = 0;
+    if (what != coupled_by::operational_inverse)
+      rank = invert_semidefinite(rows, w.square, w.pivots);
+    if (what == coupled_by::operational_space) {
+      missing_efforts(w, given, w.zero, nullptr);
+      solve(w.M, w.x, nv); // the accelerations without efforts
+      state_view<S> s = given;
+      s.a = w.x, s.frame.kind = acceleration_kind::rate;
+      run(rates, w, s, w.pivots);
+      for (int i = 0; i < rows; ++i) {
+        S sum = 0;
+        for (int k = 0; k < rows; ++k)
+          sum -= w.square[i * rows + k] * w.pivots[k];
+        given.result[1][i] = sum;
+      }
+      for (int i = 0; i < nv; ++i)
+        for (int c = 0; c < rows; ++c) {
+          S sum = 0;
+          for (int k = 0; k < rows; ++k)
+            sum += w.solved[k * nv + i] * w.square[k * rows + c];
+          given.result[2][i * rows + c] = sum;
+        }
+      *given.result[3] = rank;
+    } else if (what == coupled_by::operational_inertia) {
+      *given.result[1] = rank;
+    }
+    std::copy_n(w.square, rows * rows, given.result[0]);
+  }
+};
+
+} // namespace ksl::coupled
