@@ -11,10 +11,10 @@
 namespace ksl::elements {
 namespace {
 
-using loops::cross;
-using loops::dot;
-using loops::scaled;
-using loops::sum;
+using vectors::cross;
+using vectors::dot;
+using vectors::scaled;
+using vectors::sum;
 using vector = vec3<double>;
 
 } // namespace

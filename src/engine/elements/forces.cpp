@@ -11,11 +11,11 @@
 namespace ksl::elements {
 namespace {
 
-using loops::cross;
-using loops::dot;
-using loops::length;
-using loops::scaled;
-using loops::sum;
+using vectors::cross;
+using vectors::dot;
+using vectors::length;
+using vectors::scaled;
+using vectors::sum;
 using vector = vec3<double>;
 
 /// A spring of no free length, and nothing else: its force is stiffness (p₂ − p₁), with or without a direction.

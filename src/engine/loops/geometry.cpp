@@ -7,6 +7,8 @@
 
 namespace ksl::loops {
 
+using namespace vectors;
+
 using A = algebra<double>;
 using vector = vec3<double>;
 void geometry::lay_out(arena &memory, int externals) {

@@ -7,6 +7,9 @@
 #include <numbers>
 
 namespace ksl::loops {
+
+using namespace vectors;
+
 namespace {
 
 using A = algebra<double>;

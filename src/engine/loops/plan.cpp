@@ -13,6 +13,9 @@
 #include <memory>
 
 namespace ksl::loops {
+
+using namespace vectors;
+
 namespace {
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }

@@ -9,6 +9,9 @@
 #include <cmath>
 
 namespace ksl::loops {
+
+using namespace vectors;
+
 namespace {
 
 /// An orthonormal basis of the wrenches that do no work on the unit twists given, by Gram and Schmidt, from unit forces and moments

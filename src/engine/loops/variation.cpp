@@ -7,6 +7,8 @@
 
 namespace ksl::loops {
 
+using namespace vectors;
+
 namespace {
 constexpr screw<double> nothing = {{0, 0, 0}, {0, 0, 0}};
 }

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace ksl::loops {
+namespace ksl::vectors {
 
 inline vec3<double> cross(const vec3<double> &a, const vec3<double> &b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -53,4 +53,4 @@ inline screw<double> sum(const screw<double> &a, const screw<double> &b) {
   return {sum(a.lin, b.lin), sum(a.ang, b.ang)};
 }
 
-} // namespace ksl::loops
+} // namespace ksl::vectors
