@@ -5,7 +5,7 @@
 #include "ksl/dynamics.hpp"
 #include "ksl/loops.hpp"
 #include "ksl/simulate.hpp"
-#include "simulate/manifold.hpp"
+#include "simulate/system/manifold.hpp"
 
 #include <algorithm>
 #include <limits>

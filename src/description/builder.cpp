@@ -5,7 +5,7 @@
 #include "description/given.hpp"
 #include "description/mimic.hpp"
 #include "description/rigid_pose.hpp"
-#include "description/surgery.hpp"
+#include "description/items.hpp"
 #include "ksl/surgery.hpp"
 #include "text/words.hpp"
 

@@ -7,12 +7,6 @@
 
 namespace ksl {
 
-/// The axis of a joint: the usual one of its kind if the description gives none.
-vec3<double> axis_of(const joint_description &joint);
-
-/// Throws description_error for a joint whose numbers are not finite, whose axes are no unit vectors, or whose pitch is missing.
-void check_joint_numbers(const robot_description &robot, const joint_description &joint);
-
 /// Throws description_error unless the links form one tree: names unique, every joint between two links, one root, no
 /// cycle, no link with two parents, no negative mass, all axes of length 1; and for loop joints that
 /// can't close a loop of it (loops.hpp).  Returns the index of the root link.

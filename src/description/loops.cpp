@@ -1,7 +1,7 @@
 #include "description/loops.hpp"
 
-#include "description/check.hpp"
-#include "description/surgery.hpp"
+#include "description/items.hpp"
+#include "description/joint_numbers.hpp"
 #include "ksl/engine/model/joints.hpp"
 #include "ksl/surgery.hpp"
 #include "text/words.hpp"

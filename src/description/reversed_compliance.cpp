@@ -1,7 +1,7 @@
 #include "description/reversed_compliance.hpp"
 
-#include "description/check.hpp"
-#include "description/surgery.hpp"
+#include "description/items.hpp"
+#include "description/joint_numbers.hpp"
 #include "ksl/engine/model/joints.hpp"
 
 #include <algorithm>

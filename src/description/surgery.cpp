@@ -3,10 +3,11 @@
 
 #include "description/rigid_pose.hpp"
 #include "description/check.hpp"
+#include "description/items.hpp"
+#include "description/joint_numbers.hpp"
 #include "description/loops.hpp"
 #include "description/mimic.hpp"
 #include "description/reversed_compliance.hpp"
-#include "description/surgery.hpp"
 #include "ksl/engine/model/joints.hpp"
 #include "text/words.hpp"
 

@@ -2,8 +2,8 @@
 // reading them gives the description's to rounding.
 #include "ksl/urdf.hpp"
 
-#include "description/check.hpp"
 #include "description/given.hpp"
+#include "description/joint_numbers.hpp"
 #include "description/loops.hpp"
 #include "ksl/engine/model/joints.hpp"
 #include "text/whole_file.hpp"

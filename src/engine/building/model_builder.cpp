@@ -1,6 +1,7 @@
 #include "engine/building/model_builder.hpp"
 
 #include "description/check.hpp"
+#include "description/joint_numbers.hpp"
 #include "description/loops.hpp"
 #include "engine/model/canonical_axes.hpp"
 #include "engine/model/joint_physics.hpp"

@@ -6,7 +6,7 @@
 #include "description/check.hpp"
 #include "description/loops.hpp"
 #include "description/mimic.hpp"
-#include "description/surgery.hpp"
+#include "description/items.hpp"
 
 #include <algorithm>
 #include <cmath>
