@@ -15,7 +15,7 @@ set(of_the_engine)
 if(NOT KSL_ENGINE)
   file(GLOB cpp RELATIVE ${PROJECT_SOURCE_DIR}/include/ksl ${PROJECT_SOURCE_DIR}/include/ksl/*.hpp)
   list(REMOVE_ITEM cpp algebra.hpp isa.hpp pack.hpp spatial.hpp) # templates of the algebra
-  foreach(header IN ITEMS engine arrays.h engine.h engine_building.h engine_calls.h engine_loops.h engine_simulate.h LISTS cpp)
+  foreach(header IN ITEMS engine arrays.h engine.h engine_building.h engine_calls.h engine_loops.h engine_simulate.h engine_types.h LISTS cpp)
     list(APPEND of_the_engine PATTERN include/ksl/${header} EXCLUDE)
   endforeach()
 endif()

@@ -6,7 +6,7 @@
 #ifndef KSL_ENGINE_BUILDING_H
 #define KSL_ENGINE_BUILDING_H
 
-#include "ksl/engine.h"
+#include "ksl/engine_types.h"
 
 KSL_BEGIN_C
 

@@ -7,7 +7,7 @@
 #ifndef KSL_ENGINE_LOOPS_H
 #define KSL_ENGINE_LOOPS_H
 
-#include "ksl/engine.h"
+#include "ksl/engine_types.h"
 
 KSL_BEGIN_C
 

@@ -4,7 +4,7 @@
 #ifndef KSL_ENGINE_SIMULATE_H
 #define KSL_ENGINE_SIMULATE_H
 
-#include "ksl/engine.h"
+#include "ksl/engine_types.h"
 
 KSL_BEGIN_C
 

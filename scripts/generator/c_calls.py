@@ -102,7 +102,7 @@ def definitions(row: Algorithm) -> str:
 HEADER = """\
 /* {mark}
 
-   Algorithms from C; included by ksl/engine.h, which has the types, and says how external wrenches and reactions are given.
+   Algorithms from C; included by ksl/engine.h.  ksl/engine_types.h says how external wrenches and reactions are given.
 
    One state: the workspace is data.  Arrays hold one state's numbers, which are checked.  Names with the suffix f are the
    same in single precision.
@@ -119,7 +119,7 @@ HEADER = """\
 #ifndef KSL_ENGINE_CALLS_H
 #define KSL_ENGINE_CALLS_H
 
-#include "ksl/types.h"
+#include "ksl/engine_types.h"
 
 #include <stddef.h>
 

@@ -5,7 +5,7 @@ import re
 from contents import ROOT
 
 INCLUDE = ROOT / "include"
-FIRST = ("model", "dynamics", "dynamics_calls", "batch_calls", "loops", "inverse_kinematics", "builder", "engine", "engine_building", "engine_calls", "engine_loops")
+FIRST = ("model", "dynamics", "dynamics_calls", "batch_calls", "loops", "inverse_kinematics", "builder", "engine", "engine_types", "engine_building", "engine_calls", "engine_loops")
 NONE_OF_USERS = {"algebra.hpp", "isa.hpp", "batch.hpp"}  # templates that have pages, macros, a header that includes another
 NAME = re.compile(r"(?:struct|class|enum class|enum|using|concept)\s+(?:KSL_\w+\s+)?(\w+)|(\w+|operator[^\s(]+)\s*\(")
 """What a declaration declares."""

@@ -178,7 +178,7 @@ def dense_functions() -> dict[str, str]:
 def algebra() -> str:
     calls = [f for f in everything().values() if f.name not in LEFT_OUT and not f.name.endswith("_alloc")]
     texts = {f.name: function(f) for f in calls} | dense_functions()
-    engine = ("engine.h", "engine_building.h", "engine_calls.h", "engine_loops.h", "engine_simulate.h")
+    engine = ("engine_types.h", "engine.h", "engine_building.h", "engine_calls.h", "engine_loops.h", "engine_simulate.h")
     headers = sorted(p.name for p in (Path(__file__).parents[2] / "include/ksl").glob("*.h") if p.name not in engine)
     includes = "".join(f'#include "ksl/{h}"\n' for h in headers)
     main = "".join(f"  call_{name}();\n" for name, text in texts.items() if text)
