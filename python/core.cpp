@@ -281,7 +281,7 @@ void add_properties(nb::class_<ksl::model> &model) {
 /// Adds a method for each algorithm.  The methods of ksl.model.calls wrap them, with keywords and docstrings.
 void add_calls(nb::class_<ksl::model> &model) {
   for (const ksl::algorithm_row *row : ksl::rows::all)
-    if (row->closed != ksl::closed_by::plan)
+    if (row->loops != ksl::loops_by::plan)
       model.def(
           row->name,
           [row](const ksl::model &m, nb::handle q, nb::handle x, nb::handle y, nb::handle z, nb::handle external,

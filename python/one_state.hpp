@@ -41,37 +41,29 @@ public:
       return {};
     const ksl::nearest_rounding rounding;
     ksl::state_view<double> state;
-    const bool closed = ksl::loops::is_closed(row_, m_), forced = !closed && ksl::elements::act_in(row_, m_);
-    if ((forced && ksl::elements::part_in(row_) == ksl::elements::part::refusal) ||
-        (closed && (row_.closed == ksl::closed_by::refusal || row_.closed == ksl::closed_by::plan)) ||
-        !take_inputs(state) || !take_results(out, state))
+    const ksl::way_calls<double> &calls = ksl::calls_of<double>(row_, m_);
+    if (!is_computable() || !take_inputs(state) || !take_results(out, state))
       return {};
-    if (closed)
-      return run_closed(state);
-    const ksl::kernels_in<double> &kernel = ksl::kernels_of_row<double>(row_);
-    const ksl::model_view<double> view = m_.view_in<double>();
-    const std::size_t bytes = forced ? ksl::elements::state_bytes<double>(row_, m_, {}) : kernel.workspace_bytes(view),
-                      nv = static_cast<std::size_t>(m_.nv());
+    const std::size_t bytes = calls.state_bytes(row_, m_, {}), nv = static_cast<std::size_t>(m_.nv());
     std::byte *const workspace =
         ksl::thread_memory(ksl::kept_for::workspace, bytes + (row_.variant_of ? nv * sizeof(double) : 0));
     if (row_.variant_of)
       take_zeros(state, reinterpret_cast<double *>(workspace + bytes), nv);
-    if (!(forced ? ksl::elements::run_state<double>(row_, m_, workspace, state)
-                 : kernel.state(view, workspace, state)) ||
-        !(row_.needs_mass || results_are_finite(state)))
+    if (!calls.run_state(row_, m_, workspace, state) ||
+        !(calls.looks_at_all || row_.needs_mass || results_are_finite(state)))
       return {};
     return results();
   }
 
 private:
-  nb::object run_closed(const ksl::state_view<double> &state) {
-    const std::size_t bytes = ksl::loops::state_bytes<double>(row_, m_, ksl::loops::room_for(state));
-    if (!ksl::loops::run_state<double>(row_, m_, ksl::thread_memory(ksl::kept_for::workspace, bytes), state) ||
-        !results_are_finite(state))
-      return {};
-    return results();
+  bool is_computable() const {
+    try {
+      ksl::require_computable(row_, m_);
+    } catch (const std::invalid_argument &) {
+      return false;
+    }
+    return true;
   }
-
   bool take_inputs(ksl::state_view<double> &state) const {
     for (int i = 0; i < row_.inputs; ++i) {
       const int columns = ksl::length_of(row_.input_list[i], m_.nq(), m_.nv());

@@ -5,7 +5,9 @@ from algorithms.row import Algorithm, Result
 ROWS = (
     Algorithm(
         name="inverse_dynamics_derivatives",
-        closed="refusal",
+        mimic="projection",
+        elements="effort_derivatives",
+        loops="refusal",
         header="inverse_dynamics_derivatives.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -34,7 +36,9 @@ time, while the others follow.  There must be as many drives as freedoms, and ou
     ),
     Algorithm(
         name="inverse_dynamics_gradient",
-        closed="refusal",
+        mimic="projection",
+        elements="effort_gradient",
+        loops="refusal",
         header="inverse_dynamics_gradient.hpp",
         inputs=("q", "v", "a", "tau"),
         called={"tau": "weights"},
@@ -59,7 +63,9 @@ Reverse accumulation (Griewank and Walther, Evaluating Derivatives, 2008, chapte
     ),
     Algorithm(
         name="stiffness",
-        closed="refusal",
+        mimic="projection",
+        elements="effort_derivatives",
+        loops="refusal",
         header="inverse_dynamics_derivatives.hpp",
         inputs=("q",),
         external="optional",
@@ -80,10 +86,11 @@ O(bodies × depth).
     ),
     Algorithm(
         name="forward_dynamics_derivatives",
-        closed="refusal",
+        mimic="solution_derivatives",
+        elements="acceleration_derivatives",
+        loops="refusal",
         header="forward_dynamics_derivatives.hpp",
         inputs=("q", "v", "tau"),
-        coupled="solution_derivatives",
         external="optional",
         results=(
             Result("da_dq", ("nv", "nv"), "derivative of the accelerations by q"),
@@ -110,7 +117,9 @@ out must be None.
     ),
     Algorithm(
         name="reactions_derivatives",
-        closed="refusal",
+        mimic="projection",
+        elements="reaction_derivatives",
+        loops="refusal",
         header="reactions_derivatives.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -139,7 +148,9 @@ is an error, or with undetermined="nan" NaN.
     ),
     Algorithm(
         name="reactions_external_derivatives",
-        closed="linear",
+        mimic="projection",
+        elements="nothing",
+        loops="linear",
         header="reactions_external_derivatives.hpp",
         inputs=("q",),
         request="joints",
@@ -157,6 +168,9 @@ q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, table
     ),
     Algorithm(
         name="frame_velocity_derivatives",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="frame_motion_derivatives.hpp",
         inputs=("q", "v"),
         request="frame",
@@ -174,6 +188,9 @@ O(depth), besides writing 12 nv numbers.
     ),
     Algorithm(
         name="frame_velocities_derivatives",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="frame_motion_derivatives.hpp",
         inputs=("q", "v"),
         request="frames",
@@ -193,6 +210,9 @@ O(bodies + links × depth), besides writing 12 nv numbers for each link.
     ),
     Algorithm(
         name="frame_acceleration_derivatives",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="frame_motion_derivatives.hpp",
         inputs=("q", "v", "a"),
         request="frame",
@@ -216,6 +236,9 @@ O(depth), besides writing 18 nv numbers.
     ),
     Algorithm(
         name="frame_accelerations_derivatives",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="frame_motion_derivatives.hpp",
         inputs=("q", "v", "a"),
         request="frames",
@@ -238,6 +261,9 @@ O(bodies + links × depth), besides writing 18 nv numbers for each link.
     ),
     Algorithm(
         name="energy_derivatives",
+        mimic="projection",
+        elements="energy_derivatives",
+        loops="tree",
         header="energy_derivatives.hpp",
         inputs=("q", "v"),
         results=(
@@ -257,6 +283,9 @@ out: three arrays, one for each derivative.  q, v, threads: as in :meth:`inverse
     ),
     Algorithm(
         name="centroidal_momentum_derivatives",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="centroidal_momentum_derivatives.hpp",
         inputs=("q", "v"),
         keywords="order",
@@ -275,6 +304,9 @@ out: two arrays, one for each derivative.  q, v, threads: as in :meth:`inverse_d
     ),
     Algorithm(
         name="centroidal_momentum_rate_derivatives",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="centroidal_momentum_derivatives.hpp",
         inputs=("q", "v", "a"),
         keywords="order",
@@ -296,7 +328,9 @@ After Carpentier and Mansard (RSS 2018); O(bodies).
     ),
     Algorithm(
         name="inverse_dynamics_second_derivatives",
-        closed="refusal",
+        mimic="projection",
+        elements="refusal",
+        loops="refusal",
         header="inverse_dynamics_second_derivatives.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -328,10 +362,11 @@ analytic; O(nv × depth²), besides writing 4 nv³ numbers.
     ),
     Algorithm(
         name="forward_dynamics_second_derivatives",
-        closed="refusal",
+        mimic="solution_second_derivatives",
+        elements="refusal",
+        loops="refusal",
         header="forward_dynamics_second_derivatives.hpp",
         inputs=("q", "v", "tau"),
-        coupled="solution_second_derivatives",
         external="optional",
         results=(
             Result("d2a_dqdq", ("nv", "nv", "nv"), "second derivative of the accelerations by q"),

@@ -5,6 +5,9 @@ from algorithms.row import Algorithm, Result
 ROWS = (
     Algorithm(
         name="energy",
+        mimic="projection",
+        elements="energy",
+        loops="tree",
         header="energy.hpp",
         inputs=("q", "v"),
         results=(Result("kinetic", (), "kinetic energy, J"), Result("potential", (), "potential energy, J")),
@@ -19,6 +22,9 @@ out: two arrays, for the one and for the other.  q, v, threads: as in :meth:`inv
     ),
     Algorithm(
         name="external_power",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="energy.hpp",
         inputs=("q", "v"),
         external="required",

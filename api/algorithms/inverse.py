@@ -5,7 +5,9 @@ from algorithms.row import TAU, Algorithm, Result
 ROWS = (
     Algorithm(
         name="inverse_dynamics",
-        closed="efforts",
+        mimic="projection",
+        elements="wrenches",
+        loops="efforts",
         header="inverse_dynamics.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -36,7 +38,9 @@ Raises ValueError for shapes that don't fit and numbers that are complex or not 
     ),
     Algorithm(
         name="inverse_dynamics_with_reactions",
-        closed="reactions",
+        mimic="projection",
+        elements="wrenches",
+        loops="reactions",
         header="reactions.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -52,7 +56,9 @@ Raises ValueError for shapes that don't fit and numbers that are complex or not 
     ),
     Algorithm(
         name="reactions",
-        closed="reactions",
+        mimic="projection",
+        elements="wrenches",
+        loops="reactions",
         header="reactions.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -84,7 +90,9 @@ or with stiffness={joint: …}, as :meth:`with_stiffness` takes it, those of lea
     ),
     Algorithm(
         name="effort_parts",
-        closed="parts",
+        mimic="projection",
+        elements="wrenches",
+        loops="parts",
         header="effort_parts.hpp",
         inputs=("q", "v", "a"),
         external="optional",
@@ -101,7 +109,9 @@ O(bodies).
     ),
     Algorithm(
         name="bias",
-        closed="steady",
+        mimic="projection",
+        elements="wrenches",
+        loops="steady",
         header="inverse_dynamics.hpp",
         inputs=("q", "v"),
         external="optional",
@@ -116,7 +126,9 @@ if `physics=` of :func:`ksl.load` names them.  O(bodies).
     ),
     Algorithm(
         name="gravity_torque",
-        closed="statics",
+        mimic="projection",
+        elements="wrenches",
+        loops="statics",
         header="inverse_dynamics.hpp",
         inputs=("q",),
         external="optional",

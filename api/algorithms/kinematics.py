@@ -5,6 +5,9 @@ from algorithms.row import Algorithm, Result
 ROWS = (
     Algorithm(
         name="frame_pose",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="forward_kinematics.hpp",
         inputs=("q",),
         request="link",
@@ -19,6 +22,9 @@ q, out, threads: as in :meth:`inverse_dynamics`.  :meth:`frame_poses` gives seve
     ),
     Algorithm(
         name="frame_poses",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="forward_kinematics.hpp",
         inputs=("q",),
         request="links",
@@ -36,6 +42,9 @@ q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies + links).
     ),
     Algorithm(
         name="frame_velocity",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="frame_motion.hpp",
         inputs=("q", "v"),
         request="frame",
@@ -52,6 +61,9 @@ that carry the link enter.
     ),
     Algorithm(
         name="frame_velocities",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="frame_motion.hpp",
         inputs=("q", "v"),
         request="frames",
@@ -66,6 +78,9 @@ axes, at, order: as in :meth:`frame_velocity`.  q, v, out, threads: as in :meth:
     ),
     Algorithm(
         name="frame_acceleration",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="frame_motion.hpp",
         inputs=("q", "v", "a"),
         request="frame",
@@ -88,6 +103,9 @@ Featherstone, RBDA 2008, eq. (5.15) and section 2.11; O(depth).
     ),
     Algorithm(
         name="frame_accelerations",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="frame_motion.hpp",
         inputs=("q", "v", "a"),
         request="frames",
@@ -104,6 +122,9 @@ O(bodies + links).
     ),
     Algorithm(
         name="point_velocity",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="frame_motion.hpp",
         inputs=("q", "v"),
         request="frame",
@@ -120,6 +141,9 @@ axes: "frame" or "world".  q, v, out, threads: as in :meth:`inverse_dynamics`.  
     ),
     Algorithm(
         name="point_acceleration",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="frame_motion.hpp",
         inputs=("q", "v", "a"),
         request="frame",
@@ -135,6 +159,9 @@ name, point, axes: as in :meth:`point_velocity`.  q, v, a, out, threads: as in :
     ),
     Algorithm(
         name="jacobian",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="frame_jacobian.hpp",
         inputs=("q",),
         request="frame",
@@ -151,6 +178,9 @@ q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (
     ),
     Algorithm(
         name="jacobian_rate",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="frame_jacobian.hpp",
         inputs=("q", "v"),
         request="frame",
@@ -165,6 +195,9 @@ q, v, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq
     ),
     Algorithm(
         name="relative_pose",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="relative_motion.hpp",
         inputs=("q",),
         request="relative",
@@ -179,6 +212,9 @@ axes, at, order: no effect.  q, out, threads: as in :meth:`inverse_dynamics`.  O
     ),
     Algorithm(
         name="relative_velocity",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="relative_motion.hpp",
         inputs=("q", "v"),
         request="relative",
@@ -195,6 +231,9 @@ O(joints between the links).
     ),
     Algorithm(
         name="relative_jacobian",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="relative_motion.hpp",
         inputs=("q",),
         request="relative",

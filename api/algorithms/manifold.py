@@ -7,6 +7,9 @@ DIFFERENCE = {"q": "q0"}
 ROWS = (
     Algorithm(
         name="integrate",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="manifold.hpp",
         inputs=("q", "v"),
         called={"v": "dv"},
@@ -26,6 +29,9 @@ q, out, threads: as in :meth:`inverse_dynamics`.  Solà et al., A micro Lie theo
     ),
     Algorithm(
         name="difference",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="manifold.hpp",
         inputs=("q", "q1"),
         called=DIFFERENCE,
@@ -46,6 +52,9 @@ robotics, 2018, section II-E; O(joints).
     ),
     Algorithm(
         name="interpolate",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="manifold.hpp",
         inputs=("q", "q1", "fraction"),
         called=DIFFERENCE,
@@ -63,6 +72,9 @@ q0, q1, out, threads: as in :meth:`difference`.  O(joints).
     ),
     Algorithm(
         name="integrate_jacobians",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="manifold.hpp",
         inputs=("q", "v"),
         called={"v": "dv"},
@@ -85,6 +97,9 @@ robotics, 2018, section III; O(joints), besides writing 2 nv² numbers.
     ),
     Algorithm(
         name="difference_jacobians",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="manifold.hpp",
         inputs=("q", "q1"),
         called=DIFFERENCE,

@@ -5,7 +5,9 @@ from algorithms.row import Algorithm, Result
 ROWS = (
     Algorithm(
         name="inverse_dynamics_regressor",
-        closed="linear",
+        mimic="projection",
+        elements="nothing",
+        loops="linear",
         header="inverse_dynamics_regressor.hpp",
         inputs=("q", "v", "a"),
         request="links",
@@ -26,7 +28,9 @@ q, v, a, out, threads: as in :meth:`inverse_dynamics`.  Atkeson, An, Hollerbach,
     ),
     Algorithm(
         name="gravity_torque_regressor",
-        closed="linear",
+        mimic="projection",
+        elements="nothing",
+        loops="linear",
         header="inverse_dynamics_regressor.hpp",
         inputs=("q",),
         request="links",
@@ -43,7 +47,9 @@ links, q, out, threads: as in :meth:`inverse_dynamics_regressor`, of which this 
     ),
     Algorithm(
         name="reactions_regressor",
-        closed="linear",
+        mimic="projection",
+        elements="nothing",
+        loops="linear",
         header="reactions_regressor.hpp",
         inputs=("q", "v", "a"),
         request="joints",
@@ -61,6 +67,9 @@ O(joints × links).
     ),
     Algorithm(
         name="energy_regressor",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="energy_regressor.hpp",
         inputs=("q", "v"),
         request="links",
@@ -81,6 +90,9 @@ links, q, v, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + link
     ),
     Algorithm(
         name="momentum_regressor",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="energy_regressor.hpp",
         inputs=("q", "v"),
         request="links",

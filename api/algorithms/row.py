@@ -46,17 +46,21 @@ class Algorithm:
         The first is the default.
     links_keyword: what the argument is called in Python that names several links.
     form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
-    elements: of the forms symmetric_matrix and upper_triangle, the function that computes the upper triangle alone, without zeros.
+    upper: of the forms symmetric_matrix and upper_triangle, the function that computes the upper triangle alone, without zeros.
     needs_mass: is the call refused if a joint can move without moving any mass.
     nan_without_mass: is the result NaN where nothing that moves has mass, which its documentation says.
     smooth_friction: is the call refused if dry friction is exact, for it solves or differentiates the law of friction.
     variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.  It may have more results,
         after those of this one.
-    coupled: how it is computed for robots with mimic joints (src/engine/mimic/algorithms.hpp): by "projection", which holds for all that is a
-    function of positions and motions and is written whole; as the "solution" of M a = tau − bias, for forward dynamics; as
-    "product", M⁻¹ tau; as "inverse", M⁻¹; as the "upper_triangle" of M; as "solution_derivatives", "solution_second_derivatives", "hybrid", "jump" or one of the
-    "operational" quantities, from M, its factors and Jacobians; or not at all, "refusal".
-    closed: how it is computed for mechanisms with loops (src/engine/loops/algorithms.hpp): as for the "tree", for what is a function of the given
+    mimic, elements, loops: what the kernels alone don't know.  None has a default, so that no algorithm leaves them out in silence.
+    mimic: how it is computed for robots with mimic joints (src/engine/mimic/algorithms.hpp): by "projection", which holds for all that is a
+        function of positions and motions and is written whole; as the "solution" of M a = tau − bias, for forward dynamics; as
+        "product", M⁻¹ tau; as "inverse", M⁻¹; as the "upper_triangle" of M; as "solution_derivatives", "solution_second_derivatives", "hybrid", "jump" or
+        one of the "operational" quantities, from M, its factors and Jacobians; or not at all, "refusal".
+    elements: what springs, dampers and cylinders between two points do in it (src/engine/elements/algorithms.hpp): "nothing"; they are external
+        "wrenches", and no more; they have an "energy" and "energy_derivatives"; "effort_derivatives", the "effort_gradient",
+        "acceleration_derivatives" and "reaction_derivatives" get what they add; or it isn't computed with them, "refusal".
+    loops: how it is computed for mechanisms with loops (src/engine/loops/algorithms.hpp): as for the "tree", for what is a function of the given
         numbers; as "efforts" of the drives, "reactions", "parts" of efforts, "steady" or "statics"; as "accelerations" or the "jump" of
         velocities; as results that are "linear" in wrenches on links; or not at all, "refusal".  "plan": it is what computes them, and private.
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
@@ -77,7 +81,7 @@ class Algorithm:
     choices: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     links_keyword: str = "names"
     form: str = "whole_results"
-    elements: str = ""
+    upper: str = ""
     workspace: str = ""
     needs_mass: bool = False
     nan_without_mass: bool = False
@@ -85,17 +89,18 @@ class Algorithm:
     variant_of: str = ""
     faces: tuple[str, ...] = ("c++", "c", "python")
     called: Mapping[str, str] = field(default_factory=dict)
-    coupled: str = "projection"
-    closed: str = "tree"
+    mimic: str = field(kw_only=True)
+    elements: str = field(kw_only=True)
+    loops: str = field(kw_only=True)
 
     def __post_init__(self) -> None:
         if self.keywords == "order" and self.request not in ("", "links"):
             raise ValueError(f"{self.name}: the request {self.request} has an order of its own")
         # other numbers than efforts expand as velocities do; plans of loops have an equation for each follower, and efforts at leaders are enough
-        if "tau" in self.inputs and self.coupled == "projection" and "tau" not in self.called and self.closed != "plan":
-            raise ValueError(f"{self.name}: efforts of coupled joints can't be expanded; give coupled=")
-        if "tau" in self.inputs and self.closed == "tree":
-            raise ValueError(f"{self.name}: efforts of a tree are not those of a mechanism with loops; give closed=")
+        if "tau" in self.inputs and self.mimic == "projection" and "tau" not in self.called and self.loops != "plan":
+            raise ValueError(f"{self.name}: efforts of coupled joints can't be expanded; give another mimic=")
+        if "tau" in self.inputs and self.loops == "tree":
+            raise ValueError(f"{self.name}: efforts of a tree are not those of a mechanism with loops; give another loops=")
 
     def input_names(self) -> tuple[str, ...]:
         """The inputs as calls name them."""

@@ -5,6 +5,9 @@ from algorithms.row import Algorithm, Result
 ROWS = (
     Algorithm(
         name="center_of_mass",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="center_of_mass.hpp",
         inputs=("q",),
         results=(Result("center", (3,), "centre of mass, m"),),
@@ -19,6 +22,9 @@ q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
     ),
     Algorithm(
         name="center_of_mass_jacobian",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="center_of_mass.hpp",
         inputs=("q",),
         results=(Result("J", (3, "nv"), "velocity of the centre of mass for each joint velocity"),),
@@ -33,6 +39,9 @@ q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
     ),
     Algorithm(
         name="center_of_mass_velocity",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="center_of_mass_motion.hpp",
         inputs=("q", "v"),
         results=(Result("velocity", (3,), "velocity of the centre of mass, m/s"),),
@@ -46,6 +55,9 @@ Links and NaN as in :meth:`center_of_mass`; q, v, out, threads as in :meth:`inve
     ),
     Algorithm(
         name="center_of_mass_acceleration",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="center_of_mass_motion.hpp",
         inputs=("q", "v", "a"),
         results=(Result("acceleration", (3,), "acceleration of the centre of mass, m/s²"),),
@@ -60,6 +72,9 @@ Links and NaN as in :meth:`center_of_mass`; q, v, a, out, threads as in :meth:`i
     ),
     Algorithm(
         name="centroidal_momentum",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="centroidal_momentum.hpp",
         inputs=("q", "v"),
         keywords="order",
@@ -75,6 +90,9 @@ q, v, out, threads: as in :meth:`inverse_dynamics`.  Orin, Goswami, Lee, Autonom
     ),
     Algorithm(
         name="centroidal_momentum_matrix",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="centroidal_momentum_matrix.hpp",
         inputs=("q",),
         keywords="order",
@@ -90,6 +108,9 @@ q, out, threads: as in :meth:`inverse_dynamics`.  Orin, Goswami, Lee, Autonomous
     ),
     Algorithm(
         name="centroidal_momentum_rate",
+        mimic="projection",
+        elements="nothing",
+        loops="tree",
         header="centroidal_momentum.hpp",
         inputs=("q", "v", "a"),
         keywords="order",

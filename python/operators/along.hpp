@@ -178,15 +178,15 @@ private:
   }
 
   ksl::loops::finding dynamics(std::size_t state, const state_jacobians<S> &to) {
-    using ksl::closed_by;
-    const closed_by how = of_.given().value->closed;
+    using ksl::loops_by;
+    const loops_by how = of_.given().value->loops;
     if (const ksl::loops::finding fault = w_.state().set_position(q_))
       return fault;
-    if (how == closed_by::reactions)
+    if (how == loops_by::reactions)
       return reactions(state, to);
-    if (how == closed_by::accelerations)
+    if (how == loops_by::accelerations)
       return accelerations(to);
-    if (how == closed_by::steady)
+    if (how == loops_by::steady)
       if (const ksl::loops::finding fault = w_.state().steady_acceleration(q_, v_, a_))
         return fault;
     const index block = index(nv()) * freedoms();

@@ -89,7 +89,7 @@ public:
     for (std::size_t i = 0; i < all_links_.size(); ++i)
       all_links_[i] = static_cast<int>(i);
     if (!m.loops().empty()) {
-      ksl::loops::require_closed(*given_.value, m);
+      ksl::loops::refuse(*given_.value, m);
       if (is_along() && (gives_reactions() || has_parameters()))
         tree_.emplace(ksl::without_loops(m.description()));
     } else if (given_.completes != completed::nothing)
@@ -105,7 +105,7 @@ public:
   const ksl::model &model() const { return model_; }
   /// Are derivatives along a closed mechanism (along.hpp)?  Otherwise the result is a function of all numbers that are given, as a tree's.
   bool is_along() const {
-    return given_.completes != completed::nothing || ksl::loops::is_closed(*given_.value, model_);
+    return given_.completes != completed::nothing || ksl::way_of(*given_.value, model_) == ksl::way::loops;
   }
   /// The tree that carries the loops of a closed mechanism, for derivatives that are made of its own.
   const ksl::model &tree() const { return tree_ ? *tree_ : model_; }

@@ -59,7 +59,7 @@ KSL_KERNELS({name}) = ksl::kernels_of<ksl::{name}_algorithm>;
 def kernel(row: Algorithm) -> str:
     steps = {
         "efforts_and_reactions": {},
-        **{form: {"compute": row.name, "elements": row.elements} for form in ("symmetric_matrix", "upper_triangle")},
+        **{form: {"compute": row.name, "elements": row.upper} for form in ("symmetric_matrix", "upper_triangle")},
         "accelerations": {"compute": row.name, "reduce": "reduce_to_root"},
         "sparse_results": {"compute": row.name, "elements": f"elements_of_{row.name}"},
     }.get(row.form, {"compute": row.name})
@@ -96,8 +96,7 @@ def row_text(row: Algorithm) -> str:
     recompile all kernels."""
     lines = row_members(row) + [f".kernels = &kernel_table::{kernels_of(row).name}"]
     lines += [f".variant_of = &{row.variant_of}"] if row.variant_of else []
-    lines += [f".coupled = coupled_by::{row.coupled}"] if row.coupled != "projection" else []
-    lines += [f".closed = closed_by::{row.closed}"] if row.closed != "tree" else []
+    lines += [f".mimic = mimic_by::{row.mimic}", f".elements = elements_by::{row.elements}", f".loops = loops_by::{row.loops}"]
     return f"constexpr algorithm_row {row.name} = {{\n" + "".join(f"    {line},\n" for line in lines) + "};\n"
 
 

@@ -84,7 +84,7 @@ def request_of(row: Algorithm) -> tuple[str, str]:
         return keywords.replace("axes:", 'kind: Acceleration = "spatial", axes:'), request[:-1] + ", kind)"
     if row.links_keyword == "links":
         request = "self._own_links_of(links)"
-    if row.coupled == "hybrid":
+    if row.mimic == "hybrid":
         return keywords, "self._held_of(names)"
     if ordered(row) and row.request == "links":
         return f'{keywords}, order: Order = "lin_ang"', request[:-1] + ", order)"
@@ -281,5 +281,5 @@ def files() -> dict[str, str]:
     aliases = "\n".join(f"    {alias} = {name}" for name, alias in ALIASES.items())
     return {
         "python/ksl/model/calls.py": CALLS.format(mark=MARK, methods=methods, aliases=aliases),
-        "python/core_stub.txt": STUB.format(mark=MARK, calls="\n".join(map(compiled, (row for row in ALGORITHMS if row.closed != "plan")))),
+        "python/core_stub.txt": STUB.format(mark=MARK, calls="\n".join(map(compiled, (row for row in ALGORITHMS if row.loops != "plan")))),
     }

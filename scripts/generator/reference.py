@@ -104,6 +104,6 @@ def section(row: Algorithm) -> str:
 
 
 def files() -> dict[str, str]:
-    public = [row for row in ALGORITHMS if row.closed != "plan"]
+    public = [row for row in ALGORITHMS if row.loops != "plan"]
     page = PAGE.format(mark=MARK, rows="\n".join(map(table_row, public)), sections="\n".join(map(section, public)))
     return {"docs/reference/dynamics.md": page}

@@ -125,7 +125,7 @@ def over_any_scalar(row: Algorithm) -> str:
 
 
 def every_algorithm() -> str:
-    rows = [row for row in COMPUTING if row.closed != "plan"]
+    rows = [row for row in COMPUTING if row.loops != "plan"]
     structs = "\n".join(ALGORITHM.format(name=row.name, workspace=workspace(row), call=over_any_scalar(row)) for row in rows)
     includes = "\n".join(f'#include "{name}"' for name in sorted({header(row) for row in rows}))
     names = call("using all = std::tuple<", [row.name for row in rows], "").removeprefix("using all = std::tuple<")

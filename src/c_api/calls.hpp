@@ -125,7 +125,7 @@ template <const algorithm_row &row, class S> void check_state(const ksl_model_t 
   require_model_for(row, m->model);
   if constexpr (names_links(row.request))
     require_links(m, s.links.n, s.links.index);
-  if constexpr (row.coupled == coupled_by::hybrid)
+  if constexpr (row.mimic == mimic_by::hybrid)
     check_links(row, model, s.links.n, s.links.index, refuse_argument);
   require(may_name_links(row, model, s.links.n), "links: at most as many as the model has");
   for (int r = 0; r < row.results; ++r)

@@ -109,7 +109,7 @@ TEST_CASE("coupled: a batch may ask for one of several results, reduced or not")
 
 TEST_CASE("coupled: what is not available is refused in words") {
   ksl::algorithm_row row = ksl::rows::mass_matrix;
-  row.name = "trial", row.coupled = ksl::coupled_by::refusal;
+  row.name = "trial", row.mimic = ksl::mimic_by::refusal;
   ksl::batch_view<double> batch;
   batch.n = 5;
   CHECK_THROWS_WITH_AS(ksl::compute_batch(row, robot(), batch, 1),

@@ -76,7 +76,7 @@ TEST_CASE("every algorithm: dual numbers have the values of plain ones, to the b
       REQUIRE(plain.size() == dual.size());
       bool same = true;
       for (std::size_t i = 0; i < plain.size(); ++i) {
-        const bool unwritten = Algorithm::row.coupled == ksl::coupled_by::upper_triangle && std::isnan(plain[i]);
+        const bool unwritten = Algorithm::row.mimic == ksl::mimic_by::upper_triangle && std::isnan(plain[i]);
         same &= unwritten ? std::isnan(dual[i].value) : dual[i].value == plain[i] && dual[i].derivative[0] == 0;
       }
       CHECK(same);
@@ -90,7 +90,7 @@ TEST_CASE("derivatives of every algorithm are the limits of difference quotients
   const state s = random_state(m, random);
   const state rates = random_rates(m, random);
   for_each(algorithms::all(), [&]<class Algorithm>(Algorithm) {
-    if constexpr (Algorithm::row.coupled != ksl::coupled_by::upper_triangle) {
+    if constexpr (Algorithm::row.mimic != ksl::mimic_by::upper_triangle) {
       CAPTURE(Algorithm::row.name);
       const request asked = asked_of<Algorithm>(m);
       const auto at = [&](double h) { return results<Algorithm>(m, moved(m, s, rates, h), asked); };

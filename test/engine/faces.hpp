@@ -308,7 +308,7 @@ void agree(const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_
       {KSL_IN_FRAME, KSL_IN_WORLD, KSL_ANGULAR_FIRST, KSL_SPATIAL, {0.3, -0.2, 0.1}}};
   using ksl::expressed_in;
   for (robot *r : {&floating, &every_kind, &coupled}) {
-    if (r->m.followers() > 0 && row.coupled == ksl::coupled_by::refusal)
+    if (r->m.followers() > 0 && row.mimic == ksl::mimic_by::refusal)
       continue;
     r->how = {}, r->c_how = nullptr;
     r->push_axes = r == &every_kind ? expressed_in::world : expressed_in::frame;

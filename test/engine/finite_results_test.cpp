@@ -88,7 +88,7 @@ template <class S> void expect_undetermined(const ksl::model &m) {
   const int finger = m.find_joint("finger");
   for (const ksl::algorithm_row *row : ksl::rows::all)
     for (const std::size_t n : {1u, 11u}) {
-      if (!row->needs_mass || row->closed == ksl::closed_by::plan || row->coupled == ksl::coupled_by::refusal)
+      if (!row->needs_mass || row->loops == ksl::loops_by::plan || row->mimic == ksl::mimic_by::refusal)
         continue;
       CAPTURE(row->name);
       CAPTURE(n);

@@ -93,7 +93,7 @@ void starve_all(const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, b
   ksl::assume_cores(2);
   static robot every_kind(every_kind_file, false), coupled(coupled_file, false);
   starved::check_robot<S>(every_kind, row, cpp, c, cpp_batch, c_batch);
-  if (row.coupled != ksl::coupled_by::refusal)
+  if (row.mimic != ksl::mimic_by::refusal)
     starved::check_robot<S>(coupled, row, cpp, c, cpp_batch, c_batch);
 }
 

@@ -87,7 +87,7 @@ template <class S> std::vector<S> numbers(std::size_t n, uint64_t &state) {
 
 /// All results of an algorithm on one robot, one state after the other; the batch must be the same bits.
 template <class S> bool add_results(const ksl::algorithm_row &row, const ksl::model &m, uint64_t &hash) {
-  if ((m.followers() && row.coupled == ksl::coupled_by::refusal))
+  if ((m.followers() && row.mimic == ksl::mimic_by::refusal))
     return true;
   ksl::data d(m);
   uint64_t seed = 7;
@@ -200,7 +200,7 @@ int main() {
   bool same = true;
   std::vector<const ksl::algorithm_row *> all; // but for those that mechanisms with loops need, and that are private
   for (const ksl::algorithm_row *row : ksl::rows::all)
-    if (row->closed != ksl::closed_by::plan)
+    if (row->loops != ksl::loops_by::plan)
       all.push_back(row);
   for (const ksl::algorithm_row *row : all)
     same = compare(std::string("algorithm ") + row->name, {row}, {&every, &follows}) && same;

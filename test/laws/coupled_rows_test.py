@@ -41,7 +41,7 @@ class Case:
             "links": {row.links_keyword: names}, "frames": {"names": names}, "link": {"name": names[0]}, "frame": {"name": names[0]},
             "relative": {"name": names[0], "seen_from": names[-1]}, "joints": {"joints": self.joints}, "reactions": {"joints": self.joints},
         }.get(row.request, {})  # fmt: skip
-        asked |= {"names": [j.name for j in self.p.m.joints if j.nv or j.leader][:3]} if row.coupled == "hybrid" else {}
+        asked |= {"names": [j.name for j in self.p.m.joints if j.nv or j.leader][:3]} if row.mimic == "hybrid" else {}
         asked |= {"point": [0.1, -0.2, 0.3]} if "point" in row.keywords else {}
         return asked | ({"external": self.external} if row.external else {}) | more
 
@@ -86,7 +86,7 @@ def compare(found: np.ndarray, expected: np.ndarray, case: Case, tolerance: floa
     close(found, expected, tolerance, min(scale, 1e4) * np.abs(expected).max(initial=0))
 
 
-@pytest.mark.parametrize("name", [row.name for row in ROWS.values() if row.coupled == "projection"])
+@pytest.mark.parametrize("name", [row.name for row in ROWS.values() if row.mimic == "projection"])
 def test_a_projection_is_reduced_as_its_row_says(name):
     row = ROWS[name]
     for seed in range(6):
@@ -122,7 +122,7 @@ def test_parts_are_those_of_independent_joints_but_for_the_names(name, options):
 
 
 def test_every_other_row_is_tested_here():
-    others = {row.coupled for row in ROWS.values()} - {"projection"}
+    others = {row.mimic for row in ROWS.values()} - {"projection"}
     assert others == {"solution", "product", "inverse", "upper_triangle", "solution_derivatives", "solution_second_derivatives", "hybrid", "jump", *OPERATIONAL, "refusal"}
 
 
@@ -223,7 +223,7 @@ def test_operational_space(seed, options):
 def test_other_rows_are_refused_in_words():
     case = next(c for c in map(Case, range(40)) if c.p.m.follower_names)
     for row in ROWS.values():
-        if row.coupled == "refusal":
+        if row.mimic == "refusal":
             instead = "mass_matrix_upper" if row.name == "mass_matrix_tree" else "solve_mass_matrix"
             with pytest.raises(ValueError, match=f"{row.name} is not available for robots with mimic joints.*other zeros.*{instead}.*independent"):
                 case.results(row, "coupled")
@@ -267,11 +267,11 @@ def test_derivatives_are_limits_of_differences(seed):
         check(by_q, difference_quotients(p, of, q), 1e-7)
 
 
-@pytest.mark.parametrize("name", [row.name for row in ROWS.values() if row.coupled != "refusal"])
+@pytest.mark.parametrize("name", [row.name for row in ROWS.values() if row.mimic != "refusal"])
 def test_one_state_has_the_same_bits_as_many(name):
     row, case = ROWS[name], next(filter(lambda case: case and case.p.m.follower_names, map(regular, SEEDS)))
     many = case.results(row, "coupled")
     for k in range(STATES):
         one = getattr(case.p.m, name)(*(case.given[x][k] for x in row.inputs), **case.keywords(row) | ({"external": {link: f[k] for link, f in case.external.items()}} if row.external else {}))
         for found, whole in zip(one if isinstance(one, tuple) else [one], many, strict=True):
-            assert np.array_equal(np.triu(found), np.triu(whole[k])) if row.coupled == "upper_triangle" else np.array_equal(found, whole[k], equal_nan=True)
+            assert np.array_equal(np.triu(found), np.triu(whole[k])) if row.mimic == "upper_triangle" else np.array_equal(found, whole[k], equal_nan=True)

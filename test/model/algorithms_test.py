@@ -56,7 +56,7 @@ def names(m, links):
 
 def inputs(m, row, *leading, dtype=np.float64):
     """The arguments of a row, by name."""
-    if row.coupled == "refusal" and m.follower_names:
+    if row.mimic == "refusal" and m.follower_names:
         pytest.skip("refused for robots with mimic joints")
     q, v, x = (x.astype(dtype) for x in random_states(m, np.random.default_rng(7), *leading))
     q1, _, _ = (x.astype(dtype) for x in random_states(m, np.random.default_rng(9), *leading))
@@ -66,7 +66,7 @@ def inputs(m, row, *leading, dtype=np.float64):
         "link": {"name": links[0]}, "frame": {"name": links[0], "offset": OFFSET} | CROSSED, "links": {row.links_keyword: links}, "frames": {row.links_keyword: links} | CROSSED,
         "relative": {"name": links[0], "seen_from": links[1], "offset": OFFSET} | CROSSED,
     }.get(row.request, {})  # fmt: skip
-    if row.coupled == "hybrid":
+    if row.mimic == "hybrid":
         arguments["names"] = [m.joint_above(link).name for link in links]
     if row.keywords == "order":
         arguments["order"] = "ang_lin"

@@ -2,7 +2,8 @@
 
 #include "engine/elements/forces.hpp"
 #include "engine/model/vectors.hpp"
-#include "engine/states/one_state.hpp"
+#include "engine/kernels/one_state.hpp"
+#include "engine/states/ordinary_results.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -17,51 +18,14 @@ using vectors::scaled;
 using vectors::sum;
 using vector = vec3<double>;
 
-} // namespace
-
-part part_in(const algorithm_row &row) {
-  const auto kernels = row.kernels;
-  using table = kernel_table;
-  for (const auto wrenches : {&table::inverse_dynamics, &table::inverse_dynamics_with_reactions, &table::effort_parts,
-                              &table::forward_dynamics, &table::forward_dynamics_by_mass_matrix,
-                              &table::hybrid_dynamics, &table::operational_space})
-    if (kernels == wrenches)
-      return part::wrenches;
-  const struct {
-    const algorithm_kernels *kernel_table::*kernels;
-    part how;
-  } others[] = {{&table::energy, part::energy},
-                {&table::energy_derivatives, part::energy_derivatives},
-                {&table::inverse_dynamics_derivatives, part::effort_derivatives},
-                {&table::inverse_dynamics_gradient, part::effort_gradient},
-                {&table::forward_dynamics_derivatives, part::acceleration_derivatives},
-                {&table::reactions_derivatives, part::reaction_derivatives},
-                {&table::inverse_dynamics_second_derivatives, part::refusal},
-                {&table::forward_dynamics_second_derivatives, part::refusal}};
-  for (const auto &other : others)
-    if (kernels == other.kernels)
-      return other.how;
-  return part::none;
-}
-
-void require_possible(const algorithm_row &row, const model &m) {
-  if (m.acting_force_elements() > 0 && part_in(row) == part::refusal)
-    throw std::invalid_argument(
-        std::string(row.name) +
-        " is not available with force elements between points of two links; leave \"force elements\" out of "
-        "the model's physics, or take the first derivatives");
-}
-
-namespace {
-
 /// An algorithm with force elements, for some states at a time.
 template <class S> class with_forces {
 public:
   with_forces(const algorithm_row &row, const model &m)
-      : row_(row), m_(m), part_(part_in(row)), nv_(m.nv()), forces_(m, m.acting_force_elements()), tree_(m) {}
+      : row_(row), m_(m), by_(row.elements), nv_(m.nv()), forces_(m, m.acting_force_elements()), tree_(m) {}
 
   /// How many states at a time: whole blocks of lanes, fewer where each has matrices.
-  int states() const { return kernels_of_row<S>(row_).lanes * (part_ == part::wrenches ? 4 : 1); }
+  int states() const { return kernels_of_row<S>(row_).lanes * (by_ == elements_by::wrenches ? 4 : 1); }
 
   void lay_out(arena &memory, const batch_view<S> &batch, int states) {
     const std::ptrdiff_t n = states, ends = forces_.ends();
@@ -77,12 +41,12 @@ public:
       matrix_ = memory.take<double>(2 * std::ptrdiff_t(nv_) * nv_);
       tree_.measure(rows::frame_velocities_derivatives, ends_of(batch, 0, states));
     }
-    if (part_ == part::effort_gradient)
+    if (by_ == elements_by::effort_gradient)
       bent_by_weights_ = memory.take<S>(n * ends * 6 * nv_), unread_ = memory.take<S>(n * ends * 6 * nv_),
       weights_ = memory.take<double>(n * nv_);
-    if (part_ == part::acceleration_derivatives)
+    if (by_ == elements_by::acceleration_derivatives)
       inverse_ = memory.take<S>(n * nv_ * nv_);
-    if (part_ == part::reaction_derivatives) {
+    if (by_ == elements_by::reaction_derivatives) {
       by_external_ = memory.take<S>(n * external_numbers(batch));
       tree_.measure(rows::reactions_external_derivatives, part_of(batch, 0, states));
     }
@@ -100,7 +64,7 @@ public:
     for (int r = 0; r < batch.reactions_n; ++r)
       reactions_[r] = {batch.reactions[r].request, rows_from(batch.reactions[r].out, first)};
     part.reactions_n = batch.reactions_n, part.reactions = reactions_;
-    if (part_ == part::acceleration_derivatives && !part.result[2].first)
+    if (by_ == elements_by::acceleration_derivatives && !part.result[2].first)
       part.result[2] = {inverse_, std::ptrdiff_t(nv_) * nv_};
     const bool ordinary = tree_.call(row_, part);
     for (int i = 0; i < n; ++i)
@@ -110,7 +74,7 @@ public:
 
 private:
   bool takes_external() const { return row_.external != external_use::none; }
-  bool varies() const { return part_ != part::wrenches && part_ != part::energy; }
+  bool varies() const { return by_ != elements_by::wrenches && by_ != elements_by::energy; }
   std::ptrdiff_t external_numbers(const batch_view<S> &batch) const {
     return numbers_of(rows::reactions_external_derivatives.result[0], extents_of(m_, batch));
   }
@@ -139,7 +103,7 @@ private:
   void set_variations(const batch_view<S> &batch, std::size_t first, int n) {
     if (varies())
       tree_.call(rows::frame_velocities_derivatives, ends_of(batch, first, n));
-    if (part_ == part::effort_gradient) {
+    if (by_ == elements_by::effort_gradient) {
       batch_view<S> part = ends_of(batch, first, n);
       part.v = part.tau, part.result[0].first = bent_by_weights_, part.result[1].first = unread_;
       tree_.call(rows::frame_velocities_derivatives, part);
@@ -147,7 +111,7 @@ private:
         for (int k = 0; k < nv_; ++k)
           weights_[i * nv_ + k] = part.tau.first ? double(row(part.tau, static_cast<std::size_t>(i))[k]) : 0;
     }
-    if (part_ == part::reaction_derivatives) {
+    if (by_ == elements_by::reaction_derivatives) {
       batch_view<S> part = part_of(batch, first, n);
       part.result[0] = {by_external_, external_numbers(batch)};
       tree_.call(rows::reactions_external_derivatives, part);
@@ -203,7 +167,7 @@ private:
   }
 
   void add(const batch_view<S> &part, int i) {
-    if (part_ == part::wrenches)
+    if (by_ == elements_by::wrenches)
       return;
     const int n = forces_.ends() / 2;
     for (int j = 0; j < n && varies(); ++j)
@@ -211,28 +175,28 @@ private:
     S *out[most_results];
     for (int r = 0; r < most_results; ++r)
       out[r] = part.result[r].first ? row(part.result[r], static_cast<std::size_t>(i)) : nullptr;
-    switch (part_) {
-    case part::energy:
+    switch (by_) {
+    case elements_by::energy:
       for (int j = 0; j < n && out[1]; ++j)
         *out[1] += static_cast<S>(forces_.of(i, j).potential);
       return;
-    case part::energy_derivatives: return add_forces(i, out[2]);
-    case part::effort_derivatives:
+    case elements_by::energy_derivatives: return add_forces(i, out[2]);
+    case elements_by::effort_derivatives:
       for (int r = 0; r < 2; ++r)
         add_efforts(i, r == 0 ? by_q_ : by_v_, -1, out[r]);
       return;
-    case part::acceleration_derivatives:
+    case elements_by::acceleration_derivatives:
       for (int r = 0; r < 2; ++r)
         add_accelerations(i, r == 0 ? by_q_ : by_v_, out[2], out[r]);
       return;
-    case part::effort_gradient: return add_gradient(i, out);
-    case part::reaction_derivatives:
+    case elements_by::effort_gradient: return add_gradient(i, out);
+    case elements_by::reaction_derivatives:
       for (int r = 0; r < 2; ++r)
         add_reactions(i, r == 0 ? by_q_ : by_v_, part, out[r]);
       return;
-    case part::none:
-    case part::wrenches:
-    case part::refusal: return;
+    case elements_by::nothing:
+    case elements_by::wrenches:
+    case elements_by::refusal: return;
     }
   }
 
@@ -338,7 +302,7 @@ private:
 
   const algorithm_row &row_;
   const model &m_;
-  const part part_;
+  const elements_by by_;
   const int nv_;
   forces<S> forces_;
   tree_of_states<S> tree_;
@@ -348,22 +312,42 @@ private:
   double *by_q_ = nullptr, *by_v_ = nullptr, *matrix_ = nullptr, *weights_ = nullptr;
 };
 
+/// How many states of a batch are computed at a time.
+template <class S> int states_of(const with_forces<S> &work, const batch_view<S> &batch) {
+  return static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(work.states()), batch.n));
+}
+
 } // namespace
 
-template <class S>
-batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
-                        std::size_t end, void *memory) {
+void refuse(const algorithm_row &row, const model &m) {
+  if (row.elements == elements_by::refusal && m.acting_force_elements() > 0)
+    throw std::invalid_argument(
+        std::string(row.name) +
+        " is not available with force elements between points of two links; leave \"force elements\" out of "
+        "the model's physics, or take the first derivatives");
+}
+
+template <class S> std::size_t batch_bytes(const algorithm_row &row, const model &m, const batch_view<S> &batch) {
   with_forces<S> work(row, m);
-  const int states = static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(work.states()), batch.n));
+  arena measure;
+  work.lay_out(measure, batch, states_of(work, batch));
+  return measure.used();
+}
+
+template <class S>
+bool run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
+               void *memory) {
+  with_forces<S> work(row, m);
+  const int states = states_of(work, batch);
   arena pieces(memory);
   work.lay_out(pieces, batch, states);
   bool ordinary = true;
-  for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states))
+  for (std::size_t k = first; k < end; k += static_cast<std::size_t>(states))
     ordinary = work.run(batch, k, static_cast<int>(std::min(end - k, static_cast<std::size_t>(states)))) && ordinary;
-  return {pieces.used(), ordinary};
+  return ordinary;
 }
 
-template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, room wanted) {
+template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, const room &wanted) {
   const reaction_request request = [&] {
     reaction_request all;
     all.n = wanted.joints;
@@ -377,7 +361,7 @@ template <class S> std::size_t state_bytes(const algorithm_row &row, const model
   arena measure;
   one_as_batch<S>().lay_out(measure, wanted.externals, wanted.requests);
   measure.take<reaction_rows<S>>(wanted.requests), measure.take<reaction_result<S>>(wanted.requests);
-  return measure.used() + elements::run_batch<S>(row, m, batch, 0, 0, nullptr).bytes;
+  return measure.used() + batch_bytes(row, m, batch);
 }
 
 template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
@@ -387,14 +371,15 @@ template <class S> bool run_state(const algorithm_row &row, const model &m, void
   const batch_view<S> batch = one.of(s);
   with_forces<S> work(row, m);
   work.lay_out(pieces, batch, 1);
-  return work.run(batch, 0, 1);
+  return work.run(batch, 0, 1) && (!row.needs_mass || ordinary_results(row, m, s)); // which changed after the kernel
 }
 
 #define KSL_INSTANTIATE(S)                                                                                             \
-  template std::size_t state_bytes<S>(const algorithm_row &, const model &, room);                                     \
+  template std::size_t state_bytes<S>(const algorithm_row &, const model &, const room &);                             \
   template bool run_state(const algorithm_row &, const model &, void *, const state_view<S> &);                        \
-  template batch_outcome run_batch(const algorithm_row &, const model &, const batch_view<S> &, std::size_t,           \
-                                   std::size_t, void *);
+  template std::size_t batch_bytes(const algorithm_row &, const model &, const batch_view<S> &);                       \
+  template bool run_batch(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t,       \
+                          void *);
 KSL_INSTANTIATE(double)
 KSL_INSTANTIATE(float)
 #undef KSL_INSTANTIATE

@@ -1,8 +1,7 @@
 #pragma once
 
 #include "engine/kernels/algorithm_rows.hpp"
-#include "engine/kernels/kernels.hpp"
-#include "ksl/engine/lanes/workspace.hpp"
+#include "engine/kernels/one_state.hpp"
 #include "ksl/model.hpp"
 
 namespace ksl::elements {
@@ -23,9 +22,8 @@ private:
   std::size_t bytes_ = 0;
   int externals_ = 0, reactions_ = 0;
   std::ptrdiff_t unwanted_n_[most_results] = {};
-  S *zero_ = nullptr, *wrenches_ = nullptr, *unwanted_[most_results] = {};
-  int *links_ = nullptr;
-  reaction_result<S> *wanted_ = nullptr;
+  S *zero_ = nullptr, *unwanted_[most_results] = {};
+  state_in_batch<S> one_ = {};
   void *workspace_ = nullptr;
 };
 

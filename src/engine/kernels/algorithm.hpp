@@ -77,7 +77,7 @@ enum class external_use : unsigned char { none, optional, required };
 enum class request_kind : unsigned char { none, link, links, frame, frames, relative, joints, reactions };
 
 /// How an algorithm is computed where joints follow others (engine/mimic/algorithms.hpp).
-enum class coupled_by : unsigned char {
+enum class mimic_by : unsigned char {
   projection,           ///< of the results for the expanded mechanism
   solution,             ///< a of M a = τ − bias
   product,              ///< M⁻¹ τ
@@ -93,8 +93,21 @@ enum class coupled_by : unsigned char {
   refusal            ///< not at all: where the layout is that of the tree
 };
 
+/// What force elements do in an algorithm (engine/elements/algorithms.hpp).
+enum class elements_by : unsigned char {
+  nothing,
+  wrenches, ///< they are external wrenches, and no more
+  energy,
+  energy_derivatives,
+  effort_derivatives,
+  effort_gradient,
+  acceleration_derivatives,
+  reaction_derivatives,
+  refusal ///< it can't be computed with them
+};
+
 /// How an algorithm is computed for mechanisms with loops (engine/loops/algorithms.hpp).
-enum class closed_by : unsigned char {
+enum class loops_by : unsigned char {
   tree,          ///< as for the tree that carries the loops: a function of the given numbers, whatever the loops demand
   efforts,       ///< efforts of the drives
   reactions,     ///< the same, with wrenches through joints
@@ -127,8 +140,10 @@ struct algorithm_row {
   const algorithm_kernels *kernel_table::*kernels = nullptr;
   /// The row whose kernels compute this one, with zeros for the inputs that this row lacks; null if it has its own.
   const algorithm_row *variant_of = nullptr;
-  coupled_by coupled = coupled_by::projection;
-  closed_by closed = closed_by::tree;
+  /// Of the library's rows, which say them all.  Kernels, whose own rows don't, know the tree alone.
+  mimic_by mimic = mimic_by::projection;
+  elements_by elements = elements_by::nothing;
+  loops_by loops = loops_by::tree;
 
   constexpr bool reads(input x) const {
     for (int i = 0; i < inputs; ++i)

@@ -86,7 +86,9 @@ constexpr algorithm_row inverse_dynamics = {
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
-    .closed = closed_by::efforts,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::wrenches,
+    .loops = loops_by::efforts,
 };
 
 constexpr algorithm_row inverse_dynamics_with_reactions = {
@@ -102,7 +104,9 @@ constexpr algorithm_row inverse_dynamics_with_reactions = {
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_with_reactions,
-    .closed = closed_by::reactions,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::wrenches,
+    .loops = loops_by::reactions,
 };
 
 constexpr algorithm_row effort_parts = {
@@ -118,7 +122,9 @@ constexpr algorithm_row effort_parts = {
     .results = 1,
     .result = {{"parts", 2, {extent::five, extent::nv}}},
     .kernels = &kernel_table::effort_parts,
-    .closed = closed_by::parts,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::wrenches,
+    .loops = loops_by::parts,
 };
 
 constexpr algorithm_row forward_dynamics = {
@@ -134,8 +140,9 @@ constexpr algorithm_row forward_dynamics = {
     .results = 1,
     .result = {{"a", 1, {extent::motion}}},
     .kernels = &kernel_table::forward_dynamics,
-    .coupled = coupled_by::solution,
-    .closed = closed_by::accelerations,
+    .mimic = mimic_by::solution,
+    .elements = elements_by::wrenches,
+    .loops = loops_by::accelerations,
 };
 
 constexpr algorithm_row forward_dynamics_by_mass_matrix = {
@@ -151,8 +158,9 @@ constexpr algorithm_row forward_dynamics_by_mass_matrix = {
     .results = 1,
     .result = {{"a", 1, {extent::motion}}},
     .kernels = &kernel_table::forward_dynamics_by_mass_matrix,
-    .coupled = coupled_by::solution,
-    .closed = closed_by::accelerations,
+    .mimic = mimic_by::solution,
+    .elements = elements_by::wrenches,
+    .loops = loops_by::accelerations,
 };
 
 constexpr algorithm_row hybrid_dynamics = {
@@ -168,8 +176,9 @@ constexpr algorithm_row hybrid_dynamics = {
     .results = 2,
     .result = {{"a_out", 1, {extent::motion}}, {"tau_out", 1, {extent::nv}}},
     .kernels = &kernel_table::hybrid_dynamics,
-    .coupled = coupled_by::hybrid,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::hybrid,
+    .elements = elements_by::wrenches,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row velocity_jump = {
@@ -185,8 +194,9 @@ constexpr algorithm_row velocity_jump = {
     .results = 1,
     .result = {{"dv", 1, {extent::motion}}},
     .kernels = &kernel_table::velocity_jump,
-    .coupled = coupled_by::jump,
-    .closed = closed_by::jump,
+    .mimic = mimic_by::jump,
+    .elements = elements_by::nothing,
+    .loops = loops_by::jump,
 };
 
 constexpr algorithm_row mass_matrix = {
@@ -202,7 +212,9 @@ constexpr algorithm_row mass_matrix = {
     .results = 1,
     .result = {{"M", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::mass_matrix,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row mass_matrix_upper = {
@@ -218,8 +230,9 @@ constexpr algorithm_row mass_matrix_upper = {
     .results = 1,
     .result = {{"M", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::mass_matrix_upper,
-    .coupled = coupled_by::upper_triangle,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::upper_triangle,
+    .elements = elements_by::nothing,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row mass_matrix_tree = {
@@ -235,8 +248,9 @@ constexpr algorithm_row mass_matrix_tree = {
     .results = 1,
     .result = {{"M", 1, {extent::tree}}},
     .kernels = &kernel_table::mass_matrix_tree,
-    .coupled = coupled_by::refusal,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::refusal,
+    .elements = elements_by::nothing,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row mass_matrix_factor = {
@@ -252,8 +266,9 @@ constexpr algorithm_row mass_matrix_factor = {
     .results = 1,
     .result = {{"LD", 1, {extent::tree}}},
     .kernels = &kernel_table::mass_matrix_factor,
-    .coupled = coupled_by::refusal,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::refusal,
+    .elements = elements_by::nothing,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row mass_matrix_inverse = {
@@ -269,8 +284,9 @@ constexpr algorithm_row mass_matrix_inverse = {
     .results = 1,
     .result = {{"W", 2, {extent::motion, extent::motion}}},
     .kernels = &kernel_table::mass_matrix_inverse,
-    .coupled = coupled_by::inverse,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::inverse,
+    .elements = elements_by::nothing,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row solve_mass_matrix = {
@@ -286,8 +302,9 @@ constexpr algorithm_row solve_mass_matrix = {
     .results = 1,
     .result = {{"a", 1, {extent::motion}}},
     .kernels = &kernel_table::solve_mass_matrix,
-    .coupled = coupled_by::product,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::product,
+    .elements = elements_by::nothing,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row coriolis_matrix = {
@@ -303,7 +320,9 @@ constexpr algorithm_row coriolis_matrix = {
     .results = 1,
     .result = {{"C", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::coriolis_matrix,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row frame_poses = {
@@ -319,6 +338,9 @@ constexpr algorithm_row frame_poses = {
     .results = 1,
     .result = {{"poses", 3, {extent::links, extent::four, extent::four}}},
     .kernels = &kernel_table::frame_poses,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row frame_velocities = {
@@ -334,6 +356,9 @@ constexpr algorithm_row frame_velocities = {
     .results = 1,
     .result = {{"twists", 2, {extent::links, extent::six}}},
     .kernels = &kernel_table::frame_velocities,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row frame_accelerations = {
@@ -349,6 +374,9 @@ constexpr algorithm_row frame_accelerations = {
     .results = 1,
     .result = {{"accelerations", 2, {extent::links, extent::six}}},
     .kernels = &kernel_table::frame_accelerations,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row point_velocity = {
@@ -364,6 +392,9 @@ constexpr algorithm_row point_velocity = {
     .results = 1,
     .result = {{"velocity", 1, {extent::three}}},
     .kernels = &kernel_table::point_velocity,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row point_acceleration = {
@@ -379,6 +410,9 @@ constexpr algorithm_row point_acceleration = {
     .results = 1,
     .result = {{"acceleration", 1, {extent::three}}},
     .kernels = &kernel_table::point_acceleration,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row jacobian = {
@@ -394,6 +428,9 @@ constexpr algorithm_row jacobian = {
     .results = 1,
     .result = {{"J", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::jacobian,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row jacobian_rate = {
@@ -409,6 +446,9 @@ constexpr algorithm_row jacobian_rate = {
     .results = 1,
     .result = {{"rate", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::jacobian_rate,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row relative_pose = {
@@ -424,6 +464,9 @@ constexpr algorithm_row relative_pose = {
     .results = 1,
     .result = {{"pose", 2, {extent::four, extent::four}}},
     .kernels = &kernel_table::relative_pose,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row relative_velocity = {
@@ -439,6 +482,9 @@ constexpr algorithm_row relative_velocity = {
     .results = 1,
     .result = {{"twist", 1, {extent::six}}},
     .kernels = &kernel_table::relative_velocity,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row relative_jacobian = {
@@ -454,6 +500,9 @@ constexpr algorithm_row relative_jacobian = {
     .results = 1,
     .result = {{"J", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::relative_jacobian,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row operational_space_inertia_inverse = {
@@ -469,8 +518,9 @@ constexpr algorithm_row operational_space_inertia_inverse = {
     .results = 1,
     .result = {{"inverse", 2, {extent::twists, extent::twists}}},
     .kernels = &kernel_table::operational_space_inertia_inverse,
-    .coupled = coupled_by::operational_inverse,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::operational_inverse,
+    .elements = elements_by::nothing,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row operational_space_inertia = {
@@ -486,8 +536,9 @@ constexpr algorithm_row operational_space_inertia = {
     .results = 2,
     .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"rank", 0, {}}},
     .kernels = &kernel_table::operational_space_inertia,
-    .coupled = coupled_by::operational_inertia,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::operational_inertia,
+    .elements = elements_by::nothing,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row operational_space = {
@@ -503,8 +554,9 @@ constexpr algorithm_row operational_space = {
     .results = 4,
     .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"bias", 1, {extent::twists}}, {"pseudo_inverse", 2, {extent::nv, extent::twists}}, {"rank", 0, {}}},
     .kernels = &kernel_table::operational_space,
-    .coupled = coupled_by::operational_space,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::operational_space,
+    .elements = elements_by::wrenches,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row energy = {
@@ -520,6 +572,9 @@ constexpr algorithm_row energy = {
     .results = 2,
     .result = {{"kinetic", 0, {}}, {"potential", 0, {}}},
     .kernels = &kernel_table::energy,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::energy,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row external_power = {
@@ -535,6 +590,9 @@ constexpr algorithm_row external_power = {
     .results = 1,
     .result = {{"power", 0, {}}},
     .kernels = &kernel_table::external_power,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row center_of_mass = {
@@ -550,6 +608,9 @@ constexpr algorithm_row center_of_mass = {
     .results = 1,
     .result = {{"center", 1, {extent::three}}},
     .kernels = &kernel_table::center_of_mass,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row center_of_mass_jacobian = {
@@ -565,6 +626,9 @@ constexpr algorithm_row center_of_mass_jacobian = {
     .results = 1,
     .result = {{"J", 2, {extent::three, extent::nv}}},
     .kernels = &kernel_table::center_of_mass_jacobian,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row center_of_mass_velocity = {
@@ -580,6 +644,9 @@ constexpr algorithm_row center_of_mass_velocity = {
     .results = 1,
     .result = {{"velocity", 1, {extent::three}}},
     .kernels = &kernel_table::center_of_mass_velocity,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row center_of_mass_acceleration = {
@@ -595,6 +662,9 @@ constexpr algorithm_row center_of_mass_acceleration = {
     .results = 1,
     .result = {{"acceleration", 1, {extent::three}}},
     .kernels = &kernel_table::center_of_mass_acceleration,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row centroidal_momentum = {
@@ -610,6 +680,9 @@ constexpr algorithm_row centroidal_momentum = {
     .results = 1,
     .result = {{"momentum", 1, {extent::six}}},
     .kernels = &kernel_table::centroidal_momentum,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row centroidal_momentum_matrix = {
@@ -625,6 +698,9 @@ constexpr algorithm_row centroidal_momentum_matrix = {
     .results = 1,
     .result = {{"matrix", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::centroidal_momentum_matrix,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row centroidal_momentum_rate = {
@@ -640,6 +716,9 @@ constexpr algorithm_row centroidal_momentum_rate = {
     .results = 1,
     .result = {{"rate", 1, {extent::six}}},
     .kernels = &kernel_table::centroidal_momentum_rate,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row inverse_dynamics_derivatives = {
@@ -655,7 +734,9 @@ constexpr algorithm_row inverse_dynamics_derivatives = {
     .results = 3,
     .result = {{"dtau_dq", 2, {extent::nv, extent::nv}}, {"dtau_dv", 2, {extent::nv, extent::nv}}, {"dtau_da", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_derivatives,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::effort_derivatives,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row inverse_dynamics_gradient = {
@@ -671,7 +752,9 @@ constexpr algorithm_row inverse_dynamics_gradient = {
     .results = 3,
     .result = {{"by_q", 1, {extent::nv}}, {"by_v", 1, {extent::nv}}, {"by_a", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_gradient,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::effort_gradient,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row forward_dynamics_derivatives = {
@@ -687,8 +770,9 @@ constexpr algorithm_row forward_dynamics_derivatives = {
     .results = 3,
     .result = {{"da_dq", 2, {extent::nv, extent::nv}}, {"da_dv", 2, {extent::nv, extent::nv}}, {"da_dtau", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::forward_dynamics_derivatives,
-    .coupled = coupled_by::solution_derivatives,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::solution_derivatives,
+    .elements = elements_by::acceleration_derivatives,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row reactions_derivatives = {
@@ -704,7 +788,9 @@ constexpr algorithm_row reactions_derivatives = {
     .results = 3,
     .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},
     .kernels = &kernel_table::reactions_derivatives,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::reaction_derivatives,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row reactions_external_derivatives = {
@@ -720,7 +806,9 @@ constexpr algorithm_row reactions_external_derivatives = {
     .results = 1,
     .result = {{"by_external", 4, {extent::joints, extent::six, extent::all_links, extent::six}}},
     .kernels = &kernel_table::reactions_external_derivatives,
-    .closed = closed_by::linear,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::linear,
 };
 
 constexpr algorithm_row frame_velocities_derivatives = {
@@ -736,6 +824,9 @@ constexpr algorithm_row frame_velocities_derivatives = {
     .results = 2,
     .result = {{"by_q", 3, {extent::links, extent::six, extent::nv}}, {"by_v", 3, {extent::links, extent::six, extent::nv}}},
     .kernels = &kernel_table::frame_velocities_derivatives,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row frame_accelerations_derivatives = {
@@ -751,6 +842,9 @@ constexpr algorithm_row frame_accelerations_derivatives = {
     .results = 3,
     .result = {{"by_q", 3, {extent::links, extent::six, extent::nv}}, {"by_v", 3, {extent::links, extent::six, extent::nv}}, {"by_a", 3, {extent::links, extent::six, extent::nv}}},
     .kernels = &kernel_table::frame_accelerations_derivatives,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row energy_derivatives = {
@@ -766,6 +860,9 @@ constexpr algorithm_row energy_derivatives = {
     .results = 3,
     .result = {{"kinetic_by_q", 1, {extent::nv}}, {"kinetic_by_v", 1, {extent::nv}}, {"potential_by_q", 1, {extent::nv}}},
     .kernels = &kernel_table::energy_derivatives,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::energy_derivatives,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row centroidal_momentum_derivatives = {
@@ -781,6 +878,9 @@ constexpr algorithm_row centroidal_momentum_derivatives = {
     .results = 2,
     .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::centroidal_momentum_derivatives,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row centroidal_momentum_rate_derivatives = {
@@ -796,6 +896,9 @@ constexpr algorithm_row centroidal_momentum_rate_derivatives = {
     .results = 3,
     .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}, {"by_a", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::centroidal_momentum_rate_derivatives,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row inverse_dynamics_second_derivatives = {
@@ -811,7 +914,9 @@ constexpr algorithm_row inverse_dynamics_second_derivatives = {
     .results = 4,
     .result = {{"d2tau_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"dM_dq", 3, {extent::nv, extent::nv, extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_second_derivatives,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::refusal,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row forward_dynamics_second_derivatives = {
@@ -827,8 +932,9 @@ constexpr algorithm_row forward_dynamics_second_derivatives = {
     .results = 4,
     .result = {{"d2a_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdtau", 3, {extent::nv, extent::nv, extent::nv}}},
     .kernels = &kernel_table::forward_dynamics_second_derivatives,
-    .coupled = coupled_by::solution_second_derivatives,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::solution_second_derivatives,
+    .elements = elements_by::refusal,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row inverse_dynamics_regressor = {
@@ -844,7 +950,9 @@ constexpr algorithm_row inverse_dynamics_regressor = {
     .results = 1,
     .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
     .kernels = &kernel_table::inverse_dynamics_regressor,
-    .closed = closed_by::linear,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::linear,
 };
 
 constexpr algorithm_row reactions_regressor = {
@@ -860,7 +968,9 @@ constexpr algorithm_row reactions_regressor = {
     .results = 1,
     .result = {{"Y", 4, {extent::joints, extent::six, extent::all_links, extent::ten}}},
     .kernels = &kernel_table::reactions_regressor,
-    .closed = closed_by::linear,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::linear,
 };
 
 constexpr algorithm_row energy_regressor = {
@@ -876,6 +986,9 @@ constexpr algorithm_row energy_regressor = {
     .results = 2,
     .result = {{"kinetic", 2, {extent::links, extent::ten}}, {"potential", 2, {extent::links, extent::ten}}},
     .kernels = &kernel_table::energy_regressor,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row momentum_regressor = {
@@ -891,6 +1004,9 @@ constexpr algorithm_row momentum_regressor = {
     .results = 1,
     .result = {{"P", 3, {extent::six, extent::links, extent::ten}}},
     .kernels = &kernel_table::momentum_regressor,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row integrate = {
@@ -906,6 +1022,9 @@ constexpr algorithm_row integrate = {
     .results = 1,
     .result = {{"q1", 1, {extent::nq}}},
     .kernels = &kernel_table::integrate,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row difference = {
@@ -921,6 +1040,9 @@ constexpr algorithm_row difference = {
     .results = 1,
     .result = {{"dv", 1, {extent::motion}}},
     .kernels = &kernel_table::difference,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row interpolate = {
@@ -936,6 +1058,9 @@ constexpr algorithm_row interpolate = {
     .results = 1,
     .result = {{"between", 1, {extent::nq}}},
     .kernels = &kernel_table::interpolate,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row integrate_jacobians = {
@@ -951,6 +1076,9 @@ constexpr algorithm_row integrate_jacobians = {
     .results = 2,
     .result = {{"by_q", 2, {extent::motion, extent::nv}}, {"by_dv", 2, {extent::motion, extent::nv}}},
     .kernels = &kernel_table::integrate_jacobians,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row difference_jacobians = {
@@ -966,6 +1094,9 @@ constexpr algorithm_row difference_jacobians = {
     .results = 2,
     .result = {{"by_q0", 2, {extent::motion, extent::nv}}, {"by_q1", 2, {extent::motion, extent::nv}}},
     .kernels = &kernel_table::difference_jacobians,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row closed_inverse_dynamics = {
@@ -981,7 +1112,9 @@ constexpr algorithm_row closed_inverse_dynamics = {
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::closed_inverse_dynamics,
-    .closed = closed_by::plan,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::plan,
 };
 
 constexpr algorithm_row closed_inverse_dynamics_with_reactions = {
@@ -997,7 +1130,9 @@ constexpr algorithm_row closed_inverse_dynamics_with_reactions = {
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::closed_inverse_dynamics_with_reactions,
-    .closed = closed_by::plan,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::plan,
 };
 
 constexpr algorithm_row closed_forward_dynamics = {
@@ -1013,7 +1148,9 @@ constexpr algorithm_row closed_forward_dynamics = {
     .results = 1,
     .result = {{"a", 1, {extent::motion}}},
     .kernels = &kernel_table::closed_forward_dynamics,
-    .closed = closed_by::plan,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::plan,
 };
 
 constexpr algorithm_row closed_inverse_dynamics_derivatives = {
@@ -1029,7 +1166,9 @@ constexpr algorithm_row closed_inverse_dynamics_derivatives = {
     .results = 3,
     .result = {{"dtau_dq", 2, {extent::nv, extent::freedoms}}, {"dtau_dv", 2, {extent::nv, extent::freedoms}}, {"dtau_da", 2, {extent::nv, extent::freedoms}}},
     .kernels = &kernel_table::closed_inverse_dynamics_derivatives,
-    .closed = closed_by::plan,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::plan,
 };
 
 constexpr algorithm_row closed_forward_dynamics_derivatives = {
@@ -1045,7 +1184,9 @@ constexpr algorithm_row closed_forward_dynamics_derivatives = {
     .results = 3,
     .result = {{"da_dq", 2, {extent::motion, extent::freedoms}}, {"da_dv", 2, {extent::motion, extent::freedoms}}, {"da_dtau", 2, {extent::motion, extent::motion}}},
     .kernels = &kernel_table::closed_forward_dynamics_derivatives,
-    .closed = closed_by::plan,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::plan,
 };
 
 constexpr algorithm_row reactions = {
@@ -1062,7 +1203,9 @@ constexpr algorithm_row reactions = {
     .result = {},
     .kernels = &kernel_table::inverse_dynamics_with_reactions,
     .variant_of = &inverse_dynamics_with_reactions,
-    .closed = closed_by::reactions,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::wrenches,
+    .loops = loops_by::reactions,
 };
 
 constexpr algorithm_row bias = {
@@ -1079,7 +1222,9 @@ constexpr algorithm_row bias = {
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
     .variant_of = &inverse_dynamics,
-    .closed = closed_by::steady,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::wrenches,
+    .loops = loops_by::steady,
 };
 
 constexpr algorithm_row gravity_torque = {
@@ -1096,7 +1241,9 @@ constexpr algorithm_row gravity_torque = {
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
     .variant_of = &inverse_dynamics,
-    .closed = closed_by::statics,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::wrenches,
+    .loops = loops_by::statics,
 };
 
 constexpr algorithm_row frame_pose = {
@@ -1113,6 +1260,9 @@ constexpr algorithm_row frame_pose = {
     .result = {{"pose", 2, {extent::four, extent::four}}},
     .kernels = &kernel_table::frame_poses,
     .variant_of = &frame_poses,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row frame_velocity = {
@@ -1129,6 +1279,9 @@ constexpr algorithm_row frame_velocity = {
     .result = {{"twist", 1, {extent::six}}},
     .kernels = &kernel_table::frame_velocities,
     .variant_of = &frame_velocities,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row frame_acceleration = {
@@ -1145,6 +1298,9 @@ constexpr algorithm_row frame_acceleration = {
     .result = {{"acceleration", 1, {extent::six}}},
     .kernels = &kernel_table::frame_accelerations,
     .variant_of = &frame_accelerations,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row stiffness = {
@@ -1161,7 +1317,9 @@ constexpr algorithm_row stiffness = {
     .result = {{"K", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_derivatives,
     .variant_of = &inverse_dynamics_derivatives,
-    .closed = closed_by::refusal,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::effort_derivatives,
+    .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row frame_velocity_derivatives = {
@@ -1178,6 +1336,9 @@ constexpr algorithm_row frame_velocity_derivatives = {
     .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::frame_velocities_derivatives,
     .variant_of = &frame_velocities_derivatives,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row frame_acceleration_derivatives = {
@@ -1194,6 +1355,9 @@ constexpr algorithm_row frame_acceleration_derivatives = {
     .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}, {"by_a", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::frame_accelerations_derivatives,
     .variant_of = &frame_accelerations_derivatives,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::tree,
 };
 
 constexpr algorithm_row gravity_torque_regressor = {
@@ -1210,7 +1374,9 @@ constexpr algorithm_row gravity_torque_regressor = {
     .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
     .kernels = &kernel_table::inverse_dynamics_regressor,
     .variant_of = &inverse_dynamics_regressor,
-    .closed = closed_by::linear,
+    .mimic = mimic_by::projection,
+    .elements = elements_by::nothing,
+    .loops = loops_by::linear,
 };
 
 constexpr const algorithm_row *all[] = {

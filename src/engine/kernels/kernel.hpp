@@ -4,6 +4,7 @@
 #pragma once
 
 #include "engine/kernels/algorithm.hpp"
+#include "engine/kernels/one_state.hpp"
 #include "ksl/engine/lanes/transpose.hpp"
 #include "ksl/engine/lanes/workspace.hpp"
 
@@ -236,65 +237,21 @@ batch_outcome states_in_lanes(const model_view<scalar_of<P>> &model, const batch
   return {pieces.used(), stored.ordinary()};
 }
 
-/// Memory for one state of a batch.  Inputs are copied, since a result may be written in place over an argument.
-template <class Algorithm, class S> struct state_of_batch {
-  static constexpr algorithm_row row = Algorithm::row;
-  workspace_of<Algorithm, S> w;
-  S *numbers[most_inputs], *wrenches, *unwanted[most_results];
-  int *external_link;
-  reaction_result<S> *reactions;
-
-  void lay_out(arena &memory, const model_view<S> &model, const batch_view<S> &batch) {
-    w.lay_out(memory, model);
-    for (int i = 0; i < row.inputs; ++i)
-      numbers[i] = memory.take<S>(length_of(row.input_list[i], model.nq, model.nv));
-    wrenches = memory.take<S>(6 * batch.external_n);
-    external_link = memory.take<int>(batch.external_n);
-    reactions = memory.take<reaction_result<S>>(batch.reactions_n);
-    for (int r = 0; r < row.results; ++r)
-      unwanted[r] = memory.take<S>(batch.result[r].first ? 0 : numbers_of(row.result[r], extents_of(model, batch)));
-  }
-  state_view<S> load(const model_view<S> &model, const batch_view<S> &batch, std::size_t k) const {
-    state_view<S> s;
-    s.links = batch.links, s.frame = batch.frame, s.joints = batch.joints;
-    for (int i = 0; i < row.inputs; ++i) {
-      const input x = row.input_list[i];
-      input_of(s, x) = copy(input_of(batch, x), k, length_of(x, model.nq, model.nv), numbers[i]);
-    }
-    for (int e = 0; e < batch.external_n; ++e) {
-      external_link[e] = batch.external[e].link;
-      copy(batch.external[e].wrench, k, 6, wrenches + 6 * e);
-    }
-    s.external = {batch.external_n, external_link, wrenches, batch.external_axes};
-    s.reactions = reactions;
-    for (int r = 0; r < batch.reactions_n; ++r)
-      if (batch.reactions[r].out.first)
-        reactions[s.reactions_n++] = {&batch.reactions[r].request, ksl::row(batch.reactions[r].out, k)};
-    for (int r = 0; r < row.results; ++r)
-      s.result[r] = batch.result[r].first ? ksl::row(batch.result[r], k) : unwanted[r];
-    return s;
-  }
-
-private:
-  static const S *copy(const rows_view<const S> &rows, std::size_t k, int columns, S *out) {
-    for (int c = 0; c < columns; ++c)
-      out[c] = rows.first ? ksl::row(rows, k)[c] : S(0);
-    return out;
-  }
-};
-
 /// Computes a batch state by state, with the kernel for one state.  The baseline does so: it is for processors of 2009, and code for
 /// lanes would double what is compiled for it.
 template <class Algorithm, class S>
 batch_outcome states_one_by_one(const model_view<S> &model, const batch_view<S> &batch, std::size_t first,
                                 std::size_t end, void *memory) {
   arena pieces(memory);
-  state_of_batch<Algorithm, S> one;
-  one.lay_out(pieces, model, batch);
+  workspace_of<Algorithm, S> w;
+  w.lay_out(pieces, model);
+  copied_state<S> one;
+  const extents of = extents_of(model, batch);
+  one.lay_out(pieces, Algorithm::row, of, batch);
   sums<S> written(Algorithm::row.needs_mass);
   for (std::size_t k = first; memory && k < end; ++k) {
-    const state_view<S> s = one.load(model, batch, k);
-    Algorithm::form::state(model, one.w, s);
+    const state_view<S> s = one.load(Algorithm::row, of, batch, k);
+    Algorithm::form::state(model, w, s);
     Algorithm::form::add_results(model, s, written);
   }
   return {pieces.used(), written.ordinary()};

@@ -27,4 +27,14 @@ template <> inline const kernels_in<float> &in_precision<float>(const algorithm_
   return kernels.in_float;
 }
 
+template <class S> const kernels_in<S> &kernels_of_row(const algorithm_row &row) {
+  return in_precision<S>(*(kernels().*row.kernels));
+}
+
+/// Bytes of memory that the kernel of a batch needs: given none it computes nothing, and says how many.
+template <class S>
+std::size_t batch_bytes(const kernels_in<S> &kernel, const model_view<S> &view, const batch_view<S> &batch) {
+  return kernel.batch(view, batch, 0, 0, nullptr).bytes;
+}
+
 } // namespace ksl

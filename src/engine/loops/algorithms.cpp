@@ -5,8 +5,9 @@
 #include "engine/loops/loop_reaction.hpp"
 #include "engine/loops/closed_by_plan.hpp"
 #include "engine/loops/wrenches_on_links.hpp"
-#include "engine/states/one_state.hpp"
+#include "engine/kernels/one_state.hpp"
 
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <vector>
@@ -22,12 +23,12 @@ public:
 
   void lay_out(arena &memory) {
     const int nq = m_.nq(), nv = m_.nv();
-    c_.lay_out(memory, row_.closed == closed_by::linear ? 1 : room_.externals);
+    c_.lay_out(memory, row_.loops == loops_by::linear ? 1 : room_.externals);
     q_ = memory.take<double>(nq), v_ = memory.take<double>(nv), a_ = memory.take<double>(nv),
     tau_ = memory.take<double>(nv);
     result_ = memory.take<double>(5 * nv), wrenches_ = memory.take<double>(6 * room_.externals);
     requested_.lay_out(memory, m_, room_.joints);
-    if (row_.closed == closed_by::linear)
+    if (row_.loops == loops_by::linear)
       on_links_.lay_out(memory, m_, room_);
   }
 
@@ -35,6 +36,7 @@ public:
     copy(s.q, m_.nq(), q_), copy(s.v, m_.nv(), v_), copy(s.a, m_.nv(), a_), copy(s.tau, m_.nv(), tau_);
     copy(s.external.wrench, 6 * s.external.n, wrenches_);
     const external_wrenches<double> e = {s.external.n, s.external.link, wrenches_, s.external.axes};
+    is_finite_ = true;
     finding fault = c_.set_position(q_);
     if (!fault)
       fault = compute(e, s);
@@ -43,14 +45,19 @@ public:
     return fault;
   }
 
+  /// Are all results of the last state finite, if it has some?
+  bool is_finite() const { return is_finite_; }
+
 private:
   static void copy(const S *from, int n, double *to) {
     for (int i = 0; i < n; ++i)
       to[i] = from ? static_cast<double>(from[i]) : 0;
   }
-  static void store(const double *from, std::ptrdiff_t n, S *to) {
-    for (std::ptrdiff_t i = 0; i < n && to; ++i)
+  void store(const double *from, std::ptrdiff_t n, S *to) {
+    for (std::ptrdiff_t i = 0; i < n && to; ++i) {
       to[i] = static_cast<S>(from[i]);
+      is_finite_ = is_finite_ && std::isfinite(to[i]);
+    }
   }
   void fill(const state_view<S> &s, S x) const {
     for (int r = 0; r < row_.results; ++r)
@@ -64,24 +71,24 @@ private:
   finding compute(const external_wrenches<double> &e, const state_view<S> &s) {
     const int nv = m_.nv();
     finding fault;
-    switch (row_.closed) {
-    case closed_by::efforts: fault = c_.inverse_dynamics(q_, v_, a_, e, result_); break;
-    case closed_by::statics: fault = c_.inverse_dynamics(q_, nullptr, nullptr, e, result_); break;
-    case closed_by::steady:
+    switch (row_.loops) {
+    case loops_by::efforts: fault = c_.inverse_dynamics(q_, v_, a_, e, result_); break;
+    case loops_by::statics: fault = c_.inverse_dynamics(q_, nullptr, nullptr, e, result_); break;
+    case loops_by::steady:
       if (fault = c_.steady_acceleration(q_, v_, a_); !fault)
         fault = c_.inverse_dynamics(q_, v_, a_, e, result_);
       break;
-    case closed_by::accelerations: fault = c_.forward_dynamics(q_, v_, tau_, e, result_); break;
-    case closed_by::jump: fault = c_.velocity_jump(q_, e, result_); break;
-    case closed_by::parts: return set_parts(e, s);
-    case closed_by::linear: return set_linear(s);
-    case closed_by::reactions:
+    case loops_by::accelerations: fault = c_.forward_dynamics(q_, v_, tau_, e, result_); break;
+    case loops_by::jump: fault = c_.velocity_jump(q_, e, result_); break;
+    case loops_by::parts: return set_parts(e, s);
+    case loops_by::linear: return set_linear(s);
+    case loops_by::reactions:
       if (fault = c_.inverse_dynamics(q_, v_, a_, e, result_); !fault)
         set_reactions(e, s);
       break;
-    case closed_by::tree:
-    case closed_by::plan:
-    case closed_by::refusal: __builtin_unreachable();
+    case loops_by::tree:
+    case loops_by::plan:
+    case loops_by::refusal: __builtin_unreachable();
     }
     if (!fault && row_.results > 0)
       store(result_, nv, s.result[0]);
@@ -134,16 +141,17 @@ private:
   const room room_;
   closed_state c_;
   double *q_ = nullptr, *v_ = nullptr, *a_ = nullptr, *tau_ = nullptr, *result_ = nullptr, *wrenches_ = nullptr;
+  bool is_finite_ = true;
   requested_reactions requested_;
   wrenches_on_links on_links_;
 };
 
 } // namespace
 
-void require_closed(const algorithm_row &row, const model &m) {
-  if (row.closed == closed_by::plan)
+void refuse(const algorithm_row &row, const model &m) {
+  if (row.loops == loops_by::plan)
     throw std::invalid_argument(std::string(row.name) + " is private");
-  if (m.loops().empty() || row.closed != closed_by::refusal)
+  if (m.loops().empty() || row.loops != loops_by::refusal)
     return;
   throw std::invalid_argument(
       std::string(row.name) +
@@ -151,23 +159,50 @@ void require_closed(const algorithm_row &row, const model &m) {
       "when loops are cut has it, which is another machine: loops=\"cut\", or without_loops");
 }
 
-template <class S> room room_for(const state_view<S> &s) {
-  room wanted = {s.external.n, s.joints ? s.joints->n : 0, s.reactions_n, s.links.n};
-  for (int r = 0; r < s.reactions_n; ++r)
-    wanted.joints = std::max(wanted.joints, s.reactions[r].request->n);
-  return wanted;
-}
-
-template <class S> room room_for(const batch_view<S> &batch) {
-  room wanted = {batch.external_n, batch.joints ? batch.joints->n : 0, batch.reactions_n, batch.links.n};
-  for (int r = 0; r < batch.reactions_n; ++r)
-    wanted.joints = std::max(wanted.joints, batch.reactions[r].request.n);
-  return wanted;
-}
-
 namespace {
 
-template <class S> std::size_t counted_bytes(const algorithm_row &row, const model &m, room wanted) {
+/// The states of a batch: some at a time by the plan, and one by one those that it doesn't fit.
+template <class S> class states_of_batch {
+public:
+  states_of_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch)
+      : row_(row), m_(m), batch_(batch), of_(extents_of(m, batch)),
+        n_(static_cast<int>(std::min<std::size_t>(batch.n, closed_by_plan<S>::most))), fast_(row, m),
+        one_(row, m, room_for(batch)) {}
+
+  void lay_out(arena &memory) {
+    fast_.lay_out(memory, batch_, n_);
+    one_.lay_out(memory);
+    state_.lay_out(memory, computed(row_), of_, batch_);
+  }
+
+  /// Returns whether all have results.
+  bool run(std::size_t first, std::size_t end, bool by_plan) {
+    const bool suits = by_plan && fast_.suits();
+    bool found = true, done[closed_by_plan<S>::most] = {};
+    for (std::size_t k = first; k < end; k += static_cast<std::size_t>(n_)) {
+      const int n = static_cast<int>(std::min(end - k, static_cast<std::size_t>(n_)));
+      if (suits)
+        fast_.run(batch_, k, n, done);
+      for (int i = 0; i < n; ++i)
+        if (!done[i])
+          found = !one_.run(state_.load(computed(row_), of_, batch_, k + static_cast<std::size_t>(i))) &&
+                  one_.is_finite() && found;
+    }
+    return found;
+  }
+
+private:
+  const algorithm_row &row_;
+  const model &m_;
+  const batch_view<S> &batch_;
+  const extents of_;
+  const int n_;
+  closed_by_plan<S> fast_;
+  runner<S> one_;
+  copied_state<S> state_ = {};
+};
+
+template <class S> std::size_t counted_bytes(const algorithm_row &row, const model &m, const room &wanted) {
   batch_view<S> batch;
   reaction_request request;
   request.n = wanted.joints * std::max(wanted.requests, 1);
@@ -176,10 +211,10 @@ template <class S> std::size_t counted_bytes(const algorithm_row &row, const mod
   batch.joints = &request, batch.links.n = wanted.links;
   arena measure;
   measure.take<external_rows<S>>(wanted.externals);
-  measure.take<reaction_rows<S>>(wanted.requests); // of run_state, and twice those of planned
+  measure.take<reaction_rows<S>>(wanted.requests); // of run_state, and twice those of closed_by_plan
   measure.take<reaction_rows<S>>(wanted.requests);
   measure.take<reaction_result<S>>(wanted.requests);
-  return measure.used() + loops::run_batch<S>(row, m, batch, 0, 0, nullptr).bytes;
+  return measure.used() + batch_bytes(row, m, batch);
 }
 
 /// For a wrench on each link and a request that names each joint once, of any algorithm but the linear ones.
@@ -190,10 +225,15 @@ template <class S> std::size_t most_bytes(const model &m) {
   return most;
 }
 
+/// Does memory for the one have room for the other?
+bool fits(const room &wanted, const room &given) {
+  return wanted.externals <= given.externals && wanted.joints <= given.joints && wanted.requests <= given.requests;
+}
+
 } // namespace
 
-template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, room wanted) {
-  if (row.closed == closed_by::linear || !fits(wanted, room_of_data(m))) // which need much
+template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, const room &wanted) {
+  if (row.loops == loops_by::linear || !fits(wanted, room_of_data(m))) // which need much
     return counted_bytes<S>(row, m, wanted);
   bytes_of_calls &bytes =
       *m.loop_tables().bytes; // copies of a model share them: they differ in masses and gravity alone
@@ -210,8 +250,8 @@ template <class S> bool run_state(const algorithm_row &row, const model &m, void
   one_as_batch<S> alone;
   alone.lay_out(pieces, s.external.n, s.reactions_n);
   const batch_view<S> batch = alone.of(s);
-  // by the plan at first, in memory that is not larger than that of run_batch, and without the time that laying out all of that takes
-  planned<S> fast(row, m);
+  // by the plan at first, in memory that is not larger than that of a batch, and without the time that laying out all of that takes
+  closed_by_plan<S> fast(row, m);
   if (bool done = false; fast.suits()) {
     arena part = pieces;
     fast.lay_out(part, batch, 1);
@@ -219,31 +259,24 @@ template <class S> bool run_state(const algorithm_row &row, const model &m, void
     if (done)
       return true;
   }
-  return loops::run_batch(row, m, batch, 0, 1, pieces.take<std::byte>(0), false).ordinary;
+  states_of_batch<S> states(row, m, batch);
+  states.lay_out(pieces);
+  return states.run(0, 1, false);
+}
+
+template <class S> std::size_t batch_bytes(const algorithm_row &row, const model &m, const batch_view<S> &batch) {
+  arena measure;
+  states_of_batch<S>(row, m, batch).lay_out(measure);
+  return measure.used();
 }
 
 template <class S>
-batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
-                        std::size_t end, void *memory, bool by_plan) {
-  const int states = static_cast<int>(std::min<std::size_t>(batch.n, planned<S>::most));
-  planned<S> fast(row, m);
-  runner<S> one(row, m, room_for(batch));
-  one_state_memory<S> state;
+bool run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
+               void *memory) {
   arena pieces(memory);
-  fast.lay_out(pieces, batch, states);
-  one.lay_out(pieces);
-  state.lay_out(pieces, row, m, batch, 0);
-  const bool suits = memory && by_plan && fast.suits();
-  bool ordinary = true, done[planned<S>::most] = {};
-  for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
-    const int n = static_cast<int>(std::min(end - k, static_cast<std::size_t>(states)));
-    if (suits)
-      fast.run(batch, k, n, done);
-    for (int i = 0; i < n; ++i)
-      if (!done[i])
-        ordinary = !one.run(state.load(row, m, batch, k + static_cast<std::size_t>(i))) && ordinary;
-  }
-  return {pieces.used(), ordinary};
+  states_of_batch<S> states(row, m, batch);
+  states.lay_out(pieces);
+  return states.run(first, end, true);
 }
 
 template <class S> std::string reason(const algorithm_row &row, const model &m, const state_view<S> &given) {
@@ -270,12 +303,11 @@ template <class S> std::string reason(const algorithm_row &row, const model &m, 
 }
 
 #define KSL_INSTANTIATE(S)                                                                                             \
-  template room room_for(const state_view<S> &);                                                                       \
-  template room room_for(const batch_view<S> &);                                                                       \
-  template std::size_t state_bytes<S>(const algorithm_row &, const model &, room);                                     \
+  template std::size_t state_bytes<S>(const algorithm_row &, const model &, const room &);                             \
   template bool run_state(const algorithm_row &, const model &, void *, const state_view<S> &);                        \
-  template batch_outcome run_batch(const algorithm_row &, const model &, const batch_view<S> &, std::size_t,           \
-                                   std::size_t, void *, bool);                                                         \
+  template std::size_t batch_bytes(const algorithm_row &, const model &, const batch_view<S> &);                       \
+  template bool run_batch(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t,       \
+                          void *);                                                                                     \
   template std::string reason(const algorithm_row &, const model &, const state_view<S> &);
 KSL_INSTANTIATE(double)
 KSL_INSTANTIATE(float)

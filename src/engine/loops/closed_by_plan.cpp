@@ -1,7 +1,6 @@
 #include "engine/loops/closed_by_plan.hpp"
 
 #include "engine/mimic/mechanism_kernel.hpp"
-#include "engine/states/one_state.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +12,9 @@ namespace {
 constexpr int parts = 5;
 
 /// The private row whose kernels compute a row.
-const algorithm_row &row_by_plan(closed_by by) {
-  return by == closed_by::accelerations || by == closed_by::jump ? rows::closed_forward_dynamics
-         : by == closed_by::reactions                            ? rows::closed_inverse_dynamics_with_reactions
+const algorithm_row &row_by_plan(loops_by by) {
+  return by == loops_by::accelerations || by == loops_by::jump ? rows::closed_forward_dynamics
+         : by == loops_by::reactions                            ? rows::closed_inverse_dynamics_with_reactions
                                                                  : rows::closed_inverse_dynamics;
 }
 
@@ -32,35 +31,34 @@ template <class S> bool are_numbers(const S *x, int n) {
 
 } // namespace
 
-template <class S> bool planned<S>::suits() const {
+template <class S> bool closed_by_plan<S>::suits() const {
   const loop_view<S> *const loops = view_.loops;
   if (!loops || m_.nv() == 0)
     return false;
-  switch (row_.closed) {
-  case closed_by::accelerations: return loops->freedoms > 0;
-  case closed_by::jump: // springs would act, and armatures have to
+  switch (row_.loops) {
+  case loops_by::accelerations: return loops->freedoms > 0;
+  case loops_by::jump: // springs would act, and armatures have to
     return loops->freedoms > 0 && !view_.physics && forces_.ends() == 0;
-  case closed_by::steady: return loops->drives_are_independent || loops->freedoms == 0;
-  case closed_by::efforts:
-  case closed_by::statics:
-  case closed_by::parts:
-  case closed_by::reactions: return determines_efforts(*loops);
+  case loops_by::steady: return loops->drives_are_independent || loops->freedoms == 0;
+  case loops_by::efforts:
+  case loops_by::statics:
+  case loops_by::parts:
+  case loops_by::reactions: return determines_efforts(*loops);
   default: return false;
   }
 }
 
-template <class S> void planned<S>::lay_out(arena &memory, const batch_view<S> &batch, int states) {
+template <class S> void closed_by_plan<S>::lay_out(arena &memory, const batch_view<S> &batch, int states) {
   const int nv = m_.nv(), externals = batch.external_n + forces_.ends();
   int joints = 0; // of all requests, for what is measured below
   for (int r = 0; r < batch.reactions_n; ++r)
     joints += batch.reactions[r].request.n;
   numbers_ = memory.take<S>(states * nv), still_ = memory.take<S>(nv);
   external_ = memory.take<external_rows<S>>(externals);
-  state_external_ = memory.take<S>(6 * externals), state_links_ = memory.take<int>(externals);
   reactions_ = memory.take<reaction_rows<S>>(batch.reactions_n);
-  state_reactions_ = memory.take<reaction_result<S>>(batch.reactions_n);
+  state_.lay_out(memory, externals, batch.reactions_n);
   std::size_t bytes = 0;
-  parts_ = memory.take<S>(row_.closed == closed_by::parts ? std::ptrdiff_t(states) * parts * nv : 0);
+  parts_ = memory.take<S>(row_.loops == loops_by::parts ? std::ptrdiff_t(states) * parts * nv : 0);
   reaction_rows<S> rows[1];
   for (const algorithm_row *row : // those of any call, since memory is measured for one of them
        {&rows::closed_forward_dynamics, &rows::closed_inverse_dynamics, &rows::closed_inverse_dynamics_with_reactions,
@@ -70,26 +68,26 @@ template <class S> void planned<S>::lay_out(arena &memory, const batch_view<S> &
     all.n = joints;
     rows[0] = {all, {}};
     part.n = static_cast<std::size_t>(states), part.external_n = externals, part.reactions_n = 1, part.reactions = rows;
-    const mechanism_kernel<S> kernel = {*row, m_, view_};
+    const mimic::mechanism_kernel<S> kernel = {*row, m_, view_};
     bytes = std::max(bytes, kernel.state_bytes());
     if (states > 1)
-      bytes = std::max(bytes, kernel.batch(part, nullptr));
+      bytes = std::max(bytes, kernel.batch_bytes(part));
   }
   workspace_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(bytes));
   if (forces_.ends() > 0)
     forces_.lay_out(memory, batch.external_n, states);
 }
 
-template <class S> batch_view<S> planned<S>::part_of(const batch_view<S> &batch, std::size_t first, int n) const {
+template <class S> batch_view<S> closed_by_plan<S>::part_of(const batch_view<S> &batch, std::size_t first, int n) const {
   batch_view<S> part;
   part.n = static_cast<std::size_t>(n);
   part.q = rows_from(batch.q, first), part.v = rows_from(batch.v, first), part.a = rows_from(batch.a, first);
   part.tau = rows_from(batch.tau, first);
-  if (row_.closed == closed_by::statics)
+  if (row_.loops == loops_by::statics)
     part.v = part.a = {still_, 0};
-  if (row_.closed == closed_by::steady)
+  if (row_.loops == loops_by::steady)
     part.a = {still_, 0};
-  if (row_.closed == closed_by::jump)
+  if (row_.loops == loops_by::jump)
     part.v = part.tau = {still_, 0};
   const bool elements = forces_.ends() > 0; // `first` is the state that run has set them at
   for (int e = 0; e < batch.external_n + forces_.ends(); ++e)
@@ -101,18 +99,18 @@ template <class S> batch_view<S> planned<S>::part_of(const batch_view<S> &batch,
 }
 
 /// Several states in lanes, or one alone.
-template <class S> void planned<S>::call(const algorithm_row &row, const batch_view<S> &part) {
-  const mechanism_kernel<S> kernel = {row, m_, view_};
+template <class S> void closed_by_plan<S>::call(const algorithm_row &row, const batch_view<S> &part) {
+  const mimic::mechanism_kernel<S> kernel = {row, m_, view_};
   if (part.n > 1) {
     kernel.batch(part, workspace_);
     return;
   }
-  kernel.state(workspace_, first_state(part, state_links_, state_external_, state_reactions_));
+  kernel.state(workspace_, state_.load(part, 0));
 }
 
 /// The parts of efforts, where numbers_ has efforts (algorithms.cpp says what they are).
 template <class S>
-void planned<S>::set_parts(const batch_view<S> &batch, batch_view<S> part, std::size_t first, const bool *done) {
+void closed_by_plan<S>::set_parts(const batch_view<S> &batch, batch_view<S> part, std::size_t first, const bool *done) {
   const std::ptrdiff_t nv = m_.nv();
   part.reactions_n = 0, part.result[0] = {parts_, parts * nv};
   call(rows::effort_parts, part);
@@ -129,7 +127,7 @@ void planned<S>::set_parts(const batch_view<S> &batch, batch_view<S> part, std::
   }
 }
 
-template <class S> void planned<S>::run(const batch_view<S> &batch, std::size_t first, int n, bool *done) {
+template <class S> void closed_by_plan<S>::run(const batch_view<S> &batch, std::size_t first, int n, bool *done) {
   const int nv = m_.nv();
   std::fill_n(still_, nv, S(0));
   if (forces_.ends() > 0)
@@ -140,10 +138,10 @@ template <class S> void planned<S>::run(const batch_view<S> &batch, std::size_t 
   for (int r = 0; r < batch.reactions_n; ++r)
     if (const reaction_rows<S> &asked = batch.reactions[r]; asked.out.first)
       reactions_[part.reactions_n++] = {asked.request, rows_from(asked.out, first)};
-  call(row_by_plan(row_.closed), part);
+  call(row_by_plan(row_.loops), part);
   for (int i = 0; i < n; ++i)
     done[i] = are_numbers(numbers_ + i * nv, nv);
-  if (row_.closed == closed_by::parts && batch.result[0].first)
+  if (row_.loops == loops_by::parts && batch.result[0].first)
     return set_parts(batch, part, first, done);
   for (int i = 0; i < n && row_.results > 0 && batch.result[0].first; ++i)
     if (done[i])
@@ -152,8 +150,8 @@ template <class S> void planned<S>::run(const batch_view<S> &batch, std::size_t 
 
 template <class S> bool run_alone(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
   const model_view<S> &view = m.view_in<S>();
-  const bool forward = row.closed == closed_by::accelerations,
-             inverse = row.closed == closed_by::efforts || row.closed == closed_by::reactions;
+  const bool forward = row.loops == loops_by::accelerations,
+             inverse = row.loops == loops_by::efforts || row.loops == loops_by::reactions;
   if (!view.loops || m.nv() == 0 || m.acting_force_elements() > 0 ||
       !(forward ? view.loops->freedoms > 0 : inverse && determines_efforts(*view.loops)))
     return false;
@@ -165,7 +163,7 @@ template <class S> bool run_alone(const algorithm_row &row, const model &m, void
   for (int r = 0; r < s.reactions_n; ++r)
     if (s.reactions[r].out)
       reactions[alone.reactions_n++] = s.reactions[r];
-  mechanism_kernel<S>{row_by_plan(row.closed), m, view}.state(pieces.take<std::byte>(0), alone);
+  mimic::mechanism_kernel<S>{row_by_plan(row.loops), m, view}.state(pieces.take<std::byte>(0), alone);
   if (!are_numbers(alone.result[0], m.nv()))
     return false;
   if (row.results > 0 && s.result[0])
@@ -173,8 +171,8 @@ template <class S> bool run_alone(const algorithm_row &row, const model &m, void
   return true;
 }
 
-template class planned<double>;
-template class planned<float>;
+template class closed_by_plan<double>;
+template class closed_by_plan<float>;
 template bool run_alone(const algorithm_row &, const model &, void *, const state_view<double> &);
 template bool run_alone(const algorithm_row &, const model &, void *, const state_view<float> &);
 

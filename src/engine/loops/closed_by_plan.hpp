@@ -1,34 +1,33 @@
 // States that the model's plan of elimination fits (ksl/engine/model/loop_view.hpp), by kernels, in lanes.
 #pragma once
 
-#include "engine/kernels/algorithm_rows.hpp"
 #include "engine/elements/forces.hpp"
-#include "engine/kernels/kernels.hpp"
+#include "engine/kernels/one_state.hpp"
 #include "engine/loops/tables.hpp"
 #include "ksl/engine/lanes/workspace.hpp"
 #include "ksl/model.hpp"
 
 namespace ksl::loops {
 
-template <class S> class planned {
+template <class S> class closed_by_plan {
 public:
   static constexpr int most = 64; ///< states at a time
 
   /// loops: the model's plan where another tolerance is wanted; it lives as long as this.
-  planned(const algorithm_row &row, const model &m, const loop_view<S> *loops = nullptr)
+  closed_by_plan(const algorithm_row &row, const model &m, const loop_view<S> *loops = nullptr)
       : row_(row), m_(m), view_(m.view_in<S>()), forces_(m, m.acting_force_elements()) {
     if (loops)
       view_.loops = loops;
-    if (row.closed == closed_by::jump) // accelerations at rest without weight
+    if (row.loops == loops_by::jump) // accelerations at rest without weight
       view_.gravity = {0, 0, 0};
-    if (row.closed == closed_by::steady && view_.loops) {
+    if (row.loops == loops_by::steady && view_.loops) {
       steady_ = *view_.loops;
       steady_.steady = true;
       view_.loops = &steady_;
     }
   }
-  planned(const planned &) = delete;
-  planned &operator=(const planned &) = delete;
+  closed_by_plan(const closed_by_plan &) = delete;
+  closed_by_plan &operator=(const closed_by_plan &) = delete;
 
   /// Are there kernels for this call?
   bool suits() const;
@@ -52,10 +51,8 @@ private:
   S *numbers_ = nullptr, *parts_ = nullptr;
   S *still_ = nullptr; ///< (nv) zeros
   external_rows<S> *external_ = nullptr;
-  S *state_external_ = nullptr; ///< of one state
-  int *state_links_ = nullptr;
   reaction_rows<S> *reactions_ = nullptr; ///< of each request
-  reaction_result<S> *state_reactions_ = nullptr;
+  state_in_batch<S> state_ = {};
   void *workspace_ = nullptr;
 };
 

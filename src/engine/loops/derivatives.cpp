@@ -182,7 +182,7 @@ bool derive_by_plan(bool forward, const model &m, data *d, state_view<double> s,
   const std::ptrdiff_t nv = m.nv(), narrow = nv * view.loops->freedoms,
                        numbers[] = {narrow, narrow, forward ? nv * nv : narrow};
   double *const out[] = {by_q, by_v, by_x};
-  const mechanism_kernel<double> kernel = {row_by_plan(forward), m, view};
+  const mimic::mechanism_kernel<double> kernel = {row_by_plan(forward), m, view};
   arena measure;
   for (const std::ptrdiff_t n : numbers)
     measure.take<double>(n);
@@ -202,8 +202,8 @@ int freedoms_by_plan(const model &m) { return has_plan(m) ? m.view().loops->free
 void derive_in_lanes(bool forward, const model &m, const batch_view<double> &batch, unsigned char *done) {
   const nearest_rounding rounding;
   const model_view<double> &view = m.view();
-  const mechanism_kernel<double> kernel = {row_by_plan(forward), m, view};
-  kernel.batch(batch, thread_memory(kept_for::workspace, kernel.batch(batch, nullptr)));
+  const mimic::mechanism_kernel<double> kernel = {row_by_plan(forward), m, view};
+  kernel.batch(batch, thread_memory(kept_for::workspace, kernel.batch_bytes(batch)));
   for (std::size_t k = 0; k < batch.n; ++k) {
     double sum = 0; // a state that the plan doesn't fit has NaN in all elements but zeros
     for (int r = 0; r < 2; ++r)

@@ -1,8 +1,6 @@
-// Algorithms of the tree that carries the loops, for one state in double precision, in memory that is given.  Joints that follow others
-// are projected (engine/mimic/algorithms.hpp).
+// Algorithms of the tree that carries the loops, for one state in double precision, in memory that is given.
 #pragma once
 
-#include "engine/kernels/algorithm_rows.hpp"
 #include "engine/elements/algorithms.hpp"
 #include "engine/mimic/mechanism_kernel.hpp"
 
@@ -16,16 +14,11 @@ public:
 
   /// Bytes that a call of the row needs for requests of so many links and joints, with so many external wrenches.
   std::size_t bytes(const algorithm_row &row, int links, int joints, int externals) const {
-    if (elements::act_in(row, m_))
-      return elements::state_bytes<double>(row, m_, {externals, links, joints, 1});
-    return mechanism_kernel<double>{row, m_, m_.view()}.state_bytes(links, joints);
+    return calls_in(elements::ways<double>, row, m_).state_bytes(row, m_, {externals, links, joints, 1});
   }
 
   void call(const algorithm_row &row, void *memory, const state_view<double> &s) const {
-    if (elements::act_in(row, m_))
-      elements::run_state(row, m_, memory, s);
-    else
-      mechanism_kernel<double>{row, m_, m_.view()}.state(memory, s);
+    calls_in(elements::ways<double>, row, m_).run_state(row, m_, memory, s);
   }
 
   /// The same without gravity, without joint physics and without force elements.
@@ -33,7 +26,7 @@ public:
     model_view<double> view = m_.view();
     view.gravity = {0, 0, 0};
     view.physics = nullptr;
-    mechanism_kernel<double>{row, m_, view}.state(memory, s);
+    mimic::mechanism_kernel<double>{row, m_, view}.state(memory, s);
   }
 
 private:

@@ -4,7 +4,6 @@
 // −B φ, with B (6, 10) of its motion (link_regressor.hpp).
 #pragma once
 
-#include "engine/loops/algorithms.hpp"
 #include "engine/loops/loop_reaction.hpp"
 
 namespace ksl::loops {

@@ -7,19 +7,20 @@
 // solve more than one such system are in systems.hpp.
 #include "engine/mimic/algorithms.hpp"
 
+#include "engine/kernels/one_state.hpp"
 #include "engine/mimic/projection.hpp"
 #include "engine/mimic/systems.hpp"
-#include "engine/states/one_state.hpp"
+#include "engine/states/ordinary_results.hpp"
 
 #include <stdexcept>
 #include <string>
 
-namespace ksl::coupled {
+namespace ksl::mimic {
 namespace {
 
 /// Computes what follows from the mass matrix M at once: the solution of M a = τ − bias, M⁻¹ τ, M⁻¹, or a triangle of M.
 template <class S> struct dense {
-  const coupled_by what;
+  const mimic_by what;
   const model &m;
   projection<S> inertia{rows::mass_matrix, m}, efforts{rows::inverse_dynamics, m};
 
@@ -37,31 +38,31 @@ template <class S> struct dense {
     std::fill_n(w.zero, m.nv(), S(0));
     state_view<S> s = given;
     s.a = w.zero, s.result[0] = w.bias;
-    if (what == coupled_by::solution)
+    if (what == mimic_by::solution)
       efforts.state(w.rest, s);
     s.result[0] = w.M;
     inertia.state(w.rest, s);
     finish(w.M, w.bias, given.tau, given.result[0]);
   }
 
-  std::size_t batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
-    const int nv = m.nv(), states = 4 * inertia.kernel.lanes;
+  std::size_t batch_bytes(const batch_view<S> &given) const {
+    arena measure;
+    lay_out(measure, given);
+    return measure.used();
+  }
+
+  void batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
+    const int nv = m.nv(), states = states_at_a_time();
     arena pieces(memory);
-    S *const M = pieces.take<S>(static_cast<std::ptrdiff_t>(states) * nv * nv),
-             *const bias = pieces.take<S>(states * nv), *const tau = pieces.take<S>(nv);
-    batch_view<S> part = given;
-    part.tau = {}, part.result[0] = {bias, nv};
-    const std::size_t bytes = std::max(inertia.batch(part, 0, 0, nullptr), efforts.batch(part, 0, 0, nullptr));
-    external_rows<S> *const external = pieces.take<external_rows<S>>(given.external_n);
-    void *const rest = pieces.take<std::byte>(static_cast<std::ptrdiff_t>(bytes));
-    for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
+    auto [M, bias, tau, external, rest, part] = lay_out(pieces, given);
+    for (std::size_t k = first; k < end; k += static_cast<std::size_t>(states)) {
       const std::size_t n = std::min(end - k, static_cast<std::size_t>(states));
       part.n = n, part.external = external;
       part.q = rows_from(given.q, k), part.v = rows_from(given.v, k);
       for (int x = 0; x < given.external_n; ++x)
         external[x] = {given.external[x].link, rows_from(given.external[x].wrench, k)};
       part.result[0] = {bias, nv};
-      if (what == coupled_by::solution)
+      if (what == mimic_by::solution)
         efforts.batch(part, 0, n, rest);
       part.result[0] = {M, nv * nv};
       inertia.batch(part, 0, n, rest);
@@ -72,10 +73,30 @@ template <class S> struct dense {
         finish(M + at * nv, bias + at, tau, ksl::row(given.result[0], k + i));
       }
     }
-    return pieces.used();
   }
 
 private:
+  int states_at_a_time() const { return 4 * inertia.kernel.lanes; }
+
+  struct memory_of_batch {
+    S *M, *bias; ///< of some states
+    S *tau;      ///< of one
+    external_rows<S> *external;
+    void *rest;
+    batch_view<S> part; ///< these states
+  };
+  memory_of_batch lay_out(arena &memory, const batch_view<S> &given) const {
+    const std::ptrdiff_t nv = m.nv(), states = states_at_a_time();
+    memory_of_batch w = {};
+    w.M = memory.take<S>(states * nv * nv), w.bias = memory.take<S>(states * nv), w.tau = memory.take<S>(nv);
+    w.external = memory.take<external_rows<S>>(given.external_n);
+    w.part = given;
+    w.part.tau = {}, w.part.result[0] = {w.bias, nv};
+    w.rest = memory.take<std::byte>(
+        static_cast<std::ptrdiff_t>(std::max(inertia.batch_bytes(w.part), efforts.batch_bytes(w.part))));
+    return w;
+  }
+
   struct memory_of_state {
     S *M, *bias, *zero;
     void *rest;
@@ -91,16 +112,16 @@ private:
   void finish(S *M, S *bias, const S *tau, S *out) const {
     const int nv = m.nv();
     constexpr S nan = std::numeric_limits<S>::quiet_NaN();
-    if (what == coupled_by::upper_triangle) {
+    if (what == mimic_by::upper_triangle) {
       for (int i = 0; i < nv; ++i)
         std::copy_n(M + i * nv + i, nv - i, out + i * nv + i);
-    } else if (what == coupled_by::inverse) {
+    } else if (what == mimic_by::inverse) {
       if (invert(M, nv) != 0)
         std::fill_n(M, nv * nv, nan);
       std::copy_n(M, nv * nv, out);
     } else {
       for (int i = 0; i < nv; ++i)
-        bias[i] = what == coupled_by::solution ? tau[i] - bias[i] : tau[i];
+        bias[i] = what == mimic_by::solution ? tau[i] - bias[i] : tau[i];
       if (ldlt(M, nv) != 0)
         std::fill_n(bias, nv, nan);
       else
@@ -110,10 +131,32 @@ private:
   }
 };
 
+/// One state, whose results nobody has looked at.
+template <class S> void compute_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
+  if (row.mimic == mimic_by::projection)
+    projection<S>{computed(row), m}.state(memory, s);
+  else if (has_systems(row.mimic))
+    systems<S>{row.mimic, m}.state(memory, s);
+  else
+    dense<S>{row.mimic, m}.state(memory, s);
+}
+
+/// Memory of systems that are solved state by state.
+template <class S> struct memory_of_states {
+  void *workspace;
+  copied_state<S> state;
+  memory_of_states(arena &memory, const algorithm_row &row, const model &m, const batch_view<S> &batch)
+      : workspace(
+            memory.take<std::byte>(static_cast<std::ptrdiff_t>(state_bytes<S>(row, m, room_for(batch))))),
+        state() {
+    state.lay_out(memory, computed(row), extents_of(m, batch), batch);
+  }
+};
+
 } // namespace
 
-void require_projection(const algorithm_row &row, const model &m) {
-  if (!m.followers() || row.coupled != coupled_by::refusal)
+void refuse(const algorithm_row &row, const model &m) {
+  if (!m.followers() || row.mimic != mimic_by::refusal)
     return;
   throw std::invalid_argument(
       std::string(row.name) + " is not available for robots with mimic joints, whose mass matrix has other zeros " +
@@ -123,48 +166,58 @@ void require_projection(const algorithm_row &row, const model &m) {
       "coordinate of its own");
 }
 
-template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, const extents &asked) {
-  if (row.coupled == coupled_by::projection)
+template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, const room &wanted) {
+  const extents asked = extents_of(m, wanted);
+  if (row.mimic == mimic_by::projection)
     return projection<S>{computed(row), m}.state_bytes(asked);
-  if (has_systems(row.coupled))
-    return systems<S>{row.coupled, m}.state_bytes(asked);
-  return dense<S>{row.coupled, m}.state_bytes(asked);
+  if (has_systems(row.mimic))
+    return systems<S>{row.mimic, m}.state_bytes(asked);
+  return dense<S>{row.mimic, m}.state_bytes(asked);
 }
 
-template <class S> void run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
-  if (row.coupled == coupled_by::projection) {
-    projection<S>{computed(row), m}.state(memory, s);
-    return;
-  }
-  if (has_systems(row.coupled))
-    return systems<S>{row.coupled, m}.state(memory, s);
-  dense<S>{row.coupled, m}.state(memory, s);
+template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
+  compute_state(row, m, memory, s);
+  return ordinary_results(row, m, s);
+}
+
+template <class S> std::size_t batch_bytes(const algorithm_row &row, const model &m, const batch_view<S> &batch) {
+  if (row.mimic == mimic_by::projection)
+    return projection<S>{computed(row), m}.batch_bytes(batch);
+  if (!has_systems(row.mimic))
+    return dense<S>{row.mimic, m}.batch_bytes(batch);
+  if (row.mimic == mimic_by::solution_derivatives)
+    return systems<S>{row.mimic, m}.derivatives_batch_bytes(batch);
+  arena measure;
+  const memory_of_states<S> states(measure, row, m, batch);
+  return measure.used();
 }
 
 template <class S>
-std::size_t run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
-                      std::size_t end, void *memory) {
-  if (row.coupled == coupled_by::projection)
-    return projection<S>{computed(row), m}.batch(batch, first, end, memory);
-  if (!has_systems(row.coupled))
-    return dense<S>{row.coupled, m}.batch(batch, first, end, memory);
-  if (row.coupled == coupled_by::solution_derivatives)
-    return systems<S>{row.coupled, m}.derivatives_batch(batch, first, end, memory);
-  arena pieces(memory);
-  one_state_memory<S> state;
-  state.lay_out(pieces, row, m, batch, state_bytes<S>(row, m, extents_of(m, batch)));
-  for (std::size_t k = first; memory && k < end; ++k)
-    run_state<S>(row, m, state.workspace, state.load(row, m, batch, k));
-  return pieces.used();
+bool run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
+               void *memory) {
+  if (row.mimic == mimic_by::projection) {
+    projection<S>{computed(row), m}.batch(batch, first, end, memory);
+  } else if (!has_systems(row.mimic)) {
+    dense<S>{row.mimic, m}.batch(batch, first, end, memory);
+  } else if (row.mimic == mimic_by::solution_derivatives) {
+    systems<S>{row.mimic, m}.derivatives_batch(batch, first, end, memory);
+  } else {
+    arena pieces(memory);
+    const memory_of_states<S> states(pieces, row, m, batch);
+    for (std::size_t k = first; k < end; ++k)
+      compute_state(row, m, states.workspace, states.state.load(computed(row), extents_of(m, batch), batch, k));
+  }
+  return ordinary_results(row, m, batch, first, end);
 }
 
 #define KSL_INSTANTIATE(S)                                                                                             \
-  template std::size_t state_bytes<S>(const algorithm_row &, const model &, const extents &);                          \
-  template void run_state<S>(const algorithm_row &, const model &, void *, const state_view<S> &);                     \
-  template std::size_t run_batch<S>(const algorithm_row &, const model &, const batch_view<S> &, std::size_t,          \
-                                    std::size_t, void *);
+  template std::size_t state_bytes<S>(const algorithm_row &, const model &, const room &);                             \
+  template bool run_state<S>(const algorithm_row &, const model &, void *, const state_view<S> &);                     \
+  template std::size_t batch_bytes<S>(const algorithm_row &, const model &, const batch_view<S> &);                    \
+  template bool run_batch<S>(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t,    \
+                             void *);
 KSL_INSTANTIATE(double)
 KSL_INSTANTIATE(float)
 #undef KSL_INSTANTIATE
 
-} // namespace ksl::coupled
+} // namespace ksl::mimic

@@ -1,10 +1,9 @@
-// A kernel of the tree that carries the loops, or by the plan of their elimination, for any model: where joints follow others, it computes the
-// expanded mechanism (engine/mimic/algorithms.hpp).
+// A kernel for any model, with a view of it that is given: where joints follow others, it computes the expanded mechanism.
 #pragma once
 
 #include "engine/mimic/projection.hpp"
 
-namespace ksl::loops {
+namespace ksl::mimic {
 
 template <class S> struct mechanism_kernel {
   const algorithm_row &row;
@@ -15,21 +14,27 @@ template <class S> struct mechanism_kernel {
   std::size_t state_bytes(int links = 0, int joints = 0) const {
     if (m.followers() == 0)
       return kernels_of_row<S>(row).workspace_bytes(view);
-    return coupled::projection<S>{row, m, view}.state_bytes(extents_of(m, links, joints));
+    return projection<S>{row, m, view}.state_bytes(extents_of(m, links, joints));
   }
   /// Returns whether all numbers are ordinary, as kernels do.
   bool state(void *memory, const state_view<S> &s) const {
     if (m.followers() == 0)
       return kernels_of_row<S>(row).state(view, memory, s);
-    return coupled::projection<S>{row, m, view}.state(memory, s);
+    return projection<S>{row, m, view}.state(memory, s);
   }
 
-  /// Computes all states, if there is memory; returns how much is needed.
-  std::size_t batch(const batch_view<S> &batch, void *memory) const {
+  std::size_t batch_bytes(const batch_view<S> &batch) const {
     if (m.followers() == 0)
-      return kernels_of_row<S>(row).batch(view, batch, 0, memory ? batch.n : 0, memory).bytes;
-    return coupled::projection<S>{row, m, view}.batch(batch, 0, memory ? batch.n : 0, memory);
+      return ksl::batch_bytes(kernels_of_row<S>(row), view, batch);
+    return projection<S>{row, m, view}.batch_bytes(batch);
+  }
+  /// Computes all states.
+  void batch(const batch_view<S> &batch, void *memory) const {
+    if (m.followers() == 0)
+      kernels_of_row<S>(row).batch(view, batch, 0, batch.n, memory);
+    else
+      projection<S>{row, m, view}.batch(batch, 0, batch.n, memory);
   }
 };
 
-} // namespace ksl::loops
+} // namespace ksl::mimic

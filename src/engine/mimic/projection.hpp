@@ -1,18 +1,15 @@
 // Results of the expanded mechanism, reduced axis by axis (algorithms.cpp).
 #pragma once
 
-#include "engine/mimic/algorithms.hpp"
-
+#include "engine/kernels/kernels.hpp"
+#include "engine/states/extents.hpp"
 #include "ksl/engine/lanes/workspace.hpp"
 
 #include <algorithm>
 
-namespace ksl::coupled {
+namespace ksl::mimic {
 
 inline constexpr std::size_t scratch_bytes = 64 << 10; ///< about the memory of the states that are expanded at a time
-
-/// The row whose kernels run: it may have more inputs and results.
-inline const algorithm_row &computed(const algorithm_row &row) { return row.variant_of ? *row.variant_of : row; }
 
 /// The same extents in the expanded mechanism.
 inline extents expanded(const model &m, extents of) {
@@ -51,7 +48,7 @@ template <class S>
 void expand(const coupling_view<S> &c, const algorithm_row &row, input x, const S *numbers, S *out) {
   if (x == input::q || x == input::q1)
     expand_position(c, numbers, out);
-  else if (x == input::tau && row.closed == closed_by::plan) // elsewhere these are no efforts
+  else if (x == input::tau && row.loops == loops_by::plan) // elsewhere these are no efforts
     expand_effort(c, numbers, out);
   else
     expand_motion(c, numbers, out);
@@ -115,17 +112,18 @@ template <class S> struct projection {
     return ordinary;
   }
 
-  std::size_t batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
+  std::size_t batch_bytes(const batch_view<S> &given) const {
+    arena measure;
+    lay_out(measure, given);
+    return measure.used();
+  }
+
+  void batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
     const extents own = extents_of(m, given), full = expanded(m, own);
     const int states = states_at_a_time(full);
     arena pieces(memory);
-    expansion<S> e;
-    e.lay_out(pieces, row, full, states);
-    external_rows<S> *const external = pieces.take<external_rows<S>>(given.external_n);
-    reaction_rows<S> *const reactions = pieces.take<reaction_rows<S>>(given.reactions_n);
-    void *const inner =
-        pieces.take<std::byte>(static_cast<std::ptrdiff_t>(kernel.batch(view, given, 0, 0, nullptr).bytes));
-    for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
+    const auto [e, external, reactions, inner] = lay_out(pieces, given);
+    for (std::size_t k = first; k < end; k += static_cast<std::size_t>(states)) {
       const std::size_t n = std::min(end - k, static_cast<std::size_t>(states));
       batch_view<S> part = given;
       part.n = n, part.external = external, part.reactions = reactions;
@@ -145,10 +143,25 @@ template <class S> struct projection {
           reduce(c, row.result[r], full, own, e.result_rows[r] + static_cast<std::ptrdiff_t>(i) * e.result_width[r],
                  ksl::row(given.result[r], k + i));
     }
-    return pieces.used();
   }
 
 private:
+  struct memory_of_batch {
+    expansion<S> e;
+    external_rows<S> *external;
+    reaction_rows<S> *reactions;
+    void *inner; ///< of the kernel
+  };
+  memory_of_batch lay_out(arena &memory, const batch_view<S> &given) const {
+    const extents full = expanded(m, extents_of(m, given));
+    memory_of_batch w;
+    w.e.lay_out(memory, row, full, states_at_a_time(full));
+    w.external = memory.take<external_rows<S>>(given.external_n);
+    w.reactions = memory.take<reaction_rows<S>>(given.reactions_n);
+    w.inner = memory.take<std::byte>(static_cast<std::ptrdiff_t>(ksl::batch_bytes(kernel, view, given)));
+    return w;
+  }
+
   /// How many states are expanded at a time: whole blocks of lanes.
   int states_at_a_time(const extents &full) const {
     std::size_t numbers = 1;
@@ -178,4 +191,4 @@ private:
   }
 };
 
-} // namespace ksl::coupled
+} // namespace ksl::mimic

@@ -11,7 +11,7 @@
 
 #include <limits>
 
-namespace ksl::coupled {
+namespace ksl::mimic {
 
 inline int ldlt(double *A, int n) { return n > 0 ? ksl_linalg_ldlt_rmo(A, n) : 0; }
 inline int ldlt(float *A, int n) { return n > 0 ? ksl_linalg_ldlt_rmof(A, n) : 0; }
@@ -27,29 +27,29 @@ inline void solve(const float *A, float *x, int n) {
 }
 
 /// Is the algorithm one of those here, rather than of algorithms.cpp?
-inline bool has_systems(coupled_by how) {
+inline bool has_systems(mimic_by how) {
   switch (how) {
-  case coupled_by::solution_derivatives:
-  case coupled_by::solution_second_derivatives:
-  case coupled_by::hybrid:
-  case coupled_by::jump:
-  case coupled_by::operational_inverse:
-  case coupled_by::operational_inertia:
-  case coupled_by::operational_space: return true;
-  case coupled_by::projection:
-  case coupled_by::solution:
-  case coupled_by::product:
-  case coupled_by::inverse:
-  case coupled_by::upper_triangle:
-  case coupled_by::refusal: return false;
+  case mimic_by::solution_derivatives:
+  case mimic_by::solution_second_derivatives:
+  case mimic_by::hybrid:
+  case mimic_by::jump:
+  case mimic_by::operational_inverse:
+  case mimic_by::operational_inertia:
+  case mimic_by::operational_space: return true;
+  case mimic_by::projection:
+  case mimic_by::solution:
+  case mimic_by::product:
+  case mimic_by::inverse:
+  case mimic_by::upper_triangle:
+  case mimic_by::refusal: return false;
   }
   __builtin_unreachable();
 }
 
 /// Is it one of the quantities of operational space, which are about frames?
-inline bool is_operational(coupled_by how) {
-  return how == coupled_by::operational_inverse || how == coupled_by::operational_inertia ||
-         how == coupled_by::operational_space;
+inline bool is_operational(mimic_by how) {
+  return how == mimic_by::operational_inverse || how == mimic_by::operational_inertia ||
+         how == mimic_by::operational_space;
 }
 
 /// The model without gravity and without joint physics.
@@ -61,7 +61,7 @@ template <class S> model_view<S> weightless(const model &m) {
 }
 
 template <class S> struct systems {
-  const coupled_by what;
+  const mimic_by what;
   const model &m;
   projection<S> inertia{rows::mass_matrix, m}, efforts{rows::inverse_dynamics, m};
   projection<S> derivatives{rows::inverse_dynamics_derivatives, m},
@@ -83,29 +83,22 @@ template <class S> struct systems {
     std::fill_n(w.zero, m.nv(), S(0));
     run(inertia, w, given, w.M);
     switch (what) {
-    case coupled_by::solution_derivatives: return set_derivatives(w, given);
-    case coupled_by::solution_second_derivatives: return set_second_derivatives(w, given);
-    case coupled_by::hybrid: return set_hybrid(w, given);
-    case coupled_by::jump: return set_jump(w, given);
+    case mimic_by::solution_derivatives: return set_derivatives(w, given);
+    case mimic_by::solution_second_derivatives: return set_second_derivatives(w, given);
+    case mimic_by::hybrid: return set_hybrid(w, given);
+    case mimic_by::jump: return set_jump(w, given);
     default: return set_operational(w, given);
     }
   }
 
   /// The derivatives of the accelerations in the states [first, end).  All that is computed for the expanded mechanism runs in lanes, a few
   /// blocks of states at a time; the bits are those of single states.
-  std::size_t derivatives_batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
-    const int nv = m.nv(), states = 4 * inertia.kernel.lanes;
+  void derivatives_batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
+    const int nv = m.nv(), states = states_at_a_time();
     const std::ptrdiff_t matrix = static_cast<std::ptrdiff_t>(nv) * nv;
     arena pieces(memory);
-    S *const M = pieces.take<S>(states * matrix), *const by_q = pieces.take<S>(states * matrix),
-             *const by_v = pieces.take<S>(states * matrix), *const a = pieces.take<S>(states * nv);
-    external_rows<S> *const external = pieces.take<external_rows<S>>(given.external_n);
-    batch_view<S> part = given;
-    part.tau = {}, part.result[0] = {by_q, matrix}, part.result[1] = {by_v, matrix}, part.result[2] = {M, matrix};
-    void *const rest = pieces.take<std::byte>(
-        static_cast<std::ptrdiff_t>(std::max({inertia.batch(part, 0, 0, nullptr), efforts.batch(part, 0, 0, nullptr),
-                                              derivatives.batch(part, 0, 0, nullptr)})));
-    for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
+    auto [M, by_q, by_v, a, external, rest, part] = lay_out_derivatives(pieces, given);
+    for (std::size_t k = first; k < end; k += static_cast<std::size_t>(states)) {
       const std::size_t n = std::min(end - k, static_cast<std::size_t>(states));
       part.n = n, part.external = external;
       part.q = rows_from(given.q, k), part.v = rows_from(given.v, k), part.a = {};
@@ -126,11 +119,36 @@ template <class S> struct systems {
         set_products(M + at, by_q + at, by_v + at, wanted(0), wanted(1), wanted(2));
       }
     }
-    return pieces.used();
+  }
+  std::size_t derivatives_batch_bytes(const batch_view<S> &given) const {
+    arena measure;
+    lay_out_derivatives(measure, given);
+    return measure.used();
   }
 
 private:
   static constexpr S nan = std::numeric_limits<S>::quiet_NaN();
+
+  int states_at_a_time() const { return 4 * inertia.kernel.lanes; }
+
+  struct memory_of_derivatives {
+    S *M, *by_q, *by_v, *a; ///< of some states
+    external_rows<S> *external;
+    void *rest;
+    batch_view<S> part; ///< these states
+  };
+  memory_of_derivatives lay_out_derivatives(arena &memory, const batch_view<S> &given) const {
+    const std::ptrdiff_t states = states_at_a_time(), matrix = static_cast<std::ptrdiff_t>(m.nv()) * m.nv();
+    memory_of_derivatives w = {};
+    w.M = memory.take<S>(states * matrix), w.by_q = memory.take<S>(states * matrix);
+    w.by_v = memory.take<S>(states * matrix), w.a = memory.take<S>(states * m.nv());
+    w.external = memory.take<external_rows<S>>(given.external_n);
+    batch_view<S> &part = w.part = given;
+    part.tau = {}, part.result[0] = {w.by_q, matrix}, part.result[1] = {w.by_v, matrix}, part.result[2] = {w.M, matrix};
+    w.rest = memory.take<std::byte>(static_cast<std::ptrdiff_t>(
+        std::max({inertia.batch_bytes(part), efforts.batch_bytes(part), derivatives.batch_bytes(part)})));
+    return w;
+  }
 
   struct memory_of_state {
     S *M;               ///< (nv, nv)
@@ -145,8 +163,8 @@ private:
 
     void lay_out(arena &memory, const systems &of, const extents &asked) {
       const int nv = of.m.nv(), all = of.m.view().nv;
-      const bool frames = is_operational(of.what), hybrid = of.what == coupled_by::hybrid;
-      const bool twice = of.what == coupled_by::solution_second_derivatives;
+      const bool frames = is_operational(of.what), hybrid = of.what == mimic_by::hybrid;
+      const bool twice = of.what == mimic_by::solution_second_derivatives;
       const int rows = frames ? 6 * asked.links : 0;
       M = memory.take<S>(nv * nv), x = memory.take<S>(nv), zero = memory.take<S>(nv);
       matrix = memory.take<S>(frames ? 0 : 2 * nv * nv), first = memory.take<S>(twice ? 3 * nv * nv : 0);
@@ -154,7 +172,7 @@ private:
       square = memory.take<S>(rows * rows), pivots = memory.take<S>(4 * rows);
       user = memory.take<int>(hybrid ? all : 0), is_given = memory.take<bool>(hybrid ? nv : 0);
       std::size_t most = std::max(of.inertia.state_bytes(asked), of.efforts.state_bytes(asked));
-      if (of.what == coupled_by::solution_derivatives || twice)
+      if (of.what == mimic_by::solution_derivatives || twice)
         most = std::max(most, of.derivatives.state_bytes(asked));
       if (twice)
         most = std::max(most, of.second.state_bytes(asked));
@@ -358,9 +376,9 @@ private:
     const int nv = m.nv(), rows = 6 * given.links.n;
     set_inverse(w, given);
     S rank = 0;
-    if (what != coupled_by::operational_inverse)
+    if (what != mimic_by::operational_inverse)
       rank = invert_semidefinite(rows, w.square, w.pivots);
-    if (what == coupled_by::operational_space) {
+    if (what == mimic_by::operational_space) {
       missing_efforts(w, given, w.zero, nullptr);
       solve(w.M, w.x, nv); // the accelerations without efforts
       state_view<S> s = given;
@@ -380,11 +398,11 @@ private:
           given.result[2][i * rows + c] = sum;
         }
       *given.result[3] = rank;
-    } else if (what == coupled_by::operational_inertia) {
+    } else if (what == mimic_by::operational_inertia) {
       *given.result[1] = rank;
     }
     std::copy_n(w.square, rows * rows, given.result[0]);
   }
 };
 
-} // namespace ksl::coupled
+} // namespace ksl::mimic

@@ -29,7 +29,7 @@ inline bool may_name_links(const algorithm_row &row, const model &m, int n) {
 /// Calls refuse(sentence) for a link that says nothing: hybrid dynamics hold the joints that carry the links named, and a fixed one can't be held.
 template <class Refuse> void check_links(const algorithm_row &row, const model &m, int n, const int *index,
                                          Refuse refuse) {
-  if (row.coupled != coupled_by::hybrid)
+  if (row.mimic != mimic_by::hybrid)
     return;
   for (int k = 0; k < n; ++k) {
     const joint_row &joint = m.joints()[static_cast<std::size_t>(m.joint_above(index[k]))];

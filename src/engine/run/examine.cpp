@@ -1,9 +1,12 @@
 #include "engine/run/examine.hpp"
 
-#include "engine/mimic/algorithms.hpp"
 #include "engine/elements/forces.hpp"
+#include "engine/kernels/one_state.hpp"
+#include "engine/loops/algorithms.hpp"
 #include "engine/model/massless_joint.hpp"
+#include "engine/states/ordinary_results.hpp"
 #include "engine/states/thread_memory.hpp"
+#include "engine/states/ways.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +14,6 @@
 
 namespace ksl {
 namespace {
-
-/// If an algorithm that needs mass has larger results than this, a joint that moves no mass is looked for.  By rounding, such a joint may
-/// seem to move 1e−16 of the mechanism's mass.
-constexpr double large = 1e10;
 
 /// The first number of the results that is not finite; if all are finite, the first that is large; if none is, name is null.
 struct found_number {
@@ -27,7 +26,7 @@ struct found_number {
 template <class S> void look(const char *name, const S *x, std::ptrdiff_t from, std::ptrdiff_t n, found_number &found) {
   for (std::ptrdiff_t i = from; x && i < from + n && found.finite; ++i) {
     const double value = static_cast<double>(x[i]);
-    if (!(std::fabs(value) <= large) && (!found.name || !std::isfinite(value)))
+    if (!(std::fabs(value) <= large_result) && (!found.name || !std::isfinite(value)))
       found = {name, i, value, std::isfinite(value)};
   }
 }
@@ -35,7 +34,7 @@ template <class S> void look(const char *name, const S *x, std::ptrdiff_t from, 
 template <class S> found_number look_at_results(const algorithm_row &row, const model &m, const state_view<S> &s) {
   found_number found;
   for (int r = 0; r < row.results; ++r) {
-    if (row.coupled == coupled_by::upper_triangle) { // below the diagonal nothing was written
+    if (row.mimic == mimic_by::upper_triangle) { // below the diagonal nothing was written
       for (int i = 0; i < m.nv(); ++i)
         look(row.result[r].name, s.result[r], i * (m.nv() + std::ptrdiff_t(1)), m.nv() - i, found);
     } else {
@@ -108,7 +107,7 @@ template <class S> void examine(const algorithm_row &row, const model &m, const 
     if (const std::string reason = elements::reason(m, s.q, is_overwritten(row, s, s.v) ? nullptr : s.v);
         !reason.empty())
       throw result_error(beginning(row.name, state, of_batch) + reason, state, -1);
-  if (found.name && loops::is_closed(row, m) && finite_arguments(row, m, s) && !std::isfinite(found.value))
+  if (found.name && way_of(row, m) == way::loops && finite_arguments(row, m, s) && !std::isfinite(found.value))
     if (const std::string reason = loops::reason(row, m, s); !reason.empty())
       throw result_error(beginning(row.name, state, of_batch) + reason, state, -1);
   if (!found.name || (found.finite && !row.needs_mass))
@@ -124,40 +123,16 @@ template <class S> void examine(const algorithm_row &row, const model &m, const 
   throw not_finite<S>(row.name, found, state, of_batch);
 }
 
-/// Arrays for examining one state of a batch: its wrenches and reactions, and the memory of the search for a joint without mass.
+/// Memory for examining one state of a batch: its wrenches and reactions, and the search for a joint without mass.  Inputs are not copied,
+/// so that is_overwritten recognises them by their addresses.
 template <class S> struct examined_state {
   massless_joint_workspace search;
-  int *links;
-  S *wrenches;
-  reaction_result<S> *reactions;
+  state_in_batch<S> state;
 
   void lay_out(arena &memory, const algorithm_row &row, const model &m, const batch_view<S> &batch) {
     if (row.needs_mass)
       search.lay_out(memory, m);
-    links = memory.take<int>(batch.external_n), wrenches = memory.take<S>(6 * batch.external_n);
-    reactions = memory.take<reaction_result<S>>(batch.reactions_n);
-  }
-
-  /// State k of the batch.  Inputs are not copied, so that is_overwritten recognises them by their addresses.
-  state_view<S> load(const algorithm_row &row, const batch_view<S> &batch, std::size_t k) const {
-    state_view<S> state;
-    state.links = batch.links, state.joints = batch.joints;
-    for (int i = 0; i < row.inputs; ++i)
-      if (const rows_view<const S> &rows = input_of(batch, row.input_list[i]); rows.first)
-        input_of(state, row.input_list[i]) = ksl::row(rows, k);
-    for (int r = 0; r < row.results; ++r)
-      state.result[r] = batch.result[r].first ? ksl::row(batch.result[r], k) : nullptr;
-    const int external_n = row.external == external_use::none ? 0 : batch.external_n;
-    for (int e = 0; e < external_n; ++e) {
-      links[e] = batch.external[e].link;
-      std::copy_n(ksl::row(batch.external[e].wrench, k), 6, wrenches + 6 * e);
-    }
-    state.external = {external_n, links, wrenches, batch.external_axes};
-    state.reactions = reactions;
-    for (int r = 0; r < batch.reactions_n && row.request == request_kind::reactions; ++r)
-      if (batch.reactions[r].out.first)
-        reactions[state.reactions_n++] = {&batch.reactions[r].request, ksl::row(batch.reactions[r].out, k)};
-    return state;
+    state.lay_out(memory, batch.external_n, batch.reactions_n);
   }
 };
 
@@ -189,62 +164,12 @@ template <class S> void examine_state(const algorithm_row &row, const model &m, 
 template <class S>
 void examine_states(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
                     std::size_t end, arguments_are given) {
-  arena pieces(thread_memory(kept_for::workspace, examination_bytes(row, m, batch)));
+  const batch_view<S> named = as_row_names(row, batch);
+  arena pieces(thread_memory(kept_for::workspace, examination_bytes(row, m, named)));
   examined_state<S> one{};
-  one.lay_out(pieces, row, m, batch);
+  one.lay_out(pieces, row, m, named);
   for (std::size_t k = first; k < end; ++k)
-    examine(row, m, one.search, one.load(row, batch, k), k, batch.n > 1, given);
-}
-
-namespace {
-
-/// Are all n numbers finite?  Reads a register at a time.
-template <class S> bool all_finite(const S *x, std::ptrdiff_t n) {
-  if constexpr (sizeof(S) == 8)
-    return !x || finite_kernels_in_force().in_double(x, static_cast<std::size_t>(n));
-  else
-    return !x || finite_kernels_in_force().in_float(x, static_cast<std::size_t>(n));
-}
-
-/// Is result r of one state ordinary?
-template <class S> bool ordinary_result(const algorithm_row &row, const model &m, int r, const extents &own,
-                                        const S *x) {
-  const bool triangle = row.coupled == coupled_by::upper_triangle; // below the diagonal nothing was written
-  const std::ptrdiff_t rows = triangle ? m.nv() : 1, n = triangle ? m.nv() : numbers_of(row.result[r], own);
-  for (std::ptrdiff_t i = 0; i < rows; ++i)
-    if (!all_finite(x ? x + i * (n + 1) : x, n - i))
-      return false;
-  for (std::ptrdiff_t i = 0; i < n && row.needs_mass && x; ++i)
-    if (!(std::fabs(static_cast<double>(x[i])) <= large))
-      return false;
-  return true;
-}
-
-} // namespace
-
-template <class S> bool ordinary_results(const algorithm_row &row, const model &m, const state_view<S> &s) {
-  const extents own = extents_of(m, s);
-  bool ordinary = true;
-  for (int r = 0; r < row.results && ordinary; ++r)
-    ordinary = ordinary_result(row, m, r, own, s.result[r]);
-  for (int r = 0; r < s.reactions_n && ordinary; ++r)
-    ordinary = all_finite(s.reactions[r].out, 6 * std::ptrdiff_t(s.reactions[r].request->n));
-  return ordinary;
-}
-
-template <class S>
-bool ordinary_results(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
-                      std::size_t end) {
-  const extents own = extents_of(m, batch);
-  bool ordinary = true;
-  for (std::size_t k = first; k < end && ordinary; ++k) {
-    for (int r = 0; r < row.results && ordinary; ++r)
-      ordinary = !batch.result[r].first || ordinary_result(row, m, r, own, ksl::row(batch.result[r], k));
-    for (int r = 0; r < batch.reactions_n && ordinary; ++r)
-      ordinary = !batch.reactions[r].out.first ||
-                 all_finite(ksl::row(batch.reactions[r].out, k), 6 * std::ptrdiff_t(batch.reactions[r].request.n));
-  }
-  return ordinary;
+    examine(row, m, one.search, one.state.load(named, k), k, batch.n > 1, given);
 }
 
 #define KSL_INSTANTIATE(S)                                                                                             \
@@ -252,9 +177,7 @@ bool ordinary_results(const algorithm_row &row, const model &m, const batch_view
   template std::size_t examination_bytes(const algorithm_row &, const model &, const batch_view<S> &);                 \
   template void examine_state(const algorithm_row &, const model &, void *, const state_view<S> &, arguments_are);     \
   template void examine_states(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t,  \
-                               arguments_are);                                                                         \
-  template bool ordinary_results(const algorithm_row &, const model &, const state_view<S> &);                         \
-  template bool ordinary_results(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t);
+                               arguments_are);
 KSL_INSTANTIATE(double)
 KSL_INSTANTIATE(float)
 #undef KSL_INSTANTIATE

@@ -36,11 +36,4 @@ template <class S>
 void examine_states(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
                     std::size_t end, arguments_are given);
 
-/// Are all results of the states [first, end) finite, and if the algorithm needs mass, not large?  For results that were changed after a
-/// kernel wrote them.
-template <class S>
-bool ordinary_results(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
-                      std::size_t end);
-template <class S> bool ordinary_results(const algorithm_row &row, const model &m, const state_view<S> &s);
-
 } // namespace ksl

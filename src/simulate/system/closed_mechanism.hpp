@@ -14,7 +14,7 @@ namespace ksl::simulating {
 
 class closed_mechanism {
 public:
-  static constexpr int most_by_plan = loops::planned<double>::most;
+  static constexpr int most_by_plan = loops::closed_by_plan<double>::most;
 
   /// For at most `most` states at once.
   closed_mechanism(const model &m, int externals, std::size_t most);
@@ -67,7 +67,7 @@ private:
   std::optional<loops::assembly> assembly_;
   std::optional<loops::closed_derivatives> derivatives_; ///< where they are asked for
   std::optional<loop_view<double>> plan_; ///< the model's, for states however far open; where there is one
-  std::optional<loops::planned<double>> planned_;
+  std::optional<loops::closed_by_plan<double>> planned_;
   std::vector<std::byte> of_state_, of_assembly_, of_derivatives_, of_planned_;
   int externals_;
   std::vector<double> moved_, rows_, terms_, reduced_;
