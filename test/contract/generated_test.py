@@ -2,13 +2,14 @@
 
 import re
 import sys
+from dataclasses import fields
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 import generate
 import pytest
-from generator.rows import ALGORITHMS, DEFAULTS
+from generator.rows import ALGORITHMS, DEFAULTS, Algorithm
 
 
 def test_generated_files_are_what_the_rows_give():
@@ -46,3 +47,12 @@ def test_no_generated_file_is_left_of_an_algorithm_that_is_gone():
 def test_every_generated_file_says_so():
     for path, text in generate.files().items():
         assert "scripts/generate.py" in text.split("\n", 3)[0] + text.split("\n", 3)[2], path
+
+
+@pytest.mark.parametrize("column", ["mimic", "elements", "loops"])
+def test_a_row_says_what_mimic_joints_force_elements_and_loops_do_in_it(column):
+    """Without a default: a new algorithm would leave out springs, say, and nobody would see it."""
+    row = {field.name: getattr(ALGORITHMS[0], field.name) for field in fields(ALGORITHMS[0])}
+    assert Algorithm(**row) == ALGORITHMS[0]
+    with pytest.raises(TypeError, match=f"'{column}'"):
+        Algorithm(**{name: value for name, value in row.items() if name != column})

@@ -1,13 +1,18 @@
-"""A lower layer never includes a higher one, and kernels bring no code of the standard library along."""
+"""A lower layer never includes a higher one, no unit is in a circle, and kernels bring no code of the standard library along."""
 
 import functools
 import re
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 INCLUDE, SRC = ROOT / "include", ROOT / "src"
+
+ENGINE = ("kernels", "states", "model", "mimic", "elements", "loops", "building", "run")
+SIMULATION = ("system", "methods", "runs")
+ROOMS = ("text", "description", "load", *(f"engine/{room}" for room in ENGINE), "batch", *(f"simulate/{room}" for room in SIMULATION), "c_api")
 
 LAYERS = [
     ("bodies and types", r"include/ksl/(detail/.*|config\.h|types\.h)"),
@@ -17,7 +22,7 @@ LAYERS = [
     ("engine: old paths of headers", r"include/ksl/engine/[^/]*\.hpp"),
     ("owning model, dispatched calls, C ABI", r"include/ksl/([^/]*\.hpp|engine(_\w+)?\.h)"),
     ("symbols of the algebra", r"src/[^/]*"),
-    *((f"library: {room}", rf"src/{room}/.*") for room in ("text", "description", "load", "engine", "batch", "simulate", "c_api")),
+    *((f"library: {room}", rf"src/{room}/.*") for room in ROOMS),
     ("Python module", r"python/.*"),
 ]
 """Lowest first; a file belongs to the first pattern that fits."""
@@ -72,9 +77,21 @@ def test_no_file_includes_a_higher_layer():
     assert not higher
 
 
+def test_no_unit_is_in_a_circle():
+    """A unit is a header with its source, wherever in the two an include stands."""
+    edges: dict[Path, set[Path]] = {}
+    for path in sources():
+        unit = path.with_suffix("")
+        edges.setdefault(unit, set()).update(other.with_suffix("") for other in includes(path)[0] if other.with_suffix("") != unit)
+    try:
+        TopologicalSorter(edges).prepare()
+    except CycleError as error:
+        raise AssertionError(" includes ".join(unit.relative_to(ROOT).as_posix() for unit in reversed(error.args[1]))) from None
+
+
 @pytest.mark.parametrize("folder, other", STRANGERS)
 def test_these_folders_dont_know_each_other(folder, other):
-    seen = [f"{f.name}: {g.name}" for f in sources() if f.parent == SRC / folder for g in includes(f)[0] if g.parent == SRC / other]
+    seen = [f"{f.name}: {g.name}" for f in sources() if SRC / folder in f.parents for g in includes(f)[0] if SRC / other in g.parents]
     assert not seen, f"src/{folder} includes headers of src/{other}: {seen}"
 
 

@@ -1,11 +1,11 @@
 #include "engine/loops/algorithms.hpp"
 
+#include "engine/kernels/one_state.hpp"
+#include "engine/loops/closed_by_plan.hpp"
 #include "engine/loops/closed_state.hpp"
 #include "engine/loops/findings.hpp"
 #include "engine/loops/loop_reaction.hpp"
-#include "engine/loops/closed_by_plan.hpp"
 #include "engine/loops/wrenches_on_links.hpp"
-#include "engine/kernels/one_state.hpp"
 
 #include <cmath>
 #include <limits>
