@@ -10,7 +10,8 @@ KERNELS = {"engine/kernels/finite.cpp", "engine/kernels/array_kernels.cpp", "eng
 OF_READERS = {"engine/run/frozen_joints.cpp", "batch/inverse_kinematics.cpp"}
 """What needs the making of robots from others, or kernels of its own."""
 BESIDE = (
-    *(f"description/{name}.cpp" for name in ("check", "force_elements", "joint_numbers", "loops", "mimic")),
+    "description/parts/joint_numbers.cpp",
+    *(f"description/structure/{name}.cpp" for name in ("check", "force_elements", "loops", "mimic")),
     *(f"text/{name}.cpp" for name in ("characters", "unused", "words")),
 )
 

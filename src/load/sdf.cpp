@@ -4,10 +4,10 @@
 
 #include "ksl/engine/model/joints.hpp"
 
-#include "description/check.hpp"
-#include "description/given.hpp"
-#include "description/loops.hpp"
-#include "description/mimic.hpp"
+#include "description/structure/check.hpp"
+#include "description/parts/given.hpp"
+#include "description/structure/loops.hpp"
+#include "description/structure/mimic.hpp"
 #include "load/mesh_scales.hpp"
 #include "load/sdf_frames.hpp"
 #include "text/limits.hpp"

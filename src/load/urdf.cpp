@@ -5,9 +5,9 @@
 
 #include "ksl/engine/model/joints.hpp"
 
-#include "description/check.hpp"
-#include "description/given.hpp"
-#include "description/mimic.hpp"
+#include "description/structure/check.hpp"
+#include "description/parts/given.hpp"
+#include "description/structure/mimic.hpp"
 #include "load/mesh_scales.hpp"
 #include "load/urdf_drives.hpp"
 #include "load/urdf_loops.hpp"

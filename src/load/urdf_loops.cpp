@@ -1,7 +1,7 @@
 #include "load/urdf_loops.hpp"
 
-#include "description/given.hpp"
-#include "description/loops.hpp"
+#include "description/parts/given.hpp"
+#include "description/structure/loops.hpp"
 #include "ksl/engine/model/joints.hpp"
 #include "load/urdf_values.hpp"
 #include "text/words.hpp"

@@ -1,6 +1,6 @@
 #include "load/urdf_values.hpp"
 
-#include "description/given.hpp"
+#include "description/parts/given.hpp"
 #include "text/words.hpp"
 
 #include <algorithm>

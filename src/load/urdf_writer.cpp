@@ -2,9 +2,9 @@
 // reading them gives the description's to rounding.
 #include "ksl/urdf.hpp"
 
-#include "description/given.hpp"
-#include "description/joint_numbers.hpp"
-#include "description/loops.hpp"
+#include "description/parts/given.hpp"
+#include "description/parts/joint_numbers.hpp"
+#include "description/structure/loops.hpp"
 #include "ksl/engine/model/joints.hpp"
 #include "text/whole_file.hpp"
 #include "text/words.hpp"

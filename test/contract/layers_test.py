@@ -11,8 +11,9 @@ ROOT = Path(__file__).resolve().parents[2]
 INCLUDE, SRC = ROOT / "include", ROOT / "src"
 
 ENGINE = ("kernels", "states", "model", "mimic", "elements", "loops", "building", "run")
+DESCRIPTION = ("parts", "structure", "making")
 SIMULATION = ("system", "methods", "runs")
-ROOMS = ("text", "description", "load", *(f"engine/{room}" for room in ENGINE), "batch", *(f"simulate/{room}" for room in SIMULATION), "c_api")
+ROOMS = ("text", *(f"description/{room}" for room in DESCRIPTION), "load", *(f"engine/{room}" for room in ENGINE), "batch", *(f"simulate/{room}" for room in SIMULATION), "c_api")
 
 LAYERS = [
     ("bodies and types", r"include/ksl/(detail/.*|config\.h|types\.h)"),

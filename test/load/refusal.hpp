@@ -1,7 +1,7 @@
 // The message with which a text or a robot is refused, and what it must say.
 #pragma once
 
-#include "description/check.hpp"
+#include "description/structure/check.hpp"
 #include "load/urdf.hpp"
 
 #include <doctest/doctest.h>

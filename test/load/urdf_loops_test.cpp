@@ -1,7 +1,7 @@
 // Loops in URDF and SDF: the elements that state them, links with two parents, drives, what is written, and what is refused.
 #include "refusal.hpp"
 
-#include "description/loops.hpp"
+#include "description/structure/loops.hpp"
 #include "ksl/urdf.hpp"
 #include "load/robot_file.hpp"
 

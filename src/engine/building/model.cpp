@@ -3,7 +3,7 @@
 
 #include "ksl/engine/steps/tree_rows.hpp"
 
-#include "description/check.hpp"
+#include "description/structure/check.hpp"
 #include "engine/model/joint_physics.hpp"
 #include "engine/building/model_builder.hpp"
 #include "text/characters.hpp"

@@ -1,8 +1,8 @@
 #include "engine/building/model_builder.hpp"
 
-#include "description/check.hpp"
-#include "description/joint_numbers.hpp"
-#include "description/loops.hpp"
+#include "description/structure/check.hpp"
+#include "description/parts/joint_numbers.hpp"
+#include "description/structure/loops.hpp"
 #include "engine/model/canonical_axes.hpp"
 #include "engine/model/joint_physics.hpp"
 #include "engine/loops/plan.hpp"

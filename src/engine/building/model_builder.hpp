@@ -4,7 +4,7 @@
 
 #include "ksl/model.hpp"
 
-#include "description/mimic.hpp"
+#include "description/structure/mimic.hpp"
 
 #include <string>
 #include <vector>

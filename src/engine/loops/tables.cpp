@@ -1,6 +1,6 @@
 #include "engine/loops/tables.hpp"
 
-#include "description/loops.hpp"
+#include "description/structure/loops.hpp"
 #include "engine/model/canonical_axes.hpp"
 #include "engine/model/vectors.hpp"
 #include "ksl/engine/model/joints.hpp"

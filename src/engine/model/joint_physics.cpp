@@ -1,7 +1,7 @@
 #include "engine/model/joint_physics.hpp"
 
-#include "description/check.hpp"
-#include "description/joint_numbers.hpp"
+#include "description/structure/check.hpp"
+#include "description/parts/joint_numbers.hpp"
 #include "text/unused.hpp"
 #include "text/words.hpp"
 

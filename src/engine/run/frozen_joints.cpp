@@ -3,10 +3,10 @@
 #include "ksl/engine/model/quaternion_tolerance.hpp"
 #include "ksl/surgery.hpp"
 
-#include "description/check.hpp"
-#include "description/loops.hpp"
-#include "description/mimic.hpp"
-#include "description/items.hpp"
+#include "description/structure/check.hpp"
+#include "description/structure/loops.hpp"
+#include "description/structure/mimic.hpp"
+#include "description/parts/items.hpp"
 
 #include <algorithm>
 #include <cmath>

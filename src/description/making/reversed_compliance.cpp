@@ -1,7 +1,7 @@
-#include "description/reversed_compliance.hpp"
+#include "description/making/reversed_compliance.hpp"
 
-#include "description/items.hpp"
-#include "description/joint_numbers.hpp"
+#include "description/parts/items.hpp"
+#include "description/parts/joint_numbers.hpp"
 #include "ksl/engine/model/joints.hpp"
 
 #include <algorithm>

@@ -1,13 +1,13 @@
 // Robots made from other robots, on descriptions.  The one that needs the pose of a joint is in engine/frozen_joints.cpp.
 #include "ksl/surgery.hpp"
 
-#include "description/rigid_pose.hpp"
-#include "description/check.hpp"
-#include "description/items.hpp"
-#include "description/joint_numbers.hpp"
-#include "description/loops.hpp"
-#include "description/mimic.hpp"
-#include "description/reversed_compliance.hpp"
+#include "description/parts/rigid_pose.hpp"
+#include "description/structure/check.hpp"
+#include "description/parts/items.hpp"
+#include "description/parts/joint_numbers.hpp"
+#include "description/structure/loops.hpp"
+#include "description/structure/mimic.hpp"
+#include "description/making/reversed_compliance.hpp"
 #include "ksl/engine/model/joints.hpp"
 #include "text/words.hpp"
 

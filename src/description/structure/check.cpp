@@ -1,8 +1,8 @@
-#include "description/check.hpp"
+#include "description/structure/check.hpp"
 
-#include "description/force_elements.hpp"
-#include "description/joint_numbers.hpp"
-#include "description/loops.hpp"
+#include "description/structure/force_elements.hpp"
+#include "description/parts/joint_numbers.hpp"
+#include "description/structure/loops.hpp"
 #include "ksl/engine/model/joints.hpp"
 #include "text/words.hpp"
 

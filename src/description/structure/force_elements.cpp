@@ -1,4 +1,4 @@
-#include "description/force_elements.hpp"
+#include "description/structure/force_elements.hpp"
 
 #include "ksl/surgery.hpp"
 #include "text/words.hpp"

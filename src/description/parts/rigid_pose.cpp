@@ -1,4 +1,4 @@
-#include "description/rigid_pose.hpp"
+#include "description/parts/rigid_pose.hpp"
 
 #include "text/words.hpp"
 

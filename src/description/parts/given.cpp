@@ -1,4 +1,4 @@
-#include "description/given.hpp"
+#include "description/parts/given.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
-#include "description/loops.hpp"
+#include "description/structure/loops.hpp"
 
-#include "description/items.hpp"
-#include "description/joint_numbers.hpp"
+#include "description/parts/items.hpp"
+#include "description/parts/joint_numbers.hpp"
 #include "ksl/engine/model/joints.hpp"
 #include "ksl/surgery.hpp"
 #include "text/words.hpp"

@@ -1,11 +1,11 @@
 // The builder: links and joints as a program gives them, checked as they come.
 #include "ksl/builder.hpp"
 
-#include "description/check.hpp"
-#include "description/given.hpp"
-#include "description/mimic.hpp"
-#include "description/rigid_pose.hpp"
-#include "description/items.hpp"
+#include "description/structure/check.hpp"
+#include "description/parts/given.hpp"
+#include "description/structure/mimic.hpp"
+#include "description/parts/rigid_pose.hpp"
+#include "description/parts/items.hpp"
 #include "ksl/surgery.hpp"
 #include "text/words.hpp"
 

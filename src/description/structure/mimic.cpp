@@ -1,4 +1,4 @@
-#include "description/mimic.hpp"
+#include "description/structure/mimic.hpp"
 
 #include "ksl/engine/model/joints.hpp"
 #include "text/words.hpp"

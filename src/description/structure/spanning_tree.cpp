@@ -1,5 +1,5 @@
 // Which joints of a graph are its tree; the others close loops.
-#include "description/loops.hpp"
+#include "description/structure/loops.hpp"
 
 #include <functional>
 #include <queue>

@@ -1,4 +1,4 @@
-#include "description/joint_numbers.hpp"
+#include "description/parts/joint_numbers.hpp"
 
 #include "ksl/engine/model/joints.hpp"
 #include "text/words.hpp"
