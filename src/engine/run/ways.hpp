@@ -3,6 +3,8 @@
 
 #include "engine/loops/algorithms.hpp"
 
+#include <iterator>
+
 namespace ksl {
 
 /// All ways, in the order of `way`.
@@ -18,8 +20,8 @@ template <class S> const way_calls<S> &calls_of(const algorithm_row &row, const 
 inline void require_computable(const algorithm_row &row, const model &m) {
   if (m.is_tree_alone() && row.loops != loops_by::plan)
     return;
-  for (const way_calls<double> *calls : all_ways<double>)
-    calls->refuse(row, m);
+  for (std::size_t i = std::size(all_ways<double>); i-- > 0;) // what the highest way refuses doesn't depend on those below
+    all_ways<double>[i]->refuse(row, m);
 }
 
 } // namespace ksl
