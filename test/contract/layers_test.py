@@ -13,7 +13,8 @@ INCLUDE, SRC = ROOT / "include", ROOT / "src"
 ENGINE = ("kernels", "states", "model", "mimic", "elements", "loops", "building", "run")
 DESCRIPTION = ("parts", "structure", "making")
 SIMULATION = ("system", "methods", "runs")
-ROOMS = ("text", *(f"description/{room}" for room in DESCRIPTION), "load", *(f"engine/{room}" for room in ENGINE), "batch", *(f"simulate/{room}" for room in SIMULATION), "c_api")
+IN = lambda folder, rooms: tuple(f"{folder}/{room}" for room in rooms)
+ROOMS = ("text", *IN("description", DESCRIPTION), "load", *IN("engine", ENGINE), "batch", *IN("simulate", SIMULATION), "c_api")
 
 LAYERS = [
     ("bodies and types", r"include/ksl/(detail/.*|config\.h|types\.h)"),

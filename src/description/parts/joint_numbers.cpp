@@ -10,7 +10,8 @@
 namespace ksl {
 namespace {
 
-[[noreturn]] void refuse_joint(const robot_description &robot, const joint_description &joint, const std::string &what) {
+[[noreturn]] void refuse_joint(const robot_description &robot, const joint_description &joint,
+                               const std::string &what) {
   text::refuse(robot.file, joint.at.line, what);
 }
 
@@ -21,8 +22,8 @@ void check_axes(const robot_description &robot, const joint_description &joint) 
   const auto check_unit = [&](const vec3<double> &u, const std::string &which) {
     if (!(std::fabs(length(u) - 1) <= 1e-6))
       refuse_joint(robot, joint,
-             "joint " + joint.name + ": its " + which + " has length " + text::shown(length(u)) +
-                 ", expected 1; divide it by that");
+                   "joint " + joint.name + ": its " + which + " has length " + text::shown(length(u)) +
+                       ", expected 1; divide it by that");
   };
   if (row.has_axis && length(joint.axis) != 0)
     check_unit(joint.axis, "axis");
@@ -31,14 +32,14 @@ void check_axes(const robot_description &robot, const joint_description &joint) 
   const std::string who = "joint " + joint.name + ": a " + row.name + " joint ";
   if (length(joint.axis2) == 0)
     refuse_joint(robot, joint,
-           who + "needs a second axis, the direction fixed in its child that it also turns about; give it");
+                 who + "needs a second axis, the direction fixed in its child that it also turns about; give it");
   check_unit(joint.axis2, "second axis");
   vec3<double> normal;
   const vec3<double> first = axis_of(joint);
   algebra<double>::cross_vv(&first, &joint.axis2, &normal);
   if (length(normal) < 1e-6)
     refuse_joint(robot, joint,
-           who + "needs two axes that are not parallel; correct one of them, or make it a revolute joint");
+                 who + "needs two axes that are not parallel; correct one of them, or make it a revolute joint");
 }
 
 } // namespace
@@ -55,7 +56,7 @@ void check_joint_numbers(const robot_description &robot, const joint_description
   const joint_kind_row row = row_of(joint.kind);
   if (row.has_pitch && !(joint.pitch && std::isfinite(*joint.pitch)))
     refuse_joint(robot, joint,
-           "joint " + joint.name + ": a " + row.name + " joint needs a finite pitch, in metres for each radian");
+                 "joint " + joint.name + ": a " + row.name + " joint needs a finite pitch, in metres for each radian");
   const mat3x3<double> &R = joint.placement.R;
   const vec3<double> &t = joint.placement.t, &u = joint.axis, &u2 = joint.axis2;
   const double all[] = {R.m00, R.m10, R.m20, R.m01, R.m11, R.m21, R.m02, R.m12, R.m22,

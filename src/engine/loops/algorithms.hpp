@@ -34,7 +34,7 @@ bool run_batch(const algorithm_row &row, const model &m, const batch_view<S> &ba
 template <class S> std::string reason(const algorithm_row &row, const model &m, const state_view<S> &s);
 
 template <class S>
-inline constexpr way_calls<S> calls = {
-    refuse, "a mechanism with loops", false, state_bytes<S>, run_state<S>, batch_bytes<S>, run_batch<S>};
+inline constexpr way_calls<S> calls = {refuse,       "a mechanism with loops", false,       state_bytes<S>,
+                                       run_state<S>, batch_bytes<S>,           run_batch<S>};
 
 } // namespace ksl::loops

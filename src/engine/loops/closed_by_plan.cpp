@@ -14,8 +14,8 @@ constexpr int parts = 5;
 /// The private row whose kernels compute a row.
 const algorithm_row &row_by_plan(loops_by by) {
   return by == loops_by::accelerations || by == loops_by::jump ? rows::closed_forward_dynamics
-         : by == loops_by::reactions                            ? rows::closed_inverse_dynamics_with_reactions
-                                                                 : rows::closed_inverse_dynamics;
+         : by == loops_by::reactions                           ? rows::closed_inverse_dynamics_with_reactions
+                                                               : rows::closed_inverse_dynamics;
 }
 
 template <class S> bool determines_efforts(const loop_view<S> &loops) {
@@ -78,7 +78,8 @@ template <class S> void closed_by_plan<S>::lay_out(arena &memory, const batch_vi
     forces_.lay_out(memory, batch.external_n, states);
 }
 
-template <class S> batch_view<S> closed_by_plan<S>::part_of(const batch_view<S> &batch, std::size_t first, int n) const {
+template <class S> batch_view<S> closed_by_plan<S>::part_of(const batch_view<S> &batch, std::size_t first,
+                                                            int n) const {
   batch_view<S> part;
   part.n = static_cast<std::size_t>(n);
   part.q = rows_from(batch.q, first), part.v = rows_from(batch.v, first), part.a = rows_from(batch.a, first);

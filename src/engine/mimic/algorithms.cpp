@@ -146,8 +146,7 @@ template <class S> struct memory_of_states {
   void *workspace;
   copied_state<S> state;
   memory_of_states(arena &memory, const algorithm_row &row, const model &m, const batch_view<S> &batch)
-      : workspace(
-            memory.take<std::byte>(static_cast<std::ptrdiff_t>(state_bytes<S>(row, m, room_for(batch))))),
+      : workspace(memory.take<std::byte>(static_cast<std::ptrdiff_t>(state_bytes<S>(row, m, room_for(batch))))),
         state() {
     state.lay_out(memory, computed(row), extents_of(m, batch), batch);
   }

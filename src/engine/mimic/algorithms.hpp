@@ -17,8 +17,8 @@ bool run_batch(const algorithm_row &row, const model &m, const batch_view<S> &ba
                void *memory);
 
 template <class S>
-inline constexpr way_calls<S> calls = {
-    refuse, nullptr, true, state_bytes<S>, run_state<S>, batch_bytes<S>, run_batch<S>};
+inline constexpr way_calls<S> calls = {refuse,       nullptr,        true,        state_bytes<S>,
+                                       run_state<S>, batch_bytes<S>, run_batch<S>};
 
 /// Of trees without force elements.
 template <class S> inline constexpr const way_calls<S> *ways[] = {&kernel_calls::calls<S>, &calls<S>};

@@ -20,7 +20,8 @@ template <class S> const way_calls<S> &calls_of(const algorithm_row &row, const 
 inline void require_computable(const algorithm_row &row, const model &m) {
   if (m.is_tree_alone() && row.loops != loops_by::plan)
     return;
-  for (std::size_t i = std::size(all_ways<double>); i-- > 0;) // what the highest way refuses doesn't depend on those below
+  for (std::size_t i = std::size(all_ways<double>);
+       i-- > 0;) // what the highest way refuses doesn't depend on those below
     all_ways<double>[i]->refuse(row, m);
 }
 

@@ -92,8 +92,8 @@ bool run_batch(const algorithm_row &row, const model &m, const batch_view<S> &ba
 }
 
 template <class S>
-inline constexpr way_calls<S> calls = {
-    refuse, nullptr, false, state_bytes<S>, run_state<S>, batch_bytes<S>, run_batch<S>};
+inline constexpr way_calls<S> calls = {refuse,       nullptr,        false,       state_bytes<S>,
+                                       run_state<S>, batch_bytes<S>, run_batch<S>};
 
 } // namespace kernel_calls
 } // namespace ksl

@@ -1,6 +1,5 @@
 #include "simulate/system/held_joints.hpp"
 
-
 #include <cmath>
 #include <limits>
 
@@ -192,8 +191,8 @@ double held_joints::wrong(held_mechanism &of, const double *q, const double *a, 
 
 /// Starts with all held that are at rest, and changes the mode that is most wrong, one at a time; in the end, where that may go round in
 /// circles, the first that is wrong, which can't: Murty, Note on a Bard-type scheme for solving the complementarity problem (1974).
-bool held_joints::settle(held_mechanism &of, double t, std::size_t run, const double *q, double *v, double *a, double *power,
-                         int slides) {
+bool held_joints::settle(held_mechanism &of, double t, std::size_t run, const double *q, double *v, double *a,
+                         double *power, int slides) {
   const int nv = static_cast<int>(nv_);
   double largest = 1;
   for (int k = 0; k < nv; ++k)

@@ -82,7 +82,8 @@ public:
   /// Chooses the modes of coordinates without velocity, after something changed: friction holds where it can, and makes v exactly zero
   /// there, except at the coordinate `slides`, which has just been let go; −1: none.  a (nv) and power are those after it.  False if a
   /// function ended the run.
-  bool settle(held_mechanism &of, double t, std::size_t run, const double *q, double *v, double *a, double *power, int slides);
+  bool settle(held_mechanism &of, double t, std::size_t run, const double *q, double *v, double *a, double *power,
+              int slides);
 
   /// v after impacts on limits at q: those in `hits` (nv flags) are thrown back, others on limits are not passed.
   void impact(held_mechanism &of, const double *q, const unsigned char *hits, double *v);
