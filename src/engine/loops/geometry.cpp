@@ -1,13 +1,11 @@
 #include "engine/loops/geometry.hpp"
 
 #include "engine/loops/joint_position.hpp"
-#include "engine/model/vectors.hpp"
+#include "engine/loops/vectors.hpp"
 
 #include <cmath>
 
 namespace ksl::loops {
-
-using namespace vectors;
 
 using A = algebra<double>;
 using vector = vec3<double>;

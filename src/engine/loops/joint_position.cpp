@@ -1,14 +1,12 @@
 #include "engine/loops/joint_position.hpp"
 
-#include "engine/model/vectors.hpp"
+#include "engine/loops/vectors.hpp"
 #include "ksl/engine/model/joints.hpp"
 
 #include <cmath>
 #include <numbers>
 
 namespace ksl::loops {
-
-using namespace vectors;
 
 namespace {
 

@@ -3,7 +3,7 @@
 #include "engine/loops/assembly.hpp"
 #include "engine/loops/closed_state.hpp"
 #include "engine/loops/elimination.hpp"
-#include "engine/model/vectors.hpp"
+#include "engine/loops/vectors.hpp"
 #include "ksl/engine/algorithms/loops/loop_equations.hpp"
 #include "ksl/engine/model/joints.hpp"
 
@@ -13,8 +13,6 @@
 #include <memory>
 
 namespace ksl::loops {
-
-using namespace vectors;
 
 namespace {
 

@@ -2,15 +2,13 @@
 
 #include "description/structure/loops.hpp"
 #include "engine/model/canonical_axes.hpp"
-#include "engine/model/vectors.hpp"
+#include "engine/loops/vectors.hpp"
 #include "ksl/engine/model/joints.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace ksl::loops {
-
-using namespace vectors;
 
 namespace {
 

@@ -1,13 +1,11 @@
 #include "engine/loops/variation.hpp"
 
 #include "engine/loops/joint_position.hpp"
-#include "engine/model/vectors.hpp"
+#include "engine/loops/vectors.hpp"
 
 #include <algorithm>
 
 namespace ksl::loops {
-
-using namespace vectors;
 
 namespace {
 constexpr screw<double> nothing = {{0, 0, 0}, {0, 0, 0}};
