@@ -7,7 +7,6 @@
 #include <numbers>
 
 namespace ksl::loops {
-
 namespace {
 
 using A = algebra<double>;

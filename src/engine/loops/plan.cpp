@@ -13,7 +13,6 @@
 #include <memory>
 
 namespace ksl::loops {
-
 namespace {
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }

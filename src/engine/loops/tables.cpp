@@ -9,7 +9,6 @@
 #include <cmath>
 
 namespace ksl::loops {
-
 namespace {
 
 /// An orthonormal basis of the wrenches that do no work on the unit twists given, by Gram and Schmidt, from unit forces and moments
