@@ -36,8 +36,7 @@ public:
 
   nb::object run(nb::handle external, nb::handle request, nb::handle out, nb::handle threads) {
     if (row_.request != ksl::request_kind::none || !external.is_none() || !request.is_none() || !threads.is_none() ||
-        m_.followers() != 0 || ksl::has_unread_results(row_) || (row_.needs_mass && m_.massless_joint() >= 0) ||
-        (row_.smooth_friction && m_.exact_friction()))
+        (row_.needs_mass && m_.massless_joint() >= 0) || (row_.smooth_friction && m_.exact_friction()))
       return {};
     const ksl::nearest_rounding rounding;
     ksl::state_view<double> state;
