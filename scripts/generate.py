@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Write what follows from api/algorithms/: kernels, calls, methods and the reference page.
+"""Write what follows from api/algorithms/: kernels, calls and methods.
 
     scripts/generate.py            writes the files, removes those of algorithms that are gone
     scripts/generate.py --check    says which files differ from what would be written, and ends with status 1
@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-from generator import c_calls, cpp_calls, kernels, python_calls, reference, tests
+from generator import c_calls, cpp_calls, kernels, python_calls, tests
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = ("src/engine/algorithms",)
@@ -21,7 +21,7 @@ FOLDERS = ("src/engine/algorithms",)
 
 def files() -> dict[str, str]:
     """{path below the project: text}."""
-    return {path: text for part in (kernels, cpp_calls, c_calls, python_calls, reference) for path, text in part.files().items()}
+    return {path: text for part in (kernels, cpp_calls, c_calls, python_calls) for path, text in part.files().items()}
 
 
 def stale() -> list[Path]:
