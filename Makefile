@@ -9,7 +9,7 @@
 # make release   all of the C algebra as one header, build/release/ksl.h
 # make test-windows  the tests in C, and of the algebra, compiled for Windows, under Wine
 # make compile-macos  the library and the tests in C and C++, compiled and linked for macOS
-# make docs      the reference in docs/reference, from the headers and from api/algorithms/
+# make docs      the reference of the algebra in build/reference, from the headers, and what follows from api/algorithms/
 # make site      the documentation as a site, build/site
 # make ci     what CI runs on each change: make test, and beside it lint, abi and fuzz-short
 # make format    C and C++ as .clang-format says
@@ -139,7 +139,7 @@ release:
 	$(PYTHON) scripts/single_header.py build/release/ksl.h
 
 docs:
-	$(PYTHON) scripts/reference_pages.py docs/reference
+	$(PYTHON) scripts/reference_pages.py build/reference
 	$(PYTHON) scripts/generate.py
 
 $(VENV)/.tools:

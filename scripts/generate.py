@@ -1,16 +1,18 @@
 #!/usr/bin/env python3
-"""Write what follows from api/algorithms/: kernels, calls, methods, the reference page and the test of all interfaces.
+"""Write what follows from api/algorithms/: kernels, calls and methods.
 
     scripts/generate.py            writes the files, removes those of algorithms that are gone
     scripts/generate.py --check    says which files differ from what would be written, and ends with status 1
+    scripts/generate.py --tests FOLDER
+                                   writes the test of all interfaces, and all algorithms over any scalar; test/engine/CMakeLists.txt calls it
 
-What is written is checked in; test/contract/generated_test.py compares."""
+What is written but for tests is checked in; test/contract/generated_test.py compares."""
 
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-from generator import c_calls, cpp_calls, kernels, python_calls, reference, tests
+from generator import c_calls, cpp_calls, kernels, python_calls, tests
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = ("src/engine/kernels/algorithms",)
@@ -19,7 +21,7 @@ FOLDERS = ("src/engine/kernels/algorithms",)
 
 def files() -> dict[str, str]:
     """{path below the project: text}."""
-    return {path: text for part in (kernels, cpp_calls, c_calls, python_calls, reference, tests) for path, text in part.files().items()}
+    return {path: text for part in (kernels, cpp_calls, c_calls, python_calls) for path, text in part.files().items()}
 
 
 def stale() -> list[Path]:
@@ -34,6 +36,12 @@ def main(argv: list[str]) -> int:
         for path in [*different, *stale()]:
             print(f"{path} is not what scripts/generate.py makes")
         return 1 if different or stale() else 0
+    if argv[:1] == ["--tests"]:
+        (folder,) = argv[1:]
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        for name, text in tests.files().items():
+            (Path(folder) / name).write_text(text, encoding="utf-8")
+        return 0
     for path in different:
         (ROOT / path).parent.mkdir(parents=True, exist_ok=True)
         (ROOT / path).write_text(files()[path], encoding="utf-8")

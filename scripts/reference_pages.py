@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Write docs/reference/: every type and function of the C algebra, made from the comments of the flattened header.
+"""Write every type and function of the C algebra, made from the comments of the flattened header.
 
-    scripts/reference_pages.py [OUTPUT_FOLDER]"""
+    scripts/reference_pages.py [FOLDER]    build/reference by default; the site has the same pages"""
 
 import re
 import sys
@@ -16,7 +16,7 @@ COMMENT = r"(?:/\*\*((?:(?!\*/).)*?)\*/\n)?"
 FUNCTION = re.compile(COMMENT + r"^(KSL_INLINE|KSL_EXPORT) ([\w ]+?[ *]+)(\w+)\(([^)]*)\)(?: \{|;)", re.S | re.M)
 TYPE = re.compile(r"/\*\*((?:(?!\*/).)*?)\*/\ntypedef (union|struct|enum) \w+ \{\n(.*?)^\} (\w+);", re.S | re.M)
 FLOPS = re.compile(r"\s*\b(\d+) flops?((?:,| and| for) [^.]*)?\.(?=\s|$)")
-NOTE = "<!-- Made by scripts/reference_pages.py (`make docs`) from the headers' own comments; a test compares. -->\n"
+NOTE = "<!-- Made by scripts/reference_pages.py from the headers' own comments. -->\n"
 
 
 @dataclass
@@ -136,23 +136,22 @@ def pages():
         "# Reference of the C algebra\n", NOTE,
         f"{total} functions, double and float counted apart. The arguments shown are those of the first name; its twin in single precision takes `float` and",
         "`ksl_..f_t`. How names are made is in [algebra.md](../algebra.md). Flops are additions, multiplications and divisions; a test counts them.",
-        "Numbers like (coscrews (6)) are equations of the Coscrews page. Algorithms of mechanisms: [dynamics.md](dynamics.md).\n",
+        "Numbers like (coscrews (6)) are equations of the Coscrews page. Algorithms of mechanisms: [Dynamics](dynamics.md).\n",
         "| header | what | functions |\n|---|---|---|",
     ]
     out["README.md"] = "\n".join(head + rows) + "\n"
     return out
 
 
-OTHERS = {"dynamics.md"}
 """Pages that scripts/generate.py writes."""
 
 
 def main(argv):
-    folder = Path(argv[0]) if argv else ROOT / "docs" / "reference"
+    folder = Path(argv[0]) if argv else ROOT / "build" / "reference"
     folder.mkdir(parents=True, exist_ok=True)
     texts = pages()
     for old in folder.glob("*.md"):
-        if old.name not in texts and old.name not in OTHERS:
+        if old.name not in texts:
             old.unlink()
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")

@@ -1,12 +1,10 @@
-"""The reference page of all algorithms: docs/reference/dynamics.md."""
+"""The page of all algorithms that the site has: reference/dynamics.md."""
 
 from generator.c_calls import batch_arguments, batches, state_arguments
-from generator.rows import ALGORITHMS, DEFAULTS, MARK, ORDER, Algorithm, call, has, kernels_of, ordered, sentence, shape
+from generator.rows import ALGORITHMS, DEFAULTS, ORDER, Algorithm, call, has, kernels_of, ordered, sentence, shape
 
 PAGE = """\
 # Dynamics
-
-<!-- {mark} -->
 
 Every algorithm, from C++ (`ksl/dynamics.hpp`, `ksl/batch.hpp`), C (`ksl/engine.h`) and Python (`ksl.Model`). Numbers are SI,
 six-vectors linear first unless `order` says otherwise. q has nq numbers; v, a and tau have nv.
@@ -27,31 +25,7 @@ All languages give the same bits; a test compares them with each other.
 {rows}
 
 {sections}
-## Other calls
-
-Written by hand, with the same conventions. C has those with the suffix `f`, too, where numbers of a state enter.
-
-| what | C++ | C | Python |
-|---|---|---|---|
-| models | `ksl/dynamics.hpp`, `builder.hpp`, `surgery.hpp`, `urdf.hpp` | `ksl/engine.h`, `engine_building.h` | `ksl.load`, `ksl.Builder`, `Model.with_…` |
-| reactions of the state that inverse dynamics computed last | `reactions` | `ksl_reactions` | |
-| pose of one link | `frame_pose` | `ksl_frame_pose` | `frame_pose` |
-| neutral, random position | `neutral`, `random_position` | `ksl_neutral`, `ksl_random_position` | `neutral`, `random` |
-| inverse kinematics | `inverse_kinematics` | `ksl_inverse_kinematics` | `inverse_kinematics` |
-| wrench through a section of a link | `section_wrench` (`ksl/section.hpp`), one state | `ksl_section_wrench`, one state | `section_wrench` |
-| closed mechanisms: geometry, consistent motions, derivatives, what reactions leave open | `ksl/loops.hpp` | `ksl/engine_loops.h` | `mobility`, `close`, `consistent_velocity` … ([loops.md](../loops.md)) |
-| motion over time: methods, controllers, brakes, limits, events | `ksl/simulate.hpp` | `ksl/engine_simulate.h` | `simulate` ([simulation.md](../simulation.md)) |
-| layout of tree-sparse matrices | `model::tree_rows`, `tree_columns` | `ksl_model_tree` | `tree_rows`, `tree_columns` |
-| one part of the efforts | `effort_parts` | `ksl_effort_parts` | `effort_part` |
-| joints: kind, indices, axes, limits | `model::joints`, `description` | `ksl_model_joint_info` | `joints`, `joint` |
-| inertial parameters of links | `model::links` | `ksl_model_link_parameters` | `parameters`, `link` |
-| joints on the way to the root, links carried | `model::support`, `subtree_links` | `ksl_model_support`, `ksl_model_subtree_links` | `support`, `subtree_links` |
-
-Quaternions that differ from unit length by more than 1e-6 are normalised: Python warns (`ksl.QuaternionWarning`), and in C
-`ksl_warning_message` says so after a call for one state. Beyond 1e-2 they are refused. C++ and batches in C check no numbers.
-
-In Python only: MJCF files (`ksl.mjcf`), identification, base parameters and the consistency of inertial parameters
-([identification](../identification.md)), tables of loads and reports ([loads](../loads.md)).
+[Other calls](../reference.md#other-calls) are written by hand, with the same conventions.
 """
 
 SECTION = """\
@@ -103,7 +77,6 @@ def section(row: Algorithm) -> str:
     return SECTION.format(name=row.name, text="\n\n".join(filter(None, [*lines, c_signatures(row)])))
 
 
-def files() -> dict[str, str]:
+def page() -> str:
     public = [row for row in ALGORITHMS if row.loops != "plan"]
-    page = PAGE.format(mark=MARK, rows="\n".join(map(table_row, public)), sections="\n".join(map(section, public)))
-    return {"docs/reference/dynamics.md": page}
+    return PAGE.format(rows="\n".join(map(table_row, public)), sections="\n".join(map(section, public)))

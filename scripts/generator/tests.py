@@ -77,7 +77,7 @@ TEST = """\
 //
 // Every algorithm gives the same bits by its C++ and its C interface.  Compiled once more for test/faults, where memory runs out.
 #ifdef KSL_TEST_STARVED
-#include "../faults/starved_faces.hpp"
+#include "starved_faces.hpp"
 #else
 #include "faces.hpp"
 #endif
@@ -133,10 +133,11 @@ def every_algorithm() -> str:
 
 
 def files() -> dict[str, str]:
+    """The sources by name, which the build of the tests writes."""
     rows = [row for row in ALGORITHMS if has(row, "c++")]
     cases = [
         CASE.format(name=row.name, scalar=scalar, ordered=", true" if ordered(row) else "", cpp=cpp(row), c=c(row, suffix), c_batch=c_batch(row, suffix))
         for row in rows
         for scalar, suffix in SCALARS.items()
     ]
-    return {"test/engine/algorithms_test.cpp": TEST.format(mark=MARK, cases="\n".join(cases)), "test/engine/every_algorithm.hpp": every_algorithm()}
+    return {"algorithms_test.cpp": TEST.format(mark=MARK, cases="\n".join(cases)), "every_algorithm.hpp": every_algorithm()}

@@ -7,9 +7,11 @@ import sys
 from pathlib import Path
 from urllib.parse import unquote
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 import contents
 import cpp_reference
+import reference_pages
+from generator import reference as algorithms
 import python_reference
 from mkdocs.structure.files import File
 
@@ -31,13 +33,18 @@ _wanted: dict[str, Path] = {}
 """Pages and files outside docs/ that others link to, by their paths on the site."""
 
 
+def algebra():
+    return {f"reference/{name}": text for name, text in reference_pages.pages().items()}
+
+
 def on_config(config):
-    config.nav = contents.navigation([python_reference.navigation(), *cpp_reference.navigation()])
+    functions = [{re.search("^# (.+)", text)[1].replace("`", ""): path} for path, text in sorted(algebra().items(), key=lambda page: ("README" not in page[0], page))]
+    config.nav = contents.navigation([{"Dynamics": "reference/dynamics.md"}, python_reference.navigation(), *cpp_reference.navigation(), {"Functions of the algebra": functions}])
     return config
 
 
 def on_files(files, config):
-    made = {**python_reference.pages(), **cpp_reference.pages()}
+    made = {**python_reference.pages(), **cpp_reference.pages(), "reference/dynamics.md": algorithms.page(), **algebra()}
     pages = [file.src_uri for file in files.documentation_pages()]
     for path in pages:
         _note_links(contents.DOCS / path, (contents.DOCS / path).read_text(encoding="utf-8"))

@@ -163,7 +163,7 @@ def test_a_new_kind_of_joint(tmp_path, compiler):
 
 
 def test_a_new_algorithm(tmp_path):
-    for folder in ("api", "include", "src", "scripts", "docs/reference", "python", "test/engine", "test/model"):
+    for folder in ("api", "include", "src", "scripts", "python", "test/engine", "test/model"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
     header, row = blocks("A new algorithm")
     (tmp_path / "include/ksl/engine/algorithms/energy/momentum.hpp").write_text(header)

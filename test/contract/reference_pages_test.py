@@ -1,4 +1,4 @@
-"""docs/reference is what the headers say, and leaves no function out."""
+"""The reference of the algebra leaves no function out, and says what the headers say."""
 
 import re
 import sys
@@ -8,17 +8,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "test" / "algebra"))
 sys.path.insert(0, str(ROOT / "scripts"))
 from functions import bodies, published
-from reference_pages import OTHERS, pages
-
-REFERENCE = ROOT / "docs" / "reference"
-
-
-def test_it_is_up_to_date():
-    found = {p.name: p.read_text(encoding="utf-8") for p in REFERENCE.glob("*.md") if p.name not in OTHERS}
-    made = pages()
-    assert found.keys() == made.keys(), "run `make docs`"
-    assert [name for name in made if found[name] != made[name]] == [], "run `make docs`"
-
+from reference_pages import pages
 
 def test_every_function_is_there():
     rows = re.findall(r"^\| (`\S+`) \| `", "".join(pages().values()), re.M)

@@ -2,7 +2,7 @@
 
 Python is held against C (one state, and batches), in double and float, with and without external wrenches.  Batches of any
 size are their states; threads, `out=`, strides and leading shapes change nothing; no states give no results.  The faces of
-C++ are held against those of C by test/engine/algorithms_test.cpp.
+C++ are held against those of C by the test that scripts/generator/tests.py makes.
 """
 
 import ctypes

@@ -1,6 +1,6 @@
 // KSL: the arguments of an algorithm: one state, or a batch of states as row-major arrays with a row for each state.
 //
-// All algorithms share these two structs.  api/algorithms/ and docs/reference/dynamics.md say which members each of them
+// All algorithms share these two structs.  api/algorithms/ says which members each of them
 // reads and writes; the others are ignored.
 #pragma once
 

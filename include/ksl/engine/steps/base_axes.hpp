@@ -68,5 +68,41 @@ KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const pose
   });
 }
 
+/// Sets the axes and the origins of all bodies, and S of all coordinates about the base's origin, in the frame of the base.
+template <class T>
+KSL_LANES void locate_joints(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
+                             const per_body<mat3x3, T> &rotation, const array_of<vec3<T>> &origin,
+                             const array_of<screw<T>> &column, const T *q) {
+  origin[0] = {T(0), T(0), T(0)};
+  const auto locate = [&]<joint_kind K>(int i, const vec3<T> &offset) KSL_INLINED {
+    const body<scalar_of<T>> &b = model.body[i];
+    const vec3<T> &p = origin[b.parent];
+    const vec3<T> o = {p.x + offset.x, p.y + offset.y, p.z + offset.z};
+    origin[i] = o;
+    for_coordinates<K>(
+        b, [&](auto c) KSL_INLINED { column[b.v_index + c] = joint<K>::column(c, b, rotation, i).about(o); });
+  };
+  express_in_base(model, pose, rotation, q, locate, [](auto) KSL_INLINED {});
+}
+
+/// Expresses a momentum in the frame of body i, whose joint is of kind K, in the frame of the base.
+template <joint_kind K, class T>
+KSL_LANES coscrew<T> in_base(const per_body<mat3x3, T> &rotation, const array_of<vec3<T>> &origin, int i,
+                             const coscrew<T> &momentum) {
+  using A = algebra<T>;
+  const mat3x3<T> R = rotation[i];
+  coscrew<T> p;
+  if constexpr (only_turns(K)) { // a body that turns about z has no linear momentum along z
+    p.lin = {R.m00 * momentum.lin.x + R.m01 * momentum.lin.y, R.m10 * momentum.lin.x + R.m11 * momentum.lin.y,
+             R.m20 * momentum.lin.x + R.m21 * momentum.lin.y};
+    A::product_drv(&R, &momentum.ang, &p.ang);
+  } else {
+    A::product_CoAdrc(&R, &momentum, &p);
+  }
+  const vec3<T> o = origin[i];
+  A::product_CoAdtc(&o, &p, &p);
+  return p;
+}
+
 } // namespace KSL_ISA
 } // namespace ksl

@@ -18,7 +18,7 @@ template <class T> struct reactions_workspace {
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     dynamics.lay_out(memory, model);
-    dynamics.with_ground = true;
+    dynamics.wrench.with_ground = true;
     in_world.lay_out(memory, model.bodies);
     link_wrench.lay_out(memory, model.links);
   }
@@ -172,7 +172,7 @@ KSL_LANES void put_part(const model_view<scalar_of<T>> &model, const reactions_w
   const link<scalar_of<T>> &l = model.link[link_index];
   // number by number: a struct selected as a whole is copied by wide loads of narrow stores, which stall
   const bool own = l.carried_by_moving_joint;
-  const T *const from = own ? &w.dynamics.wrench.number(l.body, 0) : &w.link_wrench[link_index].lin.x;
+  const T *const from = own ? &w.dynamics.wrench.through.number(l.body, 0) : &w.link_wrench[link_index].lin.x;
   const int step = own ? lane_block<T> : 1;
   const coscrew<T> f = {{from[0], from[step], from[2 * step]}, {from[3 * step], from[4 * step], from[5 * step]}};
   coscrew<T> part = part_of(model, w.dynamics.pose, l, request.part, f);

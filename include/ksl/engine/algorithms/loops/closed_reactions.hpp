@@ -25,7 +25,7 @@ template <class T> struct closed_inverse_dynamics_with_reactions_workspace {
     const auto *loops = model.loops;
     const int redundant = loops ? loops->rows - loops->pivots : 0;
     closed.lay_out(memory, model);
-    closed.inverse.with_ground = true;
+    closed.inverse.wrench.with_ground = true;
     in_world.lay_out(memory, model.bodies);
     link_wrench.lay_out(memory, model.links);
     of_loop.lay_out(memory, loops ? loops->loops : 0);
@@ -99,13 +99,13 @@ template <class T> struct crossed_wrench {
   const bool welded = is_welded(model, link);
 
   KSL_LANES coscrew<T> get() const {
-    return welded ? w.link_wrench[link] : w.closed.inverse.wrench[model.link[link].body];
+    return welded ? w.link_wrench[link] : w.closed.inverse.wrench.through[model.link[link].body];
   }
   KSL_LANES void set(const coscrew<T> &f) const {
     if (welded)
       w.link_wrench[link] = f;
     else
-      w.closed.inverse.wrench.set(model.link[link].body, f);
+      w.closed.inverse.wrench.through.set(model.link[link].body, f);
   }
   /// Moves a wrench from the body's origin to that of the joint, or back.
   KSL_LANES void move(coscrew<T> &f, bool to_joint) const {

@@ -75,7 +75,7 @@ template <class T>
 KSL_LANES void move_bodies(const model_view<scalar_of<T>> &model, const coriolis_matrix_workspace<T> &w, const T *q,
                            const T *v) {
   using A = algebra<T>;
-  locate_joints(model, w.joints, q);
+  locate_joints(model, w.joints.pose, w.joints.rotation, w.joints.origin, w.joints.column, q);
   w.twist.set(0, {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}});
   w.origin.set(0, {T(0), T(0), T(0)});
   for (int i = 1; i < model.bodies; ++i) {

@@ -34,40 +34,6 @@ template <class T> struct mass_matrix_workspace {
   }
 };
 
-/// Sets the axes and the origins of all bodies, and S of all coordinates, in the frame of the base.
-template <class T> KSL_LANES void locate_joints(const model_view<scalar_of<T>> &model,
-                                                const mass_matrix_workspace<T> &w, const T *q) {
-  w.origin[0] = {T(0), T(0), T(0)};
-  const auto locate = [&]<joint_kind K>(int i, const vec3<T> &offset)
-                          KSL_INLINED {
-    const body<scalar_of<T>> &b = model.body[i];
-    const vec3<T> &p = w.origin[b.parent];
-    const vec3<T> o = {p.x + offset.x, p.y + offset.y, p.z + offset.z};
-    w.origin[i] = o;
-    for_coordinates<K>(
-        b, [&](auto c) KSL_INLINED { w.column[b.v_index + c] = joint<K>::column(c, b, w.rotation, i).about(o); });
-  };
-  express_in_base(model, w.pose, w.rotation, q, locate, [](auto) KSL_INLINED {});
-}
-
-/// Expresses F, a momentum in the frame of body i, in the frame of the base.
-template <joint_kind K, class T>
-KSL_LANES coscrew<T> in_base(const mass_matrix_workspace<T> &w, int i, const coscrew<T> &momentum) {
-  using A = algebra<T>;
-  const mat3x3<T> R = w.rotation[i];
-  coscrew<T> p;
-  if constexpr (only_turns(K)) { // a body that turns about z has no linear momentum along z
-    p.lin = {R.m00 * momentum.lin.x + R.m01 * momentum.lin.y, R.m10 * momentum.lin.x + R.m11 * momentum.lin.y,
-             R.m20 * momentum.lin.x + R.m21 * momentum.lin.y};
-    A::product_drv(&R, &momentum.ang, &p.ang);
-  } else {
-    A::product_CoAdrc(&R, &momentum, &p);
-  }
-  const vec3<T> o = w.origin[i];
-  A::product_CoAdtc(&o, &p, &p);
-  return p;
-}
-
 /// (4) for one coordinate of joint i, `column` of M: sets its elements S_jᵀ F in the rows of all coordinates that carry the joint, and
 /// zeros in the rows between.  F is in the frame of the base.  It goes from joint i to the ground, line by line (model.hpp), and in a
 /// line from the last row to the first.
@@ -119,7 +85,7 @@ KSL_LANES void set_columns(const model_view<scalar_of<T>> &model, const mass_mat
     if (b.parent == 0)
       M.clear(first + c, 0, first);
     else
-      set_ancestors(model, w, i, in_base<K>(w, i, F[c]), first + c, M); // (4)
+      set_ancestors(model, w, i, in_base<K>(w.rotation, w.origin, i, F[c]), first + c, M); // (4)
     M.clear(first + c, b.v_end, model.nv);
   }
 }
@@ -129,7 +95,7 @@ KSL_LANES void set_columns(const model_view<scalar_of<T>> &model, const mass_mat
 template <class T, class Matrix>
 KSL_LANES void set_mass_matrix(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const T *q,
                                Matrix M) {
-  locate_joints(model, w, q);
+  locate_joints(model, w.pose, w.rotation, w.origin, w.column, q);
   for (int i = model.bodies - 1; i > 0; --i)
     by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { set_columns<K>(model, w, i, M); });
 }

@@ -11,7 +11,7 @@ inline namespace KSL_ISA {
 template <class T> using solve_mass_matrix_workspace = forward_dynamics_workspace<T>;
 template <class T> using velocity_jump_workspace = forward_dynamics_workspace<T>;
 
-/// start_articulated (forward_dynamics.hpp) at rest and without gravity: sets axes, offsets and inertias of all bodies for q (nq).  The
+/// start_articulated (articulated_bodies.hpp) at rest and without gravity: sets axes, offsets and inertias of all bodies for q (nq).  The
 /// bias forces are minus the external wrenches.
 template <class T>
 void start_at_rest(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q,
