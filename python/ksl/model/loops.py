@@ -11,6 +11,7 @@ from typing import cast, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ksl import _core
 from ksl.model import given
 from ksl.model.requests import Requests, names_in_order
 from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined, argument, external_in, items_of
@@ -24,6 +25,10 @@ _REASONS, _CONVERGED = tuple(np.array(reason) for reason in CLOSING), tuple(np.a
 for _reason in _REASONS:
     _reason.setflags(write=False)
 _CONTRADICTORY, _NEAREST = 2, 1
+TOLERANCES = _core.loop_tolerances()
+"""Of closed mechanisms, by name: those of the compiled code, which says what each is relative to (include/ksl/engine/algorithms/loops/tolerances.hpp)."""
+SAME = TOLERANCES["accepted"]
+"""Closed positions that differ by no more in any coordinate, rad or m, are one."""
 
 
 @dataclass(frozen=True)
@@ -175,7 +180,7 @@ class LoopCalls(Requests):
         closed = self.close(tried, hold=[joint.name for joint in held], limits=limits)
         found: list[Array] = []
         for position in closed.q[closed.converged]:
-            if all(np.abs(self._difference(other, position)).max(initial=0.0) > 1e-6 for other in found):
+            if all(np.abs(self._difference(other, position)).max(initial=0.0) > SAME for other in found):
                 found.append(position)
         found.sort(key=lambda position: float(np.linalg.norm(self._difference(start[0], position))))
         return np.array(found).reshape(len(found), self.nq)
@@ -227,7 +232,7 @@ class LoopCalls(Requests):
         The others are those in which a pattern of :meth:`reactions_null_basis` has more than 1e-9.  :meth:`reactions` gives for them the
         values of least norm, which are a convention.
         """
-        open_components = np.any(np.abs(self.reactions_null_basis(q, joints)) > 1e-9, axis=0)
+        open_components = np.any(np.abs(self.reactions_null_basis(q, joints)) > TOLERANCES["open_component"], axis=0)
         unique: NDArray[np.bool_] = np.logical_not(np.asarray(open_components))
         return unique
 
