@@ -91,6 +91,8 @@ inline nb::dict loop_dict(const ksl::model &m, const ksl::loop_row &l) {
   d["axis2"] = kind.has_axis2 ? nb::cast(axis(l.axis2)) : nb::none();
   d["pitch"] = l.pitch;
   d["equations"] = 6 - kind.nv;
+  const ksl::loop_description &of = m.description().loops[static_cast<std::size_t>(&l - m.loops().data())];
+  d["turned"] = of.turned, d["moved"] = of.moved;
   return d;
 }
 

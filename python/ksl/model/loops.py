@@ -92,13 +92,18 @@ class LoopCalls(Requests):
         """The freedoms at a position q (nq), by the rank of the loops' equations.
 
         Rows of moments are multiplied by the length of the mechanism, and coordinates that turn divided by it, so that all terms are
-        lengths; a singular value counts as zero below 1e-9 of the largest term that enters before terms cancel.
+        lengths; a singular value counts as zero below 1e-9 of a length, and below a hundred times what the position is open by.  An open position
+        is one of another mechanism, and a warning says so.
 
             m.mobility(q).mobility
         """
         positions, _ = self._states((q, "q", self.nq))
         if len(positions) != 1:
             raise ValueError(f"q has {len(positions)} positions; expected one, ({self.nq},)")
+        opened = np.abs(self.loop_error(positions)).max(initial=0.0)
+        if opened > TOLERANCES["accepted"] * max(1.0, length_of(self)):
+            said = f"q is open by {opened:.3g} m or rad: these freedoms are those of the position, not of the mechanism; close(q) gives the nearest closed one"
+            warnings.warn(said, UserWarning, stacklevel=2)
         mobility, rank, redundant, smallest, following, length, rows = self._core.mobility(positions)
         return Mobility(mobility, rank, redundant, tuple(self._equation(row) for row in rows), smallest, following, length)
 
@@ -370,6 +375,11 @@ class LoopCalls(Requests):
 def coordinates_of(model: LoopCalls, names: Iterable[str], what: str) -> list[int]:
     """The coordinates in v of joints of the tree that move.  what: the argument that names them, for messages."""
     return model._coordinates_of(names, what)
+
+
+def length_of(model: LoopCalls) -> float:
+    """The length of the mechanism, m, that errors of loops are relative to; 0 without loops."""
+    return float(model._core.mobility(np.asarray(model.neutral())[None])[5])
 
 
 def _one_state(inputs: Sequence[tuple[ArrayLike, str, int]]) -> list[Array] | None:

@@ -26,6 +26,9 @@ constexpr int samples = 6, checks = 3, starts = 8;
 /// Changes of frames that make less than this of an error, beside themselves, are not made: rounding would decide them.
 constexpr double of_influence = 1e-4;
 
+/// Equations times changes of frames that are looked at: seconds; larger mechanisms keep their frames.
+constexpr std::size_t most_numbers = 2000000;
+
 /// Errors that are rounding where frames are exact.
 constexpr double exact = closed / 2;
 
@@ -127,7 +130,8 @@ private:
       return true;
     t_.loops = given;
     fit_.digits = digits;
-    fit_.notes.push_back("the joints that close loops, " + names() + ", fit to " + text::shown(digits) +
+    if (digits > 10 * closed)
+      fit_.notes.push_back("the joints that close loops, " + names() + ", fit to " + text::shown(digits) +
                          " rad or lengths of a loop only, since joints of the tree have few digits; equations that agree as far count as one, "
                          "and results are as exact as that; give angles and lengths with all digits");
     return true;
@@ -160,6 +164,8 @@ private:
       }
     }
     const int equations = static_cast<int>(b.size());
+    if (A.size() > most_numbers)
+      return;
     least_norm solve;
     const own_memory memory([&](arena &pieces) { solve.lay_out(pieces, equations, n); });
     std::vector<double> change(index(n), 0.0);
@@ -197,6 +203,7 @@ private:
   /// Takes the frames as they are now, unless they are further from those of the file than its digits allow.
   bool take(const std::vector<loop> &given) {
     std::vector<std::string> notes;
+    std::vector<std::pair<double, double>> changes;
     for (std::size_t l = 0; l < given.size(); ++l) {
       const loop &now = t_.loops[l];
       double turned = 0, moved = 0;
@@ -211,12 +218,14 @@ private:
       const double size = std::max(turned, moved / now.length);
       if (!(size <= 2 * few_digits))
         return false;
+      changes.push_back(size > closed ? std::pair(turned, moved) : std::pair(0.0, 0.0));
       if (size > closed)
         notes.push_back("loop joint " + m_.loops()[l].name + " lets the mechanism move but for the digits of its frames: they are made exact, turned by " +
                         text::shown(turned) + " rad and moved by " + text::shown(moved) + " m");
     }
     for (std::size_t l = 0; l < given.size(); ++l) {
       loop_description &of = robot_.loops[l];
+      of.turned = std::max(of.turned, changes[l].first), of.moved = std::max(of.moved, changes[l].second);
       const auto set = [](const SE3<double> &from, const SE3<double> &to, SE3<double> &pose, given_rotation &rotation) {
         if (std::equal(&from.R.m00, &from.R.m00 + 9, &to.R.m00) && length(difference(from.t, to.t)) == 0)
           return;

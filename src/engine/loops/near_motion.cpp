@@ -68,9 +68,10 @@ void near_motion::step(const position &from, const double *dv, double share, pos
 // Gauss–Newton steps of the independent equations.  Far away they are halved while the error doesn't fall; near the end the error is what has been
 // left out, and steps end at rounding.
 void near_motion::close(position &at, double zero, const unsigned char *fixed) {
-  constexpr double near = 1e-3, end = 1e-13, longest = 0.5;
+  constexpr double near = 1e-3, still = 1e-8, end = 1e-13, longest = 0.5;
   const int nv = m_.nv();
   position trial = at;
+  double before = 1;
   set(at);
   for (int k = 0; k < 60 && std::isfinite(at.open); ++k) {
     for (int i = 0; i < t_.rows; ++i)
@@ -91,8 +92,9 @@ void near_motion::close(position &at, double zero, const unsigned char *fixed) {
       return;
     }
     std::swap(at, trial);
-    if (most < end)
+    if (most < end || (most < still && most > before / 2)) // or rounding
       return;
+    before = most;
   }
 }
 
