@@ -121,7 +121,8 @@ void assembly::set_step() {
   if (is_determined_)
     eliminate_.solve_dependent(right_, 1, step_);
   else
-    solve_.solve(g_.jacobian(), t_.rows, nv, t_.row_scale.data(), fixed_, g_.size() * rank_within(t_, 0), right_, step_);
+    solve_.solve(g_.jacobian(), t_.rows, nv, t_.row_scale.data(), fixed_, g_.size() * rank_within(t_, 0), right_,
+                 step_);
 }
 
 /// Gauss–Newton steps, the shortest ones that close the linearised loops, halved while the error doesn't fall.

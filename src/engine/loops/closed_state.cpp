@@ -54,8 +54,7 @@ void closed_state::set_G() {
 void closed_state::set_open_position(const double *q, preferred kept) {
   patterns_known_ = -1;
   g_.set_position(q);
-  k_.factor(g_.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g_.size(), g_.zero(), kept.coordinates,
-            kept.n);
+  k_.factor(g_.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g_.size(), g_.zero(), kept.coordinates, kept.n);
   set_G();
 }
 

@@ -44,7 +44,6 @@ public:
     return largest;
   }
 
-
   /// K: (rows, columns), not changed.  size: of the largest scaled term.  zero: pivots that are no larger are none.  is_driven (columns): these coordinates are kept independent
   /// where they are as many as the freedoms and determine the motion; may be null.
   void factor(const double *K, const double *row_scale, const double *column_scale, double size, double zero,

@@ -131,9 +131,10 @@ private:
     t_.loops = given;
     fit_.digits = digits;
     if (digits > 10 * closed)
-      fit_.notes.push_back("the joints that close loops, " + names() + ", fit to " + text::shown(digits) +
-                         " rad or lengths of a loop only, since joints of the tree have few digits; equations that agree as far count as one, "
-                         "and results are as exact as that; give angles and lengths with all digits");
+      fit_.notes.push_back(
+          "the joints that close loops, " + names() + ", fit to " + text::shown(digits) +
+          " rad or lengths of a loop only, since joints of the tree have few digits; equations that agree as far count as one, "
+          "and results are as exact as that; give angles and lengths with all digits");
     return true;
   }
 
@@ -207,8 +208,8 @@ private:
     for (std::size_t l = 0; l < given.size(); ++l) {
       const loop &now = t_.loops[l];
       double turned = 0, moved = 0;
-      for (const auto &[from, to] : {std::pair{&given[l].on_predecessor, &now.on_predecessor},
-                                     {&given[l].on_successor, &now.on_successor}}) {
+      for (const auto &[from, to] :
+           {std::pair{&given[l].on_predecessor, &now.on_predecessor}, {&given[l].on_successor, &now.on_successor}}) {
         SE3<double> D;
         screw<double> s;
         algebra<double>::product_dinvd(from, to, &D);
@@ -220,7 +221,8 @@ private:
         return false;
       changes.push_back(size > closed ? std::pair(turned, moved) : std::pair(0.0, 0.0));
       if (size > closed)
-        notes.push_back("loop joint " + m_.loops()[l].name + " lets the mechanism move but for the digits of its frames: they are made exact, turned by " +
+        notes.push_back("loop joint " + m_.loops()[l].name +
+                        " lets the mechanism move but for the digits of its frames: they are made exact, turned by " +
                         text::shown(turned) + " rad and moved by " + text::shown(moved) + " m");
     }
     for (std::size_t l = 0; l < given.size(); ++l) {
@@ -249,9 +251,10 @@ private:
   }
 
   void say_open() {
-    fit_.notes.push_back("no closed position of the loops was found from " + std::to_string(starts) + " positions: at best " +
-                         opening_of(*nearest_) +
-                         "; correct the frames and axes of the joints around the loop, or take another kind of joint there");
+    fit_.notes.push_back(
+        "no closed position of the loops was found from " + std::to_string(starts) + " positions: at best " +
+        opening_of(*nearest_) +
+        "; correct the frames and axes of the joints around the loop, or take another kind of joint there");
   }
 
   /// A structure that would move if frames were a little different was likely meant to.
@@ -259,10 +262,11 @@ private:
     std::vector<position> along = motion(nearly_moves, nearly_moves);
     if (along.empty() || freedoms_ == 0)
       return;
-    fit_.notes.push_back("the loops let nothing move, and would let " + std::to_string(freedoms_) +
-                         (freedoms_ == 1 ? " coordinate" : " coordinates") + " move if the joints around them, " + names() +
-                         " and those of the tree, fitted better by " + text::shown(digits_of(along, nearly_moves)) +
-                         " rad or lengths of a loop; it is computed as the structure that its numbers give; correct axes and origins if it should move");
+    fit_.notes.push_back(
+        "the loops let nothing move, and would let " + std::to_string(freedoms_) +
+        (freedoms_ == 1 ? " coordinate" : " coordinates") + " move if the joints around them, " + names() +
+        " and those of the tree, fitted better by " + text::shown(digits_of(along, nearly_moves)) +
+        " rad or lengths of a loop; it is computed as the structure that its numbers give; correct axes and origins if it should move");
   }
 
   const model &m_;

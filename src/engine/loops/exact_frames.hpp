@@ -15,9 +15,9 @@
 namespace ksl::loops {
 
 struct frame_fit {
-  bool is_changed = false;         ///< frames of the description have been made exact
-  double digits = 0;               ///< tables::digits, where that is not possible
-  std::vector<std::string> notes;  ///< what has been changed, or what is wrong
+  bool is_changed = false;        ///< frames of the description have been made exact
+  double digits = 0;              ///< tables::digits, where that is not possible
+  std::vector<std::string> notes; ///< what has been changed, or what is wrong
 };
 
 /// Looks at the loops of a model whose arrays are there, and makes the frames in its description exact.

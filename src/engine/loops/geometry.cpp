@@ -121,7 +121,8 @@ double geometry::zero() const {
     const loop &l = t_.loops[n];
     const screw<double> left = displacement_left(l, at_[n].relative);
     for (int i = 0; i < l.rows; ++i)
-      opened = std::fmax(opened, std::fabs(work(at_[n].T[i], left)) * t_.row_scale[static_cast<std::size_t>(l.first_row + i)]);
+      opened = std::fmax(opened,
+                         std::fabs(work(at_[n].T[i], left)) * t_.row_scale[static_cast<std::size_t>(l.first_row + i)]);
   }
   return size_ * rank_within(t_, opened / t_.length);
 }

@@ -43,7 +43,9 @@ public:
   void wrench_variations(const double *lambda, const double *dlambda, const double *dq, double *on_links,
                          double *at_joints) const;
 
-  const SE3<double> &relative(int loop) const { return at_[loop].relative; } ///< the frame on the successor in that on the predecessor
+  const SE3<double> &relative(int loop) const {
+    return at_[loop].relative;
+  } ///< the frame on the successor in that on the predecessor
   const SE3<double> &successor_frame(int loop) const { return at_[loop].successor; } ///< of the joint, in the world
 
   /// The axes in the world of the link on one side of a loop.

@@ -52,7 +52,7 @@ void near_motion::set(position &at) {
   at.open = 0;
   for (int i = 0; i < t_.rows; ++i) {
     const double x = std::fabs(error_[i]) * row_scale_[index(i)];
-    if (!(x <= at.open))
+    if (!(x <= at.open) && !std::isnan(at.open))
       at.open = x, at.row = i;
   }
 }
@@ -104,7 +104,8 @@ const elimination &near_motion::factor(const position &at, double zero) {
   return k_;
 }
 
-std::vector<near_motion::position> near_motion::around(const position &base, double zero, double most, double far, int n) {
+std::vector<near_motion::position> near_motion::around(const position &base, double zero, double most, double far,
+                                                       int n) {
   constexpr double nearest = 0.1; // of the way
   const elimination &k = factor(base, zero);
   const int f = k.freedoms();

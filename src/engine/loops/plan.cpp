@@ -600,8 +600,7 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
   out.view.fill_begin = plan.view.fill_begin, out.view.fill_end = plan.view.fill_end;
   out.view.drives_are_independent = plan.view.drives_are_independent;
   out.view.length = static_cast<float>(plan.view.length);
-  out.view.tolerance = static_cast<float>(
-      std::max(loop_tolerance::accepted_single, plan.view.tolerance));
+  out.view.tolerance = static_cast<float>(std::max(loop_tolerance::accepted_single, plan.view.tolerance));
   out.point();
   return out;
 }

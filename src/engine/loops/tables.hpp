@@ -56,7 +56,8 @@ struct tables {
   std::vector<loop> loops;
   int rows = 0;      ///< of all loops
   double length = 1; ///< of the mechanism, m: rows of moments are multiplied by it, coordinates that turn divided
-  double digits = 0; ///< to which equations that follow from others agree, in lengths: the digits of the file, where frames can't be made exact
+  double digits =
+      0; ///< to which equations that follow from others agree, in lengths: the digits of the file, where frames can't be made exact
   std::vector<unsigned char> row_turns;    ///< (rows) is it an equation of rotation
   std::vector<unsigned char> column_turns; ///< (nv) does the coordinate turn
   std::vector<double> row_scale;           ///< (rows) 1 for equations of translation, `length` for those of rotation
