@@ -324,6 +324,7 @@ NB_MODULE(_core, module) {
             "threads"_a.none());
   building::add_surgery(model);
   loops_calls::add_loops(model);
+  loops_calls::add_tolerances(module);
   simulation_calls::add_simulation(model);
   building::add_builder(module);
   add_loading(module);

@@ -46,7 +46,7 @@ template <class Go> void fields(Go &go, ksl::given_loop &l) {
 }
 template <class Go> void fields(Go &go, ksl::loop_description &l) {
   go(l.name, l.at, l.kind, l.predecessor, l.successor, l.predecessor_pose, l.successor_pose, l.axis, l.axis2, l.pitch,
-     l.given);
+     l.given, l.turned, l.moved);
 }
 template <class Go> void fields(Go &go, ksl::force_element_numbers &f) {
   go(f.stiffness, f.free_length, f.damping, f.preload, f.lower, f.upper, f.stop_stiffness);

@@ -10,6 +10,7 @@
 #include "ksl/force_elements.hpp"
 #include "ksl/loops.hpp"
 
+#include <nanobind/stl/map.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
@@ -90,6 +91,8 @@ inline nb::dict loop_dict(const ksl::model &m, const ksl::loop_row &l) {
   d["axis2"] = kind.has_axis2 ? nb::cast(axis(l.axis2)) : nb::none();
   d["pitch"] = l.pitch;
   d["equations"] = 6 - kind.nv;
+  const ksl::loop_description &of = m.description().loops[static_cast<std::size_t>(&l - m.loops().data())];
+  d["turned"] = of.turned, d["moved"] = of.moved;
   return d;
 }
 
@@ -410,6 +413,21 @@ inline void add_loops(nb::class_<ksl::model> &model) {
   add_equations(model);
   add_closing(model);
   add_dynamics(model);
+}
+
+inline void add_tolerances(nb::module_ &module) {
+  using namespace ksl::loop_tolerance;
+  module.def(
+      "loop_tolerances",
+      [] {
+        return std::map<std::string, double>{
+            {"closed", closed},         {"accepted", accepted},
+            {"few_digits", few_digits}, {"rank", rank},
+            {"unsure", unsure},         {"nearly_singular", nearly_singular},
+            {"rates", rates},           {"open_component", open_component},
+        };
+      },
+      "The tolerances of closed mechanisms (ksl/engine/algorithms/loops/tolerances.hpp).");
 }
 
 } // namespace loops_calls

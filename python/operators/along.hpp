@@ -32,8 +32,7 @@ template <class S> class along {
 public:
   /// m: the model of the operator, or the same with other inertias.
   along(const operation &of, const ksl::model &m, int externals)
-      : of_(of), m_(m), w_(m, sizeof(S) == 8 ? ksl::loops::tolerance_of_double : ksl::loops::tolerance_of_float),
-        numbers_(static_cast<std::size_t>(m.nq() + 3 * m.nv())) {
+      : of_(of), m_(m), w_(m, ksl::loops::accepted_of<S>), numbers_(static_cast<std::size_t>(m.nq() + 3 * m.nv())) {
     ksl::arena measure;
     w_.lay_out(measure, externals);
     std::size_t space = measure.used() + 64;

@@ -161,11 +161,14 @@ def test_a_loop_of_a_file_beside_the_robot(check, tmp_path, name, text):
 
 
 def test_numbers_of_few_digits(check):
-    """π/2 as 1.5708 in a loop that closes only where axes are parallel, and a length of six digits where the others have all."""
-    finding = only(check(planar("1.5708 0 0").replace('<parent_origin xyz="0.5 0 0"', '<parent_origin xyz="0.5 0 0" rpy="1.57079632679489662 0 0"')), "loop-frames")
-    assert finding.value == pytest.approx(1.5708 - math.pi / 2, rel=1e-6) and "1.5708 stands for π/2" in finding.cause
-    finding = only(check(planar(rod="0.5 0 0.000001")), "loop-open")
-    assert "few digits" in finding.cause and "spherical" in finding.repair and finding.value == pytest.approx(1e-6, rel=1e-3)
+    """π/2 as 1.5708 in a loop that closes only where axes are parallel, and a length of six digits where the others have all: made exact, and fewer digits."""
+    quarter = lambda angle: planar(f"{angle} 0 0").replace('<parent_origin xyz="0.5 0 0"', '<parent_origin xyz="0.5 0 0" rpy="1.57079632679489662 0 0"')
+    for text, size in ((quarter("1.5708"), 1.5708 - math.pi / 2), (planar(rod="0.5 0 0.000001"), 1e-6)):
+        found = check(text)
+        (note,) = (f for f in found if f.rule == "loop-frames")
+        assert note.value == pytest.approx(size, rel=1e-3) and "1.5708 stands for π/2" in note.cause and note.severity == "note" and not found.errors
+    finding = only(check(quarter("1.571")), "loop-frames")
+    assert finding.value == pytest.approx(1.571 - math.pi / 2, rel=1e-6) and finding.severity == "error"
 
 
 def test_drives(check):

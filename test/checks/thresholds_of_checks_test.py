@@ -158,7 +158,7 @@ THRESHOLDS = {
     "a screw": ("symmetry-mass", lambda x: limbs(0.02, 0.02 + x, 0.02), 0.01, True),
     "a twentieth": ("symmetry-mass", lambda x: limbs(2, x, 1), 3 / 0.95 - 1, True),
     # loops: the crank of 0.2 m and the rod of 0.5 m
-    "parallel axes": ("loop-frames", lambda x: planar(f"{x!r} 0 0"), 1e-9, True),
+    "parallel axes": ("loop-frames", lambda x: planar(f"{x!r} 0 0"), 1e-12, True),
     "axes of few digits": ("loop-frames", lambda x: planar(f"{x!r} 0 0"), 1e-4, lambda f: "few digits" not in f.cause and "°" in f.found and "spherical" not in f.repair),
     "a place of few digits": ("loop-open-at-zero", lambda x: spatial(ball=f"0 {0.3 + x!r} 0"), 1e-4 * LENGTH, lambda f: "few digits" not in f.cause),
 }  # fmt: skip

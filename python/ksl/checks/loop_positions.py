@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ksl.model.joint_kinds import KINDS
-from ksl.model.loops import Mobility
+from ksl.model.loops import TOLERANCES, Mobility, length_of
 from ksl.model.mechanism import Joint, Loop
 from ksl.model.model import Model
 from ksl.model.motion_columns import units_of
@@ -20,7 +20,7 @@ MOST = 150
 NEAR, AROUND, ANYWHERE = 0.3, 8, 8
 """How far from the zero position searches start, in rad and as a share of the mechanism's length, and how many; and how many start anywhere."""
 SEED = 1
-UNSURE = 1e-6
+UNSURE = TOLERANCES["unsure"]
 """The smallest singular value that counts, relative to the largest term, below which a rank may be due to the error of the position."""
 
 
@@ -39,7 +39,7 @@ class LoopPositions:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.zero = model.neutral()
-        self.length = model.mobility(self.zero).length
+        self.length = length_of(model)
         """m."""
         self.open_by = self._errors(self.zero)
         """(loops): as of an :class:`Ending`, at the zero position."""

@@ -15,18 +15,20 @@ from ksl.checks.loop_positions import LoopPositions, moving
 from ksl.checks.robot import RobotFile
 from ksl.checks.rule import Broken, rule
 from ksl.model.freedoms import leads
+from ksl.model.loops import TOLERANCES
 from ksl.model.mechanism import Joint, Loop
 from ksl.model.motion_columns import units_of
 from ksl.model.states import Array
 
-PARALLEL = 1e-9
+PARALLEL = TOLERANCES["rank"]
 """Angle between two axes, rad, below which they are parallel."""
-ROUNDED = 1e-4
+ROUNDED = 2 * TOLERANCES["few_digits"]
 """Errors of loops, as a share of the mechanism's length, and angles, rad, that are likely due to few digits."""
-CLOSED = 1e-12
+CLOSED = TOLERANCES["closed"]
 """A share of the mechanism's length: errors up to there are closed loops, as of Model.close."""
-SINGULAR = 1e-3
+SINGULAR = TOLERANCES["nearly_singular"]
 """The smallest singular value that counts, relative to the largest term of the equations, below which a position is near a singular one."""
+FEW_DIGITS = "Angles of few digits: 1.5708 stands for π/2."
 DEAD_CENTRE = "Crank and rod are in line, for example: the drives don't move the rest there, and inverse dynamics is refused."
 SURPLUS = "Motors that work together or against each other, or a passive joint that is named as a drive."
 PLANAR = "Parallel axes: a planar linkage, as nearly all are built. What is redundant acts across its plane, where play and elasticity take it up; rigid bodies don't determine it."
@@ -43,10 +45,17 @@ NAMES = 5
 )
 def loop_frames(robot: RobotFile) -> Iterator[Broken]:
     loops = robot.loops
-    if loops is None or loops.failed is None:
+    if loops is None:
+        return
+    for loop in loops.model.loops:
+        if loop.turned or loop.moved:
+            found = f"its frames were off by {_angle(loop.turned)} and {loop.moved:.3g} m, and have been made exact: the loop closes only where they fit exactly"
+            cause = f"{FEW_DIGITS} Or lengths of few digits."
+            yield Broken(found, _line(robot, loop.name), "joint", loop.name, loop.turned or loop.moved, cause, "Give angles and lengths with all digits.", "note")
+    if loops.failed is None:
         return  # the joints turn the axes into each other
     for loop, angle in _apart(loops):
-        rounded = "Angles of few digits: 1.5708 stands for π/2. The loop closes only where its axes are parallel exactly." if angle < ROUNDED else None
+        rounded = f"{FEW_DIGITS} The loop closes only where its axes are parallel exactly." if angle < ROUNDED else None
         repair = "Give the angles with all digits, or use a kind of joint that has no axis there: spherical." if angle < ROUNDED else None
         yield Broken(f"the axes of both sides are {_angle(angle)} apart at the zero position", _line(robot, loop.name), "joint", loop.name, angle, rounded, repair)
 
@@ -251,11 +260,11 @@ def _left_moving(loops: LoopPositions, motions: Array, driven: Sequence[int]) ->
     if driven:
         of_drives = motions[list(driven)]
         kept = motions @ np.linalg.svd(of_drives)[2][_rank(of_drives) :].T
-    return [j.name for j in loops.model.joints if j.nv and np.abs(kept[j.v_index : j.v_index + j.nv]).max(initial=0.0) > 1e-9]
+    return [j.name for j in loops.model.joints if j.nv and np.abs(kept[j.v_index : j.v_index + j.nv]).max(initial=0.0) > TOLERANCES["rank"]]
 
 
 def _rank(motions: Array) -> int:
-    return int(np.linalg.matrix_rank(motions, tol=1e-9)) if motions.size else 0
+    return int(np.linalg.matrix_rank(motions, tol=TOLERANCES["rank"])) if motions.size else 0
 
 
 def _line(robot: RobotFile, loop: str) -> int | None:

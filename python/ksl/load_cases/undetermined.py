@@ -17,12 +17,13 @@ from ksl.load_cases.reaction_joints import LoopJoint, frame_on_successor, reacti
 from ksl.model.joint_kinds import has_one_coordinate
 from ksl.model.calls import Calls
 from ksl.model.mechanism import Joint
+from ksl.model.loops import TOLERANCES
 from ksl.model.requests import WORLD
 from ksl.model.states import Array
 
 SAMPLES = 200
 """So many samples of a motion are looked at, at most, in equal steps: which components are open changes at singular positions alone."""
-SHARE = 1e-9
+SHARE = TOLERANCES["open_component"]
 """A pattern of unit norm has a share in a component from this on."""
 NAMES = ("fx", "fy", "fz", "tx", "ty", "tz")
 MARK = "*"

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import ResultError
+from ksl.model.loops import TOLERANCES
 from ksl.model.requests import one_of
 from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined, items_of
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from ksl.model.calls import Calls
 
 COMPONENTS = ("fx", "fy", "fz", "tx", "ty", "tz")
-SHARE = 1e-9
+SHARE = TOLERANCES["open_component"]
 """A pattern of unit norm has a share in a component from this on, as for reactions_unique."""
 
 

@@ -11,6 +11,7 @@ from typing import cast, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ksl import _core
 from ksl.model import given
 from ksl.model.requests import Requests, names_in_order
 from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined, argument, external_in, items_of
@@ -24,6 +25,10 @@ _REASONS, _CONVERGED = tuple(np.array(reason) for reason in CLOSING), tuple(np.a
 for _reason in _REASONS:
     _reason.setflags(write=False)
 _CONTRADICTORY, _NEAREST = 2, 1
+TOLERANCES = _core.loop_tolerances()
+"""Of closed mechanisms, by name: those of the compiled code, which says what each is relative to (include/ksl/engine/algorithms/loops/tolerances.hpp)."""
+SAME = TOLERANCES["accepted"]
+"""Closed positions that differ by no more in any coordinate, rad or m, are one."""
 
 
 @dataclass(frozen=True)
@@ -87,13 +92,18 @@ class LoopCalls(Requests):
         """The freedoms at a position q (nq), by the rank of the loops' equations.
 
         Rows of moments are multiplied by the length of the mechanism, and coordinates that turn divided by it, so that all terms are
-        lengths; a singular value counts as zero below 1e-9 of the largest term that enters before terms cancel.
+        lengths; a singular value counts as zero below 1e-9 of a length, and below a hundred times what the position is open by.  An open position
+        is one of another mechanism, and a warning says so.
 
             m.mobility(q).mobility
         """
         positions, _ = self._states((q, "q", self.nq))
         if len(positions) != 1:
             raise ValueError(f"q has {len(positions)} positions; expected one, ({self.nq},)")
+        opened = np.abs(self.loop_error(positions)).max(initial=0.0)
+        if opened > TOLERANCES["accepted"] * max(1.0, length_of(self)):
+            said = f"q is open by {opened:.3g} m or rad: these freedoms are those of the position, not of the mechanism; close(q) gives the nearest closed one"
+            warnings.warn(said, UserWarning, stacklevel=2)
         mobility, rank, redundant, smallest, following, length, rows = self._core.mobility(positions)
         return Mobility(mobility, rank, redundant, tuple(self._equation(row) for row in rows), smallest, following, length)
 
@@ -175,7 +185,7 @@ class LoopCalls(Requests):
         closed = self.close(tried, hold=[joint.name for joint in held], limits=limits)
         found: list[Array] = []
         for position in closed.q[closed.converged]:
-            if all(np.abs(self._difference(other, position)).max(initial=0.0) > 1e-6 for other in found):
+            if all(np.abs(self._difference(other, position)).max(initial=0.0) > SAME for other in found):
                 found.append(position)
         found.sort(key=lambda position: float(np.linalg.norm(self._difference(start[0], position))))
         return np.array(found).reshape(len(found), self.nq)
@@ -227,7 +237,7 @@ class LoopCalls(Requests):
         The others are those in which a pattern of :meth:`reactions_null_basis` has more than 1e-9.  :meth:`reactions` gives for them the
         values of least norm, which are a convention.
         """
-        open_components = np.any(np.abs(self.reactions_null_basis(q, joints)) > 1e-9, axis=0)
+        open_components = np.any(np.abs(self.reactions_null_basis(q, joints)) > TOLERANCES["open_component"], axis=0)
         unique: NDArray[np.bool_] = np.logical_not(np.asarray(open_components))
         return unique
 
@@ -365,6 +375,11 @@ class LoopCalls(Requests):
 def coordinates_of(model: LoopCalls, names: Iterable[str], what: str) -> list[int]:
     """The coordinates in v of joints of the tree that move.  what: the argument that names them, for messages."""
     return model._coordinates_of(names, what)
+
+
+def length_of(model: LoopCalls) -> float:
+    """The length of the mechanism, m, that errors of loops are relative to; 0 without loops."""
+    return float(model._core.mobility(np.asarray(model.neutral())[None])[5])
 
 
 def _one_state(inputs: Sequence[tuple[ArrayLike, str, int]]) -> list[Array] | None:

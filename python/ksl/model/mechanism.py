@@ -111,6 +111,9 @@ class Loop:
     pitch: float
     equations: int
     """6 − nv of its kind."""
+    turned: float = 0.0
+    moved: float = 0.0
+    """rad and m: its frames were off by so much, by the digits of a file, from where the mechanism can move, and have been made exact."""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from ksl.base.errors import MotionError
 from ksl.base.words import count, listed
 from ksl.model.calls import Calls
 from ksl.model.freedoms import are_enough, freedoms, leads
+from ksl.model.loops import TOLERANCES, length_of
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of, units_of
 from ksl.model.states import Array
@@ -21,7 +22,7 @@ from ksl.motions.closing import Closing, Held, NotClosed, closed_along, closed_s
 from ksl.motions.motion import CONTRADICTION, Motion, complete
 from ksl.motions.signal.quality import Samples
 
-TOLD, DOUBTED = 1e-6, 1e-2
+TOLD, DOUBTED = TOLERANCES["accepted"], 1e-2
 """Positions that were given for joints that follow are told to differ from this on, rad, or lengths of the mechanism; and doubted from this on."""
 _FORCES = {"prismatic": 2, "cylindrical": 2, "planar": 1, "translation": 0}
 """How many equations of a loop joint are of forces, where they are not three; those of moments follow."""
@@ -221,7 +222,7 @@ class Follower:
     def __call__(self, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
         """The motion of all joints from that of the held ones."""
         positions = self._closed(q)
-        self._length = self._model.mobility(positions[0]).length
+        self._length = length_of(self._model)
         self._check_determined(positions)
         velocities = self._consistent(positions, lambda rows: self._model.consistent_velocity(positions[rows], v[rows], self.held.names), "velocities")
         rates = self._consistent(

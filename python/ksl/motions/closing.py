@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ksl.base.words import listed
 from ksl.model.calls import Calls
-from ksl.model.loops import Closed
+from ksl.model.loops import TOLERANCES, Closed
 from ksl.model.mechanism import Joint
 from ksl.model.states import Array
 
@@ -111,7 +111,7 @@ def determining(model: Calls, q: Array, joints: Sequence[Joint]) -> tuple[Joint,
     chosen: list[Joint] = []
     for joint in joints:
         columns = _indices([(j.v_index, j.nv) for j in (*chosen, joint)])
-        if np.linalg.matrix_rank(motions[columns], tol=1e-6) == len(columns):
+        if np.linalg.matrix_rank(motions[columns], tol=TOLERANCES["unsure"]) == len(columns):
             chosen.append(joint)
     return tuple(chosen)
 
@@ -121,9 +121,9 @@ def left_moving(model: Calls, q: Array, joints: Sequence[Joint]) -> list[Joint]:
     J, rank = model.loop_jacobian(q), model.mobility(q).rank
     motions = np.linalg.svd(J)[2][rank:].T if J.size else np.eye(model.nv)
     of_held = motions[_indices([(j.v_index, j.nv) for j in joints])]
-    fixed = np.linalg.matrix_rank(of_held, tol=1e-6) if of_held.size else 0
+    fixed = np.linalg.matrix_rank(of_held, tol=TOLERANCES["unsure"]) if of_held.size else 0
     kept = motions @ np.linalg.svd(of_held)[2][fixed:].T if of_held.size else motions
-    moving = np.abs(kept).max(axis=1, initial=0.0) > 1e-6
+    moving = np.abs(kept).max(axis=1, initial=0.0) > TOLERANCES["unsure"]
     return [j for j in model.joints[: len(model.joint_names)] if moving[j.v_index : j.v_index + j.nv].any()]
 
 

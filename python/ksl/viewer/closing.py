@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.model.loops import TOLERANCES
 from ksl.model.states import Array
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def closed_near(model: Calls, q: Array) -> Array:
 def open_loops(model: Calls, q: Array) -> NDArray[np.bool_]:
     """(loops): which are open at q (nq)."""
     error, rows = np.abs(model.loop_error(q)), np.cumsum([0, *(loop.equations for loop in model.loops)])
-    return np.array([error[start:end].max(initial=0.0) > 1e-9 for start, end in pairwise(rows)], dtype=bool)
+    return np.array([error[start:end].max(initial=0.0) > TOLERANCES["accepted"] for start, end in pairwise(rows)], dtype=bool)
 
 
 def led_coordinates(model: Calls, q: Array) -> list[int]:

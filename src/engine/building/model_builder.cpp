@@ -5,6 +5,7 @@
 #include "description/structure/loops.hpp"
 #include "engine/model/canonical_axes.hpp"
 #include "engine/model/joint_physics.hpp"
+#include "engine/loops/exact_frames.hpp"
 #include "engine/loops/plan.hpp"
 #include "engine/loops/tables.hpp"
 #include "engine/model/massless_joint.hpp"
@@ -66,12 +67,27 @@ void model_builder::add_loops() {
                          loop.successor_pose, kind.has_axis ? axis_of(as_tree_joint(loop)) : none,
                          kind.has_axis2 ? loop.axis2 : none, kind.has_pitch ? *loop.pitch : 0});
   }
-  if (!m_.loops_.empty())
-    m_.loop_tables_ = std::make_shared<const loops::tables>(loops::make_tables(m_));
   if (!m_.loops_.empty()) {
+    fit_loops();
     m_.double_.loops = loops::make_plan(m_);
     m_.single_.loops = loops::rounded(m_.double_.loops);
   }
+}
+
+/// The tables of loops, whose frames are made exact where they are off by the digits of the file.
+void model_builder::fit_loops() {
+  loops::tables tables = loops::make_tables(m_);
+  const loops::frame_fit fit = loops::fit_frames(m_, tables, m_.description_);
+  for (const std::string &note : fit.notes)
+    warn(note);
+  for (std::size_t l = 0; l < m_.loops_.size() && fit.is_changed; ++l) {
+    const loop_description &exact = m_.description_.loops[l];
+    m_.loops_[l].predecessor_pose = exact.predecessor_pose, m_.loops_[l].successor_pose = exact.successor_pose;
+  }
+  if (fit.is_changed)
+    tables = loops::make_tables(m_);
+  tables.digits = fit.digits;
+  m_.loop_tables_ = std::make_shared<const loops::tables>(std::move(tables));
 }
 
 void model_builder::add_force_elements() {

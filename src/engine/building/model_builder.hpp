@@ -52,6 +52,7 @@ private:
   void narrow(std::vector<model::position_range> &limits, const joint_row &row, int c);
   void round_to_single();
   void add_loops();
+  void fit_loops();
   void add_force_elements();
 
   model &m_;

@@ -19,7 +19,7 @@ namespace {
 template <class S> class runner {
 public:
   runner(const algorithm_row &row, const model &m, room wanted)
-      : row_(row), m_(m), room_(wanted), c_(m, sizeof(S) == 8 ? tolerance_of_double : tolerance_of_float) {}
+      : row_(row), m_(m), room_(wanted), c_(m, accepted_of<S>) {}
 
   void lay_out(arena &memory) {
     const int nq = m_.nq(), nv = m_.nv();

@@ -17,9 +17,9 @@ void assembly::lay_out(arena &memory) {
   reached_ = memory.take<double>(1);
 }
 
-completion assembly::complete(const double *near, const unsigned char *given, const double *b, double *x) {
+completion assembly::complete(const double *near, const unsigned char *given, const double *b, double *x,
+                              double terms) {
   const int nv = m_.nv(), rows = t_.rows;
-  double terms = 0;
   g_.velocity(near, right_, nullptr);
   for (int i = 0; i < rows; ++i) {
     right_[i] = (b ? b[i] : 0) - right_[i];
@@ -27,13 +27,14 @@ completion assembly::complete(const double *near, const unsigned char *given, co
   }
   for (int j = 0; j < nv; ++j)
     terms = std::max(terms, g_.size() * std::fabs(near[j]) / t_.column_scale[static_cast<std::size_t>(j)]);
-  solve_.solve(g_.jacobian(), rows, nv, t_.row_scale.data(), given, g_.size(), right_, step_);
+  solve_.solve(g_.jacobian(), rows, nv, t_.row_scale.data(), given, g_.zero(), right_, step_);
   int free = 0;
   for (int j = 0; j < nv; ++j) {
     free += !given[j];
     x[j] = near[j] + step_[j];
   }
-  if (solve_.residual > 1e-7 * terms + rest * t_.length)
+  const double rates = accepted_within(t_, loop_tolerance::rates);
+  if (solve_.residual > rates * terms + loop_tolerance::at_rest * t_.length)
     return completion::contradictory;
   return free > solve_.rank ? completion::nearest : completion::unique;
 }
@@ -42,10 +43,13 @@ completion assembly::complete_acceleration(const double *q, const double *v, con
                                            const unsigned char *given, double *x) {
   g_.set_position(q);
   std::fill_n(tangent_, m_.nv(), 0.0);
-  g_.acceleration(q, v, tangent_, error_, nullptr);
-  for (int i = 0; i < t_.rows; ++i)
+  g_.acceleration(q, v, tangent_, error_, right_);
+  double terms = 0; // of redundant equations rounding of the velocities' terms is left
+  for (int i = 0; i < t_.rows; ++i) {
     error_[i] = -error_[i];
-  return complete(near, given, error_, x);
+    terms = std::fmax(terms, right_[i] * t_.row_scale[static_cast<std::size_t>(i)]);
+  }
+  return complete(near, given, error_, x, terms);
 }
 
 /// Frames and Jacobian at q; error_, and its largest component as a length.
@@ -117,7 +121,8 @@ void assembly::set_step() {
   if (is_determined_)
     eliminate_.solve_dependent(right_, 1, step_);
   else
-    solve_.solve(g_.jacobian(), t_.rows, nv, t_.row_scale.data(), fixed_, g_.size(), right_, step_);
+    solve_.solve(g_.jacobian(), t_.rows, nv, t_.row_scale.data(), fixed_, g_.size() * rank_within(t_, 0), right_,
+                 step_);
 }
 
 /// Gauss–Newton steps, the shortest ones that close the linearised loops, halved while the error doesn't fall.
@@ -163,7 +168,7 @@ double assembly::way_back(const double *start, const double *q, double &far) {
     for (int j = 0; j < nv; ++j)
       right_[i] += g_.jacobian()[i * nv + j] * far_[j];
   }
-  solve_.solve(g_.jacobian(), t_.rows, nv, t_.row_scale.data(), fixed_, g_.size(), right_, step_);
+  solve_.solve(g_.jacobian(), t_.rows, nv, t_.row_scale.data(), fixed_, g_.size() * rank_within(t_, 0), right_, step_);
   double along = 0;
   for (int j = 0; j < nv; ++j) {
     step_[j] = fixed_[j] ? 0 : step_[j] - far_[j];

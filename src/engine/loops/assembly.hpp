@@ -10,10 +10,11 @@
 
 namespace ksl::loops {
 
-/// The error of a closed position, in lengths of the mechanism, and what rounding of its numbers q (nq) makes of it: a crank that has turned
-/// a thousand times is known to 1e-12 rad.
+/// The error of a closed position, m, and what rounding of its numbers q (nq) makes of it: a crank that has turned a thousand times is known
+/// to 1e-12 rad.
 inline double closed_within(const tables &t, const double *q, int nq) {
-  constexpr double converged = 1e-12, rounding = 4 * std::numeric_limits<double>::epsilon();
+  const double converged = loop_tolerance::closed + loop_tolerance::closed_by_digits * t.digits;
+  constexpr double rounding = 4 * std::numeric_limits<double>::epsilon();
   double most = 0;
   for (int i = 0; i < nq; ++i)
     most = std::max(most, std::fabs(q[i]));
@@ -28,8 +29,9 @@ public:
 
   closing close(const double *q, const unsigned char *hold, const close_options &options, double *out, double *error);
 
-  /// x (nv) with K x = b for all equations and the given coordinates as in `near`, nearest to it; x may be `near`.  b null: zero.
-  completion complete(const double *near, const unsigned char *given, const double *b, double *x);
+  /// x (nv) with K x = b for all equations and the given coordinates as in `near`, nearest to it; x may be `near`.  b null: zero.  terms: of b
+  /// before they cancelled, as lengths.
+  completion complete(const double *near, const unsigned char *given, const double *b, double *x, double terms = 0);
 
   /// The same for accelerations at q and v: K x = −K̇ v.
   completion complete_acceleration(const double *q, const double *v, const double *near, const unsigned char *given,

@@ -34,7 +34,7 @@ void closed_state::lay_out(arena &memory, int externals) {
 finding closed_state::check(finding::kind what, const double *values, const double *terms, bool lengths) const {
   for (int i = 0; i < t_.rows; ++i) {
     const double length = t_.length / t_.row_scale[static_cast<std::size_t>(i)]; // 1 rad for moments
-    const double allowed = lengths ? tolerance_ * length : tolerance_ * terms[i] + rest * length;
+    const double allowed = lengths ? tolerance_ * length : tolerance_ * terms[i] + loop_tolerance::at_rest * length;
     if (!(std::fabs(values[i]) <= allowed))
       return {what, i, values[i], allowed, 0};
   }
@@ -54,7 +54,7 @@ void closed_state::set_G() {
 void closed_state::set_open_position(const double *q, preferred kept) {
   patterns_known_ = -1;
   g_.set_position(q);
-  k_.factor(g_.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g_.size(), kept.coordinates, kept.n);
+  k_.factor(g_.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g_.size(), g_.zero(), kept.coordinates, kept.n);
   set_G();
 }
 
@@ -129,7 +129,7 @@ finding closed_state::efforts_of_least_norm(double *wanted, double *tau) {
     for (int pass = 0; pass < 2; ++pass)
       for (int k = 0; k < j; ++k)
         take_off(n, scaled + j * n, scaled + k * n);
-    if (!(normalise(n, scaled + j * n) > rank_tolerance))
+    if (!(normalise(n, scaled + j * n) > loop_tolerance::rank))
       return {finding::kind::few_drives, k_.independent()[j], 0, 0, f};
   }
   for (int j = 0; j < f; ++j) {
@@ -205,8 +205,8 @@ finding closed_state::solve_inertia(const double *q, double *r) {
       whole[i] += G_[k * f + i] * G_[k * f + i] * M_[k * nv + k];
   }
   const bool is_regular = ksl_linalg_ldlt_rmo(H_, f) == 0;
-  const double least = tolerance_ == tolerance_of_float ? 1e-10 : 1e-13; // positions in float are a little open
-  for (int i = 0; i < f; ++i) {                                          // what the others leave of a freedom's inertia
+  const double least = is_single_ ? loop_tolerance::inertia_of_single : loop_tolerance::inertia;
+  for (int i = 0; i < f; ++i) { // what the others leave of a freedom's inertia
     double terms = whole[i];
     for (int k = 0; k < i; ++k)
       terms += H_[i * f + k] * H_[i * f + k] * whole[k];

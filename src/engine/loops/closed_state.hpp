@@ -38,14 +38,16 @@ struct finding {
   explicit operator bool() const { return what != kind::none; }
 };
 
-/// How far numbers may be from those of a closed mechanism, relative to `length` or to the terms of the equation.
-inline constexpr double tolerance_of_double = 1e-6, tolerance_of_float = 1e-3;
-/// The same where errors are corrected (stabilised_forward_dynamics).
-inline constexpr double tolerance_of_corrected = 1e-2;
+/// How far states of a call may be open, relative to `length` or to the terms of the equation.
+template <class S>
+inline constexpr double accepted_of = sizeof(S) == 8 ? loop_tolerance::accepted : loop_tolerance::accepted_single;
 
 class closed_state {
 public:
-  closed_state(const model &m, double tolerance) : m_(m), t_(m.loop_tables()), g_(m, t_), tolerance_(tolerance) {}
+  /// accepted: how far states may be open, as accepted_of.
+  closed_state(const model &m, double accepted)
+      : m_(m), t_(m.loop_tables()), g_(m, t_), tolerance_(accepted_within(t_, accepted)),
+        is_single_(accepted == loop_tolerance::accepted_single) {}
 
   /// externals: how many external wrenches a call may have.
   void lay_out(arena &memory, int externals);
@@ -139,6 +141,7 @@ private:
   geometry g_;
   elimination k_;
   double tolerance_;
+  bool is_single_; ///< states of single precision, which are a little open
   double *rows_[3] = {}, *lambda_ = nullptr, *null_lambda_ = nullptr;
   double *zero_ = nullptr, *tree_ = nullptr, *left_ = nullptr, *a0_ = nullptr, *G_ = nullptr, *M_ = nullptr,
          *MG_ = nullptr, *H_ = nullptr, *small_ = nullptr;

@@ -1,19 +1,18 @@
 // Gaussian elimination with complete pivoting of the equations of loops, K x = b.  It finds the rank, coordinates that depend on the
 // others, and equations that follow from others.
 //
-// Rows and columns are scaled first, so that all terms are lengths (tables.hpp): K̃ = R K C.  A pivot is zero if it is below 1e-9 of the
-// largest term that entered K̃ before terms cancelled: the Jacobian of a door on two hinges is nothing but rounding.
+// Rows and columns are scaled first, so that all terms are lengths (tables.hpp): K̃ = R K C.  A pivot is zero if it is below geometry::zero(),
+// 1e-9 of a length of the mechanism: the Jacobian of a door on two hinges is nothing but rounding.
 #pragma once
 
 #include "engine/loops/sparse_product.hpp"
+#include "ksl/engine/algorithms/loops/tolerances.hpp"
 #include "ksl/engine/lanes/workspace.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace ksl::loops {
-
-inline constexpr double rank_tolerance = 1e-9;
 
 class elimination {
 public:
@@ -35,13 +34,21 @@ public:
   const int *independent() const { return column + rank; }
 
   /// The last pivot relative to the largest term: zero at singular positions.
-  double last_pivot() const { return rank > 0 ? std::fabs(at(rank - 1, rank - 1)) * rank_tolerance / tolerance_ : 1; }
+  double last_pivot() const { return rank > 0 ? std::fabs(at(rank - 1, rank - 1)) / size_ : 1; }
+  /// The largest element that is left where rows without a pivot and independent coordinates meet.
+  double largest_rest() const {
+    double largest = 0;
+    for (int i = rank; i < rows; ++i)
+      for (int j = rank; j < columns; ++j)
+        largest = std::fmax(largest, std::fabs(at(i, j)));
+    return largest;
+  }
 
-  /// K: (rows, columns), not changed.  size: of the largest scaled term.  is_driven (columns): these coordinates are kept independent
+  /// K: (rows, columns), not changed.  size: of the largest scaled term.  zero: pivots that are no larger are none.  is_driven (columns): these coordinates are kept independent
   /// where they are as many as the freedoms and determine the motion; may be null.
-  void factor(const double *K, const double *row_scale, const double *column_scale, double size,
+  void factor(const double *K, const double *row_scale, const double *column_scale, double size, double zero,
               const unsigned char *is_driven, int drives) {
-    R_ = row_scale, C_ = column_scale, tolerance_ = rank_tolerance * size;
+    R_ = row_scale, C_ = column_scale, size_ = size, zero_ = zero;
     if (drives > 0) {
       load(K, is_driven);
       const int without = eliminate(0, columns - drives);
@@ -59,7 +66,7 @@ public:
   /// columns only, which is faster, and as good where no rank is asked for.
   bool determine(const double *K, const double *row_scale, const double *column_scale, double size,
                  const unsigned char *is_fixed, int fixed) {
-    R_ = row_scale, C_ = column_scale, tolerance_ = rank_tolerance * size;
+    R_ = row_scale, C_ = column_scale, size_ = size;
     load(K, is_fixed);
     const int wanted = columns - fixed;
     for (rank = 0; rank < std::min(rows, wanted); ++rank) {
@@ -67,7 +74,7 @@ public:
       for (int i = rank + 1; i < rows; ++i)
         if (std::fabs(at(i, rank)) > std::fabs(at(p, rank)))
           p = i;
-      if (!(std::fabs(at(p, rank)) > 1e-3 * tolerance_ / rank_tolerance))
+      if (!(std::fabs(at(p, rank)) > loop_tolerance::nearly_singular * size_))
         break;
       take_pivot(rank, p, rank, wanted);
     }
@@ -146,7 +153,7 @@ private:
         for (int j = k; j < end; ++j)
           if (const double x = std::fabs(at(i, j)); x > largest)
             largest = x, p = i, c = j;
-      if (!(largest > tolerance_))
+      if (!(largest > zero_))
         return k;
       take_pivot(k, p, c, columns);
     }
@@ -236,7 +243,7 @@ private:
 
   double *a_ = nullptr, *solved_ = nullptr, *work_ = nullptr;
   const double *R_ = nullptr, *C_ = nullptr;
-  double tolerance_ = 0;
+  double size_ = 1, zero_ = 0;
 };
 
 } // namespace ksl::loops

@@ -72,7 +72,7 @@ void geometry::set_position(const double *q) {
   tree_.call(rows::frame_poses, rest_, s);
   set_columns(q);
   std::fill_n(K_, static_cast<std::ptrdiff_t>(t_.rows) * nv, 0.0);
-  size_ = 0;
+  size_ = 1;
   for (std::size_t n = 0; n < t_.loops.size(); ++n) {
     const loop &l = t_.loops[n];
     frames &f = at_[n];
@@ -113,6 +113,18 @@ void geometry::error(double *out) const {
     for (int i = 0; i < l.rows; ++i)
       out[l.first_row + i] = work(at_[n].T[i], left);
   }
+}
+
+double geometry::zero() const {
+  double opened = 0;
+  for (std::size_t n = 0; n < t_.loops.size(); ++n) {
+    const loop &l = t_.loops[n];
+    const screw<double> left = displacement_left(l, at_[n].relative);
+    for (int i = 0; i < l.rows; ++i)
+      opened = std::fmax(opened,
+                         std::fabs(work(at_[n].T[i], left)) * t_.row_scale[static_cast<std::size_t>(l.first_row + i)]);
+  }
+  return size_ * rank_within(t_, opened / t_.length);
 }
 
 void geometry::velocity(const double *v, double *out, double *terms) const {

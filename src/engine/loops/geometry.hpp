@@ -6,10 +6,6 @@
 
 namespace ksl::loops {
 
-/// Rates of equations below this, in lengths of the mechanism per second, or second squared, are rounding whatever their terms are: of the
-/// velocities of a structure that can't move, say.
-inline constexpr double rest = 1e-12;
-
 class geometry {
 public:
   geometry(const model &m, const tables &t) : tree_(m), t_(t) {}
@@ -22,8 +18,12 @@ public:
 
   /// (rows, nv) d(error) = K dv at closed positions.
   const double *jacobian() const { return K_; }
-  /// The largest term of the scaled Jacobian before terms cancelled.
+  /// The largest term of the scaled Jacobian, whose terms are lengths in those of the mechanism: 1 or more.  What the terms at a position are is
+  /// no scale: of a hinge and a ball on its axis they are rounding.
   double size() const { return size_; }
+  /// Pivots and singular values of the scaled Jacobian that are no larger are zero at this position.  The Jacobian of one that is open by e
+  /// is off by some e.
+  double zero() const;
 
   /// (rows) zero where the loops are closed: Tᵀ of the displacement that remains once each joint has the position that fits best.
   void error(double *out) const;
@@ -43,6 +43,9 @@ public:
   void wrench_variations(const double *lambda, const double *dlambda, const double *dq, double *on_links,
                          double *at_joints) const;
 
+  const SE3<double> &relative(int loop) const {
+    return at_[loop].relative;
+  } ///< the frame on the successor in that on the predecessor
   const SE3<double> &successor_frame(int loop) const { return at_[loop].successor; } ///< of the joint, in the world
 
   /// The axes in the world of the link on one side of a loop.

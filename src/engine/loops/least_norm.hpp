@@ -1,6 +1,7 @@
 // The shortest x with A x = b, where rows of A may depend on each other: Gram and Schmidt's method with pivots.
 #pragma once
 
+#include "ksl/engine/algorithms/loops/tolerances.hpp"
 #include "ksl/engine/lanes/workspace.hpp"
 
 #include <algorithm>
@@ -18,9 +19,9 @@ public:
   int rank = 0;
   double residual = 0; ///< the largest error of an equation that follows from others, relative to its scale
 
-  /// A: (rows, columns); equation i is multiplied by scale[i].  Columns with fixed[j] are left out: x_j = 0 there.  size: of the largest
-  /// scaled element.  b may be null.
-  void solve(const double *A, int rows, int columns, const double *scale, const unsigned char *fixed, double size,
+  /// A: (rows, columns); equation i is multiplied by scale[i].  Columns with fixed[j] are left out: x_j = 0 there.  least: rows of which less is
+  /// left, scaled, depend on the others.  b may be null.
+  void solve(const double *A, int rows, int columns, const double *scale, const unsigned char *fixed, double least,
              const double *b, double *x) {
     std::fill_n(x, columns, 0.0);
     for (int i = 0; i < rows; ++i) {
@@ -31,7 +32,7 @@ public:
     double largest = 0;
     for (int i = 0; i < rows; ++i)
       largest = std::max(largest, length(i, columns));
-    const double zero = std::max(size, largest) * 1e-9;
+    const double zero = std::max(least, largest * loop_tolerance::rank);
     for (rank = 0; rank < rows; ++rank) {
       int p = rank;
       double most = 0;

@@ -25,7 +25,7 @@ template <class Work, class Lay> Work laid_out(Work work, data *d, Lay lay) {
   return work;
 }
 closed_state state_of(const model &m, data &d) {
-  return laid_out(closed_state(m, tolerance_of_double), &d,
+  return laid_out(closed_state(m, loop_tolerance::accepted), &d,
                   [](closed_state &w, arena &memory) { w.lay_out(memory, 0); });
 }
 assembly assembly_of(const model &m, data *d) {
@@ -91,9 +91,9 @@ loop_mobility mobility(const model &m, data &d, const double *q, int *redundant_
   const int n = std::min(rows, nv);
   singular_values(p.scaled, n, std::max(rows, nv), p.values);
   int rank = 0;
-  while (rank < n && p.values[rank] > rank_tolerance * p.at.size())
+  while (rank < n && p.values[rank] > p.at.zero())
     ++rank;
-  const double size = p.at.size() > 0 ? p.at.size() : 1;
+  const double size = p.at.size();
   return {nv - rank, rank, rows - rank, rank > 0 ? p.values[rank - 1] / size : 0, rank < n ? p.values[rank] / size : 0,
           t.length};
 }
@@ -164,7 +164,7 @@ int reaction_patterns(const model &m, data &d, const double *q, double *patterns
 namespace {
 
 closed_derivatives derivatives_of(const model &m, data &d, int externals) {
-  return laid_out(closed_derivatives(m, tolerance_of_double), &d,
+  return laid_out(closed_derivatives(m, loop_tolerance::accepted), &d,
                   [externals](closed_derivatives &w, arena &memory) { w.lay_out(memory, externals); });
 }
 
@@ -221,7 +221,7 @@ void stabilised_forward_dynamics(const model &m, data &d, const double *q, const
   const nearest_rounding rounding;
   if (m.loops().empty())
     return forward_dynamics(m, d, q, v, tau, a, external);
-  closed_state c = laid_out(closed_state(m, tolerance_of_corrected), &d,
+  closed_state c = laid_out(closed_state(m, loop_tolerance::corrected), &d,
                             [&](closed_state &w, arena &memory) { w.lay_out(memory, external.n); });
   finding fault = c.set_position(q);
   if (!fault)

@@ -3,6 +3,7 @@
 #include "engine/loops/assembly.hpp"
 #include "engine/loops/closed_state.hpp"
 #include "engine/loops/elimination.hpp"
+#include "engine/loops/near_motion.hpp"
 #include "engine/loops/vectors.hpp"
 #include "ksl/engine/algorithms/loops/loop_equations.hpp"
 #include "ksl/engine/model/joints.hpp"
@@ -10,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <memory>
 
 namespace ksl::loops {
 namespace {
@@ -30,23 +30,6 @@ constexpr double regular = 0.05;
 /// The neutral position may be one of few where the rank is lower, as that of a flat parallelogram: so many others are looked at in any case.
 constexpr int least_starts = 3;
 
-/// Memory that something is laid out in.
-template <class Work> class held {
-public:
-  template <class Lay> held(Work &work, Lay lay) {
-    arena measure;
-    lay(work, measure);
-    memory_.resize(measure.used() + 64);
-    void *begin = memory_.data();
-    std::size_t space = memory_.size();
-    arena memory(std::align(64, measure.used(), begin, space));
-    lay(work, memory);
-  }
-
-private:
-  std::vector<std::byte> memory_;
-};
-
 class planner {
 public:
   explicit planner(const model &m)
@@ -62,33 +45,31 @@ public:
     add_compliances();
     set_scales();
     eliminate(q);
-    plan_.view.length = t_.length, plan_.view.tolerance = tolerance_of_double;
+    plan_.view.length = t_.length, plan_.view.tolerance = accepted_within(t_, loop_tolerance::accepted);
     plan_.point();
     return std::move(plan_);
   }
 
 private:
-  auto lay_out_with(elimination &k) const {
-    return [&](geometry &work, arena &pieces) { work.lay_out(pieces), k.lay_out(pieces, t_.rows, m_.nv()); };
+  auto lay_out_with(geometry &g, elimination &k) const {
+    return [&](arena &pieces) { g.lay_out(pieces), k.lay_out(pieces, t_.rows, m_.nv()); };
   }
   void factor(geometry &g, elimination &k, const std::vector<double> &q) const {
     g.set_position(q.data());
-    k.factor(g.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g.size(), t_.is_driven.data(),
+    k.factor(g.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g.size(), g.zero(), t_.is_driven.data(),
              static_cast<int>(t_.drives.size()));
   }
 
   /// Of closed positions near the neutral one and some others, one with the highest rank, at which drives that are as many as the freedoms
   /// determine the motion, if there is one: the first that isn't nearly singular, else that with the largest last pivot; empty if none is closed.
   std::vector<double> closed_position() const {
-    std::vector<double> q(index(m_.nq()), 0.0), closed = q, best;
-    for (const model::quaternion_in_q &quaternion : m_.quaternions())
-      q[index(quaternion.q_index + 3)] = 1;
+    std::vector<double> q = start_position(m_, 0), closed = q, best;
     const std::vector<unsigned char> hold(index(m_.nv()), 0);
     assembly a(m_);
-    const held memory(a, [](assembly &work, arena &pieces) { work.lay_out(pieces); });
+    const own_memory memory([&](arena &pieces) { a.lay_out(pieces); });
     geometry g(m_, t_);
     elimination k;
-    const held of_pivots(g, lay_out_with(k));
+    const own_memory of_pivots(lay_out_with(g, k));
     int rank = -1;
     bool is_driven = false;
     double last = 0, error = 0;
@@ -102,10 +83,7 @@ private:
             (as_good && last < regular && k.last_pivot() > last))
           best = closed, rank = k.rank, last = k.last_pivot(), is_driven = drives;
       }
-      for (const joint_row &joint : m_.joints()) // other starts, the same in every run
-        if (joint.v_index >= 0 && row_of(joint.kind).velocity_is_rate)
-          for (int c = 0; c < row_of(joint.kind).nq; ++c)
-            q[index(joint.q_index + c)] = 0.7 * std::sin(1.3 * (joint.q_index + c + 1) * (start + 1));
+      q = start_position(m_, start + 1);
     }
     return best;
   }
@@ -360,7 +338,7 @@ private:
   void eliminate(const std::vector<double> &q) {
     geometry g(m_, t_);
     elimination k;
-    const held memory(g, lay_out_with(k));
+    const own_memory memory(lay_out_with(g, k));
     factor(g, k, q);
     plan_.independent = expanded(k.independent(), k.freedoms());
     plan_.redundant.assign(k.row + k.rank, k.row + t_.rows);
@@ -622,7 +600,7 @@ loop_plan<float> rounded(const loop_plan<double> &plan) {
   out.view.fill_begin = plan.view.fill_begin, out.view.fill_end = plan.view.fill_end;
   out.view.drives_are_independent = plan.view.drives_are_independent;
   out.view.length = static_cast<float>(plan.view.length);
-  out.view.tolerance = static_cast<float>(tolerance_of_float);
+  out.view.tolerance = static_cast<float>(std::max(loop_tolerance::accepted_single, plan.view.tolerance));
   out.point();
   return out;
 }

@@ -120,15 +120,22 @@ private:
     while (common < to.size() && common < from.size() && to[common] == from[common])
       ++common;
     double reach = length(row.predecessor_pose.t) + length(row.successor_pose.t);
+    extents around;
     for (const auto &[path, sign] : {std::pair{&to, 1.}, {&from, -1.}})
-      for (std::size_t k = common; k < path->size(); ++k) {
+      for (std::size_t k = 0; k < path->size(); ++k) {
+        const double offset = offset_of((*path)[k]);
+        around.to_ground = std::max(around.to_ground, offset);
+        if (k < common)
+          continue;
         add_support((*path)[k], sign);
-        reach += k > common ? offset_of((*path)[k]) : 0;
+        reach += k > common ? offset : 0;
+        around.of_loop = std::max({around.of_loop, k == common ? offset : 0, radius_behind((*path)[k])});
       }
     if (to.size() > common && from.size() > common)
       reach += distance_at_root(to[common], from[common]);
     l.support_end = static_cast<int>(t_.supports.size());
-    longest_ = std::max(longest_, reach);
+    l.length = length_of(reach, around);
+    longest_ = std::max(longest_, l.length);
     t_.loops.push_back(l);
   }
 
@@ -157,6 +164,27 @@ private:
     }
   }
 
+  /// Lengths that a loop has beside the way from joint to joint: of its bodies' masses and of its first joints; of the ways to the ground.
+  struct extents { double of_loop = 0, to_ground = 0; };
+
+  /// The length of a loop: the way around it.  Where all joints meet at one point, as those of a spherical linkage, that way is rounding, or
+  /// the digits of the file, which are no length; then what else the mechanism has.
+  static double length_of(double reach, const extents &around) {
+    using loop_tolerance::few_digits, loop_tolerance::rank;
+    const double other = around.of_loop > rank * around.to_ground ? around.of_loop : around.to_ground;
+    return std::max(reach > few_digits * other ? reach : other, 0.0);
+  }
+
+  /// The root mean square distance of a link's mass from the origin of the joint that carries it.
+  double radius_behind(int joint) const {
+    const int d = m_.joints()[index(joint)].description;
+    if (d < 0)
+      return 0;
+    const robot_description &robot = m_.description();
+    const spatial_inertia<double> &I = robot.links[index(robot.joints[index(d)].child)].inertia;
+    return I.m > 0 ? std::sqrt(std::max(I.Ixx + I.Iyy + I.Izz, 0.0) / (2 * I.m)) : 0;
+  }
+
   /// How far a joint is from the origin of its parent link.
   double offset_of(int joint) const {
     const int d = m_.joints()[index(joint)].description;
@@ -172,7 +200,9 @@ private:
   }
 
   void set_scales() {
-    t_.length = longest_ > 0 ? longest_ : 1; // all joints at one point: no length there is, and none is needed
+    t_.length = longest_ > 0 ? longest_ : 1; // all is at one point: no length there is, and none is needed
+    for (loop &l : t_.loops)
+      l.length = l.length > 0 ? l.length : t_.length;
     for (const loop &l : t_.loops)
       for (int i = 0; i < l.rows; ++i)
         t_.row_turns.push_back(is_moment(l.T[i])), t_.row_scale.push_back(is_moment(l.T[i]) ? t_.length : 1);

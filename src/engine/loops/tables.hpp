@@ -2,8 +2,10 @@
 // the wrenches that its joint can exert.
 #pragma once
 
+#include "ksl/engine/algorithms/loops/tolerances.hpp"
 #include "ksl/model.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <vector>
@@ -40,19 +42,22 @@ struct loop {
   int first_row, rows;
   coscrew<double> T[6];           ///< (rows); the last of a universal joint depends on the position
   int support_begin, support_end; ///< in tables::supports
+  double length;                  ///< m: of the ways around it
 };
 
 /// Bytes that calls of one state need (algorithms.hpp), once they have been counted; 0 before.
 struct bytes_of_calls { std::atomic<std::size_t> in_double{0}, in_single{0}; };
 
 struct tables {
-  std::unique_ptr<bytes_of_calls> bytes = std::make_unique<bytes_of_calls>();
+  std::shared_ptr<bytes_of_calls> bytes = std::make_shared<bytes_of_calls>();
   std::vector<int> links; ///< of the model: those whose poses are needed
   std::vector<column> columns;
   std::vector<support> supports;
   std::vector<loop> loops;
   int rows = 0;      ///< of all loops
   double length = 1; ///< of the mechanism, m: rows of moments are multiplied by it, coordinates that turn divided
+  double digits =
+      0; ///< to which equations that follow from others agree, in lengths: the digits of the file, where frames can't be made exact
   std::vector<unsigned char> row_turns;    ///< (rows) is it an equation of rotation
   std::vector<unsigned char> column_turns; ///< (nv) does the coordinate turn
   std::vector<double> row_scale;           ///< (rows) 1 for equations of translation, `length` for those of rotation
@@ -64,6 +69,21 @@ struct tables {
   std::vector<unsigned char> is_driven; ///< (nv)
   bool drives_are_known = false;
 };
+
+/// A limit of states, or of motions that are asked for, where the file's digits are fewer.
+inline double accepted_within(const tables &t, double accepted) {
+  return accepted + loop_tolerance::rank_by_digits * t.digits;
+}
+
+/// What counts as zero beside the largest term of the equations at a position that is open by so many lengths.  A position that is far open
+/// is one of another mechanism.
+inline double rank_within(const tables &t, double opened) {
+  using namespace loop_tolerance;
+  const double least = std::max(rank, rank_by_digits * t.digits);
+  if (!(opened <= accepted_within(t, accepted_single)))
+    return least;
+  return std::max(least, std::min(rank_by_opening * opened, nearly_singular));
+}
 
 /// The tables of a model with loops; its arrays have been built.
 tables make_tables(const model &m);

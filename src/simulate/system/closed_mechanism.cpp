@@ -12,9 +12,6 @@ namespace {
 /// States between steps are taken as they are, however far loops are open: relative to the mechanism's length.
 constexpr double any_opening = 1e12;
 
-/// Velocities that open loops by less are closed: relative to the terms of an equation.
-constexpr double rounding_of_rates = 1e-14;
-
 /// Lays a workspace out in memory of its own.
 template <class Lay> void lay_out(std::vector<std::byte> &memory, Lay lay) {
   arena measure;
@@ -158,7 +155,7 @@ bool closed_mechanism::project(double *q, double *v, double &opened, const unsig
 bool closed_mechanism::keeps_closed(const double *v) {
   assembly_->at().velocity(v, rows_.data(), terms_.data());
   for (std::size_t i = 0; i < rows_.size(); ++i)
-    if (!(std::fabs(rows_[i]) <= rounding_of_rates * terms_[i]))
+    if (!(std::fabs(rows_[i]) <= loop_tolerance::rates_between_steps * terms_[i]))
       return false;
   return true;
 }

@@ -118,6 +118,7 @@ struct loop_description {
   vec3<double> axis{0, 0, 0}, axis2{0, 0, 0};       ///< as in joint_description
   optional_number pitch;                            ///< m/rad
   given_loop given;
+  double turned = 0, moved = 0; ///< rad and m, by which frames that were off by a file's digits have been made exact
 };
 
 /// The numbers of a force element between two points at a distance l.  It pulls them together, or with a negative force apart, with

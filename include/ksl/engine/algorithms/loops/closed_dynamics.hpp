@@ -267,7 +267,8 @@ template <class T> KSL_LANES void project_inertia(const model_view<scalar_of<T>>
 }
 
 /// How much of `whole` a freedom's inertia must be, once the others have been taken off, so that it isn't rounding.
-template <class S> inline constexpr S least_inertia = sizeof(S) == 8 ? S(1e-13) : S(1e-5);
+template <class S> inline constexpr S least_inertia =
+    sizeof(S) == 8 ? S(loop_tolerance::inertia) : S(loop_tolerance::inertia_single);
 
 /// r ← H⁻¹ r by the factors L D Lᵀ, which replace H.  NaN where a freedom moves no mass.
 template <class T> KSL_LANES void solve_by_factors(T *H, const T *whole, T *r, int f, T &fault) {

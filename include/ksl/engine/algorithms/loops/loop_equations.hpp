@@ -11,6 +11,7 @@
 //     Ẇ = (a_s − a_p − (ω_s + ω_p) × W.lin, α_s − α_p − ω_s × W.ang), with accelerations of points at that origin.      (2)
 #pragma once
 
+#include "ksl/engine/algorithms/loops/tolerances.hpp"
 #include "ksl/engine/lanes/body_lanes.hpp"
 #include "ksl/engine/model/loop_view.hpp"
 #include "ksl/engine/steps/world_axes.hpp"
@@ -97,8 +98,8 @@ template <class T> KSL_LANES T fault_beyond(const T &x, const T &limit) {
 }
 
 /// The smallest pivot, and what may be left of equations that follow from others, relative to lengths.
-template <class S> inline constexpr S least_pivot = S(1e-2);
-template <class S> inline constexpr S largest_rest = sizeof(S) == 8 ? S(1e-9) : S(1e-4);
+template <class S> inline constexpr S least_pivot = S(loop_tolerance::plan_pivot);
+template <class S> inline constexpr S largest_rest = loop_tolerance::plan_rest<S>;
 /// How much of its square the vectors before it must leave to a vector, in Gram and Schmidt's method, before it counts as theirs.
 template <class S> inline constexpr S least_share = S(1e-6);
 
@@ -390,7 +391,7 @@ KSL_LANES void set_loop(const model_view<scalar_of<T>> &model, loop_equations_wo
   T fault = w.fault;
   const loop_opening<T> open = opening_of(w, joint, loop, to, W, fault);
   const T allowed = T(loops.tolerance * loops.length);
-  const T allowed_speed = T(loops.tolerance * S(0.25)) * moved + T(S(1e-12) * loops.length);
+  const T allowed_speed = T(loops.tolerance * S(0.25)) * moved + T(S(loop_tolerance::at_rest) * loops.length);
   for (int i = 0; i < joint.forces + joint.moments; ++i) {
     const bool force = i < joint.forces;
     const bool mixed = i == joint.mixed, about_normal = joint.has_two_axes && !force;
@@ -539,7 +540,7 @@ KSL_LANES void check_accelerations(const model_view<scalar_of<T>> &model, loop_e
     T terms = w.moved[l] * w.moved[l] * T(S(1) / loops.length);
     for (int c = joint.columns_begin; c < joint.columns_end; ++c)
       terms = terms + math<T>::fabs(a[loops.column[c].v]) * T(size_of(loops, loops.column[c]));
-    const T allowed = T(loops.tolerance * S(0.25)) * terms + T(S(1e-12) * loops.length);
+    const T allowed = T(loops.tolerance * S(0.25)) * terms + T(S(loop_tolerance::at_rest) * loops.length);
     for (int i = 0; i < joint.forces + joint.moments; ++i) {
       T value = component_along(joint, w.normal[l], i, i < joint.forces ? lin : ang);
       if (i == joint.mixed) {
