@@ -7,6 +7,7 @@
 #include "engine/loops/wrenches_on_links.hpp"
 #include "engine/one_state.hpp"
 
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <vector>
@@ -29,6 +30,20 @@ public:
     requested_.lay_out(memory, m_, room_.joints);
     if (row_.closed == closed_by::linear)
       on_links_.lay_out(memory, m_, room_);
+  }
+
+  /// Are all results numbers?  Else they overflowed, which no finding says.
+  bool are_finite(const state_view<S> &s) const {
+    bool finite = true;
+    const auto look = [&](const S *x, std::ptrdiff_t n) {
+      for (std::ptrdiff_t i = 0; x && i < n; ++i)
+        finite &= std::isfinite(x[i]);
+    };
+    for (int r = 0; r < row_.results; ++r)
+      look(s.result[r], numbers_of(row_.result[r], extents_of(m_, s)));
+    for (int r = 0; r < s.reactions_n; ++r)
+      look(s.reactions[r].out, 6 * std::ptrdiff_t(s.reactions[r].request->n));
+    return finite;
   }
 
   finding run(const state_view<S> &s) {
@@ -240,8 +255,10 @@ batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_vi
     if (suits)
       fast.run(batch, k, n, done);
     for (int i = 0; i < n; ++i)
-      if (!done[i])
-        ordinary = !one.run(state.load(row, m, batch, k + static_cast<std::size_t>(i))) && ordinary;
+      if (!done[i]) {
+        const state_view<S> &s = state.load(row, m, batch, k + static_cast<std::size_t>(i));
+        ordinary = !one.run(s) && one.are_finite(s) && ordinary;
+      }
   }
   return {pieces.used(), ordinary};
 }
