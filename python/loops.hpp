@@ -361,19 +361,19 @@ inline void add_closing(nb::class_<ksl::model> &model) {
           "q"_a, "v"_a, "a"_a, "given"_a)
       .def(
           "close",
-          [](const ksl::model &m, nb::handle q, const std::vector<int> &hold, bool limits, int iterations) {
+          [](const ksl::model &m, nb::handle q, const std::vector<int> &hold, bool limits, int iterations, int starts) {
             const rows Q(q);
             const std::vector<unsigned char> held = flags(m, hold);
             std::vector<int> how(Q.states);
             std::vector<double> error(Q.states);
-            const ksl::close_options options = {limits, iterations};
+            const ksl::close_options options = {limits, iterations, starts};
             nb::object out =
                 each(m, Q.states, static_cast<std::size_t>(m.nq()), [&](late_data &, std::size_t k, double *x) {
                   how[k] = static_cast<int>(ksl::loops::close(m, nullptr, Q[k], held.data(), options, x, &error[k]));
                 });
             return nb::make_tuple(out, how, error);
           },
-          "q"_a, "hold"_a, "limits"_a, "iterations"_a);
+          "q"_a, "hold"_a, "limits"_a, "iterations"_a, "starts"_a);
 }
 
 inline void add_dynamics(nb::class_<ksl::model> &model) {

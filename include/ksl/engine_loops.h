@@ -53,7 +53,7 @@ KSL_EXPORT ksl_status_t ksl_force_element_states(const ksl_model_t *model, const
 /** How a search for a closed position ended. */
 typedef enum ksl_closing_t {
   KSL_CLOSED,
-  KSL_OUT_OF_REACH,
+  KSL_NOT_FOUND,
   KSL_SINGULAR,
   KSL_AT_LIMITS,
   KSL_NOTHING_FREE

@@ -113,6 +113,7 @@ typedef struct ksl_run_end_t {
   double time;                         /**< until here, s */
   size_t steps, rejected, evaluations; /**< evaluations: of forward dynamics */
   int coordinate;                      /**< with the largest error, or the first number that isn't finite; −1 */
+  int element;                         /**< the force element that had no force where numbers were not finite; −1 */
 } ksl_run_end_t;
 
 /** What happened at an instant: KSL_AT_LOWER_LIMIT and KSL_AT_UPPER_LIMIT are impacts; KSL_RESTS: the joint lies on its limit from now on. */

@@ -60,18 +60,21 @@ KSL_EXPORT completion consistent_acceleration(const model &m, data &d, const dou
 /// How a search for a closed position ended.
 enum class closing {
   closed,
-  out_of_reach, ///< the error has a minimum that isn't zero
+  not_found,    ///< searches from all starts ended where the error is not zero: there may be a closed position or none
   singular,     ///< the search ended where the equations lose rank
   limits,       ///< it ended at limits of joints
   nothing_free  ///< the joints to hold leave nothing that can move
 };
 struct close_options {
   bool limits = false;  ///< keep the limits of joints
-  int iterations = 100; ///< at most
+  int iterations = 100; ///< at most, from each start
+  int starts = 32; ///< at most: q, and where the search from it ends open others, the same in every call; 1: closed positions near q alone
 };
+/// For motions, which may not change over to another way of assembly.
+inline constexpr close_options nearby = {.starts = 1};
 /// out (nq): a closed position near q, with the joints' coordinates that are to be held (nv flags) kept: one where Σ (difference)² is
-/// stationary, converged to 1e-12 of the mechanism's length.  error: the largest component left, in m, angles times the length.  Gauss–Newton
-/// steps with a line search, then steps along the closed positions.
+/// stationary, converged to 1e-12 of the mechanism's length, or to the rounding of larger numbers, up to 1e-9.  error: the largest
+/// component left, in m, angles times the length.  Gauss–Newton steps with a line search, then steps along the closed positions.
 KSL_EXPORT closing close(const model &m, data &d, const double *q, const unsigned char *hold,
                          const close_options &options, double *out, double *error);
 

@@ -179,6 +179,7 @@ struct run_end {
   std::size_t rejected = 0;
   std::size_t evaluations = 0; ///< of forward dynamics
   int coordinate = -1;         ///< which had the largest error, or was the first that wasn't finite
+  int element = -1;            ///< the force element that had no force where numbers were not finite
 };
 
 struct simulation_record {

@@ -56,7 +56,7 @@ public:
     const unsigned char *const given = of_.given().given.data();
     if (of_.given().completes == completed::position) {
       double error = 0;
-      if (ksl::close(m_, *data_, q_, given, {}, found.data(), &error) != ksl::closing::closed)
+      if (ksl::close(m_, *data_, q_, given, ksl::nearby, found.data(), &error) != ksl::closing::closed)
         return;
     } else {
       const ksl::completion how = of_.given().completes == completed::velocity

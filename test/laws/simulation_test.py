@@ -94,6 +94,58 @@ def test_free_bodies_keep_momentum(method):
             assert np.abs(about_origin - about_origin[0]).max() < 1e-13 and np.abs(run.drift.momentum[:, :3]).max() < 1e-13
 
 
+def free_tree(kind="floating", gravity=0.0, loop=False):
+    """A body with an arm, that nothing holds; with a four-bar on it instead."""
+    b = ksl.Builder("free tree", gravity=(0, 0, gravity)).add_link("world")
+    b.add_link("body", mass=1.0, center_of_mass=[0.01, 0.02, 0.1], inertia=np.diag([0.01, 0.02, 0.025])).add_joint("base", kind, "world", "body")
+    joints = [("body", "crank", 0.1, "revolute"), ("crank", "rod", 0.2, "revolute"), ("body", "rocker", 0.5, "revolute")]
+    for k, (parent, name, x, of) in enumerate(joints if loop else [*joints[:2], ("rod", "hand", 0.2, "spherical"), ("hand", "slide", 0.1, "prismatic")]):
+        pose = np.eye(4)
+        pose[:3, 3] = x, 0.0 if loop else 0.03 * k, 0.2
+        b.add_link(name, mass=0.5 + 0.3 * k, center_of_mass=[0.1, 0.02, -0.1], inertia=np.diag([0.01, 0.012, 0.009]))
+        b.add_joint(name, of, parent, name, pose=pose, **({} if of == "spherical" else {"axis": (0, 1, 0), "limits": (-9, 9)}))
+    if loop:
+        ends = [np.eye(4), np.eye(4)]
+        ends[0][:3, 3], ends[1][:3, 3] = (0.4, 0, 0), (0.3, 0, -0.1)
+        b.add_loop("closes", "revolute", "rod", "rocker", *ends, axis=(0, 1, 0))
+    return b.build(drives=["crank"] if loop else None)
+
+
+FREE = {
+    "body": body("floating"),
+    "tree": free_tree(),
+    "tree that falls": free_tree(gravity=-G),
+    "tree in a plane": free_tree("planar"),
+    "four-bar": free_tree(loop=True),
+}
+
+
+@pytest.mark.parametrize("name", FREE)
+def test_the_variational_method_is_the_same_in_all_frames_that_move_along(name):
+    """A constant velocity that is added changes nothing else, momenta are kept about the centre of mass as about the origin, and the order is 2."""
+    m, times = FREE[name], np.linspace(0, 1, 11)
+    q = m.close(m.random(3)).q
+    v = np.random.default_rng(1).normal(size=m.nv)
+    v = m.consistent_velocity(q, v, given=["base", "crank"]) if m.loops else v
+    axes = m.frame_pose(q, "body")[: 2 + (m.joint("base").nv == 6), :3][:, : 2 + (m.joint("base").nv == 6)]
+    runs = []
+    for speed in (0.0, 1.0, 100.0, 1e4):
+        along = speed * np.array([1.0, -0.5, 0.3])[: len(axes)]
+        run = m.simulate(q, v + np.r_[axes.T @ along, np.zeros(m.nv - len(axes))], times, method="variational", step=0.01)
+        runs.append(run)
+        momentum, scale = m.centroidal_momentum(run.q, run.v), 1 + speed
+        about_origin = momentum[:, 3:] + np.cross(m.center_of_mass(run.q), momentum[:, :3])
+        if m.gravity[2] == 0 and m.joint("base").nv == 6:
+            assert np.abs(momentum[:, :3] - momentum[0, :3]).max() < 1e-12 * scale and np.abs(momentum[:, 3:] - momentum[0, 3:]).max() < 1e-12 * scale
+            assert np.abs(about_origin - about_origin[0]).max() < 1e-11 * scale
+        moved = run.q - np.pad(np.outer(times, along), ((0, 0), (0, m.nq - len(along))))
+        assert run.complete and np.abs(moved - runs[0].q).max() < 1e-11 * scale
+        assert np.abs(run.v - runs[0].v)[:, len(axes) :].max() < 1e-11 * scale
+    exact = m.simulate(q, v, times, rtol=1e-12, atol=1e-12)
+    coarse, fine = (np.abs(run.q - exact.q).max() for run in (runs[0], m.simulate(q, v, times, method="variational", step=0.005)))
+    assert 1.7 < np.log2(coarse / fine) < 2.3
+
+
 def test_a_torque_free_body_keeps_its_energy_over_many_steps_of_rk4():
     m = body("floating")
     period = 2 * np.pi / 5.0
@@ -243,6 +295,34 @@ def test_brakes_engage_and_cut_the_drives(how):
     assert [event.what for event in run.events] == ["brakes", "sticks"]
     assert run.events[1].time == pytest.approx(1 + 2.5 / 4, abs=1e-10)
     assert run.efforts[11:].max() == 0 and run.efforts[:10].min() == 1
+
+
+@ALL
+@pytest.mark.parametrize("apart", [1.0, 0.3, 0.1, 0.03, 0.01, 1e-4, 1e-6])
+def test_both_directions_are_the_union_of_each(how, apart):
+    """A throw passes a height up and down.  A step of equal length sees what is longer apart than it is."""
+    if apart <= how.get("step", 0):
+        return
+    m, top = slider([0, 0, 1]), 10.0 / G
+    height = 10.0 * top / 2 - G * (apart / 2) ** 2 / 2
+
+    def times_of(direction, scale=1.0, events=1):
+        passes = lambda t, q, v: scale * (q[0] - height)
+        passes.direction = direction
+        return [event.time for event in m.simulate([0.0], [10.0], [0.0, 2.0], events=[passes] * events, **how).events]
+
+    up, down = times_of(1), times_of(-1)
+    assert up == pytest.approx([top - apart / 2], abs=1e-9) and down == pytest.approx([top + apart / 2], abs=1e-9)
+    assert times_of(0) == pytest.approx(up + down, abs=1e-9) == times_of(0, -3.0) and times_of(0, events=2)[::2] == pytest.approx(up + down, abs=1e-9)
+
+
+@ALL
+def test_events_where_limits_throw_back(how):
+    """The height is zero at each impact of a ball that bounces, from the first step on and in the last one."""
+    m = slider([0, 0, 1], limits=(0.0, 9.0))
+    run = m.simulate([0.0], [2.0], [0.0, 3.999 / G, 9.99 / G], restitution=0.5, events=lambda t, q, v: q[0], **how)
+    assert [event.what for event in run.events if event.time < 6.999 / G] == ["event", "lower limit"] * 2
+    assert [event.time for event in run.events][:4] == pytest.approx([4 / G, 4 / G, 6 / G, 6 / G], abs=1e-9)
 
 
 @ALL

@@ -93,6 +93,30 @@ def test_work_is_linear_in_the_number_of_columns():
     assert_linear(lambda n: work(lambda: take(n)), 100)
 
 
+class Table(dict):
+    """Tables that are put together count what is copied."""
+
+    copied = 0
+
+    def __or__(self, other):
+        Table.copied += len(self) + len(other)
+        return dict(self) | other
+
+
+def test_the_first_request_of_reactions_takes_linear_time():
+    def ask(n: int) -> int:
+        b = ksl.Builder("chain").add_link("l0")
+        for k in range(n):
+            b.add_link(f"l{k + 1}", mass=1.0).add_joint(f"j{k}", "revolute", f"l{k}", f"l{k + 1}", axis=(0, 0, 1), limits=(-1, 1))
+        m = b.build()
+        m._joint_index, Table.copied = Table(m._joint_index), 0
+        assert m.reactions(m.neutral(), np.zeros(n), np.zeros(n)).shape == (n, 6)
+        m._requests.clear()
+        return work(m.reaction_request) + Table.copied
+
+    assert_linear(ask, 30)
+
+
 def test_joints_with_several_coordinates(mixed):
     q, v, a = states(mixed)
     names = {

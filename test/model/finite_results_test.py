@@ -1,12 +1,14 @@
 """Finite arguments give finite results, or an error that says why: overflow, or a joint that moves no mass."""
 
 import math
+import re
 import warnings
 
 import numpy as np
 import pytest
 
 import ksl
+from linkages import four_bar
 
 PANDA = "robots/panda.urdf"
 INERTIAL = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
@@ -142,3 +144,48 @@ def test_random_positions_between_limits_whose_difference_is_infinite():
     m = ksl.load_string(f'<robot name="r"><link name="ground"/><link name="car">{INERTIAL}</link>{slide}</robot>')
     q = m.random(1, 100)
     assert (np.abs(q) <= 1.7e308).all() and q.min() < -1e308 and q.max() > 1e308
+
+
+LARGE = four_bar().close([-1.0, 0.4, -1.5]).q, np.array([8.0, 0, 0]), np.array([1.0, 0, 0])
+CLOSED_CALLS = {
+    "forward_dynamics": (lambda m, q, v, x: m.forward_dynamics(q, v, x), "tau"),
+    "stabilised": (lambda m, q, v, x: m.forward_dynamics(q, v, x, stabilise=20.0), "tau"),
+    "inverse_dynamics": (lambda m, q, v, x: m.inverse_dynamics(q, v, x), "a"),
+    "reactions": (lambda m, q, v, x: m.reactions(q, v, x), "a"),
+    "effort_parts": (lambda m, q, v, x: m.effort_parts(q, v, x), "a"),
+    "velocity_jump": (lambda m, q, v, x: m.velocity_jump(q, {"rocker": np.tile(np.asarray(x)[..., :1], 6)}), "tau"),
+    "loop_acceleration": (lambda m, q, v, x: m.loop_acceleration(q, v, x), "a"),
+    "consistent_acceleration": (lambda m, q, v, x: m.consistent_acceleration(q, v, x, given=["A"]), "a"),
+    "forward_dynamics_derivatives": (lambda m, q, v, x: m.forward_dynamics_derivatives(q, v, x), "tau"),
+    "inverse_dynamics_derivatives": (lambda m, q, v, x: m.inverse_dynamics_derivatives(q, v, x), "a"),
+    "reactions_derivatives": (lambda m, q, v, x: m.reactions_derivatives(q, v, x, undetermined="nan"), "a"),
+    "inverse_dynamics_regressor": (lambda m, q, v, x: m.inverse_dynamics_regressor(q, v, x), "a"),
+}
+
+
+def heavy(factor: float) -> ksl.Model:
+    m = four_bar()
+    return m.with_parameters({name: factor * np.asarray(m.parameters)[m.link_names.index(name)] for name in ("crank", "coupler", "rocker")})
+
+
+@pytest.mark.parametrize("size", [1e150, 1e200, 1e300])
+@pytest.mark.parametrize("name", CLOSED_CALLS)
+def test_overflow_of_closed_mechanisms(name, size):
+    """Numbers that are finite, or a sentence; of velocities, of efforts and accelerations, and of masses."""
+    call, last = CLOSED_CALLS[name]
+    m, (q, v, a) = four_bar(), LARGE
+    v = m.consistent_velocity(q, v, given=["A"])
+    fast = size * v
+    for model, state in ((m, (q, fast, a)), (m, (q, v, size * a)), (m, (q, fast, size * a)), (heavy(size), (q, v, a)), (m, (size * q, v, a))):
+        for several in (False, True):
+            with np.errstate(all="ignore"):
+                try:
+                    found = call(model, *([x] * 3 if several else x for x in state))
+                except (ksl.ResultError, ValueError) as e:
+                    assert re.search(r"overflow|too large|give smaller|open it by|is open at this position|no motion of the closed|keep the loops closed", str(e)), str(e)
+                    continue
+            numbers = np.concatenate([np.ravel(x) for x in (found if isinstance(found, (tuple, list)) else [found])])
+            assert np.isfinite(numbers).all() or name == "reactions_derivatives"
+    for bad in (None, [None] * 3, "x") if name != "velocity_jump" else ():
+        with pytest.raises((ValueError, TypeError), match="q|v|a|tau|number"):
+            call(m, q, v, bad)

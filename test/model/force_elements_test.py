@@ -159,8 +159,19 @@ def test_where_an_element_has_no_force_it_is_named():
             m.gravity_torque([[0.1], [0.1], [0.1], [q], [0.1]])
     with pytest.raises(ValueError, match="second_derivatives is not available with force elements"):
         m.inverse_dynamics_second_derivatives([0.3], [0.0], [0.0])
-    with pytest.warns(RuntimeWarning, match="perhaps force element strut is beyond a limit without a stop"):
+    with pytest.warns(RuntimeWarning, match="force element strut has no force there: it is beyond a limit without a stop, or "):
         m.simulate([0.1], [20.0], [0, 5.0])
+
+
+@pytest.mark.parametrize("how", [{}, *({"method": name, "step": 1e-3} for name in ("semi_implicit_euler", "rk4", "rkmk4", "sdirk4", "variational"))], ids=str)
+@pytest.mark.parametrize("events", [[], [lambda t, q, v: 1.0]], ids=["alone", "events"])
+def test_runs_that_end_where_points_coincide_name_the_element(how, events):
+    """From the start, and in a run that gets there; one run, and several."""
+    m = pendulum().add_force_element("meets", "wall", (0.1, 0, 0), "rod", (0.1, 0, 0), preload=1.0).build(physics=["force elements"])
+    for q in ([0.0], [[0.4], [0.0], [0.5]]):
+        with pytest.warns(RuntimeWarning, match="force element meets has no force there: its points on links wall and rod coincide"):
+            run = m.simulate(q, np.zeros_like(q), [0, 0.02], events=events, **how)
+        assert list(np.ravel(run.complete)) == [np.any(x) for x in np.atleast_2d(q)]
 
 
 TENDONS = """<mujoco><worldbody><site name="a" pos=".3 .1 .2"/><body><joint type="hinge" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.5" size=".03"/>

@@ -79,6 +79,16 @@ def test_functions_that_raise_end_the_call():
         M.simulate([START[0]] * 3, *START[1:], efforts=fails, method="rk4", step=0.01)
 
 
+@pytest.mark.parametrize("how", [{}, *({"method": name, "step": 0.01} for name in ("semi_implicit_euler", "rk4", "rkmk4", "sdirk4", "variational"))], ids=str)
+@pytest.mark.parametrize("events", [[], [lambda t, q, v: 1.0]], ids=["alone", "events"])
+def test_a_function_that_ends_a_run_at_its_start_leaves_the_state(how, events):
+    """What would have driven it is not known."""
+    for run in (M.simulate(*START, efforts=lambda t, q, v: None, events=events, **how), M.simulate([START[0]] * 2, [START[1]] * 2, START[2], efforts=lambda t, q, v: None, events=events, **how)):
+        first = run.q.reshape(-1, 3, 2)[-1]
+        assert np.all(run.reason == "a function ended it") and np.all(run.ended == 0) and np.array_equal(first[0], START[0]) and np.isnan(first[1:]).all()
+        assert np.all(run.work.ravel()[0] == 0) and np.isfinite(run.energy.ravel()[0]) and np.isnan(run.a).all() and np.isnan(run.efforts).all()
+
+
 def test_runs_that_end_early_keep_what_they_have():
     blows_up = lambda t, q, v: 3 * np.sign(v) * v**2 + 1.0
     with np.errstate(all="ignore"), pytest.warns(RuntimeWarning, match=r"the run ended at .* s of 9 s: .*Rows after that are NaN"):

@@ -369,14 +369,14 @@ def test_the_loop_that_stays_open_is_named(robot):
     """Of two, the second slider runs 0.9 m above the crank, of which crank and rod reach 0.35."""
     second = link("rod2", 1.1, 0.12) + link("slider2", 0.9, 0.0) + joint("B2", "crank", "rod2", "0.1 0.03 0") + joint("S2", "frame", "slider2", "0 0.05 0.9", "prismatic", "1 0 0", SLIDE)
     model = robot(SLIDERCRANK.replace("</robot>", second + loop("C2", "rod2", "0.25 0.03 0", "slider2", "0 0.01 0") + "</robot>"), drives=["A"])
-    with pytest.raises(MotionError, match=r"from its neutral position the mechanism can't be closed: .* loop joint C2 stays open by 0\.\d"):
+    with pytest.raises(MotionError, match=r"from its neutral position no closed position was found: .* loop joint C2 stays open by 0\.\d"):
         held_by(model)
 
 
 def test_a_motion_that_leaves_the_reach_names_sample_and_time(robot):
     model = robot(SLIDERCRANK, drives=["S"])
     apart = np.hypot(0.3495, OFFSET) - CRANK - ROD  # at the first of the eight steps there that fails, of 0.125 mm
-    with pytest.raises(MotionError, match=rf"sample 51 \(time 0\.25\): with S = 0\.35 m the mechanism can't be closed: out of reach, loop joint C stays open by {apart:.3g} m"):
+    with pytest.raises(MotionError, match=rf"sample 51 \(time 0\.25\): with S = 0\.35 m no closed position was found: loop joint C stays open by {apart:.3g} m"):
         made(model, np.column_stack([0 * TIME, 0 * TIME, 0.3 + 0.2 * TIME]), known=(False, False, True))
 
 
@@ -388,7 +388,7 @@ def test_made_motions_name_joint_limit_and_time(robot):
         minimum_jerk(model, beyond)
     with pytest.raises(MotionError, match=r"between waypoints 2 and 3, at 1\.07 s, S goes to 1\.088\d* m, beyond its upper limit 1 m"):
         minimum_jerk(model, beyond, duration=2.0)
-    reach = r"at 0\.99\d+ s: with S = 0\.3\d+ m the mechanism can't be closed: out of reach, loop joint C stays open .*; the limits allow S from 0 to 1 m, and not all of that can be reached"
+    reach = r"at 0\.99\d+ s: with S = 0\.3\d+ m no closed position was found: loop joint C stays open .*; the limits allow S from 0 to 1 m, and not all of that can be reached"
     with pytest.raises(MotionError, match=r"trapezoid: between waypoints 1 and 2, " + reach):
         trapezoid(model, Waypoints(np.array([[0.3], [0.4]])), duration=2.0)
     crank = robot(FOURBAR, drives=["A"])

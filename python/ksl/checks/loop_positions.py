@@ -53,10 +53,10 @@ class LoopPositions:
 
     def _find(self) -> None:
         model = self.model
-        found = model.close(self.zero)
+        found = model.close(self.zero, starts=1)
         if not found.converged:
             starts = np.vstack([self._around(self.zero, AROUND), model.random(SEED, size=ANYWHERE)])
-            more = model.close(starts)
+            more = model.close(starts, starts=1)
             if not more.converged.any():
                 best = int(np.argmin(more.error))
                 ends, reason = (found.q, str(found.reason)) if found.error <= more.error[best] else (more.q[best], str(more.reason[best]))
@@ -89,7 +89,7 @@ class LoopPositions:
     def positions(self) -> list[Array]:
         """Closed positions (nq): the one nearest to zero, and some around it."""
         assert self.near is not None
-        around = self.model.close(self._around(self.near, AROUND))
+        around = self.model.close(self._around(self.near, AROUND), starts=1)
         return [self.near, *around.q[around.converged]]
 
     @cached_property

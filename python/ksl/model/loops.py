@@ -19,7 +19,7 @@ from ksl.model.stiffness import Stiffness
 
 Gains = float | tuple[float, float]
 """(α, β) of a correction of errors of loops, 1/s, or one number for both."""
-CLOSING = ("closed", "out of reach", "singular", "limits", "nothing free")
+CLOSING = ("closed", "not found", "singular", "limits", "nothing free")
 _CLOSING = np.array(CLOSING)
 _REASONS, _CONVERGED = tuple(np.array(reason) for reason in CLOSING), tuple(np.array(i == 0)[()] for i in range(len(CLOSING)))  # of one position
 for _reason in _REASONS:
@@ -29,6 +29,8 @@ TOLERANCES = _core.loop_tolerances()
 """Of closed mechanisms, by name: those of the compiled code, which says what each is relative to (include/ksl/engine/algorithms/loops/tolerances.hpp)."""
 SAME = TOLERANCES["accepted"]
 """Closed positions that differ by no more in any coordinate, rad or m, are one."""
+STARTS = 32
+"""From how many positions :meth:`Model.close` searches, where the first ones lead nowhere."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +73,8 @@ class Closed:
     """(…, nq): closed where `converged`; elsewhere the position at which the search ended."""
     converged: NDArray[np.bool_]
     reason: NDArray[np.str_]
-    """"closed", or why not: "out of reach", no position nearby closes the loops; "singular", the search ended where equations lose rank;
-    "limits" of joints held it; "nothing free": the joints to hold are all there are."""
+    """"closed", or how the search from q ended: "not found" where the error has a minimum, "singular" where equations lose rank, "limits"
+    of joints held it; "nothing free": the joints to hold are all there are.  Only the last proves that there is no closed position."""
     error: Array
     """(…) The largest component of the error that is left, m; angles times the length of the mechanism."""
 
@@ -149,20 +151,23 @@ class LoopCalls(Requests):
         positions, _ = self._states((q, "q", self.nq))
         return np.array(self._core.independent(positions[:1]), dtype=np.intp)
 
-    def close(self, q: ArrayLike, hold: Iterable[str] = (), limits: bool = False, iterations: int = 100) -> Closed:
+    def close(self, q: ArrayLike, hold: Iterable[str] = (), limits: bool = False, iterations: int = 100, starts: int = STARTS) -> Closed:
         """The closed position nearest to q (…, nq), with the coordinates of some joints kept.
 
         hold: names of joints whose positions stay as they are, those of drives for example.  limits: keep the limits of joints.
         Nearest is the norm of :meth:`difference` over all coordinates, in rad and m; it is found from q by Gauss–Newton steps with a line
-        search, then along the closed positions, so that it may be a local one.  Converged is an error below 1e-12 of the mechanism's length.
-        A search that fails says why in `reason`; :meth:`branches` looks from other starts.
+        search, then along the closed positions, so that it may be a local one.  Where that ends open, the search goes on from other starts,
+        `starts` with q, the same in every call, and takes the nearest of the first that it finds: starts=1 finds positions near q alone.
+        Converged is an error below 1e-12 of the mechanism's length, or below the rounding of angles that have turned often, up to 1e-9.
+        A search that fails says how it ended in `reason`.
 
             near = m.close(m.neutral(), hold=["crank"])
         """
         positions, leading = self._states((q, "q", self.nq))
         if type(iterations) is bool or not isinstance(iterations, (int, np.integer)) or iterations < 1:
             raise ValueError(f"iterations={iterations!r}; expected a number of steps, 1 or more")
-        found, how, error = self._core.close(positions, self._coordinates_of(hold, "hold"), given.flag(limits, "limits"), int(iterations))
+        many = _starts(starts)
+        found, how, error = self._core.close(positions, self._coordinates_of(hold, "hold"), given.flag(limits, "limits"), int(iterations), many)
         if not leading:  # one position, in less time
             return Closed(found[0], _CONVERGED[how[0]], _REASONS[how[0]], np.array(error[0]))
         ends = np.array(how, dtype=np.intp).reshape(leading)
@@ -176,13 +181,11 @@ class LoopCalls(Requests):
         Where the held joints leave freedoms, the branches are samples of a continuum.
         """
         start, _ = self._states((q, "q", self.nq))
-        if type(starts) is bool or not isinstance(starts, (int, np.integer)) or starts < 1:
-            raise ValueError(f"starts={starts!r}; expected a number of starts, 1 or more")
         held = [self.joint(name) for name in self._names_of(hold, "hold")]
-        tried = np.vstack([start[:1], self.random(seed, size=int(starts) - 1)])
+        tried = np.vstack([start[:1], self.random(seed, size=_starts(starts) - 1)])
         for joint in held:
             tried[:, joint.q_index : joint.q_index + joint.nq] = start[0, joint.q_index : joint.q_index + joint.nq]
-        closed = self.close(tried, hold=[joint.name for joint in held], limits=limits)
+        closed = self.close(tried, hold=[joint.name for joint in held], limits=limits, starts=1)
         found: list[Array] = []
         for position in closed.q[closed.converged]:
             if all(np.abs(self._difference(other, position)).max(initial=0.0) > SAME for other in found):
@@ -392,3 +395,9 @@ def _one_state(inputs: Sequence[tuple[ArrayLike, str, int]]) -> list[Array] | No
             return None
         rows.append(x[None])
     return rows
+
+
+def _starts(starts: Any) -> int:
+    if type(starts) is bool or not isinstance(starts, (int, np.integer)) or starts < 1:
+        raise ValueError(f"starts={starts!r}; expected a number of starts, 1 or more")
+    return int(starts)

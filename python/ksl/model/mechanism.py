@@ -222,6 +222,7 @@ class Mechanism:
         self._quaternions = tuple(slice(start, start + 4) for start in starts)
         self._joint_index = {joint.name: i for i, joint in enumerate(self.joints)}
         self._loop_index = {loop.name: i for i, loop in enumerate(self.loops)}
+        self._any_joint_index = self._joint_index | self._loop_index
         self._own_coordinates = {joint.name: tuple(range(joint.v_index, joint.v_index + joint.nv)) for joint in self.joints if joint.nv}
         self._link_index = {link.name: i for i, link in enumerate(self.links)}
         children = {joint.name: self._link_index[joint.child] for joint in self.joints}
@@ -525,7 +526,7 @@ class Mechanism:
 
         Joints are those that close loops, too.  Of names that there are not the compiled calls say what there is.
         """
-        known = self._link_index if what == "link" else self._joint_index | self._loop_index
+        known = self._link_index if what == "link" else self._any_joint_index
         plain: str = name_among(known, name, what)
         if plain in known:
             return plain

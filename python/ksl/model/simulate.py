@@ -209,11 +209,11 @@ class SimulationCalls(Calls):
     def _is_moved(self, link: str) -> bool:
         return any(self.joint(name).nv or self.joint(name).leader for name in self.support(link))
 
-    def _warn_of_ends(self, run: Simulation, ends: Sequence[tuple[int, float, int, int, int, int]], drives: DriveNumbers, most_steps: int) -> None:
+    def _warn_of_ends(self, run: Simulation, ends: Sequence[tuple[int, float, int, int, int, int, int]], drives: DriveNumbers, most_steps: int) -> None:
         early = [k for k, end in enumerate(ends) if end[0] not in (COMPLETE, OF_EVENT, OF_FUNCTION)]  # these were wanted
         if not early:
             return
-        how, time, *_, coordinate = ends[early[0]]
+        how, time, *_, coordinate, element = ends[early[0]]
         names = [joint.name for joint in self.joints[: self._moving] if joint.v_index <= coordinate < joint.v_index + joint.nv]
         which = f"run {early[0]}" + (f", the first of {len(early)}," if len(early) > 1 else "") if len(ends) > 1 else "the run"
         energy = np.reshape(run.energy, (len(ends), len(run.times)))[early[0]]
@@ -223,9 +223,11 @@ class SimulationCalls(Calls):
         at += f", {most_steps:,}; take longer steps, a larger error or an earlier end" if how == TOO_MANY else ""
         by_function = drives.first_not_finite(time) if how == NOT_FINITE else ""
         at += f"; {by_function}" if by_function else ""
-        limited = [e.name for e in self.force_elements if (e.lower is not None or e.upper is not None) and not e.stop_stiffness]
-        if limited and how == NOT_FINITE and "force elements" in self.physics:
-            at += f"; perhaps force element {' or '.join(limited)} is beyond a limit without a stop"
+        if element >= 0:
+            of = self.force_elements[element]
+            is_limited = (of.lower is not None or of.upper is not None) and not of.stop_stiffness
+            beyond = "it is beyond a limit without a stop, or " if is_limited else ""
+            at += f"; force element {of.name} has no force there: {beyond}its points on links {of.link1} and {of.link2} coincide"
         held = f"; its energy was {last[-1]:.4g} J" if len(last) else ""
         said = f"{which} ended at {time:.9g} s of {run.times[-1]:g} s: {REASONS[how]}{at}{held}.  Rows after that are NaN."
         warnings.warn(sentence(said), RuntimeWarning, stacklevel=3)

@@ -149,7 +149,7 @@ def closed_again(model: Mechanism, motion: Motion, q: Array) -> Array:
     if motion.closing is None or not isinstance(model, Calls):
         return q
     held = Held(model, tuple(model.joint(name) for name in motion.closing.held))
-    return model.close(held.put(motion.q, q), hold=held.names).q
+    return model.close(held.put(motion.q, q), hold=held.names, starts=1).q
 
 
 def followed(model: Mechanism, closing: Closing, first: Array, motion: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:

@@ -95,7 +95,7 @@ def searched_home(model: Calls, hold: Sequence[str] = ()) -> tuple[Array, int]:
     """The same, and among how many assemblies it is the nearest, where it had to be searched: 0 where the neutral position leads to it."""
     start = np.clip(model.neutral(), model.lower, model.upper)
     for kept in (hold, ()) if hold else ((),):
-        found = model.close(start, hold=kept)
+        found = model.close(start, hold=kept, starts=1)
         if found.converged:
             return found.q, 0
         others = model.branches(start, hold=kept)
@@ -135,7 +135,7 @@ def first_closed(held: Held, target: Array, start: Array | None = None) -> Array
     """
     model = held.model
     if start is not None:
-        found = model.close(held.put(start, target), hold=held.names)
+        found = model.close(held.put(start, target), hold=held.names, starts=1)
         if found.converged:
             return found.q
     begin = home(model, held.names)
@@ -146,7 +146,7 @@ def first_closed(held: Held, target: Array, start: Array | None = None) -> Array
     try:
         return np.array(_one_by_one(held, between, begin)[-1])
     except NotClosed:
-        found = model.close(aim, hold=held.names)
+        found = model.close(aim, hold=held.names, starts=1)
         if found.converged:
             return found.q
         others = model.branches(aim, hold=held.names)
@@ -174,7 +174,7 @@ def closed_along(held: Held, targets: Array, first: Array) -> Array:
         return _one_by_one(held, targets, first)
     for k in range(1, stride + 1):
         rows = anchors[anchors + k < n] + k
-        found = held.model.close(held.put(q[rows - 1], targets[rows]), hold=held.names)
+        found = held.model.close(held.put(q[rows - 1], targets[rows]), hold=held.names, starts=1)
         if not found.converged.all() or (k == stride and np.abs(found.q - q[rows]).max(initial=0.0) > MEET):
             return _one_by_one(held, targets, first)
         q[rows] = found.q
@@ -191,7 +191,7 @@ def closed_side_by_side(held: Held, targets: Array, first: Array) -> tuple[Array
     for k in range(targets.shape[1]):
         rows = np.flatnonzero(going)  # a search that fails takes long: it is made once
         if len(rows):
-            closed = held.model.close(held.put(last[rows], targets[rows, k]), hold=held.names)
+            closed = held.model.close(held.put(last[rows], targets[rows, k]), hold=held.names, starts=1)
             last[rows[closed.converged]] = closed.q[closed.converged]
             going[rows] = closed.converged
         q[:, k], found[:, k] = last, going
@@ -202,7 +202,7 @@ def _one_by_one(held: Held, targets: Array, first: Array) -> Array:
     """The same, in order; a step that fails is tried once more in smaller ones."""
     q, last = np.empty((len(targets), held.model.nq)), first
     for k, target in enumerate(targets):
-        found = held.model.close(held.put(last, target), hold=held.names)
+        found = held.model.close(held.put(last, target), hold=held.names, starts=1)
         if not found.converged:
             found = _in_small_steps(held, last, target)
         if not found.converged:
@@ -214,7 +214,7 @@ def _one_by_one(held: Held, targets: Array, first: Array) -> Array:
 def _in_small_steps(held: Held, last: Array, target: Array) -> Closed:
     aim, q = held.put(last, target), last
     for fraction in np.arange(1, 9) / 8:
-        found = held.model.close(held.put(q, held.model.interpolate(last, aim, fraction)), hold=held.names)
+        found = held.model.close(held.put(q, held.model.interpolate(last, aim, fraction)), hold=held.names, starts=1)
         if not found.converged:
             break
         q = found.q
@@ -230,7 +230,7 @@ def _why(model: Calls, q: Array, reason: str) -> str:
         row += loop.equations
     apart = f"loop joint {worst[0]} stays open by {worst[1]:.3g} m or rad"
     return {
-        "singular": f"the mechanism can't be closed: the search ended at a singular position, where {apart}",
+        "singular": f"no closed position was found: the search ended at a singular position, where {apart}",
         "nothing free": f"nothing is left that could move, and {apart}; give fewer joints, those of the drives say",
-        "limits": f"the mechanism can't be closed within the limits of its joints: {apart}",
-    }.get(reason, f"the mechanism can't be closed: out of reach, {apart}")
+        "limits": f"no closed position was found within the limits of its joints: {apart}",
+    }.get(reason, f"no closed position was found: {apart}")

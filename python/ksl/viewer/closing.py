@@ -25,7 +25,7 @@ MOST_STEPS = 200
 def closed_near(model: Calls, q: Array) -> Array:
     """A closed position (nq) near to q, within limits if there is one; q itself where none is found."""
     for limits in (True, False):
-        found = model.close(q, limits=limits)
+        found = model.close(q, limits=limits, starts=1)
         if found.converged:
             return np.array(found.q)
     tried = model.close(model.random(0, size=STARTS))
@@ -65,7 +65,7 @@ def moved_to(model: Calls, q: Array, index: int, value: float, led: list[int]) -
     for step in range(1, steps + 1):
         wanted = np.array(q)
         wanted[index] = start + (value - start) * step / steps
-        found = model.close(wanted, hold=joints)
+        found = model.close(wanted, hold=joints, starts=1)
         if not found.converged:
             return Reached(q, str(found.reason))
         q = np.array(found.q)

@@ -3,6 +3,8 @@
 #include "ksl/engine/model/joints.hpp"
 
 #include <cmath>
+#include <cstdint>
+#include <numbers>
 
 namespace ksl::loops {
 
@@ -13,6 +15,7 @@ void assembly::lay_out(arena &memory) {
   eliminate_.lay_out(memory, rows, nv);
   error_ = memory.take<double>(rows), right_ = memory.take<double>(rows), step_ = memory.take<double>(nv);
   trial_ = memory.take<double>(nq), far_ = memory.take<double>(nv), kept_ = memory.take<double>(nq);
+  begin_ = memory.take<double>(nq), other_ = memory.take<double>(nq);
   tangent_ = memory.take<double>(nv), kept_step_ = memory.take<double>(nv), fixed_ = memory.take<unsigned char>(nv),
   reached_ = memory.take<double>(1);
 }
@@ -184,7 +187,7 @@ void assembly::move_nearer(const double *start, double *q, const close_options &
   for (int k = 0; k < options.iterations && share > 1e-6 && along > 1e-10 * (1 + far); ++k) {
     std::copy_n(q, m_.nq(), kept_), std::copy_n(step_, nv, kept_step_);
     step(kept_, kept_step_, share, q);
-    const bool closed = descend(q, 8, {options.limits, 8});
+    const bool closed = descend(q, 8, {options.limits, 8, 1});
     double new_far = 0;
     const double new_along = way_back(start, q, new_far);
     // near the end the distance is flat, and its slope still tells
@@ -198,28 +201,68 @@ void assembly::move_nearer(const double *start, double *q, const close_options &
   }
 }
 
-closing assembly::close(const double *q, const unsigned char *hold, const close_options &options, double *out,
-                        double *error) {
+/// `descend` from q, which it replaces, with all joints free that are not to be held.
+bool assembly::descend_from(double *q, const unsigned char *hold, const close_options &options) {
   const int nv = m_.nv();
-  std::copy_n(q, m_.nq(), out);
   std::copy_n(hold, nv, fixed_);
-  at_limits_ = lost_rank_ = false;
-  if (options.limits && keep_limits(out))
+  if (options.limits && keep_limits(q))
     at_limits_ = true;
   std::copy_n(hold, nv, fixed_);
-  const bool closed = descend(out, options.iterations, options);
+  return descend(q, options.iterations, options);
+}
+
+/// Start number `start` into other_: coordinates that are free differ from q at random, the same in every call, at first by a little, and
+/// then by half a turn, or by a length of the mechanism.
+void assembly::set_start(const double *q, const unsigned char *hold, int start) {
+  constexpr int whole = 4; // starts until the largest differences
+  std::uint64_t state = static_cast<std::uint64_t>(start);
+  for (int j = 0; j < m_.nv(); ++j) {
+    state = state * 6364136223846793005U + 1442695040888963407U; // Knuth, The Art of Computer Programming 2, section 3.3.4
+    const double share = std::ldexp(static_cast<double>(state >> 11), -52) - 1;
+    const double most = t_.column_turns[static_cast<std::size_t>(j)] ? std::numbers::pi : t_.length;
+    step_[j] = hold[j] ? 0 : share * most * std::min(1.0, static_cast<double>(start) / whole);
+  }
+  step(q, step_, 1, other_);
+}
+
+/// Other starts, since a minimum of the error says nothing about other closed positions: out becomes the nearest of the first ones that
+/// are found.  False where there is none.
+bool assembly::search(const double *q, const unsigned char *hold, const close_options &options, double *out) {
+  constexpr int enough = 4;
+  double nearest = std::numeric_limits<double>::infinity();
+  bool is_alone = true;
+  for (int start = 1, found = 0; start < options.starts && found < enough; ++start) {
+    set_start(q, hold, start);
+    if (!descend_from(other_, hold, options))
+      continue;
+    ++found;
+    if (const double far = distance(q, other_, far_); far < nearest)
+      nearest = far, is_alone = is_determined_, std::copy_n(other_, m_.nq(), out);
+  }
+  is_determined_ = is_alone;
+  std::copy_n(hold, m_.nv(), fixed_);
+  return std::isfinite(nearest);
+}
+
+closing assembly::close(const double *near, const unsigned char *hold, const close_options &options, double *out,
+                        double *error) {
+  const double *const q = begin_; // out may be near
+  std::copy_n(near, m_.nq(), begin_), std::copy_n(near, m_.nq(), out);
+  at_limits_ = lost_rank_ = false;
+  bool closed = descend_from(out, hold, options);
   *error = *reached_;
+  const bool is_held = std::all_of(hold, hold + m_.nv(), [](unsigned char h) { return h != 0; });
+  const closing why = at_limits_   ? closing::limits
+                      : is_held    ? closing::nothing_free
+                      : lost_rank_ ? closing::singular
+                                   : closing::not_found;
+  if (!closed && !is_held && std::isfinite(*error) && search(q, hold, options, out))
+    closed = true, *error = set_error(out);
   if (closed && !is_determined_ && !std::equal(q, q + m_.nq(), out)) { // else there is no other nearby, or none nearer
     move_nearer(q, out, options);
     *error = set_error(out);
   }
-  if (closed)
-    return closing::closed;
-  if (at_limits_)
-    return closing::limits;
-  if (std::all_of(hold, hold + nv, [](unsigned char h) { return h != 0; }))
-    return closing::nothing_free;
-  return lost_rank_ ? closing::singular : closing::out_of_reach;
+  return closed ? closing::closed : why;
 }
 
 } // namespace ksl::loops

@@ -10,15 +10,15 @@
 
 namespace ksl::loops {
 
-/// The error of a closed position, m, and what rounding of its numbers q (nq) makes of it: a crank that has turned a thousand times is known
-/// to 1e-12 rad.
+/// The error of a closed position, in lengths of the mechanism, and what rounding of its numbers q (nq) makes of it: a crank that has turned
+/// a thousand times is known to 1e-12 rad.  Numbers whose rounding is more than what ranks are judged by close nothing.
 inline double closed_within(const tables &t, const double *q, int nq) {
   const double converged = loop_tolerance::closed + loop_tolerance::closed_by_digits * t.digits;
   constexpr double rounding = 4 * std::numeric_limits<double>::epsilon();
   double most = 0;
   for (int i = 0; i < nq; ++i)
     most = std::max(most, std::fabs(q[i]));
-  return (converged + rounding * most) * t.length;
+  return std::min(converged + rounding * most, loop_tolerance::rank) * t.length;
 }
 
 class assembly {
@@ -27,6 +27,7 @@ public:
 
   void lay_out(arena &memory);
 
+  /// As ksl::close; out may be q.
   closing close(const double *q, const unsigned char *hold, const close_options &options, double *out, double *error);
 
   /// x (nv) with K x = b for all equations and the given coordinates as in `near`, nearest to it; x may be `near`.  b null: zero.  terms: of b
@@ -44,6 +45,9 @@ private:
   void set_step();
   double longest_share() const;
   bool descend(double *q, int iterations, const close_options &options);
+  bool descend_from(double *q, const unsigned char *hold, const close_options &options);
+  void set_start(const double *q, const unsigned char *hold, int start);
+  bool search(const double *q, const unsigned char *hold, const close_options &options, double *out);
   void step(const double *q, const double *dv, double share, double *out);
   bool keep_limits(double *q);
   double way_back(const double *start, const double *q, double &far);
@@ -56,7 +60,7 @@ private:
   least_norm solve_;
   elimination eliminate_;
   double *error_ = nullptr, *right_ = nullptr, *step_ = nullptr, *trial_ = nullptr, *far_ = nullptr, *kept_ = nullptr,
-         *tangent_ = nullptr, *kept_step_ = nullptr;
+         *begin_ = nullptr, *other_ = nullptr, *tangent_ = nullptr, *kept_step_ = nullptr;
   unsigned char *fixed_ = nullptr;
   double *reached_ = nullptr; ///< error after `descend`
   bool at_limits_ = false, lost_rank_ = false, is_determined_ = false;

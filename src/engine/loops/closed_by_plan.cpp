@@ -22,9 +22,9 @@ template <class S> bool determines_efforts(const loop_view<S> &loops) {
   return loops.drives_are_independent || loops.freedoms == 0 || loops.drives > 0;
 }
 
-template <class S> bool are_numbers(const S *x, int n) {
+template <class S> bool are_numbers(const S *x, std::ptrdiff_t n) {
   S sum = 0;
-  for (int k = 0; k < n; ++k)
+  for (std::ptrdiff_t k = 0; k < n; ++k)
     sum += x[k] * S(0);
   return sum == S(0);
 }
@@ -142,6 +142,10 @@ template <class S> void closed_by_plan<S>::run(const batch_view<S> &batch, std::
   call(row_by_plan(row_.loops), part);
   for (int i = 0; i < n; ++i)
     done[i] = are_numbers(numbers_ + i * nv, nv);
+  for (int r = 0; r < part.reactions_n; ++r)
+    for (int i = 0; i < n; ++i)
+      done[i] = done[i] && are_numbers(ksl::row(reactions_[r].out, static_cast<std::size_t>(i)),
+                                       6 * std::ptrdiff_t(reactions_[r].request.n));
   if (row_.loops == loops_by::parts && batch.result[0].first)
     return set_parts(batch, part, first, done);
   for (int i = 0; i < n && row_.results > 0 && batch.result[0].first; ++i)
@@ -165,7 +169,10 @@ template <class S> bool run_alone(const algorithm_row &row, const model &m, void
     if (s.reactions[r].out)
       reactions[alone.reactions_n++] = s.reactions[r];
   mimic::mechanism_kernel<S>{row_by_plan(row.loops), m, view}.state(pieces.take<std::byte>(0), alone);
-  if (!are_numbers(alone.result[0], m.nv()))
+  bool fits = are_numbers(alone.result[0], m.nv());
+  for (int r = 0; r < alone.reactions_n; ++r)
+    fits = fits && are_numbers(reactions[r].out, 6 * std::ptrdiff_t(reactions[r].request->n));
+  if (!fits)
     return false;
   if (row.results > 0 && s.result[0])
     std::copy_n(alone.result[0], m.nv(), s.result[0]);

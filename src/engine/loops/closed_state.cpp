@@ -210,8 +210,8 @@ finding closed_state::solve_inertia(const double *q, double *r) {
     double terms = whole[i];
     for (int k = 0; k < i; ++k)
       terms += H_[i * f + k] * H_[i * f + k] * whole[k];
-    if (!is_regular || !(H_[i * f + i] > least * terms))
-      return {finding::kind::massless, k_.independent()[i], 0, 0, f};
+    if (!is_regular || !(H_[i * f + i] > least * terms)) // NaN: it overflows
+      return {finding::kind::massless, k_.independent()[i], std::isfinite(terms) ? 0 : std::nan(""), 0, f};
   }
   solve_again(r);
   return {};

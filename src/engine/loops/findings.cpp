@@ -27,6 +27,9 @@ std::string text_of(const finding &fault, const model &m) {
   if (!fault)
     return {};
   const tables &t = m.loop_tables();
+  if (fault.what == kind::massless && std::isnan(fault.value))
+    return "the inertia of joint " + joint_of(m, fault.row).name +
+           " overflows at this position; the masses or the lengths of the mechanism are too large: give smaller ones";
   if (fault.what == kind::massless)
     return "joint " + joint_of(m, fault.row).name +
            " moves no mass in the closed mechanism at this position, so that its acceleration is not determined; give a link that it moves "

@@ -1,6 +1,7 @@
 // Calls about loops (ksl/loops.hpp).
 #include "ksl/loops.hpp"
 
+#include "engine/run/examine.hpp"
 #include "engine/loops/assembly.hpp"
 #include "engine/loops/closed_state.hpp"
 #include "engine/loops/derivatives.hpp"
@@ -10,6 +11,9 @@
 #include "ksl/dynamics.hpp"
 #include "ksl/result_error.hpp"
 #include "text/rounding.hpp"
+
+#include <cmath>
+#include <initializer_list>
 
 namespace ksl {
 namespace {
@@ -46,27 +50,58 @@ placed geometry_of(const model &m, data &d, const double *q) {
   return p;
 }
 
+/// Numbers that a call was given, or has computed.
+struct numbers {
+  const double *first;
+  std::ptrdiff_t n;
+
+  bool are_finite() const {
+    return !first || std::all_of(first, first + n, [](double x) { return std::isfinite(x); });
+  }
+};
+
+/// Throws result_error, which allocates, where results are not finite although all arguments are.
+void require_finite(const char *call, const char *what, std::initializer_list<numbers> results,
+                    std::initializer_list<numbers> arguments) {
+  const auto finite = [](const numbers &x) { return x.are_finite(); };
+  if (!std::all_of(results.begin(), results.end(), finite) && std::all_of(arguments.begin(), arguments.end(), finite))
+    for (const numbers &x : results)
+      examine_numbers(call, what, x.first, x.n);
+}
+void require_finite(const char *call, const model &m, const geometry &at, const double *q) {
+  require_finite(call, "the Jacobian of the loops", {{at.jacobian(), std::ptrdiff_t(m.loop_tables().rows) * m.nv()}},
+                 {{q, m.nq()}});
+}
+
 } // namespace
 
 int loop_rows(const model &m) { return m.loops().empty() ? 0 : m.loop_tables().rows; }
 
 void loop_error(const model &m, data &d, const double *q, double *error) {
   const nearest_rounding rounding;
-  if (!m.loops().empty())
-    geometry_of(m, d, q).at.error(error);
+  if (m.loops().empty())
+    return;
+  geometry_of(m, d, q).at.error(error);
+  require_finite("loop_error", "error", {{error, loop_rows(m)}}, {{q, m.nq()}});
 }
 
 void loop_jacobian(const model &m, data &d, const double *q, double *J) {
   const nearest_rounding rounding;
-  if (!m.loops().empty())
-    std::copy_n(geometry_of(m, d, q).at.jacobian(), loop_rows(m) * m.nv(), J);
+  if (m.loops().empty())
+    return;
+  const placed p = geometry_of(m, d, q);
+  require_finite("loop_jacobian", m, p.at, q);
+  std::copy_n(p.at.jacobian(), loop_rows(m) * m.nv(), J);
 }
 
 void loop_acceleration(const model &m, data &d, const double *q, const double *v, const double *a,
                        double *acceleration) {
   const nearest_rounding rounding;
-  if (!m.loops().empty())
-    geometry_of(m, d, q).at.acceleration(q, v, a, acceleration, nullptr);
+  if (m.loops().empty())
+    return;
+  geometry_of(m, d, q).at.acceleration(q, v, a, acceleration, nullptr);
+  require_finite("loop_acceleration", "acceleration", {{acceleration, loop_rows(m)}},
+                 {{q, m.nq()}, {v, m.nv()}, {a, m.nv()}});
 }
 
 loop_mobility mobility(const model &m, data &d, const double *q, int *redundant_rows) {
@@ -75,6 +110,7 @@ loop_mobility mobility(const model &m, data &d, const double *q, int *redundant_
     return {m.nv(), 0, 0, 0, 0, 0};
   const tables &t = m.loop_tables();
   const int nv = m.nv(), rows = t.rows;
+  require_finite("mobility", m, geometry_of(m, d, q).at, q);
   if (redundant_rows) {
     closed_state c = state_of(m, d);
     c.set_open_position(q);
@@ -107,6 +143,7 @@ int independent(const model &m, data &d, const double *q, int *indices) {
   }
   closed_state c = state_of(m, d);
   c.set_open_position(q);
+  require_finite("independent", m, c.at(), q);
   std::copy_n(c.solved().independent(), c.solved().freedoms(), indices);
   return c.solved().freedoms();
 }
@@ -120,7 +157,11 @@ completion consistent_velocity(const model &m, data &d, const double *q, const d
   }
   assembly w = assembly_of(m, &d);
   w.at().set_position(q);
-  return w.complete(v, given, nullptr, out);
+  const bool given_finite = numbers{v, m.nv()}.are_finite(); // v may be out
+  const completion how = w.complete(v, given, nullptr, out);
+  if (given_finite)
+    require_finite("consistent_velocity", "velocities", {{out, m.nv()}}, {{q, m.nq()}});
+  return how;
 }
 
 completion consistent_acceleration(const model &m, data &d, const double *q, const double *v, const double *a,
@@ -131,7 +172,11 @@ completion consistent_acceleration(const model &m, data &d, const double *q, con
     return completion::unique;
   }
   assembly w = assembly_of(m, &d);
-  return w.complete_acceleration(q, v, a, given, out);
+  const bool given_finite = numbers{a, m.nv()}.are_finite(); // a may be out
+  const completion how = w.complete_acceleration(q, v, a, given, out);
+  if (given_finite)
+    require_finite("consistent_acceleration", "accelerations", {{out, m.nv()}}, {{q, m.nq()}, {v, m.nv()}});
+  return how;
 }
 
 closing loops::close(const model &m, data *d, const double *q, const unsigned char *hold, const close_options &options,
@@ -156,6 +201,7 @@ int reaction_patterns(const model &m, data &d, const double *q, double *patterns
     return 0;
   closed_state c = state_of(m, d);
   c.set_open_position(q);
+  require_finite("reaction_patterns", m, c.at(), q);
   const int n = c.set_patterns(q);
   std::copy_n(c.pattern(0), n * c.pattern_length(), patterns);
   return n;
@@ -186,6 +232,9 @@ int closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q
   if (!fault)
     fault = w.inverse_dynamics(q, v, a, external, by_q, by_v, by_a);
   require("inverse_dynamics_derivatives", fault, m);
+  const std::ptrdiff_t n = std::ptrdiff_t(m.nv()) * w.state().solved().freedoms();
+  require_finite("inverse_dynamics_derivatives", "derivatives", {{by_q, n}, {by_v, n}, {by_a, n}},
+                 {{q, m.nq()}, {v, m.nv()}, {a, m.nv()}, {external.wrench, 6 * std::ptrdiff_t(external.n)}});
   return w.state().solved().freedoms();
 }
 
@@ -200,6 +249,9 @@ int closed_forward_dynamics_derivatives(const model &m, data &d, const double *q
   if (!fault)
     fault = w.forward_dynamics(q, v, tau, external, by_q, by_v, by_tau);
   require("forward_dynamics_derivatives", fault, m);
+  const std::ptrdiff_t nv = m.nv(), n = nv * w.state().solved().freedoms();
+  require_finite("forward_dynamics_derivatives", "derivatives", {{by_q, n}, {by_v, n}, {by_tau, nv * nv}},
+                 {{q, m.nq()}, {v, nv}, {tau, nv}, {external.wrench, 6 * std::ptrdiff_t(external.n)}});
   return w.state().solved().freedoms();
 }
 
@@ -214,6 +266,10 @@ void closed_reaction_variations(const model &m, data &d, const double *q, const 
   require("reactions_derivatives", fault, m);
   const external_wrenches<double> of_loops = w.state().all_wrenches({});
   std::copy_n(of_loops.wrench, 6 * of_loops.n, wrenches);
+  const std::ptrdiff_t nv = m.nv(), f = w.state().solved().freedoms(), loops = std::ptrdiff_t(m.loops().size());
+  require_finite("reactions_derivatives", "derivatives",
+                 {{motions, 9 * f * nv}, {on_links, 36 * f * loops}, {at_joints, 18 * f * loops}, {wrenches, 12 * loops}},
+                 {{q, m.nq()}, {v, nv}, {a, nv}, {external.wrench, 6 * std::ptrdiff_t(external.n)}});
 }
 
 void stabilised_forward_dynamics(const model &m, data &d, const double *q, const double *v, const double *tau,
@@ -227,6 +283,8 @@ void stabilised_forward_dynamics(const model &m, data &d, const double *q, const
   if (!fault)
     fault = c.forward_dynamics(q, v, tau, external, a, &gains);
   require("forward_dynamics", fault, m);
+  require_finite("forward_dynamics", "accelerations", {{a, m.nv()}},
+                 {{q, m.nq()}, {v, m.nv()}, {tau, m.nv()}, {external.wrench, 6 * std::ptrdiff_t(external.n)}});
 }
 
 } // namespace ksl

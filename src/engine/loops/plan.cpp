@@ -74,7 +74,7 @@ private:
     bool is_driven = false;
     double last = 0, error = 0;
     for (int start = 0; start < 8 && (start < least_starts || last < regular || !is_driven); ++start) {
-      if (a.close(q.data(), hold.data(), {}, closed.data(), &error) == closing::closed) {
+      if (a.close(q.data(), hold.data(), nearby, closed.data(), &error) == closing::closed) {
         factor(g, k, closed);
         const bool drives = k.freedoms() != static_cast<int>(t_.drives.size()) ||
                             std::equal(t_.drives.begin(), t_.drives.end(), k.independent());

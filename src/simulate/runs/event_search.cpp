@@ -10,8 +10,11 @@ namespace ksl::simulating {
 constexpr double resolution = 1e-14;
 /// Zeros of the user's functions that are no further apart are at the same instant.
 constexpr double same_instant = 4 * resolution;
-/// Of a step, before a function that begins at zero is taken to have had none above it: 2⁻⁴⁶ is that width.
-constexpr int most_halvings = 46;
+/// Of a step, before a function that begins at zero is taken to have been on no other side than at its end: 2⁻⁴⁶ is that width.  Where not
+/// even the side is known it begins with, less: in so small a part of a step values may be rounding.
+constexpr int most_halvings = 46, halvings_of_unknown = 26;
+/// Of the values of a function near a zero: one that is less is the zero.
+constexpr double rounding_of_zero = 1e-12;
 
 event_functions::event_functions(system &of, const simulation &task)
     : of_(of), task_(task), q_(of.nq()), v_(of.nv()), a_(of.nv()) {}
@@ -36,6 +39,14 @@ void event_functions::list() {
         list_.push_back({kind::upper, k});
     }
   }
+}
+
+std::optional<int> event_functions::side_at_start(std::size_t i) const {
+  const function f = (*this)[i];
+  for (const zero &z : at_zero_)
+    if (f.what == kind::user && f.number == z.number)
+      return z.side;
+  return std::nullopt;
 }
 
 event_functions::function event_functions::operator[](std::size_t i) const {
@@ -119,16 +130,17 @@ outcome locate(event_functions &functions, continuous_step &step, std::size_t i,
   return outcome::done;
 }
 
-/// A function of an exact law that begins at zero and ends below it: it may have risen in between, as after an impact.  A share at which
-/// it is positive, or zero if there is none.
-outcome risen(event_functions &functions, continuous_step &step, std::size_t i, double end, std::vector<double> &values,
-              double &share) {
-  for (int halvings = 1; halvings < most_halvings; ++halvings) {
-    share = std::ldexp(end, -halvings);
-    if (const outcome how = functions.values(step, share, values.data()); how != outcome::done || values[i] > 0)
+/// A function that begins at zero and ends on one side may have been on the other between, as the height after an impact.  A share at which
+/// its value times sign is above zero, or low if there is none.
+outcome other_side(event_functions &functions, continuous_step &step, std::size_t i, double sign, int most, double low,
+                   double high, std::vector<double> &values, double &share) {
+  for (int halvings = 1; halvings < most; ++halvings) {
+    share = low + std::ldexp(high - low, -halvings);
+    if (const outcome how = functions.values(step, share, values.data());
+        how != outcome::done || sign * values[i] > 0)
       return how;
   }
-  share = 0;
+  share = low;
   return outcome::done;
 }
 
@@ -175,6 +187,8 @@ public:
       if (how != outcome::done)
         return how;
     }
+    if (part <= 2)
+      set_zeros();
     return outcome::done;
   }
 
@@ -188,6 +202,18 @@ public:
   }
 
 private:
+  /// The values with which a step begins at zeros of functions: but where an exact law has changed them.
+  void set_zeros() {
+    for (std::size_t i = 0; i < n_; ++i) {
+      const std::optional<int> side = functions_.side_at_start(i);
+      double most = 0;
+      for (int part = 0; part < sampled_; ++part)
+        most = std::fmax(most, std::fabs(value(i, part)));
+      if (side && (*side != 0 || std::fabs(values_[i]) <= rounding_of_zero * most))
+        values_[i] = 0;
+    }
+  }
+
   /// For one part.
   double rate(std::size_t i, int part) const {
     if (!rates_.empty())
@@ -213,20 +239,27 @@ struct part_search {
   continuous_step &step;
   std::vector<double> values;
 
-  /// The share of the first event of function i between low and high, where it has two values; more than 1: there is none.
+  /// The share of the first event of function i between low and high, where it has two values, and the sign after it; a share of more
+  /// than 1: there is none.
   outcome find(std::size_t i, double low, double of_low, double high, double of_high, bool is_first, bool dips,
-               double &share) {
+               double &share, int &side) {
     share = 2;
     const bool of_law = functions[i].what != event_functions::kind::user;
-    if (of_law && is_first && of_low <= 0 && of_high < 0) {
-      const double end = high;
-      if (const outcome how = risen(functions, step, i, end, values, low); how != outcome::done)
+    if (of_law ? is_first && of_low <= 0 && of_high < 0 : of_low == 0 && of_high != 0) {
+      const double begin = low, sign = of_high < 0 ? 1 : -1;
+      const std::optional<int> known = is_first ? functions.side_at_start(i) : std::nullopt;
+      if (known && *known * sign < 0)
+        return outcome::done; // it has been on one side alone
+      const bool is_known = of_law || (known && *known != 0);
+      if (const outcome how = other_side(functions, step, i, sign, is_known ? most_halvings : halvings_of_unknown, begin,
+                                         high, values, low);
+          how != outcome::done)
         return how;
-      of_low = values[i];
-      if (low == 0) { // it holds at once, or lets go at once
-        share = 0;
+      if (low == begin) { // of a law: it holds at once, or lets go at once
+        share = of_law ? begin : share;
         return outcome::done;
       }
+      of_low = values[i];
     }
     if (dips) {
       double between, of_between;
@@ -240,6 +273,7 @@ struct part_search {
     }
     if (!passes(of_low, of_high, functions.direction(i)))
       return outcome::done;
+    side = of_low > 0 ? -1 : 1;
     return locate(functions, step, i, low, of_low, high, of_high, values, share);
   }
 };
@@ -251,12 +285,13 @@ found_event first_event(event_functions &functions, continuous_step &step) {
   sampled_functions samples(functions, step);
   part_search search = {functions, step, std::vector<double>(functions.size())};
   std::vector<double> shares(functions.size());
+  std::vector<int> sides(functions.size());
   for (int part = 1; part <= step.parts() && found.share > 1; ++part) {
     if ((found.search = samples.up_to(part + 1)) != outcome::done)
       return found;
     for (std::size_t i = 0; i < functions.size(); ++i) {
       found.search = search.find(i, samples.share(part - 1), samples.value(i, part - 1), samples.share(part),
-                                 samples.value(i, part), part == 1, samples.may_dip(i, part), shares[i]);
+                                 samples.value(i, part), part == 1, samples.may_dip(i, part), shares[i], sides[i]);
       if (found.search != outcome::done)
         return found;
       if (shares[i] < found.share)
@@ -265,7 +300,7 @@ found_event first_event(event_functions &functions, continuous_step &step) {
   }
   for (std::size_t i = 0; found.share <= 1 && i < shares.size(); ++i)
     if (shares[i] <= found.share + same_instant && functions[i].what == event_functions::kind::user)
-      found.users.push_back(functions[i].number);
+      found.users.push_back(functions[i].number), found.sides.push_back(sides[i]);
   if (!found.users.empty()) // to where all of them have passed zero
     found.share = *std::max_element(shares.begin(), shares.end(), [&](double a, double b) {
       const auto last = [&](double share) { return share <= found.share + same_instant ? share : -1; };

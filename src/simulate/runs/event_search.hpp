@@ -13,6 +13,14 @@ public:
 
   void set_run(std::size_t run) { run_ = run; }
 
+  /// The next step begins where function `number` of the user has passed zero, to the side of this sign; 0: it is not known, since an exact
+  /// law has acted there.  Its value is zero but for rounding, whose sign says nothing.
+  void begin_at_zero(int number, int side) { at_zero_.push_back({number, side}); }
+  /// The next step begins elsewhere.
+  void begin_elsewhere() { at_zero_.clear(); }
+  /// Does it begin at a zero of function i: its side, as above.
+  std::optional<int> side_at_start(std::size_t i) const;
+
   /// Lists the functions that the modes of coordinates call for.
   void list();
   std::size_t size() const { return list_.size() + static_cast<std::size_t>(task_.events_n); }
@@ -33,7 +41,11 @@ private:
   system &of_;
   const simulation &task_;
   std::size_t run_ = 0;
+  struct zero {
+    int number, side;
+  };
   std::vector<function> list_;
+  std::vector<zero> at_zero_;
   std::vector<double> q_, v_, a_;
 };
 
@@ -42,6 +54,7 @@ struct found_event {
   std::size_t index = 0;          ///< of the function
   double share = 2;               ///< of the step; beyond 1: there is none
   std::vector<int> users;         ///< all of the user's functions that pass zero then
+  std::vector<int> sides;         ///< the sign of each after it
 };
 
 /// May a function that is above zero at both ends be below it between: with values f and derivatives r there, it falls and rises so fast that

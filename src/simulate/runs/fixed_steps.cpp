@@ -26,8 +26,11 @@ public:
 
   void run() {
     method_->begin(b_);
-    if (!evaluate())
-      return end_all(0, ending::stopped);
+    if (!evaluate()) {
+      std::fill(b_.a.begin(), b_.a.end(), std::numeric_limits<double>::quiet_NaN());
+      out_.store(of_, 0, b_, closure_.data());
+      return end_all(1, ending::stopped);
+    }
     if (!store(0))
       return;
     for (std::size_t i = 1; i < task_.times_n; ++i) {
@@ -131,6 +134,7 @@ private:
     alive_[k] = 0;
     run_end &e = ends_[k];
     e.how = how, e.steps = steps_, e.evaluations = of_.evaluations() / b_.n, e.coordinate = coordinate;
+    e.element = how == ending::not_finite ? of_.element(k) : -1;
     e.time = how == ending::complete || how == ending::stopped || how == ending::too_many_steps ? b_.t : last_;
     out_.erase(of_, b_.first + k, i);
   }

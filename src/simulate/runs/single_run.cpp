@@ -100,6 +100,7 @@ public:
 private:
   void be(std::size_t run, std::vector<simulated_event> &events) {
     run_ = b_.first = run, events_ = &events, is_within_ = false;
+    functions_.begin_elsewhere(), of_.forget_elements();
     functions_.set_run(run);
     if (equal_)
       equal_->set_run(run);
@@ -110,12 +111,23 @@ private:
     std::copy_n(task_.q + run_ * of_.nq(), of_.nq(), b_.q.data());
     std::copy_n(task_.v + run_ * of_.nv(), of_.nv(), b_.v.data());
     end_.how = start();
+    if (end_.how == ending::stopped && stored_ == 0) { // the state is known, what drives it isn't
+      std::fill(b_.a.begin(), b_.a.end(), std::numeric_limits<double>::quiet_NaN());
+      out_.store(of_, stored_++, b_, &closure_);
+    }
   }
 
   void finish_record() {
     if (end_.how != ending::complete)
       out_.erase(of_, run_, stored_);
     end_.time = b_.t, end_.evaluations = of_.evaluations();
+    name_element();
+  }
+
+  /// A step that shrinks without end may come ever nearer to where a force element has no force.
+  void name_element() {
+    if (end_.how == ending::not_finite || end_.how == ending::step_underflow)
+      end_.element = of_.element(0);
   }
 
   /// The run goes back to the lanes.
@@ -127,6 +139,7 @@ private:
     if (end_.how != ending::complete)
       out_.erase(of_, run_, stored_);
     end_.time = b_.t;
+    name_element();
     std::copy_n(b_.q.data(), of_.nq(), state.q);
     std::copy_n(b_.v.data(), of_.nv(), state.v);
     *state.work = b_.work[0], *state.end = end_;
@@ -292,6 +305,7 @@ private:
     if (of_.closed() && !look_ahead())
       return ending::stopped;
     step_->accept(end);
+    functions_.begin_elsewhere();
     b_.t = end, end_step();
     read_state();
     if (of_.closed())
@@ -416,8 +430,11 @@ private:
     if (at_once_ > most_at_once * static_cast<int>(of_.nv()))
       return end_.coordinate = f.what == event_functions::kind::user ? -1 : f.number, ending::endless_events;
     bool ends = false;
-    for (const int number : event.users) {
+    functions_.begin_elsewhere();
+    for (std::size_t i = 0; i < event.users.size(); ++i) {
+      const int number = event.users[i];
       events_->push_back({run_, t, happening::function, number, 0});
+      functions_.begin_at_zero(number, f.what == event_functions::kind::user ? event.sides[i] : 0);
       ends |= task_.events[number].ends;
     }
     if (ends)

@@ -137,8 +137,8 @@ bool closed_mechanism::project(double *q, double *v, double &opened, const unsig
   opened = error(q);
   if (!(opened <= loops::closed_within(m_.loop_tables(), q, m_.nq()))) {
     double left = 0;
-    const bool is_closed = held && assembly_->close(q, held, {}, moved_.data(), &left) == closing::closed;
-    if (!is_closed && assembly_->close(q, free_.data(), {}, moved_.data(), &left) != closing::closed)
+    const bool is_closed = held && assembly_->close(q, held, nearby, moved_.data(), &left) == closing::closed;
+    if (!is_closed && assembly_->close(q, free_.data(), nearby, moved_.data(), &left) != closing::closed)
       return false;
     std::copy_n(moved_.data(), m_.nq(), q);
     assembly_->at().set_position(q);

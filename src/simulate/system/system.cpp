@@ -24,6 +24,8 @@ system::system(const model &m, const simulation &task, std::size_t most)
     tree_.emplace(without_loops(m.description()));
   if (elements::has_dampers(m))
     dampers_.emplace(m);
+  if (m.acting_force_elements() > 0)
+    forces_.emplace(m), element_.assign(most, -1);
   if (task.laws.any())
     held_.emplace(task.laws, m.nv(), most);
 }
@@ -79,8 +81,10 @@ void system::accelerate_nearest(const double *q, const double *v, double *a) {
 bool system::accelerate(double t, std::size_t first, std::size_t n, const double *q, const double *v, double *a,
                         double *power) {
   evaluations_ += n;
-  if (!set_efforts(t, first, n, q, v))
+  if (!set_efforts(t, first, n, q, v)) {
+    std::fill_n(tau_.data(), n * nv_, std::nan(""));
     return false;
+  }
   std::copy_n(tau_.data(), n * nv_, applied_.data());
   if (held_)
     held_->add_friction(n, applied_.data());
@@ -90,10 +94,23 @@ bool system::accelerate(double t, std::size_t first, std::size_t n, const double
     accelerate_closed(n, q, v, a);
   else
     call(rows::forward_dynamics, n, q, v, nullptr, applied_.data(), a);
+  note_elements(n, q, v, a);
   if (held_)
     held_->hold(*this, n, q, a);
   set_power(n, q, v, applied_.data(), power);
   return true;
+}
+
+void system::note_elements(std::size_t n, const double *q, const double *v, const double *x) {
+  for (std::size_t k = 0; forces_ && k < n; ++k) {
+    const double *const row = x + k * nv_;
+    if (std::all_of(row, row + nv_, [](double number) { return std::isfinite(number); }))
+      continue;
+    forces_->set(q + k * nq_, v + k * nv_);
+    for (std::size_t i = 0; i < m_.force_elements().size(); ++i)
+      if ((*forces_)[i].found != elements::fault::none)
+        element_[k] = static_cast<int>(i);
+  }
 }
 
 void system::responses(const double *q, const std::vector<held_coordinate> &coordinates, double *a) {

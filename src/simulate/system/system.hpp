@@ -11,6 +11,7 @@
 #include "ksl/engine/algorithms/batch_view.hpp"
 #include "ksl/simulate.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 
@@ -25,6 +26,12 @@ public:
   bool accelerate(double t, std::size_t first, std::size_t n, const double *q, const double *v, double *a,
                   double *power) override;
   const double *tau() const { return tau_.data(); }
+
+  /// Where numbers x (n, nv) that follow from q and v are not finite: the force elements that have no force there are remembered.
+  void note_elements(std::size_t n, const double *q, const double *v, const double *x);
+  /// The last one of run k of those computed together; −1: none.
+  int element(std::size_t k) const { return element_.empty() ? -1 : element_[k]; }
+  void forget_elements() { std::fill(element_.begin(), element_.end(), -1); }
 
   /// Brakes engage: drives may be without effort from then on.  Not a question of time: a step may end at this very time.
   void set_brakes(bool engaged) {
@@ -95,6 +102,8 @@ private:
   std::optional<model> tree_;
   std::optional<held_joints> held_;
   std::optional<elements::dampers> dampers_;
+  std::optional<elements::found_forces> forces_; ///< where elements act
+  std::vector<int> element_;
   std::size_t nq_, nv_, evaluations_ = 0;
   bool is_cut_ = false, closes_first_ = false;
   std::vector<double> moved_, tau_, wanted_, error_, computed_, applied_, moving_, positions_, inverses_, parts_;

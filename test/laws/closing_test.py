@@ -1,0 +1,54 @@
+"""Closed positions from starts far away, and where numbers are too large for any."""
+
+import numpy as np
+import pytest
+
+from closed_mechanisms import random_case
+from linkages import SLIDERCRANK, four_bar
+from random_tree import load_text
+
+
+def far_starts(m, n, seed=0):
+    return m.random(seed, size=n)
+
+
+@pytest.mark.parametrize("hold", [["A"], []], ids=["crank held", "nothing held"])
+def test_a_minimum_of_the_error_is_no_reason(hold):
+    """The crank turns all round, so that there is a closed position from everywhere; searches from one start find it from three of four."""
+    m = four_bar()
+    q = far_starts(m, 5000)
+    found, alone = m.close(q, hold=hold), m.close(q, hold=hold, starts=1)
+    assert found.converged.all() and np.abs(m.loop_error(found.q)).max() < 1e-12
+    assert not hold or np.array_equal(found.q[:, 0], q[:, 0])
+    assert 0.5 < alone.converged.mean() < 0.99 and set(alone.reason) <= {"closed", "not found", "singular"}
+    assert np.array_equal(found.q[alone.converged], alone.q[alone.converged])
+    k = int(np.argmin(alone.converged))
+    assert np.array_equal(m.close(q[k], hold=hold).q, found.q[k])
+
+
+@pytest.mark.parametrize("kind", ["revolute", "universal", "spherical", "cylindrical"])
+def test_random_mechanisms_are_closed_from_everywhere(kind):
+    c = random_case(kind, 1)
+    found = c.model.close(far_starts(c.model, 200))
+    assert found.converged.all() and np.abs(c.model.loop_error(found.q)).max() < 1e-11
+
+
+@pytest.mark.parametrize("size", [1e6, 1e8, 1e10, 1e14, 1e20, 1e300])
+@pytest.mark.parametrize("hold", [["A"], []], ids=["crank held", "nothing held"])
+def test_closed_is_metres_and_radians_whatever_the_size_of_numbers(size, hold):
+    m = four_bar()
+    found = m.close(size * far_starts(m, 20), hold=hold)
+    assert np.abs(m.loop_error(found.q))[found.converged].max(initial=0.0) < 1e-9
+    assert found.converged.all() if size < 1e6 else not found.converged.any() or size < 1e9
+    assert (found.error[~found.converged] > 1e-10).all()
+
+
+def test_what_has_no_closed_position_is_not_found():
+    m = load_text(SLIDERCRANK)
+    found = m.close(m.neutral() + [0, 0, 0.9], hold=["S"])
+    assert not found.converged and found.reason in ("not found", "singular") and found.error > 0.1
+    assert m.close(m.neutral(), hold=["A", "B", "S"]).reason == "nothing free"
+    assert m.close(m.neutral(), hold=["S"], limits=True, starts=1).reason in ("closed", "limits")
+    for starts in (0, True, 1.5):
+        with pytest.raises(ValueError, match="expected a number of starts, 1 or more"):
+            m.close(m.neutral(), starts=starts)
