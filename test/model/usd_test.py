@@ -293,10 +293,11 @@ def test_masses_that_are_missing_are_said(tmp_path):
 
 def test_masses_of_parts_are_those_of_the_body(tmp_path):
     w = Writer(tmp_path / "arm.usda", arm(np.random.default_rng(5)))
-    w.stage.GetPrimAtPath("/robot/l2").RemoveProperty("physics:mass")
+    w.stage.GetPrimAtPath("/robot/l2").RemoveAPI(UsdPhysics.MassAPI)
     for k, (mass, x) in enumerate(((1.0, -0.1), (3.0, 0.1))):
         part = UsdGeom.Cube.Define(w.stage, f"/robot/l2/part{k}")
         part.AddTranslateOp().Set(Gf.Vec3d(x, 0, 0))
+        UsdPhysics.CollisionAPI.Apply(part.GetPrim())
         api = UsdPhysics.MassAPI.Apply(part.GetPrim())
         api.CreateMassAttr(mass)
         api.CreateCenterOfMassAttr(Gf.Vec3f(0, 0, 0))
