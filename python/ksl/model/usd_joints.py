@@ -27,7 +27,7 @@ def joints_of(stage: Stage, bodies: dict[str, Body]) -> tuple[dict[str, Connecti
     """{path: connection} of joints that are enabled, and the names of those that have drives.  Raises DescriptionError for joints that KSL has no kind for."""
     from pxr import UsdPhysics
 
-    numbers = {path: i for i, path in enumerate(bodies)}
+    numbers, all_bodies = {path: i for i, path in enumerate(bodies)}, list(bodies.values())
     found, driven = {}, []
     for path, prim in stage.joints.items():
         name = stage.names[path]
@@ -36,7 +36,7 @@ def joints_of(stage: Stage, bodies: dict[str, Body]) -> tuple[dict[str, Connecti
         if not UsdPhysics.Joint(prim).GetJointEnabledAttr().Get():
             stage.unused.append(f"joint {name} (not enabled)")
             continue
-        connection = _connection(stage, prim, name, numbers, list(bodies.values()))
+        connection = _connection(stage, prim, name, numbers, all_bodies)
         if connection is None:
             continue
         found[path] = connection
@@ -150,14 +150,14 @@ def _side(stage: Stage, relation: Any, position: Any, turn: Any, numbers: dict[s
         raise DescriptionError(f"joint {name}: {relation.GetName()} is {targets[0]}, and no such prim is there; correct the path")
     if not (prim.IsActive() and prim.IsDefined()):
         raise DescriptionError(f"joint {name}: {relation.GetName()} is {targets[0]}, which is not active; activate it, or disable the joint")
-    frame[:3, :3], frame[:3, 3] = stage.pose(prim)[:3, :3] @ R, stage.point(prim, local)
     body = stage.owner.get(str(prim.GetPath()))
+    frame[:3, :3], frame[:3, 3] = stage.pose(prim)[:3, :3] @ R, stage.point(prim, local)
     if body is None:
         return None, frame
     i = numbers[body]
-    at, X = np.eye(4), bodies[i].pose
-    at[:3, :3], at[:3, 3] = X[:3, :3].T @ frame[:3, :3], X[:3, :3].T @ (frame[:3, 3] - X[:3, 3])
-    return i, at
+    back = bodies[i].pose[:3, :3].T
+    frame[:3, :3], frame[:3, 3] = back @ frame[:3, :3], back @ (frame[:3, 3] - bodies[i].pose[:3, 3])
+    return i, frame
 
 
 def _require_none(relation: Any, name: str) -> None:

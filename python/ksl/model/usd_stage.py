@@ -12,6 +12,7 @@ import numpy as np
 from ksl.base.errors import DescriptionError
 from ksl.base.judged import LENGTH, LENGTH_UNIT, MASS_UNIT, RATE, SCALE, judged
 from ksl.model.assembly import Array, Body
+from ksl.model.mjcf_frames import matrix
 
 EARTH = 9.81
 """m/s²: USD has the magnitude of the Earth's gravity as -inf, and leaves the number to whoever reads it."""
@@ -55,6 +56,7 @@ class Stage:
 
         self.cache = UsdGeom.XformCache()
         self.matrices: dict[Any, Array] = {}
+        self.poses: dict[Any, Array] = {}
 
     def matrix(self, prim: Any) -> Array:
         """From a prim's space to the world's, (4, 4), in units of the file; columns, where USD has rows."""
@@ -67,13 +69,15 @@ class Stage:
         return found
 
     def pose(self, prim: Any) -> Array:
-        """Rotation and translation (4, 4) of a prim in the world, m, without its scale."""
-        made = self.matrix(prim).copy()
-        R = made[:3, :3]
-        if np.abs(R.T @ R - np.eye(3)).max() > 1e-12 or np.linalg.det(R) < 0:
-            self.scale(prim)
-            made[:3, :3] = np.array(self.cache.GetLocalToWorldTransform(prim).RemoveScaleShear().ExtractRotationMatrix()).T
-        made[:3, 3] *= self.length
+        """Rotation and translation (4, 4) of a prim in the world, m, without its scale.  Not to be changed."""
+        made = self.poses.get(prim)
+        if made is None:
+            self.poses[prim] = made = self.matrix(prim).copy()
+            R = made[:3, :3]
+            if np.abs(R.T @ R - np.eye(3)).max() > 1e-12 or np.linalg.det(R) < 0:
+                self.scale(prim)
+                made[:3, :3] = np.array(self.cache.GetLocalToWorldTransform(prim).RemoveScaleShear().ExtractRotationMatrix()).T
+            made[:3, 3] *= self.length
         return made
 
     def scale(self, prim: Any) -> Array:
@@ -88,9 +92,10 @@ class Stage:
 
     def point(self, prim: Any, local: Any) -> Array:
         """A point of a prim's space in the world, m: scales of the prim and its ancestors count."""
-        x = np.array([float(c) for c in local])
-        for c in x:
-            judged(c * self.length, f"prim {prim.GetPath()}: a coordinate of a point of it", LENGTH)
+        x = [float(c) for c in local]
+        if not abs(x[0]) + abs(x[1]) + abs(x[2]) <= LENGTH.most / self.length:
+            for c in x:
+                judged(c * self.length, f"prim {prim.GetPath()}: a coordinate of a point of it", LENGTH)
         M = self.matrix(prim)
         return (M[:3, :3] @ x + M[:3, 3]) * self.length
 
@@ -221,9 +226,9 @@ def short_names(paths: Iterable[str]) -> dict[str, str]:
 
 def rotation(quaternion: Any) -> Array:
     """(3, 3) of a quaternion of USD; the identity for that of length 0, which means that none is given."""
-    from ksl.model.mjcf_frames import matrix
-
-    wxyz = np.array([quaternion.GetReal(), *quaternion.GetImaginary()], dtype=float) if quaternion is not None else np.zeros(4)
-    if not np.isfinite(wxyz).all():
-        raise DescriptionError(f"a quaternion is {tuple(wxyz.tolist())}; expected four finite numbers")
-    return matrix(wxyz) if wxyz.any() else np.eye(3)
+    w, (x, y, z) = (0.0, (0.0, 0.0, 0.0)) if quaternion is None else (quaternion.GetReal(), quaternion.GetImaginary())
+    if not (w or x or y or z):
+        return np.eye(3)
+    if not math.isfinite(w + x + y + z):
+        raise DescriptionError(f"a quaternion is {(w, x, y, z)}; expected four finite numbers")
+    return matrix(np.array((w, x, y, z)))
