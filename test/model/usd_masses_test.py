@@ -130,7 +130,7 @@ def of_link(link):
 
 
 @needs_witness
-@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("seed", range(15))
 @pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")
 def test_masses_at_random_places_are_those_that_usd_computes(tmp_path, seed):
     stage = random_stage(np.random.default_rng(seed), tmp_path / "bodies.usda")
@@ -140,13 +140,14 @@ def test_masses_at_random_places_are_those_that_usd_computes(tmp_path, seed):
         mass, centroid, tensor = computed(prim)
         ours, our_centroid, our_tensor = of_link(found.link(f"body{k}"))
         said = [line for line in found.warnings if line.startswith(f"link body{k}:")]
-        if mass <= 0 or not any(p.HasAPI(UsdPhysics.CollisionAPI) and UsdPhysics.CollisionAPI(p).GetCollisionEnabledAttr().Get() for p in Usd.PrimRange(prim)):
-            assert ours == max(mass, 0) and (said or prim.HasAPI(UsdPhysics.MassAPI))  # what KSL takes without colliders is another test's
+        parts = [p for p in Usd.PrimRange(prim) if p.HasAPI(UsdPhysics.CollisionAPI) and UsdPhysics.CollisionAPI(p).GetCollisionEnabledAttr().Get()]
+        if not parts:
+            assert ours == max(mass, 0) and (said or ours)
             continue
-        size = np.abs(tensor).max()
         assert ours == pytest.approx(mass, rel=1e-5) and np.abs(our_centroid - centroid).max() < 1e-5 * (1 + np.abs(centroid).max())
-        alike = np.diff(np.linalg.eigvalsh(our_tensor)).min() < 1e-3 * size and any("has physics:diagonalInertia alone" in line for line in said)
-        assert alike or np.abs(our_tensor - tensor).max() < 2e-5 * size  # the axes of a body whose moments are the same are no matter of colliders
+        assert np.allclose(np.linalg.eigvalsh(our_tensor), np.linalg.eigvalsh(tensor), rtol=0, atol=2e-5 * np.abs(tensor).max())
+        if len(parts) > 1 or not any("has physics:diagonalInertia alone" in line for line in said):  # the axes of one cylinder are any across its own
+            assert np.abs(our_tensor - tensor).max() < 2e-5 * np.abs(tensor).max()
 
 
 def one_body(path, more="", body="", of_parts=("", ""), schemas=("", "")):
