@@ -56,7 +56,7 @@ class _Trap:
         from pxr import Tf
 
         self.trap = Tf.DiagnosticTrap() if hasattr(Tf, "DiagnosticTrap") else None
-        self.kept = None if self.trap is None else self.trap.__enter__()
+        self.kept: Any = None if self.trap is None else self.trap.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -161,11 +161,11 @@ def require_values(stage: Stage) -> None:
 
     if not any(layer.ListAllTimeSamples() for layer in stage.stage.GetUsedLayers()):
         return
-    for path in dict.fromkeys(above for path in (*stage.owner, *stage.joints) for above in _with_ancestors(path)):
-        for of in stage.stage.GetPrimAtPath(path).GetAuthoredAttributes():
-            alone = of.GetNumTimeSamples() and of.GetResolveInfo(Usd.TimeCode.Default()).GetSource() != Usd.ResolveInfoSourceDefault
-            if alone and of.GetName().startswith(("physics:", "xformOp", "limit:", "drive:", "physx", "newton:")):
-                raise DescriptionError(f"prim {path}: {of.GetName()} has time samples alone; KSL reads values without a time: give it a default value")
+    for path in dict.fromkeys(above for of in (*stage.owner, *stage.joints) for above in _with_ancestors(of)):
+        for attribute in stage.stage.GetPrimAtPath(path).GetAuthoredAttributes():
+            alone = attribute.GetNumTimeSamples() and attribute.GetResolveInfo(Usd.TimeCode.Default()).GetSource() != Usd.ResolveInfoSourceDefault
+            if alone and attribute.GetName().startswith(("physics:", "xformOp", "limit:", "drive:", "physx", "newton:")):
+                raise DescriptionError(f"prim {path}: {attribute.GetName()} has time samples alone; KSL reads values without a time: give it a default value")
 
 
 def _with_ancestors(path: str) -> list[str]:
