@@ -69,13 +69,14 @@ DEGREE = np.pi / 180
         ({"joints": ("", "", physx("A", "0.5", "20")), "schemas": ("", "", PHYSX), "length": 0.01}, "C", "A", -0.5 * 0.01 / DEGREE, -0.2),
         ({"joints": (physx("C", "40"), "", ""), "schemas": (PHYSX, "", ""), "length": 0.01}, "A", "C", -40 * DEGREE / 0.01, 0),
         ({"more": gear(3)}, "B", "A", -3, 0),
+        ({"more": gear(3).replace("float physics:gearRatio = 3", "")}, "B", "A", -1, 0),
         ({"more": gear(-0.25), "on": "c"}, "B", "A", 0.25, 0),
         ({"more": gear(3), "flip": "A"}, "B", "A", 3, 0),
         ({"more": gear(3, frames="quatf physics:localRot0 = (0.70710678, 0, -0.70710678, 0)\nquatf physics:localRot1 = (0.70710678, 0, 0.70710678, 0)")}, "B", "A", 3, 0),
         ({"more": gear(20, frames=TO_Y, **RACK), "length": 0.01}, "C", "A", 0.01 / (20 * DEGREE), 0),
         ({"more": gear(20, frames=TO_Y + "\npoint3f physics:localPos0 = (5, 0, 0)", **RACK)}, "C", "A", -1 / (20 * DEGREE), 0),
     ],
-    ids=["newton", "newton's defaults", "physx", "a slide follows a hinge", "a hinge follows a slide", "gears", "gears on a link", "gears, turned", "gears, frames apart", "rack", "rack on the other side"],
+    ids=["newton", "newton's defaults", "physx", "a slide follows a hinge", "a hinge follows a slide", "gears", "gears' default", "gears on a link", "gears, turned", "gears, frames apart", "rack", "rack on the other side"],
 )  # fmt: skip
 @pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")
 def test_couplings_that_are_read(tmp_path, given, follower, leader, multiplier, offset):

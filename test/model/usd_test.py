@@ -337,6 +337,11 @@ def test_a_rod_is_refused_and_a_rope_is_not(tmp_path, least, most, holds):
     w = Writer(tmp_path / "arm.usda", arm(np.random.default_rng(5)), length=0.01)
     rod = UsdPhysics.DistanceJoint.Define(w.stage, "/robot/rod")
     rod.CreateBody1Rel().SetTargets(["/robot/l3"])
+    rod.CreateMinDistanceAttr(float("nan"))
+    rod.CreateMaxDistanceAttr(30)
+    w.stage.Save()
+    with pytest.raises(ksl.DescriptionError, match="joint rod: its minDistance or maxDistance is no number"):
+        ksl.load(tmp_path / "arm.usda")
     rod.CreateMinDistanceAttr(least)
     rod.CreateMaxDistanceAttr(most)
     w.stage.Save()

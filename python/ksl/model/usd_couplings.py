@@ -207,7 +207,6 @@ def _joint_axes(bodies: list[Body], joint: Connection, body: int) -> Array:
     return np.asarray(bodies[body].pose[:3, :3] @ at[:3, :3])
 
 
-
 def _list_tendons(stage: Stage) -> None:
     """Tendons of PhysX, which pull as springs do: what they are called, and at which joints or bodies."""
     tendons: dict[str, list[str]] = {}
