@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class Bounds(NamedTuple):
-    """Of a quantity: least and most, whether 0 may stand for "none", and the sign."""
+    """A quantity's least and most, whether 0 may stand for "none", and the sign."""
 
     least: float
     most: float
@@ -21,9 +21,9 @@ class Bounds(NamedTuple):
 
 
 LENGTH_UNIT = Bounds(1e-9, 1e9, "m")
-"""Of a unit of length: a nanometre to a million kilometres."""
+"""A unit of length, from a nanometre to a million kilometres."""
 MASS_UNIT = Bounds(1e-12, 1e9, "kg")
-"""Of a unit of mass: a nanogram to a million tonnes."""
+"""A unit of mass, from a nanogram to a million tonnes."""
 RATE = Bounds(1e-6, 1e9, "a second")
 """Time codes, frames or samples in a second."""
 MASS = Bounds(1e-15, 1e12, "kg", zero=True)
@@ -32,7 +32,7 @@ DENSITY = Bounds(1e-6, 1e8, "kg/m³", zero=True)
 MOMENT = Bounds(1e-30, 1e18, "kg m²", zero=True)
 SCALE = Bounds(1e-9, 1e9, signed=True)
 RATIO = Bounds(1e-9, 1e9, signed=True)
-"""Of gears and mimic joints: 0 would hold the follower still."""
+"""Ratios of gears and mimic joints: 0 would hold the follower still."""
 LENGTH = Bounds(0.0, 1e9, "m", zero=True, signed=True)
 
 
@@ -40,12 +40,11 @@ class OutOfBounds(ValueError):
     """A number of a file that can't be what it says it is."""
 
 
-def judged(x: float, what: str, bounds: Bounds, given: float | None = None) -> float:
-    """x, if it is within the bounds; otherwise OutOfBounds, which says what it is, as the file has it (given), and what is expected."""
+def judged(x: float, what: str, bounds: Bounds) -> float:
+    """x, if it is within the bounds; otherwise OutOfBounds, which says what it is and what is expected."""
     size = abs(x) if bounds.signed else x
     if math.isfinite(x) and (bounds.least <= size <= bounds.most or (bounds.zero and x == 0)):
         return x
     unit = f" {bounds.unit}" if bounds.unit else ""
     expected = f"{'a magnitude of ' if bounds.signed else ''}{bounds.least:g} to {bounds.most:g}{unit}{', or 0' if bounds.zero and bounds.least else ''}"
-    found = x if given is None else given
-    raise OutOfBounds(f"{what} is {found:g}{unit if given is None else ''}; expected {expected}; correct it in the file")
+    raise OutOfBounds(f"{what} is {x:g}{unit}; expected {expected}; correct it in the file")

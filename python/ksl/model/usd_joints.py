@@ -20,7 +20,7 @@ NO_SPEED_LIMIT = 1e6
 _FREEDOMS = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
 POSITION = Bounds(0.0, 1e9, "rad or m", zero=True, signed=True)
 SPEED, EFFORT = Bounds(0.0, 1e9, "rad/s or m/s", zero=True), Bounds(0.0, 1e15, "N m or N", zero=True)
-"""Of limits of joints."""
+"""Limits of joints."""
 
 
 def joints_of(stage: Stage, bodies: dict[str, Body]) -> tuple[dict[str, Connection], list[str]]:
