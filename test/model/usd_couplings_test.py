@@ -138,6 +138,10 @@ def test_what_chooses_or_is_not_enabled_is_read_over(tmp_path):
   rel collection:arm:includes = [</r/a>, </r/b>]
   rel isaac:physics:robotJoints = [</r/A>, </r/B>]
 }
+def NewtonActuator "motor"
+{
+  rel newton:targets = </r/A>
+}
 def PhysicsCollisionGroup "g" {
   rel physics:filteredGroups = [</r/a>, </r/b>]
 }
@@ -151,7 +155,7 @@ def FutureGear "off"
     off = newton("A", more="bool newton:mimicEnabled = 0")
     found = ksl.load(stage(tmp_path / "r.usda", more=more + gear(2).replace("rel", "bool physics:jointEnabled = 0\nrel", 1), joints=("", off, ""), schemas=("", NEWTON, ""), link=(', "PhysicsFilteredPairsAPI"', "rel physics:filteredPairs = </r/a>")))  # fmt: skip
     assert found.nv == 3
-    for line in ("joint /r/off (FutureGear, not enabled)", "joint /r/G (PhysxPhysicsGearJoint, not enabled)", "joint B: NewtonMimicAPI (not enabled)", "physics:filteredPairs of b"):
+    for line in ("NewtonActuator /r/motor at joint A", "joint /r/off (FutureGear, not enabled)", "joint /r/G (PhysxPhysicsGearJoint, not enabled)", "joint B: NewtonMimicAPI (not enabled)", "physics:filteredPairs of b"):
         assert line in found.unused
     soft = physx("A", more="float physxMimicJoint:rotZ:naturalFrequency = 25")
     tendon = ('"PhysxTendonAxisRootAPI:t"', '"PhysxTendonAxisAPI:t"', PHYSX)

@@ -104,6 +104,8 @@ def _of_prim(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection]
             f"prim {path}: {', '.join(name for name, _ in unknown)} names {what}, and KSL doesn't know what that holds or couples; without it the machine would be another one: "
             "remove it if it holds nothing, or give joints of UsdPhysics, NewtonMimicAPI or PhysxMimicJointAPI"
         )
+    if len(names) == 1 and names[0] != path and names[0] in stage.joints:
+        stage.unused.append(f"{type_name or 'prim'} {path} at joint {stage.names[names[0]]}")  # actuators of Newton, for instance
     return couplings
 
 
