@@ -4,7 +4,7 @@ Pixar's library is a program of others, without coverage.  Texts that name other
 
 from guided import guide
 
-guide("ksl.model.usd", "ksl.model.usd_stage", "ksl.model.usd_joints", "ksl.model.assembly", "ksl.model.builder", "ksl.model.loading")
+guide("ksl.model.usd", "ksl.model.usd_stage", "ksl.model.usd_masses", "ksl.model.usd_shapes", "ksl.model.usd_joints", "ksl.model.usd_couplings", "ksl.model.usd_unused", "ksl.model.assembly", "ksl.model.builder", "ksl.model.loading")
 
 import atexit
 import os

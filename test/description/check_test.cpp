@@ -231,8 +231,10 @@ TEST_CASE("one link that moves needs a mass, with geometry or without") {
   const auto refusal_of_masses = [&](bool floating_base) {
     return test::refusal_of([&] { check_masses(robot, floating_base, {}, false); });
   };
-  check_message(refusal_of_masses(false),
-                {"r.urdf: none of the links that move (l2, l3, l4, l5) has a mass", "add <inertial>", "optional"});
+  const std::string none = "r.urdf: none of the links that move (l2, l3, l4, l5) has a mass";
+  check_message(refusal_of_masses(false), {none.c_str(), "give these links a mass", "optional"}); // of a program, or another format
+  robot.links[3].at.line = 7;
+  check_message(refusal_of_masses(false), {none.c_str(), "add <inertial> to these links", "optional"});
   CHECK(refusal_of_masses(true) == "accepted");
   CHECK(without_mass(robot, false, {"l4"}) == "l2 l3 l5 ");
   const auto lines = check_masses(robot, false, {}, true);

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from growth import assert_linear, work
 
 import ksl
-from ksl.model.assembly import Body, Connection, assembled, gap, in_double
+from ksl.model.assembly import SINGLE, Body, Connection, _Directions, assembled, gap, in_double
 from ksl.model.joint_kinds import KINDS
 from ksl.model.mjcf_frames import pose
 
@@ -153,3 +154,22 @@ def test_frames_that_contradict_the_bodies_stay():
     before = c.at_first.copy(), c.at_second.copy()
     in_double(bodies, [c])
     assert np.array_equal(c.at_first, before[0]) and np.array_equal(c.at_second, before[1])
+
+
+def test_directions_are_found_as_a_search_through_all_finds_them():
+    """Directions that come again, turned round or off by less than single precision leaves, are the first that was met; the work is linear."""
+    rng = np.random.default_rng(0)
+    axes = np.vstack([np.eye(3), rng.normal(size=(40, 3))])
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    met, found = [], _Directions()
+    for _ in range(300):
+        u = rng.choice([-1.0, 1.0]) * axes[rng.integers(len(axes))] + rng.uniform(-0.7, 0.7, size=3) * SINGLE
+        first = next((s * d for d in met for s in (1.0, -1.0) if np.abs(u - s * d).max() <= SINGLE), None)
+        met += [u / np.linalg.norm(u)] if first is None else []
+        assert np.array_equal(found.parallel_to(u), met[-1] if first is None else first)
+
+    def search(n):
+        many = _Directions()
+        return work(lambda: [many.parallel_to(u / np.linalg.norm(u)) for u in np.random.default_rng(1).normal(size=(n, 3))])
+
+    assert_linear(search, 200)

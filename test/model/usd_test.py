@@ -1,5 +1,6 @@
 """USD: stages that usd-core writes, against the same robot in URDF; units, axes, loops, and what is said of the rest."""
 
+import re
 import sys
 
 import numpy as np
@@ -293,10 +294,11 @@ def test_masses_that_are_missing_are_said(tmp_path):
 
 def test_masses_of_parts_are_those_of_the_body(tmp_path):
     w = Writer(tmp_path / "arm.usda", arm(np.random.default_rng(5)))
-    w.stage.GetPrimAtPath("/robot/l2").RemoveProperty("physics:mass")
+    w.stage.GetPrimAtPath("/robot/l2").RemoveAPI(UsdPhysics.MassAPI)
     for k, (mass, x) in enumerate(((1.0, -0.1), (3.0, 0.1))):
         part = UsdGeom.Cube.Define(w.stage, f"/robot/l2/part{k}")
         part.AddTranslateOp().Set(Gf.Vec3d(x, 0, 0))
+        UsdPhysics.CollisionAPI.Apply(part.GetPrim())
         api = UsdPhysics.MassAPI.Apply(part.GetPrim())
         api.CreateMassAttr(mass)
         api.CreateCenterOfMassAttr(Gf.Vec3f(0, 0, 0))
@@ -335,6 +337,11 @@ def test_a_rod_is_refused_and_a_rope_is_not(tmp_path, least, most, holds):
     w = Writer(tmp_path / "arm.usda", arm(np.random.default_rng(5)), length=0.01)
     rod = UsdPhysics.DistanceJoint.Define(w.stage, "/robot/rod")
     rod.CreateBody1Rel().SetTargets(["/robot/l3"])
+    rod.CreateMinDistanceAttr(float("nan"))
+    rod.CreateMaxDistanceAttr(30)
+    w.stage.Save()
+    with pytest.raises(ksl.DescriptionError, match="joint rod: its minDistance or maxDistance is no number"):
+        ksl.load(tmp_path / "arm.usda")
     rod.CreateMinDistanceAttr(least)
     rod.CreateMaxDistanceAttr(most)
     w.stage.Save()
@@ -438,6 +445,134 @@ def test_the_command_and_layers_that_it_uses(tmp_path):
     done = run_ksl("info", tmp_path / "top.usda")
     assert done.returncode == 0 and "cell" in done.stdout and "moving joints 5" in done.stdout
     assert Sdf.Layer.FindOrOpen(str(tmp_path / "arm.usdc"))
+
+
+SCENE = """#usda 1.0
+(
+  metersPerUnit = {}
+  kilogramsPerUnit = {}
+  timeCodesPerSecond = {}
+  upAxis = "Z"{}
+)
+def Xform "r"{}
+{{
+  def Xform "a" ( prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"] )
+  {{
+    float physics:mass = 2
+    point3f physics:centerOfMass = (0, 0, 0)
+    float3 physics:diagonalInertia = (1, 1, 1)
+    {}
+  }}
+  {}
+}}
+"""
+
+
+def scene(path, length=1, mass=1, rate=24, layer="", root="", body="", more=""):
+    path.write_text(SCENE.format(length, mass, rate, layer, root, body, more))
+    return path
+
+
+@pytest.mark.parametrize("bad", [0, -1, "nan", "inf", 1e-300, 1e300])
+@pytest.mark.parametrize(("unit", "name"), [("length", "metersPerUnit"), ("mass", "kilogramsPerUnit"), ("rate", "timeCodesPerSecond")])
+def test_units_that_are_none_are_refused(tmp_path, bad, unit, name):
+    with pytest.raises(ksl.DescriptionError, match=rf"{name} is {re.escape(f'{float(bad):g}')} .*; expected 1e-\d+ to 1e\+09"):
+        ksl.load(scene(tmp_path / "a.usda", **{unit: bad}))
+
+
+GONE = "(\n  references = @./gone.usda@\n)"
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"root": GONE}, "Could not open asset .*gone.usda.* for reference introduced by .*</r>"),
+        ({"root": GONE.replace("references", "payload")}, "Could not open asset .*gone.usda.* for payload"),
+        ({"layer": "\n  subLayers = [@./gone.usda@]"}, "Could not load sublayer .*gone.usda"),
+        ({"layer": "\n  subLayers = [@./torn.usda@]"}, "Could not load sublayer .*torn.usda.* Expected"),
+        ({"more": 'def "b" (\n references = @./other.usda@</nobody>\n) {\n}'}, "Unresolved reference prim path .*other.usda@</nobody>"),
+        ({"more": 'def "b" (\n references = </nowhere>\n) {\n}'}, "Unresolved reference prim path"),
+        ({"more": 'def "b" (\n references = @omniverse://server/arm.usd@\n) {\n}'}, "Could not open asset"),
+        ({"more": 'def "b" (\n references = </r>\n) {\n}'}, "cycle"),
+        ({"more": 'def "b" (\n references = [@./gone.usda@, @./gone2.usda@]\n) {\n}'}, r"\(2 in all\)"),
+    ],
+)
+def test_a_part_of_a_stage_that_is_missing_refuses_it(tmp_path, capfd, given, said):
+    (tmp_path / "torn.usda").write_text("#usda 1.0\n( torn")
+    (tmp_path / "other.usda").write_text('#usda 1.0\ndef "b" {\n}\n')
+    file = scene(tmp_path / "a.usda", **given)
+    with pytest.raises(ksl.DescriptionError, match=f"(?i){said}") as e:
+        ksl.load(file)
+    assert str(e.value).startswith(f"{file}: a part of the stage is missing: ") and "0x" not in str(e.value)
+    if Usd.GetVersion() >= (0, 25, 5):
+        assert capfd.readouterr().err == ""
+    done = run_ksl("info", file)
+    assert done.returncode and "a part of the stage is missing" in done.stderr
+
+
+def test_what_usd_says_is_passed_on(tmp_path, capfd):
+    if Usd.GetVersion() < (0, 25, 5):
+        pytest.skip("USD prints it itself")
+    file = scene(tmp_path / "a.usda", more='def Cube "b" ( prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsCollisionAPI"] )\n{\n  rel material:binding = </r>\n}')
+    with pytest.warns(ksl.DescriptionWarning, match="USD says: Found material bindings on prim"):
+        ksl.load(file)
+    assert capfd.readouterr().err == ""
+
+
+HINGE = 'def PhysicsRevoluteJoint "j"{}\n{{\n  rel physics:body1 = </r/a>\n  {}\n}}'
+
+
+@pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")
+def test_a_side_that_a_reference_leaves_out_is_not_the_world(tmp_path):
+    """USD drops targets outside of the prim that is referenced; what is left has no target, which means the world elsewhere."""
+    inner = scene(tmp_path / "inner.usda", more=HINGE.format("", "rel physics:body0 = </other>"))
+    outer = tmp_path / "outer.usda"
+    outer.write_text(f'#usda 1.0\n( metersPerUnit = 1\n)\ndef "s" ( references = @./{inner.name}@</r> )\n{{\n}}\n')
+    with pytest.raises(ksl.DescriptionError, match="joint j: physics:body0 is </other>|joint j: physics:body0 is /other, which USD can't follow"):
+        ksl.load(outer)
+    with pytest.raises(ksl.DescriptionError, match="physics:body0 is /r/b, which is not active"):
+        ksl.load(scene(tmp_path / "b.usda", more=HINGE.format("", "rel physics:body0 = </r/b>") + '\ndef Xform "b" ( active = false ) {\n}'))
+
+
+@pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")
+def test_bodies_that_are_off_or_held(tmp_path):
+    with pytest.raises(ksl.DescriptionError, match="its only rigid body, /r/a, is not enabled; set physics:rigidBodyEnabled"):
+        ksl.load(scene(tmp_path / "a.usda", body="bool physics:rigidBodyEnabled = false"))
+    held = ksl.load(scene(tmp_path / "a.usda", body="bool physics:kinematicEnabled = true"), masses="optional")
+    assert held.nv == 0 and held.joint("a_kinematic").kind == "fixed" and any("link a: kinematic" in line for line in held.warnings)
+    light = scene(tmp_path / "a.usda")
+    light.write_text(light.read_text().replace("physics:mass = 2", "physics:mass = 0"))
+    with pytest.raises(ksl.DescriptionError, match=r"none of the links that move \(a\) has a mass.*; give these links a mass;"):
+        ksl.load(light)
+
+
+@pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")
+def test_numbers_of_joints_are_used_or_named(tmp_path):
+    """Attribute by attribute: what a joint has is in the model, or in a line."""
+    used = "float physics:lowerLimit = -90\nfloat physics:upperLimit = 45\nfloat drive:angular:physics:maxForce = 7"
+    named = {
+        "float physics:breakForce = 30": "physics:breakForce of j",
+        "float physics:breakTorque = inf": "",
+        "bool physics:collisionEnabled = 1": "physics:collisionEnabled of j",
+        "float drive:angular:physics:stiffness = 3": "drive:angular:physics:stiffness of j",
+        "float drive:linear:physics:damping = 3": "drive:linear:physics:damping of j",
+        "float state:angular:physics:position = 30": "state:angular:physics:position of j",
+        "float physxJoint:jointFriction = 0.1": "physxJoint:jointFriction of j",
+        "quatf strange:turn = (1, 0, 0, 0)": "strange:turn of j",
+        'string strange:name = "x"': "strange:name of j",
+        "rel strange:to = </r>": "strange:to of j",
+    }
+    schemas = ' ( prepend apiSchemas = ["PhysicsDriveAPI:angular"] )'
+    found = ksl.load(scene(tmp_path / "a.usda", body="vector3f physics:velocity = (1, 0, 0)\nbool physxRigidBody:disableGravity = 1", more=HINGE.format(schemas, used + "\n" + "\n".join(named))))
+    j = found.joint("j")
+    assert (j.lower, j.upper, j.effort) == pytest.approx((-np.pi / 2, np.pi / 4, 7))
+    assert set(found.unused) == {*filter(None, named.values()), "physics:velocity of a", "physxRigidBody:disableGravity of a"}
+    one = ksl.load(scene(tmp_path / "a.usda", more=HINGE.format("", "float physics:upperLimit = 45"))).joint("j")
+    assert (one.lower, one.upper) == (None, pytest.approx(np.pi / 4))
+    crossed = ksl.load(scene(tmp_path / "a.usda", more=HINGE.format("", "float physics:lowerLimit = 45\nfloat physics:upperLimit = 30")))
+    assert crossed.joint("j").lower is None and any("its lower limit (45) is above its upper one (30)" in line for line in crossed.warnings)
+    with pytest.raises(ksl.DescriptionError, match="joint j: a limit of its position is nan"):
+        ksl.load(scene(tmp_path / "a.usda", more=HINGE.format("", "float physics:lowerLimit = nan")))
 
 
 def test_two_bodies_of_one_name_have_longer_ones(tmp_path):

@@ -6,9 +6,11 @@ between two bodies that are in it already closes a loop.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -170,9 +172,9 @@ def in_double(bodies: list[Body], connections: list[Connection]) -> None:
     """Completes frames of single precision by the poses in which the bodies stand, where these agree with the joints within SINGLE.
 
     Loops need it: axes that are parallel to 1e-7 alone lock a mechanism that moves if they are parallel.  Frames on the two sides of a joint are made to coincide
-    but for its motion, and axes that are parallel are made parallel exactly.  O(joints × directions of axes).
+    but for its motion, and axes that are parallel are made parallel exactly.  O(joints).
     """
-    directions: list[Array] = []
+    directions = _Directions()
     for c in connections:
         if max(gap(c, bodies)) > SINGLE:
             continue
@@ -180,7 +182,7 @@ def in_double(bodies: list[Body], connections: list[Connection]) -> None:
         if c.axis is not None:
             for body, at in ((first, c.at_first), (second, c.at_second)):
                 u = body[:3, :3] @ at[:3, :3] @ c.axis
-                at[:3, :3] = body[:3, :3].T @ _turn(u, _direction(u, directions)) @ body[:3, :3] @ at[:3, :3]
+                at[:3, :3] = body[:3, :3].T @ _turn(u, directions.parallel_to(u)) @ body[:3, :3] @ at[:3, :3]
         here, there = first @ c.at_first, second @ c.at_second
         if (c.axis is None and c.kind != "spherical") or (KINDS[c.kind].angle is None and c.axis is not None):
             there[:3, :3] = here[:3, :3]
@@ -194,20 +196,36 @@ def in_double(bodies: list[Body], connections: list[Connection]) -> None:
         c.at_second[:] = _inverse(second) @ there
 
 
-def _direction(u: Array, directions: list[Array]) -> Array:
-    """The direction among these, or its opposite, that is parallel to a unit vector; the vector itself, which is added, if none is."""
-    for d in directions:
-        for parallel in (d, -d):
-            if np.abs(u - parallel).max() <= SINGLE:
-                return parallel
-    directions.append(u / np.linalg.norm(u))
-    return directions[-1]
+class _Directions:
+    """Directions of axes, found by the cell of a grid that they are in: a robot has few, and a file of many robots thousands."""
+
+    CELL = 1e-3
+
+    def __init__(self) -> None:
+        self.all: list[Array] = []
+        self.cells: dict[tuple[int, ...], list[int]] = {}
+
+    def parallel_to(self, u: Array) -> Array:
+        """The first direction, or its opposite, that is parallel to a unit vector; the vector itself, which is added, if none is."""
+        near = [(k, d) for sign in (1.0, -1.0) for k in self._near(sign * u) if np.abs(u - (d := sign * self.all[k])).max() <= SINGLE]
+        if near:
+            return min(near, key=lambda one: one[0])[1]
+        self.cells.setdefault(tuple(math.floor(x / self.CELL) for x in u.tolist()), []).append(len(self.all))
+        self.all.append(u / np.linalg.norm(u))
+        return self.all[-1]
+
+    def _near(self, u: Array) -> list[int]:
+        """Those in the cells that reach to within SINGLE of a vector; rounding of a direction's own cell is far less."""
+        room = 1.01 * SINGLE
+        sides = [{math.floor((x - room) / self.CELL), math.floor((x + room) / self.CELL)} for x in u.tolist()]
+        return [k for cell in product(*sides) for k in self.cells.get(cell, ())]
 
 
 def _turn(u: Array, v: Array) -> Array:
     """The smallest rotation (3, 3) from one unit vector to another that is near, to second order in their distance, orthogonal to double precision."""
-    w = np.cross(u, v)
-    W = np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
+    (a, b, c), (d, e, f) = u.tolist(), v.tolist()
+    x, y, z = b * f - c * e, c * d - a * f, a * e - b * d
+    W = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(np.eye(3) + W + 0.5 * W @ W)
 
 

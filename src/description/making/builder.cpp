@@ -322,7 +322,7 @@ model model_of(robot_description robot, const model_options &options, const chec
       with_payload.insert(p.link);
   warn_of_links(robot,
                 check_masses(robot, options.floating_base || robot.floating_base, with_payload, how.masses_optional),
-                how.strict, "add <inertial> to these links");
+                how.strict, mend_of_masses(robot));
   return model(std::move(robot), options);
 }
 

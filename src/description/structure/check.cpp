@@ -270,6 +270,12 @@ std::vector<std::string> check_inertias(const robot_description &robot) {
   return lines;
 }
 
+std::string mend_of_masses(const robot_description &robot) {
+  const auto in_text = [](const link_description &link) { return link.at.line > 0; };
+  const bool of_xml = std::any_of(robot.links.begin(), robot.links.end(), in_text);
+  return of_xml ? "add <inertial> to these links" : "give these links a mass";
+}
+
 std::vector<std::string> check_masses(const robot_description &robot, bool floating_base,
                                       const std::set<std::string> &with_payload, bool masses_optional) {
   const std::vector<bool> moving = moving_links(robot, floating_base);
@@ -292,7 +298,7 @@ std::vector<std::string> check_masses(const robot_description &robot, bool float
       "none of the links that move (" + listed(names) + ") has a mass: neither gravity nor motion would cause a wrench";
   if (!masses_optional)
     refuse(robot, {},
-           what + "; add <inertial> to them; masses=\"optional\" in Python (masses_optional in C and C++) reads the "
+           what + "; " + mend_of_masses(robot) + "; masses=\"optional\" in Python (masses_optional in C and C++) reads the "
                   "file as it is, for kinematics");
   return {text::printable(what)};
 }

@@ -31,6 +31,9 @@ std::array<double, 3> principal_moments(const spatial_inertia<double> &inertia);
 std::vector<std::string> check_masses(const robot_description &robot, bool floating_base,
                                       const std::set<std::string> &with_payload, bool masses_optional);
 
+/// How masses that are missing are given: in a URDF or SDF text, or by whatever else made the links.
+std::string mend_of_masses(const robot_description &robot);
+
 /// Adds these lines to the warnings.  If strict, throws description_error instead, with the first line and how to mend it.
 void warn_of_links(robot_description &robot, const std::vector<std::string> &lines, bool strict,
                    const std::string &mend);
