@@ -15,6 +15,7 @@ from ksl.comparison.results import Note
 from ksl.comparison.urdf_text import on_floating_joint, text, without
 from ksl.model.mechanism import Joint
 from ksl.model.mjcf import OF_MUJOCO, to_mujoco
+from ksl.model.mjcf_compiler import Refused, compiled
 from ksl.model.mjcf_frames import matrix
 
 NO_CONSTRAINTS = 1 << 0
@@ -28,12 +29,7 @@ class RobotInMujoco(OtherRobot):
     def __init__(self, file: File) -> None:
         super().__init__(file)
         check_root(file)
-        handler = mujoco.get_mju_user_warning()
-        mujoco.set_mju_user_warning(self.said.append)  # instead of a log file in the current folder
-        try:
-            self.mj = self._loaded()
-        finally:
-            mujoco.set_mju_user_warning(handler)
+        self.mj = self._loaded()
         self.data = mujoco.MjData(self.mj)
         self.mj.opt.disableflags |= NO_CONSTRAINTS
         self.nv, self.neutral = int(self.mj.nv), np.array(self.mj.qpos0)
@@ -47,17 +43,17 @@ class RobotInMujoco(OtherRobot):
             raise NotLoaded("it reads URDF and MJCF, and no SDF")
         try:
             if file.format == "mjcf":
-                return mujoco.MjModel.from_xml_path(file.path)
+                return compiled(file.path, None, self.said.append)
             if not file.floating_base:
-                return mujoco.MjModel.from_xml_path(file.path)
-        except ValueError as e:
+                return compiled(file.path, None, self.said.append)
+        except Refused as e:
             if file.format == "mjcf":
                 raise NotLoaded(f"its compiler refuses the file: {said_by(e)}") from None
             self.conventions.append(Note("geometry", f"it refuses the file ({said_by(e)[:200]}); read without shapes and meshes, which changes no number of links with <inertial>"))
         robot = without(file.contents, "link", "visual", "collision")
         try:
-            return mujoco.MjModel.from_xml_string(text(on_floating_joint(robot, file.model) if file.floating_base else robot))
-        except ValueError as e:
+            return compiled(file.path, text(on_floating_joint(robot, file.model) if file.floating_base else robot), self.said.append)
+        except Refused as e:
             raise NotLoaded(f"its compiler refuses the file: {said_by(e)}") from None
 
     def note(self) -> None:
