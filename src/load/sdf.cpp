@@ -453,9 +453,9 @@ joint_kind sdf_reader::kind_of(const element &joint) {
 
 void sdf_reader::read_joint(const part &joint) {
   const element &at = joint.at;
-  at.expect({"name", "type"},
-            {"parent", "child", "drake:parent", "drake:child", "pose", "axis", "axis2", "screw_thread_pitch",
-             "thread_pitch", "physics", "sensor", "gearbox_ratio", "gearbox_reference_body", "drake:damping", "drake:mimic"});
+  at.expect({"name", "type"}, {"parent", "child", "drake:parent", "drake:child", "pose", "axis", "axis2",
+                               "screw_thread_pitch", "thread_pitch", "physics", "sensor", "gearbox_ratio",
+                               "gearbox_reference_body", "drake:damping", "drake:mimic"});
   if (at.text("type") == "gearbox" && !is_drake(at)) {
     gearboxes_.push_back(joint);
     return;
@@ -630,8 +630,10 @@ void sdf_reader::read_drake_mimic(const part &joint, joint_description &out) {
     mimic.refuse("<drake:mimic> names no joint; write <drake:mimic joint=\"...\" multiplier=\"1\" offset=\"0\"/>");
   if (out.mimic)
     mimic.refuse("it has <mimic> and <drake:mimic>; keep one of both");
-  out.mimic = {joint.scope + mimic.text("joint"), mimic.number("multiplier").value_or(1),
-               mimic.number("offset").value_or(0), {mimic.line()}};
+  out.mimic = {joint.scope + mimic.text("joint"),
+               mimic.number("multiplier").value_or(1),
+               mimic.number("offset").value_or(0),
+               {mimic.line()}};
 }
 
 /// Elements of Drake between two bodies.
@@ -756,8 +758,7 @@ void sdf_reader::couple(const part &gearbox, const std::vector<bool> &in_tree) {
   if (stated == 0)
     at.refuse("its <gearbox_ratio> is 0, so that the child would not turn; give the angle of the child for one of the "
               "parent's, or make the child's joint fixed");
-  const double ratio = stated * sense_of(gearbox, "axis", of_parent) *
-                       sense_of(gearbox, "axis2", of_child);
+  const double ratio = stated * sense_of(gearbox, "axis", of_parent) * sense_of(gearbox, "axis2", of_child);
   joint_description &follower = connections_[static_cast<std::size_t>(&of_child - connections_.data())].joint;
   if (follower.mimic)
     at.refuse("joint " + follower.name + " follows joint " + follower.mimic->joint + " already; keep one of both");

@@ -12,14 +12,14 @@ namespace {
 
 /// Elements that name several links or joints and join none of them, by a word in their tag.  All others that name two are refused.
 constexpr std::string_view harmless_words[] = {
-    "collision", "contact", "bumper",                // which links may touch: contacts are no part of a mechanism
-    "sensor",    "camera",  "light",                 // measure or show, and exert nothing
-    "visual",    "marker",                           // are drawn
-    "transmission", "actuator", "controller",        // between motors and joints, which stay independent of each other
-    "gripper",                                       // of SDF: how fingers hold objects that are no part of the robot
+    "collision",    "contact",  "bumper",     // which links may touch: contacts are no part of a mechanism
+    "sensor",       "camera",   "light",      // measure or show, and exert nothing
+    "visual",       "marker",                 // are drawn
+    "transmission", "actuator", "controller", // between motors and joints, which stay independent of each other
+    "gripper",                                // of SDF: how fingers hold objects that are no part of the robot
 };
 /// The same by the whole tag: words that others may contain.  MoveIt's names for choices of links and joints.
-constexpr std::string_view harmless_tags[] = {"group",         "group_state",   "chain",     "end_effector",
+constexpr std::string_view harmless_tags[] = {"group",         "group_state",   "chain",      "end_effector",
                                               "virtual_joint", "passive_joint", "joint_state"};
 /// Words of plugins that couple: in the file's name, its own, or the tags in it.
 constexpr std::string_view coupling_words[] = {"mimic",   "coupl", "constraint", "gearbox", "closure",

@@ -89,7 +89,8 @@ robot_description urdf_reader::read() {
   check_expanded();
   check_joint_elements();
   root_.expect({"name", "version"}, {"link", "joint", "drake:joint", "constraint", "loop_joint", "loop", "coupling",
-                                     "force_element", "drake:ball_constraint", "drake:linear_spring_damper", "material", "transmission", "gazebo", "ros2_control"});
+                                     "force_element", "drake:ball_constraint", "drake:linear_spring_damper", "material",
+                                     "transmission", "gazebo", "ros2_control"});
   minor_ = minor_version();
   robot_.name = root_.text("name");
   robot_.file = file_.name();
@@ -340,9 +341,9 @@ void urdf_reader::read_joint(pugi::xml_node node) {
   const element joint(file_, unused_, node, {"joint", node.attribute("name").value()});
   if (joint.where().name.empty())
     joint.refuse("<" + joint.tag() + "> has no name; write <" + joint.tag() + " name=\"...\" type=\"...\">");
-  joint.expect({"name", "type"},
-               {"origin", "parent", "child", "axis", "axis2", "limit", "limit1", "limit2", "limit3", "dynamics",
-                "mimic", "drake:mimic", "safety_controller", "calibration", "screw_thread_pitch", "drake:screw_thread_pitch"});
+  joint.expect({"name", "type"}, {"origin", "parent", "child", "axis", "axis2", "limit", "limit1", "limit2", "limit3",
+                                  "dynamics", "mimic", "drake:mimic", "safety_controller", "calibration",
+                                  "screw_thread_pitch", "drake:screw_thread_pitch"});
   joint_description out;
   out.name = joint.where().name;
   out.at = {joint.line()};

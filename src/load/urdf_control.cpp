@@ -56,7 +56,8 @@ std::vector<stated_mimic> mimics_of_control(const text::xml_file &file, const pa
     if (!names.is_joint(name))
       return;
     if (!leader.empty())
-      found.push_back({joint, name, leader, number_of(file, joint, "multiplier", 1), number_of(file, joint, "offset", 0)});
+      found.push_back(
+          {joint, name, leader, number_of(file, joint, "multiplier", 1), number_of(file, joint, "offset", 0)});
     for (const pugi::xml_node each : joint.children("param"))
       if (each.attribute("name").value() != std::string_view("mimic"))
         refuse_if_joining(file, names, each, option);
@@ -75,7 +76,8 @@ void read_limits_of_control(const text::xml_file &file, robot_description &robot
       return;
     joint_description &joint = robot.joints[at->second];
     for (const pugi::xml_node command : node.children("command_interface")) {
-      const std::string what = command.attribute("name").value(), min = param(command, "min"), max = param(command, "max");
+      const std::string what = command.attribute("name").value(), min = param(command, "min"),
+                        max = param(command, "max");
       const optional_number least = text::number_in(min), most = text::number_in(max);
       if ((!min.empty() && !least) || (!max.empty() && !most) || (least && most && *least > *most)) {
         unused.in_joint("min, max of <command_interface>", "no numbers, not used", joint.name);

@@ -53,17 +53,17 @@ def effort_ranges(mj: Any) -> dict[int, Range]:
     An actuator exerts gear × (gain × control + bias), within its `forcerange`.  Of a servo, whose bias depends on position or velocity, that alone is a bound.
     """
     found: dict[int, Range] = {}
-    on_tendon: dict[int, Range] = {}
+    on_tendon: dict[int, list[tuple[Range, float]]] = {}
     for i in range(actuator_count(mj)):
         at, on = int(mj.actuator_trnid[i, 0]), int(mj.actuator_trntype[i])
-        own = _times(_force(mj, i), float(mj.actuator_gear[i, 0]))
+        force, gear = _force(mj, i), float(mj.actuator_gear[i, 0])
         if on in (ON_JOINT, ON_JOINT_IN_PARENT) and mj.jnt_type[at] in (SLIDE, HINGE):
-            found[at] = _sum(found.get(at, (0.0, 0.0)), own)
+            found[at] = _sum(found.get(at, (0.0, 0.0)), _times(force, gear))
         elif on == ON_TENDON:
-            on_tendon[at] = _sum(on_tendon.get(at, (0.0, 0.0)), own)
-    for k, tension in on_tendon.items():
-        if getattr(mj, "tendon_actfrclimited", np.zeros(mj.ntendon))[k]:
-            tension = _within(tension, mj.tendon_actfrcrange[k])
+            on_tendon.setdefault(at, []).append((force, gear))
+    for k, forces in on_tendon.items():
+        limited = getattr(mj, "tendon_actfrclimited", np.zeros(mj.ntendon))[k]
+        tension = _tension(forces, mj.tendon_actfrcrange[k] if limited else None)
         for j, coefficient in (tendon_terms(mj, k) or {}).items():
             found[j] = _sum(found.get(j, (0.0, 0.0)), _times(tension, coefficient))
     for j in range(mj.njnt):
@@ -127,6 +127,20 @@ def _input(mj: Any, i: int) -> Range:
         return control
     state = (min(control[0], 0.0), max(control[1], 0.0)) if dynamics in FILTERS else UNBOUNDED  # it starts at 0
     return _within(state, mj.actuator_actrange[i]) if mj.actuator_actlimited[i] else state
+
+
+def _tension(forces: list[tuple[Range, float]], bounds: Any) -> Range:
+    """Of a tendon, by several actuators.  MuJoCo scales their forces, before their gears, so that their sum is within the bounds."""
+    if bounds is None:
+        ranges = [_times(force, gear) for force, gear in forces]
+        return sum(r[0] for r in ranges), sum(r[1] for r in ranges)
+    ends = []
+    for side in (0, 1):
+        chosen = [_within(force, bounds)[side if gear > 0 else 1 - side] for force, gear in forces]
+        total = sum(chosen)
+        scale = 1.0 if bounds[0] <= total <= bounds[1] else float(bounds[int(total > bounds[1])]) / total
+        ends.append(scale * sum(f * gear for f, (_, gear) in zip(chosen, forces, strict=True)))
+    return ends[0], ends[1]
 
 
 def _times(own: Range, factor: float) -> Range:

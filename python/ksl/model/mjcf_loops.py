@@ -154,7 +154,7 @@ def check_kinds(mj: Any) -> None:
     for f in range(getattr(mj, "nflex", 0)):
         bodies = set(mj.flex_vertbodyid[mj.flex_vertadr[f] : mj.flex_vertadr[f] + mj.flex_vertnum[f]].tolist())
         if len(bodies) > 1:
-            raise DescriptionError(f"flex {mj.flex(f).name or f + 1} is a soft body that joins {len(bodies)} bodies, and KSL's are rigid; remove it, {cut}")
+            raise DescriptionError(f"flex {bytes(mj.names[mj.name_flexadr[f] :]).split(bytes(1), 1)[0].decode() or f + 1} is a soft body that joins {len(bodies)} bodies, and KSL's are rigid; remove it, {cut}")
 
 
 def bodies_of(mj: Any, i: int) -> tuple[int, int]:
