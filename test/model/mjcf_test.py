@@ -12,6 +12,8 @@ import pytest
 
 import ksl
 from ksl import mjcf
+from ksl.base import own_process
+from ksl.model import mjcf_compiler
 
 HERE = Path(__file__).parent
 CHAINS = HERE / "chains.xml"
@@ -222,6 +224,24 @@ def test_warnings_of_the_compiler(tmp_path, monkeypatch):
     with pytest.warns(ksl.DescriptionWarning, match="MuJoCo's compiler says: Inertia matrix is too close to singular"):
         ksl.load(in_file(tmp_path, f'<body name="b">{same}{same}{BODY}</body>'))
     assert [path.name for path in tmp_path.iterdir()] == ["robot.xml"]  # no log
+
+
+def test_a_compiler_in_a_process_of_its_own_gives_the_same_robot(tmp_path, monkeypatch):
+    """As commands run it.  What ends that process is a sentence."""
+    here = ksl.load(CHAINS)
+    same = '<joint axis="1 0 0"/>'
+    doubtful, wrong = in_file(tmp_path, f'<body name="b">{same}{same}{BODY}</body>'), tmp_path / "wrong.xml"
+    wrong.write_text("<mujoco><x/></mujoco>")
+    monkeypatch.setattr(own_process, "_is_wanted", True)
+    apart = ksl.load(CHAINS)
+    assert apart.links == here.links and apart.joints == here.joints and apart.unused == here.unused and apart.warnings == here.warnings
+    with pytest.warns(ksl.DescriptionWarning, match="MuJoCo's compiler says: Inertia matrix is too close to singular"):
+        ksl.load(doubtful)
+    with pytest.raises(ksl.DescriptionError, match="wrong.xml: MuJoCo's compiler refuses the file: .*unrecognized element.*; correct it there"):
+        ksl.load(wrong)
+    monkeypatch.setattr(mjcf_compiler, "COMPILE", "os.kill(os.getpid(), 9)")
+    with pytest.raises(ksl.DescriptionError, match="most likely since memory ran out"):
+        ksl.load(CHAINS)
 
 
 def stack(tmp_path, *joints: str) -> list[str]:

@@ -14,7 +14,7 @@ from ksl.base.errors import DescriptionError, near_names
 from ksl.base.files_read import InputFile, note, state_of
 from ksl.base.printable import sentence
 from ksl.base.words import listed
-from ksl.model.mesh_files import package_folders
+from ksl.model.mesh_files import forget_folders, package_folders
 
 EXPANDED = " (expanded by xacro)"
 """After the name of the file, in messages, whose lines are those of the text that xacro made."""
@@ -121,6 +121,7 @@ def expanded(file: str, given: Mapping[str, object]) -> Expanded:
         raise DescriptionError(f"{file}: is no file; give a xacro file, or leave xacro out")
     if not own_process.is_possible():
         raise DescriptionError(f"{file}: xacro runs in a Python of its own, and this one, inside of another program, knows none (sys.executable); run xacro before: xacro FILE > robot.urdf")
+    forget_folders()
     packages = given.packages if isinstance(given, Arguments) else {}
 
     def folder(question: dict[str, Any]) -> str | None:
