@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import mujoco
@@ -21,6 +24,9 @@ from ksl.model.mjcf_frames import matrix
 NO_CONSTRAINTS = 1 << 0
 """The bit of mjtDisableBit that turns contacts, limits, dry friction and equality constraints off."""
 GRAVITY_DISABLED = 1 << 7
+ACTUATION_DISABLED = 1 << 11
+"""The bit that turns actuators off."""
+OF_TENDONS = ("stiffness", "damping", "armature")
 
 
 class RobotInMujoco(OtherRobot):
@@ -112,6 +118,37 @@ class RobotInMujoco(OtherRobot):
         T[:3, :3], T[:3, 3] = self.data.xmat[i].reshape(3, 3), self.data.xpos[i]
         return T
 
+    def effects(self) -> dict[str, str]:
+        mj, found = self.mj, {}
+        if mj.nu:
+            found["actuators"] = f"{_names(mj.actuator(i).name or str(i) for i in range(mj.nu))} exert forces at a control of zero, as servos do"
+        if mj.body_gravcomp.any():
+            found["gravcomp"] = f"gravity of {_names(mj.body(i).name for i in np.flatnonzero(mj.body_gravcomp))} is compensated there"
+        if mj.opt.density or mj.opt.viscosity:
+            found["fluid"] = f"bodies move in a fluid there, of density {mj.opt.density:g} kg/m³ and viscosity {mj.opt.viscosity:g} Pa s"
+        if any(values is not None and np.any(values) for values in (getattr(mj, f"tendon_{word}", None) for word in OF_TENDONS)):
+            found["tendons"] = f"{_names(mj.tendon(i).name or str(i) for i in range(mj.ntendon))} exert passive forces there"
+        return found
+
+    @contextmanager
+    def without(self, topics: frozenset[str]) -> Iterator[None]:
+        kept = self.mj, self.data
+        mj = self.mj = copy.copy(self.mj)
+        if "actuators" in topics:
+            mj.opt.disableflags |= ACTUATION_DISABLED
+        if "gravcomp" in topics:
+            mj.body_gravcomp[:] = 0.0
+        if "fluid" in topics:
+            mj.opt.density = mj.opt.viscosity = 0.0
+        for word in OF_TENDONS if "tendons" in topics else ():
+            if hasattr(mj, f"tendon_{word}"):
+                getattr(mj, f"tendon_{word}")[:] = 0.0
+        self.data = mujoco.MjData(mj)
+        try:
+            yield
+        finally:
+            self.mj, self.data = kept
+
     def compute(self, q: Array, v: Array, a: Array, tau: Array, links: list[str]) -> OneState:
         mj, data = self.mj, self.data
         mujoco.mj_resetData(mj, data)
@@ -130,6 +167,11 @@ class RobotInMujoco(OtherRobot):
         data.qfrc_applied[:], data.qacc[:] = 0.0, a
         mujoco.mj_inverse(mj, data)
         return OneState(data.qfrc_inverse.copy(), accelerations, M, poses, jacobians)
+
+
+def _names(names: Iterable[str]) -> str:
+    found = list(names)
+    return f"{', '.join(found[:5])}{' …' if len(found) > 5 else ''}"
 
 
 def _full_mass_matrix(mj: Any, data: Any, M: Array) -> None:
