@@ -23,8 +23,8 @@ def is_there(pid: int) -> bool:
 
 
 def test_questions_are_answered_and_the_last_word_is_the_result():
-    program = 'say(ask="x")\na = json.loads(sys.stdin.readline())\nprint("not an answer")\nsay(got=a + given["b"])\n'
-    assert own_process.run(program, {"b": 2}, lambda question: 40 if question["ask"] == "x" else 0) == {"got": 42}
+    program = 'say(ask="x")\na = json.loads(sys.stdin.readline())\nprint("not an answer")\nos.write(2, b"a library says")\nsay(got=a + given["b"])\n'
+    assert own_process.run(program, {"b": 2}, lambda question: 40 if question["ask"] == "x" else 0) == {"got": 42, "printed": "a library says"}
 
 
 @pytest.mark.parametrize(("program", "why"), [("sys.exit(3)", "it ended with status 3"), ("os.kill(os.getpid(), 9)", "memory ran out"), ("os.kill(os.getpid(), 11)", "it crashed (signal 11, SIGSEGV)")])
@@ -61,7 +61,7 @@ def test_signals_end_a_command_while_another_library_works(tmp_path: Path, libra
     file, text, options = FILES[library]
     os.mkfifo(tmp_path / "pipe.xml")
     (tmp_path / file).write_text(text.format("pipe.xml"))
-    heard = lambda: signal.signal(getattr(signal, name), signal.SIG_DFL)  # noqa: E731 - nohup ignores some
+    heard = lambda: signal.signal(getattr(signal, name), signal.SIG_DFL)
     process = subprocess.Popen([*KSL, "info", file, *options], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heard)  # noqa: PLW1509 - it calls signal.signal and no more
     with open(tmp_path / "pipe.xml", "w"):  # open returns when the library has opened the other end
         process.send_signal(getattr(signal, name))

@@ -8,8 +8,9 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable
-from typing import Any
+from typing import IO, Any
 
 _ENDS_WITH_PARENT = """
 import json, os, signal, sys
@@ -32,6 +33,8 @@ class Ended(Exception):
     """A process that ended without an answer; why, as the end of a sentence."""
 
 
+MOST_PRINTED = 1 << 16
+"""Bytes of what a library prints that are kept."""
 _is_wanted = False
 
 
@@ -54,8 +57,16 @@ def run(program: str, given: dict[str, Any], answer: Callable[[dict[str, Any]], 
     """What a Python program says last.  Raises :class:`Ended` where it says nothing; what interrupts the wait ends the process.
 
     answer: of questions that it asks by `say(ask=…)`, which it reads from standard input as a line of JSON.  meanwhile: called while it runs.
+    What the library prints on standard error, past Python, is in the result as `printed`.
     """
-    process = subprocess.Popen([sys.executable, "-c", _ENDS_WITH_PARENT + program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8")
+    with tempfile.TemporaryFile() as printed:
+        last = _last_word(program, given, answer, meanwhile, printed)
+        printed.seek(0)
+        return last | {"printed": printed.read(MOST_PRINTED).decode("utf-8", "replace")}
+
+
+def _last_word(program: str, given: dict[str, Any], answer: Callable[[dict[str, Any]], object] | None, meanwhile: Callable[[], object] | None, printed: IO[bytes]) -> dict[str, Any]:
+    process = subprocess.Popen([sys.executable, "-c", _ENDS_WITH_PARENT + program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=printed, encoding="utf-8")
     try:
         assert process.stdin is not None and process.stdout is not None
         last: dict[str, Any] | None = None

@@ -60,7 +60,7 @@ def _compiled_apart(file: str, text: str | None, say: Callable[[str], None]) -> 
             made = own_process.run(COMPILE, {"file": file, "text": text, "to": to}, meanwhile=load)
         except own_process.Ended as e:
             raise Refused(str(e)) from None
-        for line in made["said"]:
+        for line in (*made["said"], *filter(None, map(str.strip, made["printed"].splitlines()))):
             say(line)
         if "refused" in made:
             raise Refused(made["refused"])

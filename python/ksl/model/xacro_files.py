@@ -139,7 +139,7 @@ def expanded(file: str, given: Mapping[str, object]) -> Expanded:
         said = str(made["refused"])
         raise DescriptionError(f"{file}: xacro refuses the file: {sentence(' '.join(said.split()))[:1000]}{_mend(said)}")
     unused = tuple(_unused(file, name, set(made["asked"])) for name in given if name not in made["asked"])
-    return Expanded(file + EXPANDED, made["text"].encode("utf-8", "replace"), _inputs(file, made["included"]), unused + _lines(file, made["said"]))
+    return Expanded(file + EXPANDED, made["text"].encode("utf-8", "replace"), _inputs(file, made["included"]), unused + _lines(file, made["said"] + "\n" + made["printed"]))
 
 
 def _unused(file: str, name: str, asked: set[str]) -> str:
