@@ -40,7 +40,7 @@ template <class Words> bool has_word(const std::string &text, const Words &words
 bool is_harmless(pugi::xml_node node) {
   const std::string_view tag = node.name();
   const std::string local = lower(tag.substr(tag.find(':') == tag.npos ? 0 : tag.find(':') + 1));
-  return has_word(local, harmless_words) ||
+  return has_word(lower(tag), harmless_words) ||
          std::find(std::begin(harmless_tags), std::end(harmless_tags), local) != std::end(harmless_tags);
 }
 
@@ -172,6 +172,10 @@ void refuse_if_joining(const text::xml_file &file, const part_names &names, pugi
   refuse_if_two(file, joint, std::string(attribute.name()) + " of <" + joint.name() + ">", named, option);
 }
 
+bool is_plugin(pugi::xml_node node) {
+  return node.name() == std::string_view("plugin") || node.attribute("plugin") || node.attribute("filename");
+}
+
 void follow(const text::xml_file &file, const stated_mimic &mimic, joint_description &follower,
             const joint_description &leader) {
   const auto same = [](double x, double y) { return std::fabs(x - y) <= 1e-9 * std::max(1.0, std::fabs(y)); };
@@ -196,7 +200,9 @@ void follow(const text::xml_file &file, const stated_mimic &mimic, joint_descrip
 
 std::vector<std::string> read_plugin(const text::xml_file &file, const part_names &names, pugi::xml_node plugin,
                                      left_out option, std::vector<stated_mimic> &mimics) {
-  std::string words = lower(std::string(plugin.attribute("filename").value()) + plugin.attribute("name").value());
+  std::string words = lower(plugin.name());
+  for (const char *attribute : {"filename", "plugin", "name"})
+    words += " " + lower(plugin.attribute(attribute).value());
   for (const pugi::xml_node child : plugin.children())
     words += " " + lower(child.name());
   const part_names::found named = names.named_in(plugin);

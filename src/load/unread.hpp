@@ -54,6 +54,9 @@ struct stated_mimic {
 void follow(const text::xml_file &file, const stated_mimic &mimic, joint_description &follower,
             const joint_description &leader);
 
+/// Is an element in <gazebo> a plugin: <plugin>, or a tag that says what it is, with a file.
+bool is_plugin(pugi::xml_node node);
+
 /// What a plugin of a simulator does to links and joints can't be read, but that one joint mimics another: appended to `mimics`.  Refuses other
 /// plugins that couple two links or joints, by their words.  Returns the names of two or more joints or links that it acts on otherwise.
 std::vector<std::string> read_plugin(const text::xml_file &file, const part_names &names, pugi::xml_node plugin,

@@ -255,8 +255,10 @@ void urdf_reader::read_mimics_elsewhere() {
   const readers::left_out option = {options_.cut_loops, options_.mimic_independent};
   std::vector<readers::stated_mimic> mimics = readers::mimics_of_control(file_, names_, option);
   for (const pugi::xml_node gazebo : root_.node().children("gazebo"))
-    for (const pugi::xml_node plugin : gazebo.children("plugin"))
-      if (const auto named = readers::read_plugin(file_, names_, plugin, option, mimics); !named.empty())
+    for (const pugi::xml_node plugin : gazebo.children())
+      if (!readers::is_plugin(plugin))
+        continue;
+      else if (const auto named = readers::read_plugin(file_, names_, plugin, option, mimics); !named.empty())
         unused_.in_robot("plugin " + std::string(plugin.attribute("name").value()) + " of the simulator, which names " +
                          text::listed(named));
   for (const readers::stated_mimic &mimic : mimics) {
@@ -281,7 +283,7 @@ void urdf_reader::check_unread() const {
       readers::refuse_if_joining(file_, names_, node, attribute, option);
   for (const pugi::xml_node gazebo : root_.node().children("gazebo"))
     for (const pugi::xml_node child : gazebo.children())
-      if (child.type() == pugi::node_element && child.name() != std::string_view("plugin"))
+      if (child.type() == pugi::node_element && !readers::is_plugin(child))
         readers::refuse_if_joining(file_, names_, child, option);
 }
 

@@ -117,6 +117,11 @@ TEST_CASE("unread: what names two and joins none is listed") {
   const auto robot =
       read(urdf("<gazebo>" + plugin("libdiff_drive.so", "<left_joint>ja</left_joint><right_joint>jb</right_joint>") +
                 "</gazebo>" + "<gazebo reference=\"a\"><bumper><with>b</with></bumper></gazebo>"));
+  CHECK(
+      !read(
+           urdf(
+               "<gazebo><controller:p3d name=\"c\" plugin=\"libp3d.so\"><bodyName>a</bodyName><frameName>b</frameName></controller:p3d></gazebo>"))
+           .unused.empty());
   CHECK(std::find(robot.unused.begin(), robot.unused.end(), "plugin p of the simulator, which names ja, jb (1)") !=
         robot.unused.end());
 }
