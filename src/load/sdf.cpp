@@ -670,7 +670,9 @@ void sdf_reader::read_plugins_and_check_unread() {
     if (const auto named = readers::read_plugin(file_, names, plugin.at.node(), option, mimics); !named.empty())
       unused_.in_robot("plugin " + plugin.at.text("name") + " of the simulator, which names " + listed(named));
   for (const readers::stated_mimic &mimic : mimics)
-    if (joint_description &follower = connections_[index.at(mimic.follower)].joint; options_.mimic_independent)
+    if (joint_description &follower = connections_[index.at(mimic.follower)].joint; follower.kind == joint_kind::fixed)
+      unused_.in_joint("mimic", "no effect on a fixed joint", follower.name);
+    else if (options_.mimic_independent)
       unused_.in_joint("mimic", "the coupling is not applied: each has a coordinate of its own", follower.name);
     else
       readers::follow(file_, mimic, follower, connections_[index.at(mimic.leader)].joint);

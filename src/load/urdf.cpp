@@ -266,10 +266,13 @@ void urdf_reader::read_mimics_elsewhere() {
     if (leader == joint_index_.end())
       file_.refuse(mimic.at, "joint " + mimic.follower + ": it mimics joint " + quoted(mimic.leader) +
                                  ", which does not exist; correct the name");
-    if (options_.mimic_independent)
+    joint_description &joint = robot_.joints[follower->second];
+    if (joint.kind == joint_kind::fixed)
+      unused_.in_joint("mimic", "no effect on a fixed joint", mimic.follower);
+    else if (options_.mimic_independent)
       unused_.in_joint("mimic", "the coupling is not applied: each has a coordinate of its own", mimic.follower);
     else
-      readers::follow(file_, mimic, robot_.joints[follower->second], robot_.joints[leader->second]);
+      readers::follow(file_, mimic, joint, robot_.joints[leader->second]);
   }
 }
 

@@ -156,6 +156,9 @@ TEST_CASE("unread: mimics that are stated elsewhere") {
                 {"joint jb: it mimics joint \"jx\", which does not exist"});
   check_message(refusal(urdf(control(param("mimic", "ja") + param("multiplier", "two")))),
                 {"joint jb: its <param name=\"multiplier\"> is \"two\""});
+  const std::string still =
+      "<link name=\"d\"/><joint name=\"jd\" type=\"fixed\"><parent link=\"a\"/><child link=\"d\"/></joint>";
+  CHECK(!mimic_of(read(urdf(still + control(param("mimic", "ja"), "jd"))), "jd"));
   check_message(refusal(urdf("", same + drake)), {"it has <mimic> and <drake:mimic>"});
 }
 
