@@ -671,7 +671,7 @@ void sdf_reader::read_plugins_and_check_unread() {
       unused_.in_robot("plugin " + plugin.at.text("name") + " of the simulator, which names " + listed(named));
   for (const readers::stated_mimic &mimic : mimics)
     if (joint_description &follower = connections_[index.at(mimic.follower)].joint; follower.kind == joint_kind::fixed)
-      unused_.in_joint("mimic", "no effect on a fixed joint", follower.name);
+      unused_.in_joint("mimic stated elsewhere", "no effect on a fixed joint", follower.name);
     else if (options_.mimic_independent)
       unused_.in_joint("mimic", "the coupling is not applied: each has a coordinate of its own", follower.name);
     else

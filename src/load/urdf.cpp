@@ -268,7 +268,7 @@ void urdf_reader::read_mimics_elsewhere() {
                                  ", which does not exist; correct the name");
     joint_description &joint = robot_.joints[follower->second];
     if (joint.kind == joint_kind::fixed)
-      unused_.in_joint("mimic", "no effect on a fixed joint", mimic.follower);
+      unused_.in_joint("mimic stated elsewhere", "no effect on a fixed joint", mimic.follower);
     else if (options_.mimic_independent)
       unused_.in_joint("mimic", "the coupling is not applied: each has a coordinate of its own", mimic.follower);
     else

@@ -237,12 +237,11 @@ def _fold(earlier: Closure, other: Closure) -> bool:
 def _least_turn(u: Array, to: Array) -> Array:
     """The smallest rotation that leads one unit vector to another."""
     n, c = np.cross(u, to), float(u @ to)
-    if np.linalg.norm(n) < 1e-15:
-        if c > 0:
-            return np.eye(3)
-        n = np.cross(u, np.eye(3)[int(np.argmin(np.abs(u)))])
-        n /= np.linalg.norm(n)
-        return np.asarray(2 * np.outer(n, n) - np.eye(3))
+    if c < 0.0:  # half a turn about the same axis, and then the rest: 1 + c would lose its digits
+        p = n if np.linalg.norm(n) > 1e-15 else np.eye(3)[int(np.argmin(np.abs(u)))]
+        p = p - (p @ u) * u
+        p /= np.linalg.norm(p)
+        return np.asarray(_least_turn(-u, to) @ (2 * np.outer(p, p) - np.eye(3)))
     K = np.array([[0, -n[2], n[1]], [n[2], 0, -n[0]], [-n[1], n[0], 0]])
     return np.asarray(np.eye(3) + K + K @ K / (1 + c))
 
