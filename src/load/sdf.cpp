@@ -8,8 +8,10 @@
 #include "description/parts/given.hpp"
 #include "description/structure/loops.hpp"
 #include "description/structure/mimic.hpp"
+#include "load/drake_elements.hpp"
 #include "load/mesh_scales.hpp"
 #include "load/sdf_frames.hpp"
+#include "load/unread.hpp"
 #include "text/limits.hpp"
 #include "text/words.hpp"
 
@@ -71,6 +73,9 @@ private:
   void read_limit(const element &axis, int number, joint_description &out);
   void read_dynamics(const element &axis, const std::string &scope, joint_description &out);
   void read_mimic(const element &mimic, const std::string &scope, joint_description &out);
+  void read_drake_mimic(const part &joint, joint_description &out);
+  void read_drake_elements();
+  void read_plugins_and_check_unread();
   const connection &turning_on(const part &gearbox, const std::string &reference, const std::string &link,
                                const std::vector<bool> &in_tree) const;
   double sense_of(const part &gearbox, const char *tag, const connection &turning);
@@ -94,7 +99,7 @@ private:
   frame_graph frames_;
   std::vector<part> links_, joints_, other_frames_;
   std::vector<connection> connections_;
-  std::vector<part> gearboxes_;
+  std::vector<part> gearboxes_, drake_elements_, plugins_;
   std::vector<std::pair<std::string, element>> placed_; ///< models with a placement frame, inner ones first
   std::map<std::string, int> link_index_;
   std::set<std::string> joint_names_; ///< of the file
@@ -132,7 +137,9 @@ robot_description sdf_reader::read() {
     read_frame(frame);
   for (const part &joint : joints_)
     read_joint(joint);
+  read_plugins_and_check_unread();
   connect_all();
+  read_drake_elements();
   add_floating();
   warn();
   leaders_of(robot_);
@@ -263,6 +270,11 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
     if (tag == "model") {
       const std::string nested = name_of(child);
       collect_model(child, inner, nested, inner + nested + "::" + own_frame);
+    } else if (tag == "plugin") {
+      plugins_.push_back({inner, "", "", in_file(child, "model", name)});
+    } else if (readers::is_drake_element(tag)) {
+      text::check_count(file_, child, drake_elements_.size(), text::limits::joints, "joints and force elements");
+      drake_elements_.push_back({inner, "", "", in_file(child, "model", name)});
     } else if (tag == "link" || tag == "frame" || tag == "joint" || tag == "drake:joint") {
       const std::string found = collect_part(child, inner);
       if (tag == "link" && canonical.empty())
@@ -312,7 +324,8 @@ std::string sdf_reader::collect_part(pugi::xml_node child, const std::string &sc
 void sdf_reader::check_content(const element &model) {
   model.expect({"name", "canonical_link", "placement_frame"},
                {"link", "joint", "drake:joint", "frame", "model", "pose", "static", "include", "plugin", "gripper",
-                "self_collide", "allow_auto_disable", "enable_wind"});
+                "self_collide", "allow_auto_disable", "enable_wind", "drake:ball_constraint",
+                "drake:linear_spring_damper"});
   for (const pugi::xml_node child : model.node().children()) {
     const std::string tag = child.name(), local = tag.substr(tag.find(':') == tag.npos ? 0 : tag.find(':') + 1);
     if (tag == "include")
@@ -440,9 +453,9 @@ joint_kind sdf_reader::kind_of(const element &joint) {
 
 void sdf_reader::read_joint(const part &joint) {
   const element &at = joint.at;
-  at.expect({"name", "type"},
-            {"parent", "child", "drake:parent", "drake:child", "pose", "axis", "axis2", "screw_thread_pitch",
-             "thread_pitch", "physics", "sensor", "gearbox_ratio", "gearbox_reference_body", "drake:damping"});
+  at.expect({"name", "type"}, {"parent", "child", "drake:parent", "drake:child", "pose", "axis", "axis2",
+                               "screw_thread_pitch", "thread_pitch", "physics", "sensor", "gearbox_ratio",
+                               "gearbox_reference_body", "drake:damping", "drake:mimic"});
   if (at.text("type") == "gearbox" && !is_drake(at)) {
     gearboxes_.push_back(joint);
     return;
@@ -455,6 +468,7 @@ void sdf_reader::read_joint(const part &joint) {
     if (at.node().child(tag))
       unused_.in_joint(tag, "not used", out.name);
   read_motion(joint, out);
+  read_drake_mimic(joint, out);
   const std::string child = frames_.link_of(joint.frame);
   if (child == "world")
     at.refuse("its child is the world, which can only be a parent; exchange <parent> and <child>");
@@ -604,6 +618,71 @@ void sdf_reader::read_mimic(const element &mimic, const std::string &scope, join
       scope + mimic.text("joint"), multiplier, read("offset", 0) - multiplier * read("reference", 0), {mimic.line()}};
 }
 
+/// Drake's, which is that of URDF.
+void sdf_reader::read_drake_mimic(const part &joint, joint_description &out) {
+  const element mimic = joint.at.child("drake:mimic");
+  if (!mimic)
+    return;
+  if (options_.mimic_independent)
+    return unused_.in_joint("mimic", "the coupling is not applied: each has a coordinate of its own", out.name);
+  mimic.expect({"joint", "multiplier", "offset"}, {});
+  if (mimic.text("joint").empty())
+    mimic.refuse("<drake:mimic> names no joint; write <drake:mimic joint=\"...\" multiplier=\"1\" offset=\"0\"/>");
+  if (out.mimic)
+    mimic.refuse("it has <mimic> and <drake:mimic>; keep one of both");
+  out.mimic = {joint.scope + mimic.text("joint"),
+               mimic.number("multiplier").value_or(1),
+               mimic.number("offset").value_or(0),
+               {mimic.line()}};
+}
+
+/// Elements of Drake between two bodies.
+void sdf_reader::read_drake_elements() {
+  std::set<std::string> taken = joint_names_;
+  for (const part &each : drake_elements_)
+    readers::add_drake_element(
+        each.at,
+        [&](const element &child, const std::string &name) {
+          return link_index_.at(frames_.link_of(frames_.found(each.scope, name, child, child.tag())));
+        },
+        !options_.cut_loops, taken, robot_);
+}
+
+/// Mimics that plugins state; and what no reader knows is refused where it joins links or couples joints.
+void sdf_reader::read_plugins_and_check_unread() {
+  const readers::left_out option = {options_.cut_loops, options_.mimic_independent};
+  readers::part_names names; // with the names of nested models around them, and without
+  const auto local = [](const std::string &name) {
+    return name.substr(name.rfind("::") == name.npos ? 0 : name.rfind("::") + 2);
+  };
+  std::map<std::string, std::size_t> index;
+  for (const auto *parts : {&links_, &other_frames_})
+    for (const part &each : *parts)
+      for (const std::string &name : {each.name, local(each.name)})
+        names.add_link(name, frames_.link_of(each.frame));
+  for (std::size_t j = 0; j < connections_.size(); ++j)
+    for (const std::string &name : {connections_[j].joint.name, local(connections_[j].joint.name)}) {
+      names.add_joint(name);
+      index.try_emplace(name, j);
+    }
+  std::vector<readers::stated_mimic> mimics;
+  for (const part &plugin : plugins_)
+    if (const auto named = readers::read_plugin(file_, names, plugin.at.node(), option, mimics); !named.empty())
+      unused_.in_robot("plugin " + plugin.at.text("name") + " of the simulator, which names " + listed(named));
+  for (const readers::stated_mimic &mimic : mimics)
+    if (joint_description &follower = connections_[index.at(mimic.follower)].joint; follower.kind == joint_kind::fixed)
+      unused_.in_joint("mimic stated elsewhere", "no effect on a fixed joint", follower.name);
+    else if (options_.mimic_independent)
+      unused_.in_joint("mimic", "the coupling is not applied: each has a coordinate of its own", follower.name);
+    else
+      readers::follow(file_, mimic, follower, connections_[index.at(mimic.leader)].joint);
+  for (const pugi::xml_node node : unused_.elements)
+    readers::refuse_if_joining(file_, names, node, option);
+  for (const auto &[node, attribute] : unused_.attributes)
+    if (node.name() == std::string_view("joint") || node.name() == std::string_view("drake:joint"))
+      readers::refuse_if_joining(file_, names, node, attribute, option);
+}
+
 void sdf_reader::read_dynamics(const element &axis, const std::string &scope, joint_description &out) {
   if (const element mimic = axis.child("mimic"))
     read_mimic(mimic, scope, out);
@@ -677,8 +756,11 @@ void sdf_reader::couple(const part &gearbox, const std::vector<bool> &in_tree) {
   const std::string reference = link(readers::sdf::text_in(at, "gearbox_reference_body"), "<gearbox_reference_body>");
   const connection &of_parent = turning_on(gearbox, reference, link(end_of(gearbox, "parent"), "<parent>"), in_tree),
                    &of_child = turning_on(gearbox, reference, link(end_of(gearbox, "child"), "<child>"), in_tree);
-  const double ratio = readers::sdf::number_in(at, "gearbox_ratio").value_or(1) * sense_of(gearbox, "axis", of_parent) *
-                       sense_of(gearbox, "axis2", of_child);
+  const double stated = readers::sdf::number_in(at, "gearbox_ratio").value_or(1);
+  if (stated == 0)
+    at.refuse("its <gearbox_ratio> is 0, so that the child would not turn; give the angle of the child for one of the "
+              "parent's, or make the child's joint fixed");
+  const double ratio = stated * sense_of(gearbox, "axis", of_parent) * sense_of(gearbox, "axis2", of_child);
   joint_description &follower = connections_[static_cast<std::size_t>(&of_child - connections_.data())].joint;
   if (follower.mimic)
     at.refuse("joint " + follower.name + " follows joint " + follower.mimic->joint + " already; keep one of both");

@@ -8,7 +8,10 @@
 #include "description/structure/check.hpp"
 #include "description/parts/given.hpp"
 #include "description/structure/mimic.hpp"
+#include "load/drake_elements.hpp"
 #include "load/mesh_scales.hpp"
+#include "load/unread.hpp"
+#include "load/urdf_control.hpp"
 #include "load/urdf_drives.hpp"
 #include "load/urdf_loops.hpp"
 #include "load/urdf_values.hpp"
@@ -40,6 +43,10 @@ private:
   void check_joint_elements() const;
   void read_loops();
   void check_gazebo_joints() const;
+  void name_parts();
+  void read_mimics_elsewhere();
+  void check_unread() const;
+  void read_drake_elements();
   int minor_version() const;
   void read_link(pugi::xml_node node);
   void read_joint(pugi::xml_node node);
@@ -68,6 +75,7 @@ private:
   robot_description robot_;
   int minor_ = 0; ///< version 1.minor
   readers::links_by_name links_{robot_, {}};
+  readers::part_names names_;
   std::map<std::string, std::size_t> joint_index_;
   std::set<std::string> drives_, types_beyond_urdf_;
   std::vector<std::string> joints_beyond_urdf_;
@@ -81,7 +89,8 @@ robot_description urdf_reader::read() {
   check_expanded();
   check_joint_elements();
   root_.expect({"name", "version"}, {"link", "joint", "drake:joint", "constraint", "loop_joint", "loop", "coupling",
-                                     "force_element", "material", "transmission", "gazebo", "ros2_control"});
+                                     "force_element", "drake:ball_constraint", "drake:linear_spring_damper", "material",
+                                     "transmission", "gazebo", "ros2_control"});
   minor_ = minor_version();
   robot_.name = root_.text("name");
   robot_.file = file_.name();
@@ -98,11 +107,15 @@ robot_description urdf_reader::read() {
       read_joint(child);
   for (std::size_t j = 0; j < robot_.joints.size(); ++j)
     joint_index_.try_emplace(robot_.joints[j].name, j);
+  name_parts();
+  read_mimics_elsewhere();
+  readers::read_limits_of_control(file_, robot_, unused_);
   for (const pugi::xml_node transmission : root_.node().children("transmission"))
     read_transmission(transmission);
   for (const pugi::xml_node transmission : root_.node().children("transmission"))
     read_ros_rotor(transmission);
   read_loops();
+  check_unread();
   for (const pugi::xml_node other : root_.node().children())
     for (const char *tag : {"material", "transmission", "gazebo", "ros2_control"})
       if (other.name() == std::string_view(tag) && !(tag == std::string_view("transmission") && names_drive(other)))
@@ -186,6 +199,7 @@ void urdf_reader::read_loops() {
     robot_.force_elements.push_back(
         readers::force_element_in({file_, unused_, child, {"force element", child.attribute("name").value()}}, links_));
   }
+  read_drake_elements();
   readers::split_loops(robot_, readers::joints_with_motors(root_.node()), unused_);
   const std::vector<int> moving = root_.node().child("coupling") ? readers::moving_joints(robot_) : std::vector<int>();
   for (const pugi::xml_node coupling : root_.node().children("coupling"))
@@ -204,6 +218,76 @@ void urdf_reader::read_loops() {
     drives_ = {drives.begin(), drives.end()};
     robot_.drives = std::move(drives);
   }
+}
+
+void urdf_reader::read_drake_elements() {
+  std::set<std::string> taken;
+  const auto take = [&](const auto &items) {
+    for (const auto &item : items)
+      taken.insert(item.name);
+  };
+  take(robot_.joints), take(robot_.loops), take(robot_.force_elements);
+  const auto link = [&](const element &child, const std::string &name) {
+    if (const auto found = links_.index.find(name); found != links_.index.end())
+      return found->second;
+    child.refuse("link " + quoted(name) + " does not exist; name one of the robot's links");
+  };
+  for (const pugi::xml_node child : root_.node().children())
+    if (readers::is_drake_element(child.name())) {
+      text::check_count(file_, child, taken.size(), 2 * text::limits::joints, "joints and force elements");
+      readers::add_drake_element({file_, unused_, child, {"robot", ""}}, link, !options_.cut_loops, taken, robot_);
+    }
+}
+
+/// The names by which elements that are not read may mean links and joints.  A <frame> is Drake's: a name for a place on a link.
+void urdf_reader::name_parts() {
+  for (const link_description &link : robot_.links)
+    names_.add_link(link.name, link.name);
+  for (const pugi::xml_node frame : root_.node().children("frame"))
+    if (const auto found = links_.index.find(frame.attribute("link").value()); found != links_.index.end())
+      names_.add_link(frame.attribute("name").value(), found->first);
+  for (const joint_description &joint : robot_.joints)
+    names_.add_joint(joint.name);
+}
+
+/// Mimics that <ros2_control> and plugins in <gazebo> state.
+void urdf_reader::read_mimics_elsewhere() {
+  const readers::left_out option = {options_.cut_loops, options_.mimic_independent};
+  std::vector<readers::stated_mimic> mimics = readers::mimics_of_control(file_, names_, option);
+  for (const pugi::xml_node gazebo : root_.node().children("gazebo"))
+    for (const pugi::xml_node plugin : gazebo.children())
+      if (!readers::is_plugin(plugin))
+        continue;
+      else if (const auto named = readers::read_plugin(file_, names_, plugin, option, mimics); !named.empty())
+        unused_.in_robot("plugin " + std::string(plugin.attribute("name").value()) + " of the simulator, which names " +
+                         text::listed(named));
+  for (const readers::stated_mimic &mimic : mimics) {
+    const auto leader = joint_index_.find(mimic.leader), follower = joint_index_.find(mimic.follower);
+    if (leader == joint_index_.end())
+      file_.refuse(mimic.at, "joint " + mimic.follower + ": it mimics joint " + quoted(mimic.leader) +
+                                 ", which does not exist; correct the name");
+    joint_description &joint = robot_.joints[follower->second];
+    if (joint.kind == joint_kind::fixed)
+      unused_.in_joint("mimic stated elsewhere", "no effect on a fixed joint", mimic.follower);
+    else if (options_.mimic_independent)
+      unused_.in_joint("mimic", "the coupling is not applied: each has a coordinate of its own", mimic.follower);
+    else
+      readers::follow(file_, mimic, joint, robot_.joints[leader->second]);
+  }
+}
+
+/// Refuses what no reader knows, and what is in <gazebo>, where it joins links or couples joints.
+void urdf_reader::check_unread() const {
+  const readers::left_out option = {options_.cut_loops, options_.mimic_independent};
+  for (const pugi::xml_node node : unused_.elements)
+    readers::refuse_if_joining(file_, names_, node, option);
+  for (const auto &[node, attribute] : unused_.attributes)
+    if (node.name() == std::string_view("joint") || node.name() == std::string_view("drake:joint"))
+      readers::refuse_if_joining(file_, names_, node, attribute, option);
+  for (const pugi::xml_node gazebo : root_.node().children("gazebo"))
+    for (const pugi::xml_node child : gazebo.children())
+      if (child.type() == pugi::node_element && !readers::is_plugin(child))
+        readers::refuse_if_joining(file_, names_, child, option);
 }
 
 /// Refuses joints between links of the robot in <gazebo>, which Gazebo adds to those of the tree.
@@ -262,9 +346,9 @@ void urdf_reader::read_joint(pugi::xml_node node) {
   const element joint(file_, unused_, node, {"joint", node.attribute("name").value()});
   if (joint.where().name.empty())
     joint.refuse("<" + joint.tag() + "> has no name; write <" + joint.tag() + " name=\"...\" type=\"...\">");
-  joint.expect({"name", "type"},
-               {"origin", "parent", "child", "axis", "axis2", "limit", "limit1", "limit2", "limit3", "dynamics",
-                "mimic", "safety_controller", "calibration", "screw_thread_pitch", "drake:screw_thread_pitch"});
+  joint.expect({"name", "type"}, {"origin", "parent", "child", "axis", "axis2", "limit", "limit1", "limit2", "limit3",
+                                  "dynamics", "mimic", "drake:mimic", "safety_controller", "calibration",
+                                  "screw_thread_pitch", "drake:screw_thread_pitch"});
   joint_description out;
   out.name = joint.where().name;
   out.at = {joint.line()};
@@ -468,9 +552,11 @@ void urdf_reader::drop_what_has_no_effect(joint_description &out) {
 }
 
 void urdf_reader::read_mimic(const element &joint, joint_description &out) {
-  const element mimic = joint.child("mimic");
+  const element plain = joint.child("mimic"), of_drake = joint.child("drake:mimic"), mimic = plain ? plain : of_drake;
   if (!mimic)
     return;
+  if (plain && of_drake)
+    of_drake.refuse("it has <mimic> and <drake:mimic>; keep one of both");
   if (out.kind == joint_kind::fixed)
     return unused_.in_joint("mimic", "no effect on a fixed joint", out.name);
   if (options_.mimic_independent)

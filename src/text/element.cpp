@@ -44,7 +44,7 @@ void element::expect_attributes(std::initializer_list<std::string_view> attribut
   for (const pugi::xml_attribute attribute : node_.attributes()) {
     const std::string name = attribute.name();
     if (!among(name, attributes) && !is_namespace(name))
-      unused_->unknown_attribute(name, tag(), where_, line());
+      unused_->unknown_attribute(attribute, node_, where_, line());
   }
 }
 
@@ -55,7 +55,7 @@ void element::expect(std::initializer_list<std::string_view> attributes,
     if (child.type() != pugi::node_element)
       unused_->text(tag(), where_, file_->line_of(child));
     else if (!among(child.name(), children))
-      unused_->unknown_element(child.name(), where_, file_->line_of(child));
+      unused_->unknown_element(child, where_, file_->line_of(child));
   }
 }
 
@@ -63,7 +63,7 @@ void element::expect_text(std::initializer_list<std::string_view> attributes) co
   expect_attributes(attributes);
   for (const pugi::xml_node child : node_.children())
     if (child.type() == pugi::node_element)
-      unused_->unknown_element(child.name(), where_, file_->line_of(child));
+      unused_->unknown_element(child, where_, file_->line_of(child));
 }
 
 std::string element::content() const { return std::string(trimmed(node_.child_value())); }

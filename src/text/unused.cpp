@@ -45,12 +45,14 @@ void unused_list::in_joint(const std::string &what, const std::string &why, cons
   joints_.of(what, why).names.push_back(joint);
 }
 
-void unused_list::unknown_element(const std::string &tag, const owner &where, int line) {
-  elements_.add_place("<" + tag + ">", "", where, line);
+void unused_list::unknown_element(pugi::xml_node element, const owner &where, int line) {
+  elements.push_back(element);
+  elements_.add_place("<" + std::string(element.name()) + ">", "", where, line);
 }
 
-void unused_list::unknown_attribute(const std::string &name, const std::string &tag, const owner &where, int line) {
-  attributes_.add_place(name, " of <" + tag + ">", where, line);
+void unused_list::unknown_attribute(pugi::xml_attribute attribute, pugi::xml_node of, const owner &where, int line) {
+  attributes.push_back({of, attribute});
+  attributes_.add_place(attribute.name(), " of <" + std::string(of.name()) + ">", where, line);
 }
 
 void unused_list::text(const std::string &tag, const owner &where, int line) {

@@ -1,6 +1,8 @@
 // Lists the contents of a file that KSL doesn't use, each kind once.
 #pragma once
 
+#include <pugixml.hpp>
+
 #include <map>
 #include <string>
 #include <utility>
@@ -28,9 +30,13 @@ public:
   /// applied)".
   void in_joint(const std::string &what, const std::string &why, const std::string &joint);
   /// Content that the format doesn't define: "unknown element <foo> in link bar, line 12, and 3 more".
-  void unknown_element(const std::string &tag, const owner &where, int line);
-  void unknown_attribute(const std::string &name, const std::string &tag, const owner &where, int line);
+  void unknown_element(pugi::xml_node element, const owner &where, int line);
+  void unknown_attribute(pugi::xml_attribute attribute, pugi::xml_node of, const owner &where, int line);
   void text(const std::string &tag, const owner &where, int line);
+
+  /// What these two have listed, for readers that ask what it may mean: elements, and attributes with theirs.
+  std::vector<pugi::xml_node> elements;
+  std::vector<std::pair<pugi::xml_node, pugi::xml_attribute>> attributes;
 
   std::vector<std::string> lines() const;
 

@@ -464,6 +464,9 @@ def test_a_bumper_does_not_show_where_the_centroid_is(check):
     for name, width in ((' name="front_bumper"', "0.3"), ("", "0.1")):  # named so, or too small for 9 kg
         assert "centroid-outside" not in check(more(body.format(shape.format(name, width)), hinge("j", "fore", "x"))).rules
     assert "centroid-outside" in check(more(body.format(shape.format("", "0.3")), hinge("j", "fore", "x"))).rules
+    # unnamed, on a body of 1 × 0.8 × 0.4 m by its moments: the bumper is a part of it
+    large = body.replace('ixx="0.3" iyy="0.31" izz="0.32"', 'ixx="0.6" iyy="0.87" izz="1.23"')
+    assert "centroid-outside" not in check(more(large.format(shape.format("", "0.3")), hinge("j", "fore", "x"))).rules
 
 
 def test_a_computed_inertia_of_sdf_holds_no_placeholder(check):

@@ -96,3 +96,22 @@ def test_the_command(panda):
     assert "inverse dynamics, forward dynamics differ, and each difference is explained" in done.stdout and "damping" in done.stdout
     done = run_ksl("compare", panda, "--with", "mujoco", "--physics", "damping")
     assert done.returncode == 0 and "all numbers agree" in done.stdout
+
+
+EFFECTS = {
+    "actuators": '<actuator><position name="servo" joint="one" kp="20"/></actuator>',
+    "gravcomp": "",
+    "fluid": "",
+    "tendons": '<tendon><fixed name="band" stiffness="3" damping="0.5"><joint joint="one" coef="1"/><joint joint="two" coef="-2"/></fixed></tendon>',
+}
+
+
+@pytest.mark.parametrize("topics", [("actuators",), ("gravcomp",), ("fluid",), ("tendons",), ("gravcomp", "fluid", "actuators")])
+def test_forces_that_ksl_never_has_are_reasons(tmp_path, topics):
+    pytest.importorskip("mujoco")
+    option = '<option density="500" viscosity="0.3"/>' if "fluid" in topics else ""
+    gravcomp = 'gravcomp="0.7"' if "gravcomp" in topics else ""
+    bodies = f'<body name="a" {gravcomp}><joint name="one" axis="0 1 0"/><geom size="0.1" pos="0.2 0 0"/><body name="b" pos="0.4 0 0"><joint name="two" axis="1 0 0"/><geom size="0.1" pos="0 0.2 0"/></body></body>'
+    (tmp_path / "r.xml").write_text(f'<mujoco>{option}<worldbody>{bodies}</worldbody>{"".join(EFFECTS[topic] for topic in topics)}</mujoco>')
+    found = ksl.compare(tmp_path / "r.xml", "mujoco", states=3)["mujoco"]
+    assert not found.failed and found.unexplained == [] and {r.topic for r in found.reasons} == set(topics), found.reasons

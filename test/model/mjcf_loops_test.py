@@ -102,3 +102,70 @@ def test_a_loop_inside_one_body_is_refused(tmp_path: Path):
     path.write_text(robot(BODIES.replace('<site name="sb" pos="-0.4 0.1 0.3"/>', "").replace("</body>", '<site name="sb"/></body>', 1), EQUALITIES["connect of sites"]))
     with pytest.raises(ksl.DescriptionError, match=r"r\.xml: .*e: it connects link a with itself"):
         ksl.load(path)
+
+
+LINES = {
+    "the same direction": ((0, 0, 0.3), (0, 0, 0.5)),
+    "opposite": ((0, 0, 0.3), (0, 0, -0.5)),
+    "beyond a right angle": ((0.1, 0.2, 0.3), (0, 0, -0.5)),
+    "opposite, along x": ((-0.5, 0, 0), (0.5, 0, 0)),
+    "any": ((0.3, -0.1, 0.2), (-0.2, 0.4, 0.1)),
+    "nearly opposite": ((0.3, 0.4, 1e-9), (-0.3, -0.4, 0)),
+}
+
+
+def tied_at_two_points(along_a: np.ndarray, along_b: np.ndarray, order: str) -> str:
+    """Bodies that two `connect` of sites tie: the line through the sites has these directions on them."""
+    a1, b1 = np.array((0.4, -0.3, 0.2)), np.array((-0.7, 0.1, 0.6))
+    sites = {"a": (a1, a1 + along_a), "b": (b1, b1 + along_b)}
+    bodies = ""
+    for body, points in sites.items():
+        marks = "".join('<site name="{}{}" pos="{} {} {}"/>'.format(body, k, *(repr(float(x)) for x in p)) for k, p in enumerate(points, 1))
+        bodies += f'<body name="{body}"><freejoint name="f{body}"/><geom type="box" size="0.1 0.2 0.3"/>{marks}</body>'
+    second = 'site1="b2" site2="a2"' if order == "swapped" else 'site1="a2" site2="b2"'
+    return robot(bodies, f'<connect name="p1" site1="a1" site2="b1"/><connect name="p2" {second}/>')
+
+
+@pytest.mark.parametrize("order", ["in order", "swapped"])
+@pytest.mark.parametrize("line", LINES.values(), ids=LINES)
+@pytest.mark.filterwarnings("ignore:equality constraints p1 and p2 connect")
+def test_the_axis_of_two_connects_is_the_line_through_their_points_on_both_bodies(line, order):
+    along_a, along_b = (np.array(x, dtype=float) for x in line)
+    along_a *= np.linalg.norm(along_b) / np.linalg.norm(along_a)
+    (loop,) = ksl.load_string(tied_at_two_points(along_a, along_b, order)).loops
+    first, second = (np.reshape(pose, (4, 4)) for pose in (loop.predecessor_pose, loop.successor_pose))
+    assert loop.kind == "revolute" and (loop.predecessor, loop.successor) == ("a", "b")
+    assert np.allclose(first[:3, 3], (0.4, -0.3, 0.2)) and np.allclose(second[:3, 3], (-0.7, 0.1, 0.6)) and np.array_equal(second[:3, :3], np.eye(3))
+    length = np.linalg.norm(along_b)
+    assert np.abs(length * np.array(loop.axis) - along_b).max() < 1e-15 and np.abs(length * first[:3, :3] @ loop.axis - along_a).max() < 1e-8
+    assert np.abs(first[:3, :3] @ first[:3, :3].T - np.eye(3)).max() < 1e-15 and np.linalg.det(first[:3, :3]) > 0
+
+
+@pytest.mark.parametrize(("longer", "folds"), [(1 + 1e-8, True), (1 - 1e-8, True), (1 + 1e-5, False), (1 - 1e-5, False), (1e-9, False)])
+@pytest.mark.filterwarnings("ignore:equality constraints p1 and p2 connect")
+def test_points_at_other_distances_stay_two_joints(longer, folds):
+    """A revolute joint would ask for another distance; where both are one point there is no line."""
+    along = np.array((0.3, -0.1, 0.2))
+    m = ksl.load_string(tied_at_two_points(longer * along, along if longer > 0.5 else longer * along, "in order"))
+    assert [x.kind for x in m.loops] == (["revolute"] if folds else ["spherical"] * 2)
+
+
+def test_a_weld_without_a_scale_of_its_torque_holds_a_point_alone():
+    text = robot(BODIES, '<weld name="e" body1="a" body2="b" anchor="0.2 0.1 0" torquescale="0"/>')
+    (loop,) = ksl.load_string(text).loops
+    mj = mujoco.MjModel.from_xml_string(text)
+    assert loop.kind == "spherical" and np.allclose(loop.successor_pose[3:12:4], (0.2, 0.1, 0)) and np.allclose(loop.predecessor_pose[3:12:4], mj.eq_data[0][3:6])
+
+
+def test_followers_of_followers_and_motors_on_them():
+    """c follows b, which follows a: positions, and whose drive a motor on c is."""
+    bodies = "".join(f'<body name="{n}" pos="{k} 0 0"><joint name="{n}" ref="0.{k}"/><geom size="0.1"/></body>' for k, n in enumerate("abc"))
+    follows = '<joint joint1="c" joint2="b" polycoef="0.2 3 0 0 0"/><joint joint1="b" joint2="a" polycoef="0.1 -2 0 0 0"/>'
+    text = robot(bodies, follows + '<connect body1="a" body2="b" anchor="0 0 0"/>', '<actuator><motor joint="c"/></actuator>')
+    m, mj = ksl.load_string(text), mujoco.MjModel.from_xml_string(text)
+    assert m.drives == ("a",) and m.follower_names == ["b", "c"]
+    data = mujoco.MjData(mj)
+    data.qpos[:] = mjcf.to_mujoco(m, [0.7]).q
+    mujoco.mj_forward(mj, data)
+    kinds = data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+    assert np.abs(kinds[:2]).max() < 1e-15 and np.ptp(data.qpos) > 1

@@ -12,6 +12,8 @@ import pytest
 
 import ksl
 from ksl import mjcf
+from ksl.base import own_process
+from ksl.model import mjcf_compiler
 
 HERE = Path(__file__).parent
 CHAINS = HERE / "chains.xml"
@@ -119,7 +121,7 @@ def test_couplings_in_a_circle(tmp_path):
         ('<joint joint1="c" joint2="a" polycoef="0 1 1 0 0"/>', "constraint 4 couples joint c to joint a by a polynomial"),
         ('<joint joint1="c" joint2="a" polycoef="0 2 0 0 0"/>', "couples joint c to itself over joint a"),
         ('<joint joint1="a" joint2="c"/>', "couples joint a, which follows joint b already"),
-        ('<joint name="k" joint1="c"/>', "constraint k holds joint c at a constant position"),
+        ('<joint name="k" joint1="a"/>', "constraint k holds joint a, which follows joint b already"),
     ):
         path = in_file(tmp_path, bodies, f"<equality>{circle}{said}</equality>")
         with pytest.raises(ksl.DescriptionError, match=why):
@@ -157,13 +159,43 @@ def test_a_coupling_by_fixed_tendons_is_a_mimic_joint(tmp_path, equality, follow
     assert len(errors) == mj.neq and np.abs(errors).max() < 1e-14 and np.abs(d.qpos).max() > 0.1
 
 
+@pytest.mark.parametrize(
+    ("equality", "fixed"),
+    [
+        ('<joint joint1="b" polycoef="0.4 0 0 0 0"/>', ["b"]),
+        ('<joint joint1="b"/>', ["b"]),
+        ('<joint joint1="c" joint2="b" polycoef="0.1 2 0 0 0"/><joint joint1="b" polycoef="-0.3 0 0 0 0"/>', ["b", "c"]),  # what follows it is held, too
+        ('<joint joint1="c" joint2="b" polycoef="0 -1 0 0 0"/><joint joint1="a" joint2="c" polycoef="0.2 0.5 0 0 0"/><joint joint1="b" polycoef="0.3 0 0 0 0"/>', ["a", "b", "c"]),
+        ('<tendon tendon1="cc" polycoef="0.5 0 0 0 0"/>', ["c"]),
+    ],
+)
+def test_a_joint_that_is_held_is_fixed_there(tmp_path, equality, fixed):
+    """MuJoCo's own constraints have no error at the states of the model, whose links stand where MuJoCo has them."""
+    inner = f'<body name="c" pos="0 0.3 0.1"><joint name="c" axis="0 1 1" ref="0.2"/>{BODY}</body>'
+    chain = f'<body name="a"><joint name="a" axis="0 0 1"/>{BODY}<body name="b" pos="0.4 0 0"><joint name="b" type="slide" axis="1 0 0" ref="0.1"/>{BODY}{inner}</body></body>'
+    chain += f'<body name="d"><joint name="d"/>{BODY}</body>'
+    path = in_file(tmp_path, chain, f'<tendon><fixed name="cc"><joint joint="c" coef="-2"/></fixed></tendon><equality>{equality}</equality><actuator><motor joint="b"/></actuator>')
+    m, mj = ksl.load(path), mujoco.MjModel.from_xml_path(str(path))
+    assert [name for name in "abc" if m.joint(name).kind == "fixed"] == fixed and any("held at" in line for line in m.unused)
+    d, q = mujoco.MjData(mj), np.random.default_rng(1).uniform(-1, 1, m.nq)
+    d.qpos = mjcf.to_mujoco(m, q).q
+    mujoco.mj_forward(mj, d)
+    assert np.abs(d.efc_pos[d.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]).max() < 1e-15
+    for name in "abc":
+        check(m.frame_pose(q, name)[:3, 3], d.body(name).xpos)
+        check(m.frame_pose(q, name)[:3, :3], d.body(name).xmat.reshape(3, 3))
+    back = mjcf.from_mujoco(m, d.qpos, d.qvel, d.qacc)
+    check(back.q, q)
+    assert not mjcf.to_mujoco(m, q, np.ones(m.nv)).v[[mj.joint(name).dofadr[0] for name in fixed]].any()
+    assert ksl.load(path, mimic="independent").nv == 4
+
+
 def test_couplings_by_tendons_that_are_no_mimic_joints(tmp_path):
     bodies = "".join(f'<body name="{n}"><joint name="{n}"/><site name="at_{n}"/>{BODY}</body>' for n in "abc")
     tendons = '<fixed name="abc"><joint joint="a" coef="1"/><joint joint="b" coef="1"/><joint joint="c" coef="1"/></fixed><fixed name="aa"><joint joint="a" coef="1"/></fixed>'
     tendons += '<fixed name="cc"><joint joint="c" coef="1"/></fixed><spatial name="rope"><site site="at_a"/><site site="at_b"/></spatial>'
     for said, why in (
         ('<tendon name="k" tendon1="abc"/>', "constraint k couples 3 joints by tendon abc; couplings of two are read"),
-        ('<tendon tendon1="aa"/>', "constraint 1 couples 1 joint by tendon aa"),
         ('<tendon tendon1="aa" tendon2="cc" polycoef="0 1 1 0 0"/>', "couples tendons aa and cc by a polynomial that isn't linear"),
         ('<tendon tendon1="rope"/>', "is about the length of tendon rope, which is no sum of joint positions"),
     ):
@@ -192,6 +224,24 @@ def test_warnings_of_the_compiler(tmp_path, monkeypatch):
     with pytest.warns(ksl.DescriptionWarning, match="MuJoCo's compiler says: Inertia matrix is too close to singular"):
         ksl.load(in_file(tmp_path, f'<body name="b">{same}{same}{BODY}</body>'))
     assert [path.name for path in tmp_path.iterdir()] == ["robot.xml"]  # no log
+
+
+def test_a_compiler_in_a_process_of_its_own_gives_the_same_robot(tmp_path, monkeypatch):
+    """As commands run it.  What ends that process is a sentence."""
+    here = ksl.load(CHAINS)
+    same = '<joint axis="1 0 0"/>'
+    doubtful, wrong = in_file(tmp_path, f'<body name="b">{same}{same}{BODY}</body>'), tmp_path / "wrong.xml"
+    wrong.write_text("<mujoco><x/></mujoco>")
+    monkeypatch.setattr(own_process, "_is_wanted", True)
+    apart = ksl.load(CHAINS)
+    assert apart.links == here.links and apart.joints == here.joints and apart.unused == here.unused and apart.warnings == here.warnings
+    with pytest.warns(ksl.DescriptionWarning, match="MuJoCo's compiler says: Inertia matrix is too close to singular"):
+        ksl.load(doubtful)
+    with pytest.raises(ksl.DescriptionError, match="wrong.xml: MuJoCo's compiler refuses the file: .*unrecognized element.*; correct it there"):
+        ksl.load(wrong)
+    monkeypatch.setattr(mjcf_compiler, "COMPILE", "os.kill(os.getpid(), 9)")
+    with pytest.raises(ksl.DescriptionError, match="most likely since memory ran out"):
+        ksl.load(CHAINS)
 
 
 def stack(tmp_path, *joints: str) -> list[str]:
@@ -228,6 +278,45 @@ def test_what_is_not_carried_is_listed():
     for words in ("geom (9)", "actuator (1)"):
         assert words in said
     assert "equality" not in said
+
+
+HANDLED = """<body name="hand" pos="0 0 1"><freejoint name="free"/><geom size="0.1"/><site name="grip"/></body>
+<body name="handle" mocap="true" pos="0 0 1"><geom size="0.05" contype="0"/><site name="held"/><body name="knob" pos="0 0 0.1"><geom size="0.01"/></body></body>"""
+
+
+@pytest.mark.parametrize("tie", ['<weld name="w" body1="handle" body2="hand"/>', '<connect name="w" site1="grip" site2="held"/>', '<weld name="w" body1="hand" body2="knob"/>'])
+def test_a_handle_of_a_simulator_is_no_part_of_the_robot(tmp_path, tie):
+    path = in_file(tmp_path, HANDLED, f"<equality>{tie}</equality>")
+    with pytest.warns(ksl.DescriptionWarning, match="mocap body handle, knob: a handle by which a simulator moves the robot.*left out, with equality constraint w"):
+        m = ksl.load(path)
+    alone = ksl.load(in_file(tmp_path, HANDLED.partition("<body name=\"handle")[0]))
+    assert (m.nv, m.loops, m.mass) == (6, (), alone.mass) and "handle" not in m.link_names and "held" not in m.link_names
+    assert any(line.startswith("equality") and "to a mocap body (1)" in line for line in m.unused)
+
+
+def test_a_mocap_body_that_carries_joints_is_the_base(tmp_path):
+    m = ksl.load(in_file(tmp_path, f'<body name="base" mocap="true" pos="0 0 2">{BODY}<body name="arm"><joint name="j"/>{BODY}</body></body>'))
+    assert m.nv == 1 and m.frame_pose([0.0], "arm")[2, 3] == 2 and "mocap bodies (1; welded where the file has them)" in m.unused
+
+
+def test_what_joins_bodies_and_is_not_known_is_refused(tmp_path):
+    cloth = '<flexcomp name="cloth" type="grid" count="3 3 1" spacing="0.1 0.1 0.1" radius="0.01" dim="2" mass="1"/>'
+    path = in_file(tmp_path, f'<body name="b"><joint/>{BODY}</body>{cloth}')
+    with pytest.raises(ksl.DescriptionError, match="flex cloth is a soft body that joins 9 bodies.*loops=\"cut\""):
+        ksl.load(path)
+    assert any(line.startswith("flex") for line in ksl.load(path, loops="cut").unused)
+    mj = mujoco.MjModel.from_xml_string(f'<mujoco><worldbody><body name="b"><joint name="j"/>{BODY}</body></worldbody><equality><joint joint1="j"/></equality></mujoco>')
+    mj.eq_type[0] = 7
+    with pytest.raises(ksl.DescriptionError, match="equality constraint 1 is of kind 7, which KSL doesn't know"):
+        mjcf.model_of(mj)
+
+
+def test_tendons_that_couple_joints_and_are_not_read_are_named(tmp_path):
+    bodies = "".join(f'<body name="{n}"><joint name="{n}"/>{BODY}</body>' for n in "ab")
+    fixed = '<tendon><fixed name="band" {}><joint joint="a" coef="1"/><joint joint="b" coef="1"/></fixed></tendon>'
+    with pytest.warns(ksl.DescriptionWarning, match="tendon band couples joints a, b by its stiffness, damping, which KSL doesn't read"):
+        ksl.load(in_file(tmp_path, bodies, fixed.format('stiffness="3" damping="1"')))
+    assert not ksl.load(in_file(tmp_path, bodies, fixed.format(""))).warnings
 
 
 def test_options(tmp_path):

@@ -126,3 +126,57 @@ def test_without_the_package(arm, monkeypatch):
     monkeypatch.setitem(sys.modules, "xacro", None)
     with pytest.raises(ksl.DescriptionError, match=r"pip install 'ksl\[xacro\]'"):
         ksl.load(arm, xacro={})
+
+
+FINDS = f'{HEAD}<xacro:include filename="$(find parts)/rod.xacro"/><link name="base"/><xacro:rod name="rod" parent="base" mass="2" length="0.4"/></robot>'
+
+
+@pytest.fixture
+def finds(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts/rod.xacro").write_text(ROD)
+    (tmp_path / "arms/urdf").mkdir(parents=True)
+    (tmp_path / "arms/urdf/arm.xacro").write_text(FINDS)
+    return tmp_path / "arms/urdf/arm.xacro"
+
+
+def test_packages_are_found_without_ros(finds, tmp_path):
+    """In the folders above the file, or where the caller says."""
+    assert ksl.load(finds, xacro={}).mass == 2
+    far = tmp_path / "far"
+    (tmp_path / "parts").rename(far)
+    with pytest.raises(ksl.DescriptionError, match=r"package not found: parts.*; packages are looked for in the folders above the file.*--package NAME=DIR"):
+        ksl.load(finds, xacro={})
+    m = ksl.load(finds, xacro={}, packages={"parts": far})
+    assert m.mass == 2 and m.inputs[1].file == str(far / "rod.xacro")
+    assert ksl.check(finds, xacro={}, packages={"parts": far}).file.endswith("(expanded by xacro)")
+    with pytest.raises(ValueError, match="packages are for a xacro file"):
+        ksl.load(finds, packages={"parts": far})
+    with pytest.raises(ValueError, match="packages: parts is .*, which is no folder"):
+        ksl.load(finds, xacro={}, packages={"parts": tmp_path / "absent"})
+
+
+def test_all_commands_that_read_a_robot_find_packages(finds, tmp_path):
+    """Those that lack --xacro or --package are asked for, whatever their number."""
+    import typer.main
+
+    from ksl.commands import app
+
+    commands = typer.main.get_command(app).commands
+    reading = [name for name, command in commands.items() if any(p.name == "robot" for p in command.params)]
+    lacking = [name for name in reading if not {"xacro", "package"} <= {p.name for p in commands[name].params}]
+    assert len(reading) >= 9 and not lacking
+    (tmp_path / "parts").rename(tmp_path / "far")
+    options = ("--xacro", "", "--package", f"parts={tmp_path / 'far'}")
+    assert "total mass 2 kg" in run_ksl("info", finds, *options).stdout
+    done = run_ksl("view", finds, "--export", tmp_path / "view.html", *options)
+    assert done.returncode == 0 or "viser" in done.stderr, done.stderr
+    (tmp_path / "motion.csv").write_text("time,rod_joint\n" + "".join(f"{k / 10},{k / 100}\n" for k in range(20)))
+    (tmp_path / "sweep.toml").write_text('[base]\nmotion = "motion.csv"\n[[vary]]\nkind = "payload"\nlink = "rod"\nvalues = [0.0, 1.0]\n')
+    done = run_ksl("sweep", finds, tmp_path / "sweep.toml", "-o", tmp_path / "swept", *options)
+    assert done.returncode == 0, done.stderr
+    for given, said in (("parts", "expected NAME=DIR"), ("parts=/nowhere", "expected NAME=DIR")):
+        done = run_ksl("info", finds, "--xacro", "", "--package", given)
+        assert done.returncode == 2 and said in done.stderr
+    done = run_ksl("info", finds, "--package", f"parts={tmp_path}")
+    assert done.returncode == 2 and "is for --xacro" in done.stderr

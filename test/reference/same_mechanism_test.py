@@ -62,11 +62,11 @@ UNREADABLE: dict[tuple[str, str], str] = {
 
 
 def model_of(name: str) -> ksl.Model | None:
-    """Mimic joints move on their own, as in the other libraries."""
+    """Mimic joints move on their own and no loops are closed, as in the other libraries."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ksl.DescriptionWarning)
         try:
-            return ksl.load(FILES[name], mimic="independent", masses="optional")
+            return ksl.load(FILES[name], mimic="independent", masses="optional", loops="cut")
         except ksl.DescriptionError:
             return None
 

@@ -45,6 +45,8 @@ PARTS = ("bumper", "sensor", "antenna", "marker", "contact", "caster")
 """Words in names of shapes that stand for a part of a link."""
 SOLID = 6000.0
 """kg/m³ of the box around a geometry.  Motors in their boxes have less: where it is more, the geometry is not the whole link."""
+SLACK = 1.1
+"""So much larger than the box with a link's moments a geometry may be to be a part in it."""
 LIKELY = (0.02, 1.0)
 """Ratio of the squares of radius of gyration and half diagonal: a bar has 1/3, a hollow part more, a heavy core
 0.05."""
@@ -166,12 +168,23 @@ def centroid_outside(robot: RobotFile) -> Iterator[Broken]:
 
 
 def _is_of_a_part(fit: Fit) -> bool:
-    """Whether the geometry is only that of a part of the link: a bumper, or something in which the mass has no room."""
+    """Whether the geometry is only that of a part of the link: a bumper, something in which the mass has no room, or in a body that its moments make larger."""
     words = [f"{shape.name} {shape.uri.rpartition('/')[2]}".lower() for shape in fit.link.shapes]
     if all(any(part in each for part in PARTS) for each in words):
         return True
     volume = float(np.prod(np.maximum(fit.size, 1e-3) + 2 * ROOM))
-    return fit.mass > SOLID * volume
+    return fit.mass > SOLID * volume or _is_within_its_body(fit)
+
+
+def _is_within_its_body(fit: Fit) -> bool:
+    """Whether the geometry is inside the box about the centroid that has the link's moments: a centroid that is misplaced moves that box out of the geometry."""
+    I, c = fit.inertial.in_link_axes, fit.inertial.centroid
+    if I is None:
+        return False
+    second = np.maximum(np.trace(I) / 2 - np.diag(I), 0.0)  # ∫x² dm of each axis
+    half = np.sqrt(3 * second / fit.mass)
+    reach = np.maximum(np.abs(fit.box[0] - c), np.abs(fit.box[1] - c))
+    return bool((reach <= SLACK * half).all())
 
 
 @rule(

@@ -31,7 +31,7 @@ from ksl.checks.findings import Finding, Findings
 from ksl.checks.robot import RobotFile
 from ksl.checks.rule import Rule
 from ksl.checks.xml_file import parse, parse_bytes
-from ksl.model.xacro_files import EXPANDED, expanded
+from ksl.model.xacro_files import EXPANDED, expanded, with_packages
 
 TOPICS: dict[str, list[Rule]] = {
     "The file": [*file_rules.RULES, file_rules.not_loaded, *portability_rules.RULES],
@@ -63,6 +63,7 @@ def check(
     loops: str | os.PathLike[str] | None = None,
     drives: Iterable[str] | str | None = None,
     xacro: Mapping[str, object] | None = None,
+    packages: Mapping[str, str | os.PathLike[str]] | None = None,
 ) -> Findings:
     """Looks for what is wrong in a robot file: URDF, SDF, or MJCF (with the extra `ksl[mjcf]`).
 
@@ -73,7 +74,7 @@ def check(
     AMENT_PREFIX_PATH.
     symmetry: share of its mass, 0 to 1, by which a limb may differ from that of the other side.
     loops, drives: as :func:`ksl.load` takes them: a TOML file with joints that close loops, and the joints that have motors.
-    xacro: as :func:`ksl.load` takes it: arguments of a xacro file, which is run.  Lines are then those of the text that it makes.
+    xacro, packages: as :func:`ksl.load` takes them: arguments of a xacro file, which is run.  Lines are then those of the text that it makes.
     Returns the findings, errors first: a sequence of :class:`ksl.checks.findings.Finding`, with `table` as an Arrow
     table.
     Raises DescriptionError where there is no XML file to check, ValueError for an unknown rule.  Cost: O(links), and
@@ -83,7 +84,7 @@ def check(
         findings = ksl.check("robot.urdf")
         print(findings.summary, [f.rule for f in findings])
     """
-    robot, left_out = _read(path, ignore, package_paths, symmetry, loops, drives, xacro)
+    robot, left_out = _read(path, ignore, package_paths, symmetry, loops, drives, with_packages(xacro, packages))
     return _findings(robot, left_out)
 
 

@@ -19,6 +19,7 @@ from rich.segment import Segment
 from rich.text import Text
 from typer.core import TyperCommand, TyperGroup
 
+from ksl.base import own_process
 from ksl.base.printable import PrintableStream, printable, sentence
 
 TRACEBACK = "KSL_TRACEBACK"
@@ -36,7 +37,7 @@ GROUPS = {
     "Results": {"--output", "--csv", "--xlsx", "--json", "--pdf", "--paper", "--components", "--fail-on", "--force", "--drives-only"},
     "Comparison": {"--with", "--states"},
     "Page": {"--export", "--joint", "--case", "--port", "--browser"},
-    "Robot": {"--floating-base", "--mimic", "--strict", "--model", "--physics", "--friction-width", "--package-path", "--loops", "--drives", "--stiffness", "--xacro"},
+    "Robot": {"--floating-base", "--mimic", "--strict", "--model", "--physics", "--friction-width", "--package-path", "--loops", "--drives", "--stiffness", "--xacro", "--package"},
     "Motion": {"--map", "--degrees", "--time-unit", "--smooth", "--resample", "--from", "--to", "--ignore-extra", "--topic", "--positions-only"},
 }
 """Options of commands that have many, by what they are about."""
@@ -248,6 +249,8 @@ def discard_output() -> None:
 
 def end_on_signals() -> None:
     """Makes SIGTERM and SIGHUP leave by SystemExit, so that temporary files are removed.  Notes SIGINT, which is a KeyboardInterrupt already."""
+
+    own_process.want()
 
     def interrupt(number: int, _: FrameType | None) -> None:
         _interrupts.append(number)

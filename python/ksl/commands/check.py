@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ksl.commands.app import app, console, fail, print_json
-from ksl.commands.options import Drives, Loops, RobotText, Xacro, xacro_arguments
+from ksl.commands.options import Drives, Loops, Packages, RobotText, Xacro, xacro_arguments
 
 if TYPE_CHECKING:
     from ksl.checks.run import Fixed
@@ -27,6 +27,7 @@ def check(
     loops: Loops = "",
     drives: Drives = "",
     xacro: Xacro = None,
+    package: Packages = [],
     json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Look for what is wrong in a robot file: masses and inertias, joints, limits, names, meshes, the tree.
@@ -46,7 +47,7 @@ def check(
     options: dict[str, Any] = {"ignore": ignore, "package_paths": package_path, "symmetry": symmetry, "loops": loops or None, "drives": motors}
     try:
         fixed = fix_file(robot, fix, accept=accept, force=force, **options) if fix else None
-        findings = fixed.left if fixed else check_file(robot, xacro=xacro_arguments(xacro), **options)
+        findings = fixed.left if fixed else check_file(robot, xacro=xacro_arguments(xacro, package), **options)
     except (ValueError, OutputError) as e:
         fail(_of_option(e, ignore, accept, package_path, symmetry))
     if json:

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ksl.commands.app import app, console, fail, print_json
-from ksl.commands.options import FloatingBase, Physics, RobotText, Xacro, described_warnings, in_options, xacro_arguments
+from ksl.commands.options import FloatingBase, Packages, Physics, RobotText, Xacro, described_warnings, in_options, xacro_arguments
 
 
 @app.command()
@@ -20,6 +20,7 @@ def compare(
     physics: Physics = "",
     states: Annotated[int, typer.Option("--states", metavar="N", help="How many random states, 1 to 1000.")] = 8,
     xacro: Xacro = None,
+    package: Packages = [],
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the random states.")] = 0,
     json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
@@ -34,7 +35,7 @@ def compare(
     on = [word.strip() for word in physics.split(",")] if physics else None
     with described_warnings():
         try:
-            found = compare_robot(robot, names, floating_base=floating_base, physics=on, states=states, seed=seed, xacro=xacro_arguments(xacro))
+            found = compare_robot(robot, names, floating_base=floating_base, physics=on, states=states, seed=seed, xacro=xacro_arguments(xacro, package))
         except ValueError as e:
             fail(in_options(e, states=states, seed=seed).replace("libraries", "--with", 1))
     if json:

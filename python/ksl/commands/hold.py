@@ -19,6 +19,7 @@ from ksl.commands.options import (
     ModelName,
     OnLinks,
     OnSide,
+    Packages,
     OrderOf,
     Physics,
     PointMasses,
@@ -67,6 +68,7 @@ def hold(
     loops: Loops = "",
     drives: Drives = "",
     xacro: Xacro = None,
+    package: Packages = [],
     stiffness: Stiffness = None,
 ) -> None:
     """Print the efforts and every wrench of one pose at rest, or of the worst pose for a joint."""
@@ -79,7 +81,7 @@ def hold(
     if xlsx and output is None:
         fail("--xlsx writes results.xlsx into a folder; give it by -o DIR")
     loaded = payloads_given(payload, on_link)
-    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, loops=loops, drives=drives, xacro=xacro)
+    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, loops=loops, drives=drives, xacro=xacro, package=package)
     model, stiff = with_stiffness(model, stiffness)
     point = numbers(at, "--at", 3) if "," in at else at
     try:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from ksl.commands.app import app, console, fail
-from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Physics, Strict, Xacro, read_model
+from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Packages, Physics, Strict, Xacro, read_model
 
 
 @app.command()
@@ -23,6 +23,7 @@ def info(
     loops: Loops = "",
     drives: Drives = "",
     xacro: Xacro = None,
+    package: Packages = [],
     cpu: Annotated[bool, typer.Option("--cpu", help="Say which instruction set the kernels use here.")] = False,
 ) -> None:
     """Print a robot's tree, joints, limits, masses, gravity, degrees of freedom, and what its file holds that is not used."""
@@ -37,4 +38,4 @@ def info(
     elif robot is None:
         fail("info needs a robot file, or --cpu")
     if robot is not None:
-        print_info(read_model(robot, floating_base, mimic, strict, gravity, masses="optional", name=model_name, physics=physics, loops=loops, drives=drives, xacro=xacro), console(200))
+        print_info(read_model(robot, floating_base, mimic, strict, gravity, masses="optional", name=model_name, physics=physics, loops=loops, drives=drives, xacro=xacro, package=package), console(200))

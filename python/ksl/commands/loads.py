@@ -30,6 +30,7 @@ from ksl.commands.options import (
     ModelName,
     OnLinks,
     OnSide,
+    Packages,
     OrderOf,
     Physics,
     PointMasses,
@@ -99,6 +100,7 @@ def loads(
     loops: Loops = "",
     drives: Drives = "",
     xacro: Xacro = None,
+    package: Packages = [],
     stiffness: Stiffness = None,
     columns: ColumnMapFile = None,
     degrees: Degrees = False,
@@ -131,7 +133,7 @@ def loads(
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
     if motion is not None:
         check_order(robot, motion)
-    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives, xacro=xacro)
+    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives, xacro=xacro, package=package)
     model, stiff = with_stiffness(model, stiffness)
     placement = _placement(model, on, at, axes, order, joints)
     reading: dict[str, Any] = {
@@ -141,7 +143,7 @@ def loads(
     options = {"on": on, "at": at, "axes": axes, "order": order, "joints": joints, "floating_base": floating_base, "mimic": mimic}
     options |= {"strict": strict, "gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
     options |= {"loops": loops, "drives": drives, "stiffness": str(stiffness or "")} if model.loops or loops else {}
-    options |= {"xacro": xacro} if xacro else {}
+    options |= {name: value for name, value in (("xacro", xacro), ("package", package)) if value}
     options |= {name: str(value) if name == "map" else value for name, value in reading.items() if value not in (None, False)}
     try:
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)

@@ -11,7 +11,7 @@ import typer
 
 from ksl.base.words import count
 from ksl.commands.app import app, console, fail, say
-from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Robot, Xacro, file_with_a_name, read_model
+from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Packages, Robot, Xacro, file_with_a_name, read_model
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,6 +56,7 @@ def motion(
     drives: Drives = "",
     drives_only: Annotated[bool, typer.Option("--drives-only", help="Write the columns of the drives alone, of a robot with loops; ksl loads needs no others.")] = False,
     xacro: Xacro = None,
+    package: Packages = [],
 ) -> None:
     """Make a motion within the limits of the robot's file: of position, speed and effort.
 
@@ -76,7 +77,7 @@ def motion(
         refuse_inputs([output], [robot, *([waypoints] if waypoints else [])])
     except OutputError as e:
         fail(e)
-    model = read_model(robot, floating_base, mimic, False, gravity, masses="optional", name=model_name, loops=loops, drives=drives, xacro=xacro)
+    model = read_model(robot, floating_base, mimic, False, gravity, masses="optional", name=model_name, loops=loops, drives=drives, xacro=xacro, package=package)
     try:
         made = _made(model, kind, {k: v for k, v in given.items() if v is not None})
         from ksl.motions.generate.writing import write_motion, written_joints

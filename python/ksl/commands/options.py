@@ -42,6 +42,7 @@ ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which m
 Loops = Annotated[str, typer.Option("--loops", metavar="FILE.toml|cut", help="Joints that close loops, in a file beside the robot's; or leave those of the robot's file out.")]
 Drives = Annotated[str, typer.Option("--drives", metavar="NAMES", help="The joints that have motors, of a robot with loops, separated by commas.")]
 Xacro = Annotated[str | None, typer.Option("--xacro", metavar="'NAME:=VALUE …'", help="ROBOT is a xacro file, which is run with these arguments, '' for none. It is a program: run those of people you trust.")]
+Packages = Annotated[list[str], typer.Option("--package", metavar="NAME=DIR", help="With --xacro: the folder of a package that the file finds, $(find NAME); may be repeated. Others are looked for in the folders above it, and where ROS has them.")]
 PointMasses = Annotated[list[str], typer.Option("--payload", metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")]
 OnLinks = Annotated[list[str], typer.Option("--on-link", metavar="NAME", help="Link that carries the payload.")]
 OnSide = Annotated[str, typer.Option("--on", metavar="child|parent", help="Side that the wrench acts on.")]
@@ -127,8 +128,12 @@ def carried_payloads(model: Model, loaded: Mapping[str, tuple[float, Sequence[fl
     return [Payload(model.link(link).name, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
 
 
-def xacro_arguments(text: str | None) -> dict[str, str] | None:
-    """{name: value} of the option --xacro; None without it."""
+def xacro_arguments(text: str | None, package: list[str]) -> Mapping[str, object] | None:
+    """{name: value} of the option --xacro, with the folders of --package; None without it."""
+    from ksl.model.xacro_files import with_packages
+
+    if text is None and package:
+        fail(f"--package {package[0]}: is for --xacro, which is not given; add --xacro '' for a xacro file")
     if text is None:
         return None
     found: dict[str, str] = {}
@@ -141,7 +146,13 @@ def xacro_arguments(text: str | None) -> dict[str, str] | None:
         if not sign or not name:
             fail(f"--xacro {text}: {word!r} is no argument; expected NAME:=VALUE, separated by blanks")
         found[name] = value
-    return found
+    folders = {}
+    for given in package:
+        name, sign, folder = given.partition("=")
+        if not sign or not name or not os.path.isdir(folder):
+            fail(f"--package {given}: expected NAME=DIR, a package and its folder, which exists")
+        folders[name] = folder
+    return with_packages(found, folders)
 
 
 def suggestion(name: str, known: list[str], otherwise: str) -> str:
@@ -187,6 +198,7 @@ def read_model(
     loops: str = "",
     drives: str = "",
     xacro: str | None = None,
+    package: list[str] = [],
 ) -> Model:
     from ksl.model.loading import load
 
@@ -196,11 +208,11 @@ def read_model(
         try:
             on = [word.strip() for word in physics.split(",")] if physics else None
             motors = [word.strip() for word in drives.split(",")] if drives else None
-            model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None, on, friction_width, loops or None, motors, xacro_arguments(xacro))
+            model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None, on, friction_width, loops or None, motors, xacro_arguments(xacro, package))
         except ValueError as e:
             absent = [link for link in payloads or {} if f"no link {link} to carry the payload" in str(e)]
             if absent:
-                bare = load(robot, floating_base, how, masses="optional", model=name or None, xacro=xacro_arguments(xacro))
+                bare = load(robot, floating_base, how, masses="optional", model=name or None, xacro=xacro_arguments(xacro, package))
                 fail(f"--on-link {absent[0]}: no such link; {suggestion(absent[0], bare.link_names, f'the links of {bare.name} are')}")
             fail(in_options(e, mimic=mimic))
     if friction_width != DEFAULT_FRICTION_WIDTH and not {"friction", "all"} & set(model.physics):

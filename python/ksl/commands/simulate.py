@@ -25,6 +25,7 @@ from ksl.commands.options import (
     Mimic,
     ModelName,
     OnLinks,
+    Packages,
     Physics,
     PointMasses,
     Replace,
@@ -92,6 +93,7 @@ def simulate(
     loops: Loops = "",
     drives: Drives = "",
     xacro: Xacro = None,
+    package: Packages = [],
     stiffness: Stiffness = None,
 ) -> None:
     """Simulate a mechanism under a controller, without drives or under brakes, and write motion.csv and every wrench, as ksl loads.
@@ -114,13 +116,13 @@ def simulate(
     }  # fmt: skip
     _check_words(cases, motion, said)
     loaded = payloads_given(payload, on_link)
-    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives, xacro=xacro)
+    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives, xacro=xacro, package=package)
     model, stiff = with_stiffness(model, stiffness)
     carried = carried_payloads(model, loaded)
     options = {
         "until": until, "start": state, "from": start, "pose": pose, "velocity": velocity, "controller": controller, "gains": gains, "brake_at": brake_at, "brake": brake,
         "dry_friction": dry_friction, "bounce": bounce, "rate": rate, "method": method, "step": step, "tolerance": tolerance,
-        "gravity": gravity, "physics": physics, "loops": loops, "drives": drives, "xacro": xacro or "", "stiffness": str(stiffness or ""),
+        "gravity": gravity, "physics": physics, "loops": loops, "drives": drives, "xacro": xacro or "", "package": package, "stiffness": str(stiffness or ""),
     }  # fmt: skip
     try:
         if cases is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 import typer
 
 from ksl.commands.app import app, console, errors, fail
-from ksl.commands.options import Robot, described_warnings, path_with_a_name
+from ksl.commands.options import Packages, Robot, Xacro, described_warnings, path_with_a_name, xacro_arguments
 
 if TYPE_CHECKING:
     from ksl.sweeps.compute_sweep import SweepResults
@@ -28,6 +28,8 @@ def sweep(
     address: Annotated[str, typer.Option("--ray-address", metavar="ADDRESS", help="Of an existing Ray cluster; otherwise RAY_ADDRESS, or a new one here.")] = "",
     wrenches: Annotated[bool, typer.Option("--wrenches", help="Every wrench at every sample too: large.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace the results of another sweep in DIR.")] = False,
+    xacro: Xacro = None,
+    package: Packages = [],
 ) -> None:
     """Compute thousands of variants of a load case: payloads, speeds, mountings, motions, uncertain masses.
 
@@ -35,11 +37,13 @@ def sweep(
     """
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+    from ksl.model.xacro_files import Arguments
     from ksl.output import OutputError
     from ksl.sweeps.compute_sweep import sweep as run_sweep
 
     if workers < 0:
         fail(f"--workers {workers}: expected a number of processes, or 0")
+    arguments = xacro_arguments(xacro, package)
     out = console(120)
     columns = (TextColumn("cases"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("to go"), TimeRemainingColumn())
     try:
@@ -54,6 +58,8 @@ def sweep(
                 address=address or None,
                 wrenches=wrenches,
                 force=force,
+                xacro=arguments,
+                packages=arguments.packages if isinstance(arguments, Arguments) else None,
                 progress=lambda done, cases: progress.update(task, completed=done, total=cases),
             )
     except KeyboardInterrupt:

@@ -19,11 +19,14 @@ from ksl.commands.options import (
     Loops,
     Mimic,
     ModelName,
+    Packages,
     Physics,
     PositionsOnly,
     Robot,
+    Strict,
     TimeUnit,
     Topic,
+    Xacro,
     check_order,
     read_model,
 )
@@ -57,6 +60,9 @@ def view(
     friction_width: FrictionWidth = 0.01,
     loops: Loops = "",
     drives: Drives = "",
+    xacro: Xacro = None,
+    package: Packages = [],
+    strict: Strict = False,
     columns: ColumnMapFile = None,
     degrees: Degrees = False,
     time_unit: TimeUnit = None,
@@ -87,7 +93,7 @@ def view(
             refuse_inputs([export], [file for file in (robot, motion, external, columns, None if loops in ("", "cut") else Path(loops)) if file is not None])
         if motion is not None and is_results(motion):
             results = read_results(motion, case or None)
-        model = _model(robot, results, floating_base, mimic, gravity, model_name, physics, friction_width, loops, drives)
+        model = _model(robot, results, floating_base, mimic, gravity, model_name, physics, friction_width, loops, drives, xacro, package, strict)
         reading = {"map": columns, "degrees": degrees, "time_unit": time_unit, "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only}
         scene = _scene(model, results, motion, reading, external, package_path)
         if joint:
@@ -135,7 +141,7 @@ def _print_notes(scene: Scene) -> None:
 
 def _model(
     robot: Path, results: Results | None, floating_base: bool, mimic: str, gravity: str, model_name: str, physics: str, friction_width: float,
-    loops: str, drives: str,
+    loops: str, drives: str, xacro: str | None, package: list[str], strict: bool,
 ) -> Model:
     """The robot, with what results say of it where no option does."""
     made, options = (results.description, results.made_by.get("options", {})) if results else ({}, {})
@@ -144,11 +150,13 @@ def _model(
     gravity = gravity or ",".join(f"{g!r}" for g in made.get("gravity", []))
     physics = physics or ",".join(made.get("physics", []))
     payloads = {p["link"]: (float(p["mass"]), p["center"]) for p in made.get("payloads", [])}
+    xacro, package = options.get("xacro") if xacro is None else xacro, package or list(options.get("package") or [])
     beside = str(options.get("loops") or "")
     loops = loops or (beside if not results or beside in ("", "cut") else str(Path(str(results.made_by.get("directory", ""))) / beside))
     drives = drives or ",".join(made.get("drives", []))
     return read_model(
-        robot, floating_base, mimic, False, gravity, payloads, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives
+        robot, floating_base, mimic, strict, gravity, payloads, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives,
+        xacro=xacro, package=package,
     )
 
 

@@ -22,7 +22,7 @@ from ksl.comparison.other_robot import File, NotLoaded, Numbers, OtherRobot, Sta
 from ksl.comparison.results import Comparison, Note, OneLibrary
 from ksl.model.loading import load, root_element
 from ksl.model.model import Model
-from ksl.model.xacro_files import expanded
+from ksl.model.xacro_files import expanded, with_packages
 
 MOST_STATES = 1000
 MOST_SAID = 20
@@ -38,6 +38,7 @@ def compare(
     states: int = 8,
     seed: int = 0,
     xacro: Mapping[str, object] | None = None,
+    packages: Mapping[str, str | os.PathLike[str]] | None = None,
 ) -> Comparison:
     """The same robot file in other libraries: which numbers differ, after which conventions were converted, and why.
 
@@ -47,7 +48,7 @@ def compare(
     floating_base, physics: as :func:`ksl.load` takes them.  Mimic joints are independent and loops cut in this comparison, as others have them.
     states: how many random states, 1 to 1000; positions within limits, velocities and accelerations of standard deviation 1 rad/s or m/s, and so on.
     seed: of their generator, 0 or more.
-    xacro: as :func:`ksl.load` takes it; what xacro makes of the file is compared.
+    xacro, packages: as :func:`ksl.load` takes them; what xacro makes of the file is compared.
 
     Compared are efforts for accelerations, accelerations for efforts, mass matrices, poses and Jacobians of all links, in KSL's conventions
     (:doc:`conventions`): numbers agree within 1e-8 of the largest of their kind.  `reasons` are what was tried on KSL's model and gives the other
@@ -60,8 +61,9 @@ def compare(
     wanted = _names(libraries)
     _check_count(states, "states", 1, MOST_STATES)
     _check_count(seed, "seed", 0, 2**63 - 1)
-    if xacro is not None:
-        made = expanded(os.fspath(robot), xacro)
+    asked = with_packages(xacro, packages)
+    if asked is not None:
+        made = expanded(os.fspath(robot), asked)
         with TemporaryDirectory() as folder:  # other libraries read files
             path = Path(folder) / "robot.urdf"
             path.write_bytes(made.contents)

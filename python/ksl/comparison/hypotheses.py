@@ -34,6 +34,8 @@ class Hypothesis(NamedTuple):
     topic: str
     text: str
     applied: Variant
+    off: bool = False
+    """Does it turn an effect of the other robot off, whose topic it has."""
 
 
 def dynamic_reasons(other: OtherRobot, states: States, numbers: Numbers, differing: list[str]) -> list[Note]:
@@ -44,8 +46,13 @@ def dynamic_reasons(other: OtherRobot, states: States, numbers: Numbers, differi
     found: dict[tuple[str, ...], list[str]] = {}
     texts: dict[str, str] = {}
     left = list(wanted)
+    known: dict[frozenset[str], Numbers] = {frozenset(): numbers}
     for chosen in _sets(_hypotheses(other)):
-        agreeing = _agreeing(other.model, states, numbers, chosen, left)
+        off = frozenset(h.topic for h in chosen if h.off)
+        if off not in known:
+            with other.without(off):
+                known[off] = other.numbers(states)
+        agreeing = _agreeing(other.model, states, known[off], chosen, left)
         if agreeing:
             found.setdefault(tuple(h.topic for h in chosen), []).extend(agreeing)
             texts.update({h.topic: h.text for h in chosen})
@@ -80,6 +87,7 @@ def _agreeing(model: Model, states: States, numbers: Numbers, chosen: tuple[Hypo
 def _hypotheses(other: OtherRobot) -> list[Hypothesis]:
     model = other.model
     found = list(_of_physics(other))
+    found += [Hypothesis(topic, f"{text}: {rule(other.library, topic)}", lambda m, s: (m, s), True) for topic, text in other.effects().items()]
     bodies = {link: P for link, P in other.bodies().items() if link in model.link_names}
     if bodies and (which := changed_links(model, bodies)):
         found.append(Hypothesis("masses", f"{which}: {rule(other.library, 'masses')}", lambda m, s: (_with_bodies(m, bodies), s)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from contextlib import AbstractContextManager, nullcontext
 from typing import NamedTuple
 
 import numpy as np
@@ -117,6 +118,14 @@ class OtherRobot(ABC):
     @abstractmethod
     def compute(self, q: Array, v: Array, a: Array, tau: Array, links: list[str]) -> OneState:
         """One state in its own coordinates."""
+
+    def effects(self) -> dict[str, str]:
+        """{topic: what it is} of forces that this robot has and KSL never has, whatever its options: they can be turned off by :meth:`without`."""
+        return {}
+
+    def without(self, topics: frozenset[str]) -> AbstractContextManager[None]:
+        """While it is entered, these effects are off."""
+        return nullcontext()
 
     def places(self) -> dict[str, Place]:
         """The places of all moving joints.  Raises NotLoaded where one is missing: dynamics of another tree are no comparison."""

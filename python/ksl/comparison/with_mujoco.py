@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import mujoco
@@ -15,11 +18,15 @@ from ksl.comparison.results import Note
 from ksl.comparison.urdf_text import on_floating_joint, text, without
 from ksl.model.mechanism import Joint
 from ksl.model.mjcf import OF_MUJOCO, to_mujoco
+from ksl.model.mjcf_compiler import Refused, compiled
 from ksl.model.mjcf_frames import matrix
 
 NO_CONSTRAINTS = 1 << 0
 """The bit of mjtDisableBit that turns contacts, limits, dry friction and equality constraints off."""
 GRAVITY_DISABLED = 1 << 7
+ACTUATION_DISABLED = 1 << 11
+"""The bit that turns actuators off."""
+OF_TENDONS = ("stiffness", "damping", "armature")
 
 
 class RobotInMujoco(OtherRobot):
@@ -28,12 +35,7 @@ class RobotInMujoco(OtherRobot):
     def __init__(self, file: File) -> None:
         super().__init__(file)
         check_root(file)
-        handler = mujoco.get_mju_user_warning()
-        mujoco.set_mju_user_warning(self.said.append)  # instead of a log file in the current folder
-        try:
-            self.mj = self._loaded()
-        finally:
-            mujoco.set_mju_user_warning(handler)
+        self.mj = self._loaded()
         self.data = mujoco.MjData(self.mj)
         self.mj.opt.disableflags |= NO_CONSTRAINTS
         self.nv, self.neutral = int(self.mj.nv), np.array(self.mj.qpos0)
@@ -47,17 +49,17 @@ class RobotInMujoco(OtherRobot):
             raise NotLoaded("it reads URDF and MJCF, and no SDF")
         try:
             if file.format == "mjcf":
-                return mujoco.MjModel.from_xml_path(file.path)
+                return compiled(file.path, None, self.said.append)
             if not file.floating_base:
-                return mujoco.MjModel.from_xml_path(file.path)
-        except ValueError as e:
+                return compiled(file.path, None, self.said.append)
+        except Refused as e:
             if file.format == "mjcf":
                 raise NotLoaded(f"its compiler refuses the file: {said_by(e)}") from None
             self.conventions.append(Note("geometry", f"it refuses the file ({said_by(e)[:200]}); read without shapes and meshes, which changes no number of links with <inertial>"))
         robot = without(file.contents, "link", "visual", "collision")
         try:
-            return mujoco.MjModel.from_xml_string(text(on_floating_joint(robot, file.model) if file.floating_base else robot))
-        except ValueError as e:
+            return compiled(file.path, text(on_floating_joint(robot, file.model) if file.floating_base else robot), self.said.append)
+        except Refused as e:
             raise NotLoaded(f"its compiler refuses the file: {said_by(e)}") from None
 
     def note(self) -> None:
@@ -116,6 +118,37 @@ class RobotInMujoco(OtherRobot):
         T[:3, :3], T[:3, 3] = self.data.xmat[i].reshape(3, 3), self.data.xpos[i]
         return T
 
+    def effects(self) -> dict[str, str]:
+        mj, found = self.mj, {}
+        if mj.nu:
+            found["actuators"] = f"{_names(mj.actuator(i).name or str(i) for i in range(mj.nu))} exert forces at a control of zero, as servos do"
+        if mj.body_gravcomp.any():
+            found["gravcomp"] = f"gravity of {_names(mj.body(i).name for i in np.flatnonzero(mj.body_gravcomp))} is compensated there"
+        if mj.opt.density or mj.opt.viscosity:
+            found["fluid"] = f"bodies move in a fluid there, of density {mj.opt.density:g} kg/m³ and viscosity {mj.opt.viscosity:g} Pa s"
+        if any(values is not None and np.any(values) for values in (getattr(mj, f"tendon_{word}", None) for word in OF_TENDONS)):
+            found["tendons"] = f"{_names(mj.tendon(i).name or str(i) for i in range(mj.ntendon))} exert passive forces there"
+        return found
+
+    @contextmanager
+    def without(self, topics: frozenset[str]) -> Iterator[None]:
+        kept = self.mj, self.data
+        mj = self.mj = copy.copy(self.mj)
+        if "actuators" in topics:
+            mj.opt.disableflags |= ACTUATION_DISABLED
+        if "gravcomp" in topics:
+            mj.body_gravcomp[:] = 0.0
+        if "fluid" in topics:
+            mj.opt.density = mj.opt.viscosity = 0.0
+        for word in OF_TENDONS if "tendons" in topics else ():
+            if hasattr(mj, f"tendon_{word}"):
+                getattr(mj, f"tendon_{word}")[:] = 0.0
+        self.data = mujoco.MjData(mj)
+        try:
+            yield
+        finally:
+            self.mj, self.data = kept
+
     def compute(self, q: Array, v: Array, a: Array, tau: Array, links: list[str]) -> OneState:
         mj, data = self.mj, self.data
         mujoco.mj_resetData(mj, data)
@@ -134,6 +167,11 @@ class RobotInMujoco(OtherRobot):
         data.qfrc_applied[:], data.qacc[:] = 0.0, a
         mujoco.mj_inverse(mj, data)
         return OneState(data.qfrc_inverse.copy(), accelerations, M, poses, jacobians)
+
+
+def _names(names: Iterable[str]) -> str:
+    found = list(names)
+    return f"{', '.join(found[:5])}{' …' if len(found) > 5 else ''}"
 
 
 def _full_mass_matrix(mj: Any, data: Any, M: Array) -> None:

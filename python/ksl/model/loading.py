@@ -22,6 +22,7 @@ from ksl.model.lengths import extent, far, far_point, strong_gravity
 from ksl.model.loops_file import LoopsFile
 from ksl.model.model import Model, hashed
 from ksl.model.requests import one_of, three_numbers
+from ksl.model.xacro_files import expanded, with_packages
 
 
 def load(
@@ -38,6 +39,7 @@ def load(
     loops: str | os.PathLike[str] | None = None,
     drives: given.Drives | None = None,
     xacro: Mapping[str, object] | None = None,
+    packages: Mapping[str, str | os.PathLike[str]] | None = None,
 ) -> Model:
     """Reads a robot file: URDF, SDF, MJCF, which needs the extra `ksl[mjcf]`, or USD, which needs `ksl[usd]`.  Its content says which it is.
 
@@ -58,6 +60,7 @@ def load(
     takes it.
     xacro: arguments {name: value} of a xacro file, {} for none, which the package xacro (`ksl[xacro]`) then runs.  Such a file is a program, which reads
     other files and the environment: without this argument it is refused.  Messages name lines of the text that it makes.
+    packages: {name: folder} of packages that a xacro file finds; others are looked for in the folders above it, and where ROS has them.
     Raises :class:`DescriptionError`, which names file, line, link or joint, what is wrong and how to mend it.
 
         m = ksl.load("robot.urdf", payloads={"tool0": (2.0, (0, 0, 0.05))})   # 2 kg, 5 cm in front of the flange
@@ -71,12 +74,11 @@ def load(
     if "<" in file and ">" in file:
         raise DescriptionError("the path of the file is the contents of one; ksl.load_string(text) reads these")
     options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width, loops, drives)
-    if xacro is None:
+    asked = with_packages(xacro, packages)
+    if asked is None:
         loaded = _not_expanded(file, options)
     else:
-        from ksl.model.xacro_files import expanded
-
-        made = expanded(file, xacro)
+        made = expanded(file, asked)
         for line in made.said:
             warnings.warn(line, DescriptionWarning, stacklevel=2)
         text = _loaded(made.name, made.contents, options)

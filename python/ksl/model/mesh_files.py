@@ -53,6 +53,12 @@ def package_folders(package: str, robot: Path, package_paths: Sequence[str | os.
     return _package_folders(package, robot, tuple(map(Path, package_paths)), environment)
 
 
+def forget_folders() -> None:
+    """Packages are looked for again: folders may have come or gone."""
+    _package_folders.cache_clear()
+    _declares.cache_clear()
+
+
 @lru_cache(maxsize=1024)
 def _package_folders(
     package: str, robot: Path, package_paths: tuple[Path, ...], environment: tuple[str, ...]

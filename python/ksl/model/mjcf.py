@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import re
 import warnings
@@ -20,10 +21,12 @@ from ksl.base.rotations import quaternion_of, quaternion_product
 from ksl.model import given
 from ksl.model.builder import Builder
 from ksl.model.joint_kinds import KINDS, Kind
+from ksl.model.mjcf_compiler import Refused, compiled
 from ksl.model.mjcf_files import FilesOfMjcf
 from ksl.model.mjcf_frames import matrix, moved
 from ksl.model.mjcf_frames import pose as frame
-from ksl.model.mjcf_loops import KINDS_OF_EQUALITY, Coupling, actuated, closures, common_name, coupled_joints, couplings, drives, is_active
+from ksl.model.mjcf_actuators import actuated, actuator_count, added, effort_ranges, led, limit_of
+from ksl.model.mjcf_loops import KINDS_OF_EQUALITY, Coupling, check_kinds, closures, common_name, coupled_joints, couplings, drives, handles, is_active, is_of_handle, name_of
 from ksl.model.mjcf_tendons import add_force_elements
 from ksl.model.model import Layout, Model
 from ksl.model.requests import one_of
@@ -98,33 +101,18 @@ def model_of(
 
 
 def _load(file: str, text: bytes | None, contents: bytes, how: given.Reading) -> Model:
-    try:
-        import mujoco
-    except ModuleNotFoundError as e:
-        if e.name != "mujoco":
-            raise
-        raise DescriptionError(f"{file}: this is MJCF, which is read by the package mujoco; install it with: pip install 'ksl[mjcf]'") from None
+    if importlib.util.find_spec("mujoco") is None:
+        raise DescriptionError(f"{file}: this is MJCF, which is read by the package mujoco; install it with: pip install 'ksl[mjcf]'")
     if text is None and not _is_utf_8(file):
         readable = os.fsencode(file).decode("utf-8", "backslashreplace")
         raise DescriptionError(f"{readable}: MuJoCo reads only paths in UTF-8; rename the file or its folder")
     said: list[str] = []
     files = FilesOfMjcf(file, contents, text is not None)
-    _forget_meshes(mujoco)
-    handler = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda text: said.append(f"MuJoCo's compiler says: {_one_line(text)}"))  # instead of a log file in the current folder
     try:
-        compiled = mujoco.MjModel.from_xml_path(os.fspath(file)) if text is None else mujoco.MjModel.from_xml_string(text.decode("utf-8", "replace"))
-    except ValueError as e:
+        mj = compiled(os.fspath(file), None if text is None else text.decode("utf-8", "replace"), lambda line: said.append(f"MuJoCo's compiler says: {_one_line(line)}"))
+    except Refused as e:
         raise DescriptionError(f"{file}: MuJoCo's compiler refuses the file: {_one_line(e)}; correct it there") from None
-    finally:
-        mujoco.set_mju_user_warning(handler)
-    return _model(compiled, file, how, said, files.inputs(DescriptionError))
-
-
-def _forget_meshes(mujoco: Any) -> None:
-    """MuJoCo keeps meshes by the names of their files and times of change in whole seconds: one that was replaced a moment ago would be the old one."""
-    if hasattr(mujoco, "mj_clearCache") and hasattr(mujoco, "mj_getCache"):
-        mujoco.mj_clearCache(mujoco.mj_getCache())
+    return _model(mj, file, how, said, files.inputs(DescriptionError))
 
 
 def _is_utf_8(path: str) -> bool:
@@ -165,15 +153,25 @@ class _Reader:
         self.coupled = {j for i in range(mj.neq) for j in coupled_joints(mj, i)}
         self.bodies = [self.new("link", mj.body(i).name or ("world" if i == 0 else f"body{i}")) for i in range(mj.nbody)]
         self.joints = [self.new("joint", mj.joint(i).name or f"{self.bodies[mj.jnt_bodyid[i]]}_joint") for i in range(mj.njnt)]
-        self.followers: dict[int, Coupling] = {} if independent else couplings(mj, self.joints, self.carried)
-        self.closures = [] if cut else closures(mj, self.carried, self.said.append)
-        self.driven = {j for i in range(mj.nu) for j in actuated(mj, i)}
+        self.held: dict[int, float] = {}
+        """Joints that equality constraints hold, and where."""
+        self.followers: dict[int, Coupling] = {} if independent else couplings(mj, self.joints, self.carried, self.held)
+        self.handles = handles(mj)
+        if not cut:
+            check_kinds(mj)
+        self.closures = [] if cut else closures(mj, self.carried, self.handles, self.said.append)
+        self.driven = {j for i in range(actuator_count(mj)) for j in actuated(mj, i)} - set(self.held)
+        self.efforts = self.effort_limits()
+        self.own = {what: getattr(mj, f"dof_{what}") + added(mj, what) for what in ("damping", "armature")} | {"frictionloss": mj.dof_frictionloss}
+        """Of each coordinate, with what actuators add."""
         self.builder.add_link(self.bodies[0])
         for i in range(1, mj.nbody):
-            self.add_body(i)
+            if i not in self.handles:
+                self.add_body(i)
+        self.say_handles()
         self.add_sites()
         self.add_loops()
-        self.force_elements, self.of_tendons = add_force_elements(self.builder, mj, self.bodies)
+        self.force_elements, self.of_tendons = add_force_elements(self.builder, mj, self.bodies, self.joints, self.handles, self.said.append)
 
     def new(self, of: str, name: str) -> str:
         """A name that no other link or joint has."""
@@ -206,10 +204,10 @@ class _Reader:
         qs, vs = [mj.jnt_qposadr[j] for j in joints], [mj.jnt_dofadr[j] for j in joints]
         moved = np.abs([mj.jnt_pos[j] for j, t in zip(joints, types) if t == HINGE]).max(initial=0.0) > CLOSE
         # a kind has neither limits nor springs of single coordinates, and one number for the losses of all, which are of one unit
-        named = any(mj.jnt_limited[j] or mj.jnt_actfrclimited[j] or mj.jnt_stiffness[j] or j in self.coupled for j in joints)
+        named = any(mj.jnt_limited[j] or j in self.efforts or mj.jnt_stiffness[j] or j in self.coupled for j in joints)
         mixed = len(set(types)) > 1
         named = named or (bool(self.closures) and 0 < len(self.driven.intersection(joints)) < len(joints))  # motors move whole joints
-        unequal = any(x[vs].any() if mixed else np.ptp(x[vs]) for x in (mj.dof_damping, mj.dof_frictionloss, mj.dof_armature))
+        unequal = any(x[vs].any() if mixed else np.ptp(x[vs]) for x in self.own.values())
         if moved or named or unequal or mj.qpos0[qs].any():
             return None
         axes = np.array([mj.jnt_axis[j] for j in joints])
@@ -249,21 +247,56 @@ class _Reader:
             child = self.bodies[body] if is_body else self.new("link", f"{name}_frame")
             if not is_body:
                 self.builder.add_link(child)
-            placement = pose @ moved(at) @ self.before_reference(j, kind)
+            placement = pose @ moved(at) @ self.motion_of(j, kind, -self.reference(j, kind))
+            if j in self.held:
+                self.builder.add_joint(name, "fixed", parent, child, placement @ self.motion_of(j, kind, self.held[j]))
+                self.layout.setdefault("held", []).append([int(mj.jnt_qposadr[j]), int(mj.jnt_dofadr[j]), self.held[j]])
+                self.not_carried(f"held at {self.held[j]:.6g} by an equality constraint, and fixed there; range, spring, losses and motors", name)
+                parent, pose = child, moved(-at)
+                continue
             self.builder.add_joint(name, cast("Kind", OF_MUJOCO[kind].name), parent, child, placement, **self.numbers_of(j, kind))
             self.note(name, ("free", "ball", "plain", "plain")[kind], [j], placement)
             parent, pose = child, moved(-at)
         if parent != self.bodies[body]:
             self.weld(self.bodies[body], parent, pose)
 
-    def before_reference(self, j: int, kind: int) -> Array:
-        """The joint's motion from q = 0 back: MuJoCo's position is its `ref` where the body is as the file has it."""
-        ref = float(self.mj.qpos0[self.mj.jnt_qposadr[j]]) if kind in (SLIDE, HINGE) else 0.0
-        if ref == 0.0:
+    def reference(self, j: int, kind: int) -> float:
+        """MuJoCo's position where the body is as the file has it."""
+        return float(self.mj.qpos0[self.mj.jnt_qposadr[j]]) if kind in (SLIDE, HINGE) else 0.0
+
+    def motion_of(self, j: int, kind: int, q: float) -> Array:
+        if q == 0.0:
             return np.eye(4)
         if kind == SLIDE:
-            return moved(-ref * self.mj.jnt_axis[j])
-        return frame(np.array([np.cos(ref / 2), *(-np.sin(ref / 2) * self.mj.jnt_axis[j])]), np.zeros(3))
+            return moved(q * self.mj.jnt_axis[j])
+        return frame(np.array([np.cos(q / 2), *(np.sin(q / 2) * self.mj.jnt_axis[j])]), np.zeros(3))
+
+    def effort_limits(self) -> dict[int, float]:
+        """The largest effort of each joint that has motors or a range of forces, those of its followers included."""
+        number = {name: j for j, name in enumerate(self.joints)}
+        family = {}
+        for j in self.followers:
+            leader, multiplier = j, 1.0
+            while leader in self.followers:
+                multiplier *= self.followers[leader][1]
+                leader = number[self.followers[leader][0]]
+            family[j] = (leader, multiplier)
+        found = {}
+        for j, own in led({j: own for j, own in effort_ranges(self.mj).items() if j not in self.held}, family).items():
+            if (limit := limit_of(own)) is not None:
+                found[j] = limit
+                if -own[0] != own[1]:
+                    self.not_carried(f"unequal efforts, {own[0]:.6g} to {own[1]:.6g}; the limit is {limit:.6g} both ways, and the rest", self.joints[j])
+        return found
+
+    def say_handles(self) -> None:
+        """Mocap bodies, and what welds the robot to them, which would make a rigid structure of it."""
+        if not self.handles:
+            return
+        names = [name_of(self.mj, i) for i in range(self.mj.neq) if is_of_handle(self.mj, i, self.handles)]
+        ties = f", with equality constraint {', '.join(names)}" if names else ""
+        some = [self.bodies[i] for i in sorted(self.handles)]
+        self.said.append(f"mocap body {', '.join(some)}: a handle by which a simulator moves the robot, and no part of it; left out{ties}")
 
     def numbers_of(self, j: int, kind: int) -> dict[str, Any]:
         mj, numbers = self.mj, self.losses(j)
@@ -274,10 +307,8 @@ class _Reader:
             numbers["spring_rest"] = float(mj.qpos_spring[mj.jnt_qposadr[j]])
             if mj.jnt_limited[j]:
                 numbers["limits"] = tuple(map(float, mj.jnt_range[j]))
-            if mj.jnt_actfrclimited[j] and mj.jnt_actfrcrange[j, 0] == -mj.jnt_actfrcrange[j, 1]:
-                numbers["effort"] = float(mj.jnt_actfrcrange[j, 1])
-            elif mj.jnt_actfrclimited[j]:
-                self.not_carried("actuatorfrcrange, unequal", self.joints[j])
+            if j in self.efforts:
+                numbers["effort"] = self.efforts[j]
         else:
             if mj.jnt_limited[j]:
                 self.not_carried("range of a ball", self.joints[j])
@@ -290,7 +321,7 @@ class _Reader:
         mj, name, numbers = self.mj, self.joints[j], {}
         v = slice(int(mj.jnt_dofadr[j]), int(mj.jnt_dofadr[j]) + OF_MUJOCO[int(mj.jnt_type[j])].nv)
         for ours, theirs in (("damping", "damping"), ("friction", "frictionloss"), ("armature", "armature")):
-            values = getattr(mj, f"dof_{theirs}")[v]
+            values = self.own[theirs][v]
             if ours == "armature" and values.any() and int(mj.jnt_type[j]) == FREE:  # mostly that of a default class
                 self.not_carried("armature of a free joint", name)
             elif values.any() and np.ptp(values):
@@ -312,7 +343,7 @@ class _Reader:
         """Named sites are MuJoCo's frames."""
         mj = self.mj
         for i in range(mj.nsite):
-            if name := mj.site(i).name:
+            if (name := mj.site(i).name) and int(mj.site_bodyid[i]) not in self.handles:
                 link = self.new("link", name if name not in self.names["link"] else f"{name}_site")
                 self.builder.add_link(link)
                 self.weld(link, self.bodies[mj.site_bodyid[i]], frame(mj.site_quat[i], mj.site_pos[i]))
@@ -341,13 +372,13 @@ class _Reader:
                 lines.append(f"{what.partition('_')[2]} (nonlinear terms are not used)")
         if mj.body_gravcomp.any():
             lines.append(f"gravcomp ({np.count_nonzero(mj.body_gravcomp)} bodies; gravity acts on them in full)")
-        if mj.nmocap:
-            lines.append(f"mocap bodies ({mj.nmocap}; welded where the file has them)")
+        if bases := sum(1 for i in range(mj.nbody) if mj.body_mocapid[i] >= 0 and i not in self.handles):
+            lines.append(f"mocap bodies ({bases}; welded where the file has them)")
         if mj.opt.density or mj.opt.viscosity:
             lines.append("density, viscosity (no forces of a fluid)")
         lines += self.equality_lines() + self.of_tendons
         for word, count in (
-            ("geom", mj.ngeom), ("actuator", self.other_actuators if self.closures else mj.nu), ("tendon", mj.ntendon - self.force_elements), ("sensor", mj.nsensor), ("contact pair", mj.npair), ("contact exclude", mj.nexclude),
+            ("geom", mj.ngeom), ("actuator", self.other_actuators if self.closures else actuator_count(mj)), ("tendon", mj.ntendon - self.force_elements), ("sensor", mj.nsensor), ("contact pair", mj.npair), ("contact exclude", mj.nexclude),
             ("flex", getattr(mj, "nflex", 0)), ("skin", mj.nskin), ("camera", mj.ncam), ("light", mj.nlight), ("keyframe", mj.nkey), ("plugin", mj.nplugin),
         ):  # fmt: skip
             if count:
@@ -363,7 +394,7 @@ class _Reader:
             if i not in self.carried:
                 kind = int(mj.eq_type[i])
                 word = KINDS_OF_EQUALITY[kind] if kind < len(KINDS_OF_EQUALITY) else str(kind)
-                word += "" if is_active(mj, i) else ", not active"
+                word += " to a mocap body" if is_of_handle(mj, i, self.handles) else "" if is_active(mj, i) else ", not active"
                 left[word] = left.get(word, 0) + 1
         lines += [f"equality {word} ({count})" for word, count in sorted(left.items())]
         if self.closures:
@@ -416,6 +447,10 @@ def _converted(model: Model, to: bool, q: ArrayLike, v: ArrayLike | None, a: Arr
         new_q[..., to_q], converted = convert(entry, to, position, old)
         for name, x in converted.items():
             new[name][..., to_v] = x
+    for q_index, v_index, at in layout.get("held", []) if to else ():
+        new_q[..., q_index] = at
+        for x in new.values():
+            x[..., v_index] = 0.0
     for name in model.follower_names if to else ():
         follower = model.joint(name)
         leader, entry = model.joint(follower.leader or ""), layout["joints"][name]

@@ -1,4 +1,4 @@
-"""What closes loops in MJCF, and which joints have motors: equality constraints and actuators of a compiled `mujoco.MjModel`.
+"""What closes loops in MJCF, and which joints have motors: equality constraints of a compiled `mujoco.MjModel`, and its actuators as drives.
 
 `connect` is a spherical joint, `weld` a fixed one; two of `connect` between the same bodies are a revolute joint about the line through their
 points.  MuJoCo's constraints are soft; here loops are closed exactly.  `joint` couples two joints, and so does `tendon` where fixed
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ksl.base.errors import DescriptionError
+from ksl.model.mjcf_actuators import actuated, actuator_count, tendon_terms
 from ksl.model.mjcf_frames import Array, moved, pose
 
 CONNECT, WELD, JOINT, TENDON = range(4)
@@ -22,10 +23,6 @@ CONNECT, WELD, JOINT, TENDON = range(4)
 KINDS_OF_EQUALITY = ("connect", "weld", "joint", "tendon", "flex", "flexvert", "flexstrain")
 SITE = 6
 """The value of mjtObj for sites."""
-ON_JOINT, ON_JOINT_IN_PARENT, ON_TENDON = 0, 1, 3
-"""Values of mjtTrn."""
-WRAPS_JOINT = 1
-"""The value of mjtWrap for joints of fixed tendons."""
 EQUALITY_DISABLED = 1 << 1
 """The bit of mjtDisableBit that turns equality constraints off."""
 CLOSE = 1e-6
@@ -59,28 +56,33 @@ def coupled_joints(mj: Any, i: int) -> list[int]:
     """The joints that equality constraint i couples, if it is one of joints or of fixed tendons."""
     ids = [int(k) for k in (mj.eq_obj1id[i], mj.eq_obj2id[i]) if k >= 0]
     if mj.eq_type[i] == TENDON:
-        return [j for tendon in ids for j in (_of_tendon(mj, tendon) or {})]
+        return [j for tendon in ids for j in (tendon_terms(mj, tendon) or {})]
     return ids if mj.eq_type[i] == JOINT else []
 
 
-def couplings(mj: Any, joints: list[str], used: set[int]) -> dict[int, Coupling]:
+def couplings(mj: Any, joints: list[str], used: set[int], held: dict[int, float]) -> dict[int, Coupling]:
     """Joint: (its leader, multiplier, offset), for equality constraints that couple two joints with one coordinate.
 
     Those of joints are y − y₀ = a₀ + a₁ (x − x₀); of tendons, L − L₀ = a₀, or a₀ + a₁ times the same of the second one, with lengths L = Σ c q.
-    used: constraints that the model has are added.  Raises :class:`ksl.DescriptionError` for those that are no such coupling: without them
-    it would be another machine.
+    used: constraints that the model has are added.  held: joints that are held at a position are added, with that.  Raises
+    :class:`ksl.DescriptionError` for those that are neither: without them it would be another machine.
     """
     found: dict[int, Coupling] = {}
     leader: dict[int, int] = {}
-    driven = {j for i in range(mj.nu) for j in actuated(mj, i)}
+    driven = {j for i in range(actuator_count(mj)) for j in actuated(mj, i)}
     for i in range(mj.neq):
         if mj.eq_type[i] not in (JOINT, TENDON) or not is_active(mj, i):
             continue
         y, x, multiplier, free = _of_joints(mj, i, joints) if mj.eq_type[i] == JOINT else _of_tendons(mj, i, joints, found, driven)
-        if y in found:
-            raise _refused(mj, i, f"couples joint {joints[y]}, which follows joint {found[y][0]} already; keep one of both")
-        y0, x0 = (float(mj.qpos0[mj.jnt_qposadr[j]]) for j in (y, x))
+        if y in found or y in held:
+            said = f"follows joint {found[y][0]}" if y in found else "is held"
+            raise _refused(mj, i, f"{'couples' if x >= 0 else 'holds'} joint {joints[y]}, which {said} already; keep one of both")
+        y0, x0 = (float(mj.qpos0[mj.jnt_qposadr[j]]) if j >= 0 else 0.0 for j in (y, x))
         offset = y0 + free - multiplier * x0
+        if x < 0:
+            held[y] = offset
+            used.add(i)
+            continue
         leads, m, b = x, 1.0, 0.0  # x = m leads + b
         while leads in leader:
             step = found[leads]
@@ -90,14 +92,28 @@ def couplings(mj: Any, joints: list[str], used: set[int]) -> dict[int, Coupling]
             used.add(i)
         elif abs(multiplier * m - 1) > CLOSE or abs(multiplier * b + offset) > CLOSE:
             raise _refused(mj, i, f"couples joint {joints[y]} to itself over joint {joints[x]}, so that it can't move; remove one coupling")
+    _hold_followers(found, leader, held)
     return found
 
 
+def _hold_followers(found: dict[int, Coupling], leader: dict[int, int], held: dict[int, float]) -> None:
+    """Joints that follow one that is held are held, too."""
+    for y in list(found):
+        path = [y]
+        while path[-1] in leader and path[-1] not in held:
+            path.append(leader[path[-1]])
+        if path[-1] in held:
+            for one, x in zip(path[-2::-1], path[::-1], strict=False):
+                _, multiplier, offset = found.pop(one)
+                held[one] = multiplier * held[x] + offset
+                del leader[one]
+
+
 def _of_joints(mj: Any, i: int, joints: list[str]) -> tuple[int, int, float, float]:
-    """y, x, a₁ and a₀ of a constraint of joints."""
+    """y, x, a₁ and a₀ of a constraint of joints; x is −1 where it holds y alone."""
     y, x, a = int(mj.eq_obj1id[i]), int(mj.eq_obj2id[i]), mj.eq_data[i]
     if x < 0:
-        raise _refused(mj, i, f"holds joint {joints[y]} at a constant position; freeze that joint by with_frozen_joints instead")
+        return y, x, 0.0, float(a[0])
     if a[2:5].any():
         raise _refused(mj, i, f"couples joint {joints[y]} to joint {joints[x]} by a polynomial that isn't linear; make it linear")
     return y, x, float(a[1]), float(a[0])
@@ -107,7 +123,7 @@ def _of_tendons(mj: Any, i: int, joints: list[str], followers: Mapping[int, Coup
     """The same of a constraint of tendons.  The joint leads that has a motor or follows another one already, else the first of the tendon."""
     first, second, a = int(mj.eq_obj1id[i]), int(mj.eq_obj2id[i]), mj.eq_data[i]
     names = " and ".join(mj.tendon(k).name or f"{k + 1}" for k in (first, second) if k >= 0)
-    sums = [_of_tendon(mj, k) for k in (first, second) if k >= 0]
+    sums = [tendon_terms(mj, k) for k in (first, second) if k >= 0]
     if None in sums:
         raise _refused(mj, i, f"is about the length of tendon {names}, which is no sum of joint positions; fixed tendons are read")
     if second >= 0 and a[2:5].any():
@@ -117,30 +133,62 @@ def _of_tendons(mj: Any, i: int, joints: list[str], followers: Mapping[int, Coup
         for j, c in (coefficients or {}).items():
             terms[j] = terms.get(j, 0.0) + factor * c
     moved = [j for j, c in terms.items() if c]
+    if len(moved) == 1:
+        return moved[0], -1, 0.0, float(a[0]) / terms[moved[0]]
     if len(moved) != 2:
-        said = "1 joint" if len(moved) == 1 else f"{len(moved)} joints"
-        raise _refused(mj, i, f"couples {said} by tendon {names}; couplings of two are read")
+        raise _refused(mj, i, f"couples {len(moved)} joints by tendon {names}; couplings of two are read")
     x, y = sorted(moved, key=lambda j: (j not in driven and j not in followers, moved.index(j)))
     return y, x, -terms[x] / terms[y], float(a[0]) / terms[y]
-
-
-def _of_tendon(mj: Any, k: int) -> dict[int, float] | None:
-    """The coefficient of each joint in the length of a fixed tendon; None for others."""
-    wraps = range(int(mj.tendon_adr[k]), int(mj.tendon_adr[k]) + int(mj.tendon_num[k]))
-    if any(mj.wrap_type[w] != WRAPS_JOINT for w in wraps):
-        return None
-    return {int(mj.wrap_objid[w]): float(mj.wrap_prm[w]) for w in wraps}
 
 
 def _refused(mj: Any, i: int, what: str) -> DescriptionError:
     return DescriptionError(f'equality constraint {name_of(mj, i)} {what}, or load the file with mimic="independent", without couplings')
 
 
-def closures(mj: Any, used: set[int], say: Callable[[str], None]) -> list[Closure]:
-    """The joints of `connect` and `weld`, in the order of the file.  say: what a user must know about those that were folded."""
+def check_kinds(mj: Any) -> None:
+    """Refuses constraints of kinds that are not known, and soft bodies that join several bodies: without them it would be another machine."""
+    cut = 'or load the file with loops="cut" (--loops cut), without what closes loops'
+    for i in range(mj.neq):
+        if is_active(mj, i) and mj.eq_type[i] >= len(KINDS_OF_EQUALITY):
+            raise DescriptionError(f"equality constraint {name_of(mj, i)} is of kind {int(mj.eq_type[i])}, which KSL doesn't know; state it by connect, weld or joint, {cut}")
+    for f in range(getattr(mj, "nflex", 0)):
+        bodies = set(mj.flex_vertbodyid[mj.flex_vertadr[f] : mj.flex_vertadr[f] + mj.flex_vertnum[f]].tolist())
+        if len(bodies) > 1:
+            raise DescriptionError(f"flex {bytes(mj.names[mj.name_flexadr[f] :]).split(bytes(1), 1)[0].decode() or f + 1} is a soft body that joins {len(bodies)} bodies, and KSL's are rigid; remove it, {cut}")
+
+
+def bodies_of(mj: Any, i: int) -> tuple[int, int]:
+    """The bodies that a `connect` or `weld` joins."""
+    first, second = int(mj.eq_obj1id[i]), int(mj.eq_obj2id[i])
+    return (int(mj.site_bodyid[first]), int(mj.site_bodyid[second])) if mj.eq_objtype[i] == SITE else (first, second)
+
+
+def handles(mj: Any) -> set[int]:
+    """Mocap bodies that carry no joint, and what is on them: handles by which a simulator moves a robot, and no part of it."""
+    moves = set()
+    for body in mj.jnt_bodyid.tolist():
+        while body:
+            moves.add(body)
+            body = int(mj.body_parentid[body])
+    found: set[int] = set()
+    for i in range(1, mj.nbody):  # parents come first
+        if (mj.body_mocapid[i] >= 0 and i not in moves) or int(mj.body_parentid[i]) in found:
+            found.add(i)
+    return found
+
+
+def is_of_handle(mj: Any, i: int, left_out: set[int]) -> bool:
+    return mj.eq_type[i] in (CONNECT, WELD) and not left_out.isdisjoint(bodies_of(mj, i))
+
+
+def closures(mj: Any, used: set[int], left_out: set[int], say: Callable[[str], None]) -> list[Closure]:
+    """The joints of `connect` and `weld`, in the order of the file, but for those to bodies that are left out.
+
+    say: what a user must know about those that were folded.
+    """
     found: list[Closure] = []
     for i in range(mj.neq):
-        if mj.eq_type[i] not in (CONNECT, WELD) or not is_active(mj, i):
+        if mj.eq_type[i] not in (CONNECT, WELD) or not is_active(mj, i) or is_of_handle(mj, i, left_out):
             continue
         used.add(i)
         closure = _closure(mj, i)
@@ -163,7 +211,7 @@ def _closure(mj: Any, i: int) -> Closure:
         points = (data[3:6], data[0:3]) if is_weld else (data[0:3], data[3:6])
     names, kind = [mj.equality(i).name], "fixed" if is_weld else "connect"
     if mj.eq_objtype[i] == SITE:
-        bodies = (int(mj.site_bodyid[ids[0]]), int(mj.site_bodyid[ids[1]]))
+        bodies = bodies_of(mj, i)
         if is_weld:
             return Closure(names, kind, bodies, *(pose(mj.site_quat[s], mj.site_pos[s]) for s in ids))
         return Closure(names, kind, bodies, *(moved(mj.site_pos[s]) for s in ids))
@@ -189,12 +237,11 @@ def _fold(earlier: Closure, other: Closure) -> bool:
 def _least_turn(u: Array, to: Array) -> Array:
     """The smallest rotation that leads one unit vector to another."""
     n, c = np.cross(u, to), float(u @ to)
-    if np.linalg.norm(n) < 1e-15:
-        if c > 0:
-            return np.eye(3)
-        n = np.cross(u, np.eye(3)[int(np.argmin(np.abs(u)))])
-        n /= np.linalg.norm(n)
-        return np.asarray(2 * np.outer(n, n) - np.eye(3))
+    if c < 0.0:  # half a turn about the same axis, and then the rest: 1 + c would lose its digits
+        p = n if np.linalg.norm(n) > 1e-15 else np.eye(3)[int(np.argmin(np.abs(u)))]
+        p = p - (p @ u) * u
+        p /= np.linalg.norm(p)
+        return np.asarray(_least_turn(-u, to) @ (2 * np.outer(p, p) - np.eye(3)))
     K = np.array([[0, -n[2], n[1]], [n[2], 0, -n[0]], [-n[1], n[0], 0]])
     return np.asarray(np.eye(3) + K + K @ K / (1 + c))
 
@@ -202,14 +249,6 @@ def _least_turn(u: Array, to: Array) -> Array:
 def common_name(names: list[str]) -> str:
     """C of C_0 and C_1; empty where they have no beginning in common."""
     return os.path.commonprefix(names).rstrip("_-./ ")  # noqa: RUF071 - letters in common are meant, not folders
-
-
-def actuated(mj: Any, i: int) -> list[int]:
-    """The joints that an actuator moves: one, or those of a fixed tendon; none for what it acts on otherwise."""
-    at, on = int(mj.actuator_trnid[i, 0]), int(mj.actuator_trntype[i])
-    if on in (ON_JOINT, ON_JOINT_IN_PARENT):
-        return [at]
-    return list(_of_tendon(mj, at) or {}) if on == ON_TENDON else []
 
 
 def drives(mj: Any, name_of_joint: dict[int, str], leader: dict[str, str], floats: set[str]) -> tuple[list[str], int]:
@@ -220,7 +259,7 @@ def drives(mj: Any, name_of_joint: dict[int, str], leader: dict[str, str], float
     """
     found: dict[str, None] = {}
     others = 0
-    for i in range(mj.nu):
+    for i in range(actuator_count(mj)):
         moved_joints = {_first(name_of_joint[j], leader) for j in actuated(mj, i) if j in name_of_joint}
         if len(moved_joints) == 1 and not moved_joints & floats:
             found.setdefault(moved_joints.pop())

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
+import importlib.util
 import os
 import re
 from collections.abc import Mapping
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
+from ksl.base import own_process
 from ksl.base.errors import DescriptionError, near_names
 from ksl.base.files_read import InputFile, note, state_of
 from ksl.base.printable import sentence
 from ksl.base.words import listed
+from ksl.model.mesh_files import forget_folders, package_folders
 
 EXPANDED = " (expanded by xacro)"
 """After the name of the file, in messages, whose lines are those of the text that xacro made."""
@@ -20,20 +22,65 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*")
 _MOST_SAID = 20
 
 
-class Asked(dict[str, str]):
-    """Arguments of a xacro file, which gives defaults of more, and those names that it asks for."""
-
-    def __init__(self, given: Mapping[str, str]) -> None:
-        super().__init__(given)
-        self.names: set[str] = set()
-
-    def __getitem__(self, name: str) -> str:
+RUN = """
+import contextlib, io
+class Asked(dict):  # notes which arguments the file asks for
+    names = set()
+    def __getitem__(self, name):
         self.names.add(name)
         return super().__getitem__(name)
-
-    def __contains__(self, name: object) -> bool:
+    def __contains__(self, name):
         self.names.add(str(name))
         return super().__contains__(name)
+def folder_of(package):
+    say(ask=package)
+    found = json.loads(sys.stdin.readline())
+    if found:
+        return found
+    try:
+        from ament_index_python.packages import get_package_share_directory
+        return get_package_share_directory(package)
+    except Exception:
+        raise LookupError("package not found: " + package) from None
+import xacro
+from xacro import substitution_args
+substitution_args._eval_find = substitution_args._eval_dict["find"] = folder_of
+said, values = io.StringIO(), Asked(given["values"])
+try:
+    with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
+        text = xacro.process_file(given["file"], mappings=values).toprettyxml(indent="  ")
+    say(text=text, included=[str(name) for name in getattr(xacro, "all_includes", ())], asked=sorted(values.names), said=said.getvalue())
+except MemoryError:
+    say(memory=True)
+except Exception as e:  # expressions of the file raise whatever Python raises
+    say(refused=str(e) or type(e).__name__)
+except SystemExit:
+    say(refused=said.getvalue())
+"""
+"""Runs xacro, in a process of its own: the file is a program, which may run on without end, and signals end it."""
+
+
+class Arguments(dict[str, str]):
+    """Arguments of a xacro file, with the folders of packages that `$(find NAME)` means."""
+
+    def __init__(self, given: Mapping[str, str], packages: Mapping[str, str]) -> None:
+        super().__init__(given)
+        self.packages = dict(packages)
+
+
+def with_packages(given: Mapping[str, object] | None, packages: Mapping[str, str | os.PathLike[str]] | None) -> Mapping[str, object] | None:
+    """Arguments of a xacro file with folders of packages.  Raises ValueError."""
+    if packages is None:
+        return given
+    if given is None:
+        raise ValueError("packages are for a xacro file; give its arguments too, xacro={} (--xacro '') for none")
+    if not isinstance(packages, Mapping):
+        raise ValueError(f"packages is {packages!r}; expected {{name: folder}}")
+    folders = {str(name): os.fspath(folder) for name, folder in packages.items()}
+    for name, folder in folders.items():
+        if not os.path.isdir(folder):
+            raise ValueError(f"packages: {name} is {folder!r}, which is no folder; give that of the package")
+    return Arguments(arguments(given), folders)
 
 
 class Expanded(NamedTuple):
@@ -67,28 +114,32 @@ def expanded(file: str, given: Mapping[str, object]) -> Expanded:
 
     A xacro file may read other files, variables of the environment and folders of packages: run those of people you trust.
     """
-    values = Asked(arguments(given))
-    try:
-        import xacro
-    except ModuleNotFoundError as e:
-        if e.name not in ("xacro", "yaml"):
-            raise
-        raise DescriptionError(f"{file}: xacro files are run by the package xacro; install it: pip install 'ksl[xacro]'") from None
+    values = arguments(given)
+    if any(importlib.util.find_spec(name) is None for name in ("xacro", "yaml")):
+        raise DescriptionError(f"{file}: xacro files are run by the package xacro; install it: pip install 'ksl[xacro]'")
     if not os.path.isfile(file):
         raise DescriptionError(f"{file}: is no file; give a xacro file, or leave xacro out")
-    said = io.StringIO()
+    if not own_process.is_possible():
+        raise DescriptionError(f"{file}: xacro runs in a Python of its own, and this one, inside of another program, knows none (sys.executable); run xacro before: xacro FILE > robot.urdf")
+    forget_folders()
+    packages = given.packages if isinstance(given, Arguments) else {}
+
+    def folder(question: dict[str, Any]) -> str | None:
+        """Of a package: as it was given, else around the file and where ROS has packages; None leaves it to ROS."""
+        name = str(question["ask"])
+        return packages.get(name) or next((str(path) for path in package_folders(name, Path(file))), None)
+
     try:
-        with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
-            text = xacro.process_file(file, mappings=values).toprettyxml(indent="  ", encoding="utf-8")
-    except MemoryError:
-        raise
-    except Exception as e:  # expressions of the file raise whatever Python raises
-        raise DescriptionError(f"{file}: xacro refuses the file: {sentence(' '.join(str(e).split()))[:1000] or type(e).__name__}{_mend(str(e))}") from None
-    except SystemExit:
-        raise DescriptionError(f"{file}: xacro refuses the file: {sentence(' '.join(said.getvalue().split()))[:1000]}") from None
-    included = [str(name) for name in getattr(xacro, "all_includes", ())]
-    unused = tuple(_unused(file, name, values.names) for name in given if name not in values.names)
-    return Expanded(file + EXPANDED, text, _inputs(file, included), unused + _lines(file, said.getvalue()))
+        made = own_process.run(RUN, {"file": file, "values": values}, folder)
+    except own_process.Ended as e:
+        raise DescriptionError(f"{file}: xacro didn't run to its end: {e}") from None
+    if "memory" in made:
+        raise MemoryError
+    if "refused" in made:
+        said = str(made["refused"])
+        raise DescriptionError(f"{file}: xacro refuses the file: {sentence(' '.join(said.split()))[:1000]}{_mend(said)}")
+    unused = tuple(_unused(file, name, set(made["asked"])) for name in given if name not in made["asked"])
+    return Expanded(file + EXPANDED, made["text"].encode("utf-8", "replace"), _inputs(file, made["included"]), unused + _lines(file, made["said"] + "\n" + made["printed"]))
 
 
 def _unused(file: str, name: str, asked: set[str]) -> str:
@@ -100,7 +151,7 @@ def _mend(text: str) -> str:
     if "Undefined substitution argument" in text or "is not defined" in text:
         return "; give the argument: --xacro 'NAME:=VALUE' (xacro={\"NAME\": \"VALUE\"})"
     if "resource not found" in text or "package" in text.lower():
-        return "; packages are looked for where ROS does: source the workspace's setup file first"
+        return "; packages are looked for in the folders above the file and where ROS does: name the folder by --package NAME=DIR (packages={\"NAME\": \"DIR\"}), or source the workspace's setup file"
     return ""
 
 

@@ -7,7 +7,7 @@ import time
 import warnings
 from collections.abc import Callable, Generator, Mapping
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -76,6 +76,8 @@ def sweep(
     wrenches: bool = False,
     force: bool = False,
     progress: Callable[[int, int], None] | None = None,
+    xacro: Mapping[str, object] | None = None,
+    packages: Mapping[str, str | os.PathLike[str]] | None = None,
 ) -> SweepResults:
     """Computes a load case in all variants that a description names, in parallel, and writes them into a folder.
 
@@ -86,6 +88,7 @@ def sweep(
     engine: "local": processes of this machine; "ray": a Ray cluster at `address`, or a new one.  The results are the same to the bit.
     workers: processes; None: one for each core that this process may use.
     force: replaces the results of another sweep.  progress(cases done, cases): called after each partition.
+    xacro, packages: as :func:`ksl.load` takes them, in the place of those of [base].
     One run at a time may write into a folder.  Raises SweepError and OutputError.  About 1 ms of a core for a case of 1,000 samples and 7 joints.
 
         masses = {"kind": "payload", "link": "tool0", "values": [0.0, 1.0, 2.0]}
@@ -99,6 +102,10 @@ def sweep(
         raise SweepError(f"description is {type(description).__name__}; expected a TOML file, or its tables as a mapping")
     require("a sweep", "pyarrow", "scipy")
     given = sweep_from(description) if isinstance(description, Mapping) else read_sweep(description)
+    if xacro is not None:
+        given = replace(given, base=given.base | {"xacro": dict(xacro)})
+    if packages is not None:
+        given = replace(given, base=given.base | {"packages": {name: os.path.abspath(folder) for name, folder in packages.items()}})
     if engine not in ("local", "ray"):
         raise SweepError(f"engine={engine!r}; expected 'local' or 'ray'")
     count = usable_cores() if workers is None else workers

@@ -35,7 +35,7 @@ LARGEST = sys.float_info.max
 """Python's whole numbers may be larger, which `math.isfinite` doesn't take."""
 TAKEN = ("case", "joint", "kind", "quantity", "value", "unit", "undetermined")
 """Columns of the results that are no parameters."""
-OF_BASE = ("motion", "simulate", "reading", "components", "gravity", "physics", "friction_width", "floating_base", "mimic", "model", "loops", "drives", "stiffness")
+OF_BASE = ("motion", "simulate", "reading", "components", "gravity", "physics", "friction_width", "floating_base", "mimic", "model", "loops", "drives", "stiffness", "xacro", "packages")
 
 
 @dataclass(frozen=True)

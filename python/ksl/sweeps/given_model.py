@@ -9,7 +9,7 @@ from typing import Any
 from ksl.base.errors import SweepError
 from ksl.model.model import Model, sealed
 
-OF_FILES = ("floating_base", "mimic", "model", "loops")
+OF_FILES = ("floating_base", "mimic", "model", "loops", "xacro", "packages")
 """Keys of [base] that say how a file is read."""
 
 

@@ -93,6 +93,8 @@ def _base(robot: str | os.PathLike[str] | GivenModel, sweep: Sweep) -> Model:
         stiffness = base.pop("stiffness", None)
         if isinstance(base.get("loops"), str) and base["loops"] != "cut":
             base["loops"] = sweep.path(base["loops"])
+        if isinstance(base.get("packages"), Mapping):
+            base["packages"] = {name: sweep.path(str(folder)) for name, folder in base["packages"].items()}
         model = robot.model(base, sweep.file) if isinstance(robot, GivenModel) else load(robot, **base)
         return model if stiffness is None else _stiff(model, sweep, stiffness)
     except SweepError:

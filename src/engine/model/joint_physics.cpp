@@ -20,6 +20,9 @@ constexpr double narrowest = 1e-18;
   text::refuse(robot.file, j.at.line, "joint " + text::quoted(j.name) + ": " + what);
 }
 
+/// Far beyond all gears: of 0 a rotor would not turn, and squares of such numbers stay within the range.
+constexpr double least_gear_ratio = 1e-9, most_gear_ratio = 1e9;
+
 void check(const robot_description &robot, const joint_description &j) {
   const struct {
     const char *name;
@@ -32,6 +35,10 @@ void check(const robot_description &robot, const joint_description &j) {
   for (const auto &[name, value] : numbers)
     if (!(value >= 0 && std::isfinite(value)))
       refuse(robot, j, std::string(name) + " is " + text::shown(value) + "; expected a number that is not negative");
+  if (!(std::fabs(j.gear_ratio) >= least_gear_ratio && std::fabs(j.gear_ratio) <= most_gear_ratio))
+    refuse(robot, j,
+           "gear_ratio is " + text::shown(j.gear_ratio) +
+               "; expected turns of the rotor for each of the joint, or rad/m, of a size from 1e-9 to 1e9");
   if (j.friction_width && !(*j.friction_width > 0))
     refuse(robot, j,
            "friction_width is " + text::shown(*j.friction_width) +

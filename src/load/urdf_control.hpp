@@ -1,0 +1,16 @@
+// What <ros2_control> says of joints besides which of them have motors: mimics, and limits of commands.
+#pragma once
+
+#include "load/unread.hpp"
+#include "text/unused.hpp"
+
+namespace ksl::readers {
+
+/// Joints with <param name="mimic">, <param name="multiplier"> and <param name="offset">.  Refuses other parameters of a joint that name another one.
+std::vector<stated_mimic> mimics_of_control(const text::xml_file &file, const part_names &names, left_out option);
+
+/// Limits of joints with one coordinate, from the parameters min and max of a <command_interface>: of effort and velocity where they are
+/// tighter than those of <limit>, of position where <limit> has none.  What was taken is a line of the robot's warnings.
+void read_limits_of_control(const text::xml_file &file, robot_description &robot, text::unused_list &unused);
+
+} // namespace ksl::readers
