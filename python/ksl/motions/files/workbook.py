@@ -7,7 +7,7 @@ import re
 import zipfile
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import chain, count, pairwise
+from itertools import accumulate, chain, count, pairwise
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
@@ -161,7 +161,8 @@ def _notes_of_hidden(source: BinaryIO, sheet: Any, table: WorkbookTable) -> list
 
 def hidden_parts(pieces: Iterable[bytes]) -> tuple[list[int], list[str]]:
     """The numbers of the rows of a sheet's XML that are hidden, and the letters of its columns.  openpyxl doesn't give them where it reads row by row."""
-    rows, columns, number, rest = list[int](), list[str](), 0, b""
+    rows, number, rest = list[int](), 0, b""
+    begun = [0] * (MOST_COLUMNS + 1)  # tags that begin at a column, less those that end before it: there may be many, each for all columns
     for piece in pieces:
         text = rest + piece
         for tag in _ROW_OR_COLUMN.finditer(text):
@@ -172,9 +173,10 @@ def hidden_parts(pieces: Iterable[bytes]) -> tuple[list[int], list[str]]:
                 rows += [number] * hidden
             elif hidden:
                 first, last = (min(int(attributes.get(each, b"1")), MOST_COLUMNS) for each in (b"min", b"max"))
-                columns += [letters(k) for k in range(first - 1, last)]
+                begun[first - 1] += 1
+                begun[last] -= 1
         rest = text[max(text.rfind(b"<"), text.rfind(b">"), len(text) - LONGEST_TAG) :]
-    return rows, columns
+    return rows, [letters(k) for k, covered in enumerate(accumulate(begun)) if covered > 0]
 
 
 def _ranges(numbers: list[int]) -> list[str]:
