@@ -67,7 +67,7 @@ class EffortFacts(NamedTuple):
 
     names: list[str]
     are_forces: Array
-    """Of slides, N; the others are moments, N m."""
+    """Which are forces, N; the others are moments, N m."""
     gears: Array
 
 
