@@ -15,7 +15,7 @@ build/fuzz/found/NAME.
 
 A program fuzz_NAME_with_FAULT has a planted fault, which it must find.  Targets in Python have the faults of
 fuzz/python/target.py, which a variable of the environment plants.  With --runs, targets with faults are run too, and records
-are written: fuzz-NAME.json."""
+are written: fuzz-NAME.json.  A run of fewer executions than are promised is recorded as one that shows the promise in part."""
 
 import argparse
 import json
@@ -199,7 +199,8 @@ def promised(name):
 
 def record(name, result, faults):
     executions, seconds = result["executions"], result["seconds"]
-    kept = executions >= promised(name) and result["ok"] and set(faults.values()) == {"caught"}
+    found_nothing = result["ok"] and set(faults.values()) == {"caught"}
+    state = "--broken" if not found_nothing else "--kept" if executions >= promised(name) else "--in-part"
     figures = (
         f"executions={executions:,}",
         f"hours={seconds / 3600:.2f}",
@@ -207,7 +208,7 @@ def record(name, result, faults):
     )
     to_record(
         name,
-        "--kept" if kept else "--broken",
+        state,
         *(word for figure in figures for word in ("--figure", figure)),
         *(word for fault, outcome in faults.items() for word in ("--planted", f"{fault}={outcome}")),
     )

@@ -16,7 +16,7 @@ HEAD = """# What KSL promises, and what shows it
 
 Each promise has a check that can fail, and faults are planted to show it. The records below were written by the checks
 themselves: date, commit and machine are those of the last run. "Kept": every check of the promise is on record, and found nothing.
-"In part": what is on record found nothing, but a record is missing, or the text says what falls short. "Not kept": a check found
+"In part": what is on record found nothing, but a record is missing, a run did less than is promised, or the text says what falls short. "Not kept": a check found
 something, or did not end. "Not shown": no run is on record yet. Long checks are renewed before a release; until then the page says how often the
 code that they cover has changed. [CONTRIBUTING.md](../CONTRIBUTING.md#long-checks) says how long checks take.
 [SECURITY.md](../SECURITY.md) says which input may be hostile.
@@ -61,7 +61,7 @@ def age_line(age):
 
 
 def verdict(run):
-    return "kept" if run["kept"] else "**not kept**"
+    return "in part" if run.get("in part") else "kept" if run["kept"] else "**not kept**"
 
 
 def run_lines(run, age):

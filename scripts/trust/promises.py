@@ -63,4 +63,4 @@ def state(promise):
         return "not shown"
     if any(run and not run["kept"] for run in runs):
         return "not kept"
-    return "in part" if None in runs or promise.get("shortfall") else "kept"
+    return "in part" if None in runs or any(run.get("in part") for run in runs) or promise.get("shortfall") else "kept"

@@ -29,8 +29,8 @@ def pair(text):
     return name.strip(), value.strip()
 
 
-def write(name, command, kept, figures, planted=(), notes=(), results=RESULTS):
-    """Write a record: the whole file or nothing.  figures: (name, value); planted: (fault, whether it was caught)."""
+def write(name, command, kept, figures, planted=(), notes=(), results=RESULTS, in_part=False):
+    """Write a record: the whole file or nothing.  figures: (name, value); planted: (fault, whether it was caught).  in_part: it found nothing, and is not all."""
     record = {
         "name": name,
         "kept": kept,
@@ -41,7 +41,7 @@ def write(name, command, kept, figures, planted=(), notes=(), results=RESULTS):
         "figures": dict(figures),
         "planted": dict(planted),
         "notes": list(notes),
-    }
+    } | ({"in part": True} if in_part else {})
     path = Path(results) / f"{name}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
     fresh = path.with_suffix(".new")
@@ -63,6 +63,7 @@ def main(arguments):
     parser.add_argument("--command", required=True, help="what a reader types to run the check again")
     kept = parser.add_mutually_exclusive_group(required=True)
     kept.add_argument("--kept", action="store_true", help="the promise is kept")
+    kept.add_argument("--in-part", action="store_true", help="it found nothing, and did less than is promised; the figures say how much")
     kept.add_argument("--begun", action="store_true", help="the check begins: not kept until it writes what it has found")
     kept.add_argument("--broken", action="store_true", help="it is not; the figures say by how much")
     parser.add_argument("--figure", action="append", type=pair, default=[], metavar="NAME=VALUE")
@@ -74,7 +75,8 @@ def main(arguments):
     if given.begun:
         begin(given.name, given.command, given.results)
         return
-    print(write(given.name, given.command, given.kept, given.figure, given.planted, given.note, given.results))
+    kept = given.kept or given.in_part
+    print(write(given.name, given.command, kept, given.figure, given.planted, given.note, given.results, given.in_part))
 
 
 if __name__ == "__main__":

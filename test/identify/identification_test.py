@@ -358,6 +358,70 @@ def test_what_is_doubtful_is_said(m, changes, sentences):
     assert all(doubt in repr(f) for doubt in f.doubts) and f.converged == (not any("not converged" in doubt for doubt in f.doubts))
 
 
+SCALES = [1e-3, 1e-2, 0.1, 0.25, 0.5, 2.0, 4.0, 10.0, 1e3]
+
+
+def scaled(m, factor, joint=None, share=0.02, **options):
+    q, v, a, tau, _ = recording(m, np.random.default_rng(0), share)
+    factors = np.full(m.nv, factor) if joint is None else np.where(np.arange(m.nv) == joint, factor, 1.0)
+    return identify(m, q, v, a, factors * tau, **options)
+
+
+@pytest.mark.parametrize("prior_deviation", [0.1, 1.0, 10.0])
+@pytest.mark.parametrize("factor", SCALES)
+def test_efforts_of_another_size_are_said_with_their_factor(m, factor, prior_deviation):
+    """All residuals are as they should be: bodies of 54 g for 8.4 kg explain a hundredth of the efforts."""
+    f = scaled(m, factor, prior_deviation=prior_deviation)
+    assert f.certificate.scale.common == pytest.approx(factor, rel=0.01)
+    assert any(re.search(rf"efforts are {factor:.1g}\S* times|efforts are \S+ times", doubt) and "one factor for all joints" in doubt for doubt in f.doubts), f
+
+
+@pytest.mark.parametrize("joint", range(7))
+@pytest.mark.parametrize("factor", [x for x in SCALES if not 0.3 < x < 3] + [-1.0])
+def test_efforts_of_one_joint_of_another_size_are_doubted(m, factor, joint):
+    f = scaled(m, factor, joint)
+    known = f.certificate.scale.factors[joint]
+    assert f.doubts and (np.isnan(known) or known == pytest.approx(factor, rel=0.02))
+    assert np.isnan(known) or abs(f.certificate.scale.agreement[joint]) < 0.9 or f"panda_joint{joint + 1} {known:.3g}" in f.doubts[0]
+
+
+@pytest.mark.parametrize("links", [None, ["panda_link6", "panda_link7"]])
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_efforts_that_are_noise_are_said(m, size, links):
+    rng = np.random.default_rng(1)
+    q, v, a, tau, sigma = recording(m, rng)
+    f = identify(m, q, v, a, size * rng.normal(size=tau.shape), links=links)
+    assert f.doubts[0].startswith("all efforts look like noise")
+    f = identify(m, q, v, a, np.where(np.arange(7) == 3, size * rng.normal(size=tau.shape), tau))
+    assert f.doubts[0].startswith("efforts of panda_joint4 look like noise")
+
+
+def test_a_factor_that_is_the_gear_ratio_is_named():
+    """Of one joint, whose prior may be wrong by as much: a motor's efforts, and the drive's of two joints."""
+    b = ksl.Builder("arm").add_link("frame")
+    for k, gear in enumerate((50, 101)):
+        b.add_link(f"l{k}", mass=2.0, center_of_mass=(0.3, 0, 0), inertia=0.05 * np.eye(3))
+        b.add_joint(f"j{k}", "revolute", f"l{k - 1}" if k else "frame", f"l{k}", axis=(0, 1, 0), pose=ksl.Pose(np.eye(4) + 0.4 * k * np.eye(4, k=3)), gear_ratio=gear)
+    arm = b.build()
+    q, v, a = periodic_motion(np.random.default_rng(0), arm, samples=100)
+    (doubt, *_) = identify(arm, q, v, a, arm.inverse_dynamics(q, v, a) / (50, 101)).doubts
+    assert "j0 0.02 (1/50 is its gear ratio)" in doubt and "j1 0.0099 (1/101 is its gear ratio)" in doubt
+    assert not identify(arm, q, v, a, arm.inverse_dynamics(q, v, a)).doubts
+
+
+@pytest.mark.parametrize("deviation", [1e-4, 1e-3, 1.0])
+@pytest.mark.parametrize("seed", range(40))
+def test_exact_efforts_leave_nothing_whatever_the_prior_says(seed, deviation):
+    """What least squares leaves nothing of, no prior may turn into noise; or `converged` says that it did."""
+    tree, q, v, a = a_tree(seed)
+    links = [link.name for link in tree.links if link.name in base_parameters.moving_links(tree) and link.mass > 0]
+    tau = tree.with_parameters(dict(zip(links, other_bodies(np.random.default_rng(seed), links)))).inverse_dynamics(q, v, a)
+    f = identify(tree, q, v, a, tau, prior_deviation=deviation)
+    left = np.abs(f.residuals).max() / np.abs(tau).max()
+    assert is_consistent(f.parameters).all() and (left < 1e-6 or not f.converged), (left, f)
+    assert f.converged and left < 1e-6
+
+
 def test_noise_that_does_not_settle_is_said(m, monkeypatch):
     monkeypatch.setattr(fit, "ROUNDS", 1)
     q, v, a, tau, _ = recording(m, np.random.default_rng(1))

@@ -20,6 +20,8 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 
+from ksl.base.input_files import failed_read, what_os_says
+
 SMALL = 1 << 20
 """Bytes of a file that is hashed at once; a thread does it for larger ones, while they are read."""
 
@@ -83,7 +85,22 @@ def recorded() -> Iterator[Ledger]:
 
 @contextmanager
 def being_read(role: str, path: str | os.PathLike[str], error: type[ValueError]) -> Iterator[None]:
-    """The block reads this file, or this folder's files.  Raises `error` if they change meanwhile.  A block inside another of the same file does nothing."""
+    """The block reads this file, or this folder's files.  Raises `error` if they change meanwhile, or if the system can't read them.
+
+    A block inside another of the same file does nothing.
+    """
+    try:
+        with _noted(role, path, error):
+            yield
+    except OSError as e:
+        if not failed_read(e) or e.filename is not None:
+            raise
+        raise error(unreadable(os.fspath(path), e)) from None
+
+
+@contextmanager
+def _noted(role: str, path: str | os.PathLike[str], error: type[ValueError]) -> Iterator[None]:
+    """`being_read` for the ledger."""
     ledger, file = _current.get(), os.fspath(path)
     if ledger is None or file in ledger._open:
         yield
@@ -104,6 +121,8 @@ def being_read(role: str, path: str | os.PathLike[str], error: type[ValueError])
     finally:
         ledger._open.discard(file)
     sha256 = digest.result()
+    if digest.failure is not None:
+        raise digest.failure
     if sha256 is None or state_of(file) != before:
         raise error(changed(file, "while it was read"))
     ledger.add(InputFile(role, file, sha256), error)
@@ -121,6 +140,11 @@ def changed(file: str, when: str) -> str:
     return f"{file}: has changed {when}; wait until it is complete, and run again"
 
 
+def unreadable(file: str, failure: OSError) -> str:
+    """The sentence about a file that the system can't read to its end."""
+    return f"{file}: can't be read ({what_os_says(failure)}); copy it to a disk that can be read, and give the copy"
+
+
 def state_of(file: str) -> State | None:
     """The state of a regular file, or of those in a folder.  None for what can't be read twice, or isn't there."""
     try:
@@ -136,7 +160,7 @@ def state_of(file: str) -> State | None:
 
 
 def sha256_of(files: State, given_up: threading.Event | None = None) -> str | None:
-    """The SHA-256 of the bytes of all of them, one after the other.  None if one can't be read, or if it is given up."""
+    """The SHA-256 of the bytes of all of them, one after the other.  None if it is given up, or if one isn't there any more."""
     digest = hashlib.sha256()
     try:
         for name, *_ in files:
@@ -145,7 +169,9 @@ def sha256_of(files: State, given_up: threading.Event | None = None) -> str | No
                     if given_up is not None and given_up.is_set():
                         return None
                     digest.update(chunk)
-    except OSError:
+    except OSError as e:
+        if failed_read(e) and e.filename is None:  # it was opened
+            raise
         return None
     return digest.hexdigest()
 
@@ -156,6 +182,7 @@ class _Digest:
     def __init__(self, files: State) -> None:
         self._files = files
         self._found: str | None = None
+        self.failure: OSError | None = None
         self._given_up = threading.Event()
         large = sum(size for _, _, _, size, _, _ in files) > SMALL
         self._thread = threading.Thread(target=self._compute, daemon=True) if large else None
@@ -163,7 +190,10 @@ class _Digest:
             self._thread.start()
 
     def _compute(self) -> None:
-        self._found = sha256_of(self._files, self._given_up)
+        try:
+            self._found = sha256_of(self._files, self._given_up)
+        except OSError as e:
+            self.failure = e
 
     def give_up(self) -> None:
         self._given_up.set()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import stat
@@ -12,6 +13,12 @@ from ksl.base import limits
 
 STANDARD_INPUT = "-"
 _DESCRIPTOR = re.compile(r"/dev/stdin|/dev/fd/\d+|/proc/(self|\d+)/fd/\d+")
+
+
+PIECE = 1 << 24
+"""Bytes that are asked for at a time."""
+OF_DAMAGE = (None, errno.EINVAL)
+"""What the system says where a reader of a damaged file goes before its beginning, or nothing: what damage is, readers themselves find."""
 
 
 class Unreadable(Exception):
@@ -95,9 +102,16 @@ def standard_input(limit: int) -> bytes:
 
 
 def bounded(source: BinaryIO, limit: int, what: str = "is") -> bytes:
-    """The rest of a stream.  Raises Unreadable if that is more than the limit: files can grow, and pipes have no size."""
+    """The rest of a stream.  Raises Unreadable if that is more than the limit: files can grow, and pipes have no size.
+
+    A stream that is asked for much takes the memory for it before it looks how much there is, so it is asked for what its file has, or for pieces.
+    """
+    pieces, left = list[bytes](), limit + 1
     try:
-        data = source.read(limit + 1)
+        while left and (piece := source.read(min(left, max(_size(source) + 1, PIECE)))):
+            pieces.append(piece)
+            left -= len(piece)
+        data = b"".join(pieces)
     except MemoryError:
         raise Unreadable("can't be read: it is larger than the memory that is left") from None
     except (OSError, ValueError) as e:
@@ -107,6 +121,14 @@ def bounded(source: BinaryIO, limit: int, what: str = "is") -> bytes:
     return data
 
 
+def _size(source: BinaryIO) -> int:
+    """Bytes of a stream's file; 0 where it has none."""
+    try:
+        return os.fstat(source.fileno()).st_size
+    except (AttributeError, OSError, ValueError):
+        return 0
+
+
 def text(data: bytes) -> str:
     """UTF-8, with or without a byte-order mark.  Raises Unreadable."""
     try:
@@ -114,6 +136,18 @@ def text(data: bytes) -> str:
     except UnicodeDecodeError as e:
         line = data.count(b"\n", 0, e.start) + 1
         raise Unreadable(f"is not text: byte 0x{data[e.start]:02x} in line {line} is not UTF-8") from None
+
+
+def failed_read(error: BaseException | None) -> OSError | None:
+    """What the system said where it could not read: a disk that fails, a server that is gone.  None where the file is there, and another than it should be.
+
+    Libraries call such a file damaged: then it is behind their error.
+    """
+    while error is not None:
+        if isinstance(error, OSError) and error.errno not in OF_DAMAGE:
+            return error
+        error = error.__context__
+    return None
 
 
 def what_os_says(error: Exception) -> str:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from ksl.identify.base_parameters import BaseParameters, triangle
+from ksl.identify.chance import SURE, rare
 from ksl.identify.consistency import Array
+from ksl.identify.effort_scale import EffortScale, doubts_about_scale, effort_scale
 from ksl.identify.fit import FREEDOM, SETTLED, Fit
 from ksl.identify.possible_bodies import Minimum
-
-SURE = 4.75
-"""Doubts are raised where a true prior, possible bodies and the noise as it is would give such a value once in a million times: standard
-deviations of the normal distribution."""
 
 Reason = Literal["converged", "rounding", "noise"]
 
@@ -52,6 +50,8 @@ class Certificate:
     knows more than the motion, and where prior or constraint are wrong: then `doubts` say so."""
     excess: float
     """By how much the squares of the residuals sum to more than with bodies that can't exist."""
+    scale: EffortScale
+    """The factors between the efforts and those that the bodies of the prior need."""
     doubts: tuple[str, ...]
     """Sentences on what is doubtful, if anything."""
 
@@ -62,10 +62,19 @@ class Certificate:
         return "\n".join([f"{first}{max(self.above_minimum, 0.0):.2g} of its minimum, the gradient is {self.gradient:.2g}; {agree}", *self.doubts])
 
 
+class EffortFacts(NamedTuple):
+    """What the nv numbers of tau are."""
+
+    names: list[str]
+    are_forces: Array
+    """Which are forces, N; the others are moments, N m."""
+    gears: Array
+
+
 def certificate(
-    fit: Fit, parameters: Array, found: Minimum, base: BaseParameters, joints: list[str], noise_given: bool, rounds: int, change: float
+    fit: Fit, parameters: Array, found: Minimum, base: BaseParameters, efforts: EffortFacts, noise_given: bool, rounds: int, change: float
 ) -> Certificate:
-    """The certificate of what `fit` found last.  joints: names of the numbers of efforts."""
+    """The certificate of what `fit` found last."""
     root = fit.root_of_covariance()
     misfit, freedom = _misfit(fit, parameters, root, noise_given)
     said, distance = _prior_and_motion(fit, base)
@@ -74,7 +83,8 @@ def certificate(
     excess = fit.excess(found)
     settled = noise_given or change <= SETTLED
     reason: Reason = "rounding" if not found.converged else "converged" if settled else "noise"
-    doubts = []
+    scale = effort_scale(fit, efforts.are_forces)
+    doubts = doubts_about_scale(scale, fit, efforts.names, efforts.gears)
     if reason == "rounding":
         doubts.append(
             f"not converged: rounding stopped the search where the sum of squares may be {found.above:.2g} above its minimum; "
@@ -89,10 +99,10 @@ def certificate(
             f"no possible bodies explain the efforts: squares of residuals over noise sum to {excess:.3g} more than with parameters that no body has; look for "
             "efforts with the wrong sign, offsets, friction or rotors, or for known links whose parameters are wrong.  base_deviations leave that out"
         )
-    doubts += _of_the_noise(misfit, freedom, joints, noise_given)
+    doubts += _of_the_noise(misfit, freedom, efforts.names, noise_given)
     return Certificate(
         reason == "converged", reason, found.sum_of_squares, found.above, found.gradient, found.steps, rounds, change,
-        misfit, distance, differences, pull, excess, tuple(doubts),
+        misfit, distance, differences, pull, excess, scale, tuple(doubts),
     )  # fmt: skip
 
 
@@ -168,9 +178,3 @@ def _of_the_noise(misfit: Array, freedom: Array, joints: list[str], given: bool)
         k = int(np.nanargmin(np.where(small, misfit, np.nan)))
         out.append(f"residuals of {joints[k]} are only {misfit[k]:.3g} times the noise that was given; base_deviations are too large")
     return out
-
-
-def rare(n: int) -> float:
-    """What a sum of n squares of standard normal numbers exceeds once in a million times (Wilson, Hilferty, 1931)."""
-    n = max(n, 1)
-    return float(n * (1 - 2 / (9 * n) + SURE * np.sqrt(2 / (9 * n))) ** 3)

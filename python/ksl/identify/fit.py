@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from ksl.identify.base_parameters import triangle
+from ksl.identify.chance import rare
 from ksl.identify.consistency import SMALL, UNKNOWN, Array, from_pseudo_inertia, is_consistent, pseudo_inertia
 from ksl.identify.possible_bodies import SYMMETRIC, LeastSquares, Minimum, block_diagonal, minimum
 from ksl.model.lengths import extent
@@ -22,6 +23,9 @@ RANK = 1e-10
 
 EXACT = 1e-9
 """The least noise, as a share of a joint's efforts: efforts that are as exact as doubles are given this one."""
+
+WIDE = 100.0
+"""The deviation of a prior that holds nothing."""
 
 ROUNDS = 20
 """How often, at most, noise is estimated from residuals and parameters from the noise.  2 to 6 times are usual."""
@@ -52,6 +56,8 @@ class Fit:
         own = model.parameters[[model.link_names.index(name) for name in names]].ravel()
         self._factors = [np.zeros((0, size + 1)) for _ in range(model.nv)]
         self._blocks: list[tuple[Array, Array]] = []
+        self.beside_prior = np.zeros((3, model.nv))
+        """Sums of products over all samples (3, nv): of all efforts by the prior, E, and those that were given, τ: E E, E τ, τ τ."""
         for first in range(0, self.n, SAMPLES_AT_A_TIME):
             part = slice(first, first + SAMPLES_AT_A_TIME)
             q, v, a = (x[part] for x in motion)
@@ -59,6 +65,9 @@ class Fit:
             # efforts of what is not identified: all, less those of the links as the model has them
             rest = model.inverse_dynamics(q, v, a, {link: f[part] for link, f in wrenches.items()}) - Y @ own
             self._blocks.append((Y, tau[part] - rest))
+            by_prior = Y @ self.prior.ravel() + rest
+            with np.errstate(over="ignore"):
+                self.beside_prior += [np.sum(x * y, axis=0) for x, y in ((by_prior, by_prior), (by_prior, tau[part]), (tau[part], tau[part]))]
             for j in range(model.nv):
                 rows = np.column_stack([Y[:, j], tau[part, j] - rest[:, j]])
                 self._factors[j] = triangle(np.vstack([self._factors[j], rows]))
@@ -108,7 +117,10 @@ class Fit:
 
     def solve(self) -> Minimum:
         """The least sum of squares among parameters of bodies."""
-        return minimum(self.problem, self._S0, self.deviation, lambda x: bool(is_consistent(self.parameters(x)).all()))
+        return minimum(self.problem, self._S0, self.deviation, self._is_possible)
+
+    def _is_possible(self, x: Array) -> bool:
+        return bool(is_consistent(self.parameters(x)).all())
 
     def root_of_covariance(self) -> Array:
         """A square root of the parameters' covariance, of motion and prior together: times its transpose it is that."""
@@ -152,20 +164,39 @@ class Fit:
         return self._noise_left(root @ (U[:, kept].T @ self.weighted[:, -1]), root)
 
     def solve_with_noise(self) -> tuple[Minimum, int, float]:
-        """Parameters and noise by turns, with noise that is what possible bodies leave: for efforts that none explain."""
-        found: list[Minimum] = []
+        """Parameters, with noise that is what possible bodies leave: for efforts that none explain.
+
+        Noise and bodies are found by turns, and with a prior that holds nothing: what a wrong one makes of residuals would be taken for noise, and the prior win.
+        """
 
         def after() -> Array:
-            found.append(self.solve())
-            return self._noise_left(self.parameters(found[-1].x).ravel(), self.root_of_covariance())
+            problem, found, wider = self._without_prior()
+            return self._noise_left(self.parameters(wider * found.x).ravel(), wider * np.linalg.solve(problem.R.T, self.from_steps.T).T)
 
         done, change = self._settle(self.sigma, after)
-        return found[-1], done, change
+        return self.solve(), done, change
+
+    def _without_prior(self) -> tuple[LeastSquares, Minimum, float]:
+        """The problem with a prior that holds nothing, its minimum among bodies, and how many times as long its steps are."""
+        wider = max(WIDE / self.deviation, 1.0)
+        problem = LeastSquares(wider * self.problem.B, self.problem.r)
+        return problem, minimum(problem, self._S0, wider * self.deviation, lambda x: self._is_possible(wider * x)), wider
 
     def excess(self, found: Minimum) -> float:
-        """By how much the squares of residuals over noise sum to more than with bodies that can't exist."""
-        squares = [float(np.sum((self.problem.r - self.problem.B @ x) ** 2)) for x in (found.x, self.problem.least)]
-        return max(0.0, squares[0] - squares[1])
+        """By how much the squares of residuals over noise sum to more than with bodies that can't exist.
+
+        Where that is much, a prior that contradicts the motion may be the reason, and not the constraint: then it is that without prior.
+        """
+        with_prior = _excess(self.problem, found.x)
+        if with_prior <= rare(len(self.problem.r)):
+            return with_prior
+        problem, alone, _ = self._without_prior()
+        return min(with_prior, _excess(problem, alone.x))
+
+
+def _excess(problem: LeastSquares, x: Array) -> float:
+    squares = [float(np.sum((problem.r - problem.B @ each) ** 2)) for each in (x, problem.least)]
+    return max(0.0, squares[0] - squares[1])
 
 
 def small_length(model: Model) -> float:

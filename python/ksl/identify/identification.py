@@ -20,11 +20,13 @@ from numpy.typing import ArrayLike
 
 from ksl.base.errors import near_names, unknown_name
 from ksl.identify.base_parameters import BaseParameters, check_tolerance, links_once, moving_links, of_regressor
-from ksl.identify.certificate import Certificate, certificate, rare
+from ksl.identify.certificate import Certificate, EffortFacts, certificate
+from ksl.identify.chance import rare
 from ksl.identify.consistency import Array, is_consistent, nearest_consistent
 from ksl.identify.fit import Fit, small_length
 from ksl.model.given import mapping, number, numbers
 from ksl.model.model import Model
+from ksl.model.motion_columns import units_of
 from ksl.model.states import External, items_of
 
 
@@ -125,7 +127,7 @@ def identify(
         rounds, change = fit.estimate_noise()
     base = of_regressor(fit.stacked, names, tolerance)
     minimum = fit.solve()
-    if noise is None and fit.excess(minimum) > rare(len(base)):
+    if noise is None and fit.excess(minimum) > rare(len(base)):  # no possible bodies explain the efforts
         minimum, rounds, change = fit.solve_with_noise()
     parameters, root = fit.parameters(minimum.x), fit.root_of_covariance()
     return Identification(
@@ -138,18 +140,20 @@ def identify(
         residuals=fit.residuals(parameters),
         noise=fit.sigma,
         free=minimum.free,
-        certificate=certificate(fit, parameters, minimum, base, _effort_names(model), noise is not None, rounds, change),
+        certificate=certificate(fit, parameters, minimum, base, _efforts_of(model), noise is not None, rounds, change),
         model=model.with_parameters(dict(zip(names, parameters))),
     )
 
 
-def _effort_names(model: Model) -> list[str]:
-    """Names of the nv numbers of tau."""
-    names = [""] * model.nv
+def _efforts_of(model: Model) -> EffortFacts:
+    """Names, kinds and gears of the nv numbers of tau."""
+    out = EffortFacts([""] * model.nv, np.zeros(model.nv, dtype=bool), np.ones(model.nv))
     for joint in model.joints:
-        for k in range(joint.nv):
-            names[joint.v_index + k] = joint.name if joint.nv == 1 else f"{joint.name}[{k}]"
-    return names
+        for k, unit in enumerate(units_of(joint)[1] if joint.nv else ()):
+            at = joint.v_index + k
+            out.names[at] = joint.name if joint.nv == 1 else f"{joint.name}[{k}]"
+            out.are_forces[at], out.gears[at] = unit == "m", joint.gear_ratio
+    return out
 
 
 def _check_motion(model: Model, q: Array, v: Array, a: Array, tau: Array) -> None:

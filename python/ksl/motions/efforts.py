@@ -15,10 +15,11 @@ from ksl.base.words import listed
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.states import Array
 from ksl.motions.columns.column_map import ColumnMap, ColumnRule, absent
-from ksl.motions.columns.columns_used import EFFORT
+from ksl.motions.columns.columns_used import EFFORT, by_columns
 from ksl.motions.columns.recorded import Recorded, check_finite
 from ksl.motions.columns.time_column import TIME, TimeColumn, find_time, in_seconds, with_nanoseconds, with_unit
 from ksl.motions.columns.units import bare
+from ksl.motions.columns.whole_numbers import with_sign
 from ksl.motions.files.map_file import read_map
 from ksl.motions.files.recognise import open_table
 from ksl.motions.reading_options import check_options
@@ -41,6 +42,8 @@ class Efforts(NamedTuple):
     """(n, nv), N m and N; NaN for coordinates that the file has no effort of."""
     notes: list[str]
     """What was converted."""
+    doubts: list[str]
+    """Why numbers may be wrong."""
 
 
 def read_efforts(
@@ -69,6 +72,7 @@ def read_efforts(
         table = open_table(path, topic, positions_only=True)
         columns = read_map(map).of(model.joint_names) if map is not None else ColumnMap("")
         joints = {f"{joint.name}{EFFORT}": joint for joint in model.joints[: len(model.joint_names)] if joint.one_coordinate}
+        columns = by_columns(table, model, {}, columns)
         rules = _rules(table, columns, joints)
         column = _time(table, columns)
         values = table.read(list(dict.fromkeys([column.name] + [column.nanoseconds] * bool(column.nanoseconds) + list(rules))), column.name)
@@ -78,13 +82,15 @@ def read_efforts(
     back = np.flatnonzero(np.diff(time) <= 0)
     if len(back):
         raise not_increasing(table.place, time, int(back[0]) + 1)
-    tau = np.full((len(time), model.nv), np.nan)
+    tau, doubts = np.full((len(time), model.nv), np.nan), [*table.doubts, *columns.doubts]
     for name, rule in rules.items():
         joint = joints[rule.to]
         factor, note = _factor(table, columns, name, rule, joint)
-        tau[:, joint.v_index] = factor * (rule.factor * values[name] + rule.offset)
-        notes += [note] if note else []
-    return Efforts(time, tau, [*table.notes, *notes])
+        read = with_sign(name, values[name], always=_is_per_mille(table, name, rule))
+        tau[:, joint.v_index] = factor * (rule.factor * read.numbers + rule.offset)
+        notes += [said for said in (note, read.note) if said]
+        doubts += [read.doubt] if read.doubt else []
+    return Efforts(time, tau, [*table.notes, *notes], doubts)
 
 
 def _rules(table: Recorded, columns: ColumnMap, joints: Mapping[str, Joint]) -> dict[str, ColumnRule]:
@@ -111,12 +117,20 @@ def _time(table: Recorded, columns: ColumnMap) -> TimeColumn:
     return TimeColumn(given[0][0], given[0][1].unit, given[0][1].scale) if given else find_time(table, frozenset())
 
 
+def _unit(table: Recorded, name: str, rule: ColumnRule) -> str:
+    return bare(rule.unit or table.units.get(name, ""))
+
+
+def _is_per_mille(table: Recorded, name: str, rule: ColumnRule) -> bool:
+    return _unit(table, name, rule).lower() in PER_MILLE
+
+
 def _factor(table: Recorded, columns: ColumnMap, name: str, rule: ColumnRule, joint: Joint) -> tuple[float, str]:
     """What the numbers of a column are multiplied by, and the note about it."""
-    unit = bare(rule.unit or table.units.get(name, ""))
+    unit = _unit(table, name, rule)
     newtons = "N m" if joint.unit == "rad" else "N"
     rated = columns.rated.get(joint.name)
-    if unit.lower() in PER_MILLE:
+    if _is_per_mille(table, name, rule):
         if rated is None:
             raise MotionError(f"{columns.file or table.head}: column {name!r} is in ‰ of a rated value, which isn't given; add it to the map: [rated] with {joint.name} = …, {newtons}")
         return rated / 1000.0, f"{name!r} is {rule.words()}: ‰ of {rated:g} {newtons}"

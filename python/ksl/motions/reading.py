@@ -13,14 +13,15 @@ from ksl.base.errors import MotionError
 from ksl.base.files_read import being_read
 from ksl.base.input_files import path_given
 from ksl.base.words import count, listed
-from ksl.model.mechanism import Mechanism
+from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.motion_columns import columns_of
 from ksl.model.states import Array
 from ksl.motions.closed_motion import completed
 from ksl.motions.columns.column_map import ColumnMap
-from ksl.motions.columns.columns_used import Choice, choose_columns, with_unused_together
+from ksl.motions.columns.columns_used import Choice, Used, choose_columns, with_unused_together
 from ksl.motions.columns.recorded import Recorded, check_finite
 from ksl.motions.columns.time_column import TIME, find_time, in_seconds, with_nanoseconds, with_unit
+from ksl.motions.columns.whole_numbers import Read, continued_positions, with_sign
 from ksl.motions.files import kuka, rtde
 from ksl.motions.files.csv_form import MEND
 from ksl.motions.files.map_file import read_map
@@ -33,6 +34,8 @@ from ksl.motions.signal.quality import Samples
 from ksl.motions.signal.resampling import resampled
 
 Place = Callable[[int], str]
+BEYOND = 0.1
+"""Positions that go beyond the limits of a joint by less than this share of their range may be meant."""
 IMPOSSIBLE_ANGLE, IMPOSSIBLE_SHARE = 1000.0, 100.0
 """An angle of a joint with limits that is larger than this, rad, and than this many times the limit, is refused."""
 
@@ -82,13 +85,13 @@ def read_motion(
         raise ValueError(f"model is {type(model).__name__}; expected a model, which ksl.load(file) makes")
     with being_read("motion", _whole(path), MotionError):
         table = open_table(path, topic, positions_only)
-        if isinstance(table, NpzTable):
-            table = with_matrices(table, model)
         if map is None:
             table = _of_maker(table, model, positions_only)
         columns = read_map(map).of(model.joint_names) if map is not None else ColumnMap("")
+        if isinstance(table, NpzTable):
+            table = with_matrices(table, model, columns.ignored)
         choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
-        values = _values(table, choice)
+        values, said = _values(table, choice, model)
     time, time_notes = in_seconds(table, with_unit(table, choice.time, time_unit), values.pop(TIME))
     rows = _checked_rows(table, time, start, stop)
     part = len(rows) < len(time) or stop is not None
@@ -106,7 +109,7 @@ def read_motion(
     given = [[np.column_stack([rates[c] for c in group]) if group[0] in rates else None for group in columns_of(j)[1:]] for j in joints]
     place: Place = lambda k: table.place(int(rows[k]))
     _check_plausible(model, q, place)
-    notes = [*table.notes, *time_notes, *choice.notes, *samples.notes]
+    notes = [*table.notes, *time_notes, *choice.notes, *(read.note for read in said if read.note), *samples.notes]
     if part:
         notes.append(f"used is the part from {time[0]:.9g} s to {time[-1]:.9g} s")
     measured = Samples(time, q, given)
@@ -118,7 +121,7 @@ def read_motion(
         raise MotionError(f"{place(int(np.argmin(np.isfinite(q).all(axis=1))))}: a position, interpolated, is not finite; {TOO_LARGE}")
     motion = completed(model, time, q, given, known, table.file, place, smooth, measured)
     source = Source(table.file, table.format, len(time), float(np.median(np.diff(time))), with_unused_together(notes))
-    return replace(motion, source=source, doubts=[*table.doubts, *columns.doubts, *motion.doubts])
+    return replace(motion, source=source, doubts=[*table.doubts, *columns.doubts, *(read.doubt for read in said if read.doubt), *motion.doubts])
 
 
 def _whole(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
@@ -134,16 +137,34 @@ def _of_maker(table: Recorded, model: Mechanism, positions_only: bool) -> Record
     return table if axes is None else kuka.of_robot(table, model, *axes)
 
 
-def _values(table: Recorded, choice: Choice) -> dict[str, Array]:
-    """Numbers of the columns that are used, and `time` as the file has it."""
+def _values(table: Recorded, choice: Choice, model: Mechanism) -> tuple[dict[str, Array], list[Read]]:
+    """Numbers of the columns that are used, and `time` as the file has it; and what was done to whole numbers."""
     found = table.read(choice.sources, choice.time.name)
     values = {TIME: found[choice.time.name]}
     if choice.time.nanoseconds:
         values[TIME] = with_nanoseconds(table, choice.time, found)
+    joints = {joint.name: joint for joint in model.joints[: len(model.joint_names)] if joint.one_coordinate}
+    said: list[Read] = []
     for column, used in choice.used.items():
-        x = found[used.source]
-        values[column] = x if (used.factor, used.offset) == (1, 0) else used.factor * x + used.offset
-    return values
+        x, joint = found[used.source], joints.get(column)
+        read = with_sign(used.source, x) if joint is None else continued_positions(used.source, x, _possible(joint, used))
+        said.append(read)
+        values[column] = read.numbers if (used.factor, used.offset) == (1, 0) else used.factor * read.numbers + used.offset
+    return values, said
+
+
+def _possible(joint: Joint, used: Used) -> Callable[[Array], bool] | None:
+    """Whether the joint can be at positions that a column's numbers mean; None where it has no limits."""
+    lower, upper = joint.lower, joint.upper
+    if not joint.has_limits or lower is None or upper is None or not lower < upper:
+        return None
+    slack = BEYOND * (upper - lower)
+
+    def possible(x: Array) -> bool:
+        q = used.factor * x + used.offset
+        return bool(q.min() >= lower - slack and q.max() <= upper + slack)
+
+    return possible
 
 
 def _checked_rows(table: Recorded, time: Array, start: float | None, stop: float | None) -> NDArray[np.intp]:

@@ -9,6 +9,8 @@ from scipy.io import savemat
 
 import ksl
 
+INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+
 
 @pytest.fixture
 def mat(tmp_path):
@@ -45,12 +47,54 @@ def test_what_is_no_array_is_said(leg, mat, rows, refusal):
     assert refusal(leg, mat(out={"time": rows[:, :1]})).startswith(": holds no arrays of numbers, but out (struct); save arrays: save('motion.mat', 'time', 'q')")
     assert "unknown column 'remark'" in refusal(leg, mat(**whole, remark="by Ada"))
     assert ksl.read_motion(leg, mat(**whole, remark="by Ada"), ignore_extra=True).q.shape == (10, 2)
-    assert "array 'q' has 10 columns, but leg has 2: hip, slide" in refusal(leg, mat(time=rows[:, :1], q=np.tile(rows[:, 1:].T, (5, 1))))
+    assert "array 'q' has 10 columns, but leg has 2: hip, slide" in refusal(leg, mat(time=rows[:6, :1], q=np.tile(rows[:, 1:].T, (3, 1))))
     assert "has the shape (2, 3, 4)" in refusal(leg, mat(**whole, x=np.ones((2, 3, 4))))
-    assert refusal(leg, mat(**whole, hip=np.ones((10, 1)) * 1j)) == ": hip holds complex numbers; expected real ones"
-    assert refusal(leg, mat(**whole, hip=np.ones((3, 1)))).endswith("array 'hip' has 3 samples, but 'time' has 10; give as many of each")
+    assert refusal(leg, mat(time=rows[:, :1], slide=rows[:, 2:], hip=np.ones((10, 1)) * 1j)).startswith(": column 'hip' holds complex numbers: ")
+    assert refusal(leg, mat(time=rows[:, :1], slide=rows[:, 2:], hip=np.ones((3, 1)))).endswith("array 'hip' has 3 samples, but 'time' has 10; give as many of each")
     for lying in ({"time": rows[:, :1], "q": rows[:, 1:].T}, {"q": rows[:, 1:].T, "time": rows[:, :1]}):
         assert refusal(leg, mat(**lying)).endswith("; 'q' has a column for each sample: transpose it")
+
+
+MORE = {
+    "force": np.ones((10, 6)), "gravity": np.ones(3), "transform": np.eye(4), "images": np.ones((2, 3, 4)), "transposed": np.ones((6, 10)), "square": np.ones((10, 10)),
+    "phasor": np.ones((10, 1)) * 1j, "one_row": np.ones((1, 7)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", ["mat", "npz"])
+@pytest.mark.parametrize("name", MORE)
+@pytest.mark.parametrize("time", ["time", "t"])
+def test_other_arrays_are_left_out_as_columns_are(leg, mat, tmp_path, rows, refusal, form, name, time):
+    """By --ignore-extra, and by a map's `ignore` under their own names."""
+    if form == "mat":
+        file = mat(**{time: rows[:, :1], "q": rows[:, 1:], name: MORE[name]})
+    else:
+        np.savez(file := tmp_path / "motion.npz", **{time: rows[:, 0], "q": rows[:, 1:], name: MORE[name]})
+    assert refusal(leg, file).startswith(f": unknown column '{name}")
+    for options in ({"ignore_extra": True}, {"map": {"ignore": [name]}}):
+        motion = ksl.read_motion(leg, file, **options)
+        np.testing.assert_array_equal(motion.q, rows[:, 1:])
+        assert name in "\n".join(motion.source.notes)
+
+
+def test_a_map_names_matrices(leg, mat, rows, refusal):
+    """Columns of one, a whole one as q, and q itself to be left out."""
+    file = mat(time=rows[:, :1], Q=rows[:, 1:], x=rows)
+    for columns in ({"Q": "q"}, {"Q[0]": "hip", "Q[1]": "slide"}, {"x[1]": "hip", "x[2]": "slide"}):
+        np.testing.assert_array_equal(ksl.read_motion(leg, file, map=columns, ignore_extra=True).q, rows[:, 1:])
+    degrees = ksl.read_motion(leg, mat(time=rows[:, :1], Q=rows[:, 1:2], x=rows), map={"columns": {"Q": {"to": "hip", "unit": "deg"}, "x[2]": "slide"}}, ignore_extra=True)
+    np.testing.assert_allclose(np.degrees(degrees.q[:, 0]), rows[:, 1])
+    assert "'x' is to be 'q', and has 3 columns, but leg has 2: hip, slide" in refusal(leg, file, map={"x": "q"})
+    file = mat(time=rows[:, :1], q=rows, v=rows[:, 1:], x=rows[:, 1:])
+    np.testing.assert_array_equal(ksl.read_motion(leg, file, map={"columns": {"x": "q"}, "ignore": ["q", "v"]}).q, rows[:, 1:])
+
+
+def test_a_square_q_is_no_guess(robot, mat, refusal):
+    text = '<robot name="r"><link name="l0"/>' + "".join(
+        f'<link name="l{k + 1}">{INERTIAL}</link><joint name="j{k}" type="continuous"><parent link="l{k}"/><child link="l{k + 1}"/></joint>' for k in range(6)
+    )
+    m = robot(text + "</robot>")
+    assert "'q' is 6 × 6; whether its rows or its columns are the samples can't be told" in refusal(m, mat(time=np.arange(6.0), q=np.ones((6, 6))))
 
 
 def test_damaged_and_newer_files(leg, mat, rows, written, refusal):

@@ -1,6 +1,7 @@
 """Motions in Excel workbooks: one table on one sheet; everything else is said and not guessed."""
 
 import datetime
+import warnings
 import zipfile
 
 import numpy as np
@@ -9,7 +10,7 @@ from ksl_command import run_ksl
 
 import ksl
 from ksl.base import limits
-from ksl.motions.files.workbook import MOST_NOTES, letters
+from ksl.motions.files.workbook import MOST_NOTES, hidden_parts, letters
 
 openpyxl = pytest.importorskip("openpyxl")
 NAMES = ["time", "hip", "slide"]
@@ -78,6 +79,44 @@ def test_times_of_excel(leg, book, rows, start):
     motion = ksl.read_motion(leg, book(Log=[NAMES, *([at(k), *row[1:]] for k, row in enumerate(rows.tolist()))]))
     np.testing.assert_allclose(motion.time, rows[:, 0], atol=1e-9)
     assert any("dates or clock times" in note for note in motion.source.notes)
+
+
+def test_hidden_rows_and_columns_are_said(leg, book, rows):
+    """A filter hides rows: they are not shown, and are in the file."""
+    path = book(Log=[NAMES, *rows.tolist()])
+    made = openpyxl.load_workbook(path)
+    for number in (2, 4, 5, 6, 11, 40):
+        made.active.row_dimensions[number].hidden = True
+    made.active.column_dimensions["C"].hidden = True
+    made.active.column_dimensions["F"].hidden = True
+    made.active.auto_filter.ref = "A1:C11"
+    made.save(path)
+    motion = ksl.read_motion(leg, path)
+    np.testing.assert_array_equal(motion.q, rows[:, 1:])
+    notes = "\n".join(motion.source.notes)
+    assert "rows of sheet 'Log' that are hidden, by a filter say, are used like the others: 2, 4 to 6, 11, 5 in all" in notes.replace(" and ", ", ")
+    assert "columns of sheet 'Log' that are hidden are used like the others: 'slide' (column C)" in notes
+
+
+@pytest.mark.parametrize("size", [1, 7, 64, 10_000])
+def test_tags_of_a_sheet_in_pieces(size):
+    text = b'<cols><col min="2" max="3" hidden="1"/><col min="5" max="5" hidden="0"/></cols><row r="3" hidden="true"><c r="A3"/></row><row><c/></row><x:row hidden=\'1\'/>'
+    assert hidden_parts(text[k : k + size] for k in range(0, len(text), size)) == ([3, 5], ["B", "C"])
+
+
+def test_what_openpyxl_says_is_a_note(leg, book, rows, recwarn):
+    path = book(Log=[NAMES, *rows.tolist()])
+    said = openpyxl.load_workbook
+
+    def talking(*given, **options):
+        warnings.warn_explicit("Cell B7 is marked as a date", UserWarning, openpyxl.__file__.replace("__init__", "reader/excel"), 1)
+        warnings.warn_explicit("Workbook contains no default style, apply openpyxl's default", UserWarning, openpyxl.__file__, 1)
+        return said(*given, **options)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(openpyxl, "load_workbook", talking)
+        notes = ksl.read_motion(leg, path).source.notes
+    assert [note for note in notes if "says" in note] == ["openpyxl says: Cell B7 is marked as a date"] and not recwarn.list
 
 
 def test_several_sheets_need_a_name(leg, book, rows, refusal):

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
+from ksl.base.csv_cells import text_of_cell
 from ksl.base.errors import MotionError, close_names
 from ksl.base.words import listed
 from ksl.model.freedoms import are_enough, leads
@@ -18,6 +19,8 @@ from ksl.motions.columns.time_column import TIME, TimeColumn, find_time
 from ksl.motions.columns.units import DEGREE, bare, factor, si
 
 _WITH_UNIT = re.compile(r"(.*\S)\s*([\[(](?!\d+[\])])[^\[\]()]+[\])])")  # a number is that of an element of a list
+STATES = ("q", "v", "a")
+"""What a matrix may be: positions, velocities, accelerations of all joints."""
 LEFT_OUT = "--ignore-extra leaves out what no joint has"
 NOT_USED = "not used: column "
 EFFORT = ".effort"
@@ -88,6 +91,7 @@ def choose_columns(
     if TIME in model.joint_names:
         raise MotionError(f"{table.head}: column `time` holds the times, and {model.name} has a joint 'time' too; rename that joint in the robot's file")
     known = quantities(table, model)
+    columns = by_columns(table, model, known, columns)
     rules = _rules(table, known, columns)
     choice = Choice(_time(table, known, rules, columns))
     unknown = _Unknown(table, model, known, columns)
@@ -133,6 +137,37 @@ def _rules(table: Recorded, known: Mapping[str, Quantity], columns: ColumnMap) -
         taken[rule.to] = name
         given[name] = rule
     return {name: given[name] for name in names if name in given}
+
+
+def by_columns(table: Recorded, model: Mechanism, known: Collection[str], columns: ColumnMap) -> ColumnMap:
+    """The map with the names of columns where it names them as they stand in the file, or names a whole matrix or list.
+
+    A matrix that is to be q, v or a has a column for each of the joints' columns, in their order.  Raises MotionError where it has others.
+    known: columns of the motion, which a matrix is not, whatever its name is.
+    """
+    names = set(table.names)
+
+    def meant(name: str) -> str:
+        if table.aliases.get(name) == "":
+            raise MotionError(f"{columns.file}: column {name!r} of {table.file} holds several joints, whose names change from row to row; give the names of the joints instead")
+        bare = name.strip().lstrip("%#").strip()  # readers take names without the mark of a comment, and without what guards them in spreadsheets
+        return next((n for n in (name, table.aliases.get(name, name), bare, text_of_cell(bare)) if n in names or n in table.groups), name)
+
+    rules: dict[str, ColumnRule] = {}
+    for name, rule in columns.rules.items():
+        source = meant(name)
+        if source == TIME != name and table.is_recording:
+            continue  # its stamps are read already
+        if source in names or source not in table.groups or rule.to in known or rule.to not in STATES:
+            rules[source] = rule
+            continue
+        joints = model.joints[: len(model.joint_names)]
+        wanted = [c for joint in joints for c in columns_of(joint)[STATES.index(rule.to)]]
+        if len(wanted) != len(table.groups[source]):
+            raise MotionError(f"{columns.file}: {name!r} is to be {rule.to!r}, and has {len(table.groups[source])} columns, but {model.name} has {len(wanted)}: {listed(wanted)}")
+        rules |= {element: replace(rule, to=c) for element, c in zip(table.groups[source], wanted)}
+    ignored = [element for name in map(meant, columns.ignored) for element in ([name] if name in names else table.groups.get(name, [name]))]
+    return replace(columns, rules=rules, ignored=tuple(ignored))
 
 
 def _without_blanks(known: Mapping[str, Quantity]) -> dict[str, str]:
@@ -203,8 +238,8 @@ class _Unknown:
             raise MotionError(f"{self.columns.file}: {said}; {self._instead(rule.to) or self._nearest(rule.to, [*self.known, TIME])}")
         if ignore_extra or (self.table.is_recording and source in self.of_followers):
             return f"{NOT_USED}{source!r}" + (" (it follows another joint)" if source in self.of_followers else "")
-        kind, text = "joint" if self.table.is_recording else "column", self.table.text_in(source)
-        holds = f", which holds {self.table.what_is_in(source)} ({text[:40]!r})" if text is not None else ""
+        kind, holding = "joint" if self.table.is_recording else "column", self.table.holding(source)
+        holds = f", which {holding}" if holding else ""
         raise MotionError(f"{self.table.head}: unknown {kind} {source!r}{holds}; {self._hint(source)}")
 
     @cached_property

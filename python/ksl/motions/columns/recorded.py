@@ -35,6 +35,10 @@ class Recorded:
     """Why its numbers may be wrong; each forbids a green verdict."""
     texts: Mapping[str, str] = field(default_factory=dict)
     """Columns that hold text, with a value."""
+    groups: dict[str, list[str]] = field(default_factory=dict)
+    """Names of matrices and lists in the file, each with the names of its columns: `state` with `state[0]`, `state[1]`."""
+    aliases: Mapping[str, str] = field(default_factory=dict)
+    """Names as they stand in the file, of columns that have another name here."""
     times_are_seconds: bool = False
     """Set by `read`: times were dates, clock times or numbers with a unit, which it has converted."""
     is_recording: bool = False
@@ -61,6 +65,11 @@ class Recorded:
     def text_in(self, name: str) -> str | None:
         """A value of the column that is no number, as far as that is known from its first rows; None where there is none."""
         return self.texts.get(name)
+
+    def holding(self, name: str) -> str:
+        """What a column holds that can't be used, behind "which"; empty where it holds numbers."""
+        text = self.text_in(name)
+        return "" if text is None else f"holds {self.what_is_in(name)} ({text[:40]!r})"
 
     def what_is_in(self, name: str) -> str:
         """A word for what a column holds that holds no numbers."""

@@ -14,6 +14,7 @@ from ksl.base.words import listed
 from ksl.model.states import Array
 from ksl.motions.columns.recorded import Recorded
 from ksl.motions.columns.units import bare, factor, unit_of
+from ksl.motions.columns.whole_numbers import continued_times
 
 TIME = "time"
 _NAMES = re.compile(
@@ -91,10 +92,12 @@ def with_nanoseconds(table: Recorded, column: TimeColumn, values: Mapping[str, A
 def in_seconds(table: Recorded, column: TimeColumn, time: Array) -> tuple[Array, list[str]]:
     """Times in s, and what was done to them: their unit was converted, or dates were counted from the first sample."""
     both = f"columns {column.name!r} and {column.nanoseconds!r} are taken as seconds and nanoseconds of the time"
+    time, wrapped, _ = continued_times(column.name, time)
     notes = [] if column.name == TIME else [both] if column.nanoseconds else [f"column {column.name!r} is taken as the time" + ("" if column.unit else ", in s")]
     scale = column.scale * (factor(table.head, column.name, column.unit, "time", 0) if column.unit else 1.0)
     if scale != 1.0:
         notes.append(f"times were multiplied by {scale:g}" if column.scale != 1.0 else f"times were converted from {bare(column.unit)} to s")
+    notes += [wrapped] * bool(wrapped)
     first = float(time[0]) if len(time) else math.nan
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
         if _DATES[0] <= first * size < _DATES[1] and column.scale == 1.0 and (not column.unit or unit_of(column.unit) == unit_of(unit)):

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 from ksl.base import limits
 from ksl.base.errors import MotionError, near_names
-from ksl.base.input_files import check_regular
+from ksl.base.input_files import check_regular, failed_read
+from ksl.base.library_messages import heard
 from ksl.base.words import listed
 from ksl.motions.files.bag_sizes import check_files, check_index, check_messages, limit_chunks, too_large
 from ksl.motions.files.bag_database import NOT_IN_NAMES
@@ -110,7 +111,7 @@ def _read(
     limit: refuses what unpacks to too much, before messages are read.
     """
     try:
-        with reader() as bag:
+        with heard("rosbags") as said, reader() as bag:
             limit(bag)
             name = chosen_topic(file, [Topic(c.topic, c.msgtype, c.msgcount) for c in bag.connections], topic)
             connections: Any = [c for c in bag.connections if c.topic == name]
@@ -121,8 +122,12 @@ def _read(
     except MemoryError:
         raise _takes_too_much(file, format) from None
     except Exception as e:  # readers of truncated bags raise errors of many types: of zlib, sqlite, struct, YAML …
+        if failed := failed_read(e):
+            raise failed from None
         raise MotionError(_what_is_wrong(file, format, str(e))) from None
-    return JointStateTable(states, format, positions_only)
+    table = JointStateTable(states, format, positions_only)
+    table.notes += said
+    return table
 
 
 def _what_is_wrong(file: str, format: str, text: str) -> str:
@@ -148,7 +153,7 @@ def mcap(file: str, source: BinaryIO, topic: str | None, positions_only: bool) -
     decode = DecoderFactory().decoder_for("cdr", Schema(id=1, name=JOINT_STATE, encoding="ros2msg", data=DEFINITION))
     assert decode is not None
     try:
-        with source:
+        with heard("mcap", "mcap_ros2") as said, source:
             start = summary_start(source)
             _check_size(file, source, chunks_from(source, start) if start else ())  # a summary holds none, unless somebody wants it to
             source.seek(0)
@@ -172,9 +177,13 @@ def mcap(file: str, source: BinaryIO, topic: str | None, positions_only: bool) -
         raise
     except MemoryError:
         raise _takes_too_much(file, "MCAP file") from None
-    except Exception:  # McapError, struct.error, errors of zstd and lz4, and others of damaged files
+    except Exception as e:  # McapError, struct.error, errors of zstd and lz4, and others of damaged files
+        if failed := failed_read(e):
+            raise failed from None
         raise MotionError(f"{file}: is an MCAP file, but {TRUNCATED}; copy it again, or repair it with `mcap recover`") from None
-    return JointStateTable(states, "MCAP", positions_only)
+    table = JointStateTable(states, "MCAP", positions_only)
+    table.notes += said
+    return table
 
 
 def _check_size(file: str, source: BinaryIO, chunks: Iterable[int]) -> None:

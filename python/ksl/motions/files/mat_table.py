@@ -27,15 +27,16 @@ def mat_table(file: str, source: BinaryIO) -> NpzTable:
         found = variables(file, data)
         _check(file, found)
         lists = {each.name: _names(file, each) for each in found if each.name in NAMES and each.kind in TEXTS}
-        arrays = {each.name: each.numbers() for each in found if each.kind in NUMBERS}
+        arrays = {each.name: each.numbers() for each in found if each.kind in NUMBERS and not each.is_complex}
     except (ValueError, KeyError, IndexError, StopIteration, struct.error) as e:
         if isinstance(e, MotionError):
             raise
         raise MotionError(f"{file}: is a MATLAB file, but truncated or damaged; save it again, or write it by writetable(…, 'motion.csv')") from None
     alone = [each.name for each in found if each.kind in NUMBERS and math.prod(each.shape) == 1]  # holds for the whole motion, the rate say
     left_out = {*lists, *alone}
-    others = {each.name: "" if each.name in arrays else f"a {each.kind}" for each in found if each.name not in left_out}
-    table = table_of_arrays(file, "MATLAB file", others, arrays, lists)
+    others = {each.name: "" if each.name in arrays else f"a {each.kind}" + " of complex numbers" * each.is_complex for each in found if each.name not in left_out}
+    table = table_of_arrays(file, "MATLAB file", others, arrays, lists, squares_are_clear=False)
+    table.kinds = {each.name: "complex numbers" for each in found if each.is_complex}
     if alone:
         table.notes.append(f"left out, since they are single numbers: {listed(alone)}")
     return table
@@ -53,8 +54,6 @@ def _check(file: str, found: list[Variable]) -> None:
         if each.name in seen:
             raise MotionError(f"{file}: two variables are named {each.name!r}; save one of them")
         seen.add(each.name)
-        if each.is_complex:
-            raise MotionError(f"{file}: {each.name} holds complex numbers; expected real ones")
         if each.name in NAMES and each.kind in TEXTS and math.prod(each.shape) > limits.COLUMNS * 64:
             raise MotionError(f"{file}: {each.name} holds {math.prod(each.shape):,} characters or cells, which are no names of joints")
 

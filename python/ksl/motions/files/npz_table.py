@@ -8,7 +8,7 @@ import sys
 import zipfile
 import zlib
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from io import BytesIO
@@ -21,12 +21,15 @@ from numpy.typing import NDArray
 
 from ksl.base import limits
 from ksl.base.errors import MotionError
+from ksl.base.input_files import failed_read
 from ksl.base.words import count, listed
 from ksl.model.mechanism import Mechanism
 from ksl.model.motion_columns import columns_of
+from ksl.model.states import Array
+from ksl.motions.columns.columns_used import STATES
 from ksl.motions.columns.recorded import Recorded, check_columns, check_names, check_numbers
+from ksl.motions.columns.time_column import TIME
 
-STATES = ("q", "v", "a")
 NUMBERS = "fiub"
 """Kinds of NumPy's types that are numbers."""
 NAMES = ("joints", "joint_names", "names")
@@ -37,7 +40,7 @@ HEADER_BYTES = 12 + 10_000
 """So many bytes of an array are looked at before it is loaded: NumPy reads no longer headers."""
 
 
-OTHERS = {"c": "complex numbers", "V": "records", "M": "dates", "m": "durations", "U": "text", "S": "text"}
+OTHERS = {"O": "Python objects", "c": "complex numbers", "V": "records", "M": "dates", "m": "durations", "U": "text", "S": "text"}
 """What arrays of the other kinds of NumPy's types hold."""
 
 
@@ -49,8 +52,20 @@ class NpzTable(Recorded):
     kinds: Mapping[str, str] = MappingProxyType({})
     """What arrays hold that can't be columns."""
 
+    unusable: Mapping[str, tuple[str, str]] = MappingProxyType({})
+    """Arrays that are no columns: what they are, and what to do."""
+
     def what_is_in(self, name: str) -> str:
         return self.kinds.get(name, "text")
+
+    def holding(self, name: str) -> str:
+        return self.unusable[name][0] if name in self.unusable else super().holding(name)
+
+    def read(self, names: Sequence[str], time: str | None = None) -> dict[str, Array]:
+        for name in names:
+            if name in self.unusable:
+                raise MotionError(f"{self.file}: array {name!r} {'; '.join(self.unusable[name])}")
+        return super().read(names, time)
 
 
 @dataclass(frozen=True)
@@ -87,38 +102,82 @@ def npz_table(file: str, source: BinaryIO) -> NpzTable:
             lists = {a.name: _texts(_loaded(archive, a)) for a in found if a.lists_names}
     except MotionError:
         raise
-    except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, TypeError, ValueError, OverflowError, RuntimeError, MemoryError):
+    except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, TypeError, ValueError, OverflowError, RuntimeError, MemoryError) as e:
+        if failed := failed_read(e):
+            raise failed from None
         raise MotionError(f"{file}: is an NPZ file, but truncated or damaged; copy or write it again") from None
     table = table_of_arrays(file, "NPZ", {a.name: a.first for a in found if a.name not in lists}, arrays, lists)
     table.kinds = {a.name: OTHERS[a.dtype.kind] for a in found if a.dtype.kind in OTHERS}
     return table
 
 
-def table_of_arrays(file: str, form: str, others: dict[str, str], arrays: dict[str, NDArray[np.float64]], lists: dict[str, list[str]]) -> NpzTable:
+def table_of_arrays(
+    file: str, form: str, others: dict[str, str], arrays: dict[str, NDArray[np.float64]], lists: dict[str, list[str]], squares_are_clear: bool = True
+) -> NpzTable:
     """A table of arrays by their names.  others: {name: its first value or type} of all but lists of names, in order; those without numbers are texts.
 
-    Raises MotionError for arrays that are no columns, and for columns of different lengths.
+    Matrices other than q, v and a, with a row for each sample, are columns NAME[0], NAME[1] and so on.  Arrays that are no columns stay under their names:
+    who wants one is refused.  squares_are_clear: rows are samples also where a matrix has as many columns.
+    Raises MotionError for q, v, a and times of different lengths.
     """
+    n, by = _samples({name: arrays[name].shape for name in others if name in arrays})
     columns: dict[str, NDArray[np.float64]] = {}
     matrices: dict[str, NDArray[np.float64]] = {}
     texts: dict[str, str] = {}
+    unusable: dict[str, tuple[str, str]] = {}
+    groups: dict[str, list[str]] = {}
     for name, first in others.items():
         if name not in arrays:
             columns[name], texts[name] = np.empty(0), first
             continue
         x = arrays[name]
         if name in STATES and x.ndim == 2:
+            fault = _of_another_length(name, x.shape, by, n) or (None if squares_are_clear else _square(x))
+            if fault:
+                raise MotionError(f"{file}: array {name!r} {'; '.join(fault)}")
             matrices[name] = x
-        elif x.ndim == 2 and 1 in x.shape:  # columns as MATLAB users keep them
-            columns[name] = x.ravel()
-        elif x.ndim != 1:
-            raise MotionError(f"{file}: array {name!r} has the shape {x.shape}; expected one number for each sample, or q, v and a with a row for each sample")
+            continue
+        x = x.ravel() if x.ndim == 2 and 1 in x.shape else x  # columns as MATLAB users keep them
+        if x.ndim == 1:
+            columns[name], fault = x, _of_another_length(name, x.shape, by, n)
+        elif x.ndim == 2 and len(x) == n and (squares_are_clear or not _square(x)):
+            groups[name] = [f"{name}[{k}]" for k in range(x.shape[1])]
+            columns |= dict(zip(groups[name], x.T))
+            continue
         else:
-            columns[name] = x
-    _check_lengths(file, {n: x.shape for n, x in (columns | matrices).items() if n not in texts})
-    table = NpzTable(file, form, list(columns), columns, texts=texts)
-    table.matrices, table.joints = matrices, _listed_joints(file, lists)
+            columns[name], fault = np.empty(0), _no_column(x.shape)
+        if fault:
+            unusable[name] = fault
+    table = NpzTable(file, form, list(columns), columns, texts=texts, groups=groups)
+    table.matrices, table.joints, table.unusable = matrices, _listed_joints(file, lists), unusable
     return table
+
+
+def _samples(shapes: dict[str, tuple[int, ...]]) -> tuple[int, str]:
+    """How many samples a file has, and the array that says it: the times, or q, v or a, or else the first of those of which most are as long."""
+    lengths = {name: math.prod(shape) if len(shape) == 2 and 1 in shape and name not in STATES else shape[0] for name, shape in shapes.items() if shape}
+    states = [name for name in STATES if len(shapes.get(name, ())) == 2]
+    often = Counter(lengths.values())
+    by = next((name for name in (TIME, *states) if name in lengths), None) or max(lengths, key=lambda name: (often[lengths[name]], lengths[name]), default="")
+    return lengths.get(by, 0), by
+
+
+def _of_another_length(name: str, shape: tuple[int, ...], by: str, n: int) -> tuple[str, str] | None:
+    """What is wrong with an array whose length is not that of the samples, and what to do."""
+    if shape[0] == n:
+        return None
+    lies = len(shape) == 2 and shape[1] == n
+    return f"has {shape[0]} samples, but {by!r} has {n}", f"{name!r} has a column for each sample: transpose it" if lies else "give as many of each"
+
+
+def _square(x: NDArray[np.float64]) -> tuple[str, str] | None:
+    if x.shape[0] != x.shape[1]:
+        return None
+    return f"is {x.shape[0]} × {x.shape[1]}", "whether its rows or its columns are the samples can't be told: give more samples, or a variable for each joint"
+
+
+def _no_column(shape: tuple[int, ...]) -> tuple[str, str]:
+    return f"has the shape {shape}", "expected one number for each sample, or q, v and a with a row for each sample"
 
 
 def _listed_joints(file: str, lists: dict[str, list[str]]) -> list[str]:
@@ -141,8 +200,10 @@ def _announced(file: str, archive: zipfile.ZipFile, member: str) -> _Announced:
     with archive.open(inside) as opened:
         data = opened.read(HEADER_BYTES)
     shape, fortran, dtype, begin = _header(data[: 10 + int.from_bytes(data[8:10], "little")] if data[6:8] == b"\x01\x00" else data)
-    if dtype.hasobject:
-        raise MotionError(f"{file}: array {name!r} holds Python objects; save numbers only")  # reading them might run anything
+    if dtype.hasobject:  # reading them might run anything
+        if name in STATES:
+            raise MotionError(f"{file}: array {name!r} holds Python objects; save numbers only")
+        return _Announced(name, 0, dtype, str(dtype))
     size = math.prod(shape)
     if min(shape, default=0) < 0 or begin + size * dtype.itemsize > inside.file_size:
         raise ValueError("an array that announces more than there is")
@@ -197,17 +258,11 @@ def _loaded(archive: zipfile.ZipFile, array: _Announced) -> NDArray[np.generic]:
         return x
 
 
-def _check_lengths(file: str, shapes: dict[str, tuple[int, ...]]) -> None:
-    first = next(iter(shapes), "")
-    for name, shape in shapes.items():
-        if shape[0] != shapes[first][0]:
-            lying = next((n for n, other in ((name, first), (first, name)) if len(shapes[n]) == 2 and shapes[n][1] == shapes[other][0]), None)
-            mend = f"{lying!r} has a column for each sample: transpose it" if lying else "give as many of each"
-            raise MotionError(f"{file}: array {name!r} has {shape[0]} samples, but {first!r} has {shapes[first][0]}; {mend}")
+def with_matrices(table: NpzTable, model: Mechanism, ignored: Collection[str] = ()) -> NpzTable:
+    """The table with a column for each column of q, v and a, which are in the order of the model's joints, or of the file's list of them.
 
-
-def with_matrices(table: NpzTable, model: Mechanism) -> NpzTable:
-    """The table with a column for each column of q, v and a, which are in the order of the model's joints, or of the file's list of them."""
+    ignored: which of the three are left out.
+    """
     if not table.matrices:
         return table
     check_names(table.head, table.joints)
@@ -218,7 +273,8 @@ def with_matrices(table: NpzTable, model: Mechanism) -> NpzTable:
         whose = f"the file lists {len(table.joints)} joints"
     columns = dict(table.columns)
     for name, group in zip(STATES, groups):
-        if name not in table.matrices:
+        if name not in table.matrices or name in ignored:
+            table.groups |= {name: []} if name in table.matrices else {}
             continue
         matrix = table.matrices[name]
         if matrix.shape[1] != len(group):
@@ -230,6 +286,6 @@ def with_matrices(table: NpzTable, model: Mechanism) -> NpzTable:
             columns[column] = np.ascontiguousarray(matrix[:, i])
     table.columns, table.names = columns, list(columns)
     if not table.joints:
-        which = ", ".join(n for n in STATES if n in table.matrices)
+        which = ", ".join(n for n in STATES if n in table.matrices and n not in ignored)
         table.notes.append(f"columns of {which} are taken in the order of the robot's joints: {listed(model.joint_names)}")
     return table

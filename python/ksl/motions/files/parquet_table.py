@@ -13,6 +13,7 @@ import numpy as np
 from ksl.base import limits
 from ksl.base.arrow_files import arrow_file
 from ksl.base.errors import MotionError
+from ksl.base.input_files import failed_read
 from ksl.base.words import count
 from ksl.model.states import Array
 from ksl.motions.columns.recorded import Recorded, check_columns, check_numbers
@@ -48,7 +49,9 @@ class ParquetTable(Recorded):
             self._check_groups()
         except MemoryError:
             raise
-        except (pa.ArrowException, OSError, ValueError):
+        except (pa.ArrowException, OSError, ValueError) as e:
+            if failed := failed_read(e):
+                raise failed from None
             raise MotionError(f"{file}: {DAMAGED}") from None
         if b"ksl" in (self._schema.metadata or {}) and {"joint", "fx"} <= set(self._schema.names):
             raise MotionError(f"{file}: holds the wrenches that `ksl loads` has computed, not a motion; give the motion's file")
@@ -62,6 +65,8 @@ class ParquetTable(Recorded):
             raise MotionError(f"{file}: two columns are named {repeated[0]!r}; rename or remove one")
         units = {f.name: f.metadata[k].decode(errors="replace") for f in self._schema if f.metadata for k in (b"unit", b"units") if k in f.metadata}
         super().__init__(file, "Parquet", names, {}, units, notes)
+        for element, (name, _) in self._of_list.items():
+            self.groups.setdefault(name, []).append(element)
 
     def _elements(self, file: str, name: str, types: dict[str, pa.DataType]) -> list[str]:
         """The name of a column, or those of its elements, `state[0]` …, if it holds lists of numbers, as LeRobot writes them."""
@@ -142,7 +147,9 @@ class ParquetTable(Recorded):
                 raise pa.ArrowInvalid("row groups that don't have the rows of the file")
         except MemoryError:
             raise
-        except (pa.ArrowException, OSError, UnicodeError):
+        except (pa.ArrowException, OSError, UnicodeError) as e:
+            if failed := failed_read(e):
+                raise failed from None
             raise MotionError(f"{self.file}: {DAMAGED}") from None
         lists = {n: self._lists(table.column(n), n) for n in {stored[e] for e in names if e in self._of_list}}
         found = {}

@@ -19,7 +19,7 @@ from typing import Any, BinaryIO
 from ksl.base import limits
 from ksl.base.errors import MotionError
 from ksl.base.extras import missing
-from ksl.base.input_files import STANDARD_INPUT, Unreadable, bounded, check_path, contents, opened, standard_input, what_os_says
+from ksl.base.input_files import STANDARD_INPUT, Unreadable, bounded, check_path, contents, failed_read, opened, standard_input, what_os_says
 from ksl.motions.columns.recorded import Recorded
 from ksl.motions.files import rostopic
 from ksl.motions.files.csv_form import MEND
@@ -119,7 +119,9 @@ def _unpacked(content: Content) -> Content:
             try:
                 with unpack(BytesIO(content.data)) as source:
                     return Content(content.file, None, bounded(source, limits.MOTION_BYTES, "is compressed, and unpacked it is"), name)
-            except (EOFError, OSError, zlib.error, lzma.LZMAError, ValueError):
+            except (EOFError, OSError, zlib.error, lzma.LZMAError, ValueError) as e:
+                if failed := failed_read(e):
+                    raise failed from None
                 raise MotionError(f"{content.file}: is compressed by {name}, but truncated or damaged; copy or compress it again") from None
     return content
 
@@ -165,7 +167,9 @@ def _opened_zip(content: Content, sheet: str | None) -> Recorded:
     try:
         with content.opened() as source, zipfile.ZipFile(source) as archive:
             inside = archive.infolist()
-    except (zipfile.BadZipFile, ValueError, EOFError, OverflowError, NotImplementedError, UnicodeError, struct.error):
+    except (zipfile.BadZipFile, ValueError, EOFError, OverflowError, NotImplementedError, UnicodeError, struct.error) as e:
+        if failed := failed_read(e):
+            raise failed from None
         raise MotionError(f"{content.file}: is an NPZ file or another zip archive, but truncated or damaged; copy or write it again") from None
     names = [each.filename for each in inside]
     if "xl/workbook.xml" in names:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ksl.motions.columns.time_column import TIME
 from ksl.motions.files.joint_states import SECOND, JointStates, JointStateTable
 
 if TYPE_CHECKING:
@@ -43,6 +44,18 @@ def joint_states(table: CsvTable, positions_only: bool) -> JointStateTable:
             yield times[0][k], SimpleNamespace(name=names, header=header, **rows)
 
     read = JointStateTable(JointStates(table.file, "joint states", messages()), f"{table.format} of rostopic", positions_only)
+    read.aliases = _aliases(columns, texts)
     read.notes[:0] = table.notes
     read.doubts += table.doubts
     return read
+
+
+def _aliases(columns: dict[str, list[str]], texts: list[list[str]]) -> dict[str, str]:
+    """Columns of the file by the joints whose numbers they hold; empty texts where these change from row to row."""
+    of_number = {name.removeprefix("field.name"): {row for row in column if row} for name, column in zip(columns["name"], texts)}
+    found = dict.fromkeys((LOG, f"%{LOG}", STAMP), TIME)
+    for part, end in (("position", ""), ("velocity", ".v")):
+        for name in columns[part]:
+            joints = of_number.get(name.removeprefix(f"field.{part}"), set())
+            found[name] = f"{next(iter(joints))}{end}" if len(joints) == 1 else ""
+    return found

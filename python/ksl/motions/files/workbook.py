@@ -6,14 +6,16 @@ import datetime
 import re
 import zipfile
 from array import array
-from collections.abc import Iterator, Sequence
-from itertools import chain, count
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import accumulate, chain, count, pairwise
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
 from ksl.base import limits
 from ksl.base.errors import MotionError, near_names
+from ksl.base.input_files import failed_read
+from ksl.base.library_messages import heard
 from ksl.base.words import listed
 from ksl.model.states import Array
 from ksl.motions.columns.recorded import Recorded, check_columns, check_names, check_numbers
@@ -25,6 +27,13 @@ ONE_TABLE = "give each table a sheet of its own"
 _ENDS_IN_UNIT = re.compile(r"[\[(<]([^\[\]()<>]{1,12})[\])>]\s*$")
 _NUMBER_AS_TEXT = re.compile(r"\s*[+-]?\d[\d.,]*(e[+-]?\d+)?\s*", re.IGNORECASE)
 AS_TEXT = ", and this is text: let the spreadsheet program make numbers of the column, or save the sheet as CSV, where decimal commas are read"
+OF_LOOKS = ("Workbook contains no default style", "Conditional Formatting extension", "Data Validation extension", "Unknown extension", "Header or footer")
+"""What openpyxl says of parts that hold no numbers of cells: formats, and which values may be typed."""
+_ROW_OR_COLUMN = re.compile(rb"<(?:\w+:)?(row|col)\b([^<>]*)>")
+_ATTRIBUTE = re.compile(rb"""\b(r|hidden|min|max)=["'](\w+)["']""")
+PIECE, LONGEST_TAG = 1 << 20, 1 << 12
+"""Bytes of a sheet that are looked at together, and of a tag in it."""
+MOST_COLUMNS = 1 << 14
 MOST_NOTES = 10
 """Remarks beside a table, and titles above it, that are named."""
 
@@ -120,19 +129,60 @@ def workbook_table(file: str, source: BinaryIO, sheet: str | None) -> WorkbookTa
         if e.name != "openpyxl":
             raise
         raise MotionError(f"{file}: is an Excel workbook, which is read by the package openpyxl; install it: pip install 'ksl[xlsx]'; or save the sheet as CSV") from None
-    with source:
+    with source, heard("openpyxl", harmless=OF_LOOKS) as said:
         _check_size(file, source)
         try:
             book = openpyxl.load_workbook(source, read_only=True, data_only=True, keep_links=False)
             empty, notes = count(1), list[str]()
             chosen = _sheet(file, book, sheet, empty, notes)
             table = _table(file, chosen.title, _rows(file, chosen, empty), notes)
+            table.notes += _notes_of_hidden(source, chosen, table)
             _refuse_formulas(file, source, table)
-            return table
         except (MotionError, MemoryError):
             raise
         except Exception as e:  # openpyxl lets errors of XML, of zip archives and of Python's own types through
+            if failed := failed_read(e):
+                raise failed from None
             raise MotionError(f"{file}: is an Excel workbook, but truncated or damaged ({type(e).__name__}); open and save it again, or save the sheet as CSV") from None
+    table.notes += said
+    return table
+
+
+def _notes_of_hidden(source: BinaryIO, sheet: Any, table: WorkbookTable) -> list[str]:
+    """What a filter, or a hand, has hidden of the table: the program doesn't show it, and it is read."""
+    with zipfile.ZipFile(source) as archive, archive.open(sheet._worksheet_path.lstrip("/")) as text:
+        rows, columns = hidden_parts(iter(lambda: text.read(PIECE), b""))
+    rows = [number for number in rows if table.first_row <= number < table.first_row + len(next(iter(table.columns.values()), ()))]
+    named = {column.letter: name for name, column in table.cells.items()}
+    found = [f"{named[letter]!r} (column {letter})" for letter in columns if letter in named]
+    notes = [f"rows of sheet {table.sheet!r} that are hidden, by a filter say, are used like the others: {listed(_ranges(rows))}, {len(rows):,} in all"] if rows else []
+    return notes + ([f"columns of sheet {table.sheet!r} that are hidden are used like the others: {listed(found)}"] if found else [])
+
+
+def hidden_parts(pieces: Iterable[bytes]) -> tuple[list[int], list[str]]:
+    """The numbers of the rows of a sheet's XML that are hidden, and the letters of its columns.  openpyxl doesn't give them where it reads row by row."""
+    rows, number, rest = list[int](), 0, b""
+    begun = [0] * (MOST_COLUMNS + 1)  # tags that begin at a column, less those that end before it: there may be many, each for all columns
+    for piece in pieces:
+        text = rest + piece
+        for tag in _ROW_OR_COLUMN.finditer(text):
+            attributes = dict(_ATTRIBUTE.findall(tag[2]))
+            hidden = attributes.get(b"hidden") in (b"1", b"true")
+            if tag[1] == b"row":
+                number = int(attributes.get(b"r", number + 1))
+                rows += [number] * hidden
+            elif hidden:
+                first, last = (min(int(attributes.get(each, b"1")), MOST_COLUMNS) for each in (b"min", b"max"))
+                begun[first - 1] += 1
+                begun[last] -= 1
+        rest = text[max(text.rfind(b"<"), text.rfind(b">"), len(text) - LONGEST_TAG) :]
+    return rows, [letters(k) for k, covered in enumerate(accumulate(begun)) if covered > 0]
+
+
+def _ranges(numbers: list[int]) -> list[str]:
+    """Numbers that increase, as ranges."""
+    breaks = [0, *(k for k in range(1, len(numbers)) if numbers[k] != numbers[k - 1] + 1), len(numbers)]
+    return [f"{numbers[a]}" if b == a + 1 else f"{numbers[a]} to {numbers[b - 1]}" for a, b in pairwise(breaks)]
 
 
 def _refuse_formulas(file: str, source: BinaryIO, table: WorkbookTable) -> None:
