@@ -11,6 +11,7 @@ import typer
 
 from ksl.base.words import count
 from ksl.commands.app import app, console, fail, say
+from ksl.commands.print_notes import print_notes, print_unused
 from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Robot, Xacro, file_with_a_name, read_model
 
 if TYPE_CHECKING:
@@ -122,8 +123,8 @@ def _print(model: Model, made: Generated, output: Path, joints: int) -> None:
     out = console(80)
     from ksl.motions.generate.generated import beyond_limits
 
-    for note in [*made.notes, *beyond_limits(model, made.motion)]:
-        say(out, f"note: {note}")
+    print_notes(out, [*made.notes, *beyond_limits(model, made.motion)])
+    print_unused(out, model)
     f, t = made.facts, made.motion.time
     if f["kind"] == "excite":
         say(

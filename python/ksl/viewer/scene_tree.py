@@ -184,11 +184,14 @@ class Stage:
         _set(self._screw_line, "points", _f4(np.array([[point - 3 * length, point + 3 * length]])))
 
     def _set_camera(self) -> None:
-        low, high = self.scene.bounds(0)
-        centre = (low + high) / 2
+        """From the front, the right and above; the sphere about all links, wherever the motion takes them, fills the height of the page."""
+        low, high = self.scene.reach
+        centre, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)), 1e-3) / 2
         camera = self.server.initial_camera
         camera.fov = 0.7
-        camera.look_at, camera.position = centre, centre + 1.05 * self.scene.size * np.array([1.0, -1.0, 0.55])
+        direction = np.array([1.0, -1.0, 0.55])
+        distance = radius / np.sin(camera.fov / 2)
+        camera.look_at, camera.position = centre, centre + distance * direction / np.linalg.norm(direction)
 
 
 class _Arrows:
