@@ -28,7 +28,7 @@ PART = '[[component]]\njoint = "A"\nkind = "limits"\naxial_force = 100.0\n[cases
 OPTIONS: dict[str, tuple[list[str], list[str], list[str]]] = {
     "none": ([], ["not determined by rigid bodies: the value of least norm", "joints have neither play nor compliance", "none: all joints are rigid", "efforts are those at the joint, not the motor"], []),
     "--stiffness": (["--stiffness", "stiff.toml"], ["values are those of least energy", "stiffnesses of A, B, C, D", "Those with stiffnesses (A, B, C, D) give way"], [RIGID, "neither play nor compliance", "of least norm"]),
-    "--stiffness of some": (["--stiffness", "some.toml"], ["without stiffness, and therefore rigid", "one of the possible values"], [RIGID, "neither play nor compliance", "the value of least norm"]),
+    "--stiffness of some": (["--stiffness", "some.toml"], ["B, D, C: without stiffness, and therefore rigid", "without one, and therefore rigid: B, D, C", "Those with stiffnesses (A) give way"], [RIGID, "neither play nor compliance", "of least norm"]),
     "--physics": (["--physics", "damping"], ["Efforts are the motor's. They include these effects, with the numbers of the robot's file: damping", "Left out: friction"], ["not the motor's"]),
     "--friction-width": (["--physics", "friction", "--friction-width", "0.05"], ["smooth, width 0.05", "Left out: damping"], ["not the motor's"]),
     "--gravity": (["--gravity", "0,0,-1.62"], ["(0, 0, -1.62) m/s²"], ["-9.8"]),
@@ -52,7 +52,7 @@ OPTIONS: dict[str, tuple[list[str], list[str], list[str]]] = {
     "--components": (["--components", "parts.toml"], ["parts.toml", "Components: <strong"], []),
     "--loops": (["--loops", "more.toml"], ["more.toml", "driven by A"], []),
     "--loops cut": (["--loops", "cut"], ["loops cut"], ["Closed mechanism", RIGID]),
-    "--cases": (["--cases", "cases.toml"], ["Load case turn", "held: The mechanism is at rest", "turn: The motion is followed exactly", "stiff: Links are rigid, and joints have no play"], [RIGID]),
+    "--cases": (["--cases", "cases.toml"], ["Load case turn", "held: The mechanism is at rest", "turn, stiff: The motion is followed exactly", "stiff: Links are rigid, and joints have no play"], [RIGID]),
     "--floating-base": (["--floating-base"], ["floating base"], []),
     "--mimic": (["--mimic", "independent"], ["mimic independent"], ["follows"]),
     "--strict": (["--strict"], ["strict"], []),
@@ -80,7 +80,7 @@ def folder(tmp_path_factory):
     table("push.csv", "time," + ",".join(f"rocker.{c}" for c in ("fx", "fy", "fz", "tx", "ty", "tz")), TIME, *[zero] * 5, zero + 1)
     files = {
         "fourbar.urdf": PHYSICAL, "chain.urdf": CHAIN, "stiff.toml": STIFFNESS, "some.toml": STIFFNESS[: STIFFNESS.index("[B]")], "parts.toml": PART,
-        "map.toml": '[columns]\nA = "A"\n', "more.toml": "",
+        "map.toml": '[columns]\nA = "A"\n', "more.toml": '[[force_element]]\nname = "strut"\nlink1 = "frame"\npoint1 = [0, 0, 0.5]\nlink2 = "rocker"\npoint2 = [0.1, 0, 0]\nstiffness = 500.0\nfree_length = 0.3\n',
         "cases.toml": '[cases.turn]\n[cases.held]\nhold = {pose = {A = 1.0}}\n[cases.stiff]\nstiffness = "stiff.toml"\n',
     }  # fmt: skip
     for name, text in files.items():
