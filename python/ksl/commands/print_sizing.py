@@ -119,6 +119,8 @@ def _print_worst(console: Console, figures: Sequence[Figure], most: int | None) 
     widths = [max(len(text(f)) for f in shown) for text in columns]
     # values and limits go to a line of their own where there is no room
     fitting = next((k for k in (5, 3) if 8 + sum(widths[:k]) + 2 * k <= console.width + 2), 2)
+    if most is None and not console.is_terminal:  # a line for each figure, for programs
+        fitting = 5
     for f in shown:
         cells = [
             f"{text(f):>{w}}" if k == 3 else f"{text(f):<{w}}"

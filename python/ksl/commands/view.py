@@ -158,6 +158,8 @@ def _model(
     model = read_model(robot, floating_base, mimic, False, gravity, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives, xacro=xacro)
     for p in made.get("payloads", []):
         model = model.with_payload(p["link"], float(p["mass"]), p["center"], np.reshape(p["inertia"], (3, 3)) if "inertia" in p else None)
+    if made.get("drive_weights") and list(model.drives or ()) == made["drives"]:
+        model = model.with_drives(dict(zip(made["drives"], made["drive_weights"], strict=True)))
     return with_compliances(model, made["compliance"]) if made.get("compliance") else model
 
 

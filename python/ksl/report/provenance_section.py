@@ -35,7 +35,7 @@ def _by_case(cases: Sequence[Case], sentence: Callable[[Case], str]) -> list[str
     """A sentence of each case; those that not all say begin with the names of the cases."""
     alike: dict[str, list[str]] = {}
     for case in cases:
-        alike.setdefault(sentence(case), []).append(str(case["name"]))
+        alike.setdefault(sentence(case), []).append(str(case.get("name", "")))
     return [text if len(alike) == 1 else f"{', '.join(names[:NAMED]) + (f' and {len(names) - NAMED} more' if len(names) > NAMED else '')}: {text}" for text, names in alike.items()]
 
 

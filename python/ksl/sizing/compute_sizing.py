@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ksl._core import __version__
-from ksl.base.errors import SizingError, unknown_name
+from ksl.base.errors import SizingError, close_names, unknown_name
 from ksl.base.extras import require
 from ksl.base.files_read import InputFile, recorded
 from ksl.load_cases.provenance import versions
@@ -165,7 +165,8 @@ def _points(table: Results, at: Mapping[str, Sequence[float]] | None, chosen: Se
 def _for_cases(table: Results, parts: Components) -> Components:
     """The spectrum is left out, with a note, where it is of other runs: of one motion, and of the cases of a sweep, which have no names."""
     named = (*parts.spectrum.repetitions, *parts.spectrum.shares)
-    if not named or any(case in table.cases for case in named) or not (len(table.cases) == 1 or table.of_sweep):
+    known = any(case in table.cases or close_names(case, table.cases, 1) for case in named)  # or misspelt
+    if not named or known or not (len(table.cases) == 1 or table.of_sweep):
         return parts
     which = "[shares]" if parts.spectrum.shares else "[cases]"
     runs = "a sweep" if table.of_sweep else f"one case, {table.cases[0]}"

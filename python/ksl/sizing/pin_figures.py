@@ -16,6 +16,8 @@ RADIAL, BOTH = ("radial_force",), ("radial_force", "bending_moment")
 def pin_figures(sheet: Sheet) -> None:
     """Adds bending, shear and the pressures in eye and cheeks."""
     part = sheet.part
+    if not sheet.has("everything", "diameter", "inner_diameter", "eye_width", "cheek_width", "gap", "position"):
+        return
     d, inner, t, b, gap = (float(part.get(key)) for key in ("diameter", "inner_diameter", "eye_width", "cheek_width", "gap"))
     if inner >= d:
         sheet.leave_out("everything", f"{part.where}: inner_diameter {inner:g} m is not less than the diameter {d:g} m")
@@ -39,7 +41,11 @@ def pin_figures(sheet: Sheet) -> None:
 
 def bush_figures(sheet: Sheet) -> None:
     """Adds specific pressure, sliding speed, p·v and the life by wear."""
-    part, s = sheet.part, _middle(sheet)
+    part = sheet.part
+    if "spacing" in part.refused:
+        sheet.leave_out("everything", part.why_absent("spacing"))
+        return
+    s = _middle(sheet)
     d, width, spacing = sheet.number("diameter"), sheet.number("width"), part.get("spacing")
     moment, used = _moment(sheet, s)
     sizes = sheet.given("diameter", "width", "spacing", "moment")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.base.errors import MotionError
+from ksl.model.mechanism import Joint
 from ksl.model.requests import WORLD
 from ksl.model.states import Array
 
@@ -42,7 +43,7 @@ def with_wrenches(scene: Scene, wrenches: dict[str, JointWrench], effort: dict[s
     """
     constraint, actuation, efforts = scene.constraint.copy(), scene.actuation.copy(), scene.effort.copy()
     largest = {"N": 0.0, "N m": 0.0}
-    differ: list[tuple[float, float, str, str]] = []
+    differ: list[tuple[float, str, str]] = []
     for i, joint in enumerate(scene.joints):
         if joint.name not in wrenches:
             continue
@@ -50,13 +51,17 @@ def with_wrenches(scene: Scene, wrenches: dict[str, JointWrench], effort: dict[s
         total, carried = (_in_world(scene, i, x, given) for x in (given.total, given.constraint))
         for unit, part in (("N", slice(0, 3)), ("N m", slice(3, 6))):
             largest[unit] = max(largest[unit], float(np.abs(total[:, part]).max()))
-            differ.append((float(np.abs(total[:, part] - (constraint + actuation)[:, i, part]).max()), largest[unit], unit, joint.name))
+            differ.append((float(np.abs(total[:, part] - (constraint + actuation)[:, i, part]).max()), unit, joint.name))
         constraint[:, i], actuation[:, i] = carried, total - carried
         if joint.name in effort and np.isfinite(effort[joint.name]).all():
+            unit = "N m" if isinstance(joint, Joint) and joint.has_angle else "N"
+            largest[unit] = max(largest[unit], float(np.abs(effort[joint.name]).max()))
+            if np.isfinite(efforts[:, i]).all():
+                differ.append((float(np.abs(efforts[:, i] - effort[joint.name]).max()), unit, joint.name))
             efforts[:, i] = effort[joint.name]
     shown = replace(scene, constraint=constraint, actuation=actuation, effort=efforts)
     missing = [joint.name for joint in scene.joints if joint.name not in wrenches]
-    wrong = [(x / max(largest[unit], 1e-9), x, unit, name) for x, _, unit, name in differ if not x <= DIFFERENT * max(1e-9, largest[unit])]
+    wrong = [(x / max(largest[unit], 1e-9), x, unit, name) for x, unit, name in differ if not x <= DIFFERENT * max(1e-9, largest[unit])]
     if not wrong or scene.unloaded or not (compare or missing):
         return shown, []
     _, x, unit, name = max(wrong)
