@@ -13,13 +13,15 @@ from ksl.model.states import Array
 from ksl.viewer.labels import labels
 from ksl.viewer.scene import ACTUATION, CENTRE, CONSTRAINT, EXTERNAL, LOOP, SCREW, Scene, has_axis, moves
 from ksl.viewer.shapes import GREY, ellipsoid, unit_head, unit_shaft
-from ksl.viewer.still import LEVELS, SEE_THROUGH, link_colours
+from ksl.viewer.still import LEVELS, link_colours
 
 if TYPE_CHECKING:
     import viser
 
 BACKGROUND = (226, 231, 237)
 """Before which links are seen: many are white or light grey, which is lost before white."""
+OF_ELLIPSOIDS, DARKER = 0.55, 0.6
+"""Opacity of ellipsoids of inertia, and the share of their colour: thinner and lighter ones are lost before the background."""
 ENVIRONMENT = 0.5
 """The share of the light from all sides.  The whole of it, as viser has it, leaves no side of a link in its own colour."""
 
@@ -109,10 +111,10 @@ class Stage:
     def _add_surfaces(self, name: str) -> list[tuple[Any, tuple[int, int, int]]]:
         surfaces = []
         for k, shape in enumerate(self.scene.look.shapes.get(name, [])):
-            colour = _bytes(shape.colour)
             inertia = name in self.scene.look.ellipsoids  # no surface of the robot: what is inside must be seen
+            colour = _bytes(_darker(shape.colour) if inertia else shape.colour)
             mesh = self._tree.add_mesh_simple(
-                f"/links/{self._link_nodes[name]}/surface{k}", _f4(shape.vertices), shape.faces.astype(np.uint32), color=colour, opacity=SEE_THROUGH if inertia else None,
+                f"/links/{self._link_nodes[name]}/surface{k}", _f4(shape.vertices), shape.faces.astype(np.uint32), color=colour, opacity=OF_ELLIPSOIDS if inertia else None,
                 flat_shading=not inertia, side="front" if inertia else "double", cast_shadow=not inertia,
             )  # fmt: skip
             surfaces.append((mesh, colour))
@@ -283,6 +285,11 @@ def _linear(colour: tuple[int, int, int]) -> tuple[int, int, int]:
     """A colour without the gamma of sRGB, as the page takes it for meshes that it draws in batches."""
     r, g, b = ((c / 255) ** 2.2 for c in colour)
     return _bytes((r, g, b))
+
+
+def _darker(colour: tuple[float, float, float]) -> tuple[float, float, float]:
+    r, g, b = colour
+    return DARKER * r, DARKER * g, DARKER * b
 
 
 def _bytes(colour: tuple[float, float, float]) -> tuple[int, int, int]:
