@@ -342,3 +342,13 @@ def test_arrows_start_where_the_moments_are_about(examples):
         total = scene.constraint[0] + scene.actuation[0]
         about_world = m.reactions(q, v, a, at="world", axes="world", joints=[j.name for j in m.joints])
         np.testing.assert_allclose(total[:, 3:] + np.cross(scene.origins[0], total[:, :3]), about_world[:, 3:], atol=1e-10)
+
+
+def test_the_camera_sees_the_whole_motion(arm, swing):
+    """The box about all states holds every link in each of them."""
+    t, q, v, a = swing
+    scene = make_scene(arm, q, v, a, t)
+    low, high = scene.reach
+    for k in range(0, len(t), max(1, len(t) // 23)):
+        assert (scene.bounds(k)[0] >= low - 0.05 * scene.size).all() and (scene.bounds(k)[1] <= high + 0.05 * scene.size).all()
+    assert (low <= scene.bounds(0)[0]).all() and (high >= scene.bounds(len(t) - 1)[1]).all()

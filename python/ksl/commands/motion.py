@@ -11,7 +11,6 @@ import typer
 
 from ksl.base.words import count
 from ksl.commands.app import app, console, fail, say
-from ksl.commands.print_notes import print_notes, print_unused
 from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Robot, Xacro, file_with_a_name, read_model
 
 if TYPE_CHECKING:
@@ -121,6 +120,7 @@ def _progress() -> Iterator[Callable[[float, float], None]]:
 
 def _print(model: Model, made: Generated, output: Path, joints: int) -> None:
     out = console(80)
+    from ksl.commands.print_notes import print_notes, print_unused
     from ksl.motions.generate.generated import beyond_limits
 
     print_notes(out, [*made.notes, *beyond_limits(model, made.motion)])

@@ -29,7 +29,7 @@ def size(
     force: Annotated[bool, typer.Option("--force", help="Replace the sizing of another robot in DIR, or files of others with its names.")] = False,
     example: Annotated[bool, typer.Option("--example", help="Print a commented components file, for the robot of RESULTS if they are given, and end.")] = False,
 ) -> None:
-    """Check motors, gears, bearings, bolts and sections against the loads of their joints.
+    """Check motors, gears, bearings, bolts, pins, bushes, cylinders and sections against the loads of their joints.
 
     Each figure has its formula, source and inputs, and a utilisation: 1 is at the limit. `ksl size --example > components.toml`
     writes a file to fill in.

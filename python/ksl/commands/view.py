@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ksl.commands.app import GroupedOptions, app, errors, fail
-from ksl.commands.print_notes import print_unused
 from ksl.commands.options import (
     DEFAULT_FRICTION_WIDTH,
     ColumnMapFile,
@@ -71,6 +70,7 @@ def view(
     Force arrows have one head, moments two.  Blue is what the structure carries, orange what the drive exerts.
     """
     from ksl.base.errors import ViewerError
+    from ksl.commands.print_notes import print_unused
     from ksl.output import OutputError, refuse_inputs
     from ksl.viewer.results_scene import is_results, read_results
 
