@@ -188,3 +188,22 @@ def test_a_pose_in_a_file_that_is_not_there(arm, tmp_path):
 
     with pytest.raises(ksl.MotionError, match="pose: there is no such file; give a TOML file of positions by names, or a motion"):
         read_pose(arm, tmp_path / "pose")
+
+
+def test_a_structure_holds_itself(robot, tmp_path):
+    """Without drives and freedoms nothing is held by drives; what rigid bodies leave open of its reactions is said."""
+    beam = '<inertial><origin xyz="0.5 0 0"/><mass value="2"/><inertia ixx="0.01" iyy="0.1" izz="0.1" ixy="0" iyz="0" ixz="0"/></inertial>'
+    weld = '<joint name="foot" type="fixed"><parent link="wall"/><child link="beam"/></joint>'
+    text = f'<robot name="frame"><gazebo/><link name="wall"/><link name="beam">{beam}</link>{weld}</robot>'
+    run = ksl.hold(robot(text))
+    assert run.cases[0].kind == "held at rest by the structure itself: it has no drives and no freedoms"
+    assert next(row["fz"] for row in run.wrenches.to_pylist() if row["joint"] == "foot") == pytest.approx(2 * 9.81)
+    prop = '<constraint name="prop" type="fixed"><parent link="beam"/><parent_origin xyz="1 0 0"/><child link="wall"/><child_origin xyz="1 0 0"/></constraint></robot>'
+    (tmp_path / "frame.urdf").write_text(text.replace("</robot>", prop))
+    said = run_ksl("hold", tmp_path / "frame.urdf")
+    assert "held at rest by the structure itself" in said.stdout and "not determined by rigid bodies" in said.stdout, said.stdout + said.stderr
+    assert "note: in the file and not used: " in said.stdout and "by the drives" not in said.stdout
+
+
+def test_drives_hold_what_has_some(arm):
+    assert ksl.hold(arm).cases[0].kind == "held at rest by the drives"

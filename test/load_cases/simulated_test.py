@@ -1,6 +1,7 @@
 """Load cases whose motion is simulated, and `ksl simulate`."""
 
 import re
+from dataclasses import replace
 from inspect import signature
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from ksl.commands.simulate import simulate
 from ksl.load_cases.case_file import cases_of_text
 from ksl.load_cases.computed_cases import ComputedCases
 from ksl.load_cases.provenance import provenance_of
+from ksl.load_cases.simulated import Simulated, simulated_motion
+from ksl.motions.motion import Motion
 from ksl_command import run_ksl
 
 ROOT = Path(__file__).parents[2]
@@ -177,3 +180,23 @@ def test_the_command_takes_what_loads_takes_of_files_and_of_the_robot():
     of_loads, of_simulate = (set(signature(command).parameters) for command in (loads, simulate))
     of_motions = {"smooth", "columns", "degrees", "time_unit", "resample", "stop", "ignore_extra", "topic", "positions_only", "external"}
     assert of_loads - of_simulate == of_motions | {"on", "at", "axes", "order", "joints", "paper", "fail_on"}
+
+
+@pytest.mark.parametrize(("controller", "said"), [("none", "no drive has effort"), ("gravity", "the drives hold the weight alone"), ("pd", "")])
+def test_a_motion_that_is_not_followed_is_said(controller, said):
+    """Of it the run takes the beginning."""
+    b = ksl.Builder("arm").add_link("base").add_link("upper", 2.0, (0, 0, -0.2), np.diag([0.03, 0.03, 0.004]))
+    m = b.add_joint("hinge", "revolute", "base", "upper", axis=(0, 1, 0), limits=(-3, 3), effort=50, velocity=9, damping=2.0, friction=0.1).build()
+    t = np.linspace(0, 0.2, 21)
+    followed = Motion(t, np.sin(t)[:, None], np.cos(t)[:, None], -np.sin(t)[:, None])
+    how = Simulated(controller=controller, stiffness=100.0, damping=10.0, start=0.1)
+    motion, kind = simulated_motion(m, how, followed, [])
+    notes = [note for note in motion.source.notes if "is not followed" in note]
+    assert len(notes) == bool(said) and ("which is not followed" in kind) == bool(said)
+    if said:
+        assert f"of it the run takes its state at 0.1 s, where the run begins, and its end; {said}" in notes[0]
+    assert [d for d in motion.doubts if "physics of joints is off" in d] == [
+        "the simulated motion is without damping and friction of the robot's file: physics of joints is off; turn it on with --physics damping,friction"
+    ]
+    assert not [d for d in simulated_motion(m.with_physics(["damping", "friction"]), how, followed, [])[0].doubts if "is off" in d]
+    assert "without damping of the robot's file" in str(simulated_motion(m, replace(how, friction=0.1), followed, [])[0].doubts)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import ksl
+from ksl.model.simulate import _count, _direction, _event_values, _positive, _step, _times
 from ksl.simulation import PD, Brake, ComputedTorque, Reference
 from linkages import equal_four_bars, four_bar
 
@@ -230,3 +231,98 @@ def test_a_drive_that_switches_to_and_fro_ends_early():
     with pytest.warns(RuntimeWarning, match="became too small to go on; joint 'turn' .* energy"):
         run = m.simulate([0.0], [1e-6], [0, 1.0], efforts=lambda t, q, v: -1e9 * np.sign(v + 1e-9))
     assert run.steps + run.rejected <= 30_000 and np.isfinite(run.q[0]).all() and np.isnan(run.q[1]).all()
+
+
+# the numbers that the compiled call gets
+
+
+def test_laws_are_those_of_the_joints_that_are_named():
+    laws = M._exact_laws({"to_lower": 0.5}, {"to_upper": 2.0}, Brake({"to_lower": 3.0}, 0.25), np.zeros((1, 2)))
+    assert laws["restitution"].tolist() == [-1.0, 0.5] and laws["friction"].tolist() == [2.0, 0.0] and laws["brake"].tolist() == [0.0, 3.0]
+    assert (laws["lower"].tolist(), laws["upper"].tolist(), laws["brake_at"]) == ([-2.0, -2.0], [2.0, 2.0], 0.25) and laws["cut_efforts"] is True
+    assert M._exact_laws(None, None, None, np.zeros((1, 2))) == {
+        "restitution": None, "lower": None, "upper": None, "friction": None, "brake": None, "brake_at": 0.0, "cut_efforts": False,
+    }  # fmt: skip
+    at_limits = np.array([[-2.0, 2.0], [2.0, -2.0]])
+    assert M._exact_laws(0.5, None, None, at_limits)["restitution"].tolist() == [0.5, 0.5]
+    assert M._exact_laws({"to_lower": 0.0}, None, None, np.array([[2.5, 0.0]]))["restitution"].tolist() == [-1.0, 0.0], "a joint that is left out may start anywhere"
+    for q, said in ((np.array([[0.0, 0.0], [0.0, 2.0000001]]), "'to_lower' starts at 2, beyond"), (np.array([[-2.1, 0.0]]), "'to_upper' starts at -2.1, beyond its limits -2 and 2")):
+        with pytest.raises(ValueError, match=said):
+            M._exact_laws(0.0, None, None, q)
+
+
+def test_coordinates_of_laws_and_limits_differ_behind_a_ball():
+    """A spherical joint has four numbers of q and three of v: limits are those of the hinge behind it."""
+    b = ksl.Builder("ball").add_link("base").add_link("a", 1.0, inertia=np.eye(3)).add_link("b", 1.0, inertia=np.eye(3))
+    b.add_joint("ball", "spherical", "base", "a").add_joint("hinge", "revolute", "a", "b", axis=(0, 0, 1), limits=(-0.5, 0.25))
+    m = b.build()
+    k = m.joint("hinge").v_index
+    laws = m._exact_laws(0.5, 3.0, None, m.neutral()[np.newaxis])
+    assert (laws["lower"][k], laws["upper"][k], laws["restitution"][k], laws["friction"][k]) == (-0.5, 0.25, 0.5, 3.0)
+    others = [j for j in range(m.nv) if j != k]
+    assert set(laws["restitution"][others]) == {-1.0} and not laws["friction"][others].any() and np.isinf(laws["lower"][others]).all()
+    q = m.neutral()
+    q[m.joint("hinge").q_index] = 0.3
+    with pytest.raises(ValueError, match="'hinge' starts at 0.3, beyond its limits -0.5 and 0.25"):
+        m._exact_laws(0.5, None, None, q[np.newaxis])
+
+
+@pytest.mark.parametrize(("method", "step", "times", "expected"), [("dop853", None, [0.0, 1.0], 0.0), ("rk4", 0.25, [0.0, 1.0], 0.25), ("rk4", None, [0.0], 1.0)])
+def test_steps(method, step, times, expected):
+    assert _step(step, method, np.array(times)) == expected
+
+
+@pytest.mark.parametrize(("x", "zero", "good"), [(1e-300, False, True), (0.0, False, False), (0.0, True, True), (-1e-300, True, False), (np.inf, True, False), (np.nan, True, False)])
+def test_positive_numbers(x, zero, good):
+    if good:
+        assert _positive(x, "rtol", zero) == x
+    else:
+        with pytest.raises(ValueError, match=f"rtol is {x:g}; expected a finite number {'that is not negative' if zero else 'above zero'}"):
+            _positive(x, "rtol", zero)
+
+
+def test_counts_and_directions():
+    assert _count(1, "most_steps") == 1 and _count(np.int64(7), "most_steps") == 7
+    for wrong in (0, -1, True, 2.0, "3"):
+        with pytest.raises(ValueError, match="expected a number of steps, 1 or more"):
+            _count(wrong, "most_steps")
+
+    def event(t, q, v):
+        return 0.0
+
+    assert _direction(event) == 0
+    for direction, sign in ((3.5, 1), (-0.1, -1), (0, 0)):
+        event.direction = direction
+        assert _direction(event) == sign
+
+
+def test_times_are_finite_and_increase():
+    for times, said in (([0.0, np.inf], "times must be finite"), ([0.0, 1.0, 1.0], r"times\[2\] is 1 after 1"), ([1.0, 0.5], r"times\[1\] is 0.5 after 1"), ([[0.0, 1.0]], r"shape \(1, 2\)")):
+        with pytest.raises(ValueError, match=said):
+            _times(times)
+    assert _times([2.0]).tolist() == [2.0] and _times([0, 1]).dtype == float
+
+
+def test_values_of_several_events():
+    values = _event_values([lambda t, q, v: t + q[0], lambda t, q, v: v[1]])
+    assert values(0, 2.0, np.array([[3.0, 0.0]]), np.array([[0.0, 7.0]])).tolist() == [5.0, 7.0]
+    with pytest.raises(ValueError, match=r"events\[1\] is nan at t = 2 s of run 4"):
+        values(4, 2.0, np.zeros((1, 2)), np.array([[0.0, np.nan]]))
+
+
+def test_momentum_that_is_lost_is_less_than_what_gravity_gives():
+    """Of a body that begins to move at 3 s: m g t, from the beginning on; a robot on the ground has none."""
+    b = ksl.Builder("body", gravity=(1.0, 0.0, -9.81)).add_link("body", 2.0, inertia=np.eye(3))
+    m = b.build(floating_base=True)
+    run = m.simulate(m.neutral(), [1.0, 2.0, 3.0, 0.0, 0.0, 0.5], [3.0, 3.5, 4.0])
+    assert np.abs(run.drift.momentum).max() < 1e-9 and run.drift.momentum.shape == (3, 6)
+    assert M.simulate(*START).drift.momentum is None
+    assert m.simulate(m.neutral(), np.zeros(6), [0.0, 0.1], external={"body": [1.0, 0, 0, 0, 0, 0]}).drift.momentum is None
+
+
+@pytest.mark.parametrize(("runs", "said"), [(3, r"run 0, the first of 3, ended at"), (1, "the run ended at")])
+def test_which_of_several_runs_ended_early_is_told(runs, said):
+    q, v = ([[0.8, 0.2]] * runs, [[0.0, 0.0]] * runs) if runs > 1 else START[:2]
+    with pytest.warns(RuntimeWarning, match=rf"{said} .*it takes more steps than most_steps, 3; take longer steps.*; its energy was .* J\.  Rows after that are NaN"):
+        run = M.simulate(q, v, [0.0, 5.0], most_steps=3)
+    assert not np.any(run.complete)

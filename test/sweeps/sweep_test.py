@@ -515,6 +515,20 @@ def test_utilisations_are_those_of_sizing_each_case(tmp_path):
 
 
 @HERE
+@pytest.mark.parametrize("spectrum", ["[cases]\npick = 3\nidle = 0", "[shares]\npick = 0.7\nidle = 0.3"])
+def test_one_file_of_components_serves_a_motion_and_a_sweep(tmp_path, spectrum):
+    """Its spectrum is that of load cases, and is left out with a note."""
+    (tmp_path / "c.toml").write_text(f'{spectrum}\n[[component]]\njoint = "panda_joint2"\nkind = "limits"\ntorque = 80\n')
+    tables = {"base": {"motion": PICK, "components": str(tmp_path / "c.toml")}, "vary": [{"kind": "speed", "values": [1.0]}]}
+    which, named = spectrum[: spectrum.index("]") + 1].replace("[", r"\[").replace("]", r"\]"), "it names pick, idle, and these are results of"
+    with pytest.warns(ksl.DescriptionWarning, match=rf"{which} is left out: {named} a sweep"):
+        swept = ksl.sweep(PANDA, tables, tmp_path / "out", workers=1)
+    sizing = ksl.size(ksl.compute_loads(PANDA, PICK), tmp_path / "c.toml")
+    assert any(f"is left out: {named} one case, panda_pick" in note for note in sizing.notes)
+    assert [row["utilisation"] for row in swept.cases.to_table().to_pylist() if row["joint"] == "panda_joint2"] == pytest.approx([sizing.worst.utilisation], rel=1e-9)
+
+
+@HERE
 def test_metadata_say_units_and_parameters(tmp_path):
     results = ksl.sweep(PANDA, described({**PAYLOAD, "values": np.array([0.0, 2.0])}), tmp_path, workers=1)
     said = json.loads(results.cases.to_table().schema.metadata[b"ksl"])

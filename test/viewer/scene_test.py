@@ -214,12 +214,16 @@ def results_table(arm, swing, payload: float = 0.0):
     m = arm.with_payload("hand", payload) if payload else arm
     tau = m.inverse_dynamics(q, v, a)
     names = [j.name for j in arm.joints]
+    wrenches = np.concatenate([m.reactions(q, v, a, part=part, joints=names) for part in ("total", "constraint")], axis=2)
     columns = {"case": pa.array(["swing"] * len(t) * len(names)).dictionary_encode(), "time": np.repeat(t, len(names))}
     columns["joint"] = pa.array(names * len(t)).dictionary_encode()
     for name, x in (("position", q), ("speed", v), ("acceleration", a), ("effort", tau)):
         values = np.full((len(t), len(names)), np.nan)
         values[:, :2] = x
         columns[name] = pa.array(values.ravel(), from_pandas=True)
+    components = ("fx", "fy", "fz", "tx", "ty", "tz")
+    columns |= {name: pa.array(wrenches[..., k].ravel()) for k, name in enumerate((*components, *(f"constraint_{c}" for c in components)))}
+    columns |= {name: pa.array([word] * len(t) * len(names)).dictionary_encode() for name, word in (("on", "child"), ("at", "joint"), ("axes", "joint"))}
     made = {"robot": "arm", "cases": [{"name": "swing", "gravity": [0, 0, -9.81], "payloads": [], "physics": [], "external": []}]}
     return pa.table(columns).replace_schema_metadata({"ksl": json.dumps(made)})
 
@@ -250,13 +254,16 @@ def test_efforts_that_brakes_supply_are_those_of_the_results(tmp_path, examples,
         assert notes == []
 
 
-def test_external_wrenches_that_stand_in_the_load_case_are_said_to_be_left_out(tmp_path, examples):
-    """That is all: efforts without them differ from those of the results, and no file has changed."""
+@pytest.mark.parametrize("push", ["wrench = [0, 0, 50, 0, 0, 0]", "steps = [[0.0, 0, 0, 50, 0, 0, 0], [0.01, 0, 0, 0, 0, 0, 0]]"])
+def test_external_wrenches_that_stand_in_the_load_case(tmp_path, examples, push):
+    """Constant ones are shown.  Of others nothing but that is said: the robot's wrenches without them differ from those of the results, and no file has changed."""
     m = ksl.load(examples / "robots/panda.urdf")
-    push = 'external = [{ link = "panda_link7", wrench = [0, 0, 50, 0, 0, 0] }]'
-    ksl.compute_loads(m, cases=cases_of_text(m, f"[cases.push]\n{push}\nhold = {{ pose = {{ panda_joint4 = -1.5 }} }}\n")).write(tmp_path / "out")
-    _, notes = scene_of_results(m, read_results(tmp_path / "out"))
-    assert notes == ["external wrenches of the load case are not shown, since results don't hold those that load cases or programs give in numbers"]
+    external = f'external = [{{ link = "panda_link7", {push} }}]'
+    moving = 'simulate = { until = 0.02, controller = "gravity", pose = { panda_joint4 = -1.5 } }'
+    ksl.compute_loads(m, cases=cases_of_text(m, f"[cases.push]\n{external}\n{moving}\n")).write(tmp_path / "out")
+    scene, notes = scene_of_results(m, read_results(tmp_path / "out"))
+    left_out = ["external wrenches of the load case are not shown, since results don't hold those that load cases or programs give as they change"]
+    assert (notes, list(scene.external)) == (([], ["panda_link7"]) if "wrench" in push else (left_out, []))
 
 
 def test_results_of_another_robot_are_refused_or_noticed(arm, swing, tmp_path, robot, examples):
@@ -266,7 +273,7 @@ def test_results_of_another_robot_are_refused_or_noticed(arm, swing, tmp_path, r
     efforts = table.column("effort").to_numpy() * 1.1
     parquet.write_table(table.set_column(table.schema.get_field_index("effort"), "effort", [efforts]), tmp_path / "wrenches.parquet")
     _, notes = scene_of_results(arm, read_results(tmp_path))
-    assert len(notes) == 1 and notes[0].startswith("efforts of the results differ from those shown")
+    assert len(notes) == 1 and notes[0].startswith("wrenches of the results, which are shown, differ from those that this robot would have")
     with pytest.raises(ksl.MotionError, match="they are those of arm, and not of panda"):
         scene_of_results(ksl.load(examples / "robots/panda.urdf"), read_results(tmp_path))
     parquet.write_table(table.drop_columns(["position"]), tmp_path / "wrenches.parquet")
@@ -335,3 +342,13 @@ def test_arrows_start_where_the_moments_are_about(examples):
         total = scene.constraint[0] + scene.actuation[0]
         about_world = m.reactions(q, v, a, at="world", axes="world", joints=[j.name for j in m.joints])
         np.testing.assert_allclose(total[:, 3:] + np.cross(scene.origins[0], total[:, :3]), about_world[:, 3:], atol=1e-10)
+
+
+def test_the_camera_sees_the_whole_motion(arm, swing):
+    """The box about all states holds every link in each of them."""
+    t, q, v, a = swing
+    scene = make_scene(arm, q, v, a, t)
+    low, high = scene.reach
+    for k in range(0, len(t), max(1, len(t) // 23)):
+        assert (scene.bounds(k)[0] >= low - 0.05 * scene.size).all() and (scene.bounds(k)[1] <= high + 0.05 * scene.size).all()
+    assert (low <= scene.bounds(0)[0]).all() and (high >= scene.bounds(len(t) - 1)[1]).all()

@@ -38,4 +38,4 @@ def info(
     elif robot is None:
         fail("info needs a robot file, or --cpu")
     if robot is not None:
-        print_info(read_model(robot, floating_base, mimic, strict, gravity, masses="optional", name=model_name, physics=physics, loops=loops, drives=drives, xacro=xacro, package=package), console(200))
+        print_info(read_model(robot, floating_base, mimic, strict, gravity, masses="optional", name=model_name, physics=physics, loops=loops, drives=drives, xacro=xacro, package=package), console(80))

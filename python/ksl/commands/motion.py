@@ -121,10 +121,11 @@ def _progress() -> Iterator[Callable[[float, float], None]]:
 
 def _print(model: Model, made: Generated, output: Path, joints: int) -> None:
     out = console(80)
+    from ksl.commands.print_notes import print_notes, print_unused
     from ksl.motions.generate.generated import beyond_limits
 
-    for note in [*made.notes, *beyond_limits(model, made.motion)]:
-        say(out, f"note: {note}")
+    print_notes(out, [*made.notes, *beyond_limits(model, made.motion)])
+    print_unused(out, model)
     f, t = made.facts, made.motion.time
     if f["kind"] == "excite":
         say(

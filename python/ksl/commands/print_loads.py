@@ -10,13 +10,14 @@ from rich.table import Table
 from rich.text import Text
 
 from ksl.commands.app import say
+from ksl.commands.print_notes import print_notes
 from ksl.load_cases.force_elements import element_ranges
 from ksl.load_cases.case_result import CaseResult
 from ksl.load_cases.load_case import LoadCase
-from ksl.load_cases.quantities import LOADS, PowerBalance, SummaryRow, round_off_in, round_off_of, unit, weight_of
+from ksl.load_cases.quantities import LOADS, PowerBalance, SummaryRow, round_off_in, round_off_of, signed_peak, unit, weight_of
 from ksl.load_cases.ranking import severity
 from ksl.load_cases.summary_table import worst_rows
-from ksl.load_cases.undetermined import FOOTNOTE, MARK, WAY_OUT, is_open
+from ksl.load_cases.undetermined import MARK, footnote, is_open, way_out
 from ksl.load_cases.verdict import AMBER, Verdict, percent
 from ksl.model.mechanism import Joint
 from ksl.model.states import EFFORT_PARTS
@@ -36,9 +37,7 @@ def print_run(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     verdict, several = run.verdict, len(run.cases) > 1
     rows = worst_rows(run.rows) if several else run.rows
     print_summary(console, rows, run.cases[0], "worst over all load cases" if several else "")
-    for line in run.notes:
-        if line not in verdict.reasons:  # those have been printed
-            say(console, f"note: {line}")
+    print_notes(console, run.notes, verdict.reasons)  # those are printed below
     worst = max(run.results, key=_residual)
     of = f"power balance, worst of {len(run.cases)} load cases, {worst.case.name}: " if several else "power balance: "
     say(console, of + balance_line(worst.balance))
@@ -123,7 +122,7 @@ def print_summary(console: Console, rows: Sequence[SummaryRow], case: LoadCase, 
             _print_table(console, title_and_scope, _table(together, [by_name[str(row["joint"])] for row in together], columns, least))
             open_too |= any(is_open(row, q) for row in together for q, _ in columns)
     if open_too:
-        say(console, f"{FOOTNOTE}. {WAY_OUT}")
+        say(console, f"{footnote(case.model)}. {way_out(case.model)}")
 
 
 def _peak_rms_time(*quantities: str) -> Columns:
@@ -166,7 +165,7 @@ def _table(rows: list[SummaryRow], joints: list[Joint], columns: Columns, least:
         else:
             table.add_column(f"{name}\n{words.get(part) or f'{part} {of}'}", justify="right", no_wrap=True)
     for row in rows:
-        cells = ((row.get(f"{q}_{part}"), MARK if part in ("peak", "rms") and is_open(row, q) else "", 0.0 if part == "peak_time" else least.get(q, 0.0)) for q, part in columns)
+        cells = ((signed_peak(row, f"{q}_{part}"), MARK if part in ("peak", "rms") and is_open(row, q) else "", 0.0 if part == "peak_time" else least.get(q, 0.0)) for q, part in columns)
         table.add_row(Text(str(row["joint"])), *(Text(x) if isinstance(x, str) else _number(x, lowest) + mark for x, mark, lowest in cells))
     return table
 
@@ -230,7 +229,8 @@ def print_pose(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     p = case.placement
     _print_table(console, f"Wrenches on the {p.on} side, moments about {p.about}, axes {p.axes}", wrenches)
     if open_of:
-        say(console, f"{FOOTNOTE}. {WAY_OUT}")
+        say(console, f"{footnote(case.model)}. {way_out(case.model)}")
+    print_notes(console, run.notes, run.verdict.reasons)
     for line in written:
         say(console, line)
     print_verdict(console, run.verdict, ())

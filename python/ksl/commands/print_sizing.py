@@ -117,16 +117,16 @@ def _print_worst(console: Console, figures: Sequence[Figure], most: int | None) 
         _limit,
     ]
     widths = [max(len(text(f)) for f in shown) for text in columns]
-    # Values and limits are left to the sheets above where there is no room; long names have a line of their own.
-    fitting = next((k for k in (5, 4, 3) if 8 + sum(widths[:k]) + 2 * k <= console.width + 2), 2)
+    # values and limits go to a line of their own where there is no room
+    fitting = next((k for k in (5, 3) if 8 + sum(widths[:k]) + 2 * k <= console.width + 2), 2)
+    if most is None and not console.is_terminal:  # a line for each figure, for programs
+        fitting = 5
     for f in shown:
         cells = [
             f"{text(f):>{w}}" if k == 3 else f"{text(f):<{w}}"
             for k, (text, w) in enumerate(zip(columns, widths, strict=True))
         ]
-        lines = [f"  {_use(f.utilisation)}  " + "  ".join(cells[:fitting])] + (
-            [" " * 10 + "  ".join(cells[2:])] if fitting == 2 else []
-        )
+        lines = [f"  {_use(f.utilisation)}  " + "  ".join(cells[:fitting])] + ([" " * 10 + "  ".join(cells[fitting:]).strip()] if fitting < 5 else [])
         for line in lines:
             console.print(Text(line.rstrip(), style=_style(f)), soft_wrap=True)
     if len(compared) > len(shown):

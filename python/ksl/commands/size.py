@@ -29,7 +29,7 @@ def size(
     force: Annotated[bool, typer.Option("--force", help="Replace the sizing of another robot in DIR, or files of others with its names.")] = False,
     example: Annotated[bool, typer.Option("--example", help="Print a commented components file, for the robot of RESULTS if they are given, and end.")] = False,
 ) -> None:
-    """Check motors, gears, bearings, bolts and sections against the loads of their joints.
+    """Check motors, gears, bearings, bolts, pins, bushes, cylinders and sections against the loads of their joints.
 
     Each figure has its formula, source and inputs, and a utilisation: 1 is at the limit. `ksl size --example > components.toml`
     writes a file to fill in.
@@ -86,13 +86,14 @@ def _print(sizing: Sizing, as_json: bool, brief: bool, peaks: bool, output: Path
 
 
 def _example_of(results: Path) -> str:
-    """An example on the first joint of the results that turns."""
+    """An example on the first joint of the results that turns, and the first that slides."""
     from ksl.sizing.example import example_file
     from ksl.sizing.results import read_results
 
     table = read_results(results)
     turning = [joint.name for joint in table.joints.values() if joint.turns]
-    return example_file(turning[0] if turning else next(iter(table.joints)), table.robot)
+    sliding = next((joint.name for joint in table.joints.values() if joint.driven and not joint.turns), None)
+    return example_file(turning[0] if turning else next(iter(table.joints)), table.robot, sliding)
 
 
 def _points(at: list[str]) -> dict[str, list[float]]:

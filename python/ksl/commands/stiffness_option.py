@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ksl.commands.app import errors, fail
+from ksl.commands.app import fail
 
 if TYPE_CHECKING:
     from ksl.base.files_read import InputFile
@@ -27,9 +27,7 @@ def with_stiffness(model: Model, file: Path | None) -> tuple[Model, list[InputFi
         fail(f"--stiffness {file}: {model.name} has no loops, so that no result depends on stiffnesses; leave it out")
     try:
         with recorded() as ledger:
-            stiff, notes = stiff_by(model, file)
+            stiff, _ = stiff_by(model, file)  # what it leaves out is among the notes of the run
     except ValueError as e:
         fail(str(e))
-    for note in notes:
-        errors.print(f"ksl: note: {note}")
     return stiff, ledger.files

@@ -9,6 +9,7 @@ import typer
 
 from ksl.commands.app import GroupedOptions, app, errors, fail
 from ksl.commands.options import (
+    DEFAULT_FRICTION_WIDTH,
     ColumnMapFile,
     Degrees,
     Drives,
@@ -75,6 +76,7 @@ def view(
     Force arrows have one head, moments two.  Blue is what the structure carries, orange what the drive exerts.
     """
     from ksl.base.errors import ViewerError
+    from ksl.commands.print_notes import print_unused
     from ksl.output import OutputError, refuse_inputs
     from ksl.viewer.results_scene import is_results, read_results
 
@@ -101,6 +103,7 @@ def view(
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
         fail(e)
     _print_notes(scene)
+    print_unused(errors, model, drawn=bool(scene.look.shapes))
     try:
         if export is not None:
             from ksl.viewer.export import export as write
@@ -144,27 +147,45 @@ def _model(
     loops: str, drives: str, xacro: str | None, package: list[str], strict: bool,
 ) -> Model:
     """The robot, with what results say of it where no option does."""
+    import numpy as np
+
+    from ksl.model.stiffness import with_compliances
+
     made, options = (results.description, results.made_by.get("options", {})) if results else ({}, {})
     floating_base, mimic = floating_base or bool(options.get("floating_base")), options.get("mimic", mimic) if mimic == "coupled" else mimic
     model_name = model_name or options.get("model") or ""
     gravity = gravity or ",".join(f"{g!r}" for g in made.get("gravity", []))
     physics = physics or ",".join(made.get("physics", []))
-    payloads = {p["link"]: (float(p["mass"]), p["center"]) for p in made.get("payloads", [])}
-    xacro, package = options.get("xacro") if xacro is None else xacro, package or list(options.get("package") or [])
-    beside = str(options.get("loops") or "")
-    loops = loops or (beside if not results or beside in ("", "cut") else str(Path(str(results.made_by.get("directory", ""))) / beside))
+    if friction_width == DEFAULT_FRICTION_WIDTH:
+        friction_width = float(options.get("friction_width") or friction_width)
+    loops = loops or (_loops_of(results) if results else "")
     drives = drives or ",".join(made.get("drives", []))
-    return read_model(
-        robot, floating_base, mimic, strict, gravity, payloads, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives,
+    xacro, package = options.get("xacro") if xacro is None else xacro, package or list(options.get("package") or [])
+    model = read_model(
+        robot, floating_base, mimic, strict, gravity, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives,
         xacro=xacro, package=package,
     )
+    for p in made.get("payloads", []):
+        model = model.with_payload(p["link"], float(p["mass"]), p["center"], np.reshape(p["inertia"], (3, 3)) if "inertia" in p else None)
+    if made.get("drive_weights") and list(model.drives or ()) == made["drives"]:
+        model = model.with_drives(dict(zip(made["drives"], made["drive_weights"], strict=True)))
+    return with_compliances(model, made["compliance"]) if made.get("compliance") else model
+
+
+def _loops_of(results: Results) -> str:
+    """The file of the joints that close loops, or that those of the robot's file were cut."""
+    if results.made_by.get("options", {}).get("loops") == "cut":
+        return "cut"
+    files = [f["file"] for f in results.made_by.get("inputs", []) if f["role"] == "loops"]
+    return str(Path(str(results.made_by.get("directory", ""))) / files[0]) if files else ""
 
 
 def _serve(scene: Scene, port: int | None, joint: str, browser: bool) -> None:
+    from ksl.viewer.labels import labels
     from ksl.viewer.live import Viewer
 
     with Viewer(scene, port, joint or None) as viewer:
-        print(f"{viewer.url} shows {scene.model.name}; Ctrl-C ends", flush=True)
+        print(f"{viewer.url} shows {labels([scene.model.name], 'robot')[0]}; Ctrl-C ends", flush=True)
         if browser and not viewer.open():
             errors.print(f"ksl: no browser could be opened; open {viewer.url} in one")
         viewer.wait()

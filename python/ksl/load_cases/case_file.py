@@ -193,18 +193,13 @@ class _Case:
     def load_cases(self) -> list[LoadCase]:
         """With doubts about tables of wrenches beside those about the motion."""
         self.reader.doubts.clear()
-        cases, doubts, notes = self._load_cases(), self.reader.doubts, self.reader.mechanisms.of(self.where, self.spec)[1]
-        if not (doubts or notes):
-            return cases
-        return [
-            replace(case, motion=replace(case.motion, doubts=[*case.motion.doubts, *doubts], differentiated=[*case.motion.differentiated, *notes]))
-            for case in cases
-        ]
+        cases, doubts = self._load_cases(), self.reader.doubts
+        return [replace(case, motion=replace(case.motion, doubts=[*case.motion.doubts, *doubts])) for case in cases] if doubts else cases
 
     @property
     def mechanism(self) -> Model:
         """The robot with the loops, the drives and the stiffnesses of this case."""
-        return self.reader.mechanisms.of(self.where, self.spec)[0]
+        return self.reader.mechanisms.of(self.where, self.spec)
 
     def _load_cases(self) -> list[LoadCase]:
         several = [key for key in ("hold", "stop", "simulate") if key in self.spec and self.spec[key] is not False]

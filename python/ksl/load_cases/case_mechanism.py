@@ -20,10 +20,10 @@ class Mechanisms:
     def __init__(self, model: Model, path: Callable[[str, Any], str]) -> None:
         """path: where, and the name of a file in it, to its path."""
         self._model, self._path = model, path
-        self._made: dict[str, tuple[Model, list[str]]] = {}
+        self._made: dict[str, Model] = {}
 
-    def of(self, where: str, spec: Mapping[str, Any]) -> tuple[Model, list[str]]:
-        """The mechanism of a case, and notes on it.  Raises CaseError."""
+    def of(self, where: str, spec: Mapping[str, Any]) -> Model:
+        """The mechanism of a case.  Raises CaseError."""
         given = {key: spec[key] for key in OF_MECHANISM if key in spec}
         key = repr(given)
         if key not in self._made:
@@ -35,8 +35,8 @@ class Mechanisms:
                 raise CaseError(f"{where}: {e}") from None
         return self._made[key]
 
-    def _changed(self, where: str, given: Mapping[str, Any]) -> tuple[Model, list[str]]:
-        model, notes = self._model, list[str]()
+    def _changed(self, where: str, given: Mapping[str, Any]) -> Model:
+        model = self._model
         if "loops" in given:
             model = model.without_loops() if given["loops"] == "cut" else with_loops(model, self._path(f"{where}: loops", given["loops"]))
         if "drives" in given:
@@ -46,8 +46,8 @@ class Mechanisms:
             model = model.with_drives(drives)
         if "stiffness" in given:
             stiffness = given["stiffness"]
-            model, notes = stiff_by(model, stiffness if isinstance(stiffness, dict) else self._path(f"{where}: stiffness", stiffness))
-        return model, notes
+            model, _ = stiff_by(model, stiffness if isinstance(stiffness, dict) else self._path(f"{where}: stiffness", stiffness))
+        return model
 
 
 def drives_named(where: str, given: Any) -> list[str] | dict[str, float]:

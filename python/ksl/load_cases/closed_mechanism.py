@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from ksl.model.calls import Calls
 from ksl.model.loops import Mobility
 from ksl.model.mechanism import Mechanism
+from ksl.model.stiffness import compliances_of, rigid_beside
 from ksl.motions.closing import NotClosed, home
 
 if TYPE_CHECKING:
@@ -34,6 +35,14 @@ class ClosedMechanism:
     error_case: str = ""
     undetermined: Mapping[str, tuple[str, ...]] | None = None
     """{joint: components}, over all load cases."""
+    open_in: tuple[str, ...] = ()
+    """The load cases in which components are open."""
+    stiff: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """{load case: the joints that give way}, of cases with stiffnesses."""
+    rigid: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """{load case: the joints of the loops that don't}, of the same cases."""
+    cases: tuple[str, ...] = ()
+    """All load cases."""
 
     def lines(self) -> list[tuple[str, str]]:
         """For people."""
@@ -43,8 +52,21 @@ class ClosedMechanism:
             ("freedoms", f"{self.mobility}, driven by {', '.join(self.drives) or 'nothing'}"),
             *([("positions", f"given for {', '.join(self.held)}; all others follow")] if self.held else []),
             ("redundant equations", ", ".join(self.redundant) or "none"),
+            ("stiffnesses", self._stiffnesses()),
             *([("closure", closed)] if self.held else []),
         ]
+
+    def _stiffnesses(self) -> str:
+        """Which joints give way, in which load cases."""
+        if not self.stiff:
+            return "none: all joints are rigid"
+        alike: dict[str, list[str]] = {}
+        for case, names in self.stiff.items():
+            rigid = f"; without one, and therefore rigid: {', '.join(self.rigid[case])}" if self.rigid[case] else ""
+            alike.setdefault(f"of {', '.join(names)}{rigid}", []).append(case)
+        without = [case for case in self.cases if case not in self.stiff]
+        alike |= {"none: all joints are rigid": without} if without else {}
+        return "; ".join(text if len(alike) == 1 else f"{', '.join(cases)}: {text}" for text, cases in alike.items())
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -80,8 +102,13 @@ def closed_mechanism(cases: Sequence[LoadCase]) -> ClosedMechanism:
     for case in cases:
         for joint, names in case.undetermined.components.items():
             open_components[joint] = tuple(dict.fromkeys((*open_components.get(joint, ()), *names)))
+    stiff = {case.name: tuple(compliances_of(case.model)) for case in cases}
+    stiff = {name: joints for name, joints in stiff.items() if joints}
+    rigid = {case.name: tuple(rigid_beside(case.model)) for case in cases if case.name in stiff}
+    open_in = tuple(case.name for case in cases if case.undetermined.components)
     of_case = worst.name if worst is not None and len(cases) > 1 else ""
     return ClosedMechanism(
         loop_lines(model), model.drives or (), found.mobility, redundant_lines(model, found), closing.held if closing else (),
         closing.error if closing else 0.0, closing.error_time if closing else 0.0, of_case, open_components,
+        open_in, stiff, rigid, tuple(case.name for case in cases),
     )  # fmt: skip

@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
+from ksl.base.words import NOT_USED
 from ksl.load_cases.case_result import CaseResult, compute
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.ranking import Ranking, severity
 from ksl.load_cases.summary_table import summary_table
+from ksl.load_cases.undetermined import stiffness_note
 from ksl.load_cases.verdict import NAMED, Verdict, not_given
 from ksl.load_cases.wrench_table import TableWriter
 from ksl.model.model import Model
@@ -83,8 +85,9 @@ class ComputedCases:
         exceeded = [f"{use.case}: {use.exceeded}" if several else use.exceeded for use in verdict.exceeded]
         read = self._of_cases([(c.name, line) for c in self.cases if c.motion.source for line in c.motion.source.notes])
         differentiated = self._of_cases([(c.name, line) for c in self.cases for line in c.motion.differentiated])
-        unused = [f"in the file and not used: {line}" for line in self.model.unused]
-        return list(dict.fromkeys([*exceeded, *verdict.reasons, *read, *self.model.warnings, *differentiated, *unused]))
+        stiff = self._of_cases([(c.name, line) for c in self.cases for line in stiffness_note(c.model)])
+        unused = [f"{NOT_USED}{line}" for line in self.model.unused]
+        return list(dict.fromkeys([*exceeded, *verdict.reasons, *stiff, *read, *self.model.warnings, *differentiated, *unused]))
 
     def _of_cases(self, lines: Sequence[tuple[str, str]]) -> list[str]:
         """Each line once, behind the names of the cases that say it, if there are several cases and not all of them say it."""

@@ -17,6 +17,7 @@ from ksl.base.files_read import InputFile
 from ksl.load_cases.load_case import LoadCase, Payload
 from ksl.model.lengths import extent
 from ksl.model.mechanism import Joint
+from ksl.model.stiffness import compliances_of
 
 CONVENTIONS = (
     "vectors of the columns are in the axes `axes`, moments about the point `at`; a wrench acts on the side `on`; "
@@ -36,7 +37,8 @@ class Provenance:
     """A dict for each joint, in the order of `Model.joints`: name, kind, axis, parent, child, lower, upper, velocity, effort.  Limits that
     the file doesn't give, or gives as zero, are None."""
     cases: list[dict[str, Any]]
-    """A dict for each load case: name, motion, samples, gravity, payloads, physics, external."""
+    """A dict for each load case: name, motion, samples, gravity, payloads, physics, external; external_wrenches: those that are constant, {link: [6]};
+    compliance: {joint: [36]}, by rows, of joints with stiffnesses."""
     inputs: list[InputFile] = field(default_factory=list)
     options: dict[str, Any] = field(default_factory=dict)
     command: str = ""
@@ -115,8 +117,10 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
         "gravity": [float(g) for g in case.model.gravity],
         "payloads": [{"link": p.link, "mass": p.mass, "center": list(p.center), **({"inertia": list(p.inertia)} if p.inertia else {})} for p in case.payloads],
         "physics": list(case.model.physics),
-        **({"loops": case.model.loop_names, "drives": list(case.model.drives or ())} if case.model.loops else {}),
+        **({"loops": case.model.loop_names, "drives": list(case.model.drives or ()), "drive_weights": list(case.model.drive_weights)} if case.model.loops else {}),
+        **({"compliance": compliance} if (compliance := compliances_of(case.model)) else {}),
         "external": list(case.external),
+        "external_wrenches": {link: [float(x) for x in w[0]] for link, w in case.external.items() if (w == w[0]).all()},
     }
 
 
@@ -138,6 +142,7 @@ def _of_case(case: Mapping[str, Any], several: bool) -> list[tuple[str, str]]:
         "payloads": "; ".join(str(Payload(p["link"], p["mass"], tuple(p["center"]))) for p in case["payloads"]) or "none",
         "physics of joints": ", ".join(case["physics"]) or "none",
         **({"closed by": ", ".join(case["loops"]), "drives": ", ".join(case["drives"])} if case.get("loops") else {}),
+        **({"stiffnesses of": ", ".join(case["compliance"])} if case.get("compliance") else {}),
         "external wrenches": ", ".join(case["external"]) or "none",
     }
     return [("", "; ".join(f"{name} {text}" for name, text in parts.items()))] if several else list(parts.items())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,8 @@ COMPARED = ("axial_force", "radial_force", "bending_moment", "axial_moment", "fo
 """Quantities whose peaks are compared over load cases."""
 
 
+SIGNED = ("axial_force", "axial_moment", "effort", "brake", "coupling", *EFFORT_PARTS)
+"""Quantities along or about the axis: QUANTITY_at_peak is the value at the peak with its sign, positive along the axis: of a cylinder, push or pull."""
 LOADS = (*(q for q in COMPARED if q not in ("speed", "power")), *EFFORT_PARTS)
 """Quantities in N or N m."""
 ROUND_OFF_OF_LOADS = 1e-12
@@ -268,7 +271,7 @@ SummaryRow = dict[str, "float | str | None"]
 
 
 def summarise(time: Array, loads: JointLoads) -> SummaryRow:
-    """One row of the summary: peaks (of the magnitude) with their times, time-weighted rms, work.
+    """One row of the summary: peaks (of the magnitude) with their times and, of `SIGNED` quantities, their signs, time-weighted rms, work.
 
     Forces and moments are those of the wrench at the chosen point; effort, speed, power and work are the drive's.  A mimic
     joint has no drive: its row has the effort of the coupling and the speed; that of a joint without a motor in a closed mechanism the speed.  With physics of joints, the parts of the effort follow it.
@@ -319,4 +322,10 @@ def first_extremes(x: Array) -> NDArray[np.intp]:
 def _peak(time: Array, name: str, x: Array) -> dict[str, float]:
     magnitude = np.abs(x)
     k = first_extreme(magnitude)
-    return {f"{name}_peak": float(magnitude.max()), f"{name}_peak_time": float(time[k])}
+    found = {f"{name}_peak": float(magnitude.max()), f"{name}_peak_time": float(time[k])}
+    return found | ({f"{name}_at_peak": math.copysign(found[f"{name}_peak"], x[k])} if name in SIGNED else {})
+
+
+def signed_peak(row: Mapping[str, Any], key: str) -> Any:
+    """A number of a row, of peaks with the sign that the quantity has there."""
+    return row.get(f"{key.removesuffix('_peak')}_at_peak", row.get(key)) if key.endswith("_peak") else row.get(key)

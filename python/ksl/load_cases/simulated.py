@@ -34,6 +34,8 @@ from ksl.motions.signal.suspicions import suspicions_of_pose
 
 ControllerName = Literal["none", "gravity", "pd", "computed torque"]
 CONTROLLERS = ("none", "gravity", "pd", "computed torque")
+FOLLOWING = ("pd", "computed torque")
+"""Controllers that follow a motion."""
 RATE = 250.0
 """Samples a second of the motion that is simulated, as of motions that are generated."""
 TOLERANCE = 1e-9
@@ -112,8 +114,9 @@ def simulated_motion(
             raise MotionError("simulation: more steps than 10,000,000; take longer ones, or an earlier end")
         raise MotionError(f"simulation: {run.reason} at its beginning, {run.ended:.6g} s; check the start, gains and units")
     doubts = suspicions_of_pose(model, q) if how.pose is not None else []
+    doubts += _left_out(model, how)
     doubts += [f"simulation: {one.message}" for one in said if issubclass(one.category, RuntimeWarning)]
-    source = Source("simulation", f"simulated by {how.method}", int(np.count_nonzero(reached)), float(times[1] - times[0]), _notes(run, how))
+    source = Source("simulation", f"simulated by {how.method}", int(np.count_nonzero(reached)), float(times[1] - times[0]), _started(how, followed, begin) + _notes(run, how))
     joints, (t, x, v) = model.joints[: len(model.joint_names)], (values[reached] for values in (times, run.q, run.v))
     error = (how.atol, how.rtol) if how.method == "dop853" else (0.0, 0.0)  # the other methods control none
     standing = standing_of_integrated(joints, t, x, v, *error)
@@ -124,7 +127,29 @@ def simulated_motion(
         t, x, v, run.a[reached], doubts=doubts, source=source, closing=closing, stands=stands, held=held & stands, resolution=standing.rate,
         corner_times=corners, break_times=breaks, integrated=True,
     )  # fmt: skip
-    return motion, _in_words(how, brake)
+    return motion, _in_words(how, brake, followed is not None and how.controller not in FOLLOWING)
+
+
+def _started(how: Simulated, followed: Motion | None, begin: float) -> list[str]:
+    """That a motion is not followed, where one is given."""
+    if followed is None or how.controller in FOLLOWING:
+        return []
+    what = "no drive has effort" if how.controller == "none" else "the drives hold the weight alone"
+    used = f"its state at {begin:g} s, where the run begins" + (", and its end" if how.until is None else "") if how.pose is None else "its end"
+    return [f"the motion is not followed: of it the run takes {used}; {what}. The controllers pd and computed torque follow it"]
+
+
+def _left_out(model: Model, how: Simulated) -> list[str]:
+    """The physics of joints that the robot's file has, that changes the motion, and that is off."""
+    on = " ".join(model.physics)
+    having = {"damping": "damping", "friction": "friction", "armature": "armature", "rotor": "rotor_inertia", "spring": "spring_stiffness"}
+    off = [name for name, of in having.items() if name not in on and any(getattr(joint, of) for joint in model.joints) and not (name == "friction" and how.friction)]
+    off += ["force elements"] if model.force_elements and "force elements" not in on else []
+    return [f"the simulated motion is without {_and(off)} of the robot's file: physics of joints is off; turn it on with --physics {','.join(off)}"] if off else []
+
+
+def _and(names: Sequence[str]) -> str:
+    return " and ".join(x for x in (", ".join(names[:-1]), names[-1]) if x)
 
 
 def _start(model: Model, how: Simulated, followed: Motion | None) -> tuple[Array, Array, float, Closing | None]:
@@ -232,6 +257,6 @@ def _notes(run: Simulation, how: Simulated) -> list[str]:
     return notes
 
 
-def _in_words(how: Simulated, brake: Brake | None) -> str:
+def _in_words(how: Simulated, brake: Brake | None, from_motion: bool) -> str:
     by = {"none": "without drives", "gravity": "with the weight held", "pd": "under a PD controller", "computed torque": "under computed torque"}[how.controller]
-    return f"simulated {by}" + (f", brakes from {brake.at:g} s" if brake else "")
+    return f"simulated {by}" + (", from a state of the motion, which is not followed" if from_motion and how.pose is None else "") + (f", brakes from {brake.at:g} s" if brake else "")

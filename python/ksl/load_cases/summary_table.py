@@ -21,7 +21,7 @@ FIRST_LINE = "# KSL: summary of the joint loads of"
 """How this file begins; the robot's name follows."""
 ALL_CASES = "all cases"
 """The `case` of rows that are the worst over all load cases."""
-PEAKS = "largest magnitudes, and the time of the first sample that has it; rms and mean are weighted by time"
+PEAKS = "largest magnitudes, and the time of the first sample that has it; at_peak is the value there with its sign, positive along the joint's axis; rms and mean are weighted by time"
 _SIGN = {"position_lowest": -1, "work_negative": -1, "position_highest": 1}
 """The quantities whose worst value is the smallest (−1) or the largest (1); of all others the largest magnitude is."""
 
@@ -39,7 +39,7 @@ def worst_rows(rows: Sequence[SummaryRow]) -> list[SummaryRow]:
 
 def _worst(joint: str, rows: list[SummaryRow]) -> SummaryRow:
     worst: SummaryRow = {"case": ALL_CASES, "joint": joint, "kind": rows[0]["kind"]}
-    names = dict.fromkeys(name for row in rows for name in row if name not in (*worst, UNDETERMINED) and not name.endswith("_time"))
+    names = dict.fromkeys(name for row in rows for name in row if name not in (*worst, UNDETERMINED) and not name.endswith(("_time", "_at_peak")))
     for name in names:
         having = [row for row in rows if name in row]
         sign = _SIGN.get(name)
@@ -48,6 +48,8 @@ def _worst(joint: str, rows: list[SummaryRow]) -> SummaryRow:
         worst[name] = governing[name]
         if f"{name}_time" in governing:
             worst[f"{name}_time"] = governing[f"{name}_time"]
+        if (value := f"{name.removesuffix('_peak')}_at_peak") in governing and name.endswith("_peak"):
+            worst[value] = governing[value]
         worst[f"{name}_case"] = governing["case"]
     if UNDETERMINED in rows[0]:
         worst[UNDETERMINED] = " ".join(sorted({word for row in rows for word in str(row[UNDETERMINED]).split()}))

@@ -16,9 +16,10 @@ from ksl.load_cases.quantities import UNDETERMINED
 from ksl.load_cases.reaction_joints import LoopJoint, frame_on_successor, reaction_joints
 from ksl.model.joint_kinds import has_one_coordinate
 from ksl.model.calls import Calls
-from ksl.model.mechanism import Joint
 from ksl.model.loops import TOLERANCES
+from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.requests import WORLD
+from ksl.model.stiffness import compliances_of, rigid_beside
 from ksl.model.states import Array
 
 SAMPLES = 200
@@ -31,6 +32,25 @@ MARK = "*"
 FOOTNOTE = f"{MARK} not determined by rigid bodies: the value of least norm"
 WAY_OUT = "Stiffnesses of joints decide it: --stiffness, Model.with_stiffness; a spherical joint in place of one that turns leaves less open"
 NOT_JUDGED = "not judged: needs stiffnesses of joints"
+
+
+def footnote(model: Mechanism) -> str:
+    """What a marked number is: of least norm, or with some stiffnesses one that these leave open, too."""
+    return f"{MARK} not determined by rigid bodies and the stiffnesses that are given: one of the possible values" if compliances_of(model) else FOOTNOTE
+
+
+def way_out(model: Mechanism) -> str:
+    """What would determine such numbers."""
+    if not compliances_of(model):
+        return WAY_OUT
+    rigid = rigid_beside(model)
+    return f"Stiffnesses of {', '.join(rigid)} are missing" if rigid else "Finite stiffnesses decide it where infinite ones are given"
+
+
+def stiffness_note(model: Mechanism) -> list[str]:
+    """That joints are taken to be rigid beside others that give way."""
+    rigid = rigid_beside(model)
+    return [f"{', '.join(rigid)}: without stiffness, and therefore rigid; they take what the other joints of the loops would share"] if rigid else []
 
 
 def is_open(row: Mapping[str, object], quantity: str) -> bool:

@@ -19,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ksl.load_cases.joint_limits import limits_of
-from ksl.load_cases.quantities import SummaryRow, unit
+from ksl.load_cases.quantities import CONSTANT, SummaryRow, unit
 from ksl.model.mechanism import Joint
 from ksl.model.motion_columns import columns_of, units_of
 from ksl.model.states import Array
@@ -52,11 +52,15 @@ class Use:
     unit: str
     time: float | None
     """s; None where the load case is a single pose."""
+    rests: bool = False
+    """Whether the joint stands there throughout: a stop that it rests at needs no margin."""
 
     @property
     def level(self) -> Level:
         if self.share > 1 + ROUND_OFF:
             return "red"
+        if self.rests:
+            return "green"
         return "amber" if self.share > AMBER[self.quantity] else "green"
 
     @property
@@ -71,6 +75,7 @@ class Use:
         else:
             what = f"its {self.quantity} limit ({self.value:.4g} of {self.limit:.4g} {self.unit})"
         when = "" if self.time is None else f" at {self.time:.6g} s"
+        when = ", where it rests" if self.rests and self.share > AMBER[self.quantity] else when
         return f"{self.column} uses {percent(self.share)} of {what}{when}"
 
 
@@ -183,6 +188,8 @@ def _position(
     """
     lower, upper = bounds
     uses = []
+    (least, _), (most, _) = ends
+    rests = most - least <= CONSTANT * max(1.0, abs(most))
     for (value, at), limit, which, sign in zip(ends, (lower, upper), ("lower", "upper"), (-1, 1), strict=True):
         if limit is None:
             continue
@@ -190,7 +197,7 @@ def _position(
             share = sign * (value - (lower + upper) / 2) / ((upper - lower) / 2)
         else:
             share = 1 + sign * (value - limit) / max(abs(limit), 1.0)
-        uses.append(Use(case, joint.name, "position", column, share, value, limit, which, of, at))
+        uses.append(Use(case, joint.name, "position", column, share, value, limit, which, of, at, rests))
     beyond = [use for use in uses if use.level == "red"]
     return beyond or sorted(uses, key=lambda use: use.share)[-1:]
 

@@ -71,7 +71,7 @@ class TableWriter:
             "effort": f"{effort}, the same for every `on`, `at` and `axes`",
             **({"physics": ", ".join(model.physics)} if model.physics else {}),
             **({"brake": "effort that brakes supply at samples where drives don't, whose effort is zero there"} if self._with_brake else {}),
-            **({"undetermined": "components that rigid bodies leave open, of the same wrench; their values are those of least norm"} if self._closed else {}),
+            **({"undetermined": "components that rigid bodies leave open, of the same wrench; their values are those of least norm, or with stiffnesses one of the possible values"} if self._closed else {}),
             **({"coupling": "effort by which its leader moves a mimic joint, which has no drive"} if self._following else {}),
         }
 

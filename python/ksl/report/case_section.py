@@ -56,7 +56,7 @@ def case_head(case: CaseCurves, anchors: Anchors) -> str:
 def _summary(case: CaseCurves, rows: Sequence[Row], anchors: Anchors, clock: Clock) -> str:
     joints = {loads.joint.name: loads.joint for loads in case.joints}
     tables = summary_tables([with_limits(row, joints[str(row["joint"])]) for row in rows], joints, anchors.joints, clock)
-    note = "Peaks are of the magnitude. Means (rms, mean) weigh each sample by the time it stands for. "
+    note = "Peaks are of the magnitude; along and about axes, and of drives, they have the sign of that sample, positive along the axis. Means (rms, mean) weigh each sample by the time it stands for. "
     note += "Forces and moments are those of the wrench at the chosen point; effort, speed, power and work are the drive's, whatever point is chosen."
     if clock.origin:
         note += f" Times on this page are counted from the first sample, at {clock.origin!r} s."

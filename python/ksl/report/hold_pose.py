@@ -13,10 +13,18 @@ from ksl.load_cases.holding import Pose, given_pose, worst_pose
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.poses import held_still, neutral, pose_of
 from ksl.load_cases.provenance import provenance_of
+from ksl.load_cases.reaction_joints import has_drive
 from ksl.model.loading import load
 from ksl.model.model import Model
 from ksl.model.states import Order, Point, Side
 from ksl.report.loads_run import Run
+
+
+def held_by(model: Model) -> str:
+    """What holds a robot at rest, in words."""
+    if any(has_drive(model, joint) for joint in model.joints):
+        return "held at rest by the drives"
+    return "held at rest by the structure itself: it has no drives and no freedoms"  # one with freedoms and no drives can't be held
 
 
 def hold(
@@ -62,7 +70,7 @@ def hold(
     closing = None
     if robot.loops:
         q, closing = closed_pose(robot, q, named_joints(robot, pose))
-    name, kind = "pose", "held at rest by the drives"
+    name, kind = "pose", held_by(robot)
     if worst is not None:
         fixed = set(named_joints(robot, pose)) if named else set()
         search = worst_pose(robot, worst, quantity, placement, q, fixed, seed)

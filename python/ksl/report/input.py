@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from ksl.base.words import NOT_USED as NOT_USED
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import JointLoads, PowerBalance
 from ksl.load_cases.undetermined import Undetermined
@@ -17,9 +18,6 @@ from ksl.report.stills import Still
 if TYPE_CHECKING:
     from ksl.load_cases.closed_mechanism import ClosedMechanism
     from ksl.sizing.sizing import Sizing
-
-NOT_USED = "in the file and not used: "
-"""How notes about content that is ignored begin."""
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,13 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from ksl.base.errors import unknown_name
+from ksl.base.words import NOT_USED
 from ksl.load_cases.case_result import CaseResult, compute
 from ksl.load_cases.computed_cases import ComputedCases
 from ksl.load_cases.summary_table import SUMMARY, worst_rows, write_summary
 from ksl.load_cases.verdict import Verdict, percent
 from ksl.output import refuse_inputs, staged, whole_file
 from ksl.report.files import ReportFiles
-from ksl.report.input import NOT_USED
 from ksl.report.result_files import RESULTS, WrenchFiles, refuse_others
 from ksl.report.workbook import WORKBOOK, check_package, write_workbook
 

@@ -7,6 +7,7 @@ from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
 from string import Template
+from typing import Any
 
 from ksl._core import __version__
 from ksl.base.extras import require
@@ -70,7 +71,7 @@ class _Page:
         balance = "" if self.several else balance_verdict(r.cases[0].balance, "balance")
         head = f"<h1>{escape(r.title)}</h1>{self._made()}{card}{signature_box()}{self._uses()}{self._facts()}{balance}{self._notes()}"
         closed = closed_section(r.closed) if r.closed else ""
-        made = provenance_section(r.provenance, r.notes) if r.provenance else ""
+        made = provenance_section(r.provenance, r.notes, _of_components(r)) if r.provenance else ""
         return f"{self._navigation()}<main><header>{head}</header>{closed}{self._cases()}{made}</main>"
 
     def _made(self) -> str:
@@ -140,6 +141,11 @@ class _Page:
             html += f'<div data-case="{i}"><ul>{fixed}</ul><h2>Joints</h2><ul>{links}</ul></div>'
         html += '<ul><li><a href="#provenance">What made these results</a></li></ul>' if self.report.provenance else ""
         return f'<nav aria-label="Contents">{html}</nav>'
+
+
+def _of_components(report: ReportInput) -> list[dict[str, Any]]:
+    """The files that components were read from."""
+    return [] if report.sizing is None else [dict(f) for f in report.sizing.provenance.get("inputs", []) if f["role"] == "components"]
 
 
 def _plotly() -> str:

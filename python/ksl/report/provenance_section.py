@@ -2,27 +2,77 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from ksl.base.files_read import InputFile
 from ksl.base.markup import html as escape
-
+from ksl.base.words import NOT_USED
 from ksl.load_cases.provenance import Provenance
-from ksl.report.input import NOT_USED
+from ksl.load_cases.verdict import NAMED
 
-ASSUMPTIONS = (
-    "Links are rigid, and joints have neither play nor compliance. The motion is followed exactly.",
-    "Masses, centres of mass and inertias are those of the robot's file, with the payloads named above. They were not measured.",
-    "Limits are those of the robot's file. They are limits of single peaks; lives, fatigue and temperatures are not assessed by them.",
-)
-WITHOUT_PHYSICS = "Friction, damping, rotor inertias and springs of joints are left out: efforts are those at the joint, not the motor's."
-WITH_PHYSICS = "Efforts are the motor's. They include these effects of joints, with the numbers of the robot's file: "
+MASSES = "Masses, centres of mass and inertias are those of the robot's file, with the payloads named above. They were not measured."
+LIMITS = "Limits are those of the robot's file. They are limits of single peaks; lives, fatigue and temperatures are not assessed by them."
+EFFECTS = ("damping", "friction", "armature", "rotor", "spring", "force elements")
+"""What `physics` may name, as people say it; exact friction is friction, rotor bodies are rotors."""
+
+Case = Mapping[str, Any]
 
 
-def provenance_section(provenance: Provenance, notes: Sequence[str]) -> str:
-    """notes: of the report; those about content that is not used are listed."""
+def assumptions(cases: Sequence[Case]) -> list[str]:
+    """What the results of these load cases assume, as `Provenance.cases` describes them."""
+    lines = [
+        *_by_case(cases, _rigidity),
+        *_by_case(cases, _followed),
+        MASSES,
+        LIMITS,
+        *_by_case(cases, _physics),
+    ]
+    return lines
+
+
+def _by_case(cases: Sequence[Case], sentence: Callable[[Case], str]) -> list[str]:
+    """A sentence of each case; those that not all say begin with the names of the cases."""
+    alike: dict[str, list[str]] = {}
+    for case in cases:
+        alike.setdefault(sentence(case), []).append(str(case.get("name", "")))
+    return [text if len(alike) == 1 else f"{', '.join(names[:NAMED]) + (f' and {len(names) - NAMED} more' if len(names) > NAMED else '')}: {text}" for text, names in alike.items()]
+
+
+def _rigidity(case: Case) -> str:
+    stiff = case.get("compliance")
+    if not stiff:
+        return "Links are rigid, and joints have neither play nor compliance."
+    return (
+        f"Links are rigid, and joints have no play. Those with stiffnesses ({', '.join(stiff)}) give way: this decides how they share what rigid bodies "
+        "leave open, and moves nothing. Joints without one are rigid."
+    )
+
+
+def _followed(case: Case) -> str:
+    kind = str(case.get("kind", ""))
+    if kind.startswith("simulated"):
+        return f"The motion is computed ({kind}), and is that of rigid bodies."
+    return "The mechanism is at rest." if kind.startswith("held") else "The motion is followed exactly."
+
+
+def _physics(case: Case) -> str:
+    on = [str(name) for name in case.get("physics", [])]
+    absent = ", ".join(name for name in EFFECTS if not any(name in one for one in on))
+    if not on:
+        return "Friction, damping, rotor inertias and springs of joints are left out, and force elements: efforts are those at the joint, not the motor's."
+    rest = f" Left out: {absent}." if absent else ""
+    supplied = "the motor's, or where brakes act the brake's" if case.get("brake") else "the motor's"
+    return f"Efforts are {supplied}. They include these effects, with the numbers of the robot's file: {', '.join(on)}.{rest}"
+
+
+def provenance_section(provenance: Provenance, notes: Sequence[str], components: Sequence[Mapping[str, Any]] = ()) -> str:
+    """notes: of the report; those about content that is not used are listed.  components: role, file and sha256 of files beside the inputs of the run."""
     p = provenance
+    inputs_of_all = [*p.inputs, *(InputFile(str(f["role"]), str(f["file"]), f.get("sha256")) for f in components)]
     files = "".join(
         f'<tr><th scope="row">{escape(f.role)}</th><td>{escape(f.file)}</td><td><code>{f.sha256 or "none, since it could not be read twice"}</code></td></tr>'
-        for f in p.inputs
+        for f in inputs_of_all
     )
     inputs = (
         '<div class="wide inputs"><table><caption>Inputs</caption><thead><tr><th scope="col">what</th><th scope="col">file</th>'
@@ -38,10 +88,8 @@ def provenance_section(provenance: Provenance, notes: Sequence[str]) -> str:
     ]
     rows = "".join(f'<tr><th scope="row">{name}</th><td>{escape(text)}</td></tr>' for name, text in facts if text)
     made = f'<table class="facts"><caption>How they were made</caption><tbody>{rows}</tbody></table>'
-    physics = list(dict.fromkeys(name for case in p.cases for name in case.get("physics", [])))
-    assumed = [*ASSUMPTIONS, WITH_PHYSICS + ", ".join(physics) + "." if physics else WITHOUT_PHYSICS]
     unused = [note.removeprefix(NOT_USED) for note in notes if note.startswith(NOT_USED)]
-    lists = f"<h3>Assumptions</h3>{_list(assumed)}<h3>Content of the robot's file that was ignored</h3>{_list(unused) if unused else '<p>None.</p>'}"
+    lists = f"<h3>Assumptions</h3>{_list(assumptions(p.cases))}<h3>Content of the robot's file that was ignored</h3>{_list(unused) if unused else '<p>None.</p>'}"
     return f'<section id="provenance"><h2>What made these results</h2>{inputs if files else ""}{made}{lists}</section>'
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from ksl.base.markup import html as escape
 
-from ksl.load_cases.quantities import unit
+from ksl.load_cases.quantities import signed_peak, unit
 from ksl.load_cases.undetermined import MARK, is_open
 from ksl.model.mechanism import Joint
 from ksl.model.states import EFFORT_PARTS
@@ -79,7 +79,7 @@ class _Tables:
         return f'<tr><th scope="row">{link}</th><td>{escape(str(row["kind"]))}</td>{cells}</tr>'
 
     def _cell(self, row: Row, key: str) -> str:
-        value = row.get(key)
+        value = signed_peak(row, key)
         if key.endswith("_time") and value is not None:
             return self._clock.text(float(value))
         if key in LIMIT_OF.values():  # as the file gives it: 87 and not 87.00

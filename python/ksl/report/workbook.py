@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 WORKBOOK = "results.xlsx"
 _WORDS = ("case", "joint", "kind", "on", "at", "axes", "undetermined")
-_ENDS = re.compile(r"_(peak|rms|mean|lowest|highest|positive|negative)$")
+_ENDS = re.compile(r"_(at_peak|peak|rms|mean|lowest|highest|positive|negative)$")
 _COMPONENT = re.compile(r"(?:constraint_)?([ft])[xyz]$")
 _OF_KIND = {"position": "rad or m", "speed": "rad/s or m/s", "acceleration": "rad/s² or m/s²", "work": "J", "time": "s"}
 _OF_KIND |= dict.fromkeys(("effort", "brake", "coupling", *EFFORT_PARTS), "N m or N")

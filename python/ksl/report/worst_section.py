@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from ksl.base.markup import html as escape
 
-from ksl.load_cases.quantities import COMPARED, unit
+from ksl.load_cases.quantities import COMPARED, signed_peak, unit
 from ksl.load_cases.undetermined import MARK, is_open
 from ksl.model.mechanism import Joint
 from ksl.report.numbers import format_number, link
@@ -47,6 +47,6 @@ def _cell(row: Row | None, quantity: str, anchors: Mapping[tuple[str, str], str]
     if row is None:
         return '<td class="first">–</td>'
     key, case = f"{quantity}_peak", str(row["case"])
-    number = format_number(row[key]) + (MARK if is_open(row, quantity) else "")
+    number = format_number(signed_peak(row, key)) + (MARK if is_open(row, quantity) else "")
     shown = f'<strong class="over" title="beyond the limit">{number}</strong>' if exceeds(row, key) else number
     return f'<td class="first">{shown}<small>{link(anchors.get((case, str(row["joint"]))), case)}</small></td>'

@@ -16,8 +16,11 @@ from ksl.sizing.sheet import Sheet
 
 def flange_figures(sheet: Sheet) -> None:
     """Adds the figures of a flange: the most loaded bolt, its force, the clamp force that is left, slip."""
-    part = sheet.part
-    axes, s = _flange_axes(sheet), sheet.samples.about(part.get("at"))
+    part, s = sheet.part, sheet.placed
+    if s is None:
+        return
+    sheet.remark = sheet.moves_along
+    axes = _flange_axes(sheet)
     points = _points(sheet)
     # The wrench is what the parent exerts on the child; the child pulls at its bolts with the opposite.
     try:
@@ -26,7 +29,7 @@ def flange_figures(sheet: Sheet) -> None:
         raise SizingError(f"{part.where}: {part.name}: {e}") from None
     axial, shear = loads.axial, np.hypot(loads.shear[..., 0], loads.shear[..., 1])
     inputs = (
-        {"bolts": str(len(points))} | (sheet.given("circle_diameter") if part.get("bolts") else {}) | sheet.given("at")
+        {"bolts": str(len(points))} | (sheet.given("circle_diameter") if part.get("bolts") else {}) | sheet.given("at", "on")
     )
     k, bolt = _worst(axial)
     sheet.add(

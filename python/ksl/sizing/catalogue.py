@@ -2,58 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Literal
-
 from ksl.sizing.bearings import ANGULAR_CONTACT
 from ksl.sizing.bolt_strength import MODULI, THREADS_IN, TIGHTENING
+from ksl.sizing.catalogue_key import Key as Key
+from ksl.sizing.catalogue_key import Kind as Kind
+from ksl.sizing.catalogue_pins import BUSH, CYLINDER, PIN
 from ksl.sizing.fatigue import BELOW_KNEES, MEAN_STRESSES, RESIDUES
-
-Shape = Literal["number", "count", "vector", "points", "curve", "word", "numbers by name", "table"]
-
-
-@dataclass(frozen=True)
-class Key:
-    """One entry of a component."""
-
-    name: str
-    unit: str
-    meaning: str
-    example: str
-    """As it would stand in the file."""
-    shape: Shape = "number"
-    sign: Literal["positive", "not negative", "any"] = "positive"
-    default: float | str | list[float] | None = None
-    choices: tuple[str, ...] = ()
-    keys: tuple[Key, ...] = ()
-    """The keys of tables inside of the component."""
-    largest: float | None = None
-    one_of: tuple[float, ...] = ()
-    needed: bool = False
-    """Whether nothing can be said of the component without it."""
-    alternative: bool = False
-    """Whether it, or other keys in its place, is needed: a circle of bolts, or points."""
-
-    @property
-    def essential(self) -> bool:
-        """Whether a number that can't be is an error; otherwise it leaves out the figures that need it."""
-        return self.needed or self.alternative or self.sign == "any" or bool(self.one_of)
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A kind of component."""
-
-    name: str
-    meaning: str
-    joints: Literal["turning", "driven", "any"]
-    """Which joints it can sit on: those that turn about one axis, those with one coordinate, or all."""
-    keys: tuple[Key, ...]
-    by_name: dict[str, Key] = field(init=False, compare=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "by_name", {key.name: key for key in self.keys})
-
 
 LIFE = (
     Key("required_life_h", "h", "life that is asked for; otherwise that at the top of the file", "20000"),
@@ -96,6 +50,16 @@ ROW = (
     ),
     *RATINGS,
     SAFETY,
+)
+
+SIDE = Key(
+    "on",
+    "",
+    "the link that it is fixed to: child, or parent for what stays while the joint moves; `at` and directions are then in the parent's axes",
+    '"child"',
+    "word",
+    default="child",
+    choices=("child", "parent"),
 )
 
 MOTOR = Kind(
@@ -245,6 +209,7 @@ FLANGE = Kind(
             sign="any",
             default=[0.0, 0.0, 0.0],
         ),
+        SIDE,
         Key(
             "normal",
             "",
@@ -315,6 +280,7 @@ FATIGUE = Kind(
             sign="any",
             default=[0.0, 0.0, 0.0],
         ),
+        SIDE,
         Key("k", "", "slope of the S–N line", "5", largest=100.0),
         Key("knee_amplitude", "the stress's", "S_k", "60e6"),
         Key("knee_cycles", "", "N_k", "2e6"),
@@ -364,6 +330,7 @@ LIMITS = Kind(
             sign="any",
             default=[0.0, 0.0, 0.0],
         ),
+        SIDE,
         Key("axial_force", "N", "along the axis (z for fixed joints)", "3000"),
         Key("radial_force", "N", "across the axis", "2000"),
         Key("bending_moment", "N m", "across the axis", "150"),
@@ -372,5 +339,5 @@ LIMITS = Kind(
     ),
 )
 
-KINDS = {k.name: k for k in (MOTOR, STRAIN_WAVE, PLANETARY, CROSSED_ROLLER, PAIR, OPPOSED, FLANGE, FATIGUE, LIMITS)}
+KINDS = {k.name: k for k in (MOTOR, STRAIN_WAVE, PLANETARY, CROSSED_ROLLER, PAIR, OPPOSED, FLANGE, PIN, BUSH, CYLINDER, FATIGUE, LIMITS)}
 COMMON = ("kind", "name", "joint", "joints")

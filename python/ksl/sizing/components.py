@@ -72,6 +72,8 @@ class Components:
     edition: int = 2007
     spectrum: Spectrum = Spectrum()
     case_lines: Mapping[str, int | None] = field(default_factory=dict)
+    left_out_spectrum: str = ""
+    """Why the spectrum doesn't apply to the results at hand."""
 
 
 def read_components(path: str | os.PathLike[str]) -> Components:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ksl._core import __version__
-from ksl.base.errors import SizingError, unknown_name
+from ksl.base.errors import SizingError, close_names, unknown_name
 from ksl.base.extras import require
 from ksl.base.files_read import InputFile, recorded
 from ksl.load_cases.provenance import versions
@@ -23,6 +23,7 @@ from ksl.sizing.bearing_figures import (
 )
 from ksl.sizing.bolt_figures import flange_figures
 from ksl.sizing.catalogue_numbers import lengths_of
+from ksl.sizing.cylinder_figures import cylinder_figures
 from ksl.sizing.components import Components, Part, components_of, read_components
 from ksl.sizing.fatigue_figures import fatigue_figures
 from ksl.sizing.figures import Figure, LeftOut
@@ -30,8 +31,9 @@ from ksl.sizing.gear_figures import planetary_figures, strain_wave_figures
 from ksl.sizing.limit_figures import limit_figures
 from ksl.sizing.motor_figures import Cloud, motor_figures
 from ksl.sizing.peaks import simultaneous_sets
+from ksl.sizing.pin_figures import bush_figures, pin_figures
 from ksl.sizing.results import Results, read_results
-from ksl.sizing.samples import JointSamples
+from ksl.sizing.samples import JointSamples, Spectrum
 from ksl.sizing.sheet import Demands, Sheet
 from ksl.sizing.sizing import Sizing
 
@@ -43,6 +45,9 @@ FIGURES: dict[str, Callable[[Sheet], Cloud | None]] = {
     "bearing pair": pair_figures,
     "opposed angular contact bearings": opposed_figures,
     "bolted flange": flange_figures,
+    "pin": pin_figures,
+    "plain bush": bush_figures,
+    "hydraulic cylinder": cylinder_figures,
     "fatigue": fatigue_figures,
     "limits": limit_figures,
 }
@@ -50,13 +55,14 @@ FIGURES: dict[str, Callable[[Sheet], Cloud | None]] = {
 
 WRENCH = ("axial_force", "radial_force", "bending_moment", "axial_moment")
 USES = {
-    "motor": (), "strain wave gear": (), "planetary gear": (),
+    "motor": (), "strain wave gear": (), "planetary gear": (), "hydraulic cylinder": (),
     "crossed roller bearing": WRENCH[:3], "bearing pair": WRENCH[:3], "opposed angular contact bearings": WRENCH[:3],
-    "bolted flange": WRENCH, "fatigue": WRENCH,
+    "bolted flange": WRENCH, "fatigue": WRENCH, "pin": WRENCH[1:3], "plain bush": WRENCH[1:3],
 }  # fmt: skip
 """The quantities of the wrench that the figures of each kind use: those that rigid bodies leave open get no verdict."""
 
 GEARS = ("strain wave gear", "planetary gear")
+DRIVES = ("motor", *GEARS, "hydraulic cylinder")
 
 
 def size(
@@ -87,6 +93,7 @@ def size(
     chosen = _chosen(table, joints)
     points = _points(table, at, chosen)
     if parts is not None:
+        parts = _for_cases(table, parts)
         parts = replace(parts, parts=tuple(replace(part, joints=tuple(table.named(name, part.where) for name in part.joints)) for part in parts.parts))
         _check(table, parts)
     kept: dict[str, JointSamples] = {}
@@ -155,6 +162,18 @@ def _points(table: Results, at: Mapping[str, Sequence[float]] | None, chosen: Se
     return points
 
 
+def _for_cases(table: Results, parts: Components) -> Components:
+    """The spectrum is left out, with a note, where it is of other runs: of one motion, and of the cases of a sweep, which have no names."""
+    named = (*parts.spectrum.repetitions, *parts.spectrum.shares)
+    known = any(case in table.cases or close_names(case, table.cases, 1) for case in named)  # or misspelt
+    if not named or known or not (len(table.cases) == 1 or table.of_sweep):
+        return parts
+    which = "[shares]" if parts.spectrum.shares else "[cases]"
+    runs = "a sweep" if table.of_sweep else f"one case, {table.cases[0]}"
+    note = f"{parts.file}: {which} is left out: it names {', '.join(named[:3])}{' …' if len(named) > 3 else ''}, and these are results of {runs}, which counts once"
+    return replace(parts, spectrum=Spectrum(), left_out_spectrum=note)
+
+
 def _check(table: Results, parts: Components) -> None:
     """Refuses components of another robot, or on joints where they can't sit; and cases that there aren't."""
     if parts.robot not in (None, table.robot):
@@ -170,10 +189,9 @@ def _check(table: Results, parts: Components) -> None:
     for part in parts.parts:
         for name in part.joints:
             joint = table.joints[name]
-            if (part.kind.joints == "turning" and not joint.turns) or (
-                part.kind.joints == "driven" and not joint.driven
-            ):
-                sits = "turns about one axis" if part.kind.joints == "turning" else "has one coordinate"
+            fits = {"turning": joint.turns, "sliding": joint.driven and not joint.turns, "driven": joint.driven, "any": True}
+            if not fits[part.kind.joints]:
+                sits = {"turning": "turns about one axis", "sliding": "slides along one axis", "driven": "has one coordinate"}[part.kind.joints]
                 raise SizingError(
                     f"{part.where}: a {part.kind.name} sits on a joint that {sits}, and {name} is {joint.kind}; "
                     "`limits` and `bolted flange` take any joint"
@@ -201,7 +219,7 @@ def _sheets(
             sheet = Sheet(part, s, demands, gears.get(name))
             sheet.uses = USES.get(part.kind.name, WRENCH)
             sheets.append(sheet)
-            if part.kind.name in ("motor", *GEARS) and not _has_effort(s):
+            if part.kind.name in DRIVES and not _has_effort(s):
                 sheet.leave_out("everything", f"{name} has no drive in these results: it follows other joints")
                 continue
             cloud = FIGURES[part.kind.name](sheet)
@@ -238,6 +256,11 @@ def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut]
         for sentence in part.refused.values()
         if sentence not in said
     ]
+    if parts.left_out_spectrum:
+        notes.append(parts.left_out_spectrum)
+    absent = {name: part.name for part in parts.parts for name in part.joints if not table.holds(name)}
+    if absent:
+        notes.append(f"components of joints whose wrenches the results don't hold are left out: {', '.join(f'{part} of {name}' for name, part in absent.items())}")
     spectrum = parts.spectrum
     if spectrum.shares:
         without = [case for case in table.cases if case not in spectrum.shares]

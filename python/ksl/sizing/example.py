@@ -28,11 +28,19 @@ iso_281 = 2007            # edition whose reliability factors are taken: 2007 or
 """
 
 
-def example_file(joint: str = "JOINT", robot: str = "") -> str:
-    """The commented file as text, with all components on one joint."""
+def example_file(joint: str = "JOINT", robot: str = "", sliding: str | None = "SLIDING_JOINT") -> str:
+    """The commented file as text, with all components on one joint, but those of joints that slide.  sliding: one of these; None if there is none."""
     named = f"{f'robot = {_quoted(robot)}':<24}" if robot else '# robot = "NAME"        '
     head = HEAD.replace("ROBOT\n", f"{named}  # if given, results of another robot are refused\n")
-    return head + "".join(line for kind in KINDS.values() for line in _component(kind, joint))
+    return head + "".join(_of_kind(kind, joint, sliding) for kind in KINDS.values())
+
+
+def _of_kind(kind: Kind, joint: str, sliding: str | None) -> str:
+    """The component, commented out where the robot has no joint for it."""
+    if kind.joints != "sliding":
+        return "".join(_component(kind, joint))
+    lines = "".join(_component(kind, sliding or "SLIDING_JOINT"))
+    return lines if sliding else "".join(f"# {line}" if line.strip() else line for line in lines.splitlines(keepends=True))
 
 
 def _component(kind: Kind, joint: str) -> Iterator[str]:

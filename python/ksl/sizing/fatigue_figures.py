@@ -19,7 +19,10 @@ LINE = ("k", "knee_amplitude", "knee_cycles")
 
 def fatigue_figures(sheet: Sheet) -> None:
     """Adds range, damage and life of a stress that is a sum of components of the wrench."""
-    part, s = sheet.part, sheet.samples.about(sheet.part.get("at"))
+    part, s = sheet.part, sheet.placed
+    if s is None:
+        return
+    sheet.remark = sheet.moves_along
     factors: Mapping[str, float] = part.get("stress")
     unit = part.get("unit")
     if "effort" in factors and not (s.joint.driven and np.isfinite(s.supplied).all()):
@@ -28,7 +31,7 @@ def fatigue_figures(sheet: Sheet) -> None:
         return
     sheet.uses = tuple(name for name, factor in factors.items() if factor)
     stress = _stress(s, factors)
-    named = sheet.given("stress", "at")
+    named = sheet.given("stress", "at", "on")
     k = int(np.argmax(np.abs(stress)))
     sheet.add(
         "largest stress",

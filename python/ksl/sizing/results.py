@@ -37,6 +37,8 @@ class Results:
     def __init__(self, table: pa.Table, file: str = "results") -> None:
         """Raises SizingError where the table is none of `ksl loads`, or is expressed at a point or in axes that can't be undone."""
         self.file = file
+        self.of_sweep = False
+        """Whether the cases are those of a sweep, by their numbers."""
         said = (table.schema.metadata or {}).get(b"ksl")
         missing = [name for name in ("time", "joint", *WRENCH) if name not in table.column_names]
         if said is None or missing:
@@ -155,6 +157,8 @@ class Results:
             )
         if "case" in self._columns:
             cases, case_of = _words(self._columns["case"])
+            self.of_sweep = any(not isinstance(case, str) for case in cases)  # its cases are numbers
+            cases = [str(case) for case in cases]
         else:
             cases, case_of = ["motion"], np.zeros(len(index), dtype=np.intp)
         by_joint = {name: case_of[r] for name, r in rows.items()}

@@ -90,6 +90,33 @@ class JointSamples:
         x, y, z = (float(c) for c in point)
         return replace(self, moment=moment, point=(x, y, z), undetermined=moved(self.undetermined, move))
 
+    def fixed_to_parent(self, point: Sequence[float]) -> JointSamples:
+        """The same wrenches about a point of the parent, and in axes that stay with it: those of the joint where its position is zero.
+
+        point: from the joint's origin there, m.  Of joints that turn or slide along one axis, and of fixed ones.
+        """
+        q, k = np.nan_to_num(self.position), self.axis
+        if not self.joint.driven:
+            return self.about(point)
+        if self.joint.turns:  # Rodrigues' formula: from the axes of the child
+            c, s = np.cos(q)[:, None], np.sin(q)[:, None]
+            force, moment = (c * x + s * np.cross(k, x) + (1 - c) * (x @ k)[:, None] * k for x in (self.force, self.moment))
+            mixed = self._mixed_across(self.undetermined)
+            return replace(self, force=force, moment=moment, undetermined=mixed).about(point)
+        moment = self.moment + np.cross(q[:, None] * k - np.asarray(point, dtype=float), self.force)
+        x, y, z = (float(c) for c in point)
+        move = np.abs(q).max() * np.abs(k) + np.abs(np.asarray(point, dtype=float))
+        return replace(self, moment=moment, point=(x, y, z), undetermined=moved(self.undetermined, move))
+
+    def _mixed_across(self, names: Sequence[str]) -> tuple[str, ...]:
+        """What is open in axes that turn against those of the joint: where one component across the axis is open, all are."""
+        found = set(names)
+        across = [c for c, share in zip("xyz", np.abs(self.axis)) if share != 1]
+        for letter in "ft":
+            if any(f"{letter}{c}" in found for c in across):
+                found |= {f"{letter}{c}" for c in across}
+        return tuple(name for name in ("fx", "fy", "fz", "tx", "ty", "tz") if name in found)
+
     def open_quantities(self) -> list[str]:
         """The quantities, among those of this class, that use components which rigid bodies leave open."""
         force, moment = (np.array([f"{letter}{c}" in self.undetermined for c in "xyz"]) for letter in "ft")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -29,6 +30,8 @@ RPM = 60.0 / (2.0 * math.pi)
 """r/min of 1 rad/s."""
 
 
+PLACED = ("revolute", "continuous", "prismatic", "fixed")
+"""Kinds of joints of which it is known how a part that is fixed to the parent moves against the child."""
 OPTIONAL = ("max_power", "regenerated_energy", "amplitude_limit")
 """Limits that a file may well lack: that nothing is compared is then not listed as left out."""
 
@@ -53,15 +56,39 @@ class Sheet:
         self.part, self.samples, self.demands, self.gear = part, samples, demands, gear
         self.figures: list[Figure] = []
         self.left_out: list[LeftOut] = []
+        self.remark = ""
+        """A note on all figures."""
         self.uses: tuple[str, ...] = ()
         """The quantities or components of the wrench that the figures use, which decide whether these can be judged; see `judged`."""
+
+    @cached_property
+    def placed(self) -> JointSamples | None:
+        """The samples about the component's point `at`, in the axes of the link that it is fixed to; None, and left out, where that can't be said."""
+        at, s = self.part.values.get("at") or (0.0, 0.0, 0.0), self.samples
+        if self.part.values.get("on", "child") == "child":
+            return s.about(at)
+        if s.joint.kind not in PLACED:
+            self.leave_out("everything", f"on = \"parent\" needs a joint that turns or slides along one axis, or is fixed; {s.joint.name} is {s.joint.kind}")
+            return None
+        if s.joint.driven and not np.isfinite(s.position).all():
+            self.leave_out("everything", f"on = \"parent\" needs the positions of {s.joint.name}, which these results lack")
+            return None
+        return s.fixed_to_parent(at)
+
+    @property
+    def moves_along(self) -> str:
+        """That the component moves with the child, where it might be fixed to the parent and that isn't said."""
+        joint = self.samples.joint
+        if not joint.driven or "on" in self.part.values:
+            return ""
+        return f"it {'turns' if joint.turns else 'slides'} with {joint.child or 'the child'}; write on = \"parent\" for one that stays with {joint.parent or 'the parent'}"
 
     def leave_out(self, figure: str, why: str) -> None:
         self.left_out.append(LeftOut(self.samples.joint.name, self.part.name, figure, why))
 
     def judged(self, uses: Sequence[str] | None = None) -> str:
         """Why figures that use these quantities, or `uses` of the sheet, get no verdict; empty where all of them are determined."""
-        s = self.samples.about(self.part.values.get("at") or (0.0, 0.0, 0.0)) if self.samples.undetermined else self.samples
+        s = (self.placed or self.samples) if self.samples.undetermined else self.samples
         found = [*s.open_quantities(), *s.undetermined] if s.undetermined else []
         names = [name.replace("_", " ") for name in (self.uses if uses is None else uses) if name in found]
         return f"not judged: needs stiffnesses of joints; rigid bodies leave {' and '.join(names)} open" if names else ""
@@ -127,7 +154,7 @@ class Sheet:
         if not_judged and (utilisation is not None or allowed is not None):
             self.leave_out(f"the verdict on “{figure}”", not_judged)
             allowed = utilisation = None
-        note = "; ".join(x for x in (note, not_judged) if x)
+        note = "; ".join(x for x in (note, self.remark, not_judged) if x)
         time = None
         if at is not None:
             case, time = self.samples.where(at)

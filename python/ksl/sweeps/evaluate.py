@@ -99,12 +99,14 @@ class Evaluator:
         if taken:
             raise SweepError(f"{plan.sweep.file}: parameter {taken[0]!r} is named like a column of the results; give it another `name`")
         self._dynamics = 0.0
+        self._notes: tuple[str, ...] = ()
+        """What sizing says of the components, of the first case that is computed."""
         self._open: dict[int, Undetermined] = {}
 
     @property
     def doubts(self) -> list[str]:
-        """What the sweep most likely has in other units."""
-        return self._variants.doubts()
+        """What the sweep most likely has in other units, and once a case is computed what of its components doesn't apply."""
+        return [*self._variants.doubts(), *self._notes]
 
     @property
     def joints(self) -> tuple[Joint, ...]:
@@ -156,7 +158,9 @@ class Evaluator:
         from ksl.sizing.compute_sizing import size
 
         worst: dict[str, Figure] = {}
-        for figure in size(wrenches, self._components).figures:  # worst first
+        sizing = size(wrenches, self._components)
+        self._notes = self._notes or sizing.notes
+        for figure in sizing.figures:  # worst first
             if figure.utilisation is not None:
                 worst.setdefault(figure.joint, figure)
         of = [worst.get(j.name) for j in self.joints]

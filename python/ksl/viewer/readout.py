@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from ksl.model.mechanism import Loop
+from ksl.model.mechanism import Joint, Loop
 from ksl.model.states import Array, Part, Side
 from ksl.viewer.scene import Scene
 
@@ -33,11 +33,13 @@ class Choice:
 
 def wrench_at(scene: Scene, sample: int, joint: str, choice: Choice) -> Array:
     """The wrench (6) through a joint in one state, force first; N, N m."""
-    one = slice(sample, sample + 1)
-    external = {name: w[one] for name, w in scene.external.items()}
-    wrench = scene.model.reactions(scene.q[one], scene.v[one], scene.a[one], external, on=choice.on, at="joint", axes="joint", part=choice.part, joints=[joint])[0, 0]
-    own = scene.frames[sample, scene.joint_index(joint)]
-    force, moment = own[:3, :3] @ wrench[:3], own[:3, :3] @ wrench[3:]
+    i = scene.joint_index(joint)
+    constraint, actuation = scene.constraint[sample, i], scene.actuation[sample, i]
+    follows, nothing = isinstance(of := scene.joints[i], Joint) and of.leader is not None, np.zeros(6)
+    parts = {"total": constraint + actuation, "constraint": constraint, "actuation": nothing if follows else actuation, "coupling": actuation if follows else nothing}
+    wrench = parts[choice.part] * (-1 if choice.on == "parent" else 1)
+    own = scene.frames[sample, i]
+    force, moment = wrench[:3], wrench[3:]
     moment = moment + np.cross(own[:3, 3] - _point(scene, sample, own, choice), force)
     axes = own if choice.axes == "joint" else np.eye(4) if choice.axes == "world" else scene.poses[sample, choice.axes.index]
     both: Array = (np.stack([force, moment]) @ axes[:3, :3]).reshape(6)  # rows times R are Rᵀ times columns

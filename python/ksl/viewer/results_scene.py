@@ -15,6 +15,8 @@ from ksl.base.arrow_files import arrow_file
 from ksl.base.errors import MotionError, near_names
 from ksl.base.input_files import Unreadable, check_regular
 from ksl.model.states import Array
+from ksl.motions.reading_options import OPTIONS as READING
+from ksl.viewer.results_wrenches import PLACEMENT, WRENCH, JointWrench, with_wrenches
 from ksl.viewer.scene import Scene, make_scene, thinned
 
 if TYPE_CHECKING:
@@ -30,9 +32,6 @@ BRAKE = "brake"
 """Column of tables with cases whose efforts brakes supply; those of drives are zero there."""
 
 AGAIN = "run `ksl loads` again"
-
-DIFFERENT = 1e-6
-"""Efforts of the table that differ by more than this share of the largest are not those of the robot, payloads and wrenches at hand."""
 
 
 def is_results(path: Path) -> bool:
@@ -62,6 +61,7 @@ class Results:
     acceleration: dict[str, Array]
     effort: dict[str, Array]
     """What drives and brakes supply."""
+    wrenches: Mapping[str, JointWrench] = field(default_factory=dict)
     made_by: Mapping[str, Any] = field(default_factory=dict)
     """The metadata of the table: robot, cases, inputs, directory and more."""
 
@@ -87,7 +87,7 @@ def read_results(path: Path, case: str | None = None) -> Results:
             schema = parquet.read_schema(opened)
         made_by = json.loads((schema.metadata or {}).get(b"ksl", b"{}"))
         _check_metadata(file, made_by)
-        absent = [c for c in ("joint", *NUMBERS) if c not in schema.names]
+        absent = [c for c in ("joint", *NUMBERS, *WRENCH, *PLACEMENT) if c not in schema.names]
         if absent:
             raise MotionError(f"{file}: no column {absent[0]!r}, so it is no table of this version of `ksl loads`; {AGAIN}")
         _check_kinds(file, schema)
@@ -97,7 +97,7 @@ def read_results(path: Path, case: str | None = None) -> Results:
         chosen = case or (names[0] if names else "")
         only = [("case", "=", chosen)] if "case" in schema.names and chosen else None
         with arrow_file(file) as opened:
-            table = parquet.read_table(opened, columns=["joint", *_columns(schema)], filters=only)
+            table = parquet.read_table(opened, columns=["joint", *PLACEMENT, *_columns(schema)], filters=only)
     except MemoryError:
         raise
     except (OSError, pa.ArrowException, json.JSONDecodeError, UnicodeError, RecursionError, Unreadable) as e:
@@ -114,7 +114,19 @@ def read_results(path: Path, case: str | None = None) -> Results:
         columns["effort"] = columns["effort"] + np.nan_to_num(columns[BRAKE], nan=0.0)
     _check_times(file, columns["time"], count)
     of = {n: {joint: columns[n][:, i] for i, joint in enumerate(order)} for n in NUMBERS[1:]}
-    return Results(chosen, columns["time"][:, 0].copy(), of["position"], of["speed"], of["acceleration"], of["effort"], made_by)
+    return Results(chosen, columns["time"][:, 0].copy(), of["position"], of["speed"], of["acceleration"], of["effort"], _wrenches(file, table, columns, order), made_by)
+
+
+def _wrenches(file: Path, table: pa.Table, columns: Mapping[str, Array], order: Sequence[str]) -> dict[str, JointWrench]:
+    """The wrench of each joint, and how it is expressed, which the first sample says for all."""
+    words = {name: table.column(name).slice(0, len(order)).to_pylist() for name in PLACEMENT}
+    found = {}
+    for i, joint in enumerate(order):
+        total, constraint = (np.column_stack([columns[c][:, i] for c in names]) for names in (WRENCH[:6], WRENCH[6:]))
+        if not (np.isfinite(total).all() and np.isfinite(constraint).all()):
+            raise MotionError(f"{file}: wrenches of {joint} are missing or not finite; {AGAIN}")
+        found[joint] = JointWrench(total, constraint, *(str(words[name][i]) for name in PLACEMENT))
+    return found
 
 
 def _check_metadata(file: Path, made_by: Any) -> None:
@@ -142,7 +154,7 @@ def _check_metadata(file: Path, made_by: Any) -> None:
 
 
 def _columns(schema: pa.Schema) -> list[str]:
-    return [*NUMBERS, *([BRAKE] if BRAKE in schema.names else [])]
+    return [*NUMBERS, *WRENCH, *([BRAKE] if BRAKE in schema.names else [])]
 
 
 def _check_kinds(file: Path, schema: pa.Schema) -> None:
@@ -175,15 +187,16 @@ def scene_of_results(model: Calls, results: Results, package_paths: Sequence[str
     """The scene of a load case, and notes.
 
     Positions and rates are those of the table where every joint has one coordinate, otherwise those of the motion file that the table names.
-    Wrenches are computed again, for all joints and parts, and their efforts are compared with the table's.  Raises MotionError.
+    Wrenches and efforts are those of the table.  They are compared with what the robot at hand gives; where the table holds some joints alone,
+    those of others are computed, and robots that differ are refused.  Raises MotionError.
     """
     notes: list[str] = []
     joints = model.joints[: len(model.joint_names)]
-    unknown = [j.name for j in joints if j.name not in results.effort]
+    unknown = [j.name for j in joints if j.name not in results.effort and j.name not in {of.get("name") for of in results.made_by.get("joints", [])}]
     if unknown:
         made = results.made_by.get("robot", "another robot")
         raise MotionError(f"the results have no joint {unknown[0]!r}: they are those of {made}, and not of {model.name}; give the robot file of that run")
-    if all(j.one_coordinate for j in joints):
+    if all(j.one_coordinate and j.name in results.position for j in joints):
         time = results.time
         q, v, a = (np.column_stack([x[j.name] for j in joints]) if joints else np.zeros((len(time), 0)) for x in (results.position, results.speed, results.acceleration))
         for column, x in (("position", q), ("speed", v), ("acceleration", a)):
@@ -196,20 +209,25 @@ def scene_of_results(model: Calls, results: Results, package_paths: Sequence[str
 
         named = results.description.get("motion")
         if not named:
-            raise MotionError(f"the table doesn't hold the pose of {next(j.name for j in joints if not j.one_coordinate)}; give the motion file instead of the results")
-        motion = read_motion(model, _beside(results, named))
+            raise MotionError(f"the table doesn't hold the pose of {next(j.name for j in joints if not j.one_coordinate or j.name not in results.position)}; give the motion file instead of the results")
+        motion = read_motion(model, _beside(results, named), **_reading(results))
         time, q, v, a = motion.time, motion.q, motion.v, motion.a
+        if len(time) != len(results.time) or not np.allclose(time, results.time, rtol=1e-9, atol=1e-9):
+            raise MotionError(f"{named}: its times are not those of the results, which it is needed for; {AGAIN}")
     external, not_shown = _external(model, results, time)
     notes += not_shown
-    driven = [j for j in joints if j.one_coordinate and (not model.loops or j.name in (model.drives or ()))]
-    tau = model.inverse_dynamics(q, v, a, external)
-    given = np.column_stack([results.effort[j.name] for j in driven]) if driven else np.zeros((len(time), 0))
-    if driven and len(given) == len(tau) and not not_shown:
-        difference = np.abs(tau[:, [j.v_index for j in driven]] - given)
-        if not difference.max() <= DIFFERENT * max(1e-9, float(np.abs(given).max())):
-            joint = driven[int(np.argmax(difference.max(axis=0)))].name
-            notes.append(f"efforts of the results differ from those shown, by up to {difference.max():.3g} at {joint}: robot file, payloads or external wrenches have changed since")
-    return scene_of_motion(model, time, q, v, a, external, package_paths), notes
+    scene = scene_of_motion(model, time, q, v, a, external, package_paths)
+    kept = scene.samples
+    wrenches = {name: replace(w, total=w.total[kept], constraint=w.constraint[kept]) for name, w in results.wrenches.items()}
+    scene, differ = with_wrenches(scene, wrenches, {name: x[kept] for name, x in results.effort.items()}, not not_shown)
+    return scene, [*notes, *differ]
+
+
+def _reading(results: Results) -> dict[str, Any]:
+    """How the run read its motion, as `read_motion` takes it."""
+    options = results.made_by.get("options", {})
+    found = {name: options[name] for name in READING if options.get(name) not in (None, "", False)}
+    return found | ({"map": str(_beside(results, str(found["map"])))} if "map" in found else {})
 
 
 def _external(model: Calls, results: Results, time: Array) -> tuple[dict[str, Array], list[str]]:
@@ -218,10 +236,13 @@ def _external(model: Calls, results: Results, time: Array) -> tuple[dict[str, Ar
 
     if not results.description.get("external"):
         return {}, []
+    constant = results.description.get("external_wrenches", {})
+    if isinstance(constant, dict) and set(constant) == set(results.description["external"]):
+        return {link: np.broadcast_to(np.asarray(w, dtype=float), (len(time), 6)) for link, w in constant.items()}, []
     files = [f["file"] for f in results.made_by.get("inputs", []) if f["role"] == "external"]
     if len(files) == 1 and _beside(results, files[0]).is_file():
         return dict(read_external(model, _beside(results, files[0]), time)), []
-    why = "results don't hold those that load cases or programs give in numbers" if not files else "there are several files of them" if len(files) > 1 else "the file that they were read from is not found"
+    why = "results don't hold those that load cases or programs give as they change" if not files else "there are several files of them" if len(files) > 1 else "the file that they were read from is not found"
     return {}, [f"external wrenches of the load case are not shown, since {why}"]
 
 

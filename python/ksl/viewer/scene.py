@@ -31,6 +31,9 @@ axis, and the centre of mass."""
 LOOP = (0, 128, 128)
 """The colour of joints that close loops, and of the gap between their sides."""
 
+LOOKED_AT = 24
+"""States, evenly spread, in which a camera is to see all links."""
+
 LONGEST = 0.4
 """Length of the longest arrow of the default scale, as a share of the size of the scene."""
 
@@ -137,6 +140,12 @@ class Scene:
             parts += [s.vertices[:: max(1, len(s.vertices) // 500)] @ pose[:3, :3].T + pose[:3, 3] for s in self.look.shapes.get(name, [])]
         points = np.concatenate(parts)
         return points.min(axis=0), points.max(axis=0)
+
+    @cached_property
+    def reach(self) -> tuple[Array, Array]:
+        """Corners (3) of the box about all links in all states, of which some are looked at, m."""
+        boxes = [self.bounds(int(k)) for k in np.unique(np.linspace(0, len(self.time) - 1, LOOKED_AT).astype(int))]
+        return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
 
     @cached_property
     def scale(self) -> Scale:

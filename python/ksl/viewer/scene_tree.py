@@ -13,13 +13,15 @@ from ksl.model.states import Array
 from ksl.viewer.labels import labels
 from ksl.viewer.scene import ACTUATION, CENTRE, CONSTRAINT, EXTERNAL, LOOP, SCREW, Scene, has_axis, moves
 from ksl.viewer.shapes import GREY, ellipsoid, unit_head, unit_shaft
-from ksl.viewer.still import LEVELS, SEE_THROUGH, link_colours
+from ksl.viewer.still import LEVELS, link_colours
 
 if TYPE_CHECKING:
     import viser
 
 BACKGROUND = (226, 231, 237)
 """Before which links are seen: many are white or light grey, which is lost before white."""
+OF_ELLIPSOIDS, DARKER = 0.55, 0.6
+"""Opacity of ellipsoids of inertia, and the share of their colour: thinner and lighter ones are lost before the background."""
 ENVIRONMENT = 0.5
 """The share of the light from all sides.  The whole of it, as viser has it, leaves no side of a link in its own colour."""
 
@@ -109,10 +111,10 @@ class Stage:
     def _add_surfaces(self, name: str) -> list[tuple[Any, tuple[int, int, int]]]:
         surfaces = []
         for k, shape in enumerate(self.scene.look.shapes.get(name, [])):
-            colour = _bytes(shape.colour)
             inertia = name in self.scene.look.ellipsoids  # no surface of the robot: what is inside must be seen
+            colour = _bytes(_darker(shape.colour) if inertia else shape.colour)
             mesh = self._tree.add_mesh_simple(
-                f"/links/{self._link_nodes[name]}/surface{k}", _f4(shape.vertices), shape.faces.astype(np.uint32), color=colour, opacity=SEE_THROUGH if inertia else None,
+                f"/links/{self._link_nodes[name]}/surface{k}", _f4(shape.vertices), shape.faces.astype(np.uint32), color=colour, opacity=OF_ELLIPSOIDS if inertia else None,
                 flat_shading=not inertia, side="front" if inertia else "double", cast_shadow=not inertia,
             )  # fmt: skip
             surfaces.append((mesh, colour))
@@ -184,11 +186,14 @@ class Stage:
         _set(self._screw_line, "points", _f4(np.array([[point - 3 * length, point + 3 * length]])))
 
     def _set_camera(self) -> None:
-        low, high = self.scene.bounds(0)
-        centre = (low + high) / 2
+        """From the front, the right and above; the sphere about all links, wherever the motion takes them, fills the height of the page."""
+        low, high = self.scene.reach
+        centre, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)), 1e-3) / 2
         camera = self.server.initial_camera
         camera.fov = 0.7
-        camera.look_at, camera.position = centre, centre + 1.05 * self.scene.size * np.array([1.0, -1.0, 0.55])
+        direction = np.array([1.0, -1.0, 0.55])
+        distance = radius / np.sin(camera.fov / 2)
+        camera.look_at, camera.position = centre, centre + distance * direction / np.linalg.norm(direction)
 
 
 class _Arrows:
@@ -280,6 +285,11 @@ def _linear(colour: tuple[int, int, int]) -> tuple[int, int, int]:
     """A colour without the gamma of sRGB, as the page takes it for meshes that it draws in batches."""
     r, g, b = ((c / 255) ** 2.2 for c in colour)
     return _bytes((r, g, b))
+
+
+def _darker(colour: tuple[float, float, float]) -> tuple[float, float, float]:
+    r, g, b = colour
+    return DARKER * r, DARKER * g, DARKER * b
 
 
 def _bytes(colour: tuple[float, float, float]) -> tuple[int, int, int]:
