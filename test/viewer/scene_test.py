@@ -335,3 +335,10 @@ def test_arrows_start_where_the_moments_are_about(examples):
         total = scene.constraint[0] + scene.actuation[0]
         about_world = m.reactions(q, v, a, at="world", axes="world", joints=[j.name for j in m.joints])
         np.testing.assert_allclose(total[:, 3:] + np.cross(scene.origins[0], total[:, :3]), about_world[:, 3:], atol=1e-10)
+
+
+def test_wrenches_whose_squares_are_infinite(examples):
+    """A link of 1e160 kg ended in "float division by zero"."""
+    m = ksl.load(examples / "robots/ur5.urdf").with_parameters({"wrist_3_link": (1e160, (0, 0, 0.1), 1e160 * np.eye(3))})
+    scene = make_scene(m, np.zeros(6))
+    assert 0 < scene.scale.force < 1e-150 and 0 < scene.scale.moment < 1e-150
