@@ -220,3 +220,16 @@ def test_a_drive_that_switches_to_and_fro_ends_early():
     with pytest.warns(RuntimeWarning, match="became too small to go on; joint 'turn' .* energy"):
         run = m.simulate([0.0], [1e-6], [0, 1.0], efforts=lambda t, q, v: -1e9 * np.sign(v + 1e-9))
     assert run.steps + run.rejected <= 30_000 and np.isfinite(run.q[0]).all() and np.isnan(run.q[1]).all()
+
+
+def test_momentum_is_counted_from_the_first_time():
+    """Of a body that falls freely, whatever its clock says at the start."""
+    m = ksl.Builder("stone").add_link("stone", 2.0, (0.1, 0, 0), 0.1 * np.eye(3)).build(floating_base=True)
+    run = m.simulate(m.neutral(), [0.3, 0, 1.0, 2.0, -1.0, 0.5], [5.0, 5.1, 5.3])
+    assert run.kinetic[-1] > 3 and np.abs(run.drift.momentum).max() < 1e-8
+
+
+def test_energies_that_are_not_finite_are_said():
+    m = ksl.Builder("stone").add_link("stone", 2.0, (0.1, 0, 0), 0.1 * np.eye(3)).build(floating_base=True)
+    with pytest.warns(RuntimeWarning, match=r"the run: its energy or the work done on it is not finite at 0\.\d+ s: velocities, efforts or wrenches are too large"):
+        m.simulate(m.neutral(), np.zeros(6), [0.0, 0.001], external={"stone": [1e160, 0, 0, 0, 0, 0]})
