@@ -33,15 +33,22 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/ksl-config-version.
 configure_file(cmake/ksl-config.cmake ksl-config.cmake @ONLY)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/ksl-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/ksl-config-version.cmake DESTINATION ${package})
 
-# NAME.pc of a library; PRIVATE is what its static form is linked with.
+# NAME.pc of a library, for pkg-config, and NAME-static.pc, which links its static form where the shared one lies beside it, too.  PRIVATE is
+# what the static form needs: libraries after those that call them, libm last.
 function(ksl_install_pkg_config name library description private)
   # relative, so that the tree may be moved
   file(RELATIVE_PATH KSL_PC_TO_PREFIX "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+  set(libs "-L\${libdir} -l${library} -lm")
+  configure_file(cmake/ksl.pc.in ${name}.pc @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+  set(libs "\${libdir}/${CMAKE_STATIC_LIBRARY_PREFIX}${library}${CMAKE_STATIC_LIBRARY_SUFFIX} ${private}")
+  set(private "")
+  string(APPEND name "-static")
   configure_file(cmake/ksl.pc.in ${name}.pc @ONLY)
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endfunction()
 
-ksl_install_pkg_config(ksl-algebra ksl_algebra "Spatial algebra in C" "")
+ksl_install_pkg_config(ksl-algebra ksl_algebra "Spatial algebra in C" "-lm")
 if(KSL_ENGINE)
   set(runtime -lstdc++)
   if("c++" IN_LIST CMAKE_CXX_IMPLICIT_LINK_LIBRARIES)
@@ -50,5 +57,5 @@ if(KSL_ENGINE)
   if(KSL_INSTALLED_PUGIXML)
     string(PREPEND runtime "-lpugixml ")
   endif()
-  ksl_install_pkg_config(ksl ksl "${PROJECT_DESCRIPTION}" "${runtime} -pthread")
+  ksl_install_pkg_config(ksl ksl "${PROJECT_DESCRIPTION}" "${runtime} -pthread -lm")
 endif()

@@ -20,6 +20,7 @@ if(KSL_FETCH_PUGIXML)
   target_include_directories(ksl_pugixml SYSTEM INTERFACE ${ksl_pugixml_SOURCE_DIR}/src)
   set(KSL_PUGIXML ksl_pugixml)
   set(KSL_INSTALLED_PUGIXML "")
+  set(KSL_LINKED_PUGIXML "")
   return()
 endif()
 
@@ -29,7 +30,9 @@ if(NOT pugixml_FOUND)
     "-DKSL_FETCH_PUGIXML=ON downloads it")
 endif()
 set(KSL_PUGIXML pugixml::pugixml)
-set(KSL_INSTALLED_PUGIXML pugixml::pugixml) # what users of the static library link
+set(KSL_INSTALLED_PUGIXML pugixml::pugixml)
+# what users of the static library link: the static form where they have it, or no program could be static throughout
+set(KSL_LINKED_PUGIXML $<IF:$<TARGET_EXISTS:pugixml::static>,pugixml::static,pugixml::pugixml>)
 if(TARGET pugixml::static)
   set(KSL_PUGIXML pugixml::static)
 endif()

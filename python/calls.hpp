@@ -122,13 +122,35 @@ template <class S> bool finite(const ksl::rows_view<const S> &rows, int columns,
   return true;
 }
 
+inline std::string of_normalised(const std::string &which) {
+  return which + " differs from unit length by more than 1e-6 and was normalised; give unit quaternions [qx qy qz qw]";
+}
+
 /// Warns where the method was called that a quaternion was normalised.
 inline void warn_of_quaternion(const std::string &which) {
-  const std::string text =
-      which + " differs from unit length by more than 1e-6 and was normalised; give unit quaternions [qx qy qz qw]";
+  const std::string text = of_normalised(which);
   const nb::object category = nb::module_::import_("ksl.base.errors").attr("QuaternionWarning");
   if (PyErr_WarnEx(category.ptr(), text.c_str(), 2) < 0)
     nb::raise_python_error();
+}
+
+/// Refuses the first quaternion of n positions that is not of unit length, even nearly.
+template <class S>
+void refuse_quaternions(const ksl::model &m, const ksl::rows_view<const S> &q, std::size_t n) {
+  ksl::check_quaternions(m, q, 0, n, [](const ksl::joint_row &joint, std::size_t k, const S *numbers) {
+    if (ksl::is_unit_quaternion(numbers))
+      return true;
+    refuse(joint.name + ": quaternion of state " + std::to_string(k) + " has length " +
+           ksl::text::shown(ksl::quaternion_length(numbers)) + "; expected a unit quaternion [qx qy qz qw]");
+  });
+}
+
+/// Which quaternion a warning is about.
+inline std::string rough_quaternion(const std::string &method, const ksl::model &m, std::size_t state) {
+  std::string joints;
+  for (const ksl::model::quaternion_in_q &quaternion : m.quaternions())
+    joints += (joints.empty() ? "" : ", ") + m.joints()[static_cast<std::size_t>(quaternion.joint)].name;
+  return method + ": a quaternion of state " + std::to_string(state) + " (of " + joints + ")";
 }
 
 /// One call of an algorithm.
@@ -398,11 +420,25 @@ private:
     const ksl::batch_view<S> batch = batch_of(external, reactions);
     if (!compute(batch, threads))
       refuse_numbers(batch);
-    if (!ordinary_.load())
+    if (!ordinary_.load() || (ksl::loops::is_closed(row_, m_) && !results_are_finite(batch)))
       ksl::examine_states(row_, m_, batch, 0, batch.n, ksl::arguments_are::finite);
     if (rough_state_.load() != none)
       warn_of_quaternions();
     return arrays_.size() == 1 ? arrays_[0] : nb::object(nb::tuple(nb::cast(arrays_)));
+  }
+
+  /// Of mechanisms with loops; kernels of trees say it themselves.
+  template <class S> bool results_are_finite(const ksl::batch_view<S> &batch) const {
+    const auto well = [&](const ksl::rows_view<S> &rows, std::size_t r) {
+      return finite(ksl::rows_view<const S>{rows.first, rows.stride}, results_[r].columns(), 0, batch.n);
+    };
+    const std::size_t own = static_cast<std::size_t>(row_.results);
+    bool all = true;
+    for (std::size_t r = 0; r < own; ++r)
+      all = all && well(batch.result[r], r);
+    for (std::size_t r = 0; r < reactions_.size(); ++r)
+      all = all && well(batch.reactions[r].out, own + r);
+    return all;
   }
 
   template <class S>
@@ -506,24 +542,12 @@ private:
     });
     for (ksl::input x : {ksl::input::q, ksl::input::q1})
       if (row_.reads(x))
-        ksl::check_quaternions(
-            m_, ksl::input_of(batch, x), 0, batch.n, [](const ksl::joint_row &joint, std::size_t k, const S *numbers) {
-              if (ksl::is_unit_quaternion(numbers))
-                return true;
-              refuse(joint.name + ": quaternion of state " + std::to_string(k) + " has length " +
-                     ksl::text::shown(ksl::quaternion_length(numbers)) + "; expected a unit quaternion [qx qy qz qw]");
-            });
+        refuse_quaternions<S>(m_, ksl::input_of(batch, x), batch.n);
     refuse("the arguments changed while they were read; other threads must not write to them during a call");
   }
 
   /// Warns that a quaternion was normalised.  (Algorithms divide by its length, so that no array is changed or copied.)
-  void warn_of_quaternions() const {
-    std::string joints;
-    for (const ksl::model::quaternion_in_q &quaternion : m_.quaternions())
-      joints += (joints.empty() ? "" : ", ") + m_.joints()[static_cast<std::size_t>(quaternion.joint)].name;
-    warn_of_quaternion(std::string(row_.name) + ": a quaternion of state " + std::to_string(rough_state_.load()) +
-                       " (of " + joints + ")");
-  }
+  void warn_of_quaternions() const { warn_of_quaternion(rough_quaternion(row_.name, m_, rough_state_.load())); }
 
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "array.hpp"
+#include "calls.hpp"
 #include "one_state.hpp"
 #include "without_gil.hpp"
 
@@ -24,6 +25,8 @@ struct rows {
   const double *first;
   std::size_t states, columns;
 
+  rows(const double *numbers, std::size_t n, int length)
+      : first(numbers), states(n), columns(static_cast<std::size_t>(length)) {}
   explicit rows(nb::handle array) {
     const auto a = reinterpret_cast<PyArrayObject *>(array.ptr());
     if (!PyArray_Check(array.ptr()) || PyArray_TYPE(a) != NPY_DOUBLE || PyArray_NDIM(a) != 2 || !PyArray_ISCARRAY_RO(a))
@@ -123,6 +126,24 @@ struct externals {
   }
 };
 
+/// The first position with a quaternion that isn't of unit length up to rounding; as many as there are if all are.
+inline std::size_t first_rough(const ksl::model &m, const rows &q) {
+  std::size_t found = q.states;
+  ksl::check_quaternions(m, q.view(), 0, q.states, [&](const ksl::joint_row &, std::size_t k, const double *) {
+    found = std::min(found, k);
+    return true;
+  });
+  return found;
+}
+
+/// Judges quaternions as calls of algorithms do: refuses those that are not of unit length.  Returns what is to be warned of; empty: nothing.
+inline std::string judged_quaternions(const ksl::model &m, nb::handle q, const std::string &method) {
+  const rows Q(q);
+  calls::refuse_quaternions(m, Q.view(), Q.states);
+  const std::size_t rough = first_rough(m, Q);
+  return rough < Q.states ? calls::of_normalised(calls::rough_quaternion(method, m, rough)) : "";
+}
+
 /// The numbers of a plain array of so many doubles; null if it is anything else.
 inline const double *plain_vector(nb::handle x, int n) {
   const bool fits = calls::is_plain(x, 1) && PyArray_DIM(reinterpret_cast<PyArrayObject *>(x.ptr()), 0) == n;
@@ -137,7 +158,7 @@ inline nb::object derivatives_of_state(const ksl::model &m, nb::handle q, nb::ha
   s.q = plain_vector(q, m.nq()), s.v = plain_vector(v, m.nv());
   const double *&last = forward ? s.tau : s.a;
   last = plain_vector(x, m.nv());
-  if (f == 0 || !s.q || !s.v || !last)
+  if (f == 0 || !s.q || !s.v || !last || first_rough(m, rows(s.q, 1, m.nq())) == 0)
     return nb::none();
   nb::object out[3];
   double *results[3];
@@ -148,7 +169,16 @@ inline nb::object derivatives_of_state(const ksl::model &m, nb::handle q, nb::ha
   const ksl::nearest_rounding rounding;
   if (!ksl::loops::derive_by_plan(forward, m, nullptr, s, results[0], results[1], results[2]))
     return nb::none();
+  const std::size_t numbers = static_cast<std::size_t>(nv * f);
+  for (int r = 0; r < 3; ++r)
+    if (!calls::finite(results[r], r == 2 && forward ? static_cast<std::size_t>(nv * nv) : numbers))
+      return nb::none();
   return nb::make_tuple(out[0], out[1], out[2]);
+}
+
+/// The freedoms that results of no states have: those of the plan, which nearly all states follow.
+inline std::size_t freedoms_of_none(const ksl::model &m) {
+  return m.view().loops ? static_cast<std::size_t>(m.view().loops->freedoms) : 0;
 }
 
 /// Derivatives along the mechanism of inverse or of forward dynamics: three arrays, and the number of independent coordinates, which must be
@@ -204,8 +234,10 @@ inline nb::object derivatives(const ksl::model &m, nb::handle q, nb::handle v, n
     const std::size_t columns = forward ? nv : f;
     std::copy_n(by_x.data(), nv * columns, data_of(out[2]) + k * nv * columns);
   }
-  if (Q.states == 0)
+  if (Q.states == 0) {
+    f = freedoms_of_none(m);
     make();
+  }
   return nb::make_tuple(out[0], out[1], out[2], f);
 }
 
@@ -218,7 +250,8 @@ inline nb::object reaction_variations(const ksl::model &m, nb::handle q, nb::han
   const std::size_t nv = static_cast<std::size_t>(m.nv()), loops = m.loops().size();
   std::vector<int> indices(nv);
   std::vector<double> memory;
-  const std::size_t f = Q.states ? static_cast<std::size_t>(ksl::independent(m, d, Q[0], indices.data())) : 0;
+  const std::size_t f =
+      Q.states ? static_cast<std::size_t>(ksl::independent(m, d, Q[0], indices.data())) : freedoms_of_none(m);
   const std::size_t columns[] = {9 * f * nv, 36 * f * loops, 18 * f * loops, 12 * loops};
   nb::object out[4];
   for (int i = 0; i < 4; ++i)
@@ -281,6 +314,14 @@ inline void add_equations(nb::class_<ksl::model> &model) {
       .def_prop_ro("drives", [](const ksl::model &m) { return m.description().drives; })
       .def_prop_ro("drive_weights", [](const ksl::model &m) { return m.description().drive_weights; })
       .def_prop_ro("loop_rows", &ksl::loop_rows)
+      .def("judged_quaternions", &judged_quaternions, "q"_a, "method"_a)
+      .def(
+          "has_unit_quaternions",
+          [](const ksl::model &m, nb::handle q) {
+            const rows Q(q);
+            return first_rough(m, Q) == Q.states;
+          },
+          "q"_a)
       .def(
           "loop_error",
           [](const ksl::model &m, nb::handle q) {
@@ -391,7 +432,7 @@ inline void add_dynamics(nb::class_<ksl::model> &model) {
           },
           "q"_a, "v"_a, "tau"_a, "links"_a, "wrenches"_a, "in_world"_a, "alpha"_a, "beta"_a)
       .def("reaction_variations", &reaction_variations, "q"_a, "v"_a, "a"_a, "links"_a, "wrenches"_a, "in_world"_a)
-      .def("closed_derivatives_of_state", &derivatives_of_state, "q"_a, "v"_a, "x"_a, "forward"_a)
+      .def("closed_derivatives_of_state", &derivatives_of_state, "q"_a.none(), "v"_a.none(), "x"_a.none(), "forward"_a)
       .def("closed_derivatives", &derivatives, "q"_a, "v"_a, "x"_a, "links"_a, "wrenches"_a, "in_world"_a, "forward"_a)
       .def(
           "reaction_patterns",

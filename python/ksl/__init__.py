@@ -144,8 +144,10 @@ if not TYPE_CHECKING:  # otherwise a type checker would believe in any name
         if name in _MODULES:
             try:
                 import_module(_MODULES[name])
-            except ModuleNotFoundError as e:  # an attribute is asked for: hasattr and help would end with any other error
+            except ImportError as e:  # an attribute is asked for: hasattr and help would end with any other error
                 raise AttributeError(str(e), name=name) from None
+            except Exception as e:  # of another library, as it is installed
+                raise AttributeError(f"ksl.{name} can't be imported: {type(e).__name__}: {e}", name=name) from e
             return sys.modules[f"ksl.{name}"]
         if name not in _MODULE_OF:
             from ksl.base.errors import near_names

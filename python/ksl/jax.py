@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
+from ksl.base.extras import require_version
 from ksl.model.model import Model
 
-try:
-    from ksl.operators.jax_arrays import JaxCalls
-except ModuleNotFoundError as e:
-    if e.name not in ("jax", "jaxlib"):
-        raise
-    raise ModuleNotFoundError("ksl.jax needs JAX; install it with: pip install 'ksl[jax]'", name=e.name) from None
+require_version("ksl.jax", "jax")
+
+from ksl.operators.jax_arrays import JaxCalls  # noqa: E402
 
 __all__ = ["JaxCalls", "differentiable"]
 

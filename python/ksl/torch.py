@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
+from ksl.base.extras import require_version
 from ksl.model.model import Model
 
-try:
-    from ksl.operators.torch_arrays import TorchCalls
-except ModuleNotFoundError as e:
-    if e.name != "torch":
-        raise
-    raise ModuleNotFoundError("ksl.torch needs torch; install it with: pip install 'ksl[torch]'", name=e.name) from None
+require_version("ksl.torch", "torch")
+
+from ksl.operators.torch_arrays import TorchCalls  # noqa: E402
 
 __all__ = ["TorchCalls", "differentiable"]
 

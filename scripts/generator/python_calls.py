@@ -51,19 +51,19 @@ FIRST = {
 ''',
     "forward_dynamics": '''\
         if stabilise is not None:
-            return self._stabilised(q, v, tau, external, out, external_axes, stabilise)
+            return self._stabilised(q, v, tau, external, out, external_axes, stabilise, threads)
 ''',
     "reactions_derivatives": '''\
         if self.loops:
-            return self._reactions_along((q, v, a), external, on, at, axes, order, part, joints, out, external_axes, undetermined)
+            return self._reactions_along((q, v, a), external, on, at, axes, order, part, joints, out, external_axes, undetermined, threads)
 ''',
     "inverse_dynamics_derivatives": '''\
         if self.loops:
-            return self._along("inverse_dynamics_derivatives", q, v, (a, "a"), external, out, external_axes)
+            return self._along("inverse_dynamics_derivatives", q, v, (a, "a"), external, out, external_axes, threads)
 ''',
     "forward_dynamics_derivatives": '''\
         if self.loops:
-            return self._along("forward_dynamics_derivatives", q, v, (tau, "tau"), external, out, external_axes)
+            return self._along("forward_dynamics_derivatives", q, v, (tau, "tau"), external, out, external_axes, threads)
 ''',
 }
 """What methods do first for mechanisms with loops."""
@@ -91,7 +91,7 @@ def request_of(row: Algorithm) -> tuple[str, str]:
     if ordered(row):
         return 'order: Order = "lin_ang"', "self._order_of(order)"
     if row.keywords == "point":
-        return 'name: str, point: ArrayLike, axes: Expressed = "frame"', 'self._frames_of((name,), axes, "frame", "lin_ang", point)'
+        return 'name: str, point: ArrayLike, axes: Expressed = "frame"', 'self._point_of(name, axes, point)'
     return keywords, request
 
 
@@ -144,7 +144,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.model.loops import Gains, LoopCalls
-from ksl.model.requests import one_of
+from ksl.model.requests import one_of, requests_given
 from ksl.model.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, Undetermined, external_in, numbers
 from ksl.model.stiffness import Stiffness
 
@@ -153,7 +153,7 @@ class Calls(LoopCalls):
     """A method for each algorithm."""
 
     def inverse_dynamics_with_reactions(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, requests: Sequence[_core.Request], external: External | None = None, threads: int | None = None,
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, requests: Sequence[_core.Request] | _core.Request, external: External | None = None, threads: int | None = None,
         external_axes: ExternalAxes = "link",
     ) -> tuple[Array, ...]:  # fmt: skip
         """Efforts (…, nv) and, for each request, reactions (…, joints, 6), in one pass over the states; N m, N.
@@ -162,7 +162,7 @@ class Calls(LoopCalls):
         q, v, a, external, threads, external_axes: as in :meth:`inverse_dynamics`.  Results are those of :meth:`inverse_dynamics` and
         :meth:`reactions`, to the bit.
         """
-        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external_in(external, external_axes), tuple(requests), None, threads)
+        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external_in(external, external_axes), requests_given(requests), None, threads)
 
 {methods}
 {aliases}

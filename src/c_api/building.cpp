@@ -63,12 +63,12 @@ ksl::joint_options options_of(const ksl_joint_options_t &of) {
 std::string or_empty(const char *text) { return text ? text : ""; }
 
 const std::string &link_name(const ksl_model_t *m, int link) {
-  ksl::c_api::require_links(m, 1, &link);
+  ksl::c_api::require_links(m, 1, &link, "link");
   return m->model.links()[static_cast<std::size_t>(link)].name;
 }
 
 void require_joint(const ksl_model_t *m, int joint) {
-  require(joint >= 0 && joint < ksl_model_joints(m), "a joint is out of range");
+  ksl::c_api::require_index(joint, ksl_model_joints(m), "a joint is out of range", "joint");
 }
 
 /// Runs `make`, which returns a description or a model, with the result in *made.  Null where it fails.
@@ -340,7 +340,7 @@ ksl_status_t ksl_model_joint_info(const ksl_model_t *m, int joint, ksl_joint_inf
 ksl_status_t ksl_model_link_parameters(const ksl_model_t *m, int link, double *parameters) {
   return guarded([&] {
     require(m && parameters, "model and parameters must not be null");
-    ksl::c_api::require_links(m, 1, &link);
+    ksl::c_api::require_links(m, 1, &link, "link");
     const ksl::spatial_inertia<double> &I = m->model.links()[static_cast<std::size_t>(link)].inertia;
     const double ten[] = {I.m, I.h.x, I.h.y, I.h.z, I.Ixx, I.Ixy, I.Iyy, I.Izx, I.Iyz, I.Izz};
     std::copy(ten, ten + 10, parameters);

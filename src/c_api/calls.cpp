@@ -43,7 +43,7 @@ void require_external(const ksl_model_t *m, int n, const int *link, const void *
   require(n >= 0 && n <= most_named && (n == 0 || (link && wrench)),
           "external needs n links and n wrenches, 2^24 at most");
   for (int k = 0; k < n; ++k)
-    require(link[k] >= 0 && link[k] < ksl_model_links(m), "external names a link out of range");
+    require_index(link[k], ksl_model_links(m), "external names a link out of range", "link", k);
 }
 
 expressed_in axes_of(ksl_expressed_t axes) {
@@ -51,8 +51,9 @@ expressed_in axes_of(ksl_expressed_t axes) {
   return static_cast<expressed_in>(axes);
 }
 
-wrench_frame frame_of(const ksl_model_t *m, ksl_frame_t frame, int link) {
-  require(frame != KSL_LINK || (link >= 0 && link < ksl_model_links(m)), "at_link or axes_link is out of range");
+wrench_frame frame_of(const ksl_model_t *m, ksl_frame_t frame, int link, const char *argument) {
+  if (frame == KSL_LINK)
+    require_index(link, ksl_model_links(m), "at_link or axes_link is out of range", argument);
   return static_cast<wrench_frame>(frame);
 }
 
@@ -87,7 +88,7 @@ reaction_request request_of(const ksl_model_t *m, int *links, const joints_argum
   const int of_tree = ksl_model_joints(m), all = of_tree + static_cast<int>(m->model.loops().size());
   require(n >= 0 && n <= all && (joints || n == 0), "n must be between 0 and the number of joints");
   for (int k = 0; k < n; ++k) {
-    require(joints[k] >= 0 && joints[k] < all, "a joint is out of range");
+    require_index(joints[k], all, "a joint is out of range", "joints", k);
     links[k] = joints[k] < of_tree ? m->model.joints()[static_cast<std::size_t>(joints[k])].link
                                    : static_cast<int>(m->model.links().size()) + joints[k] - of_tree;
   }
@@ -101,12 +102,12 @@ reaction_request request_of(const ksl_model_t *m, int *links, const joints_argum
             "part, on, at, axes and order must be values of their enumerations");
     r.part = static_cast<wrench_part>(options->part);
     r.on = static_cast<wrench_side>(options->on);
-    r.at = frame_of(m, options->at, options->at_link);
+    r.at = frame_of(m, options->at, options->at_link, "at_link");
     r.at_link = options->at_link;
     require_finite(options->offset, 3, "offset");
     for (int i = 0; i < 3; ++i)
       r.offset[i] = options->offset[i];
-    r.axes = frame_of(m, options->axes, options->axes_link);
+    r.axes = frame_of(m, options->axes, options->axes_link, "axes_link");
     r.axes_link = options->axes_link;
     r.angular_first = options->order == KSL_ANGULAR_FIRST;
   }

@@ -78,7 +78,7 @@ template <class Items> int found(const char *what, const ksl_model_t *m, const c
 /// The section that a call names, checked.
 ksl::link_section section_of(const ksl_model_t *m, const ksl_section_t *given) {
   require(given, "section must not be null");
-  ksl::c_api::require_links(m, 1, &given->link);
+  ksl::c_api::require_links(m, 1, &given->link, "link");
   require_finite(given->point, 3, "point");
   require_finite(given->normal, 3, "normal");
   require(given->normal[0] != 0 || given->normal[1] != 0 || given->normal[2] != 0,
@@ -90,7 +90,7 @@ ksl::link_section section_of(const ksl_model_t *m, const ksl_section_t *given) {
   require(given->beyond_n <= 0 || given->beyond, "beyond must not be null");
   for (int k = 0; k < given->beyond_n; ++k) {
     const int j = given->beyond[k], joints = ksl_model_joints(m), loops = static_cast<int>(m->model.loops().size());
-    require(j >= 0 && j < joints + loops, "beyond names a joint out of range");
+    ksl::c_api::require_index(j, joints + loops, "beyond names a joint out of range", "beyond", k);
     const auto require_end = [&](int one, int other, const std::string &name) {
       if (one != given->link && other != given->link)
         throw ksl::c_api::bad_argument("beyond names " + name + ", which neither carries " +
@@ -321,7 +321,7 @@ ksl_status_t ksl_frame_pose(const ksl_model_t *m, ksl_data_t *d, const double *q
   return guarded([&] {
     ksl::c_api::require_workspace(m, d);
     require(pose, "pose must not be null");
-    ksl::c_api::require_links(m, 1, &link);
+    ksl::c_api::require_links(m, 1, &link, "link");
     ksl::c_api::require_position(m->model, q, "q");
     d->holds_wrenches = 0;
     const ksl::SE3<double> found = ksl::frame_pose(m->model, d->data, q, link);

@@ -78,15 +78,25 @@ template <class Handle, class Make> ksl_status_t created(Handle **made, bool is_
   });
 }
 
+/// Refuses an index that the model doesn't have: sentence, the argument and its place in an array, and what is expected.
+inline void require_index(int index, int count, const char *sentence, const char *argument, int place = -1) {
+  if (index >= 0 && index < count)
+    return;
+  const std::string of = place < 0 ? "" : "[" + std::to_string(place) + "]",
+                    all = count > 0 ? "expected 0 to " + std::to_string(count - 1) : "the model has none";
+  throw bad_argument(std::string(sentence) + ": " + argument + of + " is " + std::to_string(index) + "; " + all);
+}
+
 /// How many links, wrenches or frames a call may name.  Six or sixteen numbers of each are then counted in an int.
 constexpr int most_named = 1 << 24;
 
 /// Checks n indices of links; n may be 0.
-inline void require_links(const ksl_model_t *m, int n, const int *links) {
+inline void require_links(const ksl_model_t *m, int n, const int *links, const char *argument = "links") {
   require(n >= 0 && n <= most_named && (links || n == 0),
           "links must not be null, and their number not negative, and 2^24 at most");
   for (int k = 0; k < n; ++k)
-    require(links[k] >= 0 && static_cast<std::size_t>(links[k]) < m->model.links().size(), "a link is out of range");
+    require_index(links[k], static_cast<int>(m->model.links().size()), "a link is out of range", argument,
+                  n == 1 ? -1 : k);
 }
 
 } // namespace ksl::c_api

@@ -55,7 +55,7 @@ ksl_status_t solve(const ksl_model_t *m, int frames_n, const ksl_wanted_frame_t 
     arena memory(thread_memory(kept_for::arguments, static_cast<std::size_t>(frames_n) * sizeof(wanted_frame)));
     wanted_frame *const wanted = memory.take<wanted_frame>(frames_n);
     for (int f = 0; f < frames_n; ++f) {
-      require_links(m, 1, &frames[f].link);
+      require_index(frames[f].link, ksl_model_links(m), "a link is out of range", "link of frames", f);
       for (const double weight : {frames[f].position_weight, frames[f].orientation_weight})
         require(weight >= 0 && std::isfinite(weight), "weights must not be negative, nor infinite");
       wanted[f] = {frames[f].link, frames[f].position_weight, frames[f].orientation_weight};

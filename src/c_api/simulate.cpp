@@ -155,12 +155,10 @@ ksl_status_t ksl_simulate(const ksl_model_t *m, const ksl_simulation_t *given, c
     set_drives(model, *given, task.drives, driven);
     std::vector<ksl::wrench_over_time> wrenches;
     const double zero = 0;
-    for (int e = 0; external && e < external->n; ++e)
-      wrenches.push_back({external->link[e], {1, &zero, &external->wrench[e].lin.x, 0}});
-    if (external) {
-      require_links(m, external->n, external->link);
-      task.external_axes = external->axes == KSL_IN_WORLD ? ksl::expressed_in::world : ksl::expressed_in::frame;
-    }
+    const ksl::external_wrenches<double> acting = external_of<double>(m, external);
+    for (int e = 0; e < acting.n; ++e)
+      wrenches.push_back({acting.link[e], {1, &zero, acting.wrench + 6 * e, 0}});
+    task.external_axes = acting.axes;
     task.external_n = static_cast<int>(wrenches.size()), task.external = wrenches.data();
     if (laws)
       set_laws(model, *laws, task.laws), require_within_limits(model, task);

@@ -61,11 +61,11 @@ static void test_queries(const ksl_model_t *m) {
   double parameters[10];
   CHECK_BAD(ksl_model_joint_info(NULL, 0, &info), "must not be null");
   CHECK_BAD(ksl_model_joint_info(m, 0, NULL), "must not be null");
-  CHECK_BAD(ksl_model_joint_info(m, -1, &info), "a joint is out of range");
+  CHECK_BAD(ksl_model_joint_info(m, -1, &info), "a joint is out of range: joint is -1; expected 0 to ");
   CHECK_BAD(ksl_model_joint_info(m, ksl_model_joints(m), &info), "a joint is out of range");
   CHECK_BAD(ksl_model_link_parameters(NULL, 0, parameters), "must not be null");
   CHECK_BAD(ksl_model_link_parameters(m, 0, NULL), "must not be null");
-  CHECK_BAD(ksl_model_link_parameters(m, -1, parameters), "a link is out of range");
+  CHECK_BAD(ksl_model_link_parameters(m, -1, parameters), "a link is out of range: link is -1; expected 0 to ");
   CHECK(ksl_model_link_parameters(m, ksl_model_link(m, "bob"), parameters) == KSL_OK && parameters[0] == 1.3);
   CHECK_BAD(ksl_model_tree(NULL, NULL, NULL), "must not be null");
   CHECK_BAD(ksl_model_tree(m, NULL, NULL), "load it with mimic_independent");
@@ -111,7 +111,7 @@ static void test_reactions(const ksl_model_t *m, ksl_data_t *d) {
   CHECK_BAD(ksl_reactions(m, d, 1, NULL, NULL, NULL, w), "n must be between 0");
   CHECK_BAD(ksl_reactions(m, d, -1, &pin, NULL, NULL, w), "n must be between 0");
   CHECK_BAD(ksl_reactions(m, d, nobody + 1, &pin, NULL, NULL, w), "n must be between 0");
-  CHECK_BAD(ksl_reactions(m, d, 1, &nobody, NULL, NULL, w), "a joint is out of range");
+  CHECK_BAD(ksl_reactions(m, d, 1, &nobody, NULL, NULL, w), "a joint is out of range: joints[0] is ");
   CHECK_BAD(ksl_reactions(m, d, 1, &below, NULL, NULL, w), "a joint is out of range");
   ksl_reaction_options_t how = {0};
   how.at = how.axes = KSL_LINK;

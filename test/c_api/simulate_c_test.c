@@ -84,6 +84,20 @@ static void test_brake(void) {
   CHECK(ksl_simulate(m, &task, NULL, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "finite"));
   task.times = times, task.drives.function = NULL, task.drives.damping = &half;
   CHECK(ksl_simulate(m, &task, NULL, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "need positions"));
+  const ksl_coscrew_t wrench = ksl_coscrew(1, 0, 0, 0, 0, NAN);
+  const int link = 1, nobody = 99;
+  const struct {
+    ksl_external_t given;
+    const char *words;
+  } refused[] = {{{1, &link, NULL, KSL_IN_FRAME}, "external needs n links and n wrenches"},
+                 {{1, NULL, &wrench, KSL_IN_FRAME}, "external needs n links and n wrenches"},
+                 {{-1, &link, &wrench, KSL_IN_FRAME}, "external needs n links and n wrenches"},
+                 {{1, &nobody, &wrench, KSL_IN_FRAME}, "link[0] is 99"},
+                 {{1, &link, &wrench, KSL_IN_FRAME}, "external wrench[5]"}};
+  for (int k = 0; k < 5; ++k) {
+    CHECK(ksl_simulate(m, &task, NULL, &refused[k].given, &out) == KSL_BAD_ARGUMENT);
+    CHECK(strstr(ksl_error_message(), refused[k].words) != NULL);
+  }
   task.method = (ksl_stepping_t)17;
   CHECK(ksl_simulate(m, &task, NULL, NULL, &out) == KSL_BAD_ARGUMENT && strstr(ksl_error_message(), "method"));
   task.q = NULL;

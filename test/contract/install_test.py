@@ -2,6 +2,7 @@
 KSL as a part of another project (add_subdirectory) asks for no more than that project has."""
 
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -75,19 +76,13 @@ needs_pkg_config = pytest.mark.skipif(shutil.which("pkg-config") is None, reason
 
 
 def pkg_config(prefix, *arguments):
-    (pc,) = prefix.rglob("ksl.pc")
-    flags = subprocess.run(["pkg-config", "--cflags", "--libs", *arguments], check=True, capture_output=True, text=True, env=os.environ | {"PKG_CONFIG_PATH": str(pc.parent)})
+    folder = next(prefix.rglob("*.pc")).parent
+    flags = subprocess.run(["pkg-config", "--cflags", "--libs", *arguments], check=True, capture_output=True, text=True, env=os.environ | {"PKG_CONFIG_PATH": str(folder)})
     return flags.stdout.split()
 
 
-@pytest.fixture(scope="module")
-def static_prefix(prefix, tmp_path_factory):
-    """The installed tree without its shared libraries."""
-    folder = tmp_path_factory.mktemp("static") / "p"
-    shutil.copytree(prefix, folder, symlinks=True)
-    for path in folder.rglob("*.so*"):
-        path.unlink()
-    return folder
+def shared_libraries(program):
+    return re.findall(r"\(NEEDED\).*\[(.*)\]", subprocess.run(["readelf", "-d", program], check=True, capture_output=True, text=True).stdout)
 
 
 PROGRAMS = pytest.mark.parametrize(("compiler", "name", "text"), [("gcc", "a.c", C), ("g++ -std=c++20", "a.cpp", CPP)])
@@ -104,17 +99,22 @@ def test_pkg_config(prefix, tmp_path, examples, compiler, name, text):
 
 @needs_pkg_config
 @PROGRAMS
-def test_pkg_config_static(static_prefix, tmp_path, examples, compiler, name, text):
+@pytest.mark.parametrize("wholly", [False, True])
+def test_pkg_config_static(prefix, tmp_path, examples, compiler, name, text, wholly):
+    """Beside the shared library, as docs/start/embedded.md says it: libksl.a in a program, and a program that is static throughout."""
     (tmp_path / name).write_text(text)
-    subprocess.run([*compiler.split(), tmp_path / name, "-o", tmp_path / "a", *pkg_config(static_prefix, "--static", "ksl")], check=True)
+    ways = ["-static", *pkg_config(prefix, "--static", "ksl")] if wholly else pkg_config(prefix, "ksl-static")
+    subprocess.run([*compiler.split(), tmp_path / name, "-o", tmp_path / "a", *ways], check=True)
+    found = shared_libraries(tmp_path / "a")
+    assert not found if wholly else found and not any("ksl" in library for library in found)
     run(tmp_path / "a", tmp_path, examples)
 
 
 @needs_pkg_config
 @pytest.mark.parametrize("compiler", ["gcc -std=c11 -x c", "clang -std=c11 -x c", "g++ -std=c++17 -x c++", "clang++ -std=c++17 -x c++"])
 @pytest.mark.parametrize("form", ["shared", "static"])
-def test_pkg_config_of_the_algebra(prefix, static_prefix, form, compiler, tmp_path):
-    flags = pkg_config(prefix, "ksl-algebra") if form == "shared" else pkg_config(static_prefix, "--static", "ksl-algebra")
+def test_pkg_config_of_the_algebra(prefix, form, compiler, tmp_path):
+    flags = pkg_config(prefix, "ksl-algebra" if form == "shared" else "ksl-algebra-static")
     (tmp_path / "a").write_text(ALGEBRA)
     subprocess.run([*compiler.split(), tmp_path / "a", "-x", "none", "-o", tmp_path / "program", *flags], check=True)
     (library,) = prefix.rglob("libksl_algebra.so")
@@ -149,11 +149,11 @@ FIND = "find_package(ksl CONFIG REQUIRED)"
 
 def test_find_package(prefix, tmp_path, examples):
     lines = [FIND] + [program(f"{name}{form}", f"{name}.{name}", f"ksl::ksl{form}") for name in ("c", "cpp") for form in ("", "_static")]
+    lines += [program("wholly", "cpp.cpp", "ksl::ksl_static"), "target_link_options(wholly PRIVATE -static)"]
     build = built(tmp_path, "C CXX", lines, f"-DCMAKE_PREFIX_PATH={prefix}")
-    for name in ("c", "cpp", "c_static", "cpp_static"):
+    for name in ("c", "cpp", "c_static", "cpp_static", "wholly"):
         run(build / name, tmp_path, examples)
-    needed = subprocess.run(["readelf", "-d", build / "cpp_static"], check=True, capture_output=True, text=True).stdout
-    assert "libksl" not in needed
+    assert not shared_libraries(build / "wholly") and not any("ksl" in library for name in ("c_static", "cpp_static") for library in shared_libraries(build / name))
 
 
 def test_find_package_in_a_project_in_c(prefix, tmp_path, examples):
@@ -233,7 +233,7 @@ def test_without_the_engine(tmp_path):
     for command in (["cmake", "-S", ROOT, "-B", build, *options], ["cmake", "--build", build], ["cmake", "--install", build, "--prefix", prefix]):
         done = subprocess.run(command, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
-    assert {p.name for p in prefix.rglob("*") if p.suffix in (".a", ".so", ".pc")} == {"libksl_algebra.a", "libksl_algebra.so", "ksl-algebra.pc"}
+    assert {p.name for p in prefix.rglob("*") if p.suffix in (".a", ".so", ".pc")} == {"libksl_algebra.a", "libksl_algebra.so", "ksl-algebra.pc", "ksl-algebra-static.pc"}
     headers = {p.relative_to(prefix / "include/ksl").as_posix() for p in (prefix / "include/ksl").rglob("*") if p.is_file()}
     assert not [name for name in headers if name.startswith(("engine", "dynamics", "model", "batch")) or name in ("arrays.h", "builder.hpp", "dual.hpp")]
     assert {"ksl.h", "spatial.hpp", "detail/vec3.inc", "compat/coscrew.h"} <= headers

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import ksl
 import pytest
+from ksl.base.extras import LEAST
 from ksl.base.other_names import OF_MODEL, OF_PACKAGE
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -47,6 +48,21 @@ def test_help_where_no_library_is_installed_beside():
         said = f"ksl.{name} needs {name if name == 'torch' else 'JAX'}; install it with: pip install 'ksl[{name}]'"
         assert python(f"{without}print(hasattr(ksl, {name!r}))\ntry:\n    ksl.{name}\nexcept AttributeError as e:\n    print(e)") == f"False\n{said}\n"
         assert python(f"{without}try:\n    from ksl import {name}\nexcept ModuleNotFoundError as e:\n    print(e)") == f"{said}\n"
+
+
+@pytest.mark.parametrize("name", ["jax", "torch"])
+def test_help_where_a_library_is_older_than_its_extra(name, tmp_path):
+    """And where it breaks off while it is imported.  torch 2.0 ended help(ksl) in a traceback."""
+    shown, least = LEAST[name]
+    assert f'\n{name} = ["{name}>={least}"]\n' in (EXAMPLES.parent / "pyproject.toml").read_text()
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "__init__.py").write_text("raise RuntimeError('no symbol table')\n")
+    for version, said in (("0.4.37", f"ksl.{name} needs {shown} {least} or newer, and 0.4.37 is installed; install it with: pip install --upgrade 'ksl[{name}]'"),
+                          ("99.1.dev2+cpu", f"ksl.{name} can't be imported: RuntimeError: no symbol table")):
+        (tmp_path / f"{name}-1.dist-info").mkdir(exist_ok=True)
+        (tmp_path / f"{name}-1.dist-info" / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
+        begin = f"import sys\nsys.path.insert(0, {str(tmp_path)!r})\nimport ksl, pydoc\n"
+        assert python(f"{begin}print('every wrench' in pydoc.render_doc(ksl), hasattr(ksl, {name!r}))\ntry:\n    ksl.{name}\nexcept AttributeError as e:\n    print(e)") == f"True False\n{said}\n"
 
 
 def test_help_begins_with_all_that_users_may_use():

@@ -14,6 +14,7 @@ PROGRAM = """
 import numpy as np
 import ksl
 from ksl import ufuncs
+from ksl.operators.calls import Calls
 
 m = ksl.load("robot.urdf", mimic="independent")
 q = np.zeros(m.nq)
@@ -24,6 +25,9 @@ poses: np.ndarray = m.frame_poses(q, ["tool"], threads=2)
 moved: np.ndarray = ufuncs.product_CoAdc(ufuncs.poses(m.frame_pose(q, "tool")), held)
 run = ksl.compute_loads(m, "motion.csv")
 columns: list[str] = run.summary.column_names + m.wrench_table([0.0], [q]).column_names
+class Own: ...
+def of_constants(d: Calls[Own], x: Own) -> Own:
+    return d.inverse_dynamics(q, x, 0.0, m.parameters, external={"tool": [1.0, 0, 0, 0, 0, 0]})
 kind = ksl.Builder("b").add_joint("j", "revolute", "a", "b", ksl.Pose.from_rpy((0, 0, 1))).build().joint("j").kind
 """
 WRONG = """

@@ -226,7 +226,7 @@ def test_rounding_of_a_body_that_keeps_its_axes_is_no_contradiction(kind, speed)
     for name, parent in (("first", "ground"), ("second", "first")):
         b.add_link(name, mass=2.0, center_of_mass=(0.2, 0.1, -0.1), inertia=np.diag([0.2, 0.3, 0.4])).add_joint(name + " ball", "spherical", parent, name, xyz=(0.1, 0.2, 0.3))
     m = b.add_loop("slides", "translation", "second", "ground").build(drives=["first ball"])
-    q = m.close([0.1, 0.5, -0.2, 0.8, 0, 0, 0, 1], hold=m.drives).q
+    q = m.close([*np.array([0.1, 0.5, -0.2, 0.8]) / np.linalg.norm([0.1, 0.5, -0.2, 0.8]), 0, 0, 0, 1], hold=m.drives).q
     v = m.consistent_velocity(q, speed * np.array([1, -2, 3, 0, 0, 0]), m.drives)
     a = m.consistent_acceleration(q, v, speed**2 * np.array([3, 1, -2, 0, 0, 0]), m.drives)
     expected = m.inverse_dynamics(q, v / speed, a / speed**2) - m.gravity_torque(q)  # forces of inertia grow with the square

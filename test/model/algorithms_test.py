@@ -67,7 +67,7 @@ def inputs(m, row, *leading, dtype=np.float64):
         "relative": {"name": links[0], "seen_from": links[1], "offset": OFFSET} | CROSSED,
     }.get(row.request, {})  # fmt: skip
     if row.mimic == "hybrid":
-        arguments["names"] = [m.joint_above(link).name for link in links]
+        arguments["names"] = list(dict.fromkeys(m.joint_above(link).name for link in links))
     if row.keywords == "order":
         arguments["order"] = "ang_lin"
     if row.keywords == "kind":

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import ksl
+from linkages import FOURBAR, link
 
 TIP = "panda_flange"
 
@@ -60,6 +61,49 @@ def test_other_quaternions_are_refused(floating, off):
     ):
         with pytest.raises(ValueError, match=f"floating_base.*length {abs(1 + off):.6g}"):
             call()
+
+
+ABOUT_LOOPS = {
+    "mobility": lambda m, q, v: m.mobility(q).smallest,
+    "independent": lambda m, q, v: m.independent(q),
+    "loop_error": lambda m, q, v: m.loop_error(q),
+    "loop_jacobian": lambda m, q, v: m.loop_jacobian([q, q]),
+    "loop_acceleration": lambda m, q, v: m.loop_acceleration(q, v, 0 * v),
+    "force_element_states": lambda m, q, v: m.force_element_states(q).length,
+    "close": lambda m, q, v: m.close(q).q[7:],
+    "branches": lambda m, q, v: m.branches(q, starts=1)[:, 7:],
+    "consistent_velocity": lambda m, q, v: m.consistent_velocity(q, v, given=m.drives),
+    "consistent_acceleration": lambda m, q, v: m.consistent_acceleration(q, 0 * v, v, given=m.drives),
+    "reactions_null_basis": lambda m, q, v: np.abs(m.reactions_null_basis(q)) > 1e-9,
+    "reactions_unique": lambda m, q, v: m.reactions_unique(q),
+    "inverse_dynamics_derivatives": lambda m, q, v: m.inverse_dynamics_derivatives(q, 0 * v, 0 * v)[0],
+    "forward_dynamics_derivatives": lambda m, q, v: m.forward_dynamics_derivatives([q, q], 0 * v, 0 * v)[0],
+    "reactions_derivatives": lambda m, q, v: m.reactions_derivatives(q, 0 * v, 0 * v, joints=["floating_base"])[0],
+    "forward_dynamics": lambda m, q, v: m.forward_dynamics(q, 0 * v, v, stabilise=20.0),
+    "simulate": lambda m, q, v: m.simulate(q, 0 * v, [0.0, 1e-3]).a[0],
+}
+
+
+@pytest.mark.parametrize("name", ABOUT_LOOPS)
+@pytest.mark.filterwarnings("ignore:given")
+def test_quaternions_are_judged_by_calls_about_loops_as_by_dynamics(name):
+    """They were normalised without a word, where dynamics refused them."""
+    m = ksl.load_string(FOURBAR.replace('<link name="frame"/>', link("frame", 2.0, 0.1)), floating_base=True, drives=["A", "floating_base"])
+    q = m.neutral()
+    q[7] = -0.3
+    q, v = m.close(q, hold=["A", "floating_base"]).q, np.linspace(-1, 1, m.nv)
+    call, rough = ABOUT_LOOPS[name], q.copy()
+    rough[6] = 1 + 1e-4
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ksl.QuaternionWarning)
+        expected = call(m, q, v)
+    with pytest.warns(ksl.QuaternionWarning, match=f"{name}: a quaternion of state 0 .of floating_base. differs from unit length .*normalised") as said:
+        found = call(m, rough, v)
+    assert len({w.filename for w in said if w.category is ksl.QuaternionWarning}) == 1 and said[0].filename == __file__
+    assert np.abs(found * 1.0 - expected).max(initial=0) <= 1e-9 * max(1.0, np.abs(expected).max(initial=0))
+    rough[6] = 1.02
+    with pytest.raises(ValueError, match="floating_base: quaternion of state 0 has length 1.02; expected a unit quaternion"):
+        call(m, rough, v)
 
 
 def test_rounding_is_not_warned_of(floating):

@@ -3,10 +3,12 @@ rounding mode, and its end."""
 
 import ctypes
 import itertools
+import json
 import os
 import re
 import shutil
 import subprocess
+import sys
 from ctypes import POINTER, byref, c_char_p, c_double, c_float, c_int, c_size_t, c_ssize_t, c_void_p
 from pathlib import Path
 
@@ -19,7 +21,9 @@ from ksl import ufuncs
 ROOT = Path(__file__).resolve().parents[2]
 PANDA = ROOT / "examples/robots/panda.urdf"
 STATES, FAR = 5, 1 << 18
-BAD_ARGUMENT = 1
+BAD_ARGUMENT, NOT_FINITE = 1, 4
+UNTOUCHED = -(2.0**40)
+"""What room for results is filled with."""
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +72,7 @@ class Batch:
                 self.values[argument + "_stride"] = c_ssize_t(length)
                 self.inputs.append(argument)
             elif kind.strip() in ("double *", "float *"):
-                room = np.empty(STATES * FAR, np.dtype(self.scalar))
+                room = np.full(STATES * FAR, UNTOUCHED, np.dtype(self.scalar))
                 self.kept[argument], self.values[argument] = room, c_void_p(room.ctypes.data)
                 self.values[argument + "_stride"] = c_ssize_t(FAR)
                 self.results.append(argument)
@@ -97,6 +101,51 @@ def test_batches_refuse_results_that_overwrite_what_is_still_to_be_read(library,
             if other != result:
                 status, said = call.run(library, name, **{result: call.values[other]})
                 assert status == BAD_ARGUMENT and "overlap; give each memory of its own" in said, (name, said)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_batches_refuse_what_is_not_there(library, panda, name):
+    """No array for one of those that a call needs.  A number that is none spoils its own state, as docs/c.md has it, and one that is too large is told."""
+    call = Batch(name, panda[0])
+    for missing in ("model", *call.inputs, *(["links"] if "links" in dict(call.arguments) else [])):
+        status, said = call.run(library, name, **{missing: None})
+        assert status == BAD_ARGUMENT and "null" in said, (name, missing, said)
+    assert call.run(library, name)[0] == 0
+    rows = lambda k: [written[written != UNTOUCHED] for written in (call.kept[result][k * FAR : (k + 1) * FAR] for result in call.results)]
+    expected = rows(4)
+    for given in call.inputs:
+        for number in (np.nan, np.inf, 1e200 if call.scalar is c_double else 1e30):
+            numbers = call.kept[given].copy()
+            numbers[3, -1] = number
+            status, said = call.run(library, name, **{given: c_void_p(numbers.ctypes.data)})
+            assert status in (0, NOT_FINITE) and all(map(np.array_equal, rows(4), expected)), (name, given, number, said)
+            assert status == NOT_FINITE or not np.isfinite(number) or all(np.isfinite(x).all() for x in rows(3)), (name, given, number)
+
+
+HEADERS = ("engine.h", "engine_calls.h", "engine_building.h", "engine_loops.h", "engine_simulate.h")
+ZEROS = """
+import ctypes, json, sys
+library = ctypes.CDLL(sys.argv[1])
+for name, kinds in json.loads(sys.argv[2]):
+    print(name, flush=True)
+    status = getattr(library, name)(*(ctypes.c_double(0) if kind == "double" else ctypes.c_float(0) if kind == "float" else None if "*" in kind else 0 for kind in kinds))
+    print(status, flush=True)
+"""
+
+
+def test_every_function_of_the_headers_takes_null():
+    """A call with no model, no arrays and no options is refused, and ends no program."""
+    declared = []
+    for header in HEADERS:
+        text = re.sub(r"/\*.*?\*/|//[^\n]*", "", (ROOT / "include/ksl" / header).read_text(encoding="utf-8"), flags=re.DOTALL)
+        for name, arguments in re.findall(r"\b(?:ksl_status_t|int|void|const char \*)\s*(ksl_\w+)\(([^)]*)\);", text):
+            kinds = [re.sub(r"\w+$", "", " ".join(one.split())).strip() for one in arguments.split(",")]
+            declared.append((name, kinds if kinds != [""] else [], f"ksl_status_t {name}(" in " ".join(text.split())))
+    assert len(declared) > 200
+    done = subprocess.run([sys.executable, "-c", ZEROS, os.environ["KSL_LIBRARY"], json.dumps([row[:2] for row in declared])], capture_output=True, text=True)
+    lines = done.stdout.split()
+    assert done.returncode == 0, f"{lines[-1]}: {done.stderr}"
+    assert [name for (name, _, has_status), status in zip(declared, lines[1::2], strict=True) if has_status and int(status) != BAD_ARGUMENT] == []
 
 
 def test_rows_below_their_length_and_shifted_ones(library, panda):

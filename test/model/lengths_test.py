@@ -180,6 +180,16 @@ def test_python_says_the_same(folder):
         with pytest.warns(ksl.DescriptionWarning, match="the payload on tip is 50 m from the link's origin, .*: 50 mm are 0.05"):
             m = load()
     m = ksl.load(folder / "arm.urdf")
+    for made, sentence in (
+        (lambda: m.with_payload("tip", 2.0, (0, 0, 50)), "the payload on tip is 50 m from the link's origin, .*: 50 mm are 0.05"),
+        (lambda: m.with_payload("tip", 1.0, inertia=400 * np.eye(3)), "the inertia of the payload on tip is that of a body with a radius of 20 m"),
+        (lambda: m.with_frame("tool", "tip", ksl.Pose.from_rpy((0, 0, 80))), "frame tool is 80 m from the origin of tip, .*are these millimetres"),
+        (lambda: m.merged(m, "tip", ksl.Pose.from_rpy((0, 0, 80)), prefix="two_"), "pose of merged: it is 80 m from the origin of tip"),
+        (lambda: m.with_gravity((0, 0, -9810)), "is that in mm/s²"),
+    ):
+        with pytest.warns(ksl.DescriptionWarning, match=sentence) as found:
+            made()
+        assert [w.filename for w in found] == [__file__]
     for run in (
         ksl.compute_loads(m, folder / "m.csv", payloads=far_away),
         ksl.compute_loads(m, folder / "m.csv", at={"pin": (0, 0, 50)}),
@@ -193,11 +203,12 @@ def test_python_says_the_same(folder):
 def test_what_is_likely_is_not_named(folder):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        m = ksl.load(folder / "arm.urdf", payloads={"tip": (2.0, (0, 0, 0.5))})
+        m = ksl.load(folder / "arm.urdf", payloads={"tip": (2.0, (0, 0, 0.5))}).with_payload("tip", 2.0, (0, 0, 0.5)).with_gravity((0, 0, 9.81)).with_frame("tool", "tip")
     run = ksl.compute_loads(m, folder / "m.csv", payloads={"tip": (1.0, (0, 0, 1.0))}, at=(0, 0, 0.7))
     assert run.verdict.level == "green" and not run.verdict.reasons
 
 
+@pytest.mark.filterwarnings("ignore:the (payload|inertia of the payload) on")
 def test_extent(folder):
     """The slide's travel of 0.4 m, the rod of 0.6 m; or the travel and the radius of a mass at 0.3 m, √(0.3² + 0.04 / 2 / 2)."""
     m = ksl.load(folder / "arm.urdf")

@@ -171,10 +171,46 @@ def test_names_without_an_order_are_refused(robot, state, call):
         call(robot, state, 5)
 
 
-def test_a_link_is_identified_once(robot, state):
-    for call in (IN_ORDER["identify"], IN_ORDER["base_parameters"]):
-        with pytest.raises(ValueError, match="links: 'shank' is named more than once"):
-            call(robot, state, ["thigh", "shank", "link:shank"])
+ONCE = {
+    "links": (IN_ORDER["identify"], IN_ORDER["base_parameters"]),
+    "names": (IN_ORDER["hybrid_dynamics"],),
+    "hold": (lambda m, s, names: m.close(s[0], hold=names), lambda m, s, names: m.branches(s[0], hold=names)),
+    "given": (lambda m, s, names: m.consistent_velocity(*s[:2], given=names), lambda m, s, names: m.consistent_acceleration(*s[:3], given=names)),
+    "beyond": (lambda m, s, names: m.section_wrench(*s[:3], "thigh", (0, 0, 0), (1, 0, 0), beyond=names),),
+}
+"""Arguments that choose, and whose order doesn't matter."""
+
+
+@pytest.mark.parametrize("argument", ONCE)
+def test_what_is_chosen_twice_is_refused(robot, state, argument):
+    one, twice = ("shank", ["thigh", "shank", "link:shank"]) if argument == "links" else ("knee", ["hip", "knee", "knee"])
+    for call in ONCE[argument]:
+        with pytest.raises(ValueError, match=f"{argument}: '{one}' is named more than once; name each once"):
+            call(robot, state, twice)
+
+
+def test_coordinates_are_chosen_by_name_and_by_index():
+    """`independent` gives indices, which `given=` refused."""
+    m = ksl.load_string(FOURBAR, drives=["A"])
+    start = np.array([-0.3, 0.0, 0.0])
+    q = m.close(start, hold=["A"]).q
+    (free,) = m.independent(q)
+    name, v = m.joint_names[free], np.array([1.0, 2.0, 3.0])
+    for one in ([free], np.array([free]), m.independent(q), (int(free),), free):
+        assert np.array_equal(m.close(start, hold=one).q, m.close(start, hold=[name]).q)
+        assert np.array_equal(m.branches(start, hold=one, starts=4), m.branches(start, hold=[name], starts=4))
+        by_index = m.consistent_velocity(q, v, given=one)
+        assert np.array_equal(by_index, m.consistent_velocity(q, v, given=[name])) and by_index[free] == v[free]
+        assert np.array_equal(m.consistent_acceleration(q, by_index, v, given=one), m.consistent_acceleration(q, by_index, v, given=name))
+    for wrong, said in (([3], "given: 3 is no index into v; expected 0 to 2"), ([-1], "given: -1 is no index"), ([True], "one of given is True"), (1.5, "given=1.5; expected a list of names of joints"),
+                        ([free, name], f"given: '{name}' is named more than once"), (np.array([0.5]), "one of given is .*0.5")):  # fmt: skip
+        with pytest.raises(ValueError, match=said):
+            m.consistent_velocity(q, v, given=wrong)
+    ball = ksl.Builder("ball").add_link("ground").add_link("body", 1.0, (0.1, 0, 0), np.eye(3)).add_joint("socket", "spherical", "ground", "body")
+    ball = ball.add_loop("rod", "spherical", "body", "ground", _pose([0.5, 0, 0]), _pose([0.5, 0, 0])).build(drives=[])
+    assert ball.close(ball.neutral(), hold=[0, 1, 2]).converged and len(ball.branches(ball.neutral(), hold="socket", starts=3)) == 1
+    with pytest.raises(ValueError, match="hold: 1 is one of the coordinates of joint 'socket', whose position has a quaternion; name the joint"):
+        ball.close(ball.neutral(), hold=[1])
 
 
 def test_joints_to_be_sized_once(robot, state):

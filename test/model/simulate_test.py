@@ -326,3 +326,16 @@ def test_which_of_several_runs_ended_early_is_told(runs, said):
     with pytest.warns(RuntimeWarning, match=rf"{said} .*it takes more steps than most_steps, 3; take longer steps.*; its energy was .* J\.  Rows after that are NaN"):
         run = M.simulate(q, v, [0.0, 5.0], most_steps=3)
     assert not np.any(run.complete)
+
+
+def test_momentum_is_counted_from_the_first_time():
+    """Of a body that falls freely, whatever its clock says at the start."""
+    m = ksl.Builder("stone").add_link("stone", 2.0, (0.1, 0, 0), 0.1 * np.eye(3)).build(floating_base=True)
+    run = m.simulate(m.neutral(), [0.3, 0, 1.0, 2.0, -1.0, 0.5], [5.0, 5.1, 5.3])
+    assert run.kinetic[-1] > 3 and np.abs(run.drift.momentum).max() < 1e-8
+
+
+def test_energies_that_are_not_finite_are_said():
+    m = ksl.Builder("stone").add_link("stone", 2.0, (0.1, 0, 0), 0.1 * np.eye(3)).build(floating_base=True)
+    with pytest.warns(RuntimeWarning, match=r"the run: its energy or the work done on it is not finite at 0\.\d+ s: velocities, efforts or wrenches are too large"):
+        m.simulate(m.neutral(), np.zeros(6), [0.0, 0.001], external={"stone": [1e160, 0, 0, 0, 0, 0]})

@@ -6,7 +6,7 @@
 
 MUTATE_RUN = $(BIN)/python test/mutate/run.py
 
-MUTATE_SCOPES = algebra engine load batch sizing load_cases motions sweeps checks
+MUTATE_SCOPES = algebra engine load batch sizing load_cases motions sweeps checks model comparison
 
 mutate: build/mutate/.libraries
 	$(MUTATE_RUN) $(or $(MUTATED),$(MUTATE_SCOPES)) --list $(if $(MUTATED),,--write)

@@ -1,6 +1,6 @@
 """`make mutate`: how many sign, index and operator mutants the tests notice.
 
-    run.py algebra engine load batch sizing load_cases motions sweeps checks [--fraction 0.25] [--seed 11] [--jobs 2] [--cpp] [--list] [--write]
+    run.py algebra engine load batch sizing load_cases motions sweeps checks model comparison [--fraction 0.25] [--seed 11] [--jobs 2] [--cpp] [--list] [--write]
 
 Each scope is compiled once with all its mutants (build.py).  The run begins with its own proof: in the same kind of process, order and
 limits, tests pass without a mutant, and mutants that are known to be wrong die.  Then every mutant, or a random part of them, is activated in turn.  Equivalent mutants,
@@ -39,6 +39,8 @@ KNOWN = {
     "motions": [("python/ksl/motions/signal/rates.py", "cosine * x[:, 0] + sine * x[:, 1]", "+ → -")],
     "sweeps": [("python/ksl/sweeps/variants.py", "motion.time / factor", "/ → *")],
     "checks": [("python/ksl/checks/extent.py", "bounds[1] - bounds[0]", "- → +")],
+    "model": [("python/ksl/model/mjcf_loops.py", "y0 + free - multiplier * x0", "- → +")],
+    "comparison": [("python/ksl/comparison/bodies.py", "mass * np.outer(centroid, centroid)", "* → /")],
 }
 PROGRAMS = {"engine": ("engine_test", "interfaces_test"), "load": ("load_test",), "batch": ("threads_test", "threads_fault_test", "engine_test", "interfaces_test")}
 FOLDERS = {"load_test": "test/load", "threads_fault_test": "test/faults"}
@@ -49,6 +51,8 @@ IN_PYTHON = {
 }
 """Tests that meet the mutated module, after the first program."""
 PYTHON = python_mutator.ROOMS
+BESIDE = {"model": [f"test/laws/{name}_test.py" for name in ("simulation", "limits", "section", "closed", "inverse_kinematics")]}
+"""Tests of a room of Python that stand elsewhere."""
 NONE = 0  # the number of a run without a mutant
 NOTICED = ("failed", "crashed", "timeout")
 PROMISED = {"algebra": 0.95, "engine": 0.95}  # of the mutants of each scope; of the others
@@ -137,7 +141,7 @@ def python_tests(build, library, folders, numbers, jobs, packages=()):
 def all_tests(build, numbers, jobs, laws):
     """Of the engine, first the C++ tests, which are fast; then Python's laws, and those of all interfaces, for what is left."""
     if build.scope in PYTHON:
-        return python_tests(build, None, [f"test/{build.scope}"], numbers, jobs)
+        return python_tests(build, None, [f"test/{build.scope}", *BESIDE.get(build.scope, [])], numbers, jobs)
     if build.scope == "algebra":
         return python_tests(build, build.folder / "libksl_algebra.so", ["test/algebra"], numbers, jobs)
     results, reached = dict.fromkeys(numbers, ("unreached", 0, "")), set()

@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import re
 import subprocess
 import sys
 
@@ -341,6 +342,21 @@ def test_what_is_refused():
         p = torch.tensor(m.parameters)
         p[3, 0] = -1
         d.inverse_dynamics(q, v, a, p)
+
+
+def test_names_that_are_not_differentiated_lead_to_those_that_are():
+    d = ksl.torch.differentiable(robot_named("ur5"))
+    for name, said in (
+        ("invers_dynamics", "a TorchCalls has no 'invers_dynamics'; did you mean 'inverse_dynamics'"),
+        ("fkine", "that is d.frame_poses(q, names)"),
+        ("frame_pose", "did you mean 'frame_poses'? the model has it, without derivatives: m.frame_pose"),
+        ("body_jacobian", "the model has it, without derivatives: m.jacobian(q, name)"),
+        ("simulate", "the model has it, without derivatives: m.simulate"),
+        ("zzz", "dir(d) lists all"),
+    ):
+        with pytest.raises(AttributeError, match=re.escape(said)):
+            getattr(d, name)
+    assert not hasattr(d, "__array__") and copy.deepcopy(d).model is not None
 
 
 def test_without_torch_the_command_that_brings_it_is_named():

@@ -352,3 +352,10 @@ def test_the_camera_sees_the_whole_motion(arm, swing):
     for k in range(0, len(t), max(1, len(t) // 23)):
         assert (scene.bounds(k)[0] >= low - 0.05 * scene.size).all() and (scene.bounds(k)[1] <= high + 0.05 * scene.size).all()
     assert (low <= scene.bounds(0)[0]).all() and (high >= scene.bounds(len(t) - 1)[1]).all()
+
+
+def test_wrenches_whose_squares_are_infinite(examples):
+    """A link of 1e160 kg ended in "float division by zero"."""
+    m = ksl.load(examples / "robots/ur5.urdf").with_parameters({"wrist_3_link": (1e160, (0, 0, 0.1), 1e160 * np.eye(3))})
+    scene = make_scene(m, np.zeros(6))
+    assert 0 < scene.scale.force < 1e-150 and 0 < scene.scale.moment < 1e-150

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 OF_MODEL = {
     "add_payload": "with_payload(link, mass, center_of_mass)",
     "body_jacobian": "jacobian(q, name)",
@@ -92,3 +94,24 @@ OF_PACKAGE = {
     "view": "ksl.load(path).show(q)",
 }
 """{name: what to call in its place}."""
+
+
+def unknown_call(owner: str, called: str, name: str, known: Collection[str], of_model: Collection[str] = ()) -> str:
+    """Says that an object has no attribute of this name, and which one is meant.
+
+    owner: what it is; called: its name in examples; known: the attributes that it has; of_model: those of the model that it was made from.
+    """
+    from ksl.base.errors import near_names
+
+    mend = OF_MODEL.get(name, "")
+    if mend and (not of_model or _head(mend) in known):
+        said = f"that is {called}.{mend}"
+    elif name in of_model or _head(mend) in of_model:
+        said = f"{near_names(name, known)}the model has it, without derivatives: m.{mend or name}"
+    else:
+        said = f"{near_names(name, known)}dir({called}) lists all"
+    return f"{owner} has no {name!r}; {said}"
+
+
+def _head(call: str) -> str:
+    return call.partition("(")[0]

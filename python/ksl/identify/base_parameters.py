@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ksl.base.real_arrays import real_array
 from ksl.identify.consistency import PARAMETERS, Array
 from ksl.model.calls import Calls
-from ksl.model.requests import names_in_order
+from ksl.model.requests import names_in_order, require_once
 
 TOLERANCE = 1e-8
 NEAR = 0.3
@@ -72,8 +72,7 @@ def links_once(model: Calls, links: Iterable[str]) -> list[str]:
     """The links that are asked for.  Raises ValueError where one is named twice: what a motion tells of it would be told of both."""
     given = names_in_order(links, "links") or ()
     names = [model.link(name).name for name in ([given] if isinstance(given, str) else given)]
-    if len(set(names)) != len(names):
-        raise ValueError(f"links: {max(names, key=names.count)!r} is named more than once; name each link once")
+    require_once(names, "links")
     return names
 
 

@@ -31,6 +31,7 @@ from ksl.model.lengths import extent, far_point
 from ksl.model.model import Model
 from ksl.model.requests import WORLD
 from ksl.model.states import Array
+from ksl.model.surgery import under_gravity, with_body
 from ksl.motions.motion import Motion
 from ksl.motions.reading import WRENCH_COLUMNS, read_motion
 from ksl.motions.reading_options import OPTIONS
@@ -242,7 +243,7 @@ class _Case:
         for i, given in enumerate(_list(f"{self.where}: payloads", self.spec.get("payloads", []))):
             payload = self._payload(f"{self.where}: payload {i + 1}", given)
             try:
-                model = model.with_payload(payload.link, payload.mass, payload.center, None if payload.inertia is None else np.array(payload.inertia).reshape(3, 3))
+                model = with_body(model, payload.link, payload.mass, payload.center, None if payload.inertia is None else np.array(payload.inertia).reshape(3, 3))
             except ValueError as e:
                 raise CaseError(f"{self.where}: payload {i + 1}: {e}") from None
             carried.append(payload)
@@ -269,9 +270,9 @@ class _Case:
     def _under_gravity(self, model: Model) -> Model:
         """Gravity is that of the case, turned into the axes of the mounted base."""
         if "gravity" in self.spec:
-            model = model.with_gravity(_numbers(f"{self.where}: gravity", self.spec["gravity"], 3))
+            model = under_gravity(model, _numbers(f"{self.where}: gravity", self.spec["gravity"], 3))
         if "mounting" in self.spec:
-            model = model.with_gravity(_rotation(f"{self.where}: mounting", self.spec["mounting"]).T @ model.gravity)
+            model = under_gravity(model, _rotation(f"{self.where}: mounting", self.spec["mounting"]).T @ model.gravity)
         return model
 
     def _frame(self, where: str, name: Any, what: str, known: Collection[str]) -> str:

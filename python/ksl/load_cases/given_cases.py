@@ -18,6 +18,7 @@ from ksl.load_cases.motion_given import motion_given
 from ksl.load_cases.wrench_table import wrenches_of_arrays
 from ksl.model.model import Model
 from ksl.model.states import External
+from ksl.model.surgery import with_body
 from ksl.motions.motion import Motion
 
 MotionGiven = str | os.PathLike[str] | Motion | Sequence[ArrayLike] | Any
@@ -56,7 +57,7 @@ def one_case(
 
     points = payload_points(payloads)
     for link, mass, center in points:
-        model = model.with_payload(link, mass, center)
+        model = with_body(model, link, mass, center)
     carried = [Payload(model.link(link).name, mass, (x, y, z)) for link, mass, (x, y, z) in points]
     if isinstance(motion, (str, os.PathLike)):
         file = os.fspath(motion)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import MotionError
 from ksl.base.extras import require
+from ksl.base.finite_results import CHECK_UNITS
 from ksl.load_cases.load_case import Block, LoadCase, Placement
 from ksl.load_cases.provenance import Provenance, provenance_of
 from ksl.load_cases.reaction_joints import has_drive, reaction_joints
@@ -87,7 +88,13 @@ class TableWriter:
         columns += [self._of(self._moving, np.column_stack([of[k] for of in moved]) if moved else np.empty((n, 0))) for k in range(3)]
         effort, speed = block.tau[:, self._v_index], block.v[:, self._v_index]
         of_drive = block.of_drives(effort)
-        columns += [self._of(self._driven, of_drive), self._of(self._driven, of_drive * speed)]
+        with np.errstate(over="ignore"):
+            power = of_drive * speed
+        if np.isinf(power).any():
+            sample, drive = np.argwhere(np.isinf(power))[0]
+            joint = [j.name for j, driven in zip(self._joints, self._driven) if driven][drive]
+            raise MotionError(f"the power of {joint} is not finite at {block.time[sample]:.9g} s: efforts or velocities are too large for double precision; {CHECK_UNITS}")
+        columns += [self._of(self._driven, of_drive), self._of(self._driven, power)]
         none = np.zeros(joints, dtype=bool)
         if self._with_brake:
             columns.append(self._of(self._driven, effort, block.braked))

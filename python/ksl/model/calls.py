@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.model.loops import Gains, LoopCalls
-from ksl.model.requests import one_of
+from ksl.model.requests import one_of, requests_given
 from ksl.model.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, Undetermined, external_in, numbers
 from ksl.model.stiffness import Stiffness
 
@@ -18,7 +18,7 @@ class Calls(LoopCalls):
     """A method for each algorithm."""
 
     def inverse_dynamics_with_reactions(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, requests: Sequence[_core.Request], external: External | None = None, threads: int | None = None,
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, requests: Sequence[_core.Request] | _core.Request, external: External | None = None, threads: int | None = None,
         external_axes: ExternalAxes = "link",
     ) -> tuple[Array, ...]:  # fmt: skip
         """Efforts (…, nv) and, for each request, reactions (…, joints, 6), in one pass over the states; N m, N.
@@ -27,7 +27,7 @@ class Calls(LoopCalls):
         q, v, a, external, threads, external_axes: as in :meth:`inverse_dynamics`.  Results are those of :meth:`inverse_dynamics` and
         :meth:`reactions`, to the bit.
         """
-        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external_in(external, external_axes), tuple(requests), None, threads)
+        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external_in(external, external_axes), requests_given(requests), None, threads)
 
     def inverse_dynamics(
         self,
@@ -197,7 +197,7 @@ class Calls(LoopCalls):
             a = m.forward_dynamics(q, v, tau)                                   # (6,), rad/s²
         """
         if stabilise is not None:
-            return self._stabilised(q, v, tau, external, out, external_axes, stabilise)
+            return self._stabilised(q, v, tau, external, out, external_axes, stabilise, threads)
         if external_axes != "link":
             external = external_in(external, external_axes)
         return self._core.forward_dynamics(q, v, tau, None, external, None, out, threads)
@@ -456,7 +456,7 @@ class Calls(LoopCalls):
         name: of the link, or of a joint (the child link).  point: three numbers, in the link's axes, m.
         axes: "frame" or "world".  q, v, out, threads: as in :meth:`inverse_dynamics`.  O(depth).
         """
-        return self._core.point_velocity(q, v, None, None, None, self._frames_of((name,), axes, "frame", "lin_ang", point), out, threads)
+        return self._core.point_velocity(q, v, None, None, None, self._point_of(name, axes, point), out, threads)
 
     def point_acceleration(
         self,
@@ -473,7 +473,7 @@ class Calls(LoopCalls):
 
         name, point, axes: as in :meth:`point_velocity`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  O(depth).
         """
-        return self._core.point_acceleration(q, v, a, None, None, self._frames_of((name,), axes, "frame", "lin_ang", point), out, threads)
+        return self._core.point_acceleration(q, v, a, None, None, self._point_of(name, axes, point), out, threads)
 
     def jacobian(
         self,
@@ -758,7 +758,7 @@ class Calls(LoopCalls):
             by_q, by_v, by_a = m.inverse_dynamics_derivatives(q, v, a)          # (6, 6) each
         """
         if self.loops:
-            return self._along("inverse_dynamics_derivatives", q, v, (a, "a"), external, out, external_axes)
+            return self._along("inverse_dynamics_derivatives", q, v, (a, "a"), external, out, external_axes, threads)
         if external_axes != "link":
             external = external_in(external, external_axes)
         return self._core.inverse_dynamics_derivatives(q, v, a, None, external, None, out, threads)
@@ -815,7 +815,7 @@ class Calls(LoopCalls):
         out must be None.
         """
         if self.loops:
-            return self._along("forward_dynamics_derivatives", q, v, (tau, "tau"), external, out, external_axes)
+            return self._along("forward_dynamics_derivatives", q, v, (tau, "tau"), external, out, external_axes, threads)
         if external_axes != "link":
             external = external_in(external, external_axes)
         return self._core.forward_dynamics_derivatives(q, v, tau, None, external, None, out, threads)
@@ -851,7 +851,7 @@ class Calls(LoopCalls):
         is an error, or with undetermined="nan" NaN.
         """
         if self.loops:
-            return self._reactions_along((q, v, a), external, on, at, axes, order, part, joints, out, external_axes, undetermined)
+            return self._reactions_along((q, v, a), external, on, at, axes, order, part, joints, out, external_axes, undetermined, threads)
         if external_axes != "link":
             external = external_in(external, external_axes)
         return self._core.reactions_derivatives(q, v, a, None, external, self.reaction_request(on, at, axes, order, part, joints), out, threads)

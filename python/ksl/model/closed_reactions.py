@@ -10,6 +10,7 @@ with the derivatives of the tree, whose wrenches are held in the axes of their l
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import ResultError
+from ksl.base.finite_results import require_finite
 from ksl.model.loops import TOLERANCES
 from ksl.model.requests import one_of
 from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined, items_of
@@ -55,7 +57,9 @@ def reactions_derivatives(
         raise ValueError(f"reactions_derivatives: joint {of_loops[0]} closes a loop; its derivatives are those at the joint, in its axes; ask for it with at=\"joint\" and axes=\"joint\"")
     (q, v, a, *given), _, leading = m._with_external((states[0], "q", m.nq), (states[1], "v", m.nv), (states[2], "a", m.nv), external=external, axes=axes)
     wrenches = [(link, wrench) for (link, _), wrench in zip(items_of(external, axes), given, strict=True)]
-    open_components = np.array([_undetermined(m, position, request, undetermined) for position in q]).reshape(len(q), len(request.joints), 6)
+    open_components = np.zeros((len(q), len(request.joints), 6), dtype=bool)
+    for k, position in enumerate(q):
+        open_components[k] = _undetermined(m, position, request, undetermined)
     found = _Variations(m, (q, v, a), wrenches, axes)
     out = np.zeros((3, len(q), len(request.joints), 6, found.freedoms))
     of_tree = [i for i, name in enumerate(request.joints) if name not in m.loop_names]
@@ -66,6 +70,8 @@ def reactions_derivatives(
             of_loop = np.moveaxis(found.at_joints[:, :, :, m.loop_names.index(name)], (0, 1, 2), (1, 0, 3))  # (3, states, 6, freedoms)
             turned = of_loop if request.order == "lin_ang" else np.roll(of_loop, 3, axis=2)
             out[:, :, i] = turned if request.on == "child" else -turned
+    for name, by in zip("qva", out):
+        require_finite("reactions_derivatives", f"derivative by {name}", by.reshape(len(q), math.prod(by.shape[1:])))
     out[:, open_components] = np.nan
     by_q, by_v, by_a = (x.reshape(*leading, *x.shape[1:]) for x in out)
     return by_q, by_v, by_a

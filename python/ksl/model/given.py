@@ -64,6 +64,19 @@ def number(x: Any, what: str) -> float:
         raise ValueError(f"{what} is {x!r}; expected a number") from None
 
 
+def threads(x: object) -> int:
+    """How many threads at most; 0 is all cores.  As the compiled calls take it."""
+    most = 0 if x is None else int(x) if isinstance(x, (int, np.integer)) and is_index(x) else -1
+    if most < 0:
+        raise ValueError(f"threads={x!r}; expected how many threads to use at most, or None or 0 for all cores")
+    return min(most, 1 << 30)
+
+
+def is_index(x: object) -> bool:
+    """Whether it is a whole number, and no truth value."""
+    return isinstance(x, (int, np.integer)) and not isinstance(x, bool)
+
+
 def name(x: object, what: str) -> str:
     if not isinstance(x, str) or (not x.isascii() and any("\ud800" <= character <= "\udfff" for character in x)):  # halves of surrogate pairs are no text
         raise ValueError(f"{what} is {x!r}; expected a name")

@@ -93,13 +93,13 @@ class InverseKinematicsCalls(Requests):
         frames = [(self.frame_link(name), *_weights_of(weights, name)) for name in wanted]
         poses = real_array(target.array_in("world") if isinstance(target, TypedPose) else target, "target")
         axes = (4, 4) if isinstance(names, str) else (len(wanted), 4, 4)
-        if poses.dtype.kind not in "fiu" or poses.shape[poses.ndim - len(axes) :] != axes:
+        if poses.dtype.kind not in "fiub" or poses.shape[poses.ndim - len(axes) :] != axes:
             raise ValueError(f"target has shape {poses.shape}; expected (…, {', '.join(map(str, axes))}): poses in the world")
         leading = poses.shape[: poses.ndim - len(axes)]
         start = None
         if q0 is not None:
             start = argument(q0, "q0", self.nq, self._core)
-            if start.shape[-1:] != (self.nq,) or start.dtype.kind not in "fiu":
+            if start.shape[-1:] != (self.nq,) or start.dtype.kind not in "fiub":
                 raise ValueError(f"q0 has shape {start.shape}; expected (…, {self.nq}): nq numbers for each target")
             if not np.isfinite(start).all():
                 raise ValueError("q0 has numbers that are not finite")

@@ -12,9 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ksl import _core
+from ksl.base.callers import called_from
+from ksl.base.errors import QuaternionWarning
+from ksl.base.finite_results import require_finite
 from ksl.model import given
-from ksl.model.requests import Requests, names_in_order
-from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined, argument, external_in, items_of
+from ksl.model.chosen_coordinates import Chosen, ChosenCoordinates
+from ksl.model.requests import names_in_order
+from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined, argument_rows, external_in, items_of, leading_shape
 from ksl.model.stiffness import Stiffness
 
 Gains = float | tuple[float, float]
@@ -87,7 +91,7 @@ class Closed:
         return f"<ksl positions, {self.converged.size}: {ends or 'none'}; largest error {float(self.error.max(initial=0.0)):.3g} m>"
 
 
-class LoopCalls(Requests):
+class LoopCalls(ChosenCoordinates):
     """The calls of a model.  Without loops their answers are those of a tree: no equations, all coordinates independent."""
 
     def mobility(self, q: ArrayLike) -> Mobility:
@@ -99,9 +103,7 @@ class LoopCalls(Requests):
 
             m.mobility(q).mobility
         """
-        positions, _ = self._states((q, "q", self.nq))
-        if len(positions) != 1:
-            raise ValueError(f"q has {len(positions)} positions; expected one, ({self.nq},)")
+        positions = self._one_position(q)
         opened = np.abs(self.loop_error(positions)).max(initial=0.0)
         if opened > TOLERANCES["accepted"] * max(1.0, length_of(self)):
             said = f"q is open by {opened:.3g} m or rad: these freedoms are those of the position, not of the mechanism; close(q) gives the nearest closed one"
@@ -116,18 +118,17 @@ class LoopCalls(Requests):
         the joint's best position explains, the components that the joint resists, forces first, in the axes of the frame on the successor.
         """
         positions, leading = self._states((q, "q", self.nq))
-        return self._core.loop_error(positions).reshape(*leading, -1) if self.loops else np.zeros((*leading, 0))
+        return _finite("loop_error", "error", self._core.loop_error(positions)).reshape(*leading, self._core.loop_rows)
 
     def loop_jacobian(self, q: ArrayLike) -> Array:
         """The Jacobian J (…, rows, nv) of the loops' equations for q (…, nq): d(error) = J dv at closed positions, and J v = 0."""
         positions, leading = self._states((q, "q", self.nq))
-        rows = self._core.loop_rows
-        return self._core.loop_jacobian(positions).reshape(*leading, rows, self.nv) if rows else np.zeros((*leading, 0, self.nv))
+        return _finite("loop_jacobian", "J", self._core.loop_jacobian(positions)).reshape(*leading, self._core.loop_rows, self.nv)
 
     def loop_acceleration(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array:
         """The rates (…, rows) of J v, J a + (rate of J) v, for q (…, nq), v and a (…, nv): zero for motions that keep the loops closed."""
         *arrays, leading = self._several((q, "q", self.nq), (v, "v", self.nv), (a, "a", self.nv))
-        return self._core.loop_acceleration(*arrays).reshape(*leading, -1) if self.loops else np.zeros((*leading, 0))
+        return _finite("loop_acceleration", "acceleration", self._core.loop_acceleration(*arrays)).reshape(*leading, self._core.loop_rows)
 
     def force_element_states(self, q: ArrayLike, v: ArrayLike = 0.0) -> ForceElementStates:
         """Lengths, their rates and tensions of the springs, dampers and cylinders between two points, for q (…, nq) and v (…, nv).
@@ -137,24 +138,23 @@ class LoopCalls(Requests):
 
             m.force_element_states(q).tension
         """
-        moving = np.zeros(self.nv) if np.ndim(v) == 0 and v == 0 else v
-        at, rates, leading = self._several((q, "q", self.nq), (moving, "v", self.nv))
-        found = self._core.force_element_states(at, rates).reshape(*leading, 3, len(self.force_elements))
+        at, rates, leading = self._several((q, "q", self.nq), (v, "v", self.nv))
+        numbers = _finite("force_element_states", "states", self._core.force_element_states(at, rates))
+        found = numbers.reshape(*leading, 3, len(self.force_elements))
         return ForceElementStates(found[..., 0, :], found[..., 1, :], found[..., 2, :])
 
     def independent(self, q: ArrayLike) -> NDArray[np.intp]:
         """Indices into v, ascending, of coordinates that all others follow from at q (nq).
 
         They are those of the drives where these are as many as the freedoms and determine the motion, else those that elimination with
-        complete pivoting leaves.  Columns of derivatives are in this order.
+        complete pivoting leaves.  Columns of derivatives are in this order, and `hold=` and `given=` of the calls below take it.
         """
-        positions, _ = self._states((q, "q", self.nq))
-        return np.array(self._core.independent(positions[:1]), dtype=np.intp)
+        return np.array(self._core.independent(self._one_position(q)), dtype=np.intp)
 
-    def close(self, q: ArrayLike, hold: Iterable[str] = (), limits: bool = False, iterations: int = 100, starts: int = STARTS) -> Closed:
+    def close(self, q: ArrayLike, hold: Chosen = (), limits: bool = False, iterations: int = 100, starts: int = STARTS) -> Closed:
         """The closed position nearest to q (…, nq), with the coordinates of some joints kept.
 
-        hold: names of joints whose positions stay as they are, those of drives for example.  limits: keep the limits of joints.
+        hold: joints whose positions stay as they are, those of drives for example: names, or indices of :meth:`independent`.  limits: keep the limits of joints.
         Nearest is the norm of :meth:`difference` over all coordinates, in rad and m; it is found from q by Gauss–Newton steps with a line
         search, then along the closed positions, so that it may be a local one.  Where that ends open, the search goes on from other starts,
         `starts` with q, the same in every call, and takes the nearest of the first that it finds: starts=1 finds positions near q alone.
@@ -167,57 +167,58 @@ class LoopCalls(Requests):
         if type(iterations) is bool or not isinstance(iterations, (int, np.integer)) or iterations < 1:
             raise ValueError(f"iterations={iterations!r}; expected a number of steps, 1 or more")
         many = _starts(starts)
-        found, how, error = self._core.close(positions, self._coordinates_of(hold, "hold"), given.flag(limits, "limits"), int(iterations), many)
+        found, how, error = self._core.close(positions, self._held_of_positions(hold), given.flag(limits, "limits"), int(iterations), many)
         if not leading:  # one position, in less time
             return Closed(found[0], _CONVERGED[how[0]], _REASONS[how[0]], np.array(error[0]))
         ends = np.array(how, dtype=np.intp).reshape(leading)
         return Closed(found.reshape(*leading, self.nq), (ends == 0)[()], _CLOSING[ends, ...], np.array(error).reshape(leading))
 
-    def branches(self, q: ArrayLike, hold: Iterable[str] = (), starts: int = 64, seed: int = 0, limits: bool = False) -> Array:
+    def branches(self, q: ArrayLike, hold: Chosen = (), starts: int = 64, seed: int = 0, limits: bool = False) -> Array:
         """Distinct closed positions (branches, nq) with the coordinates of `hold` as in q (nq), nearest to q first.
 
         The search closes the mechanism from q and from `starts` − 1 random positions (:meth:`random`, with this seed), and keeps positions
         that differ by more than 1e-6 in a coordinate.  It finds the branches that these starts lead to, and can't say that there are no others.
         Where the held joints leave freedoms, the branches are samples of a continuum.
         """
-        start, _ = self._states((q, "q", self.nq))
-        held = [self.joint(name) for name in self._names_of(hold, "hold")]
-        tried = np.vstack([start[:1], self.random(seed, size=_starts(starts) - 1)])
-        for joint in held:
-            tried[:, joint.q_index : joint.q_index + joint.nq] = start[0, joint.q_index : joint.q_index + joint.nq]
-        closed = self.close(tried, hold=[joint.name for joint in held], limits=limits, starts=1)
+        start = self._one_position(q)
+        held = self._held_of_positions(hold)
+        tried = np.vstack([start, self.random(seed, size=_starts(starts) - 1)])
+        kept = [k for joint in self.joints[: self._moving] for k in self._numbers_held(joint, held)]
+        tried[:, kept] = start[0, kept]
+        closed = self.close(tried, hold=held, limits=limits, starts=1)
         found: list[Array] = []
         for position in closed.q[closed.converged]:
             if all(np.abs(self._difference(other, position)).max(initial=0.0) > SAME for other in found):
                 found.append(position)
-        found.sort(key=lambda position: float(np.linalg.norm(self._difference(start[0], position))))
+        found.sort(key=lambda position: math.hypot(*self._difference(start[0], position).tolist()))
         return np.array(found).reshape(len(found), self.nq)
 
-    def consistent_velocity(self, q: ArrayLike, v: ArrayLike, given: Iterable[str]) -> Array:
+    def consistent_velocity(self, q: ArrayLike, v: ArrayLike, given: Chosen) -> Array:
         """Velocities (…, nv) that keep the loops closed at q (…, nq), with the coordinates of the joints `given` as in v (…, nv).
 
+        given: names of joints, or indices into v, as :meth:`independent` has them.
         Where the given joints leave freedoms, the result is the one nearest to v, in the sum of squares of its numbers, and a warning says
         so.  Coordinates that no motion of the closed mechanism has are a ValueError.
 
             v = m.consistent_velocity(q, v, given=["crank"])
         """
         at, moving, leading = self._several((q, "q", self.nq), (v, "v", self.nv))
-        names = self._names_of(given, "given")
-        found, how = self._core.consistent_velocity(at, moving, self._coordinates_of(names, "given"))
-        self._judge(how, names, "velocities")
-        return found.reshape(*leading, self.nv)
+        wanted = self._chosen(given, "given")
+        found, how = self._core.consistent_velocity(at, moving, self._coordinates_of(wanted, "given"))
+        self._judge(how, wanted, "velocities")
+        return _finite("consistent_velocity", "v", found).reshape(*leading, self.nv)
 
-    def consistent_acceleration(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, given: Iterable[str]) -> Array:
+    def consistent_acceleration(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, given: Chosen) -> Array:
         """Accelerations (…, nv) that keep the loops closed at q and v, with the coordinates of the joints `given` as in a (…, nv).
 
         v must keep the loops closed.  The rate of the equations, which velocities cause, is included.  Otherwise as
         :meth:`consistent_velocity`.
         """
         at, moving, rates, leading = self._several((q, "q", self.nq), (v, "v", self.nv), (a, "a", self.nv))
-        names = self._names_of(given, "given")
-        found, how = self._core.consistent_acceleration(at, moving, rates, self._coordinates_of(names, "given"))
-        self._judge(how, names, "accelerations")
-        return found.reshape(*leading, self.nv)
+        wanted = self._chosen(given, "given")
+        found, how = self._core.consistent_acceleration(at, moving, rates, self._coordinates_of(wanted, "given"))
+        self._judge(how, wanted, "accelerations")
+        return _finite("consistent_acceleration", "a", found).reshape(*leading, self.nv)
 
     def reactions_null_basis(self, q: ArrayLike, joints: Iterable[str] | None = None) -> Array:
         """Patterns (redundant, joints, 6) of wrenches that may be added to the reactions at q (nq) without a change that can be observed.
@@ -225,12 +226,12 @@ class LoopCalls(Requests):
         They are orthonormal over all joints, tree and loop, in N and N m, each wrench at the joint's frame on the side called child;
         those of the joints asked for are then taken.  joints: as in :meth:`reactions`.
         """
-        positions, _ = self._states((q, "q", self.nq))
+        position = self._one_position(q)
         names = self.joint_names if joints is None else self._names_of(names_in_order(joints, "joints") or (), "joints")
         where = [self._reaction_index(name) for name in names]
         if not self.loops:
             return np.zeros((0, len(names), 6))
-        patterns = self._core.reaction_patterns(positions[:1])
+        patterns = self._core.reaction_patterns(position)
         chosen: Array = patterns.reshape(len(patterns), len(self.joints) + len(self.loops), 6)[:, where]
         return chosen
 
@@ -249,11 +250,13 @@ class LoopCalls(Requests):
         raise NotImplementedError
 
     def _stabilised(
-        self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None, out: object, external_axes: ExternalAxes, gains: Gains
-    ) -> Array:
+        self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None, out: object, external_axes: ExternalAxes, gains: Gains,
+        threads: int | None,
+    ) -> Array:  # fmt: skip
         """Accelerations that correct errors of the loops."""
         if out is not None:
             raise ValueError("forward_dynamics: out= is for calls without stabilise=; leave one of both out")
+        given.threads(threads)
         both = np.asarray(given.numbers(gains, "stabilise"), dtype=float)
         if both.shape not in ((), (2,)) or not np.isfinite(both).all() or (both < 0).any():
             raise ValueError(f"stabilise={gains!r}; expected (α, β) in 1/s, or one number for both, 0 or more")
@@ -261,11 +264,11 @@ class LoopCalls(Requests):
         arrays, links, leading = self._with_external((q, "q", self.nq), (v, "v", self.nv), (tau, "tau", self.nv), external=external, axes=external_axes)
         at, moving, efforts, *wrenches = arrays
         found: Array = self._core.stabilised_forward_dynamics(at, moving, efforts, links, wrenches, external_axes == "world", alpha, beta)
-        return found.reshape(*leading, self.nv)
+        return _finite("forward_dynamics", "a", found).reshape(*leading, self.nv)
 
     def _reactions_along(
         self, states: tuple[ArrayLike, ArrayLike, ArrayLike], external: External | None, on: Side, at: Point, axes: str, order: Order, part: Part,
-        joints: Iterable[str] | None, out: object, external_axes: ExternalAxes, undetermined: Undetermined,
+        joints: Iterable[str] | None, out: object, external_axes: ExternalAxes, undetermined: Undetermined, threads: int | None,
     ) -> tuple[Array, Array, Array]:  # fmt: skip
         """Derivatives of reactions along the mechanism, which :mod:`ksl.model.surgery` has: they need the tree."""
         raise NotImplementedError
@@ -281,17 +284,21 @@ class LoopCalls(Requests):
         return arrays, [self._index(self._link_index, link, "link") for link, _ in items], leading
 
     def _along(
-        self, call: str, q: ArrayLike, v: ArrayLike, x: tuple[ArrayLike, str], external: External | None, out: object, external_axes: ExternalAxes
-    ) -> tuple[Array, Array, Array]:
+        self, call: str, q: ArrayLike, v: ArrayLike, x: tuple[ArrayLike, str], external: External | None, out: object, external_axes: ExternalAxes,
+        threads: int | None,
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
         """Derivatives along the mechanism: columns are the independent coordinates; those by efforts are all."""
         if out is not None:
             raise ValueError(f"{call}: out= is for models without loops; the number of columns follows from the position")
+        given.threads(threads)
         if external is None and external_axes == "link":  # one state of plain arrays, which is soon computed
             of_state = self._core.closed_derivatives_of_state(q, v, x[0], x[1] == "tau")
             if of_state is not None:
                 return cast("tuple[Array, Array, Array]", of_state)
         arrays, links, leading = self._with_external((q, "q", self.nq), (v, "v", self.nv), (*x, self.nv), external=external, axes=external_axes)
         by_q, by_v, by_x, free = self._core.closed_derivatives(arrays[0], arrays[1], arrays[2], links, arrays[3:], external_axes == "world", x[1] == "tau")
+        for name, by in zip(("q", "v", x[1]), (by_q, by_v, by_x)):
+            require_finite(call, f"derivative by {name}", by)
         if not leading:  # one state
             return by_q.reshape(self.nv, free), by_v.reshape(self.nv, free), by_x.reshape(self.nv, -1)
         columns = self.nv if x[1] == "tau" else free
@@ -315,53 +322,38 @@ class LoopCalls(Requests):
     def _names_of(self, names: Iterable[str], what: str) -> list[str]:
         return given.names(names, what)
 
-    def _coordinates_of(self, names: Iterable[str], what: str) -> list[int]:
-        """The coordinates in v of joints of the tree that move."""
-        if type(names) in (list, tuple):  # of names that are those of such joints, nearly always
-            try:
-                return [coordinate for name in names for coordinate in self._own_coordinates[name]]
-            except (KeyError, TypeError):
-                pass
-        coordinates: list[int] = []
-        for name in self._names_of(names, what):
-            if name in self._own_coordinates:
-                coordinates += self._own_coordinates[name]
-                continue
-            if self._plain(name, "joint") in self._loop_index:
-                raise ValueError(f"{what}: {name!r} closes a loop, and has no coordinates; name joints of the tree")
-            joint = self.joint(name)
-            if joint.nv == 0:
-                said = f"follows {joint.leader!r}; name that one" if joint.leader else "is fixed; leave it out"
-                raise ValueError(f"{what}: joint {name!r} {said}")
-            coordinates += range(joint.v_index, joint.v_index + joint.nv)
-        return coordinates
-
     def _states(self, *inputs: tuple[ArrayLike, str, int]) -> tuple[Array, tuple[int, ...]]:
         array, leading = self._several(*inputs)
         return array, leading
 
-    def _several(self, *inputs: tuple[ArrayLike, str, int]) -> list[Any]:
-        """Arrays (states, columns) of doubles, and their common leading shape."""
-        if (one := _one_state(inputs)) is not None:
-            return [*one, ()]
-        arrays = []
-        for x, name, columns in inputs:
-            array = np.asarray(argument(x, name, columns, self._core), dtype=float)
-            if array.ndim == 0 or array.shape[-1] != columns:
-                raise ValueError(f"{name} has shape {array.shape}; expected (…, {columns})")
-            if not np.isfinite(array).all():
-                where = np.argwhere(~np.isfinite(array))[0].tolist()
-                raise ValueError(f"{name}{where} is {array[tuple(where)]}; every number must be finite")
-            arrays.append(array)
-        try:
-            leading = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
-        except ValueError:
-            found = ", ".join(f"{name} {array.shape}" for (_, name, _), array in zip(inputs, arrays, strict=True))
-            raise ValueError(f"leading shapes don't broadcast: {found}") from None
-        rows = [np.ascontiguousarray(np.broadcast_to(array, (*leading, array.shape[-1])).reshape(math.prod(leading), array.shape[-1])) for array in arrays]
-        return [*rows, leading]
+    def _one_position(self, q: ArrayLike) -> Array:
+        """(1, nq): of calls whose answer is that of one position."""
+        positions, leading = self._states((q, "q", self.nq))
+        if len(positions) != 1:
+            raise ValueError(f"q has {len(positions)} positions, {(*leading, self.nq)}; expected one, ({self.nq},)")
+        return positions
 
-    def _judge(self, how: Sequence[int], names: Sequence[str], what: str) -> None:
+    def _several(self, *inputs: tuple[ArrayLike, str, int]) -> list[Any]:
+        """Arrays (states, columns) of doubles, and their common leading shape.  The first are positions, whose quaternions get unit length."""
+        if (one := _one_state(inputs)) is not None:
+            return [self._with_unit_quaternions(one[0]), *one[1:], ()]
+        arrays = {name: argument_rows(x, name, columns, self._core) for x, name, columns in inputs}
+        leading = leading_shape(arrays)
+        rows = [np.ascontiguousarray(np.broadcast_to(array, (*leading, array.shape[-1])).reshape(math.prod(leading), array.shape[-1])) for array in arrays.values()]
+        return [self._with_unit_quaternions(rows[0]), *rows[1:], leading]
+
+    def _with_unit_quaternions(self, q: Array) -> Array:
+        """Positions (states, nq), judged as calls of algorithms judge them: refused, or normalised with a warning."""
+        if not self._quaternions or self._core.has_unit_quaternions(q):
+            return q
+        method, level = called_from()
+        warnings.warn(self._core.judged_quaternions(q, method), QuaternionWarning, stacklevel=level)
+        q = q.copy()
+        for part in self._quaternions:
+            q[:, part] /= np.linalg.norm(q[:, part], axis=-1, keepdims=True)
+        return q
+
+    def _judge(self, how: Sequence[int], names: Sequence[str | int], what: str) -> None:
         """Refuses contradictions, and says where freedoms were left."""
         if _CONTRADICTORY in how:
             state = f" of state {how.index(_CONTRADICTORY)}" if len(how) > 1 else ""
@@ -375,9 +367,10 @@ class LoopCalls(Requests):
             warnings.warn(said, UserWarning, stacklevel=3)
 
 
-def coordinates_of(model: LoopCalls, names: Iterable[str], what: str) -> list[int]:
-    """The coordinates in v of joints of the tree that move.  what: the argument that names them, for messages."""
-    return model._coordinates_of(names, what)
+def _finite(call: str, result: str, rows: Array) -> Array:
+    """Results (states, numbers), all of which must be finite."""
+    require_finite(call, result, rows)
+    return rows
 
 
 def length_of(model: LoopCalls) -> float:

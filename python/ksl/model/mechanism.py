@@ -398,7 +398,7 @@ class Mechanism:
 
         Raises ValueError for joints with none or several coordinates.
         """
-        of, x = self._of_one_coordinate(joint), np.asarray(q)
+        of, x = self._of_one_coordinate(joint), self._rows(q, "q", self.nq)
         position: Array = x[..., of.q_index] if of.leader is None else of.multiplier * x[..., self.joint(of.leader).q_index] + of.offset
         return position
 
@@ -407,9 +407,16 @@ class Mechanism:
 
         Raises ValueError for joints with none or several coordinates.
         """
-        of, x = self._of_one_coordinate(joint), np.asarray(v)
+        of, x = self._of_one_coordinate(joint), self._rows(v, "v", self.nv)
         velocity: Array = x[..., of.v_index] if of.leader is None else of.multiplier * x[..., self.joint(of.leader).v_index]
         return velocity
+
+    def _rows(self, x: ArrayLike, name: str, columns: int) -> Array:
+        """Numbers of any type, NaN among them."""
+        array = self.as_array(x, name)
+        if array.ndim == 0 or array.shape[-1] != columns:
+            raise ValueError(f"{name} has shape {array.shape}; expected (…, {columns})")
+        return array
 
     def _of_one_coordinate(self, joint: Joint | str) -> Joint:
         of = self.joint(joint) if isinstance(joint, str) else joint

@@ -55,12 +55,10 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls):
             """Says which call is meant, above all of names of other libraries."""
             if name.startswith("_") or "nv" not in self.__dict__:  # protocols of Python; models that are being made
                 raise AttributeError(name)
-            from ksl.base.errors import near_names
-            from ksl.base.other_names import OF_MODEL
+            from ksl.base.other_names import unknown_call
 
-            known = [own for own in dir(type(self)) if not own.startswith("_")] + [own for own in self.__dict__ if not own.startswith("_")]
-            mend = f"that is m.{OF_MODEL[name]}" if name in OF_MODEL else f"{near_names(name, known)}dir(m) lists all"
-            raise AttributeError(f"a ksl.Model has no {name!r}; {mend}")
+            known = [own for own in (*dir(type(self)), *self.__dict__) if not own.startswith("_")]
+            raise AttributeError(unknown_call("a ksl.Model", "m", name, known))
 
     def _made(self, core: _core.Model, inputs: tuple[InputFile, ...] | None = None) -> Model:
         return Model(core, inputs=self.inputs if inputs is None else inputs)

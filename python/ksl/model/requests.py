@@ -6,8 +6,8 @@ Requests are cached, since making one takes longer than the dynamics of a state.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +19,8 @@ from ksl.base.printable import sentence
 from ksl.base.real_arrays import real_array
 from ksl.model.mechanism import Mechanism
 from ksl.model.states import Point
+
+T = TypeVar("T", str, int)
 
 REQUESTS_KEPT = 64
 KINDS = ("spatial", "classical", "rate")
@@ -85,6 +87,7 @@ class Requests(Mechanism):
             moving = self.joints[: self._moving + self._followers]
             wanted = [joint.name for joint in moving] if names is None else [names] if isinstance(names, str) else names
             chosen = [self.joint(name) for name in wanted]
+            require_once([joint.name for joint in chosen], "names")
             for joint in chosen:
                 if joint.nv == 0 and joint.leader is None:
                     raise ValueError(sentence(f"names: {joint.name!r} is a fixed joint, which has no acceleration to be given; name joints that move, or leave it out"))
@@ -126,6 +129,12 @@ class Requests(Mechanism):
             if offset is None or point is not None:
                 self._keep_links(key, request)
         return request
+
+    def _point_of(self, name: str, axes: str, point: ArrayLike) -> _core.Links:
+        """The request of calls about a point that is fixed in a link."""
+        if point is None:  # no offset, elsewhere
+            raise ValueError("point is None; expected three numbers, in the link's axes, m")
+        return self._frames_of((name,), axes, "frame", "lin_ang", point)
 
     def _frame(self, name: str, what: str) -> tuple[_core.Frame, int]:
         """What `at` and `axes` name.  "joint" is always the joint's own, being the default; "world" must not be a link that is elsewhere."""
@@ -228,6 +237,15 @@ def request_of_order(model: Requests, order: str) -> _core.Links | None:
     return model._order_of(order)
 
 
+def requests_given(requests: Iterable[_core.Request] | _core.Request) -> tuple[_core.Request, ...]:
+    """What :meth:`Requests.reaction_request` made; one request stands for itself."""
+    given = (requests,) if isinstance(requests, _core.Request) else tuple(requests) if isinstance(requests, Iterable) else (requests,)
+    for each in given:
+        if not isinstance(each, _core.Request):
+            raise ValueError(f"requests: {type(each).__name__} is no request for reactions; expected what reaction_request returns, or a list of these")
+    return given
+
+
 def names_in_order(names: Iterable[str] | None, what: str) -> tuple[str, ...] | str | None:
     """Names as results follow them, and as a request can be kept by; one name stands for itself.  Raises ValueError for sets, which have no order."""
     if names is None or isinstance(names, (str, tuple)):
@@ -235,6 +253,12 @@ def names_in_order(names: Iterable[str] | None, what: str) -> tuple[str, ...] | 
     if not isinstance(names, Iterable) or isinstance(names, (set, frozenset)):
         raise ValueError(f"{what}={names!r}; expected a list of names{', since a set has no order' if isinstance(names, (set, frozenset)) else ''}")
     return tuple(names)
+
+
+def require_once(chosen: Sequence[T], what: str, shown: Callable[[T], object] = lambda x: x) -> None:
+    """Raises ValueError where one is chosen twice, of arguments whose order doesn't matter: most likely another one was meant."""
+    if len(set(chosen)) != len(chosen):
+        raise ValueError(sentence(f"{what}: {shown(max(chosen, key=chosen.count))!r} is named more than once; name each once"))
 
 
 def one_of(value: str, what: str, *known: str) -> str:

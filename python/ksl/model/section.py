@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from ksl.base.errors import near_names
 from ksl.base.finite_results import require_finite
-from ksl.model.requests import one_of, three_numbers
-from ksl.model.states import Array, External, ExternalAxes, Order, argument, items_of
+from ksl.model.requests import one_of, require_once, three_numbers
+from ksl.model.states import Array, External, ExternalAxes, Order, argument_rows, items_of, leading_shape
 
 if TYPE_CHECKING:
     from ksl.model.calls import Calls
@@ -51,8 +51,9 @@ def section_wrench(
     for target, _ in wrenches:
         m.link(target)
     parent = next(j for j in m.joints if j.child == name)
-    q, v, a = (np.asarray(argument(x, *role, m._core), float) for x, role in ((q, ("q", m.nq)), (v, ("v", m.nv)), (a, ("a", m.nv))))
-    leading = np.broadcast_shapes(q.shape[:-1], v.shape[:-1], a.shape[:-1])
+    q, v, a = (argument_rows(x, *role, m._core) for x, role in ((q, ("q", m.nq)), (v, ("v", m.nv)), (a, ("a", m.nv))))
+    forces = {f"external[{link!r}]": argument_rows(f, f"external[{link!r}]", 6, m._core) for link, f in wrenches}
+    leading = leading_shape({"q": q, "v": v, "a": a, **forces})
     sides = _joints_beyond(m, name, n, at, beyond)
     wrench = _inertial_wrench(m, q, v, a, frame, _inertia_beyond(link, share, n, at))
     carried = {parent.name, *(x.name for x in m.loops if x.successor == name)}  # joints with the link on their child's side
@@ -91,6 +92,7 @@ def _joints_beyond(m: Calls, link: str, n: Array, at: Array, beyond: Iterable[st
     for joint in listed:
         if joint not in sides:
             raise ValueError(f"beyond names {joint!r}, which is no joint of {link}; {near_names(joint, sides)}expected some of {', '.join(sides)}")
+    require_once(listed, "beyond")
     return {joint: joint in listed for joint in sides}
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.base.errors import ResultError, near_names
+from ksl.base.finite_results import CHECK_UNITS
 from ksl.base.printable import sentence
 from ksl.base.real_arrays import real_array
 from ksl.model import given
@@ -102,7 +103,7 @@ class SimulationCalls(Calls):
         watched = list(events) if isinstance(events, Iterable) else [events]
         are_alone = bool(watched) or "exact friction" in self.physics or any(laws[name] is not None for name in ("restitution", "friction", "brake"))
         drives = DriveNumbers(self, efforts, instants, leading, which in IN_LANES and not are_alone)
-        most = _count(most_steps, "most_steps")
+        most, most_threads = _count(most_steps, "most_steps"), given.threads(threads)
         how = {
             "method": METHODS.index(which),
             "step": _step(step, which, instants),
@@ -126,7 +127,7 @@ class SimulationCalls(Calls):
             laws,
             [(_direction(f), bool(getattr(f, "terminal", False))) for f in watched],
             _event_values(watched) if watched else None,
-            1 if is_called else threads,
+            1 if is_called else most_threads,
             progress,
         )
         result = self._simulation(instants, leading, arrays, ends, happened, not wrenches)
@@ -182,7 +183,8 @@ class SimulationCalls(Calls):
         shaped = {name: x.reshape(*leading, *(x.shape[1:2] if x.shape[2] == 1 and name not in ("q", "v", "a", "tau") else x.shape[1:])) for name, x in arrays.items()}
         how = np.array([end[0] for end in ends], dtype=int).reshape(leading)
         energy = shaped["kinetic"] + shaped["potential"]
-        lost = energy - energy[..., :1] - shaped["work"]
+        with np.errstate(invalid="ignore"):  # infinite ones are warned of
+            lost = energy - energy[..., :1] - shaped["work"]
         drift = Drift(lost, self._momentum_lost(shaped["momentum"], times) if is_free else None, shaped.get("closure"))
         joints = {joint.v_index + k: joint.name for joint in self.joints[: self._moving] for k in range(joint.nv)}
         recorded = []
@@ -212,6 +214,7 @@ class SimulationCalls(Calls):
     def _warn_of_ends(self, run: Simulation, ends: Sequence[tuple[int, float, int, int, int, int, int]], drives: DriveNumbers, most_steps: int) -> None:
         early = [k for k, end in enumerate(ends) if end[0] not in (COMPLETE, OF_EVENT, OF_FUNCTION)]  # these were wanted
         if not early:
+            self._warn_of_overflow(run)
             return
         how, time, *_, coordinate, element = ends[early[0]]
         names = [joint.name for joint in self.joints[: self._moving] if joint.v_index <= coordinate < joint.v_index + joint.nv]
@@ -231,6 +234,16 @@ class SimulationCalls(Calls):
         held = f"; its energy was {last[-1]:.4g} J" if len(last) else ""
         said = f"{which} ended at {time:.9g} s of {run.times[-1]:g} s: {REASONS[how]}{at}{held}.  Rows after that are NaN."
         warnings.warn(sentence(said), RuntimeWarning, stacklevel=3)
+
+
+    def _warn_of_overflow(self, run: Simulation) -> None:
+        """Says where motions are finite, and squares of velocities are not."""
+        bad = ~np.isfinite(run.kinetic + run.potential + run.work).reshape(-1, len(run.times))
+        if bad.any():
+            state, sample = np.argwhere(bad)[0]
+            which = f"run {state}" if run.complete.ndim else "the run"
+            said = f"{which}: its energy or the work done on it is not finite at {run.times[sample]:.9g} s: velocities, efforts or wrenches are too large for double precision; {CHECK_UNITS}"
+            warnings.warn(said, RuntimeWarning, stacklevel=4)
 
 
 def _times(times: ArrayLike) -> Array:

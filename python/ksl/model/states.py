@@ -99,6 +99,26 @@ def argument(x: Any, name: str, columns: int, model: HasJoints) -> NDArray[Any]:
     return np.full(columns, array) if array.ndim == 0 and array.dtype.kind in "fiu" else array
 
 
+def argument_rows(x: Any, name: str, columns: int, model: HasJoints) -> Array:
+    """An argument as doubles (…, columns), all of them finite.  Raises ValueError that names the number or the shape."""
+    array: Array = np.asarray(argument(x, name, columns, model), dtype=float)
+    if array.ndim == 0 or array.shape[-1] != columns:
+        raise ValueError(f"{name} has shape {array.shape}; expected (…, {columns})")
+    if not np.isfinite(array).all():
+        where = np.argwhere(~np.isfinite(array))[0].tolist()
+        raise ValueError(f"{name}{where} is {array[tuple(where)]}; every number must be finite")
+    return array
+
+
+def leading_shape(arrays: Mapping[str, Array]) -> tuple[int, ...]:
+    """The leading shape that arguments (…, numbers) have in common.  Raises ValueError where they don't broadcast."""
+    try:
+        return np.broadcast_shapes(*(array.shape[:-1] for array in arrays.values()))
+    except ValueError:
+        found = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
+        raise ValueError(f"leading shapes don't broadcast: {found}") from None
+
+
 def in_order(x: Any, name: str, model: HasJoints) -> Any:
     """A table by the names of its columns as an array; what is none as it is."""
     names = column_names(x)

@@ -11,12 +11,13 @@ from typing import Literal, TypeVar
 from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.base.errors import DescriptionError, QuaternionWarning, unknown_name
+from ksl.base.errors import DescriptionError, DescriptionWarning, QuaternionWarning, unknown_name
 from ksl.base.files_read import InputFile
 from ksl.base.input_files import path_given
 from ksl.model import given
 from ksl.model.calls import Calls
 from ksl.model.closed_reactions import Request, reactions_derivatives
+from ksl.model.lengths import extent, far_inertia, far_point, strong_gravity
 from ksl.model.requests import one_of
 from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined
 from ksl.model.stiffness import Stiffness, compliance_of, joints_of_loops
@@ -92,10 +93,11 @@ class Surgery(Calls):
 
     def _reactions_along(
         self, states: tuple[ArrayLike, ArrayLike, ArrayLike], external: External | None, on: Side, at: Point, axes: str, order: Order, part: Part,
-        joints: Iterable[str] | None, out: object, external_axes: ExternalAxes, undetermined: Undetermined,
+        joints: Iterable[str] | None, out: object, external_axes: ExternalAxes, undetermined: Undetermined, threads: int | None,
     ) -> tuple[Array, Array, Array]:  # fmt: skip
         if out is not None:
             raise ValueError("reactions_derivatives: out= is for models without loops; the number of columns follows from the position")
+        given.threads(threads)
         names = self.joint_names if joints is None else self._names_of(joints, "joints")
         for name in names:
             self._reaction_index(name)  # known
@@ -125,11 +127,15 @@ class Surgery(Calls):
 
     def with_payload(self: S, link: str, mass: float, center_of_mass: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike | None = None) -> S:
         """A rigid body is welded to a link: its mass, kg, its centre of mass (3) in the link's frame, m, and its inertia (3, 3) about
-        that in the link's axes, kg m²; None for a point mass.
+        that in the link's axes, kg m²; None for a point mass.  Lengths that are likely in millimetres are warned of.
 
             loaded = m.with_payload("tool0", 2.0, (0, 0, 0.05))
         """
-        return self._made(self._core.with_payload(self._plain(given.name(link, "link"), "link"), given.mass(f"payload on {link}", mass, center_of_mass, inertia)))
+        made = with_body(self, link, mass, center_of_mass, inertia)
+        kilograms, center, tensor = given.mass(link, mass, center_of_mass, inertia)
+        reach = extent(self)
+        self._warn(far_point(f"the payload on {link} is", center, reach) + far_inertia(f"the inertia of the payload on {link}", kilograms, tensor, reach))
+        return made
 
     def merged(self: S, other: Surgery, parent_link: str, pose: given.PoseLike | None = None, prefix: str = "") -> S:
         """This robot with another one on it.
@@ -141,7 +147,9 @@ class Surgery(Calls):
         if not isinstance(other, Surgery):
             raise ValueError(f"other is {type(other).__name__}; expected a model")
         link = self._plain(given.name(parent_link, "parent_link"), "link")
-        core = self._core.merged(other._core, link, given.pose(pose, "pose", parent_link), given.name(prefix, "prefix"))
+        placed = given.pose(pose, "pose", parent_link)
+        core = self._core.merged(other._core, link, placed, given.name(prefix, "prefix"))
+        self._warn(far_point("pose of merged: it is", placed[3:12:4], max(extent(self), extent(other)), f"the origin of {parent_link}"))
         return self._made(core, tuple(dict.fromkeys((*self.inputs, *other.inputs))))
 
     def subtree(self: S, link: str, loops: Literal["refuse", "drop"] = "refuse") -> S:
@@ -160,8 +168,10 @@ class Surgery(Calls):
 
             T = m.with_frame("tip", "tool0", ksl.Pose.from_rpy((0, 0, 0.1))).frame_pose(q, "tip")
         """
-        on = self._plain(given.name(link, "link"), "link")
-        return self._made(self._core.with_frame(given.name(name, "name"), on, given.pose(pose, f"frame {name}: its pose", link)))
+        on, placed = self._plain(given.name(link, "link"), "link"), given.pose(pose, f"frame {name}: its pose", link)
+        made = self._made(self._core.with_frame(given.name(name, "name"), on, placed))
+        self._warn(far_point(f"frame {name} is", placed[3:12:4], extent(self), f"the origin of {on}"))
+        return made
 
     def with_parameters(self: S, parameters: Mapping[str, ArrayLike | tuple[float, ArrayLike, ArrayLike]]) -> S:
         """Other inertias for some links.
@@ -178,15 +188,16 @@ class Surgery(Calls):
     def with_gravity(self: S, gravity: ArrayLike) -> S:
         """The same robot under another gravity (3), m/s² in world axes: on a wall or a ceiling, or on another planet.
 
-        The structure is copied, not built again: some microseconds.
+        The structure is copied, not built again: some microseconds.  Numbers that are likely in mm/s² are warned of.
         """
-        g = given.numbers(gravity, "gravity")
-        if g.shape != (3,):
-            raise ValueError(f"gravity has shape {g.shape}; expected three numbers, m/s² in world axes")
-        other = self._with_core(self._core.with_gravity(g.tolist()))
-        other.__dict__["gravity"] = g.astype(float)
-        other.gravity.setflags(write=False)
-        return other
+        made = under_gravity(self, gravity)
+        self._warn(strong_gravity(made.gravity))
+        return made
+
+    def _warn(self, doubts: Iterable[str]) -> None:
+        """Warns, where a method was called, of numbers that are likely in another unit."""
+        for line in doubts:
+            warnings.warn(line, DescriptionWarning, stacklevel=3)
 
     def _with_core(self: S, core: _core.Model) -> S:
         """A model of the same structure, which shares all tables of names and requests."""
@@ -209,6 +220,22 @@ class Surgery(Calls):
             with whole_file(Path(path_given(path, "a file to be written"))) as part:
                 part.write_text(text, encoding="utf-8", newline="")
         return text
+
+
+def with_body(model: S, link: str, mass: float, center_of_mass: ArrayLike, inertia: ArrayLike | None = None) -> S:
+    """As :meth:`Surgery.with_payload`, for rooms that say by themselves what is doubtful about its lengths."""
+    return model._made(model._core.with_payload(model._plain(given.name(link, "link"), "link"), given.mass(f"payload on {link}", mass, center_of_mass, inertia)))
+
+
+def under_gravity(model: S, gravity: ArrayLike) -> S:
+    """As :meth:`Surgery.with_gravity`, for the same rooms."""
+    g = given.numbers(gravity, "gravity")
+    if g.shape != (3,):
+        raise ValueError(f"gravity has shape {g.shape}; expected three numbers, m/s² in world axes")
+    other = model._with_core(model._core.with_gravity(g.tolist()))
+    other.__dict__["gravity"] = g.astype(float)
+    other.gravity.setflags(write=False)
+    return other
 
 
 def _ten_numbers(link: str, of: ArrayLike | tuple[float, ArrayLike, ArrayLike]) -> list[float]:

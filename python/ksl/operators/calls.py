@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+
+from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.model.loops import coordinates_of
+from ksl.base.other_names import unknown_call
+from ksl.model import given
+from ksl.model.chosen_coordinates import Chosen, coordinates_of
 from ksl.model.model import Model
 from ksl.model.requests import one_of, request_of_frames, request_of_links, request_of_order
 from ksl.model.states import Acceleration, Expressed, ExternalAxes, Order, Part, Point, Side, Undetermined, external_in, items_of
@@ -25,6 +29,8 @@ OPERATORS_KEPT = 1024
 
 A = TypeVar("A")
 """Arrays of the library."""
+Given: TypeAlias = "A | ArrayLike"
+"""What calls take: these, which are differentiated, and numbers and arrays of NumPy, which are constants."""
 
 
 class Calls(ABC, Generic[A]):
@@ -37,7 +43,8 @@ class Calls(ABC, Generic[A]):
     is at right angles to it.  :meth:`integrate` moves a position along a joint velocity instead.
     parameters: the inertial parameters (links, 10) of all links, in place of the model's, which `model.parameters` are; or (…, links, 10), a set for
     each state.  They are differentiated, too.  Masses must not be negative; that the inertias are possible is not checked.
-    NaN is passed on: a state that has one gives NaN, and the others don't notice.
+    NaN is passed on: a state that has one gives NaN, and the others don't notice.  So do numbers that are too large for the precision, as in functions of the
+    library itself.
 
     external: {link name: (…, 6)}, wrenches on links, as :meth:`ksl.Model.inverse_dynamics` takes them; external_axes= too.  They are differentiated:
     efforts change by −Jᵀ times what a wrench changes by.
@@ -53,11 +60,18 @@ class Calls(ABC, Generic[A]):
     def __init__(self, model: Model, threads: int | None = None) -> None:
         if not isinstance(model, Model):
             raise TypeError(f"expected a ksl.Model, as ksl.load returns it, and not {type(model).__name__}")
-        if not (threads is None or (isinstance(threads, int) and not isinstance(threads, bool) and threads >= 0)):
-            raise ValueError(f"threads={threads!r}; expected how many threads to use at most, or None or 0 for all cores")
         self.model = model
-        self._threads = min(threads or 0, 1 << 30)
+        self._threads = given.threads(threads)
         self._kept: dict[tuple[str, int, More], tuple[Operator, object]] = {}
+
+    if not TYPE_CHECKING:  # otherwise a type checker would believe in any name
+
+        def __getattr__(self, name: str) -> object:
+            """Says which call is meant, and which ones a model alone has."""
+            if name.startswith("_"):  # protocols of Python, and of libraries of arrays
+                raise AttributeError(name)
+            known = [own for own in dir(type(self)) if not own.startswith("_")]
+            raise AttributeError(unknown_call(f"a {type(self).__name__}", "d", name, known, dir(Model)))
 
     def __reduce__(self) -> tuple[type[Calls[A]], tuple[Model, int]]:
         """Pickles and deep copies, of modules of torch that have one for example, are made anew from the model."""
@@ -106,7 +120,7 @@ class Calls(ABC, Generic[A]):
         return self._apply(operator, arguments)
 
     def inverse_dynamics(
-        self, q: A, v: A | float, a: A | float, parameters: A | None = None, *, external: Mapping[str, A] | None = None, external_axes: ExternalAxes = "link"
+        self, q: Given[A], v: Given[A], a: Given[A], parameters: Given[A] | None = None, *, external: Mapping[str, Given[A]] | None = None, external_axes: ExternalAxes = "link"
     ) -> A:
         """Joint efforts (…, nv) that give accelerations a (…, nv) at q (…, nq) and v (…, nv); N m, N.
 
@@ -115,16 +129,16 @@ class Calls(ABC, Generic[A]):
         """
         return self._call("inverse_dynamics", (q, v, a), parameters, external=external, axes=external_axes)
 
-    def bias(self, q: A, v: A | float, parameters: A | None = None) -> A:
+    def bias(self, q: Given[A], v: Given[A], parameters: Given[A] | None = None) -> A:
         """Efforts (…, nv) that hold velocities v (…, nv) without acceleration; N m, N.  As :meth:`ksl.Model.bias`."""
         return self._call("bias", (q, v), parameters)
 
-    def gravity_torque(self, q: A, parameters: A | None = None) -> A:
+    def gravity_torque(self, q: Given[A], parameters: Given[A] | None = None) -> A:
         """Efforts (…, nv) that hold the mechanism at rest at q (…, nq); N m, N.  As :meth:`ksl.Model.gravity_torque`."""
         return self._call("gravity_torque", (q,), parameters)
 
     def forward_dynamics(
-        self, q: A, v: A | float, tau: A | float, parameters: A | None = None, *, external: Mapping[str, A] | None = None, external_axes: ExternalAxes = "link"
+        self, q: Given[A], v: Given[A], tau: Given[A], parameters: Given[A] | None = None, *, external: Mapping[str, Given[A]] | None = None, external_axes: ExternalAxes = "link"
     ) -> A:
         """Accelerations (…, nv) under joint efforts tau (…, nv); rad/s², m/s².
 
@@ -134,7 +148,7 @@ class Calls(ABC, Generic[A]):
         return self._call("forward_dynamics", (q, v, tau), parameters, external=external, axes=external_axes)
 
     def reactions(
-        self, q: A, v: A | float, a: A | float, parameters: A | None = None, *, on: Side = "child", at: Point = "joint", axes: str = "joint",
+        self, q: Given[A], v: Given[A], a: Given[A], parameters: Given[A] | None = None, *, on: Side = "child", at: Point = "joint", axes: str = "joint",
         order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None, undetermined: Undetermined = "refuse",
     ) -> A:  # fmt: skip
         """The wrenches (…, joints, 6) through joints: what the parent side exerts on the child side; N, N m.
@@ -150,56 +164,56 @@ class Calls(ABC, Generic[A]):
             raise TypeError("reactions: at is an array that is differentiated or traced, and there is no derivative by it; give three plain numbers")
         return self._call("reactions", (q, v, a), parameters, ("joints", on, at, axes, order, part, joints), nan_where_open=undetermined == "nan")
 
-    def mass_matrix(self, q: A) -> A:
+    def mass_matrix(self, q: Given[A]) -> A:
         """Mass matrix (…, nv, nv) at q (…, nq).  As :meth:`ksl.Model.mass_matrix`; its derivative costs O(nv × depth²)."""
         return self._call("mass_matrix", (q,))
 
-    def kinetic_energy(self, q: A, v: A | float, parameters: A | None = None) -> A:
+    def kinetic_energy(self, q: Given[A], v: Given[A], parameters: Given[A] | None = None) -> A:
         """Kinetic energy (…), J: the first result of :meth:`ksl.Model.energy`."""
         return self._call("kinetic_energy", (q, v), parameters)
 
-    def potential_energy(self, q: A, parameters: A | None = None) -> A:
+    def potential_energy(self, q: Given[A], parameters: Given[A] | None = None) -> A:
         """Potential energy (…), J, of gravity, and of springs if the model's physics has them: the second result of :meth:`ksl.Model.energy`."""
         return self._call("potential_energy", (q,), parameters)
 
-    def frame_poses(self, q: A, names: Iterable[str] | None = None) -> A:
+    def frame_poses(self, q: Given[A], names: Iterable[str] | None = None) -> A:
         """Poses (…, names, 4, 4) of links' frames in the world; m.  As :meth:`ksl.Model.frame_poses`."""
         return self._call("frame_poses", (q,), request=("links", names))
 
     def frame_velocities(
-        self, q: A, v: A | float, names: Iterable[str] | None = None, *, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang"
+        self, q: Given[A], v: Given[A], names: Iterable[str] | None = None, *, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang"
     ) -> A:
         """Twists (…, names, 6) of links' frames; m/s, rad/s.  As :meth:`ksl.Model.frame_velocities`."""
         return self._call("frame_velocities", (q, v), request=("frames", names, axes, at, order))
 
     def frame_accelerations(
-        self, q: A, v: A | float, a: A | float, names: Iterable[str] | None = None, *, kind: Acceleration = "spatial", axes: Expressed = "frame",
+        self, q: Given[A], v: Given[A], a: Given[A], names: Iterable[str] | None = None, *, kind: Acceleration = "spatial", axes: Expressed = "frame",
         at: Expressed = "frame", order: Order = "lin_ang",
     ) -> A:  # fmt: skip
         """Accelerations (…, names, 6) of links' frames, without gravity; m/s², rad/s².  As :meth:`ksl.Model.frame_accelerations`."""
         return self._call("frame_accelerations", (q, v, a), request=("frames", names, axes, at, order, None, kind))
 
-    def center_of_mass(self, q: A) -> A:
+    def center_of_mass(self, q: Given[A]) -> A:
         """Centre of mass (…, 3) in the world, m, of the links that move.  As :meth:`ksl.Model.center_of_mass`."""
         return self._call("center_of_mass", (q,))
 
-    def centroidal_momentum(self, q: A, v: A | float, order: Order = "lin_ang") -> A:
+    def centroidal_momentum(self, q: Given[A], v: Given[A], order: Order = "lin_ang") -> A:
         """Momentum (…, 6) about the centre of mass, in the world's axes; kg m/s, kg m²/s.  As :meth:`ksl.Model.centroidal_momentum`."""
         return self._call("centroidal_momentum", (q, v), request=("order", order))
 
-    def centroidal_momentum_rate(self, q: A, v: A | float, a: A | float, order: Order = "lin_ang") -> A:
+    def centroidal_momentum_rate(self, q: Given[A], v: Given[A], a: Given[A], order: Order = "lin_ang") -> A:
         """Rate (…, 6) of the centroidal momentum; N, N m.  As :meth:`ksl.Model.centroidal_momentum_rate`."""
         return self._call("centroidal_momentum_rate", (q, v, a), request=("order", order))
 
-    def integrate(self, q: A, dv: A | float) -> A:
+    def integrate(self, q: Given[A], dv: Given[A]) -> A:
         """Positions q ⊕ dv (…, nq): where q (…, nq) is after unit time at the joint velocity dv (…, nv).  As :meth:`ksl.Model.integrate`."""
         return self._call("integrate", (q, dv))
 
-    def difference(self, q0: A, q1: A) -> A:
+    def difference(self, q0: Given[A], q1: Given[A]) -> A:
         """Differences q1 ⊖ q0 (…, nv): the joint velocity that leads from q0 to q1 in unit time.  As :meth:`ksl.Model.difference`."""
         return self._call("difference", (q0, q1))
 
-    def close(self, q: A, hold: Iterable[str]) -> A:
+    def close(self, q: Given[A], hold: Chosen) -> A:
         """The closed position (…, nq) of a mechanism with loops with the coordinates of the joints `hold` as in q (…, nq).
 
         As :meth:`ksl.Model.close`.  The other numbers of q say from where the search starts, and their gradient is zero.  The result is a function of
@@ -210,14 +224,14 @@ class Calls(ABC, Generic[A]):
         """
         return self._call("close", (q,), request=("given", hold, "hold"))
 
-    def consistent_velocity(self, q: A, v: A | float, given: Iterable[str]) -> A:
+    def consistent_velocity(self, q: Given[A], v: Given[A], given: Chosen) -> A:
         """Velocities (…, nv) that keep the loops closed at q (…, nq), with the coordinates of the joints `given` as in v (…, nv).
 
         As :meth:`ksl.Model.consistent_velocity`, with joints that determine the motion.  Gradients by q and v are by their coordinates.
         """
         return self._call("consistent_velocity", (q, v), request=("given", given, "given"))
 
-    def consistent_acceleration(self, q: A, v: A | float, a: A | float, given: Iterable[str]) -> A:
+    def consistent_acceleration(self, q: Given[A], v: Given[A], a: Given[A], given: Chosen) -> A:
         """Accelerations (…, nv) that keep the loops closed at q and v, with the coordinates of the joints `given` as in a (…, nv).
 
         As :meth:`ksl.Model.consistent_acceleration`, with joints that determine the motion.  Gradients by q, v and a are by their coordinates.

@@ -8,6 +8,7 @@ from typing import Any
 
 from ksl.base.errors import SweepError
 from ksl.model.model import Model, sealed
+from ksl.model.surgery import under_gravity
 
 OF_FILES = ("floating_base", "mimic", "model", "loops", "xacro", "packages")
 """Keys of [base] that say how a file is read."""
@@ -36,7 +37,7 @@ class GivenModel:
         if "drives" in base:
             model = model.with_drives(base["drives"])
         if "gravity" in base:
-            model = model.with_gravity(base["gravity"])
+            model = under_gravity(model, base["gravity"])
         if "physics" in base or "friction_width" in base:
             model = model.with_physics(base.get("physics", model.physics), base.get("friction_width", model.friction_width))
         return model

@@ -18,6 +18,7 @@ from ksl.model.loading import load
 from ksl.model.model import Model
 from ksl.model.stiffness_file import stiff_by
 from ksl.model.states import Array
+from ksl.model.surgery import under_gravity
 from ksl.motions.motion import Motion
 from ksl.motions.reading import read_motion
 from ksl.sweeps.description import EvenlySpaced, Parameter, Sweep
@@ -67,7 +68,7 @@ class Variants:
             elif p.kind == "speed":
                 factor = float(value)
             elif p.kind == "tilt":
-                model = model.with_gravity(_turned(model.gravity, p.axis, -math.radians(float(value))))
+                model = under_gravity(model, _turned(model.gravity, p.axis, -math.radians(float(value))))
             else:
                 _change(changed, self.model, p, float(value))
         if changed:

@@ -15,11 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.base.markup import html
-from ksl.model.states import Array, External, Part, Side
+from ksl.base.real_arrays import real_array
+from ksl.model.requests import core_of
+from ksl.model.states import Array, External, Part, Side, argument_rows
 from ksl.viewer.closing import Reached, led_coordinates, moved_to
 from ksl.viewer.labels import labels
 from ksl.viewer.readout import Choice, OfLink, readout
-from ksl.viewer.scene import Scene, make_scene
+from ksl.viewer.scene import Scene, make_scene, of_all
 from ksl.viewer.scene_tree import Shown, Stage, legend, utilisation_legend
 from ksl.viewer.viser_server import start_server, stop_server
 
@@ -425,7 +427,7 @@ def show(
 ) -> Viewer:
     """Opens a page that shows a model; see `Model.show`."""
     if time is not None and q is not None and (v is None or a is None):
-        v, a = _differentiated(model, np.asarray(time, dtype=float), np.asarray(q, dtype=float), v, a)
+        v, a = _differentiated(model, np.asarray(real_array(time, "time"), dtype=float), argument_rows(q, "q", model.nq, core_of(model)), v, a)
     viewer = Viewer(make_scene(model, q, v, a, time, external, package_paths=package_paths), port, joint)
     if browser or (browser is None and not _in_notebook()):
         viewer.open()
@@ -439,7 +441,9 @@ def _differentiated(model: Calls, time: Array, q: Array, v: ArrayLike | None, a:
 
     if time.ndim != 1 or q.shape != (len(time), model.nq):
         raise MotionError(f"time has shape {time.shape}, and q {q.shape}; expected (n) and (n, {model.nq})")
-    given = [None if x is None else np.broadcast_to(np.asarray(x, dtype=float), (len(time), model.nv)) for x in (v, a)]
+    if not len(time):
+        raise MotionError(f"q has shape {q.shape}; expected one position, ({model.nq},), or (n, {model.nq}) with one or more")
+    given = [None if x is None else of_all(argument_rows(x, name, model.nv, core_of(model)), name, len(time)) for x, name in ((v, "v"), (a, "a"))]
     joints = model.joints[: len(model.joint_names)]
     by_joint = [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints]
     motion = completed(model, time, q, by_joint, np.ones(model.nq, dtype=bool))

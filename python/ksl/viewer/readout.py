@@ -10,7 +10,7 @@ import numpy as np
 
 from ksl.model.mechanism import Joint, Loop
 from ksl.model.states import Array, Part, Side
-from ksl.viewer.scene import Scene
+from ksl.viewer.scene import Scene, sizes
 
 
 @dataclass(frozen=True)
@@ -90,4 +90,4 @@ def drive_lines(scene: Scene, sample: int, name: str) -> list[str]:
 
 
 def _row(name: str, x: Sequence[float] | Array) -> str:
-    return f"| {name} | " + " | ".join(f"{value:.4g}" for value in (*x, float(np.linalg.norm(x)))) + " |"
+    return f"| {name} | " + " | ".join(f"{value:.4g}" for value in (*x, float(sizes(np.asarray(x))))) + " |"

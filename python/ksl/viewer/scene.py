@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import MotionError
+from ksl.base.real_arrays import real_array
 from ksl.model.joint_kinds import KINDS
 from ksl.model.mechanism import Joint, Loop
-from ksl.model.states import Array, External, items_of
+from ksl.model.requests import core_of
+from ksl.model.states import Array, External, argument_rows, items_of
 from ksl.viewer.closing import closed_near, open_loops
 from ksl.viewer.visuals import Appearance, appearance
 
@@ -218,8 +220,8 @@ class Scene:
         if np.isfinite(self.effort[:, i]).any():
             return int(np.nanargmax(np.abs(self.effort[:, i])))
         wrench = self.constraint[:, i] + self.actuation[:, i]
-        moment = np.linalg.norm(wrench[:, 3:], axis=1)
-        return int(np.argmax(moment if moment.max() > 0 else np.linalg.norm(wrench[:, :3], axis=1)))
+        moment = sizes(wrench[:, 3:])
+        return int(np.argmax(moment if moment.max() > 0 else sizes(wrench[:, :3])))
 
 
 def make_scene(
@@ -243,14 +245,17 @@ def make_scene(
     open: `unloaded` says why.
     Raises ValueError for shapes that don't fit, and for motions that don't keep loops closed.  O(n · (bodies + links)), besides reading meshes.
     """
-    positions = np.atleast_2d(np.asarray(resting_position(model) if q is None else model.as_array(q, "q"), dtype=float))
+    core = core_of(model)
+    positions = np.atleast_2d(resting_position(model) if q is None else argument_rows(q, "q", model.nq, core))
     n = len(positions)
-    rates = (np.zeros(model.nv) if x is None else np.asarray(model.as_array(x, name), dtype=float) for x, name in ((v, "v"), (a, "a")))
-    velocity, acceleration = (np.broadcast_to(x, (n, model.nv)) for x in rates)
-    times = np.zeros(n) if time is None else np.atleast_1d(np.asarray(time, dtype=float))
-    if times.shape != (n,):
-        raise MotionError(f"time has shape {times.shape}, and q {positions.shape}; expected a time for each position")
-    wrenches = {name: np.broadcast_to(np.asarray(w, dtype=float), (n, 6)) for name, w in items_of(external)}
+    if positions.ndim != 2 or n == 0:
+        raise MotionError(f"q has shape {positions.shape}; expected one position, ({model.nq},), or (n, {model.nq}) with one or more")
+    rates = (np.zeros(model.nv) if x is None else argument_rows(x, name, model.nv, core) for x, name in ((v, "v"), (a, "a")))
+    velocity, acceleration = (of_all(x, name, n) for x, name in zip(rates, "va"))
+    times = np.zeros(n) if time is None else np.atleast_1d(np.asarray(real_array(time, "time"), dtype=float))
+    if times.shape != (n,) or not np.isfinite(times).all():
+        raise MotionError(f"time has shape {times.shape}, and q {positions.shape}; expected a finite time for each position")
+    wrenches = {name: of_all(argument_rows(w, what, 6, core), what, n) for name, w in items_of(external) for what in (f"external[{name!r}]",)}
     tau, total, constraint, unloaded = _loads(model, positions, velocity, acceleration, wrenches)
     poses = model.frame_poses(positions)
     index = {name: i for i, name in enumerate(model.link_names)}
@@ -294,9 +299,15 @@ def moves(joint: Joint | Loop) -> bool:
     return KINDS[joint.kind].nv > 0
 
 
+def sizes(vectors: Array) -> Array:
+    """Lengths (…) of vectors (…, 3), whose squares may be too large for a number."""
+    found: Array = np.hypot(np.hypot(vectors[..., 0], vectors[..., 1]), vectors[..., 2])
+    return found
+
+
 def scale_of(wrenches: Array, size: float) -> Scale:
     """The scale for wrenches (…, 6): 1 m stands for 1, 2 or 5 · 10ⁿ N and N m, the longest arrow for at most LONGEST times the size, m."""
-    force, moment = (float(np.linalg.norm(wrenches[..., part], axis=-1).max(initial=0.0)) for part in (slice(0, 3), slice(3, 6)))
+    force, moment = (float(sizes(wrenches[..., part]).max(initial=0.0)) for part in (slice(0, 3), slice(3, 6)))
     return Scale(*(1 / _round_up(largest / (LONGEST * size)) for largest in (force, moment)))
 
 
@@ -307,6 +318,13 @@ def thinned(values: Array, most: int = SAMPLES) -> NDArray[np.intp]:
         return np.arange(n)
     peaks = np.argmax(np.abs(values.reshape(n, -1)), axis=0)
     return np.unique(np.concatenate([np.linspace(0, n - 1, most).round().astype(np.intp), peaks]))
+
+
+def of_all(x: Array, name: str, n: int) -> Array:
+    """Numbers of each of n samples; those of one stand for all."""
+    if x.shape[:-1] not in ((), (1,), (n,)):
+        raise MotionError(f"{name} has shape {x.shape}; expected ({x.shape[-1]},) for all positions, or ({n}, {x.shape[-1]})")
+    return np.broadcast_to(x, (n, x.shape[-1]))
 
 
 def resting_position(model: Calls) -> Array:

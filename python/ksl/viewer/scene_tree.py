@@ -11,7 +11,7 @@ import numpy as np
 from ksl.model.mechanism import Joint, Loop
 from ksl.model.states import Array
 from ksl.viewer.labels import labels
-from ksl.viewer.scene import ACTUATION, CENTRE, CONSTRAINT, EXTERNAL, LOOP, SCREW, Scene, has_axis, moves
+from ksl.viewer.scene import ACTUATION, CENTRE, CONSTRAINT, EXTERNAL, LOOP, SCREW, Scene, has_axis, moves, sizes
 from ksl.viewer.shapes import GREY, ellipsoid, unit_head, unit_shaft
 from ksl.viewer.still import LEVELS, link_colours
 
@@ -172,7 +172,7 @@ class Stage:
             wanted = selected or (self.shown.joints and can_move)
             _set(label, "visible", wanted)
             if wanted or (self.shown.recorded and can_move):
-                force, moment = np.linalg.norm(total[i, :3]), np.linalg.norm(total[i, 3:])
+                force, moment = sizes(total[i, :3]), sizes(total[i, 3:])
                 numbers = f": {force:.4g} N, {moment:.4g} N m{_effort(scene, sample, i)}" if selected or self.shown.recorded else ""
                 _set(label, "text", self._shown_joints[i] + numbers)  # numbers of all joints would cover the robot
                 _set(label, "position", scene.origins[sample, i])
