@@ -420,25 +420,11 @@ private:
     const ksl::batch_view<S> batch = batch_of(external, reactions);
     if (!compute(batch, threads))
       refuse_numbers(batch);
-    if (!ordinary_.load() || (ksl::loops::is_closed(row_, m_) && !results_are_finite(batch)))
+    if (!ordinary_.load())
       ksl::examine_states(row_, m_, batch, 0, batch.n, ksl::arguments_are::finite);
     if (rough_state_.load() != none)
       warn_of_quaternions();
     return arrays_.size() == 1 ? arrays_[0] : nb::object(nb::tuple(nb::cast(arrays_)));
-  }
-
-  /// Of mechanisms with loops; kernels of trees say it themselves.
-  template <class S> bool results_are_finite(const ksl::batch_view<S> &batch) const {
-    const auto well = [&](const ksl::rows_view<S> &rows, std::size_t r) {
-      return finite(ksl::rows_view<const S>{rows.first, rows.stride}, results_[r].columns(), 0, batch.n);
-    };
-    const std::size_t own = static_cast<std::size_t>(row_.results);
-    bool all = true;
-    for (std::size_t r = 0; r < own; ++r)
-      all = all && well(batch.result[r], r);
-    for (std::size_t r = 0; r < reactions_.size(); ++r)
-      all = all && well(batch.reactions[r].out, own + r);
-    return all;
   }
 
   template <class S>
