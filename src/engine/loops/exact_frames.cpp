@@ -58,7 +58,7 @@ private:
       moves_.close(at, rank);
       if (!nearest_ || at.open < nearest_->open)
         nearest_ = at;
-      if (!(at.open <= closed))
+      if (!(at.open <= exact))
         continue;
       ++closed_ones;
       const elimination &k = moves_.factor(at, closed);
