@@ -6,6 +6,7 @@ import pytest
 
 import ksl
 from ksl import mjcf
+from ksl.model.mjcf_actuators import effort_ranges
 
 BODY = '<geom type="box" size="0.1 0.2 0.3" contype="0" conaffinity="0"/>'
 TENDON = '<tendon><fixed name="t"{}><joint joint="a" coef="0.5"/><joint joint="b" coef="-2"/></fixed></tendon>'
@@ -18,7 +19,13 @@ def robot(actuators: str, joints: tuple[str, str] = ("", ""), more: str = "", he
 
 
 def exerted(text: str, leader_of_b: float = 0.0) -> np.ndarray:
-    """The largest efforts of both joints that MuJoCo exerts at rest, over the ends of all controls and beyond them: of the weaker direction."""
+    """The largest efforts of both joints that MuJoCo exerts at rest: of the weaker direction."""
+    least, largest = ends(text, leader_of_b)
+    return np.minimum(largest, -least)
+
+
+def ends(text: str, leader_of_b: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """The least and largest efforts over the ends of all controls and beyond them."""
     mj = mujoco.MjModel.from_xml_string(text)
     mj.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EQUALITY
     d, found = mujoco.MjData(mj), []
@@ -28,11 +35,11 @@ def exerted(text: str, leader_of_b: float = 0.0) -> np.ndarray:
         d.act[:] = np.where(signs, 1e6, -1e6)[: mj.na]
         for i in range(mj.na):  # a state that has followed its control for long
             low, high = mj.actuator_actrange[i] if mj.actuator_actlimited[i] else mj.actuator_ctrlrange[i]
-            d.act[i] = np.clip(d.act[i], low, high)
+            d.act[i] = np.clip(d.act[i], min(low, 0.0), max(high, 0.0)) if mj.actuator_dyntype[0] != 1 else np.clip(d.act[i], low, high)
         mujoco.mj_forward(mj, d)
         a, b = d.qfrc_actuator
         found.append((a + leader_of_b * b, b))
-    return np.minimum(np.max(found, axis=0), -np.min(found, axis=0))
+    return np.min(found, axis=0), np.max(found, axis=0)
 
 
 @pytest.mark.parametrize(
@@ -50,7 +57,7 @@ def exerted(text: str, leader_of_b: float = 0.0) -> np.ndarray:
         ('<general joint="a" gainprm="4" dyntype="filter" dynprm="0.1" ctrlrange="-2 2"/>', {}),
         ('<general joint="a" gainprm="4" dyntype="integrator" actlimited="true" actrange="-0.5 0.5" ctrlrange="-2 2"/>', {}),
         ('<motor tendon="t" ctrlrange="-1 1" gear="6"/>', {"more": TENDON.format("")}),
-        ('<motor tendon="t" ctrlrange="-1 1" gear="6"/><motor tendon="t" ctrlrange="-1 1"/><motor joint="b" ctrlrange="-1 1"/>', {"more": TENDON.format(' actuatorfrcrange="-1.5 1.5"')}),
+        ('<motor tendon="t" ctrlrange="-1 1" gear="6"/><motor tendon="t" ctrlrange="-1 1"/><motor joint="b" ctrlrange="-1 1"/>', {"more": TENDON.format(' actuatorfrcrange="-4 4"')}),
     ],
 )
 def test_limits_are_the_largest_efforts_that_mujoco_exerts(actuators, more):
@@ -58,6 +65,38 @@ def test_limits_are_the_largest_efforts_that_mujoco_exerts(actuators, more):
     m, largest = ksl.load_string(text), exerted(text)
     assert m.joint_names == ["a", "b"] and largest[0] > 0
     assert np.allclose(m.effort_limit, np.where(largest > 0, largest, np.inf), rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("actuators", "more"),
+    [
+        ('<motor joint="a" ctrlrange="-1 2" gear="50"/><motor joint="b" ctrlrange="-3 1" gear="-2"/>', {}),
+        ('<general joint="a" gainprm="4" biastype="affine" biasprm="1 0 0" ctrlrange="-2 3"/><motor joint="a" ctrlrange="-0.5 0.25"/>', {}),
+        ('<general joint="a" gainprm="-4" dyntype="filter" dynprm="0.1" ctrlrange="1 2"/>', {}),  # its state starts at 0
+        ('<general joint="a" gainprm="4" dyntype="integrator" actlimited="true" actrange="-0.5 1.5" ctrlrange="-2 2"/>', {}),
+        ('<motor joint="a" ctrlrange="-1 2" gear="20"/>', {"joints": ('actuatorfrcrange="-30 10"', "")}),
+        ('<position joint="a" kp="1000" forcerange="-5 8" gear="-3"/>', {}),
+        ('<motor tendon="t" ctrlrange="-1 3" gear="6"/><motor tendon="t" ctrlrange="-2 1" gear="-1"/>', {"more": TENDON.format("")}),
+    ],
+)
+def test_both_ends_of_unequal_efforts_are_those_of_mujoco(actuators, more):
+    text = robot(actuators, **more)
+    found, (least, largest) = effort_ranges(mujoco.MjModel.from_xml_string(text)), ends(text)
+    for j in range(2):
+        assert np.allclose(found.get(j, (0.0, 0.0)), (least[j], largest[j]), rtol=1e-14, atol=1e-14)
+
+
+@pytest.mark.parametrize("gears", [(6, 1), (6, -1), (-2, 5)])
+def test_a_bound_on_the_sum_of_motors_of_a_tendon(gears):
+    """No control exerts more than the range, and some come near its ends."""
+    motors = "".join(f'<motor tendon="t" ctrlrange="{low} {high}" gear="{gear}"/>' for (low, high), gear in zip(((-1, 3), (-1, 2)), gears))
+    mj = mujoco.MjModel.from_xml_string(robot(motors, more=TENDON.format(' actuatorfrcrange="-1.5 4"')))
+    d, found = mujoco.MjData(mj), []
+    for d.ctrl[0] in np.linspace(-1, 3, 17):
+        for d.ctrl[1] in np.linspace(-1, 2, 13):
+            mujoco.mj_forward(mj, d)
+            found.append(d.qfrc_actuator[0])
+    assert np.allclose(effort_ranges(mj)[0], (min(found), max(found)), rtol=1e-12)
 
 
 def test_motors_of_a_follower_are_its_leaders():

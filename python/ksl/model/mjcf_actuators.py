@@ -134,13 +134,20 @@ def _tension(forces: list[tuple[Range, float]], bounds: Any) -> Range:
     if bounds is None:
         ranges = [_times(force, gear) for force, gear in forces]
         return sum(r[0] for r in ranges), sum(r[1] for r in ranges)
-    ends = []
-    for side in (0, 1):
-        chosen = [_within(force, bounds)[side if gear > 0 else 1 - side] for force, gear in forces]
-        total = sum(chosen)
-        scale = 1.0 if bounds[0] <= total <= bounds[1] else float(bounds[int(total > bounds[1])]) / total
-        ends.append(scale * sum(f * gear for f, (_, gear) in zip(chosen, forces, strict=True)))
-    return ends[0], ends[1]
+    forces = [(_within(force, bounds), gear) for force, gear in forces]
+    return -_largest([(force, -gear) for force, gear in forces], bounds), _largest(forces, bounds)
+
+
+def _largest(forces: list[tuple[Range, float]], bounds: Any) -> float:
+    """The largest Σ gear × force, each force in its range and their sum within the bounds: what is too much is taken where it costs least."""
+    chosen = [force[1] if gear > 0 else force[0] for force, gear in forces]
+    over, under = max(sum(chosen) - float(bounds[1]), 0.0), max(float(bounds[0]) - sum(chosen), 0.0)
+    for i in sorted(range(len(forces)), key=lambda i: forces[i][1] if over else -forces[i][1]):
+        (low, high), _ = forces[i]
+        down, up = min(over, chosen[i] - low), min(under, high - chosen[i])
+        chosen[i] += up - down
+        over, under = over - down, under - up
+    return sum(f * gear for f, (_, gear) in zip(chosen, forces, strict=True))
 
 
 def _times(own: Range, factor: float) -> Range:
