@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+import ksl
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import joint_loads, summarise
 from ksl.load_cases.verdict import Use, Verdict, not_given, percent, uses_of
@@ -145,3 +146,14 @@ def test_a_payload_in_grams_is_suspected(tmp_path):
 def test_fail_on_what(tmp_path):
     p = run(tmp_path, np.zeros(8), "--fail-on", "limit")
     assert (p.returncode, p.stderr) == (2, "ksl: --fail-on limit: expected limits\n")
+
+
+@pytest.mark.parametrize(("begin", "end", "level"), [(1.0, 1.0, "green"), (0.0, 1.0, "amber"), (1.1, 1.1, "red"), (0.5, 0.5, "green")])
+def test_a_joint_that_rests_at_its_stop_needs_no_margin(begin, end, level):
+    """A cylinder that is all in throughout; one that moves there is near its limit."""
+    b = ksl.Builder("lift").add_link("base").add_link("rod", 2.0, (0, 0, 0), np.diag([0.03, 0.03, 0.03]))
+    m = b.add_joint("slide", "prismatic", "base", "rod", axis=(1, 0, 0), limits=(0.0, 1.0), effort=500, velocity=9).build()
+    t = np.linspace(0, 2, 41)
+    verdict = ksl.compute_loads(m, (t, (begin + (end - begin) * (3 * (t / 2) ** 2 - 2 * (t / 2) ** 3))[:, None])).verdict
+    use = verdict.of("slide")["position"]
+    assert use.level == level and use.rests == (begin == end) and ("where it rests" in str(use)) == (begin == end != 0.5)

@@ -100,7 +100,7 @@ class JointSamples:
             return self.about(point)
         if self.joint.turns:  # Rodrigues' formula: from the axes of the child
             c, s = np.cos(q)[:, None], np.sin(q)[:, None]
-            force, moment = (c * x + s * np.cross(k, x) + (1 - c) * (x @ k)[:, None] * k for x in (self.force, self.moment))
+            force, moment = (np.asarray(c * x + s * np.cross(k, x) + (1 - c) * (x @ k)[:, None] * k, dtype=float) for x in (self.force, self.moment))
             mixed = self._mixed_across(self.undetermined)
             return replace(self, force=force, moment=moment, undetermined=mixed).about(point)
         moment = self.moment + np.cross(q[:, None] * k - np.asarray(point, dtype=float), self.force)
