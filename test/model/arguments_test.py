@@ -107,9 +107,9 @@ def test_the_first_request_of_reactions_takes_linear_time():
     def ask(n: int) -> int:
         b = ksl.Builder("chain").add_link("l0")
         for k in range(n):
-            b.add_link(f"l{k + 1}", mass=1.0).add_joint(f"j{k}", "revolute", f"l{k}", f"l{k + 1}", axis=(0, 0, 1), limits=(-1, 1))
+            b.add_link(f"l{k + 1}", mass=1.0, inertia=np.eye(3)).add_joint(f"j{k}", "revolute", f"l{k}", f"l{k + 1}", axis=(0, 0, 1), limits=(-1, 1))
         m = b.build()
-        m._joint_index, Table.copied = Table(m._joint_index), 0
+        m.__dict__["_joint_index"], Table.copied = Table(m._joint_index), 0
         assert m.reactions(m.neutral(), np.zeros(n), np.zeros(n)).shape == (n, 6)
         m._requests.clear()
         return work(m.reaction_request) + Table.copied
