@@ -83,7 +83,7 @@ TEST_CASE("arrays follow each other, aligned, within the memory that was measure
     return static_cast<const char *>(p) - static_cast<const char *>(d.memory());
   };
   const std::ptrdiff_t at[] = {offset(w.dynamics.pose.sine),     offset(w.dynamics.pose.cosine),
-                               offset(w.dynamics.motion.data()), offset(w.dynamics.wrench.data()),
+                               offset(w.dynamics.motion.data()), offset(w.dynamics.wrench.through.data()),
                                offset(&w.in_world[0]),           offset(&w.link_wrench[0])};
   for (std::size_t i = 0; i < std::size(at); ++i) {
     CHECK(at[i] % 64 == 0);
