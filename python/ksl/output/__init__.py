@@ -1,4 +1,4 @@
-"""Output files: written completely or not at all, several of them in one step, whatever stops the program (docs/output.md)."""
+"""Output files: written completely or not at all, several of them in one step, whatever stops the program (docs/loads.md)."""
 
 from ksl.output.output_error import OutputError, cannot_write
 from ksl.output.replaced import refuse_inputs, refuse_unknown
