@@ -1,4 +1,4 @@
-# The C interface against that of the last release (docs/versions.md).  ABI_OPTIONS=--record writes the record.
+# The C interface against that of the last release (API_CHANGES.md).  ABI_OPTIONS=--record writes the record.
 
 .PHONY: abi abi-release
 abi:

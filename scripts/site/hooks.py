@@ -20,7 +20,7 @@ CODE = re.compile(r"^```.*?^```$|`[^`\n]+`(?!\])", re.MULTILINE | re.DOTALL)
 
 FIRST = [  # the first pattern that fits a page's path says how much its words count in a search
     (r"decisions/|source/|project/", 0.2),
-    (r"trust\.md|performance\.md|engine\.md|versions\.md", 0.3),
+    (r"trust\.md|performance\.md|engine\.md", 0.3),
     (r"reference/dynamics", 2.0),
     (r"reference/python", 0.5),
     (r"reference/", 0.15),

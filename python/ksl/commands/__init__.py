@@ -1,4 +1,7 @@
-"""The command line.  Each command is a file, whose import adds it to `app`."""
+"""The command line.  Each command is a file, whose import adds it to `app`.
+
+Files: the command: a file for each command, which calls a public function, and `print_…` for what it prints; `app.py` and `options.py` are what they share.
+"""
 
 from ksl.commands import (
     check,

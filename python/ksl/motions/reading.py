@@ -70,7 +70,7 @@ def read_motion(
     ignore_extra: columns that belong to no joint are left out; otherwise they are refused.
     topic: which one of the topics of a bag, or of the sheets of a workbook; needed where several hold something.
     positions_only: velocities and accelerations in the file are not used.
-    smooth: Hz, at which positions and given rates are low-passed without delay, after resampling; see docs/measured.md.
+    smooth: Hz, at which positions and given rates are low-passed without delay, after resampling; see docs/motions.md.
 
     What is missing is differentiated from a quintic spline; what is given is compared with it.  `Motion.source` says what was done.
     Raises MotionError with file, line or column, fault and mend; ValueError for what is no model.  100,000 samples of 7 joints take about 50 ms, and half a second to differentiate.

@@ -18,7 +18,7 @@ SCHEMA = 1
 
 
 def report_numbers(report: ReportInput) -> dict[str, Any]:
-    """What the report says, as values that JSON can hold.  docs/report.md describes the keys."""
+    """What the report says, as values that JSON can hold.  docs/loads.md describes the keys."""
     joints = {loads.joint.name: loads.joint for case in report.cases for loads in case.joints}
     return {
         "schema": SCHEMA,

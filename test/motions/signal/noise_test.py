@@ -255,8 +255,8 @@ def test_what_is_looked_for_costs_little():
 
 
 def test_numbers_of_the_page(examples):
-    """docs/measured.md: 4.8 σ/h², and the sentence about the pick motion."""
-    page = " ".join((examples.parent / "docs/measured.md").read_text().split())
+    """docs/motions.md: 4.8 σ/h², and the sentence about the pick motion."""
+    page = " ".join((examples.parent / "docs/motions.md").read_text().split())
     assert f"{second_derivative_noise():.1f} σ/h²" in page
     model = ksl.load(examples / "robots/ur5.urdf")
     m = read_motion(model, examples / "motions/ur5_pick.csv")
