@@ -41,7 +41,7 @@ def verdict_section(verdict: Verdict | None, components: ComponentsVerdict | Non
     """
     parts: list[tuple[str, Level, str, str]] = []
     if verdict is not None:
-        parts.append(("Limits of the robot's file", verdict.level, WORDS[verdict.level], _capital(verdict.headline)))
+        parts.append(("Limits of the robot's file", verdict.level, WORDS[verdict.level], _headline(verdict)))
     if components is not None:
         parts.append(("Components", components.level, OF_COMPONENTS[components.level], components.headline))
     if not parts:
@@ -101,6 +101,7 @@ def _cell(use: Use | None, anchors: Mapping[tuple[str, str], str], clocks: Mappi
     return f'<td>{share}<span class="bar"><span class="{use.level}" style="width:{width}"></span></span><small>{text.strip()}{case}</small></td>'
 
 
-def _capital(text: str) -> str:
-    """A sentence that begins with a name keeps the name as it is."""
-    return text if text[:1].isupper() or not text.startswith("no ") else text[0].upper() + text[1:]
+def _headline(verdict: Verdict) -> str:
+    """With a capital, unless it begins with the name of a joint."""
+    text = verdict.headline
+    return text if verdict.worst is not None else text[0].upper() + text[1:]
