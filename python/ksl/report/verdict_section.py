@@ -55,7 +55,7 @@ def verdict_section(verdict: Verdict | None, components: ComponentsVerdict | Non
     reasons = [*(verdict.reasons if verdict else ()), *(f"left out: {x}" for x in (components.left_out if components else ()))]
     if reasons:
         listed = "".join(f"<li>{escape(reason)}</li>" for reason in reasons)
-        head += f"<p>{'Besides' if level == 'red' else 'Not green, because'}:</p><ul>{listed}</ul>"
+        head += f"<p>{'Doubts' if level == 'red' else 'Not green, because'}:</p><ul>{listed}</ul>"
     head += "".join(f'<p class="small">{escape(name)}: {escape(text)}</p>' for name, text in of)
     return f'<section id="verdict" class="verdict {level}"><h2 class="unseen">Verdict</h2>{head}</section>'
 
