@@ -30,6 +30,11 @@ def asks_for_xacro(error: ValueError) -> bool:
     return str(error).endswith(_NOT_EXPANDED)
 
 
+def lacks_link_of_payload(error: ValueError, link: str) -> bool:
+    """Is a payload refused because the robot has no link of this name?"""
+    return f"no link {link} to carry the payload" in str(error)
+
+
 def with_file(file: str, error: ValueError) -> str:
     """The sentence of a refusal behind the name of the file.  The core's begin with it already, once the builder knows the file."""
     said = str(error)
