@@ -41,6 +41,11 @@ def with_file(file: str, error: ValueError) -> str:
     return said if not file or said.startswith(f"{file}:") else f"{file}: {said}"
 
 
+def as_call(error: ValueError, was: str, call: str = "") -> str:
+    """A sentence about one call, said of the call that made it, or of none."""
+    return str(error).replace(f"{was}: ", f"{call}: " if call else "", 1)
+
+
 def place_and_rest(refusal: str, file: str) -> tuple[int | None, str]:
     """The line of the file that a refusal names, or None, and what it says of it."""
     said = refusal.removeprefix(f"{file}:")
