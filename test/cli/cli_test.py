@@ -323,7 +323,7 @@ def test_given_rates_that_contradict_the_positions_are_noted(two, tmp_path):
     motion.write_text("time,slide,slide.v\n" + "".join(f"{t},{q},{114.6 * v}\n" for t, q, v in rows))
     p = run("loads", robot, motion, "-o", tmp_path / "o")
     assert p.returncode == 0, p.stderr
-    line = [l for l in p.stdout.splitlines() if l.startswith("  besides: slide.v at")]
+    line = [l for l in p.stdout.splitlines() if l.startswith("  doubt: slide.v at")]
     assert line and "changes at" in line[0], p.stdout
     assert "slide.v at" in (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
 

@@ -132,7 +132,7 @@ def test_limits_that_are_not_given_forbid_green(tmp_path):
 
 def test_notes_are_in_order_of_weight(tmp_path):
     p = run(tmp_path, np.full(8, 4.0), robot=PENDULUM.replace('effort="18"', 'effort="0"').replace("</joint>", "</joint><gazebo/>"))
-    notes = [line for line in p.stdout.splitlines() if line.startswith(("  besides: ", "note: "))]
+    notes = [line for line in p.stdout.splitlines() if line.startswith(("  doubt: ", "note: "))]
     assert [next(i for i, word in enumerate(("not compared", "beyond", "differentiated", "not used")) if word in note) for note in notes] == [1, 2, 3, 0], "what concerns the verdict is beside it"
 
 

@@ -11,12 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from ksl_command import run_ksl
+from ksl.base.notes import Kind, Note, not_used
 from ksl.load_cases.provenance import InputFile, Provenance
 from ksl.load_cases.quantities import PowerBalance, joint_loads, summarise
 from ksl.load_cases.verdict import Use, Verdict
 from ksl.model.mechanism import Joint
 from ksl.report.charts import POINTS, decimate, limits_in_sight
-from ksl.report.input import NOT_USED, CaseCurves, ReportInput
+from ksl.report.input import CaseCurves, ReportInput
 from ksl.report.numbers import format_number, peak
 from ksl.report.page import write_report
 from ksl.report.stills import largest_load
@@ -465,7 +466,7 @@ def test_the_verdict_is_said_in_words(shown, tmp_path, share, reasons, level, wo
 def test_what_made_the_results(shown, tmp_path):
     files = [InputFile("robot", NASTY, "ab" * 32), InputFile("motion", "-", None)]
     made = Provenance("r", [], [{"physics": []}], files, {"on": "child", "strict": True, "gravity": ""}, f"ksl loads {NASTY}", "2030-01-02T03:04:05Z", {"KSL": "9.9"})
-    page = written(replace(shown, provenance=made, notes=["first", f"{NOT_USED}visual (3 links) {NASTY}"]), tmp_path)
+    page = written(replace(shown, provenance=made, notes=["first", not_used(Note(Kind.VISUALS, f"visual (3 links) {NASTY}"))]), tmp_path)
     for text in ("ab" * 32, "none, since it could not be read twice", "2030-01-02T03:04:05Z", "KSL 9.9", "on child, strict", "Friction, damping, rotor inertias"):
         assert text in page.words
     ignored = page.words[page.words.index("Content of the robot's file that was ignored") :]

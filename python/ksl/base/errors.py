@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 from itertools import islice
-from typing import Any
+from typing import Any, TypeVar
 
 from ksl.base.limits import NEAR_NAMES
 from ksl.base.printable import sentence
@@ -15,6 +15,28 @@ class _Sentence(Exception):
 
     def __init__(self, *arguments: object) -> None:
         super().__init__(*(sentence(a) if isinstance(a, str) else a for a in arguments))
+
+    argument: str = ""
+    """The argument of a call that the sentence begins with; the commands say the option instead."""
+    shown: str = ""
+    """Its value there, as Python shows it; "" where the sentence names the argument alone."""
+    rest: str = ""
+    """The sentence behind them."""
+
+
+E = TypeVar("E", bound=_Sentence)
+
+
+def of_argument(error: type[E], argument: str, rest: str, *value: object) -> E:
+    """An error about an argument, as `axes='tip': no such link`, or without a value as `joints: no joint named …`."""
+    shown = repr(value[0]) if value else ""
+    made = error(f"{argument}={shown}{rest}" if value else f"{argument}{rest}")
+    made.argument, made.shown, made.rest = argument, shown, sentence(rest)
+    return made
+
+
+class ArgumentError(_Sentence, ValueError):
+    """An argument of a call is none of those that are possible.  Names it, its value, and what is expected."""
 
 
 class DescriptionError(_Sentence, ValueError):

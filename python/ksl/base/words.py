@@ -5,10 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 
-NOT_USED = "in the file and not used: "
-"""How notes about content of a robot's file that is ignored begin."""
-
-
 def listed(names: Iterable[str], most: int = 12) -> str:
     """Names, separated by commas, and how many more there are."""
     all_names = list(names)

@@ -14,6 +14,7 @@ from ksl.checks.robot import Note, RobotFile
 from ksl.checks.rule import Broken, rule
 from ksl.checks.vocabulary import ATTRIBUTES, ELEMENTS, MANY, OPAQUE, SHARED
 from ksl.checks.xml_file import children
+from ksl.model.core_sentences import place_and_rest
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -45,7 +46,7 @@ def xml_syntax(robot: RobotFile) -> Iterator[Broken]:
 
 def _mended(note: Note) -> str:
     """The tree that is written has it already."""
-    return "removed" if "closes nothing" in note.found else f"closed there: {note.found}"
+    return "removed" if note.removed else f"closed there: {note.found}"
 
 
 @rule(
@@ -245,10 +246,8 @@ def _renamed_attribute(element: _Element, old: str, new: str) -> Repair:
 )
 def not_loaded(robot: RobotFile) -> Iterator[Broken]:
     if robot.refusal:
-        text = robot.refusal.removeprefix(f"{robot.path}:")
-        line = re.match(r"(\d+):\s*", text)
-        said = (text[line.end() :] if line else text).strip().removeprefix("file: ")
-        yield Broken(said, int(line[1]) if line else None)
+        line, said = place_and_rest(robot.refusal, str(robot.path))
+        yield Broken(said.strip().removeprefix("file: "), line)
 
 
 RULES = [

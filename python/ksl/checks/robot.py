@@ -158,6 +158,8 @@ class Note:
     found: str
     kind: Kind = ""
     name: str = ""
+    removed: bool = False
+    """A tag that the tree that is written leaves out."""
 
 
 @dataclass

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ksl.base.errors import DescriptionError, DescriptionWarning, near_names
+from ksl.base.errors import ArgumentError, DescriptionError, DescriptionWarning, near_names, of_argument
 from ksl.base.input_files import path_given
 from ksl.checks import (
     file_rules,
@@ -156,11 +156,11 @@ def _read(
     left_out = _rule_names(ignore, "ignore")
     path_given(path, "a robot file")
     if not (0 <= symmetry <= 1):
-        raise ValueError(f"symmetry={symmetry!r}: expected a share between 0 and 1, 0.05 for 5 %")
+        raise of_argument(ArgumentError, "symmetry", ": expected a share between 0 and 1, 0.05 for 5 %", symmetry)
     folders = [Path(p) for p in ([package_paths] if isinstance(package_paths, str) else package_paths)]
     for folder in folders:
         if not folder.is_dir():
-            raise ValueError(f"package_path={str(folder)!r}: no such folder; name the folder that holds the packages")
+            raise of_argument(ArgumentError, "package_path", ": no such folder; name the folder that holds the packages", str(folder))
     motors = None if drives is None else (drives,) if isinstance(drives, str) else tuple(drives)
     robot = RobotFile(Path(path), package_paths=folders, symmetry=symmetry, beside=loops, drives=motors, xacro=xacro)
     try:
@@ -179,9 +179,7 @@ def _rule_names(names: Iterable[str] | str, argument: str) -> list[str]:
     given = [names] if isinstance(names, str) else list(names)
     for name in given:
         if name not in RULES:
-            raise ValueError(
-                f"{argument}={name!r}: no such rule; {near_names(name, RULES)}docs/check.md lists all {len(RULES)}"
-            )
+            raise of_argument(ArgumentError, argument, f": no such rule; {near_names(name, RULES)}docs/check.md lists all {len(RULES)}", name)
     return given
 
 

@@ -112,7 +112,7 @@ def _balanced(text: str, vocabulary: Mapping[str, Collection[str]]) -> tuple[str
                 mend.begin(opening, line)
         else:
             if not mend.opened.get(closing):
-                mend.notes.append(Note(line, f"</{closing}> closes nothing"))
+                mend.notes.append(Note(line, f"</{closing}> closes nothing", removed=True))
                 mend.copy_to(token.start())
                 mend.done = at
             else:

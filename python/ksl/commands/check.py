@@ -65,15 +65,9 @@ def _of_option(
     """What Python says of an argument, said of the option that gave it."""
     from ksl.commands.options import in_options
 
-    text = str(error)
-    for name in ignore:
-        text = in_options(ValueError(text), ignore=name)
-    for name in accept:
-        text = in_options(ValueError(text), accept=name)
-    for path in package_path:
-        argument = f"package_path={str(path)!r}"
-        text = text.replace(argument, f"--package-path {path}", 1) if text.startswith(argument) else text
-    return in_options(ValueError(text), symmetry=symmetry)
+    given = {"ignore": ignore, "accept": accept, "package_path": [str(path) for path in package_path], "symmetry": [symmetry]}
+    said = [in_options(error, **{name: value}) for name, values in given.items() for value in values]
+    return next((text for text in said if text != str(error)), str(error))
 
 
 def _changes(fixed: Fixed) -> dict[str, Any]:

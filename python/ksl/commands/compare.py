@@ -37,7 +37,10 @@ def compare(
         try:
             found = compare_robot(robot, names, floating_base=floating_base, physics=on, states=states, seed=seed, xacro=xacro_arguments(xacro, package))
         except ValueError as e:
-            fail(in_options(e, states=states, seed=seed).replace("libraries", "--with", 1))
+            from ksl.base.errors import ArgumentError
+
+            of_libraries = isinstance(e, ArgumentError) and e.argument == "libraries"
+            fail(f"--with{e.rest}" if of_libraries else in_options(e, states=states, seed=seed))
     if json:
         print_json(found.as_dict())
     else:

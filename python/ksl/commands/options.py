@@ -162,14 +162,14 @@ def suggestion(name: str, known: list[str], otherwise: str) -> str:
     return f"did you mean {near[0]}?" if near else f"{otherwise} {', '.join(known)}"
 
 
-def in_options(error: ValueError, **options: object) -> str:
+def in_options(error: Exception, **options: object) -> str:
     """What Python says of an argument, said of the option that gave it: `--at hand: expected …`."""
-    text = str(error)
-    for name, value in options.items():
-        argument = f"{name}={value!r}"
-        if text.startswith(argument):
-            return f"--{name} {value}: {text[len(argument) :].lstrip(':; ')}"
-    return text
+    name = getattr(error, "argument", "")
+    value = options.get(name)
+    if name not in options or getattr(error, "shown", "") not in ("", repr(value)):
+        return str(error)
+    option, rest = f"--{name.replace('_', '-')}", str(getattr(error, "rest", ""))
+    return f"{option} {value}: {rest.lstrip(':; ')}" if getattr(error, "shown", "") else f"{option}{rest}"
 
 
 @contextmanager
@@ -210,7 +210,9 @@ def read_model(
             motors = [word.strip() for word in drives.split(",")] if drives else None
             model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None, on, friction_width, loops or None, motors, xacro_arguments(xacro, package))
         except ValueError as e:
-            absent = [link for link in payloads or {} if f"no link {link} to carry the payload" in str(e)]
+            from ksl.model.core_sentences import lacks_link_of_payload
+
+            absent = [link for link in payloads or {} if lacks_link_of_payload(e, link)]
             if absent:
                 bare = load(robot, floating_base, how, masses="optional", model=name or None, xacro=xacro_arguments(xacro, package))
                 fail(f"--on-link {absent[0]}: no such link; {suggestion(absent[0], bare.link_names, f'the links of {bare.name} are')}")

@@ -62,7 +62,7 @@ def print_verdict(console: Console, verdict: Verdict, joints: Sequence[Joint]) -
     level = verdict.level
     _print_shares(console, verdict, joints)
     for reason in verdict.reasons:
-        say(console, f"  {'besides' if level == 'red' else 'not green'}: {reason}")
+        say(console, f"  {'doubt' if level == 'red' else 'not green'}: {reason}")
     say(console, Text.assemble(("verdict: ", "bold"), (level.upper(), STYLE[level]), f": {verdict.headline}"))
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ksl.commands.app import app, console, discard_output, fail, print_for_programs, print_json, unwritable
-from ksl.commands.options import numbers, path_with_a_name, results_with_a_name
+from ksl.commands.options import in_options, numbers, path_with_a_name, results_with_a_name
 
 if TYPE_CHECKING:
     from ksl.sizing.sizing import Sizing
@@ -59,7 +59,7 @@ def size(
         sizing = size_components(results, components, joints=chosen, at=points)
         written = sizing.write(output, force, xlsx) if output else []
     except (SizingError, OutputError) as e:
-        fail(_as_options(str(e)))
+        fail(in_options(e, joints=joints, at=at))
     except ModuleNotFoundError as e:
         fail(f"this needs the package {e.name}; install it with: pip install 'ksl[size]'")
     _print(sizing, json, brief, peaks or components is None, output, written)
@@ -104,11 +104,3 @@ def _points(at: list[str]) -> dict[str, list[float]]:
             fail(f"--at {text}: expected JOINT=X,Y,Z, the joint's name and a point from its origin in its axes, m")
         points[name] = numbers(xyz, f"--at {name}=", 3)
     return points
-
-
-def _as_options(sentence: str) -> str:
-    """Names of arguments in Python as those of the command."""
-    for argument in ("joints", "at"):
-        if sentence.startswith(f"{argument}: "):
-            return f"--{sentence}"
-    return sentence

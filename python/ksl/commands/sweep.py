@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 import typer
 
 from ksl.commands.app import app, console, errors, fail
-from ksl.commands.options import Packages, Robot, Xacro, described_warnings, path_with_a_name, xacro_arguments
+from ksl.commands.options import Packages, Robot, Xacro, described_warnings, in_options, path_with_a_name, xacro_arguments
 
 if TYPE_CHECKING:
     from ksl.sweeps.compute_sweep import SweepResults
@@ -66,7 +66,7 @@ def sweep(
         errors.print(f"ksl: interrupted; what is complete is in {output}: the same command goes on from there")
         raise typer.Exit(130) from None
     except (ValueError, OutputError) as e:
-        fail(str(e).replace("engine=", "--engine ", 1) if str(e).startswith("engine=") else e)
+        fail(in_options(e, engine=engine))
     print_results(results)
 
 

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from ksl import _core
-from ksl.base.errors import DescriptionError, DescriptionWarning, unknown_name
+from ksl.base.errors import ArgumentError, DescriptionError, DescriptionWarning, of_argument, unknown_name
 from ksl.base.printable import sentence
 from ksl.comparison.differences import JACOBIANS, ORIENTATIONS, POSITIONS, TOLERANCE, pairs, quantity, rounding_of_accelerations, scale_of_coordinates
 from ksl.comparison.hypotheses import dynamic_reasons
@@ -84,15 +84,15 @@ def _names(libraries: Iterable[str] | str | None) -> list[str]:
     names = list(LIBRARIES) if libraries is None else [libraries] if isinstance(libraries, str) else list(libraries)
     for name in names:
         if name not in LIBRARIES:
-            raise ValueError(unknown_name("libraries", "library", name, LIBRARIES))
+            raise of_argument(ArgumentError, "libraries", unknown_name("", "library", name, LIBRARIES))
     if not names:
-        raise ValueError(f"libraries is empty; give some of {', '.join(LIBRARIES)}, or None for all")
+        raise of_argument(ArgumentError, "libraries", f" is empty; give some of {', '.join(LIBRARIES)}, or None for all")
     return list(dict.fromkeys(names))
 
 
 def _check_count(x: object, name: str, least: int, most: int) -> None:
     if isinstance(x, bool) or not isinstance(x, (int, np.integer)) or not least <= x <= most:
-        raise ValueError(f"{name}={x!r}; expected a whole number, {least} to {most}")
+        raise of_argument(ArgumentError, name, f"; expected a whole number, {least} to {most}", x)
 
 
 def _read(robot: str | os.PathLike[str], floating_base: bool, physics: str | Iterable[str] | None) -> tuple[File, list[Note], tuple[str, ...]]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
-from ksl.base.words import NOT_USED
+from ksl.base.notes import not_used
 from ksl.load_cases.case_result import CaseResult, compute
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.provenance import Provenance
@@ -86,7 +86,7 @@ class ComputedCases:
         read = self._of_cases([(c.name, line) for c in self.cases if c.motion.source for line in c.motion.source.notes])
         differentiated = self._of_cases([(c.name, line) for c in self.cases for line in c.motion.differentiated])
         stiff = self._of_cases([(c.name, line) for c in self.cases for line in stiffness_note(c.model)])
-        unused = [f"{NOT_USED}{line}" for line in self.model.unused]
+        unused = [not_used(content) for content in self.model.unused]
         return list(dict.fromkeys([*exceeded, *verdict.reasons, *stiff, *read, *self.model.warnings, *differentiated, *unused]))
 
     def _of_cases(self, lines: Sequence[tuple[str, str]]) -> list[str]:

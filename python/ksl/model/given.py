@@ -140,10 +140,11 @@ def pose_of(what: str, pose: PoseLike | None, xyz: ArrayLike | None, rpy: ArrayL
     if rpy is not None:
         matrix[:3, :3] = rotation_of_rpy(np.array(three_numbers(rpy, f"{what}: rpy")))
     elif quaternion is not None:
+        numbers_given = array(quaternion, (4,), f"{what}: quaternion")
         try:
-            matrix[:3, :3] = rotation_of_quaternion(array(quaternion, (4,), f"{what}: quaternion"))
+            matrix[:3, :3] = rotation_of_quaternion(numbers_given)
         except ValueError as error:
-            raise ValueError(str(error) if str(error).startswith(what) else f"{what}: {error}") from None
+            raise ValueError(f"{what}: {error}") from None
     return matrix
 
 

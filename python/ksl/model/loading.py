@@ -18,6 +18,7 @@ from ksl.base.errors import DescriptionError, DescriptionWarning
 from ksl.base.files_read import InputFile
 from ksl.base.input_files import path_given
 from ksl.model import given
+from ksl.model.core_sentences import asks_for_xacro
 from ksl.model.lengths import extent, far, far_point, strong_gravity
 from ksl.model.loops_file import LoopsFile
 from ksl.model.model import Model, hashed
@@ -142,7 +143,7 @@ def _not_expanded(file: str, o: _Options) -> Model:
     try:
         return _loaded(file, None, o)
     except DescriptionError as e:
-        if str(e).endswith("run xacro first: xacro FILE > robot.urdf"):
+        if asks_for_xacro(e):
             raise DescriptionError(f"{e}, or let KSL run it: xacro={{}} (--xacro '')") from None
         raise
 

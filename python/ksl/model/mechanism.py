@@ -14,8 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from ksl import _core
 from ksl.base.errors import name_among, other_kind, unknown_name
 from ksl.base.files_read import InputFile
+from ksl.base.notes import Note
 from ksl.base.printable import sentence
 from ksl.base.words import count
+from ksl.model.core_sentences import unused_of_core, warnings_of_core
 from ksl.model.joint_kinds import Kind
 from ksl.model.states import Array, argument, in_order
 
@@ -211,9 +213,9 @@ class Mechanism:
         self.drives: tuple[str, ...] | None = None if core.drives is None else tuple(core.drives)
         self.drive_weights: tuple[float, ...] = tuple(core.drive_weights)
         """The joints that have motors; None where the file names none.  Without loops every joint is taken to have one."""
-        self.unused: tuple[str, ...] = tuple(core.unused)
+        self.unused: tuple[Note, ...] = unused_of_core(core.unused)
         """Contents of the file that KSL doesn't use, a line for each kind."""
-        self.warnings: tuple[str, ...] = tuple(core.warnings)
+        self.warnings: tuple[str, ...] = warnings_of_core(core.warnings)
         """Suspicious contents of the file, a line each: inertias that no rigid body can have, moving links without mass.  Names link and condition."""
         self._moving, self._followers = core.moving_joints, core.followers
         lower, upper = np.array(core.position_ranges).reshape(-1, 2).T

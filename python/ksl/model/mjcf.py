@@ -20,6 +20,7 @@ from ksl.base.files_read import InputFile
 from ksl.base.rotations import quaternion_of, quaternion_product
 from ksl.model import given
 from ksl.model.builder import Builder
+from ksl.model.core_sentences import with_file
 from ksl.model.joint_kinds import KINDS, Kind
 from ksl.model.mjcf_compiler import Refused, compiled
 from ksl.model.mjcf_files import FilesOfMjcf
@@ -132,8 +133,8 @@ def _model(mj: Any, file: str, how: given.Reading, said: list[str], inputs: tupl
                 raise DescriptionError("a floating base is asked for, but no body has a <freejoint>; add one, or don't ask for that")
             core = reader.builder._core.build(False, how.strict, how.gravity, how.points, how.massless)
     except ValueError as e:
-        sentence = "a name in it is not UTF-8; save the file in UTF-8, or give other names" if isinstance(e, UnicodeDecodeError) else str(e)
-        raise DescriptionError(sentence if not file or sentence.startswith(f"{file}:") else f"{file}: {sentence}") from None
+        fault = ValueError("a name in it is not UTF-8; save the file in UTF-8, or give other names") if isinstance(e, UnicodeDecodeError) else e
+        raise DescriptionError(with_file(file, fault)) from None
     return Model(core, layout=reader.layout, inputs=inputs)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.base.errors import near_names
+from ksl.base.errors import ArgumentError, near_names, of_argument
 from ksl.base.files_read import InputFile
 from ksl.base.printable import sentence
 from ksl.base.real_arrays import real_array
@@ -142,7 +142,7 @@ class Requests(Mechanism):
         if word in (WORLD, "world"):
             if word == "world" and not self._is_the_world(word):
                 said = f"the world and also a link of {self.name or self.file}, which is elsewhere; say 'link:world' or '{WORLD}'"
-                raise ValueError(sentence(f"{what}={name!r}: {said}"))
+                raise of_argument(ArgumentError, what, f": {said}", name)
             return _core.Frame.world, -1
         if word == "joint":
             return _core.Frame.joint, -1
@@ -153,7 +153,7 @@ class Requests(Mechanism):
             if word in self._children:
                 hint = f"{name!r} is a joint, which carries link {self.links[self._children[name]].name!r}; "
             known = ", ".join(self._link_index)
-            raise ValueError(sentence(f"{what}={name!r}: {hint}expected 'joint', 'world' or a link of {self.name or self.file}: {known}"))
+            raise of_argument(ArgumentError, what, f": {hint}expected 'joint', 'world' or a link of {self.name or self.file}: {known}", name)
         return _core.Frame.link, self._link_index[link]
 
     def _is_the_world(self, link: str) -> bool:
@@ -263,9 +263,10 @@ def require_once(chosen: Sequence[T], what: str, shown: Callable[[T], object] = 
 
 def one_of(value: str, what: str, *known: str) -> str:
     if not isinstance(value, str) or value not in known:
-        shown = repr(value)
-        shown = shown if len(shown) <= 60 else type(value).__name__  # an array at this place, say
-        raise ValueError(f"{what}={shown}; {near_names(value, known)}expected one of {', '.join(repr(k) for k in known)}")
+        expected = f"; {near_names(value, known)}expected one of {', '.join(repr(k) for k in known)}"
+        if len(repr(value)) <= 60:
+            raise of_argument(ArgumentError, what, expected, value)
+        raise ArgumentError(f"{what}={type(value).__name__}{expected}")  # an array at this place, say
     return value
 
 

@@ -15,6 +15,7 @@ from ksl.base.printable import sentence
 from ksl.base.real_arrays import real_array
 from ksl.model import given
 from ksl.model.calls import Calls
+from ksl.model.core_sentences import as_call
 from ksl.model.drives import Brake, Controller
 from ksl.model.drives_over_time import FINITE, NOT_NEGATIVE, SHARE, DriveNumbers, OverTime, coordinates, over_time
 from ksl.model.simulation_result import HAPPENINGS, Drift, Event, Simulation
@@ -141,7 +142,7 @@ class SimulationCalls(Calls):
         try:
             self.forward_dynamics(q, v, np.zeros_like(v))
         except ResultError as error:
-            error.args = (str(error).replace("forward_dynamics: ", "simulate: ", 1),)
+            error.args = (as_call(error, "forward_dynamics", "simulate"),)
             raise
 
     def _exact_laws(self, restitution: Any, friction: Any, brake: Brake | None, q: Array) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from ksl import _core
 from ksl.base.errors import DescriptionError, DescriptionWarning, QuaternionWarning, unknown_name
 from ksl.base.files_read import InputFile
 from ksl.base.input_files import path_given
+from ksl.base.notes import Kind, of_kind
 from ksl.model import given
 from ksl.model.calls import Calls
 from ksl.model.closed_reactions import Request, reactions_derivatives
@@ -120,8 +121,8 @@ class Surgery(Calls):
         positions = given.mapping(joints, "joints", "{joint: position}")
         frozen = [(self._plain(given.name(name, "a joint"), "joint"), [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in positions]
         made = self._made(self._core.with_frozen_joints(frozen))
-        for line in made.warnings:
-            if "quaternion" in line and line not in self.warnings:
+        for line in of_kind(made.warnings, Kind.QUATERNION):
+            if line not in self.warnings:
                 warnings.warn(line, QuaternionWarning, stacklevel=2)
         return made
 

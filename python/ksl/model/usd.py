@@ -16,6 +16,7 @@ from ksl.base.words import listed
 from ksl.model import given
 from ksl.model.assembly import Body, Connection, assembled, gap, in_double
 from ksl.model.builder import Builder
+from ksl.model.core_sentences import with_file
 from ksl.model.model import Model
 from ksl.model.usd_couplings import require_in_tree
 
@@ -46,7 +47,7 @@ def load_usd(file: str, how: given.Reading) -> Model:
             read = _read(stage, how.independent, trap)
         return _model(file, read, how)
     except ValueError as e:
-        raise DescriptionError(str(e) if str(e).startswith(f"{file}:") else f"{file}: {e}") from None
+        raise DescriptionError(with_file(file, e)) from None
 
 
 class _Trap:

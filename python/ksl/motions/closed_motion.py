@@ -358,7 +358,7 @@ class Follower:
         return np.asarray(np.abs(self._model.loop_error(q) * self._lengths()).max(axis=1, initial=0.0))
 
     def _compared(self, q: Array) -> tuple[list[str], list[str]]:
-        """Lines about positions that were given for joints that follow; and those of them that are doubts."""
+        """Lines about positions that were given for joints that follow; and doubts, where they are far off."""
         lines, doubts = [], []
         same: dict[str, list[tuple[str, float]]] = {}
         for joint in self._others:
@@ -374,16 +374,16 @@ class Follower:
             k = int(np.argmax(shares))
             share, size, unit = shares[k], np.abs(off).max(axis=1), " or ".join(dict.fromkeys(units_of(joint)[1]))
             line = f"positions of {joint.name} in the motion differ from those that follow by up to {size[k]:.3g} {unit}, at {self._time[k]:.6g} s"
-            if share > TOLD:
+            if share > DOUBTED:
+                doubts.append(f"{line}: check dimensions, offsets and the branch; those that follow are used")
+            elif share > TOLD:
                 lines.append(line)
             else:
                 same.setdefault(unit, []).append((joint.name, float(size[k])))
-            if share > DOUBTED:
-                doubts.append(f"{line}: check dimensions, offsets and the branch; those that follow are used")
         for unit, found in same.items():
             size_of_all = max(size for _, size in found)
             lines.append(f"positions of {_some([name for name, _ in found])} in the motion are those that follow, within {size_of_all:.1g} {unit}")
-        return [line for line in lines if not any(doubt.startswith(line) for doubt in doubts)], doubts
+        return lines, doubts
 
 
 def _followed(others: Sequence[Joint], held: Held) -> str:

@@ -23,7 +23,7 @@ from ksl.motions.columns.recorded import Recorded, check_finite
 from ksl.motions.columns.time_column import TIME, find_time, in_seconds, with_nanoseconds, with_unit
 from ksl.motions.columns.whole_numbers import Read, continued_positions, with_sign
 from ksl.motions.files import kuka, rtde
-from ksl.motions.files.csv_form import MEND
+from ksl.motions.files.csv_form import NoTable
 from ksl.motions.files.map_file import read_map
 from ksl.motions.files.npz_table import NpzTable, with_matrices
 from ksl.motions.files.recognise import open_table
@@ -225,8 +225,8 @@ def read_wrenches(model: Mechanism, path: str | os.PathLike[str], time: Array) -
 def _wrenches_of(model: Mechanism, path: str | os.PathLike[str], time: Array) -> tuple[dict[str, Array], list[str]]:
     try:
         table = open_table(path)
-    except MotionError as e:
-        raise MotionError(str(e).replace(MEND, "give a table with `time` and LINK.fx … LINK.tz")) from None
+    except NoTable as e:
+        raise MotionError(f"{e.what}; give a table with `time` and LINK.fx … LINK.tz{e.more}") from None
     if table.is_recording:
         raise MotionError(f"{table.file}: is a bag; give external wrenches as CSV, Parquet or NPZ, with the columns LINK.fx … LINK.tz")
     column = find_time(table, frozenset())

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from ksl.base.words import NOT_USED as NOT_USED
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import JointLoads, PowerBalance
 from ksl.load_cases.undetermined import Undetermined
@@ -50,7 +49,7 @@ class ReportInput:
     facts: Sequence[tuple[str, str]]
     """What was computed, and how: a small table at the head."""
     notes: Sequence[str]
-    """Most important first: limits exceeded, doubts, warnings, unused content of the files (`NOT_USED`)."""
+    """Most important first: limits exceeded, doubts, warnings, unused content of the files."""
     summary: Sequence[Row]
     """Rows of :func:`ksl.load_cases.quantities.summarise`, each with its `case` where there are several, of any of their joints."""
     cases: Sequence[CaseCurves]

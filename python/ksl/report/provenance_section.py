@@ -7,7 +7,7 @@ from typing import Any
 
 from ksl.base.files_read import InputFile
 from ksl.base.markup import html as escape
-from ksl.base.words import NOT_USED
+from ksl.base.notes import Kind, of_kind
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.verdict import NAMED
 
@@ -88,7 +88,7 @@ def provenance_section(provenance: Provenance, notes: Sequence[str], components:
     ]
     rows = "".join(f'<tr><th scope="row">{name}</th><td>{escape(text)}</td></tr>' for name, text in facts if text)
     made = f'<table class="facts"><caption>How they were made</caption><tbody>{rows}</tbody></table>'
-    unused = [note.removeprefix(NOT_USED) for note in notes if note.startswith(NOT_USED)]
+    unused = [note.of for note in of_kind(notes, Kind.VISUALS, Kind.CONTENT)]
     lists = f"<h3>Assumptions</h3>{_list(assumptions(p.cases))}<h3>Content of the robot's file that was ignored</h3>{_list(unused) if unused else '<p>None.</p>'}"
     return f'<section id="provenance"><h2>What made these results</h2>{inputs if files else ""}{made}{lists}</section>'
 

@@ -41,7 +41,7 @@ def verdict_section(verdict: Verdict | None, components: ComponentsVerdict | Non
     """
     parts: list[tuple[str, Level, str, str]] = []
     if verdict is not None:
-        parts.append(("Limits of the robot's file", verdict.level, WORDS[verdict.level], _capital(verdict.headline)))
+        parts.append(("Limits of the robot's file", verdict.level, WORDS[verdict.level], _headline(verdict)))
     if components is not None:
         parts.append(("Components", components.level, OF_COMPONENTS[components.level], components.headline))
     if not parts:
@@ -55,7 +55,7 @@ def verdict_section(verdict: Verdict | None, components: ComponentsVerdict | Non
     reasons = [*(verdict.reasons if verdict else ()), *(f"left out: {x}" for x in (components.left_out if components else ()))]
     if reasons:
         listed = "".join(f"<li>{escape(reason)}</li>" for reason in reasons)
-        head += f"<p>{'Besides' if level == 'red' else 'Not green, because'}:</p><ul>{listed}</ul>"
+        head += f"<p>{'Doubts' if level == 'red' else 'Not green, because'}:</p><ul>{listed}</ul>"
     head += "".join(f'<p class="small">{escape(name)}: {escape(text)}</p>' for name, text in of)
     return f'<section id="verdict" class="verdict {level}"><h2 class="unseen">Verdict</h2>{head}</section>'
 
@@ -101,6 +101,7 @@ def _cell(use: Use | None, anchors: Mapping[tuple[str, str], str], clocks: Mappi
     return f'<td>{share}<span class="bar"><span class="{use.level}" style="width:{width}"></span></span><small>{text.strip()}{case}</small></td>'
 
 
-def _capital(text: str) -> str:
-    """A sentence that begins with a name keeps the name as it is."""
-    return text if text[:1].isupper() or not text.startswith("no ") else text[0].upper() + text[1:]
+def _headline(verdict: Verdict) -> str:
+    """With a capital, unless it begins with the name of a joint."""
+    text = verdict.headline
+    return text if verdict.worst is not None else text[0].upper() + text[1:]

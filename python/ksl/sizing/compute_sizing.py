@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ksl._core import __version__
-from ksl.base.errors import SizingError, close_names, unknown_name
+from ksl.base.errors import SizingError, close_names, of_argument, unknown_name
 from ksl.base.extras import require
 from ksl.base.files_read import InputFile, recorded
 from ksl.load_cases.provenance import versions
@@ -154,7 +154,7 @@ def _points(table: Results, at: Mapping[str, Sequence[float]] | None, chosen: Se
     for given, point in (at or {}).items():
         name = table.named(given, "at")
         if name not in chosen:
-            raise SizingError(f"at: a point of {name}, which is none of the joints that are sized: {', '.join(chosen)}; add it to them, or leave out the point")
+            raise of_argument(SizingError, "at", f": a point of {name}, which is none of the joints that are sized: {', '.join(chosen)}; add it to them, or leave out the point")
         try:
             points[name] = three_numbers(point, f"at: the point of {name}")
         except ValueError as e:

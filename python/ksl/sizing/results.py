@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ksl.base.arrow_files import arrow_file
-from ksl.base.errors import SizingError, name_among, unknown_name
+from ksl.base.errors import SizingError, name_among, of_argument, unknown_name
 from ksl.base.files_read import being_read
 from ksl.base.input_files import Unreadable, check_regular
 from ksl.base.rounding import OF_POSITIONS
@@ -170,7 +170,7 @@ class Results:
         """The joint that is meant, by its name alone.  Raises SizingError, which says where, for unknown names."""
         plain: str = name_among(self.joints, name, "joint")
         if plain not in self.joints:
-            raise SizingError(unknown_name(where, "joint", name, self.joints))
+            raise of_argument(SizingError, where, unknown_name("", "joint", name, self.joints))
         return plain
 
     def joint(self, name: str, spectrum: Spectrum = Spectrum()) -> JointSamples:

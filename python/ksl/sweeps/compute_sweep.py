@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from ksl.base.errors import DescriptionWarning, SweepError
+from ksl.base.errors import DescriptionWarning, SweepError, of_argument
 from ksl.base.extras import require
 from ksl.load_cases.verdict import percent
 from ksl.model.mechanism import Joint
@@ -107,7 +107,7 @@ def sweep(
     if packages is not None:
         given = replace(given, base=given.base | {"packages": {name: os.path.abspath(folder) for name, folder in packages.items()}})
     if engine not in ("local", "ray"):
-        raise SweepError(f"engine={engine!r}; expected 'local' or 'ray'")
+        raise of_argument(SweepError, "engine", "; expected 'local' or 'ray'", engine)
     count = usable_cores() if workers is None else workers
     if not isinstance(count, int) or count < 1:
         raise SweepError(f"workers={workers!r}; expected a number of processes, at least 1")

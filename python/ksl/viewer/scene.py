@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import MotionError
 from ksl.base.real_arrays import real_array
+from ksl.model.core_sentences import as_call
 from ksl.model.joint_kinds import KINDS
 from ksl.model.mechanism import Joint, Loop
 from ksl.model.requests import core_of
@@ -282,7 +283,7 @@ def _loads(model: Calls, q: Array, v: Array, a: Array, wrenches: Mapping[str, Ar
         for link in wrenches:
             model.link(link)  # refuses unknown ones
         nothing = np.zeros((len(q), len(names), 6))
-        return np.full((len(q), model.nv), np.nan), nothing, nothing, str(refused).removeprefix("inverse_dynamics_with_reactions: ")
+        return np.full((len(q), model.nv), np.nan), nothing, nothing, as_call(refused, "inverse_dynamics_with_reactions")
 
 
 def child_of(joint: Joint | Loop) -> str:

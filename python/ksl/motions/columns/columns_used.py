@@ -9,6 +9,7 @@ from functools import cached_property
 
 from ksl.base.csv_cells import text_of_cell
 from ksl.base.errors import MotionError, close_names
+from ksl.base.notes import Kind, Note, not_of_kind, of_kind
 from ksl.base.words import listed
 from ksl.model.freedoms import are_enough, leads
 from ksl.model.mechanism import Joint, Mechanism
@@ -22,7 +23,6 @@ _WITH_UNIT = re.compile(r"(.*\S)\s*([\[(](?!\d+[\])])[^\[\]()]+[\])])")  # a num
 STATES = ("q", "v", "a")
 """What a matrix may be: positions, velocities, accelerations of all joints."""
 LEFT_OUT = "--ignore-extra leaves out what no joint has"
-NOT_USED = "not used: column "
 EFFORT = ".effort"
 """The end of names of columns with measured efforts, which :func:`ksl.read_efforts` reads."""
 
@@ -232,12 +232,12 @@ class _Unknown:
     def left_out(self, source: str, rule: ColumnRule, ignore_extra: bool) -> str:
         """The note about a column that is left out, or raises MotionError."""
         if rule.to.removesuffix(EFFORT) in self.model.joint_names and rule.to.endswith(EFFORT):
-            return f"{NOT_USED}{source!r} (an effort)"
+            return _unused_column(f"{source!r} (an effort)")
         if source in self.columns.rules:
             said = f"column {source!r} is to be {rule.to!r}, which no joint of {self.model.name} has"
             raise MotionError(f"{self.columns.file}: {said}; {self._instead(rule.to) or self._nearest(rule.to, [*self.known, TIME])}")
         if ignore_extra or (self.table.is_recording and source in self.of_followers):
-            return f"{NOT_USED}{source!r}" + (" (it follows another joint)" if source in self.of_followers else "")
+            return _unused_column(f"{source!r}" + (" (it follows another joint)" if source in self.of_followers else ""))
         kind, holding = "joint" if self.table.is_recording else "column", self.table.holding(source)
         holds = f", which {holding}" if holding else ""
         raise MotionError(f"{self.table.head}: unknown {kind} {source!r}{holds}; {self._hint(source)}")
@@ -256,15 +256,15 @@ class _Unknown:
         if name.startswith("floating_base.") and not (joints and joints[0].parent is None):
             return "if the root link floats, load the robot with --floating-base (in Python floating_base=True)"
         in_file = set(self.table.names)
-        hint = self._nearest(name, [n for n in self.known if n not in in_file])
-        if not hint.startswith("did") and not any(n in self.known for n in in_file):
+        missing = [n for n in self.known if n not in in_file]
+        hint = self._nearest(name, missing)
+        if len(missing) == len(self.known) and _near(name, missing) is None:
             return f"{hint}. No column has the name of a joint; say which is which by a map (--map FILE)"
         return f"{hint} ({LEFT_OUT})"
 
     def _nearest(self, name: str, known: list[str]) -> str:
-        rates = [n for n in known if n.endswith((".v", ".a"))]  # the name of another robot's joint is not meant to be one: only slips of a letter are
-        near = close_names(name, [n for n in known if n not in rates], 1) or close_names(name, rates, 1, 0.9)
-        return f"did you mean {near[0]!r}?" if near else f"the moving joints of {self.model.name} are {listed(self.model.joint_names)}"
+        near = _near(name, known)
+        return f"did you mean {near!r}?" if near else f"the moving joints of {self.model.name} are {listed(self.model.joint_names)}"
 
     def _instead(self, name: str) -> str | None:
         """What to give instead of a column that a joint would have if it had one coordinate, or didn't follow another one."""
@@ -281,6 +281,12 @@ class _Unknown:
                 if name in one and name not in group:
                     return f"joint {joint.name} is {joint.kind}: give {' '.join(group)}"
         return None
+
+
+def _near(name: str, known: list[str]) -> str | None:
+    """The column that is likely meant.  The name of another robot's joint is not meant to be a rate: only slips of a letter are."""
+    rates = [n for n in known if n.endswith((".v", ".a"))]
+    return next(iter(close_names(name, [n for n in known if n not in rates], 1) or close_names(name, rates, 1, 0.9)), None)
 
 
 def _check_constants(table: Recorded, model: Mechanism, choice: Choice, columns: ColumnMap) -> None:
@@ -362,5 +368,9 @@ def _notes(table: Recorded, known: Mapping[str, Quantity], choice: Choice, rules
 def with_unused_together(notes: Iterable[str]) -> list[str]:
     """Notes in which the lines about columns that are not used are one."""
     lines = list(notes)
-    left = [n.removeprefix(NOT_USED) for n in lines if n.startswith(NOT_USED)]
-    return [n for n in lines if not n.startswith(NOT_USED)] + ([f"columns that are not used: {listed(left)}"] if left else [])
+    left = [note.of for note in of_kind(lines, Kind.COLUMN)]
+    return not_of_kind(lines, Kind.COLUMN) + ([f"columns that are not used: {listed(left)}"] if left else [])
+
+
+def _unused_column(column: str) -> Note:
+    return Note(Kind.COLUMN, f"not used: column {column}", column)

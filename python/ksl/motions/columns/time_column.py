@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ksl.base.errors import MotionError
+from ksl.base.notes import Kind, Note, not_of_kind
 from ksl.base.words import listed
 from ksl.model.states import Array
 from ksl.motions.columns.recorded import Recorded
@@ -93,15 +94,20 @@ def in_seconds(table: Recorded, column: TimeColumn, time: Array) -> tuple[Array,
     """Times in s, and what was done to them: their unit was converted, or dates were counted from the first sample."""
     both = f"columns {column.name!r} and {column.nanoseconds!r} are taken as seconds and nanoseconds of the time"
     time, wrapped, _ = continued_times(column.name, time)
-    notes = [] if column.name == TIME else [both] if column.nanoseconds else [f"column {column.name!r} is taken as the time" + ("" if column.unit else ", in s")]
+    notes: list[str] = [] if column.name == TIME else [both] if column.nanoseconds else [_taken_as_time(column)]
     scale = column.scale * (factor(table.head, column.name, column.unit, "time", 0) if column.unit else 1.0)
     if scale != 1.0:
-        notes.append(f"times were multiplied by {scale:g}" if column.scale != 1.0 else f"times were converted from {bare(column.unit)} to s")
+        converted = Note(Kind.TIME_UNIT, f"times were converted from {bare(column.unit)} to s")
+        notes.append(f"times were multiplied by {scale:g}" if column.scale != 1.0 else converted)
     notes += [wrapped] * bool(wrapped)
     first = float(time[0]) if len(time) else math.nan
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
         if _DATES[0] <= first * size < _DATES[1] and column.scale == 1.0 and (not column.unit or unit_of(column.unit) == unit_of(unit)):
             scale = size
-            notes = [n for n in notes if not n.endswith((" to s", ", in s"))]
-            return (time - first) * scale, [*notes, f"times are {unit} since 1970; time 0 is {np.datetime64(round(first * scale * 1000), 'ms')} UTC"]
+            return (time - first) * scale, [*not_of_kind(notes, Kind.TIME_UNIT), f"times are {unit} since 1970; time 0 is {np.datetime64(round(first * scale * 1000), 'ms')} UTC"]
     return time * scale, notes
+
+
+def _taken_as_time(column: TimeColumn) -> str:
+    said = f"column {column.name!r} is taken as the time"
+    return said if column.unit else Note(Kind.TIME_UNIT, f"{said}, in s")

@@ -26,7 +26,22 @@ _LINE_END = re.compile(rb"\r\n|\n|\r")
 _COMMA_NUMBER = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?|[-+]?\d+,")
 _BRACKETED = re.compile(r"[\[(<][^\])>]*[\])>]")
 MEND = "give a CSV file with `time` and a column for each joint"
+NAMED = ", named in the first line"
 _UNIT_TO_CONVERT = re.compile(r"\b(deg|degs|degrees?|mm|millimet(er|re)s?)\b|°", re.IGNORECASE)
+
+
+class NoTable(MotionError):
+    """A file holds no table that can be read.  `what` is the sentence without what is to be given instead, which depends on what is read."""
+
+    what: str = ""
+    more: str = ""
+
+
+def no_table(what: str, more: str = "") -> NoTable:
+    """more: what else a motion's file needs."""
+    made = NoTable(f"{what}; {MEND}{more}")
+    made.what, made.more = what, more
+    return made
 
 
 @dataclass(frozen=True)
@@ -85,14 +100,14 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
     if any(numbers):  # names may stand in a comment, as numpy, MATLAB and rostopic write them
         found = _header_in_comment(comments, header_line, len(header), separator)
         if found is None and all(numbers):
-            raise MotionError(f"{file}:{header_line}: no names of columns, but numbers; {MEND}, named in the first line")
+            raise no_table(f"{file}:{header_line}: no names of columns, but numbers", NAMED)
         if found is not None:
             header, header_line, start = found[0], found[1], 0
             notes.append(f"names of the columns are taken from the comment in line {header_line}")
     check_names(f"{file}:{header_line}", header)  # columns without a name are counted, too
     header = [text_of_cell(name) for name in header]
     if not any(header):
-        raise MotionError(f"{file}:{header_line}: no names of columns; {MEND}, named in the first line")
+        raise no_table(f"{file}:{header_line}: no names of columns", NAMED)
     units: list[str] = []
     if len(fields) > start and is_row_of_units(fields[start]):
         units = [bare(u) for u in fields[start]]
@@ -114,7 +129,7 @@ def _lines(file: str, data: bytes, encoding: str) -> Iterator[_Line]:
     while position < len(data):
         end = _LINE_END.search(data, position, position + limits.LINE_BYTES)
         if end is None and len(data) - position > limits.LINE_BYTES:
-            raise MotionError(f"{file}:{number}: a line of more than {limits.LINE_BYTES >> 20} MB; {MEND}")
+            raise no_table(f"{file}:{number}: a line of more than {limits.LINE_BYTES >> 20} MB")
         stop, following = (end.start(), end.end()) if end else (len(data), len(data))
         yield _Line(number, data[position:stop].decode(encoding, "replace").removeprefix("\ufeff"))
         position, number = following, number + 1

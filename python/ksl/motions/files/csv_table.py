@@ -14,7 +14,7 @@ from ksl.base.words import count
 from ksl.model.states import Array
 from ksl.motions.columns.recorded import Recorded, check_numbers
 from ksl.motions.files.arrow_memory import own_memory
-from ksl.motions.files.csv_form import MEND, SEPARATORS, CsvForm, doubts_about_end, form_of, is_comma_number, is_number
+from ksl.motions.files.csv_form import SEPARATORS, CsvForm, doubts_about_end, form_of, is_comma_number, is_number, no_table
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -238,12 +238,14 @@ def _as_utf8(file: str, data: bytes) -> tuple[bytes, str, list[str]]:
         try:
             return data.decode("utf-16").encode(), "utf-8", ["the file is in UTF-16"]
         except UnicodeDecodeError:
-            raise MotionError(f"{file}: line 1 is not text; {MEND}") from None
+            raise no_table(f"{file}: line 1 is not text") from None
     head = data[: 1 << 16]
     if not _TEXT_SIGNS.issuperset(head):
         bad = next(i for i, byte in enumerate(head) if byte not in _TEXT_SIGNS)
-        looks = "; it seems to be in UTF-16 without a mark: save it in UTF-8" if any(set(head[k:64:2]) == {0} for k in (0, 1)) else f"; {MEND}"
-        raise MotionError(f"{file}: line {len(head[:bad].splitlines()) or 1} is not text{looks}")
+        said = f"{file}: line {len(head[:bad].splitlines()) or 1} is not text"
+        if any(set(head[k:64:2]) == {0} for k in (0, 1)):
+            raise MotionError(f"{said}; it seems to be in UTF-16 without a mark: save it in UTF-8")
+        raise no_table(said)
     try:
         head.decode()
     except UnicodeDecodeError as e:

@@ -22,7 +22,7 @@ from ksl.base.extras import missing
 from ksl.base.input_files import STANDARD_INPUT, Unreadable, bounded, check_path, contents, failed_read, opened, standard_input, what_os_says
 from ksl.motions.columns.recorded import Recorded
 from ksl.motions.files import rostopic
-from ksl.motions.files.csv_form import MEND
+from ksl.motions.files.csv_form import no_table
 from ksl.motions.files.csv_table import CsvTable
 
 _PACKED: dict[bytes, tuple[str, Callable[[BytesIO], Any]]] = {
@@ -84,9 +84,9 @@ def open_table(path: str | os.PathLike[str], topic: str | None = None, positions
         content = _content(file)
         table = _opened(content, content.head(), topic, positions_only)
     except Unreadable as e:
-        raise MotionError(f"{'standard input' if file == STANDARD_INPUT else file}: {e}; {MEND}") from None
+        raise no_table(f"{'standard input' if file == STANDARD_INPUT else file}: {e}") from None
     except (OSError, UnicodeError) as e:
-        raise MotionError(f"{file}: can't be read ({what_os_says(e)}); {MEND}") from None
+        raise no_table(f"{file}: can't be read ({what_os_says(e)})") from None
     if topic is not None and not table.has_parts:
         raise MotionError(f"{content.file}: --topic (topic=) chooses among the topics of a bag or the sheets of a workbook, but this is {table.format}; leave it out")
     return table
@@ -152,7 +152,7 @@ def _opened(content: Content, head: bytes, topic: str | None, positions_only: bo
             raise MotionError(f"{file}: is {what}")
     if is_markup(head):
         what = "a robot" if any(root in head for root in (b"<robot", b"<sdf", b"<mujoco")) else "an XML or HTML"
-        raise MotionError(f"{file}: is {what} file, not a motion; {MEND}")
+        raise no_table(f"{file}: is {what} file, not a motion")
     if head.lstrip().startswith((b"{", b"[{")):
         raise MotionError(f"{file}: is JSON; save the motion as CSV, Parquet or NPZ")
     table = CsvTable(file, content.bytes(), content.how)
@@ -183,7 +183,7 @@ def _opened_zip(content: Content, sheet: str | None) -> Recorded:
     if len(inside) > limits.COLUMNS:
         raise MotionError(f"{content.file}: {len(inside):,} arrays; at most {limits.COLUMNS:,} are read")
     if sum(each.file_size for each in inside) > limits.MOTION_BYTES:  # what an archive says of its sizes is kept to when it is unpacked
-        raise MotionError(f"{content.file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; {MEND}")
+        raise no_table(f"{content.file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read")
     return npz_table(content.file, content.opened())
 
 
