@@ -65,7 +65,7 @@ def _of_option(
     """What Python says of an argument, said of the option that gave it."""
     from ksl.commands.options import in_options
 
-    given = {"ignore": ignore, "accept": accept, "package_path": [str(path) for path in package_path], "symmetry": [symmetry]}
+    given: dict[str, list[Any]] = {"ignore": ignore, "accept": accept, "package_path": [str(path) for path in package_path], "symmetry": [symmetry]}
     said = [in_options(error, **{name: value}) for name, values in given.items() for value in values]
     return next((text for text in said if text != str(error)), str(error))
 

@@ -39,8 +39,7 @@ def compare(
         except ValueError as e:
             from ksl.base.errors import ArgumentError
 
-            of_libraries = isinstance(e, ArgumentError) and e.argument == "libraries"
-            fail(f"--with{e.rest}" if of_libraries else in_options(e, states=states, seed=seed))
+            fail(f"--with{e.rest}" if isinstance(e, ArgumentError) and e.argument == "libraries" else in_options(e, states=states, seed=seed))
     if json:
         print_json(found.as_dict())
     else:

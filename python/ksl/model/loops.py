@@ -30,7 +30,7 @@ for _reason in _REASONS:
     _reason.setflags(write=False)
 _CONTRADICTORY, _NEAREST = 2, 1
 TOLERANCES = _core.loop_tolerances()
-"""Of closed mechanisms, by name: those of the compiled code, which says what each is relative to (include/ksl/engine/algorithms/loops/tolerances.hpp)."""
+"""The tolerances of closed mechanisms by name, those of the compiled code, which says what each is relative to (include/ksl/engine/algorithms/loops/tolerances.hpp)."""
 SAME = TOLERANCES["accepted"]
 """Closed positions that differ by no more in any coordinate, rad or m, are one."""
 STARTS = 32

@@ -164,7 +164,7 @@ class _Reader:
         self.driven = {j for i in range(actuator_count(mj)) for j in actuated(mj, i)} - set(self.held)
         self.efforts = self.effort_limits()
         self.own = {what: getattr(mj, f"dof_{what}") + added(mj, what) for what in ("damping", "armature")} | {"frictionloss": mj.dof_frictionloss}
-        """Of each coordinate, with what actuators add."""
+        """Damping, armature and friction of each coordinate, with what actuators add."""
         self.builder.add_link(self.bodies[0])
         for i in range(1, mj.nbody):
             if i not in self.handles:

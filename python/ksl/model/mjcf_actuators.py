@@ -130,7 +130,7 @@ def _input(mj: Any, i: int) -> Range:
 
 
 def _tension(forces: list[tuple[Range, float]], bounds: Any) -> Range:
-    """Of a tendon, by several actuators.  MuJoCo scales their forces, before their gears, so that their sum is within the bounds."""
+    """The force of a tendon, by several actuators.  MuJoCo scales their forces, before their gears, so that their sum is within the bounds."""
     if bounds is None:
         ranges = [_times(force, gear) for force, gear in forces]
         return sum(r[0] for r in ranges), sum(r[1] for r in ranges)

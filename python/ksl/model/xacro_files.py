@@ -125,7 +125,7 @@ def expanded(file: str, given: Mapping[str, object]) -> Expanded:
     packages = given.packages if isinstance(given, Arguments) else {}
 
     def folder(question: dict[str, Any]) -> str | None:
-        """Of a package: as it was given, else around the file and where ROS has packages; None leaves it to ROS."""
+        """The folder of a package: as it was given, else around the file and where ROS has packages; None leaves it to ROS."""
         name = str(question["ask"])
         return packages.get(name) or next((str(path) for path in package_folders(name, Path(file))), None)
 

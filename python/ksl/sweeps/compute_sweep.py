@@ -103,9 +103,9 @@ def sweep(
     require("a sweep", "pyarrow", "scipy")
     given = sweep_from(description) if isinstance(description, Mapping) else read_sweep(description)
     if xacro is not None:
-        given = replace(given, base=given.base | {"xacro": dict(xacro)})
+        given = replace(given, base={**given.base, "xacro": dict(xacro)})
     if packages is not None:
-        given = replace(given, base=given.base | {"packages": {name: os.path.abspath(folder) for name, folder in packages.items()}})
+        given = replace(given, base={**given.base, "packages": {name: os.path.abspath(folder) for name, folder in packages.items()}})
     if engine not in ("local", "ray"):
         raise of_argument(SweepError, "engine", "; expected 'local' or 'ray'", engine)
     count = usable_cores() if workers is None else workers
