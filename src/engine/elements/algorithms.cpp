@@ -371,7 +371,8 @@ template <class S> bool run_state(const algorithm_row &row, const model &m, void
   const batch_view<S> batch = one.of(s);
   with_forces<S> work(row, m);
   work.lay_out(pieces, batch, 1);
-  return work.run(batch, 0, 1) && (!row.needs_mass || ordinary_results(row, m, s)); // which changed after the kernel
+  const bool ordinary = work.run(batch, 0, 1), as_kernel_wrote = row.elements == elements_by::wrenches;
+  return ordinary && (!row.needs_mass || as_kernel_wrote || ordinary_results(row, m, s));
 }
 
 #define KSL_INSTANTIATE(S)                                                                                             \

@@ -11,8 +11,10 @@ template <class S> void tree_of_states<S>::measure(const algorithm_row &row, con
   bytes_ = std::max({bytes_, calls.state_bytes(row, m_, room_for(part)), // of a call for one state
                      part.n > 1 ? calls.batch_bytes(row, m_, part) : 0});
   externals_ = std::max(externals_, part.external_n), reactions_ = std::max(reactions_, part.reactions_n);
-  for (int r = 0; r < computed(row).results; ++r)
-    unwanted_n_[r] = std::max(unwanted_n_[r], numbers_of(computed(row).result[r], extents_of(m_, part)));
+  const algorithm_row &all = computed(row);
+  const extents own = extents_of(m_, part);
+  for (int r = 0; r < all.results; ++r)
+    unwanted_n_[r] = std::max(unwanted_n_[r], numbers_of(all.result[r], own));
 }
 
 template <class S> void tree_of_states<S>::lay_out(arena &memory) {

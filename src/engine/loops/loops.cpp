@@ -1,12 +1,12 @@
 // Calls about loops (ksl/loops.hpp).
 #include "ksl/loops.hpp"
 
-#include "engine/run/examine.hpp"
 #include "engine/loops/assembly.hpp"
 #include "engine/loops/closed_state.hpp"
 #include "engine/loops/derivatives.hpp"
 #include "engine/loops/findings.hpp"
 #include "engine/loops/singular_values.hpp"
+#include "engine/states/not_finite.hpp"
 #include "engine/states/thread_memory.hpp"
 #include "ksl/dynamics.hpp"
 #include "ksl/result_error.hpp"
@@ -267,9 +267,10 @@ void closed_reaction_variations(const model &m, data &d, const double *q, const 
   const external_wrenches<double> of_loops = w.state().all_wrenches({});
   std::copy_n(of_loops.wrench, 6 * of_loops.n, wrenches);
   const std::ptrdiff_t nv = m.nv(), f = w.state().solved().freedoms(), loops = std::ptrdiff_t(m.loops().size());
-  require_finite("reactions_derivatives", "derivatives",
-                 {{motions, 9 * f * nv}, {on_links, 36 * f * loops}, {at_joints, 18 * f * loops}, {wrenches, 12 * loops}},
-                 {{q, m.nq()}, {v, nv}, {a, nv}, {external.wrench, 6 * std::ptrdiff_t(external.n)}});
+  require_finite(
+      "reactions_derivatives", "derivatives",
+      {{motions, 9 * f * nv}, {on_links, 36 * f * loops}, {at_joints, 18 * f * loops}, {wrenches, 12 * loops}},
+      {{q, m.nq()}, {v, nv}, {a, nv}, {external.wrench, 6 * std::ptrdiff_t(external.n)}});
 }
 
 void stabilised_forward_dynamics(const model &m, data &d, const double *q, const double *v, const double *tau,

@@ -15,22 +15,6 @@
 namespace ksl {
 namespace {
 
-/// The first number of the results that is not finite; if all are finite, the first that is large; if none is, name is null.
-struct found_number {
-  const char *name = nullptr;
-  std::ptrdiff_t index = 0;
-  double value = 0;
-  bool finite = true;
-};
-
-template <class S> void look(const char *name, const S *x, std::ptrdiff_t from, std::ptrdiff_t n, found_number &found) {
-  for (std::ptrdiff_t i = from; x && i < from + n && found.finite; ++i) {
-    const double value = static_cast<double>(x[i]);
-    if (!(std::fabs(value) <= large_result) && (!found.name || !std::isfinite(value)))
-      found = {name, i, value, std::isfinite(value)};
-  }
-}
-
 template <class S> found_number look_at_results(const algorithm_row &row, const model &m, const state_view<S> &s) {
   found_number found;
   for (int r = 0; r < row.results; ++r) {
@@ -84,21 +68,6 @@ template <class S> int joint_without_mass(const algorithm_row &row, const model 
   return massless_joint_at(m, w, s.q);
 }
 
-/// The beginning of a message.  Called for errors only, since it allocates.
-std::string beginning(const char *call, std::size_t state, bool of_batch) {
-  return std::string(call) + ": " + (of_batch ? "state " + std::to_string(state) + ": " : "");
-}
-
-/// The error of a number that isn't finite.
-template <class S>
-result_error not_finite(const char *call, const found_number &found, std::size_t state, bool of_batch) {
-  const char *const what = std::isnan(found.value) ? "nan" : found.value > 0 ? "inf" : "-inf";
-  return {beginning(call, state, of_batch) + found.name + "[" + std::to_string(found.index) + "] is " + what +
-              ", although all arguments are finite: they, or numbers of the model, are too large or too small for " +
-              (sizeof(S) == 8 ? "double precision" : "single precision"),
-          state, -1};
-}
-
 template <class S> void examine(const algorithm_row &row, const model &m, const massless_joint_workspace &w,
                                 const state_view<S> &s, std::size_t state, bool of_batch, arguments_are given) {
   const found_number found = look_at_results(row, m, s);
@@ -106,10 +75,10 @@ template <class S> void examine(const algorithm_row &row, const model &m, const 
       !is_overwritten(row, s, s.q))
     if (const std::string reason = elements::reason(m, s.q, is_overwritten(row, s, s.v) ? nullptr : s.v);
         !reason.empty())
-      throw result_error(beginning(row.name, state, of_batch) + reason, state, -1);
+      throw result_error(beginning_of_error(row.name, state, of_batch) + reason, state, -1);
   if (found.name && way_of(row, m) == way::loops && finite_arguments(row, m, s) && !std::isfinite(found.value))
     if (const std::string reason = loops::reason(row, m, s); !reason.empty())
-      throw result_error(beginning(row.name, state, of_batch) + reason, state, -1);
+      throw result_error(beginning_of_error(row.name, state, of_batch) + reason, state, -1);
   if (!found.name || (found.finite && !row.needs_mass))
     return;
   if (given == arguments_are::unchecked && !finite_arguments(row, m, s))
@@ -117,7 +86,7 @@ template <class S> void examine(const algorithm_row &row, const model &m, const 
   if (row.nan_without_mass && !has_moving_mass(m))
     return;
   if (const int joint = row.needs_mass ? joint_without_mass(row, m, w, s) : -1; joint >= 0)
-    throw result_error(beginning(row.name, state, of_batch) + m.massless_joint_text(joint), state, joint);
+    throw result_error(beginning_of_error(row.name, state, of_batch) + m.massless_joint_text(joint), state, joint);
   if (found.finite)
     return;
   throw not_finite<S>(row.name, found, state, of_batch);
@@ -139,15 +108,6 @@ template <class S> struct examined_state {
 } // namespace
 
 std::size_t examination_bytes(const model &m) { return workspace_bytes<massless_joint_workspace>(m); }
-
-template <class S>
-void examine_numbers(const char *call, const char *result, const S *x, std::ptrdiff_t n, std::size_t state,
-                     bool of_batch) {
-  found_number found;
-  look(result, x, 0, n, found);
-  if (!found.finite)
-    throw not_finite<S>(call, found, state, of_batch);
-}
 
 template <class S> std::size_t examination_bytes(const algorithm_row &row, const model &m, const batch_view<S> &batch) {
   arena measure;
@@ -173,7 +133,6 @@ void examine_states(const algorithm_row &row, const model &m, const batch_view<S
 }
 
 #define KSL_INSTANTIATE(S)                                                                                             \
-  template void examine_numbers(const char *, const char *, const S *, std::ptrdiff_t, std::size_t, bool);             \
   template std::size_t examination_bytes(const algorithm_row &, const model &, const batch_view<S> &);                 \
   template void examine_state(const algorithm_row &, const model &, void *, const state_view<S> &, arguments_are);     \
   template void examine_states(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t,  \

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "engine/kernels/algorithm_rows.hpp"
+#include "engine/states/not_finite.hpp"
 #include "ksl/model.hpp"
 #include "ksl/result_error.hpp"
 
@@ -19,12 +20,6 @@ std::size_t examination_bytes(const model &m);
 /// if the algorithm needs mass.  Allocates for an error only.
 template <class S>
 void examine_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s, arguments_are given);
-
-/// Throws result_error if one of n numbers isn't finite, for results of calls that have no row.  The message begins
-/// with the names of the call and the result.  Allocates for an error only.
-template <class S>
-void examine_numbers(const char *call, const char *result, const S *x, std::ptrdiff_t n, std::size_t state = 0,
-                     bool of_batch = false);
 
 /// Bytes of the thread's memory for workspaces that examine_states() needs.  A call that may examine results reserves them when it
 /// begins, so that no later call has to allocate.

@@ -16,9 +16,10 @@ template <class S> const way_calls<S> &calls_of(const algorithm_row &row, const 
   return calls_in(all_ways<S>, row, m);
 }
 
-/// Throws std::invalid_argument if the algorithm can't be computed for the model.  Kernels compute all algorithms of trees that aren't private.
+/// Throws std::invalid_argument if the algorithm can't be computed for the model.
 inline void require_computable(const algorithm_row &row, const model &m) {
-  if (m.is_tree_alone() && row.loops != loops_by::plan)
+  if (row.mimic != mimic_by::refusal && row.elements != elements_by::refusal && row.loops != loops_by::refusal &&
+      row.loops != loops_by::plan)
     return;
   for (std::size_t i = std::size(all_ways<double>);
        i-- > 0;) // what the highest way refuses doesn't depend on those below

@@ -68,17 +68,22 @@ template <class S> std::size_t state_bytes(const algorithm_row &row, const model
   return has_unread_results(row) ? bytes + unread_bytes(row, extents_of(m, wanted)) : bytes;
 }
 
-/// Results that the row doesn't have go behind the workspace, if no others are given for them.
-template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
+/// Results that the row doesn't have go behind the workspace, if no others are given for them.  Apart from the usual case, which then is a jump.
+template <class S>
+[[gnu::noinline]] bool run_with_unread(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
   const kernels_in<S> &kernel = kernels_of_row<S>(row);
-  if (!has_unread_results(row))
-    return kernel.state(m.view_in<S>(), memory, s);
   state_view<S> all = s;
   arena behind(static_cast<std::byte *>(memory) + kernel.workspace_bytes(m.view_in<S>()));
   for (int r = row.results; r < row.variant_of->results; ++r)
     if (S *const unread = behind.take<S>(numbers_of(row.variant_of->result[r], extents_of(m, s))); !all.result[r])
       all.result[r] = unread;
   return kernel.state(m.view_in<S>(), memory, all);
+}
+
+template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
+  if (has_unread_results(row)) [[unlikely]]
+    return run_with_unread(row, m, memory, s);
+  return kernels_of_row<S>(row).state(m.view_in<S>(), memory, s);
 }
 
 template <class S> std::size_t batch_bytes(const algorithm_row &row, const model &m, const batch_view<S> &batch) {
