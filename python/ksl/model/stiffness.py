@@ -41,7 +41,7 @@ def compliances_of(model: Mechanism) -> dict[str, list[float]]:
 
 def with_compliances(model: S, compliances: Mapping[str, Sequence[float]]) -> S:
     """The model whose joints give way as :func:`compliances_of` says of another.  Raises ValueError."""
-    known = {joint.name for joint in (*model.joints, *model.loops)}
+    known = {joint.name for joint in model.joints} | {loop.name for loop in model.loops}
     for joint, matrix in compliances.items():
         if joint not in known or np.shape(matrix) != (36,) or not np.isfinite(np.asarray(matrix, dtype=float)).all():
             raise ValueError(f"compliance of joint {joint}: expected 36 finite numbers of a joint of {model.name}")
