@@ -1,10 +1,12 @@
 // The plan of a closed mechanism's elimination is made at a closed position, which kernels compute.  What is fuzzed reads
-// and writes models and computes nothing, so it has no kernels and models without plans.
+// and writes models and computes nothing, so it has no kernels, models without plans, and frames of loops as files have them.
+#include "engine/loops/exact_frames.hpp"
 #include "engine/loops/plan.hpp"
 
 namespace ksl::loops {
 
 loop_plan<double> make_plan(const model & /*m*/) { return {}; }
 loop_plan<float> rounded(const loop_plan<double> & /*plan*/) { return {}; }
+frame_fit fit_frames(const model & /*m*/, tables /*t*/, robot_description & /*robot*/) { return {}; }
 
 } // namespace ksl::loops
