@@ -106,9 +106,9 @@ def watched(crank, fails=lambda q: False, off=0.0):
     """The held crank, of whose calls of `close` the first arguments are listed; some fail, and those side by side are off by so much."""
     calls = []
 
-    def close(q, hold):
+    def close(q, hold, starts):
         calls.append(np.array(q))
-        found = crank.close(q, hold=hold)
+        found = crank.close(q, hold=hold, starts=starts)
         return SimpleNamespace(q=found.q + off * (np.ndim(q) == 2), converged=found.converged & np.logical_not(fails(q)), reason=found.reason)
 
     also = ("nq", "neutral", "lower", "upper", "difference", "interpolate", "loop_error", "loops", "branches")
@@ -140,7 +140,7 @@ def test_a_step_that_fails_is_made_in_eight(crank):
     assert q == pytest.approx(of_crank(np.array([0.3, 1.3]))[0], abs=1e-9)
     assert np.array(calls)[:, 0] == pytest.approx([0.3, 1.3, *(0.3 + np.arange(1, 9) / 8)])
     held, calls = watched(crank, lambda q: q[0] > 0.6)
-    with pytest.raises(NotClosed, match=r"with A = 1\.3 rad the mechanism"):
+    with pytest.raises(NotClosed, match=r"with A = 1\.3 rad no closed position was found: loop joint C stays open"):
         closed_along(held, np.array([[0.3, 0, 0], [1.3, 0, 0]]), of_crank(0.3)[0])
     assert len(calls) == 5, "none behind the first of the eight that fails"
 
@@ -369,7 +369,7 @@ def test_the_loop_that_stays_open_is_named(robot):
     """Of two, the second slider runs 0.9 m above the crank, of which crank and rod reach 0.35."""
     second = link("rod2", 1.1, 0.12) + link("slider2", 0.9, 0.0) + joint("B2", "crank", "rod2", "0.1 0.03 0") + joint("S2", "frame", "slider2", "0 0.05 0.9", "prismatic", "1 0 0", SLIDE)
     model = robot(SLIDERCRANK.replace("</robot>", second + loop("C2", "rod2", "0.25 0.03 0", "slider2", "0 0.01 0") + "</robot>"), drives=["A"])
-    with pytest.raises(MotionError, match=r"from its neutral position no closed position was found: .* loop joint C2 stays open by 0\.\d"):
+    with pytest.raises(MotionError, match=r"from its neutral position no closed position was found: loop joint C2 stays open by 0\.\d"):
         held_by(model)
 
 

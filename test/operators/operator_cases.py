@@ -148,7 +148,8 @@ def _two_balls() -> Closed:
     for name, parent, place in (("first", "ground", _at(0.1, 0.2)), ("second", "first", _at(0.3, -0.1, 0.2))):
         b.add_link(name, mass=2.0, center_of_mass=(0.2, 0.1, -0.1), inertia=np.diag([0.2, 0.3, 0.4])).add_joint(f"to {name}", "spherical", parent, name, pose=place)
     m = b.add_loop("slides", "translation", "second", "ground", _at(0.1), _at(0, 0.2)).build(drives=["to first"])
-    return Closed(m, m.close([0.1, 0.5, -0.2, 0.8, 0, 0, 0, 1], hold=["to first"]).q, ["to first"])
+    first = np.array([0.1, 0.5, -0.2, 0.8])
+    return Closed(m, m.close([*first / np.linalg.norm(first), 0, 0, 0, 1], hold=["to first"]).q, ["to first"])
 
 
 def _stewart_platform() -> Closed:
