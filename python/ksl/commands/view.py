@@ -149,7 +149,7 @@ def _model(
     """The robot, with what results say of it where no option does."""
     import numpy as np
 
-    from ksl.model.stiffness import with_compliances
+    from ksl.model.surgery import with_compliances
 
     made, options = (results.description, results.made_by.get("options", {})) if results else ({}, {})
     floating_base, mimic = floating_base or bool(options.get("floating_base")), options.get("mimic", mimic) if mimic == "coupled" else mimic

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,9 +13,6 @@ from ksl.model.requests import one_of
 
 if TYPE_CHECKING:
     from ksl.model.mechanism import Loop, Mechanism
-    from ksl.model.surgery import Surgery
-
-S = TypeVar("S", bound="Surgery")
 
 Stiffness = ArrayLike | Mapping[str, float]
 """Six numbers, a (6, 6) matrix, or a mapping with "axial", "radial" and "tilting"."""
@@ -37,15 +34,6 @@ _COMPLIANCES = 8
 def compliances_of(model: Mechanism) -> dict[str, list[float]]:
     """{joint: compliance (36), row by row} of the joints that give way."""
     return {joint: list(matrix) for joint, matrix in model._core.state()[_COMPLIANCES]} if model.loops else {}
-
-
-def with_compliances(model: S, compliances: Mapping[str, Sequence[float]]) -> S:
-    """The model whose joints give way as :func:`compliances_of` says of another.  Raises ValueError."""
-    known = {joint.name for joint in model.joints} | {loop.name for loop in model.loops}
-    for joint, matrix in compliances.items():
-        if joint not in known or np.shape(matrix) != (36,) or not np.isfinite(np.asarray(matrix, dtype=float)).all():
-            raise ValueError(f"compliance of joint {joint}: expected 36 finite numbers of a joint of {model.name}")
-    return model._made(model._core.with_compliances([(joint, [float(x) for x in matrix]) for joint, matrix in compliances.items()]))
 
 
 def rigid_beside(model: Mechanism) -> list[str]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal, TypeVar
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl import _core
@@ -254,3 +255,12 @@ def _ten_numbers(link: str, of: ArrayLike | tuple[float, ArrayLike, ArrayLike]) 
         raise ValueError(f"link {link}: its parameters have shape {array.shape}; expected (mass, centre of mass, inertia) or ten numbers")
     ten: list[float] = array.tolist()
     return ten
+
+
+def with_compliances(model: S, compliances: Mapping[str, Sequence[float]]) -> S:
+    """The model whose joints give way as :func:`ksl.model.stiffness.compliances_of` says of another.  Raises ValueError."""
+    known = {joint.name for joint in model.joints} | {loop.name for loop in model.loops}
+    for joint, matrix in compliances.items():
+        if joint not in known or np.shape(matrix) != (36,) or not np.isfinite(np.asarray(matrix, dtype=float)).all():
+            raise ValueError(f"compliance of joint {joint}: expected 36 finite numbers of a joint of {model.name}")
+    return model._made(model._core.with_compliances([(joint, [float(x) for x in matrix]) for joint, matrix in compliances.items()]))
