@@ -78,7 +78,7 @@ THRESHOLDS = {
     # a body may reach beyond its geometry by a quarter of the diagonal, and 10 mm at least
     "a margin": ("centroid-outside", lambda x: solid(0.4, centroid=(0, 0, x)), 0.2 + 0.1 * DIAGONAL, True),
     "a margin below": ("centroid-outside", lambda x: solid(0.4, centroid=(-x, 0, 0)), 0.2 + 0.1 * DIAGONAL, True),
-    "the least margin": ("centroid-outside", lambda x: solid(0.02, 0.1, centroid=(0, x, 0)), 0.02, True),
+    "the least margin": ("centroid-outside", lambda x: solid(0.02, 0.1, (1e-5, 2e-5, 3e-5), (0, x, 0)), 0.02, True),
     "a marker": ("centroid-outside", lambda x: solid(x, 0.01, centroid=(1, 0, 0)), 0.011, True),
     "more than such a part weighs": ("centroid-outside", lambda x: solid(0.1, x, centroid=(1, 0, 0)), 6000 * 0.12**3, False),
     "more than a sheet weighs": ("centroid-outside", lambda x: solid((0.1, 0.1, 1e-4), x, centroid=(1, 0, 0)), 6000 * 0.12**2 * 0.021, False),

@@ -18,6 +18,7 @@ CLOCK = re.compile(
 """What reads a clock, or waits by it.  A `timeout=` of a process or a page, and alarm(), end what hangs."""
 
 REASONS = {
+    "test/base/own_process_test.py": "programs that sleep until they are ended",
     "test/contract/environment_test.py": "commands that run side by side and end in a known order",
     "test/cli/cli_test.py": "deadline of a wait for a file that a process writes",
     "test/cli/hostile_commands_test.py": "programs that sleep until an interrupt comes",

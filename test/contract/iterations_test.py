@@ -76,6 +76,7 @@ NEED_NONE = {
     "motions/signal/corners.py: _tested": "two steps of Newton's from a start within a sample; what is not at a root is no jump",
     "motions/generate/profiles.py: _fastest_within_efforts": "a search in a bracket of one number, whose ends are motions within the limits as well",
     "motions/generate/sweep.py: chirp": "raises MotionError",
+    "model/usd_masses.py: principal_axes": "Jacobi's rotations of three by three elements, which end in rounding after about ten of fifty",
     "viewer/shapes.py: simplified": "how many triangles are drawn",
     "checks/joint_rules.py: mimic_chain": "a walk along a chain",
     "motions/files/parquet_footer.py: _skip": "a walk along a list",

@@ -635,7 +635,8 @@ def test_closed_mechanisms_in_words(robot):
     assert [(x.held, x.error, x.error_time, x.error_case) for x in found] == [((), 0.0, 0.0, ""), (("A",), 3e-11, 0.75, ""), (("A",), 3e-11, 0.75, "large")]
     assert [dict(x.lines()).get("closure") for x in found] == [None, "largest error 3e-11 m, at 0.75 s", "largest error 3e-11 m, at 0.75 s of large"]
     assert dict(found[1].lines()) | {"closure": ""} == {
-        "loops": "C, continuous, coupler → rocker", "freedoms": "1, driven by A", "positions": "given for A; all others follow", "redundant equations": "C: 3 of 5", "closure": "",
+        "loops": "C, continuous, coupler → rocker", "freedoms": "1, driven by A", "positions": "given for A; all others follow", "redundant equations": "C: 3 of 5",
+        "stiffnesses": "none: all joints are rigid", "closure": "",
     }  # fmt: skip
     for drives, freedoms, brake, doubted in (("A", 1, False, 0), ("AD", 1, False, 1), ("AD", 2, False, 0), ("AD", 1, True, 0)):
         motion = Motion(np.zeros(1), q, *np.zeros((2, 1, 3)), closing=Closing(("A",), 0.0, 0.0, (), freedoms))

@@ -61,8 +61,8 @@ def _buckling(sheet: Sheet, force: np.ndarray, out: np.ndarray) -> None:
         sheet.leave_out("buckling", f"the length from pin to pin would be {length.min():.4g} m; check retracted_length and retracted_position")
         return
     critical = critical_force(length, sheet.number("rod_diameter"), sheet.part.get("rod_material"), sheet.number("elastic_modulus"), sheet.number("buckling_factor"))
-    with np.errstate(divide="ignore"):
-        safety = np.where(force > 0, critical / np.maximum(force, 1e-300), np.inf)
+    with np.errstate(over="ignore"):
+        safety = np.divide(critical, force, out=np.full(force.shape, np.inf), where=force > 0)
     k = int(np.argmin(safety))
     inputs = sheet.given("rod_diameter", "retracted_length", "buckling_factor", "rod_material", "elastic_modulus")
     inputs |= {"L": f"{significant(float(length[k]))} m", "F_k": f"{significant(float(critical[k]))} N", "F_push": f"{significant(float(force[k]))} N"}

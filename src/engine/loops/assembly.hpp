@@ -18,7 +18,7 @@ inline double closed_within(const tables &t, const double *q, int nq) {
   double most = 0;
   for (int i = 0; i < nq; ++i)
     most = std::max(most, std::fabs(q[i]));
-  return std::min(converged + rounding * most, loop_tolerance::rank) * t.length;
+  return std::min(converged + rounding * most, rank_within(t, 0)) * t.length;
 }
 
 class assembly {
