@@ -138,7 +138,7 @@ def test_the_variational_method_is_the_same_in_all_frames_that_move_along(name):
         about_origin = momentum[:, 3:] + np.cross(m.center_of_mass(run.q), momentum[:, :3])
         if m.gravity[2] == 0 and spatial == 3:
             assert np.abs(momentum[:, :3] - momentum[0, :3]).max() < 1e-12 * scale and np.abs(momentum[:, 3:] - momentum[0, 3:]).max() < 1e-12 * scale
-            assert np.abs(about_origin - about_origin[0]).max() < 1e-12 * scale**2
+            assert np.abs(about_origin - about_origin[0]).max() < 1e-12 * scale**2  # arm times momentum, each of which grows with the speed
         moved = run.q - np.pad(np.outer(times, along), ((0, 0), (0, m.nq - len(along))))
         assert run.complete and np.abs(moved - runs[0].q).max() < 1e-11 * scale
         assert np.abs(run.v - runs[0].v)[:, len(axes) :].max() < 1e-11 * scale
@@ -313,8 +313,9 @@ def test_both_directions_are_the_union_of_each(how, apart):
         return [event.time for event in m.simulate([0.0], [10.0], [0.0, 2.0], events=[passes] * events, **how).events]
 
     up, down = times_of(1), times_of(-1)
-    assert up == pytest.approx([top - apart / 2], abs=2e-8) and down == pytest.approx([top + apart / 2], abs=2e-8)
-    assert all(found == pytest.approx(up + down, abs=2e-8) for found in (times_of(0), times_of(0, -3.0), times_of(0, events=2)[::2]))
+    within = 1e-9 + 1e-13 / (G * apart / 2)  # positions of 5 m are off by rounding, 1e-13 m at most, and it passes the height slowly
+    assert up == pytest.approx([top - apart / 2], abs=within) and down == pytest.approx([top + apart / 2], abs=within)
+    assert all(found == pytest.approx(up + down, abs=within) for found in (times_of(0), times_of(0, -3.0), times_of(0, events=2)[::2]))
 
 
 @ALL
