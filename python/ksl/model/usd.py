@@ -122,7 +122,8 @@ def _read(opened: object, independent: bool, trap: _Trap) -> _Machine:
     """What a stage says.  Raises ValueError for values that USD lets a file have and that make no sense."""
     from ksl.model.usd_couplings import couple
     from ksl.model.usd_joints import joints_of
-    from ksl.model.usd_stage import bodies_of, gravity_of, require_values, units_of
+    from ksl.model.usd_masses import bodies_of
+    from ksl.model.usd_stage import gravity_of, require_values, units_of
     from ksl.model.usd_unused import list_unused
 
     try:

@@ -220,3 +220,13 @@ def principal_axes(tensor: Array) -> tuple[Array, Array]:
         turn[k, j], turn[j, k] = math.sin(angle), -math.sin(angle)
         R = R @ turn
     return np.diag(R.T @ tensor @ R).copy(), R
+
+
+def bodies_of(stage: Stage) -> dict[str, Body]:
+    """{path of the prim: body} of all rigid bodies that are enabled."""
+    masses = MassReader(stage)
+    made = {}
+    for path, prim in stage.bodies.items():
+        made[path] = Body(stage.names[path], stage.pose(prim))
+        masses.add(made[path], prim)
+    return made

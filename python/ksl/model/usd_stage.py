@@ -11,7 +11,7 @@ import numpy as np
 
 from ksl.base.errors import DescriptionError
 from ksl.base.judged import LENGTH, LENGTH_UNIT, MASS_UNIT, RATE, SCALE, judged
-from ksl.model.assembly import Array, Body
+from ksl.model.assembly import Array
 from ksl.model.mjcf_frames import matrix
 
 EARTH = 9.81
@@ -198,18 +198,6 @@ def gravity_of(stage: Stage) -> Array:
 def _weightless(scene: Any) -> bool:
     """Whether a scene has no gravity, as Newton's schema says it."""
     return scene.HasAttribute("newton:gravityEnabled") and scene.GetAttribute("newton:gravityEnabled").Get() is False
-
-
-def bodies_of(stage: Stage) -> dict[str, Body]:
-    """{path of the prim: body} of all rigid bodies that are enabled."""
-    from ksl.model.usd_masses import MassReader
-
-    masses = MassReader(stage)
-    made = {}
-    for path, prim in stage.bodies.items():
-        made[path] = Body(stage.names[path], stage.pose(prim))
-        masses.add(made[path], prim)
-    return made
 
 
 def short_names(paths: Iterable[str]) -> dict[str, str]:

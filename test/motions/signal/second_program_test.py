@@ -95,9 +95,9 @@ def noise_by_hand(t, x, step):
                 w = np.array([(-1.0) ** k * comb(order, k) for k in range(order + 1)]) if np.ptp(np.diff(t[part])) < 1e-9 else np.array([1 / np.prod(times[k] - np.delete(times, k)) for k in range(order + 1)])
                 weights.append(w / np.linalg.norm(w) @ x[part][m : m + order + 1])
             y[order] = np.abs(weights)
-        found.append((np.median(y[8]) / 0.6745, np.median(y[10]) / 0.6745, np.sqrt(np.mean(y[10] ** 2)), np.ptp(x[part]) > 0))
-    flat = [high for low, high, _, moves in found if high > 0.8 * low > 0 and moves]
-    moving = sorted(spread for *_, spread, moves in found if moves)
+        found.append((np.median(y[8]) / 0.6745, np.median(y[10]) / 0.6745, np.sqrt(np.mean(y[10] ** 2)), np.ptp(x[part]) > 0, 20 * np.finfo(float).eps * np.abs(x[part]).max()))
+    flat = [high for low, high, _, moves, rounding in found if high > 0.8 * low and high > rounding and moves]
+    moving = sorted(spread for *_, spread, moves, _ in found if moves)
     deviation = np.median(flat) if moving and len(moving) <= 4 * len(flat) else 0.0
     rounded = min(moving[3 * len(moving) // 4], step / np.sqrt(12)) if moving else 0.0
     deviation = max(deviation, rounded if rounded > 0.1 * step else 0.0)

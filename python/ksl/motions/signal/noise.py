@@ -87,7 +87,7 @@ def white_noise(time: Array, x: Array, steps: Array) -> Array:
     block = min(BLOCK, n)
     starts = np.unique(np.linspace(0, n - block, min(BLOCKS, n // block)).astype(int))
     found = np.empty((2, len(starts), x.shape[1]))
-    spread, moves = np.empty((len(starts), x.shape[1])), np.empty((len(starts), x.shape[1]), dtype=bool)
+    spread, round_off, moves = np.empty((len(starts), x.shape[1])), np.empty((len(starts), x.shape[1])), np.empty((len(starts), x.shape[1]), dtype=bool)
     for k, start in enumerate(starts):
         part = slice(start, start + block + highest)
         for i, order in enumerate(ORDERS):
@@ -95,8 +95,10 @@ def white_noise(time: Array, x: Array, steps: Array) -> Array:
             found[i, k] = np.median(np.abs(y), axis=0) / MEDIAN
         spread[k] = np.sqrt(np.mean(y * y, axis=0))
         moves[k] = np.ptp(x[part], axis=0) > 0
+        round_off[k] = ROUND_OFF * np.abs(x[part]).max(axis=0)
     lower, higher = found
-    flat = np.where((higher > PLATEAU * lower) & (lower > 0) & moves, higher, 0.0)  # where nothing moves it is rounding in memory
+    # where nothing moves, or nothing for most of a block, differences are rounding in memory: as large in every order, and no noise
+    flat = np.where((higher > PLATEAU * lower) & (higher > round_off) & moves, higher, 0.0)
     noisy = flat > 0
     out = np.array([np.median(c[y]) if 0 < np.sum(m) <= 4 * np.sum(y) else 0.0 for c, y, m in zip(flat.T, noisy.T, moves.T, strict=True)])
     # a slow motion that was rounded stays where it is for many samples, and then jumps by a step: most differences are zero
