@@ -58,7 +58,7 @@ OPTIONS: dict[str, tuple[list[str], list[str], list[str]]] = {
     "--strict": (["--strict"], ["strict"], []),
 }  # fmt: skip
 SILENT = {
-    "motion", "output", "csv", "xlsx", "json", "pdf", "paper", "fail_on", "force", "on_link", "model_name", "xacro", "topic", "robot",
+    "motion", "output", "csv", "xlsx", "json", "pdf", "paper", "fail_on", "force", "on_link", "model_name", "xacro", "package", "topic", "robot",
 }  # fmt: skip
 """Options that say where results go, or how a file is read whose kind isn't here: other tests have them."""
 

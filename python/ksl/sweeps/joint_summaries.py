@@ -6,7 +6,7 @@ import numpy as np
 
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.load_case import Block
-from ksl.load_cases.quantities import along, first_extremes, length, rms, work
+from ksl.load_cases.quantities import SIGNED, along, first_extremes, length, rms, work
 from ksl.load_cases.reaction_joints import has_drive, reaction_joints
 from ksl.model.mechanism import Mechanism
 from ksl.model.states import EFFORT_PARTS, Array
@@ -44,6 +44,7 @@ class Peaks:
         names += [f"position_{part}" for part in ("lowest", "lowest_time", "highest", "highest_time")]
         if self._followers:
             names += [f"coupling_{part}" for part in ("peak", "peak_time", "rms")]
+        names = [name for n in names for name in ((n, f"{n.removesuffix('_peak_time')}_at_peak") if n.endswith("_peak_time") and n.removesuffix("_peak_time") in SIGNED else (n,))]
         return [*names, "position_share", "speed_share", "effort_share"]
 
     def of(self, block: Block) -> dict[str, Array]:
@@ -53,10 +54,13 @@ class Peaks:
         by_joint = np.ascontiguousarray(np.moveaxis(block.in_joint_axes, 0, 1))  # samples of a joint are neighbours
 
         def put(name: str, chosen: Array, x: Array, mean: bool = True) -> None:
-            """Peak, its time and the root mean square of curves x (chosen joints, samples)."""
+            """Peak, its time, the root mean square and, of `SIGNED` quantities, the value at the peak of curves x (chosen joints, samples)."""
             size = np.abs(x)
             rows[f"{name}_peak"] = self._of(chosen, size.max(axis=1, initial=0.0))
-            rows[f"{name}_peak_time"] = self._of(chosen, time[first_extremes(size)])
+            first = first_extremes(size)
+            rows[f"{name}_peak_time"] = self._of(chosen, time[first])
+            if name in SIGNED:
+                rows[f"{name}_at_peak"] = self._of(chosen, np.copysign(size.max(axis=1, initial=0.0), np.take_along_axis(x, first[:, None], 1)[:, 0]))
             if mean:
                 rows[f"{name}_rms"] = self._of(chosen, rms(time, x))
 

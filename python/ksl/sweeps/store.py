@@ -201,7 +201,7 @@ def worst_cases(files: Sequence[Path], parameters: Sequence[str], joints: Sequen
     best: dict[tuple[str, str], tuple[float, dict[str, Any]]] = {}
     for file in files:
         table = _table(file)
-        quantities = [name for name in table.column_names if name not in parameters and name.endswith(tuple(OF_WORST))]
+        quantities = [name for name in table.column_names if name not in parameters and name.endswith(tuple(OF_WORST)) and not name.endswith("_at_peak")]
         for i, joint in enumerate(joints):
             for quantity in quantities:
                 x = table[quantity].to_numpy()[i :: len(joints)]  # each case has a row for each joint, in order
