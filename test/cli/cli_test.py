@@ -266,6 +266,8 @@ def test_effort_and_moment_at_a_point_off_the_axis_are_two_columns(tmp_path, opt
     row = {k: float(x) for k, x in summary(tmp_path / "o")["hinge"].items() if k not in ("case", "joint", "kind") and x}
     assert (row["effort_peak"], row["effort_rms"]) == pytest.approx((peak, rms), rel=1e-12)
     assert (row["axial_moment_peak"], row["axial_moment_rms"]) == pytest.approx((peak / 2, rms / 2), rel=1e-12)
+    effort_at, moment_at = row["effort_at_peak"], row["axial_moment_at_peak"]  # the page has peaks with their signs
+    assert (effort_at, abs(moment_at)) == pytest.approx((torque[np.abs(torque).argmax()], peak / 2), rel=1e-12)
     printed = p.stdout[p.stdout.index("Forces on the ") :]
     effort, moment = printed.index(f"{peak:.4g} ", printed.index("\nDrive")), printed.index(f"{peak / 2:.4g} ")
     assert printed.index("about axis") < moment < printed.index("\nDrive") < printed.index("effort") < effort
@@ -274,8 +276,8 @@ def test_effort_and_moment_at_a_point_off_the_axis_are_two_columns(tmp_path, opt
     page = (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
     tables = page[page.index("Turning joints: the wrench at the chosen point") : page.index('<section id="balance"')]
     drive = tables.index("Turning joints: the drive")
-    assert "moment about axis, N m" in tables[:drive] and f">{peak / 2:.3f}<" in tables[:drive] and f">{peak:.2f}<" not in tables[:drive]
-    assert "effort, N m" in tables[drive:] and f">{peak:.2f}<" in tables[drive:]
+    assert "moment about axis, N m" in tables[:drive] and f">{moment_at:.3f}<" in tables[:drive] and f"{peak:.2f}<" not in tables[:drive]
+    assert "effort, N m" in tables[drive:] and f">{effort_at:.2f}<" in tables[drive:]
 
 
 def test_external_wrenches(ur5, tmp_path, done):
