@@ -205,7 +205,8 @@ inline nb::tuple simulate(const ksl::model &m, nb::handle q, nb::handle v, nb::h
     throw nb::python_error();
   nb::list ends, happened;
   for (const ksl::run_end &e : record.ends)
-    ends.append(nb::make_tuple(static_cast<int>(e.how), e.time, e.steps, e.rejected, e.evaluations, e.coordinate, e.element));
+    ends.append(
+        nb::make_tuple(static_cast<int>(e.how), e.time, e.steps, e.rejected, e.evaluations, e.coordinate, e.element));
   for (const ksl::simulated_event &e : record.events)
     happened.append(nb::make_tuple(e.run, e.time, static_cast<int>(e.what), e.number, e.speed));
   return nb::make_tuple(results.arrays, ends, happened);

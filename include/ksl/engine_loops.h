@@ -51,13 +51,7 @@ KSL_EXPORT ksl_status_t ksl_force_element_states(const ksl_model_t *model, const
                                                  double *length, double *rate, double *tension);
 
 /** How a search for a closed position ended. */
-typedef enum ksl_closing_t {
-  KSL_CLOSED,
-  KSL_NOT_FOUND,
-  KSL_SINGULAR,
-  KSL_AT_LIMITS,
-  KSL_NOTHING_FREE
-} ksl_closing_t;
+typedef enum ksl_closing_t { KSL_CLOSED, KSL_NOT_FOUND, KSL_SINGULAR, KSL_AT_LIMITS, KSL_NOTHING_FREE } ksl_closing_t;
 
 /** The closed position nearest to q (nq) into closed (nq), which may be q, with coordinates of v kept where hold (nv) is true; NULL keeps
     none.  limits: keep the limits of joints.  *end says how the search ended, which is no error; *error, which may be NULL, gets the

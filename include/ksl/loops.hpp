@@ -60,15 +60,16 @@ KSL_EXPORT completion consistent_acceleration(const model &m, data &d, const dou
 /// How a search for a closed position ended.
 enum class closing {
   closed,
-  not_found,    ///< searches from all starts ended where the error is not zero: there may be a closed position or none
-  singular,     ///< the search ended where the equations lose rank
-  limits,       ///< it ended at limits of joints
-  nothing_free  ///< the joints to hold leave nothing that can move
+  not_found,   ///< searches from all starts ended where the error is not zero: there may be a closed position or none
+  singular,    ///< the search ended where the equations lose rank
+  limits,      ///< it ended at limits of joints
+  nothing_free ///< the joints to hold leave nothing that can move
 };
 struct close_options {
   bool limits = false;  ///< keep the limits of joints
   int iterations = 100; ///< at most, from each start
-  int starts = 32; ///< at most: q, and where the search from it ends open others, the same in every call; 1: closed positions near q alone
+  int starts =
+      32; ///< at most: q, and where the search from it ends open others, the same in every call; 1: closed positions near q alone
 };
 /// For motions, which may not change over to another way of assembly.
 inline constexpr close_options nearby = {.starts = 1};

@@ -110,7 +110,8 @@ void put_events(const simulation_record &record, ksl_simulation_results_t &out) 
   }
   for (std::size_t k = 0; out.ends && k < record.ends.size(); ++k) {
     const run_end &e = record.ends[k];
-    out.ends[k] = {static_cast<ksl_ending_t>(e.how), e.time, e.steps, e.rejected, e.evaluations, e.coordinate, e.element};
+    out.ends[k] = {
+        static_cast<ksl_ending_t>(e.how), e.time, e.steps, e.rejected, e.evaluations, e.coordinate, e.element};
   }
 }
 

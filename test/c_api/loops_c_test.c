@@ -113,7 +113,8 @@ static void test_geometry(const ksl_model_t *m, ksl_data_t *d) {
   CHECK(ksl_close(m, d, q, NULL, true, closed, &end, NULL) == KSL_OK && end == KSL_CLOSED);
   double in_place[3] = {-1.3, 0.9, -1.2}, apart[3];
   CHECK(ksl_close(m, d, in_place, NULL, false, apart, &end, NULL) == KSL_OK && end == KSL_CLOSED);
-  CHECK(ksl_close(m, d, in_place, NULL, false, in_place, &end, NULL) == KSL_OK && memcmp(in_place, apart, sizeof apart) == 0);
+  CHECK(ksl_close(m, d, in_place, NULL, false, in_place, &end, NULL) == KSL_OK &&
+        memcmp(in_place, apart, sizeof apart) == 0);
   CHECK(ksl_mobility(m, d, closed, &mobility, redundant) == KSL_OK);
   CHECK(mobility.mobility == 1 && mobility.rank == 2 && mobility.redundant == 3 && mobility.next < 1e-12);
   CHECK(ksl_independent(m, d, closed, indices, &n) == KSL_OK && n == 1 && indices[0] == 0);

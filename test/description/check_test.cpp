@@ -232,7 +232,8 @@ TEST_CASE("one link that moves needs a mass, with geometry or without") {
     return test::refusal_of([&] { check_masses(robot, floating_base, {}, false); });
   };
   const std::string none = "r.urdf: none of the links that move (l2, l3, l4, l5) has a mass";
-  check_message(refusal_of_masses(false), {none.c_str(), "give these links a mass", "optional"}); // of a program, or another format
+  check_message(refusal_of_masses(false),
+                {none.c_str(), "give these links a mass", "optional"}); // of a program, or another format
   robot.links[3].at.line = 7;
   check_message(refusal_of_masses(false), {none.c_str(), "add <inertial> to these links", "optional"});
   CHECK(refusal_of_masses(true) == "accepted");

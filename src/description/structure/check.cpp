@@ -298,8 +298,9 @@ std::vector<std::string> check_masses(const robot_description &robot, bool float
       "none of the links that move (" + listed(names) + ") has a mass: neither gravity nor motion would cause a wrench";
   if (!masses_optional)
     refuse(robot, {},
-           what + "; " + mend_of_masses(robot) + "; masses=\"optional\" in Python (masses_optional in C and C++) reads the "
-                  "file as it is, for kinematics");
+           what + "; " + mend_of_masses(robot) +
+               "; masses=\"optional\" in Python (masses_optional in C and C++) reads the "
+               "file as it is, for kinematics");
   return {text::printable(what)};
 }
 

@@ -217,7 +217,8 @@ void assembly::set_start(const double *q, const unsigned char *hold, int start) 
   constexpr int whole = 4; // starts until the largest differences
   std::uint64_t state = static_cast<std::uint64_t>(start);
   for (int j = 0; j < m_.nv(); ++j) {
-    state = state * 6364136223846793005U + 1442695040888963407U; // Knuth, The Art of Computer Programming 2, section 3.3.4
+    state =
+        state * 6364136223846793005U + 1442695040888963407U; // Knuth, The Art of Computer Programming 2, section 3.3.4
     const double share = std::ldexp(static_cast<double>(state >> 11), -52) - 1;
     const double most = t_.column_turns[static_cast<std::size_t>(j)] ? std::numbers::pi : t_.length;
     step_[j] = hold[j] ? 0 : share * most * std::min(1.0, static_cast<double>(start) / whole);

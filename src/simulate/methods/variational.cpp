@@ -61,8 +61,8 @@ void move(const system &of, mass_centers &centers, std::size_t n, const double *
 class closed_steps {
 public:
   closed_steps(const system &of, mass_centers &centers)
-      : centers_(centers), nv_(of.nv()), G_(nv_ * nv_), end_G_(G_.size()), mass_(G_.size()), matrix_(G_.size()), x_(nv_), way_(nv_),
-        d_(nv_), y_(nv_), q_(of.nq()) {}
+      : centers_(centers), nv_(of.nv()), G_(nv_ * nv_), end_G_(G_.size()), mass_(G_.size()), matrix_(G_.size()),
+        x_(nv_), way_(nv_), d_(nv_), y_(nv_), q_(of.nq()) {}
 
   /// After centers have the position q.
   void begin(system &of, const double *q) { freedoms_ = tangent(of, q, G_), center(G_); }
@@ -166,8 +166,9 @@ private:
 class variational final : public method {
 public:
   variational(const system &of, std::size_t most)
-      : centers_(of, most), nv_(of.nv()), p_(most * nv_), v_(p_), u_(p_), middle_v_(p_), middle_q_(most * of.nq()), effort_(p_), momentum_(p_),
-        potential_(p_), w_(p_), left_(p_), scratch_(p_), power_(most), before_(most), found_(most), moves_(most) {
+      : centers_(of, most), nv_(of.nv()), p_(most * nv_), v_(p_), u_(p_), middle_v_(p_), middle_q_(most * of.nq()),
+        effort_(p_), momentum_(p_), potential_(p_), w_(p_), left_(p_), scratch_(p_), power_(most), before_(most),
+        found_(most), moves_(most) {
     if (!of.of().loops().empty())
       loops_.emplace(of, centers_);
     if (!of.space().is_flat()) {
@@ -356,7 +357,8 @@ private:
   mass_centers centers_;
   std::size_t nv_;
   bool has_momentum_ = false;
-  std::vector<double> p_, v_, u_, middle_v_, middle_q_, effort_, momentum_, potential_, w_, left_, scratch_, power_, before_;
+  std::vector<double> p_, v_, u_, middle_v_, middle_q_, effort_, momentum_, potential_, w_, left_, scratch_, power_,
+      before_;
   std::vector<double> A_, J_, half_A_, half_J_; ///< (n, nv, nv)
   std::vector<outcome> found_;
   std::vector<unsigned char> moves_;

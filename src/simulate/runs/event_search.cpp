@@ -136,8 +136,7 @@ outcome other_side(event_functions &functions, continuous_step &step, std::size_
                    double high, std::vector<double> &values, double &share) {
   for (int halvings = 1; halvings < most; ++halvings) {
     share = low + std::ldexp(high - low, -halvings);
-    if (const outcome how = functions.values(step, share, values.data());
-        how != outcome::done || sign * values[i] > 0)
+    if (const outcome how = functions.values(step, share, values.data()); how != outcome::done || sign * values[i] > 0)
       return how;
   }
   share = low;
@@ -251,8 +250,8 @@ struct part_search {
       if (known && *known * sign < 0)
         return outcome::done; // it has been on one side alone
       const bool is_known = of_law || (known && *known != 0);
-      if (const outcome how = other_side(functions, step, i, sign, is_known ? most_halvings : halvings_of_unknown, begin,
-                                         high, values, low);
+      if (const outcome how = other_side(functions, step, i, sign, is_known ? most_halvings : halvings_of_unknown,
+                                         begin, high, values, low);
           how != outcome::done)
         return how;
       if (low == begin) { // of a law: it holds at once, or lets go at once

@@ -41,9 +41,7 @@ private:
   system &of_;
   const simulation &task_;
   std::size_t run_ = 0;
-  struct zero {
-    int number, side;
-  };
+  struct zero { int number, side; };
   std::vector<function> list_;
   std::vector<zero> at_zero_;
   std::vector<double> q_, v_, a_;

@@ -34,8 +34,7 @@ void set_rotation(const double *q, double (&R)[3][3]) {
 
 } // namespace
 
-mass_centers::mass_centers(const system &of, std::size_t most)
-    : nq_(of.nq()), nv_(of.nv()), is_center_(nv_, 0) {
+mass_centers::mass_centers(const system &of, std::size_t most) : nq_(of.nq()), nv_(of.nv()), is_center_(nv_, 0) {
   const model_view<double> view = of.of().view();
   for (const joint_row &joint : of.of().joints()) {
     const bool floats = joint.kind == joint_kind::floating;

@@ -33,12 +33,12 @@ public:
   /// du (nv): the rates of u where the step u leads to a position that moves with v, as manifold::rates.
   void rates(const system &of, const double *u, const double *v, double *du);
 
-  void to_velocities(std::size_t n, double *v) const;         ///< v ← B v
-  void to_joint_velocities(std::size_t n, double *v) const;   ///< v ← B⁻¹ v
-  void to_momenta(std::size_t n, double *p) const;            ///< p ← B⁻ᵀ p
-  void to_joint_momenta(std::size_t n, double *p) const;      ///< p ← Bᵀ p
+  void to_velocities(std::size_t n, double *v) const;                ///< v ← B v
+  void to_joint_velocities(std::size_t n, double *v) const;          ///< v ← B⁻¹ v
+  void to_momenta(std::size_t n, double *p) const;                   ///< p ← B⁻ᵀ p
+  void to_joint_momenta(std::size_t n, double *p) const;             ///< p ← Bᵀ p
   void add_momenta(std::size_t n, const double *v, double *p) const; ///< p ← p + m ẋ
-  void to_rest(std::size_t n, double *v) const;               ///< v ← v with ẋ = 0
+  void to_rest(std::size_t n, double *v) const;                      ///< v ← v with ẋ = 0
   /// M (nv, nv): the mass matrix of the first run as B⁻ᵀ M B⁻¹.
   void mass_matrix(double *M) const;
 
@@ -50,9 +50,7 @@ private:
     std::size_t q, v, axes; ///< where its numbers in q and v begin; 3 for floating joints, 2 for planar ones
   };
   /// R of a tree at a position of its run, as rows of 3 numbers, and the centre of mass in its axes.
-  struct placed {
-    double R[3][3], center[3], mass;
-  };
+  struct placed { double R[3][3], center[3], mass; };
   /// f(tree, where it is, the run's row in arrays of nv numbers, the run's mass matrix)
   template <class F> void for_each(std::size_t n, F f) const;
 

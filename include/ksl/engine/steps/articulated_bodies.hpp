@@ -38,8 +38,8 @@ template <class T> struct articulated_workspace {
 /// Sets axes, offsets and inertias of all bodies, their motions without joint accelerations, and the wrenches p that these motions
 /// need.
 template <class T>
-void start_articulated(const model_view<scalar_of<T>> &model, const articulated_workspace<T> &w, const T *q,
-                       const T *v, const external_wrenches<T> &external) {
+void start_articulated(const model_view<scalar_of<T>> &model, const articulated_workspace<T> &w, const T *q, const T *v,
+                       const external_wrenches<T> &external) {
   w.motion.set(0, ground_motion<T>(model));
   const auto move = [&]<joint_kind K>(int i, const vec3<T> &offset) KSL_INLINED {
     const body<scalar_of<T>> &b = model.body[i];

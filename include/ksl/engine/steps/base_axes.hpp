@@ -79,8 +79,8 @@ KSL_LANES void locate_joints(const model_view<scalar_of<T>> &model, const pose_w
     const vec3<T> &p = origin[b.parent];
     const vec3<T> o = {p.x + offset.x, p.y + offset.y, p.z + offset.z};
     origin[i] = o;
-    for_coordinates<K>(
-        b, [&](auto c) KSL_INLINED { column[b.v_index + c] = joint<K>::column(c, b, rotation, i).about(o); });
+    for_coordinates<K>(b,
+                       [&](auto c) KSL_INLINED { column[b.v_index + c] = joint<K>::column(c, b, rotation, i).about(o); });
   };
   express_in_base(model, pose, rotation, q, locate, [](auto) KSL_INLINED {});
 }

@@ -45,8 +45,8 @@ template <class T> struct motions_outward {
 
 /// Wrenches through joints, in the frames of their bodies.
 template <class T> struct joint_wrenches {
-  per_body<coscrew, T> through; ///< the joint of each body, about its origin; body 0: between ground and root
-  per_body<coscrew, T> passed;  ///< with late laws: the same at the parent, if that isn't the body before
+  per_body<coscrew, T> through;   ///< the joint of each body, about its origin; body 0: between ground and root
+  per_body<coscrew, T> passed;    ///< with late laws: the same at the parent, if that isn't the body before
   bool with_ground = !is_pack<T>; ///< is the wrench of body 0 wanted?  It costs as much as that of a moving body
 
   KSL_LANES void lay_out(arena &memory, int bodies) {
