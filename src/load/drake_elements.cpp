@@ -40,7 +40,7 @@ public:
 private:
   element found(const char *end) const {
     const std::string tag = at_.tag() + "_" + end;
-    const element child = at_.child(tag.c_str());
+    element child = at_.child(tag.c_str());
     if (!child)
       at_.refuse("no <" + tag + "> in <" + at_.tag() + ">; add it");
     return child;
