@@ -209,7 +209,7 @@ Model\\.consistent_acceleration$:
 
 Model\\.close$:
     def close(
-        self, q: NDArray[numpy.floating], hold: list[int], limits: bool, iterations: int
+        self, q: NDArray[numpy.floating], hold: list[int], limits: bool, iterations: int, starts: int
     ) -> tuple[NDArray[numpy.floating], list[int], list[float]]: ...
 
 Model\\.closed_derivatives$:
@@ -222,7 +222,7 @@ Model\\.simulate$:
     def simulate(
         self, q: NDArray[numpy.floating], v: NDArray[numpy.floating], times: NDArray[numpy.floating], how: dict[str, Any], drives: dict[str, Any],
         external: list[tuple[int, Any]], in_world: bool, laws: dict[str, Any], events: list[tuple[int, bool]], event_values: Any, threads: int | None, progress: Any,
-    ) -> tuple[dict[str, NDArray[numpy.floating]], list[tuple[int, float, int, int, int, int]], list[tuple[int, float, int, int, float]]]: ...
+    ) -> tuple[dict[str, NDArray[numpy.floating]], list[tuple[int, float, int, int, int, int, int]], list[tuple[int, float, int, int, float]]]: ...
 
 Model\\.stabilised_forward_dynamics$:
     def stabilised_forward_dynamics(
