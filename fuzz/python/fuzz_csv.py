@@ -32,7 +32,7 @@ def read(data: bytes) -> None:
     table = csv_table.CsvTable("motion.csv", data)
     recorded = rostopic.joint_states(table, False) if rostopic.is_joint_states(table) else table
     choice = columns_used.choose_columns(recorded, ROBOT, ColumnMap(""), ignore_extra=True)
-    values = reading._values(recorded, choice)
+    values, _ = reading._values(recorded, choice, ROBOT)
     time, _ = time_column.in_seconds(recorded, time_column.with_unit(recorded, choice.time, None), values.pop("time"))
     rows = reading._checked_rows(recorded, time, None, None)
     check_finite(recorded, values, rows, missing=True)
