@@ -113,7 +113,7 @@ struct model_parts {
     std::vector<coordinate_physics<S>> physics; // (nv), or empty
     std::vector<ksl::follower<S>> followers;
     int first_angle = 0, angles_end = 0;
-    loop_plan<S> loops;
+    std::shared_ptr<const loop_plan<S>> loops; ///< null for trees, and for loops without a plan
 
     model_view<S> view_of(const model_parts &m) const {
       return {static_cast<int>(bodies.size()),
@@ -136,7 +136,7 @@ struct model_parts {
               lower.data(),
               upper.data(),
               physics.empty() ? nullptr : physics.data(),
-              loops.joints.empty() ? nullptr : &loops.view};
+              loops ? &loops->view : nullptr};
     }
     coupling_view<S> coupling(int nq, int nv, const std::vector<int> &in_q, const std::vector<int> &in_v) const {
       return {static_cast<int>(followers.size()), followers.data(), nq, nv, in_q.data(), in_v.data()};

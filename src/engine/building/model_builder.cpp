@@ -70,7 +70,8 @@ void model_builder::add_loops() {
   if (!m_.loops_.empty()) {
     fit_loops();
     m_.double_.loops = loops::make_plan(m_);
-    m_.single_.loops = loops::rounded(m_.double_.loops);
+    if (m_.double_.loops)
+      m_.single_.loops = loops::rounded(*m_.double_.loops);
   }
 }
 
