@@ -447,7 +447,8 @@ inline void add_dynamics(nb::class_<ksl::model> &model) {
             std::copy_n(found.data(), n * length, data_of(out));
             return out;
           },
-          "q"_a);
+          "q"_a)
+      .def("open_component", &ksl::open_component);
 }
 
 inline void add_loops(nb::class_<ksl::model> &model) {
@@ -465,7 +466,7 @@ inline void add_tolerances(nb::module_ &module) {
             {"closed", closed},         {"accepted", accepted},
             {"few_digits", few_digits}, {"rank", rank},
             {"unsure", unsure},         {"nearly_singular", nearly_singular},
-            {"rates", rates},           {"open_component", open_component},
+            {"rates", rates},
         };
       },
       "The tolerances of closed mechanisms (ksl/engine/algorithms/loops/tolerances.hpp).");

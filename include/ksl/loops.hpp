@@ -75,13 +75,16 @@ struct close_options {
 inline constexpr close_options nearby = {.starts = 1};
 /// out (nq): a closed position near q, with the joints' coordinates that are to be held (nv flags) kept: one where Σ (difference)² is
 /// stationary, converged to 1e-12 of the mechanism's length, or to the rounding of larger numbers, up to 1e-9.  error: the largest
-/// component left, in m, angles times the length.  Gauss–Newton steps with a line search, then steps along the closed positions.
+/// component left, in m, angles times the length.  Where none is found, out is the position with the smallest error.  Gauss–Newton steps with a line search, then steps along the closed positions.
 KSL_EXPORT closing close(const model &m, data &d, const double *q, const unsigned char *hold,
                          const close_options &options, double *out, double *error);
 
 /// patterns: wrenches that may be added to those of all joints without a change that can be observed, orthonormal over all joints in N and
-/// N m, each at its frame on the side called child: (redundant, joints().size() + loops().size(), 6).  Returns their number.
+/// N m, each at its frame on the side called child: (redundant, joints().size() + loops().size(), 6).  What is below
+/// open_component(m) is zero: those components are determined.  Returns their number.
 KSL_EXPORT int reaction_patterns(const model &m, data &d, const double *q, double *patterns);
+/// Elements of patterns, expressed in whatever axes, from which on a component counts as open: 1e-9, or ten times the digits of a file's joints.
+KSL_EXPORT double open_component(const model &m);
 
 /// Derivatives of inverse dynamics along the mechanism, (nv, freedoms) each: by the coordinates that independent() lists in q, in v and in
 /// a, one at a time, while the others follow.  Rows of joints without a motor are zero.  External wrenches are held in their axes.  Returns the

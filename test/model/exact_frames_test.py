@@ -107,9 +107,7 @@ def test_axes_that_are_not_quite_parallel(size, where, exact_urdf):
     noted = any("made exact" in line or "few digits" in line for line in said)
     assert noted if size > 2e-11 else not noted if size < 5e-13 else True
     assert not any(isinstance(x, str) for x in found.values()), found
-    # where joints of the tree have few digits patterns do, too, and more components count as open than are
-    judged = {call: right for call, right in exact_urdf.items() if where != "tree" or call not in ("unique", "reactions")}
-    agree(found, judged, 1e-8 + (100 * size if where == "tree" else 1e3 * size**2))  # the nearest exact frames, to second order
+    agree(found, exact_urdf, 1e-8 + (100 * size if where == "tree" else 1e3 * size**2))  # the nearest exact frames, to second order
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -16,7 +16,7 @@ from ksl.load_cases.quantities import UNDETERMINED
 from ksl.load_cases.reaction_joints import LoopJoint, frame_on_successor, reaction_joints
 from ksl.model.joint_kinds import has_one_coordinate
 from ksl.model.calls import Calls
-from ksl.model.loops import TOLERANCES
+from ksl.model.loops import least_open
 from ksl.model.mechanism import Joint, Mechanism
 from ksl.model.requests import WORLD
 from ksl.model.stiffness import compliances_of, rigid_beside
@@ -24,8 +24,6 @@ from ksl.model.states import Array
 
 SAMPLES = 200
 """So many samples of a motion are looked at, at most, in equal steps: which components are open changes at singular positions alone."""
-SHARE = TOLERANCES["open_component"]
-"""A pattern of unit norm has a share in a component from this on."""
 NAMES = ("fx", "fy", "fz", "tx", "ty", "tz")
 MARK = "*"
 """Behind numbers that use a component that is not determined."""
@@ -76,14 +74,15 @@ def undetermined(model: Calls, q: Array, placement: Placement) -> Undetermined:
     joints = reaction_joints(model)
     open_components = np.zeros((len(joints), 6), dtype=bool)
     open_quantities: dict[str, set[str]] = {}
+    least = least_open(model)
     for position in q[np.unique(np.linspace(0, len(q) - 1, min(len(q), SAMPLES)).astype(int))]:
         patterns = model.reactions_null_basis(position, [j.name for j in joints])
         if not len(patterns):
             continue
         for i, (joint, turned) in enumerate(zip(joints, _placed(model, position, joints, patterns, placement), strict=True)):
             in_joint_axes, expressed = turned
-            open_components[i] |= (np.abs(expressed) > SHARE).any(axis=0)
-            open_quantities.setdefault(joint.name, set()).update(_quantities(joint, in_joint_axes))
+            open_components[i] |= (np.abs(expressed) > least).any(axis=0)
+            open_quantities.setdefault(joint.name, set()).update(_quantities(joint, in_joint_axes, least))
     components = {j.name: tuple(n for n, is_open in zip(NAMES, row, strict=True) if is_open) for j, row in zip(joints, open_components, strict=True)}
     return Undetermined({j: names for j, names in components.items() if names}, {j: tuple(sorted(names)) for j, names in open_quantities.items() if names})
 
@@ -115,11 +114,11 @@ def _axes(model: Calls, q: Array, axes: str) -> Array:
     return np.eye(3) if axes in ("world", WORLD) else model.frame_pose(q, axes)[:3, :3]
 
 
-def _quantities(joint: Joint, patterns: Array) -> Collection[str]:
+def _quantities(joint: Joint, patterns: Array, least: float) -> Collection[str]:
     force, moment = patterns[:, :3], patterns[:, 3:]
 
     def share(x: Array) -> bool:
-        return bool((np.abs(x) > SHARE).any())
+        return bool((np.abs(x) > least).any())
 
     if not has_one_coordinate(joint.kind):
         found = {"force": share(force), "moment": share(moment)}

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import ResultError
 from ksl.base.finite_results import require_finite
-from ksl.model.loops import TOLERANCES
+from ksl.model.loops import least_open
 from ksl.model.requests import one_of
 from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined, items_of
 
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from ksl.model.calls import Calls
 
 COMPONENTS = ("fx", "fy", "fz", "tx", "ty", "tz")
-SHARE = TOLERANCES["open_component"]
-"""A pattern of unit norm has a share in a component from this on, as for reactions_unique."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +120,7 @@ def _undetermined(m: Calls, q: Array, request: Request, undetermined: Undetermin
     patterns = m.reactions_null_basis(q, request.joints)
     if m.mobility(q).redundant > len(patterns):
         raise ValueError("reactions_derivatives: stiffnesses split reactions of this mechanism, and no derivative of that is available; ask the mechanism without them")
-    is_open: NDArray[np.bool_] = np.asarray(np.any(np.abs(patterns) > SHARE, axis=0))
+    is_open: NDArray[np.bool_] = np.asarray(np.any(np.abs(patterns) > least_open(m), axis=0))
     if not request.is_at_joints:
         is_open = np.repeat(np.any(is_open, axis=1, keepdims=True), 6, axis=1)
     if undetermined == "refuse" and is_open.any():

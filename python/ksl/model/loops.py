@@ -159,7 +159,7 @@ class LoopCalls(ChosenCoordinates):
         search, then along the closed positions, so that it may be a local one.  Where that ends open, the search goes on from other starts,
         `starts` with q, the same in every call, and takes the nearest of the first that it finds: starts=1 finds positions near q alone.
         Converged is an error below 1e-12 of the mechanism's length, or below the rounding of angles that have turned often, up to 1e-9.
-        A search that fails says how it ended in `reason`.
+        A search that fails says how it ended in `reason`; q and error are then those of the position that is least open.
 
             near = m.close(m.neutral(), hold=["crank"])
         """
@@ -224,7 +224,8 @@ class LoopCalls(ChosenCoordinates):
         """Patterns (redundant, joints, 6) of wrenches that may be added to the reactions at q (nq) without a change that can be observed.
 
         They are orthonormal over all joints, tree and loop, in N and N m, each wrench at the joint's frame on the side called child;
-        those of the joints asked for are then taken.  joints: as in :meth:`reactions`.
+        those of the joints asked for are then taken.  Elements below 1e-9, or ten times the digits of a file's joints, are zero.  joints: as
+        in :meth:`reactions`.
         """
         position = self._one_position(q)
         names = self.joint_names if joints is None else self._names_of(names_in_order(joints, "joints") or (), "joints")
@@ -238,10 +239,10 @@ class LoopCalls(ChosenCoordinates):
     def reactions_unique(self, q: ArrayLike, joints: Iterable[str] | None = None) -> NDArray[np.bool_]:
         """Which components (joints, 6) of the reactions at q (nq) every balance of rigid bodies shares.
 
-        The others are those in which a pattern of :meth:`reactions_null_basis` has more than 1e-9.  :meth:`reactions` gives for them the
-        values of least norm, which are a convention.
+        The others are those in which a pattern of :meth:`reactions_null_basis` has something.  :meth:`reactions` gives for them the values
+        of least norm, which are a convention.
         """
-        open_components = np.any(np.abs(self.reactions_null_basis(q, joints)) > TOLERANCES["open_component"], axis=0)
+        open_components = np.any(self.reactions_null_basis(q, joints) != 0, axis=0)
         unique: NDArray[np.bool_] = np.logical_not(np.asarray(open_components))
         return unique
 
@@ -388,6 +389,11 @@ def _one_state(inputs: Sequence[tuple[ArrayLike, str, int]]) -> list[Array] | No
             return None
         rows.append(x[None])
     return rows
+
+
+def least_open(model: LoopCalls) -> float:
+    """Elements of :meth:`LoopCalls.reactions_null_basis`, in whatever axes, from which on a component counts as open."""
+    return model._core.open_component()
 
 
 def _starts(starts: Any) -> int:

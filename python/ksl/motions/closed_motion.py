@@ -162,7 +162,7 @@ def followed(model: Mechanism, closing: Closing, first: Array, motion: tuple[Arr
     q, found = closed_side_by_side(held, motion[0], first)
     if not found.all():
         k, sample = np.argwhere(~found)[0]
-        raise NotClosed(int(k), f"with {held.said(motion[0][k, sample])} the mechanism can't be closed: it would leave what its drives can reach")
+        raise NotClosed(int(k), f"with {held.said(motion[0][k, sample])} no closed position is found near that of the sample before; it may be out of reach, or beyond a singular position")
     v = model.consistent_velocity(q, motion[1], held.names)
     return q, v, model.consistent_acceleration(q, v, motion[2], held.names)
 

@@ -227,15 +227,19 @@ void assembly::set_start(const double *q, const unsigned char *hold, int start) 
 }
 
 /// Other starts, since a minimum of the error says nothing about other closed positions: out becomes the nearest of the first ones that
-/// are found.  False where there is none.
-bool assembly::search(const double *q, const unsigned char *hold, const close_options &options, double *out) {
+/// are found.  False where there is none: out is then the position that is least open, whose error it may lower.
+bool assembly::search(const double *q, const unsigned char *hold, const close_options &options, double *out,
+                      double *error) {
   constexpr int enough = 4;
   double nearest = std::numeric_limits<double>::infinity();
   bool is_alone = true;
   for (int start = 1, found = 0; start < options.starts && found < enough; ++start) {
     set_start(q, hold, start);
-    if (!descend_from(other_, hold, options))
+    if (!descend_from(other_, hold, options)) {
+      if (found == 0 && *reached_ < *error)
+        *error = *reached_, std::copy_n(other_, m_.nq(), out);
       continue;
+    }
     ++found;
     if (const double far = distance(q, other_, far_); far < nearest)
       nearest = far, is_alone = is_determined_, std::copy_n(other_, m_.nq(), out);
@@ -257,7 +261,7 @@ closing assembly::close(const double *near, const unsigned char *hold, const clo
                       : is_held    ? closing::nothing_free
                       : lost_rank_ ? closing::singular
                                    : closing::not_found;
-  if (!closed && !is_held && std::isfinite(*error) && search(q, hold, options, out))
+  if (!closed && !is_held && std::isfinite(*error) && search(q, hold, options, out, error))
     closed = true, *error = set_error(out);
   if (closed && !is_determined_ && !std::equal(q, q + m_.nq(), out)) { // else there is no other nearby, or none nearer
     move_nearer(q, out, options);

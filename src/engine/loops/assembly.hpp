@@ -47,7 +47,7 @@ private:
   bool descend(double *q, int iterations, const close_options &options);
   bool descend_from(double *q, const unsigned char *hold, const close_options &options);
   void set_start(const double *q, const unsigned char *hold, int start);
-  bool search(const double *q, const unsigned char *hold, const close_options &options, double *out);
+  bool search(const double *q, const unsigned char *hold, const close_options &options, double *out, double *error);
   void step(const double *q, const double *dv, double share, double *out);
   bool keep_limits(double *q);
   double way_back(const double *start, const double *q, double &far);

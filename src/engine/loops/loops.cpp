@@ -203,8 +203,15 @@ int reaction_patterns(const model &m, data &d, const double *q, double *patterns
   c.set_open_position(q);
   require_finite("reaction_patterns", m, c.at(), q);
   const int n = c.set_patterns(q);
-  std::copy_n(c.pattern(0), n * c.pattern_length(), patterns);
+  const double least = open_component(m); // what is smaller is rounding, or due to few digits
+  for (int i = 0; i < n * c.pattern_length(); ++i)
+    patterns[i] = std::fabs(c.pattern(0)[i]) > least ? c.pattern(0)[i] : 0;
   return n;
+}
+
+double open_component(const model &m) {
+  using loop_tolerance::open_component, loop_tolerance::rank_by_digits;
+  return m.loops().empty() ? open_component : std::max(open_component, rank_by_digits * m.loop_tables().digits);
 }
 
 namespace {
