@@ -26,7 +26,7 @@ from ksl.checks.tags import balanced
 from ksl.checks.vocabulary import ELEMENTS
 from ksl.base.csv_cells import csv_comment
 from ksl.commands.print_info import print_info
-from ksl.model.joint_columns import by_name
+from ksl.mechanism.joint_columns import by_name
 from ksl.motions.signal.corners import find_jumps
 from ksl.motions.files.joint_states import JointStates, JointStateTable
 from ksl.motions.signal.noise import step_of, white_noise

@@ -1,7 +1,7 @@
 // Calls of all algorithms from Python.  Arguments are checked here, by what engine/run/arguments.hpp asks of them.
 //
 // Arrays that can be read as they are go straight to the kernels: they must have one precision, equal leading shapes and a
-// constant distance between rows.  Others are first converted by ksl.model.states.
+// constant distance between rows.  Others are first converted by ksl.mechanism.states.
 #pragma once
 
 #include "array.hpp"
@@ -27,7 +27,7 @@
 
 namespace calls {
 
-/// Links by index, in the order wanted.  ksl.model.requests keeps these objects, so that calls need not convert lists.
+/// Links by index, in the order wanted.  ksl.mechanism.requests keeps these objects, so that calls need not convert lists.
 struct link_request {
   std::vector<int> index;
   ksl::frame_options frame; ///< how the motion of a single link is expressed
@@ -226,16 +226,16 @@ private:
     return true;
   }
 
-  /// What a function of ksl.model.states makes of arguments.
+  /// What a function of ksl.mechanism.states makes of arguments.
   template <class... Objects> static nb::tuple converted(const char *function, const Objects &...arguments) {
-    const nb::object found = nb::module_::import_("ksl.model.states").attr(function);
+    const nb::object found = nb::module_::import_("ksl.mechanism.states").attr(function);
     PyObject *const made = call_python(found.ptr(), arguments.ptr()...);
     if (!made)
       nb::raise_python_error();
     return nb::cast<nb::tuple>(nb::steal<nb::object>(made));
   }
 
-  /// Converts arguments that are not arrays (ksl.model.states.as_arrays).
+  /// Converts arguments that are not arrays (ksl.mechanism.states.as_arrays).
   void convert() {
     for_each([](const argument &x) {
       if (x.object.is_none())
@@ -254,7 +254,7 @@ private:
     take_external();
   }
 
-  /// Converts arrays to their full leading shape, contiguous and of one precision (ksl.model.states.as_rows).  Wrenches are always
+  /// Converts arrays to their full leading shape, contiguous and of one precision (ksl.mechanism.states.as_rows).  Wrenches are always
   /// copied, since a result may lie in their memory.
   void rearrange() {
     nb::list inputs, wrenches, leading;

@@ -278,7 +278,7 @@ void add_properties(nb::class_<ksl::model> &model) {
       });
 }
 
-/// Adds a method for each algorithm.  The methods of ksl.model.calls wrap them, with keywords and docstrings.
+/// Adds a method for each algorithm.  The methods of ksl.mechanism.calls wrap them, with keywords and docstrings.
 void add_calls(nb::class_<ksl::model> &model) {
   for (const ksl::algorithm_row *row : ksl::rows::all)
     if (row->loops != ksl::loops_by::plan)

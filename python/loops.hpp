@@ -1,4 +1,4 @@
-// Calls about loops (ksl/loops.hpp) for many positions: arrays of doubles, C-contiguous, a row for each state; ksl.model.loops makes them.
+// Calls about loops (ksl/loops.hpp) for many positions: arrays of doubles, C-contiguous, a row for each state; ksl.mechanism.loops makes them.
 #pragma once
 
 #include "array.hpp"

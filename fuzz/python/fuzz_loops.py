@@ -2,7 +2,7 @@
 
 from guided import guide
 
-guide("ksl.model.loops_file", "ksl.base.toml_files", "ksl.base.toml_lines")
+guide("ksl.robot_files.loops_file", "ksl.base.toml_files", "ksl.base.toml_lines")
 
 import atexit
 import os
@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 import ksl
-from ksl.model.loading import with_loops
+from ksl.robot_files.loading import with_loops
 from mutate import of_text
 from target import BrokenPromise, check_message, run
 

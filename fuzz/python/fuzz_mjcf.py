@@ -5,13 +5,14 @@ words, are left out: the first would be read, and the second take the memory tha
 
 from guided import guide
 
-guide("ksl.model.mjcf", "ksl.model.builder", "ksl.model.given", "ksl.model.loading")
+guide("ksl.robot_files.load_mjcf", "ksl.model.builder", "ksl.mechanism.given", "ksl.robot_files.loading")
 
 import re
 from zlib import crc32
 
 from ksl.base.errors import DescriptionError
-from ksl.model import loading, mjcf
+from ksl.robot_files import load_mjcf as mjcf
+from ksl.robot_files import loading
 from mutate import of_xml
 from target import BrokenPromise, check_message, finite, run
 

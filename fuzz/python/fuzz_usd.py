@@ -4,7 +4,7 @@ Pixar's library is a program of others, without coverage.  Texts that name other
 
 from guided import guide
 
-guide("ksl.model.usd", "ksl.model.usd_stage", "ksl.model.usd_masses", "ksl.model.usd_shapes", "ksl.model.usd_joints", "ksl.model.usd_couplings", "ksl.model.usd_unused", "ksl.model.assembly", "ksl.model.builder", "ksl.model.loading")
+guide("ksl.robot_files.usd.load_usd", "ksl.robot_files.usd.stage", "ksl.robot_files.usd.masses", "ksl.robot_files.usd.shapes", "ksl.robot_files.usd.joints", "ksl.robot_files.usd.couplings", "ksl.robot_files.usd.unused", "ksl.robot_files.assembly", "ksl.model.builder", "ksl.robot_files.loading")
 
 import atexit
 import os
@@ -14,7 +14,7 @@ from pathlib import Path
 from zlib import crc32
 
 from ksl.base.errors import DescriptionError
-from ksl.model import loading
+from ksl.robot_files import loading
 from mutate import of_text
 from target import BrokenPromise, check_message, finite, run
 

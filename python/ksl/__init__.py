@@ -51,10 +51,10 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.comparison.compare_robot import compare as compare
     from ksl.comparison.results import Comparison as Comparison
     from ksl.model.builder import Builder as Builder
-    from ksl.model.loading import load as load
-    from ksl.model.loading import load_string as load_string
-    from ksl.model.mechanism import Joint as Joint
-    from ksl.model.mechanism import Link as Link
+    from ksl.robot_files.loading import load as load
+    from ksl.robot_files.loading import load_string as load_string
+    from ksl.mechanism.mechanism import Joint as Joint
+    from ksl.mechanism.mechanism import Link as Link
     from ksl.model.model import Model as Model
     from ksl.motions.efforts import read_efforts as read_efforts
     from ksl.motions.reading import read_motion as read_motion
@@ -81,8 +81,8 @@ _MODULE_OF = {
     "Findings": "ksl.checks.findings",
     "FrameError": "ksl.base.errors",
     "Inertia": "ksl.spatial",
-    "Joint": "ksl.model.mechanism",
-    "Link": "ksl.model.mechanism",
+    "Joint": "ksl.mechanism.mechanism",
+    "Link": "ksl.mechanism.mechanism",
     "Model": "ksl.model.model",
     "Momentum": "ksl.spatial",
     "MotionError": "ksl.base.errors",
@@ -100,8 +100,8 @@ _MODULE_OF = {
     "compare": "ksl.comparison.compare_robot",
     "compute_loads": "ksl.report.compute_loads",
     "hold": "ksl.report.hold_pose",
-    "load": "ksl.model.loading",
-    "load_string": "ksl.model.loading",
+    "load": "ksl.robot_files.loading",
+    "load_string": "ksl.robot_files.loading",
     "read_efforts": "ksl.motions.efforts",
     "read_motion": "ksl.motions.reading",
     "size": "ksl.sizing.compute_sizing",

@@ -1,4 +1,4 @@
-"""Python methods (ksl.model.calls), and types of the compiled calls that nanobind can't derive for the stub of ksl._core."""
+"""Python methods (ksl.mechanism.calls), and types of the compiled calls that nanobind can't derive for the stub of ksl._core."""
 
 import textwrap
 
@@ -143,10 +143,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.model.loops import Gains, LoopCalls
-from ksl.model.requests import one_of, requests_given
-from ksl.model.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, Undetermined, external_in, numbers
-from ksl.model.stiffness import Stiffness
+from ksl.mechanism.loops import Gains, LoopCalls
+from ksl.mechanism.requests import one_of, requests_given
+from ksl.mechanism.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, Undetermined, external_in, numbers
+from ksl.mechanism.stiffness import Stiffness
 
 
 class Calls(LoopCalls):
@@ -170,7 +170,7 @@ class Calls(LoopCalls):
 
 STUB = '''\
 # {mark}
-# Types that nanobind can't derive for the stub of ksl._core: the calls take all that ksl.model.states can convert to arrays.
+# Types that nanobind can't derive for the stub of ksl._core: the calls take all that ksl.mechanism.states can convert to arrays.
 
 ^_core\\.__prefix__$:
     from typing import Any
@@ -280,6 +280,6 @@ def files() -> dict[str, str]:
     methods = "\n".join(method(row) for row in ALGORITHMS if has(row, "python"))
     aliases = "\n".join(f"    {alias} = {name}" for name, alias in ALIASES.items())
     return {
-        "python/ksl/model/calls.py": CALLS.format(mark=MARK, methods=methods, aliases=aliases),
+        "python/ksl/mechanism/calls.py": CALLS.format(mark=MARK, methods=methods, aliases=aliases),
         "python/core_stub.txt": STUB.format(mark=MARK, calls="\n".join(map(compiled, (row for row in ALGORITHMS if row.loops != "plan")))),
     }

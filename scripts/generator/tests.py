@@ -1,4 +1,4 @@
-"""The test that compares the C++ and C interfaces with each other (Python: test/model/algorithms_test.py), and every algorithm as a template
+"""The test that compares the C++ and C interfaces with each other (Python: test/mechanism/algorithms_test.py), and every algorithm as a template
 over any scalar, for tests with dual numbers."""
 
 import textwrap

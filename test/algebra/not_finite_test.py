@@ -1,7 +1,7 @@
 """api/not_finite.tsv says of every function of the algebra and of every algorithm what NaN, infinities and subnormal numbers give.
 
 A function that the table lacks, or whose row is not what happens, fails.  `python test/algebra/not_finite_test.py` writes the table.
-test/model/not_finite_calls_test.py tests the algorithms.
+test/mechanism/not_finite_calls_test.py tests the algorithms.
 
 NaN: "propagates": nan_test.py tests it for every number.  "documented": functions of dense equations, as docs/algebra.md says; dense_not_finite_test.py tests it.
 "-": the function takes no numbers, or prints or allocates.

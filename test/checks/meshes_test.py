@@ -5,7 +5,7 @@ import pytest
 from files import hinge, link, more, stl
 
 import ksl
-from ksl.model.mesh_files import find_mesh, mesh_bounds, mesh_fault, path_of_uri
+from ksl.robot_files.mesh_files import find_mesh, mesh_bounds, mesh_fault, path_of_uri
 
 
 def robot_with(*meshes):

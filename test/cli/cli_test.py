@@ -19,7 +19,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import ksl
-from ksl.model.motion_columns import columns_of
+from ksl.mechanism.joint_kinds import columns_of
 from ksl.output import OutputError, staged
 from ksl_command import run_ksl
 

@@ -173,7 +173,7 @@ def test_a_new_algorithm(tmp_path):
     table.write_text(text[: end + 1] + textwrap.indent(row, "    ", lambda line: not line.startswith(("q (", '"""'))) + text[end + 1 :], encoding="utf-8")
     written = subprocess.run([sys.executable, "scripts/generate.py"], cwd=tmp_path, capture_output=True, text=True)
     assert written.returncode == 0, written.stderr
-    assert {"src/engine/kernels/algorithms/energy/momentum.cpp", "include/ksl/engine_calls.h", "python/ksl/model/calls.py"} <= set(written.stdout.split())
+    assert {"src/engine/kernels/algorithms/energy/momentum.cpp", "include/ksl/engine_calls.h", "python/ksl/mechanism/calls.py"} <= set(written.stdout.split())
 
     flags = ["g++", "-std=c++20", "-Wall", "-Wextra", "-Werror", "-I", "include", "-I", "src"]
     for source in ("src/engine/kernels/algorithms/energy/momentum.cpp", "src/engine/run/dynamics_calls.cpp", "src/c_api/engine_calls.cpp"):

@@ -67,10 +67,10 @@ import numpy as np
 from ksl.checks.run import check
 from ksl.load_cases.quantities import joint_loads, summarise
 from ksl.load_cases.verdict import Verdict, uses_of
-from ksl.model.joint_columns import by_name, endings_of
-from ksl.model.joint_kinds import KINDS
-from ksl.model.mechanism import Joint
-from ksl.model.motion_columns import columns_of, units_of
+from ksl.mechanism.joint_columns import by_name, endings_of
+from ksl.mechanism.joint_kinds import KINDS
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.joint_kinds import columns_of, units_of
 from ksl.report.input import CaseCurves, ReportInput
 from ksl.report.page import write_report
 from ksl.sizing.samples import ResultJoint

@@ -115,7 +115,7 @@ def test_methods_of_models_that_higher_rooms_compute():
 
 
 def test_what_show_returns_is_what_type_checkers_are_told():
-    from ksl.model.shown import ShownModel
+    from ksl.model.model import ShownModel
     from ksl.viewer.live import Viewer
 
     for name in ("update", "play", "open", "export", "wait", "close"):

@@ -257,7 +257,7 @@ private:
 template <class S>
 void agree(robot &r, const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_call<S> cpp_batch,
            batch_call<S> c_batch) {
-  // More than one part of a batch for one algorithm, since all share how a batch is divided; test/model/algorithms_test.py divides those of each.
+  // More than one part of a batch for one algorithm, since all share how a batch is divided; test/mechanism/algorithms_test.py divides those of each.
   // Matrices have hundreds of numbers for each state, and their derivatives thousands.
 #ifdef KSL_TEST_MANY_STATES
   const bool few = row.result[0].axes > 1;

@@ -1,5 +1,5 @@
 """Mechanisms A01, A02 and A04 of the library of benchmark problems of IFToMM, against closed forms and equations of their own; A03 and one as A05 are
-in test/model/force_elements_test.py."""
+in test/engine/elements/force_elements_test.py."""
 
 import numpy as np
 import pytest

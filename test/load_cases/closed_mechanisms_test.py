@@ -89,7 +89,7 @@ def test_a_loop_joint_takes_part_like_a_joint_of_the_tree(kind, seed):
 
 
 def test_joints_that_a_file_of_stiffnesses_leaves_out_are_named(fourbar):
-    from ksl.model.stiffness_file import joints_without
+    from ksl.robot_files.stiffness_file import joints_without
 
     assert sorted(joints_without(fourbar, ["A", "C"])) == ["B", "D"] and joints_without(fourbar, "ABCD") == []
 

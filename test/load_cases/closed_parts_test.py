@@ -16,7 +16,7 @@ from ksl.load_cases.load_case import Placement
 from ksl.load_cases.passive_joints import passive, without_axial_effort
 from ksl.load_cases.ranking import severity
 from ksl.load_cases.reaction_joints import LoopJoint, has_drive, joint_named, reaction_joints, without_limits
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 
 
 @pytest.fixture

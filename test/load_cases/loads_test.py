@@ -13,7 +13,7 @@ from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import BLOCK_ROWS, LoadCase, Placement
 from ksl.load_cases.quantities import integral, joint_loads, rms, summarise, unit, work
 from ksl.load_cases.verdict import uses_of
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 from ksl.motions.motion import Motion, complete
 
 WRENCH = ["fx", "fy", "fz", "tx", "ty", "tz"]

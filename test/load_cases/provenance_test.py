@@ -15,7 +15,7 @@ from ksl.base.files_read import being_read, recorded
 from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.quantities import joint_loads, summarise
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 from ksl.motions.motion import Motion, complete
 from ksl_command import run_ksl
 

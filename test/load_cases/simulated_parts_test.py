@@ -11,7 +11,7 @@ import ksl
 from ksl.base.errors import MotionError
 from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.simulated import Simulated, _brake, _controller, brakes_from, samples_of, simulated_motion
-from ksl.model.drives import PD, Brake, ComputedTorque, GravityCompensation, Reference
+from ksl.simulation.drives import PD, Brake, ComputedTorque, GravityCompensation, Reference
 from ksl.motions.motion import Motion
 
 ROBOTS = Path(__file__).parents[2] / "examples/robots"

@@ -32,7 +32,7 @@ from ksl.load_cases.undetermined import _quantities
 from ksl.load_cases.wrench_table import wrenches_of_arrays
 from ksl.load_cases.wrenches_over_time import WrenchOverTime
 from ksl.load_cases.verdict import Use, Verdict, not_given, number, percent, uses_of
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 from ksl.motions.closing import Closing
 from ksl.motions.motion import Motion
 from linkages import FOURBAR, SLIDERCRANK

@@ -9,7 +9,7 @@ import ksl
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import joint_loads, summarise
 from ksl.load_cases.verdict import Use, Verdict, not_given, percent, uses_of
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 from ksl_command import run_ksl
 
 MASS, LENGTH, G = 2.0, 0.5, 9.81

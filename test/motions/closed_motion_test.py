@@ -10,7 +10,7 @@ import pytest
 from linkages import FOURBAR, FREE_COUPLER, SLIDE, SLIDERCRANK, joint, link, loop
 
 from ksl.base.errors import MotionError
-from ksl.model.freedoms import freedoms
+from ksl.mechanism.freedoms import freedoms
 from ksl.motions.closed_motion import Follower, _allowed, _some, closed, closed_again, completed, follow_by_loops, followed, held_by, keeps_closed, leading
 from ksl.motions.closing import Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, home
 from ksl.motions.generate import Waypoints, minimum_jerk, trapezoid

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ksl
-from ksl.model.motion_columns import columns_of
+from ksl.mechanism.joint_kinds import columns_of
 from ksl.motions.motion import Motion, _jumps, complete
 from ksl.motions.reading import read_external, read_motion
 from ksl.motions.signal.quality import Samples

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 import ksl
-from ksl.model.motion_columns import columns_of
+from ksl.mechanism.joint_kinds import columns_of
 from ksl.motions.reading import read_motion
 from ksl.motions.reading_options import check_options
 

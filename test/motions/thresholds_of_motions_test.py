@@ -19,8 +19,8 @@ from scipy.interpolate import CubicSpline
 import ksl
 from ksl.base import limits
 from ksl.base.errors import MotionError
-from ksl.model.lengths import extent
-from ksl.model.mechanism import Joint
+from ksl.mechanism.lengths import extent
+from ksl.mechanism.mechanism import Joint
 from ksl.motions.columns.units import Unit, factor, unit_of
 from ksl.motions.files.csv_form import _lines, doubts_about_end
 from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, trapezoid

@@ -6,7 +6,7 @@ What computes nothing is left out: annotations, defaults of arguments, decorator
 import ast
 from dataclasses import dataclass
 
-ROOMS = ("sizing", "load_cases", "motions", "sweeps", "checks", "model", "comparison")
+ROOMS = ("sizing", "load_cases", "motions", "sweeps", "checks", "mechanism", "simulation", "model", "robot_files", "comparison")
 
 BINARY = {ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"), ast.Pow: ("**", "*")}
 COMPARED = {

@@ -1,6 +1,6 @@
 """`make mutate`: how many sign, index and operator mutants the tests notice.
 
-    run.py algebra engine load batch sizing load_cases motions sweeps checks model comparison [--fraction 0.25] [--seed 11] [--jobs 2] [--cpp] [--list] [--write]
+    run.py algebra engine load batch sizing load_cases motions sweeps checks mechanism simulation model robot_files comparison [--fraction 0.25] [--seed 11] [--jobs 2] [--cpp] [--list] [--write]
 
 Each scope is compiled once with all its mutants (build.py).  The run begins with its own proof: in the same kind of process, order and
 limits, tests pass without a mutant, and mutants that are known to be wrong die.  Then every mutant, or a random part of them, is activated in turn.  Equivalent mutants,
@@ -39,19 +39,29 @@ KNOWN = {
     "motions": [("python/ksl/motions/signal/rates.py", "cosine * x[:, 0] + sine * x[:, 1]", "+ → -")],
     "sweeps": [("python/ksl/sweeps/variants.py", "motion.time / factor", "/ → *")],
     "checks": [("python/ksl/checks/extent.py", "bounds[1] - bounds[0]", "- → +")],
-    "model": [("python/ksl/model/mjcf_loops.py", "y0 + free - multiplier * x0", "- → +")],
+    "mechanism": [("python/ksl/mechanism/lengths.py", "trace / 2 / mass", "/ → *")],
+    "simulation": [("python/ksl/simulation/simulate.py", "energy - energy[..., :1]", "- → +")],
+    "model": [("python/ksl/model/section.py", "origin - at", "- → +")],
+    "robot_files": [("python/ksl/robot_files/mjcf_loops.py", "y0 + free - multiplier * x0", "- → +")],
     "comparison": [("python/ksl/comparison/bodies.py", "mass * np.outer(centroid, centroid)", "* → /")],
 }
 PROGRAMS = {"engine": ("engine_test", "interfaces_test"), "load": ("load_test",), "batch": ("threads_test", "threads_fault_test", "engine_test", "interfaces_test")}
 FOLDERS = {"load_test": "test/load", "threads_fault_test": "test/faults"}
 IN_PYTHON = {
     "engine": ["test/laws"],
-    "batch": ["test/model/threads_test.py", "test/model/processes_test.py", "test/model/force_elements_test.py"],
-    "load": [f"test/model/{name}_test.py" for name in ("model", "physics", "joint_kinds", "force_elements", "loops_file", "assembly")] + ["test/reference/readers_test.py"],
+    "batch": ["test/mechanism/threads_test.py", "test/model/processes_test.py", "test/engine/elements/force_elements_test.py"],
+    "load": [
+        f"test/{name}_test.py"
+        for name in ("model/model", "model/physics", "mechanism/joint_kinds", "engine/elements/force_elements", "robot_files/loops_file", "robot_files/assembly")
+    ] + ["test/reference/readers_test.py"],
 }
 """Tests that meet the mutated module, after the first program."""
 PYTHON = python_mutator.ROOMS
-BESIDE = {"model": [f"test/laws/{name}_test.py" for name in ("simulation", "limits", "section", "closed", "inverse_kinematics")]}
+BESIDE = {
+    "simulation": [f"test/laws/{name}_test.py" for name in ("simulation", "limits")],
+    "model": ["test/laws/section_test.py", "test/mechanism"],
+    "mechanism": [f"test/laws/{name}_test.py" for name in ("closed", "inverse_kinematics")] + ["test/engine/loops"],
+}
 """Tests of a room of Python that stand elsewhere."""
 NONE = 0  # the number of a run without a mutant
 NOTICED = ("failed", "crashed", "timeout")

@@ -12,8 +12,8 @@ from operator_cases import CLOSED, along, closed_named
 from operators_test import N, close, run
 
 import ksl
-from ksl.model.chosen_coordinates import coordinates_of
-from ksl.model.requests import request_of_frames
+from ksl.mechanism.chosen_coordinates import coordinates_of
+from ksl.mechanism.requests import request_of_frames
 from ksl.operators.operator import More, Operator, Stage
 from ksl.operators.table import COMPLETIONS, ROWS
 

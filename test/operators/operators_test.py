@@ -12,7 +12,7 @@ import pytest
 from operator_cases import arguments, robot_named
 
 import ksl
-from ksl.model.requests import request_of_frames, request_of_links
+from ksl.mechanism.requests import request_of_frames, request_of_links
 from ksl.operators.operator import More, Operator, Stage, layout
 from ksl.operators.table import ROWS
 

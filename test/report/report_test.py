@@ -15,7 +15,7 @@ from ksl.base.notes import Kind, Note, not_used
 from ksl.load_cases.provenance import InputFile, Provenance
 from ksl.load_cases.quantities import PowerBalance, joint_loads, summarise
 from ksl.load_cases.verdict import Use, Verdict
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 from ksl.report.charts import POINTS, decimate, limits_in_sight
 from ksl.report.input import CaseCurves, ReportInput
 from ksl.report.numbers import format_number, peak

@@ -58,7 +58,7 @@ KINDS = {
         {"ASAN_OPTIONS": "detect_leaks=1:allocator_may_return_null=1", "UBSAN_OPTIONS": "print_stacktrace=1"},
         ("test",),
         ("test/contract", "test/viewer", "test/report/browser_test.py", "test/cli", "test/trust", "test/golden", "test/coverage",
-         "test/model/batch_test.py::test_every_instruction_set_gives_the_same_bits",
+         "test/mechanism/batch_test.py::test_every_instruction_set_gives_the_same_bits",
          "test/algebra/print_test.py", "test/algebra/array_test.py",
          "test/sweeps/sweep_test.py::test_on_ray_the_bits_are_the_same_and_a_lost_worker_costs_its_partition_only"),
         preloaded=("clang", "libclang_rt.asan-x86_64.so"),
@@ -68,10 +68,10 @@ KINDS = {
     # the same functions.
     "thread": Kind(
         ("race",), {"TSAN_OPTIONS": f"exitcode=66:suppressions={HERE / 'thread.supp'}"},
-        ("test/model/threads_test.py", "test/model/batch_test.py"),
-        ("test/model/batch_test.py::test_every_instruction_set_gives_the_same_bits",
-         "test/model/threads_test.py::test_a_child_of_a_fork_has_threads_of_its_own",
-         "test/model/threads_test.py::test_children_of_children_too"),
+        ("test/mechanism/threads_test.py", "test/mechanism/batch_test.py"),
+        ("test/mechanism/batch_test.py::test_every_instruction_set_gives_the_same_bits",
+         "test/mechanism/threads_test.py::test_a_child_of_a_fork_has_threads_of_its_own",
+         "test/mechanism/threads_test.py::test_children_of_children_too"),
         preloaded=("gcc", "libtsan.so")),
     # valgrind can't run AVX-512, and computes long double in double precision.  It takes the place of operator new, so that no test can count
     # allocations or make them fail.  Two tests end while threads compute, whose memory nothing frees then.
@@ -88,8 +88,8 @@ KINDS = {
     # arithmetic, which valgrind lacks.  A flag is how numpy's linear algebra says that a matrix has no factor.
     "valgrind-python": Kind(
         ("heap",), {"KSL_ISA": "x86-64-v3", "PYTHONMALLOC": "malloc"}, ("test/model", "test/base", "test/identify", "test/arrays", "test/load_cases/loads_test.py", "test/viewer/notebook_test.py", "test/cli/info_test.py"),
-        ("test/model/batch_test.py::test_every_instruction_set_gives_the_same_bits",
-         "test/model/not_finite_calls_test.py::test_a_mode_that_the_caller_sets_stays_and_ordinary_results_are_the_same_bits",
+        ("test/mechanism/batch_test.py::test_every_instruction_set_gives_the_same_bits",
+         "test/mechanism/not_finite_calls_test.py::test_a_mode_that_the_caller_sets_stays_and_ordinary_results_are_the_same_bits",
          "test/identify/consistency_test.py::test_log_cholesky_and_back",
          "test/identify/identification_test.py::test_parameters_of_other_shapes_are_refused"),
         before_python=VALGRIND_OF_PYTHON, build="valgrind"),

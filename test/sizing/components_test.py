@@ -10,7 +10,7 @@ import pytest
 from ksl.base.errors import SizingError
 from ksl.base.toml_lines import line_of, toml_lines
 from ksl.sizing.bolt_numbers import OF_BOLT
-from ksl.sizing.catalogue import KINDS
+from ksl.sizing.catalogue.catalogue import KINDS
 from ksl.sizing.components import components_of, read_components
 from ksl.sizing.example import example_file
 from results_tables import made_table, results_table

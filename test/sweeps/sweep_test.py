@@ -23,7 +23,7 @@ import ksl
 from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.quantities import summarise
-from ksl.model.lengths import extent
+from ksl.mechanism.lengths import extent
 from ksl.motions.reading import read_motion
 from ksl.sweeps import local, on_ray
 from ksl.sweeps.compute_sweep import _plan, again_of

@@ -7,7 +7,7 @@ from linkages import FOURBAR
 
 import ksl
 from ksl.base.errors import MotionError
-from ksl.model.stiffness import compliances_of, rigid_beside
+from ksl.mechanism.stiffness import compliances_of, rigid_beside
 from ksl.model.surgery import with_compliances
 from ksl.viewer.readout import Choice, wrench_at
 from ksl.viewer.results_scene import read_results, scene_of_results

@@ -9,7 +9,7 @@ import ksl
 import numpy as np
 import pytest
 from ksl.load_cases.case_file import cases_of_text
-from ksl.model.mesh_files import find_mesh
+from ksl.robot_files.mesh_files import find_mesh
 from ksl.viewer.results_scene import read_results, scene_of_motion, scene_of_results
 from ksl.viewer.scene import make_scene, resting_position, thinned
 from ksl.viewer.shapes import Shape, arrows, box, cylinder, ellipsoid, simplified

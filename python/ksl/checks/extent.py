@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ksl.checks.robot import Array, Link, RobotFile, Shape
-from ksl.model.mesh_files import find_mesh, mesh_bounds
+from ksl.robot_files.mesh_files import find_mesh, mesh_bounds
 
 
 def shape_box(robot: RobotFile, shape: Shape) -> Array | None:

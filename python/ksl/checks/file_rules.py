@@ -14,7 +14,7 @@ from ksl.checks.robot import Note, RobotFile
 from ksl.checks.rule import Broken, rule
 from ksl.checks.vocabulary import ATTRIBUTES, ELEMENTS, MANY, OPAQUE, SHARED
 from ksl.checks.xml_file import children
-from ksl.model.core_sentences import place_and_rest
+from ksl.mechanism.core_sentences import place_and_rest
 
 if TYPE_CHECKING:
     from lxml.etree import _Element

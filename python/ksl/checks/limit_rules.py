@@ -9,7 +9,7 @@ from ksl.checks.findings import Repair
 from ksl.checks.repair import digits, shown
 from ksl.checks.robot import Joint, RobotFile
 from ksl.checks.rule import Broken, rule
-from ksl.model.joint_kinds import KINDS
+from ksl.mechanism.joint_kinds import KINDS
 
 BOUNDED = frozenset(kind.name for kind in KINDS.values() if kind.in_urdf and kind.has_limits)
 LONGEST = 20.0

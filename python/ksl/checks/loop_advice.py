@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksl.model.joint_kinds import KINDS
-from ksl.model.mechanism import Joint, Loop
+from ksl.mechanism.joint_kinds import KINDS
+from ksl.mechanism.mechanism import Joint, Loop
 from ksl.model.model import Model
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 
 TOLERANCE = 1e-7
 """Components of patterns, which have the norm 1, that are smaller are zero."""

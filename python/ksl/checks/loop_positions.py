@@ -8,12 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ksl.model.joint_kinds import KINDS
-from ksl.model.loops import TOLERANCES, Mobility, length_of
-from ksl.model.mechanism import Joint, Loop
+from ksl.mechanism.joint_kinds import KINDS
+from ksl.mechanism.loops import TOLERANCES, Mobility, length_of
+from ksl.mechanism.mechanism import Joint, Loop
 from ksl.model.model import Model
-from ksl.model.motion_columns import units_of
-from ksl.model.states import Array
+from ksl.mechanism.joint_kinds import units_of
+from ksl.mechanism.states import Array
 
 MOST = 150
 """Equations of loops, and coordinates, up to which a mechanism is looked at.  The cost of a position grows with their cube."""

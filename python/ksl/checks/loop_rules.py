@@ -14,11 +14,11 @@ from ksl.checks.loop_advice import Advice, Group, advice, components, groups, is
 from ksl.checks.loop_positions import LoopPositions, moving
 from ksl.checks.robot import RobotFile
 from ksl.checks.rule import Broken, rule
-from ksl.model.freedoms import leads
-from ksl.model.loops import TOLERANCES
-from ksl.model.mechanism import Joint, Loop
-from ksl.model.motion_columns import units_of
-from ksl.model.states import Array
+from ksl.mechanism.freedoms import leads
+from ksl.mechanism.loops import TOLERANCES
+from ksl.mechanism.mechanism import Joint, Loop
+from ksl.mechanism.joint_kinds import units_of
+from ksl.mechanism.states import Array
 
 PARALLEL = TOLERANCES["rank"]
 """Angle between two axes, rad, below which they are parallel."""

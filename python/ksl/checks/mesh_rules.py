@@ -13,7 +13,7 @@ from ksl.checks.findings import Repair
 from ksl.checks.repair import digits, set_attribute, shown
 from ksl.checks.robot import Link, RobotFile, Shape
 from ksl.checks.rule import Broken, rule
-from ksl.model.mesh_files import (
+from ksl.robot_files.mesh_files import (
     find_mesh,
     mesh_fault,
     package_folders,

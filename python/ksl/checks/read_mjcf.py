@@ -9,9 +9,9 @@ import numpy as np
 from ksl.base.errors import DescriptionWarning
 from ksl.checks.robot import Inertial, Joint, Link, Mimic, RobotFile
 from ksl.checks.xml_file import line_of
-from ksl.model.loading import load
-from ksl.model.mechanism import Joint as ModelJoint
-from ksl.model.mechanism import Link as ModelLink
+from ksl.robot_files.loading import load
+from ksl.mechanism.mechanism import Joint as ModelJoint
+from ksl.mechanism.mechanism import Link as ModelLink
 
 
 def read_mjcf(robot: RobotFile) -> None:

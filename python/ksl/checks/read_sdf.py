@@ -9,7 +9,7 @@ import numpy as np
 from ksl.checks.robot import IN_SDF_ALONE, Array, Inertial, Joint, Link, Mimic, RobotFile, Shape, at_origin
 from ksl.checks.shape_sizes import NEEDED, note_number_of_shapes, note_sizes
 from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
-from ksl.model.joint_kinds import ANY_NAME
+from ksl.mechanism.joint_kinds import ANY_NAME
 
 if TYPE_CHECKING:
     from lxml.etree import _Element

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.checks.repair import Names
-from ksl.model.joint_kinds import ANY_NAME, KINDS, names_with
+from ksl.mechanism.joint_kinds import ANY_NAME, KINDS, names_with
 
 if TYPE_CHECKING:
     from lxml.etree import _Element

@@ -31,7 +31,7 @@ from ksl.checks.findings import Finding, Findings
 from ksl.checks.robot import RobotFile
 from ksl.checks.rule import Rule
 from ksl.checks.xml_file import parse, parse_bytes
-from ksl.model.xacro_files import EXPANDED, expanded, with_packages
+from ksl.robot_files.xacro_files import EXPANDED, expanded, with_packages
 
 TOPICS: dict[str, list[Rule]] = {
     "The file": [*file_rules.RULES, file_rules.not_loaded, *portability_rules.RULES],
@@ -225,7 +225,7 @@ def _fill(robot: RobotFile, load: bool = True) -> None:
 
 
 def _load(robot: RobotFile) -> None:
-    from ksl.model.loading import load
+    from ksl.robot_files.loading import load
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DescriptionWarning)

@@ -39,7 +39,7 @@ from ksl.commands.stiffness_option import Stiffness, with_stiffness
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
-    from ksl.model.states import Order, Side
+    from ksl.mechanism.states import Order, Side
 
 
 @app.command(cls=GroupedOptions)

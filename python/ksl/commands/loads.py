@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from ksl.base.files_read import InputFile
     from ksl.load_cases.load_case import LoadCase, Payload, Placement
     from ksl.model.model import Model
-    from ksl.model.states import Order, Side
+    from ksl.mechanism.states import Order, Side
     from ksl.report.loads_run import Run
     from ksl.report.pdf import Paper
 

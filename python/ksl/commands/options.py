@@ -130,7 +130,7 @@ def carried_payloads(model: Model, loaded: Mapping[str, tuple[float, Sequence[fl
 
 def xacro_arguments(text: str | None, package: list[str]) -> Mapping[str, object] | None:
     """{name: value} of the option --xacro, with the folders of --package; None without it."""
-    from ksl.model.xacro_files import with_packages
+    from ksl.robot_files.xacro_files import with_packages
 
     if text is None and package:
         fail(f"--package {package[0]}: is for --xacro, which is not given; add --xacro '' for a xacro file")
@@ -200,7 +200,7 @@ def read_model(
     xacro: str | None = None,
     package: list[str] = [],
 ) -> Model:
-    from ksl.model.loading import load
+    from ksl.robot_files.loading import load
 
     how = cast(Literal["coupled", "independent"], mimic)  # load refuses other words
     given_gravity = numbers(gravity, "--gravity", 3) if gravity else None
@@ -210,7 +210,7 @@ def read_model(
             motors = [word.strip() for word in drives.split(",")] if drives else None
             model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None, on, friction_width, loops or None, motors, xacro_arguments(xacro, package))
         except ValueError as e:
-            from ksl.model.core_sentences import lacks_link_of_payload
+            from ksl.mechanism.core_sentences import lacks_link_of_payload
 
             absent = [link for link in payloads or {} if lacks_link_of_payload(e, link)]
             if absent:

@@ -14,8 +14,8 @@ from rich.text import Text
 
 from ksl.commands.app import say
 from ksl.commands.print_loops import print_loops
-from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.model_tables import force_element_table, given_physics, joint_table, link_table
+from ksl.mechanism.mechanism import Joint, Mechanism
+from ksl.mechanism.model_tables import force_element_table, given_physics, joint_table, link_table
 
 DEEPEST_INDENT = 20
 """Levels of the tree beyond this one are written as numbers; in narrow terminals, those beyond a tenth of the columns, whose indents take two fifths of them."""

@@ -19,8 +19,8 @@ from ksl.load_cases.ranking import severity
 from ksl.load_cases.summary_table import worst_rows
 from ksl.load_cases.undetermined import MARK, footnote, is_open, way_out
 from ksl.load_cases.verdict import AMBER, Verdict, percent
-from ksl.model.mechanism import Joint
-from ksl.model.states import EFFORT_PARTS
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.states import EFFORT_PARTS
 from ksl.report.loads_run import Run
 
 Columns = list[tuple[str, str]]

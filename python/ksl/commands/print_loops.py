@@ -10,8 +10,8 @@ from rich.text import Text
 
 from ksl.commands.app import say
 from ksl.load_cases.closed_mechanism import loop_lines, mobility_at_home, redundant_lines
-from ksl.model.calls import Calls
-from ksl.model.mechanism import Mechanism
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.mechanism import Mechanism
 
 
 def print_loops(model: Mechanism, console: Console) -> None:

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from ksl.base.notes import Kind, not_used
 from ksl.commands.app import say
-from ksl.model.mechanism import Mechanism
+from ksl.mechanism.mechanism import Mechanism
 
 
 def print_notes(console: Console, notes: Iterable[str], printed: Collection[str] = ()) -> None:

@@ -161,7 +161,7 @@ def _how(
 ) -> tuple[Simulated, list[InputFile]]:  # fmt: skip
     """What the options say, and the files of poses."""
     from ksl.load_cases.simulated import CONTROLLERS, RATE, TOLERANCE, ControllerName, Simulated
-    from ksl.model.simulate import METHODS, Method
+    from ksl.simulation.simulate import METHODS, Method
 
     law = controller.replace("-", " ")
     if law not in CONTROLLERS:

@@ -21,7 +21,7 @@ def with_stiffness(model: Model, file: Path | None) -> tuple[Model, list[InputFi
     if file is None:
         return model, []
     from ksl.base.files_read import recorded
-    from ksl.model.stiffness_file import stiff_by
+    from ksl.robot_files.stiffness_file import stiff_by
 
     if not model.loops:
         fail(f"--stiffness {file}: {model.name} has no loops, so that no result depends on stiffnesses; leave it out")

@@ -37,7 +37,7 @@ def sweep(
     """
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-    from ksl.model.xacro_files import Arguments
+    from ksl.robot_files.xacro_files import Arguments
     from ksl.output import OutputError
     from ksl.sweeps.compute_sweep import sweep as run_sweep
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 
 from ksl.comparison.coordinates import Array
-from ksl.model.mechanism import Link
+from ksl.mechanism.mechanism import Link
 from ksl.model.model import Model
 
 

@@ -20,9 +20,9 @@ from ksl.comparison.kinematic_reasons import kinematic_reasons
 from ksl.comparison.libraries import LIBRARIES, is_installed
 from ksl.comparison.other_robot import File, NotLoaded, Numbers, OtherRobot, States, numbers_of_ksl
 from ksl.comparison.results import Comparison, Note, OneLibrary
-from ksl.model.loading import load, root_element
+from ksl.robot_files.loading import load, root_element
 from ksl.model.model import Model
-from ksl.model.xacro_files import expanded, with_packages
+from ksl.robot_files.xacro_files import expanded, with_packages
 
 MOST_STATES = 1000
 MOST_SAID = 20

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ksl.comparison.coordinates import Array
 from ksl.comparison.other_robot import Numbers
 from ksl.comparison.results import Quantity
-from ksl.model.joint_kinds import KINDS
+from ksl.mechanism.joint_kinds import KINDS
 from ksl.model.model import Model
 
 TOLERANCE = 1e-8

@@ -19,7 +19,7 @@ from ksl.comparison.file_rules import rule
 from ksl.comparison.kinematic_reasons import QUATERNION, with_other_quaternions
 from ksl.comparison.other_robot import Numbers, OtherRobot, States, numbers_of_ksl
 from ksl.comparison.results import Note
-from ksl.model.joint_kinds import KINDS
+from ksl.mechanism.joint_kinds import KINDS
 from ksl.model.model import Model
 
 PHYSICS = {"damping": "damping", "friction": "friction", "armature": "armature", "rotor": "rotor_inertia", "spring": "spring_stiffness"}

@@ -11,7 +11,7 @@ import numpy as np
 from ksl.base.printable import sentence
 from ksl.comparison.coordinates import Array, Form, Mapped
 from ksl.comparison.results import Note
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 from ksl.model.model import Model
 
 

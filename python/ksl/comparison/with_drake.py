@@ -18,7 +18,7 @@ from ksl.comparison.coordinates import Array, Form
 from ksl.comparison.other_robot import said_by, File, NotLoaded, OneState, OtherRobot, Place, check_root
 from ksl.comparison.results import Note
 from ksl.comparison.urdf_text import text, without
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 
 FORMS: dict[tuple[str, str], Form] = {
     ("revolute", "revolute"): coordinates.same,

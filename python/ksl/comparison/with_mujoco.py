@@ -16,10 +16,10 @@ from ksl.comparison.coordinates import Array, Mapped
 from ksl.comparison.other_robot import said_by, File, NotLoaded, OneState, OtherRobot, Place, check_root
 from ksl.comparison.results import Note
 from ksl.comparison.urdf_text import on_floating_joint, text, without
-from ksl.model.mechanism import Joint
-from ksl.model.mjcf import OF_MUJOCO, to_mujoco
-from ksl.model.mjcf_compiler import Refused, compiled
-from ksl.model.mjcf_frames import matrix
+from ksl.mechanism.mechanism import Joint
+from ksl.robot_files.load_mjcf import OF_MUJOCO, to_mujoco
+from ksl.robot_files.mjcf_compiler import Refused, compiled
+from ksl.robot_files.mjcf_frames import matrix
 
 NO_CONSTRAINTS = 1 << 0
 """The bit of mjtDisableBit that turns contacts, limits, dry friction and equality constraints off."""

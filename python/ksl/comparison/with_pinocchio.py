@@ -10,7 +10,7 @@ from ksl.comparison.bodies import pseudo_inertia, welded
 from ksl.comparison.coordinates import Array, Form
 from ksl.comparison.other_robot import said_by, File, NotLoaded, OneState, OtherRobot, Place
 from ksl.comparison.results import Note
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 
 ROOT_JOINT = "root_joint"
 

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 
 from ksl.base.real_arrays import real_array
 from ksl.identify.consistency import PARAMETERS, Array
-from ksl.model.calls import Calls
-from ksl.model.requests import names_in_order, require_once
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.requests import names_in_order, require_once
 
 TOLERANCE = 1e-8
 NEAR = 0.3

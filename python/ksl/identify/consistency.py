@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ksl.model.given import number, numbers
+from ksl.mechanism.given import number, numbers
 
 Array = NDArray[np.float64]
 

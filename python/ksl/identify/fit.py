@@ -10,7 +10,7 @@ from ksl.identify.base_parameters import triangle
 from ksl.identify.chance import rare
 from ksl.identify.consistency import SMALL, UNKNOWN, Array, from_pseudo_inertia, is_consistent, pseudo_inertia
 from ksl.identify.possible_bodies import SYMMETRIC, LeastSquares, Minimum, block_diagonal, minimum
-from ksl.model.lengths import extent
+from ksl.mechanism.lengths import extent
 from ksl.model.model import Model
 
 SAMPLES_AT_A_TIME = 4096

@@ -24,10 +24,10 @@ from ksl.identify.certificate import Certificate, EffortFacts, certificate
 from ksl.identify.chance import rare
 from ksl.identify.consistency import Array, is_consistent, nearest_consistent
 from ksl.identify.fit import Fit, small_length
-from ksl.model.given import mapping, number, numbers
+from ksl.mechanism.given import mapping, number, numbers
 from ksl.model.model import Model
-from ksl.model.motion_columns import units_of
-from ksl.model.states import External, items_of
+from ksl.mechanism.joint_kinds import units_of
+from ksl.mechanism.states import External, items_of
 
 
 @dataclass(frozen=True, repr=False)

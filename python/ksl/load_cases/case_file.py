@@ -27,10 +27,10 @@ from ksl.load_cases.simulated import brakes_from, simulated_motion
 from ksl.load_cases.stops import Law, Stop, at_rest, nearest_sample, worst_start
 from ksl.load_cases.summary_table import ALL_CASES
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
-from ksl.model.lengths import extent, far_point
+from ksl.mechanism.lengths import extent, far_point
 from ksl.model.model import Model
-from ksl.model.requests import WORLD
-from ksl.model.states import Array
+from ksl.mechanism.requests import WORLD
+from ksl.mechanism.states import Array
 from ksl.model.surgery import under_gravity, with_body
 from ksl.motions.motion import Motion
 from ksl.motions.reading import WRENCH_COLUMNS, read_motion

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ksl.base.errors import CaseError
-from ksl.model.loading import with_loops
+from ksl.robot_files.loading import with_loops
 from ksl.model.model import Model
-from ksl.model.stiffness_file import stiff_by
+from ksl.robot_files.stiffness_file import stiff_by
 
 OF_MECHANISM = ("loops", "drives", "stiffness")
 """Keys of a load case."""

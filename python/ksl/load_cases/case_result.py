@@ -15,8 +15,8 @@ from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.quantities import CAUSES_OF_RESIDUALS, UNDETERMINED, JointLoads, PowerBalance, SummaryRow, summarise
 from ksl.load_cases.verdict import Use, uses_of
-from ksl.model.lengths import extent, far_inertia, far_point, strong_gravity
-from ksl.model.states import EFFORT_PARTS
+from ksl.mechanism.lengths import extent, far_inertia, far_point, strong_gravity
+from ksl.mechanism.states import EFFORT_PARTS
 
 HEAVY = 5.0
 """Payloads of so many times the robot's own mass are suspected to be in grams; arms carry up to about their own."""

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from ksl.model.calls import Calls
-from ksl.model.loops import Mobility
-from ksl.model.mechanism import Mechanism
-from ksl.model.stiffness import compliances_of, rigid_beside
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.loops import Mobility
+from ksl.mechanism.mechanism import Mechanism
+from ksl.mechanism.stiffness import compliances_of, rigid_beside
 from ksl.motions.closing import NotClosed, home
 
 if TYPE_CHECKING:

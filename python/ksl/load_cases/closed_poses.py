@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.base.errors import MotionError, ResultError
-from ksl.model.calls import Calls
-from ksl.model.freedoms import freedoms
-from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.motion_columns import columns_of
-from ksl.model.states import Array
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.freedoms import freedoms
+from ksl.mechanism.mechanism import Joint, Mechanism
+from ksl.mechanism.joint_kinds import columns_of
+from ksl.mechanism.states import Array
 from ksl.motions.closed_motion import held_by, moving_joints
 from ksl.motions.closing import STEP, Closing, Held, NotClosed, closed_side_by_side, determining, first_closed, home
 

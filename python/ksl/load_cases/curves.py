@@ -10,7 +10,7 @@ from ksl.load_cases.force_elements import act
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.quantities import LEAST_ENERGY, LEAST_SHARE, JointLoads, PowerBalance, joint_loads, power_round_off, untold
 from ksl.load_cases.reaction_joints import has_drive
-from ksl.model.states import EFFORT_PARTS, Array
+from ksl.mechanism.states import EFFORT_PARTS, Array
 from ksl.motions.closed_motion import closed_again
 from ksl.motions.signal.rates import SPLINE_SAMPLES, rates_beside_corners
 from ksl.motions.signal.standing import with_means

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksl.load_cases.load_case import LoadCase
-from ksl.model.mechanism import Mechanism
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Mechanism
+from ksl.mechanism.states import Array
 
 
 @dataclass(frozen=True)

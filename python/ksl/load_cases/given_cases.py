@@ -17,7 +17,7 @@ from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.motion_given import motion_given
 from ksl.load_cases.wrench_table import wrenches_of_arrays
 from ksl.model.model import Model
-from ksl.model.states import External
+from ksl.mechanism.states import External
 from ksl.model.surgery import with_body
 from ksl.motions.motion import Motion
 
@@ -52,7 +52,7 @@ def one_case(
     reading: Mapping[str, Any] | None = None,
 ) -> tuple[LoadCase, list[InputFile]]:
     """The load case of one motion, and the files that it comes from."""
-    from ksl.model.given import payload_points
+    from ksl.mechanism.given import payload_points
     from ksl.motions.reading import read_motion
 
     points = payload_points(payloads)

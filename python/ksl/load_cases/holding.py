@@ -21,9 +21,9 @@ from ksl.load_cases.load_case import Placement
 from ksl.load_cases.poses import pose_of
 from ksl.load_cases.quantities import joint_loads
 from ksl.load_cases.reaction_joints import has_drive, joint_named
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 from ksl.model.model import Model
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.motions.reading import read_motion
 
 COMPONENTS = ("fx", "fy", "fz", "tx", "ty", "tz")
@@ -207,7 +207,7 @@ def read_pose(model: Model, path: str | os.PathLike[str], time: float | None = N
 
 
 def _pose_of_file(model: Model, file: str, time: float | None) -> dict[str, float]:
-    from ksl.model.motion_columns import columns_of
+    from ksl.mechanism.joint_kinds import columns_of
 
     if file.endswith(".toml"):
         from ksl.base.toml_files import read_toml

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 
 
 @dataclass(frozen=True)

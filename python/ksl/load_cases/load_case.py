@@ -18,10 +18,10 @@ from ksl.load_cases.passive_joints import passive, without_axial_effort
 from ksl.load_cases.placement import Placement as Placement
 from ksl.load_cases.reaction_joints import reaction_joints
 from ksl.load_cases.undetermined import Undetermined, undetermined
-from ksl.model.calls import Calls
-from ksl.model.lengths import Carried
-from ksl.model.mechanism import Joint
-from ksl.model.states import Array
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.lengths import Carried
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.states import Array
 from ksl.motions.closed_motion import check_drives
 from ksl.motions.motion import Motion
 

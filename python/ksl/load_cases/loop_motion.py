@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ksl.load_cases.reaction_joints import LoopJoint, frame_on_predecessor, frame_on_successor
-from ksl.model.calls import Calls
-from ksl.model.mechanism import Joint, Loop, Mechanism
-from ksl.model.states import Array
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.mechanism import Joint, Loop, Mechanism
+from ksl.mechanism.states import Array
 
 
 class OfJoint(NamedTuple):

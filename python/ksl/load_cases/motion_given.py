@@ -10,8 +10,8 @@ from ksl.base.errors import MotionError, near_names
 from ksl.base.real_arrays import real_array
 from ksl.load_cases.wrench_table import motion_of_arrays
 from ksl.model.model import Model
-from ksl.model.motion_columns import columns_of
-from ksl.model.states import Array
+from ksl.mechanism.joint_kinds import columns_of
+from ksl.mechanism.states import Array
 from ksl.motions.closed_motion import follow_by_loops
 from ksl.motions.motion import Motion
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ksl.load_cases.placement import Placement
 from ksl.load_cases.reaction_joints import LoopJoint, reaction_joints
-from ksl.model.mechanism import Joint, Mechanism
+from ksl.mechanism.mechanism import Joint, Mechanism
 
 
 def passive(model: Mechanism) -> NDArray[np.bool_]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from ksl.model.requests import WORLD
-from ksl.model.states import Order, Point, Side
+from ksl.mechanism.requests import WORLD
+from ksl.mechanism.states import Order, Point, Side
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ksl.base.errors import MotionError, name_among, near_names
-from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.motion_columns import columns_of
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Joint, Mechanism
+from ksl.mechanism.joint_kinds import columns_of
+from ksl.mechanism.states import Array
 from ksl.motions.closing import Closing
 from ksl.motions.motion import Motion
 from ksl.motions.signal.suspicions import suspicions_of_pose

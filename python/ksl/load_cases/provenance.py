@@ -15,9 +15,9 @@ import numpy as np
 from ksl._core import __version__
 from ksl.base.files_read import InputFile
 from ksl.load_cases.load_case import LoadCase, Payload
-from ksl.model.lengths import extent
-from ksl.model.mechanism import Joint
-from ksl.model.stiffness import compliances_of
+from ksl.mechanism.lengths import extent
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.stiffness import compliances_of
 
 CONVENTIONS = (
     "vectors of the columns are in the axes `axes`, moments about the point `at`; a wrench acts on the side `on`; "

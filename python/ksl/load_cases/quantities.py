@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.model.calls import Calls
-from ksl.model.joint_kinds import has_one_coordinate
-from ksl.model.mechanism import Joint
-from ksl.model.states import EFFORT_PARTS, Array
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.joint_kinds import has_one_coordinate
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.states import EFFORT_PARTS, Array
 
 UNITS = {
     "axial_force": "N",

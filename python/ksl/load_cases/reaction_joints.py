@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ksl.model.joint_kinds import KINDS, has_one_coordinate
-from ksl.model.mechanism import Joint, Loop, Mechanism
+from ksl.mechanism.joint_kinds import KINDS, has_one_coordinate
+from ksl.mechanism.mechanism import Joint, Loop, Mechanism
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from ksl.base.errors import CaseError, near_names
 from ksl.load_cases.simulated import CONTROLLERS, ControllerName, Simulated
-from ksl.model.simulate import METHODS, Method
+from ksl.simulation.simulate import METHODS, Method
 
 KEYS = (
     "until", "from", "pose", "velocity", "controller", "stiffness", "damping", "brake_at", "brake", "friction", "restitution",

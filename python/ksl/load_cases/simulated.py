@@ -21,11 +21,11 @@ from ksl.load_cases.load_case import NEVER
 from ksl.load_cases.poses import pose_of
 from ksl.load_cases.stops import nearest_sample
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
-from ksl.model.drives import PD, Brake, ComputedTorque, Controller, GravityCompensation, Reference
+from ksl.simulation.drives import PD, Brake, ComputedTorque, Controller, GravityCompensation, Reference
 from ksl.model.model import Model
-from ksl.model.simulate import REASONS, TOO_MANY, Method
-from ksl.model.simulation_result import Simulation
-from ksl.model.states import Array
+from ksl.simulation.simulate import REASONS, TOO_MANY, Method
+from ksl.simulation.simulation_result import Simulation
+from ksl.mechanism.states import Array
 from ksl.motions.closed_motion import keeps_closed
 from ksl.motions.closing import Closing
 from ksl.motions.motion import Motion, Source

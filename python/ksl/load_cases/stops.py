@@ -23,8 +23,8 @@ from ksl.base.errors import MotionError, ResultError
 from ksl.base.finite_results import CHECK_UNITS
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
-from ksl.model.calls import Calls
-from ksl.model.states import Array
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.states import Array
 from ksl.motions.closed_motion import followed
 from ksl.motions.closing import NotClosed
 from ksl.motions.motion import Motion

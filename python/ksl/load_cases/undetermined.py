@@ -14,13 +14,13 @@ import numpy as np
 from ksl.load_cases.placement import Placement
 from ksl.load_cases.quantities import UNDETERMINED
 from ksl.load_cases.reaction_joints import LoopJoint, frame_on_successor, reaction_joints
-from ksl.model.joint_kinds import has_one_coordinate
-from ksl.model.calls import Calls
-from ksl.model.loops import least_open
-from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.requests import WORLD
-from ksl.model.stiffness import compliances_of, rigid_beside
-from ksl.model.states import Array
+from ksl.mechanism.joint_kinds import has_one_coordinate
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.loops import least_open
+from ksl.mechanism.mechanism import Joint, Mechanism
+from ksl.mechanism.requests import WORLD
+from ksl.mechanism.stiffness import compliances_of, rigid_beside
+from ksl.mechanism.states import Array
 
 SAMPLES = 200
 """So many samples of a motion are looked at, at most, in equal steps: which components are open changes at singular positions alone."""

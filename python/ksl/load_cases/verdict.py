@@ -20,9 +20,9 @@ import numpy as np
 
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import CONSTANT, SummaryRow, unit
-from ksl.model.mechanism import Joint
-from ksl.model.motion_columns import columns_of, units_of
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.joint_kinds import columns_of, units_of
+from ksl.mechanism.states import Array
 
 Level = Literal["green", "amber", "red"]
 

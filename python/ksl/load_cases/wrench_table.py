@@ -14,10 +14,10 @@ from ksl.base.finite_results import CHECK_UNITS
 from ksl.load_cases.load_case import Block, LoadCase, Placement
 from ksl.load_cases.provenance import Provenance, provenance_of
 from ksl.load_cases.reaction_joints import has_drive, reaction_joints
-from ksl.model.calls import Calls
-from ksl.model.mechanism import Mechanism
-from ksl.model.motion_columns import columns_of
-from ksl.model.states import EFFORT_PARTS, Array, External, Order, Point, Side, items_of
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.mechanism import Mechanism
+from ksl.mechanism.joint_kinds import columns_of
+from ksl.mechanism.states import EFFORT_PARTS, Array, External, Order, Point, Side, items_of
 from ksl.motions.closed_motion import check_drives, completed, follow_by_loops
 from ksl.motions.motion import Motion
 from ksl.motions.signal.ordered import not_increasing

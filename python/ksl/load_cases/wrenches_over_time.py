@@ -8,8 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from ksl.model.calls import Calls
-from ksl.model.states import Array
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.states import Array
 
 Interpolation = Literal["hold", "linear"]
 

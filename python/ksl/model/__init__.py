@@ -1,4 +1,4 @@
-"""Models: joints, links, states and requests, the calls of all algorithms, readers and builders.
+"""Models: mechanisms that simulate, can be changed, and are built in programs.
 
 A package above this one uses what is public in its modules.  `Model` is here, too, for those who look for it; it is imported when it is used.
 """

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.base.errors import DescriptionWarning
-from ksl.model import given
-from ksl.model.joint_kinds import AnyKind, names_with
+from ksl.mechanism import given
+from ksl.mechanism.joint_kinds import AnyKind, names_with
 from ksl.model.model import Model
-from ksl.model.requests import one_of, three_numbers
+from ksl.mechanism.requests import one_of, three_numbers
 
 DHRow = Mapping[str, Any] | Sequence[Any]
 """{"a": m, "alpha": rad, "d": m, "theta": rad, …}, or a sequence a, alpha, d, theta[, kind]."""
@@ -269,3 +269,8 @@ def _dh_row(number: int, row: DHRow) -> tuple[list[float], str, given.Mass, _Joi
     limits, effort, velocity = row.get("limits"), row.get("effort"), row.get("velocity")
     options = _options(who, None, None, None, limits, effort, velocity, row.get("damping", 0.0), row.get("friction", 0.0))
     return numbers, given.name(row.get("kind", "revolute"), f"{who}: kind"), mass, options
+
+
+def core_of_builder(builder: Builder) -> _core.Builder:
+    """The compiled builder, for readers of files, which give it what no program says: where the robot was read, and what was left out."""
+    return builder._core

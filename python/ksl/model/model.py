@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, cast
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
 from numpy.typing import ArrayLike
 
@@ -12,23 +13,48 @@ from ksl import _core
 from ksl.base.errors import DescriptionError
 from ksl.base.files_read import InputFile, note, state_of
 from ksl.base.higher_rooms import function_of
-from ksl.model import given
-from ksl.model.inverse_kinematics import InverseKinematicsCalls
-from ksl.model.requests import one_of
-from ksl.model.simulate import SimulationCalls
-from ksl.model.states import EFFORT_PARTS, Array, External, ExternalAxes, Order, Point, Side
+from ksl.mechanism import given
+from ksl.mechanism.inverse_kinematics import InverseKinematicsCalls
+from ksl.mechanism.requests import one_of
+from ksl.simulation.simulate import SimulationCalls
+from ksl.mechanism.states import EFFORT_PARTS, Array, External, ExternalAxes, Order, Point, Side
 from ksl.model.surgery import Surgery
 
 if TYPE_CHECKING:
     from ksl.base.arrow_table import ArrowTable
     from ksl.model.section import Share
-    from ksl.model.shown import ShownModel
 
 Layout = Mapping[str, Any]
-"""Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.model.mjcf` has its contents."""
+"""Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.robot_files.load_mjcf` has its contents."""
 
 _Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, float, list[float]]], bool, str, given.Physics, bool]
 """A path, and the options of `_core.load_text`: what a model is made from again."""
+
+
+class ShownModel(Protocol):
+    """What :meth:`Model.show` returns, for type checkers: a page that shows a model, until it is closed or the program ends (`ksl.viewer.live.Viewer`)."""
+
+    @property
+    def url(self) -> str:
+        """Where a browser on this machine finds the page."""
+
+    def update(self, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, external: External | None = None) -> None:
+        """Shows another state (nq), at rest unless v and a (nv) are given; external wrenches stay those of the scene unless given."""
+
+    def play(self, speed: float | None = None) -> None:
+        """Plays the motion from the state that is shown, or from the start if that is the last; speed 1 is real time."""
+
+    def open(self) -> bool:
+        """Opens the page in the browser of this machine; false if there is none."""
+
+    def export(self, path: str | os.PathLike[str]) -> Path:
+        """Writes what is shown into one file that opens offline."""
+
+    def wait(self) -> None:
+        """Returns when the page is closed, or at Ctrl-C."""
+
+    def close(self) -> None:
+        """Stops the server; pages that are open stay without one."""
 
 
 class Model(Surgery, InverseKinematicsCalls, SimulationCalls):
@@ -204,6 +230,11 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls):
         """
         shown: ShownModel = function_of("show")(self, q, v, a, time, external, joint=joint, port=port, package_paths=package_paths, browser=browser)
         return shown
+
+
+def layout_of(model: Model) -> Layout | None:
+    """Where the numbers of each joint are in MuJoCo's arrays; None for models that were not read from MJCF."""
+    return model._layout
 
 
 def sealed(model: Model) -> tuple[str, bytes]:

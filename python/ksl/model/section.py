@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 
 from ksl.base.errors import near_names
 from ksl.base.finite_results import require_finite
-from ksl.model.requests import one_of, require_once, three_numbers
-from ksl.model.states import Array, External, ExternalAxes, Order, argument_rows, items_of, leading_shape
+from ksl.mechanism.requests import one_of, require_once, three_numbers
+from ksl.mechanism.states import Array, External, ExternalAxes, Order, argument_rows, items_of, leading_shape
 
 if TYPE_CHECKING:
-    from ksl.model.calls import Calls
-    from ksl.model.mechanism import Link
+    from ksl.mechanism.calls import Calls
+    from ksl.mechanism.mechanism import Link
 
 Share = float | Literal["body"] | tuple[float, Sequence[float], ArrayLike]
 """How much of a link is beyond a section: a fraction of its inertia; "body", all or nothing, by its centroid; or

@@ -16,13 +16,13 @@ from ksl.base.errors import DescriptionError, DescriptionWarning, QuaternionWarn
 from ksl.base.files_read import InputFile
 from ksl.base.input_files import path_given
 from ksl.base.notes import Kind, of_kind
-from ksl.model import given
-from ksl.model.calls import Calls
-from ksl.model.closed_reactions import Request, reactions_derivatives
-from ksl.model.lengths import extent, far_inertia, far_point, strong_gravity
-from ksl.model.requests import one_of
-from ksl.model.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined
-from ksl.model.stiffness import Stiffness, compliance_of, joints_of_loops
+from ksl.mechanism import given
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.closed_reactions import Request, reactions_derivatives
+from ksl.mechanism.lengths import extent, far_inertia, far_point, strong_gravity
+from ksl.mechanism.requests import one_of
+from ksl.mechanism.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined
+from ksl.mechanism.stiffness import Stiffness, compliance_of, joints_of_loops
 
 S = TypeVar("S", bound="Surgery")
 
@@ -223,10 +223,14 @@ class Surgery(Calls):
                 part.write_text(text, encoding="utf-8", newline="")
         return text
 
+    def _with_body(self: S, link: str, mass: float, center_of_mass: ArrayLike, inertia: ArrayLike | None) -> S:
+        body = given.mass(f"payload on {link}", mass, center_of_mass, inertia)
+        return self._made(self._core.with_payload(self._plain(given.name(link, "link"), "link"), body))
+
 
 def with_body(model: S, link: str, mass: float, center_of_mass: ArrayLike, inertia: ArrayLike | None = None) -> S:
     """As :meth:`Surgery.with_payload`, for rooms that say by themselves what is doubtful about its lengths."""
-    return model._made(model._core.with_payload(model._plain(given.name(link, "link"), "link"), given.mass(f"payload on {link}", mass, center_of_mass, inertia)))
+    return model._with_body(link, mass, center_of_mass, inertia)
 
 
 def under_gravity(model: S, gravity: ArrayLike) -> S:
@@ -258,7 +262,7 @@ def _ten_numbers(link: str, of: ArrayLike | tuple[float, ArrayLike, ArrayLike]) 
 
 
 def with_compliances(model: S, compliances: Mapping[str, Sequence[float]]) -> S:
-    """The model whose joints give way as :func:`ksl.model.stiffness.compliances_of` says of another.  Raises ValueError."""
+    """The model whose joints give way as :func:`ksl.mechanism.stiffness.compliances_of` says of another.  Raises ValueError."""
     known = {joint.name for joint in model.joints} | {loop.name for loop in model.loops}
     for joint, matrix in compliances.items():
         if joint not in known or np.shape(matrix) != (36,) or not np.isfinite(np.asarray(matrix, dtype=float)).all():

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from ksl.base.errors import MotionError
 from ksl.base.words import count, listed
-from ksl.model.calls import Calls
-from ksl.model.freedoms import are_enough, freedoms, leads
-from ksl.model.loops import TOLERANCES, length_of
-from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.motion_columns import columns_of, units_of
-from ksl.model.states import Array
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.freedoms import are_enough, freedoms, leads
+from ksl.mechanism.loops import TOLERANCES, length_of
+from ksl.mechanism.mechanism import Joint, Mechanism
+from ksl.mechanism.joint_kinds import columns_of, units_of
+from ksl.mechanism.states import Array
 from ksl.motions.closing import Closing, Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, home, left_moving, searched_home
 from ksl.motions.motion import CONTRADICTION, Motion, complete
 from ksl.motions.signal.quality import Samples

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.base.words import listed
-from ksl.model.calls import Calls
-from ksl.model.loops import TOLERANCES, Closed
-from ksl.model.mechanism import Joint
-from ksl.model.states import Array
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.loops import TOLERANCES, Closed
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.states import Array
 
 STEP = 0.1
 """The largest step of a held joint between two positions that are closed one from the other, rad or m."""

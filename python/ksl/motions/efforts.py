@@ -12,8 +12,8 @@ from ksl.base.errors import MotionError, close_names
 from ksl.base.files_read import being_read
 from ksl.base.input_files import path_given
 from ksl.base.words import listed
-from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Joint, Mechanism
+from ksl.mechanism.states import Array
 from ksl.motions.columns.column_map import ColumnMap, ColumnRule, absent
 from ksl.motions.columns.columns_used import EFFORT, by_columns
 from ksl.motions.columns.recorded import Recorded, check_finite

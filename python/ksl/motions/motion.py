@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from ksl._core import QUATERNION_ROUNDING
 from ksl.base.errors import MotionError
 from ksl.base.words import count
-from ksl.model.calls import Calls
-from ksl.model.joint_kinds import KINDS
-from ksl.model.lengths import extent
-from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.motion_columns import columns_of, units_of
-from ksl.model.states import Array
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.joint_kinds import KINDS
+from ksl.mechanism.lengths import extent
+from ksl.mechanism.mechanism import Joint, Mechanism
+from ksl.mechanism.joint_kinds import columns_of, units_of
+from ksl.mechanism.states import Array
 from ksl.motions.closing import Closing
 from ksl.motions.signal.corners import Found
 from ksl.motions.signal.dropped import doubts_about_positions

@@ -13,9 +13,9 @@ from ksl.base.errors import MotionError
 from ksl.base.files_read import being_read
 from ksl.base.input_files import path_given
 from ksl.base.words import count, listed
-from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.motion_columns import columns_of
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Joint, Mechanism
+from ksl.mechanism.joint_kinds import columns_of
+from ksl.mechanism.states import Array
 from ksl.motions.closed_motion import completed
 from ksl.motions.columns.column_map import ColumnMap
 from ksl.motions.columns.columns_used import Choice, Used, choose_columns, with_unused_together

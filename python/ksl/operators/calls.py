@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.base.other_names import unknown_call
-from ksl.model import given
-from ksl.model.chosen_coordinates import Chosen, coordinates_of
+from ksl.mechanism import given
+from ksl.mechanism.chosen_coordinates import Chosen, coordinates_of
 from ksl.model.model import Model
-from ksl.model.requests import one_of, request_of_frames, request_of_links, request_of_order
-from ksl.model.states import Acceleration, Expressed, ExternalAxes, Order, Part, Point, Side, Undetermined, external_in, items_of
+from ksl.mechanism.requests import one_of, request_of_frames, request_of_links, request_of_order
+from ksl.mechanism.states import Acceleration, Expressed, ExternalAxes, Order, Part, Point, Side, Undetermined, external_in, items_of
 from ksl.operators.operator import More, Operator, broadcast
 
 _REQUESTS: dict[str, Callable[..., _core.Links | _core.Request | None]] = {

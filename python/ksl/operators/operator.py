@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from ksl import _core
 from ksl.model.model import Model
-from ksl.model.requests import core_of, request_of_links
+from ksl.mechanism.requests import core_of, request_of_links
 from ksl.operators.table import COMPLETIONS, ROWS
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ksl.load_cases.quantities import CAUSES_OF_RESIDUALS, LARGE_RESIDUAL, PowerBalance
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.report.charts import Charts, Panel
 from ksl.report.numbers import Clock, format_share
 

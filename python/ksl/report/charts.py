@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.report.numbers import Clock, peak
 from ksl.report.stills import Still, still_figure
 

@@ -13,10 +13,10 @@ from ksl.load_cases.case_file import read_cases
 from ksl.load_cases.given_cases import MotionGiven, checked, one_case, robot_file
 from ksl.load_cases.load_case import LoadCase, Placement
 from ksl.load_cases.provenance import provenance_of
-from ksl.model.loading import load
+from ksl.robot_files.loading import load
 from ksl.model.model import Model
-from ksl.model.requests import names_in_order, three_numbers
-from ksl.model.states import External, Order, Point, Side
+from ksl.mechanism.requests import names_in_order, three_numbers
+from ksl.mechanism.states import External, Order, Point, Side
 from ksl.motions.reading_options import check_options
 from ksl.report.loads_run import Run
 

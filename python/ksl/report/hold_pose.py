@@ -14,9 +14,9 @@ from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.poses import held_still, neutral, pose_of
 from ksl.load_cases.provenance import provenance_of
 from ksl.load_cases.reaction_joints import has_drive
-from ksl.model.loading import load
+from ksl.robot_files.loading import load
 from ksl.model.model import Model
-from ksl.model.states import Order, Point, Side
+from ksl.mechanism.states import Order, Point, Side
 from ksl.report.loads_run import Run
 
 

@@ -10,7 +10,7 @@ from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import JointLoads, PowerBalance
 from ksl.load_cases.undetermined import Undetermined
 from ksl.load_cases.verdict import Verdict
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.report.rows import Row
 from ksl.report.stills import Still
 

@@ -12,7 +12,7 @@ from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import SummaryRow, weight_of
 from ksl.load_cases.verdict import Verdict
-from ksl.model.mechanism import Mechanism
+from ksl.mechanism.mechanism import Mechanism
 from ksl.report.input import CaseCurves, ReportInput
 from ksl.report.stills import appearance_of, stills_of
 

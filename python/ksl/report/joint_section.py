@@ -10,8 +10,8 @@ from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import JointLoads, unit
 from ksl.load_cases.reaction_joints import LoopJoint
 from ksl.load_cases.verdict import ROUND_OFF
-from ksl.model.mechanism import Joint
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.states import Array
 from ksl.report.charts import Charts, Limits, Panel, limits_in_sight
 from ksl.report.numbers import peak, quiet
 from ksl.report.stills import Still

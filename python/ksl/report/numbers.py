@@ -12,7 +12,7 @@ import numpy as np
 
 from ksl.base.markup import html as escape
 from ksl.load_cases.quantities import round_off_in
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 
 ROUND_OFF = 1e-9
 """Loads, speeds and powers below it, in SI units, are shown as zero, unless loads are so small that round-off of theirs is less."""

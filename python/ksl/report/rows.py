@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import unit
 from ksl.load_cases.verdict import ROUND_OFF
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 
 Row = Mapping[str, float | str | None]
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ksl.load_cases.reaction_joints import LoopJoint
 from ksl.load_cases.quantities import JointLoads, first_extreme, unit
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 from ksl.report.numbers import format_number, peak
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from ksl.base.markup import html as escape
 
 from ksl.load_cases.quantities import signed_peak, unit
 from ksl.load_cases.undetermined import MARK, is_open
-from ksl.model.mechanism import Joint
-from ksl.model.states import EFFORT_PARTS
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.states import EFFORT_PARTS
 from ksl.report.numbers import Clock, format_number, is_round_off
 from ksl.report.rows import LIMIT_OF, Row, exceeds
 

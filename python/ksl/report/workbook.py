@@ -14,7 +14,7 @@ from ksl.load_cases.provenance import CONVENTIONS, UNITS, Provenance
 from ksl.load_cases.quantities import UNITS as UNITS_OF_QUANTITIES
 from ksl.load_cases.quantities import SummaryRow
 from ksl.load_cases.summary_table import PEAKS, all_rows, columns_of_rows
-from ksl.model.states import EFFORT_PARTS
+from ksl.mechanism.states import EFFORT_PARTS
 from ksl.output import OutputError
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from ksl.base.markup import html as escape
 
 from ksl.load_cases.quantities import COMPARED, signed_peak, unit
 from ksl.load_cases.undetermined import MARK, is_open
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 from ksl.report.numbers import format_number, link
 from ksl.report.rows import Row, exceeds
 from ksl.report.tables import LABELS, joint_group

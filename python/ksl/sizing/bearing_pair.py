@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.sizing.figures import Formula
 
 REACTIONS = Formula(

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.sizing.figures import Formula
 
 # Single-row radial contact groove ball bearings, ISO 281:2007, Table 3: e and Y over the relative axial load f0 Fa / C0.

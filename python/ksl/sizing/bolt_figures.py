@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ksl.base.errors import SizingError
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.sizing import bolts
 from ksl.sizing.bolt_strength import AMPLITUDE_LIMIT, PRELOAD, RESILIENCE
 from ksl.sizing.figures import Formula, significant

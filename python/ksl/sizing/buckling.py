@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.sizing.figures import Formula
 
 TETMAJER = {"S235": (310e6, 1.14e6, 104.0), "E335": (335e6, 0.62e6, 88.0)}

@@ -14,8 +14,8 @@ from ksl.base.toml_files import read_text, toml_of
 from ksl.base.toml_lines import line_of, toml_lines
 from ksl.sizing.bolt_names import named_bolt
 from ksl.sizing.bolt_numbers import FOR_BOLTS, numbers_of_bolt
-from ksl.sizing.catalogue import COMMON, FLANGE, KINDS, Key, Kind
-from ksl.sizing.catalogue_numbers import (
+from ksl.sizing.catalogue.catalogue import COMMON, FLANGE, KINDS, Key, Kind
+from ksl.sizing.catalogue.catalogue_numbers import (
     COMPONENTS_OF_STRESS,
     FORMS,
     LARGEST,

@@ -14,15 +14,15 @@ from ksl.base.errors import SizingError, close_names, of_argument, unknown_name
 from ksl.base.extras import require
 from ksl.base.files_read import InputFile, recorded
 from ksl.load_cases.provenance import versions
-from ksl.model.lengths import far, far_point
-from ksl.model.requests import names_in_order, three_numbers
+from ksl.mechanism.lengths import far, far_point
+from ksl.mechanism.requests import names_in_order, three_numbers
 from ksl.sizing.bearing_figures import (
     crossed_roller_figures,
     opposed_figures,
     pair_figures,
 )
 from ksl.sizing.bolt_figures import flange_figures
-from ksl.sizing.catalogue_numbers import lengths_of
+from ksl.sizing.catalogue.catalogue_numbers import lengths_of
 from ksl.sizing.cylinder_figures import cylinder_figures
 from ksl.sizing.components import Components, Part, components_of, read_components
 from ksl.sizing.fatigue_figures import fatigue_figures

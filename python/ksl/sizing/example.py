@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Iterator
 
 from ksl.sizing.bolt_numbers import OF_BOLT
-from ksl.sizing.catalogue import KINDS, Key, Kind
+from ksl.sizing.catalogue.catalogue import KINDS, Key, Kind
 
 HEAD = """\
 # Components of a robot for `ksl size RESULTS THIS_FILE`.  SI units, but for keys that end in _rpm, _deg and _h.

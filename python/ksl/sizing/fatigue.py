@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.sizing.figures import Formula
 
 Residue = Literal["half cycles", "repeating"]

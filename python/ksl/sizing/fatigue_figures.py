@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.sizing import fatigue
 from ksl.sizing.figures import Formula, significant
 from ksl.sizing.results import WRENCH

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.sizing.figures import Formula
 
 BALL, ROLLER = 3.0, 10.0 / 3.0

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksl.load_cases.quantities import work
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.sizing import motor
 from ksl.sizing.figures import Formula, significant
 from ksl.sizing.life import mean_speed

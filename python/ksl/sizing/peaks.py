@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.sizing.samples import JointSamples
 
 QUANTITIES = {

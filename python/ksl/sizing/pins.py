@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.sizing.figures import Formula
 
 TEXTBOOKS = "textbooks of machine elements (Roloff/Matek, pins: loose in fork and eye)"

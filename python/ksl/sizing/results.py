@@ -16,8 +16,8 @@ from ksl.base.errors import SizingError, name_among, of_argument, unknown_name
 from ksl.base.files_read import being_read
 from ksl.base.input_files import Unreadable, check_regular
 from ksl.base.rounding import OF_POSITIONS
-from ksl.model.joint_kinds import has_one_coordinate
-from ksl.model.states import Array
+from ksl.mechanism.joint_kinds import has_one_coordinate
+from ksl.mechanism.states import Array
 from ksl.sizing.samples import JointSamples, ResultJoint, Spectrum, moved
 
 if TYPE_CHECKING:

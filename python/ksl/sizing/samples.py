@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ksl.model.joint_kinds import KINDS, has_one_coordinate
-from ksl.model.states import Array
+from ksl.mechanism.joint_kinds import KINDS, has_one_coordinate
+from ksl.mechanism.states import Array
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.sizing.components import Part
 from ksl.sizing.figures import Figure, Formula, LeftOut, significant
 from ksl.sizing.life import (

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from ksl.base.errors import DescriptionWarning, SweepError, of_argument
 from ksl.base.extras import require
 from ksl.load_cases.verdict import percent
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 from ksl.model.model import Model
 from ksl.sweeps.description import Sweep, read_sweep, sweep_from
 from ksl.sweeps.evaluate import Evaluator, Plan, Result

@@ -21,7 +21,7 @@ from ksl.load_cases.quantities import UNDETERMINED
 from ksl.load_cases.reaction_joints import reaction_joints
 from ksl.load_cases.summary_table import PEAKS
 from ksl.load_cases.undetermined import Undetermined
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 from ksl.motions.motion import Motion
 from ksl.sizing.components import read_components
 from ksl.sweeps.description import Sweep, described

@@ -8,8 +8,8 @@ from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.load_case import Block
 from ksl.load_cases.quantities import SIGNED, along, first_extremes, length, rms, work
 from ksl.load_cases.reaction_joints import has_drive, reaction_joints
-from ksl.model.mechanism import Mechanism
-from ksl.model.states import EFFORT_PARTS, Array
+from ksl.mechanism.mechanism import Mechanism
+from ksl.mechanism.states import EFFORT_PARTS, Array
 
 WRENCH = ("axial_force", "radial_force", "bending_moment", "axial_moment", "force", "moment")
 

@@ -21,7 +21,7 @@ from ksl.base.csv_cells import csv_row, csv_text
 from ksl.base.errors import SweepError
 from ksl.base.files_read import InputFile
 from ksl.load_cases.quantities import UNDETERMINED, unit
-from ksl.model.mechanism import Joint
+from ksl.mechanism.mechanism import Joint
 from ksl.output import OutputError, cannot_write, refuse_inputs
 from ksl.output.folders import MadeFolders
 from ksl.output.locks import Lock, LockedError, lock

@@ -13,11 +13,11 @@ import numpy as np
 
 from ksl.base.errors import SweepError
 from ksl.load_cases.simulated import samples_of, simulated_motion
-from ksl.model.lengths import extent, far, far_point, strong_gravity
-from ksl.model.loading import load
+from ksl.mechanism.lengths import extent, far, far_point, strong_gravity
+from ksl.robot_files.loading import load
 from ksl.model.model import Model
-from ksl.model.stiffness_file import stiff_by
-from ksl.model.states import Array
+from ksl.robot_files.stiffness_file import stiff_by
+from ksl.mechanism.states import Array
 from ksl.model.surgery import under_gravity
 from ksl.motions.motion import Motion
 from ksl.motions.reading import read_motion

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.model.loops import TOLERANCES
-from ksl.model.states import Array
+from ksl.mechanism.loops import TOLERANCES
+from ksl.mechanism.states import Array
 
 if TYPE_CHECKING:
-    from ksl.model.calls import Calls
+    from ksl.mechanism.calls import Calls
 
 STARTS = 16
 """So many random positions are tried where no position near the resting one closes."""

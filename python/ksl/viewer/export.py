@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ksl._core import __version__
 from ksl.base.errors import ViewerError
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.output import OutputError, place_of, whole_file
 from ksl.viewer import gate
 from ksl.viewer.scene import Scene

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 
 from ksl.base.markup import html
 from ksl.base.real_arrays import real_array
-from ksl.model.requests import core_of
-from ksl.model.states import Array, External, Part, Side, argument_rows
+from ksl.mechanism.requests import core_of
+from ksl.mechanism.states import Array, External, Part, Side, argument_rows
 from ksl.viewer.closing import Reached, led_coordinates, moved_to
 from ksl.viewer.labels import labels
 from ksl.viewer.readout import Choice, OfLink, readout
@@ -28,7 +28,7 @@ from ksl.viewer.viser_server import start_server, stop_server
 if TYPE_CHECKING:
     import viser
 
-    from ksl.model.calls import Calls
+    from ksl.mechanism.calls import Calls
 
 FRAMES = 30
 """States that playback shows in a second."""
@@ -392,7 +392,7 @@ def coordinates(scene: Scene, led: Collection[int] | None = None) -> list[tuple[
 
     The limits of the file; where it gives none, a turn to either side, or the size of the scene.
     """
-    from ksl.model.motion_columns import columns_of, units_of
+    from ksl.mechanism.joint_kinds import columns_of, units_of
 
     found = []
     for joint in scene.model.joints:

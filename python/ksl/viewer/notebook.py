@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksl.model.calls import Calls
-from ksl.model.model_tables import joint_table
-from ksl.model.states import Array
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.model_tables import joint_table
+from ksl.mechanism.states import Array
 from ksl.viewer.closing import open_loops
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from ksl.model.mechanism import Joint, Loop
-from ksl.model.states import Array, Part, Side
+from ksl.mechanism.mechanism import Joint, Loop
+from ksl.mechanism.states import Array, Part, Side
 from ksl.viewer.scene import Scene, sizes
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from ksl.base.arrow_files import arrow_file
 from ksl.base.errors import MotionError, near_names
 from ksl.base.input_files import Unreadable, check_regular
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.motions.reading_options import OPTIONS as READING
 from ksl.viewer.results_wrenches import PLACEMENT, WRENCH, JointWrench, with_wrenches
 from ksl.viewer.scene import Scene, make_scene, thinned
@@ -22,7 +22,7 @@ from ksl.viewer.scene import Scene, make_scene, thinned
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from ksl.model.calls import Calls
+    from ksl.mechanism.calls import Calls
 
 TABLE = "wrenches.parquet"
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.base.errors import MotionError
-from ksl.model.mechanism import Joint
-from ksl.model.requests import WORLD
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.requests import WORLD
+from ksl.mechanism.states import Array
 
 if TYPE_CHECKING:
     from ksl.viewer.scene import Scene

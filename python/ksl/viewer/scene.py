@@ -13,16 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import MotionError
 from ksl.base.real_arrays import real_array
-from ksl.model.core_sentences import as_call
-from ksl.model.joint_kinds import KINDS
-from ksl.model.mechanism import Joint, Loop
-from ksl.model.requests import core_of
-from ksl.model.states import Array, External, argument_rows, items_of
+from ksl.mechanism.core_sentences import as_call
+from ksl.mechanism.joint_kinds import KINDS
+from ksl.mechanism.mechanism import Joint, Loop
+from ksl.mechanism.requests import core_of
+from ksl.mechanism.states import Array, External, argument_rows, items_of
 from ksl.viewer.closing import closed_near, open_loops
 from ksl.viewer.visuals import Appearance, appearance
 
 if TYPE_CHECKING:
-    from ksl.model.calls import Calls
+    from ksl.mechanism.calls import Calls
 
 SAMPLES = 1500
 """Longer motions are shown at about so many samples, at those of the largest efforts among them."""

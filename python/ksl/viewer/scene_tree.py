@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ksl.model.mechanism import Joint, Loop
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Joint, Loop
+from ksl.mechanism.states import Array
 from ksl.viewer.labels import labels
 from ksl.viewer.scene import ACTUATION, CENTRE, CONSTRAINT, EXTERNAL, LOOP, SCREW, Scene, has_axis, moves, sizes
 from ksl.viewer.shapes import GREY, ellipsoid, unit_head, unit_shaft

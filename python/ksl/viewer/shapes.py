@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 
 Faces = NDArray[np.int32]
 Colour = tuple[float, float, float]

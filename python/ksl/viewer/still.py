@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.base.markup import plotly
-from ksl.model.joint_kinds import KINDS
-from ksl.model.mechanism import Joint, Loop
-from ksl.model.states import Array
+from ksl.mechanism.joint_kinds import KINDS
+from ksl.mechanism.mechanism import Joint, Loop
+from ksl.mechanism.states import Array
 from ksl.viewer.scene import ACTUATION, CONSTRAINT, EXTERNAL, LOOP, Scene, child_of, scale_of
 from ksl.viewer.shapes import Colour, Shape, arrows, ellipsoid, joined, rod, simplified
 

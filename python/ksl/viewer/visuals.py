@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ksl.model.mechanism import Link, Mechanism
-from ksl.model.mesh_files import find_mesh, mesh_fault
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Link, Mechanism
+from ksl.robot_files.mesh_files import find_mesh, mesh_fault
+from ksl.mechanism.states import Array
 from ksl.viewer.shapes import GREY, Colour, Shape, box, cylinder, ellipsoid, simplified
 
 TRIANGLES_OF_ALL = 200_000
@@ -42,7 +42,7 @@ def appearance(model: Mechanism, package_paths: Sequence[str | os.PathLike[str]]
 
     The `<visual>` elements of its file where that is URDF: meshes (with the package trimesh), boxes, cylinders and spheres.
     A mesh that can't be found or read is replaced by that of the `<collision>` element, or else by the ellipsoid of inertia.
-    package_paths: folders in which packages of `package://` are looked for, before those of the environment; see `ksl.model.mesh_files.find_mesh`.
+    package_paths: folders in which packages of `package://` are looked for, before those of the environment; see `ksl.robot_files.mesh_files.find_mesh`.
     triangles: surfaces with more are simplified.
     """
     found = Appearance()

@@ -6,7 +6,7 @@ import pytest
 import ksl
 from ksl.base.rounding import OF_POSITIONS
 from ksl.load_cases.wrench_table import motion_of_arrays
-from ksl.model.lengths import extent
+from ksl.mechanism.lengths import extent
 from ksl.motions.motion import complete
 from ksl.motions.signal.standing import _rounded, standing_of_integrated
 

@@ -11,9 +11,9 @@ from ksl.base.csv_cells import text_of_cell
 from ksl.base.errors import MotionError, close_names
 from ksl.base.notes import Kind, Note, not_of_kind, of_kind
 from ksl.base.words import listed
-from ksl.model.freedoms import are_enough, leads
-from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.motion_columns import columns_of, columns_of_one_coordinate, units_of
+from ksl.mechanism.freedoms import are_enough, leads
+from ksl.mechanism.mechanism import Joint, Mechanism
+from ksl.mechanism.joint_kinds import columns_of, columns_of_one_coordinate, units_of
 from ksl.motions.columns.column_map import ColumnMap, ColumnRule, absent
 from ksl.motions.columns.recorded import Recorded
 from ksl.motions.columns.time_column import TIME, TimeColumn, find_time

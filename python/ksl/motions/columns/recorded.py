@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ksl.base import limits
 from ksl.base.errors import MotionError
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 
 
 @dataclass

@@ -12,7 +12,7 @@ import numpy as np
 from ksl.base.errors import MotionError
 from ksl.base.notes import Kind, Note, not_of_kind
 from ksl.base.words import listed
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.motions.columns.recorded import Recorded
 from ksl.motions.columns.units import bare, factor, unit_of
 from ksl.motions.columns.whole_numbers import continued_times

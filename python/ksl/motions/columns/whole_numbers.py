@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 
 SIGNED = (16, 32)
 """Bits of the signed numbers of CiA 402 and of most programs."""

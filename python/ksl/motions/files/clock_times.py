@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.base.errors import MotionError
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -11,7 +11,7 @@ import numpy as np
 
 from ksl.base.errors import MotionError
 from ksl.base.words import count
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.motions.columns.recorded import Recorded, check_numbers
 from ksl.motions.files.arrow_memory import own_memory
 from ksl.motions.files.csv_form import SEPARATORS, CsvForm, doubts_about_end, form_of, is_comma_number, is_number, no_table

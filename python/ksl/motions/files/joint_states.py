@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ksl.base import limits
 from ksl.base.errors import MotionError
 from ksl.base.words import count, listed
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.motions.columns.recorded import Recorded
 from ksl.motions.columns.time_column import TIME
 from ksl.motions.signal.gaps import GAP

@@ -23,9 +23,9 @@ from ksl.base import limits
 from ksl.base.errors import MotionError
 from ksl.base.input_files import failed_read
 from ksl.base.words import count, listed
-from ksl.model.mechanism import Mechanism
-from ksl.model.motion_columns import columns_of
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Mechanism
+from ksl.mechanism.joint_kinds import columns_of
+from ksl.mechanism.states import Array
 from ksl.motions.columns.columns_used import STATES
 from ksl.motions.columns.recorded import Recorded, check_columns, check_names, check_numbers
 from ksl.motions.columns.time_column import TIME

@@ -15,7 +15,7 @@ from ksl.base.arrow_files import arrow_file
 from ksl.base.errors import MotionError
 from ksl.base.input_files import failed_read
 from ksl.base.words import count
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.motions.columns.recorded import Recorded, check_columns, check_numbers
 from ksl.motions.files.arrow_memory import own_memory
 from ksl.motions.files.parquet_footer import row_groups

@@ -8,8 +8,8 @@ import numpy as np
 
 from ksl.base.errors import MotionError
 from ksl.base.words import listed
-from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Joint, Mechanism
+from ksl.mechanism.states import Array
 from ksl.motions.columns.recorded import Recorded
 
 

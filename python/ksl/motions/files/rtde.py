@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from ksl.base.words import listed
-from ksl.model.mechanism import Mechanism
+from ksl.mechanism.mechanism import Mechanism
 from ksl.motions.columns.recorded import Recorded
 from ksl.motions.files.renamed import RenamedTable, joints_of, note_of_others
 

@@ -17,7 +17,7 @@ from ksl.base.errors import MotionError, near_names
 from ksl.base.input_files import failed_read
 from ksl.base.library_messages import heard
 from ksl.base.words import listed
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.motions.columns.recorded import Recorded, check_columns, check_names, check_numbers
 from ksl.motions.columns.units import bare, unit_of
 from ksl.motions.files.clock_times import through_midnight

@@ -14,7 +14,7 @@ import numpy as np
 from ksl.base.errors import MotionError
 from ksl.identify.base_parameters import BaseParameters, structural
 from ksl.model.model import Model
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.motions.generate.generated import SHARE, Generated, Limits, effort_stretch, limits_of, sample_times, whole_motion
 
 HARMONICS = 5

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ksl.base.errors import MotionError
-from ksl.model.calls import Calls
-from ksl.model.freedoms import freedoms
-from ksl.model.mechanism import Joint, Mechanism
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.freedoms import freedoms
+from ksl.mechanism.mechanism import Joint, Mechanism
 from ksl.model.model import Model
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.motions.closed_motion import check_drives, closed, held_by, leading
 from ksl.motions.motion import Motion
 

@@ -10,7 +10,7 @@ import numpy as np
 from ksl.base.errors import MotionError
 from ksl.base.extras import require
 from ksl.model.model import Model
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.motions.closed_motion import leading
 from ksl.motions.closing import home
 from ksl.motions.generate.generated import (

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksl.base.errors import MotionError, unknown_name
-from ksl.model.mechanism import Mechanism
-from ksl.model.motion_columns import columns_of
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Mechanism
+from ksl.mechanism.joint_kinds import columns_of
+from ksl.mechanism.states import Array
 from ksl.motions.columns.recorded import check_finite
 from ksl.motions.files.recognise import open_table
 from ksl.motions.generate.generated import ROUND_OFF, Limits

@@ -14,10 +14,10 @@ from ksl.base.arrow_files import arrow_file
 from ksl.base.csv_cells import csv_text
 from ksl.base.errors import MotionError
 from ksl.base.extras import require
-from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.motion_columns import columns_of
-from ksl.model.requests import one_of
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Joint, Mechanism
+from ksl.mechanism.joint_kinds import columns_of
+from ksl.mechanism.requests import one_of
+from ksl.mechanism.states import Array
 from ksl.motions.closed_motion import leading, moving_joints
 from ksl.motions.generate.generated import Generated
 from ksl.output import whole_file

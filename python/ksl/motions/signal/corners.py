@@ -14,7 +14,7 @@ from math import comb, factorial
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 
 Indices = NDArray[np.intp]
 

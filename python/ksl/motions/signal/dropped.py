@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ksl.model.joint_kinds import KINDS
-from ksl.model.mechanism import Joint
-from ksl.model.motion_columns import columns_of, units_of
+from ksl.mechanism.joint_kinds import KINDS
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.joint_kinds import columns_of, units_of
 from ksl.motions.signal.corners import Found
 from ksl.motions.signal.quality import Samples
 from ksl.motions.signal.rates import SPLINE_SAMPLES, jumps_of

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksl.model.mechanism import Joint
-from ksl.model.motion_columns import columns_of, units_of
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.joint_kinds import columns_of, units_of
+from ksl.mechanism.states import Array
 
 GAP = 5.0
 """A step that is longer than this many median steps is a gap."""

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksl.model.calls import Calls
-from ksl.model.states import Array
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.states import Array
 from ksl.motions.signal.corners import normalised_differences
 
 ORDERS = (8, 10)

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from ksl.base.errors import MotionError
 from ksl.base.words import count, listed
-from ksl.model.mechanism import Joint
-from ksl.model.motion_columns import columns_of
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.joint_kinds import columns_of
+from ksl.mechanism.states import Array
 from ksl.motions.signal.resampling import on_spline
 
 RESTART = 0.5

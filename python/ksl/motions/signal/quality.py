@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.model.calls import Calls
-from ksl.model.mechanism import Joint
-from ksl.model.motion_columns import columns_of, units_of
-from ksl.model.states import Array
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.joint_kinds import columns_of, units_of
+from ksl.mechanism.states import Array
 from ksl.motions.signal.corners import Found, Jumps
 from ksl.motions.signal.noise import SHARE, EffortErrors, effort_by_acceleration, effort_errors, first_derivative_noise, second_derivative_noise, step_of, white_noise
 from ksl.motions.signal.smoothing import noise_after, suitable_cutoff

@@ -8,8 +8,8 @@ import numpy as np
 
 from ksl._core import QUATERNION_TOLERANCE
 from ksl.base.errors import MotionError
-from ksl.model.mechanism import Joint
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.states import Array
 
 
 def continuous_unit(where: Callable[[int], str], joint: Joint, q: Array) -> Array:

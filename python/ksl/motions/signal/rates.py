@@ -7,9 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from ksl.model.joint_kinds import KINDS
-from ksl.model.mechanism import Joint
-from ksl.model.states import Array
+from ksl.mechanism.joint_kinds import KINDS
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.states import Array
 from ksl.motions.signal.corners import Found, find_jumps, jumps_at
 from ksl.motions.signal.noise import step_of
 from ksl.motions.signal.splines import spline_through

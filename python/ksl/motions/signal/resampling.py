@@ -8,8 +8,8 @@ import numpy as np
 
 from ksl.base.errors import MotionError
 from ksl.base.words import count
-from ksl.model.mechanism import Joint
-from ksl.model.states import Array
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.states import Array
 from ksl.motions.signal.quaternions import continuous_unit
 from ksl.motions.signal.rates import SPLINE_SAMPLES, jumps_of
 from ksl.motions.signal.splines import spline_through

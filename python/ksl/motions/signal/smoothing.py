@@ -6,7 +6,7 @@ import numpy as np
 
 from ksl.base.errors import MotionError
 from ksl.base.extras import require
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 from ksl.motions.signal.corners import evenly_spaced
 from ksl.motions.signal.splines import spline_through
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ksl.base.errors import MotionError
 from ksl.base.extras import require
-from ksl.model.states import Array
+from ksl.mechanism.states import Array
 
 TOO_CLOSE = "times are so close to each other, for their distances elsewhere, that no spline goes through the samples; check their unit (s), or leave some out"
 

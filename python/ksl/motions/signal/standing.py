@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.base.rounding import OF_POSITIONS
-from ksl.model.joint_kinds import KINDS
-from ksl.model.mechanism import Joint
-from ksl.model.motion_columns import units_of
-from ksl.model.states import Array
+from ksl.mechanism.joint_kinds import KINDS
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.joint_kinds import units_of
+from ksl.mechanism.states import Array
 from ksl.motions.signal.noise import step_of, white_noise
 from ksl.motions.signal.quality import Samples
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksl.model.calls import Calls
-from ksl.model.lengths import extent
-from ksl.model.mechanism import Joint, Mechanism
-from ksl.model.states import Array
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.lengths import extent
+from ksl.mechanism.mechanism import Joint, Mechanism
+from ksl.mechanism.states import Array
 
 DEGREE = np.pi / 180
 

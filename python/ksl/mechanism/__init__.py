@@ -1,0 +1,1 @@
+"""Mechanisms: joints, links, states and requests, and the calls of all algorithms."""

@@ -1,0 +1,62 @@
+"""The kinds of joints, and names and units of a motion's columns.  All that Python says of a kind is taken from its row in the compiled module, where a kind is one struct."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal, Protocol
+
+from ksl._core import JointKind, joint_kinds
+from ksl.mechanism.joint_columns import endings_of
+
+Kind = Literal["fixed", "revolute", "continuous", "prismatic", "helical", "cylindrical", "universal", "spherical", "planar", "translation", "floating"]
+"""The names of the kinds, for type checkers and editors."""
+AnyKind = Kind | Literal["screw", "ball", "free"]
+"""With the second names that files and programs may give them."""
+
+KINDS: dict[str, JointKind] = {kind.name: kind for kind in joint_kinds}
+"""By their names."""
+ANY_NAME: dict[str, JointKind] = KINDS | {kind.other_name: kind for kind in joint_kinds if kind.other_name is not None}
+"""By their names, and by the second names that files may give them: "screw", "ball", "free"."""
+
+
+def names_with(wanted: Callable[[JointKind], bool]) -> frozenset[str]:
+    """All names of the kinds that have a property."""
+    return frozenset(name for name, kind in ANY_NAME.items() if wanted(kind))
+
+
+def has_one_coordinate(kind: str) -> bool:
+    """Whether a joint of that kind has one coordinate; false for words that name no kind."""
+    return kind in KINDS and KINDS[kind].nv == 1
+
+
+class OfKind(Protocol):
+    """A joint, as far as its columns need it."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def kind(self) -> str: ...
+
+
+_ENDINGS = {name: endings_of(kind)[:3] for name, kind in KINDS.items()}
+_UNITS = {name: (kind.position_unit, kind.velocity_unit, kind.velocity_unit) for name, kind in KINDS.items()}
+
+
+def columns_of(joint: OfKind) -> tuple[list[str], list[str], list[str]]:
+    """Names of a joint's columns: positions, velocities, accelerations."""
+    return _named(joint.name, joint.kind)
+
+
+def units_of(joint: OfKind) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
+    """Units of the numbers in these columns, "m" or "rad" without the time in rates; "" for those of a quaternion."""
+    return _UNITS[joint.kind]
+
+
+def columns_of_one_coordinate(joint: OfKind) -> tuple[list[str], list[str], list[str]]:
+    """Those that it would have if it had one coordinate."""
+    return _named(joint.name, "revolute")
+
+
+def _named(joint: str, kind: str) -> tuple[list[str], list[str], list[str]]:
+    position, velocity, acceleration = ([joint + ending for ending in group] for group in _ENDINGS[kind])
+    return position, velocity, acceleration

@@ -1,0 +1,1 @@
+"""Models from files and texts: URDF, SDF, MJCF, USD, xacro; and files of loops and stiffness."""

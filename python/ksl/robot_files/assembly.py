@@ -1,0 +1,242 @@
+"""Mechanisms as a graph: bodies that stand somewhere, and joints between any two of them.  Formats that know no parents and children are read so.
+
+A joint has a frame on each of its bodies.  The tree is the one that is found from the ground on, breadth first, joints in the order of the file; a joint
+between two bodies that are in it already closes a loop.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ksl.model.builder import Builder
+from ksl.mechanism.joint_kinds import KINDS, Kind
+from ksl.robot_files.mjcf_frames import moved
+
+Array = NDArray[np.float64]
+GROUND = None
+SINGLE = 3e-6
+"""m, and elements of rotations: what single precision leaves of frames of robots of some metres, with room for products of some of them."""
+CLOSE = 1e-9
+"""Lengths in m, and elements of rotations, of frames that are the same: single precision of a file is 1e-7 of them."""
+
+
+@dataclass
+class Body:
+    """A body, with mass, centroid (3) and tensor (3, 3) about it in its axes; kg, m."""
+
+    name: str
+    pose: Array
+    """(4, 4), in the world, as the file has it; where the body floats its position counts from there."""
+    mass: float = 0.0
+    centroid: Array = field(default_factory=lambda: np.zeros(3))
+    tensor: Array = field(default_factory=lambda: np.zeros((3, 3)))
+
+
+@dataclass
+class Connection:
+    """A joint between two bodies, by their numbers; GROUND is the world."""
+
+    name: str
+    kind: str
+    first: int | None
+    second: int | None
+    at_first: Array
+    """The pose of its frame (4, 4) in the first body's; in the world where that is the ground."""
+    at_second: Array
+    axis: Array | None = None
+    """In its frame, for kinds that have one: the second body moves along or about it against the first."""
+    numbers: dict[str, Any] = field(default_factory=dict)
+    """limits, effort, velocity and so on, as :meth:`Builder.add_joint` takes them."""
+    closes: bool = False
+    """The file says that it closes a loop."""
+
+
+class Assembled(NamedTuple):
+    loops: list[str]
+    """Names of the joints that close loops."""
+    floating: list[str]
+    """Names of the joints of bodies that nothing carries."""
+    turned: list[str]
+    """Names of joints whose second body is on the ground's side."""
+
+
+def assembled(builder: Builder, bodies: list[Body], connections: list[Connection], cut: bool) -> Assembled:
+    """Adds everything to a builder.  cut: joints that close loops are left out.  O(bodies + joints)."""
+    ground = _unused("world", {body.name for body in bodies})
+    builder.add_link(ground)
+    for body in bodies:
+        builder.add_link(body.name, body.mass, body.centroid, body.tensor)
+    names = [body.name for body in bodies]
+    tree, closing = _tree(bodies, connections)
+    free = [step for step in tree if step.connection is None]
+    result = Assembled([c.name for c in closing], [], [])
+    used = {c.name for c in connections}
+    for step in tree:
+        parent = ground if step.parent is None else names[step.parent]
+        if step.connection is None:
+            name = _unused("floating_base" if len(free) == 1 else f"{names[step.child]}_floating", used)
+            result.floating.append(name)
+            builder.add_joint(name, "floating", ground, names[step.child], bodies[step.child].pose)
+        else:
+            if step.turned:
+                result.turned.append(step.connection.name)
+            _add(builder, step.connection, step.turned, parent, names[step.child])
+    for c in [] if cut else closing:
+        first, second = (ground if i is None else names[i] for i in (c.first, c.second))
+        builder.add_loop(c.name, cast("Kind", c.kind), first, second, c.at_first, c.at_second, axis=c.axis)
+    return result
+
+
+class _Step(NamedTuple):
+    parent: int | None
+    child: int
+    connection: Connection | None
+    turned: bool
+
+
+def _tree(bodies: list[Body], connections: list[Connection]) -> tuple[list[_Step], list[Connection]]:
+    """The joints of the tree, each body carried once, and those that close loops."""
+    at: dict[int | None, list[Connection]] = {None: [], **{i: [] for i in range(len(bodies))}}
+    for c in connections:
+        if not c.closes:
+            at[c.first].append(c)
+            at[c.second].append(c)
+    reached: set[int | None] = {None}
+    steps: list[_Step] = []
+    used: set[int] = set()
+    starts = sorted(range(len(bodies)), key=lambda i: any(c.second == i for c in at[i]))  # bodies that no joint has as its second one float first
+    for start in [None, *starts]:
+        if start is not None:
+            if start in reached:
+                continue
+            steps.append(_Step(None, start, None, False))
+            reached.add(start)
+        pending = deque([start])
+        while pending:
+            here = pending.popleft()
+            for c in at[here]:
+                there = c.second if c.first == here else c.first
+                if there not in reached and there is not None:
+                    reached.add(there)
+                    used.add(id(c))
+                    steps.append(_Step(here, there, c, c.first != here))
+                    pending.append(there)
+    return steps, [c for c in connections if id(c) not in used]
+
+
+def _add(builder: Builder, c: Connection, turned: bool, parent: str, child: str) -> None:
+    """A joint of the tree.  Its child's frame is its own, or else a massless link is at it, to which the child is welded."""
+    at_parent, at_child = (c.at_second, c.at_first) if turned else (c.at_first, c.at_second)
+    axis = None if c.axis is None else -c.axis if turned else c.axis
+    offset, R = at_child[:3, 3], at_child[:3, :3]
+    across = offset if axis is None else offset - axis * (axis @ offset) / (axis @ axis)
+    kind = cast("Kind", c.kind)
+    slides_only = c.kind in ("fixed", "prismatic", "translation")
+    if slides_only or np.abs(across).max() <= CLOSE:
+        keeps = c.kind not in ("translation", "spherical") or np.abs(R - np.eye(3)).max() <= CLOSE
+        if keeps:
+            builder.add_joint(c.name, kind, parent, child, at_parent @ _inverse(at_child), axis=None if axis is None else R @ axis, **c.numbers)
+            return
+    frame = f"{c.name}_frame"
+    builder.add_link(frame)
+    builder.add_joint(c.name, kind, parent, frame, at_parent, axis=axis, **c.numbers)
+    builder.add_joint(f"{c.name}_weld", "fixed", frame, child, _inverse(at_child))
+
+
+def gap(c: Connection, bodies: list[Body]) -> tuple[float, float]:
+    """How far the bodies of a file stand from what their joint allows: m, and the sine of an angle; 0 where its frames coincide but for its motion."""
+    frames = [at if i is None else bodies[i].pose @ at for i, at in ((c.first, c.at_first), (c.second, c.at_second))]
+    apart = _inverse(frames[0]) @ frames[1]
+    row = KINDS[c.kind]
+    shift = apart[:3, 3]
+    if c.kind in ("prismatic", "cylindrical") and c.axis is not None:
+        shift = shift - c.axis * (c.axis @ shift)
+    elif c.kind == "translation":
+        shift = np.zeros(3)
+    if c.kind == "spherical" or c.axis is None:
+        turn = 0.0 if c.kind == "spherical" else float(np.linalg.norm(apart[:3, :3] - np.eye(3), 2))
+    else:
+        turn = float(np.linalg.norm(apart[:3, :3] @ c.axis - c.axis)) if row.angle is not None else float(np.linalg.norm(apart[:3, :3] - np.eye(3), 2))
+    return float(np.linalg.norm(shift)), turn
+
+
+def in_double(bodies: list[Body], connections: list[Connection]) -> None:
+    """Completes frames of single precision by the poses in which the bodies stand, where these agree with the joints within SINGLE.
+
+    Loops need it: axes that are parallel to 1e-7 alone lock a mechanism that moves if they are parallel.  Frames on the two sides of a joint are made to coincide
+    but for its motion, and axes that are parallel are made parallel exactly.  O(joints).
+    """
+    directions = _Directions()
+    for c in connections:
+        if max(gap(c, bodies)) > SINGLE:
+            continue
+        first, second = (np.eye(4) if i is None else bodies[i].pose for i in (c.first, c.second))
+        if c.axis is not None:
+            for body, at in ((first, c.at_first), (second, c.at_second)):
+                u = body[:3, :3] @ at[:3, :3] @ c.axis
+                at[:3, :3] = body[:3, :3].T @ _turn(u, directions.parallel_to(u)) @ body[:3, :3] @ at[:3, :3]
+        here, there = first @ c.at_first, second @ c.at_second
+        if (c.axis is None and c.kind != "spherical") or (KINDS[c.kind].angle is None and c.axis is not None):
+            there[:3, :3] = here[:3, :3]
+        apart = there[:3, 3] - here[:3, 3]
+        along = np.zeros(3) if c.axis is None else here[:3, :3] @ c.axis
+        if c.kind == "translation":
+            apart = np.zeros(3)
+        elif c.kind in ("prismatic", "cylindrical"):
+            apart = apart - along * (along @ apart)
+        there[:3, 3] -= apart
+        c.at_second[:] = _inverse(second) @ there
+
+
+class _Directions:
+    """Directions of axes, found by the cell of a grid that they are in: a robot has few, and a file of many robots thousands."""
+
+    CELL = 1e-3
+
+    def __init__(self) -> None:
+        self.all: list[Array] = []
+        self.cells: dict[tuple[int, ...], list[int]] = {}
+
+    def parallel_to(self, u: Array) -> Array:
+        """The first direction, or its opposite, that is parallel to a unit vector; the vector itself, which is added, if none is."""
+        near = [(k, d) for sign in (1.0, -1.0) for k in self._near(sign * u) if np.abs(u - (d := sign * self.all[k])).max() <= SINGLE]
+        if near:
+            return min(near, key=lambda one: one[0])[1]
+        self.cells.setdefault(tuple(math.floor(x / self.CELL) for x in u.tolist()), []).append(len(self.all))
+        self.all.append(u / np.linalg.norm(u))
+        return self.all[-1]
+
+    def _near(self, u: Array) -> list[int]:
+        """Those in the cells that reach to within SINGLE of a vector; rounding of a direction's own cell is far less."""
+        room = 1.01 * SINGLE
+        sides = [{math.floor((x - room) / self.CELL), math.floor((x + room) / self.CELL)} for x in u.tolist()]
+        return [k for cell in product(*sides) for k in self.cells.get(cell, ())]
+
+
+def _turn(u: Array, v: Array) -> Array:
+    """The smallest rotation (3, 3) from one unit vector to another that is near, to second order in their distance, orthogonal to double precision."""
+    (a, b, c), (d, e, f) = u.tolist(), v.tolist()
+    x, y, z = b * f - c * e, c * d - a * f, a * e - b * d
+    W = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + W + 0.5 * W @ W)
+
+
+def _inverse(X: Array) -> Array:
+    made = np.eye(4)
+    made[:3, :3] = X[:3, :3].T
+    return made @ moved(-X[:3, 3])
+
+
+def _unused(name: str, names: Iterable[str]) -> str:
+    taken = set(names)
+    while name in taken:
+        name += "_"
+    return name

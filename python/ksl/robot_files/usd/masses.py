@@ -1,0 +1,232 @@
+"""Masses of the bodies of a USD stage, put together as UsdPhysics has it: attribute by attribute.
+
+What PhysicsMassAPI gives of the body itself (mass, centerOfMass, diagonalInertia, principalAxes) counts; each that it leaves open follows from the
+colliders of the body that are enabled.  Of these, too, each attribute counts that is given: mass before density, a density of the collider before that
+of the body, that before the one of its physics material, and 1000 kg/m³ where none is given.  `UsdPhysics.RigidBodyAPI.ComputeMassProperties` computes
+the same, in single precision, from usd-core 26.11 on; it asks its caller for the volumes of shapes, and tests compare with it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ksl.base.errors import DescriptionError
+from ksl.base.judged import DENSITY, MASS, MOMENT, judged
+from ksl.base.words import listed
+from ksl.robot_files.assembly import Array, Body
+from ksl.robot_files.usd.shapes import Solid, solid_of
+from ksl.robot_files.usd.stage import Stage, rotation
+
+WATER = 1000.0
+"""kg/m³: the density of shapes that nothing gives one for, of UsdPhysics."""
+
+
+NO_SOLID = Solid(0.0, np.zeros(3), np.zeros((3, 3)))
+
+
+class Lump(NamedTuple):
+    """In the axes of a body, kg, m; the tensor is about the centroid."""
+
+    mass: float
+    centroid: Array
+    tensor: Array
+
+
+@dataclass
+class Given:
+    """What a prim says of its mass, in SI units; None where it doesn't."""
+
+    mass: float | None = None
+    density: float | None = None
+    centroid: Any = None
+    """In its own space, in units of the file."""
+    moments: Array | None = None
+    axes: Array | None = None
+
+
+class MassReader:
+    """Masses of bodies, one after the other."""
+
+    def __init__(self, stage: Stage) -> None:
+        self.stage = stage
+        self.materials: dict[str, float] = {}
+        """{path of a collider: density of its physics material}, of all colliders of the stage, once the first is asked for."""
+        self.bound = False
+        self.left: list[str] = []
+        """What simulators are to find of the colliders of the body that is read."""
+        self.without_density: list[str] = []
+        """Those of its colliders that have the density of water."""
+
+    def add(self, body: Body, prim: Any) -> None:
+        """Mass, centroid and tensor of a body, and what is said of those that are left to a simulator."""
+        own, path = self.given(prim), str(prim.GetPath())
+        self._say_uncounted(body, path)
+        open_ = own.mass is None or own.moments is None or own.centroid is None
+        lump, weighs = self._of_parts(body, path, own) if open_ else (Lump(own.mass or 0.0, np.zeros(3), np.zeros((3, 3))), False)
+        mass, centroid, tensor = lump
+        if own.centroid is not None:
+            centroid = self._place(body, prim, own.centroid)
+            tensor = tensor + (_shifted(mass, centroid - lump.centroid) if weighs else 0.0)
+        moments, axes = own.moments, own.axes
+        if weighs and (moments is None) != (axes is None):  # the one that isn't given is that of the colliders
+            principal, directions = principal_axes(tensor)
+            given, other = ("principalAxes", "moments") if moments is None else ("diagonalInertia", "axes")
+            self.stage.said.append(f"link {body.name}: of inertia, the body has physics:{given} alone; as in USD, the principal {other} are those of its colliders: give both")
+            moments, axes = (principal, axes) if moments is None else (moments, directions)
+        if moments is not None:
+            R = np.eye(3) if axes is None else axes
+            tensor = (R * moments) @ R.T
+        if mass > 0:
+            body.mass, body.centroid, body.tensor = mass, centroid, tensor
+
+    def _of_parts(self, body: Body, path: str, own: Given) -> tuple[Lump, bool]:
+        """What the colliders of a body weigh together, with the body's own mass where it has one; whether they weigh anything."""
+        self.left, self.without_density = [], []
+        lumps = [lump for part in self.stage.parts[path] if (lump := self._part(body, part, own)).mass > 0]
+        if not lumps:
+            self._say_open(body, own)
+            return Lump(own.mass or 0.0, np.zeros(3), np.zeros((3, 3))), False
+        if self.without_density and (own.mass is None or len(self.without_density) < len(lumps)):
+            said = f"link {body.name}: neither a mass nor a density of {listed(self.without_density, 6)}; USD's default, {WATER:g} kg/m³, is taken"
+            self.stage.said.append(said)
+        if self.left:
+            self.stage.said.append(
+                f"link {body.name}: simulators fit shapes of their own to {listed(self.left, 6)}; KSL counts no mass that isn't given, and takes their origins and point masses: give them by PhysicsMassAPI"
+            )
+        lump = _sum(lumps)
+        factor = 1.0 if own.mass is None else own.mass / lump.mass
+        return Lump(lump.mass * factor, lump.centroid, lump.tensor * factor), True
+
+    def given(self, prim: Any) -> Given:
+        if "PhysicsMassAPI" not in prim.GetAppliedSchemas():
+            return Given()
+        stage, who = self.stage, f"prim {prim.GetPath()}: its physics:"
+        found = Given()
+        for name, bounds, unit in (("mass", MASS, stage.mass), ("density", DENSITY, stage.mass / stage.length**3)):
+            x = float(prim.GetAttribute(f"physics:{name}").Get() or 0.0)
+            if x:
+                setattr(found, name, judged(x * unit, f"{who}{name}", bounds))
+        centroid = prim.GetAttribute("physics:centerOfMass").Get()
+        if centroid is not None and any(map(math.isnan, centroid)):
+            raise DescriptionError(f"{who}centerOfMass is {tuple(centroid)}; expected three numbers; correct it in the file")
+        if centroid is not None and all(map(math.isfinite, centroid)):
+            found.centroid = centroid
+        moments = prim.GetAttribute("physics:diagonalInertia").Get()
+        if moments is not None and any(moments):
+            found.moments = np.array([judged(float(x) * stage.mass * stage.length**2, f"{who}diagonalInertia", MOMENT) for x in moments])
+        turn = prim.GetAttribute("physics:principalAxes").Get()
+        if turn is not None and (turn.GetReal() or any(turn.GetImaginary())):
+            found.axes = rotation(turn)
+        return found
+
+    def _place(self, body: Body, prim: Any, local: Any) -> Array:
+        """A point of a prim in the frame of its body, m."""
+        return np.asarray(body.pose[:3, :3].T @ (self.stage.point(prim, local) - body.pose[:3, 3]))
+
+    def _part(self, body: Body, prim: Any, of_body: Given) -> Lump:
+        """What a collider weighs; nothing where it is neither given nor the volume of a solid."""
+        own = self.given(prim)
+        missing = [what for what, x in (("mass", own.mass), ("centre of mass", own.centroid), ("inertia", own.moments)) if x is None]
+        solid = solid_of(self.stage, prim) if missing else NO_SOLID
+        if solid is None:
+            self.left.append(f"{prim.GetPath()} ({prim.GetTypeName() or 'no type'}: {', '.join(missing)})")
+            solid = NO_SOLID
+        mass = own.mass if own.mass is not None else solid.volume and self._density(prim, own, of_body) * solid.volume
+        return self._of_part(body, prim, own, mass, solid)
+
+    def _of_part(self, body: Body, prim: Any, own: Given, mass: float, solid: Solid) -> Lump:
+        tensor = np.diag(own.moments) if own.moments is not None else solid.tensor * (mass / solid.volume if solid.volume else 0.0)
+        if own.axes is not None:
+            tensor = own.axes @ tensor @ own.axes.T
+        X = self.stage.pose(prim)
+        R = body.pose[:3, :3].T @ X[:3, :3]
+        centroid = R @ solid.centroid + body.pose[:3, :3].T @ (X[:3, 3] - body.pose[:3, 3])
+        if own.centroid is not None:
+            there = self._place(body, prim, own.centroid)
+            if own.moments is None and solid.volume:  # the shape's own tensor, about the point that is given
+                tensor = tensor + R.T @ _shifted(mass, there - centroid) @ R
+            centroid = there
+        return Lump(mass, centroid, R @ tensor @ R.T)
+
+    def _density(self, prim: Any, own: Given, of_body: Given) -> float:
+        found = own.density or of_body.density or self._material(prim)
+        if not found:
+            self.without_density.append(str(prim.GetPath()))
+        return found or WATER
+
+    def _material(self, prim: Any) -> float:
+        """The density of the physics material that is bound to a collider; 0 without one."""
+        from pxr import UsdPhysics, UsdShade
+
+        if not self.bound:
+            self.bound = True
+            parts = [part for of_one in self.stage.parts.values() for part in of_one]
+            bound = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(parts, "physics")[0]
+            unit = self.stage.mass / self.stage.length**3
+            for part, material in zip(parts, bound, strict=True):
+                if material and material.GetPrim().HasAPI(UsdPhysics.MaterialAPI):
+                    density = float(UsdPhysics.MaterialAPI(material.GetPrim()).GetDensityAttr().Get() or 0.0)
+                    self.materials[str(part.GetPath())] = judged(density * unit, f"material {material.GetPath()}: its physics:density", DENSITY)
+        return self.materials.get(str(prim.GetPath()), 0.0)
+
+    def _say_open(self, body: Body, own: Given) -> None:
+        """What neither the body nor a collider of it gives."""
+        said, who, computed = self.stage.said, f"link {body.name}: no physics:", "simulators compute it from collision shapes, KSL takes"
+        if own.mass is None:
+            said.append(f"{who}mass{', but a density' if own.density else ''}; {computed} none")
+            return
+        if own.centroid is None:
+            said.append(f"{who}centerOfMass; {computed} the origin")
+        if own.moments is None:
+            said.append(f"{who}diagonalInertia; {computed} a point mass")
+
+    def _say_uncounted(self, body: Body, path: str) -> None:
+        """Masses of parts that USD doesn't count: PhysicsMassAPI is of bodies and of colliders, and those that are disabled have none."""
+        found = [other for other in self.stage.massive[path] if (given := self.given(self.stage.stage.GetPrimAtPath(other))).mass or given.density]
+        if found:
+            self.stage.said.append(f"link {body.name}: the mass of {listed(found, 4)} doesn't count: USD counts those of bodies and of colliders that are enabled; apply PhysicsCollisionAPI to them if it should")
+
+
+def _sum(lumps: list[Lump]) -> Lump:
+    mass = sum(m for m, _, _ in lumps)
+    centroid = np.sum([m * c for m, c, _ in lumps], axis=0) / mass
+    return Lump(mass, centroid, np.sum([I + _shifted(m, c - centroid) for m, c, I in lumps], axis=0))
+
+
+def _shifted(mass: float, d: Array) -> Array:
+    """What a tensor about the centroid has more about a point at this distance (Steiner)."""
+    return np.asarray(mass * (d @ d * np.eye(3) - np.outer(d, d)))
+
+
+def principal_axes(tensor: Array) -> tuple[Array, Array]:
+    """Principal moments, and their axes as the columns of a rotation, by rotations about the coordinate axis with the largest product of inertia (Jacobi).
+
+    Each turns by 45° at most, so that the axes stay those of the body that they are nearest to; moments sorted by size would be about other ones.
+    That pairs moments and axes as UsdPhysics does."""
+    R = np.eye(3)
+    for _ in range(50):
+        D = R.T @ tensor @ R
+        i, j, k = max(((0, 1, 2), (1, 2, 0), (2, 0, 1)), key=lambda axis: abs(D[axis[1], axis[2]]))
+        if abs(D[j, k]) <= 1e-16 * np.abs(D).max():
+            break
+        angle = 0.5 * math.atan2(2 * D[j, k], D[j, j] - D[k, k])
+        angle -= math.copysign(math.pi / 2, angle) if abs(angle) > math.pi / 4 else 0.0
+        turn = np.eye(3)
+        turn[j, j] = turn[k, k] = math.cos(angle)
+        turn[k, j], turn[j, k] = math.sin(angle), -math.sin(angle)
+        R = R @ turn
+    return np.diag(R.T @ tensor @ R).copy(), R
+
+
+def bodies_of(stage: Stage) -> dict[str, Body]:
+    """{path of the prim: body} of all rigid bodies that are enabled."""
+    masses = MassReader(stage)
+    made = {}
+    for path, prim in stage.bodies.items():
+        made[path] = Body(stage.names[path], stage.pose(prim))
+        masses.add(made[path], prim)
+    return made
