@@ -5,8 +5,8 @@
 
 namespace ksl::loops {
 
-loop_plan<double> make_plan(const model & /*m*/) { return {}; }
-loop_plan<float> rounded(const loop_plan<double> & /*plan*/) { return {}; }
+std::shared_ptr<const loop_plan<double>> make_plan(const model & /*m*/) { return nullptr; }
+std::shared_ptr<const loop_plan<float>> rounded(const loop_plan<double> & /*plan*/) { return nullptr; }
 frame_fit fit_frames(const model & /*m*/, tables /*t*/, robot_description & /*robot*/) { return {}; }
 
 } // namespace ksl::loops

@@ -66,7 +66,7 @@ UNFINISHED = {
     "identify/fit.py: _settle": unsettled,
     "load_cases/holding.py: worst_pose": short_of_the_worst,
     "motions/generate/excitation.py: excitation": still_improving,
-    "model/inverse_kinematics.py: inverse_kinematics": out_of_reach,
+    "mechanism/inverse_kinematics.py: inverse_kinematics": out_of_reach,
 }
 """{loop: a call that doesn't come to an end}: its fields, what they begin with, its words, and what is among them.  The last is in C++."""
 
@@ -76,7 +76,7 @@ NEED_NONE = {
     "motions/signal/corners.py: _tested": "two steps of Newton's from a start within a sample; what is not at a root is no jump",
     "motions/generate/profiles.py: _fastest_within_efforts": "a search in a bracket of one number, whose ends are motions within the limits as well",
     "motions/generate/sweep.py: chirp": "raises MotionError",
-    "model/usd_masses.py: principal_axes": "Jacobi's rotations of three by three elements, which end in rounding after about ten of fifty",
+    "robot_files/usd/masses.py: principal_axes": "Jacobi's rotations of three by three elements, which end in rounding after about ten of fifty",
     "viewer/shapes.py: simplified": "how many triangles are drawn",
     "checks/joint_rules.py: mimic_chain": "a walk along a chain",
     "motions/files/parquet_footer.py: _skip": "a walk along a list",
@@ -109,7 +109,7 @@ def test_every_loop_is_in_a_table():
     known = set(UNFINISHED) | set(NEED_NONE)
     found = set(loops())
     assert not found - known, "an iteration that no test holds to say how far it got"
-    assert not known - found - {"model/inverse_kinematics.py: inverse_kinematics"}
+    assert not known - found - {"mechanism/inverse_kinematics.py: inverse_kinematics"}
 
 
 @pytest.mark.parametrize("name", UNFINISHED)

@@ -6,8 +6,8 @@ import pytest
 from syntax import FILES, PYTHON, nodes
 
 FOREIGN = {
-    "model/core_sentences.py": "of the compiled core, which hands over text alone",
-    "model/xacro_files.py": "of xacro", "motions/files/bags.py": "of rosbags", "motions/files/csv_table.py": "of Arrow", "base/library_messages.py": "of libraries",
+    "mechanism/core_sentences.py": "of the compiled core, which hands over text alone",
+    "robot_files/xacro_files.py": "of xacro", "motions/files/bags.py": "of rosbags", "motions/files/csv_table.py": "of Arrow", "base/library_messages.py": "of libraries",
 }  # fmt: skip
 """The modules that look at words of messages, and of whose."""
 SAID = {"note", "notes", "doubt", "hint", "sentence", "message", "warning", "refusal", "reason"}

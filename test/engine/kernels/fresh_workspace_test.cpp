@@ -1,6 +1,6 @@
 // In a debug build a fresh workspace is NaN throughout, so that what reads before it writes is seen.  That no algorithm does is
 // tested for every row in algorithms_test.cpp (faces.hpp).
-#include "robots.hpp"
+#include "../robots.hpp"
 
 #include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
 #include "ksl/engine/algorithms/inverse/reactions.hpp"

@@ -16,7 +16,7 @@ READ = re.compile(
     r"|principalAxes|rigidBodyEnabled|kinematicEnabled|gearRatio|ratio|hinge[01]?|prismatic)|limit:\w+:physics:(low|high)|drive:\w+:physics:maxForce"
     r"|physxJoint:(maxJointVelocity|armature)|physxMimicJoint:.*|newton:mimic.*"
 )
-"""What usd_joints, usd_masses and usd_couplings read, or list themselves."""
+"""What joints.py, masses.py and couplings.py read, or list themselves."""
 SHOWN = ("xformOp", "material:", "primvars:", "collection:", "ui:", "isaac:", "omni:", "physxTendon:")
 """Beginnings of names that say how a prim stands or looks, or whom it belongs to; tendons are listed as such."""
 
