@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,44 +84,97 @@ def read_motion(
     if not isinstance(model, Mechanism):
         raise ValueError(f"model is {type(model).__name__}; expected a model, which ksl.load(file) makes")
     with being_read("motion", _whole(path), MotionError):
-        table = open_table(path, topic, positions_only)
-        if map is None:
-            table = _of_maker(table, model, positions_only)
-        columns = read_map(map).of(model.joint_names) if map is not None else ColumnMap("")
-        if isinstance(table, NpzTable):
-            table = with_matrices(table, model, columns.ignored)
+        table, columns = _opened(path, model, map, topic, positions_only)
         choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
-        values, said = _values(table, choice, model)
-    time, time_notes = in_seconds(table, with_unit(table, choice.time, time_unit), values.pop(TIME))
+        recorded = _numbers(table, choice, model, time_unit, start, stop)
+    found = _sampled(table, model, columns, recorded)
+    _check_plausible(model, found.q, found.place)
+    notes = [*table.notes, *recorded.time_notes, *choice.notes, *recorded.notes, *found.notes]
+    measured = Samples(found.time, found.q, found.given)
+    if resample is not None:
+        found = _resampled(table, model, found, resample)
+        notes += found.notes
+    if not np.isfinite(found.q).all():
+        raise MotionError(f"{found.place(int(np.argmin(np.isfinite(found.q).all(axis=1))))}: a position, interpolated, is not finite; {TOO_LARGE}")
+    motion = completed(model, found.time, found.q, found.given, found.known, table.file, found.place, smooth, measured)
+    source = Source(table.file, table.format, len(found.time), float(np.median(np.diff(found.time))), with_unused_together(notes))
+    return replace(motion, source=source, doubts=[*table.doubts, *columns.doubts, *recorded.doubts, *motion.doubts])
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    """Columns of the motion in SI units, in all rows of the file; the rows that are used; what was done, and what is doubtful."""
+
+    time: Array
+    values: dict[str, Array]
+    rows: NDArray[np.intp]
+    is_part: bool
+    """Are these rows between times that were asked for?"""
+    time_notes: list[str]
+    notes: list[str]
+    """Of whole numbers: signs, and wraps that were undone."""
+    doubts: list[str]
+
+
+@dataclass(frozen=True)
+class _Sampled:
+    """Coordinates at times that increase, and what was done."""
+
+    time: Array
+    q: Array
+    """(n, nq), with the neutral position where the file has none."""
+    known: NDArray[np.bool_]
+    """(nq) which of them the file has: all but those of joints that follow by loops."""
+    given: list[list[Array | None]]
+    """[v, a] of each moving joint, (n, nv) or None."""
+    place: Place
+    notes: list[str]
+
+
+def _opened(
+    path: str | os.PathLike[str], model: Mechanism, map: str | os.PathLike[str] | Mapping[str, object] | None, topic: str | None, positions_only: bool
+) -> tuple[Recorded, ColumnMap]:
+    """The file as a table whose names are those of joints, where it is one of a maker's recorder; and what is said of its columns."""
+    table = open_table(path, topic, positions_only)
+    if map is None:
+        table = _of_maker(table, model, positions_only)
+    columns = read_map(map).of(model.joint_names) if map is not None else ColumnMap("")
+    return with_matrices(table, model, columns.ignored) if isinstance(table, NpzTable) else table, columns
+
+
+def _numbers(table: Recorded, choice: Choice, model: Mechanism, time_unit: str | None, start: float | None, stop: float | None) -> _Numbers:
+    """The columns that are used, those of whole numbers with their signs and without wraps.  Raises MotionError for what is no number."""
+    values, said = _values(table, choice, model)
+    time, notes = in_seconds(table, with_unit(table, choice.time, time_unit), values.pop(TIME))
     rows = _checked_rows(table, time, start, stop)
-    part = len(rows) < len(time) or stop is not None
     check_finite(table, {choice.used[n].source: x[rows] for n, x in values.items()}, rows, missing=True)
+    is_part = len(rows) < len(time) or stop is not None
+    return _Numbers(time, values, rows, is_part, notes, [read.note for read in said if read.note], [read.doubt for read in said if read.doubt])
+
+
+def _sampled(table: Recorded, model: Mechanism, columns: ColumnMap, found: _Numbers) -> _Sampled:
+    """Samples in the order of their times, and q, v and a of all joints, those that the map holds at rest among them."""
     joints = model.joints[: len(model.joint_names)]
-    samples = ordered(table.file, joints, time[rows], {n: x[rows] for n, x in values.items()}, rows)
+    samples = ordered(table.file, joints, found.time[found.rows], {n: x[found.rows] for n, x in found.values.items()}, found.rows)
     time, values, rows = samples.time, samples.values, samples.rows
     values |= {n: np.full(len(time), x) for n, x in columns.constants.items()}
+
     columns_of_q = [c for j in joints for c in columns_of(j)[0]]
-    known = np.array([c in values for c in columns_of_q], dtype=bool)  # all but those of joints that follow by loops
+    known = np.array([c in values for c in columns_of_q], dtype=bool)
     values |= {c: np.full(len(time), x) for c, x, there in zip(columns_of_q, model.neutral(), known, strict=True) if not there}
     q = np.column_stack([values[c] for c in columns_of_q]) if joints else np.empty((len(time), 0))
+
     at_rest = {c: np.zeros(len(time)) for j in joints if j.one_coordinate and j.name in columns.constants for group in columns_of(j)[1:] for c in group}
     rates = at_rest | values
     given = [[np.column_stack([rates[c] for c in group]) if group[0] in rates else None for group in columns_of(j)[1:]] for j in joints]
-    place: Place = lambda k: table.place(int(rows[k]))
-    _check_plausible(model, q, place)
-    notes = [*table.notes, *time_notes, *choice.notes, *(read.note for read in said if read.note), *samples.notes]
-    if part:
-        notes.append(f"used is the part from {time[0]:.9g} s to {time[-1]:.9g} s")
-    measured = Samples(time, q, given)
-    if resample is not None:
-        time, q, given, note = resampled(table.file, joints, time, q, given, resample, place)
-        notes.append(note)
-        place = lambda k: f"{table.file}: sample {k + 1} after resampling"
-    if not np.isfinite(q).all():
-        raise MotionError(f"{place(int(np.argmin(np.isfinite(q).all(axis=1))))}: a position, interpolated, is not finite; {TOO_LARGE}")
-    motion = completed(model, time, q, given, known, table.file, place, smooth, measured)
-    source = Source(table.file, table.format, len(time), float(np.median(np.diff(time))), with_unused_together(notes))
-    return replace(motion, source=source, doubts=[*table.doubts, *columns.doubts, *(read.doubt for read in said if read.doubt), *motion.doubts])
+    notes = [*samples.notes, *([f"used is the part from {time[0]:.9g} s to {time[-1]:.9g} s"] if found.is_part else [])]
+    return _Sampled(time, q, known, given, lambda k: table.place(int(rows[k])), notes)
+
+
+def _resampled(table: Recorded, model: Mechanism, found: _Sampled, rate: float) -> _Sampled:
+    joints = model.joints[: len(model.joint_names)]
+    time, q, given, note = resampled(table.file, joints, found.time, found.q, found.given, rate, found.place)
+    return _Sampled(time, q, found.known, given, lambda k: f"{table.file}: sample {k + 1} after resampling", [note])
 
 
 def _whole(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
