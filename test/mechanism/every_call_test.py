@@ -8,6 +8,7 @@ import inspect
 import re
 import warnings
 from dataclasses import fields, is_dataclass
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -167,13 +168,12 @@ SAID_OF = {"joints": "position|frozen", "parameters": "parameters|inertia", "cen
 NAN_IS_TAKEN = {"position_of", "velocity_of"}
 
 
-@pytest.mark.parametrize("wrong", WRONG)
 @pytest.mark.parametrize("call", CALLS)
-def test_wrong_numbers_are_refused_by_name(robot, call, wrong):
+def test_wrong_numbers_are_refused_by_name(robot, call):
     for index in ((3,) if call in ONE_POSITION else (3, slice(None))):
         arguments = robot.arguments(call, index)
         refusal = answer(robot, call, arguments)
-        for name in slots(arguments):
+        for name, wrong in product(slots(arguments), WRONG):
             may_miss = wrong == "None" and inspect.signature(getattr(ksl.Model, call)).parameters[name].default is None
             more_states = name == "fraction" and wrong in ("one too many", "no numbers")
             if may_miss or more_states or (call in NAN_IS_TAKEN and wrong in ("NaN", "∞")):
@@ -207,23 +207,21 @@ def same(found, expected):
     return found == expected if isinstance(expected, str) else all(np.array_equal(x, y, equal_nan=x.dtype.kind == "f") for x, y in zip(found, expected, strict=True))
 
 
-@pytest.mark.parametrize("kind", [np.float16, np.int8, np.uint64, bool])
 @pytest.mark.parametrize("call", CALLS)
-def test_numbers_of_other_types_are_numbers(robot, call, kind):
-    for index in ((3,) if call in ONE_POSITION else (3, slice(4))):
+def test_numbers_of_other_types_are_numbers(robot, call):
+    for index, kind in product((3,) if call in ONE_POSITION else (3, slice(4)), (np.float16, np.int8, np.uint64, bool)):
         found, expected = robot.arguments(call, index), robot.arguments(call, index)
         for name in slots(found):
             found = replaced(found, name, lambda x: np.abs(x).astype(kind) if np.dtype(kind).kind in "ub" else x.astype(kind))
             expected = replaced(expected, name, lambda x: (np.abs(x) if np.dtype(kind).kind in "ub" else x).astype(kind).astype(float))
-        assert same(answer(robot, call, found), answer(robot, call, expected))
+        assert same(answer(robot, call, found), answer(robot, call, expected)), kind
 
 
-@pytest.mark.parametrize("size", [1e160, 1e200, -1e308])
 @pytest.mark.parametrize("call", CALLS)
-def test_numbers_too_large_are_refused_or_right(robot, call, size):
+def test_numbers_too_large_are_refused_or_right(robot, call):
     for index in ((3,) if call in ONE_POSITION | {"simulate"} else (3, slice(None))):
         arguments = robot.arguments(call, index)
-        for name in slots(arguments):
+        for name, size in product(slots(arguments), (1e160, 1e200, -1e308)):
             require_finite(answer(robot, call, replaced(arguments, name, lambda x: np.full_like(x, size, dtype=float))), f"{name} = {size}")
 
 
@@ -233,8 +231,7 @@ def require_finite(found, what):
 
 
 @pytest.mark.parametrize("mass", [1e160, 1e250, 1e300])
-@pytest.mark.parametrize("call", CALLS)
-def test_masses_too_large_are_refused_or_right(robot, call, mass):
+def test_masses_too_large_are_refused_or_right(robot, mass):
     try:
         heavy = robot.m.with_parameters({robot.plain["link"]: (mass, (0.1, 0, 0), mass * np.eye(3))})
     except ksl.DescriptionError as e:
@@ -242,7 +239,8 @@ def test_masses_too_large_are_refused_or_right(robot, call, mass):
         return
     other = object.__new__(Robot)
     other.__dict__ = robot.__dict__ | {"m": heavy}
-    require_finite(answer(other, call, other.arguments(call, 3)), mass)
+    for call in CALLS:
+        require_finite(answer(other, call, other.arguments(call, 3)), call)
 
 
 WITH_OUT = [name for name in CALLS if "out" in inspect.signature(getattr(ksl.Model, name)).parameters]
