@@ -12,7 +12,7 @@ from ksl.mechanism.joint_kinds import KINDS
 from ksl.mechanism.loops import TOLERANCES, Mobility, length_of
 from ksl.mechanism.mechanism import Joint, Loop
 from ksl.model.model import Model
-from ksl.mechanism.joint_kinds import units_of
+from ksl.mechanism.joint_kinds import slides, units_of
 from ksl.mechanism.states import Array
 
 MOST = 150
@@ -152,8 +152,7 @@ class LoopPositions:
 
 def forces_of(loop: Loop) -> int:
     """How many of a loop joint's equations are those of forces, which come first; that of a screw's travel is one of them."""
-    turns = {"prismatic": 0, "translation": 0, "fixed": 0, "universal": 2, "spherical": 3}.get(loop.kind, 1)
-    return loop.equations - (3 - turns)
+    return 3 - slides(loop.kind)
 
 
 def moving(joints: Sequence[Joint]) -> list[Joint]:

@@ -24,6 +24,16 @@ def names_with(wanted: Callable[[JointKind], bool]) -> frozenset[str]:
     return frozenset(name for name, kind in ANY_NAME.items() if wanted(kind))
 
 
+def turns(kind: str) -> int:
+    """About how many directions a joint of the kind turns: 0 to 3."""
+    return KINDS[kind].velocity_unit.count("rad")
+
+
+def slides(kind: str) -> int:
+    """Along how many directions it slides, whatever it turns by: 0 to 3."""
+    return KINDS[kind].velocity_unit.count("m")
+
+
 def has_one_coordinate(kind: str) -> bool:
     """Whether a joint of that kind has one coordinate; false for words that name no kind."""
     return kind in KINDS and KINDS[kind].nv == 1

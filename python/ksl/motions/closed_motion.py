@@ -16,7 +16,7 @@ from ksl.mechanism.calls import Calls
 from ksl.mechanism.freedoms import are_enough, freedoms, leads
 from ksl.mechanism.loops import TOLERANCES, length_of
 from ksl.mechanism.mechanism import Joint, Mechanism
-from ksl.mechanism.joint_kinds import columns_of, units_of
+from ksl.mechanism.joint_kinds import columns_of, slides, units_of
 from ksl.mechanism.states import Array
 from ksl.motions.closing import Closing, Held, NotClosed, closed_along, closed_side_by_side, determining, first_closed, home, left_moving, searched_home
 from ksl.motions.motion import CONTRADICTION, Motion, complete
@@ -24,8 +24,6 @@ from ksl.motions.signal.quality import Samples
 
 TOLD, DOUBTED = TOLERANCES["accepted"], 1e-2
 """Positions that were given for joints that follow are told to differ from this on, rad, or lengths of the mechanism; and doubted from this on."""
-_FORCES = {"prismatic": 2, "cylindrical": 2, "planar": 1, "translation": 0}
-"""How many equations of a loop joint are of forces, where they are not three; those of moments follow."""
 OPENED = 1e-9
 """Rates that open a loop by more than this share of the terms of its equation belong to its motion."""
 BLOCK = 1024
@@ -329,7 +327,7 @@ class Follower:
         """(rows): what makes lengths of errors of the loops' equations."""
         scale = []
         for loop in self._model.loops:
-            forces = _FORCES.get(loop.kind, 3)
+            forces = 3 - slides(loop.kind)  # equations of moments follow
             scale += [1.0] * forces + [self._length] * (loop.equations - forces)
         return np.array(scale)
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.model.builder import Builder
-from ksl.mechanism.joint_kinds import KINDS, Kind
+from ksl.mechanism.joint_kinds import KINDS, Kind, slides, turns
 from ksl.robot_files.mjcf_frames import moved
 
 Array = NDArray[np.float64]
@@ -139,9 +139,9 @@ def _add(builder: Builder, c: Connection, turned: bool, parent: str, child: str)
     offset, R = at_child[:3, 3], at_child[:3, :3]
     across = offset if axis is None else offset - axis * (axis @ offset) / (axis @ axis)
     kind = cast("Kind", c.kind)
-    slides_only = c.kind in ("fixed", "prismatic", "translation")
-    if slides_only or np.abs(across).max() <= CLOSE:
-        keeps = c.kind not in ("translation", "spherical") or np.abs(R - np.eye(3)).max() <= CLOSE
+    if turns(c.kind) == 0 or np.abs(across).max() <= CLOSE:
+        has_own_axes = KINDS[c.kind].nv > 1 and not KINDS[c.kind].has_axis  # coordinates are along those of the frame
+        keeps = not has_own_axes or np.abs(R - np.eye(3)).max() <= CLOSE
         if keeps:
             builder.add_joint(c.name, kind, parent, child, at_parent @ _inverse(at_child), axis=None if axis is None else R @ axis, **c.numbers)
             return
@@ -157,15 +157,24 @@ def gap(c: Connection, bodies: list[Body]) -> tuple[float, float]:
     apart = _inverse(frames[0]) @ frames[1]
     row = KINDS[c.kind]
     shift = apart[:3, 3]
-    if c.kind in ("prismatic", "cylindrical") and c.axis is not None:
-        shift = shift - c.axis * (c.axis @ shift)
-    elif c.kind == "translation":
-        shift = np.zeros(3)
-    if c.kind == "spherical" or c.axis is None:
-        turn = 0.0 if c.kind == "spherical" else float(np.linalg.norm(apart[:3, :3] - np.eye(3), 2))
+    shift = _left(shift, c.kind, c.axis)
+    if turns(c.kind) == 3 or c.axis is None:
+        turn = 0.0 if turns(c.kind) == 3 else float(np.linalg.norm(apart[:3, :3] - np.eye(3), 2))
     else:
         turn = float(np.linalg.norm(apart[:3, :3] @ c.axis - c.axis)) if row.angle is not None else float(np.linalg.norm(apart[:3, :3] - np.eye(3), 2))
     return float(np.linalg.norm(shift)), turn
+
+
+def _left(shift: Array, kind: str, axis: Array | None) -> Array:
+    """A distance (3) without what a joint slides by, along its axis, across it, or anywhere."""
+    ways = slides(kind)
+    if ways == 3 or (ways and axis is None):
+        return np.zeros(3)
+    if not ways:
+        return shift
+    assert axis is not None
+    along = axis * (axis @ shift)
+    return shift - along if ways == 1 else np.asarray(along)
 
 
 def in_double(bodies: list[Body], connections: list[Connection]) -> None:
@@ -184,15 +193,10 @@ def in_double(bodies: list[Body], connections: list[Connection]) -> None:
                 u = body[:3, :3] @ at[:3, :3] @ c.axis
                 at[:3, :3] = body[:3, :3].T @ _turn(u, directions.parallel_to(u)) @ body[:3, :3] @ at[:3, :3]
         here, there = first @ c.at_first, second @ c.at_second
-        if (c.axis is None and c.kind != "spherical") or (KINDS[c.kind].angle is None and c.axis is not None):
+        if turns(c.kind) == 0:
             there[:3, :3] = here[:3, :3]
         apart = there[:3, 3] - here[:3, 3]
-        along = np.zeros(3) if c.axis is None else here[:3, :3] @ c.axis
-        if c.kind == "translation":
-            apart = np.zeros(3)
-        elif c.kind in ("prismatic", "cylindrical"):
-            apart = apart - along * (along @ apart)
-        there[:3, 3] -= apart
+        there[:3, 3] -= _left(apart, c.kind, None if c.axis is None else here[:3, :3] @ c.axis)
         c.at_second[:] = _inverse(second) @ there
 
 

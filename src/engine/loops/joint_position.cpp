@@ -72,28 +72,18 @@ mat3x3<double> rotation_left(const loop &l, const mat3x3<double> &R) {
   return product(transposed(rotation(u2, b)), rest);
 }
 
-/// What is left in canonical axes, where z is the joint's axis.
+/// What is left in canonical axes, where z is the joint's axis, of a joint that turns about it or about none.
 SE3<double> left_in_canonical(const loop &l, const SE3<double> &D) {
-  const double angle = angle_about_z(D.R);
-  switch (l.kind) {
-  case joint_kind::fixed:
-  case joint_kind::floating: break;
-  case joint_kind::universal: return {rotation_left(l, D.R), D.t};
-  case joint_kind::revolute:
-  case joint_kind::continuous: return without_turn(D, angle, 0);
-  case joint_kind::prismatic: return {D.R, {D.t.x, D.t.y, 0}};
-  case joint_kind::cylindrical: return without_turn(D, angle, D.t.z);
-  case joint_kind::helical: {
-    if (l.pitch == 0)
-      return without_turn(D, angle, 0);
-    const double turn = 2 * std::numbers::pi, turns = std::round((D.t.z / l.pitch - angle) / turn);
+  const double angle = angle_about_z(D.R), turn = 2 * std::numbers::pi;
+  if (l.pitch != 0) {
+    const double turns = std::round((D.t.z / l.pitch - angle) / turn);
     return without_turn(D, angle, l.pitch * (angle + turns * turn));
   }
-  case joint_kind::spherical: break; // displacement_left
-  case joint_kind::planar: return {without_turn(D, angle, 0).R, {0, 0, D.t.z}};
-  case joint_kind::translation: return {D.R, {0, 0, 0}};
-  }
-  return D;
+  SE3<double> left = l.turns > 0 ? without_turn(D, angle, 0) : D;
+  for (int axis = 0; axis < 3; ++axis)
+    if (l.slides[axis])
+      (&left.t.x)[axis] = 0;
+  return left;
 }
 
 } // namespace
@@ -101,12 +91,10 @@ SE3<double> left_in_canonical(const loop &l, const SE3<double> &D) {
 bool row_has_two_axes(joint_kind kind) { return row_of(kind).has_axis2; }
 
 screw<double> displacement_left(const loop &l, const SE3<double> &relative) {
-  if (l.kind == joint_kind::spherical) // which any rotation suits
+  if (l.turns == 3) // which any rotation suits
     return {turned_back(relative.R, relative.t), {0, 0, 0}};
-  if (row_has_two_axes(l.kind)) { // its axes are those of the joint
-    const SE3<double> left = left_in_canonical(l, relative);
-    return {turned_back(relative.R, left.t), rotation_vector(left.R)};
-  }
+  if (row_has_two_axes(l.kind)) // its axes are those of the joint
+    return {turned_back(relative.R, relative.t), rotation_vector(rotation_left(l, relative.R))};
   const mat3x3<double> &Z = l.canonical, back = transposed(Z);
   const SE3<double> in_z = {product(product(back, relative.R), Z), turned_back(Z, relative.t)};
   const SE3<double> left = left_in_canonical(l, in_z);

@@ -112,6 +112,7 @@ private:
     l.canonical = row_of(row.kind).has_axis ? frame_with_z(row.axis) : identity.R;
     l.predecessor = slot(row.predecessor), l.successor = slot(row.successor);
     l.first_row = t_.rows;
+    set_freedoms(l);
     set_wrenches(l);
     t_.rows += l.rows;
     l.support_begin = static_cast<int>(t_.supports.size());
@@ -150,6 +151,15 @@ private:
     l.rows = wrenches_without_work(unit_twists(l.kind, {0, 0, 1}, l.pitch), l.T); // in canonical axes
     for (int i = 0; i < l.rows; ++i)
       l.T[i] = {turned(l.canonical, l.T[i].lin), turned(l.canonical, l.T[i].ang)};
+  }
+
+  /// From the twists of the kind, in canonical axes.
+  static void set_freedoms(loop &l) {
+    for (const screw<double> &twist : unit_twists(l.kind, {0, 0, 1}, l.pitch)) {
+      l.turns += length(twist.ang) > 0;
+      for (int axis = 0; axis < 3 && length(twist.ang) == 0; ++axis)
+        l.slides[axis] |= (&twist.lin.x)[axis] != 0;
+    }
   }
 
   void add_support(int joint, double sign) {

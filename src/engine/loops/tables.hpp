@@ -39,6 +39,8 @@ struct loop {
   mat3x3<double> canonical; ///< axes of the joint's frame whose z is the joint's axis
   vec3<double> axis, axis2; ///< of universal joints, in the joint's frame
   double pitch;
+  int turns;      ///< about how many directions the joint turns
+  bool slides[3]; ///< along which of the canonical axes it slides, whatever it turns by
   int first_row, rows;
   coscrew<double> T[6];           ///< (rows); the last of a universal joint depends on the position
   int support_begin, support_end; ///< in tables::supports

@@ -329,9 +329,12 @@ template <class P> void improve(const model_view<scalar_of<P>> &model, const cou
       if constexpr (only_turns(K))
         if (!w.leads[b.v_index]) // a whole turn of a leader would move its followers by another angle
           moved[0] = options.limits ? within_turns(moved[0], w.lower[b.q_index], w.upper[b.q_index]) : moved[0];
-      for (int c = 0; c < joint<K>::nq; ++c)
-        w.q[b.q_index + c] =
+      for (int c = 0; c < joint<K>::nq; ++c) {
+        P &q = w.q[b.q_index + c];
+        const P there =
             options.limits ? smaller(larger(moved[c], w.lower[b.q_index + c]), w.upper[b.q_index + c]) : moved[c];
+        q = math<P>::select(active > P(0), there, q); // a step of zero would normalise quaternions
+      }
     });
   }
   place_followers(coupling, w.q);
