@@ -107,7 +107,7 @@ def test_mimics_that_can_not_be_coupled_are_refused(mimics, kind, words):
 
 
 def test_results_may_be_written_over_arguments():
-    m = load_text((Path(__file__).parents[1] / "engine/mimic/coupled.urdf").read_text())
+    m = load_text((Path(__file__).parents[1] / "engine/coupled.urdf").read_text())
     q, v, a = random_states(m, np.random.default_rng(0), 100)
     expected = m.inverse_dynamics(q, v, a)
     assert m.inverse_dynamics(q, v, a, out=a) is a and np.array_equal(a, expected)
@@ -116,7 +116,7 @@ def test_results_may_be_written_over_arguments():
 
 
 def test_a_pickle_of_a_changed_model_keeps_its_followers():
-    m = load_text((Path(__file__).parents[1] / "engine/mimic/coupled.urdf").read_text())
+    m = load_text((Path(__file__).parents[1] / "engine/coupled.urdf").read_text())
     m = m.with_payload(m.link_names[-1], 0.5)
     again = pickle.loads(pickle.dumps(m))
     q, v, a = random_states(m, np.random.default_rng(0), 1)

@@ -592,7 +592,7 @@ def test_quantities_are_open_where_a_pattern_changes_them(kind, axis):
     for pattern in (np.hstack([f, m]) for f in (*lines, np.zeros(3)) for m in (*lines, np.zeros(3))):
         before, after = (joint_loads(j, w, None, None).wrench for w in (wrench, wrench + 0.5 * pattern))
         for patterns in (pattern[None], np.array([np.zeros(6), pattern])):
-            assert {n for n in before if abs(before[n][0] - after[n][0]) > 1e-9} == set(_quantities(j, patterns))
+            assert {n for n in before if abs(before[n][0] - after[n][0]) > 1e-9} == set(_quantities(j, patterns, 1e-9))
 
 
 @pytest.mark.parametrize(

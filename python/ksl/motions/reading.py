@@ -112,7 +112,7 @@ class _Numbers:
     """Are these rows between times that were asked for?"""
     time_notes: list[str]
     notes: list[str]
-    """Of whole numbers: signs, and wraps that were undone."""
+    """What was done to whole numbers: signs, and wraps that were undone."""
     doubts: list[str]
 
 

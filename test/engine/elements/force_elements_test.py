@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 import ksl
 from ksl import mjcf
 
-ROBOTS = Path(__file__).parents[2] / "examples/robots"
+ROBOTS = Path(__file__).parents[3] / "examples/robots"
 ON = "force elements"
 NUMBERS = {"stiffness": 500.0, "free_length": 0.3, "damping": 40.0, "preload": -25.0}
 BESIDE = """

@@ -7,7 +7,7 @@ import ksl
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "laws"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "laws"))
 from closed_mechanisms import KINDS
 from closed_test import Motion, close_to, determined_case
 
