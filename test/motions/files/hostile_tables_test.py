@@ -42,7 +42,7 @@ def without_rows(path, columns):
         savemat(path, {name: np.empty((0, columns)) for name in "cd"})
     else:
         lists = pa.array([], pa.list_(pa.float64(), columns))
-        pq.write_table(pa.table({name: lists for name in "cd"}), path)
+        pq.write_table(pa.table(dict.fromkeys("cd", lists)), path)
 
 
 @pytest.mark.parametrize("form", ["npz", "mat", "parquet"])
