@@ -106,7 +106,8 @@ class Stage:
 
 def _is_identity(R: Array) -> bool:
     """Whether a prim is neither turned nor scaled, as most are."""
-    return R.tolist() == [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    identity: bool = R.tolist() == [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    return identity
 
 
 def units_of(stage: Any) -> Stage:
