@@ -580,7 +580,7 @@ void sdf_reader::read_limit(const element &axis, int number, joint_description &
     if (limit.node().child(tag))
       unused_.in_joint("limit " + std::string(tag), "not used", out.name);
   const auto read = [&](const char *tag) {
-    const optional_number x = readers::sdf::number_in(limit, tag);
+    const optional_number x = readers::sdf::limit_in(limit, tag);
     return x && std::fabs(*x) >= 1e16 ? std::nullopt : x;
   };
   const auto positive = [](const optional_number &x) { return x && *x < 0 ? std::nullopt : x; };

@@ -90,10 +90,15 @@ optional_number number_in(const element &parent, const char *tag) {
   if (!child)
     return {};
   child.expect_text({});
-  for (const char *boundless : {"inf", "-inf", "+inf", "infinity", "-infinity"})
-    if (child.content() == boundless)
-      return {};
   return child.content_numbers(1, "0.5")[0];
+}
+
+optional_number limit_in(const element &parent, const char *tag) {
+  const std::string text = text_in(parent, tag);
+  for (const char *boundless : {"inf", "-inf", "+inf", "infinity", "-infinity"})
+    if (text == boundless)
+      return {};
+  return number_in(parent, tag);
 }
 
 given_inertia inertia_in(const element &inertial, version of_file, std::vector<std::string> &missing) {

@@ -3,6 +3,7 @@
 import csv
 import errno
 import functools
+import io
 import json
 import math
 import os
@@ -491,6 +492,46 @@ def test_a_standard_output_that_is_full(two, tmp_path, environment):
     assert (tmp_path / "o" / "report.html").exists()
     for arguments in (["info", two[0]], ["info", "--cpu"], ["--version"], ["--help"], ["loads", "--help"]):
         assert printed_into_a_full_disk(*arguments) == f"{sentence}\n", arguments
+
+
+@pytest.mark.parametrize("failing", ["two.urdf", "two.usda", "motion.csv", "loops.toml", "pose.toml", "cases.toml", "sweep.toml", "parts.toml", "wrenches.parquet"])
+def test_a_file_that_fails_is_not_called_standard_output(two, tmp_path, monkeypatch, failing):
+    """The system names no file where one that is open can't be read.  Every command that reads it says that a file can't, and not that it can't print."""
+
+    class Failing(io.RawIOBase):
+        def readable(self):
+            return True
+
+        def readinto(self, _):
+            raise OSError(errno.EIO, "Input/output error")
+
+    def hooked(call):
+        def opened(file, *how, **more):
+            name = os.readlink(f"/proc/self/fd/{file}") if isinstance(file, int) else os.fsdecode(file)
+            return io.BufferedReader(Failing()) if name.endswith(failing) and not set("wxa+") & set((*how, "r")[0]) else call(file, *how, **more)
+
+        return opened
+
+    robot, motion = (tmp_path / name for name in ("two.urdf", "motion.csv"))
+    robot.write_text(SLIDE)
+    motion.write_bytes(two[1].read_bytes())
+    assert run("loads", robot, motion, "-o", tmp_path / "o").returncode == 0
+    for name in ("two.usda", "loops.toml", "pose.toml", "cases.toml", "sweep.toml", "parts.toml"):
+        (tmp_path / name).write_text("#usda 1.0" if name.endswith("usda") else "a = 1")
+    stage = tmp_path / "two.usda"
+    monkeypatch.setattr("builtins.open", hooked(open))
+    monkeypatch.setattr("io.open", hooked(io.open))
+    monkeypatch.setattr(os, "fdopen", hooked(os.fdopen))
+    for arguments in (
+        ["check", robot], ["info", robot], ["info", robot, "--loops", tmp_path / "loops.toml"], ["info", stage], ["loads", robot, motion, "-o", tmp_path / "p"],
+        ["loads", robot, "--cases", tmp_path / "cases.toml", "-o", tmp_path / "p"], ["hold", robot, "--pose", tmp_path / "pose.toml"], ["simulate", robot, motion, "-o", tmp_path / "p"],
+        ["sweep", robot, tmp_path / "sweep.toml", "-o", tmp_path / "p"], ["size", tmp_path / "o"], ["size", tmp_path / "o", tmp_path / "parts.toml"],
+        ["view", robot, tmp_path / "o", "--export", tmp_path / "p.html"], ["view", robot, motion, "--export", tmp_path / "p.html"], ["compare", robot],
+    ):  # fmt: skip
+        p = run(*arguments)
+        assert "standard output" not in p.stderr and "a fault in KSL" not in p.stderr, (arguments, p.stderr)
+        if "Input/output error" in p.stderr:
+            assert p.returncode == 2 and (failing in p.stderr or "one of the files" in p.stderr), (arguments, p.stderr)
 
 
 @pytest.mark.parametrize("arguments", [["--version"], ["info"], ["loads", "-o"]], ids=lambda a: a[0])

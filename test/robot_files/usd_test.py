@@ -584,3 +584,16 @@ def test_two_bodies_of_one_name_have_longer_ones(tmp_path):
     w.stage.Save()
     names = ksl.load(tmp_path / "arm.usda").link_names
     assert "robot_left_finger" in names and "robot_right_finger" in names
+
+
+def test_vectors_are_read_at_once(tmp_path, monkeypatch):
+    """Python's way through a vector of USD ends by an exception of C++, and took most of the time of a stage."""
+    Writer(tmp_path / "r.usda", arm(np.random.default_rng(5)))
+    plain = ksl.load(tmp_path / "r.usda")
+    vector = Gf.Vec3f
+    element, asked = vector.__getitem__, []
+    monkeypatch.setattr(vector, "__getitem__", lambda self, k: (asked.append(k), element(self, k))[1])
+    assert list(vector(1, 2, 3)) == [1, 2, 3] and len(asked) == 4  # the fourth raises
+    asked.clear()
+    again = ksl.load(tmp_path / "r.usda")
+    assert not asked and again.links == plain.links

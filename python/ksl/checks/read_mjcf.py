@@ -23,7 +23,7 @@ def read_mjcf(robot: RobotFile) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DescriptionWarning)
         try:
-            model = load(robot.path, masses="optional", loops=robot.beside, drives=robot.drives)
+            model = load(robot.path, masses="optional", loops=robot.beside, drives=robot.drives, **robot.reading)
         except ValueError as e:
             robot.refusal = str(e)
             return

@@ -20,13 +20,15 @@ MOMENTS = ("ixx", "iyy", "izz", "ixy", "iyz", "ixz")
 
 
 def read_sdf(robot: RobotFile) -> None:
-    """Fills in links and joints of all models of the file from `robot.root`."""
+    """Fills in links and joints of the model that is asked for, or of all models of the file, from `robot.root`."""
     root = robot.root
     assert root is not None
     models = [
         *children(root, "model"),
         *(model for world in children(root, "world") for model in children(world, "model")),
     ]
+    wanted = robot.reading.get("model")
+    models = [model for model in models if model.get("name") == wanted] or models  # a name that isn't there is refused by the loader
     for model in models:
         _model(robot, model, f"{model.get('name', '')}::" if len(models) > 1 else "")
     robot.name = models[0].get("name", "") if models else ""

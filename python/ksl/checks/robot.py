@@ -11,7 +11,7 @@ from functools import cached_property
 from heapq import heappop, heappush
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -198,6 +198,8 @@ class RobotFile:
     xacro: Mapping[str, object] | None = None
     """Arguments of a xacro file, which was run; None of other files."""
     drives: tuple[str, ...] | None = None
+    reading: Mapping[str, Any] = field(default_factory=dict)
+    """Further arguments of the loader: floating_base, mimic, strict, model."""
     not_checked: list[str] = field(default_factory=list)
 
     @cached_property

@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from ksl.checks.robot import RobotFile
 from ksl.checks.rule import Rule
 from ksl.checks.xml_file import parse, parse_bytes
 from ksl.robot_files.xacro_files import EXPANDED, expanded, with_packages
+from ksl.mechanism.requests import one_of
 
 TOPICS: dict[str, list[Rule]] = {
     "The file": [*file_rules.RULES, file_rules.not_loaded, *portability_rules.RULES],
@@ -62,6 +64,10 @@ def check(
     symmetry: float = SYMMETRY,
     loops: str | os.PathLike[str] | None = None,
     drives: Iterable[str] | str | None = None,
+    floating_base: bool = False,
+    mimic: Literal["coupled", "independent"] = "coupled",
+    strict: bool = False,
+    model: str | None = None,
     xacro: Mapping[str, object] | None = None,
     packages: Mapping[str, str | os.PathLike[str]] | None = None,
 ) -> Findings:
@@ -74,6 +80,7 @@ def check(
     AMENT_PREFIX_PATH.
     symmetry: share of its mass, 0 to 1, by which a limb may differ from that of the other side.
     loops, drives: as :func:`ksl.load` takes them: a TOML file with joints that close loops, and the joints that have motors.
+    floating_base, mimic, strict, model: as :func:`ksl.load` takes them.  Of an SDF file with several models only that of this name is checked.
     xacro, packages: as :func:`ksl.load` takes them: arguments of a xacro file, which is run.  Lines are then those of the text that it makes.
     Returns the findings, errors first: a sequence of :class:`ksl.checks.findings.Finding`, with `table` as an Arrow
     table.
@@ -84,7 +91,8 @@ def check(
         findings = ksl.check("robot.urdf")
         print(findings.summary, [f.rule for f in findings])
     """
-    robot, left_out = _read(path, ignore, package_paths, symmetry, loops, drives, with_packages(xacro, packages))
+    reading = {"floating_base": floating_base, "mimic": mimic, "strict": strict, "model": model}
+    robot, left_out = _read(path, ignore, package_paths, symmetry, loops, drives, reading, with_packages(xacro, packages))
     return _findings(robot, left_out)
 
 
@@ -110,11 +118,15 @@ def fix(
     force: bool = False,
     loops: str | os.PathLike[str] | None = None,
     drives: Iterable[str] | str | None = None,
+    floating_base: bool = False,
+    mimic: Literal["coupled", "independent"] = "coupled",
+    strict: bool = False,
+    model: str | None = None,
 ) -> Fixed:
     """Writes a repaired URDF file.  Comments and layout stay; only what :attr:`Fixed.changes` lists is changed.
 
     out: a new file; the original is never overwritten, and another existing file only with `force`.
-    ignore, package_paths, symmetry, loops, drives: as :func:`check` takes them.
+    ignore, package_paths, symmetry, loops, drives, floating_base, mimic, strict, model: as :func:`check` takes them.
     accept: names of rules whose likely cause is right: moments in kg mm², limits in degrees … These are repaired, too.
     Raises DescriptionError where the file is no URDF or is not well-formed, and OutputError where `out` can't be
     written.
@@ -123,7 +135,8 @@ def fix(
 
     ignored = [ignore] if isinstance(ignore, str) else list(ignore)
     packages = [package_paths] if isinstance(package_paths, str) else list(package_paths)
-    robot, left_out = _read(path, ignored, packages, symmetry, loops, drives)
+    reading: dict[str, Any] = {"floating_base": floating_base, "mimic": mimic, "strict": strict, "model": model}
+    robot, left_out = _read(path, ignored, packages, symmetry, loops, drives, reading)
     if robot.format != "urdf":
         raise DescriptionError(f"{path}: only URDF files can be repaired; correct the findings by hand")
     accepted = _rule_names(accept, "accept")
@@ -139,7 +152,7 @@ def fix(
             changes.append((finding, finding._fix()))
     write_tree(robot, Path(out), force)
     return Fixed(
-        str(out), changes, check(out, ignore=ignored, package_paths=[*packages, robot.path.parent], symmetry=symmetry, loops=loops, drives=drives)
+        str(out), changes, check(out, ignore=ignored, package_paths=[*packages, robot.path.parent], symmetry=symmetry, loops=loops, drives=drives, **reading)
     )
 
 
@@ -150,10 +163,13 @@ def _read(
     symmetry: float,
     loops: str | os.PathLike[str] | None = None,
     drives: Iterable[str] | str | None = None,
+    reading: Mapping[str, Any] | None = None,
     xacro: Mapping[str, object] | None = None,
 ) -> tuple[RobotFile, list[str]]:
     """The file as the rules see it, and the rules that are left out."""
     left_out = _rule_names(ignore, "ignore")
+    given_reading = dict(reading or {})
+    one_of(given_reading.get("mimic", "coupled"), "mimic", "coupled", "independent")
     path_given(path, "a robot file")
     if not (0 <= symmetry <= 1):
         raise of_argument(ArgumentError, "symmetry", ": expected a share between 0 and 1, 0.05 for 5 %", symmetry)
@@ -162,7 +178,7 @@ def _read(
         if not folder.is_dir():
             raise of_argument(ArgumentError, "package_path", ": no such folder; name the folder that holds the packages", str(folder))
     motors = None if drives is None else (drives,) if isinstance(drives, str) else tuple(drives)
-    robot = RobotFile(Path(path), package_paths=folders, symmetry=symmetry, beside=loops, drives=motors, xacro=xacro)
+    robot = RobotFile(Path(path), package_paths=folders, symmetry=symmetry, beside=loops, drives=motors, xacro=xacro, reading=given_reading)
     try:
         if xacro is None:
             parse(robot)
@@ -230,7 +246,7 @@ def _load(robot: RobotFile) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DescriptionWarning)
         try:
-            robot.model = load(robot.path, masses="optional", loops=robot.beside, drives=robot.drives, xacro=robot.xacro)
+            robot.model = load(robot.path, masses="optional", loops=robot.beside, drives=robot.drives, xacro=robot.xacro, **robot.reading)
         except ValueError as e:
             robot.refusal = str(e)
 

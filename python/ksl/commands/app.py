@@ -11,7 +11,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterable
 from types import FrameType
-from typing import IO, Annotated, Any, NoReturn, cast
+from typing import IO, Annotated, Any, NoReturn
 
 import typer
 from rich.console import Console, ConsoleOptions, RenderableType
@@ -64,6 +64,38 @@ class SafeConsole(Console):
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
         for segment in super().render(renderable, options):  # here text has no colours yet, which are control characters too
             yield segment if segment.control else Segment(printable(segment.text), segment.style)
+
+
+class Watched:
+    """Standard output.  It notes what could not be written: the system names no file then, nor where a file that is open can't be read."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+        self.failure: OSError | None = None
+
+    def write(self, text: str) -> int:
+        return self._noted(self._stream.write, text)  # type: ignore[no-any-return]
+
+    def writelines(self, lines: Iterable[str]) -> None:
+        self._noted(self._stream.writelines, lines)
+
+    def flush(self) -> None:
+        self._noted(self._stream.flush)
+
+    def _noted(self, call: Callable[..., Any], *arguments: Any) -> Any:
+        try:
+            return call(*arguments)
+        except OSError as e:
+            self.failure = e
+            raise
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+def is_of_printing(e: Exception) -> bool:
+    """Whether an error is that of standard output, and not of a file."""
+    return getattr(sys.stdout, "failure", None) is e
 
 
 class Sentences(SafeConsole):
@@ -127,10 +159,12 @@ class Commands(TyperGroup):
         for stream in streams:
             if hasattr(stream, "reconfigure"):
                 stream.reconfigure(errors="replace")  # "?" for characters that the encoding lacks, rather than no output
-        sys.stdout, sys.stderr = (stream and PrintableStream(stream) for stream in streams)  # None if the shell has closed it
+        sys.stdout, sys.stderr = (stream and PrintableStream(stream) for stream in (streams[0] and Watched(streams[0]), streams[1]))  # None if the shell has closed it
         try:
             return self._main(args, options)
         finally:
+            if isinstance(getattr(sys.stdout, "failure", None), BrokenPipeError):  # typer ends by itself where nobody reads its help
+                discard_output()
             sys.stdout, sys.stderr = streams
 
     def _main(self, args: tuple[Any, ...], options: dict[str, Any]) -> Any:
@@ -150,26 +184,24 @@ class Commands(TyperGroup):
             if os.environ.get(TRACEBACK):
                 raise
             errors.print(f"ksl: {sentence(_last_resort(e))}")
-            if _is_of_standard_output(e):
+            if is_of_printing(e):
                 discard_output()
             sys.exit(2)
-
-
-def _is_of_standard_output(e: Exception) -> bool:
-    from ksl.output import OutputError
-
-    return isinstance(e, OSError) and e.filename is None and not isinstance(e, OutputError)
 
 
 def _last_resort(e: Exception) -> str:
     """A sentence for errors that no command expects."""
     if isinstance(e, MemoryError):
         return "there is not enough memory for this; give smaller files, or a part of the motion"
-    if _is_of_standard_output(e):
-        return unwritable(cast("OSError", e))
     if isinstance(e, OSError):
-        of_file = f"{e.filename}: can't be read or written ({os.strerror(e.errno) if e.errno else e}); check the path and its rights"
-        return of_file if e.filename is not None else str(e)
+        if is_of_printing(e):
+            return unwritable(e)
+        if e.errno is None and e.filename is None:  # a sentence already
+            return str(e)
+        why = os.strerror(e.errno) if e.errno else str(e)
+        if e.filename is not None:
+            return f"{e.filename}: can't be read or written ({why}); check the path and its rights"
+        return f"one of the files can't be read or written ({why}); check the disk that they are on, or copy them to another"
     where = traceback.extract_tb(e.__traceback__)[-1]
     what = f"{type(e).__name__} in {os.path.basename(where.filename)}:{where.lineno}"
     return f"a fault in KSL: {what}: {sentence(str(e))[:300]}; please report it with its files; {TRACEBACK}=1 in the environment prints where it happened"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ksl.commands.app import app, console, fail, print_json
-from ksl.commands.options import Drives, Loops, Packages, RobotText, Xacro, xacro_arguments
+from ksl.commands.options import Drives, FloatingBase, Loops, Mimic, ModelName, Packages, RobotText, Strict, Xacro, xacro_arguments
 
 if TYPE_CHECKING:
     from ksl.checks.run import Fixed
@@ -24,6 +24,10 @@ def check(
     accept: Annotated[list[str], typer.Option("--accept", metavar="RULE", help="With --fix: repair this rule's findings, too; their likely cause is right. May be repeated.")] = [],
     force: Annotated[bool, typer.Option("--force", help="Overwrite OUT.urdf if it exists.")] = False,
     everything: Annotated[bool, typer.Option("--all", help="Print every place, and not the first five of a rule.")] = False,
+    floating_base: FloatingBase = False,
+    mimic: Mimic = "coupled",
+    strict: Strict = False,
+    model_name: ModelName = "",
     loops: Loops = "",
     drives: Drives = "",
     xacro: Xacro = None,
@@ -45,11 +49,12 @@ def check(
     if xacro is not None and fix is not None:
         fail("--xacro and --fix: what xacro makes is repaired where it comes from, in the xacro file; leave one of them out")
     options: dict[str, Any] = {"ignore": ignore, "package_paths": package_path, "symmetry": symmetry, "loops": loops or None, "drives": motors}
+    options |= {"floating_base": floating_base, "mimic": mimic, "strict": strict, "model": model_name or None}
     try:
         fixed = fix_file(robot, fix, accept=accept, force=force, **options) if fix else None
         findings = fixed.left if fixed else check_file(robot, xacro=xacro_arguments(xacro, package), **options)
     except (ValueError, OutputError) as e:
-        fail(_of_option(e, ignore, accept, package_path, symmetry))
+        fail(_of_option(e, ignore, accept, package_path, symmetry, mimic))
     if json:
         print_json(findings.as_dict() | (_changes(fixed) if fixed else {}))
     elif fixed:
@@ -60,12 +65,12 @@ def check(
 
 
 def _of_option(
-    error: Exception, ignore: list[str], accept: list[str], package_path: list[Path], symmetry: float
+    error: Exception, ignore: list[str], accept: list[str], package_path: list[Path], symmetry: float, mimic: str
 ) -> str:
     """What Python says of an argument, said of the option that gave it."""
     from ksl.commands.options import in_options
 
-    given: dict[str, list[Any]] = {"ignore": ignore, "accept": accept, "package_path": [str(path) for path in package_path], "symmetry": [symmetry]}
+    given: dict[str, list[Any]] = {"ignore": ignore, "accept": accept, "package_path": [str(path) for path in package_path], "symmetry": [symmetry], "mimic": [mimic]}
     said = [in_options(error, **{name: value}) for name, values in given.items() for value in values]
     return next((text for text in said if text != str(error)), str(error))
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ksl.commands.app import app, console, fail, print_json
-from ksl.commands.options import FloatingBase, Packages, Physics, RobotText, Xacro, described_warnings, in_options, xacro_arguments
+from ksl.commands.options import FloatingBase, ModelName, Packages, Physics, RobotText, Strict, Xacro, described_warnings, in_options, xacro_arguments
 
 
 @app.command()
@@ -17,6 +17,8 @@ def compare(
         str, typer.Option("--with", metavar="NAMES", help="Libraries, separated by commas: pinocchio, mujoco, drake; otherwise those of them that are installed.")
     ] = "",
     floating_base: FloatingBase = False,
+    strict: Strict = False,
+    model_name: ModelName = "",
     physics: Physics = "",
     states: Annotated[int, typer.Option("--states", metavar="N", help="How many random states, 1 to 1000.")] = 8,
     xacro: Xacro = None,
@@ -35,7 +37,9 @@ def compare(
     on = [word.strip() for word in physics.split(",")] if physics else None
     with described_warnings():
         try:
-            found = compare_robot(robot, names, floating_base=floating_base, physics=on, states=states, seed=seed, xacro=xacro_arguments(xacro, package))
+            found = compare_robot(
+                robot, names, floating_base=floating_base, strict=strict, model=model_name or None, physics=on, states=states, seed=seed, xacro=xacro_arguments(xacro, package)
+            )
         except ValueError as e:
             from ksl.base.errors import ArgumentError
 

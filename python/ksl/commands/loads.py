@@ -11,7 +11,7 @@ import typer
 from ksl.base.errors import name_among
 from ksl.base.files_read import recorded
 from ksl.base.printable import one_line
-from ksl.commands.app import GroupedOptions, app, command_line, console, discard_output, fail, unwritable
+from ksl.commands.app import GroupedOptions, app, command_line, console, discard_output, fail, is_of_printing, unwritable
 from ksl.commands.options import (
     MOTION_HELP,
     AxesOf,
@@ -156,7 +156,7 @@ def loads(
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
         fail(e)
     except OSError as e:
-        if e.filename is not None:  # not of what is printed
+        if not is_of_printing(e):
             raise
         discard_output()
         fail(f"{unwritable(e)}; results are in {output}")

@@ -11,7 +11,7 @@ import typer
 
 from ksl.base.words import count
 from ksl.commands.app import app, console, fail, say
-from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Packages, Robot, Xacro, file_with_a_name, read_model
+from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Packages, Robot, Strict, Xacro, file_with_a_name, read_model
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -50,6 +50,7 @@ def motion(
     seed: Annotated[int | None, typer.Option(metavar="N", help="Of the search; 0.")] = None,
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
+    strict: Strict = False,
     gravity: Gravity = "",
     model_name: ModelName = "",
     loops: Loops = "",
@@ -77,7 +78,7 @@ def motion(
         refuse_inputs([output], [robot, *([waypoints] if waypoints else [])])
     except OutputError as e:
         fail(e)
-    model = read_model(robot, floating_base, mimic, False, gravity, masses="optional", name=model_name, loops=loops, drives=drives, xacro=xacro, package=package)
+    model = read_model(robot, floating_base, mimic, strict, gravity, masses="optional", name=model_name, loops=loops, drives=drives, xacro=xacro, package=package)
     try:
         made = _made(model, kind, {k: v for k, v in given.items() if v is not None})
         from ksl.motions.generate.writing import write_motion, written_joints

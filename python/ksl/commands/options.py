@@ -43,6 +43,15 @@ Loops = Annotated[str, typer.Option("--loops", metavar="FILE.toml|cut", help="Jo
 Drives = Annotated[str, typer.Option("--drives", metavar="NAMES", help="The joints that have motors, of a robot with loops, separated by commas.")]
 Xacro = Annotated[str | None, typer.Option("--xacro", metavar="'NAME:=VALUE …'", help="ROBOT is a xacro file, which is run with these arguments, '' for none. It is a program: run those of people you trust.")]
 Packages = Annotated[list[str], typer.Option("--package", metavar="NAME=DIR", help="With --xacro: the folder of a package that the file finds, $(find NAME); may be repeated. Others are looked for in the folders above it, and where ROS has them.")]
+OF_READING = {
+    "floating_base": FloatingBase, "mimic": Mimic, "strict": Strict, "model_name": ModelName, "loops": Loops, "drives": Drives, "xacro": Xacro, "package": Packages,
+}  # fmt: skip
+"""Options that say how a robot's file is read.  Every command that reads one takes them, but for those of `FIXED`."""
+FIXED = {
+    "compare": {"mimic": "independent: other libraries have it so", "loops": "cut: other libraries have trees", "drives": "each joint of a tree has one"},
+    "sweep": {name: "a key of [base] in SWEEP.toml" for name in OF_READING if name not in ("xacro", "package")},
+}
+"""{command: {option that it doesn't take: how the file is read there}}."""
 PointMasses = Annotated[list[str], typer.Option("--payload", metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")]
 OnLinks = Annotated[list[str], typer.Option("--on-link", metavar="NAME", help="Link that carries the payload.")]
 OnSide = Annotated[str, typer.Option("--on", metavar="child|parent", help="Side that the wrench acts on.")]

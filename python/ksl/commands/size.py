@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ksl.commands.app import app, console, discard_output, fail, print_for_programs, print_json, unwritable
+from ksl.commands.app import app, console, discard_output, fail, is_of_printing, print_for_programs, print_json, unwritable
 from ksl.commands.options import in_options, numbers, path_with_a_name, results_with_a_name
 
 if TYPE_CHECKING:
@@ -81,6 +81,8 @@ def _print(sizing: Sizing, as_json: bool, brief: bool, peaks: bool, output: Path
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
     except OSError as e:
+        if not is_of_printing(e):
+            raise
         discard_output()
         fail(f"{unwritable(e)}" + (f"; results are in {output}" if output else ""))
 

@@ -34,6 +34,8 @@ def compare(
     libraries: Iterable[str] | str | None = None,
     *,
     floating_base: bool = False,
+    strict: bool = False,
+    model: str | None = None,
     physics: str | Iterable[str] | None = None,
     states: int = 8,
     seed: int = 0,
@@ -45,7 +47,7 @@ def compare(
     robot: a URDF, SDF or MJCF file, which each library reads by itself.
     libraries: names among "pinocchio", "mujoco" and "drake"; None is all of them.  Those that aren't installed are in `missing` of the result,
     with the command that brings them.
-    floating_base, physics: as :func:`ksl.load` takes them.  Mimic joints are independent and loops cut in this comparison, as others have them.
+    floating_base, strict, model, physics: as :func:`ksl.load` takes them.  Mimic joints are independent and loops cut in this comparison, as others have them.
     states: how many random states, 1 to 1000; positions within limits, velocities and accelerations of standard deviation 1 rad/s or m/s, and so on.
     seed: of their generator, 0 or more.
     xacro, packages: as :func:`ksl.load` takes them; what xacro makes of the file is compared.
@@ -67,17 +69,17 @@ def compare(
         with TemporaryDirectory() as folder:  # other libraries read files
             path = Path(folder) / "robot.urdf"
             path.write_bytes(made.contents)
-            return replace(compare(path, libraries, floating_base=floating_base, physics=physics, states=states, seed=seed), file=made.name)
-    file, notes, said = _read(robot, floating_base, physics)
+            return replace(compare(path, libraries, floating_base=floating_base, strict=strict, model=model, physics=physics, states=states, seed=seed), file=made.name)
+    file, notes, said = _read(robot, floating_base, strict, model, physics)
     for line in said:
         warnings.warn(line, DescriptionWarning, stacklevel=2)
-    model = file.model
-    if model.nv == 0:  # some libraries crash on such a robot
-        raise DescriptionError(f"{model.file}: no joint moves, and there is nothing to compare; floating_base (--floating-base) lets the root float")
-    given = _random_states(model, states, seed)
+    read = file.model
+    if read.nv == 0:  # some libraries crash on such a robot
+        raise DescriptionError(f"{read.file}: no joint moves, and there is nothing to compare; floating_base (--floating-base) lets the root float")
+    given = _random_states(read, states, seed)
     missing = {name: LIBRARIES[name].command for name in wanted if not is_installed(LIBRARIES[name])}
     found = tuple(_one(name, file, given, notes) for name in wanted if name not in missing)
-    return Comparison(str(file.path), model.name, model.nv, states, seed, found, missing)
+    return Comparison(str(file.path), read.name, read.nv, states, seed, found, missing)
 
 
 def _names(libraries: Iterable[str] | str | None) -> list[str]:
@@ -95,13 +97,15 @@ def _check_count(x: object, name: str, least: int, most: int) -> None:
         raise of_argument(ArgumentError, name, f"; expected a whole number, {least} to {most}", x)
 
 
-def _read(robot: str | os.PathLike[str], floating_base: bool, physics: str | Iterable[str] | None) -> tuple[File, list[Note], tuple[str, ...]]:
+def _read(
+    robot: str | os.PathLike[str], floating_base: bool, strict: bool, chosen: str | None, physics: str | Iterable[str] | None
+) -> tuple[File, list[Note], tuple[str, ...]]:
     """The file with its model, what KSL does otherwise by default, and its warnings."""
     on = None if physics is None else [physics] if isinstance(physics, str) else list(physics)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DescriptionWarning)  # the caller gives them once
-        default = load(robot, floating_base, physics=on)
-        model = load(robot, floating_base, "independent", physics=on, loops="cut")
+        default = load(robot, floating_base, strict=strict, model=chosen, physics=on)
+        model = load(robot, floating_base, "independent", strict, model=chosen, physics=on, loops="cut")
     contents = _core.file_bytes(os.fsencode(model.file))
     if b"<" not in contents[: 1 << 16]:
         raise DescriptionError(f"{model.file}: is no XML; compared are URDF, SDF and MJCF, which other libraries read, too: ksl.load(…).to_urdf(path) writes URDF")
@@ -111,7 +115,7 @@ def _read(robot: str | os.PathLike[str], floating_base: bool, physics: str | Ite
     if default.loops:
         notes.append(Note("loops", f"KSL closes {len(default.loops)} loop{'s' if len(default.loops) > 1 else ''}; compared are the trees, loops=\"cut\""))
     format_ = {"mujoco": "mjcf", "sdf": "sdf"}.get(root_element(contents) or "", "urdf")
-    return File(os.path.abspath(model.file), contents, format_, model, bool(floating_base)), notes, tuple(default.warnings)
+    return File(os.path.abspath(model.file), contents, format_, model, bool(floating_base), chosen), notes, tuple(default.warnings)
 
 
 def _random_states(model: Model, count: int, seed: int) -> States:

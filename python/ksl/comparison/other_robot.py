@@ -40,6 +40,8 @@ class File(NamedTuple):
     model: Model
     """Mimic joints independent, loops cut."""
     floating_base: bool
+    chosen: str | None = None
+    """Which model of an SDF file that has several."""
 
 
 class Place(NamedTuple):

@@ -1,4 +1,4 @@
-"""URDF as other libraries take it: without elements that they refuse, and with a floating joint below its root."""
+"""URDF as other libraries take it: without elements that they refuse, and with a floating joint below its root; SDF with one model."""
 
 from __future__ import annotations
 
@@ -14,6 +14,15 @@ def without(contents: bytes, of: str, *tags: str) -> ElementTree.Element:
         for child in [child for tag in tags for child in element.findall(tag)]:
             element.remove(child)
     return robot
+
+
+def of_one_model(contents: bytes, name: str) -> ElementTree.Element:
+    """A document of SDF without its other models."""
+    root = ElementTree.fromstring(contents)
+    for place in (root, *root.iterfind("world")):
+        for other in [model for model in place.findall("model") if model.get("name") != name]:
+            place.remove(other)
+    return root
 
 
 def on_floating_joint(robot: ElementTree.Element, model: Model) -> ElementTree.Element:

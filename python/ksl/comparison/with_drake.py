@@ -17,7 +17,7 @@ from ksl.comparison.bodies import pseudo_inertia, welded
 from ksl.comparison.coordinates import Array, Form
 from ksl.comparison.other_robot import said_by, File, NotLoaded, OneState, OtherRobot, Place, check_root
 from ksl.comparison.results import Note
-from ksl.comparison.urdf_text import text, without
+from ksl.comparison.urdf_text import of_one_model, text, without
 from ksl.mechanism.mechanism import Joint
 
 FORMS: dict[tuple[str, str], Form] = {
@@ -66,6 +66,8 @@ class RobotInDrake(OtherRobot):
             if self.file.format == "urdf" and b"<mimic" in self.file.contents:
                 self.conventions.append(Note("mimic", "joints that mimic others are constraints, which a plant in continuous time refuses; read without <mimic>"))
                 Parser(self.plant).AddModelsFromString(text(without(self.file.contents, "joint", "mimic")), "urdf")
+            elif self.file.chosen is not None:
+                Parser(self.plant).AddModelsFromString(text(of_one_model(self.file.contents, self.file.chosen)), "sdf")
             else:
                 Parser(self.plant).AddModels(self.file.path)
             root = self.plant.GetBodyByName(self.model.root) if self.plant.HasBodyNamed(self.model.root) else None

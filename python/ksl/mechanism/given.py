@@ -110,7 +110,7 @@ def array(x: ArrayLike, shape: tuple[int, ...], what: str) -> np.ndarray:
 
 def pose(x: PoseLike | None, what: str, to: str | None = None) -> list[float]:
     """A (4, 4) matrix by rows, the identity for None.  The compiled code checks that it is rigid.  to: the frame that a :class:`ksl.Pose` must be in."""
-    if isinstance(x, TypedPose):
+    if not isinstance(x, np.ndarray) and isinstance(x, TypedPose):  # a protocol, which takes long to be asked for
         x = x.array_in(to)
     if x is None:
         return [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from ksl.model.builder import Builder
 from ksl.mechanism.joint_kinds import KINDS, Kind, slides, turns
-from ksl.robot_files.mjcf_frames import moved
 
 Array = NDArray[np.float64]
 GROUND = None
+AT_REST, UNTURNED = np.eye(4), np.eye(3).ravel().tolist()
 SINGLE = 3e-6
 """m, and elements of rotations: what single precision leaves of frames of robots of some metres, with room for products of some of them."""
 CLOSE = 1e-9
@@ -159,9 +159,9 @@ def gap(c: Connection, bodies: list[Body]) -> tuple[float, float]:
     shift = apart[:3, 3]
     shift = _left(shift, c.kind, c.axis)
     if turns(c.kind) == 3 or c.axis is None:
-        turn = 0.0 if turns(c.kind) == 3 else float(np.linalg.norm(apart[:3, :3] - np.eye(3), 2))
+        turn = 0.0 if turns(c.kind) == 3 else _turned(apart[:3, :3])
     else:
-        turn = float(np.linalg.norm(apart[:3, :3] @ c.axis - c.axis)) if row.angle is not None else float(np.linalg.norm(apart[:3, :3] - np.eye(3), 2))
+        turn = float(np.linalg.norm(apart[:3, :3] @ c.axis - c.axis)) if row.angle is not None else _turned(apart[:3, :3])
     return float(np.linalg.norm(shift)), turn
 
 
@@ -177,6 +177,11 @@ def _left(shift: Array, kind: str, axis: Array | None) -> Array:
     return shift - along if ways == 1 else np.asarray(along)
 
 
+def _turned(R: Array) -> float:
+    """2 sin(angle / 2) of a rotation: its distance from the identity, of whose singular values two are this and one is 0."""
+    return math.dist(R.ravel().tolist(), UNTURNED) / math.sqrt(2.0)
+
+
 def in_double(bodies: list[Body], connections: list[Connection]) -> None:
     """Completes frames of single precision by the poses in which the bodies stand, where these agree with the joints within SINGLE.
 
@@ -187,7 +192,7 @@ def in_double(bodies: list[Body], connections: list[Connection]) -> None:
     for c in connections:
         if max(gap(c, bodies)) > SINGLE:
             continue
-        first, second = (np.eye(4) if i is None else bodies[i].pose for i in (c.first, c.second))
+        first, second = (AT_REST if i is None else bodies[i].pose for i in (c.first, c.second))
         if c.axis is not None:
             for body, at in ((first, c.at_first), (second, c.at_second)):
                 u = body[:3, :3] @ at[:3, :3] @ c.axis
@@ -234,13 +239,13 @@ def _turn(u: Array, v: Array) -> Array:
 
 
 def _inverse(X: Array) -> Array:
-    made = np.eye(4)
-    made[:3, :3] = X[:3, :3].T
-    return made @ moved(-X[:3, 3])
+    made, back = AT_REST.copy(), AT_REST.copy()
+    made[:3, :3], back[:3, 3] = X[:3, :3].T, -X[:3, 3]
+    return made @ back
 
 
 def _unused(name: str, names: Iterable[str]) -> str:
-    taken = set(names)
+    taken = names if isinstance(names, (set, frozenset)) else set(names)
     while name in taken:
         name += "_"
     return name

@@ -35,7 +35,7 @@ LARGEST = sys.float_info.max
 """Python's whole numbers may be larger, which `math.isfinite` doesn't take."""
 TAKEN = ("case", "joint", "kind", "quantity", "value", "unit", "undetermined")
 """Columns of the results that are no parameters."""
-OF_BASE = ("motion", "simulate", "reading", "components", "gravity", "physics", "friction_width", "floating_base", "mimic", "model", "loops", "drives", "stiffness", "xacro", "packages")
+OF_BASE = ("motion", "simulate", "reading", "components", "gravity", "physics", "friction_width", "floating_base", "mimic", "strict", "model", "loops", "drives", "stiffness", "xacro", "packages")
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class Sweep:
     simulated: Simulated | None = None
     """How the motion of each case is simulated, if it is; a motion is then what it follows."""
     base: Mapping[str, Any] = field(default_factory=dict)
-    """What all cases share besides: gravity, physics, friction_width, floating_base, mimic, model, loops, drives, stiffness."""
+    """What all cases share besides: gravity, physics, friction_width, floating_base, mimic, strict, model, loops, drives, stiffness."""
     reading: Mapping[str, Any] = field(default_factory=dict)
     """How motions are read: arguments of `ksl.read_motion`."""
     components: str | None = None

@@ -10,7 +10,7 @@ from ksl.base.errors import SweepError
 from ksl.model.model import Model, sealed
 from ksl.model.surgery import under_gravity
 
-OF_FILES = ("floating_base", "mimic", "model", "loops", "xacro", "packages")
+OF_FILES = ("floating_base", "mimic", "strict", "model", "loops", "xacro", "packages")
 """Keys of [base] that say how a file is read."""
 
 

@@ -178,7 +178,10 @@ symmetric about_centroid(const spatial_inertia<double> &I) {
           I.Izx + I.h.z * c.x};
 }
 
-/// Describes what makes an inertia impossible for a rigid body; empty if it is possible.
+/// kg and kg m²: nothing that is built goes beyond, as python/ksl/base/judged.py has it for formats that are read there.
+constexpr double least_mass = 1e-15, largest_mass = 1e12, largest_moment = 1e18;
+
+/// Describes what makes an inertia impossible for a rigid body, or for any machine; empty if it is possible.
 std::string fault_of(const spatial_inertia<double> &I) {
   using text::shown;
   if (!all_of(I, is_finite))
@@ -187,7 +190,11 @@ std::string fault_of(const spatial_inertia<double> &I) {
     return "mass " + shown(I.m) + " is negative";
   if (I.m == 0)
     return all_of(I, is_zero) ? "" : "mass 0 with an inertia that is not zero";
+  if (I.m < least_mass || I.m > largest_mass)
+    return "mass " + shown(I.m) + " kg; expected " + shown(least_mass) + " to " + shown(largest_mass) + " kg, or 0";
   const auto [least, middle, largest] = principal_moments(I);
+  if (largest > largest_moment)
+    return "a principal moment of " + shown(largest) + " kg m²; expected at most " + shown(largest_moment);
   // the matrix about the origin has lost digits that are small relative to m |c|², which is no fault of the file
   const double rounding = 1e-14 * (I.h.x * I.h.x + I.h.y * I.h.y + I.h.z * I.h.z) / I.m;
   const double tolerance = 1e-6 * std::max(std::fabs(largest), std::fabs(least)) + rounding;

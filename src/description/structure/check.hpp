@@ -14,7 +14,7 @@ int check_tree(const robot_description &robot);
 
 /// A line for each link whose inertia no rigid body can have: mass without negative sign, inertia matrix about the
 /// centroid positive semidefinite, principal moments within the triangle inequality, to a relative tolerance of 1e-6
-/// of the largest moment.  Rotors, which the physics "rotor bodies" adds, are left out.
+/// of the largest moment; mass and moments that a machine can have.  Rotors, which the physics "rotor bodies" adds, are left out.
 std::vector<std::string> check_inertias(const robot_description &robot);
 
 /// What no inertia can be, as the end of a sentence about its link; empty if there is nothing: a mass that is negative, a number that

@@ -3,6 +3,7 @@
 
 #include "ksl/engine/model/description.hpp"
 
+#include <string>
 #include <vector>
 
 namespace ksl {
@@ -17,5 +18,8 @@ struct leader_of_joint {
 /// Throws description_error if a leader doesn't exist or doesn't move, if a joint follows itself, directly or through others, and
 /// if one of the two has not exactly one coordinate.
 std::vector<leader_of_joint> leaders_of(const robot_description &robot);
+
+/// A line for each joint whose coupling no machine has: a multiplier of 0, which holds it still, and numbers beyond 1e-9 to 1e9.
+std::vector<std::string> check_couplings(const robot_description &robot);
 
 } // namespace ksl

@@ -505,6 +505,8 @@ void model_builder::add_ranges() {
       m_.position_ranges_[static_cast<std::size_t>(quaternion.q_index + i)] = {-1, 1};
   const double infinity = std::numeric_limits<double>::infinity();
   std::vector<model::position_range> limits(m_.position_ranges_.size(), {-infinity, infinity});
+  for (const std::string &line : check_couplings(m_.description_))
+    warn(line);
   for (const joint_row &row : m_.joints_) // followers come after their leaders
     for (int c = 0; row.description >= 0 && c < numbers_with_limits(row_of(row.kind)); ++c)
       narrow(limits, row, c);

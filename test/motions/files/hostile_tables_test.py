@@ -1,6 +1,7 @@
 """NPZ and Parquet files whose damage ended the process, or in faults of Python."""
 
 import sys
+import tracemalloc
 import zipfile
 
 import numpy as np
@@ -8,7 +9,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from parquet_footer_test import signed
+from scipy.io import savemat
 
+from ksl.base import limits
 from ksl.motions.files import parquet_footer
 from ksl.motions.reading import read_motion
 
@@ -29,6 +32,30 @@ def test_text_of_characters_that_unicode_does_not_have(leg, tmp_path, refusal, n
         for each, inside in members.items():
             archive.writestr(each, inside)
     assert "truncated or damaged" in refusal(leg, tmp_path / "m.npz")
+
+
+def without_rows(path, columns):
+    """A file of some hundred bytes that says that it has many columns, two of them in arrays of no rows."""
+    if path.suffix == ".npz":
+        np.savez(path, c=np.empty((0, columns)), d=np.empty((0, columns)))
+    elif path.suffix == ".mat":
+        savemat(path, {name: np.empty((0, columns)) for name in "cd"})
+    else:
+        lists = pa.array([], pa.list_(pa.float64(), columns))
+        pq.write_table(pa.table(dict.fromkeys("cd", lists)), path)
+
+
+@pytest.mark.parametrize("form", ["npz", "mat", "parquet"])
+def test_columns_that_take_no_place_are_counted(leg, tmp_path, refusal, form, monkeypatch):
+    """They took gigabytes, since each got a name; those of all arrays count together."""
+    monkeypatch.setattr(limits, "COLUMNS", 1000)
+    for columns, said in ((600, "1,200 columns; at most 1,000 are read"), (10**6, "columns; at most 1,000 are read"), (400, "")):
+        without_rows(tmp_path / f"m.{form}", columns)
+        tracemalloc.start()
+        found = refusal(leg, tmp_path / f"m.{form}")
+        most = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert (said in found if said else "columns; at most" not in found) and most < 4 << 20, (found, most)
 
 
 def test_a_footer_that_contradicts_itself(leg, tmp_path, refusal):

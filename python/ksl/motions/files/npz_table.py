@@ -141,6 +141,7 @@ def table_of_arrays(
         if x.ndim == 1:
             columns[name], fault = x, _of_another_length(name, x.shape, by, n)
         elif x.ndim == 2 and len(x) == n and (squares_are_clear or not _square(x)):
+            check_columns(file, len(columns) + x.shape[1])  # one without rows may have billions
             groups[name] = [f"{name}[{k}]" for k in range(x.shape[1])]
             columns |= dict(zip(groups[name], x.T))
             continue

@@ -82,7 +82,7 @@ class ParquetTable(Recorded):
             inner = next((i for i in range(metadata.num_columns) if metadata.schema.column(i).path.startswith(f"{name}.")), None)
             values = sum(group.columns[inner].values for group in self._groups) if inner is not None else 0
             size = -(-values // max(metadata.num_rows, 1))
-        check_columns(file, size)
+        check_columns(file, len(self._of_list) + size)
         self._of_list |= {f"{name}[{k}]": (name, k) for k in range(size)}
         return [f"{name}[{k}]" for k in range(size)] or [name]
 

@@ -145,7 +145,8 @@ def _side(stage: Stage, relation: Any, position: Any, turn: Any, numbers: dict[s
         _require_none(relation, name)
         frame[:3, :3], frame[:3, 3] = R, stage.point(stage.stage.GetPseudoRoot(), local)
         return None, frame
-    prim = stage.stage.GetPrimAtPath(targets[0].GetPrimPath())
+    path = targets[0].GetPrimPath()
+    prim = stage.bodies.get(str(path)) or stage.stage.GetPrimAtPath(path)
     if not prim:
         raise DescriptionError(f"joint {name}: {relation.GetName()} is {targets[0]}, and no such prim is there; correct the path")
     if not (prim.IsActive() and prim.IsDefined()):

@@ -19,7 +19,7 @@ from ksl.base.judged import DENSITY, MASS, MOMENT, judged
 from ksl.base.words import listed
 from ksl.robot_files.assembly import Array, Body
 from ksl.robot_files.usd.shapes import Solid, solid_of
-from ksl.robot_files.usd.stage import Stage, rotation
+from ksl.robot_files.usd.stage import Stage, rotation, three
 
 WATER = 1000.0
 """kg/m³: the density of shapes that nothing gives one for, of UsdPhysics."""
@@ -86,7 +86,7 @@ class MassReader:
     def _of_parts(self, body: Body, path: str, own: Given) -> tuple[Lump, bool]:
         """What the colliders of a body weigh together, with the body's own mass where it has one; whether they weigh anything."""
         self.left, self.without_density = [], []
-        lumps = [lump for part in self.stage.parts[path] if (lump := self._part(body, part, own)).mass > 0]
+        lumps = [lump for part in self.stage.parts[path] if (lump := self._part(body, part, own, own if str(part.GetPath()) == path else self.given(part))).mass > 0]
         if not lumps:
             self._say_open(body, own)
             return Lump(own.mass or 0.0, np.zeros(3), np.zeros((3, 3))), False
@@ -106,20 +106,26 @@ class MassReader:
             return Given()
         stage, who = self.stage, f"prim {prim.GetPath()}: its physics:"
         found = Given()
+        authored = prim.GetAuthoredPropertyNames()
+
+        def value(name: str) -> Any:
+            return prim.GetAttribute(f"physics:{name}").Get() if f"physics:{name}" in authored else None  # where nothing is authored, USD's value says so
+
         for name, bounds, unit in (("mass", MASS, stage.mass), ("density", DENSITY, stage.mass / stage.length**3)):
-            x = float(prim.GetAttribute(f"physics:{name}").Get() or 0.0)
+            x = float(value(name) or 0.0)
             if x:
                 setattr(found, name, judged(x * unit, f"{who}{name}", bounds))
-        centroid = prim.GetAttribute("physics:centerOfMass").Get()
-        if centroid is not None and any(map(math.isnan, centroid)):
-            raise DescriptionError(f"{who}centerOfMass is {tuple(centroid)}; expected three numbers; correct it in the file")
-        if centroid is not None and all(map(math.isfinite, centroid)):
-            found.centroid = centroid
-        moments = prim.GetAttribute("physics:diagonalInertia").Get()
-        if moments is not None and any(moments):
-            found.moments = np.array([judged(float(x) * stage.mass * stage.length**2, f"{who}diagonalInertia", MOMENT) for x in moments])
-        turn = prim.GetAttribute("physics:principalAxes").Get()
-        if turn is not None and (turn.GetReal() or any(turn.GetImaginary())):
+        centroid = value("centerOfMass")
+        at = None if centroid is None else three(centroid)
+        if at is not None and any(map(math.isnan, at)):
+            raise DescriptionError(f"{who}centerOfMass is {tuple(at)}; expected three numbers; correct it in the file")
+        if at is not None and all(map(math.isfinite, at)):
+            found.centroid = at
+        moments = value("diagonalInertia")
+        if moments is not None and any(moments := three(moments)):
+            found.moments = np.array([judged(x * stage.mass * stage.length**2, f"{who}diagonalInertia", MOMENT) for x in moments])
+        turn = value("principalAxes")
+        if turn is not None and (turn.GetReal() or any(three(turn.GetImaginary()))):
             found.axes = rotation(turn)
         return found
 
@@ -127,9 +133,8 @@ class MassReader:
         """A point of a prim in the frame of its body, m."""
         return np.asarray(body.pose[:3, :3].T @ (self.stage.point(prim, local) - body.pose[:3, 3]))
 
-    def _part(self, body: Body, prim: Any, of_body: Given) -> Lump:
+    def _part(self, body: Body, prim: Any, of_body: Given, own: Given) -> Lump:
         """What a collider weighs; nothing where it is neither given nor the volume of a solid."""
-        own = self.given(prim)
         missing = [what for what, x in (("mass", own.mass), ("centre of mass", own.centroid), ("inertia", own.moments)) if x is None]
         solid = solid_of(self.stage, prim) if missing else NO_SOLID
         if solid is None:

@@ -74,7 +74,7 @@ class Stage:
         if made is None:
             self.poses[prim] = made = self.matrix(prim).copy()
             R = made[:3, :3]
-            if np.abs(R.T @ R - np.eye(3)).max() > 1e-12 or np.linalg.det(R) < 0:
+            if not _is_identity(R) and (np.abs(R.T @ R - np.eye(3)).max() > 1e-12 or np.linalg.det(R) < 0):
                 self.scale(prim)
                 made[:3, :3] = np.array(self.cache.GetLocalToWorldTransform(prim).RemoveScaleShear().ExtractRotationMatrix()).T
             made[:3, 3] *= self.length
@@ -83,21 +83,31 @@ class Stage:
     def scale(self, prim: Any) -> Array:
         """Lengths of a prim's axes (3) in the world.  Raises OutOfBounds for scales of nothing, or of another world."""
         R = self.matrix(prim)[:3, :3]
+        if _is_identity(R):
+            return np.ones(3)
         return np.array([judged(float(s), f"prim {prim.GetPath()}: its scale", SCALE) for s in np.sqrt((R * R).sum(axis=0))])
 
     def sheared(self, prim: Any) -> bool:
         """Whether its axes are no right angles apart, so that a cube of it is none."""
+        if _is_identity(self.matrix(prim)[:3, :3]):
+            return False
         R = self.matrix(prim)[:3, :3] / self.scale(prim)
         return bool(np.abs(R.T @ R - np.eye(3)).max() > TRUE_ANGLES)
 
     def point(self, prim: Any, local: Any) -> Array:
         """A point of a prim's space in the world, m: scales of the prim and its ancestors count."""
-        x = [float(c) for c in local]
+        x = three(local)
         if not abs(x[0]) + abs(x[1]) + abs(x[2]) <= LENGTH.most / self.length:
             for c in x:
                 judged(c * self.length, f"prim {prim.GetPath()}: a coordinate of a point of it", LENGTH)
         M = self.matrix(prim)
         return (M[:3, :3] @ x + M[:3, 3]) * self.length
+
+
+def _is_identity(R: Array) -> bool:
+    """Whether a prim is neither turned nor scaled, as most are."""
+    identity: bool = R.tolist() == [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    return identity
 
 
 def units_of(stage: Any) -> Stage:
@@ -212,10 +222,18 @@ def short_names(paths: Iterable[str]) -> dict[str, str]:
     return names
 
 
+def three(vector: Any) -> list[float]:
+    """The numbers of a vector of USD.  Python's own way through one costs fifty times as much: each ends by an exception, for which USD looks at the stack."""
+    numbers: list[float] = np.array(vector, dtype=float).tolist()
+    if len(numbers) != 3:
+        raise TypeError(f"{vector} has {len(numbers)} numbers, not 3")
+    return numbers
+
+
 def rotation(quaternion: Any) -> Array:
     """(3, 3) of a quaternion of USD; the identity for that of length 0, which means that none is given."""
-    w, (x, y, z) = (0.0, (0.0, 0.0, 0.0)) if quaternion is None else (quaternion.GetReal(), quaternion.GetImaginary())
-    if not (w or x or y or z):
+    w, (x, y, z) = (0.0, (0.0, 0.0, 0.0)) if quaternion is None else (quaternion.GetReal(), three(quaternion.GetImaginary()))
+    if not (x or y or z) and w in (0.0, 1.0):
         return np.eye(3)
     if not math.isfinite(w + x + y + z):
         raise DescriptionError(f"a quaternion is {(w, x, y, z)}; expected four finite numbers")
