@@ -201,7 +201,7 @@ def test_every_command_ends_in_a_sentence(hostile, kind):
         "OutputError": "ksl.output.OutputError('folder: is full')",
     }
     how = special.get(kind, f"{kind}('x\\x1b')")
-    code = f"import ksl.robot_files.loading, ksl.output, sys\ndef load(*a, **o): raise {how}\nksl.model.loading.load = load\nfrom ksl.__main__ import main\nmain()"
+    code = f"import ksl.robot_files.loading, ksl.output, sys\ndef load(*a, **o): raise {how}\nksl.robot_files.loading.load = load\nfrom ksl.__main__ import main\nmain()"
     p = subprocess.run([sys.executable, "-c", code, "info", hostile / "robot.urdf"], capture_output=True, timeout=60)
     said = is_sentence(p)
     expected = {
@@ -211,13 +211,13 @@ def test_every_command_ends_in_a_sentence(hostile, kind):
 
 
 def test_the_traceback_can_be_had(hostile):
-    code = "import ksl.robot_files.loading\ndef load(*a, **o): raise KeyError('x')\nksl.model.loading.load = load\nfrom ksl.__main__ import main\nmain()"
+    code = "import ksl.robot_files.loading\ndef load(*a, **o): raise KeyError('x')\nksl.robot_files.loading.load = load\nfrom ksl.__main__ import main\nmain()"
     p = subprocess.run([sys.executable, "-c", code, "info", hostile / "robot.urdf"], capture_output=True, timeout=60, env=os.environ | {"KSL_TRACEBACK": "1"})
     assert b"Traceback" in p.stderr and b"KeyError" in p.stderr
 
 
 def test_an_interrupt_is_no_traceback(hostile):
-    code = "import ksl.robot_files.loading\ndef load(*a, **o): raise KeyboardInterrupt\nksl.model.loading.load = load\nfrom ksl.__main__ import main\nmain()"
+    code = "import ksl.robot_files.loading\ndef load(*a, **o): raise KeyboardInterrupt\nksl.robot_files.loading.load = load\nfrom ksl.__main__ import main\nmain()"
     p = subprocess.run([sys.executable, "-c", code, "info", hostile / "robot.urdf"], capture_output=True, timeout=60)
     assert p.returncode == 130 and b"Traceback" not in p.stderr and p.stderr.count(b"\n") <= 1, p.stderr
 
@@ -231,7 +231,7 @@ def test_an_interrupt_where_python_loses_it(hostile, at):
         "end": "def load(*a, **o): raise SystemExit(0)\nfrom ksl.commands.app import Commands\ndef end(*a, **o): os.kill(os.getpid(), signal.SIGINT); time.sleep(5)\nCommands.main = end",
     }[at]
     start = "import os, signal, time, weakref\nimport ksl.robot_files.loading\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"  # jobs in the background ignore it
-    p = subprocess.run([sys.executable, "-c", f"{start}{code}\nksl.model.loading.load = load\nfrom ksl.__main__ import main\nmain()", "info", hostile / "robot.urdf"],
+    p = subprocess.run([sys.executable, "-c", f"{start}{code}\nksl.robot_files.loading.load = load\nfrom ksl.__main__ import main\nmain()", "info", hostile / "robot.urdf"],
                        capture_output=True, timeout=60)  # fmt: skip
     assert p.returncode == 130 and b"Traceback" not in p.stderr and b"fault" not in p.stderr, p.stderr
 
