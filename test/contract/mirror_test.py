@@ -4,7 +4,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 ELSEWHERE = {
-    "python/ksl/commands": "test/cli",
+    "python/ksl/commands": "test/cli",  # by command lines, as users call them, and through all rooms
 }
 """Rooms whose tests are in a folder with another name, or that the tests of a room beside them hold."""
 

@@ -14,7 +14,7 @@ ctest --test-dir "$build" --output-on-failure -j "${CMAKE_BUILD_PARALLEL_LEVEL:-
 # and is not optimised.
 KSL_TEST_CC="clang -fprofile-instr-generate -fcoverage-mapping" KSL_LIBRARY="$build/libksl.so" PYTHONPATH="$build/pyroot" "$python" -m pytest -q -n "${CMAKE_BUILD_PARALLEL_LEVEL:-2}" --dist loadfile \
   --deselect test/mechanism/batch_test.py::test_every_instruction_set_gives_the_same_bits \
-  test/algebra test/model test/base test/identify test/arrays test/load_cases/loads_test.py test/laws
+  test/algebra test/mechanism test/model test/robot_files test/simulation test/engine test/base test/identify test/arrays test/load_cases/loads_test.py test/laws
 
 llvm-profdata merge "$build"/profiles/*.profraw -o "$build/all.profdata"
 rm -rf "$build/profiles"

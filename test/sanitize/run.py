@@ -87,7 +87,8 @@ KINDS = {
     # test that compares bits of instruction sets, since this build has one, and those that need modes and flags of floating-point
     # arithmetic, which valgrind lacks.  A flag is how numpy's linear algebra says that a matrix has no factor.
     "valgrind-python": Kind(
-        ("heap",), {"KSL_ISA": "x86-64-v3", "PYTHONMALLOC": "malloc"}, ("test/model", "test/base", "test/identify", "test/arrays", "test/load_cases/loads_test.py", "test/viewer/notebook_test.py", "test/cli/info_test.py"),
+        ("heap",), {"KSL_ISA": "x86-64-v3", "PYTHONMALLOC": "malloc"}, ("test/mechanism", "test/model", "test/robot_files", "test/simulation", "test/engine", "test/base", "test/identify", "test/arrays",
+                     "test/load_cases/loads_test.py", "test/viewer/notebook_test.py", "test/cli/info_test.py"),
         ("test/mechanism/batch_test.py::test_every_instruction_set_gives_the_same_bits",
          "test/mechanism/not_finite_calls_test.py::test_a_mode_that_the_caller_sets_stays_and_ordinary_results_are_the_same_bits",
          "test/identify/consistency_test.py::test_log_cholesky_and_back",
