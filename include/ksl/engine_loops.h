@@ -55,7 +55,7 @@ typedef enum ksl_closing_t { KSL_CLOSED, KSL_NOT_FOUND, KSL_SINGULAR, KSL_AT_LIM
 
 /** The closed position nearest to q (nq) into closed (nq), which may be q, with coordinates of v kept where hold (nv) is true; NULL keeps
     none.  limits: keep the limits of joints.  *end says how the search ended, which is no error; *error, which may be NULL, gets the
-    largest component of the error left, m. */
+    largest component of the error left, m.  Where none is found, closed is the position that is least open. */
 KSL_EXPORT ksl_status_t ksl_close(const ksl_model_t *model, ksl_data_t *data, const double *q, const bool *hold,
                                   bool limits, double *closed, ksl_closing_t *end, double *error);
 
@@ -68,7 +68,8 @@ KSL_EXPORT ksl_status_t ksl_consistent_acceleration(const ksl_model_t *model, ks
                                                     const double *v, const double *a, const bool *given, double *out);
 
 /** Wrenches that may be added to those of all joints without a change that can be observed, orthonormal over all joints: (*n, joints + loops,
-    6) into patterns, which must have room for rows (joints + loops) 6 numbers. */
+    6) into patterns, which must have room for rows (joints + loops) 6 numbers.  Elements that are rounding, or due to few digits of a file,
+    are zero: those components are determined. */
 KSL_EXPORT ksl_status_t ksl_reaction_patterns(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                               double *patterns, int *n);
 
