@@ -1,5 +1,6 @@
 """Loops and drives in MJCF, held against MuJoCo's own residuals."""
 
+import re
 from pathlib import Path
 
 import mujoco
@@ -139,6 +140,17 @@ def test_the_axis_of_two_connects_is_the_line_through_their_points_on_both_bodie
     length = np.linalg.norm(along_b)
     assert np.abs(length * np.array(loop.axis) - along_b).max() < 1e-15 and np.abs(length * first[:3, :3] @ loop.axis - along_a).max() < 1e-8
     assert np.abs(first[:3, :3] @ first[:3, :3].T - np.eye(3)).max() < 1e-15 and np.linalg.det(first[:3, :3]) > 0
+
+
+def test_constraints_without_a_name_are_told_by_their_place():
+    """Of their kind, in the order of the file."""
+    text = re.sub('name="p[12]" ', "", tied_at_two_points(np.ones(3), np.ones(3), "in order"))
+    with pytest.warns(ksl.DescriptionWarning, match="^equality constraints <connect> 1 and <connect> 2 connect the same two bodies"):
+        assert [loop.name for loop in ksl.load_string(text).loops] == ["a_b_loop"]
+    coupled = '<joint name="named" joint1="j" joint2="k"/><joint joint1="j" joint2="k" polycoef="0 2 0 0 0"/>'
+    bodies = "".join(f'<body name="{x}"><joint name="{x}"/><geom size="0.1"/></body>' for x in "jk")
+    with pytest.raises(ksl.DescriptionError, match="equality constraint <joint> 2 couples joint j, which follows joint k already"):
+        ksl.load_string(robot(bodies, f'<weld body1="j" body2="k" active="false"/>{coupled}'))
 
 
 @pytest.mark.parametrize(("longer", "folds"), [(1 + 1e-8, True), (1 - 1e-8, True), (1 + 1e-5, False), (1 - 1e-5, False), (1e-9, False)])

@@ -118,7 +118,7 @@ def test_couplings_in_a_circle(tmp_path):
     m = ksl.load(in_file(tmp_path, bodies, f"<equality>{circle}</equality>"))
     assert m.follower_names == ["a", "b"] and "equality joint (1)" in m.unused  # what it says follows from the others
     for said, why in (
-        ('<joint joint1="c" joint2="a" polycoef="0 1 1 0 0"/>', "constraint 4 couples joint c to joint a by a polynomial"),
+        ('<joint joint1="c" joint2="a" polycoef="0 1 1 0 0"/>', "constraint <joint> 4 couples joint c to joint a by a polynomial"),
         ('<joint joint1="c" joint2="a" polycoef="0 2 0 0 0"/>', "couples joint c to itself over joint a"),
         ('<joint joint1="a" joint2="c"/>', "couples joint a, which follows joint b already"),
         ('<joint name="k" joint1="a"/>', "constraint k holds joint a, which follows joint b already"),

@@ -37,6 +37,8 @@ class Closure:
     """A joint that closes a loop; its frame has the axes of the successor."""
 
     names: list[str]
+    said: list[str]
+    """What messages call them: the names, or places in the file."""
     kind: str
     bodies: tuple[int, int]
     predecessor_pose: Array
@@ -45,7 +47,14 @@ class Closure:
 
 
 def name_of(mj: Any, i: int) -> str:
-    return mj.equality(i).name or f"{i + 1}"
+    """The name, or for constraints without one the place among those of its kind, in the order of the file; lines are lost when MuJoCo compiles."""
+    if name := mj.equality(i).name:
+        return str(name)
+    kind = int(mj.eq_type[i])
+    if kind >= len(KINDS_OF_EQUALITY):
+        return f"{i + 1}"
+    alike = np.flatnonzero(mj.eq_type[: i + 1] == kind)
+    return f"<{KINDS_OF_EQUALITY[kind]}> {len(alike)}"
 
 
 def is_active(mj: Any, i: int) -> bool:
@@ -196,7 +205,7 @@ def closures(mj: Any, used: set[int], left_out: set[int], say: Callable[[str], N
         if earlier is None or not _fold(earlier, closure):
             found.append(closure)
         else:
-            say(f"equality constraints {' and '.join(earlier.names)} connect the same two bodies at two points; they are read as one revolute joint about the line through these")
+            say(f"equality constraints {' and '.join(earlier.said)} connect the same two bodies at two points; they are read as one revolute joint about the line through these")
     for closure in found:
         closure.kind = "spherical" if closure.kind == "connect" else closure.kind
     return found
@@ -209,15 +218,15 @@ def _closure(mj: Any, i: int) -> Closure:
         points = data[3:6], data[0:3]
     else:
         points = (data[3:6], data[0:3]) if is_weld else (data[0:3], data[3:6])
-    names, kind = [mj.equality(i).name], "fixed" if is_weld else "connect"
+    names, said, kind = [mj.equality(i).name], [name_of(mj, i)], "fixed" if is_weld else "connect"
     if mj.eq_objtype[i] == SITE:
         bodies = bodies_of(mj, i)
         if is_weld:
-            return Closure(names, kind, bodies, *(pose(mj.site_quat[s], mj.site_pos[s]) for s in ids))
-        return Closure(names, kind, bodies, *(moved(mj.site_pos[s]) for s in ids))
+            return Closure(names, said, kind, bodies, *(pose(mj.site_quat[s], mj.site_pos[s]) for s in ids))
+        return Closure(names, said, kind, bodies, *(moved(mj.site_pos[s]) for s in ids))
     if is_weld:
-        return Closure(names, kind, ids, pose(data[6:10], points[0]), moved(points[1]))
-    return Closure(names, kind, ids, moved(points[0]), moved(points[1]))
+        return Closure(names, said, kind, ids, pose(data[6:10], points[0]), moved(points[1]))
+    return Closure(names, said, kind, ids, moved(points[0]), moved(points[1]))
 
 
 def _fold(earlier: Closure, other: Closure) -> bool:
@@ -231,6 +240,7 @@ def _fold(earlier: Closure, other: Closure) -> bool:
     earlier.kind, earlier.axis = "revolute", b / lengths[1]
     earlier.predecessor_pose[:3, :3] = _least_turn(earlier.axis, a / lengths[0])
     earlier.names += other.names
+    earlier.said += other.said
     return True
 
 
