@@ -463,9 +463,8 @@ inline void add_tolerances(nb::module_ &module) {
       "loop_tolerances",
       [] {
         return std::map<std::string, double>{
-            {"closed", closed},         {"accepted", accepted},
-            {"few_digits", few_digits}, {"rank", rank},
-            {"unsure", unsure},         {"nearly_singular", nearly_singular},
+            {"closed", closed}, {"accepted", accepted}, {"few_digits", few_digits},
+            {"rank", rank},     {"unsure", unsure},     {"nearly_singular", nearly_singular},
             {"rates", rates},
         };
       },

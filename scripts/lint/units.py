@@ -63,6 +63,7 @@ def configured():
                f"-Dnanobind_DIR={subprocess.check_output([sys.executable, '-m', 'nanobind', '--cmake_dir'], text=True).strip()}",
                "-DSKBUILD_PROJECT_NAME=ksl", "-DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON"]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(["cmake", "--build", str(BUILD), "--target", "ksl_generated_tests"], check=True, stdout=subprocess.DEVNULL)  # which tests include
     return commands(BUILD)
 
 

@@ -72,7 +72,7 @@ OTHERS = {
         "external.file", "external.axes", "external.order", "loops", "drives", "stiffness",
         *(f"simulate.{key}" for key in simulate_keys.KEYS if key != "pose"),
     },
-    "sweep": {"simulate", "components", "reading", "physics", "friction_width", "floating_base", "mimic", "model", "payload", "speed", "tilt", "mass", "motion", "loops", "drives", "stiffness", "xacro", "packages"},
+    "sweep": {"simulate", "components", "reading", "physics", "friction_width", "floating_base", "mimic", "model", "payload", "speed", "tilt", "mass", "motion", "loops", "drives", "stiffness", "xacro", "packages", "strict"},
     "components": {"", "°", "N", "N m", "kg m²", "W", "J", "h", "%", "r/min", "r/min, N m", "m/N", "the stress's", "the stress's per N or N m",
         "Pa", "m/s", "W/m²", "m³/(N m)", "m³/s"},
 }  # fmt: skip

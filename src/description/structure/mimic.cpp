@@ -105,17 +105,18 @@ std::vector<std::string> check_couplings(const robot_description &robot) {
       continue;
     const double multiplier = joint.mimic->multiplier, offset = joint.mimic->offset, size = std::fabs(multiplier);
     const int line = joint.mimic->at.line ? joint.mimic->at.line : joint.at.line;
-    const std::string who =
-        "joint " + joint.name + (line ? " (line " + std::to_string(line) + ")" : "") + ": it mimics " + joint.mimic->joint;
+    const std::string who = "joint " + joint.name + (line ? " (line " + std::to_string(line) + ")" : "") +
+                            ": it mimics " + joint.mimic->joint;
     if (multiplier == 0)
       lines.push_back(text::printable(who + " with a multiplier of 0: it stands still at " + text::shown(offset) +
                                       ", wherever that one is; make it a fixed joint if that is meant"));
     else if (size < least_ratio || size > largest_ratio)
-      lines.push_back(text::printable(who + " with a multiplier of " + text::shown(multiplier) + "; expected a magnitude of " +
-                                      text::shown(least_ratio) + " to " + text::shown(largest_ratio)));
+      lines.push_back(text::printable(who + " with a multiplier of " + text::shown(multiplier) +
+                                      "; expected a magnitude of " + text::shown(least_ratio) + " to " +
+                                      text::shown(largest_ratio)));
     if (std::fabs(offset) > largest_offset)
-      lines.push_back(text::printable(who + " with an offset of " + text::shown(offset) + " rad or m; expected a magnitude of at most " +
-                                      text::shown(largest_offset)));
+      lines.push_back(text::printable(who + " with an offset of " + text::shown(offset) +
+                                      " rad or m; expected a magnitude of at most " + text::shown(largest_offset)));
   }
   return lines;
 }

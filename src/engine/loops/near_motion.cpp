@@ -80,9 +80,9 @@ void near_motion::close(position &at, double zero, const unsigned char *fixed) {
     double most = 0;
     for (int j = 0; j < nv; ++j)
       most = std::max(most, std::fabs(step_[j]) / column_scale_[index(j)]);
-    double share = most > longest ? longest / most : 1;
     bool fell = false;
-    for (int halvings = 0; halvings < 20 && !fell; ++halvings, share /= 2) {
+    for (int halvings = 0; halvings < 20 && !fell; ++halvings) {
+      const double share = std::ldexp(most > longest ? longest / most : 1, -halvings);
       step(at, step_, share, trial);
       set(trial);
       fell = most < near || trial.open < at.open * (1 - 1e-4 * share);
@@ -116,7 +116,8 @@ std::vector<near_motion::position> near_motion::around(const position &base, dou
   std::vector<double> way(index(m_.nv()), 0.0);
   for (int p = 0; p < n && f > 0; ++p) {
     position at = base;
-    for (double share = 1; share >= nearest; share /= 2) {
+    for (int halvings = 0; std::ldexp(1, -halvings) >= nearest; ++halvings) {
+      const double share = std::ldexp(1, -halvings);
       for (int j = 0; j < m_.nv(); ++j)
         way[index(j)] = fixed[index(j)] ? far * std::sin(1.7 * (j + 1) * (p + 1) + far) * column_scale_[index(j)] : 0;
       step(base, way.data(), share, at);
