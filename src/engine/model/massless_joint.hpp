@@ -194,9 +194,8 @@ inline int coordinate_without_mass(const model &m, const massless_joint_workspac
 /// and with mimic joints by factors of the mass matrix.  With more than most_coordinates_factored coordinates these are not computed,
 /// and the result is −1.
 template <class S> int massless_joint_at(const model &m, const massless_joint_workspace &w, const S *q) {
-  for (int i = 0; i < m.nq(); ++i)
-    w.q[i] =
-        static_cast<double>(q[i]); // NOLINT(clang-analyzer-core.NullDereference): null only where memory is measured
+  for (int i = 0; i < m.nq(); ++i)      // w.q is null only where memory is measured
+    w.q[i] = static_cast<double>(q[i]); // NOLINT(clang-analyzer-core.NullDereference)
   std::fill_n(w.no_effort, m.view().nv, 0.0);
   if (!m.followers()) {
     const int body = body_without_mass(m.view(), w, w.q);
