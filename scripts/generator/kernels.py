@@ -1,6 +1,6 @@
 """Kernels: a file for each algorithm, the rows as the library sees them, and the tables of the instruction sets."""
 
-from generator.rows import ALGORITHMS, COMPUTING, GROUP_OF, MARK, Algorithm, Result, kernels_of, ordered
+from generator.rows import ALGORITHMS, COMPUTING, GROUP_OF, MARK, Algorithm, Result, call, kernels_of, ordered
 
 EXTENTS = {3: "three", 4: "four", 5: "five", 6: "six", 10: "ten", "6 links": "twists", **{name: name for name in ("nq", "nv", "motion", "links", "joints", "tree", "all_links", "freedoms")}}
 
@@ -161,6 +161,60 @@ inline std::size_t largest_workspace(const model_view<double> &m) {{
 """
 
 
+RECORDED = """\
+// {mark}
+#include "generate/recorded_rows.hpp"
+#include "generate/workspace.hpp"
+{includes}
+
+#include <string_view>
+#include <utility>
+
+namespace ksl::generate {{
+namespace {{
+
+{records}
+}} // namespace
+
+record_row recorder_of(const char *row) {{
+  static constexpr std::pair<std::string_view, record_row> recorders[] = {{
+{choices}
+  }};
+  for (const auto &[name, recorder] : recorders)
+    if (name == row)
+      return recorder;
+  return nullptr;
+}}
+
+}} // namespace ksl::generate
+"""
+
+RECORD = """\
+void {name}(const model_view<recording> &model, const state_view<recording> &s) {{
+  const empty_workspace<{workspace}<recording>> memory(model);
+  const auto &w = *memory;
+  {call}
+}}
+"""
+
+
+def over_any_scalar(row: Algorithm) -> str:
+    """The call of the engine's function; where efforts come with reactions, these are a second result."""
+    if row.request != "reactions":
+        return engine_call(row, f"ksl::{row.name}")
+    arguments = [*(f"s.{name}" for name in row.inputs), "s.external", "s.result[0]", *REQUEST["joints"], "s.result[1]"]
+    return call(f"    ksl::{row.name}(", ["model", "w", *arguments], ");").lstrip()
+
+
+def recorded_rows() -> str:
+    """All algorithms of a tree over recordings."""
+    rows = [row for row in COMPUTING if row.loops != "plan"]
+    includes = "\n".join(f'#include "{name}"' for name in sorted({header(row) for row in rows}))
+    records = "\n".join(RECORD.format(name=f"record_{row.name}", workspace=workspace(row), call=over_any_scalar(row)) for row in rows)
+    choices = "\n".join(f'      {{"{row.name}", record_{row.name}}},' for row in rows)
+    return RECORDED.format(mark=MARK, includes=includes, records=records, choices=choices)
+
+
 def workspace(row: Algorithm) -> str:
     return row.workspace or f"{row.name}_workspace"
 
@@ -177,4 +231,5 @@ def files() -> dict[str, str]:
     includes = "\n".join(f'#include "{name}"' for name in sorted({header(row) for row in COMPUTING}))
     sizes = "\n".join(f"      workspace_bytes<{workspace(row)}<double>>(m)," for row in COMPUTING)
     out["src/engine/kernels/largest_workspace.hpp"] = LARGEST.format(mark=MARK, includes=includes, sizes=sizes)
+    out["src/generate/recorded_rows.cpp"] = recorded_rows()
     return out

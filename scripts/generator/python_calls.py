@@ -2,7 +2,7 @@
 
 import textwrap
 
-from generator.rows import ALGORITHMS, MARK, Algorithm, has, ordered
+from generator.rows import ALGORITHMS, MARK, Algorithm, has, ordered, sentence
 
 from algorithms.examples import EXAMPLES  # the rows have made its folder known
 
@@ -276,10 +276,38 @@ def compiled(row: Algorithm) -> str:
     return COMPILED.format(name=row.name, request=request, result=result)
 
 
+GENERATION_ROWS = '''\
+# {mark}
+"""What the call of each algorithm asks for, to generate code of it."""
+
+from __future__ import annotations
+
+from ksl.generation.row import Row
+
+ROWS: dict[str, Row] = {{
+{rows}}}
+'''
+
+
+def generation_rows() -> str:
+    """As Python writes them; a long one is a line all the same."""
+    rows = "".join(
+        f"    {quoted(row.name)}: Row(({', '.join(map(quoted, row.input_names()))},), {quoted(row.request)}, {quoted(row.links_keyword)}, {quoted(row.external)}, {quoted(sentence(row))}),\n"
+        for row in ALGORITHMS
+        if row.loops != "plan"
+    )
+    return GENERATION_ROWS.format(mark=MARK, rows=rows)
+
+
+def quoted(text: str) -> str:
+    return '"' + text.replace('"', '\\"') + '"'
+
+
 def files() -> dict[str, str]:
     methods = "\n".join(method(row) for row in ALGORITHMS if has(row, "python"))
     aliases = "\n".join(f"    {alias} = {name}" for name, alias in ALIASES.items())
     return {
         "python/ksl/mechanism/calls.py": CALLS.format(mark=MARK, methods=methods, aliases=aliases),
+        "python/ksl/generation/rows.py": generation_rows(),
         "python/core_stub.txt": STUB.format(mark=MARK, calls="\n".join(map(compiled, (row for row in ALGORITHMS if row.loops != "plan")))),
     }

@@ -4,7 +4,7 @@ over any scalar, for tests with dual numbers."""
 import textwrap
 
 from generator.c_calls import SCALARS, batches
-from generator.kernels import REQUEST, engine_call, header, workspace
+from generator.kernels import header, over_any_scalar, workspace
 from generator.rows import ALGORITHMS, COMPUTING, MARK, Algorithm, call, has, ordered, with_request
 
 REQUEST_CPP = {"links": ["3", "s.r.links.data()"], "frame": ["s.r.links[0]", "s.r.how"], "link": ["s.r.links[0]"],
@@ -115,13 +115,6 @@ using all = std::tuple<{names}>;
 
 }} // namespace algorithms
 """
-
-
-def over_any_scalar(row: Algorithm) -> str:
-    if row.request != "reactions":
-        return engine_call(row, f"ksl::{row.name}")
-    arguments = [*(f"s.{name}" for name in row.inputs), "s.external", "s.result[0]", *REQUEST["joints"], "s.result[1]"]
-    return call(f"    ksl::{row.name}(", ["model", "w", *arguments], ");").lstrip()
 
 
 def every_algorithm() -> str:

@@ -22,6 +22,7 @@ ALLOWED: dict[str, set[str]] = {
     "model": {"base", "output", "mechanism", "simulation"},
     "robot_files": {"base", "mechanism", "model"},
     "operators": {"base", "mechanism", "model"},
+    "generation": {"base", "output", "mechanism", "model"},
     "identify": {"base", "mechanism", "model"},
     "comparison": {"base", "mechanism", "model", "robot_files"},
     "motions.signal": {"base", "mechanism"},
@@ -37,7 +38,7 @@ ALLOWED: dict[str, set[str]] = {
     "report": {"base", "output", "mechanism", "model", "robot_files", "motions", "load_cases", "sizing", "viewer"},
     "commands": {
         "base", "output", "mechanism", "simulation", "model", "robot_files", "motions", "motions.files", "motions.generate",
-        "comparison", "checks", "load_cases", "sizing", "viewer", "sweeps", "report",
+        "comparison", "checks", "generation", "load_cases", "sizing", "viewer", "sweeps", "report",
     },
 }  # fmt: skip
 """Lower rooms first.  Of rooms side by side: load_cases know neither checks nor viewer; sizing reads what load_cases write; viewer and

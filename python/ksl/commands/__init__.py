@@ -6,6 +6,7 @@ Files: the command: a file for each command, which calls a public function, and 
 from ksl.commands import (
     check,
     compare,
+    generate,
     hold,
     info,
     loads,
@@ -21,6 +22,7 @@ __all__ = [
     "app",
     "check",
     "compare",
+    "generate",
     "hold",
     "info",
     "loads",

@@ -260,14 +260,17 @@ template <class T> void operational_space_inertia_inverse(const model_view<scala
 }
 
 /// In a matrix with a diagonal of ones, a row whose pivot is below this counts as dependent on the rows before.
-template <class S> inline constexpr S rank_tolerance = sizeof(S) == 8 ? S(1e-10) : S(1e-4);
+template <class T> inline T rank_tolerance() {
+  using S = scalar_of<T>;
+  return T(sizeof(S) == 8 ? S(1e-10) : S(1e-4));
+}
 
 /// Inverts a symmetric, positive semidefinite matrix (m, m) in place, and returns its rank.  The matrix is scaled to a diagonal of
 /// ones and swept (Goodnight, American Statistician 33 (1979) 149), largest pivots first.  When no pivot above rank_tolerance is left,
 /// the remaining rows and columns are set to zero.  Which pivot is the largest may differ between lanes, so it is chosen by factors
 /// that are one or zero.  memory (4 m).
 template <class T> T invert_semidefinite(int m, T *A, T *memory) {
-  const T zero = T(0), one = T(1), tolerance = T(rank_tolerance<scalar_of<T>>);
+  const T zero = T(0), one = T(1), tolerance = rank_tolerance<T>();
   T *const scale = memory, *const left = memory + m, *const column = memory + 2 * m, *const chosen = memory + 3 * m;
   T rank = zero, largest = zero;
   for (int i = 0; i < m; ++i)

@@ -1,0 +1,48 @@
+"""`ksl generate`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal, cast
+
+import typer
+
+from ksl.commands.app import app, console, fail
+from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Packages, Physics, Robot, Strict, Xacro, in_options, path_with_a_name, read_model
+
+
+@app.command()
+def generate(
+    robot: Robot,
+    algorithms: Annotated[str, typer.Option(metavar="NAMES", help="Calls of models, with links or joints behind a colon: inverse_dynamics,jacobian:tool0,reactions:elbow+base.")],
+    output: Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for the files.")],
+    name: Annotated[str, typer.Option(metavar="NAME", help="Prefix of files and functions.")] = "robot",
+    scalar: Annotated[str, typer.Option(metavar="double|float", help="Precision of all numbers.")] = "double",
+    arguments: Annotated[str, typer.Option(metavar="NAMES", help="Inputs besides: gravity, external:LINK+LINK (a wrench on each link).")] = "",
+    contract: Annotated[bool, typer.Option("--contract", help="Let compilers fuse products and sums: faster, and no longer KSL's results to the bit.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace files of others with these names in DIR.")] = False,
+    floating_base: FloatingBase = False,
+    mimic: Mimic = "coupled",
+    strict: Strict = False,
+    gravity: Gravity = "",
+    model_name: ModelName = "",
+    physics: Physics = "",
+    loops: Loops = "",
+    drives: Drives = "",
+    xacro: Xacro = None,
+    package: Packages = [],
+) -> None:
+    """Write algorithms of this robot as plain C: one header, one source, no library.
+
+    Beside them a self-test, CMakeLists.txt, and README.md with order, units and the number of operations.
+    """
+    from ksl.generation.generate import generate as write
+    from ksl.output import OutputError
+
+    model = read_model(robot, floating_base, mimic, strict, gravity, name=model_name, physics=physics, loops=loops, drives=drives, xacro=xacro, package=package)
+    words = [word for word in arguments.split(",") if word]
+    try:
+        files = write(model, algorithms.split(","), output, name, cast(Literal["double", "float"], scalar), words, contract, force)
+    except (ValueError, OutputError) as e:
+        fail(in_options(e, scalar=scalar, name=name))
+    console(120).print(f"written: {', '.join(str(path) for path in files)}", highlight=False, soft_wrap=True, markup=False)

@@ -1,0 +1,128 @@
+"""Recorded algorithms: steps on earlier steps, as arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from math import prod
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ksl import _core
+
+if TYPE_CHECKING:
+    from ksl.model.model import Model
+
+
+class Operation(IntEnum):
+    """Of a step, in the order of the compiled module.  SELECT: the second operand where the first, a condition, holds, otherwise the third."""
+
+    CONSTANT = 0
+    INPUT = 1
+    ADD = 2
+    SUBTRACT = 3
+    MULTIPLY = 4
+    DIVIDE = 5
+    NEGATE = 6
+    LESS = 7
+    AT_MOST = 8
+    EQUAL = 9
+    SELECT = 10
+    ROOT = 11
+    ABSOLUTE = 12
+    SINE = 13
+    COSINE = 14
+    ARCTANGENT = 15
+
+
+CONDITIONS = (Operation.LESS, Operation.AT_MOST, Operation.EQUAL)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One function: an algorithm on one mechanism, for one request."""
+
+    row: str
+    inputs: tuple[tuple[str, int], ...]
+    """Names, and how many numbers each has; the steps INPUT count through all of them."""
+    results: tuple[tuple[str, tuple[int, ...]], ...]
+    """Names and shapes; () is one number."""
+    operations: NDArray[np.uint8]
+    """(steps)"""
+    operands: NDArray[np.int32]
+    """(steps, 3) earlier steps; −1 where an operation has fewer."""
+    numbers: NDArray[np.float64]
+    """(steps) of constants, and which input it is."""
+    outputs: NDArray[np.int32]
+    """The step of each number of the results, one result after the other, row-major; −1: it isn't written."""
+    single: bool
+
+    @property
+    def arithmetic(self) -> int:
+        """How many sums, differences, products and quotients it has."""
+        return int(np.count_nonzero((self.operations >= Operation.ADD) & (self.operations <= Operation.DIVIDE)))
+
+    def count(self, operation: Operation) -> int:
+        return int(np.count_nonzero(self.operations == operation))
+
+    @property
+    def angles(self) -> int:
+        """Of how many angles it computes sine or cosine, or both."""
+        trigonometric = (self.operations == Operation.SINE) | (self.operations == Operation.COSINE)
+        return len(np.unique(self.operands[trigonometric, 0]))
+
+    def sizes(self) -> list[int]:
+        """How many numbers each result has."""
+        return [prod(shape) for _, shape in self.results]
+
+
+class _Intercepted(Exception):
+    """Ends a call of a model where its compiled part would begin."""
+
+
+class _RequestOf:
+    """Stands for the compiled model in a call of an algorithm, and keeps what the call asks for."""
+
+    def __init__(self, core: _core.Model, row: str) -> None:
+        self._core, self._row = core, row
+        self.request: Any = None
+
+    def __getattr__(self, name: str) -> Any:
+        if name != self._row:
+            return getattr(self._core, name)
+
+        def call(q: object, x: object, y: object, z: object, external: object, request: object, out: object, threads: object) -> None:
+            self.request = request
+            raise _Intercepted
+
+        return call
+
+
+def request_of(model: Model, row: str, arguments: dict[str, Any], inputs: int) -> Any:
+    """The compiled request of a call `model.ROW(…, **arguments)`, made and checked as that of the engine."""
+    twin = model.__class__.__new__(model.__class__)
+    twin.__dict__.update(model.__dict__)
+    stand_in = _RequestOf(model._core, row)
+    twin.__dict__["_core"] = stand_in
+    try:
+        getattr(twin, row)(*([0.0] * inputs), **arguments)
+    except _Intercepted:
+        return stand_in.request
+    raise AssertionError(f"{row} has no compiled call")
+
+
+def record(model: Model, row: str, request: Any, external_links: list[int], gravity: bool, single: bool) -> Recording:
+    """Raises ValueError where the algorithm can't be recorded for the model."""
+    core: _core.Recording = model._core.record(row, request, external_links, gravity, single)
+    return Recording(
+        row,
+        tuple((name, numbers) for name, numbers in core.inputs),
+        tuple((name, tuple(shape)) for name, shape in core.results),
+        np.frombuffer(core.operations, np.uint8),
+        np.frombuffer(core.operands, np.int32).reshape(-1, 3),
+        np.frombuffer(core.numbers, np.float64),
+        np.frombuffer(core.outputs, np.int32),
+        single,
+    )

@@ -1,0 +1,134 @@
+"""What is asked for, `jacobian:tool0`, and the functions that it becomes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ksl.base.errors import ArgumentError, close_names
+from ksl.generation.recording import Recording, record, request_of
+from ksl.generation.rows import ROWS
+
+if TYPE_CHECKING:
+    from ksl.model.model import Model
+
+KEYWORDS = frozenset(
+    "auto break case char const continue default do double else enum extern float for goto if inline int long register restrict return short signed sizeof static "
+    "struct switch typedef union unsigned void volatile while _Bool _Complex _Imaginary "
+    "alignas alignof and and_eq asm bitand bitor bool catch class compl concept const_cast consteval constexpr constinit co_await co_return co_yield decltype delete "
+    "dynamic_cast explicit export false friend mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public reinterpret_cast requires "
+    "static_assert static_cast template this thread_local throw true try typeid typename using virtual wchar_t xor xor_eq".split()
+)
+"""Of C99 and C++: the header is read by both."""
+MOST_IN_NAME = 63
+"""Characters that C99 compares of a name."""
+
+
+def checked_prefix(name: str) -> str:
+    """The prefix of all names, if C and C++ take it."""
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in KEYWORDS or len(name) > MOST_IN_NAME // 2:
+        raise ArgumentError(f"name={name!r}: is no name for C; expected at most {MOST_IN_NAME // 2} letters, digits and _, a letter first, and none of C's own words")
+    return name
+
+
+def in_c(name: str) -> str:
+    """A name of the robot with `_` for each character that C doesn't take."""
+    return re.sub(r"[^A-Za-z0-9_]", "_", name)
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Inputs besides those of rows."""
+
+    external: tuple[str, ...] = ()
+    """Links on which wrenches act."""
+    gravity: bool = False
+
+
+@dataclass(frozen=True)
+class Function:
+    """A generated function: its name without the prefix, the call of the model that has the same results, and what it computes."""
+
+    name: str
+    row: str
+    names: tuple[str, ...]
+    keywords: dict[str, Any]
+    """Of the model's call, besides inputs."""
+    recording: Recording
+    external: tuple[str, ...]
+
+    def results(self, model: Model, inputs: Sequence[Any]) -> tuple[Any, ...]:
+        """Those of the engine, for the numbers of each input."""
+        given = dict(zip((name for name, _ in self.recording.inputs), inputs))
+        keywords = dict(self.keywords)
+        if self.external:
+            wrenches = given.pop("external").reshape(-1, 6)
+            keywords["external"] = dict(zip(self.external, wrenches))
+        if "gravity" in given:
+            model = model.with_gravity(given.pop("gravity"))
+        found = getattr(model, self.row)(*given.values(), **keywords)
+        return found if isinstance(found, tuple) else (found,)
+
+
+def functions_of(model: Model, algorithms: Sequence[str], arguments: Arguments, single: bool) -> list[Function]:
+    """A function for each of the algorithms, recorded.  Raises ArgumentError, or what the model's call raises."""
+    made: dict[str, Function] = {}
+    if not algorithms:
+        raise ArgumentError("algorithms is empty; name some, as inverse_dynamics or jacobian:LINK")
+    for asked in algorithms:
+        function = _function_of(model, asked.strip(), arguments, single)
+        if function.name in made:
+            raise ArgumentError(f"algorithms: {asked} and an earlier one would both be called {function.name}; ask for one of them")
+        made[function.name] = function
+    return list(made.values())
+
+
+def _function_of(model: Model, asked: str, arguments: Arguments, single: bool) -> Function:
+    row, colon, rest = asked.partition(":")
+    if row not in ROWS:
+        near = close_names(row, list(ROWS), 1)
+        raise ArgumentError(f"algorithms: there is no {row!r}" + (f"; did you mean {near[0]}?" if near else f"; there are {', '.join(ROWS)}"))
+    names = tuple(name for name in rest.split("+") if name)
+    if colon and not names:
+        raise ArgumentError(f"algorithms: {asked!r} names nothing behind the colon")
+    keywords = _keywords(model, row, names)
+    how = ROWS[row]
+    request = request_of(model, row, keywords, len(how.inputs))
+    if isinstance(request, tuple):  # of several requests for reactions, of which one is made here
+        (request,) = request
+    external = arguments.external if how.external else ()
+    if how.external == "required" and not external:
+        raise ArgumentError(f"algorithms: {row} needs wrenches; name their links with arguments external:LINK")
+    links = [model.link_names.index(model.link(name).name) for name in external]
+    recording = record(model, row, request, links, arguments.gravity and _reads_gravity(row), single)
+    in_name = names if how.request in ("link", "frame", "relative") else ()
+    return Function("_".join([row, *map(in_c, in_name)]), row, names, keywords, recording, external)
+
+
+def _reads_gravity(row: str) -> bool:
+    return True
+
+
+def _keywords(model: Model, row: str, names: tuple[str, ...]) -> dict[str, Any]:
+    """The keywords of the model's call that names these links or joints; all else has the call's defaults."""
+    how, some = ROWS[row], list(names) or None
+    counts = {"link": 1, "frame": 1, "relative": 2, "": 0}
+    if how.request in counts and len(names) != counts[how.request]:
+        expected = {0: f"{row} names no links", 1: f"{row} is of one link: {row}:LINK", 2: f"{row} is of a link as seen from another: {row}:LINK+LINK"}
+        raise ArgumentError(f"algorithms: {expected[counts[how.request]]}; given {':'.join([row, '+'.join(names)]) if names else row}")
+    if how.request in ("link", "frame"):
+        point = {"point": (0.0, 0.0, 0.0)} if row.startswith("point_") else {}
+        return {"name": names[0], **point}
+    if how.request == "relative":
+        return {"name": names[0], "seen_from": names[1]}
+    if row == "inverse_dynamics_with_reactions":
+        return {"requests": model.reaction_request(joints=some)}
+    if how.request in ("joints", "reactions"):
+        return {"joints": some}
+    if how.request in ("links", "frames"):
+        if row == "hybrid_dynamics" and some is None:
+            raise ArgumentError("algorithms: hybrid_dynamics needs the joints whose accelerations are given: hybrid_dynamics:JOINT+JOINT")
+        return {how.links_keyword: some}
+    return {}

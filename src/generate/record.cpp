@@ -1,0 +1,150 @@
+#include "generate/record.hpp"
+
+#include "engine/states/extents.hpp"
+#include "engine/states/ways.hpp"
+#include "generate/recorded_model.hpp"
+#include "generate/recorded_rows.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <stdexcept>
+
+namespace ksl::generate {
+namespace {
+
+const algorithm_row &row_called(const std::string &name) {
+  const auto found = std::find_if(std::begin(rows::all), std::end(rows::all), [&](const auto *row) { return name == row->name; });
+  if (found == std::end(rows::all) || (*found)->loops == loops_by::plan)
+    throw std::invalid_argument("there is no algorithm '" + name + "'");
+  return **found;
+}
+
+/// What the engine refuses is refused here, and what is computed by more than kernels.
+void refuse(const algorithm_row &row, const model &m) {
+  const std::string name = row.name;
+  switch (way_of(row, m)) {
+  case way::kernels: break;
+  case way::mimic: throw std::invalid_argument(name + " can't be generated yet for a mechanism with mimic joints; read them as independent joints");
+  case way::elements:
+    throw std::invalid_argument(name + " can't be generated yet for a mechanism with springs, dampers or cylinders between two points");
+  case way::loops: throw std::invalid_argument(name + " can't be generated yet for a closed mechanism; cut its loops");
+  }
+  if (row.needs_mass && m.massless_joint() >= 0)
+    throw std::invalid_argument(name + ": " + m.massless_joint_text());
+  if (row.smooth_friction && m.exact_friction())
+    throw std::invalid_argument(name + ": " + model::exact_friction_text());
+}
+
+/// The inputs as steps, in the order of calls.
+class inputs {
+public:
+  explicit inputs(recorded &of) : of_(of) {}
+  const recording *take(const std::string &name, int numbers) {
+    of_.inputs.push_back({name, numbers});
+    std::vector<recording> &x = arrays_.emplace_back();
+    for (int i = 0; i < numbers; ++i)
+      x.push_back(recording::step_of(of_.steps.input(next_++)));
+    return x.data();
+  }
+  const recording *zeros(int numbers) {
+    return arrays_.emplace_back(static_cast<std::size_t>(numbers), recording(0.0)).data();
+  }
+
+private:
+  recorded &of_;
+  std::vector<std::vector<recording>> arrays_;
+  int next_ = 0;
+};
+
+/// Those of the row, and for what computes it zeros where this has more.
+void take_numbers(const algorithm_row &row, const model &m, inputs &in, state_view<recording> &s) {
+  for (int i = 0; i < row.inputs; ++i) {
+    const input x = row.input_list[i];
+    input_of(s, x) = in.take(row.input_name[i], length_of(x, m.nq(), m.nv()));
+  }
+  const algorithm_row &by = computed(row);
+  for (int i = 0; i < by.inputs; ++i)
+    if (const input x = by.input_list[i]; !row.reads(x))
+      input_of(s, x) = in.zeros(length_of(x, m.nq(), m.nv()));
+}
+
+/// The results of what computes the row; those of the row come first, reactions last.
+class results {
+public:
+  results(const algorithm_row &row, const extents &of, state_view<recording> &s) : row_(row), of_(of) {
+    const algorithm_row &by = computed(row);
+    for (int r = 0; r < by.results; ++r)
+      s.result[r] = take(numbers_of(by.result[r], of));
+    if (by.request == request_kind::reactions)
+      s.result[by.results] = take(std::ptrdiff_t(6) * of.joints);
+  }
+  void hand_over(recorded &to) const {
+    const algorithm_row &by = computed(row_);
+    for (int r = 0; r < row_.results; ++r) {
+      recorded_result &named = to.results.emplace_back();
+      named.name = row_.result[r].name;
+      for (int i = 0; i < row_.result[r].axes; ++i)
+        named.shape.push_back(length_of(row_.result[r].shape[i], of_));
+      output(static_cast<std::size_t>(r), to.steps, row_.mimic == mimic_by::upper_triangle);
+    }
+    if (by.request == request_kind::reactions && row_.request == request_kind::reactions) {
+      to.results.push_back({"wrenches", {of_.joints, 6}});
+      output(static_cast<std::size_t>(by.results), to.steps, false);
+    }
+  }
+
+private:
+  recording *take(std::ptrdiff_t numbers) {
+    return arrays_.emplace_back(static_cast<std::size_t>(numbers)).data();
+  }
+  /// sparse: some numbers are left as they are.
+  void output(std::size_t r, graph &steps, bool sparse) const {
+    for (const recording &x : arrays_[r]) {
+      if (x.place() < 0 && !sparse)
+        throw recording_error(std::string(row_.name) + " leaves a number of its results unwritten");
+      steps.output(x.place());
+    }
+  }
+
+  const algorithm_row &row_;
+  const extents of_;
+  std::vector<std::vector<recording>> arrays_;
+};
+
+void check_links(const model &m, const std::vector<int> &links) {
+  for (const int i : links)
+    if (i < 0 || i >= static_cast<int>(m.links().size()))
+      throw std::out_of_range("the model has no link " + std::to_string(i));
+}
+
+} // namespace
+
+recorded record(const model &m, const request &asked) {
+  const algorithm_row &row = row_called(asked.row);
+  refuse(row, m);
+  check_links(m, asked.links), check_links(m, asked.external_links);
+  if (static_cast<int>(asked.links.size()) < least_links(row.request))
+    throw std::invalid_argument(asked.row + " needs the names of " + (least_links(row.request) == 1 ? "a link" : "two links"));
+  recorded out = {graph(asked.single), {}, {}};
+  const recording_on on(out.steps);
+  inputs in(out);
+  state_view<recording> s;
+  take_numbers(row, m, in, s);
+  const int wrenches = static_cast<int>(asked.external_links.size());
+  if (wrenches > 0)
+    s.external = {wrenches, asked.external_links.data(), in.take("external", 6 * wrenches), expressed_in::frame};
+  s.links = {static_cast<int>(asked.links.size()), asked.links.data()};
+  s.frame = asked.frame, s.joints = &asked.joints;
+  recorded_model model = asked.single ? recorded_model(m.view_single()) : recorded_model(m.view());
+  if (asked.gravity) {
+    const recording *const g = in.take("gravity", 3);
+    model.set_gravity({g[0], g[1], g[2]});
+  }
+  const results to(row, extents_of(m, s), s);
+  recorder_of(computed(row).name)(model.view(), s);
+  to.hand_over(out);
+  out.steps = out.steps.needed();
+  return out;
+}
+
+} // namespace ksl::generate

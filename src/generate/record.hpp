@@ -1,0 +1,45 @@
+// Records an algorithm on one mechanism.
+#pragma once
+
+#include "generate/graph.hpp"
+#include "ksl/engine/steps/frame_options.hpp"
+#include "ksl/engine/steps/reaction_request.hpp"
+#include "ksl/model.hpp"
+
+#include <string>
+#include <vector>
+
+namespace ksl::generate {
+
+/// What a call asks for besides numbers, and which numbers of the model are inputs.
+struct request {
+  std::string row;
+  std::vector<int> links;          ///< of requests for links
+  frame_options frame = {};
+  reaction_request joints = {};    ///< of requests for joints; `link` is good for the call
+  std::vector<int> external_links; ///< on which wrenches act
+  bool gravity = false;            ///< is gravity an input
+  bool single = false;             ///< in single precision
+};
+
+/// Inputs in the order of calls: those of the row, then 6 numbers of each wrench, then gravity.
+struct recorded_input {
+  std::string name;
+  int numbers;
+};
+struct recorded_result {
+  std::string name;
+  std::vector<int> shape;
+};
+
+struct recorded {
+  graph steps; ///< with an output for each number of the results, one result after the other
+  std::vector<recorded_input> inputs;
+  std::vector<recorded_result> results;
+};
+
+/// Throws std::invalid_argument for a row that doesn't exist, or that isn't computed for the model by kernels alone; std::out_of_range for a link that
+/// doesn't exist; recording_error.
+recorded record(const model &, const request &);
+
+} // namespace ksl::generate

@@ -1,0 +1,73 @@
+// A model whose numbers are recordings: constants of its own precision, where none of them is an input.
+#pragma once
+
+#include "generate/recording.hpp"
+#include "ksl/engine/model/body_constants.hpp"
+
+#include <cstddef>
+#include <vector>
+
+namespace ksl::generate {
+
+/// What a view looks at.  The graph in force must outlive it.
+class recorded_model {
+public:
+  template <class S> explicit recorded_model(const model_view<S> &from) {
+    const auto n = [](int i) { return static_cast<std::size_t>(i); };
+    for (int i = 0; i < from.bodies; ++i) {
+      bodies_.push_back(spread<recording>(from.body[i]));
+      augmented_.push_back(spread<recording>(from.augmented[i]));
+    }
+    for (int i = 0; i < from.links; ++i)
+      links_.push_back(spread<recording>(from.link[i]));
+    inertia_.resize(n(padded_size<recording>(10, from.bodies)));
+    for (int i = 0; i < from.bodies; ++i) {
+      const auto own = bodies_at<S, S>{i}.template get<spatial_inertia>(from.inertia);
+      body_at<recording>(i).put<spatial_inertia>(spread<recording>(own), inertia_.data());
+    }
+    const int angles = padded(from.nq) + padded(1);
+    theta0_sine_.assign(from.theta0_sine, from.theta0_sine + from.nq);
+    theta0_cosine_.assign(from.theta0_cosine, from.theta0_cosine + from.nq);
+    theta0_sine_.resize(n(angles)), theta0_cosine_.resize(n(angles));
+    for (int k = 0; from.physics && k < from.nv; ++k)
+      physics_.push_back(spread<recording>(from.physics[k]));
+    for (const S *x = from.lower; x < from.lower + from.nq; ++x)
+      lower_.emplace_back(static_cast<double>(*x)), upper_.emplace_back(static_cast<double>(from.upper[x - from.lower]));
+    view_ = {from.bodies,
+             from.links,
+             from.nq,
+             from.nv,
+             from.pose_numbers,
+             from.longest_path,
+             from.tree_elements,
+             spread<recording>(from.gravity),
+             bodies_.data(),
+             links_.data(),
+             inertia_.data(),
+             augmented_.data(),
+             theta0_sine_.data(),
+             theta0_cosine_.data(),
+             from.tree_row,
+             from.first_angle,
+             from.angles_end,
+             lower_.data(),
+             upper_.data(),
+             physics_.empty() ? nullptr : physics_.data(),
+             nullptr};
+  }
+  recorded_model(const recorded_model &) = delete;
+  recorded_model &operator=(const recorded_model &) = delete;
+
+  const model_view<recording> &view() const { return view_; }
+  void set_gravity(const vec3<recording> &gravity) { view_.gravity = gravity; }
+
+private:
+  std::vector<body<recording>> bodies_;
+  std::vector<link<recording>> links_;
+  std::vector<spatial_inertia<recording>> augmented_;
+  std::vector<recording> inertia_, theta0_sine_, theta0_cosine_, lower_, upper_;
+  std::vector<coordinate_physics<recording>> physics_;
+  model_view<recording> view_;
+};
+
+} // namespace ksl::generate
