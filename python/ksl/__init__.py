@@ -11,7 +11,7 @@ What there is for users; help(ksl.load) and the like say more:
 
     robots        load(path), load_string(text), Builder: a Model, with its Joint and Link; every algorithm is a method, help(ksl.Model)
     jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, sweep; check: Findings of one Finding each;
-                  compare: a Comparison with other libraries
+                  compare: a Comparison with other libraries; generate: plain C of one robot
     motions       read_motion, read_efforts; motions.generate makes some
     algebra       Pose, Twist, Acceleration, Wrench, Momentum, Inertia: typed, with checked frames; ufuncs: the same over plain arrays
     modules       simulation: controllers, brakes and results of m.simulate; identification, base_parameters, consistency; mjcf, states in MuJoCo's layout; torch, jax
@@ -53,6 +53,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.model.builder import Builder as Builder
     from ksl.robot_files.loading import load as load
     from ksl.robot_files.loading import load_string as load_string
+    from ksl.generation.generate import generate as generate
     from ksl.mechanism.mechanism import Joint as Joint
     from ksl.mechanism.mechanism import Link as Link
     from ksl.model.model import Model as Model
@@ -99,6 +100,7 @@ _MODULE_OF = {
     "check": "ksl.checks.run",
     "compare": "ksl.comparison.compare_robot",
     "compute_loads": "ksl.report.compute_loads",
+    "generate": "ksl.generation.generate",
     "hold": "ksl.report.hold_pose",
     "load": "ksl.robot_files.loading",
     "load_string": "ksl.robot_files.loading",

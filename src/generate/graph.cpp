@@ -79,7 +79,7 @@ int graph::add(step s) {
     return known_or_added(s);
   const int operands = s.what == operation::select ? 3 : takes_one(s.what) ? 1 : 2;
   if (s.a < 0 || (operands > 1 && s.b < 0) || (operands > 2 && s.c < 0))
-    throw recording_error("an algorithm reads a number that it has not computed");
+    return -1;
   if (is_constant(s.a) && (operands < 2 || is_constant(s.b)) && (operands < 3 || is_constant(s.c)))
     return constant(computed(s));
   if (commutes(s.what) && s.b < s.a)

@@ -55,7 +55,8 @@ public:
   /// single: constants are numbers of float, and computed in float.
   explicit graph(bool single) : single_(single) {}
 
-  /// The step that computes s, which may be an earlier one.
+  /// The step that computes s, which may be an earlier one; −1 if one of its operands is −1, a number that nothing has computed.  Algorithms may read
+  /// such numbers as long as no result depends on them: those of the ground, say.
   int add(step s);
   int constant(double number);
   int input(int i) { return add({operation::input, -1, -1, -1, static_cast<double>(i)}); }

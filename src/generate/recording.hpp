@@ -16,7 +16,7 @@ public:
     int place() const { return place_; }
     /// Throws recording_error where it depends on an input.
     explicit operator bool() const {
-      if (!current->is_constant(place_))
+      if (place_ < 0 || !current->is_constant(place_))
         throw recording_error("an algorithm chooses its steps by a number that is known at run time alone");
       return current->number(place_) != 0;
     }
@@ -27,7 +27,7 @@ public:
 
   static inline thread_local graph *current = nullptr;
 
-  recording() : place_(-1) {} ///< of no step: reading it is an error
+  recording() : place_(-1) {} ///< of no step, as is all that is computed from it
   recording(double number) : place_(current->constant(number)) {}
   recording(float number) : recording(static_cast<double>(number)) {}
   recording(int number) : recording(static_cast<double>(number)) {}

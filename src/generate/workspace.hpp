@@ -10,7 +10,7 @@
 
 namespace ksl::generate {
 
-/// Its numbers are of no step until they are written: an algorithm that reads one before is found out.
+/// Its numbers are of no step until they are written: a result that depends on one that isn't is found out.
 template <class Workspace> class empty_workspace {
 public:
   explicit empty_workspace(const model_view<recording> &model) : memory_(workspace_bytes<Workspace>(model) + 64) {

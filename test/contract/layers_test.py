@@ -14,7 +14,7 @@ ENGINE = ("kernels", "states", "model", "mimic", "elements", "loops", "building"
 DESCRIPTION = ("parts", "structure", "making")
 SIMULATION = ("system", "methods", "runs")
 IN = lambda folder, rooms: tuple(f"{folder}/{room}" for room in rooms)
-ROOMS = ("text", *IN("description", DESCRIPTION), "load", *IN("engine", ENGINE), "batch", *IN("simulate", SIMULATION), "c_api")
+ROOMS = ("text", *IN("description", DESCRIPTION), "load", *IN("engine", ENGINE), "generate", "batch", *IN("simulate", SIMULATION), "c_api")
 
 LAYERS = [
     ("bodies and types", r"include/ksl/(detail/.*|config\.h|types\.h)"),

@@ -53,7 +53,8 @@ numbers<T> results(const ksl::model &m, const state_over<T> &s, const request &a
   for (int r = 0; r < row.results + reactions; ++r)
     view.result[r] = out.data() + ends[r];
   using workspace = typename Algorithm::template workspace<T>;
-  Algorithm::template compute<T>(m.view(), *ksl::owned_workspace<workspace>(m.view()), view);
+  const auto &of = m.view_in<ksl::scalar_of<T>>();
+  Algorithm::template compute<T>(of, *ksl::owned_workspace<workspace>(of), view);
   return out;
 }
 

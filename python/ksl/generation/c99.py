@@ -144,7 +144,7 @@ class Printer:
         partner = self.partner.get(step, -1)
         other = f"x{partner}" if partner in own else f"unused{step}"
         sine, cosine = (f"x{step}", other) if self.operations[step] == Operation.SINE else (other, f"x{step}")
-        return f"  {self.real} {sine}, {cosine};\n  {self.prefix}sine_cosine({self._operand(self.operands[step][0])}, &{sine}, &{cosine});\n"
+        return f"  {self.real} {sine}, {cosine};\n  {self.prefix}math_sine_cosine({self._operand(self.operands[step][0])}, &{sine}, &{cosine});\n"
 
     def _operand(self, step: int) -> str:
         return self.literal(self.of.numbers[step]) if self.operations[step] == Operation.CONSTANT else f"x{step}"

@@ -137,7 +137,7 @@ extern const char {self.prefix}position_names[{self.macro}_NQ][{self.macro}_NAME
     def source(self) -> str:
         names = ",\n".join(f'    "{string(name)}"' for name in self.position_names)
         trigonometric = any(f.recording.angles for f in self.functions)
-        sine = sine_cosine(self.prefix, self.scalar) + "\n" if trigonometric else ""
+        sine = sine_cosine(f"{self.prefix}math_", self.scalar) + "\n" if trigonometric else ""
         bodies = "\n".join(Printer(f.recording, self.prefix).function(self.function(f)) for f in self.functions)
         part = "" if "_part_1(" not in bodies else f"""\
 /* Parts of long functions stay apart: compilers take more than linear time for one function. */

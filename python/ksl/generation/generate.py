@@ -72,7 +72,7 @@ def arguments_given(model: Model, words: Sequence[str]) -> Arguments:
         if kind == "gravity" and not links:
             gravity = True
         elif kind == "external" and links:
-            external = tuple(model.link(link).name for link in links.split("+"))
+            external = tuple(model.link_names[model.frame_link(link)] for link in links.split("+"))
         else:
             raise ArgumentError(f"arguments: {word!r} is none; expected gravity, or external:LINK+LINK")
     return Arguments(external, gravity)

@@ -73,6 +73,11 @@ class Recording:
         trigonometric = (self.operations == Operation.SINE) | (self.operations == Operation.COSINE)
         return len(np.unique(self.operands[trigonometric, 0]))
 
+    def reads(self, name: str) -> bool:
+        """Does a result depend on a number of this input?"""
+        names = [other for other, numbers in self.inputs for _ in range(numbers)]
+        return any(names[int(k)] == name for k in self.numbers[self.operations == Operation.INPUT])
+
     def sizes(self) -> list[int]:
         """How many numbers each result has."""
         return [prod(shape) for _, shape in self.results]

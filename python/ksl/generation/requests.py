@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ksl.base.errors import ArgumentError, close_names
 from ksl.generation.recording import Recording, record, request_of
 from ksl.generation.rows import ROWS
@@ -95,20 +97,19 @@ def _function_of(model: Model, asked: str, arguments: Arguments, single: bool) -
         raise ArgumentError(f"algorithms: {asked!r} names nothing behind the colon")
     keywords = _keywords(model, row, names)
     how = ROWS[row]
-    request = request_of(model, row, keywords, len(how.inputs))
-    if isinstance(request, tuple):  # of several requests for reactions, of which one is made here
-        (request,) = request
     external = arguments.external if how.external else ()
     if how.external == "required" and not external:
         raise ArgumentError(f"algorithms: {row} needs wrenches; name their links with arguments external:LINK")
-    links = [model.link_names.index(model.link(name).name) for name in external]
-    recording = record(model, row, request, links, arguments.gravity and _reads_gravity(row), single)
+    wrenches = {"external": {name: np.zeros(6) for name in external}} if external else {}
+    request = request_of(model, row, keywords | wrenches, len(how.inputs))
+    if isinstance(request, tuple):  # of several requests for reactions, of which one is made here
+        (request,) = request
+    links = [model.link_names.index(name) for name in external]
+    recording = record(model, row, request, links, arguments.gravity, single)
+    if arguments.gravity and not recording.reads("gravity"):
+        recording = record(model, row, request, links, False, single)
     in_name = names if how.request in ("link", "frame", "relative") else ()
     return Function("_".join([row, *map(in_c, in_name)]), row, names, keywords, recording, external)
-
-
-def _reads_gravity(row: str) -> bool:
-    return True
 
 
 def _keywords(model: Model, row: str, names: tuple[str, ...]) -> dict[str, Any]:

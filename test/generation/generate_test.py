@@ -1,0 +1,176 @@
+"""Generated C: compiled by both compilers without a word, with the engine's bits, and never made of a robot's names."""
+
+import ctypes
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ksl
+from ksl.generation import c99
+from ksl.output import OutputError
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples/robots"
+FLAGS = "-std=c99 -O1 -ffp-contract=off -Wall -Wextra -Wconversion -Wdouble-promotion -Werror -pedantic".split()
+ALGORITHMS = ["inverse_dynamics", "forward_dynamics", "jacobian:tool0", "reactions", "energy", "hybrid_dynamics:elbow", "relative_pose:tool0+base_link"]
+
+
+def run(*command, cwd):
+    r = subprocess.run([str(x) for x in command], cwd=cwd, capture_output=True, text=True)
+    assert r.returncode == 0, f"{command}: {r.stdout}{r.stderr}"
+    return r.stdout
+
+
+def compiled(folder, name, compiler="gcc"):
+    run(compiler, *FLAGS, "-fPIC", "-shared", f"{name}.c", "-o", "code.so", "-lm", cwd=folder)
+    return ctypes.CDLL(str(folder / "code.so"))
+
+
+def call(f, inputs, sizes, dtype=np.float64):
+    out = [np.full(n, np.nan, dtype) for n in sizes]
+    assert all(x.dtype == dtype and x.flags.c_contiguous for x in inputs)
+    f(*(ctypes.c_void_p(x.ctypes.data) for x in (*inputs, *out)))
+    return out
+
+
+@pytest.fixture(scope="module")
+def ur5():
+    return ksl.load(EXAMPLES / "ur5.urdf")
+
+
+@pytest.mark.parametrize("scalar", ["double", "float"])
+def test_both_compilers_take_it_and_its_self_test_passes(ur5, tmp_path, scalar):
+    ksl.generate(ur5, ALGORITHMS, tmp_path, name="ur5", scalar=scalar, arguments=["gravity", "external:tool0+elbow"] if scalar == "double" else [])
+    for compiler in ("gcc", "clang"):
+        run(compiler, *FLAGS, "ur5.c", "ur5_test.c", "-o", "test", "-lm", cwd=tmp_path)
+        assert run(tmp_path / "test", cwd=tmp_path) == "all results agree\n"
+    (tmp_path / "user.cpp").write_text('#include "ur5.h"\nint main() { return UR5_NV - 6; }\n')
+    run("g++", "-std=c++17", "-Wall", "-pedantic", "-Werror", "user.cpp", "-o", "user", cwd=tmp_path)
+    run("gcc", *FLAGS, "-c", "ur5.c", "-o", "ur5.o", cwd=tmp_path)
+    called = {line.split()[-1] for line in run("nm", "-u", "ur5.o", cwd=tmp_path).splitlines()}
+    assert called <= {"sqrt", "fabs", "sqrtf", "fabsf", "fmaf", "_GLOBAL_OFFSET_TABLE_", "memset", "memcpy"}
+    sections = dict(line.split()[:2] for line in run("size", "-A", "-d", "ur5.o", cwd=tmp_path).splitlines() if line.startswith((".data ", ".bss ")))
+    assert set(sections.values()) <= {"0"}
+
+
+def test_the_self_test_notices_a_wrong_result(ur5, tmp_path):
+    ksl.generate(ur5, ["inverse_dynamics"], tmp_path, name="p")
+    source = (tmp_path / "p.c").read_text()
+    assert source.count("tau[3] = ") == 1
+    (tmp_path / "p.c").write_text(source.replace("tau[3] = ", "tau[3] = 1.001 * "))
+    run("gcc", "-w", "p.c", "p_test.c", "-o", "test", "-lm", cwd=tmp_path)
+    assert subprocess.run([tmp_path / "test"], capture_output=True).returncode == 1
+
+
+@pytest.mark.parametrize(("scalar", "dtype"), [("double", np.float64), ("float", np.float32)])
+def test_bits_of_the_engine_at_angles_of_all_sizes_in_place_and_in_parts(ur5, tmp_path, monkeypatch, scalar, dtype):
+    rng = np.random.default_rng(4)
+    states = [[rng.normal(size=6).astype(dtype) * size for size in (s, 1, 3)] for s in (1, 1, 30, 1e4, 4e8, 1e15)]
+    for k, straight in enumerate((c99.STRAIGHT, 100)):
+        monkeypatch.setattr(c99, "STRAIGHT", straight)
+        monkeypatch.setattr(c99, "PART", 60)
+        folder = tmp_path / str(k)
+        ksl.generate(ur5, ["inverse_dynamics", "reactions"], folder, name="p", scalar=scalar)
+        assert ("_part_2(" in (folder / "p.c").read_text()) == (straight == 100)
+        code = compiled(folder, "p")
+        for q, v, a in states:
+            expected = ur5.inverse_dynamics(q, v, a)
+            assert expected.dtype == dtype
+            assert np.array_equal(call(code.p_inverse_dynamics, (q, v, a), [6], dtype)[0], expected)
+            assert np.array_equal(call(code.p_reactions, (q, v, a), [36], dtype)[0].reshape(6, 6), ur5.reactions(q, v, a))
+            there = q.copy()
+            code.p_inverse_dynamics(*(ctypes.c_void_p(x.ctypes.data) for x in (there, v, a, there)))
+            assert np.array_equal(there, expected)
+
+
+def test_gravity_and_wrenches_are_inputs(ur5, tmp_path):
+    ksl.generate(ur5, ["inverse_dynamics", "mass_matrix"], tmp_path, name="p", arguments=["external:tool0", "gravity"])
+    header = (tmp_path / "p.h").read_text()
+    assert "void p_inverse_dynamics(const double *q, const double *v, const double *a, const double *external, const double *gravity, double *tau);" in header
+    assert "void p_mass_matrix(const double *q, double *M);" in header  # which neither matters to
+    rng = np.random.default_rng(1)
+    q, v, a, push, gravity = (rng.normal(size=n) for n in (6, 6, 6, 6, 3))
+    (found,) = call(compiled(tmp_path, "p").p_inverse_dynamics, (q, v, a, push, gravity), [6])
+    assert np.array_equal(found, ur5.with_gravity(gravity).inverse_dynamics(q, v, a, external={"tool0": push}))
+
+
+HOSTILE = ['j */ #include "x" \\', "int x;", "??/", '"); system("', "`<b>${x}", "ü漢"]
+
+
+def test_names_of_a_file_never_become_code(tmp_path):
+    builder = ksl.Builder(HOSTILE[0])
+    builder.add_link("base")
+    parent = "base"
+    for k, name in enumerate(HOSTILE):
+        link = f"l{k} {name}"
+        builder.add_link(link, 1.0, (0.1, 0, 0), np.eye(3) * 0.1).add_joint(name, "revolute", parent, link, axis=(0, 0, 1))
+        parent = link
+    m = builder.build()
+    ksl.generate(m, ["inverse_dynamics", f"jacobian:{m.link_names[1]}"], tmp_path, name="p")
+    for file in ("p.h", "p.c", "p_test.c", "CMakeLists.txt", "README.md"):
+        text = (tmp_path / file).read_text()
+        assert text.isascii() and "\\\n" not in text and "??/" not in text and "<b>" not in text
+    assert "system" not in (tmp_path / "CMakeLists.txt").read_text()
+    run("gcc", *FLAGS, "-Wcomment", "-Wtrigraphs", "p.c", "p_test.c", "-o", "test", "-lm", cwd=tmp_path)
+    run(tmp_path / "test", cwd=tmp_path)
+    names = (ctypes.c_char * 64 * 5).in_dll(compiled(tmp_path, "p"), "p_position_names")
+    width = int((tmp_path / "p.h").read_text().split("P_NAME_BYTES ")[1].split()[0])
+    flat = bytes(memoryview(names).cast("B"))
+    assert [flat[k * width : (k + 1) * width].split(b"\0")[0].decode() for k in range(len(HOSTILE))] == HOSTILE
+
+
+@pytest.mark.parametrize(
+    ("algorithms", "options", "words"),
+    [
+        (["inverse_dynamic"], {}, "did you mean inverse_dynamics"),
+        (["jacobian"], {}, "jacobian:LINK"),
+        (["jacobian:tool"], {}, "tool0"),
+        (["inverse_dynamics:elbow"], {}, "names no links"),
+        (["jacobian:"], {}, "behind the colon"),
+        (["reactions", "reactions:elbow"], {}, "both be called reactions"),
+        ([], {}, "algorithms is empty"),
+        (["velocity_jump"], {}, "external:LINK"),
+        (["hybrid_dynamics"], {}, "hybrid_dynamics:JOINT"),
+        (["mass_matrix"], {"name": "2p"}, "name='2p'"),
+        (["mass_matrix"], {"name": "while"}, "name='while'"),
+        (["mass_matrix"], {"name": "a b"}, "name='a b'"),
+        (["mass_matrix"], {"scalar": "half"}, "double or float"),
+        (["mass_matrix"], {"arguments": ["mass"]}, "gravity, or external"),
+    ],
+)
+def test_what_is_refused_is_named_and_nothing_written(ur5, tmp_path, algorithms, options, words):
+    with pytest.raises(ValueError, match=words):
+        ksl.generate(ur5, algorithms, tmp_path / "out", **options)
+    assert not (tmp_path / "out").exists()
+
+
+def test_mechanisms_that_cannot_be_generated_are_refused_by_name(tmp_path):
+    with pytest.raises(ValueError, match="closed mechanism"):
+        ksl.generate(ksl.load(EXAMPLES / "excavator.urdf"), ["inverse_dynamics"], tmp_path / "out")
+    with pytest.raises(ValueError, match="no joint that moves"):
+        ksl.generate(ksl.Builder("still").add_link("base", 1.0).build(), ["inverse_dynamics"], tmp_path / "out")
+
+
+def test_files_of_others_stay(ur5, tmp_path):
+    (tmp_path / "p.c").write_text("int mine;\n")
+    with pytest.raises(OutputError, match="--force"):
+        ksl.generate(ur5, ["mass_matrix"], tmp_path, name="p")
+    assert (tmp_path / "p.c").read_text() == "int mine;\n" and len(list(tmp_path.iterdir())) == 1
+    ksl.generate(ur5, ["mass_matrix"], tmp_path, name="p", force=True)
+    ksl.generate(ur5, ["mass_matrix"], tmp_path, name="p")  # its own
+
+
+SMALL = {"pendulum": "revolute", "slider": "prismatic", "ball": "spherical"}
+
+
+@pytest.mark.parametrize("robot", SMALL)
+def test_small_robots_are_as_they_were(robot, tmp_path):
+    """Text that can be read: a change of it is looked at."""
+    builder = ksl.Builder(robot).add_link("base").add_link("bar", 2.0, (0.0, 0.0, -0.5), np.diag([0.2, 0.2, 0.01]))
+    builder.add_joint("joint", SMALL[robot], "base", "bar", **({} if robot == "ball" else {"axis": (0, 1, 0)}))
+    ksl.generate(builder.build(), ["inverse_dynamics"], tmp_path, name=robot)
+    kept = Path(__file__).parent / "small" / f"{robot}.c.txt"
+    text = (tmp_path / f"{robot}.c").read_text()
+    body = text[text.index(f"void {robot}_inverse_dynamics") :]
+    assert body == kept.read_text(), f"differs from {kept.name}"
