@@ -54,3 +54,21 @@ def test_what_has_no_closed_position_is_not_found():
     for starts in (0, True, 1.5):
         with pytest.raises(ValueError, match="expected a number of starts, 1 or more"):
             m.close(m.neutral(), starts=starts)
+
+
+def test_a_search_that_fails_gives_the_best_of_its_starts():
+    """Of q, and of the error that belongs to it: more starts never make it worse, and some make it better."""
+    for kind, seed in (("revolute", 1), ("universal", 0), ("spherical", 1), ("cylindrical", 1)):
+        m = random_case(kind, seed).model
+        hold = [joint.name for joint in m.joints if joint.nv][:3]
+        q = far_starts(m, 60, 1)
+        tried = [m.close(q, hold=hold, starts=starts) for starts in (1, 2, 4, 8, 32)]
+        fails = ~tried[-1].converged
+        errors = np.array([found.error[fails] for found in tried])
+        assert fails.any() and (np.diff(errors, axis=0) <= 0).all() and (errors[-1] < 0.9 * errors[0]).mean() > 0.5
+        k = int(np.argmax(fails))
+        for starts, found in zip((1, 2, 4, 8, 32), tried, strict=True):
+            alone = m.close(q[k], hold=hold, starts=starts)
+            assert np.array_equal(alone.q, found.q[k]) and alone.error == found.error[k]
+            assert (found.error[fails] <= np.abs(m.loop_error(found.q[fails])).max(-1) * max(1.0, m.mobility(found.q[k]).length) * (1 + 1e-12)).all()
+            assert (found.error[fails] >= np.abs(m.loop_error(found.q[fails])).max(-1) * min(1.0, m.mobility(found.q[k]).length) * (1 - 1e-12)).all()
