@@ -13,6 +13,7 @@ from zlib import crc32
 from ksl.base.errors import DescriptionError
 from ksl.robot_files import load_mjcf as mjcf
 from ksl.robot_files import loading
+from ksl.robot_files.read_options import ReadOptions
 from mutate import of_xml
 from target import BrokenPromise, check_message, finite, run
 
@@ -25,7 +26,7 @@ def read(data: bytes) -> None:
     if LEFT_OUT.search(data):
         return
     bits = crc32(data)  # options follow from the text itself, so that each text always takes the same way
-    options = loading._Options(bits % 8 == 0, "independent" if bits & 8 else "coupled", bits & 48 == 0, None, None, "optional", None, None, 0.01, None, None)
+    options = ReadOptions(floating_base=bits % 8 == 0, mimic="independent" if bits & 8 else "coupled", strict=bits & 48 == 0, masses="optional")
     if loading.root_element(data) != "mujoco":
         return
     model = loading._loaded("robot.xml", data, options)

@@ -15,6 +15,7 @@ from zlib import crc32
 
 from ksl.base.errors import DescriptionError
 from ksl.robot_files import loading
+from ksl.robot_files.read_options import ReadOptions
 from mutate import of_text
 from target import BrokenPromise, check_message, finite, run
 
@@ -28,7 +29,7 @@ def read(data: bytes) -> None:
         return
     FILE.write_bytes(data)
     bits = crc32(data)  # options follow from the text itself, so that each text always takes the same way
-    options = loading._Options(bits % 8 == 0, "coupled", bits & 48 == 0, None, None, "optional", None, None, 0.01, "cut" if bits & 8 else None, None)
+    options = ReadOptions(floating_base=bits % 8 == 0, strict=bits & 48 == 0, masses="optional", loops="cut" if bits & 8 else None)
     model = loading._loaded(str(FILE), None, options)
     for line in [*model.warnings, *model.unused]:
         check_message(line)

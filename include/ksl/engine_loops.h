@@ -68,8 +68,8 @@ KSL_EXPORT ksl_status_t ksl_consistent_acceleration(const ksl_model_t *model, ks
                                                     const double *v, const double *a, const bool *given, double *out);
 
 /** Wrenches that may be added to those of all joints without a change that can be observed, orthonormal over all joints: (*n, joints + loops,
-    6) into patterns, which must have room for rows (joints + loops) 6 numbers.  Elements that are rounding, or due to few digits of a file,
-    are zero: those components are determined. */
+    6) into patterns, which must have room for rows (joints + loops) 6 numbers.  Components that are rounding, or due to few digits of a
+    file, are zero in all: they are determined. */
 KSL_EXPORT ksl_status_t ksl_reaction_patterns(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                               double *patterns, int *n);
 

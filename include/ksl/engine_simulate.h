@@ -105,7 +105,7 @@ typedef enum ksl_ending_t {
   KSL_TOO_MANY_STEPS,
   KSL_RUN_NOT_FINITE, /**< numbers overflow, or a function gave NaN */
   KSL_NOT_SOLVED,     /**< implicit equations of a step have no solution nearby */
-  KSL_NOT_CLOSED,     /**< the loops can't be closed */
+  KSL_NOT_CLOSED,     /**< no closed position was found from where a step ended */
   KSL_ENDLESS_EVENTS  /**< events follow each other at one instant without end */
 } ksl_ending_t;
 typedef struct ksl_run_end_t {

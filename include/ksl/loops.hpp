@@ -80,8 +80,8 @@ KSL_EXPORT closing close(const model &m, data &d, const double *q, const unsigne
                          const close_options &options, double *out, double *error);
 
 /// patterns: wrenches that may be added to those of all joints without a change that can be observed, orthonormal over all joints in N and
-/// N m, each at its frame on the side called child: (redundant, joints().size() + loops().size(), 6).  What is below
-/// open_component(m) is zero: those components are determined.  Returns their number.
+/// N m, each at its frame on the side called child: (redundant, joints().size() + loops().size(), 6).  Components
+/// that no combination of them reaches with open_component(m) are zero in all: they are determined.  Returns their number.
 KSL_EXPORT int reaction_patterns(const model &m, data &d, const double *q, double *patterns);
 /// Elements of patterns, expressed in whatever axes, from which on a component counts as open: 1e-9, or ten times the digits of a file's joints.
 KSL_EXPORT double open_component(const model &m);

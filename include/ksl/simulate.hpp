@@ -169,7 +169,7 @@ enum class ending {
   too_many_steps,
   not_finite,    ///< numbers overflow, or a function gave NaN
   not_solved,    ///< implicit equations of a step have no solution nearby
-  not_closed,    ///< the mechanism can't be closed
+  not_closed,    ///< no closed position was found from where a step ended
   endless_events ///< events follow each other at one instant without end
 };
 struct run_end {

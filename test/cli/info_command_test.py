@@ -6,7 +6,7 @@ from itertools import count
 import ksl
 import pytest
 from growth import assert_linear, work
-from ksl.commands.options import read_model
+from ksl.commands.options import RobotOptions, read_model
 from ksl.commands.print_info import DEEPEST_INDENT, print_info, table_lines, tree_lines
 from rich.cells import cell_len
 from rich.console import Console
@@ -69,7 +69,7 @@ def test_nothing_is_cut(examples, width):
      ("friction", 0.05, ""), ("all", 0.05, ""), ("", 0.01, "")],
 )  # fmt: skip
 def test_a_width_without_friction_is_said(examples, capsys, physics, width, warned):
-    m = read_model(examples / "robots/ur5.urdf", False, "coupled", False, "", physics=physics, friction_width=width)
+    m = read_model(examples / "robots/ur5.urdf", RobotOptions(physics=physics, friction_width=width))
     said = capsys.readouterr().err
     assert m.friction_width == width and (f"--friction-width {width} has no effect" in said) == bool(warned) and warned in said
 

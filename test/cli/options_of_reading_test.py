@@ -7,13 +7,13 @@ import typer.main
 
 import ksl
 import ksl.commands
-from ksl.commands.options import FIXED, OF_READING
+from ksl.commands.options import COMPUTED, DEFAULT_FRICTION_WIDTH, FIXED, OF_READING, RobotOptions
 from ksl.sweeps.description import OF_BASE
 from ksl_command import run_ksl
 
 COMMANDS = {name: {p.name: p for p in command.params} for name, command in typer.main.get_command(ksl.commands.app).commands.items()}
 READING = sorted(name for name, params in COMMANDS.items() if "robot" in params)
-COMPUTED = {"path", "gravity", "payloads", "masses", "physics", "friction_width"}
+OTHERS = {"path", *COMPUTED, "payloads", "masses"}
 """Arguments of `ksl.load` that say what is computed, and not how the file is read."""
 IN_PYTHON = {"model_name": "model", "package": "packages"}
 
@@ -25,7 +25,8 @@ MODEL = """<model name="{name}"><link name="{name}_post"><inertial><mass>3</mass
 
 
 def test_options_of_reading_are_all_arguments_of_load_that_are():
-    assert {IN_PYTHON.get(name, name) for name in OF_READING} == set(inspect.signature(ksl.load).parameters) - COMPUTED
+    assert {IN_PYTHON.get(name, name) for name in OF_READING} == set(inspect.signature(ksl.load).parameters) - OTHERS
+    assert RobotOptions().friction_width == DEFAULT_FRICTION_WIDTH == inspect.signature(ksl.load).parameters["friction_width"].default
 
 
 @pytest.mark.parametrize("command", READING)
@@ -36,6 +37,7 @@ def test_every_command_that_reads_a_robot_takes_every_option_of_reading(command)
         option = OF_READING[name].__metadata__[0]
         declared = [*([option.default] if isinstance(option.default, str) and option.default.startswith("--") else []), *option.param_decls] or [f"--{name.replace('_', '-')}"]
         assert (COMMANDS[command][name].opts, COMMANDS[command][name].help) == (declared, option.help), "declared elsewhere"
+    assert "how" not in COMMANDS[command]
 
 
 def test_what_is_fixed_is_said():

@@ -189,7 +189,7 @@ def test_where_random_poses_are_drawn_near(robot, monkeypatch):
         slide, q = m.joint("S").q_index, m.close(m.neutral(), hold=["A"]).q
         q = reach_of(m, q, set()).closed(np.where(np.arange(3) == slide, 0.34, q)[None])[0][0]
         found = holding.worst_pose(m, "C", "radial_force", Placement(), q, set())
-        assert 0 < found.skipped < found.tried == 12 and found.refined == 12 - found.skipped, "what can't be closed is not refined"
+        assert 0 < found.skipped < found.tried == 12 and found.refined == 12 - found.skipped, "what was not closed is not refined"
         assert begins[-1] == pytest.approx((0.34 - lower) / (upper - lower))
 
 

@@ -282,9 +282,9 @@ def test_ranges_that_are_searched():
     ("refined", "ended", "agree", "skipped", "said", "converged"),
     [
         (0, 0, 0, 0, "no joint can move: there was nothing to search", True),
-        (0, 0, 0, 50, "none of 50 random poses can be closed within the limits: this is the pose that was given; give limits of position that fit", True),
+        (0, 0, 0, 50, "no closed position within the limits was found from 50 random poses: this is the pose that was given; give limits of position that fit", True),
         (9, 9, 2, 0, "2 of 9 searches, from the best of 50 random poses, came to this value", True),
-        (9, 7, 1, 3, "1 of 9 searches, from the best of 50 random poses, came to this value, 2 ended before a maximum; 3 of the 50 can't be closed within the limits; "
+        (9, 7, 1, 3, "1 of 9 searches, from the best of 50 random poses, came to this value, 2 ended before a maximum; from 3 of the 50 no closed position was found within the limits, or none that the drives hold; "
                      "there may be a worse pose: try other seeds", False),
     ],
 )  # fmt: skip

@@ -248,7 +248,7 @@ def test_limits_are_told_of_held_joints_that_have_some(robot):
     model = robot(SLIDERCRANK, drives=["S"])
     crank, _, slider = model.joints[:3]
     assert _allowed(Held(model, (crank,))) == "; choose narrower waypoints"
-    assert _allowed(Held(model, (crank, slider))) == "; the limits allow S from 0 to 1 m, and not all of that can be reached: choose narrower waypoints or limits"
+    assert _allowed(Held(model, (crank, slider))) == "; the limits allow S from 0 to 1 m, which may be more than can be reached: choose narrower waypoints or limits"
 
 
 def test_trees_follow_nothing(crank):
@@ -381,14 +381,14 @@ def test_a_motion_that_leaves_the_reach_names_sample_and_time(robot):
 
 
 def test_made_motions_name_joint_limit_and_time(robot):
-    """Of drives that go beyond their limits between waypoints, and of positions that can't be closed."""
+    """Of drives that go beyond their limits between waypoints, and where no closed position is found."""
     model = robot(SLIDERCRANK, drives=["S"])
     beyond = Waypoints(np.array([[0.25], [0.3], [0.9]]))
     with pytest.raises(MotionError, match=r"minjerk: between waypoints 2 and 3, at 53\.5 % of the time, S goes to 1\.088\d* m, beyond its upper limit 1 m; add waypoints"):
         minimum_jerk(model, beyond)
     with pytest.raises(MotionError, match=r"between waypoints 2 and 3, at 1\.07 s, S goes to 1\.088\d* m, beyond its upper limit 1 m"):
         minimum_jerk(model, beyond, duration=2.0)
-    reach = r"at 0\.99\d+ s: with S = 0\.3\d+ m no closed position was found: loop joint C stays open .*; the limits allow S from 0 to 1 m, and not all of that can be reached"
+    reach = r"at 0\.99\d+ s: with S = 0\.3\d+ m no closed position was found: loop joint C stays open .*; the limits allow S from 0 to 1 m, which may be more than can be reached"
     with pytest.raises(MotionError, match=r"trapezoid: between waypoints 1 and 2, " + reach):
         trapezoid(model, Waypoints(np.array([[0.3], [0.4]])), duration=2.0)
     crank = robot(FOURBAR, drives=["A"])

@@ -207,6 +207,66 @@ def test_what_is_left_to_a_simulator_is_named(tmp_path):
     assert "the body has physics:diagonalInertia alone" in said
 
 
+SIX = "double[] newton:inertia = [{}]"
+WHOLE = MASS.format(2) + "\npoint3f physics:centerOfMass = (0.1, 0, 0)\n"
+
+
+@pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")
+@pytest.mark.parametrize("schemas", ['"PhysicsMassAPI", "NewtonMassAPI"', '"NewtonMassAPI"'])
+@pytest.mark.parametrize(("length", "mass"), [(1, 1), (0.01, 0.5)])
+def test_the_whole_tensor_that_newton_states(tmp_path, schemas, length, mass):
+    """Six numbers, in the axes of the body and about its centre of mass, in units of the file; with the schema of Newton alone, too, which contains that of USD."""
+    numbers = np.array([0.3, 0.4, 0.5, 0.01, -0.02, 0.03]) / (mass * length**2)
+    stage = tmp_path / "body.usda"
+    stage.write_text(f"""#usda 1.0
+( metersPerUnit = {length}
+  kilogramsPerUnit = {mass} )
+def Xform "body" ( prepend apiSchemas = ["PhysicsRigidBodyAPI", {schemas}] )
+{{
+  float physics:mass = {2 / mass}
+  point3f physics:centerOfMass = ({0.1 / length}, 0, 0)
+  double[] newton:inertia = {[float(x) for x in numbers]}
+  double3 xformOp:rotateXYZ = (20, 30, 40)
+  uniform token[] xformOpOrder = ["xformOp:rotateXYZ"]
+  def Cube "a" ( prepend apiSchemas = ["PhysicsCollisionAPI"] ) {{}}
+}}
+""")
+    found = ksl.load(stage)
+    ours, centroid, tensor = of_link(found.link("body"))
+    assert ours == pytest.approx(2) and centroid == pytest.approx([0.1, 0, 0])
+    assert tensor == pytest.approx(np.array([[0.3, 0.01, -0.02], [0.01, 0.4, 0.03], [-0.02, 0.03, 0.5]]), rel=1e-12)
+    assert not found.unused and not any("link body" in line for line in found.warnings)
+
+
+@pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")
+def test_where_the_whole_tensor_counts(tmp_path):
+    stage = tmp_path / "body.usda"
+    six = SIX.format("0.3, 0.4, 0.5, 0, 0, 0")
+    assert "newton:inertia" not in one_body(stage, body=WHOLE + six)[2]
+    assert "newton:inertia" not in one_body(stage, body=WHOLE + six + "\nfloat3 physics:diagonalInertia = (0.3, 0.4, 0.50001)")[2]
+    said = one_body(stage, body=WHOLE + six + "\nfloat3 physics:diagonalInertia = (0.3, 0.4, 0.6)")[2]
+    assert "newton:inertia and physics:diagonalInertia differ by 0.1 kg m²; the first counts" in said
+    assert of_link(ksl.load(stage).link("body"))[2][2, 2] == pytest.approx(0.5)
+    assert "has physics:diagonalInertia alone" not in one_body(stage, body=six + "\nfloat3 physics:diagonalInertia = (0.3, 0.4, 0.5)")[2]
+    one_body(stage, body=SIX.format("") + "\n" + WHOLE + "float3 physics:diagonalInertia = (0.1, 0.1, 0.1)")
+    assert of_link(ksl.load(stage).link("body"))[2][2, 2] == pytest.approx(0.1), "an empty one says nothing"
+    stage.write_text(f'#usda 1.0\ndef Xform "body" ( prepend apiSchemas = ["PhysicsRigidBodyAPI"] )\n{{\n{six}\n}}\n')
+    assert "newton:inertia of body" in ksl.load(stage, masses="optional").unused, "without the schema it is an attribute as any other"
+    said = one_body(stage, of_parts=(MASS.format(1) + "\n" + six, MASS.format(1)))[2]
+    assert "newton:inertia of /body/a doesn't count: it is one of bodies" in said
+
+
+@pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")
+@pytest.mark.parametrize("shell", ['uniform token newton:massModel = "shell"', "bool mjc:shellinertia = 1"])
+def test_shells_are_left_to_simulators(tmp_path, shell):
+    """They weigh at their surface, with a thickness that simulators choose."""
+    stage = tmp_path / "body.usda"
+    mass, centroid, said = one_body(stage, of_parts=(shell, MASS.format(2)))
+    assert (mass, centroid) == pytest.approx((2, 0.2)) and "/body/a (Cube, a shell: mass, centre of mass, inertia)" in said
+    solid = shell.replace("shell\"", "solid\"").replace("= 1", "= 0")
+    assert one_body(stage, of_parts=(solid, MASS.format(2)))[0] == pytest.approx(3)
+
+
 @pytest.mark.parametrize(
     ("what", "said"),
     [
@@ -216,6 +276,9 @@ def test_what_is_left_to_a_simulator_is_named(tmp_path):
         ({"of_parts": ("", DENSITY.format(-1))}, "prim /body/b: its physics:density is -1 kg/m³"),
         ({"of_parts": ("", DENSITY.format(1e12))}, "its physics:density is 1e"),
         ({"body": "float3 physics:diagonalInertia = (1, -1, 1)"}, "its physics:diagonalInertia is -1"),
+        ({"body": SIX.format("1, 2, 3")}, "prim /body: its newton:inertia has 3 numbers; expected Ixx, Iyy, Izz, Ixy, Ixz, Iyz"),
+        ({"body": SIX.format("1, 2, -3, 0, 0, 0")}, "prim /body: its newton:inertia is -3 kg m²"),
+        ({"body": SIX.format("1, 2, 3, nan, 0, 0")}, "prim /body: its newton:inertia is nan"),
         ({"body": "point3f physics:centerOfMass = (nan, 0, 0)"}, "its physics:centerOfMass is"),
         ({"body": "quatf physics:principalAxes = (inf, 0, 0, 0)"}, "a quaternion is"),
         ({"body": 'float3 xformOp:scale = (1, 0, 1)\nuniform token[] xformOpOrder = ["xformOp:scale"]'}, "prim /body.*: its scale is 0"),

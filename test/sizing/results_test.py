@@ -12,6 +12,7 @@ from ksl.base.rounding import OF_POSITIONS
 from ksl.sizing.results import WRENCH, Results, read_results
 from ksl.sizing.samples import Spectrum, moved
 from results_tables import AXIS, made_table, results_table
+from text_that_is_none import damaged_text
 
 
 @pytest.fixture(scope="module")
@@ -128,6 +129,10 @@ def test_what_are_no_results(ur5, tmp_path):
     whole = written(tmp_path, table) / "wrenches.parquet"
     whole.write_bytes(whole.read_bytes()[:-100])
     with pytest.raises(SizingError, match="is no Parquet file that can be read"):
+        read_results(tmp_path)
+    names = damaged_text(table.column("joint").to_pylist())
+    written(tmp_path, table.set_column(table.schema.get_field_index("joint"), "joint", names))
+    with pytest.raises(SizingError, match=r"is no Parquet file that can be read \(column 'joint' holds text that is no UTF-8\)"):
         read_results(tmp_path)
     with pytest.raises(SizingError, match="int is no table of wrenches"):
         ksl.size(3)

@@ -34,6 +34,7 @@ from ksl.sweeps.joint_summaries import Peaks
 from ksl.sweeps.sampling import sample
 from ksl.sweeps.variants import Variants, shifted
 from ksl_command import run_ksl
+from text_that_is_none import damaged_text
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 PANDA, PICK = str(EXAMPLES / "robots" / "panda.urdf"), str(EXAMPLES / "motions" / "panda_pick.csv")
@@ -576,6 +577,11 @@ def test_damaged_and_unknown_partitions(tmp_path):
     part = tmp_path / "cases" / "part-000000.parquet"
     whole = part.read_bytes()
     part.write_bytes(whole[:-100])
+    with pytest.raises(ksl.SweepError, match="part-000000.parquet: is damaged; remove it"):
+        ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1)
+    part.write_bytes(whole)
+    table = parquet.read_table(part)
+    parquet.write_table(table.set_column(table.schema.get_field_index("joint"), "joint", damaged_text(table.column("joint").to_pylist())), part)
     with pytest.raises(ksl.SweepError, match="part-000000.parquet: is damaged; remove it"):
         ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1)
     part.unlink()

@@ -14,6 +14,7 @@ from ksl.viewer.results_scene import read_results, scene_of_motion, scene_of_res
 from ksl.viewer.scene import make_scene, resting_position, thinned
 from ksl.viewer.shapes import Shape, arrows, box, cylinder, ellipsoid, simplified
 from ksl.viewer.visuals import appearance, inertia_ellipsoid
+from text_that_is_none import damaged_text
 
 G = 9.81
 
@@ -327,6 +328,15 @@ def test_results_that_somebody_has_altered(arm, swing, tmp_path, altered):
         scene_of_results(arm, read_results(tmp_path))
     assert words in str(caught.value) and str(caught.value).endswith("run `ksl loads` again")
     assert str(caught.value).startswith((f"{tmp_path}/wrenches.parquet: ", "the results: "))
+
+
+def test_results_with_text_that_is_none(arm, swing, tmp_path):
+    from pyarrow import parquet
+
+    table = results_table(arm, swing)
+    parquet.write_table(with_column(table, "joint", damaged_text(table.column("joint").to_pylist())), tmp_path / "wrenches.parquet")
+    with pytest.raises(ksl.MotionError, match=r"can't be read \(column 'joint' holds text that is no UTF-8\); give the folder"):
+        read_results(tmp_path)
 
 
 def test_arrows_start_where_the_moments_are_about(examples):

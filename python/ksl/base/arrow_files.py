@@ -14,3 +14,15 @@ def arrow_file(path: str | os.PathLike[str], mode: Literal["rb", "wb"] = "rb") -
     import pyarrow as pa
 
     return pa.OSFile(os.fsencode(path), mode)
+
+
+def with_text(table: pa.Table) -> pa.Table:
+    """The same table.  Raises pyarrow.ArrowInvalid where text in it is no UTF-8: Arrow reads it as it stands, and Python fails where it asks for it."""
+    import pyarrow as pa
+
+    for name, column in zip(table.column_names, table.columns, strict=True):
+        try:
+            column.validate(full=True)
+        except pa.ArrowInvalid:
+            raise pa.ArrowInvalid(f"column {name!r} holds text that is no UTF-8") from None
+    return table

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ksl.commands.app import app, console, fail, print_json
-from ksl.commands.options import Drives, FloatingBase, Loops, Mimic, ModelName, Packages, RobotText, Strict, Xacro, xacro_arguments
+from ksl.commands.options import RobotOptions, RobotText, of_robot, xacro_arguments
 
 if TYPE_CHECKING:
     from ksl.checks.run import Fixed
 
 
 @app.command()
+@of_robot()
 def check(
     robot: RobotText,
     ignore: Annotated[list[str], typer.Option("--ignore", metavar="RULE", help="A rule that is left out, inertia-triangle for example; may be repeated.")] = [],
@@ -24,14 +25,7 @@ def check(
     accept: Annotated[list[str], typer.Option("--accept", metavar="RULE", help="With --fix: repair this rule's findings, too; their likely cause is right. May be repeated.")] = [],
     force: Annotated[bool, typer.Option("--force", help="Overwrite OUT.urdf if it exists.")] = False,
     everything: Annotated[bool, typer.Option("--all", help="Print every place, and not the first five of a rule.")] = False,
-    floating_base: FloatingBase = False,
-    mimic: Mimic = "coupled",
-    strict: Strict = False,
-    model_name: ModelName = "",
-    loops: Loops = "",
-    drives: Drives = "",
-    xacro: Xacro = None,
-    package: Packages = [],
+    how: RobotOptions = RobotOptions(),
     json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Look for what is wrong in a robot file: masses and inertias, joints, limits, names, meshes, the tree.
@@ -45,16 +39,15 @@ def check(
 
     if (accept or force) and fix is None:
         fail("--accept and --force are for --fix OUT.urdf; give it, or leave them out")
-    motors = [word.strip() for word in drives.split(",")] if drives else None
-    if xacro is not None and fix is not None:
+    if how.xacro is not None and fix is not None:
         fail("--xacro and --fix: what xacro makes is repaired where it comes from, in the xacro file; leave one of them out")
-    options: dict[str, Any] = {"ignore": ignore, "package_paths": package_path, "symmetry": symmetry, "loops": loops or None, "drives": motors}
-    options |= {"floating_base": floating_base, "mimic": mimic, "strict": strict, "model": model_name or None}
+    options: dict[str, Any] = {"ignore": ignore, "package_paths": package_path, "symmetry": symmetry, "loops": how.loops or None, "drives": how.motors}
+    options |= {"floating_base": how.floating_base, "mimic": how.mimic, "strict": how.strict, "model": how.model_name or None}
     try:
         fixed = fix_file(robot, fix, accept=accept, force=force, **options) if fix else None
-        findings = fixed.left if fixed else check_file(robot, xacro=xacro_arguments(xacro, package), **options)
+        findings = fixed.left if fixed else check_file(robot, xacro=xacro_arguments(how.xacro, how.package), **options)
     except (ValueError, OutputError) as e:
-        fail(_of_option(e, ignore, accept, package_path, symmetry, mimic))
+        fail(_of_option(e, ignore, accept, package_path, symmetry, how.mimic))
     if json:
         print_json(findings.as_dict() | (_changes(fixed) if fixed else {}))
     elif fixed:

@@ -7,22 +7,18 @@ from typing import Annotated
 import typer
 
 from ksl.commands.app import app, console, fail, print_json
-from ksl.commands.options import FloatingBase, ModelName, Packages, Physics, RobotText, Strict, Xacro, described_warnings, in_options, xacro_arguments
+from ksl.commands.options import FIXED, RobotOptions, RobotText, described_warnings, in_options, of_robot, xacro_arguments
 
 
 @app.command()
+@of_robot("physics", without=FIXED["compare"])
 def compare(
     robot: RobotText,
     libraries: Annotated[
         str, typer.Option("--with", metavar="NAMES", help="Libraries, separated by commas: pinocchio, mujoco, drake; otherwise those of them that are installed.")
     ] = "",
-    floating_base: FloatingBase = False,
-    strict: Strict = False,
-    model_name: ModelName = "",
-    physics: Physics = "",
+    how: RobotOptions = RobotOptions(),
     states: Annotated[int, typer.Option("--states", metavar="N", help="How many random states, 1 to 1000.")] = 8,
-    xacro: Xacro = None,
-    package: Packages = [],
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the random states.")] = 0,
     json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
@@ -34,11 +30,11 @@ def compare(
     from ksl.comparison.compare_robot import compare as compare_robot
 
     names = [word.strip() for word in libraries.split(",")] if libraries else None
-    on = [word.strip() for word in physics.split(",")] if physics else None
     with described_warnings():
         try:
             found = compare_robot(
-                robot, names, floating_base=floating_base, strict=strict, model=model_name or None, physics=on, states=states, seed=seed, xacro=xacro_arguments(xacro, package)
+                robot, names, floating_base=how.floating_base, strict=how.strict, model=how.model_name or None, physics=how.physics_named, states=states, seed=seed,
+                xacro=xacro_arguments(how.xacro, how.package),
             )
         except ValueError as e:
             from ksl.base.errors import ArgumentError

@@ -11,26 +11,18 @@ import typer
 from ksl.commands.app import GroupedOptions, app, command_line, console, fail
 from ksl.commands.options import (
     AxesOf,
-    Drives,
-    FloatingBase,
-    Gravity,
-    Loops,
-    Mimic,
-    ModelName,
     OnLinks,
     OnSide,
-    Packages,
     OrderOf,
-    Physics,
     PointMasses,
     Replace,
     Robot,
-    Strict,
-    Xacro,
+    RobotOptions,
     carried_payloads,
     in_options,
     named_number,
     numbers,
+    of_robot,
     path_with_a_name,
     payloads_given,
     read_model,
@@ -43,6 +35,7 @@ if TYPE_CHECKING:
 
 
 @app.command(cls=GroupedOptions)
+@of_robot("gravity", "physics")
 def hold(
     robot: Robot,
     pose: Annotated[list[str], typer.Option(metavar="FILE|NAME=VALUE", help="Position of a joint, rad or m, or 90deg (repeatable); or a file: TOML of positions, or a motion.")] = [],
@@ -59,16 +52,7 @@ def hold(
     order: OrderOf = "lin_ang",
     payload: PointMasses = [],
     on_link: OnLinks = [],
-    floating_base: FloatingBase = False,
-    mimic: Mimic = "coupled",
-    strict: Strict = False,
-    gravity: Gravity = "",
-    model_name: ModelName = "",
-    physics: Physics = "",
-    loops: Loops = "",
-    drives: Drives = "",
-    xacro: Xacro = None,
-    package: Packages = [],
+    how: RobotOptions = RobotOptions(),
     stiffness: Stiffness = None,
 ) -> None:
     """Print the efforts and every wrench of one pose at rest, or of the worst pose for a joint."""
@@ -81,7 +65,7 @@ def hold(
     if xlsx and output is None:
         fail("--xlsx writes results.xlsx into a folder; give it by -o DIR")
     loaded = payloads_given(payload, on_link)
-    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, loops=loops, drives=drives, xacro=xacro, package=package)
+    model = read_model(robot, how, loaded)
     model, stiff = with_stiffness(model, stiffness)
     point = numbers(at, "--at", 3) if "," in at else at
     try:
@@ -99,8 +83,8 @@ def hold(
         positions |= named
         carried = carried_payloads(model, loaded)
         inputs = [*model.inputs, *stiff, *ledger.files]
-        options = {"on": on, "at": at, "axes": axes, "order": order, "gravity": gravity, "physics": physics, "mimic": mimic, "floating_base": floating_base}
-        options |= {"loops": loops, "drives": drives, "stiffness": str(stiffness or "")} if model.loops or loops else {}
+        options = {"on": on, "at": at, "axes": axes, "order": order, "gravity": how.gravity, "physics": how.physics, "mimic": how.mimic, "floating_base": how.floating_base}
+        options |= {"loops": how.loops, "drives": how.drives, "stiffness": str(stiffness or "")} if model.loops or how.loops else {}
         run = held(
             model, positions, worst or None, of, payloads=carried, on=cast("Side", on), at=point, axes=axes, order=cast("Order", order), seed=seed,
             inputs=inputs, options=options, command=command_line(),

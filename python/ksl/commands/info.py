@@ -8,22 +8,14 @@ from typing import Annotated
 import typer
 
 from ksl.commands.app import app, console, fail
-from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Packages, Physics, Strict, Xacro, read_model
+from ksl.commands.options import RobotOptions, of_robot, read_model
 
 
 @app.command()
+@of_robot("gravity", "physics")
 def info(
     robot: Annotated[Path | None, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, MJCF (with the package mujoco) or USD (with usd-core).")] = None,
-    floating_base: FloatingBase = False,
-    mimic: Mimic = "coupled",
-    strict: Strict = False,
-    gravity: Gravity = "",
-    model_name: ModelName = "",
-    physics: Physics = "",
-    loops: Loops = "",
-    drives: Drives = "",
-    xacro: Xacro = None,
-    package: Packages = [],
+    how: RobotOptions = RobotOptions(),
     cpu: Annotated[bool, typer.Option("--cpu", help="Say which instruction set the kernels use here.")] = False,
 ) -> None:
     """Print a robot's tree, joints, limits, masses, gravity, degrees of freedom, and what its file holds that is not used."""
@@ -38,4 +30,4 @@ def info(
     elif robot is None:
         fail("info needs a robot file, or --cpu")
     if robot is not None:
-        print_info(read_model(robot, floating_base, mimic, strict, gravity, masses="optional", name=model_name, physics=physics, loops=loops, drives=drives, xacro=xacro, package=package), console(80))
+        print_info(read_model(robot, how, masses="optional"), console(80))

@@ -18,27 +18,18 @@ from ksl.commands.options import (
     ColumnMapFile,
     Components,
     Degrees,
-    Drives,
-    FloatingBase,
     Folder,
-    FrictionWidth,
     From,
-    Gravity,
     IgnoreExtra,
-    Loops,
-    Mimic,
-    ModelName,
     OnLinks,
     OnSide,
-    Packages,
     OrderOf,
-    Physics,
     PointMasses,
     PositionsOnly,
     Replace,
     Resample,
     Robot,
-    Strict,
+    RobotOptions,
     TimeUnit,
     To,
     Topic,
@@ -46,11 +37,11 @@ from ksl.commands.options import (
     WriteJson,
     WritePdf,
     WriteXlsx,
-    Xacro,
     carried_payloads,
     check_order,
     in_options,
     numbers,
+    of_robot,
     payloads_given,
     read_model,
     suggestion,
@@ -68,6 +59,7 @@ if TYPE_CHECKING:
 
 
 @app.command(cls=GroupedOptions)
+@of_robot("gravity", "physics", "friction_width")
 def loads(
     robot: Robot,
     motion: Annotated[Path | None, typer.Argument(metavar="[MOTION]", help=MOTION_HELP)] = None,
@@ -90,17 +82,7 @@ def loads(
     smooth: Annotated[float | None, typer.Option("--smooth", metavar="HZ", help="Low-pass measured positions at this frequency, without delay, before differentiating.")] = None,
     fail_on: Annotated[str | None, typer.Option("--fail-on", metavar="limits", help="End with status 3 if a limit is exceeded; results are written.")] = None,
     force: Replace = False,
-    floating_base: FloatingBase = False,
-    mimic: Mimic = "coupled",
-    strict: Strict = False,
-    gravity: Gravity = "",
-    model_name: ModelName = "",
-    physics: Physics = "",
-    friction_width: FrictionWidth = 0.01,
-    loops: Loops = "",
-    drives: Drives = "",
-    xacro: Xacro = None,
-    package: Packages = [],
+    how: RobotOptions = RobotOptions(),
     stiffness: Stiffness = None,
     columns: ColumnMapFile = None,
     degrees: Degrees = False,
@@ -133,17 +115,17 @@ def loads(
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
     if motion is not None:
         check_order(robot, motion)
-    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives, xacro=xacro, package=package)
+    model = read_model(robot, how, loaded)
     model, stiff = with_stiffness(model, stiffness)
     placement = _placement(model, on, at, axes, order, joints)
     reading: dict[str, Any] = {
         "map": columns, "degrees": degrees, "time_unit": time_unit, "resample": resample, "start": start, "stop": stop,
         "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only, "smooth": smooth,
     }  # fmt: skip
-    options = {"on": on, "at": at, "axes": axes, "order": order, "joints": joints, "floating_base": floating_base, "mimic": mimic}
-    options |= {"strict": strict, "gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
-    options |= {"loops": loops, "drives": drives, "stiffness": str(stiffness or "")} if model.loops or loops else {}
-    options |= {name: value for name, value in (("xacro", xacro), ("package", package)) if value}
+    options = {"on": on, "at": at, "axes": axes, "order": order, "joints": joints, "floating_base": how.floating_base, "mimic": how.mimic}
+    options |= {"strict": how.strict, "gravity": how.gravity, "model": how.model_name, "physics": how.physics, "friction_width": how.friction_width if how.physics else None}
+    options |= {"loops": how.loops, "drives": how.drives, "stiffness": str(stiffness or "")} if model.loops or how.loops else {}
+    options |= {name: value for name, value in (("xacro", how.xacro), ("package", how.package)) if value}
     options |= {name: str(value) if name == "map" else value for name, value in reading.items() if value not in (None, False)}
     try:
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)

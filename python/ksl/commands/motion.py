@@ -11,7 +11,7 @@ import typer
 
 from ksl.base.words import count
 from ksl.commands.app import app, console, fail, say
-from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Packages, Robot, Strict, Xacro, file_with_a_name, read_model
+from ksl.commands.options import Robot, RobotOptions, file_with_a_name, of_robot, read_model
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,6 +35,7 @@ OPTIONS = {
 
 
 @app.command()
+@of_robot("gravity")
 def motion(
     robot: Robot,
     kind: Annotated[str, typer.Option(metavar="|".join(KINDS), help="What to make; see below.")],
@@ -48,16 +49,8 @@ def motion(
     seconds: Annotated[float | None, typer.Option(metavar="S", help="Time of the search of excite; 20.")] = None,
     iterations: Annotated[int | None, typer.Option(metavar="N", help="Candidates of the search instead of a time: the same motion on every run.")] = None,
     seed: Annotated[int | None, typer.Option(metavar="N", help="Of the search; 0.")] = None,
-    floating_base: FloatingBase = False,
-    mimic: Mimic = "coupled",
-    strict: Strict = False,
-    gravity: Gravity = "",
-    model_name: ModelName = "",
-    loops: Loops = "",
-    drives: Drives = "",
+    how: RobotOptions = RobotOptions(),
     drives_only: Annotated[bool, typer.Option("--drives-only", help="Write the columns of the drives alone, of a robot with loops; ksl loads needs no others.")] = False,
-    xacro: Xacro = None,
-    package: Packages = [],
 ) -> None:
     """Make a motion within the limits of the robot's file: of position, speed and effort.
 
@@ -78,7 +71,7 @@ def motion(
         refuse_inputs([output], [robot, *([waypoints] if waypoints else [])])
     except OutputError as e:
         fail(e)
-    model = read_model(robot, floating_base, mimic, strict, gravity, masses="optional", name=model_name, loops=loops, drives=drives, xacro=xacro, package=package)
+    model = read_model(robot, how, masses="optional")
     try:
         made = _made(model, kind, {k: v for k, v in given.items() if v is not None})
         from ksl.motions.generate.writing import write_motion, written_joints

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import math
 import os
 import shlex
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast, get_type_hints
 
 import typer
 
@@ -43,15 +46,67 @@ Loops = Annotated[str, typer.Option("--loops", metavar="FILE.toml|cut", help="Jo
 Drives = Annotated[str, typer.Option("--drives", metavar="NAMES", help="The joints that have motors, of a robot with loops, separated by commas.")]
 Xacro = Annotated[str | None, typer.Option("--xacro", metavar="'NAME:=VALUE …'", help="ROBOT is a xacro file, which is run with these arguments, '' for none. It is a program: run those of people you trust.")]
 Packages = Annotated[list[str], typer.Option("--package", metavar="NAME=DIR", help="With --xacro: the folder of a package that the file finds, $(find NAME); may be repeated. Others are looked for in the folders above it, and where ROS has them.")]
-OF_READING = {
-    "floating_base": FloatingBase, "mimic": Mimic, "strict": Strict, "model_name": ModelName, "loops": Loops, "drives": Drives, "xacro": Xacro, "package": Packages,
-}  # fmt: skip
-"""Options that say how a robot's file is read.  Every command that reads one takes them, but for those of `FIXED`."""
 FIXED = {
     "compare": {"mimic": "independent: other libraries have it so", "loops": "cut: other libraries have trees", "drives": "each joint of a tree has one"},
-    "sweep": {name: "a key of [base] in SWEEP.toml" for name in OF_READING if name not in ("xacro", "package")},
+    "sweep": dict.fromkeys(("floating_base", "mimic", "strict", "model_name", "loops", "drives"), "a key of [base] in SWEEP.toml"),
 }
 """{command: {option that it doesn't take: how the file is read there}}."""
+
+
+@dataclass(frozen=True)
+class RobotOptions:
+    """What commands are told of a robot: how its file is read, and what is computed with it.  A command whose argument `how` is one has these options."""
+
+    floating_base: FloatingBase = False
+    mimic: Mimic = "coupled"
+    strict: Strict = False
+    gravity: Gravity = ""
+    model_name: ModelName = ""
+    physics: Physics = ""
+    friction_width: FrictionWidth = 0.01
+    loops: Loops = ""
+    drives: Drives = ""
+    xacro: Xacro = None
+    package: Packages = field(default_factory=list)
+
+    @property
+    def motors(self) -> list[str] | None:
+        return _words(self.drives)
+
+    @property
+    def physics_named(self) -> list[str] | None:
+        return _words(self.physics)
+
+
+COMPUTED = ("gravity", "physics", "friction_width")
+"""Options of a robot that say what is computed, and not how its file is read."""
+OF_READING = {name: hint for name, hint in get_type_hints(RobotOptions, include_extras=True).items() if name not in COMPUTED}
+"""Options that say how a robot's file is read.  Every command that reads one takes them, but for those of `FIXED`."""
+
+
+def of_robot(*computed: str, without: Collection[str] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """A command with the options of RobotOptions in the place of its argument `how`: of those that say what is computed only these; and without some of the others."""
+    names = [each.name for each in fields(RobotOptions) if each.name not in without and (each.name not in COMPUTED or each.name in computed)]
+    hints, defaults = get_type_hints(RobotOptions, include_extras=True), RobotOptions()
+
+    def decorated(command: Callable[..., None]) -> Callable[..., None]:
+        own = inspect.signature(command, eval_str=True)
+        options = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=getattr(defaults, name), annotation=hints[name]) for name in names]
+        parameters = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own.parameters.values() for each in (options if p.name == "how" else [p])]
+
+        @functools.wraps(command)
+        def called(**given: Any) -> None:
+            command(how=RobotOptions(**{name: given.pop(name) for name in names}), **given)
+
+        called.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
+        called.__annotations__ = {p.name: p.annotation for p in parameters}
+        return called
+
+    return decorated
+
+
+def _words(text: str) -> list[str] | None:
+    return [word.strip() for word in text.split(",")] if text else None
 PointMasses = Annotated[list[str], typer.Option("--payload", metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")]
 OnLinks = Annotated[list[str], typer.Option("--on-link", metavar="NAME", help="Link that carries the payload.")]
 OnSide = Annotated[str, typer.Option("--on", metavar="child|parent", help="Side that the wrench acts on.")]
@@ -194,39 +249,29 @@ def described_warnings() -> Iterator[None]:
 
 
 def read_model(
-    robot: Path,
-    floating_base: bool,
-    mimic: str,
-    strict: bool,
-    gravity: str,
-    payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
-    masses: Literal["optional"] | None = None,
-    name: str = "",
-    physics: str = "",
-    friction_width: float = DEFAULT_FRICTION_WIDTH,
-    loops: str = "",
-    drives: str = "",
-    xacro: str | None = None,
-    package: list[str] = [],
+    robot: Path, how: RobotOptions, payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None, masses: Literal["optional"] | None = None
 ) -> Model:
     from ksl.robot_files.loading import load
 
-    how = cast(Literal["coupled", "independent"], mimic)  # load refuses other words
-    given_gravity = numbers(gravity, "--gravity", 3) if gravity else None
+    mimic = cast(Literal["coupled", "independent"], how.mimic)  # load refuses other words
+    gravity = numbers(how.gravity, "--gravity", 3) if how.gravity else None
+    arguments = xacro_arguments(how.xacro, how.package)
+    of_file: dict[str, Any] = {"floating_base": how.floating_base, "mimic": mimic, "model": how.model_name or None, "xacro": arguments}
     with described_warnings():
         try:
-            on = [word.strip() for word in physics.split(",")] if physics else None
-            motors = [word.strip() for word in drives.split(",")] if drives else None
-            model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None, on, friction_width, loops or None, motors, xacro_arguments(xacro, package))
+            model = load(
+                robot, **of_file, strict=how.strict, gravity=gravity, payloads=payloads, masses=masses, physics=how.physics_named, friction_width=how.friction_width,
+                loops=how.loops or None, drives=how.motors,
+            )  # fmt: skip
         except ValueError as e:
             from ksl.mechanism.core_sentences import lacks_link_of_payload
 
             absent = [link for link in payloads or {} if lacks_link_of_payload(e, link)]
             if absent:
-                bare = load(robot, floating_base, how, masses="optional", model=name or None, xacro=xacro_arguments(xacro, package))
+                bare = load(robot, **of_file, masses="optional")
                 fail(f"--on-link {absent[0]}: no such link; {suggestion(absent[0], bare.link_names, f'the links of {bare.name} are')}")
-            fail(in_options(e, mimic=mimic))
-    if friction_width != DEFAULT_FRICTION_WIDTH and not {"friction", "all"} & set(model.physics):
+            fail(in_options(e, mimic=how.mimic))
+    if how.friction_width != DEFAULT_FRICTION_WIDTH and not {"friction", "all"} & set(model.physics):
         why = "exact friction has none" if "exact friction" in model.physics else "--physics names no friction; add friction there"
-        errors.print(f"ksl: warning: --friction-width {friction_width:g} has no effect: {why}")
+        errors.print(f"ksl: warning: --friction-width {how.friction_width:g} has no effect: {why}")
     return model

@@ -16,30 +16,21 @@ from ksl.commands.app import GroupedOptions, app, command_line, console, fail
 from ksl.commands.options import (
     MOTION_HELP,
     Components,
-    Drives,
-    FloatingBase,
     Folder,
-    FrictionWidth,
-    Gravity,
-    Loops,
-    Mimic,
-    ModelName,
     OnLinks,
-    Packages,
-    Physics,
     PointMasses,
     Replace,
     Robot,
-    Strict,
+    RobotOptions,
     WriteCsv,
     WriteJson,
     WritePdf,
     WriteXlsx,
-    Xacro,
     carried_payloads,
     check_order,
     named_number,
     numbers,
+    of_robot,
     payloads_given,
     read_model,
 )
@@ -55,6 +46,7 @@ if TYPE_CHECKING:
 
 
 @app.command(cls=GroupedOptions)
+@of_robot("gravity", "physics", "friction_width")
 def simulate(
     robot: Robot,
     motion: Annotated[Path | None, typer.Argument(metavar="[MOTION]", help=f"Followed by the controller, or left at a time. {MOTION_HELP}")] = None,
@@ -83,17 +75,7 @@ def simulate(
     force: Replace = False,
     payload: PointMasses = [],
     on_link: OnLinks = [],
-    floating_base: FloatingBase = False,
-    mimic: Mimic = "coupled",
-    strict: Strict = False,
-    gravity: Gravity = "",
-    model_name: ModelName = "",
-    physics: Physics = "",
-    friction_width: FrictionWidth = 0.01,
-    loops: Loops = "",
-    drives: Drives = "",
-    xacro: Xacro = None,
-    package: Packages = [],
+    how: RobotOptions = RobotOptions(),
     stiffness: Stiffness = None,
 ) -> None:
     """Simulate a mechanism under a controller, without drives or under brakes, and write motion.csv and every wrench, as ksl loads.
@@ -116,13 +98,13 @@ def simulate(
     }  # fmt: skip
     _check_words(cases, motion, said)
     loaded = payloads_given(payload, on_link)
-    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives, xacro=xacro, package=package)
+    model = read_model(robot, how, loaded)
     model, stiff = with_stiffness(model, stiffness)
     carried = carried_payloads(model, loaded)
     options = {
         "until": until, "start": state, "from": start, "pose": pose, "velocity": velocity, "controller": controller, "gains": gains, "brake_at": brake_at, "brake": brake,
         "dry_friction": dry_friction, "bounce": bounce, "rate": rate, "method": method, "step": step, "tolerance": tolerance,
-        "gravity": gravity, "physics": physics, "loops": loops, "drives": drives, "xacro": xacro or "", "package": package, "stiffness": str(stiffness or ""),
+        "gravity": how.gravity, "physics": how.physics, "loops": how.loops, "drives": how.drives, "xacro": how.xacro or "", "package": how.package, "stiffness": str(stiffness or ""),
     }  # fmt: skip
     try:
         if cases is not None:
@@ -130,8 +112,8 @@ def simulate(
 
             found, files = read_cases(model, cases, None, motion, carried)
         else:
-            how, files = _how(model, until, state, start, pose, velocity, controller, gains, brake_at, brake, dry_friction, bounce, rate, method, step, tolerance)
-            case, read = _case(model, how, motion, carried)
+            wanted, files = _how(model, until, state, start, pose, velocity, controller, gains, brake_at, brake, dry_friction, bounce, rate, method, step, tolerance)
+            case, read = _case(model, wanted, motion, carried)
             found, files = [case], [*files, *read]
         run = Run(found, provenance_of(found, [*model.inputs, *stiff, *files], {k: v for k, v in options.items() if v not in (None, "", [])}, command_line()))
         out, report = console(120), ReportFiles.wanted(json, "A4" if pdf else None, components)

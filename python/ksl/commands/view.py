@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,23 +13,14 @@ from ksl.commands.options import (
     DEFAULT_FRICTION_WIDTH,
     ColumnMapFile,
     Degrees,
-    Drives,
-    FloatingBase,
-    FrictionWidth,
-    Gravity,
     IgnoreExtra,
-    Loops,
-    Mimic,
-    ModelName,
-    Packages,
-    Physics,
     PositionsOnly,
     Robot,
-    Strict,
+    RobotOptions,
     TimeUnit,
     Topic,
-    Xacro,
     check_order,
+    of_robot,
     read_model,
 )
 
@@ -43,6 +35,7 @@ NOTES = 5
 
 
 @app.command(cls=GroupedOptions)
+@of_robot("gravity", "physics", "friction_width")
 def view(
     robot: Robot,
     motion: Annotated[Path | None, typer.Argument(metavar="MOTION|RESULTS", help="A motion, as for `ksl loads`, or the folder that `ksl loads` has written; otherwise the robot at rest.")] = None,
@@ -53,17 +46,7 @@ def view(
     package_path: Annotated[list[Path], typer.Option(metavar="DIR", help="Folder in which packages of package:// meshes are looked for; may be repeated.")] = [],
     port: Annotated[int | None, typer.Option(metavar="PORT", help="Of the page, on 127.0.0.1; otherwise 8080 or a free one.")] = None,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")] = True,
-    floating_base: FloatingBase = False,
-    mimic: Mimic = "coupled",
-    gravity: Gravity = "",
-    model_name: ModelName = "",
-    physics: Physics = "",
-    friction_width: FrictionWidth = 0.01,
-    loops: Loops = "",
-    drives: Drives = "",
-    xacro: Xacro = None,
-    package: Packages = [],
-    strict: Strict = False,
+    how: RobotOptions = RobotOptions(),
     columns: ColumnMapFile = None,
     degrees: Degrees = False,
     time_unit: TimeUnit = None,
@@ -92,10 +75,10 @@ def view(
     results: Results | None = None
     try:
         if export is not None:
-            refuse_inputs([export], [file for file in (robot, motion, external, columns, None if loops in ("", "cut") else Path(loops)) if file is not None])
+            refuse_inputs([export], [file for file in (robot, motion, external, columns, None if how.loops in ("", "cut") else Path(how.loops)) if file is not None])
         if motion is not None and is_results(motion):
             results = read_results(motion, case or None)
-        model = _model(robot, results, floating_base, mimic, gravity, model_name, physics, friction_width, loops, drives, xacro, package, strict)
+        model = _model(robot, results, how)
         reading = {"map": columns, "degrees": degrees, "time_unit": time_unit, "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only}
         scene = _scene(model, results, motion, reading, external, package_path)
         if joint:
@@ -142,29 +125,27 @@ def _print_notes(scene: Scene) -> None:
         errors.print(f"ksl: note: and {len(scene.look.notes) - NOTES} more of this kind")
 
 
-def _model(
-    robot: Path, results: Results | None, floating_base: bool, mimic: str, gravity: str, model_name: str, physics: str, friction_width: float,
-    loops: str, drives: str, xacro: str | None, package: list[str], strict: bool,
-) -> Model:
+def _model(robot: Path, results: Results | None, how: RobotOptions) -> Model:
     """The robot, with what results say of it where no option does."""
     import numpy as np
 
     from ksl.model.surgery import with_compliances
 
     made, options = (results.description, results.made_by.get("options", {})) if results else ({}, {})
-    floating_base, mimic = floating_base or bool(options.get("floating_base")), options.get("mimic", mimic) if mimic == "coupled" else mimic
-    model_name = model_name or options.get("model") or ""
-    gravity = gravity or ",".join(f"{g!r}" for g in made.get("gravity", []))
-    physics = physics or ",".join(made.get("physics", []))
-    if friction_width == DEFAULT_FRICTION_WIDTH:
-        friction_width = float(options.get("friction_width") or friction_width)
-    loops = loops or (_loops_of(results) if results else "")
-    drives = drives or ",".join(made.get("drives", []))
-    xacro, package = options.get("xacro") if xacro is None else xacro, package or list(options.get("package") or [])
-    model = read_model(
-        robot, floating_base, mimic, strict, gravity, name=model_name, physics=physics, friction_width=friction_width, loops=loops, drives=drives,
-        xacro=xacro, package=package,
+    of_results = replace(
+        how,
+        floating_base=how.floating_base or bool(options.get("floating_base")),
+        mimic=options.get("mimic", how.mimic) if how.mimic == "coupled" else how.mimic,
+        gravity=how.gravity or ",".join(f"{g!r}" for g in made.get("gravity", [])),
+        model_name=how.model_name or options.get("model") or "",
+        physics=how.physics or ",".join(made.get("physics", [])),
+        friction_width=float(options.get("friction_width") or how.friction_width) if how.friction_width == DEFAULT_FRICTION_WIDTH else how.friction_width,
+        loops=how.loops or (_loops_of(results) if results else ""),
+        drives=how.drives or ",".join(made.get("drives", [])),
+        xacro=options.get("xacro") if how.xacro is None else how.xacro,
+        package=how.package or list(options.get("package") or []),
     )
+    model = read_model(robot, of_results)
     for p in made.get("payloads", []):
         model = model.with_payload(p["link"], float(p["mass"]), p["center"], np.reshape(p["inertia"], (3, 3)) if "inertia" in p else None)
     if made.get("drive_weights") and list(model.drives or ()) == made["drives"]:

@@ -72,7 +72,7 @@ class Reach:
     """(nq), closed."""
     held: Held | None
     skipped: int = field(default=0)
-    """Poses that could not be closed, or not within the limits of all joints."""
+    """Poses from which no closed position was found within the limits of all joints, or none that drives hold."""
 
     def searched(self, joints: Collection[Joint]) -> list[Joint]:
         """The joints that may be searched: those that others follow."""
@@ -102,7 +102,7 @@ class Reach:
         return last, ok & ((last >= self.model.lower - 1e-9) & (last <= self.model.upper + 1e-9)).all(axis=1)
 
     def sizes(self, size: Callable[[Array], Array], poses: Array, start: Array | None = None) -> Array:
-        """Sizes (n) of poses, zero where they can't be closed, or where drives don't hold them."""
+        """Sizes (n) of poses, zero where no closed position was found, or where drives don't hold it."""
         closed, found = self.closed(poses, start)
         values = np.zeros(len(poses))
         rows = np.flatnonzero(found)

@@ -58,7 +58,7 @@ class WorstPose:
     """How many of these came to the value within 0.1 %.  One alone may have missed a larger one."""
 
     skipped: int = 0
-    """Random poses that were not looked at: the loops can't be closed there, or not within the limits of all joints."""
+    """Random poses that were not looked at: no closed position was found there within the limits of all joints, or one that drives don't hold."""
 
     @property
     def converged(self) -> bool:
@@ -67,13 +67,13 @@ class WorstPose:
 
     def __str__(self) -> str:
         if self.skipped and self.skipped == self.tried:
-            return f"none of {self.tried} random poses can be closed within the limits: this is the pose that was given; give limits of position that fit"
+            return f"no closed position within the limits was found from {self.tried} random poses: this is the pose that was given; give limits of position that fit"
         if not self.refined:
             return "no joint can move: there was nothing to search"
         said = f"{self.agree} of {self.refined} searches, from the best of {self.tried} random poses, came to this value"
         doubt = "" if self.converged else "; there may be a worse pose: try other seeds"
         unfinished = f", {self.refined - self.ended} ended before a maximum" if self.ended < self.refined else ""
-        barred = f"; {self.skipped} of the {self.tried} can't be closed within the limits" if self.skipped else ""
+        barred = f"; from {self.skipped} of the {self.tried} no closed position was found within the limits, or none that the drives hold" if self.skipped else ""
         return said + unfinished + barred + doubt
 
 
@@ -112,7 +112,7 @@ def worst_pose(model: Model, joint: str, quantity: str, placement: Placement, q:
     best, found = tried[int(sizes.argmax())], float(sizes.max())
     ends: list[tuple[float, bool]] = []
     for k in np.argsort(-sizes, kind="stable")[:REFINED]:
-        if sizes[k] == 0 and skipped:  # it can't be closed
+        if sizes[k] == 0 and skipped:  # no closed position was found there
             break
         near = _at(q, columns, lower + tried[k] * (upper - lower))
         near = reach.closed(near[None])[0][0]

@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import ResultError
 from ksl.base.finite_results import require_finite
-from ksl.mechanism.loops import least_open
 from ksl.mechanism.requests import one_of
 from ksl.mechanism.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined, items_of
 
@@ -120,7 +119,7 @@ def _undetermined(m: Calls, q: Array, request: Request, undetermined: Undetermin
     patterns = m.reactions_null_basis(q, request.joints)
     if m.mobility(q).redundant > len(patterns):
         raise ValueError("reactions_derivatives: stiffnesses split reactions of this mechanism, and no derivative of that is available; ask the mechanism without them")
-    is_open: NDArray[np.bool_] = np.asarray(np.any(np.abs(patterns) > least_open(m), axis=0))
+    is_open: NDArray[np.bool_] = np.asarray(np.any(patterns != 0, axis=0))
     if not request.is_at_joints:
         is_open = np.repeat(np.any(is_open, axis=1, keepdims=True), 6, axis=1)
     if undetermined == "refuse" and is_open.any():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -25,23 +24,6 @@ Loop = tuple[str, str, str, str, list[float], list[float], list[float] | None, l
 
 ForceElement = tuple[str, str, str, list[float], list[float], list[float], list[float | None], float]
 """A force element: name, links, points on both; stiffness, free length, damping, preload; limits; stop stiffness."""
-
-
-@dataclass(frozen=True)
-class Reading:
-    """How a robot file is read: options of :func:`ksl.load`, checked, for readers that are written in Python."""
-
-    floating_base: bool = False
-    independent: bool = False
-    """Joints that mimic others have coordinates of their own."""
-    strict: bool = False
-    gravity: list[float] | None = None
-    points: list[tuple[str, float, list[float]]] = field(default_factory=list)
-    """Payloads, as :func:`payload_points` returns them."""
-    massless: bool = False
-    """A robot without masses is accepted."""
-    cut: bool = False
-    """Joints that close loops are left out."""
 
 
 @runtime_checkable

@@ -224,8 +224,8 @@ class LoopCalls(ChosenCoordinates):
         """Patterns (redundant, joints, 6) of wrenches that may be added to the reactions at q (nq) without a change that can be observed.
 
         They are orthonormal over all joints, tree and loop, in N and N m, each wrench at the joint's frame on the side called child;
-        those of the joints asked for are then taken.  Elements below 1e-9, or ten times the digits of a file's joints, are zero.  joints: as
-        in :meth:`reactions`.
+        those of the joints asked for are then taken.  Components that no combination of them reaches with 1e-9, or with ten times the digits of
+        a file's joints, are zero in all.  joints: as in :meth:`reactions`.
         """
         position = self._one_position(q)
         names = self.joint_names if joints is None else self._names_of(names_in_order(joints, "joints") or (), "joints")

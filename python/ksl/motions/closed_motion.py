@@ -153,7 +153,7 @@ def closed_again(model: Mechanism, motion: Motion, q: Array) -> Array:
 def followed(model: Mechanism, closing: Closing, first: Array, motion: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
     """q, v and a, each (m, n, …), of m motions from closed positions `first` (m, nq), with the held joints as in `motion`.
 
-    Raises NotClosed, with the number of the first motion that can't be closed.
+    Raises NotClosed, with the number of the first motion for which no closed positions were found.
     """
     assert isinstance(model, Calls)  # it has made that closing
     held = Held(model, tuple(model.joint(name) for name in closing.held))
@@ -179,9 +179,9 @@ def closed(model: Mechanism, motion: Motion, where: Callable[[int], str] | None 
 
 
 def _allowed(held: Held) -> str:
-    """What to do where a motion that keeps to the limits of these joints can't be closed."""
+    """What to do where a motion that keeps to the limits of these joints has no closed position that is found."""
     limits = [f"{j.name} {_range(j)}" for j in held.joints if j.one_coordinate and j.has_limits]
-    return f"; the limits allow {', '.join(limits)}, and not all of that can be reached: choose narrower waypoints or limits" if limits else "; choose narrower waypoints"
+    return f"; the limits allow {', '.join(limits)}, which may be more than can be reached: choose narrower waypoints or limits" if limits else "; choose narrower waypoints"
 
 
 def _range(joint: Joint) -> str:
@@ -201,7 +201,7 @@ class Follower:
         self._others = [j for j in moving_joints(model) if j not in self.held.joints]
         self._where = where or (lambda k: f"{name}: sample {k + 1} (time {time[k]:.9g})")
         self.remedy = ""
-        """What to do about positions that can't be closed, the end of a sentence."""
+        """What to do where no closed position is found, the end of a sentence."""
         self._length: float
         self._rates: dict[str, Array] = {}
         self._searched: int

@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike, NDArray
 from ksl.base.errors import DescriptionError, DescriptionWarning
 from ksl.base.files_read import InputFile
 from ksl.base.rotations import quaternion_of, quaternion_product
-from ksl.mechanism import given
 from ksl.model.builder import Builder, core_of_builder
 from ksl.mechanism.core_sentences import with_file
 from ksl.mechanism.joint_kinds import KINDS, Kind
@@ -29,6 +28,7 @@ from ksl.robot_files.mjcf_frames import pose as frame
 from ksl.robot_files.mjcf_actuators import actuated, actuator_count, added, effort_ranges, led, limit_of
 from ksl.robot_files.mjcf_loops import KINDS_OF_EQUALITY, Coupling, check_kinds, closures, common_name, coupled_joints, couplings, drives, handles, is_active, is_of_handle, name_of
 from ksl.robot_files.mjcf_tendons import add_force_elements
+from ksl.robot_files.read_options import ReadOptions
 from ksl.model.model import Layout, Model, layout_of
 from ksl.mechanism.requests import core_of, one_of
 from ksl.mechanism.states import in_order
@@ -89,19 +89,15 @@ def model_of(
     """
     if not (hasattr(mj, "nbody") and hasattr(mj, "nq")):
         raise ValueError(f"mj is {type(mj).__name__}; expected a mujoco.MjModel, for example MjModel.from_xml_path(file)")
-    independent = one_of(mimic, "mimic", "coupled", "independent") == "independent"
-    if masses is not None:
-        one_of(masses, "masses", "optional")
     if loops is not None:
         one_of(loops, "loops", "cut")
-    how = given.Reading(independent=independent, strict=given.flag(strict, "strict"), massless=masses is not None, cut=loops == "cut")
-    model = _model(mj, file, how, [])
+    model = _model(mj, file, ReadOptions(mimic=mimic, strict=strict, masses=masses, loops=loops), [])
     for line in model.warnings:
         warnings.warn(line, DescriptionWarning, stacklevel=2)
     return model
 
 
-def _load(file: str, text: bytes | None, contents: bytes, how: given.Reading) -> Model:
+def _load(file: str, text: bytes | None, contents: bytes, options: ReadOptions) -> Model:
     if importlib.util.find_spec("mujoco") is None:
         raise DescriptionError(f"{file}: this is MJCF, which is read by the package mujoco; install it with: pip install 'ksl[mjcf]'")
     if text is None and not _is_utf_8(file):
@@ -113,7 +109,7 @@ def _load(file: str, text: bytes | None, contents: bytes, how: given.Reading) ->
         mj = compiled(os.fspath(file), None if text is None else text.decode("utf-8", "replace"), lambda line: said.append(f"MuJoCo's compiler says: {_one_line(line)}"))
     except Refused as e:
         raise DescriptionError(f"{file}: MuJoCo's compiler refuses the file: {_one_line(e)}; correct it there") from None
-    return _model(mj, file, how, said, files.inputs(DescriptionError))
+    return _model(mj, file, options, said, files.inputs(DescriptionError))
 
 
 def _is_utf_8(path: str) -> bool:
@@ -124,14 +120,14 @@ def _is_utf_8(path: str) -> bool:
     return True
 
 
-def _model(mj: Any, file: str, how: given.Reading, said: list[str], inputs: tuple[InputFile, ...] = ()) -> Model:
+def _model(mj: Any, file: str, options: ReadOptions, said: list[str], inputs: tuple[InputFile, ...] = ()) -> Model:
     try:
         with np.errstate(all="ignore"):  # numbers beyond the range, which the builder refuses
-            reader = _Reader(mj, how.independent, how.cut)
+            reader = _Reader(mj, options.mimic_independent, options.cut_loops)
             core_of_builder(reader.builder).read_from(file, reader.unused_lines(), [*said, *reader.said])
-            if how.floating_base and not (mj.jnt_type == FREE).any():
+            if options.floating_base and not (mj.jnt_type == FREE).any():
                 raise DescriptionError("a floating base is asked for, but no body has a <freejoint>; add one, or don't ask for that")
-            core = core_of_builder(reader.builder).build(False, how.strict, how.gravity, how.points, how.massless)
+            core = core_of_builder(reader.builder).build(False, *options.of_builder())
     except ValueError as e:
         fault = ValueError("a name in it is not UTF-8; save the file in UTF-8, or give other names") if isinstance(e, UnicodeDecodeError) else e
         raise DescriptionError(with_file(file, fault)) from None

@@ -7,7 +7,6 @@ import os
 import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from io import BytesIO
 from typing import Literal
 from xml.etree import ElementTree
@@ -22,7 +21,8 @@ from ksl.mechanism.core_sentences import asks_for_xacro
 from ksl.mechanism.lengths import extent, far, far_point, strong_gravity
 from ksl.robot_files.loops_file import LoopsFile
 from ksl.model.model import Model, hashed, layout_of
-from ksl.mechanism.requests import core_of, one_of, three_numbers
+from ksl.mechanism.requests import core_of
+from ksl.robot_files.read_options import ReadOptions, path_of_loops
 from ksl.robot_files.xacro_files import expanded, with_packages
 
 
@@ -74,7 +74,7 @@ def load(
         raise DescriptionError(said) from None
     if "<" in file and ">" in file:
         raise DescriptionError("the path of the file is the contents of one; ksl.load_string(text) reads these")
-    options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width, loops, drives)
+    options = ReadOptions(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width, loops, drives)
     asked = with_packages(xacro, packages)
     if asked is None:
         loaded = _not_expanded(file, options)
@@ -115,51 +115,31 @@ def load_string(
     contents = text.encode("utf-8", "replace") if isinstance(text, str) else text
     if b"<" not in contents and not contents.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise DescriptionError(f"text {text[:60]!r} holds no XML; expected the contents of a robot file; ksl.load(path) reads a file")
-    options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width, loops, drives)
+    options = ReadOptions(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width, loops, drives)
     loaded = _loaded("<string>", contents, options)
     _warn_of(loaded, options)
     return loaded
 
 
-@dataclass(frozen=True)
-class _Options:
-    """Arguments as they were given."""
-
-    floating_base: bool
-    mimic: Literal["coupled", "independent"]
-    strict: bool
-    gravity: Sequence[float] | None
-    payloads: Mapping[str, tuple[float, Sequence[float]]] | None
-    masses: Literal["optional"] | None
-    model: str | None
-    physics: str | Iterable[str] | None
-    friction_width: float
-    loops: str | os.PathLike[str] | None
-    drives: given.Drives | None
-
-
-def _not_expanded(file: str, o: _Options) -> Model:
+def _not_expanded(file: str, options: ReadOptions) -> Model:
     """From a file that is no xacro.  A refusal of one that is says how KSL would run it."""
     try:
-        return _loaded(file, None, o)
+        return _loaded(file, None, options)
     except DescriptionError as e:
         if asks_for_xacro(e):
             raise DescriptionError(f"{e}, or let KSL run it: xacro={{}} (--xacro '')") from None
         raise
 
 
-def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
+def _loaded(file: str, text: bytes | None, options: ReadOptions) -> Model:
     """From a file, or from its contents, which messages then call by this name."""
-    cut = isinstance(o.loops, str) and o.loops == "cut"
-    if cut and o.drives is not None:
-        raise ValueError('drives are given, but loops="cut" leaves a tree, whose joints all have a motor; leave one of the two out')
-    beside = None if o.loops is None or cut else LoopsFile(_path_of_loops(o.loops))
-    return _closed(_read(file, text, o, cut), beside, o.drives)
+    beside = None if options.beside is None else LoopsFile(options.beside)
+    return _closed(_read(file, text, options), beside, options.drives)
 
 
 def with_loops(loaded: Model, file: str | os.PathLike[str]) -> Model:
     """A robot with the joints that close loops, and the drives, of a TOML file, besides its own.  Raises :class:`DescriptionError`."""
-    made = _closed(loaded, LoopsFile(_path_of_loops(file)), None)
+    made = _closed(loaded, LoopsFile(path_of_loops(file)), None)
     for line in _far_frames(made):
         warnings.warn(line, DescriptionWarning, stacklevel=2)
     return made
@@ -187,44 +167,29 @@ def _as(loaded: Model, core: _core.Model, *inputs: InputFile) -> Model:
     return Model(core, layout=layout_of(loaded), inputs=(*loaded.inputs, *inputs))
 
 
-def _path_of_loops(loops: object) -> str:
-    try:
-        return os.fsdecode(loops)  # type: ignore[arg-type]
-    except TypeError:
-        raise ValueError(f'loops is {loops!r}; expected the path of a TOML file, or "cut"') from None
-
-
-def _read(file: str, text: bytes | None, o: _Options, cut: bool) -> Model:
+def _read(file: str, text: bytes | None, options: ReadOptions) -> Model:
     """With the loops of the file, unless they are cut."""
-    one_of(o.mimic, "mimic", "coupled", "independent")
-    if o.masses is not None:
-        one_of(o.masses, "masses", "optional")
-    gravity = None if o.gravity is None else list(three_numbers(o.gravity, "gravity"))
-    how = given.Reading(
-        given.flag(o.floating_base, "floating_base"), o.mimic == "independent", given.flag(o.strict, "strict"), gravity, given.payload_points(o.payloads),
-        o.masses is not None, cut,
-    )  # fmt: skip
     if text is None and _is_usd(file):
         from ksl.robot_files.usd.load_usd import load_usd
 
-        return _of_one_model(load_usd, o, file, how)
+        return _of_one_model(load_usd, options, file)
     contents = _core.file_bytes(os.fsencode(file)) if text is None else text
     if root_element(contents) == "mujoco":
         from ksl.robot_files import load_mjcf as mjcf
 
-        return _of_one_model(mjcf._load, o, file, text, contents, how)
-    physics = given.physics(o.physics, o.friction_width)
-    options = (how.floating_base, how.independent, how.strict, how.gravity, how.points, how.massless, o.model or "", physics, how.cut)
-    made = _core.load_text(contents, os.fsencode(file), *options)
-    return Model(made, (os.path.abspath(file), *options), inputs=hashed(file, contents)) if text is None else Model(made)
+        return _of_one_model(mjcf._load, options, file, text, contents)
+    of_core = options.of_core()
+    made = _core.load_text(contents, os.fsencode(file), *of_core)
+    return Model(made, (os.path.abspath(file), *of_core), inputs=hashed(file, contents)) if text is None else Model(made)
 
 
-def _of_one_model(reader: Callable[..., Model], o: _Options, file: str, *arguments: object) -> Model:
+def _of_one_model(reader: Callable[..., Model], options: ReadOptions, file: str, *contents: bytes | None) -> Model:
     """By a reader of a format whose files hold one model; physics are added to what it makes."""
-    if o.model:
-        raise DescriptionError(f'{file}: model "{o.model}" is asked for, but only SDF files hold several; leave that option out')
-    made = reader(file, *arguments)
-    return made if o.physics is None and o.friction_width == made.friction_width else made.with_physics(o.physics, o.friction_width)
+    if options.model:
+        raise DescriptionError(f'{file}: model "{options.model}" is asked for, but only SDF files hold several; leave that option out')
+    made = reader(file, *contents, options)
+    names, width = options.physics_named
+    return made.with_physics(names, width) if names or width != made.friction_width else made
 
 
 def _is_usd(file: str) -> bool:
@@ -239,13 +204,12 @@ def _is_usd(file: str) -> bool:
     return head.startswith((b"#usda", b"PXR-USDC")) or (head.startswith(b"PK\x03\x04") and file.lower().endswith(".usdz"))
 
 
-def _warn_of(loaded: Model, o: _Options) -> None:
+def _warn_of(loaded: Model, options: ReadOptions) -> None:
     """Warns of what the file contains, and of lengths of options that are likely in millimetres."""
-    points = given.payload_points(o.payloads)
-    reach = extent(loaded, [(*body, 0.0) for body in points]) if points else 0.0
-    doubts = [line for link, _, point in points for line in far_point(f"the payload on {link} is", point, reach)]
-    doubts += [] if o.loops is None else _far_frames(loaded)
-    for line in (*loaded.warnings, *doubts, *([] if o.gravity is None else strong_gravity(o.gravity))):
+    reach = extent(loaded, [(*body, 0.0) for body in options.points]) if options.points else 0.0
+    doubts = [line for link, _, point in options.points for line in far_point(f"the payload on {link} is", point, reach)]
+    doubts += [] if options.loops is None else _far_frames(loaded)
+    for line in (*loaded.warnings, *doubts, *([] if options.numbers_of_gravity is None else strong_gravity(options.numbers_of_gravity))):
         warnings.warn(line, DescriptionWarning, stacklevel=3)
 
 

@@ -36,7 +36,7 @@ REASONS = (
     "it takes more steps than most_steps",
     "numbers are not finite",
     "the equations of an implicit step have no solution nearby; take a smaller step",
-    "the loops can't be closed nearby",
+    "no closed position was found from here",
     "events follow each other at this instant without end",
 )
 """How runs end, in the order of the compiled enumeration."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ksl.base.arrow_files import arrow_file
+from ksl.base.arrow_files import arrow_file, with_text
 from ksl.base.errors import SizingError, name_among, of_argument, unknown_name
 from ksl.base.files_read import being_read
 from ksl.base.input_files import Unreadable, check_regular
@@ -315,7 +315,7 @@ def _columns(file: Path) -> pa.Table:
 
     with arrow_file(file) as opened, pq.ParquetFile(opened) as parquet:
         names = set(parquet.schema_arrow.names)
-        return parquet.read(columns=[n for n in ("case", "time", "joint", *WRENCH, *MOTION, *PARTS, "on", "at", "axes", UNDETERMINED) if n in names])
+        return with_text(parquet.read(columns=[n for n in ("case", "time", "joint", *WRENCH, *MOTION, *PARTS, "on", "at", "axes", UNDETERMINED) if n in names]))
 
 
 def _exists(path: Path) -> bool:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ksl._core import __version__
-from ksl.base.arrow_files import arrow_file
+from ksl.base.arrow_files import arrow_file, with_text
 from ksl.base.csv_cells import csv_row, csv_text
 from ksl.base.errors import SweepError
 from ksl.base.files_read import InputFile
@@ -228,7 +228,7 @@ def _table(file: Path) -> pa.Table:
 
     try:
         with arrow_file(file) as opened:
-            return pyarrow.parquet.read_table(opened)
+            return with_text(pyarrow.parquet.read_table(opened))
     except (OSError, pa.ArrowInvalid):
         raise _damaged(file) from None
 

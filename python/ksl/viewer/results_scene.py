@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ksl.base.arrow_files import arrow_file
+from ksl.base.arrow_files import arrow_file, with_text
 from ksl.base.errors import MotionError, near_names
 from ksl.base.input_files import Unreadable, check_regular
 from ksl.mechanism.states import Array
@@ -97,7 +97,7 @@ def read_results(path: Path, case: str | None = None) -> Results:
         chosen = case or (names[0] if names else "")
         only = [("case", "=", chosen)] if "case" in schema.names and chosen else None
         with arrow_file(file) as opened:
-            table = parquet.read_table(opened, columns=["joint", *PLACEMENT, *_columns(schema)], filters=only)
+            table = with_text(parquet.read_table(opened, columns=["joint", *PLACEMENT, *_columns(schema)], filters=only))
     except MemoryError:
         raise
     except (OSError, pa.ArrowException, json.JSONDecodeError, UnicodeError, RecursionError, Unreadable) as e:

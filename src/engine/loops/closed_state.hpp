@@ -99,6 +99,8 @@ public:
   /// Returns how many of them, the first ones, store no energy in compliances and stay open.  Those of a position are set once.
   int set_patterns(const double *q);
   const double *pattern(int k) const { return patterns_ + k * pattern_length(); }
+  /// The first n of them into out (n, joints + loops, 6), without what is smaller than `least` and does not count.
+  void copy_patterns(int n, double least, double *out) const;
   int pattern_length() const { return 6 * (joints() + static_cast<int>(t_.loops.size())); }
 
   /// External wrenches and those of the loops' joints together.

@@ -203,9 +203,7 @@ int reaction_patterns(const model &m, data &d, const double *q, double *patterns
   c.set_open_position(q);
   require_finite("reaction_patterns", m, c.at(), q);
   const int n = c.set_patterns(q);
-  const double least = open_component(m); // what is smaller is rounding, or due to few digits
-  for (int i = 0; i < n * c.pattern_length(); ++i)
-    patterns[i] = std::fabs(c.pattern(0)[i]) > least ? c.pattern(0)[i] : 0;
+  c.copy_patterns(n, open_component(m), patterns);
   return n;
 }
 

@@ -19,6 +19,9 @@ void add(double factor, const double *x, int n, double *y) {
     y[i] += factor * x[i];
 }
 
+/// Rounding of the elements of a pattern, whose norm is 1.
+constexpr double of_elements = 1e-13;
+
 } // namespace
 
 reaction_request closed_state::all_joints() const {
@@ -61,6 +64,29 @@ int closed_state::set_patterns(const double *q) {
   return open_;
 }
 
+/// The patterns without components that no combination of them reaches with more than `least`: these are rounding, or due to few digits.  What
+/// is left is made orthonormal again, from which zeros stay zeros.
+void closed_state::copy_patterns(int n, double least, double *out) const {
+  const int length = pattern_length();
+  std::copy_n(patterns_, n * length, out);
+  for (int i = 0; i < length; ++i) {
+    double square = 0; // of what the patterns have there: for any orthonormal basis of them the same
+    for (int k = 0; k < n; ++k)
+      square += out[k * length + i] * out[k * length + i];
+    for (int k = 0; k < n && !(square > least * least); ++k)
+      out[k * length + i] = 0;
+  }
+  for (int k = 0; k < n; ++k) {
+    double *const x = out + k * length;
+    for (int pass = 0; pass < 2; ++pass)
+      for (int j = 0; j < k; ++j)
+        add(-dot(x, out + j * length, length), out + j * length, length, x);
+    const double norm = std::sqrt(dot(x, x, length));
+    for (int i = 0; i < length && norm > 0; ++i)
+      x[i] = std::fabs(x[i]) > of_elements ? x[i] / norm : 0;
+  }
+}
+
 /// x · C y, with the compliances of the joints.
 double closed_state::energy(const double *x, const double *y) const {
   double sum = 0;
@@ -69,9 +95,6 @@ double closed_state::energy(const double *x, const double *y) const {
       sum += x[6 * joint + static_cast<int>(i)] * dot(C.data() + 6 * i, y + 6 * joint, 6);
   return sum;
 }
-
-/// Rounding of the elements of a pattern, whose norm is 1.
-constexpr double of_elements = 1e-13;
 
 /// The largest energy that rounding of its elements gives a pattern.
 double closed_state::least_energy() const {

@@ -110,6 +110,22 @@ def test_axes_that_are_not_quite_parallel(size, where, exact_urdf):
     agree(found, exact_urdf, 1e-8 + (100 * size if where == "tree" else 1e3 * size**2))  # the nearest exact frames, to second order
 
 
+def patterns(m):
+    names = [*m.joint_names, *m.loop_names]
+    return m.reactions_null_basis(m.close(START, hold=["A"]).q, names).reshape(-1, 6 * len(names))
+
+
+@pytest.mark.parametrize("where", ["successor", "both", "tree"])
+@pytest.mark.parametrize("size", [size for size in SIZES if size < 5e-5])
+def test_patterns_are_orthonormal_whatever_the_digits(size, where):
+    """Components that are due to few digits are left out of all patterns; what is left is orthonormal and spans what those of the exact mechanism do."""
+    exact, found = patterns(in_urdf(0.0, where)[0]), patterns(in_urdf(size, where)[0])
+    assert len(found) == len(exact) == 3
+    assert np.abs(found @ found.T - np.eye(3)).max() < 1e-12
+    assert np.array_equal(np.any(found != 0, axis=0), np.any(exact != 0, axis=0))
+    assert np.abs(found.T @ found - exact.T @ exact).max() < 1e-12 + 100 * size
+
+
 @pytest.mark.parametrize("size", SIZES)
 def test_a_builder_with_few_digits(size):
     def made(tilt):

@@ -10,6 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 from parquet_footer_test import signed
 from scipy.io import savemat
+from text_that_is_none import damaged_text
 
 from ksl.base import limits
 from ksl.motions.files import parquet_footer
@@ -32,6 +33,15 @@ def test_text_of_characters_that_unicode_does_not_have(leg, tmp_path, refusal, n
         for each, inside in members.items():
             archive.writestr(each, inside)
     assert "truncated or damaged" in refusal(leg, tmp_path / "m.npz")
+
+
+@pytest.mark.parametrize("dictionary", [True, False])
+@pytest.mark.parametrize("texts", [["0:01:02", "0:01:03"], ["nonsense", "0:01:03"], ["2026-03-01 12:00:00", "2026-03-01 12:00:01"], ["0.25 sec", "0.5 sec"]])
+def test_times_that_are_no_utf_8(leg, tmp_path, refusal, texts, dictionary):
+    """Python fails to make text of them, where a time is to be shown."""
+    columns = {"time": damaged_text(texts), "hip": pa.array([0.0, 1.0]), "slide": pa.array([0.0, 1.0])}
+    pq.write_table(pa.table(columns), tmp_path / "m.parquet", use_dictionary=dictionary)
+    assert refusal(leg, tmp_path / "m.parquet") == ": is a Parquet file, but truncated or damaged; copy or write it again"
 
 
 def without_rows(path, columns):

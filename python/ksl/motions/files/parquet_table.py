@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.base import limits
-from ksl.base.arrow_files import arrow_file
+from ksl.base.arrow_files import arrow_file, with_text
 from ksl.base.errors import MotionError
 from ksl.base.input_files import failed_read
 from ksl.base.words import count
@@ -201,6 +201,7 @@ class ParquetTable(Recorded):
                 what = f"holds a time of {longest:,} bytes; at most {TIME_LENGTH} are read"
                 raise MotionError(f"{self.file}: column {name!r} {what}: write times in seconds, or as dates")
             part = part.cast(pa.string())
+            with_text(pa.table({name: part}))
             bytes_read += part.nbytes
             if bytes_read > limits.MOTION_BYTES:
                 most = limits.megabytes(limits.MOTION_BYTES)

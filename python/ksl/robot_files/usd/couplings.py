@@ -15,7 +15,7 @@ import numpy as np
 from ksl.base.errors import DescriptionError
 from ksl.base.judged import RATIO, Bounds, judged
 from ksl.robot_files.assembly import Array, Body, Connection
-from ksl.robot_files.usd.stage import Stage, rotation
+from ksl.robot_files.usd.stage import Stage, applied, rotation
 
 SELECT = ("collection:", "material:binding", "proxyPrim", "physics:filtered", "physics:simulationOwner", "skel:", "light:", "inputs:", "outputs:", "isaac:", "omni:", "physxContactReport:", "physxTrigger:", "physxTendon:")  # fmt: skip
 """Beginnings of names of relationships that choose prims, or report of them, and hold none; tendons pull, and are listed as not used."""
@@ -119,11 +119,6 @@ def _named(stage: Stage, relation: Any) -> list[str]:
     return found
 
 
-def _applied(prim: Any) -> list[str]:
-    """Names of schemas that are applied, known to the installed USD or not."""
-    return [str(name) for name in prim.GetPrimTypeInfo().GetAppliedAPISchemas()]
-
-
 def _number(prim: Any, name: str, default: float) -> float:
     value = prim.GetAttribute(name).Get() if prim.HasAttribute(name) else None
     return default if value is None else float(value)
@@ -140,7 +135,7 @@ def _mimic(stage: Stage, found: dict[str, Connection], prim: Any, name: str, tar
     Newton: q = coef0 + coef1 × that of the leader.  PhysX: q + gearing × that of the leader + offset = 0.  Both in units of the file, degrees or lengths."""
     instance = name.split(":")[1] if name.startswith("physxMimicJoint:") and name.endswith(":referenceJoint") else ""
     newton = name == "newton:mimicJoint"
-    if not (newton or instance) or ("NewtonMimicAPI" if newton else f"PhysxMimicJointAPI:{instance}") not in _applied(prim):
+    if not (newton or instance) or ("NewtonMimicAPI" if newton else f"PhysxMimicJointAPI:{instance}") not in applied(prim):
         return None
     path = str(prim.GetPath())
     who = f"joint {stage.names[path]}: {'NewtonMimicAPI' if newton else f'PhysxMimicJointAPI:{instance}'}"
@@ -213,7 +208,7 @@ def _list_tendons(stage: Stage) -> None:
     """Tendons of PhysX, which pull as springs do: what they are called, and at which joints or bodies."""
     tendons: dict[str, list[str]] = {}
     for prim in stage.prims:
-        for schema in _applied(prim):
+        for schema in applied(prim):
             if schema.startswith("PhysxTendon"):
                 tendons.setdefault(schema.partition(":")[2], []).append(prim.GetName())
     stage.unused += [f"tendon {name} (PhysX) at {', '.join(dict.fromkeys(at))}" for name, at in tendons.items()]

@@ -13,11 +13,11 @@ from ksl.base.files_read import InputFile, note
 from ksl.base.judged import OutOfBounds
 from ksl.base.printable import sentence
 from ksl.base.words import listed
-from ksl.mechanism import given
 from ksl.robot_files.assembly import Body, Connection, assembled, gap, in_double
 from ksl.model.builder import Builder, core_of_builder
 from ksl.mechanism.core_sentences import with_file
 from ksl.model.model import Model
+from ksl.robot_files.read_options import ReadOptions
 from ksl.robot_files.usd.couplings import require_in_tree
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ MOST_SAID = 20
 """Lines of USD's own that are passed on."""
 
 
-def load_usd(file: str, how: given.Reading) -> Model:
+def load_usd(file: str, options: ReadOptions) -> Model:
     """The robot of a stage.  Raises DescriptionError."""
     try:
         from pxr import Usd
@@ -44,8 +44,8 @@ def load_usd(file: str, how: given.Reading) -> Model:
             except Exception as e:  # errors of Tf, which are of several types
                 raise DescriptionError(f"USD refuses the file: {_said(e, 500)}; correct it, or write it again") from None
             _require_whole(stage)
-            read = _read(stage, how.independent, trap)
-        return _model(file, read, how)
+            read = _read(stage, options.mimic_independent, trap)
+        return _model(file, read, options)
     except ValueError as e:
         raise DescriptionError(with_file(file, e)) from None
 
@@ -94,18 +94,18 @@ class _Machine:
     """Names of joints that have drives."""
 
 
-def _model(file: str, read: _Machine, how: given.Reading) -> Model:
+def _model(file: str, read: _Machine, options: ReadOptions) -> Model:
     stage, bodies, connections = read.stage, read.bodies, read.connections
     if not bodies:
         raise DescriptionError("no rigid body (PhysicsRigidBodyAPI) is in the file: it has shapes alone, or its physics are in another layer; give that file")
     in_double(bodies, connections)
     builder = Builder(stage.name or os.path.splitext(os.path.basename(file))[0] or "robot", gravity=read.gravity)
-    made = assembled(builder, bodies, connections, how.cut)
-    if not how.cut:
+    made = assembled(builder, bodies, connections, options.cut_loops)
+    if not options.cut_loops:
         require_in_tree(connections, made.loops)
-    if how.floating_base and not made.floating:
+    if options.floating_base and not made.floating:
         raise DescriptionError("a floating base is asked for, but joints connect all bodies to the world; remove that joint, or don't ask for it")
-    if made.loops and not how.cut:
+    if made.loops and not options.cut_loops:
         _say_loops(made.loops, connections, stage.said)
         drives = [name for name in read.driven if name not in made.loops]
         if drives:
@@ -114,7 +114,7 @@ def _model(file: str, read: _Machine, how: given.Reading) -> Model:
     if made.turned:
         stage.said.append(f"joint {listed(made.turned)}: body1 carries body0; the axis points the other way, so that the position is that of the file (the opposite, of spherical and translation joints)")
     core_of_builder(builder).read_from(file, stage.unused, stage.said)
-    core = core_of_builder(builder).build(False, how.strict, how.gravity, how.points, how.massless)
+    core = core_of_builder(builder).build(False, *options.of_builder())
     return Model(core, inputs=_inputs(file, stage.stage))
 
 

@@ -2,7 +2,8 @@
 
 What PhysicsMassAPI gives of the body itself (mass, centerOfMass, diagonalInertia, principalAxes) counts; each that it leaves open follows from the
 colliders of the body that are enabled.  Of these, too, each attribute counts that is given: mass before density, a density of the collider before that
-of the body, that before the one of its physics material, and 1000 kg/m³ where none is given.  `UsdPhysics.RigidBodyAPI.ComputeMassProperties` computes
+of the body, that before the one of its physics material, and 1000 kg/m³ where none is given.  newton:inertia of a body, the whole tensor in its axes, comes before
+diagonalInertia and principalAxes.  `UsdPhysics.RigidBodyAPI.ComputeMassProperties` computes
 the same, in single precision, from usd-core 26.11 on; it asks its caller for the volumes of shapes, and tests compare with it.
 """
 
@@ -19,12 +20,15 @@ from ksl.base.judged import DENSITY, MASS, MOMENT, judged
 from ksl.base.words import listed
 from ksl.robot_files.assembly import Array, Body
 from ksl.robot_files.usd.shapes import Solid, solid_of
-from ksl.robot_files.usd.stage import Stage, rotation, three
+from ksl.robot_files.usd.stage import Stage, applied, rotation, three
 
 WATER = 1000.0
 """kg/m³: the density of shapes that nothing gives one for, of UsdPhysics."""
 
 
+SAME = 1e-3
+"""Tensors that differ by less of their largest element say the same: diagonalInertia is in single precision, and tools round it."""
+PRODUCT = MOMENT._replace(signed=True)
 NO_SOLID = Solid(0.0, np.zeros(3), np.zeros((3, 3)))
 
 
@@ -46,6 +50,8 @@ class Given:
     """In its own space, in units of the file."""
     moments: Array | None = None
     axes: Array | None = None
+    tensor: Array | None = None
+    """newton:inertia: about the centroid, in the prim's axes.  It counts before moments and axes, of bodies."""
 
 
 class MassReader:
@@ -65,14 +71,17 @@ class MassReader:
         """Mass, centroid and tensor of a body, and what is said of those that are left to a simulator."""
         own, path = self.given(prim), str(prim.GetPath())
         self._say_uncounted(body, path)
-        open_ = own.mass is None or own.moments is None or own.centroid is None
+        open_ = own.mass is None or (own.moments is None and own.tensor is None) or own.centroid is None
         lump, weighs = self._of_parts(body, path, own) if open_ else (Lump(own.mass or 0.0, np.zeros(3), np.zeros((3, 3))), False)
         mass, centroid, tensor = lump
         if own.centroid is not None:
             centroid = self._place(body, prim, own.centroid)
             tensor = tensor + (_shifted(mass, centroid - lump.centroid) if weighs else 0.0)
         moments, axes = own.moments, own.axes
-        if weighs and (moments is None) != (axes is None):  # the one that isn't given is that of the colliders
+        if own.tensor is not None:
+            self._say_contradicted(body, own)
+            tensor, moments = own.tensor, None
+        elif weighs and (moments is None) != (axes is None):  # the one that isn't given is that of the colliders
             principal, directions = principal_axes(tensor)
             given, other = ("principalAxes", "moments") if moments is None else ("diagonalInertia", "axes")
             self.stage.said.append(f"link {body.name}: of inertia, the body has physics:{given} alone; as in USD, the principal {other} are those of its colliders: give both")
@@ -102,11 +111,11 @@ class MassReader:
         return Lump(lump.mass * factor, lump.centroid, lump.tensor * factor), True
 
     def given(self, prim: Any) -> Given:
-        if "PhysicsMassAPI" not in prim.GetAppliedSchemas():
+        if "PhysicsMassAPI" not in prim.GetAppliedSchemas() and "NewtonMassAPI" not in applied(prim):  # which contains it, where USD doesn't know it, too
             return Given()
         stage, who = self.stage, f"prim {prim.GetPath()}: its physics:"
-        found = Given()
         authored = prim.GetAuthoredPropertyNames()
+        found = Given(tensor=self._newton_inertia(prim) if "newton:inertia" in authored else None)
 
         def value(name: str) -> Any:
             return prim.GetAttribute(f"physics:{name}").Get() if f"physics:{name}" in authored else None  # where nothing is authored, USD's value says so
@@ -129,16 +138,41 @@ class MassReader:
             found.axes = rotation(turn)
         return found
 
+    def _newton_inertia(self, prim: Any) -> Array | None:
+        """The tensor that NewtonMassAPI states, six numbers; None for none, which is its default."""
+        numbers = [float(x) for x in prim.GetAttribute("newton:inertia").Get() or ()]
+        if not numbers:
+            return None
+        who = f"prim {prim.GetPath()}: its newton:inertia"
+        if len(numbers) != 6:
+            raise DescriptionError(f"{who} has {len(numbers)} numbers; expected Ixx, Iyy, Izz, Ixy, Ixz, Iyz; correct it in the file")
+        unit = self.stage.mass * self.stage.length**2
+        xx, yy, zz, xy, xz, yz = (judged(x * unit, who, MOMENT if k < 3 else PRODUCT) for k, x in enumerate(numbers))
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+    def _say_contradicted(self, body: Body, own: Given) -> None:
+        """Where both ways to state a tensor are used, and say different things."""
+        if own.moments is None or own.tensor is None:
+            return
+        R = np.eye(3) if own.axes is None else own.axes
+        apart = float(np.abs((R * own.moments) @ R.T - own.tensor).max())
+        if apart > SAME * np.abs(own.tensor).max():
+            self.stage.said.append(f"link {body.name}: newton:inertia and physics:diagonalInertia differ by {apart:.3g} kg m²; the first counts, as in Newton, and other simulators take the second: make them agree")
+
     def _place(self, body: Body, prim: Any, local: Any) -> Array:
         """A point of a prim in the frame of its body, m."""
         return np.asarray(body.pose[:3, :3].T @ (self.stage.point(prim, local) - body.pose[:3, 3]))
 
     def _part(self, body: Body, prim: Any, of_body: Given, own: Given) -> Lump:
         """What a collider weighs; nothing where it is neither given nor the volume of a solid."""
-        missing = [what for what, x in (("mass", own.mass), ("centre of mass", own.centroid), ("inertia", own.moments)) if x is None]
-        solid = solid_of(self.stage, prim) if missing else NO_SOLID
+        inertia = own.tensor if own is of_body and own.tensor is not None else own.moments
+        missing = [what for what, x in (("mass", own.mass), ("centre of mass", own.centroid), ("inertia", inertia)) if x is None]
+        if own is not of_body and own.tensor is not None:
+            self.stage.said.append(f"link {body.name}: newton:inertia of {prim.GetPath()} doesn't count: it is one of bodies; give the body's, or physics:diagonalInertia")
+        shell = bool(missing) and is_shell(prim)
+        solid = None if shell else solid_of(self.stage, prim) if missing else NO_SOLID
         if solid is None:
-            self.left.append(f"{prim.GetPath()} ({prim.GetTypeName() or 'no type'}: {', '.join(missing)})")
+            self.left.append(f"{prim.GetPath()} ({prim.GetTypeName() or 'no type'}{', a shell' if shell else ''}: {', '.join(missing)})")
             solid = NO_SOLID
         mass = own.mass if own.mass is not None else solid.volume and self._density(prim, own, of_body) * solid.volume
         return self._of_part(body, prim, own, mass, solid)
@@ -186,7 +220,7 @@ class MassReader:
             return
         if own.centroid is None:
             said.append(f"{who}centerOfMass; {computed} the origin")
-        if own.moments is None:
+        if own.moments is None and own.tensor is None:
             said.append(f"{who}diagonalInertia; {computed} a point mass")
 
     def _say_uncounted(self, body: Body, path: str) -> None:
@@ -194,6 +228,12 @@ class MassReader:
         found = [other for other in self.stage.massive[path] if (given := self.given(self.stage.stage.GetPrimAtPath(other))).mass or given.density]
         if found:
             self.stage.said.append(f"link {body.name}: the mass of {listed(found, 4)} doesn't count: USD counts those of bodies and of colliders that are enabled; apply PhysicsCollisionAPI to them if it should")
+
+
+def is_shell(prim: Any) -> bool:
+    """Whether Newton's or MuJoCo's schema says that a collider weighs at its surface, with a thickness that simulators choose."""
+    said = (prim.GetAttribute(name) for name in ("newton:massModel", "mjc:shellinertia"))
+    return any(attribute and attribute.Get() in ("shell", True) for attribute in said)
 
 
 def _sum(lumps: list[Lump]) -> Lump:

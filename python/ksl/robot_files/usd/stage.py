@@ -165,6 +165,11 @@ def _find(stage: Stage) -> None:
         raise DescriptionError(f"no rigid body is enabled (physics:rigidBodyEnabled): {disabled[0]} and {len(disabled) - 1} more are not; enable those of the robot" if len(disabled) > 1 else f"its only rigid body, {disabled[0]}, is not enabled; set physics:rigidBodyEnabled")
 
 
+def applied(prim: Any) -> list[str]:
+    """Names of schemas that are applied, known to the installed USD or not."""
+    return list(prim.GetPrimTypeInfo().GetAppliedAPISchemas())
+
+
 def require_values(stage: Stage) -> None:
     """Values are read without a time, as UsdPhysics' own parser does.  Where a file has time samples alone, these are the values that a schema has for "none"."""
     from pxr import Usd

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ksl.base.words import listed
-from ksl.robot_files.usd.stage import Stage
+from ksl.robot_files.usd.stage import Stage, applied
 
 READ = re.compile(
     r"physics:(body[01]|local(Pos|Rot)[01]|axis|(lower|upper)Limit|jointEnabled|excludeFromArticulation|(min|max)Distance|mass|density|centerOfMass|diagonalInertia"
@@ -17,6 +17,8 @@ READ = re.compile(
     r"|physxJoint:(maxJointVelocity|armature)|physxMimicJoint:.*|newton:mimic.*"
 )
 """What joints.py, masses.py and couplings.py read, or list themselves."""
+OF_MASS = {"PhysicsMassAPI", "NewtonMassAPI"}
+"""Schemas with which masses.py reads newton:inertia."""
 SHOWN = ("xformOp", "material:", "primvars:", "collection:", "ui:", "isaac:", "omni:", "physxTendon:")
 """Beginnings of names that say how a prim stands or looks, or whom it belongs to; tendons are listed as such."""
 
@@ -27,6 +29,8 @@ def list_unused(stage: Stage) -> None:
     for of_kind in (stage.bodies, stage.joints):
         for path, prim in of_kind.items():
             for name in prim.GetAuthoredPropertyNames():
+                if name == "newton:inertia" and of_kind is stage.bodies and not OF_MASS.isdisjoint(applied(prim)):
+                    continue
                 if ":" in name and not READ.fullmatch(name) and not name.startswith(SHOWN) and _says_something(prim.GetProperty(name)):
                     found.setdefault(name, []).append(stage.names[path])
     stage.unused += [f"{name} of {listed(names, 6)}" for name, names in found.items()]
