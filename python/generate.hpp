@@ -79,7 +79,8 @@ inline recording_of_python record(const ksl::model &m, const std::string &row, n
 }
 
 inline void add_recording(nb::module_ &module, nb::class_<ksl::model> &model) {
-  nb::class_<recording_of_python>(module, "Recording", "An algorithm recorded on one mechanism: steps on earlier steps.")
+  nb::class_<recording_of_python>(module, "Recording",
+                                  "An algorithm recorded on one mechanism: steps on earlier steps.")
       .def_prop_ro("operations", &recording_of_python::operations)
       .def_prop_ro("operands", &recording_of_python::operands)
       .def_prop_ro("numbers", &recording_of_python::numbers)

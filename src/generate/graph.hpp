@@ -46,9 +46,7 @@ struct step {
 };
 
 /// A recording can't be made: the algorithm asks for what only a number can tell.
-struct recording_error : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+struct recording_error : std::runtime_error { using std::runtime_error::runtime_error; };
 
 class graph {
 public:

@@ -13,7 +13,8 @@ namespace ksl::generate {
 namespace {
 
 const algorithm_row &row_called(const std::string &name) {
-  const auto found = std::find_if(std::begin(rows::all), std::end(rows::all), [&](const auto *row) { return name == row->name; });
+  const auto found =
+      std::find_if(std::begin(rows::all), std::end(rows::all), [&](const auto *row) { return name == row->name; });
   if (found == std::end(rows::all) || (*found)->loops == loops_by::plan)
     throw std::invalid_argument("there is no algorithm '" + name + "'");
   return **found;
@@ -24,9 +25,12 @@ void refuse(const algorithm_row &row, const model &m) {
   const std::string name = row.name;
   switch (way_of(row, m)) {
   case way::kernels: break;
-  case way::mimic: throw std::invalid_argument(name + " can't be generated yet for a mechanism with mimic joints; read them as independent joints");
+  case way::mimic:
+    throw std::invalid_argument(
+        name + " can't be generated yet for a mechanism with mimic joints; read them as independent joints");
   case way::elements:
-    throw std::invalid_argument(name + " can't be generated yet for a mechanism with springs, dampers or cylinders between two points");
+    throw std::invalid_argument(
+        name + " can't be generated yet for a mechanism with springs, dampers or cylinders between two points");
   case way::loops: throw std::invalid_argument(name + " can't be generated yet for a closed mechanism; cut its loops");
   }
   if (row.needs_mass && m.massless_joint() >= 0)
@@ -94,9 +98,7 @@ public:
   }
 
 private:
-  recording *take(std::ptrdiff_t numbers) {
-    return arrays_.emplace_back(static_cast<std::size_t>(numbers)).data();
-  }
+  recording *take(std::ptrdiff_t numbers) { return arrays_.emplace_back(static_cast<std::size_t>(numbers)).data(); }
   /// sparse: some numbers are left as they are.
   void output(std::size_t r, graph &steps, bool sparse) const {
     for (const recording &x : arrays_[r]) {
@@ -124,7 +126,8 @@ recorded record(const model &m, const request &asked) {
   refuse(row, m);
   check_links(m, asked.links), check_links(m, asked.external_links);
   if (static_cast<int>(asked.links.size()) < least_links(row.request))
-    throw std::invalid_argument(asked.row + " needs the names of " + (least_links(row.request) == 1 ? "a link" : "two links"));
+    throw std::invalid_argument(asked.row + " needs the names of " +
+                                (least_links(row.request) == 1 ? "a link" : "two links"));
   recorded out = {graph(asked.single), {}, {}};
   const recording_on on(out.steps);
   inputs in(out);

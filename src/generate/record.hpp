@@ -14,7 +14,7 @@ namespace ksl::generate {
 /// What a call asks for besides numbers, and which numbers of the model are inputs.
 struct request {
   std::string row;
-  std::vector<int> links;          ///< of requests for links
+  std::vector<int> links; ///< of requests for links
   frame_options frame = {};
   reaction_request joints = {};    ///< of requests for joints; `link` is good for the call
   std::vector<int> external_links; ///< on which wrenches act

@@ -32,7 +32,8 @@ public:
     for (int k = 0; from.physics && k < from.nv; ++k)
       physics_.push_back(spread<recording>(from.physics[k]));
     for (const S *x = from.lower; x < from.lower + from.nq; ++x)
-      lower_.emplace_back(static_cast<double>(*x)), upper_.emplace_back(static_cast<double>(from.upper[x - from.lower]));
+      lower_.emplace_back(static_cast<double>(*x)),
+          upper_.emplace_back(static_cast<double>(from.upper[x - from.lower]));
     view_ = {from.bodies,
              from.links,
              from.nq,

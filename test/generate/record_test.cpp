@@ -56,7 +56,9 @@ template <class S> numbers<S> play(const graph &g, const numbers<S> &inputs) {
 template <class S> numbers<S> in(const numbers<double> &x) { return {x.begin(), x.end()}; }
 
 template <class S> state_over<S> rounded(const state &s) {
-  return {in<S>(s.q), in<S>(s.v), in<S>(s.a), in<S>(s.tau), in<S>(s.push), in<S>(s.q1), s.pushed, s.axes, static_cast<S>(s.fraction)};
+  return {in<S>(s.q),   in<S>(s.v),    in<S>(s.a),
+          in<S>(s.tau), in<S>(s.push), in<S>(s.q1),
+          s.pushed,     s.axes,        static_cast<S>(s.fraction)};
 }
 
 /// The inputs of a row in the order of a recording.
@@ -124,7 +126,8 @@ template <class Algorithm, class S> void check_row(const ksl::model &m, std::mt1
 TEST_CASE("every algorithm, recorded once, gives the engine's bits in every state") {
   std::mt19937 random(11);
   for (int turn = 0; turn < 4; ++turn) {
-    const ksl::model m = turn == 0 ? ksl::load(every_kind_file) : random_tree(2 + turn, random, turn % 2 ? joints_are::physical : joints_are::plain);
+    const ksl::model m = turn == 0 ? ksl::load(every_kind_file)
+                                   : random_tree(2 + turn, random, turn % 2 ? joints_are::physical : joints_are::plain);
     if (m.nv() == 0)
       continue;
     for_each(algorithms::all(), [&]<class Algorithm>(Algorithm) {
@@ -198,7 +201,8 @@ TEST_CASE("steps are shortened without a change of bits") {
 TEST_CASE("what can't be recorded is refused by name") {
   ksl::generate::request asked;
   asked.row = "inverse_dynamic";
-  CHECK_THROWS_WITH_AS(ksl::generate::record(ksl::load(robot_file("ur5")), asked), "there is no algorithm 'inverse_dynamic'", std::invalid_argument);
+  CHECK_THROWS_WITH_AS(ksl::generate::record(ksl::load(robot_file("ur5")), asked),
+                       "there is no algorithm 'inverse_dynamic'", std::invalid_argument);
   asked.row = "inverse_dynamics";
   CHECK_THROWS_AS(ksl::generate::record(ksl::load(robot_file("excavator")), asked), std::invalid_argument);
   asked.row = "jacobian";

@@ -8,10 +8,11 @@ from typing import Annotated, Literal, cast
 import typer
 
 from ksl.commands.app import app, console, fail
-from ksl.commands.options import Drives, FloatingBase, Gravity, Loops, Mimic, ModelName, Packages, Physics, Robot, Strict, Xacro, in_options, path_with_a_name, read_model
+from ksl.commands.options import Robot, RobotOptions, in_options, of_robot, path_with_a_name, read_model
 
 
 @app.command()
+@of_robot("gravity", "physics", "friction_width")
 def generate(
     robot: Robot,
     algorithms: Annotated[str, typer.Option(metavar="NAMES", help="Calls of models, with links or joints behind a colon: inverse_dynamics,jacobian:tool0,reactions:elbow+base.")],
@@ -21,16 +22,7 @@ def generate(
     arguments: Annotated[str, typer.Option(metavar="NAMES", help="Inputs besides: gravity, external:LINK+LINK (a wrench on each link).")] = "",
     contract: Annotated[bool, typer.Option("--contract", help="Let compilers fuse products and sums: faster, and no longer KSL's results to the bit.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace files of others with these names in DIR.")] = False,
-    floating_base: FloatingBase = False,
-    mimic: Mimic = "coupled",
-    strict: Strict = False,
-    gravity: Gravity = "",
-    model_name: ModelName = "",
-    physics: Physics = "",
-    loops: Loops = "",
-    drives: Drives = "",
-    xacro: Xacro = None,
-    package: Packages = [],
+    how: RobotOptions = RobotOptions(),
 ) -> None:
     """Write algorithms of this robot as plain C: one header, one source, no library.
 
@@ -39,7 +31,7 @@ def generate(
     from ksl.generation.generate import generate as write
     from ksl.output import OutputError
 
-    model = read_model(robot, floating_base, mimic, strict, gravity, name=model_name, physics=physics, loops=loops, drives=drives, xacro=xacro, package=package)
+    model = read_model(robot, how)
     words = [word for word in arguments.split(",") if word]
     try:
         files = write(model, algorithms.split(","), output, name, cast(Literal["double", "float"], scalar), words, contract, force)
