@@ -2,6 +2,7 @@
 
 #include "engine/states/extents.hpp"
 #include "engine/states/ways.hpp"
+#include "generate/recorded_mimic.hpp"
 #include "generate/recorded_model.hpp"
 #include "generate/recorded_rows.hpp"
 
@@ -26,8 +27,10 @@ void refuse(const algorithm_row &row, const model &m) {
   switch (way_of(row, m)) {
   case way::kernels: break;
   case way::mimic:
-    throw std::invalid_argument(
-        name + " can't be generated yet for a mechanism with mimic joints; read them as independent joints");
+    if (!has_recording_with_followers(computed(row)))
+      throw std::invalid_argument(name +
+                                  " can't be generated yet for a mechanism with mimic joints; read them as independent");
+    break;
   case way::elements:
     throw std::invalid_argument(
         name + " can't be generated yet for a mechanism with springs, dampers or cylinders between two points");
@@ -144,7 +147,10 @@ recorded record(const model &m, const request &asked) {
     model.set_gravity({g[0], g[1], g[2]});
   }
   const results to(row, extents_of(m, s), s);
-  recorder_of(computed(row).name)(model.view(), s);
+  if (m.followers() > 0)
+    record_with_followers(computed(row), m, asked.single, model.view(), s);
+  else
+    recorder_of(computed(row).name)(model.view(), s);
   to.hand_over(out);
   out.steps = out.steps.needed();
   return out;

@@ -120,6 +120,7 @@ PRINTED = {
     "check --json": (("check", "robot.urdf", "--json"), 1),
     "compare": (("compare", "robot.urdf", "--with", "mujoco", "--states", "1"), 0),
     "loads": (("loads", "robot.urdf", "motion.csv", "-o", "OUT", "--csv"), 0),
+    "generate": (("generate", "robot.urdf", "--algorithms", "bias", "-o", "OUT"), 0),
     "hold": (("hold", "robot.urdf"), 0),
     "motion": (("motion", "robot.urdf", "--kind", "minjerk", "-o", "OUT.csv"), 0),
     "simulate": (("simulate", "robot.urdf", "--until", "0.02", "--pose", "=HYPERLINK(1)=0.1", "--dry-friction", "-2+3=1", "-o", "OUT"), 0),

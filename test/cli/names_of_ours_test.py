@@ -17,6 +17,7 @@ NAMES = [name for name in OURS if name.strip()]
 COMMANDS = {
     "check": [("ROBOT",)],
     "compare": [("ROBOT", "--with", "mujoco", "--states", "1")],
+    "generate": [("ROBOT", "--algorithms", "reactions", "-o", "DIR/c")],
     "hold": [("ROBOT",), ("ROBOT", "--payload", "1", "--on-link", "case")],
     "info": [("ROBOT",)],
     "motion": [("ROBOT", "--kind", "minjerk", "-o", "DIR/motion.csv"), ("ROBOT", "--kind", "minjerk", "-o", "DIR/motion.parquet")],

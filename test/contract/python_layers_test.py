@@ -22,7 +22,7 @@ ALLOWED: dict[str, set[str]] = {
     "model": {"base", "output", "mechanism", "simulation"},
     "robot_files": {"base", "mechanism", "model"},
     "operators": {"base", "mechanism", "model"},
-    "generation": {"base", "output", "mechanism", "model"},
+    "generation": {"base", "output", "model"},
     "identify": {"base", "mechanism", "model"},
     "comparison": {"base", "mechanism", "model", "robot_files"},
     "motions.signal": {"base", "mechanism"},

@@ -6,6 +6,7 @@ what one part computes and another reads lies in an array that they share, each 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -44,7 +45,7 @@ class Printer:
             yield from (f"{name}[{k}]" for k in range(size))
 
     def _partners(self) -> dict[int, int]:
-        """Of a sine the cosine of the same angle, and the other way round, where both are used."""
+        """{step: the cosine of the same angle for a sine, and the other way round}, where both are used."""
         found: dict[tuple[int, int], int] = {}
         for step, what in enumerate(self.operations):
             if what in (Operation.SINE, Operation.COSINE):
@@ -57,6 +58,10 @@ class Printer:
         return pairs
 
     def literal(self, number: float) -> str:
+        if not math.isfinite(number):  # NaN, of what has no solution
+            suffix = "f" if self.of.single else ""
+            top = "0.0" if math.isnan(number) else "1.0" if number > 0 else "-1.0"
+            return f"({top}{suffix} / 0.0{suffix})"
         text = f"{np.float32(number)!s}f" if self.of.single else repr(float(number))
         if "e" in text and "." not in text:
             text = text.replace("e", ".0e")

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from ksl.model.model import Model
 
 STATES = 3
-"""Of the self-test."""
+"""States of the self-test."""
 TOLERANCE = {"double": 1e-12, "float": 1e-4}
-"""Of the self-test, relative to the largest number of a result: for compilers that fuse products and sums, too."""
+"""Bound of the self-test, relative to the largest number of a result: for compilers that fuse products and sums, too."""
 WIDTH = 116
 
 
@@ -62,12 +62,12 @@ class Code:
 
     @cached_property
     def position_names(self) -> list[str]:
-        """Of the numbers of q, as in tables of motions."""
+        """Names of the numbers of q, as in tables of motions."""
         return self._names("position")
 
     @cached_property
     def velocity_names(self) -> list[str]:
-        """Of the numbers of v, a and tau."""
+        """Names of the numbers of v, a and tau."""
         return self._names("velocity", plain=True)
 
     def _names(self, role: str, plain: bool = False) -> list[str]:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Operation(IntEnum):
-    """Of a step, in the order of the compiled module.  SELECT: the second operand where the first, a condition, holds, otherwise the third."""
+    """What a step does, in the order of the compiled module.  SELECT: the second operand where the first, a condition, holds, otherwise the third."""
 
     CONSTANT = 0
     INPUT = 1
@@ -69,7 +69,7 @@ class Recording:
 
     @property
     def angles(self) -> int:
-        """Of how many angles it computes sine or cosine, or both."""
+        """How many angles it computes sine or cosine of, or both."""
         trigonometric = (self.operations == Operation.SINE) | (self.operations == Operation.COSINE)
         return len(np.unique(self.operands[trigonometric, 0]))
 

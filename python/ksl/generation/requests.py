@@ -23,7 +23,7 @@ KEYWORDS = frozenset(
     "dynamic_cast explicit export false friend mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public reinterpret_cast requires "
     "static_assert static_cast template this thread_local throw true try typeid typename using virtual wchar_t xor xor_eq".split()
 )
-"""Of C99 and C++: the header is read by both."""
+"""Words of C99 and C++: the header is read by both."""
 MOST_IN_NAME = 63
 """Characters that C99 compares of a name."""
 
@@ -57,7 +57,7 @@ class Function:
     row: str
     names: tuple[str, ...]
     keywords: dict[str, Any]
-    """Of the model's call, besides inputs."""
+    """What the model's call is given besides inputs."""
     recording: Recording
     external: tuple[str, ...]
 

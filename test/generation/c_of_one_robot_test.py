@@ -54,6 +54,13 @@ def test_both_compilers_take_it_and_its_self_test_passes(ur5, tmp_path, scalar):
     assert set(sections.values()) <= {"0"}
 
 
+def test_the_page_s_controller_compiles(ur5, tmp_path):
+    page = (EXAMPLES.parents[1] / "docs" / "c_code.md").read_text(encoding="utf-8")
+    ksl.generate(ur5, ["inverse_dynamics"], tmp_path, name="ur5")
+    (tmp_path / "user.c").write_text(page.split("```c\n")[1].split("```")[0])
+    run("gcc", "-std=c99", "-Wall", "-Werror", "-c", "user.c", cwd=tmp_path)
+
+
 def test_the_self_test_notices_a_wrong_result(ur5, tmp_path):
     ksl.generate(ur5, ["inverse_dynamics"], tmp_path, name="p")
     source = (tmp_path / "p.c").read_text()
@@ -93,6 +100,37 @@ def test_gravity_and_wrenches_are_inputs(ur5, tmp_path):
     q, v, a, push, gravity = (rng.normal(size=n) for n in (6, 6, 6, 6, 3))
     (found,) = call(compiled(tmp_path, "p").p_inverse_dynamics, (q, v, a, push, gravity), [6])
     assert np.array_equal(found, ur5.with_gravity(gravity).inverse_dynamics(q, v, a, external={"tool0": push}))
+
+
+FOLLOWED = """<robot name="gripper"><link name="palm"/>
+{links}
+<joint name="lift" type="prismatic"><parent link="palm"/><child link="l0"/><axis xyz="0 0 1"/><limit effort="1" velocity="1" lower="-1" upper="1"/></joint>
+<joint name="thumb" type="revolute"><parent link="l0"/><child link="l1"/><origin xyz="0.1 0 0.2"/><axis xyz="0 1 0"/><limit effort="1" velocity="1" lower="-1" upper="1"/></joint>
+<joint name="finger" type="revolute"><parent link="l0"/><child link="l2"/><origin xyz="-0.1 0 0.2"/><axis xyz="0 1 0"/><mimic joint="thumb" multiplier="-0.7" offset="0.2"/>
+<limit effort="1" velocity="1" lower="-1" upper="1"/></joint></robot>""".format(
+    links="".join(f'<link name="l{k}"><inertial><origin xyz="0.01 0.02 0.1"/><mass value="{k + 1}"/><inertia ixx="0.1" iyy="0.2" izz="0.15" ixy="0.01" ixz="0" iyz="0"/></inertial></link>' for k in range(3))
+)
+
+
+@pytest.mark.parametrize(("scalar", "dtype"), [("double", np.float64), ("float", np.float32)])
+def test_mimic_joints_follow_to_the_bit(tmp_path, scalar, dtype):
+    m = ksl.load_string(FOLLOWED)
+    rows = {"inverse_dynamics": "va", "forward_dynamics": "vt", "mass_matrix": "", "mass_matrix_upper": "", "solve_mass_matrix": "t", "inverse_dynamics_derivatives": "va", "reactions": "va", "energy": "v"}
+    ksl.generate(m, [*rows, "jacobian:l2"], tmp_path, name="p", scalar=scalar)
+    code, rng = compiled(tmp_path, "p"), np.random.default_rng(2)
+    for _ in range(20):
+        q, *rest = (rng.normal(size=2).astype(dtype) for _ in range(4))
+        named = dict(zip("vat", rest))
+        for row, inputs in rows.items():
+            expected = getattr(m, row)(q, *(named[x] for x in inputs))
+            expected = [np.asarray(x) for x in (expected if isinstance(expected, tuple) else (expected,))]
+            found = call(getattr(code, f"p_{row}"), (q, *(named[x] for x in inputs)), [max(1, x.size) for x in expected], dtype)
+            for x, y in zip(found, expected):
+                x = x.reshape(y.shape)
+                assert np.array_equal(*((np.triu(x), np.triu(y)) if row == "mass_matrix_upper" else (x, y))), row
+        assert np.array_equal(call(code.p_jacobian_l2, (q,), [12], dtype)[0].reshape(6, 2), m.jacobian(q, "l2"))
+    with pytest.raises(ValueError, match="mimic joints"):
+        ksl.generate(m, ["mass_matrix_inverse"], tmp_path / "out")
 
 
 HOSTILE = ['j */ #include "x" \\', "int x;", "??/", '"); system("', "`<b>${x}", "ü漢"]
