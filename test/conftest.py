@@ -3,6 +3,7 @@
 `pytest --long` runs the tests marked `many_cases`, with fifty times as many random cases, those of hypothesis with twenty times as many, and those marked `long`, which no other run
 takes; `make test-long` does."""
 
+import gc
 import os
 import shutil
 import signal
@@ -40,6 +41,15 @@ def pytest_configure(config):
     if config.getoption("--long"):
         random_cases.take_more()
         settings.load_profile("many")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection(session):
+    """All that is made here stays: looking through it for garbage would take a third of the time, and again at each later look."""
+    gc.disable()
+    yield
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_collection_modifyitems(config, items):
