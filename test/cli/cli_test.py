@@ -490,7 +490,7 @@ def test_a_standard_output_that_is_full(two, tmp_path, environment):
 
     assert printed_into_a_full_disk("loads", *two, "-o", tmp_path / "o") == f"{sentence}; results are in {tmp_path / 'o'}\n"
     assert (tmp_path / "o" / "report.html").exists()
-    for arguments in (["info", two[0]], ["info", "--cpu"], ["--version"], ["--help"], ["loads", "--help"]):
+    for arguments in (["--version"], ["--help"], *([] if environment else [["info", two[0]], ["info", "--cpu"], ["loads", "--help"]])):
         assert printed_into_a_full_disk(*arguments) == f"{sentence}\n", arguments
 
 
