@@ -7,6 +7,7 @@ import gc
 import os
 import shutil
 import signal
+import sys
 from pathlib import Path
 
 # One test a core: with threads of its own, the linear algebra of small matrices takes ten times the processor time where cores are busy.
@@ -50,6 +51,12 @@ def pytest_collection(session):
     yield
     gc.freeze()
     gc.enable()
+
+
+def pytest_runtest_teardown(item):
+    """What a command that runs in this process wants ends with its test: each MJCF file of all later tests would be compiled by a new Python."""
+    if "ksl.base.own_process" in sys.modules:
+        sys.modules["ksl.base.own_process"]._is_wanted = False
 
 
 def pytest_collection_modifyitems(config, items):

@@ -46,6 +46,15 @@ def test_an_exception_while_it_waits_ends_the_process():
     assert not is_there(pids[0])
 
 
+def test_commands_want_processes():
+    own_process.want()
+    assert own_process.is_wanted()
+
+
+def test_what_a_command_wants_ends_with_its_test():
+    assert not own_process.is_wanted()
+
+
 FILES = {
     "xacro": ("r.xacro", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r"><xacro:include filename="{}"/></robot>', ["--xacro", ""]),
     "mujoco": ("r.xml", '<mujoco><include file="{}"/></mujoco>', []),
