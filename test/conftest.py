@@ -48,9 +48,11 @@ def pytest_configure(config):
 def pytest_collection(session):
     """All that is made here stays: looking through it for garbage would take a third of the time, and again at each later look."""
     gc.disable()
-    yield
-    gc.freeze()
-    gc.enable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def pytest_runtest_teardown(item):
