@@ -3,9 +3,11 @@
 `pytest --long` runs the tests marked `many_cases`, with fifty times as many random cases, those of hypothesis with twenty times as many, and those marked `long`, which no other run
 takes; `make test-long` does."""
 
+import gc
 import os
 import shutil
 import signal
+import sys
 from pathlib import Path
 
 # One test a core: with threads of its own, the linear algebra of small matrices takes ten times the processor time where cores are busy.
@@ -40,6 +42,23 @@ def pytest_configure(config):
     if config.getoption("--long"):
         random_cases.take_more()
         settings.load_profile("many")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection(session):
+    """All that is made here stays: looking through it for garbage would take a third of the time, and again at each later look."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+def pytest_runtest_teardown(item):
+    """What a command that runs in this process wants ends with its test: each MJCF file of all later tests would be compiled by a new Python."""
+    if "ksl.base.own_process" in sys.modules:
+        sys.modules["ksl.base.own_process"]._is_wanted = False
 
 
 def pytest_collection_modifyitems(config, items):

@@ -92,25 +92,25 @@ class Rows:
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-@pytest.mark.parametrize("layout", ["packed", "gaps", "backwards", "misaligned"])
-def test_every_length_and_layout(ksl, name, layout):
+def test_every_length_and_layout(ksl, name):
     scalar, types, out = FUNCTIONS[name]
     dtype = DTYPE[scalar]
-    shift = np.dtype(dtype).itemsize if layout == "misaligned" else 0
     for n in LENGTHS:
         x = samples(name, n, n)
         expected = one_by_one(ksl, name, x) if n else np.zeros((0, WIDTHS[out]), dtype)
-        places = []
-        for k, width in enumerate([WIDTHS[t] for t in (*types, out)]):
-            stride = width + (GAP + k if layout in ("gaps", "backwards") else 0)
-            places.append(Rows(n, width, dtype, -stride if layout == "backwards" else stride, shift * (k + 1)))
-            if k < len(x):
-                places[k].rows[:] = x[k]
-        before = [p.memory.copy() for p in places]
-        call(ksl, name, n, *[p.operand() for p in places])
-        assert same_bits(np.array(places[-1].rows), expected), f"n = {n}"
-        assert all(np.array_equal(p.memory, b) for p, b in zip(places[:-1], before))
-        assert (places[-1].others() == 0x5A).all(), "something outside the items was written"
+        for layout in ("packed", "gaps", "backwards", "misaligned"):
+            shift = np.dtype(dtype).itemsize if layout == "misaligned" else 0
+            places = []
+            for k, width in enumerate([WIDTHS[t] for t in (*types, out)]):
+                stride = width + (GAP + k if layout in ("gaps", "backwards") else 0)
+                places.append(Rows(n, width, dtype, -stride if layout == "backwards" else stride, shift * (k + 1)))
+                if k < len(x):
+                    places[k].rows[:] = x[k]
+            before = [p.memory.copy() for p in places]
+            call(ksl, name, n, *[p.operand() for p in places])
+            assert same_bits(np.array(places[-1].rows), expected), (layout, n)
+            assert all(np.array_equal(p.memory, b) for p, b in zip(places[:-1], before)), (layout, n)
+            assert (places[-1].others() == 0x5A).all(), f"{layout}, {n}: something outside the items was written"
 
 
 @pytest.mark.parametrize("name", [n for n in FUNCTIONS if len(FUNCTIONS[n][1]) == 2])

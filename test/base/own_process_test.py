@@ -46,6 +46,15 @@ def test_an_exception_while_it_waits_ends_the_process():
     assert not is_there(pids[0])
 
 
+def test_commands_want_processes():
+    own_process.want()
+    assert own_process.is_wanted()
+
+
+def test_what_a_command_wants_ends_with_its_test():
+    assert not own_process.is_wanted()
+
+
 FILES = {
     "xacro": ("r.xacro", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r"><xacro:include filename="{}"/></robot>', ["--xacro", ""]),
     "mujoco": ("r.xml", '<mujoco><include file="{}"/></mujoco>', []),
@@ -53,8 +62,7 @@ FILES = {
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
-@pytest.mark.parametrize("library", FILES)
+@pytest.mark.parametrize(("library", "name"), [("xacro", "SIGINT"), ("xacro", "SIGTERM"), ("mujoco", "SIGINT"), ("mujoco", "SIGHUP")])
 def test_signals_end_a_command_while_another_library_works(tmp_path: Path, library: str, name: str):
     """The library waits for a file that nobody writes."""
     pytest.importorskip(library)

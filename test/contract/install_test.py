@@ -91,23 +91,18 @@ PROGRAMS = pytest.mark.parametrize(("compiler", "name", "text"), [("gcc", "a.c",
 @needs_pkg_config
 @PROGRAMS
 def test_pkg_config(prefix, tmp_path, examples, compiler, name, text):
+    """By the shared library; beside it, as docs/start/embedded.md says it, libksl.a in a program; and a program that is static throughout."""
     (tmp_path / name).write_text(text)
-    subprocess.run([*compiler.split(), tmp_path / name, "-o", tmp_path / "a", *pkg_config(prefix, "ksl")], check=True)
     (library,) = prefix.rglob("libksl.so")
-    run(tmp_path / "a", library.parent, examples)
-
-
-@needs_pkg_config
-@PROGRAMS
-@pytest.mark.parametrize("wholly", [False, True])
-def test_pkg_config_static(prefix, tmp_path, examples, compiler, name, text, wholly):
-    """Beside the shared library, as docs/start/embedded.md says it: libksl.a in a program, and a program that is static throughout."""
-    (tmp_path / name).write_text(text)
-    ways = ["-static", *pkg_config(prefix, "--static", "ksl")] if wholly else pkg_config(prefix, "ksl-static")
-    subprocess.run([*compiler.split(), tmp_path / name, "-o", tmp_path / "a", *ways], check=True)
-    found = shared_libraries(tmp_path / "a")
-    assert not found if wholly else found and not any("ksl" in library for library in found)
-    run(tmp_path / "a", tmp_path, examples)
+    ways = {"shared": pkg_config(prefix, "ksl"), "static": pkg_config(prefix, "ksl-static"), "wholly": ["-static", *pkg_config(prefix, "--static", "ksl")]}
+    of_compiler = {way: [flag for flag in flags if flag.startswith(("-I", "-D"))] for way, flags in ways.items()}
+    for way, flags in ways.items():
+        if way == "shared" or of_compiler[way] != of_compiler["shared"]:
+            subprocess.run([*compiler.split(), "-c", tmp_path / name, "-o", tmp_path / "a.o", *of_compiler[way]], check=True)
+        subprocess.run([*compiler.split(), tmp_path / "a.o", "-o", tmp_path / "a", *flags], check=True)
+        found = shared_libraries(tmp_path / "a")
+        assert not found if way == "wholly" else found and any("libksl.so" in library for library in found) == (way == "shared"), way
+        run(tmp_path / "a", library.parent if way == "shared" else tmp_path, examples)
 
 
 @needs_pkg_config
@@ -149,7 +144,7 @@ FIND = "find_package(ksl CONFIG REQUIRED)"
 
 def test_find_package(prefix, tmp_path, examples):
     lines = [FIND] + [program(f"{name}{form}", f"{name}.{name}", f"ksl::ksl{form}") for name in ("c", "cpp") for form in ("", "_static")]
-    lines += [program("wholly", "cpp.cpp", "ksl::ksl_static"), "target_link_options(wholly PRIVATE -static)"]
+    lines += [program("wholly", "$<TARGET_OBJECTS:cpp_static>", "ksl::ksl_static"), "set_target_properties(wholly PROPERTIES LINKER_LANGUAGE CXX LINK_OPTIONS -static)"]
     build = built(tmp_path, "C CXX", lines, f"-DCMAKE_PREFIX_PATH={prefix}")
     for name in ("c", "cpp", "c_static", "cpp_static", "wholly"):
         run(build / name, tmp_path, examples)

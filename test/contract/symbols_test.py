@@ -45,10 +45,10 @@ def kernels_of(compiler: str, level: str) -> list[Path]:
     return objects_of(compiler, f"ksl(_array)?_kernels_{level.replace('-', '_')}")
 
 
-def symbols(path: Path) -> list[tuple[str, str]]:
-    """(kind, name) of everything that the linker sees of an object; lower-case letters are local, but for u, v, w."""
-    lines = subprocess.run(["nm", path], capture_output=True, text=True, check=True).stdout.splitlines()
-    return [(line.split()[-2], line.split()[-1]) for line in lines if line.split()]
+def symbols(paths: list[Path]) -> list[tuple[str, str]]:
+    """(kind, name) of everything that the linker sees of objects; lower-case letters are local, but for u, v, w."""
+    lines = subprocess.run(["nm", "--print-file-name", *paths], capture_output=True, text=True, check=True).stdout.splitlines()
+    return [tuple(line.split()[-2:]) for line in lines]
 
 
 BUILDS = ("clang", "gcc")
@@ -62,7 +62,7 @@ def kernels() -> dict[str, dict[str, list[tuple[str, str]]]]:
     for compiler in BUILDS:
         files = {level: kernels_of(compiler, level) for level in levels_of(compiler)}
         files["baseline"] = objects_of(compiler, "ksl_objects")
-        found[compiler] = {level: [symbol for file in own for symbol in symbols(file)] for level, own in files.items()}
+        found[compiler] = {level: symbols(own) for level, own in files.items()}
     return found
 
 
@@ -106,12 +106,10 @@ def test_no_two_sets_share_a_weak_symbol(kernels, build):
 def test_a_large_function_is_compiled_once_for_a_set():
     """The linker keeps one copy, with the options of one file or of another as it happens: src/engine/kernels/compiled_once/ has what several kernels call."""
     for level in levels_of("clang"):
-        objects, sizes = Counter(), {}
-        for file in kernels_of("clang", level):
-            lines = subprocess.run(["nm", "--print-size", "--defined-only", file], capture_output=True, text=True, check=True).stdout.splitlines()
-            own = {name: int(size, 16) for _, size, kind, name in (line.split() for line in lines if len(line.split()) == 4) if kind in "WV"}
-            objects.update(own.keys())
-            sizes |= own
+        command = ["nm", "--print-file-name", "--print-size", "--defined-only", *kernels_of("clang", level)]
+        lines = [line.rsplit(maxsplit=3) for line in subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()]
+        found = {(line[0].partition(":")[0], line[3]): int(line[1], 16) for line in lines if len(line) == 4 and line[2] in "WV"}
+        objects, sizes = Counter(name for _, name in found), {name: size for (_, name), size in found.items()}
         assert sizes, f"no object of {level} has a weak symbol"
         several = {name: objects[name] for name, size in sizes.items() if size > 10_000 and objects[name] > 1}
         assert not several, f"{level}: {len(several)} functions are in several objects, add them to compiled_once.hpp: {several}"

@@ -24,9 +24,9 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="no copies of pr
 
 
 @pytest.mark.parametrize("before", [lambda: None, no_links], ids=["links", "no links"])
-def test_what_a_killed_run_leaves_is_not_taken_for_files_of_others(tmp_path, before):
+def test_what_a_killed_run_leaves_is_not_taken_for_files_of_others(all_writers, work, tmp_path, before):
     """The next run writes into the folder, without --force, wherever the first one was killed."""
-    run = ksl.compute_loads(Path(__file__).parents[2] / "examples/robots/ur5.urdf", Path(__file__).parents[2] / "examples/motions/ur5_pick.csv")
+    run = ksl.compute_loads(work / "arm.urdf", work / "a.csv")
     out = folder_with(tmp_path / "out", {"notes": "the user's"})
     run.write(out)
     names = killing.everything(out)

@@ -1,5 +1,6 @@
 """Base parameters, and identification from recorded motions: statistics of noise, and bodies that can exist whatever the data."""
 
+import itertools
 import re
 import sys
 from pathlib import Path
@@ -376,8 +377,10 @@ def test_efforts_of_another_size_are_said_with_their_factor(m, factor, prior_dev
     assert any(re.search(rf"efforts are {factor:.1g}\S* times|efforts are \S+ times", doubt) and "one factor for all joints" in doubt for doubt in f.doubts), f
 
 
-@pytest.mark.parametrize("joint", range(7))
-@pytest.mark.parametrize("factor", [x for x in SCALES if not 0.3 < x < 3] + [-1.0])
+FACTORS = [x for x in SCALES if not 0.3 < x < 3] + [-1.0]
+
+
+@pytest.mark.parametrize(("joint", "factor"), [(joint, FACTORS[(3 * joint + k) % len(FACTORS)]) for joint in range(7) for k in range(3)])
 def test_efforts_of_one_joint_of_another_size_are_doubted(m, factor, joint):
     f = scaled(m, factor, joint)
     known = f.certificate.scale.factors[joint]
@@ -409,8 +412,7 @@ def test_a_factor_that_is_the_gear_ratio_is_named():
     assert not identify(arm, q, v, a, arm.inverse_dynamics(q, v, a)).doubts
 
 
-@pytest.mark.parametrize("deviation", [1e-4, 1e-3, 1.0])
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize(("seed", "deviation"), zip(range(40), itertools.cycle([1e-4, 1e-3, 1.0])))
 def test_exact_efforts_leave_nothing_whatever_the_prior_says(seed, deviation):
     """What least squares leaves nothing of, no prior may turn into noise; or `converged` says that it did."""
     tree, q, v, a = a_tree(seed)

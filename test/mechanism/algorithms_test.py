@@ -6,6 +6,7 @@ C++ are held against those of C by the test that scripts/generator/tests.py make
 """
 
 import ctypes
+import functools
 import math
 import os
 import sys
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from each_case import each
 from random_states import random_states
 
 import ksl
@@ -40,14 +42,18 @@ UNTOUCHED = {
 PRECISIONS = {np.float64: ("", ctypes.c_double), np.float32: ("f", ctypes.c_float)}
 
 
-@pytest.fixture(scope="module", params=["fixed", "floating", "every kind", "coupled"])
-def robot(request, examples):
+@functools.cache
+def robot_named(name):
     """An arm, on the ground and floating, a robot with every kind of joint, and the same with joints that follow others."""
-    if request.param in ("every kind", "coupled"):
+    if name in ("every kind", "coupled"):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ksl.DescriptionWarning)  # types beyond URDF
-            return ksl.load(Path(__file__).resolve().parents[1] / f"engine/{request.param.replace(' ', '_')}.urdf")
-    return ksl.load(examples / "robots/panda.urdf", floating_base=request.param == "floating")
+            return ksl.load(Path(__file__).resolve().parents[1] / f"engine/{name.replace(' ', '_')}.urdf")
+    return ksl.load(Path(__file__).resolve().parents[2] / "examples/robots/panda.urdf", floating_base=name == "floating")
+
+
+EVERY_ROBOT = each("robot", ["fixed", "floating", "every kind", "coupled"], robot_named)
+EVERY_PRECISION = each("dtype", PRECISIONS)
 
 
 def names(m, links):
@@ -102,8 +108,9 @@ def same(found, expected):
     return all(x.dtype == y.dtype and np.array_equal(x, y) for x, y in zip(found, expected, strict=True))
 
 
-@pytest.mark.parametrize("dtype", PRECISIONS)
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: r.name)
+@EVERY_PRECISION
+@EVERY_ROBOT
 def test_a_batch_of_any_size_is_its_states(robot, row, dtype):
     arguments = inputs(robot, row, 37, dtype=dtype)
     whole = python(robot, row, arguments)
@@ -115,6 +122,7 @@ def test_a_batch_of_any_size_is_its_states(robot, row, dtype):
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: r.name)
+@EVERY_ROBOT
 def test_layouts_threads_and_out_change_nothing(robot, row):
     large = max((len(result.shape) for result in row.results), default=0) > 2  # derivatives of matrices: thousands of numbers a state
     grid_of = (5, 12) if large else (20, 60)
@@ -132,6 +140,7 @@ def test_layouts_threads_and_out_change_nothing(robot, row):
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: r.name)
+@EVERY_ROBOT
 def test_float_is_near_double(robot, row):
     double, single = (python(robot, row, inputs(robot, row, 50, dtype=dtype)) for dtype in PRECISIONS)
     for x, y in zip(single, double, strict=True):
@@ -144,6 +153,7 @@ def test_float_is_near_double(robot, row):
 
 
 @pytest.mark.parametrize("row", [row for row in ROWS if row.external == "optional"], ids=lambda r: r.name)
+@EVERY_ROBOT
 def test_external_wrenches_count(robot, row):
     arguments = inputs(robot, row, 5)
     pushed = python(robot, row, arguments)
@@ -166,6 +176,7 @@ SIX = [row for row in ROWS if row.name == "reactions" or any(n in (6, "6 links")
 
 
 @pytest.mark.parametrize("row", SIX, ids=lambda r: r.name)
+@EVERY_ROBOT
 def test_every_result_with_six_numbers_has_an_order(robot, row):
     arguments = inputs(robot, row, 3)
     if row.name in ("operational_space_inertia", "operational_space"):  # of one frame, where that can move in all directions
@@ -182,7 +193,8 @@ def test_every_result_with_six_numbers_has_an_order(robot, row):
         python(robot, row, arguments | {"order": np.zeros(6)})
 
 
-@pytest.mark.parametrize("dtype", PRECISIONS)
+@EVERY_PRECISION
+@EVERY_ROBOT
 def test_a_triangle_is_chosen_by_name(robot, dtype):
     q = random_states(robot, np.random.default_rng(3), 4, 5)[0].astype(dtype)
     whole = robot.mass_matrix(q)
@@ -275,8 +287,9 @@ class Loaded:
         return written(row, expected)
 
 
-@pytest.mark.parametrize("dtype", PRECISIONS)
 @pytest.mark.parametrize("row", C_ROWS, ids=lambda r: r.name)
+@EVERY_PRECISION
+@EVERY_ROBOT
 def test_c_gives_the_bits_of_python(robot, library, row, dtype):
     loaded = Loaded(library, robot)
     arguments = inputs(robot, row, 21, dtype=dtype)

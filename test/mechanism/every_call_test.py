@@ -4,6 +4,7 @@ The table has all methods of `ksl.Model`, rows of api/algorithms among them: a n
 Never is the answer NaN out of finite numbers, or an error in the words of the interpreter, of NumPy or of the compiled module.
 """
 
+import functools
 import inspect
 import re
 import warnings
@@ -14,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from algorithms_test import ROWS
+from each_case import each
 from linkages import FOURBAR, LIMIT, joint, link
 
 import ksl
@@ -93,9 +95,7 @@ CALLS = [name for name, f in inspect.getmembers(ksl.Model, inspect.isfunction) i
 BATCHED = [name for name in CALLS if "q" in inspect.signature(getattr(ksl.Model, name)).parameters and name not in ONE_POSITION | {"wrench_table", "show"}] + ["difference", "interpolate"]
 
 
-@pytest.fixture(scope="module", params=ROBOTS)
-def robot(request):
-    return Robot(request.param)
+EVERY_ROBOT = each("robot", ROBOTS, functools.cache(Robot))
 
 
 @pytest.fixture(autouse=True)
@@ -169,6 +169,7 @@ NAN_IS_TAKEN = {"position_of", "velocity_of"}
 
 
 @pytest.mark.parametrize("call", CALLS)
+@EVERY_ROBOT
 def test_wrong_numbers_are_refused_by_name(robot, call):
     for index in ((3,) if call in ONE_POSITION else (3, slice(None))):
         arguments = robot.arguments(call, index)
@@ -184,6 +185,7 @@ def test_wrong_numbers_are_refused_by_name(robot, call):
 
 
 @pytest.mark.parametrize("call", BATCHED)
+@EVERY_ROBOT
 def test_no_states_have_empty_results(robot, call):
     open_too = {"undetermined": "nan"} if call == "reactions_derivatives" else {}
     one, none = (answer(robot, call, robot.arguments(call, index) | open_too) for index in (3, slice(0)))
@@ -197,6 +199,7 @@ def test_no_states_have_empty_results(robot, call):
 
 @pytest.mark.parametrize("call", sorted(ONE_POSITION))
 @pytest.mark.parametrize("index", [slice(0), slice(2)])
+@EVERY_ROBOT
 def test_what_is_asked_of_one_position_refuses_others(robot, call, index):
     q = robot.states["q"][index]
     assert answer(robot, call, {"q": q}).startswith(f"q has {len(q)} positions")
@@ -208,6 +211,7 @@ def same(found, expected):
 
 
 @pytest.mark.parametrize("call", CALLS)
+@EVERY_ROBOT
 def test_numbers_of_other_types_are_numbers(robot, call):
     for index, kind in product((3,) if call in ONE_POSITION else (3, slice(4)), (np.float16, np.int8, np.uint64, bool)):
         found, expected = robot.arguments(call, index), robot.arguments(call, index)
@@ -218,6 +222,7 @@ def test_numbers_of_other_types_are_numbers(robot, call):
 
 
 @pytest.mark.parametrize("call", CALLS)
+@EVERY_ROBOT
 def test_numbers_too_large_are_refused_or_right(robot, call):
     for index in ((3,) if call in ONE_POSITION | {"simulate"} else (3, slice(None))):
         arguments = robot.arguments(call, index)
@@ -231,6 +236,7 @@ def require_finite(found, what):
 
 
 @pytest.mark.parametrize("mass", [1e160, 1e250, 1e300])
+@EVERY_ROBOT
 def test_masses_too_large_are_refused_or_right(robot, mass):
     try:
         heavy = robot.m.with_parameters({robot.plain["link"]: (mass, (0.1, 0, 0), mass * np.eye(3))})
@@ -247,6 +253,7 @@ WITH_OUT = [name for name in CALLS if "out" in inspect.signature(getattr(ksl.Mod
 
 
 @pytest.mark.parametrize("call", WITH_OUT)
+@EVERY_ROBOT
 def test_results_that_can_not_be_written_are_refused(robot, call):
     """Read-only, of another type or shape; and over an argument, where that may not be."""
     arguments = robot.arguments(call, slice(None))
@@ -268,6 +275,7 @@ def test_results_that_can_not_be_written_are_refused(robot, call):
 
 
 @pytest.mark.parametrize("call", [name for name in CALLS if "threads" in inspect.signature(getattr(ksl.Model, name)).parameters])
+@EVERY_ROBOT
 def test_threads_give_the_same_and_refuse_the_same(robot, call):
     arguments = robot.arguments(call, slice(None))
     expected = answer(robot, call, arguments | {"threads": 1})
