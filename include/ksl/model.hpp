@@ -221,6 +221,8 @@ public:
   const std::vector<force_element_row> &force_elements() const { return force_elements_; }
   /// How many of them act: all, if physics_options name them, or none.
   int acting_force_elements() const { return acting_force_elements_; }
+  /// The plan of their elimination, by which kernels compute; null without one.
+  const loop_plan<double> *plan_of_loops() const { return double_.loops.get(); }
   /// What the library has computed about the loops.
   const loops::tables &loop_tables() const { return *loop_tables_; }
 

@@ -203,12 +203,12 @@ def over_any_scalar(row: Algorithm) -> str:
     if row.request != "reactions":
         return engine_call(row, f"ksl::{row.name}")
     arguments = [*(f"s.{name}" for name in row.inputs), "s.external", "s.result[0]", *REQUEST["joints"], "s.result[1]"]
-    return call(f"    ksl::{row.name}(", ["model", "w", *arguments], ");").lstrip()
+    return call("    ksl::inverse_dynamics_with_reactions(", ["model", "w", *arguments], ");").lstrip()
 
 
 def recorded_rows() -> str:
-    """All algorithms of a tree over recordings."""
-    rows = [row for row in COMPUTING if row.loops != "plan"]
+    """All algorithms over recordings."""
+    rows = COMPUTING
     includes = "\n".join(f'#include "{name}"' for name in sorted({header(row) for row in rows}))
     records = "\n".join(RECORD.format(name=f"record_{row.name}", workspace=workspace(row), call=over_any_scalar(row)) for row in rows)
     choices = "\n".join(f'      {{"{row.name}", record_{row.name}}},' for row in rows)

@@ -59,6 +59,7 @@ public:
   int constant(double number);
   int input(int i) { return add({operation::input, -1, -1, -1, static_cast<double>(i)}); }
 
+  bool single() const { return single_; }
   const std::vector<step> &steps() const { return steps_; }
   bool is_constant(int i) const { return at(i).what == operation::constant; }
   /// That of a constant.

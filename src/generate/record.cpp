@@ -21,20 +21,51 @@ const algorithm_row &row_called(const std::string &name) {
   return **found;
 }
 
+/// The private row by whose kernels the plan of loops computes a row; null: it doesn't.
+const algorithm_row *row_by_plan(const algorithm_row &row, const model &m) {
+  const loop_plan<double> *const plan = m.plan_of_loops();
+  if (!plan || m.acting_force_elements() > 0)
+    return nullptr;
+  const loop_view<double> &loops = plan->view;
+  const bool efforts = loops.drives_are_independent || loops.freedoms == 0 || loops.drives > 0;
+  switch (row.loops) {
+  case loops_by::accelerations: return loops.freedoms > 0 ? &rows::closed_forward_dynamics : nullptr;
+  case loops_by::jump: return loops.freedoms > 0 && !m.view().physics ? &rows::closed_forward_dynamics : nullptr;
+  case loops_by::efforts:
+  case loops_by::statics: return efforts ? &rows::closed_inverse_dynamics : nullptr;
+  case loops_by::steady:
+    return loops.drives_are_independent || loops.freedoms == 0 ? &rows::closed_inverse_dynamics : nullptr;
+  case loops_by::reactions: return efforts ? &rows::closed_inverse_dynamics_with_reactions : nullptr;
+  default: return nullptr;
+  }
+}
+
+void refuse_loops(const algorithm_row &row, const model &m, bool single) {
+  const std::string name = row.name;
+  if (single)
+    throw std::invalid_argument(name + " can't be generated in float for a closed mechanism; ask for double");
+  if (!row_by_plan(row, m))
+    throw std::invalid_argument(
+        name + " can't be generated for this closed mechanism: " +
+        (row.loops == loops_by::linear || row.loops == loops_by::parts || row.loops == loops_by::refusal
+             ? "it isn't computed by fixed pivots; cut the loops"
+             : "its pivots depend on the state, or it has no drives; name drives, or cut the loops"));
+}
+
 /// What the engine refuses is refused here, and what is computed by more than kernels.
-void refuse(const algorithm_row &row, const model &m) {
+void refuse(const algorithm_row &row, const model &m, bool single) {
   const std::string name = row.name;
   switch (way_of(row, m)) {
   case way::kernels: break;
   case way::mimic:
     if (!has_recording_with_followers(computed(row)))
-      throw std::invalid_argument(name +
-                                  " can't be generated yet for a mechanism with mimic joints; read them as independent");
+      throw std::invalid_argument(
+          name + " can't be generated yet for a mechanism with mimic joints; read them as independent");
     break;
   case way::elements:
     throw std::invalid_argument(
         name + " can't be generated yet for a mechanism with springs, dampers or cylinders between two points");
-  case way::loops: throw std::invalid_argument(name + " can't be generated yet for a closed mechanism; cut its loops");
+  case way::loops: refuse_loops(row, m, single); break;
   }
   if (row.needs_mass && m.massless_joint() >= 0)
     throw std::invalid_argument(name + ": " + m.massless_joint_text());
@@ -126,7 +157,7 @@ void check_links(const model &m, const std::vector<int> &links) {
 
 recorded record(const model &m, const request &asked) {
   const algorithm_row &row = row_called(asked.row);
-  refuse(row, m);
+  refuse(row, m, asked.single);
   check_links(m, asked.links), check_links(m, asked.external_links);
   if (static_cast<int>(asked.links.size()) < least_links(row.request))
     throw std::invalid_argument(asked.row + " needs the names of " +
@@ -147,10 +178,16 @@ recorded record(const model &m, const request &asked) {
     model.set_gravity({g[0], g[1], g[2]});
   }
   const results to(row, extents_of(m, s), s);
+  const bool closed = way_of(row, m) == way::loops;
+  const algorithm_row &by = closed ? *row_by_plan(row, m) : computed(row);
+  if (closed)
+    model.set_loops(*m.plan_of_loops(), row.loops == loops_by::steady);
+  if (row.loops == loops_by::jump && closed)
+    s.v = s.tau = in.zeros(m.nv()), model.set_gravity({0.0, 0.0, 0.0});
   if (m.followers() > 0)
-    record_with_followers(computed(row), m, asked.single, model.view(), s);
+    record_with_followers(by, m, asked.single, model.view(), s);
   else
-    recorder_of(computed(row).name)(model.view(), s);
+    recorder_of(by.name)(model.view(), s);
   to.hand_over(out);
   out.steps = out.steps.needed();
   return out;

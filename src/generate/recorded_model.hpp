@@ -1,6 +1,7 @@
 // A model whose numbers are recordings: constants of its own precision, where none of them is an input.
 #pragma once
 
+#include "engine/loops/converted_plan.hpp"
 #include "generate/recording.hpp"
 #include "ksl/engine/model/body_constants.hpp"
 
@@ -60,6 +61,12 @@ public:
   recorded_model &operator=(const recorded_model &) = delete;
 
   const model_view<recording> &view() const { return view_; }
+  /// The same plan of loops, whose independent coordinates have no accelerations of their own where it is steady.
+  void set_loops(const loop_plan<double> &plan, bool steady) {
+    loops::convert(plan, loops_);
+    loops_.view.steady = steady;
+    view_.loops = &loops_.view;
+  }
   void set_gravity(const vec3<recording> &gravity) { view_.gravity = gravity; }
 
 private:
@@ -68,6 +75,7 @@ private:
   std::vector<spatial_inertia<recording>> augmented_;
   std::vector<recording> inertia_, theta0_sine_, theta0_cosine_, lower_, upper_;
   std::vector<coordinate_physics<recording>> physics_;
+  loop_plan<recording> loops_;
   model_view<recording> view_;
 };
 

@@ -22,6 +22,9 @@
 #include "ksl/engine/algorithms/kinematics/frame_jacobian.hpp"
 #include "ksl/engine/algorithms/kinematics/frame_motion.hpp"
 #include "ksl/engine/algorithms/kinematics/relative_motion.hpp"
+#include "ksl/engine/algorithms/loops/closed_derivatives.hpp"
+#include "ksl/engine/algorithms/loops/closed_dynamics.hpp"
+#include "ksl/engine/algorithms/loops/closed_reactions.hpp"
 #include "ksl/engine/algorithms/manifold/manifold.hpp"
 #include "ksl/engine/algorithms/mass/coriolis_matrix.hpp"
 #include "ksl/engine/algorithms/mass/mass_matrix.hpp"
@@ -385,6 +388,36 @@ void record_difference_jacobians(const model_view<recording> &model, const state
   ksl::difference_jacobians(model, w, s.q, s.q1, s.result[0], s.result[1]);
 }
 
+void record_closed_inverse_dynamics(const model_view<recording> &model, const state_view<recording> &s) {
+  const empty_workspace<closed_inverse_dynamics_workspace<recording>> memory(model);
+  const auto &w = *memory;
+  ksl::closed_inverse_dynamics(model, w, s.q, s.v, s.a, s.external, s.result[0]);
+}
+
+void record_closed_inverse_dynamics_with_reactions(const model_view<recording> &model, const state_view<recording> &s) {
+  const empty_workspace<closed_inverse_dynamics_with_reactions_workspace<recording>> memory(model);
+  const auto &w = *memory;
+  ksl::inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, s.result[0], *s.joints, s.result[1]);
+}
+
+void record_closed_forward_dynamics(const model_view<recording> &model, const state_view<recording> &s) {
+  const empty_workspace<closed_forward_dynamics_workspace<recording>> memory(model);
+  const auto &w = *memory;
+  ksl::closed_forward_dynamics(model, w, s.q, s.v, s.tau, s.external, s.result[0]);
+}
+
+void record_closed_inverse_dynamics_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
+  const empty_workspace<closed_derivatives_workspace<recording>> memory(model);
+  const auto &w = *memory;
+  ksl::closed_inverse_dynamics_derivatives(model, w, s.q, s.v, s.a, s.external, s.result[0], s.result[1], s.result[2]);
+}
+
+void record_closed_forward_dynamics_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
+  const empty_workspace<closed_forward_dynamics_derivatives_workspace<recording>> memory(model);
+  const auto &w = *memory;
+  ksl::closed_forward_dynamics_derivatives(model, w, s.q, s.v, s.tau, s.external, s.result[0], s.result[1], s.result[2]);
+}
+
 } // namespace
 
 record_row recorder_of(const char *row) {
@@ -446,6 +479,11 @@ record_row recorder_of(const char *row) {
       {"interpolate", record_interpolate},
       {"integrate_jacobians", record_integrate_jacobians},
       {"difference_jacobians", record_difference_jacobians},
+      {"closed_inverse_dynamics", record_closed_inverse_dynamics},
+      {"closed_inverse_dynamics_with_reactions", record_closed_inverse_dynamics_with_reactions},
+      {"closed_forward_dynamics", record_closed_forward_dynamics},
+      {"closed_inverse_dynamics_derivatives", record_closed_inverse_dynamics_derivatives},
+      {"closed_forward_dynamics_derivatives", record_closed_forward_dynamics_derivatives},
   };
   for (const auto &[name, recorder] : recorders)
     if (name == row)

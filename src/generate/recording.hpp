@@ -91,5 +91,14 @@ template <> struct ksl::math<ksl::generate::recording> {
 };
 
 namespace ksl {
-static_assert(scalar<generate::recording>);
+inline namespace KSL_ISA {
+
+template <> inline generate::recording of_precision<generate::recording>(double in_double, double in_single) {
+  return generate::recording::current->single() ? in_single : in_double;
 }
+
+} // namespace KSL_ISA
+
+static_assert(scalar<generate::recording>);
+
+} // namespace ksl

@@ -203,7 +203,7 @@ TEST_CASE("what can't be recorded is refused by name") {
   asked.row = "inverse_dynamic";
   CHECK_THROWS_WITH_AS(ksl::generate::record(ksl::load(robot_file("ur5")), asked),
                        "there is no algorithm 'inverse_dynamic'", std::invalid_argument);
-  asked.row = "inverse_dynamics";
+  asked.row = "inverse_dynamics_regressor";
   CHECK_THROWS_AS(ksl::generate::record(ksl::load(robot_file("excavator")), asked), std::invalid_argument);
   asked.row = "jacobian";
   CHECK_THROWS_AS(ksl::generate::record(ksl::load(robot_file("ur5")), asked), std::invalid_argument);

@@ -133,6 +133,28 @@ def test_mimic_joints_follow_to_the_bit(tmp_path, scalar, dtype):
         ksl.generate(m, ["mass_matrix_inverse"], tmp_path / "out")
 
 
+def test_closed_mechanisms_have_the_bits_of_their_plan_or_nan(tmp_path):
+    m, rng = ksl.load(EXAMPLES / "excavator.urdf"), np.random.default_rng(1)
+    ksl.generate(m, ["inverse_dynamics", "forward_dynamics", "reactions", "bias", "frame_pose:bucket"], tmp_path, name="p")
+    run("gcc", *FLAGS, "p.c", "p_test.c", "-o", "test", "-lm", cwd=tmp_path)
+    run(tmp_path / "test", cwd=tmp_path)
+    code, start, served = compiled(tmp_path, "p"), m.close(m.neutral()).q, 0
+    for _ in range(30):
+        found = m.close(m.integrate(start, rng.normal(size=m.nv) * 0.1))
+        q, moved = np.ascontiguousarray(found.q), rng.normal(size=(3, m.nv))
+        v = m.consistent_velocity(q, moved[0])
+        a = m.consistent_acceleration(q, v, moved[1])
+        (tau,) = call(code.p_inverse_dynamics, (q, v, a), [m.nv])
+        if found.converged and np.isfinite(tau).all():
+            served += 1
+            assert np.array_equal(tau, m.inverse_dynamics(q, v, a))
+            assert np.array_equal(call(code.p_reactions, (q, v, a), [6 * m.nv])[0].reshape(-1, 6), m.reactions(q, v, a))
+            assert np.array_equal(call(code.p_forward_dynamics, (q, v, moved[2]), [m.nv])[0], m.forward_dynamics(q, v, moved[2]))
+            assert np.array_equal(call(code.p_bias, (q, v), [m.nv])[0], m.bias(q, v))
+        assert np.isnan(call(code.p_forward_dynamics, (q + 0.3, v, moved[2]), [m.nv])[0]).all()  # open
+    assert served > 20
+
+
 HOSTILE = ['j */ #include "x" \\', "int x;", "??/", '"); system("', "`<b>${x}", "ü漢"]
 
 
@@ -184,8 +206,10 @@ def test_what_is_refused_is_named_and_nothing_written(ur5, tmp_path, algorithms,
 
 
 def test_mechanisms_that_cannot_be_generated_are_refused_by_name(tmp_path):
-    with pytest.raises(ValueError, match="closed mechanism"):
-        ksl.generate(ksl.load(EXAMPLES / "excavator.urdf"), ["inverse_dynamics"], tmp_path / "out")
+    excavator = ksl.load(EXAMPLES / "excavator.urdf")
+    for asked, options, words in ((["inverse_dynamics_regressor"], {}, "closed mechanism"), (["forward_dynamics"], {"scalar": "float"}, "ask for double")):
+        with pytest.raises(ValueError, match=words):
+            ksl.generate(excavator, asked, tmp_path / "out", **options)
     with pytest.raises(ValueError, match="no joint that moves"):
         ksl.generate(ksl.Builder("still").add_link("base", 1.0).build(), ["inverse_dynamics"], tmp_path / "out")
 

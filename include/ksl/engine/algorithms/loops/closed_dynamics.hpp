@@ -108,7 +108,7 @@ KSL_LANES T share_efforts(const loop_view<scalar_of<T>> &loops, const closed_inv
       largest = math<T>::select(scaled > largest, scaled, largest);
       g[d] = x * T(loops.drive_scale[d]);
     }
-    fault = fault + fault_beyond(T(least_pivot<S>), largest);
+    fault = fault + fault_beyond(T(least_pivot<S>()), largest);
     const T whole = product(g, g);
     for (int k = 0; k < j; ++k) {
       const T *const earlier = shares + k * n;
@@ -118,7 +118,7 @@ KSL_LANES T share_efforts(const loop_view<scalar_of<T>> &loops, const closed_inv
       wanted[j] = wanted[j] - along * wanted[k];
     }
     const T left = product(g, g);
-    fault = fault + fault_beyond(math<T>::select(left > T(least_share<S>) * whole, T(S(0)), T(S(1))), T(S(0.5)));
+    fault = fault + fault_beyond(math<T>::select(left > T(least_share<S>()) * whole, T(S(0)), T(S(1))), T(S(0.5)));
     const T inverse = T(S(1)) / math<T>::sqrt(left);
     for (int d = 0; d < n; ++d)
       g[d] = g[d] * inverse;
@@ -267,8 +267,9 @@ template <class T> KSL_LANES void project_inertia(const model_view<scalar_of<T>>
 }
 
 /// How much of `whole` a freedom's inertia must be, once the others have been taken off, so that it isn't rounding.
-template <class S> inline constexpr S least_inertia =
-    sizeof(S) == 8 ? S(loop_tolerance::inertia) : S(loop_tolerance::inertia_single);
+template <class S> inline S least_inertia() {
+  return of_precision<S>(loop_tolerance::inertia, loop_tolerance::inertia_single);
+}
 
 /// r ← H⁻¹ r by the factors L D Lᵀ, which replace H.  NaN where a freedom moves no mass.
 template <class T> KSL_LANES void solve_by_factors(T *H, const T *whole, T *r, int f, T &fault) {
@@ -279,7 +280,7 @@ template <class T> KSL_LANES void solve_by_factors(T *H, const T *whole, T *r, i
       terms = terms + H[k * f + j] * H[k * f + j] * whole[j];
     for (int j = 0; j < k; ++j) // row k holds L_kj D_j until it is divided
       D = D - H[k * f + j] * H[k * f + j] * H[j * f + j];
-    fault = fault + fault_beyond(math<T>::select(D > T(least_inertia<S>) * terms, T(S(0)), T(S(1))), T(S(0.5)));
+    fault = fault + fault_beyond(math<T>::select(D > T(least_inertia<S>()) * terms, T(S(0)), T(S(1))), T(S(0.5)));
     const T inverse = T(S(1)) / D;
     H[k * f + k] = D;
     for (int i = k + 1; i < f; ++i) {

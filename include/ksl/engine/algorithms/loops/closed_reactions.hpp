@@ -185,7 +185,7 @@ KSL_LANES void set_pattern(const model_view<scalar_of<T>> &model,
 }
 
 /// Rounding of the elements of a pattern, relative to its norm.
-template <class S> inline constexpr S of_elements = sizeof(S) == 8 ? S(1e-11) : S(1e-4);
+template <class S> inline S of_elements() { return of_precision<S>(1e-11, 1e-4); }
 
 /// The energy that rounding of its elements may give a pattern; 0 where norms decide.
 template <class T>
@@ -199,7 +199,7 @@ KSL_LANES T energy_of_rounding(const loop_view<scalar_of<T>> &loops, const loop_
   T square(S(0));
   for (int k = at.places_begin; loops.compliances > 0 && k < at.places_end; ++k)
     square = square + sum_of_products(pattern[loops.list[k]], pattern[loops.list[k]]);
-  return square * T(most * of_elements<S> * of_elements<S>);
+  return square * T(most * of_elements<S>() * of_elements<S>());
 }
 
 /// Replaces wrenches that balance by those of least norm or energy: Gram and Schmidt's method.  Returns NaN where patterns nearly depend on each
@@ -236,7 +236,7 @@ KSL_LANES T take_off_patterns(const model_view<scalar_of<T>> &model,
     for (int k = at.earlier_begin; k < at.earlier_end; ++k)
       take_off(loops.list[k], pattern);
     const T left = sum_of_products(loops, at, pattern, pattern);
-    const T needed = T(least_share<S>) * whole + least;
+    const T needed = T(least_share<S>()) * whole + least;
     fault = fault + fault_beyond(math<T>::select(left > needed, T(S(0)), T(S(1))), T(S(0.5)));
     w.inverse_square[r] = T(S(1)) / left;
     take_off(r, found);

@@ -98,10 +98,12 @@ template <class T> KSL_LANES T fault_beyond(const T &x, const T &limit) {
 }
 
 /// The smallest pivot, and what may be left of equations that follow from others, relative to lengths.
-template <class S> inline constexpr S least_pivot = S(loop_tolerance::plan_pivot);
-template <class S> inline constexpr S largest_rest = loop_tolerance::plan_rest<S>;
+template <class S> inline S least_pivot() { return S(loop_tolerance::plan_pivot); }
+template <class S> inline S largest_rest() {
+  return of_precision<S>(loop_tolerance::plan_rest, loop_tolerance::plan_rest_single);
+}
 /// How much of its square the vectors before it must leave to a vector, in Gram and Schmidt's method, before it counts as theirs.
-template <class S> inline constexpr S least_share = S(1e-6);
+template <class S> inline S least_share() { return S(1e-6); }
 
 /// The column of a coordinate of body i about a point, which `arm` leads to from the body's origin.
 template <class T> KSL_LANES screw<T> column_about(const mat3x3<T> &R, int coordinate, const T &pitch,
@@ -579,13 +581,13 @@ KSL_LANES void eliminate_by_plan(const model_view<scalar_of<T>> &model, loop_equ
         target[b] = target[b] - factor * row[b];
     }
   }
-  fault = fault + fault_beyond(T(least_pivot<S>), smallest);
+  fault = fault + fault_beyond(T(least_pivot<S>()), smallest);
   for (int r = 0; r < loops.rows - pivots; ++r) { // equations that follow from the others have nothing left
     const int row = loops.redundant[r];
     for (int j = 0; j < f; ++j)
       fault = fault +
               fault_beyond(w.row(row)[pivots + j] * T(loops.row_scale[row] * loops.column_scale[loops.independent[j]]),
-                           T(largest_rest<S>));
+                           T(largest_rest<S>()));
   }
   w.fault = fault;
 }

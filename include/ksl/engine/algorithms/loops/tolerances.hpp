@@ -39,8 +39,7 @@ inline constexpr double closed_by_digits = 3;   ///< how far open closed positio
 inline constexpr double unsure = accepted;      ///< singular values that may be due to the error of a position
 inline constexpr double nearly_singular = 1e-3; ///< Newton steps by elimination alone; positions that `ksl check` names
 inline constexpr double plan_pivot = 1e-2;      ///< pivots of the plan of kernels
-template <class S> inline constexpr S plan_rest =
-    sizeof(S) == 8 ? S(rank) : S(1e-4); ///< what a plan leaves of redundant equations
+inline constexpr double plan_rest = rank, plan_rest_single = 1e-4; ///< what a plan leaves of redundant equations
 
 // Inertias and patterns, beside the terms that made them.
 inline constexpr double inertia = 1e-13, inertia_single = 1e-5,

@@ -260,10 +260,7 @@ template <class T> void operational_space_inertia_inverse(const model_view<scala
 }
 
 /// In a matrix with a diagonal of ones, a row whose pivot is below this counts as dependent on the rows before.
-template <class T> inline T rank_tolerance() {
-  using S = scalar_of<T>;
-  return T(sizeof(S) == 8 ? S(1e-10) : S(1e-4));
-}
+template <class T> inline T rank_tolerance() { return T(of_precision<scalar_of<T>>(1e-10, 1e-4)); }
 
 /// Inverts a symmetric, positive semidefinite matrix (m, m) in place, and returns its rank.  The matrix is scaled to a diagonal of
 /// ones and swept (Goodnight, American Statistician 33 (1979) 149), largest pivots first.  When no pivot above rank_tolerance is left,
