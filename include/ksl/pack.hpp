@@ -35,8 +35,7 @@ KSL_VECTOR_OF(float, 16, int)
 
 inline namespace KSL_ISA {
 
-// Not where nothing is optimised, or where operations are calls (KSL_FEW_INLINED): whole algorithms would grow tenfold, and compile as slowly.
-#if defined(__OPTIMIZE__) && !defined(KSL_FEW_INLINED)
+#ifdef __OPTIMIZE__ // otherwise the code of whole algorithms would grow tenfold, and compile as slowly
 #define KSL_LANES __attribute__((always_inline)) inline
 #define KSL_INLINED __attribute__((always_inline)) ///< for lambdas: calls instead would make inner loops a tenth slower
 #else

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "generate/graph.hpp"
+#include "ksl/engine/lanes/of_precision.hpp"
 #include "ksl/engine/lanes/scalar.hpp"
 
 namespace ksl::generate {

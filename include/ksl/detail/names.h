@@ -136,7 +136,7 @@
 
 /* Types and the math functions are members of algebra<T>; an 8-lane function must not be left out of line where the compiler
    optimises. */
-#if defined(__OPTIMIZE__) && !defined(KSL_FEW_INLINED)
+#ifdef __OPTIMIZE__
 #define KSL_FN __attribute__((always_inline)) static inline
 #else
 #define KSL_FN static inline

@@ -246,9 +246,9 @@ int main(void) {{
                 x = rng.normal(size=size) * (number > 0)
             given[name] = x
         if self.model.loops and "v" in given:
-            given["v"] = self.model.consistent_velocity(given["q"], given["v"])
+            given["v"] = self.model.consistent_velocity(given["q"], given["v"], given=self.model.independent(given["q"]))
         if self.model.loops and "a" in given:
-            given["a"] = self.model.consistent_acceleration(given["q"], given["v"], given["a"])
+            given["a"] = self.model.consistent_acceleration(given["q"], given["v"], given["a"], given=self.model.independent(given["q"]))
         return [np.asarray(x, dtype) for x in given.values()]
 
     def closed_position(self, rng: np.random.Generator) -> Numbers:

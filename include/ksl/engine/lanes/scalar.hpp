@@ -25,11 +25,6 @@ template <class T, int W> inline constexpr bool is_pack<pack<T, W>> = true;
 /// registers they don't gain (docs/decisions/0019-speed-everywhere.md).
 template <class T> inline constexpr bool in_narrow_lanes = is_pack<T> && sizeof(T) <= 32;
 
-/// A bound that has one value where numbers are double, and another where they are float.
-template <class S> inline S of_precision(double in_double, double in_single) {
-  return S(sizeof(S) == sizeof(float) ? in_single : in_double);
-}
-
 /// The operators + − × ÷, and constants made from the numbers that models hold (see scalar_of_trait) and from literals.
 template <class T>
 concept has_arithmetic = requires(const T &a, const T &b, const scalar_of<T> &number) {

@@ -13,6 +13,7 @@
 
 #include "ksl/engine/algorithms/loops/tolerances.hpp"
 #include "ksl/engine/lanes/body_lanes.hpp"
+#include "ksl/engine/lanes/of_precision.hpp"
 #include "ksl/engine/model/loop_view.hpp"
 #include "ksl/engine/steps/world_axes.hpp"
 

@@ -17,6 +17,7 @@
 
 #include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
 #include "ksl/engine/algorithms/kinematics/frame_motion.hpp"
+#include "ksl/engine/lanes/of_precision.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {
