@@ -2,6 +2,7 @@
 
 import ctypes
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -54,11 +55,13 @@ def test_both_compilers_take_it_and_its_self_test_passes(ur5, tmp_path, scalar):
     assert set(sections.values()) <= {"0"}
 
 
-def test_the_page_s_controller_compiles(ur5, tmp_path):
+def test_the_command_and_the_controller_of_the_page(tmp_path):
     page = (EXAMPLES.parents[1] / "docs" / "c_code.md").read_text(encoding="utf-8")
-    ksl.generate(ur5, ["inverse_dynamics"], tmp_path, name="ur5")
+    command = next(line for line in page.splitlines() if line.startswith("ksl generate"))
+    words = command.replace("build/ur5_c", str(tmp_path)).split()[1:]
+    run(sys.executable, "-m", "ksl", *words, cwd=EXAMPLES.parents[1])
     (tmp_path / "user.c").write_text(page.split("```c\n")[1].split("```")[0])
-    run("gcc", "-std=c99", "-Wall", "-Werror", "-c", "user.c", cwd=tmp_path)
+    run("gcc", "-std=c99", "-Wall", "-Werror", "-c", "user.c", "ur5_test.c", "ur5.c", cwd=tmp_path)
 
 
 def test_the_self_test_notices_a_wrong_result(ur5, tmp_path):

@@ -48,7 +48,7 @@ OPTIONS = {
     ("motion", "--gravity"): (["motion", "arm.urdf", "--kind", "template", "-o", "t.csv", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
 }
 """Options that take a length, and what is said of one in millimetres."""
-SPEEDS = {(command, "--friction-width") for command in ("loads", "simulate", "view")} | {("motion", "--acceleration"), ("simulate", "--velocity")}
+SPEEDS = {(command, "--friction-width") for command in ("generate", "loads", "simulate", "view")} | {("motion", "--acceleration"), ("simulate", "--velocity")}
 EFFORTS = {("simulate", option) for option in ("--gains", "--brake", "--dry-friction")}
 """Options whose help names metres, and that take no length: speeds and accelerations, which have limits of their own, and efforts in N m."""
 

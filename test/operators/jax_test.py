@@ -10,7 +10,6 @@ import pytest
 from operator_cases import CLOSED, PUSHED, along, arguments, closed_named, pushed, pushed_arguments, robot_named
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
-os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")  # of programs that run once
 jax = pytest.importorskip("jax", reason="needs JAX: pip install 'ksl[jax]'")
 import jax.numpy as jnp
 from jax.test_util import check_grads
