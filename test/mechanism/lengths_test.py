@@ -45,6 +45,7 @@ OPTIONS = {
     ("simulate", "--payload"): (["simulate", "arm.urdf", "--until", "0.01", "-o", "out", "--payload", "2,0,0,50", "--on-link", "tip"], "the payload on tip is 50 m"),
     ("simulate", "--pose"): (["simulate", "arm.urdf", "--until", "0.01", "-o", "out", "--pose", "slide=300"], "slide reaches 300 m, and its limits are -0.4 and 0.4 m"),
     ("simulate", "--gravity"): (["simulate", "arm.urdf", "--until", "0.01", "-o", "out", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
+    ("generate", "--gravity"): (["generate", "arm.urdf", "--algorithms", "bias", "-o", "c", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
     ("motion", "--gravity"): (["motion", "arm.urdf", "--kind", "template", "-o", "t.csv", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
 }
 """Options that take a length, and what is said of one in millimetres."""
