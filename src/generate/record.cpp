@@ -178,11 +178,11 @@ recorded record(const model &m, const request &asked) {
     model.set_gravity({g[0], g[1], g[2]});
   }
   const results to(row, extents_of(m, s), s);
-  const bool closed = way_of(row, m) == way::loops;
-  const algorithm_row &by = closed ? *row_by_plan(row, m) : computed(row);
-  if (closed)
+  const algorithm_row *const plan = way_of(row, m) == way::loops ? row_by_plan(row, m) : nullptr;
+  const algorithm_row &by = plan ? *plan : computed(row);
+  if (plan)
     model.set_loops(*m.plan_of_loops(), row.loops == loops_by::steady);
-  if (row.loops == loops_by::jump && closed)
+  if (row.loops == loops_by::jump && plan)
     s.v = s.tau = in.zeros(m.nv()), model.set_gravity({0.0, 0.0, 0.0});
   if (m.followers() > 0)
     record_with_followers(by, m, asked.single, model.view(), s);
