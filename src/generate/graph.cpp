@@ -152,8 +152,11 @@ int graph::shorter_product(const step &s) {
 
 int graph::known_or_added(const step &s) {
   const auto [at, is_new] = known_.try_emplace(s, static_cast<int>(steps_.size()));
-  if (is_new)
-    steps_.push_back(s);
+  if (!is_new)
+    return at->second;
+  if (steps_.size() >= most_steps)
+    throw recording_error("it has more than " + std::to_string(most_steps) + " steps; call the library for it");
+  steps_.push_back(s);
   return at->second;
 }
 

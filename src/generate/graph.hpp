@@ -48,6 +48,9 @@ struct step {
 /// A recording can't be made: the algorithm asks for what only a number can tell.
 struct recording_error : std::runtime_error { using std::runtime_error::runtime_error; };
 
+/// So many steps a recording has at most: some 40 million characters of C.
+constexpr std::size_t most_steps = 1'000'000;
+
 class graph {
 public:
   /// single: constants are numbers of float, and computed in float.

@@ -198,6 +198,18 @@ TEST_CASE("steps are shortened without a change of bits") {
   CHECK(single.number((recording(0.1) + recording(0.2)).place()) == static_cast<double>(0.1f + 0.2f));
 }
 
+TEST_CASE("recordings are bounded") {
+  graph g(false);
+  const ksl::generate::recording_on on(g);
+  recording x = recording::step_of(g.input(0));
+  CHECK_THROWS_AS(
+      [&] {
+        for (std::size_t i = 0; i <= ksl::generate::most_steps; ++i)
+          x = x + recording(1.5) * x;
+      }(),
+      ksl::generate::recording_error);
+}
+
 TEST_CASE("what can't be recorded is refused by name") {
   ksl::generate::request asked;
   asked.row = "inverse_dynamic";
