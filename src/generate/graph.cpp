@@ -154,8 +154,8 @@ int graph::known_or_added(const step &s) {
   const auto [at, is_new] = known_.try_emplace(s, static_cast<int>(steps_.size()));
   if (!is_new)
     return at->second;
-  if (steps_.size() >= most_steps)
-    throw recording_error("it has more than " + std::to_string(most_steps) + " steps; call the library for it");
+  if (steps_.size() >= most_)
+    throw recording_error("it has more than " + std::to_string(most_) + " steps; call the library for it");
   steps_.push_back(s);
   return at->second;
 }

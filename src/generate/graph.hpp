@@ -48,13 +48,13 @@ struct step {
 /// A recording can't be made: the algorithm asks for what only a number can tell.
 struct recording_error : std::runtime_error { using std::runtime_error::runtime_error; };
 
-/// So many steps a recording has at most: some 40 million characters of C.
-constexpr std::size_t most_steps = 1'000'000;
+/// So many steps a recording has at most, those that no result will need included: about a gigabyte.
+constexpr std::size_t most_steps = 8'000'000;
 
 class graph {
 public:
-  /// single: constants are numbers of float, and computed in float.
-  explicit graph(bool single) : single_(single) {}
+  /// single: constants are numbers of float, and computed in float.  most: so many steps it has at most.
+  explicit graph(bool single, std::size_t most = most_steps) : single_(single), most_(most) {}
 
   /// The step that computes s, which may be an earlier one; −1 if one of its operands is −1, a number that nothing has computed.  Algorithms may read
   /// such numbers as long as no result depends on them: those of the ground, say.
@@ -92,6 +92,7 @@ private:
   int known_or_added(const step &s);
 
   bool single_;
+  std::size_t most_;
   std::vector<step> steps_;
   std::vector<int> outputs_;
   std::unordered_map<step, int, hash, same> known_;

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import ksl
-from ksl.generation import c99
+from ksl.generation import c99, requests
 from ksl.output import OutputError
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples/robots"
@@ -206,6 +206,12 @@ def test_what_is_refused_is_named_and_nothing_written(ur5, tmp_path, algorithms,
     with pytest.raises(ValueError, match=words):
         ksl.generate(ur5, algorithms, tmp_path / "out", **options)
     assert not (tmp_path / "out").exists()
+
+
+def test_text_is_bounded(ur5, tmp_path, monkeypatch):
+    monkeypatch.setattr(requests, "MOST_STATEMENTS", 500)
+    with pytest.raises(ValueError, match="inverse_dynamics of this robot is 5.. statements"):
+        ksl.generate(ur5, ["mass_matrix_tree", "inverse_dynamics"], tmp_path / "out")
 
 
 def test_mechanisms_that_cannot_be_generated_are_refused_by_name(tmp_path):

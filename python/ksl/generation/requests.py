@@ -24,6 +24,8 @@ KEYWORDS = frozenset(
     "static_assert static_cast template this thread_local throw true try typeid typename using virtual wchar_t xor xor_eq".split()
 )
 """Words of C99 and C++: the header is read by both."""
+MOST_STATEMENTS = 400_000
+"""Of a function: some 20 MB of text.  The second derivatives of a humanoid have 107,000."""
 MOST_IN_NAME = 63
 """Characters that C99 compares of a name."""
 
@@ -108,6 +110,8 @@ def _function_of(model: Model, asked: str, arguments: Arguments, single: bool) -
     recording = record(model, row, request, links, arguments.gravity, single)
     if arguments.gravity and not recording.reads("gravity"):
         recording = record(model, row, request, links, False, single)
+    if len(recording.operations) > MOST_STATEMENTS:
+        raise ArgumentError(f"algorithms: {asked} of this robot is {len(recording.operations):,} statements, more than the {MOST_STATEMENTS:,} that are written; call the library for it")
     in_name = names if how.request in ("link", "frame", "relative") else ()
     return Function("_".join([row, *map(in_c, in_name)]), row, names, keywords, recording, external)
 
