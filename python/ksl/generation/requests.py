@@ -25,7 +25,7 @@ KEYWORDS = frozenset(
 )
 """Words of C99 and C++: the header is read by both."""
 MOST_STATEMENTS = 400_000
-"""Of a function: some 20 MB of text.  The second derivatives of a humanoid have 107,000."""
+"""Statements of a function at most: some 20 MB of text.  The second derivatives of a humanoid have 107,000."""
 MOST_IN_NAME = 63
 """Characters that C99 compares of a name."""
 
