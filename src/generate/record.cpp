@@ -1,5 +1,6 @@
 #include "generate/record.hpp"
 
+#include "engine/loops/closed_by_plan.hpp"
 #include "engine/states/extents.hpp"
 #include "engine/states/ways.hpp"
 #include "generate/recorded_mimic.hpp"
@@ -21,35 +22,25 @@ const algorithm_row &row_called(const std::string &name) {
   return **found;
 }
 
-/// The private row by whose kernels the plan of loops computes a row; null: it doesn't.
-const algorithm_row *row_by_plan(const algorithm_row &row, const model &m) {
-  const loop_plan<double> *const plan = m.plan_of_loops();
-  if (!plan || m.acting_force_elements() > 0)
-    return nullptr;
-  const loop_view<double> &loops = plan->view;
-  const bool efforts = loops.drives_are_independent || loops.freedoms == 0 || loops.drives > 0;
-  switch (row.loops) {
-  case loops_by::accelerations: return loops.freedoms > 0 ? &rows::closed_forward_dynamics : nullptr;
-  case loops_by::jump: return loops.freedoms > 0 && !m.view().physics ? &rows::closed_forward_dynamics : nullptr;
-  case loops_by::efforts:
-  case loops_by::statics: return efforts ? &rows::closed_inverse_dynamics : nullptr;
-  case loops_by::steady:
-    return loops.drives_are_independent || loops.freedoms == 0 ? &rows::closed_inverse_dynamics : nullptr;
-  case loops_by::reactions: return efforts ? &rows::closed_inverse_dynamics_with_reactions : nullptr;
-  default: return nullptr;
-  }
+/// Is the row computed by the plan of loops alone?  Parts of efforts take more, and force elements move with the state.
+bool is_by_plan(const algorithm_row &row, const model &m) {
+  return row.loops != loops_by::parts && m.acting_force_elements() == 0 &&
+         loops::plan_suits(row.loops, m.view(), false);
 }
 
 void refuse_loops(const algorithm_row &row, const model &m, bool single) {
   const std::string name = row.name;
   if (single)
     throw std::invalid_argument(name + " can't be generated in float for a closed mechanism; ask for double");
-  if (!row_by_plan(row, m))
-    throw std::invalid_argument(
-        name + " can't be generated for this closed mechanism: " +
-        (row.loops == loops_by::linear || row.loops == loops_by::parts || row.loops == loops_by::refusal
-             ? "it isn't computed by fixed pivots; cut the loops"
-             : "its pivots depend on the state, or it has no drives; name drives, or cut the loops"));
+  if (is_by_plan(row, m))
+    return;
+  const bool never = row.loops == loops_by::linear || row.loops == loops_by::parts || row.loops == loops_by::refusal;
+  throw std::invalid_argument(
+      name + " can't be generated for this closed mechanism: " +
+      (never ? "it isn't computed by fixed pivots; cut the loops"
+       : m.acting_force_elements() > 0
+           ? "springs, dampers or cylinders between two points act; leave them out of physics"
+           : "its pivots depend on the state, or it has no drives; name drives, or cut the loops"));
 }
 
 /// What the engine refuses is refused here, and what is computed by more than kernels.
@@ -178,11 +169,11 @@ recorded record(const model &m, const request &asked) {
     model.set_gravity({g[0], g[1], g[2]});
   }
   const results to(row, extents_of(m, s), s);
-  const algorithm_row *const plan = way_of(row, m) == way::loops ? row_by_plan(row, m) : nullptr;
-  const algorithm_row &by = plan ? *plan : computed(row);
-  if (plan)
+  const bool closed = way_of(row, m) == way::loops;
+  const algorithm_row &by = closed ? loops::row_by_plan(row.loops) : computed(row);
+  if (closed)
     model.set_loops(*m.plan_of_loops(), row.loops == loops_by::steady);
-  if (row.loops == loops_by::jump && plan)
+  if (row.loops == loops_by::jump && closed)
     s.v = s.tau = in.zeros(m.nv()), model.set_gravity({0.0, 0.0, 0.0});
   if (m.followers() > 0)
     record_with_followers(by, m, asked.single, model.view(), s);

@@ -56,6 +56,7 @@ public:
   friend condition operator<=(recording a, recording b) { return condition(of(operation::at_most, a, b).place_); }
   friend condition operator>=(recording a, recording b) { return b <= a; }
   friend condition operator==(recording a, recording b) { return condition(of(operation::equal, a, b).place_); }
+  friend condition operator!=(recording a, recording b) { return step_of((a == b).place()) == recording(0.0); }
 
 private:
   int place_;

@@ -176,6 +176,8 @@ TEST_CASE("choices are recorded where an input decides, and made where constants
   CHECK(play<double>(g, {1.5}) == numbers<double>{2.25});
   CHECK(play<double>(g, {3}) == numbers<double>{-3});
   CHECK(static_cast<bool>(two == recording(2.0)));
+  CHECK_FALSE(static_cast<bool>(two != recording(2.0)));
+  CHECK(static_cast<bool>(two != recording(3.0)));
   CHECK_THROWS_AS((void)static_cast<bool>(x < two), ksl::generate::recording_error);
   CHECK((recording() + x).place() == -1); // nothing has computed it
 }

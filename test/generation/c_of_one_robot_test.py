@@ -198,6 +198,8 @@ def test_names_of_a_file_never_become_code(tmp_path):
         (["mass_matrix"], {"name": "2p"}, "name='2p'"),
         (["mass_matrix"], {"name": "while"}, "name='while'"),
         (["mass_matrix"], {"name": "a b"}, "name='a b'"),
+        (["mass_matrix"], {"name": "math"}, "name='math'"),
+        (["mass_matrix"], {"name": "test"}, "name='test'"),
         (["mass_matrix"], {"scalar": "half"}, "double or float"),
         (["mass_matrix"], {"arguments": ["mass"]}, "gravity, or external"),
     ],

@@ -35,7 +35,7 @@ WIDTH = 116
 
 @dataclass(frozen=True)
 class Code:
-    """What is generated.  prefix: of the names; scalar: double or float."""
+    """What is generated.  name: of files, and before those of functions; scalar: double or float."""
 
     model: Model
     name: str

@@ -24,6 +24,11 @@ KEYWORDS = frozenset(
     "static_assert static_cast template this thread_local throw true try typeid typename using virtual wchar_t xor xor_eq".split()
 )
 """Words of C99 and C++: the header is read by both."""
+TAKEN = frozenset(
+    "assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdarg stdbool stddef stdint stdio stdlib string tgmath time wchar wctype "
+    "all clean help install package test".split()
+)
+"""Headers of C, before which NAME.h would be found, and targets that CMake and CTest have."""
 MOST_STATEMENTS = 400_000
 """Statements of a function at most: some 20 MB of text.  The second derivatives of a humanoid have 107,000."""
 MOST_IN_NAME = 63
@@ -32,8 +37,8 @@ MOST_IN_NAME = 63
 
 def checked_prefix(name: str) -> str:
     """The prefix of all names, if C and C++ take it."""
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in KEYWORDS or len(name) > MOST_IN_NAME // 2:
-        raise ArgumentError(f"name={name!r}: is no name for C; expected at most {MOST_IN_NAME // 2} letters, digits and _, a letter first, and none of C's own words")
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in KEYWORDS or name.lower() in TAKEN or len(name) > MOST_IN_NAME // 2:
+        raise ArgumentError(f"name={name!r}: is no name for C; expected at most {MOST_IN_NAME // 2} letters, digits and _, a letter first, and none of the words of C, its headers and CMake")
     return name
 
 

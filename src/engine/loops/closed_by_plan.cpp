@@ -11,13 +11,6 @@ namespace {
 /// How many parts efforts have.
 constexpr int parts = 5;
 
-/// The private row whose kernels compute a row.
-const algorithm_row &row_by_plan(loops_by by) {
-  return by == loops_by::accelerations || by == loops_by::jump ? rows::closed_forward_dynamics
-         : by == loops_by::reactions                           ? rows::closed_inverse_dynamics_with_reactions
-                                                               : rows::closed_inverse_dynamics;
-}
-
 template <class S> bool determines_efforts(const loop_view<S> &loops) {
   return loops.drives_are_independent || loops.freedoms == 0 || loops.drives > 0;
 }
@@ -31,14 +24,20 @@ template <class S> bool are_numbers(const S *x, std::ptrdiff_t n) {
 
 } // namespace
 
-template <class S> bool closed_by_plan<S>::suits() const {
-  const loop_view<S> *const loops = view_.loops;
-  if (!loops || m_.nv() == 0)
+const algorithm_row &row_by_plan(loops_by by) {
+  return by == loops_by::accelerations || by == loops_by::jump ? rows::closed_forward_dynamics
+         : by == loops_by::reactions                           ? rows::closed_inverse_dynamics_with_reactions
+                                                               : rows::closed_inverse_dynamics;
+}
+
+template <class S> bool plan_suits(loops_by by, const model_view<S> &view, bool elements_act) {
+  const loop_view<S> *const loops = view.loops;
+  if (!loops || view.nv == 0)
     return false;
-  switch (row_.loops) {
+  switch (by) {
   case loops_by::accelerations: return loops->freedoms > 0;
   case loops_by::jump: // springs would act, and armatures have to
-    return loops->freedoms > 0 && !view_.physics && forces_.ends() == 0;
+    return loops->freedoms > 0 && !view.physics && !elements_act;
   case loops_by::steady: return loops->drives_are_independent || loops->freedoms == 0;
   case loops_by::efforts:
   case loops_by::statics:
@@ -47,6 +46,8 @@ template <class S> bool closed_by_plan<S>::suits() const {
   default: return false;
   }
 }
+
+template <class S> bool closed_by_plan<S>::suits() const { return plan_suits(row_.loops, view_, forces_.ends() > 0); }
 
 template <class S> void closed_by_plan<S>::lay_out(arena &memory, const batch_view<S> &batch, int states) {
   const int nv = m_.nv(), externals = batch.external_n + forces_.ends();
@@ -179,6 +180,8 @@ template <class S> bool run_alone(const algorithm_row &row, const model &m, void
   return true;
 }
 
+template bool plan_suits(loops_by, const model_view<double> &, bool);
+template bool plan_suits(loops_by, const model_view<float> &, bool);
 template class closed_by_plan<double>;
 template class closed_by_plan<float>;
 template bool run_alone(const algorithm_row &, const model &, void *, const state_view<double> &);

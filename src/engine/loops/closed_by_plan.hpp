@@ -9,6 +9,12 @@
 
 namespace ksl::loops {
 
+/// The private row whose kernels compute rows with this column `loops`, if the plan suits.
+const algorithm_row &row_by_plan(loops_by);
+
+/// Do kernels compute such rows for the model by its plan?  elements_act: do springs, dampers or cylinders between points.
+template <class S> bool plan_suits(loops_by, const model_view<S> &, bool elements_act);
+
 template <class S> class closed_by_plan {
 public:
   static constexpr int most = 64; ///< states at a time

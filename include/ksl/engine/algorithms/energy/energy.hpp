@@ -47,7 +47,7 @@ void add_physics_energy(const model_view<scalar_of<T>> &model, const T *q, const
   for (int k = 0; k < model.nv; ++k) {
     const coordinate_physics<scalar_of<T>> &c = model.physics[k];
     twice_kinetic = twice_kinetic + T(c.armature) * (v[k] * v[k]);
-    if (!(c.stiffness == scalar_of<T>(0))) // a user's scalar need not know !=
+    if (c.stiffness != scalar_of<T>(0))
       minus_potential = minus_potential - T(0.5) * spring_effort(c, q) * (q[c.q_index] - T(c.rest));
   }
 }
