@@ -8,6 +8,7 @@
 
 #include "building.hpp"
 #include "calls.hpp"
+#include "compiled.hpp"
 #include "generate.hpp"
 #include "inverse_kinematics.hpp"
 #include "loops.hpp"
@@ -321,6 +322,7 @@ NB_MODULE(_core, module) {
   add_properties(model);
   add_calls(model);
   generate_calls::add_recording(module, model);
+  compiled_calls::add_compiled(model);
   model.def("inverse_kinematics", &calls::inverse_kinematics, "frames"_a, "target"_a, "start"_a.none(),
             "position_tolerance"_a, "orientation_tolerance"_a, "iterations"_a, "starts"_a, "seed"_a, "limits"_a,
             "threads"_a.none());

@@ -37,6 +37,7 @@ public:
     const std::vector<int> &all = of_.steps.outputs();
     return nb::bytes(all.data(), all.size() * sizeof(int));
   }
+  bool has_library_sine() const { return of_.steps.has_library_sine(); }
   std::vector<std::pair<std::string, int>> inputs() const {
     std::vector<std::pair<std::string, int>> all;
     for (const auto &[name, numbers] : of_.inputs)
@@ -85,6 +86,8 @@ inline void add_recording(nb::module_ &module, nb::class_<ksl::model> &model) {
       .def_prop_ro("operands", &recording_of_python::operands)
       .def_prop_ro("numbers", &recording_of_python::numbers)
       .def_prop_ro("outputs", &recording_of_python::outputs)
+      .def_prop_ro("has_library_sine", &recording_of_python::has_library_sine,
+                   "Is a sine that of the C library where the engine computes it?")
       .def_prop_ro("inputs", &recording_of_python::inputs, "Names, and how many numbers each has.")
       .def_prop_ro("results", &recording_of_python::results, "Names and shapes.");
   model.def("record", &record, "row"_a, "request"_a.none(), "external_links"_a, "gravity"_a, "single"_a);

@@ -92,6 +92,7 @@ struct force_element_row {
 namespace loops {
 struct tables;
 }
+struct machine_code;
 
 /// What a model consists of, and the views of it that kernels get.
 struct model_parts {
@@ -162,6 +163,7 @@ struct model_parts {
   model_view<double> view_{};
   model_view<float> view_single_{};
   bool is_tree_alone_ = false; ///< without loops, followers and force elements that act
+  std::shared_ptr<const machine_code> code_; ///< for the constants of this very mechanism; null without
 
   /// Views look at arrays: they are set where these have been built, changed, copied or moved.
   void set_views() {
@@ -199,6 +201,11 @@ public:
   /// The same mechanism under another gravity, m/s² in world axes: on a wall, or on another planet.  Throws description_error for
   /// numbers that are not finite.  The structure is copied, not built again.
   model with_gravity(const std::array<double, 3> &gravity) const;
+
+  /// The same mechanism with code that was compiled for it, by which batches are computed that it answers.  What is made of the model
+  /// with other inertias or another gravity has none.
+  model with_code(std::shared_ptr<const machine_code> code) const;
+  const machine_code *code() const { return code_.get(); }
 
   int nq() const { return nq_; }
   int nv() const { return nv_; }

@@ -15,7 +15,7 @@ What there is for users; help(ksl.load) and the like say more:
     motions       read_motion, read_efforts; motions.generate makes some
     algebra       Pose, Twist, Acceleration, Wrench, Momentum, Inertia: typed, with checked frames; ufuncs: the same over plain arrays
     modules       simulation: controllers, brakes and results of m.simulate; identification, base_parameters, consistency; mjcf, states in MuJoCo's layout; torch, jax
-    errors        DescriptionError, MotionError, CaseError, ResultError, SizingError, SweepError, ViewerError, FrameError: all are ValueErrors
+    errors        DescriptionError, MotionError, CaseError, ResultError, SizingError, SweepError, ViewerError, CompilerError, FrameError: all are ValueErrors
     warnings      DescriptionWarning, QuaternionWarning
 
 The other modules are inner ones, which may change with every version.
@@ -36,6 +36,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl import ufuncs as ufuncs
     from ksl._core import __version__ as __version__
     from ksl.base.errors import CaseError as CaseError
+    from ksl.base.errors import CompilerError as CompilerError
     from ksl.base.errors import DescriptionError as DescriptionError
     from ksl.base.errors import DescriptionWarning as DescriptionWarning
     from ksl.base.errors import FrameError as FrameError
@@ -76,6 +77,7 @@ _MODULE_OF = {
     "Builder": "ksl.model.builder",
     "CaseError": "ksl.base.errors",
     "Comparison": "ksl.comparison.results",
+    "CompilerError": "ksl.base.errors",
     "DescriptionError": "ksl.base.errors",
     "DescriptionWarning": "ksl.base.errors",
     "Finding": "ksl.checks.findings",
@@ -130,6 +132,7 @@ __all__ = list(_MODULE_OF)
 _higher_rooms.FUNCTIONS.update(
     {
         "_repr_html_": "ksl.viewer.notebook:html_of",
+        "compile": "ksl.generation.compiled:compiled",
         "show": "ksl.viewer.live:show",
         "wrench_table": "ksl.load_cases.wrench_table:wrench_table",
     }

@@ -292,7 +292,7 @@ ROWS: dict[str, Row] = {{
 def generation_rows() -> str:
     """As Python writes them; a long one is a line all the same."""
     rows = "".join(
-        f"    {quoted(row.name)}: Row(({', '.join(map(quoted, row.input_names()))},), {quoted(row.request)}, {quoted(row.links_keyword)}, {quoted(row.external)}, {quoted(sentence(row))}),\n"
+        f"    {quoted(row.name)}: Row(({', '.join(map(quoted, row.input_names()))},), {quoted(row.request)}, {quoted(row.links_keyword)}, {quoted(row.external)}, {row.needs_mass}, {quoted(sentence(row))}),\n"
         for row in ALGORITHMS
         if row.loops != "plan"
     )

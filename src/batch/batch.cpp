@@ -52,9 +52,8 @@ bool compute_states(const algorithm_row &row, const model &m, const batch_view<S
   require_computable(row, m);
   if (end - first == 1)
     return compute_one(row, m, batch, first);
-  const way_calls<S> &calls = calls_of<S>(row, m);
-  return calls.run_batch(row, m, batch, first, end,
-                         thread_memory(kept_for::workspace, calls.batch_bytes(row, m, batch)));
+  return run_part_of_batch(row, m, batch, first, end,
+                           thread_memory(kept_for::workspace, bytes_of_batch(row, m, batch)));
 }
 
 template <class S>
@@ -76,12 +75,11 @@ void compute_batch(const algorithm_row &row, const model &m, const batch_view<S>
   const batch_view<S> batch = as_row_names(row, given);
   const partition parts(batch.n, static_cast<std::size_t>(kernels_of_row<S>(row).lanes),
                         least_states(m.moving_joints()), threads);
-  const way_calls<S> &calls = calls_of<S>(row, m);
-  const std::size_t bytes = calls.batch_bytes(row, m, batch);
+  const std::size_t bytes = bytes_of_batch(row, m, batch);
   std::byte *memory = thread_memory(kept_for::workspace, bytes * parts.threads);
   std::atomic<bool> ordinary{true};
   on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {
-    if (!calls.run_batch(row, m, batch, first, end, memory + bytes * seat))
+    if (!run_part_of_batch(row, m, batch, first, end, memory + bytes * seat))
       ordinary.store(false, std::memory_order_relaxed);
   });
   if (!ordinary.load())

@@ -170,6 +170,7 @@ graph graph::needed() const {
       if (used[i] && operand >= 0)
         used[static_cast<std::size_t>(operand)] = true;
   graph out(single_);
+  out.has_library_sine_ = has_library_sine_;
   std::vector<int> place(steps_.size(), -1);
   for (std::size_t i = 0; i < steps_.size(); ++i) {
     if (!used[i])

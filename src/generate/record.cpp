@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <stdexcept>
 
 namespace ksl::generate {
@@ -107,6 +108,18 @@ public:
     if (by.request == request_kind::reactions)
       s.result[by.results] = take(std::ptrdiff_t(6) * of.joints);
   }
+  /// Where the plan doesn't determine the efforts, which the row doesn't have, the engine takes other pivots: reactions are then NaN, too.
+  void tell_missing_efforts() {
+    const algorithm_row &by = computed(row_);
+    if (row_.results > 0 || by.results == 0)
+      return;
+    recording sum = 0.0;
+    for (const recording &effort : arrays_[0])
+      sum = sum + effort;
+    const recording::condition are_numbers = math<recording>::fabs(sum) <= recording(std::numeric_limits<double>::max());
+    for (recording &number : arrays_.back())
+      number = math<recording>::select(are_numbers, number, recording(std::numeric_limits<double>::quiet_NaN()));
+  }
   void hand_over(recorded &to) const {
     const algorithm_row &by = computed(row_);
     for (int r = 0; r < row_.results; ++r) {
@@ -168,7 +181,7 @@ recorded record(const model &m, const request &asked) {
     const recording *const g = in.take("gravity", 3);
     model.set_gravity({g[0], g[1], g[2]});
   }
-  const results to(row, extents_of(m, s), s);
+  results to(row, extents_of(m, s), s);
   const bool closed = way_of(row, m) == way::loops;
   const algorithm_row &by = closed ? loops::row_by_plan(row.loops) : computed(row);
   if (closed)
@@ -179,6 +192,8 @@ recorded record(const model &m, const request &asked) {
     record_with_followers(by, m, asked.single, model.view(), s);
   else
     recorder_of(by.name)(model.view(), s);
+  if (closed)
+    to.tell_missing_efforts();
   to.hand_over(out);
   out.steps = out.steps.needed();
   return out;

@@ -86,10 +86,14 @@ template <> struct ksl::math<ksl::generate::recording> {
   }
   static recording fabs(recording x) { return recording::of(operation::absolute, x); }
   static recording sqrt(recording x) { return recording::of(operation::root, x); }
-  static recording sin(recording x) { return recording::of(operation::sine, x); }
-  static recording cos(recording x) { return recording::of(operation::cosine, x); }
+  static recording sin(recording x) { return recording::current->take_library_sine(), recording::of(operation::sine, x); }
+  static recording cos(recording x) {
+    return recording::current->take_library_sine(), recording::of(operation::cosine, x);
+  }
   static recording atan2(recording y, recording x) { return recording::of(operation::arctangent, y, x); }
-  static void sine_cosine(recording x, recording &sine, recording &cosine) { sine = sin(x), cosine = cos(x); }
+  static void sine_cosine(recording x, recording &sine, recording &cosine) { // KSL's own, as of numbers and packs
+    sine = recording::of(operation::sine, x), cosine = recording::of(operation::cosine, x);
+  }
 };
 
 namespace ksl {

@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 INCLUDE, SRC = ROOT / "include", ROOT / "src"
 
-ENGINE = ("kernels", "states", "model", "mimic", "elements", "loops", "building", "run")
+ENGINE = ("kernels", "states", "model", "mimic", "elements", "loops", "compiled", "building", "run")
 DESCRIPTION = ("parts", "structure", "making")
 SIMULATION = ("system", "methods", "runs")
 IN = lambda folder, rooms: tuple(f"{folder}/{room}" for room in rooms)

@@ -24,11 +24,14 @@ FUNCTIONS = {Operation.ROOT: "sqrt", Operation.ABSOLUTE: "fabs", Operation.ARCTA
 
 
 class Printer:
-    """Prints one function.  prefix: of all names."""
+    """Prints one function.  prefix: of all names.
+
+    What the methods of the last third print differs between languages: `ksl.generation.lanes` has its own."""
 
     def __init__(self, of: Recording, prefix: str) -> None:
         self.of, self.prefix = of, prefix
-        self.real = "float" if of.single else "double"
+        self.straight, self.storage = STRAIGHT, ""
+        self.real, self.condition, self.sine_cosine = "float" if of.single else "double", "int", f"{prefix}math_sine_cosine"
         self.operations: list[int] = of.operations.tolist()
         self.operands: list[list[int]] = of.operands.tolist()
         self.pointers = [name for name, numbers in of.inputs for _ in range(numbers)]
@@ -77,9 +80,9 @@ class Printer:
         steps += [i for i, what in enumerate(self.operations) if what not in (Operation.INPUT, Operation.CONSTANT)]
         read = {self.pointers[int(self.of.numbers[i])] for i in steps if self.operations[i] == Operation.INPUT}
         unread = "".join(f"  (void){name};\n" for name, _ in self.of.inputs if name not in read)
-        head = f"void {name}({self.parameters()}) {{\n{unread}"
-        constants = "".join(f"  {target} = {self.literal(self.of.numbers[step])};\n" for step, targets in self.written.items() if self.operations[step] == Operation.CONSTANT for target in targets)
-        if len(steps) <= STRAIGHT:
+        head = f"{self.storage}void {name}({self.parameters()}) {{\n{unread}"
+        constants = "".join(f"  {target} = {self.constant(step)};\n" for step, targets in self.written.items() if self.operations[step] == Operation.CONSTANT for target in targets)
+        if len(steps) <= self.straight:
             body = "".join(self.statements(steps, {}, {}))
             return f"{head}{body}{constants}}}\n"
         first = max(inputs, PART)  # all inputs are read before a result is written, which may lie where they are
@@ -101,7 +104,7 @@ class Printer:
             parameters = ", ".join([*(f"const {self.real} *{x}" for x in pointers[0]), *(f"{self.real} *{x}" for x in pointers[1]), f"{self.real} *w"])
             texts.append(f"static {self.prefix.upper()}PART void {name}_part_{k + 1}({parameters}) {{\n{lines}}}\n")
             calls.append(f"  {name}_part_{k + 1}({', '.join([*pointers[0], *pointers[1], 'w'])});\n")
-        return "\n".join(texts) + f"\n{head}  {self.real} w[{most}];\n{''.join(calls)}{constants}}}\n"
+        return "\n".join(texts) + f"\n{head}{self.workspace(most)}{''.join(calls)}{constants}}}\n"
 
     def _pointers_of(self, part: list[int]) -> tuple[list[str], list[str]]:
         """The inputs that a part reads, and the results that it writes."""
@@ -113,7 +116,7 @@ class Printer:
         """The lines of steps.  loaded: steps of other parts, by their places in w; stored: those of this part that others read."""
         for step, place in loaded.items():
             if self.operations[step] in CONDITIONS:
-                yield f"  const int x{step} = w[{place}] != {self.literal(0)};\n"
+                yield f"  const {self.condition} x{step} = {self.kept_condition(f'w[{place}]')};\n"
             else:
                 yield f"  const {self.real} x{step} = w[{place}];\n"
         own, done = set(steps), set[int]()
@@ -135,27 +138,27 @@ class Printer:
         for target in self.written.get(step, ()):
             yield f"  {target} = x{step};\n"
         if step in stored:
-            value = f"x{step} ? {self.literal(1)} : {self.literal(0)}" if self.operations[step] in CONDITIONS else f"x{step}"
+            value = self.number_of_condition(f"x{step}") if self.operations[step] in CONDITIONS else f"x{step}"
             yield f"  w[{stored[step]}] = {value};\n"
 
     def _statement(self, step: int, own: set[int]) -> str:
         what = self.operations[step]
         if what in (Operation.SINE, Operation.COSINE):
             return self._sine(step, own)
-        kind = "int" if what in CONDITIONS else self.real
+        kind = self.condition if what in CONDITIONS else self.real
         return f"  const {kind} x{step} = {self._expression(step)};\n"
 
     def _sine(self, step: int, own: set[int]) -> str:
         partner = self.partner.get(step, -1)
         other = f"x{partner}" if partner in own else f"unused{step}"
         sine, cosine = (f"x{step}", other) if self.operations[step] == Operation.SINE else (other, f"x{step}")
-        return f"  {self.real} {sine}, {cosine};\n  {self.prefix}math_sine_cosine({self._operand(self.operands[step][0])}, &{sine}, &{cosine});\n"
+        return f"  {self.real} {sine}, {cosine};\n  {self.sine_cosine}({self._operand(self.operands[step][0])}, &{sine}, &{cosine});\n"
 
     def _operand(self, step: int) -> str:
-        return self.literal(self.of.numbers[step]) if self.operations[step] == Operation.CONSTANT else f"x{step}"
+        return self.constant(step) if self.operations[step] == Operation.CONSTANT else f"x{step}"
 
     def _expression(self, step: int) -> str:
-        what, suffix = self.operations[step], "f" if self.of.single else ""
+        what = self.operations[step]
         if what == Operation.INPUT:
             k = int(self.of.numbers[step])
             return f"{self.pointers[k]}[{self.places[k]}]"
@@ -163,10 +166,30 @@ class Printer:
         if what in BINARY:
             return f"{a} {BINARY[Operation(what)]} {b}"
         if what == Operation.SELECT:
-            return f"{a} ? {b} : {c}"
+            return self.selected(a, b, c)
         if what == Operation.NEGATE:
             return f"-{a}"
-        return f"{FUNCTIONS[Operation(what)]}{suffix}({', '.join(x for x in (a, b) if x)})"
+        return self.called(Operation(what), [x for x in (a, b) if x])
+
+    def workspace(self, numbers: int) -> str:
+        """The declaration of w, what parts keep for others."""
+        return f"  {self.real} w[{numbers}];\n"
+
+    def constant(self, step: int) -> str:
+        return self.literal(self.of.numbers[step])
+
+    def selected(self, condition: str, a: str, b: str) -> str:
+        return f"{condition} ? {a} : {b}"
+
+    def kept_condition(self, number: str) -> str:
+        """The condition of a number that another part has kept."""
+        return f"{number} != {self.literal(0)}"
+
+    def number_of_condition(self, condition: str) -> str:
+        return f"{condition} ? {self.literal(1)} : {self.literal(0)}"
+
+    def called(self, what: Operation, operands: list[str]) -> str:
+        return f"{FUNCTIONS[what]}{'f' if self.of.single else ''}({', '.join(operands)})"
 
 
 def _slots(parts: list[list[int]], part_of: dict[int, int], last_read: dict[int, int]) -> tuple[dict[int, int], int]:

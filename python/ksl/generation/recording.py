@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl import _core
+from ksl.base.errors import ArgumentError
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
@@ -58,6 +59,8 @@ class Recording:
     outputs: NDArray[np.int32]
     """The step of each number of the results, one result after the other, row-major; −1: it isn't written."""
     single: bool
+    has_library_sine: bool = False
+    """Is a sine that of the C library where the engine computes it?  Others agree with it to rounding alone."""
 
     @property
     def arithmetic(self) -> int:
@@ -115,7 +118,7 @@ def request_of(model: Model, row: str, arguments: dict[str, Any], inputs: int) -
         getattr(twin, row)(*([0.0] * inputs), **arguments)
     except _Intercepted:
         return stand_in.request
-    raise AssertionError(f"{row} has no compiled call")
+    raise ArgumentError(f"algorithms: {row} of this mechanism is computed in several steps, and no code is made of it; cut the loops, or call the library")
 
 
 def record(model: Model, row: str, request: Any, external_links: list[int], gravity: bool, single: bool) -> Recording:
@@ -130,4 +133,5 @@ def record(model: Model, row: str, request: Any, external_links: list[int], grav
         np.frombuffer(core.numbers, np.float64),
         np.frombuffer(core.outputs, np.int32),
         single,
+        core.has_library_sine,
     )

@@ -65,6 +65,8 @@ class Function:
     names: tuple[str, ...]
     keywords: dict[str, Any]
     """What the model's call is given besides inputs."""
+    request: Any
+    """That of the compiled call."""
     recording: Recording
     external: tuple[str, ...]
 
@@ -118,7 +120,7 @@ def _function_of(model: Model, asked: str, arguments: Arguments, single: bool) -
     if len(recording.operations) > MOST_STATEMENTS:
         raise ArgumentError(f"algorithms: {asked} of this robot is {len(recording.operations):,} statements, more than the {MOST_STATEMENTS:,} that are written; call the library for it")
     in_name = names if how.request in ("link", "frame", "relative") else ()
-    return Function("_".join([row, *map(in_c, in_name)]), row, names, keywords, recording, external)
+    return Function("_".join([row, *map(in_c, in_name)]), row, names, keywords, request, recording, external)
 
 
 def _keywords(model: Model, row: str, names: tuple[str, ...]) -> dict[str, Any]:

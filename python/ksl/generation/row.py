@@ -15,5 +15,7 @@ class Row:
     """What the argument of the call is called that names several links."""
     external: str
     """Wrenches on links: "", "optional" or "required"."""
+    needs_mass: bool
+    """Are large results looked at, since a joint may move no mass?"""
     text: str
     """What it computes, of what."""

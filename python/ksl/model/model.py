@@ -176,6 +176,38 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls):
 
         return section_wrench(self, q, v, a, name, point, normal, share, beyond, external, axes, order, external_axes)
 
+    def compile(
+        self, algorithms: str | Sequence[str], scalar: Literal["double", "float"] = "double", external: Sequence[str] = (), compiler: str | None = None
+    ) -> Model:
+        """The same robot, whose batches of these algorithms are computed by code that is compiled for it alone.
+
+        algorithms: as `ksl generate` takes them: ["inverse_dynamics", "jacobian:tool0", "reactions:elbow+base"]; links and joints by which a call
+        asks, in its order.  All other calls, and calls that ask for something else, are computed as before.
+        scalar: the precision of the arrays, "double" or "float".  Compile twice for both: the second model has the code of the first, too.
+        external: links on which wrenches act in such calls, in this order; without any, calls with wrenches are computed as before.
+        compiler: a command that takes the options of gcc; by default that of the variable KSL_CC, or clang, gcc, cc, or that of `ksl[compile]`.
+
+        Results have the bits of the model's own, whatever the call; where fixed pivots of a closed mechanism don't serve, its own pivots are used.
+        One state is computed as before.  Compiling takes a second or more, and pays from some ten million states on.  The code is kept in the user's
+        cache folder, or in that of the variable KSL_CACHE, and is there for the next process.  A pickle has none.
+
+        Raises ksl.CompilerError, and ArgumentError for what isn't compiled.
+
+            fast = m.compile(["inverse_dynamics"])
+            tau = fast.inverse_dynamics(q, v, a)
+        """
+        return cast("Model", function_of("compile")(self, algorithms, scalar, external, compiler))
+
+    @property
+    def compiled(self) -> tuple[str, ...]:
+        """What :meth:`compile` was asked for."""
+        return tuple(self._core.compiled())
+
+    def _with_code(self, code: list[tuple[str, str, Any, list[int], bool, int, int, int]]) -> Model:
+        """The same model with compiled functions: words, row, request, links with wrenches, single precision, lanes,
+        bytes of memory, address."""
+        return self._with_core(self._core.with_code(code), self._arguments)
+
     def _repr_html_(self) -> str:
         """What a notebook shows: a picture of the mechanism, and its joints."""
         html: str = function_of("_repr_html_")(self)

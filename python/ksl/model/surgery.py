@@ -6,7 +6,7 @@ import os
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -201,10 +201,10 @@ class Surgery(Calls):
         for line in doubts:
             warnings.warn(line, DescriptionWarning, stacklevel=3)
 
-    def _with_core(self: S, core: _core.Model) -> S:
-        """A model of the same structure, which shares all tables of names and requests."""
+    def _with_core(self: S, core: _core.Model, arguments: Any = None) -> S:
+        """A model of the same structure, which shares all tables of names and requests.  arguments: of `load`, by which a pickle is made."""
         other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__, _core=core, _arguments=None)
+        other.__dict__.update(self.__dict__, _core=core, _arguments=arguments)
         other.__dict__.pop("links", None)
         return other
 

@@ -72,6 +72,7 @@ model model::with_inertias(const std::vector<link_inertia> &inertias) const {
     m.description_.links[i].has_inertial = link.has_inertial;
   }
   model_builder(m).add_inertias();
+  m.code_ = nullptr;
   return m;
 }
 
@@ -84,6 +85,13 @@ model model::with_gravity(const std::array<double, 3> &gravity) const {
   m.double_.gravity = {gravity[0], gravity[1], gravity[2]};
   m.single_.gravity = {static_cast<float>(gravity[0]), static_cast<float>(gravity[1]), static_cast<float>(gravity[2])};
   m.set_views();
+  m.code_ = nullptr;
+  return m;
+}
+
+model model::with_code(std::shared_ptr<const machine_code> code) const {
+  model m = *this;
+  m.code_ = std::move(code);
   return m;
 }
 

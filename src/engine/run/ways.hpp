@@ -1,7 +1,7 @@
 // What computes a row for any model.
 #pragma once
 
-#include "engine/loops/algorithms.hpp"
+#include "engine/compiled/algorithms.hpp"
 
 #include <iterator>
 
@@ -14,6 +14,20 @@ inline constexpr const way_calls<S> *all_ways[] = {&kernel_calls::calls<S>, &mim
 
 template <class S> const way_calls<S> &calls_of(const algorithm_row &row, const model &m) {
   return calls_in(all_ways<S>, row, m);
+}
+
+/// Those of a batch: of code that was compiled for the model, if it answers.
+template <class S> std::size_t bytes_of_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch) {
+  const way_calls<S> &calls = calls_of<S>(row, m);
+  return compiled::answers(row, m, batch) ? compiled::batch_bytes(calls, row, m, batch)
+                                          : calls.batch_bytes(row, m, batch);
+}
+template <class S>
+bool run_part_of_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,
+                       std::size_t end, void *memory) {
+  const way_calls<S> &calls = calls_of<S>(row, m);
+  return compiled::answers(row, m, batch) ? compiled::run_batch(calls, row, m, batch, first, end, memory)
+                                          : calls.run_batch(row, m, batch, first, end, memory);
 }
 
 /// Throws std::invalid_argument if the algorithm can't be computed for the model.

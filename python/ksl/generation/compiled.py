@@ -1,0 +1,64 @@
+"""`m.compile`: batches of a model by code for this mechanism alone."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from ksl import _core
+from ksl.base.errors import ArgumentError, CompilerError
+from ksl.generation.batches import instruction_bytes, source
+from ksl.generation.cache import cached
+from ksl.generation.compiler import Compiler, find_compiler
+from ksl.generation.requests import Arguments, functions_of
+
+if TYPE_CHECKING:
+    from ksl.model.model import Model
+
+PREFIX = "k_"
+"""Of all names in the text.  No name of a robot is in it."""
+_loaded: list[ctypes.CDLL] = []
+"""Libraries stay loaded: a call on another thread may still run in one."""
+
+
+def compiled(model: Model, algorithms: Sequence[str], scalar: Literal["double", "float"], external: Sequence[str], compiler: str | None) -> Model:
+    """See `ksl.Model.compile`."""
+    if scalar not in ("double", "float"):
+        raise ArgumentError(f"scalar={scalar!r}: expected double or float")
+    single = scalar == "float"
+    links = tuple(model.link_names[model.frame_link(link)] for link in ([external] if isinstance(external, str) else external))
+    algorithms = algorithms.split(",") if isinstance(algorithms, str) else list(algorithms)
+    functions = functions_of(model, algorithms, Arguments(links), single)
+    for function in functions:
+        if (function.recording.outputs < 0).any():
+            raise ArgumentError(f"algorithms: {function.row} leaves numbers of its result unwritten, and isn't compiled; the whole matrix is")
+        if function.recording.has_library_sine:
+            raise ArgumentError(f"algorithms: {function.row} of this robot takes sines of the C library, whose bits code in lanes can't have; call the model for it")
+    lanes = instruction_bytes(_core.instruction_set()) // (4 if single else 8)
+    text, memory = source(functions, PREFIX, scalar, lanes)
+    library = load(text, find_compiler(compiler))
+    code = []
+    for number, function in enumerate(functions):
+        address = ctypes.cast(getattr(library, f"{PREFIX}call_{number}"), ctypes.c_void_p).value
+        assert address is not None
+        code.append((algorithms[number], function.row, function.request, [model.link_names.index(link) for link in function.external], single, lanes, memory[number], address))
+    return model._with_code(code)
+
+
+def load(text: str, compiler: Compiler) -> ctypes.CDLL:
+    """The library of a text, from the cache if it is there.  Raises CompilerError."""
+    said = "\0".join([text, compiler.version, *compiler.command, *compiler.flags()])
+    path = cached(hashlib.sha256(said.encode()).hexdigest(), compiler.compile, text)
+    library = _opened(path)
+    _loaded.append(library)
+    return library
+
+
+def _opened(path: Path) -> ctypes.CDLL:
+    try:
+        return ctypes.CDLL(str(path))
+    except OSError as error:
+        raise CompilerError(f"{path}: can't be loaded: {error}; a cache that may hold code is named by the variable KSL_CACHE") from None

@@ -1,0 +1,86 @@
+#include "engine/compiled/algorithms.hpp"
+
+namespace ksl::compiled {
+namespace {
+
+/// Rows of a batch as code gets them.  Inputs and results are no more than these; wrenches are few, and lie in memory of the call.
+template <class S> class rows_for_code {
+public:
+  rows_for_code(arena &memory, const requested_code &code, const model &m, const batch_view<S> &batch)
+      : code_(code), batch_(batch), inputs_(memory.take<code_rows>(most_inputs + batch.external_n)),
+        zeros_(memory.take<S>(std::max({m.nq(), m.nv(), 6}))), numbers_(std::max({m.nq(), m.nv(), 6})),
+        memory_(memory.take<std::byte>(static_cast<std::ptrdiff_t>(code.bytes))) {}
+
+  /// The states from k on.
+  void set(std::size_t k) {
+    code_rows *next = inputs_;
+    for (int i = 0; i < code_.row->inputs; ++i)
+      *next++ = given(input_of(batch_, code_.row->input_list[i]), k);
+    for (int e = 0; e < batch_.external_n; ++e)
+      *next++ = given(batch_.external[e].wrench, k);
+    int r = 0;
+    for (; r < code_.row->results; ++r)
+      results_[r] = wanted(batch_.result[r], k);
+    if (code_.row->request == request_kind::reactions)
+      results_[r] = wanted(batch_.reactions[0].out, k);
+  }
+  void clear_zeros() { std::fill_n(zeros_, numbers_, S(0)); }
+  std::size_t run(std::size_t n) const { return code_.run(n, inputs_, results_, memory_); }
+
+private:
+  /// Code doesn't write to inputs.
+  code_rows given(const rows_view<const S> &rows, std::size_t k) const {
+    return rows.first ? code_rows{const_cast<S *>(row(rows, k)), rows.stride} : code_rows{zeros_, 0};
+  }
+  static code_rows wanted(const rows_view<S> &rows, std::size_t k) {
+    return rows.first ? code_rows{row(rows, k), rows.stride} : code_rows{nullptr, 0};
+  }
+
+  const requested_code &code_;
+  const batch_view<S> &batch_;
+  code_rows *inputs_, results_[most_results + 1] = {};
+  S *zeros_;
+  int numbers_;
+  std::byte *memory_;
+};
+
+} // namespace
+
+template <class S>
+std::size_t batch_bytes(const way_calls<S> &below, const algorithm_row &row, const model &m,
+                        const batch_view<S> &batch) {
+  arena measure;
+  const rows_for_code<S> rows(measure, *m.code()->find(row, batch), m, batch);
+  return (measure.used() + 63) / 64 * 64 + below.batch_bytes(row, m, batch);
+}
+
+template <class S>
+bool run_batch(const way_calls<S> &below, const algorithm_row &row, const model &m, const batch_view<S> &batch,
+               std::size_t first, std::size_t end, void *memory) {
+  const requested_code &code = *m.code()->find(row, batch);
+  arena pieces(memory);
+  rows_for_code<S> rows(pieces, code, m, batch);
+  rows.clear_zeros();
+  void *const behind = static_cast<std::byte *>(memory) + (pieces.used() + 63) / 64 * 64;
+  bool ordinary = true;
+  for (std::size_t k = first; k < end;) {
+    rows.set(k);
+    k += rows.run(end - k);
+    if (k == end)
+      break;
+    const std::size_t left = std::min(end - k, static_cast<std::size_t>(code.lanes));
+    ordinary &= below.run_batch(row, m, batch, k, k + left, behind);
+    k += left;
+  }
+  return ordinary;
+}
+
+#define KSL_BATCHES(S)                                                                                                 \
+  template std::size_t batch_bytes(const way_calls<S> &, const algorithm_row &, const model &, const batch_view<S> &); \
+  template bool run_batch(const way_calls<S> &, const algorithm_row &, const model &, const batch_view<S> &,           \
+                          std::size_t, std::size_t, void *);
+KSL_BATCHES(double)
+KSL_BATCHES(float)
+#undef KSL_BATCHES
+
+} // namespace ksl::compiled
