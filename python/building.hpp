@@ -3,6 +3,7 @@
 #pragma once
 
 #include "description_state.hpp"
+#include "engine/building/inertias.hpp"
 #include "ksl/surgery.hpp"
 #include "ksl/urdf.hpp"
 
@@ -72,8 +73,8 @@ inline void add_dh_chain(ksl::builder &b, const std::string &parent, const std::
 inline ksl::model with_inertias(const ksl::model &m,
                                 const std::vector<std::tuple<int, std::array<double, 10>>> &given) {
   std::vector<ksl::link_inertia> inertias;
-  for (const auto &[link, x] : given) // m, m c, Ixx Ixy Iyy Ixz Iyz Izz
-    inertias.push_back({link, {x[0], {x[1], x[2], x[3]}, x[4], x[6], x[9], x[5], x[8], x[7]}});
+  for (const auto &[link, ten] : given)
+    inertias.push_back({link, ksl::inertia_of_parameters(ten.data())});
   return m.with_inertias(inertias);
 }
 

@@ -63,9 +63,12 @@ private:
 };
 
 inline recording_of_python record(const ksl::model &m, const std::string &row, nb::handle request,
-                                  const std::vector<int> &external_links, bool gravity, bool single) {
+                                  const std::vector<int> &external_links, bool gravity,
+                                  const std::vector<int> &payload_links, const std::vector<int> &parameter_links,
+                                  bool single) {
   ksl::generate::request asked;
   asked.row = row, asked.external_links = external_links, asked.gravity = gravity, asked.single = single;
+  asked.payload_links = payload_links, asked.parameter_links = parameter_links;
   if (nb::isinstance<calls::reactions_request>(request)) {
     asked.joints = nb::cast<const calls::reactions_request &>(request).request;
   } else if (nb::isinstance<calls::link_request>(request)) {
@@ -90,7 +93,8 @@ inline void add_recording(nb::module_ &module, nb::class_<ksl::model> &model) {
                    "Is a sine that of the C library where the engine computes it?")
       .def_prop_ro("inputs", &recording_of_python::inputs, "Names, and how many numbers each has.")
       .def_prop_ro("results", &recording_of_python::results, "Names and shapes.");
-  model.def("record", &record, "row"_a, "request"_a.none(), "external_links"_a, "gravity"_a, "single"_a);
+  model.def("record", &record, "row"_a, "request"_a.none(), "external_links"_a, "gravity"_a, "payload_links"_a,
+            "parameter_links"_a, "single"_a);
 }
 
 } // namespace generate_calls

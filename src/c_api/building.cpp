@@ -1,5 +1,6 @@
 // The C interface of the builder, and of models made from others.
 #include "c_api/calls.hpp"
+#include "engine/building/inertias.hpp"
 
 #include "ksl/surgery.hpp"
 #include "ksl/urdf.hpp"
@@ -265,10 +266,8 @@ ksl_status_t ksl_model_with_parameters(const ksl_model_t *model, int n, const in
     ksl::c_api::require_links(model, n, links);
     require(parameters || n == 0, "parameters must not be null");
     std::vector<ksl::link_inertia> inertias;
-    for (int i = 0; i < n; ++i) {
-      const double *x = parameters + 10 * i; // m, m c, Ixx Ixy Iyy Ixz Iyz Izz
-      inertias.push_back({links[i], {x[0], {x[1], x[2], x[3]}, x[4], x[6], x[9], x[5], x[8], x[7]}});
-    }
+    for (int i = 0; i < n; ++i)
+      inertias.push_back({links[i], ksl::inertia_of_parameters(parameters + 10 * i)});
     return model->model.with_inertias(inertias);
   });
 }

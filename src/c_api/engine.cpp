@@ -1,5 +1,6 @@
 // The C interface of models, and the calls that are not generated from api/algorithms/.
 #include "c_api/calls.hpp"
+#include "engine/building/inertias.hpp"
 
 #include "ksl/builder.hpp"
 #include "ksl/section.hpp"
@@ -111,8 +112,7 @@ ksl::link_section section_of(const ksl_model_t *m, const ksl_section_t *given) {
   for (int i = 0; i < 3; ++i)
     section.point[i] = given->point[i], section.normal[i] = given->normal[i];
   section.share = static_cast<ksl::section_share>(given->share), section.fraction = given->fraction;
-  const double *const I = given->inertia; // Ixx Ixy Iyy Ixz Iyz Izz
-  section.inertia = {I[0], {I[1], I[2], I[3]}, I[4], I[6], I[9], I[5], I[8], I[7]};
+  section.inertia = ksl::inertia_of_parameters(given->inertia);
   section.beyond_n = given->beyond_n, section.beyond = given->beyond;
   section.axes = static_cast<ksl::expressed_in>(given->axes);
   section.order = static_cast<ksl::component_order>(given->order);

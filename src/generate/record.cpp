@@ -157,12 +157,30 @@ void check_links(const model &m, const std::vector<int> &links) {
       throw std::out_of_range("the model has no link " + std::to_string(i));
 }
 
+/// The model whose links have no inertia of their own, to which inputs are added.
+model without_inertia(const model &m, const std::vector<int> &links) {
+  std::vector<link_inertia> none;
+  for (const int i : links)
+    none.push_back({i, {}});
+  return none.empty() ? m : m.with_inertias(none);
+}
+
+/// Ten numbers for each of these links, added to its inertia.
+void take_inertias(const char *name, const std::vector<int> &links, inputs &in, recorded_model &to) {
+  if (links.empty())
+    return;
+  const recording *const ten = in.take(name, static_cast<int>(10 * links.size()));
+  for (std::size_t i = 0; i < links.size(); ++i)
+    to.add_inertia(links[i], ten + 10 * i);
+}
+
 } // namespace
 
 recorded record(const model &m, const request &asked) {
   const algorithm_row &row = row_called(asked.row);
   refuse(row, m, asked.single);
-  check_links(m, asked.links), check_links(m, asked.external_links);
+  for (const auto *links : {&asked.links, &asked.external_links, &asked.payload_links, &asked.parameter_links})
+    check_links(m, *links);
   if (static_cast<int>(asked.links.size()) < least_links(row.request))
     throw std::invalid_argument(asked.row + " needs the names of " +
                                 (least_links(row.request) == 1 ? "a link" : "two links"));
@@ -176,11 +194,14 @@ recorded record(const model &m, const request &asked) {
     s.external = {wrenches, asked.external_links.data(), in.take("external", 6 * wrenches), expressed_in::frame};
   s.links = {static_cast<int>(asked.links.size()), asked.links.data()};
   s.frame = asked.frame, s.joints = &asked.joints;
-  recorded_model model = asked.single ? recorded_model(m.view_single()) : recorded_model(m.view());
+  const ksl::model bare = without_inertia(m, asked.parameter_links);
+  recorded_model model = asked.single ? recorded_model(bare.view_single()) : recorded_model(bare.view());
   if (asked.gravity) {
     const recording *const g = in.take("gravity", 3);
     model.set_gravity({g[0], g[1], g[2]});
   }
+  take_inertias("payload", asked.payload_links, in, model);
+  take_inertias("parameters", asked.parameter_links, in, model);
   results to(row, extents_of(m, s), s);
   const bool closed = way_of(row, m) == way::loops;
   const algorithm_row &by = closed ? loops::row_by_plan(row.loops) : computed(row);

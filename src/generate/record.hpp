@@ -16,13 +16,15 @@ struct request {
   std::string row;
   std::vector<int> links; ///< of requests for links
   frame_options frame = {};
-  reaction_request joints = {};    ///< of requests for joints; `link` is good for the call
-  std::vector<int> external_links; ///< on which wrenches act
-  bool gravity = false;            ///< is gravity an input
-  bool single = false;             ///< in single precision
+  reaction_request joints = {};     ///< of requests for joints; `link` is good for the call
+  std::vector<int> external_links;  ///< on which wrenches act
+  bool gravity = false;             ///< is gravity an input
+  std::vector<int> payload_links;   ///< that carry a payload whose ten numbers are inputs
+  std::vector<int> parameter_links; ///< whose own ten numbers are inputs, each link once
+  bool single = false;              ///< in single precision
 };
 
-/// Inputs in the order of calls: those of the row, then 6 numbers of each wrench, then gravity.
+/// Inputs in the order of calls: those of the row, then 6 numbers of each wrench, gravity, 10 numbers of each payload, 10 of each link's parameters.
 struct recorded_input {
   std::string name;
   int numbers;

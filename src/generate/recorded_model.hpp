@@ -1,6 +1,7 @@
 // A model whose numbers are recordings: constants of its own precision, where none of them is an input.
 #pragma once
 
+#include "engine/building/inertias.hpp"
 #include "engine/loops/converted_plan.hpp"
 #include "generate/recording.hpp"
 #include "ksl/engine/model/body_constants.hpp"
@@ -68,6 +69,23 @@ public:
     view_.loops = &loops_.view;
   }
   void set_gravity(const vec3<recording> &gravity) { view_.gravity = gravity; }
+  /// Adds ten numbers, in the link's frame, to the inertia of a link, and to what follows from it.
+  void add_inertia(int to, const recording *ten) {
+    using A = algebra<recording>;
+    const spatial_inertia<recording> given = inertia_of_parameters(ten);
+    link<recording> &l = links_[static_cast<std::size_t>(to)];
+    spatial_inertia<recording> in_body, &augmented = augmented_[static_cast<std::size_t>(l.body)];
+    A::spatial_inertia_transformed(&given, &l.pose, &in_body);
+    const bodies_at<recording, recording> at{l.body};
+    auto of_body = at.get<spatial_inertia>(inertia_.data());
+    for (spatial_inertia<recording> *sum : {&l.inertia, &of_body, &augmented})
+      A::spatial_inertia_added(sum, &in_body, sum);
+    at.put(of_body, inertia_.data());
+    for (int i = l.body; i > 0; i = bodies_[static_cast<std::size_t>(i)].parent) {
+      const body<recording> &b = bodies_[static_cast<std::size_t>(i)];
+      add_mass_beyond(b, given.m, augmented_[static_cast<std::size_t>(b.parent)]);
+    }
+  }
 
 private:
   std::vector<body<recording>> bodies_;

@@ -95,30 +95,76 @@ template <class S> double apart(const numbers<S> &x, const numbers<S> &y) {
   return worst / size;
 }
 
-/// The recording of a row and the engine in states of a model.  Where joints move along exponentials the engine calls the C library's sine, and
-/// recordings have KSL's own: the manifold agrees to rounding.
-template <class Algorithm, class S> void check_row(const ksl::model &m, std::mt19937 &random, int states) {
-  INFO("row ", std::string(Algorithm::row.name));
-  const ksl::algorithm_row &row = Algorithm::row;
-  request asked = of_links(m, 2);
+/// What a call of a row names, and the request for its recording.
+struct requests {
+  request asked;
+  ksl::generate::request wanted;
+};
+requests requests_of(const ksl::algorithm_row &row, const ksl::model &m, const state &s, bool single) {
+  requests both = {of_links(m, 2), {}};
   if (row.request == ksl::request_kind::relative)
-    asked.links = {m.view().links - 1, m.view().links / 2};
+    both.asked.links = {m.view().links - 1, m.view().links / 2};
+  both.wanted.row = row.name, both.wanted.links = both.asked.links, both.wanted.single = single;
+  both.wanted.joints.n = static_cast<int>(both.asked.links.size());
+  if (row.external != ksl::external_use::none)
+    both.wanted.external_links = s.pushed;
+  return both;
+}
+
+state state_with_pushes(const ksl::model &m, std::mt19937 &random) {
   state s = random_state(m, random);
   s.axes = ksl::expressed_in::frame;
-  ksl::generate::request wanted;
-  wanted.row = row.name, wanted.links = asked.links, wanted.single = sizeof(S) == 4;
-  wanted.joints.n = static_cast<int>(asked.links.size()), wanted.joints.link = asked.links.data();
-  if (row.external != ksl::external_use::none)
-    wanted.external_links = s.pushed;
-  const recorded made = ksl::generate::record(m, wanted);
+  return s;
+}
+
+/// Where joints move along exponentials the engine calls the C library's sine, and recordings have KSL's own: the manifold agrees to rounding.
+template <class S> double bound_of(const ksl::algorithm_row &row) {
   const bool manifold = row.reads(ksl::input::q1) || std::string(row.name).starts_with("integrate");
+  return manifold ? 64 * (sizeof(S) == 4 ? 6e-8 : 1.1e-16) : 0;
+}
+
+/// The recording of a row and the engine in states of a model.
+template <class Algorithm, class S> void check_row(const ksl::model &m, std::mt19937 &random, int states) {
+  const ksl::algorithm_row &row = Algorithm::row;
+  INFO("row ", std::string(row.name));
+  requests of = requests_of(row, m, random_state(m, random), sizeof(S) == 4);
+  of.wanted.joints.link = of.asked.links.data();
+  const recorded made = ksl::generate::record(m, of.wanted);
   for (int turn = 0; turn < states; ++turn) {
-    s = random_state(m, random), s.axes = ksl::expressed_in::frame;
-    const state_over<S> numbers_of_s = rounded<S>(s);
-    const auto engine = results<Algorithm>(m, numbers_of_s, asked);
-    const auto played = play(made.steps, inputs_of(row, numbers_of_s));
-    CHECK(apart(played, engine) <= (manifold ? 64 * (sizeof(S) == 4 ? 6e-8 : 1.1e-16) : 0));
+    const state_over<S> s = rounded<S>(state_with_pushes(m, random));
+    CHECK(apart(play(made.steps, inputs_of(row, s)), results<Algorithm>(m, s, of.asked)) <= bound_of<S>(row));
   }
+}
+
+/// Ten numbers of regressors, appended.
+template <class S> void append(const ksl::spatial_inertia<double> &I, numbers<S> &to) {
+  for (const double x : {I.m, I.h.x, I.h.y, I.h.z, I.Ixx, I.Ixy, I.Iyy, I.Izx, I.Iyz, I.Izz})
+    to.push_back(static_cast<S>(x));
+}
+
+/// A payload on a moving and a welded link, or their own parameters replaced, as inputs: against the engine's model that has the sums.  Without
+/// payload there are the bits of the model alone.
+template <class Algorithm, class S>
+void check_inertias(const ksl::model &m, bool replaces, std::mt19937 &random, double bound) {
+  const ksl::algorithm_row &row = Algorithm::row;
+  INFO("row ", std::string(row.name), replaces ? ", parameters" : ", payload");
+  requests of = requests_of(row, m, random_state(m, random), sizeof(S) == 4);
+  of.wanted.joints.link = of.asked.links.data();
+  const std::vector<int> links = {m.view().links - 1, m.view().links / 2};
+  (replaces ? of.wanted.parameter_links : of.wanted.payload_links) = links;
+  const recorded made = ksl::generate::record(m, of.wanted);
+  const state_over<S> s = rounded<S>(state_with_pushes(m, random));
+  std::vector<ksl::link_inertia> sums;
+  numbers<S> given = inputs_of(row, s), none = given;
+  for (const int l : links) {
+    const ksl::spatial_inertia<double> own = m.links()[static_cast<std::size_t>(l)].inertia,
+                                       p = {1.5, {0.25, -0.5, 0.75}, 2.25, 2.5, 1.75, 0.125, -0.25, 0.5};
+    ksl::link_inertia &sum = sums.emplace_back(ksl::link_inertia{l, {}});
+    ksl::algebra<double>::spatial_inertia_added(&own, &p, &sum.inertia);
+    append(replaces ? sum.inertia : p, given), append(replaces ? own : ksl::spatial_inertia<double>{}, none);
+  }
+  CHECK(apart(play(made.steps, given), results<Algorithm>(m.with_inertias(sums), s, of.asked)) <= bound);
+  CHECK(apart(play(made.steps, none), results<Algorithm>(m, s, of.asked)) <= (replaces ? bound : bound_of<S>(row)));
 }
 
 } // namespace
@@ -220,4 +266,20 @@ TEST_CASE("what can't be recorded is refused by name") {
   CHECK_THROWS_AS(ksl::generate::record(ksl::load(robot_file("ur5")), asked), std::invalid_argument);
   asked.links = {100};
   CHECK_THROWS_AS(ksl::generate::record(ksl::load(robot_file("ur5")), asked), std::out_of_range);
+}
+
+TEST_CASE("inertias of links are inputs: every algorithm has the numbers of the model with them") {
+  std::mt19937 random(5);
+  for (const ksl::model &m : {ksl::load(every_kind_file), random_tree(3, random, joints_are::physical)})
+    for_each(algorithms::all(), [&]<class Algorithm>(Algorithm) {
+      const std::string name = Algorithm::row.name;
+      if (name == "operational_space" ||
+          name == "operational_space_inertia") // of several links singular: rounding chooses
+        return;
+      if (name.ends_with("second_derivatives") && m.nv() > 20) // nearly all of the time
+        return;
+      for (const bool replaces : {false, true})
+        check_inertias<Algorithm, double>(m, replaces, random, Algorithm::row.needs_mass ? 1e-11 : 1e-13);
+      check_inertias<Algorithm, float>(m, false, random, 2e-3);
+    });
 }

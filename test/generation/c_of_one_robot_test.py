@@ -105,6 +105,41 @@ def test_gravity_and_wrenches_are_inputs(ur5, tmp_path):
     assert np.array_equal(found, ur5.with_gravity(gravity).inverse_dynamics(q, v, a, external={"tool0": push}))
 
 
+@pytest.mark.parametrize(("scalar", "dtype", "bound"), [("double", np.float64, 1e-13), ("float", np.float32, 1e-4)])
+def test_payloads_and_parameters_are_inputs(tmp_path, scalar, dtype, bound):
+    """The payload is on a link that is welded to another, and parameters are those of a link within."""
+    m = ksl.load(EXAMPLES / "panda.urdf").with_frame("gripper", "panda_flange", ksl.Pose.from_rpy((0.01, -0.02, 0.1), (0.3, -0.2, 0.9)))
+    asked = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "reactions:panda_joint3+gripper_joint", "inverse_dynamics_regressor", "frame_pose:gripper"]
+    ksl.generate(m, asked, tmp_path, name="p", scalar=scalar, arguments=["gravity", "payload:gripper", "parameters:panda_link4"])
+    run("gcc", *FLAGS, "p.c", "p_test.c", "-o", "test", "-lm", cwd=tmp_path)
+    run(tmp_path / "test", cwd=tmp_path)
+    header = (tmp_path / "p.h").read_text().replace("float", "double")
+    assert "void p_mass_matrix(const double *q, const double *payload, const double *parameters, double *M);" in header
+    assert "const double *a, const double *gravity, double *Y);" in header and "void p_frame_pose_gripper(const double *q, double *pose);" in header
+    code, rng, own = compiled(tmp_path, "p"), np.random.default_rng(1), np.array(m.link("panda_link4").parameters)
+    for k in range(5):
+        q, v, x, gravity = (rng.normal(size=n).astype(dtype) for n in (m.nq, m.nv, m.nv, 3))
+        payload = (np.array([2.0, 0.1, -0.2, 0.4, 0.3, 0.02, 0.25, -0.05, 0.04, 0.2]) * (k > 0)).astype(dtype)
+        parameters = (own * (1 + 0.1 * k)).astype(dtype)
+        other = m.with_gravity(gravity).with_parameters({"gripper": payload.astype(float), "panda_link4": parameters.astype(float)})
+        for row, given, wanted in (
+            ("inverse_dynamics", (v, x, gravity), other.inverse_dynamics(q, v, x)),
+            ("forward_dynamics", (v, x, gravity), other.forward_dynamics(q, v, x)),
+            ("mass_matrix", (), other.mass_matrix(q)),
+            ("reactions", (v, x, gravity), other.reactions(q, v, x, joints=["panda_joint3", "gripper_joint"])),
+        ):
+            (found,) = call(getattr(code, f"p_{row}"), (q, *given, payload, parameters), [wanted.size], dtype)
+            assert np.abs(found - wanted.ravel()).max() <= bound * (10 if row == "forward_dynamics" else 1) * np.abs(wanted).max(), row
+
+
+def test_without_payload_results_have_the_bits_of_the_robot_alone(ur5, tmp_path):
+    ksl.generate(ur5, ["inverse_dynamics", "forward_dynamics"], tmp_path, name="p", arguments=["payload:tool0+forearm_link"])
+    code, (q, v, x) = compiled(tmp_path, "p"), np.random.default_rng(3).normal(size=(3, 6))
+    for row in ("inverse_dynamics", "forward_dynamics"):
+        (found,) = call(getattr(code, f"p_{row}"), (q, v, x, np.zeros(20)), [6])
+        assert np.array_equal(found, getattr(ur5, row)(q, v, x))
+
+
 FOLLOWED = """<robot name="gripper"><link name="palm"/>
 {links}
 <joint name="lift" type="prismatic"><parent link="palm"/><child link="l0"/><axis xyz="0 0 1"/><limit effort="1" velocity="1" lower="-1" upper="1"/></joint>
@@ -138,7 +173,7 @@ def test_mimic_joints_follow_to_the_bit(tmp_path, scalar, dtype):
 
 def test_closed_mechanisms_have_the_bits_of_their_plan_or_nan(tmp_path):
     m, rng = ksl.load(EXAMPLES / "excavator.urdf"), np.random.default_rng(1)
-    ksl.generate(m, ["inverse_dynamics", "forward_dynamics", "reactions", "bias", "frame_pose:bucket"], tmp_path, name="p")
+    ksl.generate(m, ["inverse_dynamics", "forward_dynamics", "reactions", "bias", "frame_pose:bucket"], tmp_path, name="p", undetermined="least-norm")
     run("gcc", *FLAGS, "p.c", "p_test.c", "-o", "test", "-lm", cwd=tmp_path)
     run(tmp_path / "test", cwd=tmp_path)
     code, start, served = compiled(tmp_path, "p"), m.close(m.neutral()).q, 0
@@ -156,6 +191,23 @@ def test_closed_mechanisms_have_the_bits_of_their_plan_or_nan(tmp_path):
             assert np.array_equal(call(code.p_bias, (q, v), [m.nv])[0], m.bias(q, v))
         assert np.isnan(call(code.p_forward_dynamics, (q + 0.3, v, moved[2]), [m.nv])[0]).all()  # open
     assert served > 20
+
+
+def test_reactions_that_rigid_bodies_leave_open_are_refused_by_name(tmp_path):
+    excavator = ksl.load(EXAMPLES / "excavator.urdf")
+    with pytest.raises(ValueError, match="fy, tx, tz of stick_hinge.*least norm"):
+        ksl.generate(excavator, ["reactions:stick_hinge"], tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    b = ksl.Builder("spatial_four_bar").add_link("base")
+    for name in ("crank", "rod", "rocker"):
+        b.add_link(name, 1.0, (0.1, 0, 0.02), np.diag([0.02, 0.03, 0.04]))
+    b.add_joint("drive", "revolute", "base", "crank", axis=(0, 0, 1))
+    b.add_joint("elbow", "universal", "crank", "rod", ksl.Pose.from_rpy((0.2, 0, 0)), axis=(0, 0, 1), axis2=(0, 1, 0))
+    b.add_joint("hinge", "revolute", "base", "rocker", ksl.Pose.from_rpy((0.5, 0, 0)), axis=(0, 1, 0))
+    b.add_loop("ball", "spherical", "rod", "rocker", ksl.Pose.from_rpy((0.3, 0, 0.3)), ksl.Pose.from_rpy((0, 0, 0.3)))
+    ksl.generate(b.build(drives=["drive"]), ["reactions", "inverse_dynamics"], tmp_path, name="p", arguments=["payload:rod"])
+    run("gcc", *FLAGS, "p.c", "p_test.c", "-o", "test", "-lm", cwd=tmp_path)
+    run(tmp_path / "test", cwd=tmp_path)
 
 
 HOSTILE = ['j */ #include "x" \\', "int x;", "??/", '"); system("', "`<b>${x}", "ü漢"]
@@ -201,7 +253,11 @@ def test_names_of_a_file_never_become_code(tmp_path):
         (["mass_matrix"], {"name": "math"}, "name='math'"),
         (["mass_matrix"], {"name": "test"}, "name='test'"),
         (["mass_matrix"], {"scalar": "half"}, "double or float"),
-        (["mass_matrix"], {"arguments": ["mass"]}, "gravity, or external"),
+        (["mass_matrix"], {"arguments": ["mass"]}, "gravity, external"),
+        (["mass_matrix"], {"arguments": ["payload"]}, "payload:LINK"),
+        (["mass_matrix"], {"arguments": ["parameters:tool0+tool0"]}, "parameters names a link twice"),
+        (["mass_matrix"], {"arguments": ["external:tool0", "external:tool0"]}, "external names a link twice"),
+        (["mass_matrix"], {"undetermined": "some"}, "refuse or least-norm"),
     ],
 )
 def test_what_is_refused_is_named_and_nothing_written(ur5, tmp_path, algorithms, options, words):

@@ -19,8 +19,9 @@ def generate(
     output: Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for the files.")],
     name: Annotated[str, typer.Option(metavar="NAME", help="Prefix of files and functions.")] = "robot",
     scalar: Annotated[str, typer.Option(metavar="double|float", help="Precision of all numbers.")] = "double",
-    arguments: Annotated[str, typer.Option(metavar="NAMES", help="Inputs besides: gravity, external:LINK+LINK (a wrench on each link).")] = "",
+    arguments: Annotated[str, typer.Option(metavar="NAMES", help="Inputs besides: external:LINK+LINK (a wrench on each link), gravity, payload:LINK (added to its inertia), parameters:LINK (in place of it).")] = "",
     contract: Annotated[bool, typer.Option("--contract", help="Let compilers fuse products and sums: faster, and no longer KSL's results to the bit.")] = False,
+    undetermined: Annotated[str, typer.Option(metavar="refuse|least-norm", help="Reactions of closed mechanisms that rigid bodies leave open.")] = "refuse",
     force: Annotated[bool, typer.Option("--force", help="Replace files of others with these names in DIR.")] = False,
     how: RobotOptions = RobotOptions(),
 ) -> None:
@@ -29,12 +30,13 @@ def generate(
     Beside them a self-test, CMakeLists.txt, and README.md with order, units and the number of operations.
     """
     from ksl.generation.generate import generate as write
+    from ksl.generation.open_reactions import Undetermined
     from ksl.output import OutputError
 
     model = read_model(robot, how)
     words = [word for word in arguments.split(",") if word]
     try:
-        files = write(model, algorithms.split(","), output, name, cast(Literal["double", "float"], scalar), words, contract, force)
+        files = write(model, algorithms.split(","), output, name, cast(Literal["double", "float"], scalar), words, contract, force, cast(Undetermined, undetermined))
     except (ValueError, OutputError) as e:
-        fail(in_options(e, scalar=scalar, name=name))
+        fail(in_options(e, scalar=scalar, name=name, undetermined=undetermined))
     console(120).print(f"written: {', '.join(str(path) for path in files)}", highlight=False, soft_wrap=True, markup=False)

@@ -1,5 +1,6 @@
 """Code of one mechanism (docs/c_code.md).
 
-`recording.py`: algorithms recorded by src/generate/; `requests.py`: what is asked for; `c99.py`, `sine_cosine.py`: the printer of C; `files.py`: header, source,
+`recording.py`: algorithms recorded by src/generate/; `requests.py`: what is asked for; `arguments.py`: inputs besides those of rows;
+`open_reactions.py`: what is refused of closed mechanisms; `c99.py`, `sine_cosine.py`: the printer of C; `files.py`: header, source,
 self-test, CMakeLists.txt, README.md; `words.py`: names of a file in them; `rows.py`: what calls ask for, which follows from api/algorithms/.
 """

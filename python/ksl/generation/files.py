@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl import _core
+from ksl.generation.arguments import OF_MODELS, argument_texts, some_numbers
 from ksl.generation.c99 import Printer
+from ksl.generation.open_reactions import closed_position
 from ksl.generation.recording import Operation
 from ksl.generation.requests import Function
 from ksl.generation.rows import ROWS
@@ -126,10 +128,7 @@ extern const char {self.prefix}position_names[{self.macro}_NQ][{self.macro}_NAME
         lines = textwrap.wrap(f"{text}  Here: {', '.join(sizes)}.", WIDTH)
         if of.names:
             lines += textwrap.wrap(f"Of {', '.join(map(comment, of.names))}.", WIDTH)
-        if of.external:
-            lines += textwrap.wrap(f"external: the wrench on each of {', '.join(map(comment, of.external))}: force, then moment about the link's origin, in the link's axes.", WIDTH)
-        if ("gravity", 3) in how.inputs:
-            lines.append("gravity: m/s2, in world axes.")
+        lines += (line for text in argument_texts(of.arguments) for line in textwrap.wrap(text, WIDTH))
         if self.model.loops:
             lines += textwrap.wrap("Of a closed mechanism, by the pivots of its plan: NaN at positions that are not closed, and where these pivots are too small.", WIDTH)
         lines.append(self.counted(of))
@@ -237,11 +236,11 @@ int main(void) {{
         given: dict[str, Numbers] = {}
         for k, (name, size) in enumerate(f.recording.inputs):
             if name in ("q", "q0", "q1"):
-                x = self.closed_position(rng) if self.model.loops else self.model.random(number + 10 * k)
+                x = closed_position(self.model, rng) if self.model.loops else self.model.random(number + 10 * k)
             elif name == "fraction":
                 x = np.array([0.25 * (number + 1)])
-            elif name == "gravity":
-                x = np.array([0.5 * number, -0.25 * number, -9.81])
+            elif name in OF_MODELS:
+                x = some_numbers(self.model, f.arguments, name, number)
             else:
                 x = rng.normal(size=size) * (number > 0)
             given[name] = x
@@ -250,15 +249,6 @@ int main(void) {{
         if self.model.loops and "a" in given:
             given["a"] = self.model.consistent_acceleration(given["q"], given["v"], given["a"], given=self.model.independent(given["q"]))
         return [np.asarray(x, dtype) for x in given.values()]
-
-    def closed_position(self, rng: np.random.Generator) -> Numbers:
-        """One near the neutral position; the neutral one, closed, where none is found."""
-        start = self.model.close(self.model.neutral())
-        for size in np.geomspace(0.3, 1e-3, 20):
-            found = self.model.close(self.model.integrate(start.q, rng.normal(size=self.model.nv) * size))
-            if found.converged:
-                return np.asarray(found.q)
-        return np.asarray(start.q)
 
     def cmake(self) -> str:
         flag = "" if self.contract else f"target_compile_options({self.name} PRIVATE $<$<C_COMPILER_ID:GNU,Clang,AppleClang>:-ffp-contract=off>) # results are the same everywhere\n"

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from ksl.base.errors import ArgumentError
+from ksl.generation.arguments import arguments_given
 from ksl.generation.files import Code
-from ksl.generation.requests import Arguments, checked_prefix, functions_of
+from ksl.generation.open_reactions import Undetermined
+from ksl.generation.requests import checked_prefix, functions_of
 from ksl.output import refuse_inputs, refuse_unknown, staged
 
 if TYPE_CHECKING:
@@ -28,6 +30,7 @@ def generate(
     arguments: Sequence[str] = (),
     contract: bool = False,
     force: bool = False,
+    undetermined: Undetermined = "refuse",
 ) -> list[Path]:
     """Writes algorithms of a robot as C99 that needs no library, and returns the paths of the files.
 
@@ -36,9 +39,13 @@ def generate(
     output: a folder, which gets NAME.h, NAME.c, NAME_test.c, CMakeLists.txt, README.md; made if it is missing.  All are written, or none.
     name: the prefix of files and functions: ur5_inverse_dynamics(q, v, a, tau).
     scalar: "double", or "float", whose results have the bits of the engine in single precision.
-    arguments: inputs besides: "gravity" (3), m/s²; "external:LINK+LINK" (links, 6), wrenches in the links' axes about their origins.
+    arguments: inputs besides, of the functions that they matter to, in this order: "external:LINK+LINK" (links, 6), wrenches in the links' axes about
+        their origins; "gravity" (3), m/s²; "payload:LINK+LINK" (links, 10), inertias that are added to those of the links, as in
+        :meth:`Model.with_parameters`: m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the link's origin, in its axes; "parameters:LINK+LINK" (links, 10), which
+        replace those of the links.
     contract: whether compilers may fuse products and sums; faster where the processor does it, and no longer to the bit.
     force: whether files of others with these names are replaced.
+    undetermined: "refuse" reactions of a closed mechanism with components that rigid bodies leave open, or "least-norm" for those of :meth:`Model.reactions`.
 
     Units, frames and order are those of the model's calls; q has the order of the model's joints, which the header lists.  Functions have the engine's bits.
     Raises ArgumentError where an algorithm isn't known or can't be generated, and names that C doesn't take; OutputError.
@@ -48,12 +55,14 @@ def generate(
     """
     if scalar not in ("double", "float"):
         raise ArgumentError(f"scalar={scalar!r}: expected double or float")
+    if undetermined not in ("refuse", "least-norm"):
+        raise ArgumentError(f"undetermined={undetermined!r}: expected refuse or least-norm")
     prefix = checked_prefix(name)
     if model.nv == 0:
         raise ArgumentError(f"{model.name} has no joint that moves: there is nothing to compute")
     if isinstance(algorithms, str):
         algorithms = algorithms.split(",")
-    functions = functions_of(model, list(algorithms), arguments_given(model, arguments), scalar == "float")
+    functions = functions_of(model, list(algorithms), arguments_given(model, arguments), scalar == "float", undetermined)
     files = Code(model, prefix, scalar, contract, functions).files()
     folder = Path(output)
     refuse_inputs([folder / file for file in files], [given.file for given in model.inputs])
@@ -61,21 +70,6 @@ def generate(
         for file, text in files.items():
             (stage / file).write_text(text, encoding="ascii", newline="\n")
     return [folder / file for file in files]
-
-
-def arguments_given(model: Model, words: Sequence[str]) -> Arguments:
-    """The inputs besides those of rows, by their words."""
-    external: tuple[str, ...] = ()
-    gravity = False
-    for word in [words] if isinstance(words, str) else words:
-        kind, _, links = word.strip().partition(":")
-        if kind == "gravity" and not links:
-            gravity = True
-        elif kind == "external" and links:
-            external = tuple(model.link_names[model.frame_link(link)] for link in links.split("+"))
-        else:
-            raise ArgumentError(f"arguments: {word!r} is none; expected gravity, or external:LINK+LINK")
-    return Arguments(external, gravity)
 
 
 def _refuse_others(folder: Path, files: list[str], prefix: str) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ksl import _core
 from ksl.base.errors import ArgumentError
+from ksl.generation.arguments import Arguments
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
@@ -121,9 +122,12 @@ def request_of(model: Model, row: str, arguments: dict[str, Any], inputs: int) -
     raise ArgumentError(f"algorithms: {row} of this mechanism is computed in several steps, and no code is made of it; cut the loops, or call the library")
 
 
-def record(model: Model, row: str, request: Any, external_links: list[int], gravity: bool, single: bool) -> Recording:
+def record(model: Model, row: str, request: Any, arguments: Arguments, single: bool) -> Recording:
     """Raises ValueError where the algorithm can't be recorded for the model."""
-    core: _core.Recording = model._core.record(row, request, external_links, gravity, single)
+    external, payload, parameters = (
+        [model.link_names.index(link) for link in links] for links in (arguments.external, arguments.payload, arguments.parameters)
+    )
+    core: _core.Recording = model._core.record(row, request, external, arguments.gravity, payload, parameters, single)
     return Recording(
         row,
         tuple((name, numbers) for name, numbers in core.inputs),

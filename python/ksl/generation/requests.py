@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ksl.base.errors import ArgumentError, close_names
+from ksl.generation.arguments import OF_MODELS, Arguments, model_with
+from ksl.generation.open_reactions import Undetermined, refuse_open
 from ksl.generation.recording import Recording, record, request_of
 from ksl.generation.rows import ROWS
 
@@ -48,15 +50,6 @@ def in_c(name: str) -> str:
 
 
 @dataclass(frozen=True)
-class Arguments:
-    """Inputs besides those of rows."""
-
-    external: tuple[str, ...] = ()
-    """Links on which wrenches act."""
-    gravity: bool = False
-
-
-@dataclass(frozen=True)
 class Function:
     """A generated function: its name without the prefix, the call of the model that has the same results, and what it computes."""
 
@@ -68,35 +61,35 @@ class Function:
     request: Any
     """That of the compiled call."""
     recording: Recording
-    external: tuple[str, ...]
+    arguments: Arguments
+    """Those that the results depend on."""
 
     def results(self, model: Model, inputs: Sequence[Any]) -> tuple[Any, ...]:
         """Those of the engine, for the numbers of each input."""
         given = dict(zip((name for name, _ in self.recording.inputs), inputs))
         keywords = dict(self.keywords)
-        if self.external:
+        if self.arguments.external:
             wrenches = given.pop("external").reshape(-1, 6)
-            keywords["external"] = dict(zip(self.external, wrenches))
-        if "gravity" in given:
-            model = model.with_gravity(given.pop("gravity"))
+            keywords["external"] = dict(zip(self.arguments.external, wrenches))
+        model = model_with(model, self.arguments, {name: given.pop(name) for name in OF_MODELS if name in given})
         found = getattr(model, self.row)(*given.values(), **keywords)
         return found if isinstance(found, tuple) else (found,)
 
 
-def functions_of(model: Model, algorithms: Sequence[str], arguments: Arguments, single: bool) -> list[Function]:
+def functions_of(model: Model, algorithms: Sequence[str], arguments: Arguments, single: bool, undetermined: Undetermined) -> list[Function]:
     """A function for each of the algorithms, recorded.  Raises ArgumentError, or what the model's call raises."""
     made: dict[str, Function] = {}
     if not algorithms:
         raise ArgumentError("algorithms is empty; name some, as inverse_dynamics or jacobian:LINK")
     for asked in algorithms:
-        function = _function_of(model, asked.strip(), arguments, single)
+        function = _function_of(model, asked.strip(), arguments, single, undetermined)
         if function.name in made:
             raise ArgumentError(f"algorithms: {asked} and an earlier one would both be called {function.name}; ask for one of them")
         made[function.name] = function
     return list(made.values())
 
 
-def _function_of(model: Model, asked: str, arguments: Arguments, single: bool) -> Function:
+def _function_of(model: Model, asked: str, arguments: Arguments, single: bool, undetermined: Undetermined) -> Function:
     row, colon, rest = asked.partition(":")
     if row not in ROWS:
         near = close_names(row, list(ROWS), 1)
@@ -113,14 +106,18 @@ def _function_of(model: Model, asked: str, arguments: Arguments, single: bool) -
     request = request_of(model, row, keywords | wrenches, len(how.inputs))
     if isinstance(request, tuple):  # of several requests for reactions, of which one is made here
         (request,) = request
-    links = [model.link_names.index(name) for name in external]
-    recording = record(model, row, request, links, arguments.gravity, single)
-    if arguments.gravity and not recording.reads("gravity"):
-        recording = record(model, row, request, links, False, single)
+    if how.request == "reactions" and undetermined == "refuse":
+        refuse_open(model, row, names or model.joint_names)
+    taken = replace(arguments, external=external)
+    recording = record(model, row, request, taken, single)
+    unread = [name for name, _ in recording.inputs if name in OF_MODELS and not recording.reads(name)]
+    if unread:
+        taken = replace(taken, **{name: getattr(Arguments, name) for name in unread})
+        recording = record(model, row, request, taken, single)
     if len(recording.operations) > MOST_STATEMENTS:
         raise ArgumentError(f"algorithms: {asked} of this robot is {len(recording.operations):,} statements, more than the {MOST_STATEMENTS:,} that are written; call the library for it")
     in_name = names if how.request in ("link", "frame", "relative") else ()
-    return Function("_".join([row, *map(in_c, in_name)]), row, names, keywords, request, recording, external)
+    return Function("_".join([row, *map(in_c, in_name)]), row, names, keywords, request, recording, taken)
 
 
 def _keywords(model: Model, row: str, names: tuple[str, ...]) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 #include "description/structure/check.hpp"
 #include "description/parts/joint_numbers.hpp"
 #include "description/structure/loops.hpp"
+#include "engine/building/inertias.hpp"
 #include "engine/model/canonical_axes.hpp"
 #include "engine/model/joint_physics.hpp"
 #include "engine/loops/exact_frames.hpp"
@@ -411,17 +412,7 @@ void model_builder::augment_inertias() {
   for (std::size_t i = bodies; i-- > 1;) {
     const body<double> &b = d.bodies[i];
     spatial_inertia<double> &parent = d.augmented[static_cast<std::size_t>(b.parent)];
-    const double m = d.augmented[i].m; // of the whole subtree
-    with_joint(b.kind, [&]<class J>(J) {
-      if constexpr (J::shifts_origin) {
-        parent.m += m;
-      } else {
-        const spatial_inertia<double> point = {m, {0, 0, 0}, 0, 0, 0, 0, 0, 0};
-        spatial_inertia<double> there;
-        A::spatial_inertia_translated(&point, &b.placement.t, &there);
-        A::spatial_inertia_added(&parent, &there, &parent);
-      }
-    });
+    add_mass_beyond(b, d.augmented[i].m, parent); // that of the whole subtree
   }
 }
 
