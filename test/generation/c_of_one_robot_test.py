@@ -140,6 +140,16 @@ def test_without_payload_results_have_the_bits_of_the_robot_alone(ur5, tmp_path)
         assert np.array_equal(found, getattr(ur5, row)(q, v, x))
 
 
+def test_bytes_of_code_are_about_those_of_the_readme(ur5, tmp_path):
+    ksl.generate(ur5, ["inverse_dynamics", "forward_dynamics", "mass_matrix", "frame_poses", "jacobian:tool0", "energy"], tmp_path, name="p")
+    run("gcc", *FLAGS, "-O2", "-c", "p.c", "-o", "p.o", cwd=tmp_path)
+    found = {symbol[-1]: int(symbol[1], 16) for symbol in map(str.split, run("nm", "-S", "p.o", cwd=tmp_path).splitlines()) if len(symbol) == 4}
+    rows = [line.strip("| ").split(" | ") for line in (tmp_path / "README.md").read_text().splitlines() if line.startswith("| `p_")]
+    assert len(rows) == 6
+    for name, *_, said in rows:
+        assert 0.75 < found[name.strip("`")] / int(said) < 1.25, name
+
+
 FOLLOWED = """<robot name="gripper"><link name="palm"/>
 {links}
 <joint name="lift" type="prismatic"><parent link="palm"/><child link="l0"/><axis xyz="0 0 1"/><limit effort="1" velocity="1" lower="-1" upper="1"/></joint>

@@ -17,10 +17,18 @@ STRAIGHT = 6000
 """So many statements are one function."""
 PART = 2000
 """So many statements a part has at most."""
+STATEMENT_BYTES, RESULT_BYTES = 11, 4
+"""Of code, at -O2 for x86-64: of 15 algorithms of the UR5 and the Panda, double and float, gcc 12 makes 0.77 to 1.16 of this, clang 14 0.69 to 1.27."""
 BINARY = {
     Operation.ADD: "+", Operation.SUBTRACT: "-", Operation.MULTIPLY: "*", Operation.DIVIDE: "/", Operation.LESS: "<", Operation.AT_MOST: "<=", Operation.EQUAL: "==",
 }  # fmt: skip
 FUNCTIONS = {Operation.ROOT: "sqrt", Operation.ABSOLUTE: "fabs", Operation.ARCTANGENT: "atan2"}
+
+
+def about_bytes(of: Recording) -> int:
+    """How long the code of a function is, about, to two digits: that of its statements and of the stores of its results."""
+    statements = len(of.operations) - of.count(Operation.CONSTANT)
+    return int(float(f"{STATEMENT_BYTES * statements + RESULT_BYTES * sum(of.sizes()):.1e}"))
 
 
 class Printer:
