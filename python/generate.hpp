@@ -2,7 +2,7 @@
 #pragma once
 
 #include "calls.hpp"
-#include "generate/record.hpp"
+#include "generate/record_derivative.hpp"
 
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
@@ -65,7 +65,7 @@ private:
 inline recording_of_python record(const ksl::model &m, const std::string &row, nb::handle request,
                                   const std::vector<int> &external_links, bool gravity,
                                   const std::vector<int> &payload_links, const std::vector<int> &parameter_links,
-                                  bool single) {
+                                  bool single, const std::string &kind) {
   ksl::generate::request asked;
   asked.row = row, asked.external_links = external_links, asked.gravity = gravity, asked.single = single;
   asked.payload_links = payload_links, asked.parameter_links = parameter_links;
@@ -76,7 +76,10 @@ inline recording_of_python record(const ksl::model &m, const std::string &row, n
     asked.links = links.index, asked.frame = links.frame;
   }
   try {
-    return recording_of_python(ksl::generate::record(m, asked));
+    using ksl::generate::derivative;
+    return recording_of_python(kind == "jvp"   ? ksl::generate::record_derivative(m, asked, derivative::rates)
+                               : kind == "vjp" ? ksl::generate::record_derivative(m, asked, derivative::weights)
+                                               : ksl::generate::record(m, asked));
   } catch (const ksl::generate::recording_error &e) {
     calls::refuse(row + " can't be generated for this mechanism: " + e.what());
   }
@@ -94,7 +97,7 @@ inline void add_recording(nb::module_ &module, nb::class_<ksl::model> &model) {
       .def_prop_ro("inputs", &recording_of_python::inputs, "Names, and how many numbers each has.")
       .def_prop_ro("results", &recording_of_python::results, "Names and shapes.");
   model.def("record", &record, "row"_a, "request"_a.none(), "external_links"_a, "gravity"_a, "payload_links"_a,
-            "parameter_links"_a, "single"_a);
+            "parameter_links"_a, "single"_a, "kind"_a);
 }
 
 } // namespace generate_calls

@@ -3,6 +3,7 @@
 #include "engine/loops/closed_by_plan.hpp"
 #include "engine/states/extents.hpp"
 #include "engine/states/ways.hpp"
+#include "generate/recorded_inputs.hpp"
 #include "generate/recorded_mimic.hpp"
 #include "generate/recorded_model.hpp"
 #include "generate/recorded_rows.hpp"
@@ -65,37 +66,16 @@ void refuse(const algorithm_row &row, const model &m, bool single) {
     throw std::invalid_argument(name + ": " + model::exact_friction_text());
 }
 
-/// The inputs as steps, in the order of calls.
-class inputs {
-public:
-  explicit inputs(recorded &of) : of_(of) {}
-  const recording *take(const std::string &name, int numbers) {
-    of_.inputs.push_back({name, numbers});
-    std::vector<recording> &x = arrays_.emplace_back();
-    for (int i = 0; i < numbers; ++i)
-      x.push_back(recording::step_of(of_.steps.input(next_++)));
-    return x.data();
-  }
-  const recording *zeros(int numbers) {
-    return arrays_.emplace_back(static_cast<std::size_t>(numbers), recording(0.0)).data();
-  }
-
-private:
-  recorded &of_;
-  std::vector<std::vector<recording>> arrays_;
-  int next_ = 0;
-};
-
 /// Those of the row, and for what computes it zeros where this has more.
-void take_numbers(const algorithm_row &row, const model &m, inputs &in, state_view<recording> &s) {
+void take_numbers(const algorithm_row &row, const model &m, recorded_inputs &in, state_view<recording> &s) {
   for (int i = 0; i < row.inputs; ++i) {
     const input x = row.input_list[i];
-    input_of(s, x) = in.take(row.input_name[i], length_of(x, m.nq(), m.nv()));
+    input_of(s, x) = in.take(row.input_name[i], length_of(x, m.nq(), m.nv())).data();
   }
   const algorithm_row &by = computed(row);
   for (int i = 0; i < by.inputs; ++i)
     if (const input x = by.input_list[i]; !row.reads(x))
-      input_of(s, x) = in.zeros(length_of(x, m.nq(), m.nv()));
+      input_of(s, x) = in.zeros(length_of(x, m.nq(), m.nv())).data();
 }
 
 /// The results of what computes the row; those of the row come first, reactions last.
@@ -166,10 +146,10 @@ model without_inertia(const model &m, const std::vector<int> &links) {
 }
 
 /// Ten numbers for each of these links, added to its inertia.
-void take_inertias(const char *name, const std::vector<int> &links, inputs &in, recorded_model &to) {
+void take_inertias(const char *name, const std::vector<int> &links, recorded_inputs &in, recorded_model &to) {
   if (links.empty())
     return;
-  const recording *const ten = in.take(name, static_cast<int>(10 * links.size()));
+  const recording *const ten = in.take(name, static_cast<int>(10 * links.size())).data();
   for (std::size_t i = 0; i < links.size(); ++i)
     to.add_inertia(links[i], ten + 10 * i);
 }
@@ -186,18 +166,18 @@ recorded record(const model &m, const request &asked) {
                                 (least_links(row.request) == 1 ? "a link" : "two links"));
   recorded out = {graph(asked.single), {}, {}};
   const recording_on on(out.steps);
-  inputs in(out);
+  recorded_inputs in(out);
   state_view<recording> s;
   take_numbers(row, m, in, s);
   const int wrenches = static_cast<int>(asked.external_links.size());
   if (wrenches > 0)
-    s.external = {wrenches, asked.external_links.data(), in.take("external", 6 * wrenches), expressed_in::frame};
+    s.external = {wrenches, asked.external_links.data(), in.take("external", 6 * wrenches).data(), expressed_in::frame};
   s.links = {static_cast<int>(asked.links.size()), asked.links.data()};
   s.frame = asked.frame, s.joints = &asked.joints;
   const ksl::model bare = without_inertia(m, asked.parameter_links);
   recorded_model model = asked.single ? recorded_model(bare.view_single()) : recorded_model(bare.view());
   if (asked.gravity) {
-    const recording *const g = in.take("gravity", 3);
+    const std::vector<recording> &g = in.take("gravity", 3);
     model.set_gravity({g[0], g[1], g[2]});
   }
   take_inertias("payload", asked.payload_links, in, model);
@@ -208,7 +188,7 @@ recorded record(const model &m, const request &asked) {
   if (closed)
     model.set_loops(*m.plan_of_loops(), row.loops == loops_by::steady);
   if (row.loops == loops_by::jump && closed)
-    s.v = s.tau = in.zeros(m.nv()), model.set_gravity({0.0, 0.0, 0.0});
+    s.v = s.tau = in.zeros(m.nv()).data(), model.set_gravity({0.0, 0.0, 0.0});
   if (m.followers() > 0)
     record_with_followers(by, m, asked.single, model.view(), s);
   else

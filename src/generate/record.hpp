@@ -1,7 +1,7 @@
 // Records an algorithm on one mechanism.
 #pragma once
 
-#include "generate/graph.hpp"
+#include "generate/recorded.hpp"
 #include "ksl/engine/steps/frame_options.hpp"
 #include "ksl/engine/steps/reaction_request.hpp"
 #include "ksl/model.hpp"
@@ -24,22 +24,7 @@ struct request {
   bool single = false;              ///< in single precision
 };
 
-/// Inputs in the order of calls: those of the row, then 6 numbers of each wrench, gravity, 10 numbers of each payload, 10 of each link's parameters.
-struct recorded_input {
-  std::string name;
-  int numbers;
-};
-struct recorded_result {
-  std::string name;
-  std::vector<int> shape;
-};
-
-struct recorded {
-  graph steps; ///< with an output for each number of the results, one result after the other
-  std::vector<recorded_input> inputs;
-  std::vector<recorded_result> results;
-};
-
+/// Inputs come in the order of calls: those of the row, then 6 numbers of each wrench, gravity, 10 numbers of each payload, 10 of each link's parameters.
 /// Throws std::invalid_argument for a row that doesn't exist, or that isn't computed for the model by kernels alone; std::out_of_range for a link that
 /// doesn't exist; recording_error.
 recorded record(const model &, const request &);

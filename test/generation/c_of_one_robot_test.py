@@ -7,32 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from generated_code import EXAMPLES, FLAGS, FOLLOWED, call, compiled, run
 
 import ksl
 from ksl.generation import c99, requests
 from ksl.output import OutputError
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples/robots"
-FLAGS = "-std=c99 -O1 -ffp-contract=off -Wall -Wextra -Wconversion -Wdouble-promotion -Werror -pedantic".split()
 ALGORITHMS = ["inverse_dynamics", "forward_dynamics", "jacobian:tool0", "reactions", "energy", "hybrid_dynamics:elbow", "relative_pose:tool0+base_link"]
-
-
-def run(*command, cwd):
-    r = subprocess.run([str(x) for x in command], cwd=cwd, capture_output=True, text=True)
-    assert r.returncode == 0, f"{command}: {r.stdout}{r.stderr}"
-    return r.stdout
-
-
-def compiled(folder, name, compiler="gcc"):
-    run(compiler, *FLAGS, "-fPIC", "-shared", f"{name}.c", "-o", "code.so", "-lm", cwd=folder)
-    return ctypes.CDLL(str(folder / "code.so"))
-
-
-def call(f, inputs, sizes, dtype=np.float64):
-    out = [np.full(n, np.nan, dtype) for n in sizes]
-    assert all(x.dtype == dtype and x.flags.c_contiguous for x in inputs)
-    f(*(ctypes.c_void_p(x.ctypes.data) for x in (*inputs, *out)))
-    return out
 
 
 @pytest.fixture(scope="module")
@@ -105,41 +86,6 @@ def test_gravity_and_wrenches_are_inputs(ur5, tmp_path):
     assert np.array_equal(found, ur5.with_gravity(gravity).inverse_dynamics(q, v, a, external={"tool0": push}))
 
 
-@pytest.mark.parametrize(("scalar", "dtype", "bound"), [("double", np.float64, 1e-13), ("float", np.float32, 1e-4)])
-def test_payloads_and_parameters_are_inputs(tmp_path, scalar, dtype, bound):
-    """The payload is on a link that is welded to another, and parameters are those of a link within."""
-    m = ksl.load(EXAMPLES / "panda.urdf").with_frame("gripper", "panda_flange", ksl.Pose.from_rpy((0.01, -0.02, 0.1), (0.3, -0.2, 0.9)))
-    asked = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "reactions:panda_joint3+gripper_joint", "inverse_dynamics_regressor", "frame_pose:gripper"]
-    ksl.generate(m, asked, tmp_path, name="p", scalar=scalar, arguments=["gravity", "payload:gripper", "parameters:panda_link4"])
-    run("gcc", *FLAGS, "p.c", "p_test.c", "-o", "test", "-lm", cwd=tmp_path)
-    run(tmp_path / "test", cwd=tmp_path)
-    header = (tmp_path / "p.h").read_text().replace("float", "double")
-    assert "void p_mass_matrix(const double *q, const double *payload, const double *parameters, double *M);" in header
-    assert "const double *a, const double *gravity, double *Y);" in header and "void p_frame_pose_gripper(const double *q, double *pose);" in header
-    code, rng, own = compiled(tmp_path, "p"), np.random.default_rng(1), np.array(m.link("panda_link4").parameters)
-    for k in range(5):
-        q, v, x, gravity = (rng.normal(size=n).astype(dtype) for n in (m.nq, m.nv, m.nv, 3))
-        payload = (np.array([2.0, 0.1, -0.2, 0.4, 0.3, 0.02, 0.25, -0.05, 0.04, 0.2]) * (k > 0)).astype(dtype)
-        parameters = (own * (1 + 0.1 * k)).astype(dtype)
-        other = m.with_gravity(gravity).with_parameters({"gripper": payload.astype(float), "panda_link4": parameters.astype(float)})
-        for row, given, wanted in (
-            ("inverse_dynamics", (v, x, gravity), other.inverse_dynamics(q, v, x)),
-            ("forward_dynamics", (v, x, gravity), other.forward_dynamics(q, v, x)),
-            ("mass_matrix", (), other.mass_matrix(q)),
-            ("reactions", (v, x, gravity), other.reactions(q, v, x, joints=["panda_joint3", "gripper_joint"])),
-        ):
-            (found,) = call(getattr(code, f"p_{row}"), (q, *given, payload, parameters), [wanted.size], dtype)
-            assert np.abs(found - wanted.ravel()).max() <= bound * (10 if row == "forward_dynamics" else 1) * np.abs(wanted).max(), row
-
-
-def test_without_payload_results_have_the_bits_of_the_robot_alone(ur5, tmp_path):
-    ksl.generate(ur5, ["inverse_dynamics", "forward_dynamics"], tmp_path, name="p", arguments=["payload:tool0+forearm_link"])
-    code, (q, v, x) = compiled(tmp_path, "p"), np.random.default_rng(3).normal(size=(3, 6))
-    for row in ("inverse_dynamics", "forward_dynamics"):
-        (found,) = call(getattr(code, f"p_{row}"), (q, v, x, np.zeros(20)), [6])
-        assert np.array_equal(found, getattr(ur5, row)(q, v, x))
-
-
 def test_bytes_of_code_are_about_those_of_the_readme(ur5, tmp_path):
     ksl.generate(ur5, ["inverse_dynamics", "forward_dynamics", "mass_matrix", "frame_poses", "jacobian:tool0", "energy"], tmp_path, name="p")
     run("gcc", *FLAGS, "-O2", "-c", "p.c", "-o", "p.o", cwd=tmp_path)
@@ -148,16 +94,6 @@ def test_bytes_of_code_are_about_those_of_the_readme(ur5, tmp_path):
     assert len(rows) == 6
     for name, *_, said in rows:
         assert 0.75 < found[name.strip("`")] / int(said) < 1.25, name
-
-
-FOLLOWED = """<robot name="gripper"><link name="palm"/>
-{links}
-<joint name="lift" type="prismatic"><parent link="palm"/><child link="l0"/><axis xyz="0 0 1"/><limit effort="1" velocity="1" lower="-1" upper="1"/></joint>
-<joint name="thumb" type="revolute"><parent link="l0"/><child link="l1"/><origin xyz="0.1 0 0.2"/><axis xyz="0 1 0"/><limit effort="1" velocity="1" lower="-1" upper="1"/></joint>
-<joint name="finger" type="revolute"><parent link="l0"/><child link="l2"/><origin xyz="-0.1 0 0.2"/><axis xyz="0 1 0"/><mimic joint="thumb" multiplier="-0.7" offset="0.2"/>
-<limit effort="1" velocity="1" lower="-1" upper="1"/></joint></robot>""".format(
-    links="".join(f'<link name="l{k}"><inertial><origin xyz="0.01 0.02 0.1"/><mass value="{k + 1}"/><inertia ixx="0.1" iyy="0.2" izz="0.15" ixy="0.01" ixz="0" iyz="0"/></inertial></link>' for k in range(3))
-)
 
 
 @pytest.mark.parametrize(("scalar", "dtype"), [("double", np.float64), ("float", np.float32)])
@@ -268,6 +204,8 @@ def test_names_of_a_file_never_become_code(tmp_path):
         (["mass_matrix"], {"arguments": ["parameters:tool0+tool0"]}, "parameters names a link twice"),
         (["mass_matrix"], {"arguments": ["external:tool0", "external:tool0"]}, "external names a link twice"),
         (["mass_matrix"], {"undetermined": "some"}, "refuse or least-norm"),
+        (["grad.mass_matrix"], {}, "jvp.mass_matrix or vjp.mass_matrix"),
+        (["vjp.integrate"], {}, "integrate_jacobians"),
     ],
 )
 def test_what_is_refused_is_named_and_nothing_written(ur5, tmp_path, algorithms, options, words):

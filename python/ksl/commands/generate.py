@@ -15,7 +15,7 @@ from ksl.commands.options import Robot, RobotOptions, in_options, of_robot, path
 @of_robot("gravity", "physics", "friction_width")
 def generate(
     robot: Robot,
-    algorithms: Annotated[str, typer.Option(metavar="NAMES", help="Calls of models, with links or joints behind a colon: inverse_dynamics,jacobian:tool0,reactions:elbow+base.")],
+    algorithms: Annotated[str, typer.Option(metavar="NAMES", help="Calls of models, with links or joints behind a colon: inverse_dynamics,jacobian:tool0,reactions:elbow+base; vjp.reactions: its derivative backward, jvp.: forward.")],
     output: Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for the files.")],
     name: Annotated[str, typer.Option(metavar="NAME", help="Prefix of files and functions.")] = "robot",
     scalar: Annotated[str, typer.Option(metavar="double|float", help="Precision of all numbers.")] = "double",

@@ -16,7 +16,7 @@ from ksl import _core
 from ksl.generation.arguments import OF_MODELS, argument_texts, some_numbers
 from ksl.generation.c99 import Printer, about_bytes
 from ksl.generation.open_reactions import closed_position
-from ksl.generation.recording import Operation
+from ksl.generation.recording import DERIVATIVES, Operation
 from ksl.generation.requests import Function
 from ksl.generation.rows import ROWS
 from ksl.generation.sine_cosine import sine_cosine
@@ -125,7 +125,8 @@ extern const char {self.prefix}position_names[{self.macro}_NQ][{self.macro}_NAME
         how = of.recording
         sizes = [f"{name} ({numbers})" for name, numbers in how.inputs] + [f"{name} ({', '.join(map(str, shape)) or '1'})" for name, shape in how.results]
         text = ascii_text(ROWS[of.row].text)
-        lines = textwrap.wrap(f"{text}  Here: {', '.join(sizes)}.", WIDTH)
+        of_derivative = f"{DERIVATIVES[of.derivative]}  Positions change along joint velocities.  They are of: " if of.derivative else ""
+        lines = textwrap.wrap(f"{of_derivative}{text}  Here: {', '.join(sizes)}.", WIDTH)
         if of.names:
             lines += textwrap.wrap(f"Of {', '.join(map(comment, of.names))}.", WIDTH)
         lines += (line for text in argument_texts(of.arguments) for line in textwrap.wrap(text, WIDTH))
@@ -242,7 +243,7 @@ int main(void) {{
             elif name in OF_MODELS:
                 x = some_numbers(self.model, f.arguments, name, number)
             else:
-                x = rng.normal(size=size) * (number > 0)
+                x = rng.normal(size=size) * (number > 0 or name.endswith(("_dot", "_bar")))
             given[name] = x
         if self.model.loops and "v" in given:
             given["v"] = self.model.consistent_velocity(given["q"], given["v"], given=self.model.independent(given["q"]))

@@ -35,7 +35,8 @@ def generate(
     """Writes algorithms of a robot as C99 that needs no library, and returns the paths of the files.
 
     algorithms: names of calls, with links or joints behind a colon: ["inverse_dynamics", "jacobian:tool0", "reactions:elbow+base"].  Rows of links
-        and joints without names are of all of them.  All else has the defaults of the model's calls.
+        and joints without names are of all of them.  All else has the defaults of the model's calls.  "vjp.reactions:elbow" is the derivative backward,
+        weights of the inputs for weights of the results, and "jvp.…" forward, rates of the results for rates of the inputs; positions along joint velocities.
     output: a folder, which gets NAME.h, NAME.c, NAME_test.c, CMakeLists.txt, README.md; made if it is missing.  All are written, or none.
     name: the prefix of files and functions: ur5_inverse_dynamics(q, v, a, tau).
     scalar: "double", or "float", whose results have the bits of the engine in single precision.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from math import prod
@@ -39,7 +41,19 @@ class Operation(IntEnum):
     ARCTANGENT = 15
 
 
+DERIVATIVES = {
+    "jvp": "Rates of results (NAME_dot) for rates of the inputs (NAME_dot): the derivative times a vector, forward.",
+    "vjp": "Weights of the inputs (NAME_bar) for weights of the results (NAME_bar): the sum of weights times derivatives, backward.",
+}
+"""Of each kind of derivative what headers say."""
 CONDITIONS = (Operation.LESS, Operation.AT_MOST, Operation.EQUAL)
+
+
+COMPUTED: dict[int, Callable[..., Any]] = {
+    Operation.ADD: operator.add, Operation.SUBTRACT: operator.sub, Operation.MULTIPLY: operator.mul, Operation.DIVIDE: operator.truediv, Operation.NEGATE: operator.neg,
+    Operation.LESS: operator.lt, Operation.AT_MOST: operator.le, Operation.EQUAL: operator.eq, Operation.SELECT: lambda a, b, c: b if a else c,
+    Operation.ROOT: np.sqrt, Operation.ABSOLUTE: abs, Operation.SINE: np.sin, Operation.COSINE: np.cos, Operation.ARCTANGENT: np.arctan2,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -82,6 +96,22 @@ class Recording:
         names = [other for other, numbers in self.inputs for _ in range(numbers)]
         return any(names[int(k)] == name for k in self.numbers[self.operations == Operation.INPUT])
 
+    def play(self, inputs: Sequence[NDArray[np.floating[Any]]]) -> list[NDArray[np.floating[Any]]]:
+        """The results for the numbers of each input, step by step in the recording's precision.  Sines are NumPy's."""
+        scalar = np.float32 if self.single else np.float64
+        given = np.concatenate([np.ravel(x) for x in inputs]).astype(scalar)
+        value: list[Any] = []
+        with np.errstate(all="ignore"):
+            for what, (a, b, c), number in zip(self.operations.tolist(), self.operands.tolist(), self.numbers.tolist()):
+                if what == Operation.CONSTANT:
+                    value.append(scalar(number))
+                elif what == Operation.INPUT:
+                    value.append(given[int(number)])
+                else:
+                    value.append(COMPUTED[what](*(value[x] for x in (a, b, c) if x >= 0)))
+        flat = np.array([np.nan if step < 0 else value[step] for step in self.outputs.tolist()], scalar)
+        return np.split(flat, np.cumsum(self.sizes())[:-1])
+
     def sizes(self) -> list[int]:
         """How many numbers each result has."""
         return [prod(shape) for _, shape in self.results]
@@ -122,12 +152,12 @@ def request_of(model: Model, row: str, arguments: dict[str, Any], inputs: int) -
     raise ArgumentError(f"algorithms: {row} of this mechanism is computed in several steps, and no code is made of it; cut the loops, or call the library")
 
 
-def record(model: Model, row: str, request: Any, arguments: Arguments, single: bool) -> Recording:
-    """Raises ValueError where the algorithm can't be recorded for the model."""
+def record(model: Model, row: str, request: Any, arguments: Arguments, single: bool, derivative: str) -> Recording:
+    """derivative: "", "jvp" or "vjp" (:data:`DERIVATIVES`).  Raises ValueError where the algorithm can't be recorded for the model."""
     external, payload, parameters = (
         [model.link_names.index(link) for link in links] for links in (arguments.external, arguments.payload, arguments.parameters)
     )
-    core: _core.Recording = model._core.record(row, request, external, arguments.gravity, payload, parameters, single)
+    core: _core.Recording = model._core.record(row, request, external, arguments.gravity, payload, parameters, single, derivative)
     return Recording(
         row,
         tuple((name, numbers) for name, numbers in core.inputs),

@@ -12,7 +12,7 @@ import numpy as np
 from ksl.base.errors import ArgumentError, close_names
 from ksl.generation.arguments import OF_MODELS, Arguments, model_with
 from ksl.generation.open_reactions import Undetermined, refuse_open
-from ksl.generation.recording import Recording, record, request_of
+from ksl.generation.recording import DERIVATIVES, Recording, record, request_of
 from ksl.generation.rows import ROWS
 
 if TYPE_CHECKING:
@@ -63,9 +63,13 @@ class Function:
     recording: Recording
     arguments: Arguments
     """Those that the results depend on."""
+    derivative: str
+    """"", or "jvp" or "vjp" of the row."""
 
     def results(self, model: Model, inputs: Sequence[Any]) -> tuple[Any, ...]:
-        """Those of the engine, for the numbers of each input."""
+        """Those of the engine, for the numbers of each input; of derivatives those of the recording."""
+        if self.derivative:
+            return tuple(self.recording.play(inputs))
         given = dict(zip((name for name, _ in self.recording.inputs), inputs))
         keywords = dict(self.keywords)
         if self.arguments.external:
@@ -90,7 +94,10 @@ def functions_of(model: Model, algorithms: Sequence[str], arguments: Arguments, 
 
 
 def _function_of(model: Model, asked: str, arguments: Arguments, single: bool, undetermined: Undetermined) -> Function:
-    row, colon, rest = asked.partition(":")
+    head, colon, rest = asked.partition(":")
+    derivative, _, row = head.rpartition(".")
+    if derivative and derivative not in DERIVATIVES:
+        raise ArgumentError(f"algorithms: {asked!r}: a derivative is {' or '.join(f'{kind}.{row}' for kind in DERIVATIVES)}")
     if row not in ROWS:
         near = close_names(row, list(ROWS), 1)
         raise ArgumentError(f"algorithms: there is no {row!r}" + (f"; did you mean {near[0]}?" if near else f"; there are {', '.join(ROWS)}"))
@@ -109,15 +116,17 @@ def _function_of(model: Model, asked: str, arguments: Arguments, single: bool, u
     if how.request == "reactions" and undetermined == "refuse":
         refuse_open(model, row, names or model.joint_names)
     taken = replace(arguments, external=external)
-    recording = record(model, row, request, taken, single)
+    recording = record(model, row, request, taken, single, "")
     unread = [name for name, _ in recording.inputs if name in OF_MODELS and not recording.reads(name)]
     if unread:
         taken = replace(taken, **{name: getattr(Arguments, name) for name in unread})
-        recording = record(model, row, request, taken, single)
+    if unread or derivative:
+        recording = record(model, row, request, taken, single, derivative)
     if len(recording.operations) > MOST_STATEMENTS:
         raise ArgumentError(f"algorithms: {asked} of this robot is {len(recording.operations):,} statements, more than the {MOST_STATEMENTS:,} that are written; call the library for it")
     in_name = names if how.request in ("link", "frame", "relative") else ()
-    return Function("_".join([row, *map(in_c, in_name)]), row, names, keywords, request, recording, taken)
+    kind = [derivative] if derivative else []
+    return Function("_".join([row, *map(in_c, in_name), *kind]), row, names, keywords, request, recording, taken, derivative)
 
 
 def _keywords(model: Model, row: str, names: tuple[str, ...]) -> dict[str, Any]:

@@ -1,0 +1,34 @@
+// Derivatives of what a graph computes: its steps again, on the graph in force, and beside each of them its rate or its weight.
+//
+//     y = x₀ x₁        rate    y'  = x₀' x₁ + x₀ x₁'                     (forward)
+//                      weight  x̄₀ += ȳ x₁,  x̄₁ += ȳ x₀                  (backward)
+//
+// Where a step has no derivative the rule is applied all the same, as by dual numbers (ksl/dual.hpp).
+// Source: Griewank and Walther, Evaluating Derivatives (2008), sections 3.1 and 3.2.
+#pragma once
+
+#include "generate/recording.hpp"
+
+#include <vector>
+
+namespace ksl::generate {
+
+class differentiation {
+public:
+  /// Computes the steps again, on the graph in force.  inputs: what its inputs are there; constants decide what they can.
+  differentiation(const graph &of, const std::vector<recording> &inputs);
+
+  /// The rate of each output for the rates of the inputs; of no step for outputs that aren't written.
+  std::vector<recording> rates(const std::vector<recording> &of_inputs) const;
+  /// The weight of each input: the sum of the weights of outputs times their derivatives by it.
+  std::vector<recording> weights(const std::vector<recording> &of_outputs) const;
+
+private:
+  recording value(int step) const { return values_[static_cast<std::size_t>(step)]; }
+
+  const graph &of_;
+  std::vector<recording> values_;
+  std::size_t inputs_;
+};
+
+} // namespace ksl::generate

@@ -1,0 +1,111 @@
+#include "generate/record_derivative.hpp"
+
+#include "generate/differentiate.hpp"
+#include "generate/recorded_inputs.hpp"
+
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace ksl::generate {
+namespace {
+
+using numbers = std::vector<recording>;
+
+numbers joined(numbers x, const numbers &y) {
+  x.insert(x.end(), y.begin(), y.end());
+  return x;
+}
+
+void refuse(const model &m, const std::string &row, const recorded &of) {
+  if (row == "integrate" || of.inputs.front().name != "q") // positions are results, or two are inputs
+    throw std::invalid_argument("derivatives of " + row +
+                                " can't be generated: take integrate_jacobians or difference_jacobians");
+  if (!m.loops().empty())
+    throw std::invalid_argument(
+        "derivatives of " + row +
+        " can't be generated for a closed mechanism, whose coordinates depend on each other; cut the loops");
+}
+
+/// How numbers of q change along joint velocities: q ⊕ δ at δ = 0.
+class positions {
+public:
+  positions(const model &m, bool single, const numbers &q, const numbers &still)
+      : zeros_(q.size(), recording(0.0)), moved_(record(m, integration(single))),
+        along_(moved_.steps, joined(q, still)) {}
+  numbers rates(const numbers &of_motion) const { return along_.rates(joined(zeros_, of_motion)); }
+  numbers weights(const numbers &of_positions) const {
+    const numbers all = along_.weights(of_positions);
+    return {all.begin() + static_cast<std::ptrdiff_t>(zeros_.size()), all.end()};
+  }
+
+private:
+  static request integration(bool single) {
+    request asked;
+    asked.row = "integrate", asked.single = single;
+    return asked;
+  }
+
+  numbers zeros_;
+  recorded moved_;
+  differentiation along_;
+};
+
+/// How the numbers of an input are listed where they are a result.
+std::vector<int> shape_of(const recorded_input &of, int numbers) {
+  const int columns = of.name == "external" ? 6 : of.name == "payload" || of.name == "parameters" ? 10 : numbers;
+  return numbers > columns ? std::vector<int>{numbers / columns, columns} : std::vector<int>{numbers};
+}
+
+int size_of(const recorded_result &of) {
+  int size = 1;
+  for (const int k : of.shape)
+    size *= k;
+  return size;
+}
+
+void write(const numbers &x, graph &to) {
+  for (const recording &y : x)
+    to.output(y.place());
+}
+
+} // namespace
+
+recorded record_derivative(const model &m, const request &asked, derivative kind) {
+  const recorded of = record(m, asked);
+  refuse(m, asked.row, of);
+  recorded out = {graph(asked.single), {}, {}};
+  const recording_on on(out.steps);
+  recorded_inputs in(out);
+  numbers given;
+  for (const recorded_input &x : of.inputs)
+    given = joined(std::move(given), in.take(x.name, x.numbers));
+  const int nq = m.nq(), nv = m.nv(); // q is the first input of every algorithm
+  const positions motion(m, asked.single, {given.begin(), given.begin() + nq}, in.zeros(nv));
+  const differentiation steps(of.steps, given);
+  const recorded_input *const q = &of.inputs.front();
+  if (kind == derivative::rates) {
+    numbers rates;
+    for (const recorded_input &x : of.inputs) {
+      const numbers &dot = in.take(x.name + "_dot", &x == q ? nv : x.numbers);
+      rates = joined(std::move(rates), &x == q ? motion.rates(dot) : dot);
+    }
+    write(steps.rates(rates), out.steps);
+    for (const recorded_result &y : of.results)
+      out.results.push_back({y.name + "_dot", y.shape});
+  } else {
+    numbers weights;
+    for (const recorded_result &y : of.results)
+      weights = joined(std::move(weights), in.take(y.name + "_bar", size_of(y)));
+    const numbers by = steps.weights(weights);
+    write(motion.weights({by.begin(), by.begin() + nq}), out.steps);
+    write({by.begin() + nq, by.end()}, out.steps);
+    for (const recorded_input &x : of.inputs)
+      out.results.push_back({x.name + "_bar", shape_of(x, &x == q ? nv : x.numbers)});
+  }
+  out.steps = out.steps.needed();
+  return out;
+}
+
+} // namespace ksl::generate

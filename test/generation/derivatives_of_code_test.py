@@ -1,0 +1,43 @@
+"""Derivatives of generated functions, against the engine's."""
+
+import numpy as np
+from generated_code import EXAMPLES, FLAGS, FOLLOWED, call, compiled, run
+
+import ksl
+
+
+def test_derivatives_are_those_of_the_engine(tmp_path):
+    ur5 = ksl.load(EXAMPLES / "ur5.urdf")
+    asked = ["vjp.inverse_dynamics", "jvp.inverse_dynamics", "vjp.reactions:elbow+wrist_1", "vjp.forward_dynamics", "vjp.jacobian:tool0"]
+    ksl.generate(ur5, asked, tmp_path, name="p", arguments=["payload:tool0", "gravity"])
+    run("gcc", *FLAGS, "p.c", "p_test.c", "-o", "test", "-lm", cwd=tmp_path)
+    run(tmp_path / "test", cwd=tmp_path)
+    code, rng = compiled(tmp_path, "p"), np.random.default_rng(1)
+    (q, v, x, w), gravity, none = rng.normal(size=(4, 6)), np.array(ur5.gravity), np.zeros(10)
+
+    def close(found, expected):
+        assert np.abs(found - expected.ravel()).max() <= 1e-12 * np.abs(expected).max()
+
+    *by, by_gravity, by_payload = call(code.p_inverse_dynamics_vjp, (q, v, x, gravity, none, w), [6, 6, 6, 3, 10])
+    for found, expected in zip(by, ur5.inverse_dynamics_gradient(q, v, x, w)):
+        close(found, expected)
+    close(by_gravity, np.array([w @ ur5.with_gravity(e).gravity_torque(q) for e in np.eye(3)]))
+    close(by_payload, np.einsum("v,vp->p", w, ur5.inverse_dynamics_regressor(q, v, x)[:, ur5.link_names.index("tool0")]))
+    dq, dv, da = rng.normal(size=(3, 6))
+    (along,) = call(code.p_inverse_dynamics_jvp, (q, v, x, gravity, none, dq, dv, da, np.zeros(3), none), [6])
+    close(along, sum(D @ d for D, d in zip(ur5.inverse_dynamics_derivatives(q, v, x), (dq, dv, da))))
+    for found, D in zip(call(code.p_forward_dynamics_vjp, (q, v, x, gravity, none, w), [6, 6, 6, 3, 10]), ur5.forward_dynamics_derivatives(q, v, x)):
+        close(found, w @ D)
+    weights = rng.normal(size=(2, 6))
+    for found, D in zip(call(code.p_reactions_vjp, (q, v, x, gravity, none, weights), [6, 6, 6, 3, 10]), ur5.reactions_derivatives(q, v, x, joints=["elbow", "wrist_1"])):
+        close(found, np.einsum("jc,jcv->v", weights, D))
+
+
+def test_derivatives_along_quaternions_and_followers(tmp_path):
+    floating, gripper = ksl.load(EXAMPLES / "ur5.urdf", floating_base=True), ksl.load_string(FOLLOWED)
+    for k, m in enumerate((floating, gripper)):
+        folder, rng = tmp_path / str(k), np.random.default_rng(k)
+        ksl.generate(m, ["vjp.inverse_dynamics"], folder, name="p")
+        q, (v, a, w) = m.random(k), rng.normal(size=(3, m.nv))
+        for found, D in zip(call(compiled(folder, "p").p_inverse_dynamics_vjp, (q, v, a, w), [m.nv] * 3), m.inverse_dynamics_derivatives(q, v, a)):
+            assert np.abs(found - w @ D).max() <= 1e-12 * np.abs(D).max()
