@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import ksl
-from ksl.load_cases.load_case import LoadCase
+from ksl.load_cases.load_case import LoadCase, Payload
 from ksl.load_cases.computed_cases import KEPT_CASES
 from ksl.load_cases.summary_table import ALL_CASES
 from ksl.motions.motion import Motion
@@ -77,6 +77,33 @@ def several(m: ksl.Model, count: int) -> list[LoadCase]:
     """Cases whose efforts grow with their number: the mass is accelerated."""
     t, zero = np.arange(8) / 10, np.zeros((8, 1))
     return [LoadCase(m, Motion(t, zero, zero, zero - k), name=f"case {k}", motion_file=f"{k}.csv") for k in range(count)]
+
+
+def test_what_files_and_calls_give_a_run(flange, tmp_path):
+    """A payload in a file of load cases; wrenches in a table; a point for all joints but one; a model that carries its payload already."""
+    (tmp_path / "push.csv").write_text("time,tool.fz\n" + "".join(f"{k / 10},5\n" for k in range(3)))
+    (tmp_path / "held.toml").write_text("[cases.a]\nhold = { pose = { pin = 0 } }\n")
+    force = lambda run: {row["joint"]: row["fz"] for row in run.wrenches.to_pylist()}["flange"]
+    payload = {"tool": (1.0, (0, 0, 0))}
+    assert force(ksl.compute_loads(flange, cases=tmp_path / "held.toml", payloads=payload)) == pytest.approx((MASS + 1) * G, rel=1e-12)
+    assert force(ksl.compute_loads(flange, held(flange), external=tmp_path / "push.csv")) == pytest.approx(MASS * G - 5, rel=1e-12)
+    carried = [Payload("tool", 1.0, (0, 0, 0))]
+    recorded = ksl.compute_loads(flange.with_payload("tool", 1.0), held(flange), payloads=carried)
+    assert force(recorded) == pytest.approx((MASS + 1) * G, rel=1e-12) and recorded.provenance.cases[0]["payloads"][0]["mass"] == 1
+    mixed, world, own = (ksl.compute_loads(flange, held(flange), at=at).wrenches.to_pylist() for at in ({None: "world", "flange": (0, 0, 1)}, "world", {"flange": (0, 0, 1)}))
+    assert [row["ty"] for row in mixed[:3]] == [(own if row["joint"] == "flange" else world)[i]["ty"] for i, row in enumerate(mixed[:3])]
+    for given, said in (({"external": {"tool": np.zeros(6)}}, "external = "), ({"payloads": payload}, "each load case has the model")):
+        with pytest.raises(ksl.MotionError, match=said):
+            ksl.compute_loads(flange, cases=several(flange, 1), **given)
+
+
+def test_results_may_wait_until_they_are_asked_for(flange):
+    motion = [*held(flange)[:3], np.full((3, 1), 1e308)]  # m r² times this overflows
+    with pytest.raises(ksl.MotionError, match="is not finite"):
+        ksl.compute_loads(flange, motion)
+    run = ksl.compute_loads(flange, motion, when="asked")
+    with pytest.raises(ksl.MotionError, match="is not finite"):
+        run.compute()
 
 
 def test_several_cases_are_one_data_set_with_the_worst_below(flange, tmp_path):

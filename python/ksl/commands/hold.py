@@ -82,12 +82,11 @@ def hold(
                 positions |= read_pose(model, file, time)
         positions |= named
         carried = carried_payloads(model, loaded)
-        inputs = [*model.inputs, *stiff, *ledger.files]
         options = {"on": on, "at": at, "axes": axes, "order": order, "gravity": how.gravity, "physics": how.physics, "mimic": how.mimic, "floating_base": how.floating_base}
         options |= {"loops": how.loops, "drives": how.drives, "stiffness": str(stiffness or "")} if model.loops or how.loops else {}
         run = held(
             model, positions, worst or None, of, payloads=carried, on=cast("Side", on), at=point, axes=axes, order=cast("Order", order), seed=seed,
-            inputs=inputs, options=options, command=command_line(),
+            inputs=[*stiff, *ledger.files], options=options, command=command_line(),
         )  # fmt: skip
         written = run.write(output, force=force, xlsx=xlsx) if output else []
     except (ValueError, OutputError, RuntimeError) as e:

@@ -1,38 +1,26 @@
-"""`ksl loads`."""
+"""`ksl loads`: `ksl.compute_loads` and `Run.write`, with options for their arguments."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, cast
 
 import typer
 
-from ksl.base.errors import name_among
-from ksl.base.files_read import recorded
-from ksl.base.printable import one_line
 from ksl.commands.app import GroupedOptions, app, command_line, console, discard_output, fail, is_of_printing, unwritable
+from ksl.commands.motion_options import MOTION_HELP, MotionOptions, of_motion
 from ksl.commands.options import (
-    MOTION_HELP,
     AxesOf,
-    ColumnMapFile,
     Components,
-    Degrees,
     Folder,
-    From,
-    IgnoreExtra,
     OnLinks,
     OnSide,
     OrderOf,
     PointMasses,
-    PositionsOnly,
     Replace,
-    Resample,
     Robot,
     RobotOptions,
-    TimeUnit,
-    To,
-    Topic,
     WriteCsv,
     WriteJson,
     WritePdf,
@@ -50,16 +38,15 @@ from ksl.commands.stiffness_option import Stiffness, with_stiffness
 from ksl.commands.write_run import written
 
 if TYPE_CHECKING:
-    from ksl.base.files_read import InputFile
-    from ksl.load_cases.load_case import LoadCase, Payload, Placement
+    from ksl.load_cases.given_cases import PlacementError
     from ksl.model.model import Model
     from ksl.mechanism.states import Order, Side
-    from ksl.report.loads_run import Run
     from ksl.report.pdf import Paper
 
 
 @app.command(cls=GroupedOptions)
 @of_robot("gravity", "physics", "friction_width")
+@of_motion()
 def loads(
     robot: Robot,
     motion: Annotated[Path | None, typer.Argument(metavar="[MOTION]", help=MOTION_HELP)] = None,
@@ -84,15 +71,7 @@ def loads(
     force: Replace = False,
     how: RobotOptions = RobotOptions(),
     stiffness: Stiffness = None,
-    columns: ColumnMapFile = None,
-    degrees: Degrees = False,
-    time_unit: TimeUnit = None,
-    resample: Resample = None,
-    start: From = None,
-    stop: To = None,
-    ignore_extra: IgnoreExtra = False,
-    topic: Topic = None,
-    positions_only: PositionsOnly = False,
+    reading: MotionOptions = MotionOptions(),
 ) -> None:
     """Compute the wrench through every joint along a motion and write wrenches.parquet, summary.csv and report.html.
 
@@ -106,7 +85,9 @@ def loads(
     planar and translation joints, and what each format of motions may hold.
     """
     from ksl.commands.print_loads import print_run
+    from ksl.load_cases.given_cases import PlacementError
     from ksl.output import OutputError
+    from ksl.report.compute_loads import compute_loads
     from ksl.report.files import ReportFiles
 
     _check_words(fail_on, motion, cases, external, paper)
@@ -115,28 +96,24 @@ def loads(
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
     if motion is not None:
         check_order(robot, motion)
-    model = read_model(robot, how, loaded)
-    model, stiff = with_stiffness(model, stiffness)
-    placement = _placement(model, on, at, axes, order, joints)
-    reading: dict[str, Any] = {
-        "map": columns, "degrees": degrees, "time_unit": time_unit, "resample": resample, "start": start, "stop": stop,
-        "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only, "smooth": smooth,
-    }  # fmt: skip
-    options = {"on": on, "at": at, "axes": axes, "order": order, "joints": joints, "floating_base": how.floating_base, "mimic": how.mimic}
-    options |= {"strict": how.strict, "gravity": how.gravity, "model": how.model_name, "physics": how.physics, "friction_width": how.friction_width if how.physics else None}
-    options |= {"loops": how.loops, "drives": how.drives, "stiffness": str(stiffness or "")} if model.loops or how.loops else {}
-    options |= {name: value for name, value in (("xacro", how.xacro), ("package", how.package)) if value}
-    options |= {name: str(value) if name == "map" else value for name, value in reading.items() if value not in (None, False)}
+    model, stiff = with_stiffness(read_model(robot, how, loaded), stiffness)
+    common, own = _points(at)
     try:
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)
-        run = _run(model, stiff, motion, cases, external, columns, placement, loaded, reading, options)
+        run = compute_loads(
+            model, motion, cases, payloads=carried_payloads(model, loaded), external=external, on=cast("Side", on), at=_numbers(common, own), axes=axes,
+            order=cast("Order", order), joints=[name.strip() for name in joints.split(",")] if joints else [], reading={**asdict(reading), "smooth": smooth}, when="asked",
+            inputs=stiff, options={"at": at, "joints": joints, **_of_robot(model, how, stiffness)}, command=command_line(),
+        )  # fmt: skip
         out = console(120)
         files = written(run, output, out, csv, force, report, xlsx=xlsx)
         print_run(out, run, [f"written to {output}: {', '.join(files)}", f"report: {output / 'report.html'}"])
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
+    except PlacementError as e:
+        _refused(e, model, own, joints)
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
-        fail(e)
+        fail(in_options(e, on=on, at=common, axes=axes, order=order))
     except OSError as e:
         if not is_of_printing(e):
             raise
@@ -158,66 +135,32 @@ def _check_words(fail_on: str | None, motion: Path | None, cases: Path | None, e
         fail(f"--paper {paper}: expected A4 or letter")
 
 
-def _run(
-    model: Model, read: list[InputFile], motion: Path | None, cases: Path | None, external: Path | None, columns: Path | None, placement: Placement,
-    loaded: dict[str, tuple[float, list[float]]], reading: dict[str, Any], options: dict[str, Any],
-) -> Run:  # fmt: skip
-    """The load cases that the arguments name, with what made them.  read: files beside that of the robot."""
-    from ksl.load_cases.provenance import provenance_of
-    from ksl.report.loads_run import Run
-
-    carried = carried_payloads(model, loaded)
-    found, files = _cases(model, motion, cases, external, placement, carried, reading)
-    inputs = [*model.inputs, *read, *files]
-    return Run(found, provenance_of(found, inputs, options, command_line()))
-
-
-def _cases(
-    model: Model, motion: Path | None, cases: Path | None, external: Path | None, placement: Placement, carried: list[Payload],
-    reading: dict[str, Any],
-) -> tuple[list[LoadCase], list[InputFile]]:  # fmt: skip
-    """The load cases, and the files that they come from.  reading: how motions are read, in a file of cases those without options."""
-    from ksl.load_cases.case_file import read_cases
-    from ksl.load_cases.load_case import LoadCase
-    from ksl.motions.reading import read_motion, read_wrenches
-
-    if cases is not None:
-        return read_cases(model, cases, placement, motion, carried, reading)
-    assert motion is not None
-    with recorded() as ledger:
-        moved = read_motion(model, motion, **reading)
-        wrenches, doubts = read_wrenches(model, external, moved.time) if external else ({}, [])
-    moved = replace(moved, doubts=[*moved.doubts, *doubts])
-    return [LoadCase(model, moved, placement, wrenches, "standard input" if str(motion) == "-" else one_line(motion.stem), str(motion), carried)], ledger.files
-
-
-def _placement(model: Model, on: str, at: list[str], axes: str, order: str, joints: str) -> Placement:
-    """Where and how wrenches are expressed.  `at` holds one common point, and JOINT=X,Y,Z of single joints."""
-    from ksl.load_cases.load_case import Placement
-
+def _points(at: list[str]) -> tuple[str, dict[str, str]]:
+    """The words of the common point of the moments, and of those of single joints."""
     common = [point for point in at if "=" not in point]
     if len(common) > 1:
         fail(f"--at {common[1]}: the second point for all joints; give JOINT=X,Y,Z for single joints")
-    text = common[0] if common else "joint"
-    point = numbers(text, "--at", 3) if "," in text else text
-    points: dict[str, list[float]] = {}
-    for given, _, xyz in (one.rpartition("=") for one in at if "=" in one):
-        name = _known(model, given, f"--at {given}={xyz}")
-        points[name] = numbers(xyz, f"--at {name}=", 3)
-    chosen = [_known(model, name.strip(), f"--joints {joints}") for name in joints.split(",")] if joints else []
-    for name in points:
-        if chosen and name not in chosen:
-            fail(f"--at {name}=…: a point of a joint that --joints leaves out; add it there, or leave out the point")
-    try:
-        model.reaction_request(on, point, axes, order, "total", [])
-    except ValueError as e:
-        fail(in_options(e, on=on, at=text, axes=axes, order=order))
-    return Placement(cast("Side", on), point, axes, cast("Order", order), points, chosen)  # the request was not refused
+    own = [one.rpartition("=") for one in at if "=" in one]
+    return common[0] if common else "joint", {joint: xyz for joint, _, xyz in own}
 
 
-def _known(model: Model, joint: str, option: str) -> str:
+def _numbers(common: str, own: dict[str, str]) -> dict[str | None, str | list[float]]:
+    """The same as `ksl.compute_loads` takes them."""
+    return {None: numbers(common, "--at", 3) if "," in common else common, **{joint: numbers(xyz, f"--at {joint}=", 3) for joint, xyz in own.items()}}
+
+
+def _of_robot(model: Model, how: RobotOptions, stiffness: Path | None) -> dict[str, Any]:
+    """What the record of the results says of the robot."""
+    said: dict[str, Any] = {"floating_base": how.floating_base, "mimic": how.mimic, "strict": how.strict, "gravity": how.gravity, "model": how.model_name}
+    said |= {"physics": how.physics, "friction_width": how.friction_width if how.physics else None}
+    said |= {"loops": how.loops, "drives": how.drives, "stiffness": str(stiffness or "")} if model.loops or how.loops else {}
+    return said | {name: value for name, value in (("xacro", how.xacro), ("package", how.package)) if value}
+
+
+def _refused(error: PlacementError, model: Model, points: dict[str, str], joints: str) -> NoReturn:
+    """Says of an option what is wrong with its joint."""
+    if error.left_out:
+        fail(f"--at {error.joint}=…: a point of a joint that --joints leaves out; add it there, or leave out the point")
+    option = f"--joints {joints}" if error.argument == "joints" else f"--at {error.joint}={points[error.joint]}"
     names = [*(j.name for j in model.joints), *model.loop_names]
-    plain: str = name_among(names, joint, "joint")
-    if plain not in names:
-        fail(f"{option}: no joint {joint!r}; {suggestion(joint, names, f'the joints of {model.name} are')}")
-    return plain
+    fail(f"{option}: no joint {error.joint!r}; {suggestion(error.joint, names, f'the joints of {model.name} are')}")

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ksl.load_cases.load_case import Payload
     from ksl.model.model import Model
 
+Decorator = Callable[[Callable[..., None]], Callable[..., None]]
 Robot = Annotated[Path, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, MJCF (with the package mujoco) or USD (with usd-core).")]
 RobotText = Annotated[Path, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, or MJCF (with the package mujoco).")]
 """The robot of commands that read the file themselves, or have others read it."""
@@ -31,16 +32,6 @@ Strict = Annotated[bool, typer.Option("--strict", help="An inertia that no rigid
 Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in world axes, m/s²; otherwise that of the file, or 0,0,-9.81.")]
 Physics = Annotated[str, typer.Option("--physics", metavar="NAMES", help="Physics of joints, separated by commas: damping, friction or exact friction, armature, rotor or rotor bodies, spring, force elements; or all.")]
 FrictionWidth = Annotated[float, typer.Option("--friction-width", metavar="SPEED", help="Where smooth friction has 0.71 of its full strength, rad/s or m/s, for joints without one of their own.")]
-ColumnMapFile = Annotated[Path | None, typer.Option("--map", metavar="FILE", help="Which column of the motion is which joint's, and its unit, sign, scale and offset: TOML or CSV (docs/motions.md).")]
-Degrees = Annotated[bool, typer.Option("--degrees", help="Angles of the motion and their rates are in degrees.")]
-TimeUnit = Annotated[str | None, typer.Option("--time-unit", metavar="s|ms|us|ns|min", help="Unit of the motion's times; s unless its file says another.")]
-Resample = Annotated[float | None, typer.Option("--resample", metavar="HZ", help="Resample the motion to equal steps, on quintic splines.")]
-From = Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Use the motion from this time on.")]
-To = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="Use the motion up to this time.")]
-IgnoreExtra = Annotated[bool, typer.Option("--ignore-extra", help="Leave out columns of the motion that belong to no joint.")]
-Topic = Annotated[str | None, typer.Option("--topic", metavar="NAME", help="Topic of a bag, where several have joint states, or sheet of a workbook.")]
-PositionsOnly = Annotated[bool, typer.Option("--positions-only", help="Differentiate the positions, even if the motion has velocities or accelerations.")]
-MOTION_HELP = "CSV, Excel workbook, Parquet, NPZ, MCAP or ROS bag with the positions of all moving joints over time; - is standard input."
 ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which model of an SDF file that has several.")]
 Loops = Annotated[str, typer.Option("--loops", metavar="FILE.toml|cut", help="Joints that close loops, in a file beside the robot's; or leave those of the robot's file out.")]
 Drives = Annotated[str, typer.Option("--drives", metavar="NAMES", help="The joints that have motors, of a robot with loops, separated by commas.")]
@@ -84,19 +75,23 @@ OF_READING = {name: hint for name, hint in get_type_hints(RobotOptions, include_
 """Options that say how a robot's file is read.  Every command that reads one takes them, but for those of `FIXED`."""
 
 
-def of_robot(*computed: str, without: Collection[str] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
+def of_robot(*computed: str, without: Collection[str] = ()) -> Decorator:
     """A command with the options of RobotOptions in the place of its argument `how`: of those that say what is computed only these; and without some of the others."""
-    names = [each.name for each in fields(RobotOptions) if each.name not in without and (each.name not in COMPUTED or each.name in computed)]
-    hints, defaults = get_type_hints(RobotOptions, include_extras=True), RobotOptions()
+    return with_options("how", RobotOptions, [each.name for each in fields(RobotOptions) if each.name not in without and (each.name not in COMPUTED or each.name in computed)])
+
+
+def with_options(argument: str, record: type, names: Sequence[str]) -> Decorator:
+    """A command with options in the place of an argument that is a record: these of its fields."""
+    hints, defaults = get_type_hints(record, include_extras=True), record()
 
     def decorated(command: Callable[..., None]) -> Callable[..., None]:
         own = inspect.signature(command, eval_str=True)
         options = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=getattr(defaults, name), annotation=hints[name]) for name in names]
-        parameters = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own.parameters.values() for each in (options if p.name == "how" else [p])]
+        parameters = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own.parameters.values() for each in (options if p.name == argument else [p])]
 
         @functools.wraps(command)
         def called(**given: Any) -> None:
-            command(how=RobotOptions(**{name: given.pop(name) for name in names}), **given)
+            command(**{argument: record(**{name: given.pop(name) for name in names})}, **given)
 
         called.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
         called.__annotations__ = {p.name: p.annotation for p in parameters}

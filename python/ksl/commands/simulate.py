@@ -13,8 +13,8 @@ import typer
 
 from ksl.base.files_read import recorded
 from ksl.commands.app import GroupedOptions, app, command_line, console, fail
+from ksl.commands.motion_options import MOTION_HELP
 from ksl.commands.options import (
-    MOTION_HELP,
     Components,
     Folder,
     OnLinks,

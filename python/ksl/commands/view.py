@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ksl.commands.app import GroupedOptions, app, errors, fail
+from ksl.commands.motion_options import MotionOptions, of_motion
 from ksl.commands.options import (
     DEFAULT_FRICTION_WIDTH,
-    ColumnMapFile,
-    Degrees,
-    IgnoreExtra,
-    PositionsOnly,
     Robot,
     RobotOptions,
-    TimeUnit,
-    Topic,
     check_order,
     of_robot,
     read_model,
@@ -36,6 +31,7 @@ NOTES = 5
 
 @app.command(cls=GroupedOptions)
 @of_robot("gravity", "physics", "friction_width")
+@of_motion(without=("resample", "start", "stop"))
 def view(
     robot: Robot,
     motion: Annotated[Path | None, typer.Argument(metavar="MOTION|RESULTS", help="A motion, as for `ksl loads`, or the folder that `ksl loads` has written; otherwise the robot at rest.")] = None,
@@ -47,12 +43,7 @@ def view(
     port: Annotated[int | None, typer.Option(metavar="PORT", help="Of the page, on 127.0.0.1; otherwise 8080 or a free one.")] = None,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")] = True,
     how: RobotOptions = RobotOptions(),
-    columns: ColumnMapFile = None,
-    degrees: Degrees = False,
-    time_unit: TimeUnit = None,
-    ignore_extra: IgnoreExtra = False,
-    topic: Topic = None,
-    positions_only: PositionsOnly = False,
+    reading: MotionOptions = MotionOptions(),
 ) -> None:
     """Show a robot, a motion or results of `ksl loads` with the wrenches at the joints, in a page on this machine or in a file.
 
@@ -75,11 +66,10 @@ def view(
     results: Results | None = None
     try:
         if export is not None:
-            refuse_inputs([export], [file for file in (robot, motion, external, columns, None if how.loops in ("", "cut") else Path(how.loops)) if file is not None])
+            refuse_inputs([export], [file for file in (robot, motion, external, reading.map, None if how.loops in ("", "cut") else Path(how.loops)) if file is not None])
         if motion is not None and is_results(motion):
             results = read_results(motion, case or None)
         model = _model(robot, results, how)
-        reading = {"map": columns, "degrees": degrees, "time_unit": time_unit, "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only}
         scene = _scene(model, results, motion, reading, external, package_path)
         if joint:
             scene.joint_index(joint)
@@ -99,7 +89,7 @@ def view(
         fail(e)
 
 
-def _scene(model: Model, results: Results | None, motion: Path | None, reading: dict[str, Any], external: Path | None, package_path: list[Path]) -> Scene:
+def _scene(model: Model, results: Results | None, motion: Path | None, reading: MotionOptions, external: Path | None, package_path: list[Path]) -> Scene:
     """What the page shows: results, a motion, or the robot at rest."""
     from ksl.motions.reading import read_external, read_motion
     from ksl.viewer.results_scene import scene_of_motion, scene_of_results
@@ -111,7 +101,7 @@ def _scene(model: Model, results: Results | None, motion: Path | None, reading: 
         return scene
     if motion is None:
         return make_scene(model, package_paths=package_path)
-    moved = read_motion(model, motion, **reading)
+    moved = read_motion(model, motion, **asdict(reading))
     wrenches = read_external(model, external, moved.time) if external else {}
     return scene_of_motion(model, moved.time, moved.q, moved.v, moved.a, wrenches, package_path)
 

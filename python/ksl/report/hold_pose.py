@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from ksl.base.files_read import InputFile
 from ksl.load_cases.closed_poses import closed_pose, named_joints
-from ksl.load_cases.given_cases import checked, robot_file
+from ksl.load_cases.given_cases import checked
 from ksl.load_cases.holding import Pose, given_pose, worst_pose
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.poses import held_still, neutral, pose_of
@@ -55,7 +55,7 @@ def hold(
     The search tries 4096 random poses of that seed at once, and refines the 12 best by a quasi-Newton method within bounds (L-BFGS-B);
     it is reproducible, and finds the largest value unless that has a very narrow peak.  How many of the 12 came to the same value is in `run.cases[0].kind`,
     the pose is `run.cases[0].motion.q[0]`.
-    Raises MotionError or ValueError.  inputs, options, command: for the provenance.
+    Raises MotionError or ValueError.  inputs, options, command: for the provenance, files beside those of the robot, what made the model, and who asked.
 
         run = ksl.hold("robot.urdf", {"elbow": 1.5})
         worst = ksl.hold("robot.urdf", worst="elbow").cases[0].motion.q[0]
@@ -77,6 +77,6 @@ def hold(
         q = search.q
         name, kind = f"worst {quantity} of {worst}", f"{kind}, in the pose with the largest {quantity} of {worst} (seed {seed}; {search})"
     case = LoadCase(robot, held_still(robot, q, closing), placement, name=name, payloads=payloads, kind=kind, static=True)
-    run = Run([case], provenance_of([case], list(inputs) or robot_file(robot), options or {}, command))
+    run = Run([case], provenance_of([case], [*robot.inputs, *inputs], options or {}, command))
     run.compute()
     return run
