@@ -94,7 +94,7 @@ class Batch:
         recording = function.recording
         self.printer, self.kept = LanesPrinter(recording, prefix), 0
         own = [(name, size, f"{name}_l") for name, size in recording.inputs if name != "external"]
-        self.inputs = own + [(f"external{k}", 6, f"external_l + {6 * k}") for k in range(len(function.external))]
+        self.inputs = own + [(f"external{k}", 6, f"external_l + {6 * k}") for k in range(len(function.arguments.external))]
         """Names, numbers, and where their lanes go: a wrench has rows of its own, and lies behind the one before it."""
         self.results = [(name, size, f"{name}_l") for (name, _), size in zip(recording.results, recording.sizes())]
 

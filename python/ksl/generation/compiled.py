@@ -13,7 +13,8 @@ from ksl.base.errors import ArgumentError, CompilerError
 from ksl.generation.batches import instruction_bytes, source
 from ksl.generation.cache import cached
 from ksl.generation.compiler import Compiler, find_compiler
-from ksl.generation.requests import Arguments, functions_of
+from ksl.generation.arguments import Arguments
+from ksl.generation.requests import functions_of
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
@@ -31,8 +32,10 @@ def compiled(model: Model, algorithms: Sequence[str], scalar: Literal["double", 
     single = scalar == "float"
     links = tuple(model.link_names[model.frame_link(link)] for link in ([external] if isinstance(external, str) else external))
     algorithms = algorithms.split(",") if isinstance(algorithms, str) else list(algorithms)
-    functions = functions_of(model, algorithms, Arguments(links), single)
+    functions = functions_of(model, algorithms, Arguments(links), single, "least-norm")
     for function in functions:
+        if function.derivative:
+            raise ArgumentError(f"algorithms: models have no call {function.derivative}.{function.row}; ksl.generate makes a function of it")
         if (function.recording.outputs < 0).any():
             raise ArgumentError(f"algorithms: {function.row} leaves numbers of its result unwritten, and isn't compiled; the whole matrix is")
         if function.recording.has_library_sine:
@@ -44,7 +47,7 @@ def compiled(model: Model, algorithms: Sequence[str], scalar: Literal["double", 
     for number, function in enumerate(functions):
         address = ctypes.cast(getattr(library, f"{PREFIX}call_{number}"), ctypes.c_void_p).value
         assert address is not None
-        code.append((algorithms[number], function.row, function.request, [model.link_names.index(link) for link in function.external], single, lanes, memory[number], address))
+        code.append((algorithms[number], function.row, function.request, [model.link_names.index(link) for link in function.arguments.external], single, lanes, memory[number], address))
     return model._with_code(code)
 
 
