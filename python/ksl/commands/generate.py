@@ -22,6 +22,7 @@ def generate(
     arguments: Annotated[str, typer.Option(metavar="NAMES", help="Inputs besides: external:LINK+LINK (a wrench on each link), gravity, payload:LINK (added to its inertia), parameters:LINK (in place of it).")] = "",
     contract: Annotated[bool, typer.Option("--contract", help="Let compilers fuse products and sums: faster, and no longer KSL's results to the bit.")] = False,
     undetermined: Annotated[str, typer.Option(metavar="refuse|least-norm", help="Reactions of closed mechanisms that rigid bodies leave open.")] = "refuse",
+    lanes: Annotated[int, typer.Option(metavar="N", help="Functions of arrays of states, too, N of which are computed at a time: 4 doubles with AVX2, 8 with AVX-512.")] = 0,
     force: Annotated[bool, typer.Option("--force", help="Replace files of others with these names in DIR.")] = False,
     how: RobotOptions = RobotOptions(),
 ) -> None:
@@ -36,7 +37,7 @@ def generate(
     model = read_model(robot, how)
     words = [word for word in arguments.split(",") if word]
     try:
-        files = write(model, algorithms.split(","), output, name, cast(Literal["double", "float"], scalar), words, contract, force, cast(Undetermined, undetermined))
+        files = write(model, algorithms.split(","), output, name, cast(Literal["double", "float"], scalar), words, contract, force, cast(Undetermined, undetermined), lanes)
     except (ValueError, OutputError) as e:
-        fail(in_options(e, scalar=scalar, name=name, undetermined=undetermined))
+        fail(in_options(e, scalar=scalar, name=name, undetermined=undetermined, lanes=lanes))
     console(120).print(f"written: {', '.join(str(path) for path in files)}", highlight=False, soft_wrap=True, markup=False)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ksl.generation.lanes import LanesPrinter, lanes_type, support
+from ksl.generation.lanes import LanesPrinter, support
 from ksl.generation.recording import Operation
 from ksl.generation.requests import Function
 from ksl.generation.rows import ROWS
@@ -26,17 +26,6 @@ typedef struct {
   REAL *first;
   ptrdiff_t stride;
 } @rows;
-
-/* Are the results finite, and not large?  Their sum is. */
-static inline int @ordinary(const @lanes *x, int n, REAL most, int of_squares) {
-  @lanes sum[4] = {@all(ZERO), @all(ZERO), @all(ZERO), @all(ZERO)};
-  @lanes all;
-  int k;
-  for (k = 0; k < n; ++k)
-    sum[k & 3] += of_squares ? x[k] * x[k] : x[k];
-  all = (sum[0] + sum[1]) + (sum[2] + sum[3]);
-  return @holds(@absolute(all) < @all(most)); /* false for NaN */
-}
 
 /* Rows of the states that are left; the last one again where lanes are without a state. */
 static void @copy_last(const REAL *rows, ptrdiff_t stride, int columns, size_t states, REAL *out) {
@@ -57,6 +46,19 @@ static void @copy_back(const REAL *rows, int columns, size_t states, REAL *out, 
 """
 
 
+ORDINARY = """\
+/* Are the results finite, and not large?  Their sum is. */
+static inline int @ordinary(const @lanes *x, int n, REAL most, int of_squares) {
+  @lanes sum[4] = {@all(ZERO), @all(ZERO), @all(ZERO), @all(ZERO)};
+  @lanes all;
+  int k;
+  for (k = 0; k < n; ++k)
+    sum[k & 3] += of_squares ? x[k] * x[k] : x[k];
+  all = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  return @holds(@absolute(all) < @all(most)); /* false for NaN */
+}
+
+"""
 LOOP = """\
 static size_t @states_$NUMBER$(size_t n, const @rows *inputs, const @rows *results, @lanes *memory) {
 $MEMORY$  size_t k;
@@ -87,15 +89,19 @@ RESULT = {
 
 
 class Batch:
-    """The function of many states for one recorded function.  stops: before a block with a result that isn't ordinary."""
+    """The function of many states for one recorded function.
 
-    def __init__(self, function: Function, number: int, prefix: str, scalar: str, lanes: int, stops: bool = True) -> None:
-        self.function, self.number, self.prefix, self.scalar, self.lanes, self.stops = function, number, prefix, scalar, lanes, stops
+    of_library: the library calls it: it stops before a block with a result that isn't ordinary, and each wrench has rows of its own."""
+
+    def __init__(self, function: Function, number: int, prefix: str, scalar: str, lanes: int, of_library: bool = True) -> None:
+        self.function, self.number, self.prefix, self.scalar, self.lanes, self.of_library = function, number, prefix, scalar, lanes, of_library
         recording = function.recording
         self.printer, self.kept = LanesPrinter(recording, prefix), 0
-        own = [(name, size, f"{name}_l") for name, size in recording.inputs if name != "external"]
-        self.inputs = own + [(f"external{k}", 6, f"external_l + {6 * k}") for k in range(len(function.arguments.external))]
-        """Names, numbers, and where their lanes go: a wrench has rows of its own, and lies behind the one before it."""
+        self.inputs: list[tuple[str, int, str]] = []
+        """Names, numbers, and where their lanes go."""
+        for name, size in recording.inputs:
+            apart = name == "external" and of_library
+            self.inputs += [(f"{name}{k}", 6, f"{name}_l + {6 * k}") for k in range(size // 6)] if apart else [(name, size, f"{name}_l")]
         self.results = [(name, size, f"{name}_l") for (name, _), size in zip(recording.results, recording.sizes())]
 
     def memory(self) -> str:
@@ -122,7 +128,7 @@ class Batch:
         text["LISTED"] = ", ".join(f"{name}_l" for name in (*given, "w"))
         squares, most = ROWS[self.function.row].needs_mass, LARGEST[ROWS[self.function.row].needs_mass][self.scalar]
         ordinary = " && ".join(f"@ordinary({place}, {size}, {self.printer.literal(most)}, {int(squares)})" for _, size, place in self.results)
-        text["STOP"] = f"    if (!({ordinary}))\n      return k;\n" if self.stops else ""
+        text["STOP"] = f"    if (!({ordinary}))\n      return k;\n" if self.of_library else ""
         for templates, all_ in ((INPUT, self.inputs), (RESULT, self.results)):
             for part, template in templates.items():
                 text[part] = text.get(part, "") + "".join(
@@ -147,20 +153,20 @@ def instruction_bytes(instructions: str) -> int:
     return {"x86-64-v4": 64, "x86-64-v3": 32}.get(instructions, 16)
 
 
-def definitions(functions: Sequence[Function], prefix: str, scalar: str, lanes: int) -> str:
-    """What functions of many states call."""
+def definitions(functions: Sequence[Function], prefix: str, scalar: str, lanes: int, judged: bool) -> str:
+    """What functions of many states call; judged: those of the library."""
     used = {Operation(int(what)) for function in functions for what in set(function.recording.operations.tolist())}
-    trigonometric, one = bool(used & {Operation.SINE, Operation.COSINE}), f"{prefix}one_"
-    parts = [f"#define {prefix.upper()}PART __attribute__((noinline))\n", lanes_type(prefix, scalar, lanes), turning(prefix, scalar, lanes)]
-    if trigonometric:
-        parts.append(sine_cosine(one, scalar))
-    return "\n".join([*parts, support(prefix, scalar, lanes, trigonometric, f"{one}sine_cosine"), in_words(ROWS_TYPE, prefix, scalar, lanes)])
+    parts = [f"#define {prefix.upper()}PART __attribute__((noinline))\n"]
+    if used & {Operation.SINE, Operation.COSINE}:
+        parts.append(sine_cosine(f"{prefix}one_", scalar))
+    parts += [support(prefix, scalar, lanes, used, judged, f"{prefix}one_sine_cosine"), turning(prefix, scalar, lanes)]
+    return "\n".join([*parts, in_words(ROWS_TYPE + (ORDINARY if judged else ""), prefix, scalar, lanes)])
 
 
 def source(functions: Sequence[Function], prefix: str, scalar: str, lanes: int) -> tuple[str, list[int]]:
     """The text of a library with a function `PREFIXcall_K` for each of the functions, and the bytes of memory that each needs."""
     batches = [Batch(function, number, prefix, scalar, lanes) for number, function in enumerate(functions)]
-    parts = [INCLUDED, definitions(functions, prefix, scalar, lanes)]
+    parts = [INCLUDED, definitions(functions, prefix, scalar, lanes, True)]
     for number, batch in enumerate(batches):
         parts += [batch.text(), in_words(f"size_t @call_{number}(size_t n, const @rows *inputs, const @rows *results, void *memory) {{\n  return @states_{number}(n, inputs, results, (@lanes *)memory);\n}}\n", prefix, scalar, lanes)]
     return "\n".join(parts), [batch.kept * lanes * (8 if scalar == "double" else 4) for batch in batches]

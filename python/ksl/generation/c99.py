@@ -38,7 +38,7 @@ class Printer:
 
     def __init__(self, of: Recording, prefix: str) -> None:
         self.of, self.prefix = of, prefix
-        self.straight, self.storage = STRAIGHT, ""
+        self.straight, self.storage, self.maybe_unread = STRAIGHT, "", tuple[str, ...]()
         self.real, self.condition, self.sine_cosine = "float" if of.single else "double", "int", f"{prefix}math_sine_cosine"
         self.operations: list[int] = of.operations.tolist()
         self.operands: list[list[int]] = of.operands.tolist()
@@ -87,7 +87,7 @@ class Printer:
         inputs = len(steps)
         steps += [i for i, what in enumerate(self.operations) if what not in (Operation.INPUT, Operation.CONSTANT)]
         read = {self.pointers[int(self.of.numbers[i])] for i in steps if self.operations[i] == Operation.INPUT}
-        unread = "".join(f"  (void){name};\n" for name, _ in self.of.inputs if name not in read)
+        unread = "".join(f"  (void){name};\n" for name in (*(name for name, _ in self.of.inputs if name not in read), *self.maybe_unread))
         head = f"{self.storage}void {name}({self.parameters()}) {{\n{unread}"
         constants = "".join(f"  {target} = {self.constant(step)};\n" for step, targets in self.written.items() if self.operations[step] == Operation.CONSTANT for target in targets)
         if len(steps) <= self.straight:
@@ -160,7 +160,7 @@ class Printer:
         partner = self.partner.get(step, -1)
         other = f"x{partner}" if partner in own else f"unused{step}"
         sine, cosine = (f"x{step}", other) if self.operations[step] == Operation.SINE else (other, f"x{step}")
-        return f"  {self.real} {sine}, {cosine};\n  {self.sine_cosine}({self._operand(self.operands[step][0])}, &{sine}, &{cosine});\n"
+        return f"  {self.real} {sine}, {cosine};\n  {self.sine_cosine}({self.angle(self.operands[step][0])}, &{sine}, &{cosine});\n"
 
     def _operand(self, step: int) -> str:
         return self.constant(step) if self.operations[step] == Operation.CONSTANT else f"x{step}"
@@ -178,6 +178,10 @@ class Printer:
         if what == Operation.NEGATE:
             return f"-{a}"
         return self.called(Operation(what), [x for x in (a, b) if x])
+
+    def angle(self, step: int) -> str:
+        """The argument of the function that computes sine and cosine."""
+        return self._operand(step)
 
     def workspace(self, numbers: int) -> str:
         """The declaration of w, what parts keep for others."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ksl import _core
 from ksl.generation.arguments import OF_MODELS, argument_texts, some_numbers
 from ksl.generation.c99 import Printer, about_bytes
+from ksl.generation.lanes_files import lanes_header, lanes_source
 from ksl.generation.open_reactions import closed_position
 from ksl.generation.recording import DERIVATIVES, Operation
 from ksl.generation.requests import Function
@@ -44,6 +45,8 @@ class Code:
     scalar: str
     contract: bool
     functions: Sequence[Function]
+    lanes: int = 0
+    """Of the functions of many states; 0: there are none."""
 
     @property
     def prefix(self) -> str:
@@ -58,7 +61,11 @@ class Code:
 
     def files(self) -> dict[str, str]:
         """{name: text}, the same each time."""
-        return {
+        many = {}
+        if self.lanes:
+            many[f"{self.name}_lanes.h"] = lanes_header(self.first_line(), self.name, self.scalar, self.lanes, self.functions)
+            many[f"{self.name}_lanes.c"] = lanes_source(self.first_line(), self.name, self.scalar, self.lanes, self.functions)
+        return many | {
             f"{self.name}.h": self.header(),
             f"{self.name}.c": self.source(),
             f"{self.name}_test.c": self.test(),
@@ -184,7 +191,7 @@ extern const char {self.prefix}position_names[{self.macro}_NQ][{self.macro}_NAME
 
    Every function in {STATES} states, against what KSL computes in {self.scalar} precision.  Ends with status 1 where a result differs. */
 #include "{self.name}.h"
-
+{f'#include "{self.name}_lanes.h"' if self.lanes else ""}
 #include <math.h>
 #include <stdio.h>
 
@@ -227,8 +234,22 @@ int main(void) {{
         found = "".join(f"  static {self.scalar} {n}[{size}];\n" for (n, _), size in zip(r.results, sizes))
         arguments = ", ".join([*(f"{f.name}_{n}[k]" for n, _ in r.inputs), *(n for n, _ in r.results)])
         checks = "".join(f'    compare("{f.name}: {n}", k, {n}, {f.name}_expected_{n}[k], {size});\n' for (n, _), size in zip(r.results, sizes))
-        body = f"\nstatic void test_{f.name}(void) {{\n{found}  int k;\n  for (k = 0; k < {STATES}; ++k) {{\n    {name}({arguments});\n{checks}  }}\n}}\n\n"
+        many = self._test_of_many(f, sizes) if self.lanes else ""
+        body = f"\nstatic void test_{f.name}(void) {{\n{found}  int k;\n  for (k = 0; k < {STATES}; ++k) {{\n    {name}({arguments});\n{checks}  }}\n{many}}}\n\n"
         return text + body, f"  test_{f.name}();\n"
+
+    def _test_of_many(self, f: Function, sizes: list[int]) -> str:
+        """Lines that compute the states again and again, so many that lanes are full and some are left."""
+        n = 2 * self.lanes + STATES
+        inputs = [(name, max(1, size)) for name, size in f.recording.inputs]
+        results = [(name, size) for (name, _), size in zip(f.recording.results, sizes)]
+        arrays = "".join(f"    static {self.scalar} {name}_n[{n}][{size}];\n" for name, size in inputs + results)
+        copies = "".join(f"      for (c = 0; c < {size}; ++c)\n        {name}_n[k][c] = {f.name}_{name}[k % {STATES}][c];\n" for name, size in inputs)
+        checks = "".join(f'      compare("{f.name} in lanes: {name}", k % {STATES}, {name}_n[k], {f.name}_expected_{name}[k % {STATES}], {size});\n' for name, size in results)
+        arguments = ", ".join(f"&{name}_n[0][0]" for name, _ in inputs + results)
+        counter = "    int c;\n" if inputs else ""
+        loop = f"for (k = 0; k < {n}; ++k) {{\n"
+        return f"  {{\n{arrays}{counter}    {loop}{copies}    }}\n    {self.prefix}lanes_{f.name}({n}, {arguments});\n    {loop}{checks}    }}\n  }}\n"
 
     def state_of(self, f: Function, number: int) -> list[Numbers]:
         """Numbers of each input of a state of the self-test.  The first is at rest; those of closed mechanisms are closed."""
@@ -258,7 +279,7 @@ cmake_minimum_required(VERSION 3.16)
 project({self.name} C)
 set(CMAKE_C_STANDARD 99)
 
-add_library({self.name} STATIC {self.name}.c)
+add_library({self.name} STATIC {self.name}.c{f' {self.name}_lanes.c' if self.lanes else ''})
 target_include_directories({self.name} PUBLIC ${{CMAKE_CURRENT_SOURCE_DIR}})
 {flag}if(UNIX)
   target_link_libraries({self.name} PUBLIC m)
@@ -269,6 +290,15 @@ add_executable({self.name}_test {self.name}_test.c)
 target_link_libraries({self.name}_test PRIVATE {self.name})
 add_test(NAME {self.name}_test COMMAND {self.name}_test)
 """
+
+    def many(self) -> str:
+        """What is said of functions of many states."""
+        if not self.lanes:
+            return ""
+        return (
+            f"`{self.name}_lanes.h` and `{self.name}_lanes.c` have the same functions for arrays of states, {self.lanes} of which are computed at a time. They want clang, or gcc 12 or newer, "
+            f"and the instructions of the processor: compile them with `-march=native -fno-math-errno`, say. Results are the same.\n\n"
+        )
 
     def slower(self) -> str:
         """What is said of large mechanisms."""
@@ -292,7 +322,7 @@ add_test(NAME {self.name}_test COMMAND {self.name}_test)
 Numbers are `{self.scalar}`, SI units and radians. Six-vectors are linear first. The world is the frame of the robot's root, or that in which a floating base moves.
 {bits}
 
-{self.slower()}## Functions
+{self.many()}{self.slower()}## Functions
 
 | | + - * / | angles | of them / | roots | bytes of code, about |
 |---|---|---|---|---|---|

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 from ksl.base.errors import ArgumentError
 from ksl.generation.arguments import arguments_given
 from ksl.generation.files import Code
+from ksl.generation.lanes_files import POSSIBLE
 from ksl.generation.open_reactions import Undetermined
 from ksl.generation.requests import checked_prefix, functions_of
 from ksl.output import refuse_inputs, refuse_unknown, staged
@@ -31,6 +32,7 @@ def generate(
     contract: bool = False,
     force: bool = False,
     undetermined: Undetermined = "refuse",
+    lanes: int = 0,
 ) -> list[Path]:
     """Writes algorithms of a robot as C99 that needs no library, and returns the paths of the files.
 
@@ -48,6 +50,9 @@ def generate(
     force: whether files of others with these names are replaced.
     undetermined: "refuse" reactions of a closed mechanism with components that rigid bodies leave open, or "least-norm" for those of :meth:`Model.reactions`.
 
+    lanes: so many states are computed at a time by functions of arrays of states, in NAME_lanes.h and NAME_lanes.c; 2, 4, 8 or 16, as many as a register
+        of the processor holds: 4 doubles with AVX2, 8 with AVX-512.  0: without them.
+
     Units, frames and order are those of the model's calls; q has the order of the model's joints, which the header lists.  Functions have the engine's bits.
     Raises ArgumentError where an algorithm isn't known or can't be generated, and names that C doesn't take; OutputError.
     O(operations of the algorithms); the code of inverse dynamics of an arm with six joints has about 480.
@@ -58,13 +63,15 @@ def generate(
         raise ArgumentError(f"scalar={scalar!r}: expected double or float")
     if undetermined not in ("refuse", "least-norm"):
         raise ArgumentError(f"undetermined={undetermined!r}: expected refuse or least-norm")
+    if lanes not in (0, *POSSIBLE):
+        raise ArgumentError(f"lanes={lanes!r}: expected one of {', '.join(map(str, POSSIBLE))}, or 0 for none")
     prefix = checked_prefix(name)
     if model.nv == 0:
         raise ArgumentError(f"{model.name} has no joint that moves: there is nothing to compute")
     if isinstance(algorithms, str):
         algorithms = algorithms.split(",")
     functions = functions_of(model, list(algorithms), arguments_given(model, arguments), scalar == "float", undetermined)
-    files = Code(model, prefix, scalar, contract, functions).files()
+    files = Code(model, prefix, scalar, contract, functions, lanes).files()
     folder = Path(output)
     refuse_inputs([folder / file for file in files], [given.file for given in model.inputs])
     with staged(folder, (), None if force else lambda: _refuse_others(folder, list(files), prefix)) as stage:

@@ -11,20 +11,31 @@ from ksl.generation.recording import Operation, Recording
 STRAIGHT = 60_000
 """So many statements are one function.  What parts hand on is stored and loaded by whole vectors: Talos' forward dynamics, 11,159 operations, takes 1.8
 times as long in parts; as one function clang compiles it in 0.7 s and gcc in 4 s, and 24,600 in 2.3 s and 10 s."""
-SUPPORT = """\
+HEAD = """\
 /* LANES states at a time, each of which is computed as one state is. */
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wpsabi" /* vectors are handed on inside this file alone */
+#endif
+typedef REAL @lanes __attribute__((vector_size(LANES * sizeof(REAL)), aligned(LANES * sizeof(REAL))));
 typedef WORD @mask __attribute__((vector_size(sizeof(@lanes)), aligned(sizeof(@lanes)))); /* -1 where a condition holds, and 0 */
 
 #define @all(number) ((@lanes){SAME})
 
+"""
+PIECES = {
+    "select": """\
 static inline @lanes @select(@mask c, @lanes a, @lanes b) {
   return (@lanes)((c & (@mask)a) | (~c & (@mask)b));
 }
 
+""",
+    "absolute": """\
 static inline @lanes @absolute(@lanes x) {
   return (@lanes)((@mask)x & ~(@mask)@all(-ZERO));
 }
 
+""",
+    "root": """\
 static inline @lanes @root(@lanes x) {
   @lanes y;
   int k;
@@ -33,6 +44,8 @@ static inline @lanes @root(@lanes x) {
   return y;
 }
 
+""",
+    "arctangent": """\
 static inline @lanes @arctangent(@lanes y, @lanes x) {
   int k;
   for (k = 0; k < LANES; ++k)
@@ -40,6 +53,8 @@ static inline @lanes @arctangent(@lanes y, @lanes x) {
   return y;
 }
 
+""",
+    "holds": """\
 /* Does a condition hold in all lanes? */
 static inline int @holds(@mask c) {
   WORD all = -1;
@@ -49,8 +64,9 @@ static inline int @holds(@mask c) {
   return all != 0;
 }
 
-"""
-"""What the steps call besides sine and cosine.  In the text `@` stands for the prefix of all names."""
+""",
+}
+"""What steps call besides sine and cosine.  In the text `@` stands for the prefix of all names."""
 
 REDUCE = {
     "double": """\
@@ -94,7 +110,8 @@ POLYNOMIALS = {
 }
 SINE_COSINE = """\
 /* One by one where an angle is large. */
-static void @sine_cosine(@lanes x, @lanes *sine_of_x, @lanes *cosine_of_x) {
+static void @sine_cosine(const @lanes *angle, @lanes *sine_of_x, @lanes *cosine_of_x) {
+  const @lanes x = *angle;
 REDUCE  const @lanes z = hi * hi, zz = z * z, half_z = HALF * z;
 POLYNOMIALS  const @lanes s = hi + (z * hi * sine + (lo - half_z * lo)), v = UNITY - half_z;
   const @lanes c = v + (((UNITY - v) - half_z) + (zz * cosine - hi * lo));
@@ -120,20 +137,18 @@ WORDS = {
 }
 
 
-def lanes_type(prefix: str, scalar: str, lanes: int) -> str:
-    """The declaration of the vector type `PREFIXlanes`."""
-    return f"typedef {scalar} {prefix}lanes __attribute__((vector_size({lanes} * sizeof({scalar})), aligned({lanes} * sizeof({scalar}))));\n"
-
-
-def support(prefix: str, scalar: str, lanes: int, trigonometric: bool, sine_of_one: str) -> str:
-    """Definitions of what steps in lanes call.  sine_of_one: the name of the function for one angle."""
-    text = SUPPORT
+def support(prefix: str, scalar: str, lanes: int, used: set[Operation], judged: bool, sine_of_one: str) -> str:
+    """Types, and definitions of what is called: by steps with these operations, and where results are judged.  sine_of_one: the function for one angle."""
+    trigonometric = bool(used & {Operation.SINE, Operation.COSINE})
+    calls = {"select": trigonometric or Operation.SELECT in used, "absolute": trigonometric or judged or Operation.ABSOLUTE in used}
+    calls |= {"root": Operation.ROOT in used, "arctangent": Operation.ARCTANGENT in used, "holds": trigonometric or judged}
+    text = HEAD + "".join(piece for name, piece in PIECES.items() if calls[name])
     if trigonometric:
         text += (DIFFERENCE if scalar == "float" else "") + SINE_COSINE.replace("POLYNOMIALS", POLYNOMIALS[scalar]).replace("REDUCE", REDUCE[scalar])
     for word, meaning in WORDS[scalar].items():
         text = text.replace(word, meaning)
     text = text.replace("SAME", ", ".join(["number"] * lanes)).replace("LANES", str(lanes)).replace("SCALAR", sine_of_one)
-    return text.replace("@", prefix)
+    return text.replace("static inline", "static inline __attribute__((always_inline))").replace("@", prefix)  # vectors are then handed on by no call
 
 
 class LanesPrinter(Printer):
@@ -142,7 +157,7 @@ class LanesPrinter(Printer):
     def __init__(self, of: Recording, prefix: str) -> None:
         super().__init__(of, prefix)
         self.real, self.condition, self.sine_cosine = f"{prefix}lanes", f"{prefix}mask", f"{prefix}sine_cosine"
-        self.straight, self.storage, self.kept = STRAIGHT, "static ", 0
+        self.straight, self.storage, self.maybe_unread, self.kept = STRAIGHT, "static ", ("w",), 0
 
     def parameters(self) -> str:
         """With memory for what parts keep for others."""
@@ -151,6 +166,9 @@ class LanesPrinter(Printer):
     def workspace(self, numbers: int) -> str:
         self.kept = numbers
         return ""
+
+    def angle(self, step: int) -> str:
+        return f"&{super().angle(step)}"
 
     def constant(self, step: int) -> str:
         return self.all(self.of.numbers[step])

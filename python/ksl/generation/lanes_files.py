@@ -1,0 +1,63 @@
+"""`NAME_lanes.h` and `NAME_lanes.c`: the same functions of many states, which are computed in the compiler's vectors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ksl.generation.batches import INCLUDED, Batch, definitions, in_words
+from ksl.generation.requests import Function
+
+POSSIBLE = (2, 4, 8, 16)
+"""Numbers of a vector."""
+
+
+def lanes_header(first_line: str, name: str, scalar: str, lanes: int, functions: Sequence[Function]) -> str:
+    declared = "".join(f"void {name}_lanes_{f.name}({parameters(f, scalar)});\n" for f in functions)
+    return f"""\
+/* {first_line}
+
+   The functions of {name}.h for n states, {lanes} at a time.  Arrays have a row for each state, one behind the other, and each row is as there.  A result
+   may lie where an input of the same length is.  States are computed one by one as there, with the same results. */
+#ifndef {name.upper()}_LANES_H
+#define {name.upper()}_LANES_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+{declared}
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+"""
+
+
+def parameters(function: Function, scalar: str) -> str:
+    recording = function.recording
+    return ", ".join(["size_t n", *(f"const {scalar} *{name}" for name, _ in recording.inputs), *(f"{scalar} *{name}" for name, _ in recording.results)])
+
+
+def lanes_source(first_line: str, name: str, scalar: str, lanes: int, functions: Sequence[Function]) -> str:
+    prefix = f"{name}_"
+    parts = [f'/* {first_line} */\n#include "{name}_lanes.h"\n', INCLUDED, definitions(functions, prefix, scalar, lanes, False)]
+    for number, function in enumerate(functions):
+        batch = Batch(function, number, prefix, scalar, lanes, of_library=False)
+        parts += [batch.text(), in_words(_call(batch), prefix, scalar, lanes).replace("$PARAMETERS$", parameters(function, scalar))]
+    return "\n".join(parts)
+
+
+def _call(batch: Batch) -> str:
+    """The function that a program calls: rows lie one behind the other, and memory is on the stack."""
+    given = ", ".join(f"{{(REAL *){name}, {size}}}" for name, size, _ in batch.inputs)
+    wanted = ", ".join(f"{{{name}, {size}}}" for name, size, _ in batch.results)
+    return f"""\
+void @lanes_{batch.function.name}($PARAMETERS$) {{
+  const @rows inputs[] = {{{given}}}, results[] = {{{wanted}}};
+  @lanes memory[{max(batch.kept, 1)}];
+  @states_{batch.number}(n, inputs, results, memory);
+}}
+"""

@@ -1,0 +1,215 @@
+"""`m.compile`: the model's own bits, whatever the call, and the model's own words; and the functions of many states that `ksl generate --lanes` writes."""
+
+import ctypes
+import pickle
+
+import numpy as np
+import pytest
+from generated_code import EXAMPLES, FLAGS, FOLLOWED, run
+
+import ksl
+from ksl.base.errors import ArgumentError, CompilerError
+from ksl.generation import cache, compiled, compiler
+
+ROWS = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "jacobian:tool0", "reactions:elbow+base", "energy", "inverse_dynamics_derivatives", "relative_pose:tool0+base_link"]
+
+
+@pytest.fixture(autouse=True, scope="module")
+def cached(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("KSL_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture(scope="module")
+def ur5():
+    return ksl.load(EXAMPLES / "ur5.urdf")
+
+
+def states(m, n, dtype=np.float64, size=1.0):
+    rng = np.random.default_rng(n)
+    q = np.stack([m.random(k) for k in range(n)])
+    return (q * size if m.nq == m.nv else q).astype(dtype), *(rng.normal(size=(n, m.nv)).astype(dtype) for _ in range(2))
+
+
+CALLS = [
+    ("inverse_dynamics", lambda m, q, v, a: m.inverse_dynamics(q, v, a)),
+    ("forward_dynamics", lambda m, q, v, a: m.forward_dynamics(q, v, a)),
+    ("mass_matrix", lambda m, q, v, a: m.mass_matrix(q)),
+    ("jacobian", lambda m, q, v, a: m.jacobian(q, "tool0")),
+    ("reactions", lambda m, q, v, a: m.reactions(q, v, a, joints=["elbow", "base"])),
+    ("energy", lambda m, q, v, a: m.energy(q, v)),
+    ("inverse_dynamics_derivatives", lambda m, q, v, a: m.inverse_dynamics_derivatives(q, v, a)),
+    ("relative_pose", lambda m, q, v, a: m.relative_pose(q, "tool0", "base_link")),
+]
+
+
+def same(x, y):
+    x, y = (r if isinstance(r, tuple) else (r,) for r in (x, y))
+    return all(np.array_equal(a, b) and a.dtype == b.dtype for a, b in zip(x, y, strict=True))
+
+
+@pytest.mark.parametrize("name", ["clang", "gcc"])
+@pytest.mark.parametrize(("scalar", "dtype"), [("double", np.float64), ("float", np.float32)])
+def test_batches_of_all_lengths_have_the_bits_of_the_model(ur5, scalar, dtype, name):
+    fast = ur5.compile(ROWS, scalar=scalar, compiler=name)
+    assert fast.compiled == tuple(ROWS)
+    for n, size in ((2, 1.0), (9, 1e5), (64, 30.0), (131, 1.0)):
+        given = states(ur5, n, dtype, size)
+        for row, call in CALLS:
+            assert same(call(fast, *given), call(ur5, *given)), row
+
+
+def test_it_is_the_code_that_computes(ur5, monkeypatch):
+    written = compiled.source
+
+    def planted(*given):
+        text, memory = written(*given)
+        assert text.count("tau[3] = ") == 1
+        return text.replace("tau[3] = ", "tau[3] = 2.0 * "), memory
+
+    monkeypatch.setattr(compiled, "source", planted)
+    fast, given = ur5.compile(["inverse_dynamics"]), states(ur5, 20)
+    assert np.array_equal(fast.inverse_dynamics(*given), ur5.inverse_dynamics(*given) * [1, 1, 1, 2, 1, 1])
+    assert same(fast.inverse_dynamics(*(x[0] for x in given)), ur5.inverse_dynamics(*(x[0] for x in given)))  # one state, as before
+    assert same(fast.inverse_dynamics(*given, external={"tool0": np.ones(6)}), ur5.inverse_dynamics(*given, external={"tool0": np.ones(6)}))
+    lighter = fast.with_gravity((0, 0, -1.6))  # code has the gravity that it was made with
+    assert lighter.compiled == () and same(lighter.inverse_dynamics(*given), ur5.with_gravity((0, 0, -1.6)).inverse_dynamics(*given))
+    assert pickle.loads(pickle.dumps(fast)).compiled == ()
+
+
+def test_calls_that_ask_for_something_else_are_the_models(ur5, monkeypatch):
+    fast, (q, v, a) = ur5.compile("reactions:elbow,jacobian:tool0,frame_poses:tool0"), states(ur5, 12)
+    for call in (
+        lambda m: m.reactions(q, v, a, joints=["base"]),
+        lambda m: m.reactions(q, v, a, joints=["elbow"], on="parent"),
+        lambda m: m.reactions(q, v, a, joints=["elbow"], at=[0.1, 0, 0]),
+        lambda m: m.reactions(q, v, a, joints=["elbow"], order="ang_lin"),
+        lambda m: m.jacobian(q, "tool0", axes="world"),
+        lambda m: m.jacobian(q, "forearm_link"),
+        lambda m: m.frame_poses(q, ["forearm_link", "tool0"]),
+        lambda m: m.frame_poses(q.astype(np.float32), ["tool0"]),
+    ):
+        assert same(call(fast), call(ur5))
+
+
+def test_threads_memory_of_results_and_shapes_are_those_of_calls(ur5):
+    fast, (q, v, a) = ur5.compile(["inverse_dynamics"]), states(ur5, 1000)
+    expected = ur5.inverse_dynamics(q, v, a)
+    assert same(fast.inverse_dynamics(q, v, a, threads=2), expected)
+    assert same(fast.inverse_dynamics(q.reshape(10, 100, 6), v.reshape(10, 100, 6), a.reshape(10, 100, 6)), expected.reshape(10, 100, 6))
+    wide = np.zeros((1000, 20))
+    wide[:, 3:9] = v
+    assert same(fast.inverse_dynamics(q, wide[:, 3:9], a), expected)
+    there = a.copy()
+    assert same(fast.inverse_dynamics(q, v, there, out=there), expected)
+    assert same(fast.inverse_dynamics(q[0], v, a), ur5.inverse_dynamics(q[0], v, a))
+    q[17, 2] = np.nan
+    with pytest.raises(ValueError, match=r"q\[17, 2\] is nan"):
+        fast.inverse_dynamics(q, v, a)
+    q[17, 2], v[500] = 0, 1e200
+    messages = []
+    for m in (ur5, fast):
+        with pytest.raises(ksl.ResultError) as e:
+            m.inverse_dynamics(q, v, a)
+        messages.append(str(e.value))
+    assert messages[0] == messages[1] and "500" in messages[0]
+
+
+def test_wrenches_and_mimic_joints(ur5):
+    fast, given = ur5.compile(["inverse_dynamics"], external=["tool0", "forearm_link"]), states(ur5, 21)
+    push = {"tool0": np.random.default_rng(1).normal(size=(21, 6)), "forearm_link": np.arange(6.0)}
+    assert same(fast.inverse_dynamics(*given, external=push), ur5.inverse_dynamics(*given, external=push))
+    gripper = ksl.load_string(FOLLOWED)
+    given = states(gripper, 11)
+    for row in ("inverse_dynamics", "forward_dynamics", "mass_matrix"):
+        call = dict(CALLS)[row]
+        assert same(call(gripper.compile([row]), *given), call(gripper, *given))
+
+
+def test_closed_mechanisms_take_the_pivots_of_the_state_where_those_of_the_code_are_none():
+    m = ksl.load(EXAMPLES / "excavator.urdf")
+    rng, q = np.random.default_rng(3), []
+    while len(q) < 64:
+        found = m.close(m.integrate(m.close(m.neutral()).q, rng.normal(size=m.nv) * 0.2))
+        if found.converged:
+            q.append(found.q)
+    given = {"given": m.independent(q[0])}
+    v = np.stack([m.consistent_velocity(x, rng.normal(size=m.nv), **given) for x in q])
+    a = np.stack([m.consistent_acceleration(x, y, rng.normal(size=m.nv), **given) for x, y in zip(q, v)])
+    fast = m.compile(["inverse_dynamics", "reactions", "forward_dynamics"])
+    for row in ("inverse_dynamics", "reactions", "forward_dynamics"):
+        assert same(getattr(fast, row)(np.array(q), v, a), getattr(m, row)(np.array(q), v, a)), row
+    with pytest.raises(ValueError, match="mass_matrix"):
+        m.compile(["mass_matrix"])
+
+
+def test_what_is_not_compiled_is_refused_with_its_name(ur5):
+    floating = ksl.load(EXAMPLES / "ur5.urdf", floating_base=True)
+    for m, row, sentence in (
+        (ur5, "mass_matrix_upper", "unwritten"),
+        (floating, "integrate", "sines of the C library"),
+        (ur5, "vjp.energy", "ksl.generate"),
+        (ur5, "inverse_dynamic", "did you mean inverse_dynamics"),
+    ):
+        with pytest.raises(ArgumentError, match=sentence):
+            m.compile([row])
+    with pytest.raises(ArgumentError, match="scalar='half'"):
+        ur5.compile(["energy"], scalar="half")
+
+
+def test_the_cache_holds_what_was_compiled_and_only_the_users_own(ur5, tmp_path, monkeypatch):
+    monkeypatch.setenv("KSL_CACHE", str(tmp_path / "code"))
+    count, compile_ = [], compiler.Compiler.compile
+    monkeypatch.setattr(compiler.Compiler, "compile", lambda *given: (count.append(1), compile_(*given)))
+    given = states(ur5, 10)
+    expected = ur5.energy(given[0], given[1])
+    for _ in range(2):
+        assert same(ur5.compile(["energy"]).energy(given[0], given[1]), expected)
+    assert len(count) == 1 and (tmp_path / "code").stat().st_mode & 0o777 == 0o700
+    (library,) = (tmp_path / "code").glob(f"*{cache.SUFFIX}")
+    damaged = library.read_bytes()[:1000]
+    library.unlink()  # it is loaded
+    library.write_bytes(damaged)
+    assert same(ur5.compile(["energy"]).energy(given[0], given[1]), expected) and len(count) == 2
+    (tmp_path / "code").chmod(0o777)  # others could have put code there
+    assert same(ur5.compile(["energy"]).energy(given[0], given[1]), expected) and len(count) == 3
+    monkeypatch.setattr(cache, "MOST_BYTES", 0)
+    ur5.compile(["mass_matrix"])
+    assert len(list((tmp_path / "code").glob(f"*{cache.SUFFIX}"))) == 1  # the oldest went
+    monkeypatch.setattr(cache.os, "getuid", lambda: 12345)
+    with pytest.raises(CompilerError, match="belongs to somebody else"):
+        ur5.compile(["energy"])
+
+
+def test_without_a_compiler_it_says_what_brings_one(ur5, tmp_path, monkeypatch):
+    with pytest.raises(CompilerError, match="no compiler 'no-such-cc'"):
+        ur5.compile(["energy"], compiler="no-such-cc")
+    with pytest.raises(CompilerError, match="seems to be no compiler"):
+        ur5.compile(["energy"], compiler="false")
+    broken = tmp_path / "cc"
+    broken.write_text("#!/bin/sh\n[ \"$1\" = --version ] && echo broken 1.0 && exit 0\necho 'no memory left' >&2\nexit 3\n")
+    broken.chmod(0o700)
+    with pytest.raises(CompilerError, match="(?s)ended with status 3 for .*failed-.*which is kept.*no memory left"):
+        ur5.compile(["energy"], compiler=str(broken))
+    monkeypatch.setenv("PATH", str(tmp_path / "nothing"))
+    monkeypatch.setattr(compiler, "find_spec", lambda name: None)
+    with pytest.raises(CompilerError, match=r"pip install 'ksl\[compile\]'"):
+        ur5.compile(["energy"])
+
+
+@pytest.mark.parametrize("scalar", ["double", "float"])
+def test_generated_functions_of_many_states_agree_with_the_engine(ur5, tmp_path, scalar):
+    algorithms = ["inverse_dynamics", "reactions", "energy", "jacobian:tool0"]
+    for lanes, name, march in ((8, "clang", "x86-64-v3"), (4, "gcc", "x86-64-v3"), (2, "gcc", "x86-64")):
+        folder = tmp_path / f"{lanes}{name}"
+        ksl.generate(ur5, algorithms, folder, name="last", scalar=scalar, arguments=["external:tool0+elbow", "gravity"], lanes=lanes)
+        run(name, *FLAGS, f"-march={march}", "last.c", "last_lanes.c", "last_test.c", "-o", "test", "-lm", cwd=folder)
+        assert run(folder / "test", cwd=folder) == "all results agree\n"
+    with pytest.raises(ArgumentError, match="lanes=3"):
+        ksl.generate(ur5, algorithms, tmp_path / "x", lanes=3)
+    run("gcc", *FLAGS, "-march=x86-64", "-fPIC", "-shared", "last_lanes.c", "-o", "code.so", "-lm", cwd=folder)
+    code, (q, v, _) = ctypes.CDLL(str(folder / "code.so")), states(ur5, 7, np.float64 if scalar == "double" else np.float32)
+    gravity, kinetic, potential = np.tile(np.array([1, 2, -3], q.dtype), (7, 1)), np.empty(7, q.dtype), np.empty(7, q.dtype)
+    code.last_lanes_energy(ctypes.c_size_t(7), *(ctypes.c_void_p(x.ctypes.data) for x in (q, v, gravity, kinetic, potential)))
+    assert same((kinetic, potential), ur5.with_gravity((1, 2, -3)).energy(q, v))
