@@ -18,7 +18,7 @@ STRAIGHT = 6000
 PART = 2000
 """So many statements a part has at most."""
 STATEMENT_BYTES, RESULT_BYTES = 11, 4
-"""Of code, at -O2 for x86-64: of 15 algorithms of the UR5 and the Panda, double and float, gcc 12 makes 0.77 to 1.16 of this, clang 14 0.69 to 1.27."""
+"""How much code is made of them, at -O2 for x86-64: of 15 algorithms of the UR5 and the Panda, double and float, gcc 12 makes 0.77 to 1.16 of this, clang 14 0.69 to 1.27."""
 BINARY = {
     Operation.ADD: "+", Operation.SUBTRACT: "-", Operation.MULTIPLY: "*", Operation.DIVIDE: "/", Operation.LESS: "<", Operation.AT_MOST: "<=", Operation.EQUAL: "==",
 }  # fmt: skip

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.base.errors import ArgumentError
-from ksl.mechanism.closed_reactions import COMPONENTS
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
 
 Undetermined = Literal["refuse", "least-norm"]
+COMPONENTS = ("fx", "fy", "fz", "tx", "ty", "tz")
 POSITIONS = 3
 """Positions in which reactions are judged: in a singular one more of them are open than in the others."""
 NAMED = 4

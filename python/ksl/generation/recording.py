@@ -45,7 +45,7 @@ DERIVATIVES = {
     "jvp": "Rates of results (NAME_dot) for rates of the inputs (NAME_dot): the derivative times a vector, forward.",
     "vjp": "Weights of the inputs (NAME_bar) for weights of the results (NAME_bar): the sum of weights times derivatives, backward.",
 }
-"""Of each kind of derivative what headers say."""
+"""What headers say of each kind of derivative."""
 CONDITIONS = (Operation.LESS, Operation.AT_MOST, Operation.EQUAL)
 
 
