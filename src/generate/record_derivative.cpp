@@ -3,6 +3,7 @@
 #include "generate/differentiate.hpp"
 #include "generate/recorded_inputs.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <stdexcept>
 #include <string>
@@ -26,6 +27,9 @@ void refuse(const model &m, const std::string &row, const recorded &of) {
     throw std::invalid_argument(
         "derivatives of " + row +
         " can't be generated for a closed mechanism, whose coordinates depend on each other; cut the loops");
+  const auto is_root = [](const step &s) { return s.what == operation::root; }; // as the law of friction has
+  if (m.exact_friction() && std::any_of(of.steps.steps().begin(), of.steps.steps().end(), is_root))
+    throw std::invalid_argument("derivatives of " + row + ": " + model::exact_friction_text());
 }
 
 /// How numbers of q change along joint velocities: q ⊕ δ at δ = 0.

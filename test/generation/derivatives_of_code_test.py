@@ -1,6 +1,7 @@
 """Derivatives of generated functions, against the engine's."""
 
 import numpy as np
+import pytest
 from generated_code import EXAMPLES, FLAGS, FOLLOWED, call, compiled, run
 
 import ksl
@@ -41,3 +42,11 @@ def test_derivatives_along_quaternions_and_followers(tmp_path):
         q, (v, a, w) = m.random(k), rng.normal(size=(3, m.nv))
         for found, D in zip(call(compiled(folder, "p").p_inverse_dynamics_vjp, (q, v, a, w), [m.nv] * 3), m.inverse_dynamics_derivatives(q, v, a)):
             assert np.abs(found - w @ D).max() <= 1e-12 * np.abs(D).max()
+
+
+def test_derivatives_of_exact_friction_are_refused(tmp_path):
+    text = (EXAMPLES / "panda.urdf").read_text().replace('<parent link="panda_link0"/>', '<parent link="panda_link0"/><dynamics friction="2"/>')
+    m = ksl.load_string(text, physics="exact friction")
+    with pytest.raises(ValueError, match="exact dry friction"):
+        ksl.generate(m, ["vjp.inverse_dynamics"], tmp_path / "out")
+    ksl.generate(m, ["vjp.mass_matrix"], tmp_path, name="p")
