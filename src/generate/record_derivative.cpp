@@ -57,9 +57,9 @@ private:
 };
 
 /// How the numbers of an input are listed where they are a result.
-std::vector<int> shape_of(const recorded_input &of, int numbers) {
-  const int columns = of.name == "external" ? 6 : of.name == "payload" || of.name == "parameters" ? 10 : numbers;
-  return numbers > columns ? std::vector<int>{numbers / columns, columns} : std::vector<int>{numbers};
+std::vector<int> shape_of(const recorded_input &of, int size) {
+  const int columns = of.name == "external" ? 6 : of.name == "payload" || of.name == "parameters" ? 10 : size;
+  return size > columns ? std::vector<int>{size / columns, columns} : std::vector<int>{size};
 }
 
 int size_of(const recorded_result &of) {
