@@ -34,6 +34,14 @@ template <class S> void append(const ksl::spatial_inertia<double> &I, numbers<S>
     to.push_back(static_cast<S>(x));
 }
 
+/// The last link that is welded to another; the root where there is none.
+int last_welded(const ksl::model &m) {
+  int l = m.view().links - 1;
+  while (l > 0 && m.view().link[l].carried_by_moving_joint)
+    --l;
+  return l;
+}
+
 /// A payload on a moving and a welded link, or their own parameters replaced, as inputs: against the engine's model that has the sums.  Without
 /// payload there are the bits of the model alone.
 template <class Algorithm, class S>
@@ -42,7 +50,7 @@ void check_inertias(const ksl::model &m, bool replaces, std::mt19937 &random, do
   INFO("row ", std::string(row.name), replaces ? ", parameters" : ", payload");
   requests of = requests_of(row, m, random_state(m, random), sizeof(S) == 4);
   of.wanted.joints.link = of.asked.links.data();
-  const std::vector<int> links = {m.view().links - 1, m.view().links / 2};
+  const std::vector<int> links = {m.view().links / 2, last_welded(m)};
   (replaces ? of.wanted.parameter_links : of.wanted.payload_links) = links;
   const recorded made = ksl::generate::record(m, of.wanted);
   const state_over<S> s = rounded<S>(state_with_pushes(m, random));

@@ -103,7 +103,7 @@ struct requests {
   ksl::generate::request wanted;
 };
 inline requests requests_of(const ksl::algorithm_row &row, const ksl::model &m, const state &s, bool single) {
-  requests both = {of_links(m, 2), {}};
+  requests both = {of_links(m, row.request == ksl::request_kind::reactions ? 1 : 2), {}}; // welded ones, too
   if (row.request == ksl::request_kind::relative)
     both.asked.links = {m.view().links - 1, m.view().links / 2};
   both.wanted.row = row.name, both.wanted.links = both.asked.links, both.wanted.single = single;
