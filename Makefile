@@ -114,7 +114,7 @@ site_of_ksl = $$($(BIN)/python -c 'import pathlib, ksl; print(pathlib.Path(ksl._
 bench: bench-build
 	$(BIN)/python bench/run.py build/bench
 	$(BIN)/python bench/growth.py build/bench
-	for script in loops simulation; do PYTHONPATH=$(site_of_ksl) build/bench/venv/bin/python bench/$$script.py || exit 1; done
+	for script in loops simulation compiled; do PYTHONPATH=$(site_of_ksl) build/bench/venv/bin/python bench/$$script.py || exit 1; done
 
 # The same, and then the plots and tables of docs/performance.md.
 bench-plots: bench-build

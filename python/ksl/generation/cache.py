@@ -19,7 +19,7 @@ from ksl.base.errors import CompilerError
 
 VARIABLE = "KSL_CACHE"
 MOST_BYTES = 256 << 20
-"""Of all libraries; those that were used longest ago go first."""
+"""All libraries together have so many; those that were used longest ago go first."""
 SUFFIX = ".dll" if sys.platform == "win32" else ".so"
 
 
@@ -50,8 +50,9 @@ def _usual() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ksl" / "code"
 
 
-def cached(key: str, make: Callable[[Path, Path], None], text: str) -> Path:
-    """The library of this key; make(source, library) compiles it where it isn't there, or isn't what was written."""
+def cached(key: str, make: Callable[[Path, Path, Path], None], text: str) -> Path:
+    """The library of this key; make(source, library, kept) compiles it where it isn't there, or isn't what was written.  kept: where the source stays if
+    that fails."""
     folder = cache_folder()
     library = folder / f"{key}{SUFFIX}"
     if _is_whole(library):
@@ -61,12 +62,12 @@ def cached(key: str, make: Callable[[Path, Path], None], text: str) -> Path:
     with tempfile.TemporaryDirectory(dir=folder, prefix="making-") as place:
         source, made = Path(place) / "code.c", Path(place) / f"code{SUFFIX}"
         source.write_text(text, encoding="ascii", newline="\n")
+        kept = folder / f"failed-{key[:16]}.c"
         try:
-            make(source, made)
-        except CompilerError as error:
-            kept = folder / f"failed-{key[:16]}.c"
+            make(source, made, kept)
+        except CompilerError:
             os.replace(source, kept)
-            raise CompilerError(str(error).replace(str(source), str(kept))) from None
+            raise
         _said(library).write_text(_hash(made), encoding="ascii")
         os.replace(made, library)  # whole, or not at all: other processes may load it
     _forget_oldest(folder, library)

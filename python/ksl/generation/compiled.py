@@ -15,12 +15,13 @@ from ksl.generation.cache import cached
 from ksl.generation.compiler import Compiler, find_compiler
 from ksl.generation.arguments import Arguments
 from ksl.generation.requests import functions_of
+from ksl.model.model import with_code
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
 
 PREFIX = "k_"
-"""Of all names in the text.  No name of a robot is in it."""
+"""All names in the text begin with it.  No name of a robot is in it."""
 _loaded: list[ctypes.CDLL] = []
 """Libraries stay loaded: a call on another thread may still run in one."""
 
@@ -48,7 +49,7 @@ def compiled(model: Model, algorithms: Sequence[str], scalar: Literal["double", 
         address = ctypes.cast(getattr(library, f"{PREFIX}call_{number}"), ctypes.c_void_p).value
         assert address is not None
         code.append((algorithms[number], function.row, function.request, [model.link_names.index(link) for link in function.arguments.external], single, lanes, memory[number], address))
-    return model._with_code(code)
+    return with_code(model, code)
 
 
 def load(text: str, compiler: Compiler) -> ctypes.CDLL:

@@ -21,7 +21,7 @@ CANDIDATES = ("clang", "gcc", "cc")
 BRING = "install one, as by `apt install clang`, or `pip install 'ksl[compile]'`, which brings one along; or name one in the variable KSL_CC"
 MOST_SECONDS = 600
 SHOWN_LINES = 6
-"""Of what a compiler says."""
+"""So many of what a compiler says are shown."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class Compiler:
             target = [f"-march={instructions}"] if instructions.startswith("x86") else []
         return ["-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fPIC", "-shared", "-w", *target]
 
-    def compile(self, source: Path, library: Path) -> None:
-        """Raises CompilerError with the first lines that the compiler says."""
+    def compile(self, source: Path, library: Path, kept: Path) -> None:
+        """Raises CompilerError with the first lines that the compiler says.  kept: where the source is found afterwards."""
         command = [*self.command, *self.flags(), str(source), "-o", str(library), "-lm"]
         try:
             done = subprocess.run(command, capture_output=True, timeout=MOST_SECONDS, cwd=library.parent, check=False)
@@ -51,7 +51,7 @@ class Compiler:
         if done.returncode or not library.exists():
             said = [line for line in done.stderr.decode("utf-8", "replace").splitlines() if line.strip()][:SHOWN_LINES]
             ended = f"was ended by signal {-done.returncode}" if done.returncode < 0 else f"ended with status {done.returncode}"
-            raise CompilerError("\n    ".join([f"{self.command[0]} {ended} for {source}, which is kept:", *said]))
+            raise CompilerError("\n    ".join([f"{self.command[0]} {ended} for {kept}, which is kept:", *said]))
 
 
 def find_compiler(name: str | None = None) -> Compiler:

@@ -46,7 +46,7 @@ class Code:
     contract: bool
     functions: Sequence[Function]
     lanes: int = 0
-    """Of the functions of many states; 0: there are none."""
+    """So many states are computed at a time by functions of many; 0: there are none."""
 
     @property
     def prefix(self) -> str:

@@ -203,11 +203,6 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls):
         """What :meth:`compile` was asked for."""
         return tuple(self._core.compiled())
 
-    def _with_code(self, code: list[tuple[str, str, Any, list[int], bool, int, int, int]]) -> Model:
-        """The same model with compiled functions: words, row, request, links with wrenches, single precision, lanes,
-        bytes of memory, address."""
-        return self._with_core(self._core.with_code(code), self._arguments)
-
     def _repr_html_(self) -> str:
         """What a notebook shows: a picture of the mechanism, and its joints."""
         html: str = function_of("_repr_html_")(self)
@@ -262,6 +257,11 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls):
         """
         shown: ShownModel = function_of("show")(self, q, v, a, time, external, joint=joint, port=port, package_paths=package_paths, browser=browser)
         return shown
+
+
+def with_code(model: Model, code: list[tuple[str, str, Any, list[int], bool, int, int, int]]) -> Model:
+    """The same model with compiled functions: words, row, request, links with wrenches, single precision, lanes, bytes of memory, address."""
+    return model._with_core(model._core.with_code(code), model._arguments)
 
 
 def layout_of(model: Model) -> Layout | None:
