@@ -14,6 +14,8 @@ class Kind(Enum):
     COLUMN = "a column of a motion that is not used"
     TIME_UNIT = "the unit in which times were taken"
     MASSES = "inertias that no rigid body can have, and moving links without mass"
+    HELD = "a load case at rest"
+    SIMULATED = "a load case whose motion is computed"
     QUATERNION = "a quaternion that was normalised"
 
 

@@ -247,7 +247,7 @@ def _renamed_attribute(element: _Element, old: str, new: str) -> Repair:
 def not_loaded(robot: RobotFile) -> Iterator[Broken]:
     if robot.refusal:
         line, said = place_and_rest(robot.refusal, str(robot.path))
-        yield Broken(said.strip().removeprefix("file: "), line)
+        yield Broken(said, line)
 
 
 RULES = [

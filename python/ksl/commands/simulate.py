@@ -237,5 +237,5 @@ def _motions(model: Model, cases: list[LoadCase]) -> dict[str, Callable[[Path], 
     def write(case: LoadCase, path: Path) -> None:
         write_motion(model, Generated(case.motion, facts={"kind": "simulate"}), path)
 
-    simulated = [k for k, case in enumerate(cases, 1) if case.kind.startswith("simulated")]
+    simulated = [k for k, case in enumerate(cases, 1) if case.motion.integrated]
     return {"motion.csv" if len(cases) == 1 else f"motion_{k}.csv": partial(write, cases[k - 1]) for k in simulated}

@@ -35,13 +35,13 @@ def _of_poses(model: Model, states: States, ksl: Numbers, numbers: Numbers, name
     if names == (ORIENTATIONS,) and all(close(transposed[link], pose, 1.0) for link, pose in ksl.poses.items()):
         yield Note("frame", "its rotation matrices lead from the world to the link: they are the transposes", names)
         return
-    groups: dict[str, list[str]] = {}
+    groups: dict[tuple[str, bool], list[str]] = {}
     for link, ours, theirs in _across_joints(model, ksl, numbers):
         if not close(theirs, ours, _lengths(ksl)):
             groups.setdefault(_in_words(model, states, link, ours, theirs), []).append(f"{model.joint_above(link).name} (link {link})")
-    for text, places in groups.items():
+    for (text, explains), places in groups.items():
         shown = f"{', '.join(places[:SHOWN])}{f' and {len(places) - SHOWN} more' if len(places) > SHOWN else ''}"
-        yield Note("joint placement", f"{text}: {shown}", names if "not constant" not in text else ())
+        yield Note("joint placement", f"{text}: {shown}", names if explains else ())
 
 
 def with_other_quaternions(model: Model, states: States) -> States:
@@ -86,20 +86,20 @@ def _across_joints(model: Model, ksl: Numbers, numbers: Numbers) -> Iterator[tup
             yield link, ours, theirs
 
 
-def _in_words(model: Model, states: States, link: str, ours: Array, theirs: Array) -> str:
-    """What an offset of a link is; the same words where several have the same."""
+def _in_words(model: Model, states: States, link: str, ours: Array, theirs: Array) -> tuple[str, bool]:
+    """What an offset of a link is, in the same words where several have the same; and whether that explains all that differs."""
     joint, scale = model.joint_above(link), 1.0
     after, before = np.linalg.solve(ours, theirs), theirs @ np.linalg.inv(ours)
     for offset, where in ((after, "in the link's axes"), (before, "in the parent's axes")):
         if close(offset, np.broadcast_to(offset[0], offset.shape), scale):
-            return f"frames are apart by {_motion(offset[0])} {where}, at every position"
+            return f"frames are apart by {_motion(offset[0])} {where}, at every position", True
     if joint.nv == 1:
         q = states.q.copy()
         q[:, joint.q_index] *= -1.0
         poses = model.frame_poses(q, [f"link:{joint.parent}", f"link:{link}"]) if joint.parent else None
         if poses is not None and close(np.linalg.solve(poses[:, 0], poses[:, 1]), theirs, scale):
-            return "the axis points the other way"
-    return "frames are apart by what is not constant: another axis, or another number of the joint"
+            return "the axis points the other way", True
+    return "frames are apart by what is not constant: another axis, or another number of the joint", False
 
 
 def _motion(X: Array) -> str:

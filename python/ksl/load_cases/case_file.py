@@ -90,7 +90,7 @@ class _Reader:
         _known_keys(self._file, tables, ("defaults", "cases"))
         defaults = _table(f"{self._file}: defaults", tables.get("defaults", {}))
         _known_keys(f"{self._file}: defaults", defaults, KEYS)
-        named = _table(f"{self._file}: cases", tables.get("cases", {}))
+        named = _table(f"{self._file}: cases", tables.get("cases", {}), ", as [cases.NAME]")
         if not named:
             raise CaseError(f"{self._file}: no load cases; give a table [cases.NAME] for each")
         found = [case for name, keys in named.items() for case in self._cases_of(name, keys, defaults)]
@@ -210,7 +210,7 @@ class _Case:
         external = [self._external(i, e) for i, e in enumerate(_list(f"{self.where}: external", self.spec.get("external", [])))]
         if self.spec.get("hold", False) is not False:
             motion, file = self._held(model)
-            return [self._made(model, replace(at_rest(motion), doubts=_about_units(model, motion)), file, payloads, external, "held at rest by brakes", ALWAYS)]
+            return [self._made(model, replace(at_rest(motion), doubts=_about_units(model, motion)), file, payloads, external, "held at rest by brakes", ALWAYS, static=True)]
         if self.spec.get("simulate", False) is not False:
             return [self._simulated(model, payloads, external)]
         motion, file = self.reader.motion(self.where, self.spec.get("motion"), self.mechanism)
@@ -220,12 +220,11 @@ class _Case:
 
     def _made(
         self, model: Model, motion: Motion, file: str, payloads: Sequence[Payload], external: Sequence[WrenchOverTime], kind: str = "motion",
-        brakes_from: float = NEVER, name: str | None = None, held_at: float | None = None,
+        brakes_from: float = NEVER, name: str | None = None, held_at: float | None = None, static: bool = False,
     ) -> LoadCase:  # fmt: skip
         """held_at: the time whose external wrenches act throughout, or None."""
         time = motion.time if held_at is None else np.full(len(motion.time), held_at)
         wrenches = total_on_links(external, model, time, motion.q)
-        static = kind.startswith("held")
         return LoadCase(model, motion, self.reader.placement, wrenches, name or self.name, file, payloads, brakes_from, kind, static)
 
     def _model(self) -> tuple[Model, list[Payload]]:
@@ -440,10 +439,10 @@ def _known_keys(where: str, given: Mapping[str, Any], known: Collection[str]) ->
             raise CaseError(f"{where}: unknown key {key!r}; {near_names(key, known)}known: {', '.join(known)}")
 
 
-def _table(where: str, x: Any) -> dict[str, Any]:
+def _table(where: str, x: Any, shape: str = "") -> dict[str, Any]:
     if not isinstance(x, dict):
         listed = isinstance(x, list) and all(isinstance(one, dict) for one in x)
-        raise CaseError(f"{where} is {'a list of tables, [[…]]' if listed else repr(x)}; expected a table{', as [cases.NAME]' if where.endswith(': cases') else ''}")
+        raise CaseError(f"{where} is {'a list of tables, [[…]]' if listed else repr(x)}; expected a table{shape}")
     return x
 
 

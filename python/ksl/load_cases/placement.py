@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ksl.mechanism.requests import WORLD
-from ksl.mechanism.states import Order, Point, Side
+from ksl.mechanism.states import JOINT_AND, Order, Point, Side
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Placement:
     @property
     def point(self) -> str:
         """The point in one word or three numbers."""
-        return self.at if isinstance(self.at, str) else "joint + " + " ".join(f"{x:g}" for x in self.at)
+        return self.at if isinstance(self.at, str) else JOINT_AND + " ".join(f"{x:g}" for x in self.at)
 
     @property
     def about(self) -> str:

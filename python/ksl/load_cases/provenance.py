@@ -14,6 +14,7 @@ import numpy as np
 
 from ksl._core import __version__
 from ksl.base.files_read import InputFile
+from ksl.base.notes import Kind, Note
 from ksl.load_cases.load_case import LoadCase, Payload
 from ksl.mechanism.lengths import extent
 from ksl.mechanism.mechanism import Joint
@@ -104,7 +105,7 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
     time, source = case.motion.time, case.motion.source
     return {
         "name": case.name,
-        "kind": case.kind,
+        "kind": _kind(case),
         "brake": bool(case.braked.any()),
         "motion": case.motion_file,
         "format": source.format if source else None,
@@ -122,6 +123,11 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
         "external": list(case.external),
         "external_wrenches": {link: [float(x) for x in w[0]] for link, w in case.external.items() if (w == w[0]).all()},
     }
+
+
+def _kind(case: LoadCase) -> str:
+    """What the samples are, in words; a note where the report asks for its kind."""
+    return Note(Kind.HELD, case.kind) if case.static else Note(Kind.SIMULATED, case.kind) if case.motion.integrated else case.kind
 
 
 def _resolution(case: LoadCase) -> dict[str, float]:

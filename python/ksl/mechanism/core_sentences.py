@@ -49,5 +49,5 @@ def as_call(error: ValueError, was: str, call: str = "") -> str:
 def place_and_rest(refusal: str, file: str) -> tuple[int | None, str]:
     """The line of the file that a refusal names, or None, and what it says of it."""
     said = refusal.removeprefix(f"{file}:")
-    line = re.match(r"(\d+):\s*", said)
-    return (int(line[1]), said[line.end() :]) if line else (None, said)
+    line = re.match(r"(\d+):", said)
+    return int(line[1]) if line else None, said[line.end() if line else 0 :].strip().removeprefix("file: ")

@@ -36,6 +36,8 @@ EFFORT_PARTS = ("transmitted", "damping", "friction", "rotor", "spring")
 """What the efforts of motors consist of, in the order of `Model.effort_parts`."""
 Point = str | Sequence[float]
 """'joint', 'world', a link's name, or three numbers: an offset from the joint's origin in the joint's axes, m."""
+JOINT_AND = "joint + "
+"""How the words of a point begin that is given by its offset from the joint's origin, in the joint's axes, m."""
 
 
 _ENDINGS: dict[str, Endings] = {}
@@ -152,3 +154,8 @@ def as_rows(inputs: list[NDArray[Any]], wrenches: list[NDArray[Any]], leading: t
 def numbers(x: ArrayLike) -> NDArray[Any]:
     """Numbers (…), one for each state, as rows (…, 1)."""
     return real_array(x, "fraction")[..., np.newaxis]
+
+
+def offset_in(point: str) -> list[float] | None:
+    """The offset that the words of a point say, m; None for the joint's origin, the world's and those of links.  Raises ValueError for words that are no numbers."""
+    return [float(x) for x in point.removeprefix(JOINT_AND).split()] if point.startswith(JOINT_AND) else None

@@ -307,12 +307,11 @@ class Follower:
                 f"the neutral position does not lead to a closed one: a search found {count(self._searched, 'assembly').replace('assemblys', 'assemblies')}, and the nearest "
                 "was taken; give the columns of all joints to say which is meant"
             )
-        differentiated = [line.replace("of all joints", f"of {', '.join(held.names)}") for line in found.differentiated]
         resolution = found.resolution
         if resolution is not None:
             resolution = np.where(np.isin(np.arange(model.nv), held.rates), resolution, 0.0)
         return replace(
-            found, raw_q=raw, stands=stands, held=still, closing=closing, differentiated=[*differentiated, *notes],
+            found, raw_q=raw, stands=stands, held=still, closing=closing, differentiated=[*found.differentiated, *notes],
             contradictions=[*found.contradictions, *doubts], resolution=resolution,
         )  # fmt: skip
 

@@ -156,7 +156,7 @@ def complete(
     doubts = [*suspicions(model, time, q, v), *impossible, *of_positions, *doubts_about_gaps(joints, as_given.time, as_given.q)]
     if isinstance(model, Calls):
         doubts += doubts_about_noise(model, joints, as_given, found, (q, v, a), smooth, np.asarray(standing.held.all(axis=0)))
-    said = [*_differentiated(joints, given, smooth), *corners, *_stands(joints, standing)]
+    said = [*_differentiated(joints, given, smooth, follow), *corners, *_stands(joints, standing)]
     unsmoothed = None if smooth is None else raw_q
     return Motion(time, q, v, a, said, contradictions, doubts, unsmoothed, smooth, corner_times, None, standing.stands, standing.held, standing.rate)
 
@@ -206,13 +206,13 @@ def _smoothed(
     return q, [[None if x is None else smoothed(time, x, cutoff, name) for x in group] for group in given]
 
 
-def _differentiated(joints: tuple[Joint, ...], given: list[list[Array | None]], smooth: float | None) -> list[str]:
+def _differentiated(joints: tuple[Joint, ...], given: list[list[Array | None]], smooth: float | None, follow: Follow | None) -> list[str]:
     said: dict[str, list[str]] = {}
     for joint, (joint_v, joint_a) in zip(joints, given, strict=True):
         how = "accelerations" if joint_v is not None else "velocities" if joint_a is not None else "velocities and accelerations"
         if joint_v is None or joint_a is None:
             said.setdefault(how, []).append(joint.name)
-    whose = {how: "all joints" if len(names) == len(joints) else ", ".join(names) for how, names in said.items()}
+    whose = {how: "all joints" if len(names) == len(joints) and follow is None else ", ".join(names) for how, names in said.items()}
     lines = [f"{how} of {names} differentiated from a quintic spline through the samples" for how, names in whose.items()]
     if smooth is not None:
         lines.insert(0, f"positions and given rates smoothed at {smooth:g} Hz, without delay: amplitudes at that frequency are halved")

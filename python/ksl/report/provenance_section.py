@@ -50,10 +50,10 @@ def _rigidity(case: Case) -> str:
 
 
 def _followed(case: Case) -> str:
-    kind = str(case.get("kind", ""))
-    if kind.startswith("simulated"):
-        return f"The motion is computed ({kind}), and is that of rigid bodies."
-    return "The mechanism is at rest." if kind.startswith("held") else "The motion is followed exactly."
+    kind = [case.get("kind", "")]
+    if of_kind(kind, Kind.SIMULATED):
+        return f"The motion is computed ({kind[0]}), and is that of rigid bodies."
+    return "The mechanism is at rest." if of_kind(kind, Kind.HELD) else "The motion is followed exactly."
 
 
 def _physics(case: Case) -> str:

@@ -17,7 +17,7 @@ from ksl.base.files_read import being_read
 from ksl.base.input_files import Unreadable, check_regular
 from ksl.base.rounding import OF_POSITIONS
 from ksl.mechanism.joint_kinds import has_one_coordinate
-from ksl.mechanism.states import Array
+from ksl.mechanism.states import Array, offset_in
 from ksl.sizing.samples import JointSamples, ResultJoint, Spectrum, moved
 
 if TYPE_CHECKING:
@@ -114,24 +114,18 @@ class Results:
             raise SizingError(
                 f"{self.file}: wrenches are in the axes `{axes}`, from which those of the joints don't follow; run `ksl loads` without --axes"
             )
-        if at == "joint":
-            point: Array = np.zeros(3)
-        elif at.startswith("joint + "):
-            point = self._offset(at)
-        else:
+        try:
+            offset = [0.0] * 3 if at == "joint" else offset_in(at)
+        except ValueError:
+            offset = []
+        if offset is None:
             raise SizingError(
                 f"{self.file}: moments are about the point `{at}`, which moves against the joints; run `ksl loads` without --at"
             )
-        return (-1.0 if on == "parent" else 1.0), point
-
-    def _offset(self, at: str) -> Array:
-        try:
-            point = np.array([float(x) for x in at.removeprefix("joint + ").split()])
-        except ValueError:
-            point = np.zeros(0)
+        point = np.array(offset)
         if point.shape != (3,) or not np.isfinite(point).all():
             raise SizingError(f"{self.file}: moments are about the point {at!r}, which is none; run `ksl loads` again")
-        return point
+        return (-1.0 if on == "parent" else 1.0), point
 
     def _layout(self) -> tuple[dict[str, slice | np.ndarray], tuple[str, ...], dict[str, np.ndarray], Array]:
         """Rows of each joint, names of cases, case of each row, times.  Where joints alternate, rows are slices, which are fast."""

@@ -10,7 +10,7 @@ import numpy as np
 from ksl.base.errors import MotionError
 from ksl.mechanism.mechanism import Joint
 from ksl.mechanism.requests import WORLD
-from ksl.mechanism.states import Array
+from ksl.mechanism.states import Array, offset_in
 
 if TYPE_CHECKING:
     from ksl.viewer.scene import Scene
@@ -90,6 +90,5 @@ def _frame(scene: Scene, own: Array, name: str) -> Array:
 
 def _point(scene: Scene, own: Array, at: str) -> Array:
     """(n, 3): the point that moments are about, in the world, m."""
-    if not at.startswith("joint + "):
-        return np.asarray(_frame(scene, own, at)[:, :3, 3])
-    return np.asarray(own[:, :3, 3] + own[:, :3, :3] @ np.array([float(x) for x in at.removeprefix("joint + ").split()]))
+    offset = offset_in(at)
+    return np.asarray(_frame(scene, own, at)[:, :3, 3] if offset is None else own[:, :3, 3] + own[:, :3, :3] @ np.array(offset))

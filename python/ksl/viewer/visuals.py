@@ -62,7 +62,7 @@ def appearance(model: Mechanism, package_paths: Sequence[str | os.PathLike[str]]
 
 def of_file(model: Mechanism, package_paths: Sequence[str | os.PathLike[str]] = ()) -> tuple[bool, list[str]]:
     """Whether surfaces of the model's file are drawn, and a line about meshes that can't be.  Looks where they are, and reads none: O(links)."""
-    drawn, named, faults = False, 0, []
+    drawn, named, faults, of_packages = False, 0, [], False
     for link in _urdf_links(model).values():
         for kind in (kind for element in link.findall("visual") for kind in element.findall("geometry/*")):
             if kind.tag != "mesh":
@@ -74,11 +74,12 @@ def of_file(model: Mechanism, package_paths: Sequence[str | os.PathLike[str]] = 
             fault = "is not found" if path is None else mesh_fault(path)
             drawn = drawn or fault is None
             faults += [f"{filename} {fault}"] if fault else []
+            of_packages |= fault is not None and filename.startswith("package:")
     if named and find_spec("trimesh") is None:
         return drawn, ["pictures show no meshes: reading them needs the extra ksl[view] (pip install 'ksl[view]')"]
     if not faults:
         return drawn, []
-    mend = "; ROS_PACKAGE_PATH names folders of packages" if any("package://" in fault for fault in faults) else ""
+    mend = "; ROS_PACKAGE_PATH names folders of packages" if of_packages else ""
     count = f"{len(faults)} of {named} meshes" if named > 1 else "the mesh"
     first = f", the first: {faults[0]}" if len(faults) > 1 else f": {faults[0]}"
     return drawn, [f"pictures are without {count} of the file{first}{mend}"]

@@ -52,10 +52,10 @@ def test_titles_units_indents_empty_sheets_and_remarks(leg, book, rows):
     above = [["Test 7, arm 2"], ["Examiner", "Ada"], ["Date", datetime.datetime(2026, 11, 3, 14, 22)], ["Rate", 10, "Hz"], ["Bench", 50 * "x"], []]
     table = [*above, [None, *NAMES], [None, "ms", "deg", "[mm]"], *[[None, *row] for row in degrees.tolist()], [], []]
     table[9].append("recorded by Ada")
-    motion = ksl.read_motion(leg, book(Empty=[], Log=table, Notes=[["see page 3", "and 4"]]))
+    motion = ksl.read_motion(leg, book(**{"Empty": [], "sheet 2": table, "Notes": [["see page 3", "and 4"]]}))
     np.testing.assert_allclose(np.column_stack([motion.time, motion.q]), rows, atol=1e-12)
     notes = "\n".join(motion.source.notes)
-    assert "'Test 7, arm 2', 'Examiner Ada', 'Date 2026-11-03 14:22:00', 'Rate 10 Hz', 'Bench " + 34 * "x" + "', above the names" in notes
+    assert "left out of sheet 'sheet 2': 'Test 7, arm 2', 'Examiner Ada', 'Date 2026-11-03 14:22:00', 'Rate 10 Hz', 'Bench " + 34 * "x" + "', above the names" in notes
     assert "'recorded by Ada' in cell E10" in notes and "converted from deg to rad: hip" in notes and "they hold no numbers: sheets Notes" in notes
     for row in table[8:18]:
         row[4:] = ["ok"]

@@ -258,7 +258,7 @@ def _rows(file: str, sheet: Any, empty: Iterator[int]) -> Iterator[Row]:
 
 def _table(file: str, sheet: str, rows: Iterator[Row], notes: list[str]) -> WorkbookTable:
     where = f"{file}: sheet {sheet!r}"
-    header, rows = _header(where, rows, notes)
+    header, rows = _header(where, sheet, rows, notes)
     start = next(i for i, x in enumerate(header.cells) if x is not None)
     names = _names(where, header, start)
     columns = {name: _Column(letters(start + i)) for i, name in enumerate(names)}
@@ -279,7 +279,7 @@ def _table(file: str, sheet: str, rows: Iterator[Row], notes: list[str]) -> Work
     return WorkbookTable(file, sheet, header, columns, units, first, notes)
 
 
-def _header(where: str, rows: Iterator[Row], notes: list[str]) -> tuple[Row, Iterator[Row]]:
+def _header(where: str, sheet: str, rows: Iterator[Row], notes: list[str]) -> tuple[Row, Iterator[Row]]:
     """The row with the names of columns, and the rows below it.
 
     Above it may be titles, and rows that begin with a text: names with their values, as programs write them before a measurement.  Two texts are such
@@ -309,7 +309,7 @@ def _header(where: str, rows: Iterator[Row], notes: list[str]) -> tuple[Row, Ite
     if pair is None:
         raise MotionError(f"{where}: no names of columns; give `time` and a column for each joint, a row for each sample")
     if above:
-        notes.append(f"left out of sheet {where.rpartition('sheet ')[2]}: {listed(above[:MOST_NOTES])}, above the names of columns")
+        notes.append(f"left out of sheet {sheet!r}: {listed(above[:MOST_NOTES])}, above the names of columns")
     return pair, rows
 
 

@@ -124,12 +124,11 @@ def _sentence(
     else:
         source = f"{what} of {joint.name} have noise of {noise.deviation[cause]:.2g} {per} (standard deviation)"
     after = "" if smooth is None else f", also after smoothing at {smooth:g} Hz"
+    share = f"may be {100 * errors.share[worst]:.0f} % noise" if errors.share[worst] < 1 else "are noise"
     result = (
         f"{source}: differentiated{after}, that makes errors of ±{of_acceleration[cause]:.3g} {unit}/s² in accelerations, and of "
-        f"±{errors.deviation[worst]:.3g} {effort} in efforts of {moved.name}, whose peak is {errors.peak[worst]:.3g} {effort}; peaks are noise"
+        f"±{errors.deviation[worst]:.3g} {effort} in efforts of {moved.name}, whose peak is {errors.peak[worst]:.3g} {effort}; peaks {share}"
     )
-    if errors.share[worst] < 1:
-        result = result.replace("peaks are noise", f"peaks may be {100 * min(1.0, errors.share[worst]):.0f} % noise")
     if proposed is None:
         return f"{result}. Give accelerations, or smooth with --smooth HZ"
     return f"{result}. Smooth the positions{'' if smooth is None else ' more'}: --smooth {proposed:g}"
