@@ -1,5 +1,6 @@
 """Python methods (ksl.mechanism.calls), and types of the compiled calls that nanobind can't derive for the stub of ksl._core."""
 
+import re
 import textwrap
 
 from generator.rows import ALGORITHMS, MARK, Algorithm, has, ordered, sentence
@@ -128,7 +129,9 @@ def method(row: Algorithm) -> str:
     if len(one_line) <= WIDTH:
         text = one_line + text[text.index(f"    ) -> {array}:") + len(f"    ) -> {array}:") :]
     elif len(line) + 8 > WIDTH:
-        text = text.replace(f"        {line}\n", "".join(f"        {argument},\n" for argument in line.split(", ")))
+        whole = re.sub(r"(?<!,) ", "\0", re.sub(r"\[[^]]*\]", lambda brackets: brackets[0].replace(" ", "\0"), line + ","))  # lines break between arguments
+        lines = textwrap.fill(whole, WIDTH, initial_indent=8 * " ", subsequent_indent=8 * " ", break_long_words=False).replace("\0", " ")
+        text = text.replace(f"        {line}\n    ) -> {array}:\n", f"{lines}\n    ) -> {array}:  # fmt: skip\n")
     return text
 
 

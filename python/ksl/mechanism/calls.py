@@ -30,15 +30,9 @@ class Calls(LoopCalls):
         return self._core.inverse_dynamics_with_reactions(q, v, a, None, external_in(external, external_axes), requests_given(requests), None, threads)
 
     def inverse_dynamics(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        external: External | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None,
         external_axes: ExternalAxes = "link",
-    ) -> Array:
+    ) -> Array:  # fmt: skip
         """Joint efforts that give accelerations `a` at positions `q` and velocities `v`.
 
         q (…, nq), v and a (…, nv) → (…, nv); rad, m, N m, N.  Leading shapes are broadcast.
@@ -68,23 +62,10 @@ class Calls(LoopCalls):
         return self._core.inverse_dynamics(q, v, a, None, external, None, out, threads)
 
     def reactions(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        external: External | None = None,
-        on: Side = "child",
-        at: Point = "joint",
-        axes: str = "joint",
-        order: Order = "lin_ang",
-        part: Part = "total",
-        joints: Iterable[str] | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
-        external_axes: ExternalAxes = "link",
-        stiffness: Mapping[str,
-        Stiffness] | None = None,
-    ) -> Array:
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, on: Side = "child", at: Point = "joint", axes: str = "joint",
+        order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None,
+        external_axes: ExternalAxes = "link", stiffness: Mapping[str, Stiffness] | None = None,
+    ) -> Array:  # fmt: skip
         """The wrench through each joint: what the parent side exerts on the child side.
 
         q, v, a, external: as in :meth:`inverse_dynamics`.  Returns (…, joints, 6); N and N m.
@@ -115,15 +96,9 @@ class Calls(LoopCalls):
         return self._core.reactions(q, v, a, None, external, self.reaction_request(on, at, axes, order, part, joints), out, threads)
 
     def effort_parts(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        external: External | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None,
         external_axes: ExternalAxes = "link",
-    ) -> Array:
+    ) -> Array:  # fmt: skip
         """What the efforts (…, 5, nv) of inverse_dynamics consist of: transmitted, damping, friction, rotor, spring.
 
         q, v, a, external, out, threads: as in :meth:`inverse_dynamics`, whose result is the sum over the parts; N m, N.
@@ -138,14 +113,9 @@ class Calls(LoopCalls):
         return self._core.effort_parts(q, v, a, None, external, None, out, threads)
 
     def bias(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        external: External | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
+        self, q: ArrayLike, v: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None,
         external_axes: ExternalAxes = "link",
-    ) -> Array:
+    ) -> Array:  # fmt: skip
         """Efforts (…, nv) that hold velocities v without acceleration: Coriolis, centrifugal, gravity, less external wrenches; N m, N.
 
         q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0.  Damping, friction and springs are included
@@ -172,16 +142,9 @@ class Calls(LoopCalls):
         return self._core.gravity_torque(q, None, None, None, external, None, out, threads)
 
     def forward_dynamics(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        tau: ArrayLike,
-        external: External | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
-        external_axes: ExternalAxes = "link",
-        stabilise: Gains | None = None,
-    ) -> Array:
+        self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None,
+        external_axes: ExternalAxes = "link", stabilise: Gains | None = None,
+    ) -> Array:  # fmt: skip
         """Accelerations (…, nv) under joint efforts tau (…, nv) at q (…, nq) and v (…, nv).
 
         The inverse of :meth:`inverse_dynamics`, same conventions.  Articulated-body algorithm (Featherstone, RBDA 2008,
@@ -203,15 +166,9 @@ class Calls(LoopCalls):
         return self._core.forward_dynamics(q, v, tau, None, external, None, out, threads)
 
     def forward_dynamics_by_mass_matrix(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        tau: ArrayLike,
-        external: External | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
+        self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None,
         external_axes: ExternalAxes = "link",
-    ) -> Array:
+    ) -> Array:  # fmt: skip
         """The same as forward_dynamics, through the mass matrix: a = M⁻¹ (tau − bias).
 
         It serves to check :meth:`forward_dynamics`, with which it has no step in common.  It is slower, except for very small mechanisms.
@@ -222,18 +179,9 @@ class Calls(LoopCalls):
         return self._core.forward_dynamics_by_mass_matrix(q, v, tau, None, external, None, out, threads)
 
     def hybrid_dynamics(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        tau: ArrayLike,
-        external: External | None = None,
-        names: Iterable[str] | None = None,
-        out: tuple[Array,
-        Array] | None = None,
-        threads: int | None = None,
-        external_axes: ExternalAxes = "link",
-    ) -> tuple[Array, Array]:
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, tau: ArrayLike, external: External | None = None, names: Iterable[str] | None = None,
+        out: tuple[Array, Array] | None = None, threads: int | None = None, external_axes: ExternalAxes = "link",
+    ) -> tuple[Array, Array]:  # fmt: skip
         """Accelerations and efforts of all joints, where the accelerations of some are given, and the efforts of the others.
 
         names: the joints whose accelerations are given, in a (…, nv); by default all.  For the other joints the efforts are given, in
@@ -358,17 +306,9 @@ class Calls(LoopCalls):
         return self._core.frame_poses(q, None, None, None, None, self._links_of(names), out, threads)
 
     def frame_velocity(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        name: str,
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        offset: ArrayLike | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
-    ) -> Array:
+        self, q: ArrayLike, v: ArrayLike, name: str, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang",
+        offset: ArrayLike | None = None, out: Array | None = None, threads: int | None = None,
+    ) -> Array:  # fmt: skip
         """Twist (…, 6) of a link's frame, or of a joint's (the child link's), for q (…, nq) and v (…, nv); m/s, rad/s.
 
         axes, at: "frame" or "world", in whose axes and about whose origin the twist is.  order: "lin_ang" or "ang_lin".
@@ -381,16 +321,9 @@ class Calls(LoopCalls):
         return self._core.frame_velocity(q, v, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
 
     def frame_velocities(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        names: Iterable[str] | None = None,
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        out: Array | None = None,
-        threads: int | None = None,
-    ) -> Array:
+        self, q: ArrayLike, v: ArrayLike, names: Iterable[str] | None = None, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang",
+        out: Array | None = None, threads: int | None = None,
+    ) -> Array:  # fmt: skip
         """Twists (…, names, 6) of links' frames, or of joints' (the child links'), for q (…, nq) and v (…, nv); m/s, rad/s.
 
         names: in the order wanted; by default all links in the order of `link_names`.
@@ -399,19 +332,9 @@ class Calls(LoopCalls):
         return self._core.frame_velocities(q, v, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
 
     def frame_acceleration(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        name: str,
-        kind: Acceleration = "spatial",
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        offset: ArrayLike | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
-    ) -> Array:
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, name: str, kind: Acceleration = "spatial", axes: Expressed = "frame", at: Expressed = "frame",
+        order: Order = "lin_ang", offset: ArrayLike | None = None, out: Array | None = None, threads: int | None = None,
+    ) -> Array:  # fmt: skip
         """Acceleration (…, 6) of a link's frame, or of a joint's (the child link's), for q (…, nq), v and a (…, nv); no gravity.
 
         kind: "classical" is the acceleration of the link's point that is at the origin in question, and the rate of ω.
@@ -428,18 +351,9 @@ class Calls(LoopCalls):
         return self._core.frame_acceleration(q, v, a, None, None, self._frames_of((name,), axes, at, order, offset, kind), out, threads)
 
     def frame_accelerations(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        names: Iterable[str] | None = None,
-        kind: Acceleration = "spatial",
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        out: Array | None = None,
-        threads: int | None = None,
-    ) -> Array:
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, names: Iterable[str] | None = None, kind: Acceleration = "spatial", axes: Expressed = "frame",
+        at: Expressed = "frame", order: Order = "lin_ang", out: Array | None = None, threads: int | None = None,
+    ) -> Array:  # fmt: skip
         """Accelerations (…, names, 6) of links' frames, or of joints' (the child links'), for q (…, nq), v and a (…, nv); no gravity.
 
         names: in the order wanted; by default all links in the order of `link_names`.
@@ -459,16 +373,9 @@ class Calls(LoopCalls):
         return self._core.point_velocity(q, v, None, None, None, self._point_of(name, axes, point), out, threads)
 
     def point_acceleration(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        name: str,
-        point: ArrayLike,
-        axes: Expressed = "frame",
-        out: Array | None = None,
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, name: str, point: ArrayLike, axes: Expressed = "frame", out: Array | None = None,
         threads: int | None = None,
-    ) -> Array:
+    ) -> Array:  # fmt: skip
         """Acceleration (…, 3) of a point fixed in a link, for q (…, nq), v and a (…, nv), without gravity; m/s².
 
         name, point, axes: as in :meth:`point_velocity`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  O(depth).
@@ -476,16 +383,9 @@ class Calls(LoopCalls):
         return self._core.point_acceleration(q, v, a, None, None, self._point_of(name, axes, point), out, threads)
 
     def jacobian(
-        self,
-        q: ArrayLike,
-        name: str,
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        offset: ArrayLike | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
-    ) -> Array:
+        self, q: ArrayLike, name: str, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang", offset: ArrayLike | None = None,
+        out: Array | None = None, threads: int | None = None,
+    ) -> Array:  # fmt: skip
         """Jacobian (…, 6, nv) of a link's frame, or of a joint's (the child link's), for q (…, nq): J v is its twist.
 
         axes, at: "frame" or "world", in whose axes and about whose origin twists are.  order: "lin_ang" or "ang_lin".
@@ -498,17 +398,9 @@ class Calls(LoopCalls):
         return self._core.jacobian(q, None, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
 
     def jacobian_rate(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        name: str,
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        offset: ArrayLike | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
-    ) -> Array:
+        self, q: ArrayLike, v: ArrayLike, name: str, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang",
+        offset: ArrayLike | None = None, out: Array | None = None, threads: int | None = None,
+    ) -> Array:  # fmt: skip
         """Rate (…, 6, nv) of the Jacobian of a link's frame, for q (…, nq) and v (…, nv): of each of its numbers.
 
         The rate of each number of :meth:`jacobian` with the same keywords: J a + rate v is the rate of J v.
@@ -517,17 +409,9 @@ class Calls(LoopCalls):
         return self._core.jacobian_rate(q, v, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
 
     def relative_pose(
-        self,
-        q: ArrayLike,
-        name: str,
-        seen_from: str,
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        offset: ArrayLike | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
-    ) -> Array:
+        self, q: ArrayLike, name: str, seen_from: str, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang",
+        offset: ArrayLike | None = None, out: Array | None = None, threads: int | None = None,
+    ) -> Array:  # fmt: skip
         """Pose (…, 4, 4) of a link's frame as seen from another link's, for q (…, nq); m.
 
         name, seen_from: links, or joints (the child links).  offset: of the first frame's origin, as in :meth:`frame_velocity`.
@@ -536,18 +420,9 @@ class Calls(LoopCalls):
         return self._core.relative_pose(q, None, None, None, None, self._frames_of((name, seen_from), axes, at, order, offset), out, threads)
 
     def relative_velocity(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        name: str,
-        seen_from: str,
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        offset: ArrayLike | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
-    ) -> Array:
+        self, q: ArrayLike, v: ArrayLike, name: str, seen_from: str, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang",
+        offset: ArrayLike | None = None, out: Array | None = None, threads: int | None = None,
+    ) -> Array:  # fmt: skip
         """Twist (…, 6) of a link's frame relative to another link's, for q (…, nq) and v (…, nv); m/s, rad/s.
 
         name, seen_from: links, or joints (the child links).  It is the twist that an observer who moves with `seen_from` sees.
@@ -558,17 +433,9 @@ class Calls(LoopCalls):
         return self._core.relative_velocity(q, v, None, None, None, self._frames_of((name, seen_from), axes, at, order, offset), out, threads)
 
     def relative_jacobian(
-        self,
-        q: ArrayLike,
-        name: str,
-        seen_from: str,
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        offset: ArrayLike | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
-    ) -> Array:
+        self, q: ArrayLike, name: str, seen_from: str, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang",
+        offset: ArrayLike | None = None, out: Array | None = None, threads: int | None = None,
+    ) -> Array:  # fmt: skip
         """Jacobian (…, 6, nv) of a link's frame relative to another link's, for q (…, nq): J v is the relative twist.
 
         name, seen_from, axes, at, order, offset: as in :meth:`relative_velocity`.
@@ -577,15 +444,9 @@ class Calls(LoopCalls):
         return self._core.relative_jacobian(q, None, None, None, None, self._frames_of((name, seen_from), axes, at, order, offset), out, threads)
 
     def operational_space_inertia_inverse(
-        self,
-        q: ArrayLike,
-        names: Iterable[str] | None = None,
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        out: Array | None = None,
-        threads: int | None = None,
-    ) -> Array:
+        self, q: ArrayLike, names: Iterable[str] | None = None, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang",
+        out: Array | None = None, threads: int | None = None,
+    ) -> Array:  # fmt: skip
         """Inverse operational-space inertia (…, 6 names, 6 names), J M⁻¹ Jᵀ, symmetric, for q (…, nq).
 
         names: in the order wanted; rows and columns are the six numbers of the first frame's twist, then of the second's …
@@ -597,16 +458,9 @@ class Calls(LoopCalls):
         return self._core.operational_space_inertia_inverse(q, None, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
 
     def operational_space_inertia(
-        self,
-        q: ArrayLike,
-        names: Iterable[str] | None = None,
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        out: tuple[Array,
-        Array] | None = None,
-        threads: int | None = None,
-    ) -> tuple[Array, Array]:
+        self, q: ArrayLike, names: Iterable[str] | None = None, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang",
+        out: tuple[Array, Array] | None = None, threads: int | None = None,
+    ) -> tuple[Array, Array]:  # fmt: skip
         """Operational-space inertia (…, 6 names, 6 names), symmetric, and its rank (…), for q (…, nq).
 
         The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  If that is singular, as many directions as the
@@ -617,21 +471,10 @@ class Calls(LoopCalls):
         return self._core.operational_space_inertia(q, None, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
 
     def operational_space(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        external: External | None = None,
-        names: Iterable[str] | None = None,
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        out: tuple[Array,
-        Array,
-        Array,
-        Array] | None = None,
-        threads: int | None = None,
+        self, q: ArrayLike, v: ArrayLike, external: External | None = None, names: Iterable[str] | None = None, axes: Expressed = "frame",
+        at: Expressed = "frame", order: Order = "lin_ang", out: tuple[Array, Array, Array, Array] | None = None, threads: int | None = None,
         external_axes: ExternalAxes = "link",
-    ) -> tuple[Array, Array, Array, Array]:
+    ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
         """Inertia, bias force, dynamically consistent pseudo-inverse and rank of frames, for q (…, nq) and v (…, nv).
 
         With F the wrenches on the frames (6 names), x'' the rates of their twists' numbers, and no joint efforts:
@@ -733,17 +576,9 @@ class Calls(LoopCalls):
         return self._core.centroidal_momentum_rate(q, v, a, None, None, self._order_of(order), out, threads)
 
     def inverse_dynamics_derivatives(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        external: External | None = None,
-        out: tuple[Array,
-        Array,
-        Array] | None = None,
-        threads: int | None = None,
-        external_axes: ExternalAxes = "link",
-    ) -> tuple[Array, Array, Array]:
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, out: tuple[Array, Array, Array] | None = None,
+        threads: int | None = None, external_axes: ExternalAxes = "link",
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
         """Derivatives of inverse_dynamics by q, v and a, each (…, nv, nv).
 
         q, v, a, external, threads: as in :meth:`inverse_dynamics`.  Element (i, k) is that of effort i by coordinate k.
@@ -792,17 +627,9 @@ class Calls(LoopCalls):
         return self._core.stiffness(q, None, None, None, external, None, out, threads)
 
     def forward_dynamics_derivatives(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        tau: ArrayLike,
-        external: External | None = None,
-        out: tuple[Array,
-        Array,
-        Array] | None = None,
-        threads: int | None = None,
-        external_axes: ExternalAxes = "link",
-    ) -> tuple[Array, Array, Array]:
+        self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None = None, out: tuple[Array, Array, Array] | None = None,
+        threads: int | None = None, external_axes: ExternalAxes = "link",
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
         """Derivatives of forward_dynamics by q, v and tau, each (…, nv, nv).
 
         q, v, tau, external, threads: as in :meth:`forward_dynamics`.  Element (i, k) is that of acceleration i by coordinate k.
@@ -821,24 +648,10 @@ class Calls(LoopCalls):
         return self._core.forward_dynamics_derivatives(q, v, tau, None, external, None, out, threads)
 
     def reactions_derivatives(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        external: External | None = None,
-        on: Side = "child",
-        at: Point = "joint",
-        axes: str = "joint",
-        order: Order = "lin_ang",
-        part: Part = "total",
-        joints: Iterable[str] | None = None,
-        out: tuple[Array,
-        Array,
-        Array] | None = None,
-        threads: int | None = None,
-        external_axes: ExternalAxes = "link",
-        undetermined: Undetermined = "refuse",
-    ) -> tuple[Array, Array, Array]:
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, on: Side = "child", at: Point = "joint", axes: str = "joint",
+        order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None, out: tuple[Array, Array, Array] | None = None,
+        threads: int | None = None, external_axes: ExternalAxes = "link", undetermined: Undetermined = "refuse",
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
         """Derivatives of reactions by q, v and a, each (…, joints, 6, nv).
 
         All arguments as in :meth:`reactions`, whose components in the requested axes are differentiated, whether or not
@@ -857,17 +670,9 @@ class Calls(LoopCalls):
         return self._core.reactions_derivatives(q, v, a, None, external, self.reaction_request(on, at, axes, order, part, joints), out, threads)
 
     def reactions_external_derivatives(
-        self,
-        q: ArrayLike,
-        on: Side = "child",
-        at: Point = "joint",
-        axes: str = "joint",
-        order: Order = "lin_ang",
-        part: Part = "total",
-        joints: Iterable[str] | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
-    ) -> Array:
+        self, q: ArrayLike, on: Side = "child", at: Point = "joint", axes: str = "joint", order: Order = "lin_ang", part: Part = "total",
+        joints: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None,
+    ) -> Array:  # fmt: skip
         """Derivatives of reactions by the external wrench on each link, (…, joints, 6, links, 6), for q (…, nq).
 
         on, at, axes, order, part, joints: as in :meth:`reactions`, which changes by
@@ -878,18 +683,9 @@ class Calls(LoopCalls):
         return self._core.reactions_external_derivatives(q, None, None, None, None, self.reaction_request(on, at, axes, order, part, joints), out, threads)
 
     def frame_velocity_derivatives(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        name: str,
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        offset: ArrayLike | None = None,
-        out: tuple[Array,
-        Array] | None = None,
-        threads: int | None = None,
-    ) -> tuple[Array, Array]:
+        self, q: ArrayLike, v: ArrayLike, name: str, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang",
+        offset: ArrayLike | None = None, out: tuple[Array, Array] | None = None, threads: int | None = None,
+    ) -> tuple[Array, Array]:  # fmt: skip
         """Derivatives of frame_velocity by q and v, each (…, 6, nv).
 
         All arguments as in :meth:`frame_velocity`, whose components in the requested axes are differentiated, whether or not
@@ -900,17 +696,9 @@ class Calls(LoopCalls):
         return self._core.frame_velocity_derivatives(q, v, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
 
     def frame_velocities_derivatives(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        names: Iterable[str] | None = None,
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        out: tuple[Array,
-        Array] | None = None,
-        threads: int | None = None,
-    ) -> tuple[Array, Array]:
+        self, q: ArrayLike, v: ArrayLike, names: Iterable[str] | None = None, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang",
+        out: tuple[Array, Array] | None = None, threads: int | None = None,
+    ) -> tuple[Array, Array]:  # fmt: skip
         """Derivatives of frame_velocities by q and v, each (…, names, 6, nv).
 
         All arguments as in :meth:`frame_velocities`; the rest as in :meth:`frame_velocity_derivatives`.
@@ -920,21 +708,9 @@ class Calls(LoopCalls):
         return self._core.frame_velocities_derivatives(q, v, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
 
     def frame_acceleration_derivatives(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        name: str,
-        kind: Acceleration = "spatial",
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        offset: ArrayLike | None = None,
-        out: tuple[Array,
-        Array,
-        Array] | None = None,
-        threads: int | None = None,
-    ) -> tuple[Array, Array, Array]:
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, name: str, kind: Acceleration = "spatial", axes: Expressed = "frame", at: Expressed = "frame",
+        order: Order = "lin_ang", offset: ArrayLike | None = None, out: tuple[Array, Array, Array] | None = None, threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
         """Derivatives of frame_acceleration by q, v and a, each (…, 6, nv).
 
         All arguments as in :meth:`frame_acceleration`, whose components in the requested axes are differentiated, whether or
@@ -945,20 +721,9 @@ class Calls(LoopCalls):
         return self._core.frame_acceleration_derivatives(q, v, a, None, None, self._frames_of((name,), axes, at, order, offset, kind), out, threads)
 
     def frame_accelerations_derivatives(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        names: Iterable[str] | None = None,
-        kind: Acceleration = "spatial",
-        axes: Expressed = "frame",
-        at: Expressed = "frame",
-        order: Order = "lin_ang",
-        out: tuple[Array,
-        Array,
-        Array] | None = None,
-        threads: int | None = None,
-    ) -> tuple[Array, Array, Array]:
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, names: Iterable[str] | None = None, kind: Acceleration = "spatial", axes: Expressed = "frame",
+        at: Expressed = "frame", order: Order = "lin_ang", out: tuple[Array, Array, Array] | None = None, threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
         """Derivatives of frame_accelerations by q, v and a, each (…, names, 6, nv).
 
         All arguments as in :meth:`frame_accelerations`; the rest as in :meth:`frame_acceleration_derivatives`.
@@ -1002,18 +767,9 @@ class Calls(LoopCalls):
         return self._core.centroidal_momentum_rate_derivatives(q, v, a, None, None, self._order_of(order), out, threads)
 
     def inverse_dynamics_second_derivatives(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        external: External | None = None,
-        out: tuple[Array,
-        Array,
-        Array,
-        Array] | None = None,
-        threads: int | None = None,
-        external_axes: ExternalAxes = "link",
-    ) -> tuple[Array, Array, Array, Array]:
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, out: tuple[Array, Array, Array, Array] | None = None,
+        threads: int | None = None, external_axes: ExternalAxes = "link",
+    ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
         """Second derivatives of inverse_dynamics by q, v, q and v, a and q, each (…, nv, nv, nv).
 
         q, v, a, external, threads: as in :meth:`inverse_dynamics`.  Element (i, k, m) is that of effort i by q_k and q_m; by v_k
@@ -1030,18 +786,9 @@ class Calls(LoopCalls):
         return self._core.inverse_dynamics_second_derivatives(q, v, a, None, external, None, out, threads)
 
     def forward_dynamics_second_derivatives(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        tau: ArrayLike,
-        external: External | None = None,
-        out: tuple[Array,
-        Array,
-        Array,
-        Array] | None = None,
-        threads: int | None = None,
-        external_axes: ExternalAxes = "link",
-    ) -> tuple[Array, Array, Array, Array]:
+        self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None = None, out: tuple[Array, Array, Array, Array] | None = None,
+        threads: int | None = None, external_axes: ExternalAxes = "link",
+    ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
         """Second derivatives of forward_dynamics by q, v, q and v, q and tau, each (…, nv, nv, nv).
 
         q, v, tau, external, threads: as in :meth:`forward_dynamics`.  Element (i, k, m) is that of acceleration i by q_k and q_m;
@@ -1082,19 +829,9 @@ class Calls(LoopCalls):
         return self._core.gravity_torque_regressor(q, None, None, None, None, self._own_links_of(links), out, threads)
 
     def reactions_regressor(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        on: Side = "child",
-        at: Point = "joint",
-        axes: str = "joint",
-        order: Order = "lin_ang",
-        part: Part = "total",
-        joints: Iterable[str] | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
-    ) -> Array:
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, on: Side = "child", at: Point = "joint", axes: str = "joint", order: Order = "lin_ang",
+        part: Part = "total", joints: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None,
+    ) -> Array:  # fmt: skip
         """Regressor (…, joints, 6, links, 10) of reactions: the wrench through each joint for each parameter of every link.
 
         numpy.einsum("...jclp,lp", regressor, model.parameters) is `reactions` with the same keywords, without external wrenches.  Of closed mechanisms, too,
