@@ -1,8 +1,8 @@
 """The same bits everywhere: builds the golden programs with each compiler, level of optimisation and instruction set, and compares their
 hashes with the table hashes.tsv.
 
-A line of the table is a function or algorithm, the hash of its results, and the functions of the C library that it calls.  The last bits of
-these depend on the C library.  So the golden programs replace them (make_programs.py), and each line is the same with every C library.
+A line of the table is a function or algorithm, in double and in single precision, the hashes of both, and the functions of the C library that
+they call.  The last bits of these depend on the C library.  So the golden programs replace them (make_programs.py), and each line is the same with every C library.
 
 usage: golden.py [--compilers gcc,clang] [--levels 0,1,2,3] [--sets x86-64-v2,…,neon] [--parts algebra,engine] [--flags FLAGS] [--update]
                  [--library FOLDER] [--record]
@@ -37,7 +37,7 @@ ARM_COMPILERS = {
 ALGORITHMS = sorted((ROOT / "src/engine/kernels/algorithms").glob("*/*.cpp"))
 sys.path[:0] = [str(HERE), str(ROOT / "scripts")]
 from engine_sources import engine_sources
-from make_programs import algebra, libm, wrapped
+from make_programs import algebra, everything, libm, wrapped
 
 WRAP = [f"-Wl,--wrap={name}" for name in wrapped()]
 
@@ -103,8 +103,8 @@ def rows(text: str) -> dict[str, tuple[str, str]]:
     out = {}
     for line in text.splitlines():
         if line and not line.startswith("#"):
-            name, hash_, *called = line.split("\t")
-            out[name] = (hash_, called[0] if called else "")
+            names, hashes, *called = line.split("\t")
+            out |= {name: (hash_, called[0] if called else "") for name, hash_ in zip(names.split(", "), hashes.split(", "), strict=True)}
     return out
 
 
@@ -117,8 +117,12 @@ def differences(found: dict[str, tuple[str, str]], parts: list[str]) -> list[str
 
 def write_table(found: dict[str, tuple[str, str]]) -> None:
     kept = rows(TABLE.read_text()) if TABLE.exists() else {}
-    lines = ["# function or algorithm\thash of its results\tfunctions of the C library that it calls (golden.py writes this table)"]
-    lines += ["\t".join((name, *row)).rstrip("\t") for name, row in (kept | found).items()]
+    lines = ["# functions or algorithms\thashes of their results\tfunctions of the C library that they call (golden.py writes this table)"]
+    functions, together = everything(), {}
+    for name, (hash_, called) in (kept | found).items():
+        double = functions[name].double or name if name in functions else name.removesuffix(" float").removesuffix(" double")
+        together.setdefault((double, called), []).append((name, hash_))
+    lines += ["\t".join((*map(", ".join, zip(*twins)), called)).rstrip("\t") for (_, called), twins in together.items()]
     TABLE.write_text("\n".join(lines) + "\n")
 
 
