@@ -188,9 +188,8 @@ def equivalent_mutants(scope, mutants):
     """{number: reason}, and the entries of equivalent.toml that fit no mutant of the scope, nor belong to another."""
     sources, found, stale = {}, {}, []
     others = {str(f.relative_to(ROOT)) for other in KNOWN if other != scope for f in (python_mutator.files(ROOT, other) if other in PYTHON else files(other))}
-    for entry in tomllib.loads((HERE / "equivalent.toml").read_text()).get("mutant", []):
-        if entry["file"] in others:
-            continue
+    listed = tomllib.loads((HERE / "equivalent.toml").read_text())
+    for entry in [{"file": file, **entry} for file, entries in listed.items() if file not in others for entry in entries]:
         lines = sources.setdefault(entry["file"], (ROOT / entry["file"]).read_text().splitlines())
         one_of = lambda value: value if isinstance(value, list) else [value]
         fits = [
