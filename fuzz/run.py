@@ -9,9 +9,8 @@ runs the same ones, unless a target takes far longer than usual and is stopped. 
 sixteenth of them shows that it and the packages that it reads with still work together.
 
 A target is a program build/fuzz/fuzz/fuzz_NAME, or a file fuzz/python/fuzz_NAME.py; both take the arguments of libFuzzer.
-Its seeds are in fuzz/corpus/FORMAT, where NAME begins with FORMAT, or fuzz/packed_seeds.py makes them.  If there is a file fuzz/FORMAT.dict, it has words of the
-format.  Texts that run new code are kept in build/fuzz/corpus/NAME for the next run.  Texts that break a promise are kept in
-build/fuzz/found/NAME.
+Its seeds are in fuzz/corpus/FORMAT, where NAME begins with FORMAT, or fuzz/packed_seeds.py makes them.  fuzz/words.py has words of some formats.  Texts
+that run new code are kept in build/fuzz/corpus/NAME for the next run.  Texts that break a promise are kept in build/fuzz/found/NAME.
 
 A program fuzz_NAME_with_FAULT has a planted fault, which it must find.  Targets in Python have the faults of
 fuzz/python/target.py, which a variable of the environment plants.  With --runs, targets with faults are run too, and records
@@ -31,6 +30,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.append(str(ROOT / "scripts/lint"))
 import changes
+from words import WORDS, dictionary
 
 BUILD = ROOT / "build/fuzz"
 PROGRAMS = BUILD / "fuzz"
@@ -142,7 +142,7 @@ def run(target, limits, texts=None):
     found = BUILD / "found" / kept.name
     for folder in (kept, found):
         folder.mkdir(parents=True, exist_ok=True)
-    words = ROOT / f"fuzz/{format_of(name)}.dict"
+    words = kept.with_suffix(".dict")
     arguments = [
         f"-max_len={LONGEST_PACKED if name in PACKED else LONGEST}",
         f"-timeout={PATIENT if texts else 10}",
@@ -152,7 +152,8 @@ def run(target, limits, texts=None):
         f"-artifact_prefix={found}/",
         *limits,
     ]
-    if words.exists():
+    if format_of(name) in WORDS:
+        words.write_text(dictionary(format_of(name)), encoding="utf-8")
         arguments.append(f"-dict={words}")
     environment = target.environment
     if texts is None:
