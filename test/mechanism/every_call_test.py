@@ -38,8 +38,6 @@ OTHERS = {"to_urdf": "tests of files", "merged": "names_test", "with_physics": "
 """Methods whose arguments are no numbers, and where they are tested."""
 ONE_POSITION = {"mobility", "independent", "branches", "reactions_null_basis", "reactions_unique"}
 """What is asked of one position, and of no batch."""
-ALONG_LOOPS = {"inverse_dynamics_derivatives", "forward_dynamics_derivatives", "reactions_derivatives"}
-"""Whose results take no `out` where there are loops."""
 
 
 class Robot:

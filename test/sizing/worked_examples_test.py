@@ -296,10 +296,15 @@ def test_bolt_load_factor():
 # fatigue
 
 
+def range_counts(cycles):
+    """(range, count) in increasing order of the range."""
+    return [(r, cycles.counts[cycles.ranges == r].sum()) for r in np.unique(cycles.ranges)]
+
+
 def test_rainflow():
     e = example("rainflow")
     found, o = fatigue.rainflow_cycles(e["inputs"]["series"]), e["outputs"]
-    assert [list(x) for x in fatigue.range_counts(found)] == o["range_counts"]
+    assert [list(x) for x in range_counts(found)] == o["range_counts"]
     key = lambda c: (c["range"], c["mean"], c["count"])
     assert sorted(zip(*(x.tolist() for x in found), strict=True)) == sorted(map(key, o["cycles"]))
 
@@ -307,7 +312,7 @@ def test_rainflow():
 def test_rainflow_of_a_history_that_repeats():
     e = example("rainflow")
     found = fatigue.rainflow_cycles(e["inputs"]["series"], "repeating")
-    assert [list(x) for x in fatigue.range_counts(found)] == e["outputs"]["repeating_range_counts"]
+    assert [list(x) for x in range_counts(found)] == e["outputs"]["repeating_range_counts"]
 
 
 def test_rainflow_of_samples_between_the_turns():
@@ -316,9 +321,9 @@ def test_rainflow_of_samples_between_the_turns():
     fine = np.interp(np.linspace(0, len(series) - 1, 401), np.arange(len(series)), series)
     plateaus = np.repeat(fine, 2)
     for x in (fine, plateaus):
-        assert fatigue.range_counts(fatigue.rainflow_cycles(x)) == fatigue.range_counts(fatigue.rainflow_cycles(series))
-    assert fatigue.range_counts(fatigue.rainflow_cycles(np.ones(10))) == []
-    assert fatigue.range_counts(fatigue.rainflow_cycles([])) == []
+        assert range_counts(fatigue.rainflow_cycles(x)) == range_counts(fatigue.rainflow_cycles(series))
+    assert range_counts(fatigue.rainflow_cycles(np.ones(10))) == []
+    assert range_counts(fatigue.rainflow_cycles([])) == []
 
 
 def test_miner():

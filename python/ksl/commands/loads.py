@@ -102,8 +102,8 @@ def loads(
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)
         run = compute_loads(
             model, motion, cases, payloads=carried_payloads(model, loaded), external=external, on=cast("Side", on), at=_numbers(common, own), axes=axes,
-            order=cast("Order", order), joints=[name.strip() for name in joints.split(",")] if joints else [], reading={**asdict(reading), "smooth": smooth}, when="asked",
-            inputs=stiff, options={"at": at, "joints": joints, **_of_robot(model, how, stiffness)}, command=command_line(),
+            order=cast("Order", order), joints=[name.strip() for name in joints.split(",")] if joints else [], reading={**asdict(reading), "smooth": smooth},
+            when="asked", inputs=stiff, options={"at": at, "joints": joints, **_of_robot(model, how, stiffness)}, command=command_line(),
         )  # fmt: skip
         out = console(120)
         files = written(run, output, out, csv, force, report, xlsx=xlsx)

@@ -25,7 +25,6 @@ ROUNDINGS = 8
 EFFORTS, ACCELERATIONS, MASS_MATRIX = "inverse dynamics", "forward dynamics", "mass matrix"
 POSITIONS, ORIENTATIONS, JACOBIANS = "positions", "orientations", "Jacobians"
 DYNAMIC = (EFFORTS, ACCELERATIONS, MASS_MATRIX)
-KINEMATIC = (POSITIONS, ORIENTATIONS, JACOBIANS)
 
 
 class Pair(NamedTuple):

@@ -157,5 +157,5 @@ def numbers(x: ArrayLike) -> NDArray[Any]:
 
 
 def offset_in(point: str) -> list[float] | None:
-    """The offset that the words of a point say, m; None for the joint's origin, the world's and those of links.  Raises ValueError for words that are no numbers."""
+    """The offset that the words of a point say, m; None for origins of joints, links and the world.  Raises ValueError for what is no number."""
     return [float(x) for x in point.removeprefix(JOINT_AND).split()] if point.startswith(JOINT_AND) else None

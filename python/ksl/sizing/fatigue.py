@@ -67,16 +67,6 @@ def without_round_off(cycles: Cycles, largest: float) -> Cycles:
     return Cycles(cycles.ranges[kept], cycles.means[kept], cycles.counts[kept])
 
 
-def range_counts(cycles: Cycles) -> list[tuple[float, float]]:
-    """Counts summed by range, (range, count) in increasing order of the range."""
-    ranges, where = np.unique(cycles.ranges, return_inverse=True)
-    return (
-        list(zip(ranges.tolist(), np.bincount(where, weights=cycles.counts).tolist(), strict=True))
-        if len(ranges)
-        else []
-    )
-
-
 def corrected_amplitude(
     amplitude: ArrayLike, mean: ArrayLike, method: MeanStress = "none", ultimate: float | None = None
 ) -> Array:
