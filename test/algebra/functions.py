@@ -73,11 +73,24 @@ def c_type(text):
     return Type(text, kind, const, "int")
 
 
+def in_single(types):
+    """Types of a function in double precision, as its twin has them."""
+    return re.sub(r"\bdouble\b", "float", re.sub(r"\b(ksl_\w+?)_t\b", r"\1f_t", types))
+
+
+def rows_of_functions():
+    """The rows of api/functions.tsv, of twins one each."""
+    for header, names, *types in (row.split("\t") for row in (ROOT / "api" / "functions.tsv").read_text().splitlines()[1:]):
+        first, *twin = names.split(", ")
+        yield header, first, *types
+        for name in twin:
+            yield header, name, *map(in_single, types[:2]), *types[2:]
+
+
 def published():
-    """Every row of api/functions.tsv."""
-    rows = (ROOT / "api" / "functions.tsv").read_text().splitlines()[1:]
+    """Every function of api/functions.tsv."""
     out = []
-    for header, name, returns, args, *lacking in (row.split("\t") for row in rows):
+    for header, name, returns, args, *lacking in rows_of_functions():
         if header in UNSIZED_HEADERS:
             out.append(Function(name, Type(returns, "value"), [Type(a.strip(), "value") for a in args.split(",") if a.strip()], header, linkable=not lacking))
             continue
