@@ -6,6 +6,7 @@ The states that are left at the end are copied into rows of their own, whose las
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 
 from ksl.generation.lanes import LanesPrinter, support
@@ -83,7 +84,7 @@ INPUT = {
 RESULT = {
     "GIVEN": "    REAL *X_k = results[K].first ? results[K].first + (ptrdiff_t)k * results[K].stride : 0;\n    ptrdiff_t X_d = results[K].stride;\n",
     "LAST": "      if (X_k) {\n        X_k = X_last;\n        X_d = SIZE;\n      }\n",
-    "STORE": "    if (X_k)\n      @store(X_l, SIZE, X_k, X_d);\n",
+    "STORE": "    if (X_k)\n      @STORED(X_l, CHOSENSIZE, X_k, X_d);\n",
     "BACK": "      if (X_k)\n        @copy_back(X_last, SIZE, left, results[K].first + (ptrdiff_t)k * results[K].stride, results[K].stride);\n",
 }
 
@@ -103,10 +104,14 @@ class Batch:
             apart = name == "external" and of_library
             self.inputs += [(f"{name}{k}", 6, f"{name}_l + {6 * k}") for k in range(size // 6)] if apart else [(name, size, f"{name}_l")]
         self.results = [(name, size, f"{name}_l") for (name, _), size in zip(recording.results, recording.sizes())]
+        self.distinct = [max(places, default=-1) + 1 for places in self.printer.columns]
+        """So many numbers each result has in lanes."""
+        self.tables = {f"{name}_at": places for (name, _, _), places in zip(self.results, self.printer.columns) if places != list(range(len(places)))}
+        """Which of them each number of a result is, where that isn't the same."""
 
     def memory(self) -> str:
         """Declarations of what has lanes or rows.  kept: so many packs of the caller's memory are taken."""
-        lanes, packs = f"{self.prefix}lanes", [*self.function.recording.inputs, *((name, size) for name, size, _ in self.results), ("w", self.printer.kept)]
+        lanes, packs = f"{self.prefix}lanes", [*self.function.recording.inputs, *((name, size) for (name, _, _), size in zip(self.results, self.distinct)), ("w", self.printer.kept)]
         rows = [(f"{name}_last", size) for name, size, _ in (*self.inputs, *self.results)]
         if sum(size for _, size in packs) <= MOST_LOCAL:
             text = "".join(f"  {lanes} {name}_l[{max(size, 1)}];\n" for name, size in packs)
@@ -127,18 +132,27 @@ class Batch:
         given = [name for name, _ in self.function.recording.inputs] + [name for name, _, _ in self.results]
         text["LISTED"] = ", ".join(f"{name}_l" for name in (*given, "w"))
         squares, most = ROWS[self.function.row].needs_mass, LARGEST[ROWS[self.function.row].needs_mass][self.scalar]
-        ordinary = " && ".join(f"@ordinary({place}, {size}, {self.printer.literal(most)}, {int(squares)})" for _, size, place in self.results)
+        ordinary = " && ".join(f"@ordinary({place}, {size}, {self.printer.literal(most)}, {int(squares)})" for (_, _, place), size in zip(self.results, self.distinct))
         text["STOP"] = f"    if (!({ordinary}))\n      return k;\n" if self.of_library else ""
+        text["MEMORY"] = "".join(map(_table, self.tables, self.tables.values())) + text["MEMORY"]
         for templates, all_ in ((INPUT, self.inputs), (RESULT, self.results)):
             for part, template in templates.items():
                 text[part] = text.get(part, "") + "".join(
-                    template.replace("SIZE", str(size)).replace("PLACE", place).replace("X_", f"{name}_").replace("[K]", f"[{k}]")
+                    template.replace("STORED", "store_chosen" if f"{name}_at" in self.tables else "store")
+                    .replace("CHOSEN", f"{name}_at, " if f"{name}_at" in self.tables else "")
+                    .replace("SIZE", str(size)).replace("PLACE", place).replace("X_", f"{name}_").replace("[K]", f"[{k}]")
                     for k, (name, size, place) in enumerate(all_)
                 )
         loop = LOOP.replace("$NUMBER$", str(self.number))
         for part, lines in text.items():
             loop = loop.replace(f"${part}$", lines)
         return steps + "\n" + in_words(loop, self.prefix, self.scalar, self.lanes)
+
+
+def _table(name: str, places: list[int]) -> str:
+    """Which number in lanes each number of a result is."""
+    lines = textwrap.wrap(", ".join(map(str, places)), 116, initial_indent="    ", subsequent_indent="    ")
+    return f"  static const int {name}[{len(places)}] = {{\n" + "\n".join(lines) + "};\n"
 
 
 def in_words(text: str, prefix: str, scalar: str, lanes: int) -> str:
@@ -153,20 +167,23 @@ def instruction_bytes(instructions: str) -> int:
     return {"x86-64-v4": 64, "x86-64-v3": 32}.get(instructions, 16)
 
 
-def definitions(functions: Sequence[Function], prefix: str, scalar: str, lanes: int, judged: bool) -> str:
+def definitions(batches: Sequence[Batch], judged: bool) -> str:
     """What functions of many states call; judged: those of the library."""
-    used = {Operation(int(what)) for function in functions for what in set(function.recording.operations.tolist())}
+    prefix, scalar, lanes = batches[0].prefix, batches[0].scalar, batches[0].lanes
+    used = {Operation(int(what)) for batch in batches for what in set(batch.function.recording.operations.tolist())}
     parts = [f"#define {prefix.upper()}PART __attribute__((noinline))\n"]
     if used & {Operation.SINE, Operation.COSINE}:
         parts.append(sine_cosine(f"{prefix}one_", scalar))
-    parts += [support(prefix, scalar, lanes, used, judged, f"{prefix}one_sine_cosine"), turning(prefix, scalar, lanes)]
+    chosen = sum(len(batch.tables) for batch in batches)
+    plain = sum(len(batch.results) for batch in batches) - chosen
+    parts += [support(prefix, scalar, lanes, used, judged, f"{prefix}one_sine_cosine"), turning(prefix, scalar, lanes, plain > 0, chosen > 0)]
     return "\n".join([*parts, in_words(ROWS_TYPE + (ORDINARY if judged else ""), prefix, scalar, lanes)])
 
 
 def source(functions: Sequence[Function], prefix: str, scalar: str, lanes: int) -> tuple[str, list[int]]:
     """The text of a library with a function `PREFIXcall_K` for each of the functions, and the bytes of memory that each needs."""
     batches = [Batch(function, number, prefix, scalar, lanes) for number, function in enumerate(functions)]
-    parts = [INCLUDED, definitions(functions, prefix, scalar, lanes, True)]
+    parts = [INCLUDED, definitions(batches, judged=True)]
     for number, batch in enumerate(batches):
         parts += [batch.text(), in_words(f"size_t @call_{number}(size_t n, const @rows *inputs, const @rows *results, void *memory) {{\n  return @states_{number}(n, inputs, results, (@lanes *)memory);\n}}\n", prefix, scalar, lanes)]
     return "\n".join(parts), [batch.kept * lanes * (8 if scalar == "double" else 4) for batch in batches]

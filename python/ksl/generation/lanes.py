@@ -5,6 +5,8 @@ A vector's arithmetic is that of its numbers one by one, so that results have th
 
 from __future__ import annotations
 
+from itertools import islice
+
 from ksl.generation.c99 import FUNCTIONS, Printer
 from ksl.generation.recording import Operation, Recording
 
@@ -152,11 +154,21 @@ def support(prefix: str, scalar: str, lanes: int, used: set[Operation], judged: 
 
 
 class LanesPrinter(Printer):
-    """Prints one function in lanes, of arrays of `PREFIXlanes`."""
+    """Prints one function in lanes, of arrays of `PREFIXlanes`.
+
+    A result that has a number several times, zeros of a matrix or both of its triangles, has it once in lanes.  columns: which number each column of a result is."""
 
     def __init__(self, of: Recording, prefix: str) -> None:
         super().__init__(of, prefix)
         self.real, self.condition, self.sine_cosine = f"{prefix}lanes", f"{prefix}mask", f"{prefix}sine_cosine"
+        self.columns: list[list[int]] = []
+        self.written = {}
+        steps = iter(of.outputs.tolist())
+        for (name, _), size in zip(of.results, of.sizes()):
+            seen: dict[int, int] = {}
+            self.columns.append([seen.setdefault(step, len(seen)) for step in islice(steps, size)])
+            for step, place in seen.items():
+                self.written.setdefault(step, []).append(f"{name}[{place}]")
         self.straight, self.storage, self.maybe_unread, self.kept = STRAIGHT, "static ", ("w",), 0
 
     def parameters(self) -> str:

@@ -43,10 +43,10 @@ def parameters(function: Function, scalar: str) -> str:
 
 def lanes_source(first_line: str, name: str, scalar: str, lanes: int, functions: Sequence[Function]) -> str:
     prefix = f"{name}_"
-    parts = [f'/* {first_line} */\n#include "{name}_lanes.h"\n', INCLUDED, definitions(functions, prefix, scalar, lanes, False)]
-    for number, function in enumerate(functions):
-        batch = Batch(function, number, prefix, scalar, lanes, of_library=False)
-        parts += [batch.text(), in_words(_call(batch), prefix, scalar, lanes).replace("$PARAMETERS$", parameters(function, scalar))]
+    batches = [Batch(function, number, prefix, scalar, lanes, of_library=False) for number, function in enumerate(functions)]
+    parts = [f'/* {first_line} */\n#include "{name}_lanes.h"\n', INCLUDED, definitions(batches, judged=False)]
+    for batch in batches:
+        parts += [batch.text(), in_words(_call(batch), prefix, scalar, lanes).replace("$PARAMETERS$", parameters(batch.function, scalar))]
     return "\n".join(parts)
 
 

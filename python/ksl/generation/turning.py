@@ -73,10 +73,11 @@ def _loading(prefix: str, scalar: str, lanes: int, columns: int) -> str:
     return f"static inline void {prefix}load_{columns}(const {scalar} *rows, ptrdiff_t stride, {vector} *out) {{\n{body}}}\n"
 
 
-def _storing(prefix: str, scalar: str, lanes: int, columns: int) -> str:
+def _storing(prefix: str, scalar: str, lanes: int, columns: int, chosen: bool) -> str:
+    """A function that stores so many columns; chosen: those that a table names."""
     vector = f"{prefix}lanes"
     names = [f"c{j}" for j in range(columns)]
-    body = "".join(f"  {vector} {name} = in[{j}];\n" for j, name in enumerate(names)) + "".join(_transposed(names, lanes, vector))
+    body = "".join(f"  {vector} {name} = in[{f'at[{j}]' if chosen else j}];\n" for j, name in enumerate(names)) + "".join(_transposed(names, lanes, vector))
     for j, name in enumerate(names):
         for i, row in enumerate(range(j, lanes, columns)):
             if columns == 1:
@@ -84,20 +85,24 @@ def _storing(prefix: str, scalar: str, lanes: int, columns: int) -> str:
             else:
                 places = ", ".join(str(k) for k in range(i * columns, (i + 1) * columns))
                 body += f"  *({prefix}u{columns} *)(rows + {row} * stride) = __builtin_shufflevector({name}, {name}, {places});\n"
-    return f"static inline void {prefix}store_{columns}(const {vector} *in, {scalar} *rows, ptrdiff_t stride) {{\n{body}}}\n"
+    name, table = ("chosen", "const int *at, ") if chosen else ("store", "")
+    return f"static inline void {prefix}{name}_{columns}(const {vector} *in, {table}{scalar} *rows, ptrdiff_t stride) {{\n{body}}}\n"
 
 
-def turning(prefix: str, scalar: str, lanes: int) -> str:
-    """Definitions of `PREFIXload(rows, stride, columns, out)` and `PREFIXstore(in, columns, rows, stride)`."""
+def turning(prefix: str, scalar: str, lanes: int, plain: bool, chosen: bool) -> str:
+    """Definitions of `PREFIXload(rows, stride, columns, out)`; plain: and of `PREFIXstore(in, columns, rows, stride)`; chosen: and of
+    `PREFIXstore_chosen(in, at, columns, rows, stride)`, whose table says which of the vectors is each column."""
     text, chunk = HEAD + types(prefix, scalar, lanes) + "\n", max(1, lanes // 2 if lanes > 2 else lanes)
     chunks = []
     while chunk:
         chunks.append(chunk)
-        text += _loading(prefix, scalar, lanes, chunk) + "\n" + _storing(prefix, scalar, lanes, chunk) + "\n"
         chunk //= 2
-    loads = "".join(f"  for (; columns - c >= {k}; c += {k})\n    {prefix}load_{k}(rows + c, stride, out + c);\n" for k in chunks)
-    stores = "".join(f"  for (; columns - c >= {k}; c += {k})\n    {prefix}store_{k}(in + c, rows + c, stride);\n" for k in chunks)
-    inlined = "static inline __attribute__((always_inline)) void"
-    text += f"{inlined} {prefix}load(const {scalar} *rows, ptrdiff_t stride, int columns, {prefix}lanes *out) {{\n  int c = 0;\n{loads}}}\n\n"
-    text += f"{inlined} {prefix}store(const {prefix}lanes *in, int columns, {scalar} *rows, ptrdiff_t stride) {{\n  int c = 0;\n{stores}}}\n"
+    text += "\n".join(_loading(prefix, scalar, lanes, k) for k in chunks) + "\n"
+    inlined, rest = "static inline __attribute__((always_inline)) void", f"{scalar} *rows, ptrdiff_t stride"
+    loop = lambda call: "  int c = 0;\n" + "".join(f"  for (; columns - c >= {k}; c += {k})\n    {prefix}{call.format(k)};\n" for k in chunks)
+    text += f"{inlined} {prefix}load(const {rest}, int columns, {prefix}lanes *out) {{\n{loop('load_{}(rows + c, stride, out + c)')}}}\n"
+    for wanted, name, table, call in ((plain, "store", "", "store_{}(in + c, rows + c, stride)"), (chosen, "store_chosen", "const int *at, ", "chosen_{}(in, at + c, rows + c, stride)")):
+        if wanted:
+            text += "\n" + "\n".join(_storing(prefix, scalar, lanes, k, bool(table)) for k in chunks)
+            text += f"\n{inlined} {prefix}{name}(const {prefix}lanes *in, {table}int columns, {rest}) {{\n{loop(call)}}}\n"
     return text
