@@ -23,7 +23,8 @@ using namespace nb::literals;
 
 /// The words by which it was asked for, its row and request, the links on which wrenches act, whether it is of float, how
 /// many states it takes at a time, the bytes of memory that it needs, and its address (batch_code).
-using given_code = std::tuple<std::string, std::string, nb::object, std::vector<int>, bool, int, std::size_t, std::uintptr_t>;
+using given_code =
+    std::tuple<std::string, std::string, nb::object, std::vector<int>, bool, int, std::size_t, std::uintptr_t>;
 
 inline ksl::requested_code code_of(const given_code &given) {
   const auto &[asked, name, request, externals, single, lanes, bytes, address] = given;
@@ -55,8 +56,9 @@ inline ksl::model with_code(const ksl::model &m, const std::vector<given_code> &
 }
 
 inline void add_compiled(nb::class_<ksl::model> &model) {
-  model.def("with_code", &with_code, "functions"_a,
-            "The model with functions that answer calls: (words, row, request, external links, single, lanes, bytes, address).");
+  model.def(
+      "with_code", &with_code, "functions"_a,
+      "The model with functions that answer calls: (words, row, request, external links, single, lanes, bytes, address).");
   model.def("compiled", [](const ksl::model &m) {
     std::vector<std::string> words;
     for (std::size_t i = 0; m.code() && i < m.code()->rows.size(); ++i)

@@ -162,7 +162,7 @@ struct model_parts {
       massless_joint_ = -1, acting_force_elements_ = 0;
   model_view<double> view_{};
   model_view<float> view_single_{};
-  bool is_tree_alone_ = false; ///< without loops, followers and force elements that act
+  bool is_tree_alone_ = false;               ///< without loops, followers and force elements that act
   std::shared_ptr<const machine_code> code_; ///< for the constants of this very mechanism; null without
 
   /// Views look at arrays: they are set where these have been built, changed, copied or moved.

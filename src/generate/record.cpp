@@ -96,7 +96,8 @@ public:
     recording sum = 0.0;
     for (const recording &effort : arrays_[0])
       sum = sum + effort;
-    const recording::condition are_numbers = math<recording>::fabs(sum) <= recording(std::numeric_limits<double>::max());
+    const recording::condition are_numbers =
+        math<recording>::fabs(sum) <= recording(std::numeric_limits<double>::max());
     for (recording &number : arrays_.back())
       number = math<recording>::select(are_numbers, number, recording(std::numeric_limits<double>::quiet_NaN()));
   }

@@ -86,7 +86,9 @@ template <> struct ksl::math<ksl::generate::recording> {
   }
   static recording fabs(recording x) { return recording::of(operation::absolute, x); }
   static recording sqrt(recording x) { return recording::of(operation::root, x); }
-  static recording sin(recording x) { return recording::current->take_library_sine(), recording::of(operation::sine, x); }
+  static recording sin(recording x) {
+    return recording::current->take_library_sine(), recording::of(operation::sine, x);
+  }
   static recording cos(recording x) {
     return recording::current->take_library_sine(), recording::of(operation::cosine, x);
   }

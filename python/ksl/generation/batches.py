@@ -62,30 +62,38 @@ static inline int @ordinary(const @lanes *x, int n, REAL most, int of_squares) {
 """
 LOOP = """\
 static size_t @states_$NUMBER$(size_t n, const @rows *inputs, const @rows *results, @lanes *memory) {
-$MEMORY$  size_t k;
+$MEMORY$  size_t k, first;
+  int b, blocks;
   (void)memory;
-  for (k = 0; k < n; k += LANES) {
-    const size_t left = n - k;
-$GIVEN$    if (left < LANES) {
-$LAST$    }
-$LOAD$    @steps_$NUMBER$($LISTED$);
-$STOP$$STORE$    if (left < LANES) {
-$BACK$    }
+  for (first = 0; first < n; first = k) {
+    for (k = first, blocks = 0; blocks < $BLOCKS$ && k < n; ++blocks, k += LANES) {
+      const size_t left = n - k;
+$GIVEN$      if (left < LANES) {
+$LAST$      }
+$LOAD$    }
+    @steps_$NUMBER$($LISTED$, blocks);
+    for (k = first, b = 0; b < blocks; ++b, k += LANES) {
+      const size_t left = n - k;
+$STOP$$WANTED$      if (left < LANES) {
+$OWN$      }
+$STORE$      if (left < LANES) {
+$BACK$      }
+    }
   }
   return n;
 }
 """
 INPUT = {
-    "GIVEN": "    const REAL *X_k = inputs[K].first + (ptrdiff_t)k * inputs[K].stride;\n    ptrdiff_t X_d = inputs[K].stride;\n",
-    "LAST": "      @copy_last(X_k, X_d, SIZE, left, X_last);\n      X_k = X_last;\n      X_d = SIZE;\n",
-    "LOAD": "    @load(X_k, X_d, SIZE, PLACE);\n",
+    "GIVEN": "      const REAL *X_k = inputs[K].first + (ptrdiff_t)k * inputs[K].stride;\n      ptrdiff_t X_d = inputs[K].stride;\n",
+    "LAST": "        @copy_last(X_k, X_d, SIZE, left, X_last);\n        X_k = X_last;\n        X_d = SIZE;\n",
+    "LOAD": "      @load(X_k, X_d, SIZE, PLACE);\n",
 }
 """What the loop has of each input X."""
 RESULT = {
-    "GIVEN": "    REAL *X_k = results[K].first ? results[K].first + (ptrdiff_t)k * results[K].stride : 0;\n    ptrdiff_t X_d = results[K].stride;\n",
-    "LAST": "      if (X_k) {\n        X_k = X_last;\n        X_d = SIZE;\n      }\n",
-    "STORE": "    if (X_k)\n      @STORED(X_l, CHOSENSIZE, X_k, X_d);\n",
-    "BACK": "      if (X_k)\n        @copy_back(X_last, SIZE, left, results[K].first + (ptrdiff_t)k * results[K].stride, results[K].stride);\n",
+    "WANTED": "      REAL *X_k = results[K].first ? results[K].first + (ptrdiff_t)k * results[K].stride : 0;\n      ptrdiff_t X_d = results[K].stride;\n",
+    "OWN": "        if (X_k) {\n          X_k = X_last;\n          X_d = SIZE;\n        }\n",
+    "STORE": "      if (X_k)\n        @STORED(PLACE, CHOSENSIZE, X_k, X_d);\n",
+    "BACK": "        if (X_k)\n          @copy_back(X_last, SIZE, left, results[K].first + (ptrdiff_t)k * results[K].stride, results[K].stride);\n",
 }
 
 
@@ -102,16 +110,18 @@ class Batch:
         """Names, numbers, and where their lanes go."""
         for name, size in recording.inputs:
             apart = name == "external" and of_library
-            self.inputs += [(f"{name}{k}", 6, f"{name}_l + {6 * k}") for k in range(size // 6)] if apart else [(name, size, f"{name}_l")]
-        self.results = [(name, size, f"{name}_l") for (name, _), size in zip(recording.results, recording.sizes())]
-        self.distinct = [max(places, default=-1) + 1 for places in self.printer.columns]
+            block = f"{name}_l + blocks * {size}"
+            self.inputs += [(f"{name}{k}", 6, f"{block} + {6 * k}") for k in range(size // 6)] if apart else [(name, size, block)]
+        self.distinct = [self.printer.sizes[name] for name, _ in recording.results]
         """So many numbers each result has in lanes."""
+        self.results = [(name, size, f"{name}_l + b * {distinct}") for (name, _), size, distinct in zip(recording.results, recording.sizes(), self.distinct)]
         self.tables = {f"{name}_at": places for (name, _, _), places in zip(self.results, self.printer.columns) if places != list(range(len(places)))}
         """Which of them each number of a result is, where that isn't the same."""
 
     def memory(self) -> str:
         """Declarations of what has lanes or rows.  kept: so many packs of the caller's memory are taken."""
         lanes, packs = f"{self.prefix}lanes", [*self.function.recording.inputs, *((name, size) for (name, _, _), size in zip(self.results, self.distinct)), ("w", self.printer.kept)]
+        packs = [(name, size * self.printer.blocks) for name, size in packs]
         rows = [(f"{name}_last", size) for name, size, _ in (*self.inputs, *self.results)]
         if sum(size for _, size in packs) <= MOST_LOCAL:
             text = "".join(f"  {lanes} {name}_l[{max(size, 1)}];\n" for name, size in packs)
@@ -130,10 +140,11 @@ class Batch:
         steps = self.printer.function(f"{self.prefix}steps_{self.number}")
         text = {"MEMORY": self.memory()}  # after the steps, whose parts keep numbers in w
         given = [name for name, _ in self.function.recording.inputs] + [name for name, _, _ in self.results]
+        text["BLOCKS"] = str(self.printer.blocks)
         text["LISTED"] = ", ".join(f"{name}_l" for name in (*given, "w"))
         squares, most = ROWS[self.function.row].needs_mass, LARGEST[ROWS[self.function.row].needs_mass][self.scalar]
         ordinary = " && ".join(f"@ordinary({place}, {size}, {self.printer.literal(most)}, {int(squares)})" for (_, _, place), size in zip(self.results, self.distinct))
-        text["STOP"] = f"    if (!({ordinary}))\n      return k;\n" if self.of_library else ""
+        text["STOP"] = f"      if (!({ordinary}))\n        return k;\n" if self.of_library else ""
         text["MEMORY"] = "".join(map(_table, self.tables, self.tables.values())) + text["MEMORY"]
         for templates, all_ in ((INPUT, self.inputs), (RESULT, self.results)):
             for part, template in templates.items():

@@ -38,7 +38,7 @@ class Printer:
 
     def __init__(self, of: Recording, prefix: str) -> None:
         self.of, self.prefix = of, prefix
-        self.straight, self.storage, self.maybe_unread = STRAIGHT, "", tuple[str, ...]()
+        self.straight, self.part, self.storage, self.maybe_unread = STRAIGHT, PART, "", tuple[str, ...]()
         self.real, self.condition, self.sine_cosine = "float" if of.single else "double", "int", f"{prefix}math_sine_cosine"
         self.operations: list[int] = of.operations.tolist()
         self.operands: list[list[int]] = of.operands.tolist()
@@ -93,10 +93,12 @@ class Printer:
         if len(steps) <= self.straight:
             body = "".join(self.statements(steps, {}, {}))
             return f"{head}{body}{constants}}}\n"
-        first = max(inputs, PART)  # all inputs are read before a result is written, which may lie where they are
-        return self._in_parts(name, [steps[:first], *(steps[k : k + PART] for k in range(first, len(steps), PART))], head, constants)
+        most = -(-len(steps) // -(-len(steps) // self.part))  # parts are as long as each other
+        first = max(inputs, most)  # all inputs are read before a result is written, which may lie where they are
+        return self._in_parts(name, [steps[:first], *(steps[k : k + most] for k in range(first, len(steps), most))], head, constants)
 
     def _in_parts(self, name: str, parts: list[list[int]], head: str, constants: str) -> str:
+        """Functions one after the other; the last one writes constants, too."""
         part_of = {step: k for k, part in enumerate(parts) for step in part}
         last_read: dict[int, int] = {}
         for step, part_number in part_of.items():
@@ -107,18 +109,19 @@ class Printer:
         for k, part in enumerate(parts):
             stored = {step: slots[step] for step in part if step in slots}
             loaded = {operand: slots[operand] for step in part for operand in self.operands[step] if operand in slots and part_of[operand] != k}
-            lines = "".join(self.statements(part, loaded, stored))
-            pointers = self._pointers_of(part)
+            last = k == len(parts) - 1
+            lines = "".join(self.statements(part, loaded, stored)) + (constants if last else "")
+            pointers = self._pointers_of(part, constants if last else "")
             parameters = ", ".join([*(f"const {self.real} *{x}" for x in pointers[0]), *(f"{self.real} *{x}" for x in pointers[1]), f"{self.real} *w"])
             texts.append(f"static {self.prefix.upper()}PART void {name}_part_{k + 1}({parameters}) {{\n{lines}}}\n")
-            calls.append(f"  {name}_part_{k + 1}({', '.join([*pointers[0], *pointers[1], 'w'])});\n")
-        return "\n".join(texts) + f"\n{head}{self.workspace(most)}{''.join(calls)}{constants}}}\n"
+            calls.append(self.call_of_part(f"{name}_part_{k + 1}", [*pointers[0], *pointers[1], "w"]))
+        return "\n".join(texts) + f"\n{head}{self.workspace(most)}{''.join(calls)}}}\n"
 
-    def _pointers_of(self, part: list[int]) -> tuple[list[str], list[str]]:
-        """The inputs that a part reads, and the results that it writes."""
+    def _pointers_of(self, part: list[int], constants: str) -> tuple[list[str], list[str]]:
+        """The inputs that a part reads, and the results that it writes, by these lines, too."""
         read = {self.pointers[int(self.of.numbers[step])] for step in part if self.operations[step] == Operation.INPUT}
         written = {target.partition("[")[0] for step in part for target in self.written.get(step, ())}
-        return [name for name, _ in self.of.inputs if name in read], [name for name, _ in self.of.results if name in written]
+        return [name for name, _ in self.of.inputs if name in read], [name for name, _ in self.of.results if name in written or f"  {name}[" in constants]
 
     def statements(self, steps: list[int], loaded: dict[int, int], stored: dict[int, int]) -> Iterator[str]:
         """The lines of steps.  loaded: steps of other parts, by their places in w; stored: those of this part that others read."""
@@ -178,6 +181,9 @@ class Printer:
         if what == Operation.NEGATE:
             return f"-{a}"
         return self.called(Operation(what), [x for x in (a, b) if x])
+
+    def call_of_part(self, name: str, pointers: list[str]) -> str:
+        return f"  {name}({', '.join(pointers)});\n"
 
     def angle(self, step: int) -> str:
         """The argument of the function that computes sine and cosine."""

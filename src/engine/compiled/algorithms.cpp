@@ -1,5 +1,7 @@
 #include "engine/compiled/algorithms.hpp"
 
+#include "ksl/engine/lanes/transpose.hpp"
+
 namespace ksl::compiled {
 namespace {
 
@@ -46,6 +48,18 @@ private:
 
 } // namespace
 
+template <class S> bool is_streamed(const algorithm_row &row, const model &m, const batch_view<S> &batch) {
+  const extents of = extents_of(m, batch);
+  const bool whole_lines = static_cast<std::size_t>(kernels_of_row<S>(row).lanes) * sizeof(S) == 64;
+  for (int r = 0; r < row.results; ++r) {
+    const std::size_t bytes = static_cast<std::size_t>(numbers_of(row.result[r], of)) * sizeof(S);
+    if (batch.result[r].first && bytes >= (whole_lines ? streamed_row : 4 * streamed_row) &&
+        bytes * batch.n >= streamed_array)
+      return true;
+  }
+  return false;
+}
+
 template <class S>
 std::size_t batch_bytes(const way_calls<S> &below, const algorithm_row &row, const model &m,
                         const batch_view<S> &batch) {
@@ -76,6 +90,7 @@ bool run_batch(const way_calls<S> &below, const algorithm_row &row, const model 
 }
 
 #define KSL_BATCHES(S)                                                                                                 \
+  template bool is_streamed(const algorithm_row &, const model &, const batch_view<S> &);                              \
   template std::size_t batch_bytes(const way_calls<S> &, const algorithm_row &, const model &, const batch_view<S> &); \
   template bool run_batch(const way_calls<S> &, const algorithm_row &, const model &, const batch_view<S> &,           \
                           std::size_t, std::size_t, void *);

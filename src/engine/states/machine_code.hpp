@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace ksl {
@@ -28,13 +29,13 @@ struct requested_code {
   const algorithm_row *row = nullptr;
   bool single = false; ///< of float
   batch_code run = nullptr;
-  int lanes = 1;            ///< states that are computed together
-  std::size_t bytes = 0;    ///< of memory that it needs
+  int lanes = 1;          ///< states that are computed together
+  std::size_t bytes = 0;  ///< of memory that it needs
   std::vector<int> links; ///< of requests for links
   frame_options frame = {};
-  std::vector<int> joints;        ///< child links, of requests for joints and for reactions
+  std::vector<int> joints;         ///< child links, of requests for joints and for reactions
   reaction_request reactions = {}; ///< how these are expressed; its `link` isn't read
-  std::vector<int> externals;     ///< links on which wrenches act, in the links' axes
+  std::vector<int> externals;      ///< links on which wrenches act, in the links' axes
 };
 
 /// Immutable, and shared by copies of a model.  The functions stay loaded as long as the process lives.
@@ -51,11 +52,13 @@ inline bool same_places(const frame_options &a, const frame_options &b) {
 }
 inline bool same_places(const reaction_request &a, const reaction_request &b) {
   return a.part == b.part && a.on == b.on && a.at == b.at && a.at_link == b.at_link && a.axes == b.axes &&
-         a.axes_link == b.axes_link && a.angular_first == b.angular_first && std::equal(a.offset, a.offset + 3, b.offset);
+         a.axes_link == b.axes_link && a.angular_first == b.angular_first &&
+         std::equal(a.offset, a.offset + 3, b.offset);
 }
 
 template <class S> bool answers(const requested_code &code, const algorithm_row &row, const batch_view<S> &batch) {
-  if (code.row != &row || code.single != (sizeof(S) == sizeof(float)))
+  // by name: each object file has rows of its own
+  if (std::string_view(code.row->name) != row.name || code.single != (sizeof(S) == sizeof(float)))
     return false;
   const auto same_list = [](const std::vector<int> &own, const int *of, int n) {
     return static_cast<int>(own.size()) == n && std::equal(own.begin(), own.end(), of);
