@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -76,9 +77,9 @@ def batches(path: Path) -> None:
         arguments = given.get(name, (q, v, a))
         expected = getattr(m, name)(*arguments, threads=1)
         out = tuple(map(np.empty_like, expected)) if isinstance(expected, tuple) else np.empty_like(expected)
-        slow, quick = in_turns(*(lambda of=of: getattr(of, name)(*arguments, out=out, threads=1) for of in (m, fast)))
+        slow, quick = in_turns(*(partial(getattr(of, name), *arguments, out=out, threads=1) for of in (m, fast)))
         print(f"  {name:30} engine {1e9 * slow / STATES:8.1f} ns, compiled {1e9 * quick / STATES:8.1f} ns: {slow / quick:5.2f} x; compiled in {took:.2f} s")
-    slow, quick = in_turns(*(lambda of=of: of.inverse_dynamics(q[0], v[0], a[0]) for of in (m, fast)), rounds=20 * ROUNDS)
+    slow, quick = in_turns(*(partial(of.inverse_dynamics, q[0], v[0], a[0]) for of in (m, fast)), rounds=20 * ROUNDS)
     print(f"  one state from Python: {1e9 * slow:.0f} ns, {1e9 * quick:.0f} ns by a model that is compiled: both by the engine")
 
 

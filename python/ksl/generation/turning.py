@@ -99,7 +99,10 @@ def turning(prefix: str, scalar: str, lanes: int, plain: bool, chosen: bool) -> 
         chunk //= 2
     text += "\n".join(_loading(prefix, scalar, lanes, k) for k in chunks) + "\n"
     inlined, rest = "static inline __attribute__((always_inline)) void", f"{scalar} *rows, ptrdiff_t stride"
-    loop = lambda call: "  int c = 0;\n" + "".join(f"  for (; columns - c >= {k}; c += {k})\n    {prefix}{call.format(k)};\n" for k in chunks)
+
+    def loop(call: str) -> str:
+        return "  int c = 0;\n" + "".join(f"  for (; columns - c >= {k}; c += {k})\n    {prefix}{call.format(k)};\n" for k in chunks)
+
     text += f"{inlined} {prefix}load(const {rest}, int columns, {prefix}lanes *out) {{\n{loop('load_{}(rows + c, stride, out + c)')}}}\n"
     for wanted, name, table, call in ((plain, "store", "", "store_{}(in + c, rows + c, stride)"), (chosen, "store_chosen", "const int *at, ", "chosen_{}(in, at + c, rows + c, stride)")):
         if wanted:
