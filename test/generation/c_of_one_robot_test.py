@@ -167,13 +167,13 @@ def test_names_of_a_file_never_become_code(tmp_path):
         link = f"l{k} {name}"
         builder.add_link(link, 1.0, (0.1, 0, 0), np.eye(3) * 0.1).add_joint(name, "revolute", parent, link, axis=(0, 0, 1))
         parent = link
-    m = builder.build()
-    ksl.generate(m, ["inverse_dynamics", f"jacobian:{m.link_names[1]}"], tmp_path, name="p")
-    for file in ("p.h", "p.c", "p_test.c", "CMakeLists.txt", "README.md"):
+    m = ksl.load_string(builder.build().to_urdf())
+    ksl.generate(m, ["inverse_dynamics", f"jacobian:{m.link_names[1]}"], tmp_path, name="p", lanes=4)
+    for file in ("p.h", "p.c", "p_test.c", "p_lanes.h", "p_lanes.c", "CMakeLists.txt", "README.md"):
         text = (tmp_path / file).read_text()
         assert text.isascii() and "\\\n" not in text and "??/" not in text and "<b>" not in text
     assert "system" not in (tmp_path / "CMakeLists.txt").read_text()
-    run("gcc", *FLAGS, "-Wcomment", "-Wtrigraphs", "p.c", "p_test.c", "-o", "test", "-lm", cwd=tmp_path)
+    run("gcc", *FLAGS, "-Wcomment", "-Wtrigraphs", "-march=x86-64-v3", "p.c", "p_lanes.c", "p_test.c", "-o", "test", "-lm", cwd=tmp_path)
     run(tmp_path / "test", cwd=tmp_path)
     names = (ctypes.c_char * 64 * 5).in_dll(compiled(tmp_path, "p"), "p_position_names")
     width = int((tmp_path / "p.h").read_text().split("P_NAME_BYTES ")[1].split()[0])

@@ -66,8 +66,6 @@ def generate(
     if lanes not in (0, *POSSIBLE):
         raise ArgumentError(f"lanes={lanes!r}: expected one of {', '.join(map(str, POSSIBLE))}, or 0 for none")
     prefix = checked_prefix(name)
-    if model.nv == 0:
-        raise ArgumentError(f"{model.name} has no joint that moves: there is nothing to compute")
     if isinstance(algorithms, str):
         algorithms = algorithms.split(",")
     functions = functions_of(model, list(algorithms), arguments_given(model, arguments), scalar == "float", undetermined)

@@ -83,6 +83,8 @@ class Function:
 def functions_of(model: Model, algorithms: Sequence[str], arguments: Arguments, single: bool, undetermined: Undetermined) -> list[Function]:
     """A function for each of the algorithms, recorded.  Raises ArgumentError, or what the model's call raises."""
     made: dict[str, Function] = {}
+    if model.nv == 0:
+        raise ArgumentError(f"{model.name} has no joint that moves: there is nothing to compute")
     if not algorithms:
         raise ArgumentError("algorithms is empty; name some, as inverse_dynamics or jacobian:LINK")
     for asked in algorithms:
