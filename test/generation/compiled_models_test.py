@@ -217,3 +217,14 @@ def test_generated_functions_of_many_states_agree_with_the_engine(ur5, tmp_path,
     gravity, kinetic, potential = np.tile(np.array([1, 2, -3], q.dtype), (7, 1)), np.empty(7, q.dtype), np.empty(7, q.dtype)
     code.last_lanes_energy(ctypes.c_size_t(7), *(ctypes.c_void_p(x.ctypes.data) for x in (q, v, gravity, kinetic, potential)))
     assert same((kinetic, potential), ur5.with_gravity((1, 2, -3)).energy(q, v))
+
+
+def test_operators_of_jax_run_the_code(ur5):
+    jax = pytest.importorskip("jax")
+    ksl_jax = pytest.importorskip("ksl.jax")
+    with jax.enable_x64(True):
+        fast, (q, v, a) = ur5.compile(["inverse_dynamics"]), states(ur5, 40)
+        of = ksl_jax.differentiable(fast)
+        assert np.array_equal(of.inverse_dynamics(q, v, a), ur5.inverse_dynamics(q, v, a))
+        gradient = jax.grad(lambda x: of.inverse_dynamics(x, v, a).sum())(q)
+        assert np.array_equal(gradient, jax.grad(lambda x: ksl_jax.differentiable(ur5).inverse_dynamics(x, v, a).sum())(q))
