@@ -10,7 +10,7 @@ SI units, radians; six-vectors are linear first unless `order="ang_lin"`; arrays
 What there is for users; help(ksl.load) and the like say more:
 
     robots        load(path), load_string(text), Builder: a Model, with its Joint and Link; every algorithm is a method, help(ksl.Model)
-    jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, sweep; check: Findings of one Finding each;
+    jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, spectra, sweep; check: Findings of one Finding each;
                   compare: a Comparison with other libraries; generate: plain C of one robot
     motions       read_motion, read_efforts; motions.generate makes some
     algebra       Pose, Twist, Acceleration, Wrench, Momentum, Inertia: typed, with checked frames; ufuncs: the same over plain arrays
@@ -64,6 +64,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.report.hold_pose import hold as hold
     from ksl.report.loads_run import Run as Run
     from ksl.sizing.compute_sizing import size as size
+    from ksl.sizing.spectra.compute_spectra import spectra as spectra
     from ksl.spatial import Acceleration as Acceleration
     from ksl.spatial import Inertia as Inertia
     from ksl.spatial import Momentum as Momentum
@@ -109,6 +110,7 @@ _MODULE_OF = {
     "read_efforts": "ksl.motions.efforts",
     "read_motion": "ksl.motions.reading",
     "size": "ksl.sizing.compute_sizing",
+    "spectra": "ksl.sizing.spectra.compute_spectra",
     "sweep": "ksl.sweeps.compute_sweep",
 }
 """Public names, and the modules that are imported when they are first used.  `import ksl` alone imports not even NumPy: the help of the

@@ -21,6 +21,8 @@ def size(
     output: Annotated[Path | None, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for sizing.parquet, .csv, .json and peaks.parquet, .csv.")] = None,
     joints: Annotated[str, typer.Option(metavar="NAME,NAME", help="Only these joints.")] = "",
     at: Annotated[list[str], typer.Option(metavar="JOINT=X,Y,Z", help="Point of the moments at the peaks, from the joint's origin in its axes, m; may be repeated.")] = [],
+    spectra: Annotated[bool, typer.Option("--spectra", help="Load spectra instead of figures: time and revolutions by torque and speed, rainflow matrices, loads of each bearing in classes.")] = False,
+    classes: Annotated[int, typer.Option("--classes", metavar="N", help="With --spectra: classes of each bearing's loads, at most.")] = 20,
     peaks: Annotated[bool, typer.Option("--peaks", help="Print what acts together at each peak, too.")] = False,
     brief: Annotated[bool, typer.Option("--brief", help="Print one line for each figure, without inputs and formulas.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print everything as JSON instead.")] = False,
@@ -56,6 +58,9 @@ def size(
         from ksl.sizing.compute_sizing import size as size_components
 
         chosen = [name.strip() for name in joints.split(",")] if joints else None
+        if spectra:
+            _spectra(results, components, chosen, points, output, json, classes, xlsx, force)
+            return
         sizing = size_components(results, components, joints=chosen, at=points)
         written = sizing.write(output, force, xlsx) if output else []
     except (SizingError, OutputError) as e:
@@ -65,6 +70,26 @@ def size(
     _print(sizing, json, brief, peaks or components is None, output, written)
     if ("utilisation" in fail_on and sizing.exceeded) or ("left-out" in fail_on and sizing.left_out):
         raise typer.Exit(3)
+
+
+def _spectra(
+    results: Path, components: Path | None, joints: list[str] | None, points: dict[str, list[float]],
+    output: Path | None, as_json: bool, classes: int, xlsx: bool, force: bool,
+) -> None:  # fmt: skip
+    """Computes load spectra, writes and prints them."""
+    from ksl.commands.print_spectra import print_spectra
+    from ksl.sizing.spectra.compute_spectra import spectra
+
+    if classes < 1:
+        fail(f"--classes {classes}: expected a whole number, 1 or more")
+    found = spectra(results, joints, at=points, components=components)
+    written = found.write(output, force, xlsx, classes) if output else []
+    if as_json:
+        print_json(found.as_dict(classes), indent=1)
+        return
+    print_spectra(found, console(80), classes)
+    if output:
+        print(f"written to {output}: {', '.join(written)}")
 
 
 def _print(sizing: Sizing, as_json: bool, brief: bool, peaks: bool, output: Path | None, written: list[str]) -> None:

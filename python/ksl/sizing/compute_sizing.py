@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, replace
-from datetime import datetime, timezone
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
-from ksl._core import __version__
-from ksl.base.errors import SizingError, close_names, of_argument, unknown_name
+from ksl.base.errors import SizingError
 from ksl.base.extras import require
-from ksl.base.files_read import InputFile, recorded
-from ksl.load_cases.provenance import versions
+from ksl.base.files_read import recorded
 from ksl.mechanism.lengths import far, far_point
-from ksl.mechanism.requests import names_in_order, three_numbers
 from ksl.sizing.bearing_figures import (
     crossed_roller_figures,
     opposed_figures,
@@ -24,16 +19,18 @@ from ksl.sizing.bearing_figures import (
 from ksl.sizing.bolt_figures import flange_figures
 from ksl.sizing.catalogue.catalogue_numbers import lengths_of
 from ksl.sizing.cylinder_figures import cylinder_figures
-from ksl.sizing.components import Components, Part, components_of, read_components
+from ksl.sizing.components import Components, Part
 from ksl.sizing.fatigue_figures import fatigue_figures
 from ksl.sizing.figures import Figure, LeftOut
 from ksl.sizing.gear_figures import planetary_figures, strain_wave_figures
+from ksl.sizing.given import components_given, for_cases, joints_given, points_given, results_given
 from ksl.sizing.limit_figures import limit_figures
 from ksl.sizing.motor_figures import Cloud, motor_figures
 from ksl.sizing.peaks import simultaneous_sets
 from ksl.sizing.pin_figures import bush_figures, pin_figures
-from ksl.sizing.results import Results, read_results
-from ksl.sizing.samples import JointSamples, Spectrum
+from ksl.sizing.provenance import made_of
+from ksl.sizing.results import Results
+from ksl.sizing.samples import JointSamples
 from ksl.sizing.sheet import Demands, Sheet
 from ksl.sizing.sizing import Sizing
 
@@ -88,12 +85,12 @@ def size(
     """
     require("sizing", "pyarrow")
     with recorded() as ledger:
-        table = _results(results)
-        parts = None if components is None else _components(components)
-    chosen = _chosen(table, joints)
-    points = _points(table, at, chosen)
+        table = results_given(results)
+        parts = None if components is None else components_given(components)
+    chosen = joints_given(table, joints)
+    points = points_given(table, at, chosen)
     if parts is not None:
-        parts = _for_cases(table, parts)
+        parts = for_cases(table, parts)
         parts = replace(parts, parts=tuple(replace(part, joints=tuple(table.named(name, part.where) for name in part.joints)) for part in parts.parts))
         _check(table, parts)
     kept: dict[str, JointSamples] = {}
@@ -117,74 +114,12 @@ def size(
         notes,
         tuple(clouds),
         in_order,
-        _provenance(table, ledger.files, parts),
+        made_of(table, ledger.files, parts),
     )
 
 
-def _results(results: Any) -> Results:
-    if isinstance(results, (str, os.PathLike)):
-        return read_results(Path(results))
-    if isinstance(results, Results):
-        return results
-    table = getattr(results, "wrenches", results)
-    if not hasattr(table, "column_names"):
-        raise SizingError(
-            f"results: {type(results).__name__} is no table of wrenches; give a folder of `ksl loads`, or what Model.wrench_table returns"
-        )
-    return Results(table)
-
-
-def _components(components: str | os.PathLike[str] | Mapping[str, Any] | Components) -> Components:
-    if isinstance(components, Components):
-        return components
-    return components_of(components) if isinstance(components, Mapping) else read_components(components)
-
-
-def _chosen(table: Results, joints: Iterable[str] | None) -> list[str]:
-    if joints is None:
-        return [name for name in table.joints if table.holds(name)]
-    given = names_in_order(joints, "joints")
-    return list(dict.fromkeys(table.named(name, "joints") for name in ([given] if isinstance(given, str) else given or ())))
-
-
-def _points(table: Results, at: Mapping[str, Sequence[float]] | None, chosen: Sequence[str]) -> dict[str, tuple[float, float, float]]:
-    points = {}
-    if not isinstance(at or {}, Mapping):
-        raise SizingError(f"at={at!r}; expected {{joint: (x, y, z)}}, m")
-    for given, point in (at or {}).items():
-        name = table.named(given, "at")
-        if name not in chosen:
-            raise of_argument(SizingError, "at", f": a point of {name}, which is none of the joints that are sized: {', '.join(chosen)}; add it to them, or leave out the point")
-        try:
-            points[name] = three_numbers(point, f"at: the point of {name}")
-        except ValueError as e:
-            raise SizingError(str(e)) from None
-    return points
-
-
-def _for_cases(table: Results, parts: Components) -> Components:
-    """The spectrum is left out, with a note, where it is of other runs: of one motion, and of the cases of a sweep, which have no names."""
-    named = (*parts.spectrum.repetitions, *parts.spectrum.shares)
-    known = any(case in table.cases or close_names(case, table.cases, 1) for case in named)  # or misspelt
-    if not named or known or not (len(table.cases) == 1 or table.of_sweep):
-        return parts
-    which = "[shares]" if parts.spectrum.shares else "[cases]"
-    runs = "a sweep" if table.of_sweep else f"one case, {table.cases[0]}"
-    note = f"{parts.file}: {which} is left out: it names {', '.join(named[:3])}{' …' if len(named) > 3 else ''}, and these are results of {runs}, which counts once"
-    return replace(parts, spectrum=Spectrum(), left_out_spectrum=note)
-
-
 def _check(table: Results, parts: Components) -> None:
-    """Refuses components of another robot, or on joints where they can't sit; and cases that there aren't."""
-    if parts.robot not in (None, table.robot):
-        raise SizingError(
-            f"{parts.file}: is for the robot {parts.robot!r}, and {table.file} are results of {table.robot!r}; "
-            "take the results of that robot, or change `robot`"
-        )
-    for case in (*parts.spectrum.repetitions, *parts.spectrum.shares):
-        if case not in table.cases:
-            line = parts.case_lines.get(case)
-            raise SizingError(unknown_name(f"{parts.file}:{line}" if line else parts.file, "case", case, table.cases))
+    """Refuses components on joints where they can't sit."""
     taken: dict[tuple[str, str, str], Part] = {}
     for part in parts.parts:
         for name in part.joints:
@@ -278,29 +213,3 @@ def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut]
         else []
     )
     return notes
-
-
-def _provenance(table: Results, files: Sequence[InputFile], parts: Components | None) -> dict[str, Any]:
-    inputs = [asdict(file) for file in files if file.sha256 is not None]
-    spectrum = (
-        {
-            case: parts.spectrum.shares.get(case, 0.0)
-            if parts.spectrum.shares
-            else parts.spectrum.repetitions.get(case, 1.0)
-            for case in table.cases
-        }
-        if parts
-        else {}
-    )
-    unit = "share of time" if parts and parts.spectrum.shares else "repetitions"
-    date = datetime.now(timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z")
-    made = {key: table.metadata[key] for key in ("command", "date", "inputs", "versions") if table.metadata.get(key)}
-    return {
-        "version": __version__,
-        "versions": versions(),
-        "date": date,
-        "inputs": inputs,
-        "cases": spectrum,
-        "cases are": unit,
-        "loads": made,
-    }

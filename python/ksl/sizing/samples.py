@@ -166,6 +166,11 @@ class JointSamples:
         """(n): whether the joint stands.  The sign of its speed is then none, and friction helps to hold it, which sizing leaves out."""
         return np.asarray(self.speed == 0)
 
+    @cached_property
+    def oscillates(self) -> bool:
+        """Whether the joint never turns a whole revolution in any case of the cycle."""
+        return all(np.ptp(self.position[part]) < 2 * np.pi for _, part in self.slices() if part.stop > part.start and self.weight[part.start] > 0)
+
     @property
     def repeated(self) -> np.ndarray:
         """(n): whether the sample belongs to the cycle, and not to an exceptional event."""

@@ -245,15 +245,7 @@ class Sheet:
             required,
             case=case,
             smallest=True,
-            note=SLOW if self.slow() else "",
-        )
-
-    def slow(self) -> bool:
-        """Whether the joint never turns a whole revolution in any case of the cycle."""
-        return all(
-            np.ptp(self.samples.position[part]) < 2 * math.pi
-            for _, part in self.samples.slices()
-            if part.stop > part.start and self.samples.weight[part.start] > 0
+            note=SLOW if s.oscillates else "",
         )
 
 

@@ -1,0 +1,159 @@
+"""The loads of a joint's bearing in a few classes that keep its equivalent loads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksl.base.errors import SizingError
+from ksl.mechanism.states import Array
+from ksl.sizing.life import BALL, ROLLER, mean_load
+
+COLUMNS = {"share": "", "Fx": "N", "Fy": "N", "Fz": "N", "My": "N m", "Mz": "N m", "speed_rpm": "r/min"}
+"""Columns and units, in the order in which they are written."""
+KEPT = 0.01
+"""How far the equivalent loads of the classes may be from those of the samples, relative to these."""
+BETWEEN = (BALL * ROLLER) ** 0.5
+"""The exponent of the mean load of a class: between those of balls and rollers, so that both are met."""
+MOST = 4096
+"""Classes that are tried, at most, to say how many are needed."""
+RPM = 30.0 / np.pi
+
+
+@dataclass(frozen=True)
+class Equivalent:
+    """Mean loads over revolutions, one number each: N, N, N m."""
+
+    radial: float
+    axial: float
+    tilting: float
+
+    def __iter__(self):  # type: ignore[no-untyped-def]
+        return iter((self.radial, self.axial, self.tilting))
+
+
+@dataclass(frozen=True)
+class BearingLoads:
+    """Loads of a bearing at n samples: axial (n), radial (n, 2) and tilting (n, 2) in its axes, speed (n), rad/s, and weight (n), s."""
+
+    axial: Array
+    radial: Array
+    tilting: Array
+    speed: Array
+    weight: Array
+
+    @property
+    def turned(self) -> Array:
+        return np.asarray(np.abs(self.speed) * self.weight)
+
+    @property
+    def magnitudes(self) -> tuple[Array, Array, Array]:
+        """Radial, axial and tilting, each (n)."""
+        return np.hypot(*self.radial.T), np.abs(self.axial), np.hypot(*self.tilting.T)
+
+    def equivalent(self, p: float) -> Equivalent:
+        """(Σ |X|^p |n| Δt / Σ |n| Δt)^(1/p) of each; NaN where nothing turns."""
+        return Equivalent(*(mean_load(x, self.speed, self.weight, p) for x in self.magnitudes))
+
+
+def bearing_axes(axis: Array) -> Array:
+    """Axes x, y, z of a joint's bearing, the rows of (3, 3): x along the joint's axis.
+
+    Of an axis z, (x, y, z) are (z, x, y) of the joint's frame, and so on in cyclic order.  Of another axis, y is next to the coordinate
+    axis that follows in this order on the one which the joint's axis is nearest to.
+    """
+    follows = np.eye(3)[(int(np.argmax(np.abs(axis))) + 1) % 3]
+    y = follows - (follows @ axis) * axis
+    y /= np.linalg.norm(y)
+    return np.array([axis, y, np.cross(axis, y)])
+
+
+def bearing_classes(loads: BearingLoads, classes: int) -> dict[str, Array]:
+    """The columns `COLUMNS` of at most so many classes, the longest first.  Raises SizingError where they don't keep the equivalent loads.
+
+    Samples that stand are one class.  The others are split where loads or speed differ most until there are enough.  The load of a class is the
+    mean load of its samples, in their mean direction, and its speed their mean speed.  O(n · classes).
+    """
+    if not isinstance(classes, int) or classes < 1:
+        raise SizingError(f"classes={classes!r}: expected a whole number, 1 or more")
+    if not loads.weight.sum() > 0:
+        raise SizingError("the bearing's classes are shares of time, and no case of the cycle lasts any time")
+    found = _reduced(loads, classes)
+    error, needed = _error(loads, found), classes
+    while error > KEPT and needed < MOST:
+        needed *= 2
+        if _error(loads, _reduced(loads, needed)) <= KEPT:
+            raise SizingError(f"classes={classes}: they keep the equivalent loads to {error:.1%}, and {KEPT:.0%} is asked for; {needed} classes do")
+    return found
+
+
+def _reduced(loads: BearingLoads, classes: int) -> dict[str, Array]:
+    turns = loads.turned > 0
+    stands = (loads.weight > 0) & ~turns
+    groups = [np.flatnonzero(stands)] if stands.any() and (classes > 1 or not turns.any()) else []
+    if turns.any():
+        groups += _split(loads, np.flatnonzero(turns), classes - len(groups))
+    counted = np.flatnonzero(loads.weight > 0)
+    rows = [_row(loads, group, counted if len(groups) == 1 else group) for group in groups]
+    table = np.array(sorted(rows, key=lambda row: -row[0]))
+    return dict(zip(COLUMNS, table.T.copy(), strict=True))
+
+
+def _split(loads: BearingLoads, rows: Array, classes: int) -> list[Array]:
+    """Samples in groups of like loads: again and again, that with the largest spread is split at the mean of what is spread most."""
+    scale = [max(x, 1e-300) for x in loads.equivalent(BETWEEN)]
+    radial, _, tilting = loads.magnitudes
+    features = np.column_stack([
+        radial / scale[0], loads.axial / scale[1], tilting / scale[2],
+        0.5 * loads.radial / scale[0], 0.5 * loads.tilting / scale[2], 0.5 * loads.speed / np.abs(loads.speed).max(),
+    ])  # fmt: skip
+    weight = loads.turned
+
+    def spread(group: Array) -> tuple[float, int, float]:
+        x, w = features[group], weight[group]
+        mean = w @ x / w.sum()
+        variance = w @ (x - mean) ** 2
+        k = int(np.argmax(variance))
+        return float(variance[k]), k, float(mean[k])
+
+    groups = [(spread(rows), rows)]
+    floor = 1e-12 * groups[0][0][0]
+    while len(groups) < classes:
+        worst = max(range(len(groups)), key=lambda i: groups[i][0][0])
+        (size, k, mean), group = groups[worst]
+        above = features[group, k] > mean
+        if size <= floor or above.all() or not above.any():
+            break
+        groups[worst : worst + 1] = [(spread(part), part) for part in (group[above], group[~above])]
+    return [group for _, group in groups]
+
+
+def _row(loads: BearingLoads, group: Array, lasting: Array) -> list[float]:
+    """A class: its loads from the samples of the group, its share and speed from those that last in it."""
+    w = loads.turned[group] if loads.turned[group].any() else loads.weight[group]
+    mean = lambda x: float((w @ np.abs(x) ** BETWEEN / w.sum()) ** (1 / BETWEEN))
+    along = np.sign(w @ loads.axial[group]) or 1.0
+    t = loads.weight[lasting]
+    way = np.sign(t @ loads.speed[lasting]) or 1.0
+    speed = way * float(t @ np.abs(loads.speed[lasting])) / float(t.sum()) * RPM
+    radial, tilting = (mean(np.hypot(*x[group].T)) * _direction(x[group], w) for x in (loads.radial, loads.tilting))
+    return [float(t.sum() / loads.weight.sum()), along * mean(loads.axial[group]), *radial, *tilting, speed]
+
+
+def _direction(x: Array, w: Array) -> Array:
+    """The unit vector of the mean of vectors (n, 2); of the largest one where they cancel."""
+    mean = w @ x / w.sum()
+    largest = x[int(np.argmax(np.hypot(*x.T)))]
+    chosen = mean if np.hypot(*mean) > 1e-9 * np.hypot(*largest) else largest
+    return np.asarray(chosen / np.hypot(*chosen)) if chosen.any() else np.array([1.0, 0.0])
+
+
+def _error(loads: BearingLoads, classes: dict[str, Array]) -> float:
+    """How far the equivalent loads of the classes are from those of the samples, relative to these: the largest."""
+    if not loads.turned.any():
+        return 0.0
+    c = classes
+    few = BearingLoads(c["Fx"], np.column_stack([c["Fy"], c["Fz"]]), np.column_stack([c["My"], c["Mz"]]), c["speed_rpm"], c["share"])
+    pairs = [pair for p in (BALL, ROLLER) for pair in zip(loads.equivalent(p), few.equivalent(p), strict=True)]
+    return max((abs(y - x) / x for x, y in pairs if x > 0), default=0.0)
